@@ -1,0 +1,1 @@
+//! Captures: light files, folders of photographs, and the virtual light dome.

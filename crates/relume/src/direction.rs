@@ -1,0 +1,94 @@
+//! Unit directions in the texture's own frame: x right, y up, z towards the viewer.
+
+use crate::error::{Error, Result};
+
+/// A unit vector in the tangent frame of a texture. Light directions point *towards* the light.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Direction {
+    x: f64,
+    y: f64,
+    z: f64,
+}
+
+impl Direction {
+    /// Straight above the texture.
+    pub const ZENITH: Self = Self { x: 0.0, y: 0.0, z: 1.0 };
+
+    /// The direction of a vector of any length.
+    ///
+    /// # Errors
+    /// A vector that is not finite or is shorter than 1e-9 has no direction.
+    pub fn from_vector(x: f64, y: f64, z: f64) -> Result<Self> {
+        let length = (x * x + y * y + z * z).sqrt();
+        if !length.is_finite() || length < 1e-9 {
+            return Err(Error::invalid(format!(
+                "({x}, {y}, {z}) has no direction: expected three finite numbers that are not all zero"
+            )));
+        }
+        Ok(Self { x: x / length, y: y / length, z: z / length })
+    }
+
+    /// The direction at a polar angle from the zenith and an azimuth counted from x towards y.
+    pub fn from_angles(polar_rad: f64, azimuth_rad: f64) -> Self {
+        let (sin_polar, z) = polar_rad.sin_cos();
+        let (sin_azimuth, cos_azimuth) = azimuth_rad.sin_cos();
+        Self { x: sin_polar * cos_azimuth, y: sin_polar * sin_azimuth, z }
+    }
+
+    /// The upper direction over the point (u, v) of the unit disk; points outside go to its rim.
+    pub fn from_disk(u: f64, v: f64) -> Self {
+        let radius = u.hypot(v).max(1.0);
+        let (x, y) = (u / radius, v / radius);
+        Self { x, y, z: (1.0 - x * x - y * y).max(0.0).sqrt() }
+    }
+
+    /// The component to the right; `u` of a polynomial texture map.
+    pub fn x(self) -> f64 {
+        self.x
+    }
+
+    /// The component up; `v` of a polynomial texture map.
+    pub fn y(self) -> f64 {
+        self.y
+    }
+
+    /// The component towards the viewer: the cosine with the texture's normal.
+    pub fn z(self) -> f64 {
+        self.z
+    }
+
+    /// The components in order.
+    pub fn to_array(self) -> [f64; 3] {
+        [self.x, self.y, self.z]
+    }
+
+    /// The cosine between two directions.
+    pub fn dot(self, other: Self) -> f64 {
+        self.x * other.x + self.y * other.y + self.z * other.z
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_constructor_gives_a_unit_vector() {
+        let directions = [
+            Direction::from_vector(3.0, -4.0, 12.0).unwrap(),
+            Direction::from_angles(0.7, 2.0),
+            Direction::from_disk(0.3, -0.2),
+            Direction::from_disk(3.0, 4.0),
+        ];
+        for d in directions {
+            assert!((d.dot(d) - 1.0).abs() < 1e-12, "{d:?}");
+        }
+    }
+
+    #[test]
+    fn vectors_without_direction_are_refused() {
+        assert!(Direction::from_vector(0.0, 0.0, 0.0).is_err());
+        assert!(Direction::from_vector(f64::NAN, 0.0, 1.0).is_err());
+        assert!(Direction::from_vector(f64::INFINITY, 0.0, 1.0).is_err());
+    }
+}

@@ -1,0 +1,1 @@
+//! Fitting: from photographs under known lights to coefficients.

@@ -1,0 +1,1 @@
+//! Files: everything about encodings, quantisation and row orders.

@@ -1,0 +1,53 @@
+//! Reflectance textures: textures whose every texel is a function of light direction.
+//!
+//! ```text
+//! photographs + lights --fit--> ReflectanceField --+-- synthesis --> SourceMap --gather--> ReflectanceField
+//! .ptm .exr .png --format::read-> (any basis)      +-- surface ----> normals, albedo
+//! virtual dome ---capture--> photographs           +-- render -----> Picture --format::write--> file
+//! ```
+//!
+//! Everything stands around one type, [`field::ReflectanceField`]: a basis and planes of
+//! coefficients. Stages map fields to fields or to pictures and do not know each other; the
+//! program joins them. Inside, values are `f32` with white at 1, x points right, y up, z to the
+//! viewer, and row 0 of every plane is the top row. A field and a picture say whether their values
+//! are linear or sRGB-encoded; other encodings, quantisation and row orders exist only in
+//! [`format`] and [`capture`].
+
+// What everything stands on.
+pub mod direction;
+pub mod error;
+pub mod limits;
+pub mod maps;
+pub mod numeric;
+pub mod picture;
+pub mod planes;
+pub mod progress;
+pub mod raster;
+pub mod space;
+
+// The central type.
+pub mod field;
+
+// Where fields come from.
+pub mod capture;
+pub mod fit;
+pub mod procedural;
+pub mod surface;
+
+// Field in, field out.
+pub mod synthesis;
+
+// Where fields go.
+pub mod format;
+pub mod metric;
+pub mod render;
+
+pub use direction::Direction;
+pub use error::{Error, ErrorKind, Result};
+pub use field::ReflectanceField;
+pub use limits::Limits;
+pub use picture::Picture;
+pub use planes::{Planes, Size};
+pub use progress::Progress;
+pub use raster::{Raster, Samples};
+pub use space::Space;

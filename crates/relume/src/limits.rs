@@ -1,0 +1,69 @@
+//! Bounds that are checked before any allocation whose size comes from input.
+
+use crate::error::{Error, Result};
+use crate::planes::Size;
+
+/// How large a job may be. Readers and stages ask before they allocate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Limits {
+    /// Bytes that one stage may hold at a time.
+    pub max_bytes: u64,
+    /// Texels along either side of any image or field.
+    pub max_side: usize,
+}
+
+impl Default for Limits {
+    /// 4 GiB, and sides up to 131,072 texels.
+    fn default() -> Self {
+        Self { max_bytes: 4 << 30, max_side: 1 << 17 }
+    }
+}
+
+impl Limits {
+    /// Refuses `what` when `size` with `bytes_per_texel` does not fit, or a side is zero.
+    pub fn check(&self, what: &str, size: Size, bytes_per_texel: u64) -> Result<()> {
+        let Size { width, height } = size;
+        if width == 0 || height == 0 {
+            return Err(Error::invalid(format!(
+                "{what} is {width} x {height} texels: both sides must be at least 1"
+            )));
+        }
+        if width > self.max_side || height > self.max_side {
+            return Err(Error::limit(format!(
+                "{what} is {width} x {height} texels: the longest side allowed is {}",
+                self.max_side
+            )));
+        }
+        self.check_bytes(what, (width as u64 * height as u64).saturating_mul(bytes_per_texel))
+    }
+
+    /// Refuses `what` when it needs more than [`Limits::max_bytes`].
+    pub fn check_bytes(&self, what: &str, bytes: u64) -> Result<()> {
+        if bytes > self.max_bytes {
+            return Err(Error::limit(format!(
+                "{what} needs {} of memory and the limit is {}: choose a smaller size or raise the limit",
+                megabytes(bytes),
+                megabytes(self.max_bytes)
+            )));
+        }
+        Ok(())
+    }
+}
+
+fn megabytes(bytes: u64) -> String {
+    format!("{:.1} MiB", bytes as f64 / (1u64 << 20) as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_that_overflow_are_refused_rather_than_wrapped() {
+        let limits = Limits { max_bytes: u64::MAX - 1, max_side: usize::MAX };
+        let size = Size { width: usize::MAX / 2, height: 2 };
+        assert!(limits.check("a field", size, 1 << 40).is_err());
+        assert!(Limits::default().check("a field", Size { width: 0, height: 3 }, 4).is_err());
+        assert!(Limits::default().check("a field", Size { width: 3, height: 3 }, 4).is_ok());
+    }
+}

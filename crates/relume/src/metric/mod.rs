@@ -1,0 +1,1 @@
+//! Measures of difference between pictures and fields.

@@ -1,0 +1,7 @@
+//! Small dense mathematics that the stages share.
+
+pub mod matrix;
+pub mod quadrature;
+pub mod random;
+
+pub use matrix::Matrix;

@@ -1,0 +1,30 @@
+//! A picture: planes of colour with their space. The result of relighting and rendering.
+
+use crate::planes::{Planes, Size};
+use crate::space::Space;
+
+/// One (grey) or three (RGB) planes, and whether they are linear or encoded. 1 is white.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Picture {
+    /// The channels.
+    pub planes: Planes,
+    /// What the values mean.
+    pub space: Space,
+}
+
+impl Picture {
+    /// Width and height.
+    pub fn size(&self) -> Size {
+        self.planes.size()
+    }
+
+    /// The picture in another space; a copy when it is there already.
+    pub fn to_space(&self, space: Space) -> Self {
+        let mut planes = self.planes.clone();
+        if space != self.space {
+            let convert = |v: f32| space.from_linear(self.space.to_linear(v));
+            planes.as_mut_slice().iter_mut().for_each(|v| *v = convert(*v));
+        }
+        Self { planes, space }
+    }
+}

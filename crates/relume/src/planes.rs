@@ -1,0 +1,196 @@
+//! Stacks of planes of `f32`: the memory layout every stage shares.
+//!
+//! A stack of `count` planes of `width` x `height` texels is stored plane after plane,
+//! each plane row after row. **Row 0 is the top row**, as in a picture; directions have y up,
+//! so a step down a row is a step of -y. Files that store rows bottom-up are turned where they
+//! are read and written.
+
+use crate::error::{Error, Result};
+use crate::limits::Limits;
+
+/// Width and height in texels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Size {
+    /// Texels along x.
+    pub width: usize,
+    /// Texels along y.
+    pub height: usize,
+}
+
+impl Size {
+    /// A size of `width` x `height` texels.
+    pub const fn new(width: usize, height: usize) -> Self {
+        Self { width, height }
+    }
+
+    /// The number of texels.
+    pub const fn texels(self) -> usize {
+        self.width * self.height
+    }
+
+    /// The index of texel (x, y) in a plane.
+    pub const fn index(self, x: usize, y: usize) -> usize {
+        y * self.width + x
+    }
+}
+
+impl std::fmt::Display for Size {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} x {}", self.width, self.height)
+    }
+}
+
+/// A stack of equally large planes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Planes {
+    size: Size,
+    count: usize,
+    data: Vec<f32>,
+}
+
+impl Planes {
+    /// `count` planes of zeros.
+    pub fn zeros(size: Size, count: usize) -> Self {
+        Self { size, count, data: vec![0.0; size.texels() * count] }
+    }
+
+    /// `count` planes of zeros, refused when they exceed the limits; `what` names them in the message.
+    pub fn zeros_within(limits: &Limits, what: &str, size: Size, count: usize) -> Result<Self> {
+        limits.check(what, size, 4 * count as u64)?;
+        Ok(Self::zeros(size, count))
+    }
+
+    /// Planes from their samples, plane after plane, each row after row from the top.
+    pub fn from_vec(size: Size, count: usize, data: Vec<f32>) -> Result<Self> {
+        if size.texels() == 0 || data.len() != size.texels() * count {
+            return Err(Error::invalid(format!(
+                "{count} planes of {size} texels need {} samples, found {}",
+                size.texels() * count,
+                data.len()
+            )));
+        }
+        Ok(Self { size, count, data })
+    }
+
+    /// Width and height.
+    pub fn size(&self) -> Size {
+        self.size
+    }
+
+    /// The number of planes.
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// All samples, plane after plane.
+    pub fn as_slice(&self) -> &[f32] {
+        &self.data
+    }
+
+    /// All samples, plane after plane.
+    pub fn as_mut_slice(&mut self) -> &mut [f32] {
+        &mut self.data
+    }
+
+    /// One plane.
+    ///
+    /// # Panics
+    /// When `k` is not below [`Planes::count`].
+    pub fn plane(&self, k: usize) -> &[f32] {
+        let n = self.size.texels();
+        &self.data[k * n..(k + 1) * n]
+    }
+
+    /// One plane.
+    ///
+    /// # Panics
+    /// When `k` is not below [`Planes::count`].
+    pub fn plane_mut(&mut self, k: usize) -> &mut [f32] {
+        let n = self.size.texels();
+        &mut self.data[k * n..(k + 1) * n]
+    }
+
+    /// All planes in order.
+    pub fn iter(&self) -> std::slice::ChunksExact<'_, f32> {
+        self.data.chunks_exact(self.size.texels().max(1))
+    }
+
+    /// All planes in order.
+    pub fn iter_mut(&mut self) -> std::slice::ChunksExactMut<'_, f32> {
+        self.data.chunks_exact_mut(self.size.texels().max(1))
+    }
+
+    /// The sample of plane `k` at texel (x, y).
+    pub fn at(&self, k: usize, x: usize, y: usize) -> f32 {
+        self.plane(k)[self.size.index(x, y)]
+    }
+
+    /// Smallest and largest sample of plane `k`.
+    pub fn range(&self, k: usize) -> (f32, f32) {
+        self.plane(k).iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(lo, hi), &v| (lo.min(v), hi.max(v)))
+    }
+
+    /// The rectangle of `size` texels whose top-left texel is (x, y).
+    pub fn crop(&self, x: usize, y: usize, size: Size) -> Result<Self> {
+        let fits = x.checked_add(size.width).is_some_and(|end| end <= self.size.width)
+            && y.checked_add(size.height).is_some_and(|end| end <= self.size.height);
+        if !fits || size.texels() == 0 {
+            return Err(Error::usage(format!(
+                "a crop of {size} texels at ({x}, {y}) does not lie inside {}",
+                self.size
+            )));
+        }
+        let rows = self.iter().flat_map(|plane| {
+            (y..y + size.height).map(move |row| &plane[self.size.index(x, row)..][..size.width])
+        });
+        let mut data = Vec::with_capacity(size.texels() * self.count);
+        rows.for_each(|row| data.extend_from_slice(row));
+        Ok(Self { size, count: self.count, data })
+    }
+
+    /// The same planes repeated `across` times to the right and `down` times downwards.
+    pub fn repeated(&self, across: usize, down: usize) -> Self {
+        let size = Size::new(self.size.width * across, self.size.height * down);
+        let mut data = Vec::with_capacity(size.texels() * self.count);
+        for plane in self.iter() {
+            for _ in 0..down {
+                for row in plane.chunks_exact(self.size.width) {
+                    (0..across).for_each(|_| data.extend_from_slice(row));
+                }
+            }
+        }
+        Self { size, count: self.count, data }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn numbered(size: Size, count: usize) -> Planes {
+        Planes::from_vec(size, count, (0..size.texels() * count).map(|i| i as f32).collect()).unwrap()
+    }
+
+    #[test]
+    fn crop_takes_the_named_rectangle() {
+        let planes = numbered(Size::new(5, 4), 2);
+        let crop = planes.crop(1, 2, Size::new(3, 2)).unwrap();
+        for (k, y, x) in (0..2).flat_map(|k| (0..2).flat_map(move |y| (0..3).map(move |x| (k, y, x)))) {
+            assert_eq!(crop.at(k, x, y), planes.at(k, x + 1, y + 2));
+        }
+        assert!(planes.crop(3, 0, Size::new(3, 1)).is_err());
+        assert!(planes.crop(usize::MAX, 0, Size::new(1, 1)).is_err());
+    }
+
+    #[test]
+    fn repetition_is_periodic() {
+        let planes = numbered(Size::new(3, 2), 2);
+        let tiled = planes.repeated(2, 3);
+        assert_eq!(tiled.size(), Size::new(6, 6));
+        for y in 0..6 {
+            for x in 0..6 {
+                assert_eq!(tiled.at(1, x, y), planes.at(1, x % 3, y % 2));
+            }
+        }
+    }
+}

@@ -1,0 +1,115 @@
+//! Samples as a picture file stores them: the hand-over between file readers and the stages.
+//!
+//! A raster is interleaved (all channels of a texel together), grey or RGB, rows from the top.
+//! Integer samples are sRGB-encoded, floating-point samples are linear: the convention of the
+//! files they come from. Nothing is converted until somebody asks for a [`Picture`].
+
+use crate::error::{Error, Result};
+use crate::picture::Picture;
+use crate::planes::{Planes, Size};
+use crate::space::Space;
+
+/// The samples of a [`Raster`] in the depth of their file.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Samples {
+    /// 8 bits, sRGB-encoded, 255 is white.
+    U8(Vec<u8>),
+    /// 16 bits, sRGB-encoded, 65,535 is white.
+    U16(Vec<u16>),
+    /// Linear light, 1 is white.
+    F32(Vec<f32>),
+}
+
+impl Samples {
+    /// The number of samples.
+    pub fn len(&self) -> usize {
+        match self {
+            Self::U8(s) => s.len(),
+            Self::U16(s) => s.len(),
+            Self::F32(s) => s.len(),
+        }
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The space the samples are in.
+    pub fn space(&self) -> Space {
+        match self {
+            Self::U8(_) | Self::U16(_) => Space::Srgb,
+            Self::F32(_) => Space::Linear,
+        }
+    }
+
+    /// Sample `i` with white at 1, in [`Samples::space`].
+    pub fn value(&self, i: usize) -> f32 {
+        match self {
+            Self::U8(s) => f32::from(s[i]) / 255.0,
+            Self::U16(s) => f32::from(s[i]) / 65535.0,
+            Self::F32(s) => s[i],
+        }
+    }
+}
+
+/// A picture as stored: interleaved samples, one or three channels, rows from the top.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Raster {
+    size: Size,
+    channels: usize,
+    samples: Samples,
+}
+
+impl Raster {
+    /// A raster of one (grey) or three (RGB) channels.
+    pub fn new(size: Size, channels: usize, samples: Samples) -> Result<Self> {
+        if !matches!(channels, 1 | 3) || size.texels() == 0 || samples.len() != size.texels() * channels {
+            return Err(Error::invalid(format!(
+                "a picture of {size} texels and {channels} channels cannot hold {} samples",
+                samples.len()
+            )));
+        }
+        Ok(Self { size, channels, samples })
+    }
+
+    /// Width and height.
+    pub fn size(&self) -> Size {
+        self.size
+    }
+
+    /// 1 for grey, 3 for RGB.
+    pub fn channels(&self) -> usize {
+        self.channels
+    }
+
+    /// The interleaved samples.
+    pub fn samples(&self) -> &Samples {
+        &self.samples
+    }
+
+    /// The values as planes, brought into `space`.
+    pub fn to_picture(&self, space: Space) -> Picture {
+        let own = self.samples.space();
+        let convert = |value: f32| match (own, space) {
+            (Space::Srgb, Space::Linear) => own.to_linear(value),
+            (Space::Linear, Space::Srgb) => own.to_srgb(value),
+            _ => value,
+        };
+        let table: Option<Vec<f32>> = match &self.samples {
+            Samples::U8(_) => Some((0..=255u8).map(|code| convert(f32::from(code) / 255.0)).collect()),
+            _ => None,
+        };
+        let mut planes = Planes::zeros(self.size, self.channels);
+        for (c, plane) in planes.iter_mut().enumerate() {
+            for (texel, out) in plane.iter_mut().enumerate() {
+                let i = texel * self.channels + c;
+                *out = match (&self.samples, &table) {
+                    (Samples::U8(s), Some(table)) => table[usize::from(s[i])],
+                    (samples, _) => convert(samples.value(i)),
+                };
+            }
+        }
+        Picture { planes, space }
+    }
+}

@@ -1,0 +1,1 @@
+//! Pictures of fields: relighting, and rendering on objects.

@@ -1,0 +1,1 @@
+//! Surface properties read off a field: normals and albedo.

@@ -6,8 +6,7 @@
 //! Gram-Schmidt process, and over the square it gives the Legendre basis of Hel-Or, Malzbender,
 //! Gelb, "Synthesis of Reflectance Function Textures from Examples" (HPL-2003-16, section 5.2).
 //! Their printed matrix M turns *basis functions* (B = M A); coefficients need its inverse
-//! transpose, b = M^-T a. The closed form of METHODS, b0 = 2 a5 + 2/3 (a0 + a1) and so on, is a
-//! test here.
+//! transpose, b = M^-T a. Its closed form, b0 = 2 a5 + 2/3 (a0 + a1) and so on, is a test here.
 
 use rayon::prelude::*;
 use serde::Serialize;

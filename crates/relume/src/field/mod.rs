@@ -103,6 +103,19 @@ impl ReflectanceField {
         self.coefficients.size()
     }
 
+    /// A name for each coefficient plane, in order: `L.u2`, `G.1`, and `R`, `G`, `B` for the
+    /// unscaled colour of an LRGB field.
+    pub fn plane_names(&self) -> Vec<String> {
+        let functions = |channel: &'static str| {
+            self.basis.function_names().iter().map(move |function| format!("{channel}.{function}"))
+        };
+        match self.color {
+            ColorModel::Luminance => functions("L").collect(),
+            ColorModel::Rgb => ["R", "G", "B"].into_iter().flat_map(functions).collect(),
+            ColorModel::Lrgb => functions("L").chain(["R", "G", "B"].map(str::to_owned)).collect(),
+        }
+    }
+
     /// The colour of one texel under one light, in the field's space: the slow truth of relighting.
     /// Grey fields give three equal channels.
     pub fn value(&self, x: usize, y: usize, light: Direction) -> [f32; 3] {

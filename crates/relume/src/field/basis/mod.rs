@@ -55,6 +55,14 @@ impl Basis {
         Self::ALL.into_iter().find(|basis| basis.name() == name)
     }
 
+    /// A short name for each function: `1`, `u`, `u2`.
+    pub fn function_names(self) -> &'static [&'static str] {
+        match self {
+            Self::Constant => &["1"],
+            Self::Ptm => &ptm::NAMES,
+        }
+    }
+
     /// The values of the functions in one direction.
     pub fn weights(self, light: Direction) -> Vec<f64> {
         self.weights_at(light.x(), light.y())
@@ -131,6 +139,7 @@ mod tests {
             order.sort_unstable();
             assert_eq!(order, (0..basis.len()).collect::<Vec<_>>());
             assert_eq!(Basis::from_name(basis.name()), Some(basis));
+            assert_eq!(basis.function_names().len(), basis.len());
             assert_eq!(basis.weights(Direction::ZENITH).len(), basis.len());
         }
     }

@@ -1,1 +1,49 @@
-fn main() {}
+//! The program `relume`: reads the command line, runs one verb, prints its report.
+//!
+//! Every verb is a file in `verb/`: checked arguments go in, a [`report::Report`] comes out.
+//! Outputs appear whole or not at all ([`output`]). Exit status: 0 done, 1 failure, 2 wrong usage.
+
+mod args;
+mod context;
+mod output;
+mod progress;
+mod report;
+mod verb;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+use relume::{Error, ErrorKind};
+
+use context::{Common, Context};
+use verb::Verb;
+
+/// Reflectance textures: fit photographs under moving light, synthesise, relight, render.
+#[derive(Debug, Parser)]
+#[command(name = "relume", version, max_term_width = 100, after_help = "Start with `relume demo`.")]
+struct Cli {
+    #[command(flatten)]
+    common: Common,
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let json = cli.common.json;
+    let result = Context::new(cli.common).and_then(|context| {
+        let report = verb::run(cli.verb, &context)?;
+        report.print(&context)
+    });
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            report::print_error(&error, json);
+            exit_code(&error)
+        }
+    }
+}
+
+fn exit_code(error: &Error) -> ExitCode {
+    ExitCode::from(if error.kind() == ErrorKind::Usage { 2 } else { 1 })
+}

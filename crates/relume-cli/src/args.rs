@@ -1,0 +1,50 @@
+//! Values on the command line: sizes, lights, names.
+
+use relume::{Direction, Size};
+
+/// `512x512` or `512` for a square.
+pub fn size(text: &str) -> Result<Size, String> {
+    let number = |s: &str| s.trim().parse::<usize>().ok().filter(|n| *n > 0);
+    let parsed = match text.split_once(['x', 'X']) {
+        Some((w, h)) => number(w).zip(number(h)),
+        None => number(text).map(|n| (n, n)),
+    };
+    parsed.map(|(width, height)| Size::new(width, height)).ok_or_else(|| {
+        "expected a size such as 512x512 (width x height in texels, both at least 1)".to_owned()
+    })
+}
+
+/// `X,Y,Z`: a vector of any length towards the light; x right, y up, z to the viewer.
+pub fn light(text: &str) -> Result<Direction, String> {
+    let [x, y, z] = numbers(text).ok_or("expected three numbers such as 0.5,0.5,0.7")?;
+    let direction = Direction::from_vector(x, y, z).map_err(|e| e.to_string())?;
+    if direction.z() < 0.0 {
+        return Err("this light is below the surface: its third number must not be negative".to_owned());
+    }
+    Ok(direction)
+}
+
+/// `N` comma-separated finite numbers.
+pub fn numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
+    let parsed: Option<Vec<f64>> =
+        text.split(',').map(|s| s.trim().parse::<f64>().ok().filter(|v| v.is_finite())).collect();
+    parsed?.try_into().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_and_lights_parse_or_say_what_they_expect() {
+        assert_eq!(size("640x480"), Ok(Size::new(640, 480)));
+        assert_eq!(size("64"), Ok(Size::new(64, 64)));
+        for bad in ["", "0x4", "4x", "-3x3", "4x4x4", "ax3", "99999999999999999999"] {
+            assert!(size(bad).is_err(), "{bad}");
+        }
+        assert!((light("0,3,4").unwrap().z() - 0.8).abs() < 1e-12);
+        for bad in ["0,0,0", "1,2", "nan,0,1", "0,0,-1", "1,2,3,4", "inf,0,1"] {
+            assert!(light(bad).is_err(), "{bad}");
+        }
+    }
+}

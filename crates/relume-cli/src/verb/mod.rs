@@ -1,0 +1,20 @@
+//! The verbs, one file each: `Args` says what can be asked, `run` does it and reports.
+//!
+//! A verb checks its outputs ([`crate::output::check`]) before it works, reads through
+//! `crate::input`, calls the library, and writes through [`crate::output`]. It prints nothing.
+//! To add one: a file here, an arm in [`Verb`] and in [`run`].
+
+use clap::Subcommand;
+use relume::Result;
+
+use crate::context::Context;
+use crate::report::Report;
+
+/// What the program can do.
+#[derive(Debug, Subcommand)]
+pub enum Verb {}
+
+/// Runs one verb.
+pub fn run(verb: Verb, _context: &Context) -> Result<Report> {
+    match verb {}
+}

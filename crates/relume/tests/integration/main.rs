@@ -1,1 +1,3 @@
-fn main() {}
+//! One test binary; each module holds one promise of the library.
+
+mod layering;

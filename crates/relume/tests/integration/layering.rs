@@ -1,0 +1,77 @@
+//! The direction of dependency: what everything stands on names no stage, a stage names no other
+//! stage, and nothing in the library names `format`.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+const STAGES: [&str; 7] = ["capture", "fit", "procedural", "surface", "synthesis", "render", "metric"];
+
+/// What a stage may name besides itself and the foundation.
+const ALLOWED: [(&str, &str); 1] = [("fit", "capture")];
+
+fn source_files(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder).expect("the source folder is readable");
+    entries
+        .flat_map(|entry| {
+            let path = entry.expect("a readable entry").path();
+            match path.is_dir() {
+                true => source_files(&path),
+                false => vec![path],
+            }
+        })
+        .filter(|path| path.extension().is_some_and(|e| e == "rs"))
+        .collect()
+}
+
+/// The top-level modules of the library that a source text names, its comments left out.
+fn modules_named(text: &str) -> Vec<String> {
+    let code: Vec<&str> = text.lines().filter(|line| !line.trim_start().starts_with("//")).collect();
+    let code = code.join("\n");
+    let mut named = Vec::new();
+    for (start, _) in code.match_indices("crate::") {
+        let rest = &code[start + "crate::".len()..];
+        let group = rest.strip_prefix('{').and_then(|inner| inner.split('}').next());
+        let paths = group.map_or(vec![rest], |inner| inner.split(',').collect());
+        for path in paths {
+            let name: String = path.trim().chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
+            named.push(name);
+        }
+    }
+    named
+}
+
+fn violations(module: &str, named: &[String]) -> Vec<String> {
+    let is_stage = |name: &str| STAGES.contains(&name) || name == "format";
+    let allowed = |name: &str| name == module || ALLOWED.contains(&(module, name));
+    named.iter().filter(|name| is_stage(name) && !allowed(name)).cloned().collect()
+}
+
+#[test]
+fn modules_depend_only_downwards() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut seen = 0;
+    for path in source_files(&root) {
+        let inside = path.strip_prefix(&root).expect("found below the root");
+        let first = inside.components().next().expect("a file name").as_os_str().to_string_lossy();
+        let module = first.trim_end_matches(".rs");
+        if module == "lib" || module == "format" {
+            continue;
+        }
+        seen += 1;
+        let text = fs::read_to_string(&path).expect("a readable source file");
+        let bad = violations(module, &modules_named(&text));
+        assert!(bad.is_empty(), "{} names {bad:?}", inside.display());
+    }
+    assert!(seen > 20, "only {seen} source files were looked at");
+}
+
+#[test]
+fn the_check_itself_sees_a_violation() {
+    let named = modules_named(
+        "use crate::{planes::Size, render::relight};\nlet a = crate::format::read();\n// crate::fit",
+    );
+    assert_eq!(named, ["planes", "render", "format"]);
+    assert_eq!(violations("surface", &named), ["render", "format"]);
+    assert_eq!(violations("render", &named), ["format"]);
+    assert!(violations("fit", &["capture".to_owned()]).is_empty());
+}

@@ -11,7 +11,7 @@
 //! program joins them. Inside, values are `f32` with white at 1, x points right, y up, z to the
 //! viewer, and row 0 of every plane is the top row. A field and a picture say whether their values
 //! are linear or sRGB-encoded; other encodings, quantisation and row orders exist only in
-//! [`format`] and [`capture`].
+//! [`mod@format`] and [`capture`].
 
 // What everything stands on.
 pub mod direction;

@@ -1,1 +1,32 @@
 //! Files: everything about encodings, quantisation and row orders.
+//!
+//! | file | read by | written by |
+//! |---|---|---|
+//! | `.ptm` | [`read_field`] | [`encode_field`] |
+//! | EXR field | [`read_field`] | [`encode_field`] |
+//! | PNG, JPEG, TIFF, EXR picture | [`read_raster`], [`read_field`] | [`encode_picture`], [`encode_field`] |
+//! | animated PNG, GIF | | [`animation`] |
+//! | EXR with named channels | [`exr::decode_labelled`] | [`exr::encode_labelled`] |
+//! | `.npy` | [`npy::decode_i32`] | [`npy::encode_i32`] |
+//!
+//! Readers go by content, never by a file's name; writers are chosen by extension. Readers ask
+//! [`Limits`](crate::Limits) before they allocate. Writers return bytes: the caller decides where
+//! they go. `docs/formats.md` has the layouts byte by byte.
+
+pub mod animation;
+mod codes;
+mod complete;
+pub mod exr;
+mod field_file;
+mod input;
+pub mod npy;
+mod picture;
+mod png;
+pub mod ptm;
+mod raster;
+
+pub use exr::ExrDepth;
+pub use field_file::{Encoding, FieldFile, FieldFormat, decode_field, encode_field, read_field};
+pub use picture::{Depth, PictureFormat, encode_picture};
+pub use ptm::PtmEncoding;
+pub use raster::{decode_raster, read_raster};

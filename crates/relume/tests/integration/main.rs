@@ -1,3 +1,10 @@
 //! One test binary; each module holds one promise of the library.
 
 mod layering;
+
+mod format_pictures;
+mod format_robustness;
+mod format_round_trips;
+mod ptm_independent;
+mod ptm_precision;
+mod support;

@@ -1,0 +1,106 @@
+//! Integer codes of a picture's values: sRGB-encoded, rounded to nearest, clamped, NaN is 0.
+
+use rayon::prelude::*;
+
+use crate::picture::Picture;
+use crate::space::Space;
+
+/// Values of sRGB as 8-bit codes.
+pub(super) fn code8(encoded: f32) -> u8 {
+    code(encoded, 255.0) as u8
+}
+
+/// Values of sRGB as 16-bit codes.
+pub(super) fn code16(encoded: f32) -> u16 {
+    code(encoded, 65535.0) as u16
+}
+
+fn code(encoded: f32, most: f64) -> u32 {
+    // A cast takes NaN to 0; adding a half before truncation rounds what is not negative.
+    (f64::from(encoded).clamp(0.0, 1.0) * most + 0.5) as u32
+}
+
+/// Interleaved 8-bit codes of a picture, rows from the top.
+pub(super) fn interleaved8(picture: &Picture) -> Vec<u8> {
+    match picture.space {
+        Space::Srgb => interleaved(picture, code8),
+        Space::Linear => {
+            let steps = Steps::new();
+            interleaved(picture, |value| steps.code(value))
+        }
+    }
+}
+
+/// Interleaved 16-bit codes of a picture, rows from the top.
+pub(super) fn interleaved16(picture: &Picture) -> Vec<u16> {
+    let space = picture.space;
+    interleaved(picture, |value| code16(space.to_srgb(value)))
+}
+
+fn interleaved<T: Copy + Default + Send>(picture: &Picture, code: impl Fn(f32) -> T + Sync) -> Vec<T> {
+    let (width, channels) = (picture.size().width, picture.planes.count());
+    let mut codes = vec![T::default(); picture.size().texels() * channels];
+    codes.par_chunks_mut(width * channels).enumerate().for_each(|(y, row)| {
+        for (c, plane) in picture.planes.iter().enumerate() {
+            let values = &plane[y * width..][..width];
+            row.iter_mut().skip(c).step_by(channels).zip(values).for_each(|(out, &v)| *out = code(v));
+        }
+    });
+    codes
+}
+
+/// The least linear value of each 8-bit code but the first: encoding by looking up instead of
+/// raising to a power. Encoding never decreases, so the codes are the same.
+struct Steps([f32; 255]);
+
+impl Steps {
+    fn new() -> Self {
+        Self(std::array::from_fn(|k| least_linear_of(k as u8 + 1)))
+    }
+
+    fn code(&self, linear: f32) -> u8 {
+        self.0.partition_point(|&step| step <= linear) as u8
+    }
+}
+
+/// The least value in 0..=1 whose code is at least `target`, by bisection on the bits: floats
+/// that are not negative are ordered as their bits are.
+fn least_linear_of(target: u8) -> f32 {
+    let (mut below, mut reached) = (0u32, 1f32.to_bits());
+    while reached - below > 1 {
+        let middle = below + (reached - below) / 2;
+        if code8(Space::Linear.to_srgb(f32::from_bits(middle))) >= target {
+            reached = middle;
+        } else {
+            below = middle;
+        }
+    }
+    f32::from_bits(reached)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn codes_round_clamp_and_take_nan_to_black() {
+        let cases = [(0.0, 0), (1.0, 255), (7.0, 255), (-3.0, 0), (f32::NAN, 0), (f32::INFINITY, 255)];
+        let steps = Steps::new();
+        for (value, code) in cases {
+            assert_eq!(code8(value), code, "{value}");
+            assert_eq!(steps.code(value), code, "{value}");
+        }
+        assert_eq!((code8(0.499 / 255.0), code8(0.501 / 255.0)), (0, 1));
+        assert_eq!((code16(1.0), code16(f32::NAN), code16(0.5)), (65535, 0, 32768));
+    }
+
+    #[test]
+    fn looking_a_code_up_equals_encoding() {
+        let steps = Steps::new();
+        let near_steps = steps.0.iter().flat_map(|s| (0..5).map(|d| f32::from_bits(s.to_bits() - 2 + d)));
+        let spread = (0..200_000).map(|i| i as f32 / 190_000.0);
+        for value in near_steps.chain(spread) {
+            assert_eq!(steps.code(value), code8(Space::Linear.to_srgb(value)), "{value:e}");
+        }
+    }
+}

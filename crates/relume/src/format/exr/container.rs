@@ -1,0 +1,155 @@
+//! Planes under names in an EXR file, both ways.
+
+use std::collections::BTreeMap;
+use std::io::Cursor;
+
+use ::exr::block::reader::Reader;
+use ::exr::image::Blocks;
+use ::exr::prelude::{
+    AnyChannel, AnyChannels, AttributeValue, Compression, Encoding, FlatSamples, Image, Layer as ExrLayer,
+    LayerAttributes, LineOrder, ReadChannels, ReadLayers, SampleType, Text, Vec2, WritableImage, f16,
+};
+
+use super::{ExrDepth, attributes};
+use crate::error::{Error, Result};
+use crate::format::input::{Kind, complaint};
+use crate::limits::Limits;
+use crate::planes::{Planes, Size};
+
+/// The first part of an EXR file.
+#[derive(Debug, Clone)]
+pub(super) struct Layer {
+    /// A name for each plane, in alphabetical order as the file has them.
+    pub names: Vec<String>,
+    pub planes: Planes,
+    /// Half where every channel is.
+    pub depth: ExrDepth,
+    /// Attributes that hold text and are not part of the standard.
+    pub attributes: BTreeMap<String, String>,
+}
+
+/// Reads the first part of a file, all channels of it as floats.
+pub(super) fn decode(bytes: &[u8], limits: &Limits) -> Result<Layer> {
+    let reader = ::exr::block::read(Cursor::new(bytes), false).map_err(unreadable)?;
+    check_header(&reader, limits)?;
+    let image = ::exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .first_valid_layer()
+        .all_attributes()
+        .from_chunks(reader)
+        .map_err(unreadable)?;
+    let layer = image.layer_data;
+    let size = Size::new(layer.size.width(), layer.size.height());
+    let channels = layer.channel_data.list;
+    let half = channels.iter().all(|channel| matches!(channel.sample_data, FlatSamples::F16(_)));
+    let mut samples = Vec::with_capacity(size.texels() * channels.len());
+    channels.iter().for_each(|channel| append(&mut samples, &channel.sample_data));
+    let texts = layer.attributes.other.iter().filter_map(|(name, value)| match value {
+        AttributeValue::Text(text) => Some((name.to_string(), text.to_string())),
+        _ => None,
+    });
+    Ok(Layer {
+        names: channels.iter().map(|channel| channel.name.to_string()).collect(),
+        planes: Planes::from_vec(size, channels.len(), samples)?,
+        depth: if half { ExrDepth::Half } else { ExrDepth::Float },
+        attributes: texts.collect(),
+    })
+}
+
+/// Refuses what is not read, and sizes over the limits, before samples are allocated.
+fn check_header(reader: &Reader<Cursor<&[u8]>>, limits: &Limits) -> Result<()> {
+    let header = reader.headers().first().ok_or_else(|| Error::invalid("the EXR file holds no picture"))?;
+    if header.deep {
+        return Err(Error::unsupported("the EXR file holds deep data: flatten it first"));
+    }
+    let channels = &header.channels.list;
+    if let Some(channel) = channels.iter().find(|channel| channel.sampling != Vec2(1, 1)) {
+        return Err(Error::unsupported(format!(
+            "the EXR channel '{}' is stored at a lower resolution: expected full resolution",
+            channel.name
+        )));
+    }
+    // The file's own samples and ours are held at the same time.
+    let stored = |kind: SampleType| if kind == SampleType::F16 { 2 } else { 4 };
+    let bytes_per_texel: u64 = channels.iter().map(|channel| 4 + stored(channel.sample_type)).sum();
+    let size = Size::new(header.layer_size.width(), header.layer_size.height());
+    limits.check("the EXR picture", size, bytes_per_texel)
+}
+
+fn append(out: &mut Vec<f32>, samples: &FlatSamples) {
+    match samples {
+        FlatSamples::F16(s) => out.extend(s.iter().map(|v| v.to_f32())),
+        FlatSamples::F32(s) => out.extend_from_slice(s),
+        FlatSamples::U32(s) => out.extend(s.iter().map(|&v| v as f32)),
+    }
+}
+
+fn unreadable(error: ::exr::error::Error) -> Error {
+    let sentence = complaint(Kind::Exr, &error);
+    match error {
+        ::exr::error::Error::NotSupported(_) => Error::unsupported(sentence),
+        _ => Error::invalid(sentence),
+    }
+}
+
+/// The bytes of a file with a channel for each plane, and attributes of text.
+pub(super) fn encode(
+    names: &[String],
+    planes: &Planes,
+    depth: ExrDepth,
+    texts: &[(&str, String)],
+) -> Result<Vec<u8>> {
+    check_names(names, planes.count())?;
+    let samples = |plane: &[f32]| match depth {
+        ExrDepth::Half => FlatSamples::F16(plane.iter().map(|&v| half_of(v)).collect()),
+        ExrDepth::Float => FlatSamples::F32(plane.to_vec()),
+    };
+    let channels: Result<_> = names
+        .iter()
+        .zip(planes.iter())
+        .map(|(name, plane)| Ok(AnyChannel::new(text(name)?, samples(plane))))
+        .collect();
+    let mut layer_attributes = LayerAttributes::default();
+    for (name, value) in texts {
+        layer_attributes.other.insert(text(name)?, AttributeValue::Text(text(value)?));
+    }
+    let encoding = Encoding {
+        compression: Compression::ZIP16,
+        blocks: Blocks::ScanLines,
+        line_order: LineOrder::Increasing,
+    };
+    let size = (planes.size().width, planes.size().height);
+    let layer = ExrLayer::new(size, layer_attributes, encoding, AnyChannels::sort(channels?));
+    let mut out = Cursor::new(Vec::new());
+    Image::from_layer(layer)
+        .write()
+        .to_buffered(&mut out)
+        .map_err(|error| Error::invalid(format!("the EXR file cannot be written: {error}")))?;
+    let mut bytes = out.into_inner();
+    attributes::sort(&mut bytes);
+    Ok(bytes)
+}
+
+fn check_names(names: &[String], planes: usize) -> Result<()> {
+    if names.len() != planes || planes == 0 {
+        return Err(Error::usage(format!("{planes} planes cannot have {} channel names", names.len())));
+    }
+    let repeated = names.iter().enumerate().find(|(i, name)| name.is_empty() || names[..*i].contains(name));
+    match repeated {
+        Some((_, name)) => Err(Error::usage(format!("the channel name '{name}' is empty or given twice"))),
+        None => Ok(()),
+    }
+}
+
+fn text(value: &str) -> Result<Text> {
+    let ascii = Text::new_or_none(value).filter(|_| value.is_ascii());
+    ascii.ok_or_else(|| Error::usage(format!("'{value}' cannot be text of an EXR file: use ASCII only")))
+}
+
+/// The nearest half; finite values stay finite.
+fn half_of(value: f32) -> f16 {
+    let most = f16::MAX.to_f32();
+    f16::from_f32(if value.is_finite() { value.clamp(-most, most) } else { value })
+}

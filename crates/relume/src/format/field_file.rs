@@ -1,0 +1,154 @@
+//! Fields to and from files of every kind, with how their values were stored.
+
+use std::path::Path;
+
+use super::exr::{self, ExrDepth};
+use super::input::{Kind, read_file};
+use super::picture::{Depth, PictureFormat, encode_picture, extension};
+use super::ptm::{self, PtmEncoding};
+use super::raster::decode_raster;
+use crate::error::{Error, Result};
+use crate::field::{Basis, ColorModel, ReflectanceField};
+use crate::limits::Limits;
+use crate::picture::Picture;
+use crate::raster::Samples;
+
+/// A field read from a file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FieldFile {
+    /// The field.
+    pub field: ReflectanceField,
+    /// How the file stores its values.
+    pub encoding: Encoding,
+}
+
+/// How a file stores values, so that copies of them can be stored as they were.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Encoding {
+    /// Bytes with scale and bias.
+    Ptm(PtmEncoding),
+    /// Codes of an integer picture.
+    Picture(Depth),
+    /// Floats.
+    Exr(ExrDepth),
+}
+
+/// A file format of fields.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FieldFormat {
+    /// Polynomial texture map: 8 bits a coefficient.
+    Ptm,
+    /// Any field, as floats.
+    Exr(ExrDepth),
+    /// Fields of constants only.
+    Picture(PictureFormat),
+}
+
+impl FieldFormat {
+    /// The format an extension stands for: floats for EXR, 8 bits for pictures; see
+    /// [`FieldFormat::in_depth_of`].
+    ///
+    /// # Errors
+    /// When no format has the extension.
+    pub fn from_path(path: &Path) -> Result<Self> {
+        match extension(path).as_str() {
+            "ptm" => Ok(Self::Ptm),
+            "exr" => Ok(Self::Exr(ExrDepth::Float)),
+            "png" | "jpg" | "jpeg" | "tif" | "tiff" => PictureFormat::from_path(path).map(Self::Picture),
+            other => Err(Error::usage(format!(
+                "no format of textures has the extension '{other}': name the file .ptm or .exr, or .png, .jpg \
+                 or .tif for a texture of constants"
+            ))
+            .at(path)),
+        }
+    }
+
+    /// The same format in the depth of another file, where it has that depth: a 16-bit picture
+    /// stays one, halves stay halves.
+    #[must_use]
+    pub fn in_depth_of(self, encoding: &Encoding) -> Self {
+        match (self, encoding) {
+            (Self::Exr(_), Encoding::Exr(depth)) => Self::Exr(*depth),
+            (Self::Picture(format), Encoding::Picture(depth)) => Self::Picture(format.with_depth(*depth)),
+            _ => self,
+        }
+    }
+}
+
+/// Reads a field: a `.ptm`, an EXR field, or any picture as a field of constants. Integer
+/// pictures and `.ptm` give sRGB-encoded values, EXR pictures linear ones.
+///
+/// # Errors
+/// Names the file: one that cannot be read, is truncated, is of another kind or exceeds the limits.
+pub fn read_field(path: &Path, limits: &Limits) -> Result<FieldFile> {
+    let bytes = read_file(path, limits)?;
+    decode_field(&bytes, limits).map_err(|error| error.at(path))
+}
+
+/// The field in the bytes of a file; see [`read_field`].
+///
+/// # Errors
+/// As [`read_field`], without a name.
+pub fn decode_field(bytes: &[u8], limits: &Limits) -> Result<FieldFile> {
+    match Kind::of(bytes)? {
+        Kind::Ptm => {
+            let (field, encoding) = ptm::decode(bytes, limits)?;
+            Ok(FieldFile { field, encoding: Encoding::Ptm(encoding) })
+        }
+        Kind::Exr => {
+            let (field, depth) = exr::decode_field(bytes, limits)?;
+            Ok(FieldFile { field, encoding: Encoding::Exr(depth) })
+        }
+        Kind::Png | Kind::Jpeg | Kind::Tiff => decode_constants(bytes, limits),
+    }
+}
+
+fn decode_constants(bytes: &[u8], limits: &Limits) -> Result<FieldFile> {
+    let raster = decode_raster(bytes, limits)?;
+    limits.check("the picture as a field", raster.size(), 8 * raster.channels() as u64)?;
+    let encoding = match raster.samples() {
+        Samples::U8(_) => Encoding::Picture(Depth::Eight),
+        Samples::U16(_) => Encoding::Picture(Depth::Sixteen),
+        Samples::F32(_) => Encoding::Exr(ExrDepth::Float),
+    };
+    let picture = raster.to_picture(raster.samples().space());
+    Ok(FieldFile { field: ReflectanceField::from_picture(picture), encoding })
+}
+
+/// The bytes of a field's file.
+///
+/// With the `encoding` of the file whose values the field holds copies of, a `.ptm` stores them in
+/// the same bytes; without it, or with another kind's, scale and bias are chosen for the least
+/// error of relit values. Pictures and EXR files give exact copies in the depth they were read in;
+/// see [`FieldFormat::in_depth_of`].
+///
+/// # Errors
+/// When the format cannot hold the field, which the message explains, or the limits are exceeded.
+pub fn encode_field(
+    field: &ReflectanceField,
+    format: FieldFormat,
+    encoding: Option<&Encoding>,
+    limits: &Limits,
+) -> Result<Vec<u8>> {
+    // A copy of the samples and the file itself.
+    let bytes_per_texel = 8 * field.coefficients().count() as u64;
+    limits.check("writing the field", field.size(), bytes_per_texel)?;
+    match (format, encoding) {
+        (FieldFormat::Ptm, Some(Encoding::Ptm(stored))) => ptm::encode(field, Some(stored)),
+        (FieldFormat::Ptm, _) => ptm::encode(field, None),
+        (FieldFormat::Exr(depth), _) => exr::encode_field(field, depth),
+        (FieldFormat::Picture(format), _) => encode_picture(&constants(field)?, format),
+    }
+}
+
+/// A field of constants as the picture it is.
+fn constants(field: &ReflectanceField) -> Result<Picture> {
+    if field.basis() != Basis::Constant || field.color() == ColorModel::Lrgb {
+        return Err(Error::usage(format!(
+            "a texture of {} {} functions is no picture: write .ptm or .exr, or relight it",
+            field.color().name(),
+            field.basis().name()
+        )));
+    }
+    Ok(Picture { planes: field.coefficients().clone(), space: field.space() })
+}

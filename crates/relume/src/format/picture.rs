@@ -1,0 +1,153 @@
+//! Pictures to files. Integer formats are sRGB-encoded, EXR is linear.
+
+use std::io::Cursor;
+use std::path::Path;
+
+use image::codecs::jpeg::JpegEncoder;
+use image::codecs::tiff::TiffEncoder;
+use image::{ExtendedColorType, ImageEncoder};
+
+use super::exr::{self, ExrDepth};
+use super::{codes, png};
+use crate::error::{Error, Result};
+use crate::picture::Picture;
+use crate::planes::Size;
+use crate::space::Space;
+
+/// Bits of an integer sample.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Depth {
+    /// 8 bits.
+    Eight,
+    /// 16 bits.
+    Sixteen,
+}
+
+/// A file format of pictures, with its depth.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PictureFormat {
+    /// PNG, marked as sRGB.
+    Png(Depth),
+    /// JPEG of full colour resolution; the quality is 1 to 100.
+    Jpeg {
+        /// 1 (smallest file) to 100.
+        quality: u8,
+    },
+    /// TIFF, not compressed.
+    Tiff(Depth),
+    /// EXR, linear.
+    Exr(ExrDepth),
+}
+
+/// The quality that [`PictureFormat::from_path`] gives JPEG files.
+const JPEG_QUALITY: u8 = 92;
+
+/// The longest side of a JPEG picture (ITU-T T.81, B.2.2).
+const JPEG_MAX_SIDE: usize = 65535;
+
+impl PictureFormat {
+    /// The format an extension stands for: 8 bits where there is a choice, floats for EXR.
+    ///
+    /// # Errors
+    /// When the extension is none of `png`, `jpg`, `jpeg`, `tif`, `tiff`, `exr`.
+    pub fn from_path(path: &Path) -> Result<Self> {
+        match extension(path).as_str() {
+            "png" => Ok(Self::Png(Depth::Eight)),
+            "jpg" | "jpeg" => Ok(Self::Jpeg { quality: JPEG_QUALITY }),
+            "tif" | "tiff" => Ok(Self::Tiff(Depth::Eight)),
+            "exr" => Ok(Self::Exr(ExrDepth::Float)),
+            other => Err(Error::usage(format!(
+                "no picture format has the extension '{other}': name the file .png, .jpg, .tif or .exr"
+            ))
+            .at(path)),
+        }
+    }
+
+    /// The same format with the depth, where it has a choice of it.
+    #[must_use]
+    pub fn with_depth(self, depth: Depth) -> Self {
+        match self {
+            Self::Png(_) => Self::Png(depth),
+            Self::Tiff(_) => Self::Tiff(depth),
+            Self::Jpeg { .. } | Self::Exr(_) => self,
+        }
+    }
+}
+
+/// A path's extension in lower case; empty where there is none.
+pub(super) fn extension(path: &Path) -> String {
+    path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default()
+}
+
+/// The bytes of a picture file. Integer codes are sRGB-encoded, rounded to nearest without
+/// dithering and clamped, NaN is 0; EXR gets linear values.
+///
+/// # Errors
+/// When the picture does not fit the format: neither one nor three channels, a JPEG with a side
+/// over 65,535 texels, a quality outside 1 to 100.
+pub fn encode_picture(picture: &Picture, format: PictureFormat) -> Result<Vec<u8>> {
+    let (size, channels) = (picture.size(), picture.planes.count());
+    if !matches!(channels, 1 | 3) {
+        return Err(Error::invalid(format!("a picture has 1 or 3 channels, not {channels}")));
+    }
+    match format {
+        PictureFormat::Png(Depth::Eight) => {
+            png::encode(size, channels, ::png::BitDepth::Eight, &codes::interleaved8(picture))
+        }
+        PictureFormat::Png(Depth::Sixteen) => {
+            let samples = bytes_of(&codes::interleaved16(picture), u16::to_be_bytes);
+            png::encode(size, channels, ::png::BitDepth::Sixteen, &samples)
+        }
+        PictureFormat::Jpeg { quality } => encode_jpeg(picture, quality),
+        PictureFormat::Tiff(depth) => encode_tiff(picture, depth),
+        PictureFormat::Exr(depth) => exr::encode_picture(&picture.to_space(Space::Linear), depth),
+    }
+}
+
+fn encode_jpeg(picture: &Picture, quality: u8) -> Result<Vec<u8>> {
+    let Size { width, height } = picture.size();
+    if width.max(height) > JPEG_MAX_SIDE {
+        return Err(Error::usage(format!(
+            "a JPEG picture has sides up to {JPEG_MAX_SIDE} texels, not {width} x {height}: write PNG instead"
+        )));
+    }
+    if !(1..=100).contains(&quality) {
+        return Err(Error::usage(format!("the quality of a JPEG is 1 to 100, not {quality}")));
+    }
+    let color = color_type(picture, Depth::Eight);
+    let mut out = Vec::new();
+    JpegEncoder::new_with_quality(&mut out, quality)
+        .encode(&codes::interleaved8(picture), width as u32, height as u32, color)
+        .map_err(|error| Error::invalid(format!("the picture cannot be written as JPEG: {error}")))?;
+    Ok(out)
+}
+
+fn encode_tiff(picture: &Picture, depth: Depth) -> Result<Vec<u8>> {
+    let Size { width, height } = picture.size();
+    let sides = u32::try_from(width).ok().zip(u32::try_from(height).ok());
+    let (width, height) = sides.ok_or_else(|| {
+        Error::usage(format!("a TIFF picture has sides up to 4294967295 texels, not {width} x {height}"))
+    })?;
+    let samples = match depth {
+        Depth::Eight => codes::interleaved8(picture),
+        Depth::Sixteen => bytes_of(&codes::interleaved16(picture), u16::to_ne_bytes),
+    };
+    let mut out = Cursor::new(Vec::new());
+    TiffEncoder::new(&mut out)
+        .write_image(&samples, width, height, color_type(picture, depth))
+        .map_err(|error| Error::invalid(format!("the picture cannot be written as TIFF: {error}")))?;
+    Ok(out.into_inner())
+}
+
+fn color_type(picture: &Picture, depth: Depth) -> ExtendedColorType {
+    match (picture.planes.count(), depth) {
+        (1, Depth::Eight) => ExtendedColorType::L8,
+        (1, Depth::Sixteen) => ExtendedColorType::L16,
+        (_, Depth::Eight) => ExtendedColorType::Rgb8,
+        (_, Depth::Sixteen) => ExtendedColorType::Rgb16,
+    }
+}
+
+fn bytes_of(samples: &[u16], order: impl Fn(u16) -> [u8; 2]) -> Vec<u8> {
+    samples.iter().flat_map(|&sample| order(sample)).collect()
+}

@@ -1,0 +1,37 @@
+//! Still PNG pictures, and the settings that animated ones share.
+
+use crate::error::{Error, Result};
+use crate::planes::Size;
+
+/// The encoder for pictures of 1 or 3 channels, marked as sRGB.
+pub(super) fn encoder<'a, W: std::io::Write + 'a>(
+    out: W,
+    size: Size,
+    channels: usize,
+    depth: ::png::BitDepth,
+) -> Result<::png::Encoder<'a, W>> {
+    let mut encoder = ::png::Encoder::new(out, side(size.width)?, side(size.height)?);
+    encoder.set_color(if channels == 1 { ::png::ColorType::Grayscale } else { ::png::ColorType::Rgb });
+    encoder.set_depth(depth);
+    encoder.set_source_srgb(::png::SrgbRenderingIntent::RelativeColorimetric);
+    encoder.set_compression(::png::Compression::Balanced);
+    Ok(encoder)
+}
+
+/// A PNG file of the given samples, 16-bit ones in big-endian order.
+pub(super) fn encode(size: Size, channels: usize, depth: ::png::BitDepth, samples: &[u8]) -> Result<Vec<u8>> {
+    let mut out = Vec::new();
+    let mut writer = encoder(&mut out, size, channels, depth)?.write_header().map_err(failed)?;
+    writer.write_image_data(samples).map_err(failed)?;
+    writer.finish().map_err(failed)?;
+    Ok(out)
+}
+
+pub(super) fn failed(error: ::png::EncodingError) -> Error {
+    Error::invalid(format!("the picture cannot be written as PNG: {error}"))
+}
+
+fn side(texels: usize) -> Result<u32> {
+    u32::try_from(texels)
+        .map_err(|_| Error::limit(format!("a PNG picture has sides up to 4294967295 texels, not {texels}")))
+}

@@ -1,0 +1,208 @@
+//! Broken and hostile files give one sentence, never a panic, and no memory they only claim to need.
+
+use std::panic::catch_unwind;
+
+use relume::field::{Basis, ColorModel};
+use relume::format::exr::encode_labelled;
+use relume::format::{
+    Depth, ExrDepth, FieldFormat, PictureFormat, decode_field, decode_raster, encode_field, encode_picture,
+    npy,
+};
+use relume::numeric::random::Stream;
+use relume::{Error, ErrorKind, Limits, Picture, Planes, Size, Space};
+
+use crate::support::{LIMITS, random_field};
+
+/// A small valid file of every kind that is read.
+fn small_files() -> Vec<(String, Vec<u8>)> {
+    let size = Size::new(9, 6);
+    let mut files = Vec::new();
+    for color in [ColorModel::Rgb, ColorModel::Lrgb] {
+        let field = random_field(Basis::Ptm, color, Space::Srgb, size, 1);
+        for format in [FieldFormat::Ptm, FieldFormat::Exr(ExrDepth::Half), FieldFormat::Exr(ExrDepth::Float)]
+        {
+            let name = format!("{color:?} {format:?}");
+            files.push((name, encode_field(&field, format, None, &LIMITS).unwrap()));
+        }
+    }
+    let formats = [
+        PictureFormat::Png(Depth::Eight),
+        PictureFormat::Png(Depth::Sixteen),
+        PictureFormat::Tiff(Depth::Eight),
+        PictureFormat::Tiff(Depth::Sixteen),
+        PictureFormat::Jpeg { quality: 90 },
+        PictureFormat::Exr(ExrDepth::Float),
+    ];
+    for channels in [1, 3] {
+        let mut random = Stream::new(2, channels as u64);
+        let values = (0..size.texels() * channels).map(|_| random.unit() as f32).collect();
+        let picture =
+            Picture { planes: Planes::from_vec(size, channels, values).unwrap(), space: Space::Srgb };
+        for format in formats {
+            files.push((format!("{channels} {format:?}"), encode_picture(&picture, format).unwrap()));
+        }
+    }
+    files
+}
+
+/// Every reader on the same bytes; whether it read them.
+fn read(bytes: &[u8]) -> [Result<(), Error>; 2] {
+    [decode_field(bytes, &LIMITS).map(drop), decode_raster(bytes, &LIMITS).map(drop)]
+}
+
+fn assert_one_sentence(error: &Error) {
+    let message = error.message();
+    assert!(!message.is_empty() && message.len() < 500 && !message.contains('\n'), "{message}");
+}
+
+#[test]
+fn a_file_cut_at_any_byte_is_an_error() {
+    for (name, file) in small_files() {
+        assert!(decode_field(&file, &LIMITS).is_ok(), "{name}");
+        for length in 0..file.len() {
+            for result in read(&file[..length]) {
+                let error = result.expect_err(&format!("{name} cut to {length} of {} bytes", file.len()));
+                assert_one_sentence(&error);
+            }
+        }
+    }
+}
+
+#[test]
+fn changed_bytes_never_panic() {
+    let arrays = npy::encode_i32(Size::new(3, 2), 2, &[7; 12]).unwrap();
+    let mut random = Stream::new(77, 0);
+    for (name, file) in small_files().into_iter().chain([("npy".to_owned(), arrays)]) {
+        for round in 0..600 {
+            let mut changed = file.clone();
+            for _ in 0..=random.below(4) {
+                // Half of the changes go to the head, where the structure is.
+                let reach = if random.below(2) == 0 { file.len().min(400) } else { file.len() };
+                let at = random.below(reach);
+                changed[at] = match random.below(3) {
+                    0 => changed[at] ^ (1 << random.below(8)),
+                    1 => [0, 0xff, 0x7f, 0x80][random.below(4)],
+                    _ => random.below(256) as u8,
+                };
+            }
+            let outcome = catch_unwind(|| {
+                read(&changed).into_iter().chain([npy::decode_i32(&changed, &LIMITS).map(drop)]).for_each(
+                    |result| {
+                        if let Err(error) = result {
+                            assert_one_sentence(&error);
+                        }
+                    },
+                );
+            });
+            assert!(outcome.is_ok(), "{name}, round {round}");
+        }
+    }
+}
+
+fn map_error(header: &str, payload: usize) -> Error {
+    let mut file = header.as_bytes().to_vec();
+    file.resize(file.len() + payload, 7);
+    decode_field(&file, &Limits::default()).unwrap_err()
+}
+
+#[test]
+fn broken_texture_maps_say_what_and_where() {
+    let ones = "1 1 1 1 1 1\n0 0 0 0 0 0\n";
+    let start = "PTM_1.2\nPTM_FORMAT_RGB\n";
+    let cases = [
+        ("PTM_2.0\nPTM_FORMAT_RGB\n1 1\n".to_owned() + ones, 18, "PTM_2.0"),
+        (format!("PTM_1.2\nPTM_FORMAT_HSV\n1 1\n{ones}"), 18, "PTM_FORMAT_HSV"),
+        (format!("PTM_1.2\nwhatever\n1 1\n{ones}"), 18, "whatever"),
+        (format!("{start}0 4\n{ones}"), 0, "the width of the texture map, at byte 23, is '0'"),
+        (format!("{start}4 -4\n{ones}"), 0, "the height of the texture map, at byte 25, is '-4'"),
+        (format!("{start}1000000000 1000000000\n{ones}"), 18, "truncated"),
+        (format!("{start}18446744073709551615 18446744073709551615\n{ones}"), 18, "truncated"),
+        (format!("{start}99999999999999999999 1\n{ones}"), 18, "whole number"),
+        (
+            format!("{start}2 1\n{ones}"),
+            35,
+            "2 x 1 texels need 36 bytes of coefficients from byte 51 on, found 35",
+        ),
+        (format!("{start}2 1\n{ones}"), 37, "do not belong together"),
+        (
+            format!("{start}1 1\n1 1 nan 1 1 1\n0 0 0 0 0 0\n"),
+            18,
+            "scale 3 of 6 of the texture map, at byte 31",
+        ),
+        (format!("{start}1 1\n1 0 1 1 1 1\n0 0 0 0 0 0\n"), 18, "zero"),
+        (format!("{start}1 1\n1 1 1 1 1 inf\n0 0 0 0 0 0\n"), 18, "scale 6"),
+        (format!("{start}1 1\n1 1 1 1 1 1\n0 0 0 0 0 x\n"), 18, "bias 6"),
+        (format!("{start}1 1\n1 1 1 1 1 1\n0 0 0 0 0 1e9\n"), 18, "bias 6"),
+        (format!("{start}1 1\n1 1 1 1 1 1\n0 0 0 0 0 0 0\n"), 18, "no end of line at byte 51"),
+        (format!("{start}{}", "7".repeat(100)), 0, "the width"),
+    ];
+    for (header, payload, expected) in cases {
+        let error = map_error(&header, payload);
+        assert_one_sentence(&error);
+        assert!(error.message().contains(expected), "{header:?}: {error}");
+    }
+}
+
+#[test]
+fn other_kinds_of_texture_maps_are_refused_by_name() {
+    let kinds = [
+        "PTM_FORMAT_LUM",
+        "PTM_FORMAT_JPEG_RGB",
+        "PTM_FORMAT_JPEG_LRGB",
+        "PTM_FORMAT_PTM_LUT",
+        "PTM_C_LUT",
+        "JPEGLS_RGB",
+    ];
+    for kind in kinds {
+        let error = map_error(&format!("PTM_1.2\n{kind}\n1 1\n1 1 1 1 1 1\n0 0 0 0 0 0\n"), 99);
+        assert_eq!(error.kind(), ErrorKind::Unsupported);
+        assert!(error.message().contains(kind), "{error}");
+    }
+}
+
+#[test]
+fn sizes_are_refused_before_memory_is_taken() {
+    let tight = Limits { max_bytes: 1 << 20, max_side: 300 };
+    let wide = Picture { planes: Planes::zeros(Size::new(301, 1), 3), space: Space::Srgb };
+    let large = Picture { planes: Planes::zeros(Size::new(299, 299), 3), space: Space::Srgb };
+    let formats = [
+        PictureFormat::Png(Depth::Eight),
+        PictureFormat::Tiff(Depth::Eight),
+        PictureFormat::Jpeg { quality: 90 },
+        PictureFormat::Exr(ExrDepth::Half),
+    ];
+    for format in formats {
+        for picture in [&wide, &large] {
+            let file = encode_picture(picture, format).unwrap();
+            let error = decode_field(&file, &tight).unwrap_err();
+            assert_eq!(error.kind(), ErrorKind::Limit, "{format:?}: {error}");
+        }
+    }
+    // A PNG header that claims 65,535 x 65,535 texels.
+    let mut bomb = encode_picture(&wide, PictureFormat::Png(Depth::Eight)).unwrap();
+    bomb[16..24].copy_from_slice(&[0, 0, 0xff, 0xff, 0, 0, 0xff, 0xff]);
+    let crc = crc32(&bomb[12..29]).to_be_bytes();
+    bomb[29..33].copy_from_slice(&crc);
+    assert_eq!(decode_raster(&bomb, &Limits::default()).unwrap_err().kind(), ErrorKind::Limit);
+}
+
+/// The checksum of PNG chunks, bit by bit.
+fn crc32(bytes: &[u8]) -> u32 {
+    !bytes.iter().fold(!0u32, |crc, &byte| {
+        (0..8).fold(crc ^ u32::from(byte), |c, _| if c & 1 == 1 { (c >> 1) ^ 0xedb8_8320 } else { c >> 1 })
+    })
+}
+
+#[test]
+fn exr_files_without_a_picture_say_what_they_hold() {
+    let planes = Planes::zeros(Size::new(4, 4), 2);
+    let file = encode_labelled(&["depth", "mask"], &planes, ExrDepth::Float).unwrap();
+    for result in read(&file) {
+        let error = result.unwrap_err();
+        assert_eq!(error.kind(), ErrorKind::Unsupported);
+        assert!(error.message().contains("depth, mask"), "{error}");
+    }
+    let field = random_field(Basis::Ptm, ColorModel::Rgb, Space::Linear, Size::new(4, 4), 1);
+    let file = encode_field(&field, FieldFormat::Exr(ExrDepth::Float), None, &LIMITS).unwrap();
+    assert!(decode_raster(&file, &LIMITS).unwrap_err().message().contains("relight"));
+}

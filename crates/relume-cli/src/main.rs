@@ -5,6 +5,7 @@
 
 mod args;
 mod context;
+mod input;
 mod output;
 mod progress;
 mod report;

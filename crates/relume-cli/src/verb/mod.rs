@@ -1,8 +1,10 @@
 //! The verbs, one file each: `Args` says what can be asked, `run` does it and reports.
 //!
 //! A verb checks its outputs ([`crate::output::check`]) before it works, reads through
-//! `crate::input`, calls the library, and writes through [`crate::output`]. It prints nothing.
+//! [`crate::input`], calls the library, and writes through [`crate::output`]. It prints nothing.
 //! To add one: a file here, an arm in [`Verb`] and in [`run`].
+
+mod info;
 
 use clap::Subcommand;
 use relume::Result;
@@ -12,9 +14,14 @@ use crate::report::Report;
 
 /// What the program can do.
 #[derive(Debug, Subcommand)]
-pub enum Verb {}
+pub enum Verb {
+    /// Say what a file holds
+    Info(info::Args),
+}
 
 /// Runs one verb.
-pub fn run(verb: Verb, _context: &Context) -> Result<Report> {
-    match verb {}
+pub fn run(verb: Verb, context: &Context) -> Result<Report> {
+    match verb {
+        Verb::Info(args) => info::run(&args, context),
+    }
 }

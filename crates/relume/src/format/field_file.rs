@@ -1,6 +1,9 @@
 //! Fields to and from files of every kind, with how their values were stored.
 
+use std::fmt;
 use std::path::Path;
+
+use serde::Serialize;
 
 use super::exr::{self, ExrDepth};
 use super::input::{Kind, read_file};
@@ -23,7 +26,8 @@ pub struct FieldFile {
 }
 
 /// How a file stores values, so that copies of them can be stored as they were.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Encoding {
     /// Bytes with scale and bias.
     Ptm(PtmEncoding),
@@ -31,6 +35,18 @@ pub enum Encoding {
     Picture(Depth),
     /// Floats.
     Exr(ExrDepth),
+}
+
+impl fmt::Display for Encoding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Ptm(_) => "8 bits a coefficient with scale and bias",
+            Self::Picture(Depth::Eight) => "8 bits a sample",
+            Self::Picture(Depth::Sixteen) => "16 bits a sample",
+            Self::Exr(ExrDepth::Half) => "16-bit floats",
+            Self::Exr(ExrDepth::Float) => "32-bit floats",
+        })
+    }
 }
 
 /// A file format of fields.

@@ -15,7 +15,8 @@ use crate::planes::Size;
 use crate::space::Space;
 
 /// Bits of an integer sample.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Depth {
     /// 8 bits.
     Eight,

@@ -17,7 +17,8 @@ use crate::planes::Planes;
 use container::Layer;
 
 /// The type of the samples of an EXR file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum ExrDepth {
     /// 16-bit floats: 11 significant bits, up to 65,504.
     Half,

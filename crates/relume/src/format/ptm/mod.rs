@@ -16,7 +16,7 @@ pub(super) use read::decode;
 pub(super) use write::encode;
 
 /// Scale and bias of the six coefficients, in file order: u^2, v^2, uv, u, v, 1.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct PtmEncoding {
     /// Steps between bytes, in units where white is 255; never zero.
     pub scale: [f32; 6],

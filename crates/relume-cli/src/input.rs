@@ -1,0 +1,37 @@
+//! Inputs by path, or `-` for standard input.
+
+use std::io::Read;
+use std::path::Path;
+
+use relume::format::{self, FieldFile};
+use relume::{Error, Limits, Raster, Result};
+
+use crate::output::is_stream;
+
+/// Reads a field: a `.ptm`, an EXR field, or any picture as a texture of constants.
+pub fn field(path: &Path, limits: &Limits) -> Result<FieldFile> {
+    if is_stream(path) {
+        return format::decode_field(&stdin(limits)?, limits).map_err(|e| e.at("standard input"));
+    }
+    format::read_field(path, limits)
+}
+
+/// Reads a picture as stored.
+pub fn raster(path: &Path, limits: &Limits) -> Result<Raster> {
+    if is_stream(path) {
+        return format::decode_raster(&stdin(limits)?, limits).map_err(|e| e.at("standard input"));
+    }
+    format::read_raster(path, limits)
+}
+
+/// All of standard input, up to the memory limit.
+fn stdin(limits: &Limits) -> Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    std::io::stdin()
+        .lock()
+        .take(limits.max_bytes.saturating_add(1))
+        .read_to_end(&mut bytes)
+        .map_err(|e| Error::io("cannot read standard input", &e))?;
+    limits.check_bytes("standard input", bytes.len() as u64)?;
+    Ok(bytes)
+}

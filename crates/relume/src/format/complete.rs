@@ -67,3 +67,20 @@ pub(super) fn check_png(bytes: &[u8]) -> Result<()> {
         at = end;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_end_marker_inside_a_thumbnail_does_not_count() {
+        let thumbnail = [0xff, 0xe1, 0, 8, 0xff, 0xd8, 1, 2, 0xff, 0xd9];
+        let scan = [0xff, 0xda, 0, 3, 1, 0x12, 0xff, 0x00, 0x34, 0xff, 0xd3, 0x56];
+        let whole = [&[0xff, 0xd8][..], &thumbnail, &scan, &[0xff, 0xff, 0xd9]].concat();
+        assert!(check_jpeg(&whole).is_ok());
+        assert!(check_jpeg(&[&whole[..], b"appended by a camera"].concat()).is_ok());
+        for length in 0..whole.len() {
+            assert!(check_jpeg(&whole[..length]).is_err(), "{length}");
+        }
+    }
+}

@@ -14,7 +14,7 @@ pub(super) fn encoder<'a, W: std::io::Write + 'a>(
     encoder.set_color(if channels == 1 { ::png::ColorType::Grayscale } else { ::png::ColorType::Rgb });
     encoder.set_depth(depth);
     encoder.set_source_srgb(::png::SrgbRenderingIntent::RelativeColorimetric);
-    encoder.set_compression(::png::Compression::Balanced);
+    encoder.set_compression(::png::Compression::Fast);
     Ok(encoder)
 }
 

@@ -8,3 +8,4 @@ mod format_round_trips;
 mod ptm_independent;
 mod ptm_precision;
 mod support;
+mod synthesis;

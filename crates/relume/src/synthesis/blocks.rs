@@ -1,0 +1,231 @@
+//! The synthesis itself: block after block, each drawn at random from those that fit.
+//!
+//! Efros, Freeman, "Image Quilting for Texture Synthesis and Transfer", SIGGRAPH 2001, applied to
+//! reflectance functions after Hel-Or, Malzbender, Gelb, "Synthesis of Reflectance Function Textures
+//! from Examples", HPL-2003-16: blocks are compared and joined in an orthonormal basis of the
+//! functions.
+
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::alpha::ramps;
+use super::canvas::Canvas;
+use super::cut::inside_cuts;
+use super::layout::{Block, Layout};
+use super::options::{Blend, BlockOptions};
+use super::positions::Positions;
+use super::quantise::{Exemplar, Quantised};
+use super::search::brute::Brute;
+use super::search::{Acceptance, Query, Search};
+use super::source_map::{SourceMap, Texel};
+use crate::error::Result;
+use crate::limits::Limits;
+use crate::numeric::random::Stream;
+use crate::progress::Progress;
+
+/// What synthesis gives.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Synthesis {
+    /// Where each texel comes from.
+    pub map: SourceMap,
+    /// How it came about.
+    pub report: Report,
+}
+
+/// How an output came about.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Report {
+    /// Blocks in each row.
+    pub columns: usize,
+    /// Rows of blocks.
+    pub rows: usize,
+    /// Positions in the exemplars from which a block can be taken.
+    pub positions: usize,
+    /// The difference in index space that one code stands for.
+    pub step: f64,
+    /// Candidates over all blocks but the first.
+    pub candidates: u64,
+    /// The blocks in the order in which they were placed.
+    pub placements: Vec<Placement>,
+}
+
+/// One block's choice.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Placement {
+    /// Left column in the output.
+    pub x: usize,
+    /// Top row in the output.
+    pub y: usize,
+    /// The exemplar texel at its top left.
+    pub source: Texel,
+    /// How many blocks were good enough.
+    pub candidates: usize,
+    /// Root mean square distance, over the neighbourhood's texels in index space, of the best one.
+    pub best: f64,
+}
+
+/// Makes a map for an output of `options.size` texels from blocks of the exemplars.
+///
+/// The result depends on the exemplars and the options only, not on the number of threads.
+///
+/// # Errors
+/// When the options mean nothing, no block fits the exemplars, or the limits are exceeded.
+pub fn synthesize(
+    exemplars: &[Exemplar<'_>],
+    options: &BlockOptions,
+    limits: &Limits,
+    progress: &dyn Progress,
+) -> Result<Synthesis> {
+    options.validate()?;
+    let quantised = Quantised::new(exemplars, limits)?;
+    let positions = Positions::new(exemplars, options.block)?;
+    let search = Brute { exemplars: &quantised, positions: &positions };
+    let mut canvas = Canvas::new(options.size, quantised.planes(), limits)?;
+    let work = Work { options, quantised: &quantised, positions: &positions, search: &search };
+    let report = work.fill(&Layout::new(options), &mut canvas, progress);
+    Ok(Synthesis { map: canvas.into_map(exemplars), report })
+}
+
+/// What every block needs to know.
+struct Work<'a> {
+    options: &'a BlockOptions,
+    quantised: &'a Quantised,
+    positions: &'a Positions,
+    search: &'a dyn Search,
+}
+
+/// A block's choice and its share in each texel.
+struct Decision {
+    placement: Placement,
+    weights: Vec<f32>,
+}
+
+impl Work<'_> {
+    /// Places all blocks, wave after wave: the blocks of a wave do not touch.
+    fn fill(&self, layout: &Layout, canvas: &mut Canvas, progress: &dyn Progress) -> Report {
+        progress.start("synthesising blocks", layout.sequence.len() as u64);
+        let mut placements: Vec<Option<Placement>> = vec![None; layout.sequence.len()];
+        for wave in &layout.waves {
+            let decide = |&index: &usize| {
+                let decision = self.decide(&layout.sequence[index], canvas);
+                progress.advance(1);
+                decision
+            };
+            let decisions: Vec<Decision> = wave.par_iter().map(decide).collect();
+            for (&index, decision) in wave.iter().zip(decisions) {
+                let source = decision.placement.source;
+                canvas.paste(&layout.sequence[index], self.quantised, source, &decision.weights);
+                placements[index] = Some(decision.placement);
+            }
+        }
+        let placements: Vec<Placement> = placements.into_iter().flatten().collect();
+        Report {
+            columns: layout.columns,
+            rows: layout.rows,
+            positions: self.positions.count(),
+            step: self.quantised.step(),
+            candidates: placements.iter().skip(1).map(|p| p.candidates as u64).sum(),
+            placements,
+        }
+    }
+
+    /// Chooses a block and how it is joined.
+    fn decide(&self, block: &Block, canvas: &Canvas) -> Decision {
+        let mut stream = Stream::new(self.options.seed, block.number as u64);
+        let query = Query { neighbourhood: block.neighbourhood, codes: canvas.patch(block) };
+        let (source, candidates, best) = if query.neighbourhood.is_empty() {
+            let count = self.positions.count();
+            (self.positions.nth(stream.below(count)), count, 0.0)
+        } else {
+            let (texels, step) = (query.neighbourhood.texels(), self.quantised.step());
+            let acceptance = Acceptance::new(self.options.tolerance, texels, step);
+            let found = self.search.candidates(&query, acceptance);
+            let chosen = found.positions[stream.below(found.positions.len())];
+            (chosen, found.positions.len(), (found.best as f64 / texels as f64).sqrt() * step)
+        };
+        let weights = self.weights(&query, source);
+        Decision { placement: Placement { x: block.x, y: block.y, source, candidates, best }, weights }
+    }
+
+    /// The share of the block from `source` in each texel.
+    fn weights(&self, query: &Query, source: Texel) -> Vec<f32> {
+        let shape = &query.neighbourhood;
+        if self.options.blend == Blend::Alpha {
+            return ramps(shape);
+        }
+        let from = &self.quantised.texels()[source.exemplar as usize];
+        let planes = self.quantised.planes();
+        let error = |x: usize, y: usize| {
+            let new = from.run(source.x as usize + x, source.y as usize + y, 1);
+            let old = &query.codes[shape.extent.index(x, y) * planes..][..planes];
+            new.iter().zip(old).map(|(a, b)| i64::from(a - b).pow(2).unsigned_abs()).sum()
+        };
+        inside_cuts(shape, error).into_iter().map(|inside| f32::from(u8::from(inside))).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::planes::{Planes, Size};
+    use crate::synthesis::options::{Boundary, Tolerance};
+    use crate::synthesis::search::plain::Plain;
+    use proptest::prelude::*;
+
+    fn options() -> impl Strategy<Value = BlockOptions> {
+        let ways = (any::<bool>(), any::<bool>(), any::<bool>(), any::<u64>());
+        (2usize..12, 0usize..9, 1usize..50, 1usize..50, ways).prop_map(|(block, overlap, w, h, ways)| {
+            let (torus, alpha, absolute, seed) = ways;
+            let least = if torus { block } else { 1 };
+            BlockOptions {
+                size: Size::new(w.max(least), h.max(least)),
+                block,
+                overlap: 1 + overlap % (block / 2),
+                tolerance: if absolute { Tolerance::Absolute(0.3) } else { Tolerance::Relative(0.1) },
+                blend: if alpha { Blend::Alpha } else { Blend::Cut },
+                boundary: if torus { Boundary::Torus } else { Boundary::Open },
+                seed,
+            }
+        })
+    }
+
+    fn noise(size: Size, planes: usize, seed: u64) -> Planes {
+        let mut stream = Stream::new(seed, 1);
+        let data = (0..size.texels() * planes).map(|_| stream.unit() as f32).collect();
+        Planes::from_vec(size, planes, data).unwrap()
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(40))]
+
+        /// Waves on several threads with the fast search against one block after another with
+        /// the slow one.
+        #[test]
+        fn equals_the_sequential_synthesis_at_any_number_of_threads(
+            options in options(),
+            (planes, extra, several) in (1usize..7, 0usize..12, 1usize..3),
+        ) {
+            let side = options.block + extra;
+            let fields: Vec<Planes> = (0..several)
+                .map(|e| noise(Size::new(side + e, side + 2 * e), planes, options.seed ^ e as u64))
+                .collect();
+            let exemplars: Vec<Exemplar<'_>> =
+                fields.iter().map(|index| Exemplar { index, excluded: None }).collect();
+            let limits = Limits::default();
+            let quantised = Quantised::new(&exemplars, &limits).unwrap();
+            let positions = Positions::new(&exemplars, options.block).unwrap();
+            let mut layout = Layout::new(&options);
+            layout.waves = (0..layout.sequence.len()).map(|index| vec![index]).collect();
+            let mut canvas = Canvas::new(options.size, planes, &limits).unwrap();
+            let search = Plain { exemplars: &quantised, positions: &positions };
+            let work = Work { options: &options, quantised: &quantised, positions: &positions, search: &search };
+            let report = work.fill(&layout, &mut canvas, &());
+            let truth = Synthesis { map: canvas.into_map(&exemplars), report };
+            for threads in [1, 2, 5] {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+                let found = pool.install(|| synthesize(&exemplars, &options, &limits, &()).unwrap());
+                prop_assert_eq!(&found, &truth, "{} threads", threads);
+            }
+        }
+    }
+}

@@ -1,0 +1,99 @@
+//! The output while it is being made: quantised index planes, and where each texel comes from.
+
+use std::collections::BTreeMap;
+
+use super::layout::Block;
+use super::quantise::{Exemplar, Quantised};
+use super::source_map::{Part, SourceMap, Texel};
+use crate::error::Result;
+use crate::limits::Limits;
+use crate::planes::Size;
+
+/// The output's codes and sources. Blocks that cross an edge go on at the opposite one.
+pub struct Canvas {
+    size: Size,
+    planes: usize,
+    codes: Vec<i16>,
+    sources: Vec<Texel>,
+    mixes: BTreeMap<usize, Vec<Part>>,
+}
+
+impl Canvas {
+    /// An empty canvas.
+    pub fn new(size: Size, planes: usize, limits: &Limits) -> Result<Self> {
+        let bytes = (planes * size_of::<i16>() + size_of::<Texel>()) as u64;
+        limits.check("the synthesised output", size, bytes)?;
+        Ok(Self {
+            size,
+            planes,
+            codes: vec![0; size.texels() * planes],
+            sources: vec![Texel::default(); size.texels()],
+            mixes: BTreeMap::new(),
+        })
+    }
+
+    /// The output texels of row `dy` of a block, in order.
+    fn row(&self, block: &Block, dy: usize) -> impl Iterator<Item = usize> + use<> {
+        let (size, x) = (self.size, block.x);
+        let y = (block.y + dy) % size.height;
+        (0..block.neighbourhood.extent.width).map(move |dx| size.index((x + dx) % size.width, y))
+    }
+
+    /// The codes under a block, row after row; zeros where nothing is yet.
+    pub fn patch(&self, block: &Block) -> Vec<i16> {
+        let extent = block.neighbourhood.extent;
+        let mut patch = Vec::with_capacity(extent.texels() * self.planes);
+        for texel in (0..extent.height).flat_map(|dy| self.row(block, dy)) {
+            patch.extend_from_slice(&self.codes[texel * self.planes..][..self.planes]);
+        }
+        patch
+    }
+
+    /// Puts the exemplar block at `position` into its place; `weights` are its shares, texel by
+    /// texel: 1 copies, 0 keeps what is there, anything between blends.
+    pub fn paste(&mut self, block: &Block, exemplars: &Quantised, position: Texel, weights: &[f32]) {
+        let extent = block.neighbourhood.extent;
+        let from = &exemplars.texels()[position.exemplar as usize];
+        for dy in 0..extent.height {
+            let run = from.run(position.x as usize, position.y as usize + dy, extent.width);
+            let shares = &weights[dy * extent.width..][..extent.width];
+            for (dx, (texel, &share)) in self.row(block, dy).zip(shares).enumerate() {
+                let new = &run[dx * self.planes..][..self.planes];
+                self.put(texel, new, position.offset(dx, dy), share);
+            }
+        }
+    }
+
+    /// Gives texel `source` with codes `new` its share in one output texel.
+    fn put(&mut self, texel: usize, new: &[i16], source: Texel, share: f32) {
+        let old = &mut self.codes[texel * self.planes..][..self.planes];
+        if share <= 0.0 || (source == self.sources[texel] && share < 1.0 && !self.mixes.contains_key(&texel))
+        {
+            return;
+        }
+        if share >= 1.0 {
+            old.copy_from_slice(new);
+            self.sources[texel] = source;
+            self.mixes.remove(&texel);
+            return;
+        }
+        for (code, &new) in old.iter_mut().zip(new) {
+            let change = share * f32::from(new - *code);
+            *code += change.round() as i16;
+        }
+        let before = self.sources[texel];
+        let parts = self.mixes.entry(texel).or_insert_with(|| vec![Part { source: before, weight: 1.0 }]);
+        parts.iter_mut().for_each(|part| part.weight *= 1.0 - share);
+        match parts.iter_mut().find(|part| part.source == source) {
+            Some(part) => part.weight += share,
+            None => parts.push(Part { source, weight: share }),
+        }
+    }
+
+    /// The finished map.
+    pub fn into_map(self, exemplars: &[Exemplar<'_>]) -> SourceMap {
+        let mut map = SourceMap::new(self.size, exemplars, self.sources);
+        self.mixes.iter().for_each(|(&texel, parts)| map.push_mix(texel, parts));
+        map
+    }
+}

@@ -1,0 +1,87 @@
+//! Joining a block to what is there along minimum error boundary cuts.
+//!
+//! - [`path`]: the path of least error through one strip.
+//!
+//! Each filled margin has its own cut across the whole side of the block, and a texel is taken from
+//! the new block where it lies on the inner side of all of them. Where two cuts cross more than once
+//! in a corner, only the part that hangs together with the block's middle counts. The new region is
+//! therefore in one piece and bounded inside every margin, and on the torus, with margins on all
+//! four sides, its boundary is one closed curve. A path's own texels belong to the new block.
+
+pub mod path;
+
+use super::neighbourhood::{Margins, Neighbourhood};
+use crate::planes::Size;
+use path::least_path;
+
+/// Whether each texel of a block is taken from the new block. `error(x, y)` is the squared distance
+/// between what is there and the new block; it is asked for filled texels only.
+pub fn inside_cuts(shape: &Neighbourhood, error: impl Fn(usize, usize) -> u64) -> Vec<bool> {
+    let Size { width, height } = shape.extent;
+    let Margins { left, top, right, bottom } = shape.margins;
+    let left_cut = cut(height, left, |y, depth| error(depth, y));
+    let right_cut = cut(height, right, |y, depth| error(width - 1 - depth, y));
+    let top_cut = cut(width, top, &error);
+    let bottom_cut = cut(width, bottom, |x, depth| error(x, height - 1 - depth));
+    let inside = |x: usize, y: usize| {
+        x >= left_cut[y]
+            && width - 1 - x >= right_cut[y]
+            && y >= top_cut[x]
+            && height - 1 - y >= bottom_cut[x]
+    };
+    let seed = (left.min(width - 1 - right), top.min(height - 1 - bottom));
+    connected(shape.extent, seed, inside)
+}
+
+/// The texels that hang together with `seed`, side by side, through texels that are `inside`.
+fn connected(size: Size, seed: (usize, usize), inside: impl Fn(usize, usize) -> bool) -> Vec<bool> {
+    let mut reached = vec![false; size.texels()];
+    let mut waiting = vec![seed];
+    while let Some((x, y)) = waiting.pop() {
+        if x >= size.width || y >= size.height || reached[size.index(x, y)] || !inside(x, y) {
+            continue;
+        }
+        reached[size.index(x, y)] = true;
+        waiting.extend([(x + 1, y), (x, y + 1)]);
+        waiting.extend(x.checked_sub(1).map(|x| (x, y)));
+        waiting.extend(y.checked_sub(1).map(|y| (x, y)));
+    }
+    reached
+}
+
+/// The depth of a cut below its edge at each place along it: 0 where there is no margin.
+fn cut(length: usize, margin: usize, error: impl Fn(usize, usize) -> u64) -> Vec<usize> {
+    if margin == 0 { vec![0; length] } else { least_path(length, margin, error) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SHAPE: Neighbourhood =
+        Neighbourhood { extent: Size::new(9, 8), margins: Margins { left: 3, top: 2, right: 2, bottom: 3 } };
+
+    #[test]
+    fn cuts_on_four_sides_close_where_the_error_is_nothing() {
+        // A ring of zero error one texel inside the block's edge.
+        let on_ring = |x: usize, y: usize| {
+            ((x == 1 || x == 7) && (1..=6).contains(&y)) || ((y == 1 || y == 6) && (1..=7).contains(&x))
+        };
+        let mask = inside_cuts(&SHAPE, |x, y| if on_ring(x, y) { 0 } else { 1000 });
+        for (texel, inside) in mask.into_iter().enumerate() {
+            let (x, y) = (texel % 9, texel / 9);
+            assert_eq!(inside, (1..=7).contains(&x) && (1..=6).contains(&y), "({x}, {y})");
+        }
+    }
+
+    #[test]
+    fn what_is_not_filled_is_always_taken_from_the_new_block() {
+        let mask = inside_cuts(&SHAPE, |x, y| ((x * 7 + y * 13) % 5) as u64);
+        let unfilled = (0..72).filter(|t| !SHAPE.contains(t % 9, t / 9));
+        assert!(unfilled.into_iter().all(|t| mask[t]));
+        let first = Neighbourhood { margins: Margins::default(), ..SHAPE };
+        assert!(
+            inside_cuts(&first, |_, _| unreachable!("nothing is filled")).into_iter().all(|inside| inside)
+        );
+    }
+}

@@ -1,0 +1,100 @@
+//! Applying a source map to anything registered with the exemplars.
+
+use rayon::prelude::*;
+
+use super::source_map::SourceMap;
+use crate::error::{Error, Result};
+use crate::field::{ColorModel, Domain, IndexSpace, Metric, ReflectanceField};
+use crate::limits::Limits;
+use crate::planes::{Planes, Size};
+
+/// The output that a map makes of fields, one for each exemplar of the map and as large as it.
+///
+/// Copied texels keep their coefficients bit by bit. Blended ones are the weighted sum of the
+/// functions; where those are a luminance times a colour, the nearest such product to the sum, by
+/// the distance over the hemisphere.
+///
+/// # Errors
+/// When the fields are not registered with the exemplars or not of one kind, or the output exceeds
+/// the limits.
+pub fn gather(map: &SourceMap, fields: &[&ReflectanceField], limits: &Limits) -> Result<ReflectanceField> {
+    let first = check(map, fields)?;
+    let count = first.coefficients().count();
+    let mut output = Planes::zeros_within(limits, "the synthesised field", map.size(), count)?;
+    output.as_mut_slice().par_chunks_exact_mut(map.size().texels()).enumerate().for_each(|(k, plane)| {
+        for (value, from) in plane.iter_mut().zip(map.copies()) {
+            *value = fields[from.exemplar as usize].coefficients().at(k, from.x as usize, from.y as usize);
+        }
+    });
+    if map.mix_count() > 0 {
+        let blended = blend(map, fields)?;
+        for (k, plane) in output.iter_mut().enumerate() {
+            map.mixes().zip(blended.plane(k)).for_each(|((texel, _), value)| plane[texel] = *value);
+        }
+    }
+    first.with_coefficients(output)
+}
+
+/// Checks that fields fit a map and each other, and returns the first.
+fn check<'a>(map: &SourceMap, fields: &[&'a ReflectanceField]) -> Result<&'a ReflectanceField> {
+    if fields.len() != map.exemplars().len() {
+        return Err(Error::usage(format!(
+            "the source map was made from {} exemplars, found {} fields to apply it to",
+            map.exemplars().len(),
+            fields.len()
+        )));
+    }
+    let first = *fields.first().ok_or_else(|| Error::usage("a source map needs a field to be applied to"))?;
+    let kind = |field: &ReflectanceField| (field.basis(), field.color(), field.space());
+    for (number, (field, size)) in fields.iter().zip(map.exemplars()).enumerate() {
+        if field.size() != *size {
+            return Err(Error::usage(format!(
+                "what the source map is applied to is {} texels, exemplar {} is {size}: they must be \
+                 registered, texel by texel",
+                field.size(),
+                number + 1
+            )));
+        }
+        if kind(field) != kind(first) {
+            let describe = |(basis, color, space): (crate::field::Basis, ColorModel, crate::space::Space)| {
+                format!("{} {} in {space} values", color.name(), basis.name())
+            };
+            return Err(Error::usage(format!(
+                "field {} is {}, the first is {}: fields must be of one kind",
+                number + 1,
+                describe(kind(field)),
+                describe(kind(first))
+            )));
+        }
+    }
+    Ok(first)
+}
+
+/// The coefficients of the blended texels alone, in their order, as planes of one row.
+fn blend(map: &SourceMap, fields: &[&ReflectanceField]) -> Result<Planes> {
+    if fields[0].color() != ColorModel::Lrgb {
+        let planes: Vec<&Planes> = fields.iter().map(|field| field.coefficients()).collect();
+        return Ok(weighted_sums(map, &planes));
+    }
+    let space = IndexSpace::new(fields[0], Metric::Function, Domain::Hemisphere)?;
+    let index: Vec<Planes> = fields.iter().map(|field| space.index_planes(field)).collect();
+    let sums = weighted_sums(map, &index.iter().collect::<Vec<_>>());
+    Ok(space.field(fields[0], &sums)?.coefficients().clone())
+}
+
+/// The weighted sum of each blended texel's shares.
+fn weighted_sums(map: &SourceMap, exemplars: &[&Planes]) -> Planes {
+    let size = Size::new(map.mix_count(), 1);
+    let mut sums = Planes::zeros(size, exemplars[0].count());
+    sums.as_mut_slice().par_chunks_exact_mut(size.width).enumerate().for_each(|(k, plane)| {
+        for (sum, (_, parts)) in plane.iter_mut().zip(map.mixes()) {
+            let value = |part: &super::Part| {
+                let from = part.source;
+                let value = exemplars[from.exemplar as usize].at(k, from.x as usize, from.y as usize);
+                f64::from(part.weight) * f64::from(value)
+            };
+            *sum = parts.iter().map(value).sum::<f64>() as f32;
+        }
+    });
+    sums
+}

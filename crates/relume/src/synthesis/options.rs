@@ -1,0 +1,142 @@
+//! What block-based synthesis can be asked for.
+
+use serde::Serialize;
+
+use crate::error::{Error, Result};
+use crate::planes::Size;
+
+/// Which blocks of the exemplar are good enough to be drawn from.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Tolerance {
+    /// Distances up to (1 + this) times the smallest one: squared distances up to its square times
+    /// the smallest square. Where the smallest is zero, only equals of it.
+    Relative(f64),
+    /// Root mean square over the neighbourhood's texels of the distance of two texels in index
+    /// space. With the function metric that is the L2 distance of their functions over the domain:
+    /// a difference of v in all directions and c channels counts v sqrt(c A), where A is 2 pi for
+    /// the hemisphere, pi for the cosine-weighted one and 4 for the square. Where no block is as
+    /// near, the nearest ones.
+    Absolute(f64),
+}
+
+/// How a block is joined to what is there.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Blend {
+    /// Along the minimum error boundary cut: every texel is a copy.
+    Cut,
+    /// By linear ramps across the overlaps.
+    Alpha,
+}
+
+/// What lies beyond the output's edges.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Boundary {
+    /// Nothing.
+    Open,
+    /// The opposite edge: the output tiles without a seam.
+    Torus,
+}
+
+/// Options of [`super::synthesize`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct BlockOptions {
+    /// Size of the output in texels.
+    pub size: Size,
+    /// Side of the square blocks in texels.
+    pub block: usize,
+    /// Texels by which neighbouring blocks overlap, at most half a block.
+    pub overlap: usize,
+    /// Which blocks are good enough.
+    pub tolerance: Tolerance,
+    /// How blocks are joined.
+    pub blend: Blend,
+    /// Whether the output closes on itself.
+    pub boundary: Boundary,
+    /// Seed of the random choices.
+    pub seed: u64,
+}
+
+impl BlockOptions {
+    /// The customary overlap: a sixth of the block (Efros, Freeman 2001), at least one texel.
+    pub fn customary_overlap(block: usize) -> usize {
+        (block / 6).max(1)
+    }
+
+    /// Checks the options by themselves; whether blocks fit the exemplars shows when they are met.
+    pub fn validate(&self) -> Result<()> {
+        let Self { size, block, overlap, .. } = *self;
+        if block < 2 {
+            return Err(Error::usage(format!("a block of {block} texels is too small: it needs at least 2")));
+        }
+        if overlap == 0 || overlap > block / 2 {
+            return Err(Error::usage(format!(
+                "blocks of {block} texels cannot overlap by {overlap}: choose 1 to {}",
+                block / 2
+            )));
+        }
+        if size.width == 0 || size.height == 0 {
+            return Err(Error::usage(format!("an output of {size} texels: both sides must be at least 1")));
+        }
+        if self.boundary == Boundary::Torus && size.width.min(size.height) < block {
+            return Err(Error::usage(format!(
+                "an output of {size} texels cannot tile with blocks of {block}: a block would overlap \
+                 itself; choose a block of at most {} or a larger output",
+                size.width.min(size.height)
+            )));
+        }
+        let (Tolerance::Relative(amount) | Tolerance::Absolute(amount)) = self.tolerance;
+        if !amount.is_finite() || amount < 0.0 {
+            return Err(Error::usage(format!(
+                "a tolerance of {amount} has no meaning: it must be a number of at least 0"
+            )));
+        }
+        Ok(())
+    }
+}
+
+impl Default for BlockOptions {
+    /// 256 x 256 texels, blocks of 32 with the customary overlap, tolerance 0.1, cuts, open edges.
+    fn default() -> Self {
+        Self {
+            size: Size::new(256, 256),
+            block: 32,
+            overlap: Self::customary_overlap(32),
+            tolerance: Tolerance::Relative(0.1),
+            blend: Blend::Cut,
+            boundary: Boundary::Open,
+            seed: 0,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn meaningless_options_are_refused() {
+        let good = BlockOptions::default();
+        assert!(good.validate().is_ok());
+        let torus = |side| BlockOptions {
+            size: Size::new(side, 64),
+            boundary: Boundary::Torus,
+            ..BlockOptions::default()
+        };
+        assert!(torus(32).validate().is_ok());
+        let bad = [
+            BlockOptions { block: 1, overlap: 1, ..good.clone() },
+            BlockOptions { overlap: 0, ..good.clone() },
+            BlockOptions { overlap: 17, ..good.clone() },
+            BlockOptions { size: Size::new(0, 5), ..good.clone() },
+            BlockOptions { tolerance: Tolerance::Relative(f64::NAN), ..good.clone() },
+            BlockOptions { tolerance: Tolerance::Absolute(-1.0), ..good.clone() },
+            torus(31),
+        ];
+        for options in bad {
+            assert!(options.validate().is_err(), "{options:?}");
+        }
+    }
+}

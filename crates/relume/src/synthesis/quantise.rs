@@ -1,0 +1,269 @@
+//! Exemplars as integers, so that the distances that decide are exact.
+//!
+//! All planes of all exemplars share one step, which keeps distances proportional; each plane is
+//! shifted by its own minimum, which cancels in differences. Values that lie on at most 256 evenly
+//! spaced levels (8-bit pictures, in any scale) become the numbers of their levels and lose
+//! nothing; others are rounded to 1/4095 of the widest plane's range. Either way codes are 0 to
+//! 4095 and their differences fit 13 bits.
+
+use rayon::prelude::*;
+
+use crate::error::{Error, Result};
+use crate::limits::Limits;
+use crate::planes::{Planes, Size};
+
+/// The largest code.
+pub const MAX_CODE: i16 = 4095;
+
+/// Codes past the last texel, so that a search may read a whole register from any texel on.
+pub const PADDING: usize = 32;
+
+/// A source of blocks: index planes, and texels that may not be used.
+#[derive(Debug, Clone, Copy)]
+pub struct Exemplar<'a> {
+    /// Planes whose Euclidean distance is the distance of texels.
+    pub index: &'a Planes,
+    /// For each texel, row after row, whether blocks must avoid it.
+    pub excluded: Option<&'a [bool]>,
+}
+
+/// One exemplar's codes, the planes of a texel together, row after row.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct IndexTexels {
+    size: Size,
+    planes: usize,
+    codes: Vec<i16>,
+}
+
+impl IndexTexels {
+    /// Width and height.
+    pub fn size(&self) -> Size {
+        self.size
+    }
+
+    /// Where the codes of texel (x, y) begin in [`IndexTexels::codes`].
+    pub fn start(&self, x: usize, y: usize) -> usize {
+        self.size.index(x, y) * self.planes
+    }
+
+    /// All codes, followed by [`PADDING`] zeros.
+    pub fn codes(&self) -> &[i16] {
+        &self.codes
+    }
+
+    /// The codes of `width` texels from (x, y) to the right.
+    pub fn run(&self, x: usize, y: usize, width: usize) -> &[i16] {
+        &self.codes[self.start(x, y)..][..width * self.planes]
+    }
+}
+
+/// The exemplars of one synthesis in a common step.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Quantised {
+    texels: Vec<IndexTexels>,
+    planes: usize,
+    step: f64,
+}
+
+impl Quantised {
+    /// Quantises exemplars that have the same planes.
+    ///
+    /// # Errors
+    /// When there are none, their planes differ in number, or a value is not finite.
+    pub fn new(exemplars: &[Exemplar<'_>], limits: &Limits) -> Result<Self> {
+        let planes = check(exemplars)?;
+        let bytes = |e: &Exemplar<'_>| 2 * (e.index.size().texels() * planes + PADDING) as u64;
+        limits.check_bytes("the index of the exemplars", exemplars.iter().map(bytes).sum())?;
+        let ranges: Vec<(f64, f64)> = (0..planes).map(|k| common_range(exemplars, k)).collect();
+        let widest = ranges.iter().map(|(low, high)| high - low).fold(0.0, f64::max);
+        let lows: Vec<f64> = ranges.iter().map(|(low, _)| *low).collect();
+        let levels = even_levels(exemplars, &lows, widest).unwrap_or(u32::from(MAX_CODE.unsigned_abs()));
+        let step = if widest > 0.0 { widest / f64::from(levels) } else { 1.0 };
+        let texels = exemplars.iter().map(|e| interleave(e.index, &lows, step)).collect();
+        Ok(Self { texels, planes, step })
+    }
+
+    /// The exemplars in order.
+    pub fn texels(&self) -> &[IndexTexels] {
+        &self.texels
+    }
+
+    /// The number of index planes.
+    pub fn planes(&self) -> usize {
+        self.planes
+    }
+
+    /// Sets every code, for tests at the limit of the range.
+    #[cfg(test)]
+    pub(super) fn fill_for_tests(&mut self, code: i16) {
+        self.texels.iter_mut().for_each(|texels| texels.codes.fill(code));
+    }
+
+    /// The difference in index space that one code stands for.
+    pub fn step(&self) -> f64 {
+        self.step
+    }
+}
+
+/// Checks that exemplars can be compared, and returns their number of planes.
+fn check(exemplars: &[Exemplar<'_>]) -> Result<usize> {
+    let Some(first) = exemplars.first() else {
+        return Err(Error::usage("synthesis needs at least one exemplar"));
+    };
+    let planes = first.index.count();
+    for (number, exemplar) in exemplars.iter().enumerate() {
+        let (index, size) = (exemplar.index, exemplar.index.size());
+        if index.count() != planes || planes == 0 {
+            return Err(Error::usage(format!(
+                "exemplar {} has {} index planes, the first {planes}: exemplars must be of one kind",
+                number + 1,
+                index.count()
+            )));
+        }
+        if let Some(at) = index.as_slice().par_iter().position_first(|v| !v.is_finite()) {
+            let texel = at % size.texels();
+            return Err(Error::invalid(format!(
+                "exemplar {} holds {} at texel ({}, {}), where a finite number is needed",
+                number + 1,
+                index.as_slice()[at],
+                texel % size.width,
+                texel / size.width
+            )));
+        }
+        if let Some(mask) = exemplar.excluded.filter(|mask| mask.len() != size.texels()) {
+            return Err(Error::usage(format!(
+                "the mask of exemplar {} has {} texels, the exemplar {size}",
+                number + 1,
+                mask.len()
+            )));
+        }
+    }
+    Ok(planes)
+}
+
+/// Smallest and largest value of plane `k` over all exemplars.
+fn common_range(exemplars: &[Exemplar<'_>], k: usize) -> (f64, f64) {
+    let widen = |(low, high): (f64, f64), e: &Exemplar<'_>| {
+        let (least, most) = e.index.range(k);
+        (low.min(f64::from(least)), high.max(f64::from(most)))
+    };
+    exemplars.iter().fold((f64::INFINITY, f64::NEG_INFINITY), widen)
+}
+
+/// The number n of even steps in the widest range such that every value is a whole number of them
+/// above its plane's minimum; none when that needs more than 255. Values may be off by a thousandth
+/// of 1/255 of the range: less than two fractions with denominators up to 255 differ by, and more
+/// than rounding to `f32` costs.
+fn even_levels(exemplars: &[Exemplar<'_>], lows: &[f64], widest: f64) -> Option<u32> {
+    if widest <= 0.0 {
+        return None;
+    }
+    let off = |fraction: f64, n: u32| {
+        let place = fraction * f64::from(n);
+        (place - (place + 0.5).floor()).abs() > f64::from(n) / 255.0 * 0.001
+    };
+    let mut n = 1;
+    for exemplar in exemplars {
+        for (plane, low) in exemplar.index.iter().zip(lows) {
+            let scale = 1.0 / widest;
+            for value in plane {
+                let fraction = (f64::from(*value) - low) * scale;
+                if off(fraction, n) {
+                    n = (2..=255 / n).map(|times| times * n).find(|&finer| !off(fraction, finer))?;
+                }
+            }
+        }
+    }
+    Some(n)
+}
+
+/// The codes of one exemplar's planes.
+fn interleave(index: &Planes, lows: &[f64], step: f64) -> IndexTexels {
+    let (size, planes) = (index.size(), index.count());
+    let mut codes = vec![0i16; size.texels() * planes + PADDING];
+    let length = size.texels() * planes;
+    codes[..length].par_chunks_exact_mut(size.width * planes).enumerate().for_each(|(y, row)| {
+        for (k, low) in lows.iter().enumerate() {
+            let values = &index.plane(k)[size.index(0, y)..][..size.width];
+            for (code, value) in row[k..].iter_mut().step_by(planes).zip(values) {
+                *code = ((f64::from(*value) - low) / step + 0.5) as i16;
+            }
+        }
+    });
+    IndexTexels { size, planes, codes }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::random::Stream;
+
+    fn quantised(planes: &Planes) -> Quantised {
+        Quantised::new(&[Exemplar { index: planes, excluded: None }], &Limits::default()).unwrap()
+    }
+
+    #[test]
+    fn eight_bit_pictures_keep_their_codes_in_any_scale() {
+        let mut stream = Stream::new(1, 0);
+        let size = Size::new(31, 17);
+        let picture: Vec<u8> = (0..size.texels() * 3).map(|_| stream.below(200) as u8 + 7).collect();
+        for scale in [1.0, 2.0, std::f64::consts::TAU.sqrt(), std::f64::consts::PI.sqrt()] {
+            let values = picture.iter().map(|&c| f32::from(c) / 255.0 * scale as f32).collect();
+            let planes = Planes::from_vec(size, 3, values).unwrap();
+            let q = quantised(&planes);
+            let n = size.texels();
+            for k in 0..3 {
+                let least = i16::from(*picture[k * n..][..n].iter().min().unwrap());
+                for (texel, &code) in picture[k * n..][..n].iter().enumerate() {
+                    assert_eq!(q.texels()[0].codes()[texel * 3 + k], i16::from(code) - least);
+                }
+            }
+            assert!((q.step() / (scale / 255.0) - 1.0).abs() < 1e-5);
+        }
+    }
+
+    #[test]
+    fn other_values_are_off_by_half_a_step_at_most() {
+        let mut stream = Stream::new(2, 0);
+        let size = Size::new(40, 9);
+        let values: Vec<f32> =
+            (0..size.texels() * 4).map(|i| (stream.unit() * (1 + i % 7) as f64) as f32).collect();
+        let planes = Planes::from_vec(size, 4, values).unwrap();
+        let q = quantised(&planes);
+        for k in 0..4 {
+            let low = f64::from(planes.range(k).0);
+            for (texel, value) in planes.plane(k).iter().enumerate() {
+                let code = q.texels()[0].codes()[texel * 4 + k];
+                assert!((0..=MAX_CODE).contains(&code));
+                let error = (low + f64::from(code) * q.step() - f64::from(*value)).abs();
+                assert!(error <= 0.501 * q.step());
+            }
+        }
+    }
+
+    #[test]
+    fn exemplars_share_step_and_shift() {
+        let a = Planes::from_vec(Size::new(2, 1), 1, vec![0.0, 0.3]).unwrap();
+        let b = Planes::from_vec(Size::new(3, 1), 1, vec![0.3, 1.0, std::f32::consts::FRAC_1_PI]).unwrap();
+        let both = [Exemplar { index: &a, excluded: None }, Exemplar { index: &b, excluded: None }];
+        let q = Quantised::new(&both, &Limits::default()).unwrap();
+        assert_eq!(q.texels()[0].run(1, 0, 1), q.texels()[1].run(0, 0, 1));
+    }
+
+    #[test]
+    fn what_cannot_be_compared_is_refused() {
+        let size = Size::new(2, 2);
+        let good = Planes::zeros(size, 2);
+        let other = Planes::zeros(size, 1);
+        let nan = Planes::from_vec(size, 2, vec![0.0, 0.0, 0.0, 0.0, 0.0, f32::NAN, 0.0, 0.0]).unwrap();
+        let plain = |index| Exemplar { index, excluded: None };
+        let refused = |e: &[Exemplar<'_>]| Quantised::new(e, &Limits::default()).unwrap_err();
+        refused(&[]);
+        refused(&[plain(&good), plain(&other)]);
+        refused(&[Exemplar { index: &good, excluded: Some(&[true]) }]);
+        assert!(refused(&[plain(&nan)]).message().contains("texel (1, 0)"));
+        assert_eq!(quantised(&good).texels()[0].run(0, 1, 2), [0; 4]);
+        let huge = Planes::from_vec(size, 1, vec![f32::MAX, f32::MIN, 0.0, 1.0]).unwrap();
+        assert_eq!(quantised(&huge).texels()[0].run(1, 0, 1), [0]);
+    }
+}

@@ -1,0 +1,44 @@
+//! The slow truth of every search: texel after texel, plane after plane, in 64 bits.
+
+use super::{Acceptance, Candidates, Query, Search};
+use crate::synthesis::positions::Positions;
+use crate::synthesis::quantise::Quantised;
+use crate::synthesis::source_map::Texel;
+
+/// Looks at every position in turn.
+#[derive(Debug, Clone, Copy)]
+pub struct Plain<'a> {
+    /// The exemplars.
+    pub exemplars: &'a Quantised,
+    /// Where blocks may come from.
+    pub positions: &'a Positions,
+}
+
+impl Search for Plain<'_> {
+    fn candidates(&self, query: &Query, acceptance: Acceptance) -> Candidates {
+        let all: Vec<(Texel, u64)> = (0..self.positions.count())
+            .map(|number| self.positions.nth(number))
+            .map(|position| (position, squared_distance(self.exemplars, query, position)))
+            .collect();
+        let best = all.iter().map(|(_, distance)| *distance).min().unwrap_or(0);
+        let accepted = all.into_iter().filter(|(_, distance)| *distance <= acceptance.limit(best));
+        Candidates { best, positions: accepted.map(|(position, _)| position).collect() }
+    }
+}
+
+/// The squared distance, in codes, between the filled texels of a query and the block at a position.
+pub fn squared_distance(exemplars: &Quantised, query: &Query, position: Texel) -> u64 {
+    let (planes, shape) = (exemplars.planes(), query.neighbourhood);
+    let exemplar = &exemplars.texels()[position.exemplar as usize];
+    let mut sum = 0i64;
+    for y in 0..shape.extent.height {
+        for x in (0..shape.extent.width).filter(|&x| shape.contains(x, y)) {
+            let there = exemplar.run(position.x as usize + x, position.y as usize + y, 1);
+            for (k, &code) in there.iter().enumerate() {
+                let wanted = query.codes[shape.extent.index(x, y) * planes + k];
+                sum += (i64::from(code) - i64::from(wanted)).pow(2);
+            }
+        }
+    }
+    sum.unsigned_abs()
+}

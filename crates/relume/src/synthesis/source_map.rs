@@ -1,0 +1,113 @@
+//! Where each output texel comes from: the result of synthesis.
+
+use super::quantise::Exemplar;
+use crate::planes::Size;
+
+/// A texel of an exemplar. Ordered by exemplar, row, column: the order that settles ties.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default, serde::Serialize)]
+pub struct Texel {
+    /// Which exemplar, from 0.
+    pub exemplar: u32,
+    /// Row from the top.
+    pub y: u32,
+    /// Column from the left.
+    pub x: u32,
+}
+
+impl Texel {
+    /// The texel `x` further right and `y` further down.
+    pub fn offset(self, x: usize, y: usize) -> Self {
+        Self { exemplar: self.exemplar, y: self.y + y as u32, x: self.x + x as u32 }
+    }
+}
+
+/// A share in a blended texel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Part {
+    /// Where it comes from.
+    pub source: Texel,
+    /// Its weight; those of one texel sum to 1 up to rounding.
+    pub weight: f32,
+}
+
+/// For each texel of an output the exemplar texel it copies, and the blended texels' shares.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SourceMap {
+    size: Size,
+    exemplars: Vec<Size>,
+    copies: Vec<Texel>,
+    mixed: Vec<usize>,
+    part_ends: Vec<usize>,
+    parts: Vec<Part>,
+}
+
+impl SourceMap {
+    /// A map of copies.
+    ///
+    /// # Panics
+    /// When there is not one source for each texel.
+    pub(super) fn new(size: Size, exemplars: &[Exemplar<'_>], copies: Vec<Texel>) -> Self {
+        assert_eq!(copies.len(), size.texels(), "one source for each texel");
+        let exemplars = exemplars.iter().map(|e| e.index.size()).collect();
+        Self { size, exemplars, copies, mixed: Vec::new(), part_ends: Vec::new(), parts: Vec::new() }
+    }
+
+    /// Says that a texel is a blend; texels come in rising order. Its dominant source is the share
+    /// of the largest weight, the first among equals.
+    pub(super) fn push_mix(&mut self, texel: usize, parts: &[Part]) {
+        debug_assert!(self.mixed.last().is_none_or(|last| *last < texel), "texels in rising order");
+        let heavier = |a: Part, b: &Part| if b.weight > a.weight { *b } else { a };
+        self.copies[texel] = parts.iter().skip(1).fold(parts[0], heavier).source;
+        self.mixed.push(texel);
+        self.parts.extend_from_slice(parts);
+        self.part_ends.push(self.parts.len());
+    }
+
+    /// Width and height of the output.
+    pub fn size(&self) -> Size {
+        self.size
+    }
+
+    /// The sizes of the exemplars it points into.
+    pub fn exemplars(&self) -> &[Size] {
+        &self.exemplars
+    }
+
+    /// The source of each texel, row after row; of blended texels the dominant one.
+    pub fn copies(&self) -> &[Texel] {
+        &self.copies
+    }
+
+    /// The blended texels in rising order, with their shares.
+    pub fn mixes(&self) -> impl Iterator<Item = (usize, &[Part])> {
+        let starts = std::iter::once(0).chain(self.part_ends.iter().copied());
+        let ranges = starts.zip(&self.part_ends).map(|(start, &end)| &self.parts[start..end]);
+        self.mixed.iter().copied().zip(ranges)
+    }
+
+    /// The number of blended texels.
+    pub fn mix_count(&self) -> usize {
+        self.mixed.len()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::planes::Planes;
+
+    #[test]
+    fn mixes_are_given_back_with_their_dominant_source() {
+        let index = Planes::zeros(Size::new(4, 4), 1);
+        let exemplars = [Exemplar { index: &index, excluded: None }];
+        let at = |x, y| Texel { exemplar: 0, y, x };
+        let mut map = SourceMap::new(Size::new(3, 1), &exemplars, vec![at(0, 0); 3]);
+        let first = [Part { source: at(1, 1), weight: 0.25 }, Part { source: at(2, 1), weight: 0.75 }];
+        let second = [Part { source: at(3, 0), weight: 0.5 }, Part { source: at(0, 2), weight: 0.5 }];
+        map.push_mix(0, &first);
+        map.push_mix(2, &second);
+        assert_eq!(map.mixes().collect::<Vec<_>>(), [(0, &first[..]), (2, &second[..])]);
+        assert_eq!(map.copies(), [at(2, 1), at(0, 0), at(3, 0)]);
+        assert_eq!((map.mix_count(), map.exemplars()), (2, &[Size::new(4, 4)][..]));
+    }
+}

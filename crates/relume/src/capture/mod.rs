@@ -1,1 +1,6 @@
 //! Captures: light files, folders of photographs, and the virtual light dome.
+
+mod folder;
+pub mod lp;
+
+pub use folder::{Capture, Pairing, Photograph};

@@ -1,1 +1,5 @@
 //! Measures of difference between pictures and fields.
+
+mod psnr;
+
+pub use psnr::{psnr, rmse};

@@ -1,5 +1,6 @@
 //! Small dense mathematics that the stages share.
 
+pub mod decibel;
 pub mod matrix;
 pub mod quadrature;
 pub mod random;

@@ -1,0 +1,177 @@
+//! Light-position files, `.lp`: the number of lights, then a line `name x y z` for each.
+//!
+//! The format has no specification; it is what RTI builders read and write. Vectors point from
+//! the object to the light (x right, y up, z towards the camera) and have any length. Names may
+//! hold spaces, be absolute Windows paths or carry sub-folders, so the last three words of a line
+//! are the vector and everything before them is the name. Decimal commas, CR LF, a byte-order
+//! mark and empty lines are accepted; text that is not UTF-8 is taken as Latin-1.
+
+use crate::direction::Direction;
+use crate::error::{Error, Result};
+
+/// One line of a light-position file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Entry {
+    /// The name of the photograph as the file spells it.
+    pub name: String,
+    /// Where the light stands, seen from the object.
+    pub light: Direction,
+    /// The line in the file, from 1.
+    pub line: usize,
+}
+
+/// Reads the content of a light-position file.
+///
+/// # Errors
+/// A count that is missing or differs from the number of lines, a line without a name and three
+/// numbers, and a vector that is not finite, zero, or not above the surface.
+pub fn parse(bytes: &[u8]) -> Result<Vec<Entry>> {
+    let text = decode(bytes)?;
+    let lines = text.lines().enumerate().map(|(i, line)| (i + 1, line.trim()));
+    let mut lines = lines.filter(|(_, line)| !line.is_empty());
+    let (line, first) = lines.next().ok_or_else(|| {
+        Error::invalid("the file is empty: expected the number of lights, then a line `name x y z` for each")
+    })?;
+    let count: usize = first.parse().map_err(|_| {
+        Error::invalid(format!("line {line}: expected the number of lights alone, found `{}`", excerpt(first)))
+    })?;
+    let entries = lines.map(|(line, text)| parse_line(line, text)).collect::<Result<Vec<_>>>()?;
+    if entries.len() != count {
+        return Err(Error::invalid(format!(
+            "line {line} promises {count} lights, but {} lines follow: correct the number or the list",
+            entries.len()
+        )));
+    }
+    Ok(entries)
+}
+
+/// Writes a light-position file: unit vectors, nine decimals, one line a light.
+///
+/// Names are written as they are; a line break in one would not survive, so it becomes a space.
+pub fn format(lights: &[(String, Direction)]) -> String {
+    let mut text = format!("{}\n", lights.len());
+    for (name, light) in lights {
+        let name = name.replace(['\n', '\r'], " ");
+        text += &format!("{name} {:.9} {:.9} {:.9}\n", light.x(), light.y(), light.z());
+    }
+    text
+}
+
+fn decode(bytes: &[u8]) -> Result<String> {
+    if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
+        return Err(Error::unsupported("the light file is UTF-16 text: save it as UTF-8"));
+    }
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    Ok(match std::str::from_utf8(bytes) {
+        Ok(text) => text.to_owned(),
+        Err(_) => bytes.iter().map(|&byte| char::from(byte)).collect(),
+    })
+}
+
+fn parse_line(line: usize, text: &str) -> Result<Entry> {
+    let malformed = || {
+        Error::invalid(format!(
+            "line {line}: expected a name and three numbers `name x y z`, found `{}`",
+            excerpt(text)
+        ))
+    };
+    let mut rest = text;
+    let mut vector = [0.0f64; 3];
+    for component in vector.iter_mut().rev() {
+        let (before, word) = rest.rsplit_once(char::is_whitespace).ok_or_else(malformed)?;
+        *component = parse_number(word).ok_or_else(malformed)?;
+        rest = before.trim_end();
+    }
+    if rest.is_empty() {
+        return Err(malformed());
+    }
+    let [x, y, z] = vector;
+    let light = Direction::from_vector(x, y, z)
+        .map_err(|e| Error::invalid(format!("line {line}: the light of {}: {}", excerpt(rest), e.message())))?;
+    if light.z() <= 0.0 {
+        return Err(Error::invalid(format!(
+            "line {line}: the light of {} at ({x}, {y}, {z}) is not above the surface: z must be positive",
+            excerpt(rest)
+        )));
+    }
+    Ok(Entry { name: rest.to_owned(), light, line })
+}
+
+/// A number with a decimal point or a decimal comma.
+fn parse_number(word: &str) -> Option<f64> {
+    word.parse().ok().or_else(|| word.replace(',', ".").parse().ok())
+}
+
+/// At most sixty characters of a text from a file, for a message.
+pub(super) fn excerpt(text: &str) -> String {
+    let mut short: String = text.chars().take(60).map(|c| if c.is_control() { '?' } else { c }).collect();
+    if short.len() < text.len() {
+        short.push_str("...");
+    }
+    short
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn message(text: &str) -> String {
+        parse(text.as_bytes()).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn every_known_variant_is_read() {
+        let text = "\u{feff}5\r\nplain.png 0 0 1\r\nwith two  words.jpg 3.0 0 4.0\r\n\
+                    C:\\Dome 1\\img.tif 0,6 -0,0 0,8\r\nsub/folder.png\t0\t0\t2e1\r\n\r\n12 1 0 1\r\n\r\n\r\n";
+        let entries = parse(text.as_bytes()).unwrap();
+        let names: Vec<_> = entries.iter().map(|e| e.name.as_str()).collect();
+        assert_eq!(names, ["plain.png", "with two  words.jpg", "C:\\Dome 1\\img.tif", "sub/folder.png", "12"]);
+        assert_eq!(entries.iter().map(|e| e.line).collect::<Vec<_>>(), [2, 3, 4, 5, 7]);
+        let near = |i: usize, expected: [f64; 3]| {
+            let found = entries[i].light.to_array();
+            assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{found:?}");
+        };
+        near(1, [0.6, 0.0, 0.8]);
+        near(2, [0.6, 0.0, 0.8]);
+        near(3, [0.0, 0.0, 1.0]);
+    }
+
+    #[test]
+    fn latin_1_names_are_read_and_utf_16_is_refused() {
+        assert_eq!(parse(b"1\nn\xe9.png 0 0 1").unwrap()[0].name, "n\u{e9}.png");
+        assert!(parse(b"\xff\xfe1\x00").unwrap_err().message().contains("UTF-16"));
+    }
+
+    #[test]
+    fn errors_name_the_line() {
+        assert!(message("2\na 0 0 1\n\nb 0 nan 1").starts_with("line 4: the light of b"));
+        assert!(message("1\na 0 0 inf").starts_with("line 2"));
+        assert!(message("1\na 0 0 0").starts_with("line 2"));
+        assert!(message("1\na 0.5 0 -0.1").contains("not above the surface"));
+        assert!(message("1\na 1 0 0").contains("not above the surface"));
+        assert!(message("1\n0 0 1").contains("expected a name and three numbers"));
+        assert!(message("1\na 0 1,2,3 1").contains("expected a name and three numbers"));
+        assert!(message("a.png 0 0 1").contains("expected the number of lights"));
+        assert!(message(" \n").contains("empty"));
+        let both = message("3\na 0 0 1\nb 0 0 1");
+        assert!(both.contains("3 lights") && both.contains("2 lines"), "{both}");
+    }
+
+    proptest! {
+        #[test]
+        fn what_is_written_is_read_back(polar in 0.0..1.5f64, azimuth in 0.0..6.3f64, name in "[a-z ]{0,8}[a-z]") {
+            let light = Direction::from_angles(polar, azimuth);
+            let name = name.trim_start().to_owned();
+            let back = parse(format(&[(name.clone(), light), ("b".into(), light)]).as_bytes()).unwrap();
+            prop_assert_eq!(back.len(), 2);
+            prop_assert_eq!(&back[0].name, &name);
+            prop_assert!(back.iter().all(|e| e.light.dot(light) > 1.0 - 1e-15));
+        }
+
+        #[test]
+        fn no_bytes_make_it_panic(bytes in prop::collection::vec(any::<u8>(), 0..80)) {
+            let _ = parse(&bytes);
+        }
+    }
+}

@@ -1,0 +1,7 @@
+//! Errors in decibels.
+
+/// The peak signal-to-noise ratio, 10 log10(1 / MSE), of a mean square error of values whose peak
+/// is 1. No error gives infinity.
+pub fn psnr_db(mean_square_error: f64) -> f64 {
+    -10.0 * mean_square_error.log10()
+}

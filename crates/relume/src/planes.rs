@@ -125,6 +125,28 @@ impl Planes {
         self.plane(k)[self.size.index(x, y)]
     }
 
+    /// The first `count` planes; the memory of the others is given back.
+    #[must_use]
+    pub fn truncated(mut self, count: usize) -> Self {
+        self.count = self.count.min(count);
+        self.data.truncate(self.size.texels() * self.count);
+        self.data.shrink_to_fit();
+        self
+    }
+
+    /// All planes cut into bands of `texels` neighbouring texels (the last may be shorter): for
+    /// each band its piece of every plane, so that bands can be worked on side by side.
+    pub fn bands_mut(&mut self, texels: usize) -> Vec<Vec<&mut [f32]>> {
+        let bands = self.size.texels().div_ceil(texels);
+        let mut pieces: Vec<_> = (0..bands).map(|_| Vec::with_capacity(self.count)).collect();
+        for plane in self.iter_mut() {
+            for (band, piece) in pieces.iter_mut().zip(plane.chunks_mut(texels)) {
+                band.push(piece);
+            }
+        }
+        pieces
+    }
+
     /// Smallest and largest sample of plane `k`.
     pub fn range(&self, k: usize) -> (f32, f32) {
         self.plane(k).iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(lo, hi), &v| (lo.min(v), hi.max(v)))
@@ -180,6 +202,21 @@ mod tests {
         }
         assert!(planes.crop(3, 0, Size::new(3, 1)).is_err());
         assert!(planes.crop(usize::MAX, 0, Size::new(1, 1)).is_err());
+    }
+
+    #[test]
+    fn bands_cover_every_plane_and_truncation_keeps_the_first() {
+        let mut planes = numbered(Size::new(5, 3), 3);
+        let original = planes.clone();
+        let bands = planes.bands_mut(4);
+        assert_eq!(bands.iter().map(|b| b[0].len()).collect::<Vec<_>>(), [4, 4, 4, 3]);
+        for (b, band) in bands.iter().enumerate() {
+            for (k, piece) in band.iter().enumerate() {
+                assert_eq!(**piece, original.plane(k)[4 * b..][..piece.len()]);
+            }
+        }
+        let kept = planes.truncated(2);
+        assert_eq!((kept.count(), kept.as_slice()), (2, &original.as_slice()[..30]));
     }
 
     #[test]

@@ -264,7 +264,8 @@ mod tests {
 
     #[test]
     fn names_are_found_through_paths_and_case() {
-        let lp = "5\nC:\\Dome\\A.JPG 0 0 1\nsub/b.png 0 0 1\nother/c.png 0 0 1\nd e.png 0 0 1\n/abs/x/f.png 0 0 1";
+        let lp =
+            "5\nC:\\Dome\\A.JPG 0 0 1\nsub/b.png 0 0 1\nother/c.png 0 0 1\nd e.png 0 0 1\n/abs/x/f.png 0 0 1";
         let folder = folder(lp, &["a.jpg", "sub/b.png", "b.png", "c.png", "d e.png", "f.png", "F.png"]);
         let expected = ["a.jpg", "sub/b.png", "c.png", "d e.png", "f.png"];
         assert_eq!(opened(&folder, Pairing::ByName).unwrap(), expected);

@@ -33,7 +33,10 @@ pub fn parse(bytes: &[u8]) -> Result<Vec<Entry>> {
         Error::invalid("the file is empty: expected the number of lights, then a line `name x y z` for each")
     })?;
     let count: usize = first.parse().map_err(|_| {
-        Error::invalid(format!("line {line}: expected the number of lights alone, found `{}`", excerpt(first)))
+        Error::invalid(format!(
+            "line {line}: expected the number of lights alone, found `{}`",
+            excerpt(first)
+        ))
     })?;
     let entries = lines.map(|(line, text)| parse_line(line, text)).collect::<Result<Vec<_>>>()?;
     if entries.len() != count {
@@ -86,8 +89,9 @@ fn parse_line(line: usize, text: &str) -> Result<Entry> {
         return Err(malformed());
     }
     let [x, y, z] = vector;
-    let light = Direction::from_vector(x, y, z)
-        .map_err(|e| Error::invalid(format!("line {line}: the light of {}: {}", excerpt(rest), e.message())))?;
+    let light = Direction::from_vector(x, y, z).map_err(|e| {
+        Error::invalid(format!("line {line}: the light of {}: {}", excerpt(rest), e.message()))
+    })?;
     if light.z() <= 0.0 {
         return Err(Error::invalid(format!(
             "line {line}: the light of {} at ({x}, {y}, {z}) is not above the surface: z must be positive",
@@ -126,7 +130,10 @@ mod tests {
                     C:\\Dome 1\\img.tif 0,6 -0,0 0,8\r\nsub/folder.png\t0\t0\t2e1\r\n\r\n12 1 0 1\r\n\r\n\r\n";
         let entries = parse(text.as_bytes()).unwrap();
         let names: Vec<_> = entries.iter().map(|e| e.name.as_str()).collect();
-        assert_eq!(names, ["plain.png", "with two  words.jpg", "C:\\Dome 1\\img.tif", "sub/folder.png", "12"]);
+        assert_eq!(
+            names,
+            ["plain.png", "with two  words.jpg", "C:\\Dome 1\\img.tif", "sub/folder.png", "12"]
+        );
         assert_eq!(entries.iter().map(|e| e.line).collect::<Vec<_>>(), [2, 3, 4, 5, 7]);
         let near = |i: usize, expected: [f64; 3]| {
             let found = entries[i].light.to_array();

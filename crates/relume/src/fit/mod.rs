@@ -1,1 +1,184 @@
 //! Fitting: from photographs under known lights to coefficients.
+//!
+//! Each texel's coefficients are the least-squares solution of A c = p, where row i of A holds the
+//! functions' values under light i and p the texel's values in the photographs (Malzbender, Gelb,
+//! Wolters, "Polynomial Texture Maps", SIGGRAPH 2001, section 3.2). A is the same for all texels,
+//! so its pseudo-inverse is found once and a fit is one matrix product past which the photographs
+//! stream: they are decoded in parallel in batches, added to the sums and dropped. Memory is
+//! that of the sums and one batch, whatever the number of photographs; only the sample of texels
+//! for the error report grows with it, by at most 65,536 texels a photograph.
+//!
+//! | file | does |
+//! |---|---|
+//! | `design` | the matrix A, its factorisation, and why lights may not suffice |
+//! | `levels` | samples of a file as values in the space of the fit |
+//! | `stream` | photographs one batch at a time, checked against the first |
+//! | `accumulate` | sums += pseudo-inverse x photographs, vectorised |
+//! | `product` | three channel functions become a luminance and a colour |
+//! | `sample`, `residual`, `leave_one_out`, `report` | how well the result relights the photographs |
+//! | `reference` | the slow and obvious fit that the tests compare with |
+
+mod accumulate;
+mod design;
+mod leave_one_out;
+mod levels;
+mod product;
+pub mod reference;
+mod report;
+mod residual;
+mod sample;
+mod stream;
+
+pub use report::{FitReport, LightReport, Residual};
+
+use serde::Serialize;
+
+use crate::direction::Direction;
+use crate::error::{Error, Result};
+use crate::field::{Basis, ColorModel, ReflectanceField};
+use crate::limits::Limits;
+use crate::planes::Planes;
+use crate::progress::Progress;
+use crate::raster::Raster;
+use crate::space::Space;
+use accumulate::accumulate;
+use design::Design;
+use levels::Levels;
+use sample::Grid;
+use stream::Stream;
+
+/// What to fit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct FitOptions {
+    /// The functions of light direction.
+    pub basis: Basis,
+    /// [`ColorModel::Lrgb`] or [`ColorModel::Rgb`]. Grey photographs always give
+    /// [`ColorModel::Luminance`].
+    pub color: ColorModel,
+    /// The space of the fitted values. Integer samples are encoded and are decoded for
+    /// [`Space::Linear`]; floating-point samples are linear and are encoded for [`Space::Srgb`].
+    pub space: Space,
+    /// At most this many texels, on a regular grid, are compared with the photographs; every texel
+    /// where the photographs have no more. Beyond 65,536 the photographs are read a second time.
+    pub report_texels: usize,
+    /// Whether to also measure how well each photograph is predicted by all the others.
+    pub leave_one_out: bool,
+}
+
+impl Default for FitOptions {
+    fn default() -> Self {
+        Self {
+            basis: Basis::Ptm,
+            color: ColorModel::Lrgb,
+            space: Space::Srgb,
+            report_texels: sample::KEPT_TEXELS,
+            leave_one_out: false,
+        }
+    }
+}
+
+impl FitOptions {
+    /// Checks what can be checked before a photograph is read.
+    ///
+    /// # Errors
+    /// When no texel is to be compared.
+    pub fn validate(&self) -> Result<()> {
+        if self.report_texels == 0 {
+            return Err(Error::usage("the error report needs at least 1 texel, found 0"));
+        }
+        Ok(())
+    }
+
+    /// The colour model for photographs of that many channels.
+    fn color_of(&self, channels: usize) -> Result<ColorModel> {
+        match (channels, self.color) {
+            (1, _) => Ok(ColorModel::Luminance),
+            (_, ColorModel::Luminance) => {
+                Err(Error::usage("the photographs are coloured: fit them as lrgb or rgb, not as luminance"))
+            }
+            (_, color) => Ok(color),
+        }
+    }
+}
+
+/// A fitted field and how well it relights the photographs.
+#[derive(Debug, Clone)]
+pub struct Fit {
+    /// The result.
+    pub field: ReflectanceField,
+    /// Its errors.
+    pub report: FitReport,
+}
+
+/// Reads photograph `i`; called from any thread, up to twice for each photograph.
+pub type Load<'a> = dyn Fn(usize) -> Result<Raster> + Sync + 'a;
+
+/// Fits photographs under known lights: `lights` names each photograph and its light, and
+/// `load(i)` reads the i-th. The result is the same at any number of threads.
+///
+/// # Errors
+/// Lights that do not determine the functions (before any photograph is read), whatever `load`
+/// refuses, photographs that differ in size or channels, samples that are not numbers, and sizes
+/// beyond `limits`.
+pub fn fit(
+    lights: &[(String, Direction)],
+    load: &Load,
+    options: &FitOptions,
+    limits: &Limits,
+    progress: &dyn Progress,
+) -> Result<Fit> {
+    options.validate()?;
+    let directions: Vec<Direction> = lights.iter().map(|(_, light)| *light).collect();
+    let design = Design::new(options.basis, &directions)?;
+    progress.start("fitting photographs", lights.len() as u64);
+    let stream = Stream::open(lights, load, options.basis.len(), limits)?;
+    let color = options.color_of(stream.channels())?;
+    let grid = Grid::new(stream.size(), options.report_texels);
+    limits.check_bytes("the sample for the error report", stream.sample_bytes(&grid))?;
+    let levels = Levels::new(options.space);
+
+    let (sums, kept) = sum_photographs(&stream, &design, &levels, &grid, progress)?;
+    let linear = options.leave_one_out.then(|| grid.planes(&sums));
+    let coefficients = finish(sums, color, &design);
+
+    let measured = report::Measured { color, grid: &grid, levels: &levels, design: &design, kept: &kept };
+    let report = measured.report(&stream, &grid.planes(&coefficients), linear.as_ref())?;
+    let field = ReflectanceField::new(options.basis, color, options.space, coefficients)?;
+    Ok(Fit { field: field.with_lights(directions), report })
+}
+
+/// The coefficients of every channel, and from each photograph the texels for the report where
+/// they are few enough to keep.
+fn sum_photographs(
+    stream: &Stream,
+    design: &Design,
+    levels: &Levels,
+    grid: &Grid,
+    progress: &dyn Progress,
+) -> Result<(Planes, Vec<Raster>)> {
+    let functions = design.functions();
+    let channels = stream.channels();
+    // One constant function in three channels makes three planes, but four as luminance and colour.
+    let planes = (functions * channels).max(functions + channels);
+    let mut sums = Planes::zeros(stream.size(), planes);
+    let mut kept = Vec::new();
+    stream.for_each_batch(|first, batch| {
+        accumulate(&mut sums, design, first, batch, levels);
+        if grid.is_kept() {
+            kept.extend(batch.iter().map(|photograph| grid.raster(photograph)));
+        }
+        progress.advance(batch.len() as u64);
+    })?;
+    Ok((sums, kept))
+}
+
+/// The coefficient planes of a colour model from those of every channel.
+fn finish(mut sums: Planes, color: ColorModel, design: &Design) -> Planes {
+    if color == ColorModel::Lrgb {
+        product::to_products(&mut sums, design);
+    }
+    sums.truncated(color.planes(design.functions()))
+}
+
+#[cfg(test)]
+mod tests;

@@ -9,3 +9,4 @@ mod ptm_independent;
 mod ptm_precision;
 mod support;
 mod synthesis;
+mod real_captures;

@@ -1,0 +1,43 @@
+//! The fit without one photograph, in closed form.
+//!
+//! With g = (A'A)^-1 a_i, the residual e of texel p under light i and the leverage h = a_i' g, the
+//! least-squares coefficients without photograph i are c - g e / (1 - h) (Cook, Weisberg,
+//! "Residuals and Influence in Regression", 1982, appendix A.2). The colour model is then applied
+//! as in the fit, with the factor of the remaining lights.
+
+use crate::field::ColorModel;
+use crate::planes::Planes;
+use crate::raster::Raster;
+
+use super::design::Design;
+use super::levels::Levels;
+use super::residual::relight_channel;
+
+/// The coefficients of the fit without photograph `i`, from the channel coefficients `linear` of
+/// the fit with it; nothing where the remaining lights do not suffice.
+pub(super) fn coefficients_without(
+    i: usize,
+    photograph: &Raster,
+    linear: &Planes,
+    color: ColorModel,
+    design: &Design,
+    levels: &Levels,
+) -> Option<Planes> {
+    let remaining = design.without(i)?;
+    let n = design.functions();
+    let weights: Vec<f32> = design.values(i).iter().map(|&w| w as f32).collect();
+    let texels = linear.size().texels();
+    let (mut predicted, mut residual) = (vec![0.0f32; texels], vec![0.0f32; texels]);
+    let mut planes = linear.clone();
+    for channel in 0..photograph.channels() {
+        relight_channel(linear, ColorModel::Rgb, &weights, channel, 0, &mut predicted);
+        levels.channel(photograph, channel, 0, &mut residual);
+        residual.iter_mut().zip(&predicted).for_each(|(p, r)| *p -= r);
+        for k in 0..n {
+            let share = (design.share(k, i) / (1.0 - design.leverage(i))) as f32;
+            let plane = planes.plane_mut(channel * n + k);
+            plane.iter_mut().zip(&residual).for_each(|(c, e)| *c -= share * e);
+        }
+    }
+    Some(super::finish(planes, color, &remaining))
+}

@@ -1,0 +1,167 @@
+//! What a fit says about itself.
+
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::design::Design;
+use super::leave_one_out::coefficients_without;
+use super::levels::Levels;
+use super::residual::squared_error;
+use super::sample::Grid;
+use super::stream::Stream;
+use crate::error::Result;
+use crate::field::ColorModel;
+use crate::numeric::decibel::psnr_db;
+use crate::planes::Planes;
+use crate::raster::Raster;
+use crate::space::Space;
+
+/// Condition numbers above this earn a warning: a dome of 49 lights has 23, rings at 40, 45 and
+/// 50 degrees about 240.
+const POOR_CONDITION: f64 = 100.0;
+
+/// An error of values whose peak is 1, clamped to 0..1, in the space of the report.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Residual {
+    /// The root mean square error.
+    pub rmse: f64,
+    /// 20 log10(1 / RMSE); infinite (in JSON: null) where there is no error.
+    pub psnr_db: f64,
+}
+
+/// How well the field relights one photograph.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LightReport {
+    /// The photograph's name.
+    pub name: String,
+    /// The light's unit vector.
+    pub direction: [f64; 3],
+    /// How much the photograph determines its own prediction: 0 not at all, 1 alone.
+    pub leverage: f64,
+    /// The error of the field.
+    #[serde(flatten)]
+    pub error: Residual,
+    /// The error of a field fitted from all other photographs, where that was asked for and they
+    /// suffice.
+    pub leave_one_out: Option<Residual>,
+}
+
+/// How well a fitted field relights its photographs.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FitReport {
+    /// The space of the fitted and compared values.
+    pub space: Space,
+    /// Texels of the field.
+    pub texels: usize,
+    /// Texels compared, on a regular grid; all when equal to `texels`.
+    pub texels_measured: usize,
+    /// The condition number of the matrix of the fit, in the Frobenius norm.
+    pub condition_number: f64,
+    /// The error over all photographs.
+    pub error: Residual,
+    /// The error over all photographs, each predicted from the others; those of which the others do
+    /// not suffice are left out.
+    pub leave_one_out: Option<Residual>,
+    /// The place in `lights` of the photograph with the largest error, the first of equals.
+    pub worst: usize,
+    /// Each photograph, in the order given.
+    pub lights: Vec<LightReport>,
+    /// What makes the figures or the coefficients doubtful, in sentences.
+    pub warnings: Vec<String>,
+}
+
+impl FitReport {
+    /// The photograph with the largest error.
+    pub fn worst_light(&self) -> &LightReport {
+        &self.lights[self.worst]
+    }
+}
+
+/// What the errors are measured with.
+pub(super) struct Measured<'a> {
+    pub color: ColorModel,
+    pub grid: &'a Grid,
+    pub levels: &'a Levels,
+    pub design: &'a Design,
+    /// The grid's texels of every photograph; empty where they are too many to keep.
+    pub kept: &'a [Raster],
+}
+
+/// Sums of squared errors of one photograph.
+struct Errors {
+    fit: f64,
+    leave_one_out: Option<f64>,
+}
+
+impl Measured<'_> {
+    /// Compares the final `coefficients` with all photographs, and those without each photograph,
+    /// made from the channel coefficients `linear` where they are given. Both are on the grid.
+    pub fn report(
+        &self,
+        stream: &Stream,
+        coefficients: &Planes,
+        linear: Option<&Planes>,
+    ) -> Result<FitReport> {
+        let lights = stream.lights();
+        let errors: Vec<Result<Errors>> =
+            (0..lights.len()).into_par_iter().map(|i| self.errors(i, stream, coefficients, linear)).collect();
+        let errors = errors.into_iter().collect::<Result<Vec<Errors>>>()?;
+        let samples = self.grid.texels() * stream.channels();
+        let light = |(i, error): (usize, &Errors)| LightReport {
+            name: lights[i].0.clone(),
+            direction: lights[i].1.to_array(),
+            leverage: self.design.leverage(i),
+            error: residual(error.fit, samples),
+            leave_one_out: error.leave_one_out.map(|sum| residual(sum, samples)),
+        };
+        let predicted: Vec<f64> = errors.iter().filter_map(|e| e.leave_one_out).collect();
+        let worst = (0..errors.len()).fold(0, |w, i| if errors[i].fit > errors[w].fit { i } else { w });
+        Ok(FitReport {
+            space: self.levels.space(),
+            texels: self.grid.full_texels(),
+            texels_measured: self.grid.texels(),
+            condition_number: self.design.condition_number(),
+            error: residual(errors.iter().map(|e| e.fit).sum(), samples * errors.len()),
+            leave_one_out: (!predicted.is_empty())
+                .then(|| residual(predicted.iter().sum(), samples * predicted.len())),
+            worst,
+            lights: errors.iter().enumerate().map(light).collect(),
+            warnings: self.warnings(lights.len()),
+        })
+    }
+
+    fn errors(&self, i: usize, stream: &Stream, field: &Planes, linear: Option<&Planes>) -> Result<Errors> {
+        let read = |i| Ok(self.grid.raster(&stream.read(i)?));
+        let read = if self.kept.is_empty() { Some(read(i)?) } else { None };
+        let photograph = read.as_ref().unwrap_or_else(|| &self.kept[i]);
+        let error = |planes: &Planes| {
+            squared_error(planes, self.color, self.design.values(i), photograph, self.levels)
+        };
+        let without =
+            |linear| coefficients_without(i, photograph, linear, self.color, self.design, self.levels);
+        Ok(Errors { fit: error(field), leave_one_out: linear.and_then(without).as_ref().map(error) })
+    }
+
+    fn warnings(&self, photographs: usize) -> Vec<String> {
+        let mut warnings = Vec::new();
+        let condition = self.design.condition_number();
+        if condition > POOR_CONDITION {
+            warnings.push(format!(
+                "the lights tell some functions apart poorly (condition number {condition:.0}): noise in the \
+                 photographs is amplified, more so under lights unlike those of the capture"
+            ));
+        }
+        if photographs == self.design.functions() {
+            warnings.push(format!(
+                "{photographs} photographs are just enough for {photographs} functions: the fit passes through \
+                 them, so its errors say nothing about other lights"
+            ));
+        }
+        warnings
+    }
+}
+
+fn residual(sum_of_squares: f64, samples: usize) -> Residual {
+    let mean = sum_of_squares / samples as f64;
+    Residual { rmse: mean.sqrt(), psnr_db: psnr_db(mean) }
+}

@@ -1,0 +1,58 @@
+//! How far a relit field is from a photograph.
+
+use crate::field::ColorModel;
+use crate::planes::Planes;
+use crate::raster::Raster;
+
+use super::levels::Levels;
+
+/// Texels relit at a time.
+const BAND: usize = 4096;
+
+/// The sum of squared differences of a photograph and the field relit with `weights`, over all
+/// texels and channels, both clamped to 0..1 as on a display.
+pub(super) fn squared_error(
+    coefficients: &Planes,
+    color: ColorModel,
+    weights: &[f64],
+    photograph: &Raster,
+    levels: &Levels,
+) -> f64 {
+    let weights: Vec<f32> = weights.iter().map(|&w| w as f32).collect();
+    let texels = coefficients.size().texels();
+    let (mut relit, mut truth) = ([0.0f32; BAND], [0.0f32; BAND]);
+    let mut sum = 0.0;
+    for channel in 0..photograph.channels() {
+        for first in (0..texels).step_by(BAND) {
+            let relit = &mut relit[..BAND.min(texels - first)];
+            let truth = &mut truth[..relit.len()];
+            relight_channel(coefficients, color, &weights, channel, first, relit);
+            levels.channel(photograph, channel, first, truth);
+            let pairs = relit.iter().zip(&*truth);
+            sum += pairs.map(|(a, b)| f64::from(a.clamp(0.0, 1.0) - b.clamp(0.0, 1.0)).powi(2)).sum::<f64>();
+        }
+    }
+    sum
+}
+
+/// One channel of neighbouring texels, `first` and those after it, not clamped.
+pub(super) fn relight_channel(
+    coefficients: &Planes,
+    color: ColorModel,
+    weights: &[f32],
+    channel: usize,
+    first: usize,
+    out: &mut [f32],
+) {
+    let (n, texels) = (weights.len(), out.len());
+    let function = if color == ColorModel::Lrgb { 0 } else { channel * n };
+    out.fill(0.0);
+    for (k, weight) in weights.iter().enumerate() {
+        let plane = &coefficients.plane(function + k)[first..][..texels];
+        out.iter_mut().zip(plane).for_each(|(o, c)| *o += weight * c);
+    }
+    if color == ColorModel::Lrgb {
+        let plane = &coefficients.plane(n + channel)[first..][..texels];
+        out.iter_mut().zip(plane).for_each(|(o, c)| *o *= c);
+    }
+}

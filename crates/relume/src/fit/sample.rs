@@ -1,0 +1,106 @@
+//! The texels at which a fit is compared with its photographs: a regular grid.
+
+use crate::planes::{Planes, Size};
+use crate::raster::{Raster, Samples};
+
+/// Grids of at most this many texels are kept from each photograph while it streams; for larger
+/// ones the photographs are read again.
+pub(super) const KEPT_TEXELS: usize = 65_536;
+
+/// Every `step`-th texel of every `step`-th row, centred in the picture.
+#[derive(Debug, Clone)]
+pub(super) struct Grid {
+    full: Size,
+    step: usize,
+    first: (usize, usize),
+    size: Size,
+}
+
+impl Grid {
+    /// The finest grid of at most `most` texels; all texels where there are no more.
+    pub fn new(full: Size, most: usize) -> Self {
+        let mut step = 1;
+        while full.width.div_ceil(step) * full.height.div_ceil(step) > most.max(1) {
+            step += 1;
+        }
+        let size = Size::new(full.width.div_ceil(step), full.height.div_ceil(step));
+        let margin = |side: usize, count: usize| (side - 1 - (count - 1) * step) / 2;
+        let first = (margin(full.width, size.width), margin(full.height, size.height));
+        Self { full, step, first, size }
+    }
+
+    /// The number of texels of the grid.
+    pub fn texels(&self) -> usize {
+        self.size.texels()
+    }
+
+    /// The number of texels of the picture.
+    pub fn full_texels(&self) -> usize {
+        self.full.texels()
+    }
+
+    /// Whether its texels are few enough to be kept from every photograph.
+    pub fn is_kept(&self) -> bool {
+        self.texels() <= KEPT_TEXELS
+    }
+
+    /// The grid's texels of planes.
+    pub fn planes(&self, planes: &Planes) -> Planes {
+        let data = planes.iter().flat_map(|plane| self.indices().map(|i| plane[i])).collect();
+        Planes::from_vec(self.size, planes.count(), data).expect("one sample a texel of every plane")
+    }
+
+    /// The grid's texels of a photograph, in its depth.
+    pub fn raster(&self, raster: &Raster) -> Raster {
+        let samples = match raster.samples() {
+            Samples::U8(s) => Samples::U8(self.pick(s, raster.channels())),
+            Samples::U16(s) => Samples::U16(self.pick(s, raster.channels())),
+            Samples::F32(s) => Samples::F32(self.pick(s, raster.channels())),
+        };
+        Raster::new(self.size, raster.channels(), samples).expect("as many samples as the grid has")
+    }
+
+    fn indices(&self) -> impl Iterator<Item = usize> {
+        let (x0, y0) = self.first;
+        (0..self.size.height).flat_map(move |j| {
+            (0..self.size.width).map(move |i| self.full.index(x0 + i * self.step, y0 + j * self.step))
+        })
+    }
+
+    fn pick<T: Copy>(&self, samples: &[T], channels: usize) -> Vec<T> {
+        let mut picked = Vec::with_capacity(self.texels() * channels);
+        self.indices().for_each(|i| picked.extend_from_slice(&samples[i * channels..][..channels]));
+        picked
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn grids_lie_inside_and_hold_no_more_than_asked() {
+        for (w, h) in [(1, 1), (7, 5), (1024, 1), (1, 333), (64, 64), (100, 3)] {
+            for most in [1, 2, 10, 100, 5000] {
+                let grid = Grid::new(Size::new(w, h), most);
+                let indices: Vec<usize> = grid.indices().collect();
+                assert!(indices.len() == grid.texels() && (1..=most).contains(&indices.len()));
+                assert!(indices.is_sorted_by(|a, b| a < b) && indices.iter().all(|&i| i < w * h));
+                assert!(w * h > most || indices.len() == w * h);
+            }
+        }
+    }
+
+    #[test]
+    fn planes_and_photographs_are_sampled_at_the_same_texels() {
+        let size = Size::new(11, 7);
+        let grid = Grid::new(size, 9);
+        let raster = Raster::new(size, 1, Samples::U8((0..77).collect())).unwrap();
+        let planes = Planes::from_vec(size, 1, (0..77u8).map(f32::from).collect()).unwrap();
+        let thinned = grid.raster(&raster);
+        let Samples::U8(codes) = thinned.samples() else { panic!("the depth is kept") };
+        let values: Vec<f32> = codes.iter().copied().map(f32::from).collect();
+        assert_eq!(values, grid.planes(&planes).as_slice());
+        assert_eq!(codes.len(), 6);
+    }
+}

@@ -1,0 +1,138 @@
+//! Photographs one batch at a time: decoded in parallel, checked against the first, and dropped.
+
+use std::sync::Mutex;
+
+use rayon::prelude::*;
+
+use super::Load;
+use super::sample::Grid;
+use crate::direction::Direction;
+use crate::error::{Error, Result};
+use crate::limits::Limits;
+use crate::planes::Size;
+use crate::raster::{Raster, Samples};
+
+/// Most photographs of a batch. Every batch passes over all sums once, so few are slow; sixteen
+/// make that a tenth of the decoding.
+pub(super) const BATCH: usize = 16;
+
+/// Floating-point samples beyond this (or not numbers) are no photograph; their squares still fit.
+const LARGEST_SAMPLE: f32 = 1e12;
+
+/// The photographs of a fit.
+pub(super) struct Stream<'a> {
+    lights: &'a [(String, Direction)],
+    load: &'a Load<'a>,
+    size: Size,
+    channels: usize,
+    depth: usize,
+    batch: usize,
+    /// The first photograph, until it is used.
+    first: Mutex<Option<Raster>>,
+}
+
+impl<'a> Stream<'a> {
+    /// Reads the first photograph, which sets the size, and refuses a fit of `functions` functions
+    /// that does not fit into the limits.
+    pub fn open(
+        lights: &'a [(String, Direction)],
+        load: &'a Load<'a>,
+        functions: usize,
+        limits: &Limits,
+    ) -> Result<Self> {
+        let first = load(0)?;
+        check_samples(&first, &lights[0].0)?;
+        let (size, channels) = (first.size(), first.channels());
+        let depth = match first.samples() {
+            Samples::U8(_) => 1,
+            Samples::U16(_) => 2,
+            Samples::F32(_) => 4,
+        };
+        // A batch takes no more memory than the sums, four bytes a function, or that of four.
+        let batch = (4 * functions / depth).clamp(4, BATCH);
+        let bytes = 4 * (functions * channels).max(functions + channels) + batch * channels * depth;
+        limits.check("the fit", size, bytes as u64)?;
+        Ok(Self { lights, load, size, channels, depth, batch, first: Mutex::new(Some(first)) })
+    }
+
+    /// The size of every photograph.
+    pub fn size(&self) -> Size {
+        self.size
+    }
+
+    /// The channels of every photograph.
+    pub fn channels(&self) -> usize {
+        self.channels
+    }
+
+    /// The names of the photographs and their lights.
+    pub fn lights(&self) -> &'a [(String, Direction)] {
+        self.lights
+    }
+
+    /// The memory that the texels of a grid take when they are kept from every photograph.
+    pub fn sample_bytes(&self, grid: &Grid) -> u64 {
+        if !grid.is_kept() {
+            return 0;
+        }
+        (grid.texels() * self.channels * self.depth) as u64 * self.lights.len() as u64
+    }
+
+    /// Reads photograph `i`.
+    pub fn read(&self, i: usize) -> Result<Raster> {
+        let held = || self.first.lock().ok().and_then(|mut first| first.take());
+        if let Some(first) = (i == 0).then(held).flatten() {
+            return Ok(first);
+        }
+        let photograph = (self.load)(i)?;
+        self.check(&photograph, i)?;
+        Ok(photograph)
+    }
+
+    /// Gives each batch, with the number of its first photograph, to `take`.
+    ///
+    /// # Errors
+    /// That of the first photograph, in order, that cannot be read.
+    pub fn for_each_batch(&self, mut take: impl FnMut(usize, &[Raster])) -> Result<()> {
+        for start in (0..self.lights.len()).step_by(self.batch) {
+            let end = (start + self.batch).min(self.lights.len());
+            let read: Vec<Result<Raster>> = (start..end).into_par_iter().map(|i| self.read(i)).collect();
+            take(start, &read.into_iter().collect::<Result<Vec<_>>>()?);
+        }
+        Ok(())
+    }
+
+    fn check(&self, photograph: &Raster, i: usize) -> Result<()> {
+        let (name, first) = (&self.lights[i].0, &self.lights[0].0);
+        if photograph.size() != self.size {
+            return Err(Error::invalid(format!(
+                "the photograph {name} is {} texels and {first} is {}: all must be equally large",
+                photograph.size(),
+                self.size
+            )));
+        }
+        if photograph.channels() != self.channels {
+            let kind = |channels: usize| if channels == 1 { "grey" } else { "in colour" };
+            return Err(Error::invalid(format!(
+                "the photograph {name} is {} and {first} is {}: convert them to be alike",
+                kind(photograph.channels()),
+                kind(self.channels)
+            )));
+        }
+        check_samples(photograph, name)
+    }
+}
+
+/// Refuses floating-point samples that no camera gives.
+fn check_samples(photograph: &Raster, name: &str) -> Result<()> {
+    let Samples::F32(samples) = photograph.samples() else { return Ok(()) };
+    let wrong = samples.iter().position(|s| s.is_nan() || s.abs() > LARGEST_SAMPLE);
+    wrong.map_or(Ok(()), |i| {
+        let texel = i / photograph.channels();
+        let (x, y) = (texel % photograph.size().width, texel / photograph.size().width);
+        Err(Error::invalid(format!(
+            "the photograph {name} holds the sample {} at texel ({x}, {y}): expected finite numbers with white at 1",
+            samples[i]
+        )))
+    })
+}

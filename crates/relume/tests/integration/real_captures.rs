@@ -1,0 +1,111 @@
+//! Fits of measured and rendered captures, where they are present: the figures are printed, and
+//! predicted pictures must be as near to photographs that were not fitted as polynomial texture
+//! maps are known to be.
+//!
+//! Looked for in `RELUME_DATA`, or in `../shared/data` beside the workspace.
+
+use std::path::{Path, PathBuf};
+
+use relume::capture::{Capture, Pairing};
+use relume::field::ColorModel;
+use relume::fit::{Fit, FitOptions, fit};
+use relume::metric::psnr;
+use relume::{Limits, Planes, Raster, ReflectanceField, Result, Samples, Size, Space};
+
+/// A capture's folder, or nothing (said so) where the data is absent.
+fn folder(name: &str) -> Option<PathBuf> {
+    let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
+    let data = std::env::var_os("RELUME_DATA").map_or_else(beside, PathBuf::from);
+    let folder = data.join("captures").join(name);
+    if folder.is_dir() {
+        return Some(folder);
+    }
+    println!("SKIPPED: {} is absent; set RELUME_DATA to the folder of test data", folder.display());
+    None
+}
+
+fn read(path: &Path) -> Result<Raster> {
+    let picture = image::open(path).map_err(|e| relume::Error::invalid(e.to_string()).at(path))?.into_rgb8();
+    let size = Size::new(picture.width() as usize, picture.height() as usize);
+    Raster::new(size, 3, Samples::U8(picture.into_raw()))
+}
+
+fn fitted(capture: &Capture, options: &FitOptions) -> Fit {
+    let load = |i: usize| read(&capture.photographs[i].path);
+    fit(&capture.lights(), &load, options, &Limits::default(), &()).unwrap()
+}
+
+/// The figures known for this capture have two decimals; decoders of JPEG differ by a tenth of that
+/// (20.1763 dB by a fit elsewhere of the same pictures decoded by libjpeg).
+const KNOWN_TO_DB: f64 = 0.01;
+
+/// The mean over photographs of the PSNR of the relit values.
+fn mean_psnr(field: &ReflectanceField, capture: &Capture) -> f64 {
+    let one = |photograph: &relume::capture::Photograph| {
+        let truth = read(&photograph.path).unwrap().to_picture(Space::Srgb).planes;
+        let mut relit = Planes::zeros(truth.size(), 3);
+        for texel in 0..truth.size().texels() {
+            let (x, y) = (texel % truth.size().width, texel / truth.size().width);
+            let color = field.value(x, y, photograph.light);
+            (0..3).for_each(|c| relit.plane_mut(c)[texel] = color[c].clamp(0.0, 1.0));
+        }
+        psnr(&relit, &truth).unwrap()
+    };
+    capture.photographs.iter().map(one).sum::<f64>() / capture.photographs.len() as f64
+}
+
+#[test]
+fn lights_never_seen_are_predicted_as_well_as_polynomials_can() {
+    let Some(folder) = folder("synthrti") else { return };
+    let dome = Capture::open(&folder.join("Dome"), Pairing::ByName).unwrap();
+    let test = Capture::open(&folder.join("Test"), Pairing::ByName).unwrap();
+    assert_eq!((dome.photographs.len(), test.photographs.len()), (49, 20));
+    for (color, known) in [(ColorModel::Rgb, 20.18), (ColorModel::Lrgb, 19.96)] {
+        let options = FitOptions { color, leave_one_out: true, ..FitOptions::default() };
+        let Fit { field, report } = fitted(&dome, &options);
+        let held_out = mean_psnr(&field, &test);
+        println!(
+            "synthrti {}: held-out {held_out:.5} dB, fit {:.2} dB, leave-one-out {:.2} dB, condition {:.1}",
+            color.name(),
+            report.error.psnr_db,
+            report.leave_one_out.unwrap().psnr_db,
+            report.condition_number
+        );
+        assert!(held_out > known - KNOWN_TO_DB, "{} {held_out:.4} dB, known {known}", color.name());
+    }
+}
+
+#[test]
+fn measured_fabrics_are_fitted() {
+    for name in ["wool", "corduroy"] {
+        let Some(folder) = folder(name) else { continue };
+        let capture = Capture::open(&folder, Pairing::ByName).unwrap();
+        assert_eq!(capture.photographs.len(), 81);
+        for (color, space) in [
+            (ColorModel::Lrgb, Space::Srgb),
+            (ColorModel::Rgb, Space::Srgb),
+            (ColorModel::Lrgb, Space::Linear),
+        ] {
+            let options = FitOptions { color, space, leave_one_out: true, ..FitOptions::default() };
+            let Fit { field, report } = fitted(&capture, &options);
+            let worst = report.worst_light();
+            println!(
+                "{name} {} {space}: {:.2} dB, leave-one-out {:.2} dB, worst {} {:.2} dB, condition {:.1}",
+                color.name(),
+                report.error.psnr_db,
+                report.leave_one_out.unwrap().psnr_db,
+                worst.name,
+                worst.error.psnr_db,
+                report.condition_number
+            );
+            assert_eq!((field.size(), report.texels_measured), (Size::new(256, 256), 65_536));
+            assert!(report.warnings.is_empty(), "{:?}", report.warnings);
+            assert!(report.error.psnr_db > report.leave_one_out.unwrap().psnr_db);
+            if space == Space::Srgb {
+                // The relit photograph itself agrees with the report's figure.
+                let all = mean_psnr(&field, &capture);
+                assert!((all - report.error.psnr_db).abs() < 1.5, "{all}");
+            }
+        }
+    }
+}

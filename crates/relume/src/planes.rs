@@ -32,6 +32,19 @@ impl Size {
     pub const fn index(self, x: usize, y: usize) -> usize {
         y * self.width + x
     }
+
+    /// Refuses a rectangle of `size` texels whose top-left texel is (x, y) when it is empty or
+    /// does not lie inside.
+    pub fn check_crop(self, x: usize, y: usize, size: Self) -> Result<()> {
+        let fits = x.checked_add(size.width).is_some_and(|end| end <= self.width)
+            && y.checked_add(size.height).is_some_and(|end| end <= self.height);
+        if !fits || size.texels() == 0 {
+            return Err(Error::usage(format!(
+                "a crop of {size} texels at ({x}, {y}) does not lie inside {self}"
+            )));
+        }
+        Ok(())
+    }
 }
 
 impl std::fmt::Display for Size {
@@ -154,14 +167,7 @@ impl Planes {
 
     /// The rectangle of `size` texels whose top-left texel is (x, y).
     pub fn crop(&self, x: usize, y: usize, size: Size) -> Result<Self> {
-        let fits = x.checked_add(size.width).is_some_and(|end| end <= self.size.width)
-            && y.checked_add(size.height).is_some_and(|end| end <= self.size.height);
-        if !fits || size.texels() == 0 {
-            return Err(Error::usage(format!(
-                "a crop of {size} texels at ({x}, {y}) does not lie inside {}",
-                self.size
-            )));
-        }
+        self.size.check_crop(x, y, size)?;
         let rows = self.iter().flat_map(|plane| {
             (y..y + size.height).map(move |row| &plane[self.size.index(x, row)..][..size.width])
         });

@@ -88,6 +88,26 @@ impl Raster {
         &self.samples
     }
 
+    /// The rectangle of `size` texels whose top-left texel is (x, y).
+    ///
+    /// # Errors
+    /// When it does not lie inside.
+    pub fn crop(&self, x: usize, y: usize, size: Size) -> Result<Self> {
+        self.size.check_crop(x, y, size)?;
+        let samples = match &self.samples {
+            Samples::U8(s) => Samples::U8(self.cropped(s, x, y, size)),
+            Samples::U16(s) => Samples::U16(self.cropped(s, x, y, size)),
+            Samples::F32(s) => Samples::F32(self.cropped(s, x, y, size)),
+        };
+        Self::new(size, self.channels, samples)
+    }
+
+    fn cropped<T: Copy>(&self, samples: &[T], x: usize, y: usize, size: Size) -> Vec<T> {
+        let row =
+            |row: usize| &samples[self.size.index(x, row) * self.channels..][..size.width * self.channels];
+        (y..y + size.height).flat_map(|y| row(y).iter().copied()).collect()
+    }
+
     /// The values as planes, brought into `space`.
     pub fn to_picture(&self, space: Space) -> Picture {
         let own = self.samples.space();
@@ -111,5 +131,21 @@ impl Raster {
             }
         }
         Picture { planes, space }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_crop_is_that_of_the_picture() {
+        let samples = Samples::U8((0..5 * 4 * 3).collect());
+        let raster = Raster::new(Size::new(5, 4), 3, samples).unwrap();
+        let size = Size::new(3, 2);
+        let expected = raster.to_picture(Space::Srgb).planes.crop(2, 1, size).unwrap();
+        assert_eq!(raster.crop(2, 1, size).unwrap().to_picture(Space::Srgb).planes, expected);
+        assert!(raster.crop(3, 0, size).is_err() && raster.crop(0, usize::MAX, size).is_err());
+        assert!(raster.crop(0, 0, Size::new(0, 2)).is_err());
     }
 }

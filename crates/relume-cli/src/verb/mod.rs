@@ -4,6 +4,7 @@
 //! [`crate::input`], calls the library, and writes through [`crate::output`]. It prints nothing.
 //! To add one: a file here, an arm in [`Verb`] and in [`run`].
 
+mod fit;
 mod info;
 
 use clap::Subcommand;
@@ -15,6 +16,8 @@ use crate::report::Report;
 /// What the program can do.
 #[derive(Debug, Subcommand)]
 pub enum Verb {
+    /// Fit reflectance functions to photographs under known lights
+    Fit(fit::Args),
     /// Say what a file holds
     Info(info::Args),
 }
@@ -22,6 +25,7 @@ pub enum Verb {
 /// Runs one verb.
 pub fn run(verb: Verb, context: &Context) -> Result<Report> {
     match verb {
+        Verb::Fit(args) => fit::run(&args, context),
         Verb::Info(args) => info::run(&args, context),
     }
 }

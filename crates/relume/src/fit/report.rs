@@ -16,8 +16,8 @@ use crate::planes::Planes;
 use crate::raster::Raster;
 use crate::space::Space;
 
-/// Condition numbers above this earn a warning: a dome of 49 lights has 23, rings at 40, 45 and
-/// 50 degrees about 240.
+/// Condition numbers above this earn a warning. Lights all over the hemisphere have about 11, rings
+/// at 40 and 50 degrees 25; rings at 44 and 45 degrees, or lights within 10 degrees, about 220.
 const POOR_CONDITION: f64 = 100.0;
 
 /// An error of values whose peak is 1, clamped to 0..1, in the space of the report.

@@ -10,3 +10,4 @@ mod ptm_precision;
 mod support;
 mod synthesis;
 mod real_captures;
+mod support;

@@ -1,0 +1,171 @@
+//! `relume fit`: photographs under known lights become a texture of functions.
+
+use std::path::{Path, PathBuf};
+
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use relume::capture::{Capture, Pairing};
+use relume::field::{Basis, ColorModel};
+use relume::fit::{self, FitOptions, FitReport};
+use relume::format::{ExrDepth, FieldFormat, encode_field, read_raster};
+use relume::{Error, ReflectanceField, Result, Size, Space};
+use serde_json::json;
+
+use crate::context::Context;
+use crate::output;
+use crate::report::Report;
+
+/// Arguments of `relume fit`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  relume fit photographs/lights.lp -o wool.ptm --leave-one-out")]
+pub struct Args {
+    /// A light-position file (.lp), or a folder that holds exactly one
+    capture: PathBuf,
+    /// The texture to write: .ptm or .exr; `-` writes a .ptm to standard output
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// The functions of light direction
+    #[arg(long, default_value = "ptm", value_parser = basis())]
+    basis: Basis,
+    /// One function times a colour (lrgb), or a function for each channel (rgb); grey photographs
+    /// need neither
+    #[arg(long, default_value = "lrgb", value_parser = color())]
+    color: ColorModel,
+    /// Fit values as they are encoded (srgb) or proportional to light (linear) [default: srgb
+    /// for .ptm, linear for .exr]
+    #[arg(long, value_parser = space())]
+    space: Option<Space>,
+    /// Store an .exr in 16-bit floats
+    #[arg(long)]
+    half: bool,
+    /// Pair lights and photographs by name, or in order of sorted names
+    #[arg(long, default_value = "name", value_parser = pairing())]
+    pair: Pairing,
+    /// Also measure how well each photograph is predicted from all others
+    #[arg(long)]
+    leave_one_out: bool,
+    /// Texels of each photograph to compare with the result, or `all`
+    #[arg(long, value_name = "N", default_value = "65536", value_parser = texels)]
+    report_texels: usize,
+    /// Fit only this rectangle of the photographs: its left and top texel, width and height
+    #[arg(long, value_name = "X,Y,W,H", value_parser = rectangle)]
+    crop: Option<Rectangle>,
+}
+
+/// A rectangle of texels.
+#[derive(Debug, Clone, Copy)]
+struct Rectangle {
+    x: usize,
+    y: usize,
+    size: Size,
+}
+
+/// Fits a capture and writes the field.
+pub fn run(args: &Args, context: &Context) -> Result<Report> {
+    output::check(&args.output, &[&args.capture], context)?;
+    let format = output_format(args)?;
+    let options = FitOptions {
+        basis: args.basis,
+        color: args.color,
+        space: args.space.unwrap_or(if format == FieldFormat::Ptm { Space::Srgb } else { Space::Linear }),
+        report_texels: args.report_texels,
+        leave_one_out: args.leave_one_out,
+    };
+    let capture = Capture::open(&args.capture, args.pair)?;
+    let paths: Vec<&Path> = capture.photographs.iter().map(|p| p.path.as_path()).collect();
+    output::check(&args.output, &paths, context)?;
+    let load = |i: usize| {
+        let photograph = read_raster(paths[i], &context.limits)?;
+        let cropped = args.crop.map(|r| photograph.crop(r.x, r.y, r.size));
+        cropped.unwrap_or(Ok(photograph)).map_err(|e| e.at(paths[i]))
+    };
+    let fit = fit::fit(&capture.lights(), &load, &options, &context.limits, &context.progress)
+        .map_err(|e| e.at(&capture.light_file))?;
+    output::write(&args.output, &encode_field(&fit.field, format, None, &context.limits)?, context)?;
+    let json = json!({
+        "output": args.output,
+        "width": fit.field.size().width,
+        "height": fit.field.size().height,
+        "basis": fit.field.basis(),
+        "color": fit.field.color(),
+        "report": fit.report,
+    });
+    let text = summary(&args.output, &fit.field, &fit.report);
+    Ok(Report::new(text, json).with_stdout_taken(output::is_stream(&args.output)))
+}
+
+fn output_format(args: &Args) -> Result<FieldFormat> {
+    if output::is_stream(&args.output) && !args.half {
+        return Ok(FieldFormat::Ptm);
+    }
+    match (FieldFormat::from_path(&args.output)?, args.half) {
+        (FieldFormat::Exr(_), true) => Ok(FieldFormat::Exr(ExrDepth::Half)),
+        (format @ (FieldFormat::Exr(_) | FieldFormat::Ptm), false) => Ok(format),
+        (_, true) => Err(Error::usage("--half needs an .exr to write").at(&args.output)),
+        (FieldFormat::Picture(_), false) => {
+            Err(Error::usage("a picture cannot hold functions: name a .ptm or .exr to write")
+                .at(&args.output))
+        }
+    }
+}
+
+fn summary(output: &Path, field: &ReflectanceField, report: &FitReport) -> String {
+    let worst = report.worst_light();
+    let [x, y, z] = worst.direction;
+    let mut lines = vec![
+        format!(
+            "{}: {} texels, {} {}, {} values, from {} photographs",
+            output.display(),
+            field.size(),
+            field.color().name(),
+            field.basis().name(),
+            report.space,
+            report.lights.len()
+        ),
+        format!("relit photographs: {:.2} dB PSNR, RMSE {:.4}", report.error.psnr_db, report.error.rmse),
+        format!("worst: {} at ({x:.3}, {y:.3}, {z:.3}), {:.2} dB", worst.name, worst.error.psnr_db),
+    ];
+    if let Some(error) = report.leave_one_out {
+        lines.push(format!("each predicted from the others: {:.2} dB", error.psnr_db));
+    }
+    lines.push(format!(
+        "measured on {} of {} texels, before rounding to the file's depth",
+        report.texels_measured, report.texels
+    ));
+    lines.extend(report.warnings.iter().map(|warning| format!("warning: {warning}")));
+    lines.join("\n")
+}
+
+fn basis() -> impl TypedValueParser<Value = Basis> {
+    PossibleValuesParser::new([Basis::Ptm.name()])
+        .map(|name| Basis::from_name(&name).expect("a possible value is a basis"))
+}
+
+fn color() -> impl TypedValueParser<Value = ColorModel> {
+    PossibleValuesParser::new([ColorModel::Lrgb.name(), ColorModel::Rgb.name()])
+        .map(|name| ColorModel::from_name(&name).expect("a possible value is a colour model"))
+}
+
+fn space() -> impl TypedValueParser<Value = Space> {
+    PossibleValuesParser::new(["srgb", "linear"])
+        .map(|name| if name == "srgb" { Space::Srgb } else { Space::Linear })
+}
+
+fn pairing() -> impl TypedValueParser<Value = Pairing> {
+    PossibleValuesParser::new(["name", "order"])
+        .map(|name| if name == "name" { Pairing::ByName } else { Pairing::ByOrder })
+}
+
+fn texels(text: &str) -> std::result::Result<usize, String> {
+    let number = if text == "all" { Some(usize::MAX) } else { text.parse().ok().filter(|n| *n > 0) };
+    number.ok_or_else(|| "expected a number of at least 1, or all".to_owned())
+}
+
+fn rectangle(text: &str) -> std::result::Result<Rectangle, String> {
+    let numbers: Option<Vec<usize>> = text.split(',').map(|n| n.trim().parse().ok()).collect();
+    match numbers.as_deref() {
+        Some(&[x, y, width, height]) if width > 0 && height > 0 => {
+            Ok(Rectangle { x, y, size: Size::new(width, height) })
+        }
+        _ => Err("expected four whole numbers such as 100,80,512,512, the last two at least 1".to_owned()),
+    }
+}

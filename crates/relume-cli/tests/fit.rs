@@ -1,0 +1,121 @@
+//! `relume fit` as a user runs it.
+
+use std::fs::{self, File};
+use std::path::Path;
+use std::process::{Command, Output};
+
+/// Polar angle in units of a right angle and azimuth in turns of each light.
+const LIGHTS: [(f64, f64); 9] = [
+    (0.0, 0.0),
+    (0.3, 0.0),
+    (0.35, 0.3),
+    (0.3, 0.6),
+    (0.6, 0.1),
+    (0.7, 0.4),
+    (0.6, 0.55),
+    (0.75, 0.8),
+    (0.6, 0.95),
+];
+
+/// A folder with `count` grey photographs of 7 x 5 texels and `lights.lp`.
+fn capture(count: usize) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let mut list = format!("{count}\n");
+    for (i, (polar, turns)) in LIGHTS.iter().take(count).enumerate() {
+        let (sin, z) = (polar * std::f64::consts::FRAC_PI_2).sin_cos();
+        let (y, x) = (turns * std::f64::consts::TAU).sin_cos();
+        list += &format!("p{i}.png {:.4} {:.4} {z:.4}\n", x * sin, y * sin);
+        let codes: Vec<u8> = (0..35).map(|t| (z * f64::from(100 + 4 * t)) as u8).collect();
+        write_png(&folder.path().join(format!("p{i}.png")), (7, 5), &codes);
+    }
+    fs::write(folder.path().join("lights.lp"), list).unwrap();
+    folder
+}
+
+fn write_png(path: &Path, (width, height): (u32, u32), codes: &[u8]) {
+    let mut encoder = png::Encoder::new(File::create(path).unwrap(), width, height);
+    encoder.set_color(png::ColorType::Grayscale);
+    encoder.write_header().unwrap().write_image_data(codes).unwrap();
+}
+
+fn relume(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_relume")).current_dir(folder).args(arguments).output().unwrap()
+}
+
+/// The one sentence on standard error of a run that must fail with `status`.
+fn failure(folder: &Path, arguments: &[&str], status: i32) -> String {
+    let before = fs::read_dir(folder).unwrap().count();
+    let output = relume(folder, arguments);
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(status), "{arguments:?}: {text}");
+    assert_eq!(fs::read_dir(folder).unwrap().count(), before, "{arguments:?} left something behind");
+    text
+}
+
+#[test]
+fn a_folder_becomes_a_texture_and_a_report() {
+    let folder = capture(9);
+    for name in ["a.ptm", "a.exr"] {
+        let output = relume(folder.path(), &["fit", ".", "-o", name, "--json", "--leave-one-out"]);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let result: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        let space = if name == "a.ptm" { "srgb" } else { "linear" };
+        assert_eq!(result["report"]["space"], space);
+        assert_eq!(result["report"]["lights"].as_array().unwrap().len(), 9);
+        assert!(result["report"]["error"]["psnr_db"].as_f64().unwrap() > 30.0);
+        assert!(folder.path().join(name).is_file());
+    }
+}
+
+#[test]
+fn bytes_are_the_same_at_any_number_of_threads_and_on_standard_output() {
+    let folder = capture(9);
+    for threads in ["1", "4"] {
+        let name = format!("{threads}.ptm");
+        assert!(relume(folder.path(), &["fit", ".", "-o", &name, "--threads", threads]).status.success());
+    }
+    let read = |name: &str| fs::read(folder.path().join(name)).unwrap();
+    assert_eq!(read("1.ptm"), read("4.ptm"));
+    assert_eq!(relume(folder.path(), &["fit", ".", "-o", "-"]).stdout, read("1.ptm"));
+}
+
+#[test]
+fn what_cannot_be_done_is_said_in_one_sentence() {
+    let folder = capture(9);
+    let path = folder.path();
+    assert!(failure(path, &["fit", ".", "-o", "p3.png"], 2).contains("exists already"));
+    assert!(failure(path, &["fit", ".", "-o", "new.png"], 2).contains("name a .ptm or .exr"));
+    assert!(failure(path, &["fit", ".", "-o", "a.ptm", "--half"], 2).contains("--half needs an .exr"));
+    assert!(
+        failure(path, &["fit", ".", "-o", "a.ptm", "--crop", "4,0,4,4"], 2)
+            .contains("does not lie inside 7 x 5")
+    );
+    assert!(failure(path, &["fit", ".", "-o", "a.ptm", "--crop", "4,0"], 2).contains("four whole numbers"));
+    assert!(failure(path, &["fit", "nothing", "-o", "a.ptm"], 1).contains("nothing: cannot read"));
+    write_png(&path.join("p5.png"), (5, 7), &[9; 35]);
+    let text = failure(path, &["fit", ".", "-o", "a.ptm"], 1);
+    assert!(text.contains("p5.png is 5 x 7 texels and p0.png is 7 x 5"), "{text}");
+    fs::write(path.join("p5.png"), b"\x89PNG\r\n\x1a\nbroken").unwrap();
+    assert!(failure(path, &["fit", ".", "-o", "a.ptm"], 1).contains("p5.png"));
+    fs::remove_file(path.join("p5.png")).unwrap();
+    assert!(
+        failure(path, &["fit", ".", "-o", "a.ptm"], 1).contains("line 7: the photograph p5.png is missing")
+    );
+    let few = capture(5);
+    let text = failure(few.path(), &["fit", ".", "-o", "a.ptm"], 1);
+    assert!(text.contains("6 functions need at least as many lights, found 5"), "{text}");
+}
+
+#[test]
+fn photographs_are_never_overwritten() {
+    let folder = capture(9);
+    let path = folder.path();
+    // Files are read by their content, so a photograph may have the name of an output.
+    fs::rename(path.join("p3.png"), path.join("p3.exr")).unwrap();
+    let list = fs::read_to_string(path.join("lights.lp")).unwrap().replace("p3.png", "p3.exr");
+    fs::write(path.join("lights.lp"), list).unwrap();
+    let before = fs::read(path.join("p3.exr")).unwrap();
+    assert!(failure(path, &["fit", ".", "-o", "p3.exr", "--force"], 2).contains("is an input"));
+    assert!(failure(path, &["fit", "lights.lp", "-o", "lights.lp", "--force"], 2).contains("is an input"));
+    assert_eq!(fs::read(path.join("p3.exr")).unwrap(), before);
+}

@@ -1,5 +1,6 @@
 //! Captures: light files, folders of photographs, and the virtual light dome.
 
+pub mod dome;
 mod folder;
 pub mod lp;
 

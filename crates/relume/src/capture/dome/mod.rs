@@ -1,0 +1,220 @@
+//! A virtual light dome: photographs of registered maps from straight above under one distant lamp
+//! after another, with the truth beside them.
+//!
+//! - [`lights`]: where the lamps stand;
+//! - [`relief`]: the height field and its borders; [`march`]: its horizons, fast and slow;
+//! - [`shadow`]: cast shadows with penumbra;
+//! - [`horizon`]: open sky and visible surface for each texel, shared by all lamps;
+//! - [`ggx`]: the reflectance of a point.
+//!
+//! The camera is orthographic and straight above, so a texel of the maps is a pixel. Light reaches
+//! a texel from the lamp; from a uniform sky, dimmed where the relief hides it; and after **one**
+//! diffuse bounce, from the surface it sees (what that surface receives from lamp and sky, times
+//! its albedo). The sky and the bounce light the body alone, not the glossy surface. Highlights
+//! are not masked by the relief beyond the lamp's shadow.
+//!
+//! Exposure is fixed: **a white Lambertian that faces the lamp is 1.0**, so photographs of all
+//! lamps compare and nothing is normalised. Highlights may exceed 1.
+
+pub mod ggx;
+pub mod horizon;
+pub mod lights;
+pub mod march;
+mod photograph;
+pub mod relief;
+pub mod shadow;
+
+pub use lights::lights;
+pub use relief::Border;
+
+use crate::error::{Error, Result};
+use crate::limits::Limits;
+use crate::maps::SurfaceMaps;
+use crate::planes::{Planes, Size};
+use horizon::Surroundings;
+use relief::Relief;
+
+/// Heights may span this many texels: more is a mistake in the height scale.
+const MAX_RELIEF_TEXELS: f32 = 65536.0;
+
+/// Normals of a map are kept at least this far above the horizon: noise in files tips some below.
+const LEAST_NORMAL_Z: f32 = 0.05;
+
+/// Whether light is followed beyond its first surface.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Bounce {
+    /// Only the lamp and the sky.
+    None,
+    /// One diffuse reflection from the surface that each texel sees.
+    Once,
+}
+
+/// What lies over the diffuse body.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Surface {
+    /// Nothing: a Lambertian.
+    Matte,
+    /// A rough dielectric with this reflectance at normal incidence; see [`ggx`].
+    Ggx {
+        /// Reflectance at normal incidence, 0 to 1.
+        f0: f64,
+    },
+}
+
+/// How a virtual dome photographs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DomeOptions {
+    /// What lies beyond the borders of the maps.
+    pub border: Border,
+    /// Radiance of the sky as a fraction of a white Lambertian's that faces the lamp, 0 to 1.
+    pub ambient: f64,
+    /// Whether light is followed beyond its first surface.
+    pub bounce: Bounce,
+    /// What lies over the diffuse body.
+    pub surface: Surface,
+    /// Half the angle under which a lamp is seen: the softness of shadows. 0 to 0.5.
+    pub lamp_radius_rad: f64,
+    /// Sectors of azimuth for sky and bounce, 4 to 256.
+    pub sectors: usize,
+}
+
+impl Default for DomeOptions {
+    /// A periodic material, a dim sky (a 25th of the lamp), lamps of one degree's radius.
+    fn default() -> Self {
+        Self {
+            border: Border::Wrap,
+            ambient: 0.04,
+            bounce: Bounce::Once,
+            surface: Surface::Ggx { f0: ggx::DIELECTRIC_F0 },
+            lamp_radius_rad: 1f64.to_radians(),
+            sectors: 16,
+        }
+    }
+}
+
+impl DomeOptions {
+    /// Checks every number against its range.
+    pub fn validate(&self) -> Result<()> {
+        let f0 = match self.surface {
+            Surface::Matte => 0.0,
+            Surface::Ggx { f0 } => f0,
+        };
+        let numbers = [
+            ("the ambient light", self.ambient, 0.0, 1.0),
+            ("the lamp's radius in radians", self.lamp_radius_rad, 0.0, 0.5),
+            ("the reflectance at normal incidence", f0, 0.0, 1.0),
+            ("the number of sectors", self.sectors as f64, 4.0, 256.0),
+        ];
+        for (name, value, low, high) in numbers {
+            if !(low..=high).contains(&value) {
+                return Err(Error::usage(format!(
+                    "{name} is {value}: expected a number from {low} to {high}"
+                )));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Maps under a dome, with everything computed that all lamps share.
+#[derive(Debug, Clone)]
+pub struct Dome {
+    maps: SurfaceMaps,
+    normals: Planes,
+    relief: Relief,
+    surroundings: Surroundings,
+    options: DomeOptions,
+}
+
+impl Dome {
+    /// Puts maps under the dome and marches their horizons.
+    ///
+    /// # Errors
+    /// Options out of range; maps of differing sizes; heights that are not finite or span more than
+    /// 65,536 texels; albedo or roughness outside 0..1; normals without direction; too little memory.
+    pub fn new(maps: SurfaceMaps, options: &DomeOptions, limits: &Limits) -> Result<Self> {
+        options.validate()?;
+        maps.validate()?;
+        let size = maps.size();
+        // The extended relief, normals, the sky, and a photograph with what it is made of.
+        let bytes = horizon::bytes_per_texel(options.sectors) + 12 + 12 + 12 + 24;
+        limits.check("the virtual dome", size, bytes)?;
+        if u32::try_from(size.texels()).is_err() {
+            return Err(Error::limit(format!("maps of {size} texels are too large for the virtual dome")));
+        }
+        check_ranges(&maps)?;
+        let relief = Relief::new(&maps.height, options.border);
+        if relief.range() > MAX_RELIEF_TEXELS {
+            return Err(Error::invalid(format!(
+                "the height map spans {} texels: expected at most {MAX_RELIEF_TEXELS}; lower the height scale",
+                relief.range()
+            )));
+        }
+        let normals = match &maps.normal {
+            Some(map) => upright(map)?,
+            None => relief.normals(),
+        };
+        let surroundings = Surroundings::new(&relief, &normals, options.sectors);
+        Ok(Self { maps, normals, relief, surroundings, options: *options })
+    }
+
+    /// Width and height of the photographs.
+    pub fn size(&self) -> Size {
+        self.maps.size()
+    }
+
+    /// The maps under the dome: the true height and albedo.
+    pub fn maps(&self) -> &SurfaceMaps {
+        &self.maps
+    }
+
+    /// The true normals, three planes of unit vectors (x right, y up, z out): those of the normal
+    /// map where there is one, the height's otherwise.
+    pub fn normals(&self) -> &Planes {
+        &self.normals
+    }
+}
+
+/// Refuses heights, colours and roughnesses that mean nothing.
+fn check_ranges(maps: &SurfaceMaps) -> Result<()> {
+    let limit = f32::MAX / 4.0;
+    check_range("height", "a finite number", &maps.height, -limit, limit)?;
+    check_range("albedo", "a reflectance from 0 to 1", &maps.albedo, 0.0, 1.0)?;
+    match &maps.roughness {
+        Some(roughness) => check_range("roughness", "a number from 0 to 1", roughness, 0.0, 1.0),
+        None => Ok(()),
+    }
+}
+
+fn check_range(name: &str, expected: &str, map: &Planes, low: f32, high: f32) -> Result<()> {
+    let wrong = map.as_slice().iter().position(|v| !(low..=high).contains(v));
+    let Some(i) = wrong else { return Ok(()) };
+    let (texel, width) = (i % map.size().texels(), map.size().width);
+    Err(Error::invalid(format!(
+        "the {name} map holds {} at column {}, row {}: expected {expected}",
+        map.as_slice()[i],
+        texel % width,
+        texel / width
+    )))
+}
+
+/// The unit normals of a normal map, lifted above the horizon.
+fn upright(map: &Planes) -> Result<Planes> {
+    let mut normals = map.clone();
+    let size = map.size();
+    for texel in 0..size.texels() {
+        let [x, y, z] = [0, 1, 2].map(|k| map.plane(k)[texel]);
+        let length = (x * x + y * y + z * z).sqrt();
+        if !(1e-6..1e6).contains(&length) {
+            return Err(Error::invalid(format!(
+                "the normal map holds ({x}, {y}, {z}) at column {}, row {}: expected a vector with a direction",
+                texel % size.width,
+                texel / size.width
+            )));
+        }
+        let lifted = [x / length, y / length, (z / length).max(LEAST_NORMAL_Z)];
+        let length = lifted.iter().map(|c| c * c).sum::<f32>().sqrt();
+        (0..3).for_each(|k| normals.plane_mut(k)[texel] = lifted[k] / length);
+    }
+    Ok(normals)
+}

@@ -1,0 +1,296 @@
+//! One photograph: light from the lamp, the sky and one bounce, reflected by each texel.
+
+use super::{Bounce, Dome, Surface, ggx, shadow};
+use crate::direction::Direction;
+use crate::error::{Error, Result};
+use crate::picture::Picture;
+use crate::planes::Planes;
+use crate::space::Space;
+use rayon::prelude::*;
+
+/// Lamps must stand at least this far above the surface, as the sine of the elevation.
+const LEAST_LIGHT_Z: f64 = 0.01;
+
+impl Dome {
+    /// The photograph under a distant lamp: linear RGB, 1 for a white Lambertian facing the lamp.
+    ///
+    /// # Errors
+    /// A lamp less than about half a degree above the surface, or below it.
+    pub fn photograph(&self, light: Direction) -> Result<Picture> {
+        if light.z() < LEAST_LIGHT_Z {
+            return Err(Error::usage(format!(
+                "a lamp at ({}, {}, {}) does not shine onto the surface: expected z of at least {LEAST_LIGHT_Z}",
+                light.x(),
+                light.y(),
+                light.z()
+            )));
+        }
+        let lamp = self.lamp_irradiance(light);
+        let bounced = match self.options.bounce {
+            Bounce::None => None,
+            Bounce::Once => Some(self.bounced_irradiance(&lamp)),
+        };
+        let colors: Vec<[f32; 3]> = (0..self.size().texels())
+            .into_par_iter()
+            .with_min_len(self.size().width)
+            .map(|texel| {
+                let indirect = bounced.as_ref().map_or([0.0; 3], |b| b[texel]).map(|b| b + self.sky(texel));
+                self.reflected(texel, light, lamp[texel], indirect)
+            })
+            .collect();
+        let mut planes = Planes::zeros(self.size(), 3);
+        for (k, plane) in planes.iter_mut().enumerate() {
+            plane.iter_mut().zip(&colors).for_each(|(out, color)| *out = color[k]);
+        }
+        Ok(Picture { planes, space: Space::Linear })
+    }
+
+    /// Irradiance from the lamp for each texel, 1 facing the lamp and unshadowed.
+    fn lamp_irradiance(&self, light: Direction) -> Vec<f32> {
+        let mut irradiance = shadow::lamp_share(&self.relief, light, self.options.lamp_radius_rad);
+        let [x, y, z] = light.to_array().map(|c| c as f32);
+        let cosines = |texel: usize| {
+            let [nx, ny, nz] = self.normal(texel);
+            (nx * x + ny * y + nz * z).max(0.0)
+        };
+        irradiance.par_iter_mut().enumerate().for_each(|(texel, share)| *share *= cosines(texel));
+        irradiance
+    }
+
+    /// Irradiance from the sky.
+    fn sky(&self, texel: usize) -> f32 {
+        self.options.ambient as f32 * self.surroundings.sky[texel]
+    }
+
+    /// Irradiance from the surface that each texel sees, lit by the lamp and the sky.
+    fn bounced_irradiance(&self, lamp: &[f32]) -> Vec<[f32; 3]> {
+        let radiosity: Vec<[f32; 4]> = (0..lamp.len())
+            .into_par_iter()
+            .map(|texel| {
+                let received = lamp[texel] + self.sky(texel);
+                let [r, g, b] = self.albedo(texel).map(|albedo| albedo * received);
+                [r, g, b, 0.0]
+            })
+            .collect();
+        let gathered = |texel: usize| {
+            let mut sum = [0.0f32; 4];
+            for links in &self.surroundings.links {
+                let link = links[texel];
+                let from = &radiosity[link.texel as usize];
+                sum.iter_mut().zip(from).for_each(|(s, r)| *s += link.share * r);
+            }
+            [sum[0], sum[1], sum[2]]
+        };
+        (0..lamp.len()).into_par_iter().with_min_len(self.size().width).map(gathered).collect()
+    }
+
+    /// What a texel sends to the camera of what it receives from the lamp and from all around.
+    fn reflected(&self, texel: usize, light: Direction, lamp: f32, indirect: [f32; 3]) -> [f32; 3] {
+        let albedo = self.albedo(texel);
+        let Surface::Ggx { f0 } = self.options.surface else {
+            return std::array::from_fn(|k| albedo[k] * (lamp + indirect[k]));
+        };
+        let normal = self.normal(texel).map(f64::from);
+        let dot = |v: [f64; 3]| normal[0] * v[0] + normal[1] * v[1] + normal[2] * v[2];
+        let (n_l, n_v) = (dot(light.to_array()).max(0.0), normal[2]);
+        // The mean over all directions of Schlick's term weighted with the cosine is f0 + (1 - f0) / 21.
+        let around = (1.0 - ggx::fresnel(n_v, f0)) * (1.0 - f0) * 20.0 / 21.0;
+        let body = (f64::from(lamp) * ggx::body_share(n_l, n_v, f0)) as f32;
+        let glossy = if lamp > 0.0 {
+            // Halfway between the light and the camera, which is straight above.
+            let l_h = (0.5 * (1.0 + light.z())).sqrt();
+            let n_h = (n_l + n_v) / (2.0 * l_h);
+            f64::from(lamp) * ggx::specular(n_l, n_v, n_h, l_h, ggx::alpha(self.roughness(texel)), f0)
+        } else {
+            0.0
+        };
+        std::array::from_fn(|k| albedo[k] * (body + around as f32 * indirect[k]) + glossy as f32)
+    }
+
+    fn normal(&self, texel: usize) -> [f32; 3] {
+        [0, 1, 2].map(|k| self.normals.plane(k)[texel])
+    }
+
+    fn albedo(&self, texel: usize) -> [f32; 3] {
+        [0, 1, 2].map(|k| self.maps.albedo.plane(k)[texel])
+    }
+
+    fn roughness(&self, texel: usize) -> f64 {
+        self.maps.roughness.as_ref().map_or(1.0, |map| f64::from(map.plane(0)[texel]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Border, DomeOptions, lights};
+    use super::*;
+    use crate::limits::Limits;
+    use crate::maps::SurfaceMaps;
+    use crate::planes::Size;
+
+    fn maps(size: Size, height: impl Fn(usize, usize) -> f32, albedo: f32) -> SurfaceMaps {
+        let heights = (0..size.texels()).map(|i| height(i % size.width, i / size.width)).collect();
+        SurfaceMaps {
+            height: Planes::from_vec(size, 1, heights).unwrap(),
+            albedo: Planes::from_vec(size, 3, vec![albedo; 3 * size.texels()]).unwrap(),
+            normal: None,
+            roughness: None,
+        }
+    }
+
+    fn dome(maps: SurfaceMaps, options: DomeOptions) -> Dome {
+        Dome::new(maps, &options, &Limits::default()).unwrap()
+    }
+
+    fn matte() -> DomeOptions {
+        DomeOptions { surface: Surface::Matte, ..Default::default() }
+    }
+
+    fn bumps(size: Size) -> SurfaceMaps {
+        maps(size, |x, y| 3.0 * (x as f32 * 0.8).sin() + 2.0 * (y as f32 * 0.6).cos(), 0.7)
+    }
+
+    #[test]
+    fn a_plane_is_its_albedo_times_the_cosine_and_the_sky() {
+        let options = DomeOptions { ambient: 0.1, ..matte() };
+        let flat = dome(maps(Size::new(8, 6), |_, _| 2.0, 0.6), options);
+        for light in lights(9) {
+            let truth = 0.6 * (light.z() as f32 + 0.1);
+            let picture = flat.photograph(light).unwrap();
+            assert!(picture.planes.as_slice().iter().all(|v| (v - truth).abs() < 1e-6));
+        }
+    }
+
+    #[test]
+    fn slopes_that_face_the_light_are_the_bright_ones() {
+        let size = Size::new(40, 40);
+        let hill = |x: usize, y: usize| {
+            let squared = (x as f32 - 20.0).powi(2) + (y as f32 - 20.0).powi(2);
+            6.0 * (-squared / 60.0).exp()
+        };
+        let dome = dome(maps(size, hill, 0.5), DomeOptions::default());
+        // A light from the right brightens the right side; one from +y the side towards the top row.
+        for (azimuth, bright, dark) in
+            [(0.0, (26, 20), (14, 20)), (std::f64::consts::FRAC_PI_2, (20, 14), (20, 26))]
+        {
+            let picture = dome.photograph(Direction::from_angles(0.7, azimuth)).unwrap();
+            let [bright, dark] = [bright, dark].map(|(x, y)| picture.planes.at(0, x, y));
+            assert!(bright > 1.5 * dark, "azimuth {azimuth}: {bright} {dark}");
+        }
+    }
+
+    #[test]
+    fn a_bounce_adds_light_and_never_more_than_the_hidden_sky_could_send() {
+        let size = Size::new(48, 40);
+        let with = dome(bumps(size), matte());
+        let without = dome(bumps(size), DomeOptions { bounce: Bounce::None, ..matte() });
+        let mut brighter = 0;
+        for light in lights(12) {
+            let direct = without.photograph(light).unwrap().planes;
+            let all = with.photograph(light).unwrap().planes;
+            let most = direct.range(0).1;
+            for texel in 0..size.texels() {
+                let added = all.plane(0)[texel] - direct.plane(0)[texel];
+                let hidden = 1.0 - with.surroundings.sky[texel];
+                assert!(added >= -1e-6 && added <= 0.7 * most * hidden + 2e-3, "{added} {hidden}");
+                brighter += usize::from(added > 0.01);
+            }
+        }
+        assert!(brighter > size.texels(), "{brighter} texels");
+    }
+
+    /// Light in equals light out at most: the mean of a white relief under a lamp at the zenith.
+    #[test]
+    fn a_white_relief_reflects_no_more_than_arrives() {
+        let size = Size::new(48, 48);
+        let white = maps(
+            size,
+            |x, y| {
+                5.0 * (x as f32 * std::f32::consts::TAU / 12.0).sin()
+                    * (y as f32 * std::f32::consts::TAU / 16.0).cos()
+            },
+            1.0,
+        );
+        let dome = dome(white, DomeOptions { ambient: 0.0, ..matte() });
+        let lamp = dome.lamp_irradiance(Direction::ZENITH);
+        let bounced = dome.bounced_irradiance(&lamp);
+        // Integrate over the true area of the facets: texel area over the normal's z.
+        let area = |texel: usize| 1.0 / dome.normal(texel)[2];
+        let arrived: f32 = (0..lamp.len()).map(|t| lamp[t] * area(t)).sum();
+        let again: f32 = (0..lamp.len()).map(|t| bounced[t][0] * area(t)).sum();
+        assert!((arrived / size.texels() as f32 - 1.0).abs() < 1e-5);
+        assert!(again > 0.05 * arrived && again < arrived, "{again} of {arrived}");
+    }
+
+    #[test]
+    fn a_normal_map_shades_and_the_height_still_shadows() {
+        let size = Size::new(30, 6);
+        let mut wall = maps(size, |x, _| if x >= 20 { 8.0 } else { 0.0 }, 1.0);
+        let mut normal = Planes::zeros(size, 3);
+        normal.plane_mut(0).fill(1.2);
+        normal.plane_mut(2).fill(1.6);
+        wall.normal = Some(normal);
+        let options = DomeOptions { bounce: Bounce::None, ambient: 0.0, border: Border::Clamp, ..matte() };
+        let light = Direction::from_angles(std::f64::consts::FRAC_PI_4, 0.0);
+        let picture = dome(wall, options).photograph(light).unwrap();
+        let lit = std::f32::consts::FRAC_1_SQRT_2 * 1.4;
+        assert!((picture.planes.at(1, 5, 3) - lit).abs() < 1e-6);
+        assert_eq!(picture.planes.at(1, 15, 3), 0.0);
+    }
+
+    #[test]
+    fn gloss_adds_a_highlight_where_the_mirror_direction_is_the_camera() {
+        let size = Size::new(4, 4);
+        let mut flat = maps(size, |_, _| 0.0, 0.2);
+        flat.roughness = Some(Planes::from_vec(size, 1, vec![0.3; 16]).unwrap());
+        let dome = dome(flat, DomeOptions { ambient: 0.0, ..Default::default() });
+        let value =
+            |polar: f64| dome.photograph(Direction::from_angles(polar, 1.0)).unwrap().planes.at(0, 1, 1);
+        // pi D V F with n.l = n.v = n.h = 1: F0 / (4 alpha^2), alpha = 0.09, beside the body's share.
+        let truth = 0.04 / (4.0 * 0.09f32.powi(2)) + 0.2 * 0.96 * 0.96;
+        assert!((value(0.0) - truth).abs() < 1e-4, "{} {truth}", value(0.0));
+        assert!(value(1.0) < 0.2);
+    }
+
+    #[test]
+    fn photographs_are_the_same_at_any_thread_count() {
+        let many = dome(bumps(Size::new(33, 21)), DomeOptions::default());
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+        for light in lights(3) {
+            let one = pool.install(|| {
+                dome(bumps(Size::new(33, 21)), DomeOptions::default()).photograph(light).unwrap()
+            });
+            assert_eq!(one, many.photograph(light).unwrap());
+        }
+    }
+
+    #[test]
+    fn maps_options_and_lights_that_mean_nothing_are_refused() {
+        let size = Size::new(5, 4);
+        let flat = || maps(size, |_, _| 1.0, 0.5);
+        let refused = |maps: SurfaceMaps, options: DomeOptions| {
+            Dome::new(maps, &options, &Limits::default()).expect_err("refused").to_string()
+        };
+        let spoil = |f: fn(&mut SurfaceMaps)| {
+            let mut maps = flat();
+            f(&mut maps);
+            refused(maps, DomeOptions::default())
+        };
+        assert!(spoil(|m| m.height.as_mut_slice()[7] = f32::NAN).contains("column 2, row 1"));
+        assert!(spoil(|m| m.height.as_mut_slice()[7] = 1e30).contains("height scale"));
+        assert!(spoil(|m| m.albedo.as_mut_slice()[20] = 1.5).contains("column 0, row 0"));
+        assert!(spoil(|m| m.normal = Some(Planes::zeros(m.size(), 3))).contains("(0, 0, 0)"));
+        assert!(spoil(|m| m.roughness = Some(Planes::zeros(Size::new(1, 1), 1))).contains("equally large"));
+        let options = [
+            DomeOptions { ambient: f64::NAN, ..Default::default() },
+            DomeOptions { lamp_radius_rad: -0.1, ..Default::default() },
+            DomeOptions { sectors: 0, ..Default::default() },
+            DomeOptions { surface: Surface::Ggx { f0: 2.0 }, ..Default::default() },
+        ];
+        options.into_iter().for_each(|o| assert!(refused(flat(), o).contains("expected a number")));
+        let below = Direction::from_angles(2.0, 0.0);
+        assert!(dome(flat(), DomeOptions::default()).photograph(below).is_err());
+        let small = Limits { max_bytes: 1000, ..Default::default() };
+        assert!(Dome::new(flat(), &DomeOptions::default(), &small).is_err());
+    }
+}

@@ -1,0 +1,66 @@
+//! Bark: tall plates between deep fissures, from cellular noise stretched along the trunk (y) and
+//! bent, with cross cracks, layered ridges on the plates and patches of lichen.
+
+use super::noise::{Canvas, Fractal, Lattice};
+use super::paint::{Color, Sampler, Texel, blend, scale, smoothstep, srgb};
+
+/// Bark of one seed.
+pub struct Bark {
+    feature: f64,
+    plates: Lattice,
+    cracks: Lattice,
+    bend: [Fractal; 2],
+    ridges: Fractal,
+    grain: Fractal,
+    moss: Fractal,
+    fissure: Color,
+    inner: Color,
+    outer: Color,
+    lichen: Color,
+}
+
+impl Bark {
+    /// Sets up the noise.
+    pub fn new(canvas: &Canvas, feature: f64) -> Self {
+        Self {
+            feature,
+            plates: canvas.stretched_lattice([0.62 * feature, 1.9 * feature], 1),
+            cracks: canvas.stretched_lattice([0.5 * feature, 0.42 * feature], 2),
+            bend: [0, 1].map(|k| canvas.stretched_fractal([0.7 * feature, 1.1 * feature], 4, 10 + k)),
+            ridges: canvas.stretched_fractal([0.4 * feature, 1.3 * feature], 4, 12),
+            grain: canvas.stretched_fractal([0.12 * feature, 0.22 * feature], 3, 13),
+            moss: canvas.fractal(1.5 * feature, 5, 14),
+            fissure: srgb(0x2a1a12),
+            inner: srgb(0x74492f),
+            outer: srgb(0x9c8a78),
+            lichen: srgb(0x9aa577),
+        }
+    }
+
+    /// The material as a function of the texel.
+    pub fn sampler(self) -> Box<Sampler> {
+        Box::new(move |texel| self.sample(texel))
+    }
+
+    fn sample(&self, texel: [f64; 2]) -> Texel {
+        let bend = self.bend.each_ref().map(|noise| noise.at(texel));
+        let bent = [texel[0] + 0.2 * self.feature * bend[0], texel[1] + 0.35 * self.feature * bend[1]];
+        let plate = self.plates.nearest(bent);
+        let crack = self.cracks.nearest(bent);
+        let grain = self.grain.at(texel);
+        let ridges = self.ridges.ridges(texel) - 1.2;
+
+        let rise = smoothstep(0.02, 0.34, plate.border + 0.03 * grain);
+        let split = smoothstep(0.0, 0.13, crack.border + 0.03 * grain);
+        let layers = (0.75 + 0.5 * plate.first.random(7)) * (0.8 + 0.2 * crack.first.random(8));
+        let top = rise * (layers * (0.72 + 0.28 * split) + 0.3 * ridges);
+        let height = self.feature * (0.42 * top + 0.018 * grain);
+
+        let bared = blend(self.fissure, self.inner, smoothstep(0.05, 0.7, top));
+        let weathered = smoothstep(0.45, 0.95, top + 0.1 * grain);
+        let wood = blend(bared, self.outer, 0.85 * weathered * (0.75 + 0.25 * split));
+        let patch = smoothstep(0.25, 0.5, self.moss.at(texel) + 0.12 * grain) * weathered;
+        let albedo = scale(blend(wood, self.lichen, 0.7 * patch), 1.0 + 0.16 * grain + 0.12 * ridges);
+        Texel { height, albedo, roughness: 0.85 + 0.08 * grain }
+    }
+}

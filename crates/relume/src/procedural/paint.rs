@@ -1,0 +1,74 @@
+//! From a function of a place to the maps of a material, and the small mathematics of shapes and
+//! colours that materials share.
+
+use crate::maps::SurfaceMaps;
+use crate::planes::{Planes, Size};
+use crate::space::linear_from_srgb;
+use rayon::prelude::*;
+
+/// A linear colour.
+pub type Color = [f64; 3];
+
+/// What a material is at one place.
+#[derive(Debug, Clone, Copy)]
+pub struct Texel {
+    /// In texels.
+    pub height: f64,
+    /// Linear diffuse reflectance; kept within 0.01 and 0.95, the range of real matter.
+    pub albedo: Color,
+    /// GGX roughness; kept within 0.05 and 1.
+    pub roughness: f64,
+}
+
+/// A material as a function of the place, in texels from the middle of the top left texel.
+pub type Sampler = dyn Fn([f64; 2]) -> Texel + Sync;
+
+/// The maps of a function of the texel's place, computed row by row in parallel.
+pub fn paint(size: Size, sample: Box<Sampler>) -> SurfaceMaps {
+    let texels: Vec<Texel> = (0..size.texels())
+        .into_par_iter()
+        .with_min_len(size.width)
+        .map(|i| sample([(i % size.width) as f64, (i / size.width) as f64]))
+        .collect();
+    let plane = |count: usize, value: &dyn Fn(&Texel, usize) -> f64| {
+        let mut planes = Planes::zeros(size, count);
+        for (k, plane) in planes.iter_mut().enumerate() {
+            plane.iter_mut().zip(&texels).for_each(|(out, texel)| *out = value(texel, k) as f32);
+        }
+        planes
+    };
+    SurfaceMaps {
+        height: plane(1, &|t, _| t.height),
+        albedo: plane(3, &|t, k| t.albedo[k].clamp(0.01, 0.95)),
+        normal: None,
+        roughness: Some(plane(1, &|t, _| t.roughness.clamp(0.05, 1.0))),
+    }
+}
+
+/// The linear colour of an sRGB code such as `0xd9a441`.
+pub fn srgb(code: u32) -> Color {
+    [16, 8, 0].map(|shift| f64::from(linear_from_srgb((code >> shift & 0xff) as f32 / 255.0)))
+}
+
+/// From `a` at 0 to `b` at 1.
+pub fn blend(a: Color, b: Color, t: f64) -> Color {
+    let t = t.clamp(0.0, 1.0);
+    std::array::from_fn(|k| a[k] + (b[k] - a[k]) * t)
+}
+
+/// A colour made darker or lighter.
+pub fn scale(color: Color, factor: f64) -> Color {
+    color.map(|c| c * factor)
+}
+
+/// 0 below `low`, 1 above `high`, and the cubic with flat ends between.
+pub fn smoothstep(low: f64, high: f64, x: f64) -> f64 {
+    let t = ((x - low) / (high - low)).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}
+
+/// The height of a dome of height 1 at `q`, the squared distance from its centre in radii; zero
+/// outside. `power` 0.5 is an ellipsoid, more is more pointed.
+pub fn dome(q: f64, power: f64) -> f64 {
+    (1.0 - q).max(0.0).powf(power)
+}

@@ -1,5 +1,5 @@
-//! Bark: tall plates between deep fissures, from cellular noise stretched along the trunk (y) and
-//! bent, with cross cracks, layered ridges on the plates and patches of lichen.
+//! Bark: long plates along the trunk (y) between fissures, which run where a stretched and bent
+//! noise passes through zero; cross cracks, layered ridges on the plates, patches of lichen.
 
 use super::noise::{Canvas, Fractal, Lattice};
 use super::paint::{Color, Sampler, Texel, blend, scale, smoothstep, srgb};
@@ -7,7 +7,7 @@ use super::paint::{Color, Sampler, Texel, blend, scale, smoothstep, srgb};
 /// Bark of one seed.
 pub struct Bark {
     feature: f64,
-    plates: Lattice,
+    plates: Fractal,
     cracks: Lattice,
     bend: [Fractal; 2],
     ridges: Fractal,
@@ -24,16 +24,16 @@ impl Bark {
     pub fn new(canvas: &Canvas, feature: f64) -> Self {
         Self {
             feature,
-            plates: canvas.stretched_lattice([0.62 * feature, 1.9 * feature], 1),
-            cracks: canvas.stretched_lattice([0.5 * feature, 0.42 * feature], 2),
+            plates: canvas.stretched_fractal([0.55 * feature, 2.2 * feature], 3, 1),
+            cracks: canvas.stretched_lattice([0.55 * feature, 0.5 * feature], 2),
             bend: [0, 1].map(|k| canvas.stretched_fractal([0.7 * feature, 1.1 * feature], 4, 10 + k)),
             ridges: canvas.stretched_fractal([0.4 * feature, 1.3 * feature], 4, 12),
             grain: canvas.stretched_fractal([0.12 * feature, 0.22 * feature], 3, 13),
             moss: canvas.fractal(1.5 * feature, 5, 14),
-            fissure: srgb(0x2a1a12),
-            inner: srgb(0x74492f),
-            outer: srgb(0x9c8a78),
-            lichen: srgb(0x9aa577),
+            fissure: srgb(0x3d281c),
+            inner: srgb(0x865a3c),
+            outer: srgb(0xb3a08b),
+            lichen: srgb(0xa3ad84),
         }
     }
 
@@ -45,16 +45,16 @@ impl Bark {
     fn sample(&self, texel: [f64; 2]) -> Texel {
         let bend = self.bend.each_ref().map(|noise| noise.at(texel));
         let bent = [texel[0] + 0.2 * self.feature * bend[0], texel[1] + 0.35 * self.feature * bend[1]];
-        let plate = self.plates.nearest(bent);
+        let plate = self.plates.at(bent).abs();
         let crack = self.cracks.nearest(bent);
         let grain = self.grain.at(texel);
         let ridges = self.ridges.ridges(texel) - 1.2;
 
-        let rise = smoothstep(0.02, 0.34, plate.border + 0.03 * grain);
-        let split = smoothstep(0.0, 0.13, crack.border + 0.03 * grain);
-        let layers = (0.75 + 0.5 * plate.first.random(7)) * (0.8 + 0.2 * crack.first.random(8));
-        let top = rise * (layers * (0.72 + 0.28 * split) + 0.3 * ridges);
-        let height = self.feature * (0.42 * top + 0.018 * grain);
+        let rise = smoothstep(0.0, 0.3, plate + 0.03 * grain).sqrt();
+        let split = smoothstep(0.0, 0.1, crack.border + 0.025 * grain);
+        let layers = 0.82 + 0.3 * crack.first.random(8);
+        let top = rise * (layers * (0.75 + 0.25 * split) + 0.3 * ridges);
+        let height = self.feature * (0.3 * top + 0.014 * grain);
 
         let bared = blend(self.fissure, self.inner, smoothstep(0.05, 0.7, top));
         let weathered = smoothstep(0.45, 0.95, top + 0.1 * grain);

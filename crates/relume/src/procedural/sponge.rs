@@ -30,21 +30,21 @@ pub struct Sponge {
 impl Sponge {
     /// Sets up the noise.
     pub fn new(canvas: &Canvas, feature: f64) -> Self {
-        let densities = [0.9, 0.8, 0.75, 0.6];
+        let densities = [0.85, 0.7, 0.5, 0.3];
         let layer = |(k, density): (usize, f64)| {
-            let cell = feature * [1.0, 0.52, 0.27, 0.14][k];
+            let cell = feature * [1.0, 0.55, 0.3, 0.16][k];
             Pores { lattice: canvas.lattice(cell, 10 + k as u64), cell, density }
         };
         Self {
             feature,
             layers: densities.into_iter().enumerate().map(layer).collect(),
-            bend: [0, 1].map(|k| canvas.fractal(0.45 * feature, 3, 20 + k)),
+            bend: [0, 1].map(|k| canvas.fractal(0.5 * feature, 3, 20 + k)),
             body: canvas.fractal(2.5 * feature, 3, 30),
             fibres: canvas.fractal(0.14 * feature, 3, 31),
             tint: canvas.fractal(1.6 * feature, 4, 32),
-            pale: srgb(0xf3d489),
-            ochre: srgb(0xd69a3c),
-            deep: srgb(0x8a4a17),
+            pale: srgb(0xf6dd9c),
+            ochre: srgb(0xe0ab52),
+            deep: srgb(0xa05a1e),
         }
     }
 
@@ -54,15 +54,15 @@ impl Sponge {
     }
 
     fn sample(&self, texel: [f64; 2]) -> Texel {
-        let bend = self.bend.each_ref().map(|noise| 0.085 * self.feature * noise.at(texel));
+        let bend = self.bend.each_ref().map(|noise| 0.06 * self.feature * noise.at(texel));
         let bent = [texel[0] + bend[0], texel[1] + bend[1]];
         let sunk: f64 = self.layers.iter().map(|pores| pores.depth(bent)).sum();
         let fibres = self.fibres.at(texel);
-        let height = self.feature * (0.09 * self.body.at(texel) + 0.016 * fibres) - sunk;
+        let height = self.feature * (0.1 * self.body.at(texel) + 0.011 * fibres) - sunk;
 
-        let depth = smoothstep(0.0, 0.55, sunk / self.feature);
+        let depth = smoothstep(0.0, 0.45, sunk / self.feature);
         let body = blend(self.ochre, self.pale, 0.5 + 0.35 * self.tint.at(texel) + 0.2 * fibres);
-        let albedo = scale(blend(body, self.deep, 0.85 * depth), 1.0 + 0.08 * fibres);
+        let albedo = scale(blend(body, self.deep, 0.6 * depth), 1.0 + 0.08 * fibres);
         Texel { height, albedo, roughness: 0.82 + 0.1 * fibres }
     }
 }
@@ -71,11 +71,11 @@ impl Pores {
     /// Depth below the body in texels: the deepest of the pores about the place.
     fn depth(&self, texel: [f64; 2]) -> f64 {
         let depths = self.lattice.sites(texel).filter(|site| site.random(3) < self.density).map(|site| {
-            let radius = 0.22 + 0.3 * site.random(4);
+            let radius = 0.2 + 0.3 * site.random(4);
             let slender = 0.75 + 0.5 * site.random(5);
             let [x, y] = site.offset;
             let q = (x * x * slender + y * y / slender) / (radius * radius);
-            self.cell * radius * (0.9 + 0.5 * site.random(6)) * dome(q, 0.7)
+            self.cell * radius * (0.6 + 0.45 * site.random(6)) * dome(q, 0.8)
         });
         depths.fold(0.0, f64::max)
     }

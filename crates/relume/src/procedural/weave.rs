@@ -3,8 +3,11 @@
 //! sections, and carry the twist of their fibres; the higher yarn is the one that is seen.
 
 use super::noise::{Canvas, Fractal, Tiling};
-use super::paint::{Color, Sampler, Texel, blend, scale, srgb};
+use super::paint::{Color, Sampler, Texel, blend, scale, smoothstep, srgb};
 use std::f64::consts::{PI, TAU};
+
+/// Where no yarn is: the depth of the gaps between yarns, in pitches below the middle of the cloth.
+const GAP: f64 = -0.36;
 
 /// Which way a yarn runs.
 #[derive(Clone, Copy, PartialEq)]
@@ -40,7 +43,7 @@ pub struct Weave {
 impl Weave {
     /// Sets up the yarns: an even number on the torus, so that over and under continue.
     pub fn new(canvas: &Canvas, feature: f64) -> Self {
-        let pitch = 0.45 * feature;
+        let pitch = 0.55 * feature;
         let sides = [canvas.size.width, canvas.size.height].map(|side| side as f64);
         let even = sides.map(|side| 2.0 * (side / (2.0 * pitch)).round().max(1.0));
         let (yarns_per_texel, count) = match canvas.tiling {
@@ -73,10 +76,10 @@ impl Weave {
         let weft = self.strand(Yarn::Weft, v, u, thickness);
         let top = if warp.height > weft.height { warp } else { weft };
         let fuzz = self.fuzz.at(texel);
-        let height = self.pitch * (top.height.max(-0.42) + 0.035 * top.twist + 0.02 * fuzz);
+        let height = self.pitch * (top.height.max(GAP) + 0.035 * top.twist + 0.02 * fuzz);
         let color = self.colors[usize::from(top.yarn == Yarn::Weft)];
-        let buried = ((top.height + 0.4) / 0.75).clamp(0.0, 1.0);
-        let shade = top.shade * (0.9 + 0.12 * top.twist + 0.08 * fuzz) * (0.55 + 0.45 * buried);
+        let buried = smoothstep(GAP, 0.2, top.height);
+        let shade = top.shade * (0.9 + 0.12 * top.twist + 0.08 * fuzz) * (0.25 + 0.75 * buried);
         let albedo = blend(scale(color, shade), [0.6, 0.58, 0.54], 0.03 + 0.05 * fuzz.max(0.0));
         Texel { height, albedo, roughness: 0.62 + 0.1 * fuzz }
     }
@@ -92,13 +95,13 @@ impl Weave {
         let number = index.rem_euclid(count);
         let random = |k: i64| self.canvas.random(layer, number, k);
         let parity = if index.rem_euclid(2) == 0 { over } else { -over };
-        let swing = 0.17 * parity * (PI * (along - 0.5)).cos();
+        let swing = 0.2 * parity * (PI * (along - 0.5)).cos();
 
-        let half_width = 0.47 * thickness * (0.93 + 0.1 * random(0));
+        let half_width = 0.5 * thickness * (0.95 + 0.1 * random(0));
         let offset = across - column - 0.5 + 0.06 * (random(1) - 0.5);
         let q = (offset / half_width) * (offset / half_width);
         let round = (1.0 - q).max(0.0).sqrt();
-        let height = if q < 1.0 { swing + 0.3 * round - 0.12 } else { -1.0 };
+        let height = if q < 1.0 { swing + 0.36 * round - 0.16 } else { f64::NEG_INFINITY };
 
         let lay = if yarn == Yarn::Warp { 2.0 } else { -2.0 };
         let around = (offset / half_width).clamp(-1.0, 1.0).asin() / PI;

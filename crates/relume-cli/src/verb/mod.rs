@@ -4,6 +4,7 @@
 //! [`crate::input`], calls the library, and writes through [`crate::output`]. It prints nothing.
 //! To add one: a file here, an arm in [`Verb`] and in [`run`].
 
+mod capture;
 mod fit;
 mod info;
 
@@ -16,6 +17,8 @@ use crate::report::Report;
 /// What the program can do.
 #[derive(Debug, Subcommand)]
 pub enum Verb {
+    /// Photograph maps or a built-in material under a virtual light dome
+    Capture(capture::Args),
     /// Fit reflectance functions to photographs under known lights
     Fit(fit::Args),
     /// Say what a file holds
@@ -25,6 +28,7 @@ pub enum Verb {
 /// Runs one verb.
 pub fn run(verb: Verb, context: &Context) -> Result<Report> {
     match verb {
+        Verb::Capture(args) => capture::run(&args, context),
         Verb::Fit(args) => fit::run(&args, context),
         Verb::Info(args) => info::run(&args, context),
     }

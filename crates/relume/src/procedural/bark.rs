@@ -24,9 +24,9 @@ impl Bark {
     pub fn new(canvas: &Canvas, feature: f64) -> Self {
         Self {
             feature,
-            plates: canvas.stretched_fractal([0.55 * feature, 2.2 * feature], 3, 1),
+            plates: canvas.stretched_fractal([0.75 * feature, 2.6 * feature], 2, 1),
             cracks: canvas.stretched_lattice([0.55 * feature, 0.5 * feature], 2),
-            bend: [0, 1].map(|k| canvas.stretched_fractal([0.7 * feature, 1.1 * feature], 4, 10 + k)),
+            bend: [0, 1].map(|k| canvas.stretched_fractal([0.7 * feature, 1.1 * feature], 2, 10 + k)),
             ridges: canvas.stretched_fractal([0.4 * feature, 1.3 * feature], 4, 12),
             grain: canvas.stretched_fractal([0.12 * feature, 0.22 * feature], 3, 13),
             moss: canvas.fractal(1.5 * feature, 5, 14),
@@ -50,7 +50,7 @@ impl Bark {
         let grain = self.grain.at(texel);
         let ridges = self.ridges.ridges(texel) - 1.2;
 
-        let rise = smoothstep(0.0, 0.3, plate + 0.03 * grain).sqrt();
+        let rise = smoothstep(0.0, 0.32, plate + 0.04 * grain).sqrt();
         let split = smoothstep(0.0, 0.1, crack.border + 0.025 * grain);
         let layers = 0.82 + 0.3 * crack.first.random(8);
         let top = rise * (layers * (0.75 + 0.25 * split) + 0.3 * ridges);

@@ -62,7 +62,7 @@ impl Sponge {
 
         let depth = smoothstep(0.0, 0.45, sunk / self.feature);
         let body = blend(self.ochre, self.pale, 0.5 + 0.35 * self.tint.at(texel) + 0.2 * fibres);
-        let albedo = scale(blend(body, self.deep, 0.6 * depth), 1.0 + 0.08 * fibres);
+        let albedo = scale(blend(body, self.deep, 0.75 * depth), 1.0 + 0.08 * fibres);
         Texel { height, albedo, roughness: 0.82 + 0.1 * fibres }
     }
 }

@@ -78,8 +78,8 @@ impl Weave {
         let fuzz = self.fuzz.at(texel);
         let height = self.pitch * (top.height.max(GAP) + 0.035 * top.twist + 0.02 * fuzz);
         let color = self.colors[usize::from(top.yarn == Yarn::Weft)];
-        let buried = smoothstep(GAP, 0.2, top.height);
-        let shade = top.shade * (0.9 + 0.12 * top.twist + 0.08 * fuzz) * (0.25 + 0.75 * buried);
+        let buried = smoothstep(-0.28, 0.1, top.height);
+        let shade = top.shade * (0.9 + 0.12 * top.twist + 0.08 * fuzz) * (0.2 + 0.8 * buried);
         let albedo = blend(scale(color, shade), [0.6, 0.58, 0.54], 0.03 + 0.05 * fuzz.max(0.0));
         Texel { height, albedo, roughness: 0.62 + 0.1 * fuzz }
     }

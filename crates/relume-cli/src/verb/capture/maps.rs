@@ -1,0 +1,254 @@
+//! Maps from files: which file is which map, and what its samples mean.
+//!
+//! Height, normal and roughness files hold data, not colours: integer codes are taken as they
+//! are, from 0 to 1, without decoding sRGB. Where such a file is RGB, height and roughness are
+//! its first channel. Integer normals are packed, v = (n + 1) / 2; floats are packed only when none
+//! is negative.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use relume::format::read_raster;
+use relume::maps::SurfaceMaps;
+use relume::{Error, Limits, Planes, Raster, Result, Samples, Space};
+
+/// Which way a normal map's second channel points.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NormalY {
+    /// To the top of the picture (OpenGL).
+    Up,
+    /// To the bottom (DirectX).
+    Down,
+}
+
+/// Heights of integer files span this fraction of the width unless told otherwise.
+const RELIEF_OF_WIDTH: f64 = 1.0 / 25.0;
+
+const EXTENSIONS: [&str; 6] = ["png", "jpg", "jpeg", "tif", "tiff", "exr"];
+const HEIGHT: [&str; 5] = ["height", "displacement", "disp", "bump", "heightmap"];
+const ALBEDO: [&str; 8] = ["albedo", "color", "colour", "diffuse", "diff", "basecolor", "base", "col"];
+const NORMAL: [&str; 5] = ["normal", "normals", "nor", "normalgl", "normaldx"];
+const ROUGHNESS: [&str; 2] = ["roughness", "rough"];
+
+/// The files of the maps that are there.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct MapFiles {
+    /// One channel.
+    pub height: Option<PathBuf>,
+    /// Colours.
+    pub albedo: Option<PathBuf>,
+    /// Three channels.
+    pub normal: Option<PathBuf>,
+    /// One channel.
+    pub roughness: Option<PathBuf>,
+}
+
+impl MapFiles {
+    /// The maps in a folder, by the words in their names.
+    ///
+    /// # Errors
+    /// A folder that cannot be read, or two files that claim to be the same map.
+    pub fn find(folder: &Path) -> Result<Self> {
+        if !folder.is_dir() {
+            return Err(Error::usage(
+                "is neither a built-in material (sponge, weave, pebbles, leather, bark) nor a folder of maps",
+            )
+            .at(folder));
+        }
+        let unreadable = |e: &std::io::Error| Error::io("cannot read the folder", e).at(folder);
+        let mut paths = Vec::new();
+        for entry in fs::read_dir(folder).map_err(|e| unreadable(&e))? {
+            paths.push(entry.map_err(|e| unreadable(&e))?.path());
+        }
+        paths.retain(|path| EXTENSIONS.contains(&extension(path).as_str()));
+        paths.sort();
+        Ok(Self {
+            height: only(&paths, "height", &HEIGHT)?,
+            albedo: only(&paths, "albedo", &ALBEDO)?,
+            normal: only(&paths, "normal", &NORMAL)?,
+            roughness: only(&paths, "roughness", &ROUGHNESS)?,
+        })
+    }
+
+    /// These files, and the others where these have none.
+    pub fn or(self, others: Self) -> Self {
+        Self {
+            height: self.height.or(others.height),
+            albedo: self.albedo.or(others.albedo),
+            normal: self.normal.or(others.normal),
+            roughness: self.roughness.or(others.roughness),
+        }
+    }
+
+    /// Reads the maps; heights become texels.
+    ///
+    /// # Errors
+    /// No height or albedo, a file that cannot be read, or maps of differing sizes.
+    pub fn read(
+        &self,
+        height_scale: Option<f64>,
+        y: Option<NormalY>,
+        limits: &Limits,
+    ) -> Result<SurfaceMaps> {
+        if let Some(scale) = height_scale.filter(|scale| !scale.is_finite()) {
+            return Err(Error::usage(format!("--height-scale {scale}: expected a finite number of texels")));
+        }
+        let (height_file, albedo_file) = (wanted(&self.height, "height")?, wanted(&self.albedo, "albedo")?);
+        let height = height(&read_raster(height_file, limits)?, height_scale);
+        let same_size = |path: &Path| {
+            let raster = read_raster(path, limits)?;
+            if raster.size() != height.size() {
+                return Err(Error::invalid(format!(
+                    "is {} texels, but {} is {}: all maps must be equally large",
+                    raster.size(),
+                    height_file.display(),
+                    height.size()
+                ))
+                .at(path));
+            }
+            Ok(raster)
+        };
+        let albedo = albedo(&same_size(albedo_file)?);
+        let normal = match &self.normal {
+            Some(path) => {
+                let y = y.unwrap_or(if is_directx(path) { NormalY::Down } else { NormalY::Up });
+                Some(normal(&same_size(path)?, y).map_err(|e| e.at(path))?)
+            }
+            None => None,
+        };
+        let roughness = match &self.roughness {
+            Some(path) => Some(first_channel(&same_size(path)?)),
+            None => None,
+        };
+        Ok(SurfaceMaps { height, albedo, normal, roughness })
+    }
+}
+
+fn wanted<'a>(file: &'a Option<PathBuf>, name: &str) -> Result<&'a Path> {
+    file.as_deref().ok_or_else(|| {
+        Error::usage(format!("no {name} map: name a file with --{name}, or put the word into a file's name"))
+    })
+}
+
+fn extension(path: &Path) -> String {
+    path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default()
+}
+
+fn words(path: &Path) -> Vec<String> {
+    let stem = path.file_stem().map(|s| s.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
+    stem.split(|c: char| !c.is_ascii_alphanumeric()).map(str::to_owned).collect()
+}
+
+fn is_directx(path: &Path) -> bool {
+    words(path).iter().any(|word| word == "dx" || word == "normaldx" || word == "directx")
+}
+
+/// The only file with one of the words in its name; +Y normals before -Y ones, EXR before others.
+fn only(paths: &[PathBuf], name: &str, known: &[&str]) -> Result<Option<PathBuf>> {
+    let rank = |path: &PathBuf| (is_directx(path), extension(path) != "exr");
+    let mut found: Vec<&PathBuf> =
+        paths.iter().filter(|path| words(path).iter().any(|word| known.contains(&word.as_str()))).collect();
+    found.sort_by_key(|path| rank(path));
+    match found.as_slice() {
+        [first, second, ..] if rank(first) == rank(second) => Err(Error::usage(format!(
+            "both this file and {} look like the {name} map: name one with --{name}",
+            second.display()
+        ))
+        .at(first)),
+        _ => Ok(found.first().map(|path| (*path).clone())),
+    }
+}
+
+/// The samples as they are stored, with the largest code at 1.
+fn data(raster: &Raster) -> Planes {
+    raster.to_picture(raster.samples().space()).planes
+}
+
+fn first_channel(raster: &Raster) -> Planes {
+    let planes = data(raster);
+    let mut first = Planes::zeros(raster.size(), 1);
+    first.plane_mut(0).copy_from_slice(planes.plane(0));
+    first
+}
+
+fn height(raster: &Raster, scale: Option<f64>) -> Planes {
+    let default = match raster.samples() {
+        Samples::F32(_) => 1.0,
+        Samples::U8(_) | Samples::U16(_) => RELIEF_OF_WIDTH * raster.size().width as f64,
+    };
+    let scale = scale.unwrap_or(default) as f32;
+    let mut height = first_channel(raster);
+    height.as_mut_slice().iter_mut().for_each(|h| *h *= scale);
+    height
+}
+
+fn albedo(raster: &Raster) -> Planes {
+    let planes = raster.to_picture(Space::Linear).planes;
+    let mut albedo = Planes::zeros(raster.size(), 3);
+    for (k, plane) in albedo.iter_mut().enumerate() {
+        plane.copy_from_slice(planes.plane(k.min(planes.count() - 1)));
+    }
+    albedo
+}
+
+fn normal(raster: &Raster, y: NormalY) -> Result<Planes> {
+    if raster.channels() != 3 {
+        return Err(Error::invalid("is grey: a normal map needs three channels"));
+    }
+    let mut normal = data(raster);
+    let unpacked = matches!(raster.samples(), Samples::F32(_)) && normal.as_slice().iter().any(|v| *v < 0.0);
+    if !unpacked {
+        normal.as_mut_slice().iter_mut().for_each(|v| *v = 2.0 * *v - 1.0);
+    }
+    if y == NormalY::Down {
+        normal.plane_mut(1).iter_mut().for_each(|v| *v = -*v);
+    }
+    Ok(normal)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use relume::Size;
+
+    fn choose(names: &[&str]) -> Result<Vec<Option<String>>> {
+        let folder = tempfile::tempdir().unwrap();
+        names.iter().for_each(|name| fs::write(folder.path().join(name), "").unwrap());
+        let files = MapFiles::find(folder.path())?;
+        let name =
+            |file: Option<PathBuf>| file.map(|f| f.file_name().unwrap().to_string_lossy().into_owned());
+        Ok([files.height, files.albedo, files.normal, files.roughness].map(name).to_vec())
+    }
+
+    #[test]
+    fn maps_are_known_by_the_words_in_their_names() {
+        let expect = |names: [&str; 4]| Ok(names.map(|n| Some(n.to_owned())).to_vec());
+        let ambient =
+            ["A1_4K-PNG_Displacement.png", "A1_4K-PNG_Color.png", "A1_NormalGL.png", "A1_Roughness.png"];
+        let others = ["A1_NormalDX.png", "A1_AmbientOcclusion.png", "A1_Metalness.png", "notes_height.txt"];
+        assert_eq!(choose(&[&ambient[..], &others[..]].concat()), expect(ambient));
+        let haven = ["rock_disp_2k.png", "rock_diff_2k.jpg", "rock_nor_gl_2k.exr", "rock_rough_2k.jpg"];
+        assert_eq!(choose(&haven), expect(haven));
+        assert_eq!(choose(&["normals_gl.png", "normals.exr"]).unwrap()[2].as_deref(), Some("normals.exr"));
+        assert_eq!(choose(&["colorful.png"]).unwrap(), [None, None, None, None]);
+        let message = choose(&["height.png", "disp.png"]).unwrap_err().to_string();
+        assert!(message.contains("disp.png") && message.contains("height.png"), "{message}");
+    }
+
+    #[test]
+    fn samples_mean_data_in_maps_of_data_and_light_in_albedo() {
+        let size = Size::new(2, 1);
+        let codes = Raster::new(size, 3, Samples::U8(vec![0, 128, 255, 51, 255, 0])).unwrap();
+        assert_eq!(height(&codes, Some(10.0)).as_slice(), [0.0, 2.0]);
+        assert_eq!(height(&codes, None).as_slice()[1], (0.2 * 2.0 / 25.0) as f32);
+        assert!((albedo(&codes).at(1, 0, 0) - 0.2158).abs() < 1e-4);
+        let up = normal(&codes, NormalY::Up).unwrap();
+        let down = normal(&codes, NormalY::Down).unwrap();
+        assert_eq!((up.at(0, 0, 0), up.at(2, 0, 0), up.at(1, 1, 0)), (-1.0, 1.0, 1.0));
+        assert_eq!((down.plane(0), down.at(1, 1, 0)), (up.plane(0), -1.0));
+        let floats = Raster::new(size, 3, Samples::F32(vec![0.0, -0.6, 0.8, 0.0, 0.0, 1.0])).unwrap();
+        assert_eq!(normal(&floats, NormalY::Up).unwrap().at(1, 0, 0), -0.6);
+        assert_eq!(height(&floats, None).as_slice(), [0.0, 0.0]);
+        assert!(normal(&Raster::new(size, 1, Samples::U8(vec![1, 2])).unwrap(), NormalY::Up).is_err());
+    }
+}

@@ -1,0 +1,264 @@
+//! `relume capture`: maps or a built-in material under a virtual light dome.
+
+mod maps;
+mod write;
+
+use std::path::{Path, PathBuf};
+
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use relume::capture::dome::{Border, Bounce, Dome, DomeOptions, Surface, lights};
+use relume::maps::SurfaceMaps;
+use relume::procedural::{Material, MaterialOptions};
+use relume::{Error, Progress, Result, Size};
+use serde_json::json;
+
+use crate::args;
+use crate::context::Context;
+use crate::output::Folder;
+use crate::report::Report;
+use maps::{MapFiles, NormalY};
+use write::PhotographFormat;
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  relume capture sponge -o sponge --lights 50\n  \
+    relume capture materials/bark -o bark --height-scale 60 --format exr")]
+pub struct Args {
+    /// A built-in material (sponge, weave, pebbles, leather, bark), or a folder of maps known by
+    /// their names: height or displacement, albedo or color, normal, roughness
+    #[arg(required_unless_present_all = ["height", "albedo"])]
+    maps: Option<PathBuf>,
+    /// The folder to write: photographs, `lights.lp`, `capture.json`, and the `truth`
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+    /// How many lamps, spread evenly from the zenith to 75 degrees from it
+    #[arg(long, value_name = "N", default_value = "50", value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    lights: u32,
+    /// Files of the photographs; integers are sRGB-encoded, floats linear
+    #[arg(long, default_value = "png", value_parser = format())]
+    format: PhotographFormat,
+    #[command(flatten)]
+    files: Files,
+    #[command(flatten)]
+    material: MaterialArgs,
+    #[command(flatten)]
+    dome: DomeArgs,
+}
+
+/// Maps by file.
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Maps")]
+struct Files {
+    /// The height map
+    #[arg(long, value_name = "FILE")]
+    height: Option<PathBuf>,
+    /// The albedo map
+    #[arg(long, value_name = "FILE")]
+    albedo: Option<PathBuf>,
+    /// The normal map; without one, normals follow the height
+    #[arg(long, value_name = "FILE")]
+    normal: Option<PathBuf>,
+    /// The roughness map; without one, roughness is 1
+    #[arg(long, value_name = "FILE")]
+    roughness: Option<PathBuf>,
+    /// Texels from height 0 to height 1 [default: a 25th of the width for integer files; 1 for
+    /// floats, which are taken as texels]
+    #[arg(long, value_name = "TEXELS")]
+    height_scale: Option<f64>,
+    /// Which way the normal map's green points: up (OpenGL) or down (DirectX) [default: what the
+    /// file's name says, else up]
+    #[arg(long, value_parser = normal_y())]
+    normal_y: Option<NormalY>,
+}
+
+/// How a built-in material is made.
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Built-in materials")]
+struct MaterialArgs {
+    /// Texels, such as 512x512 [default: 256x256]
+    #[arg(long, value_name = "WxH", value_parser = args::size)]
+    size: Option<Size>,
+    /// Another seed gives another sample of the same material [default: 0]
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+    /// Size of the largest features in texels [default: 40]
+    #[arg(long, value_name = "TEXELS")]
+    feature: Option<f64>,
+}
+
+/// How the dome photographs.
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Light")]
+struct DomeArgs {
+    /// Whether maps repeat beyond their borders or end there
+    #[arg(long, default_value = "wrap", value_parser = border())]
+    border: Border,
+    /// Radiance of the sky, as a fraction of a white matte surface's that faces the lamp
+    #[arg(long, value_name = "FRACTION", default_value_t = DomeOptions::default().ambient)]
+    ambient: f64,
+    /// Angle from a lamp's middle to its rim, in degrees: the softness of shadows
+    #[arg(long, value_name = "DEGREES", default_value = "1")]
+    lamp_radius: f64,
+    /// Leave out the light that one part of the surface sends to another
+    #[arg(long)]
+    no_bounce: bool,
+    /// Leave out the gloss: a Lambertian surface
+    #[arg(long)]
+    matte: bool,
+}
+
+/// Photographs under every lamp and writes the folder.
+pub fn run(args: &Args, context: &Context) -> Result<Report> {
+    let options = args.dome.options();
+    options.validate()?;
+    let mut folder = Folder::stage(&args.output, context)?;
+    let (name, maps) = source(args, context)?;
+    let dome = Dome::new(maps, &options, &context.limits).map_err(|e| match &args.maps {
+        Some(path) if material(path).is_none() => e.at(path),
+        _ => e,
+    })?;
+    let lamps = lights(args.lights as usize);
+    context.progress.start("photographing", lamps.len() as u64);
+    let clipped = write::photographs(&dome, &lamps, args.format, &mut folder, context)?;
+    write::truth(&dome, &mut folder)?;
+    let (low, high) = dome.maps().height.range(0);
+    let json = json!({
+        "source": name,
+        "output": args.output,
+        "width": dome.size().width,
+        "height": dome.size().height,
+        "lights": lamps.len(),
+        "photographs": write::photograph_name(0, args.format).replace("000", "*"),
+        "exposure": "a white Lambertian that faces the lamp is 1",
+        "clipped_fraction": clipped,
+        "border": format!("{:?}", options.border).to_lowercase(),
+        "ambient": options.ambient,
+        "bounce": format!("{:?}", options.bounce).to_lowercase(),
+        "lamp_radius_deg": args.dome.lamp_radius,
+        "truth": {
+            "height_texels": { "file": "truth/height.exr", "lowest": low, "highest": high },
+            "albedo_linear": "truth/albedo.exr",
+            "normals_y_up": ["truth/normals.exr", "truth/normals_gl.png"],
+        },
+    });
+    folder.add("capture.json", format!("{json:#}\n").as_bytes())?;
+    folder.commit()?;
+    Ok(Report::new(summary(args, &name, &dome, clipped), json))
+}
+
+fn summary(args: &Args, name: &str, dome: &Dome, clipped: f64) -> String {
+    let (low, high) = dome.maps().height.range(0);
+    let mut lines = vec![
+        format!("{}: {} photographs of {name}, {} texels", args.output.display(), args.lights, dome.size()),
+        format!("relief {:.1} texels high; lights in lights.lp, the truth in truth/", high - low),
+    ];
+    if clipped > 0.0 {
+        lines
+            .push(format!("{:.3} % of the values are brighter than white and were cut off", 100.0 * clipped));
+    }
+    lines.join("\n")
+}
+
+/// The maps, and what they are called.
+fn source(args: &Args, context: &Context) -> Result<(String, SurfaceMaps)> {
+    match args.maps.as_deref() {
+        Some(path) if material(path).is_some() => {
+            args.files.refuse("a built-in material has its own maps")?;
+            let material = material(path).expect("the arm's condition");
+            Ok((material.name().to_owned(), material.make(&args.material.options(), &context.limits)?))
+        }
+        folder => {
+            args.material.refuse()?;
+            let named = MapFiles {
+                height: args.files.height.clone(),
+                albedo: args.files.albedo.clone(),
+                normal: args.files.normal.clone(),
+                roughness: args.files.roughness.clone(),
+            };
+            let files = match folder {
+                Some(folder) => named.or(MapFiles::find(folder)?),
+                None => named,
+            };
+            let name = folder.unwrap_or(Path::new("the maps")).display().to_string();
+            Ok((name, files.read(args.files.height_scale, args.files.normal_y, &context.limits)?))
+        }
+    }
+}
+
+fn material(path: &Path) -> Option<Material> {
+    path.to_str().and_then(Material::from_name)
+}
+
+impl Files {
+    fn refuse(&self, why: &str) -> Result<()> {
+        let given = [
+            ("--height", self.height.is_some()),
+            ("--albedo", self.albedo.is_some()),
+            ("--normal", self.normal.is_some()),
+            ("--roughness", self.roughness.is_some()),
+            ("--height-scale", self.height_scale.is_some()),
+            ("--normal-y", self.normal_y.is_some()),
+        ];
+        match given.iter().find(|(_, given)| *given) {
+            Some((option, _)) => Err(Error::usage(format!("{option} cannot be used: {why}"))),
+            None => Ok(()),
+        }
+    }
+}
+
+impl MaterialArgs {
+    fn options(&self) -> MaterialOptions {
+        let default = MaterialOptions::default();
+        MaterialOptions {
+            size: self.size.unwrap_or(default.size),
+            seed: self.seed.unwrap_or(default.seed),
+            feature: self.feature.unwrap_or(default.feature),
+            tiling: default.tiling,
+        }
+    }
+
+    fn refuse(&self) -> Result<()> {
+        let given = [
+            ("--size", self.size.is_some()),
+            ("--seed", self.seed.is_some()),
+            ("--feature", self.feature.is_some()),
+        ];
+        match given.iter().find(|(_, given)| *given) {
+            Some((option, _)) => Err(Error::usage(format!(
+                "{option} is for built-in materials: map files have the size and the features they have"
+            ))),
+            None => Ok(()),
+        }
+    }
+}
+
+impl DomeArgs {
+    fn options(&self) -> DomeOptions {
+        let default = DomeOptions::default();
+        DomeOptions {
+            border: self.border,
+            ambient: self.ambient,
+            bounce: if self.no_bounce { Bounce::None } else { Bounce::Once },
+            surface: if self.matte { Surface::Matte } else { default.surface },
+            lamp_radius_rad: self.lamp_radius.to_radians(),
+            sectors: default.sectors,
+        }
+    }
+}
+
+fn format() -> impl TypedValueParser<Value = PhotographFormat> {
+    PossibleValuesParser::new(["png", "png16", "exr"]).map(|name| match name.as_str() {
+        "png" => PhotographFormat::Png,
+        "png16" => PhotographFormat::Png16,
+        _ => PhotographFormat::Exr,
+    })
+}
+
+fn normal_y() -> impl TypedValueParser<Value = NormalY> {
+    PossibleValuesParser::new(["up", "down"])
+        .map(|name| if name == "up" { NormalY::Up } else { NormalY::Down })
+}
+
+fn border() -> impl TypedValueParser<Value = Border> {
+    PossibleValuesParser::new(["wrap", "clamp"])
+        .map(|name| if name == "wrap" { Border::Wrap } else { Border::Clamp })
+}

@@ -78,8 +78,8 @@ impl Weave {
         let fuzz = self.fuzz.at(texel);
         let height = self.pitch * (top.height.max(GAP) + 0.035 * top.twist + 0.02 * fuzz);
         let color = self.colors[usize::from(top.yarn == Yarn::Weft)];
-        let buried = smoothstep(-0.28, 0.1, top.height);
-        let shade = top.shade * (0.9 + 0.12 * top.twist + 0.08 * fuzz) * (0.2 + 0.8 * buried);
+        let buried = smoothstep(0.0, 0.38, top.height);
+        let shade = top.shade * (0.9 + 0.12 * top.twist + 0.08 * fuzz) * (0.4 + 0.6 * buried);
         let albedo = blend(scale(color, shade), [0.6, 0.58, 0.54], 0.03 + 0.05 * fuzz.max(0.0));
         Texel { height, albedo, roughness: 0.62 + 0.1 * fuzz }
     }
@@ -95,7 +95,7 @@ impl Weave {
         let number = index.rem_euclid(count);
         let random = |k: i64| self.canvas.random(layer, number, k);
         let parity = if index.rem_euclid(2) == 0 { over } else { -over };
-        let swing = 0.2 * parity * (PI * (along - 0.5)).cos();
+        let swing = 0.25 * parity * (PI * (along - 0.5)).cos();
 
         let half_width = 0.5 * thickness * (0.95 + 0.1 * random(0));
         let offset = across - column - 0.5 + 0.06 * (random(1) - 0.5);

@@ -7,7 +7,6 @@ mod format_robustness;
 mod format_round_trips;
 mod ptm_independent;
 mod ptm_precision;
-mod support;
-mod synthesis;
 mod real_captures;
 mod support;
+mod synthesis;

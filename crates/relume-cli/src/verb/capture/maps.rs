@@ -8,9 +8,10 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use relume::format::read_raster;
 use relume::maps::SurfaceMaps;
 use relume::{Error, Limits, Planes, Raster, Result, Samples, Space};
+
+use crate::input;
 
 /// Which way a normal map's second channel points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -94,9 +95,9 @@ impl MapFiles {
             return Err(Error::usage(format!("--height-scale {scale}: expected a finite number of texels")));
         }
         let (height_file, albedo_file) = (wanted(&self.height, "height")?, wanted(&self.albedo, "albedo")?);
-        let height = height(&read_raster(height_file, limits)?, height_scale);
+        let height = height(&input::raster(height_file, limits)?, height_scale);
         let same_size = |path: &Path| {
-            let raster = read_raster(path, limits)?;
+            let raster = input::raster(path, limits)?;
             if raster.size() != height.size() {
                 return Err(Error::invalid(format!(
                     "is {} texels, but {} is {}: all maps must be equally large",

@@ -19,6 +19,7 @@ use crate::report::Report;
 use maps::{MapFiles, NormalY};
 use write::PhotographFormat;
 
+/// Arguments of `relume capture`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  relume capture sponge -o sponge --lights 50\n  \
     relume capture materials/bark -o bark --height-scale 60 --format exr")]

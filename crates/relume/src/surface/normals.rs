@@ -1,0 +1,158 @@
+//! Normals and albedo from the direction of maximal luminance.
+//!
+//! A matt surface is brightest when the light stands along its normal (Malzbender, Gelb, Wolters,
+//! "Polynomial Texture Maps", SIGGRAPH 2001, section 3.3). The functions of colour fields are
+//! weighted to one luminance (ITU-R BT.709-6: 0.2126, 0.7152, 0.0722). The weights belong to
+//! linear light; with encoded fields they give a luma, whose maximum is the same where the
+//! channels are proportional, because the encoding is monotone. Cast shadows, mirrors and the
+//! smoothness of the basis all pull the maximum away from the true normal. For the biquadratic
+//! polynomial fitted to a matt sphere under 60 lights the pull is towards the zenith, below 10
+//! degrees for normals up to 40 degrees steep, about 6 on average; from about 45 degrees on the
+//! polynomial is largest on the rim of the disk, and only the azimuth remains right.
+
+use rayon::prelude::*;
+
+use super::argmax::ptm_maximum;
+use crate::direction::Direction;
+use crate::field::{Basis, ColorModel, ReflectanceField};
+use crate::picture::Picture;
+use crate::planes::Planes;
+
+/// Luminance of linear red, green and blue, ITU-R BT.709-6.
+const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
+
+/// Three planes of unit normals (x right, y up, z to the viewer): the direction of maximal
+/// luminance of each texel's function. Fields of constants have the normal (0, 0, 1).
+pub fn normals(field: &ReflectanceField) -> Planes {
+    let directions: Vec<[f32; 3]> = (0..field.size().texels())
+        .into_par_iter()
+        .map(|texel| brightest(field, texel).to_array().map(|v| v as f32))
+        .collect();
+    planes_of(field, 3, &directions)
+}
+
+/// The value of each texel's function at its maximum, in the field's space and not clamped: for
+/// a matt surface its diffuse reflectance, since the light then stands along the normal.
+pub fn albedo(field: &ReflectanceField) -> Picture {
+    let width = field.size().width;
+    let values: Vec<[f32; 3]> = (0..field.size().texels())
+        .into_par_iter()
+        .map(|texel| field.value(texel % width, texel / width, brightest(field, texel)))
+        .collect();
+    Picture { planes: planes_of(field, field.color().channels(), &values), space: field.space() }
+}
+
+fn planes_of(field: &ReflectanceField, count: usize, values: &[[f32; 3]]) -> Planes {
+    let mut planes = Planes::zeros(field.size(), count);
+    for (c, plane) in planes.iter_mut().enumerate() {
+        plane.iter_mut().zip(values).for_each(|(out, value)| *out = value[c]);
+    }
+    planes
+}
+
+fn brightest(field: &ReflectanceField, texel: usize) -> Direction {
+    let (u, v) = match field.basis() {
+        Basis::Constant => (0.0, 0.0),
+        Basis::Ptm => ptm_maximum(std::array::from_fn(|k| luminance_coefficient(field, k, texel))),
+    };
+    Direction::from_disk(u, v)
+}
+
+/// Coefficient `k` of a texel's luminance. The colour of an LRGB texel scales its function and
+/// is not negative, so the function itself serves, even where the colour is black.
+fn luminance_coefficient(field: &ReflectanceField, k: usize, texel: usize) -> f64 {
+    let coefficient = |plane: usize| f64::from(field.coefficients().plane(plane)[texel]);
+    match field.color() {
+        ColorModel::Luminance | ColorModel::Lrgb => coefficient(k),
+        ColorModel::Rgb => (0..3).map(|c| LUMINANCE[c] * coefficient(c * field.basis().len() + k)).sum(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::matrix::{Matrix, Qr};
+    use crate::planes::Size;
+    use crate::space::Space;
+    use crate::surface::argmax::maximum_by_search;
+
+    /// Directions spread evenly over the cap above a polar angle (a Fibonacci lattice).
+    fn spread(count: usize, lowest_z: f64) -> Vec<Direction> {
+        let golden_angle = std::f64::consts::PI * (3.0 - 5f64.sqrt());
+        let height = |i: usize| 1.0 - (1.0 - lowest_z) * (i as f64 + 0.5) / count as f64;
+        (0..count).map(|i| Direction::from_angles(height(i).acos(), golden_angle * i as f64)).collect()
+    }
+
+    /// A row of matt texels with the given normals, fitted from `lights` by least squares.
+    fn lambertian(normals: &[Direction], lights: &[Direction], albedo: f64) -> ReflectanceField {
+        let design = Matrix::from_fn(lights.len(), 6, |i, k| Basis::Ptm.weights(lights[i])[k]);
+        let fit = Qr::new(&design).pseudo_inverse();
+        let seen =
+            Matrix::from_fn(lights.len(), normals.len(), |i, t| albedo * lights[i].dot(normals[t]).max(0.0));
+        let coefficients = fit.times(&seen);
+        let data = (0..6).flat_map(|k| coefficients.row(k).iter().map(|&c| c as f32).collect::<Vec<_>>());
+        let size = Size::new(normals.len(), 1);
+        let planes = Planes::from_vec(size, 6, data.collect()).unwrap();
+        ReflectanceField::new(Basis::Ptm, ColorModel::Luminance, Space::Linear, planes).unwrap()
+    }
+
+    fn errors_deg(truth: &[Direction], found: &Planes) -> Vec<f64> {
+        let found = (0..truth.len()).map(|t| {
+            let n: Vec<f64> = (0..3).map(|k| f64::from(found.plane(k)[t])).collect();
+            Direction::from_vector(n[0], n[1], n[2]).unwrap()
+        });
+        truth.iter().zip(found).map(|(a, b)| a.dot(b).clamp(-1.0, 1.0).acos().to_degrees()).collect()
+    }
+
+    #[test]
+    fn normals_of_a_matt_sphere_are_near_the_truth() {
+        let truth = spread(500, 40f64.to_radians().cos());
+        let field = lambertian(&truth, &spread(60, 0.15), 0.6);
+        let errors = errors_deg(&truth, &normals(&field));
+        let mean = errors.iter().sum::<f64>() / errors.len() as f64;
+        let worst = errors.iter().fold(0.0f64, |a, &b| a.max(b));
+        assert!(mean < 7.0 && worst < 10.0, "mean {mean:.2}, worst {worst:.2} degrees");
+        let reflectance = albedo(&field);
+        let (least, most) = reflectance.planes.range(0);
+        assert!(least > 0.54 && most < 0.66, "albedo 0.6 found as {least:.3} to {most:.3}");
+    }
+
+    #[test]
+    fn normals_keep_their_azimuth_however_steep() {
+        let truth = spread(500, 60f64.to_radians().cos());
+        let planes = normals(&lambertian(&truth, &spread(60, 0.15), 0.6));
+        for (t, n) in truth.iter().enumerate().filter(|(_, n)| n.z() < 0.98) {
+            let (x, y) = (f64::from(planes.plane(0)[t]), f64::from(planes.plane(1)[t]));
+            let cosine = (x * n.x() + y * n.y()) / (x.hypot(y) * n.x().hypot(n.y()));
+            assert!(cosine > 8f64.to_radians().cos(), "normal {n:?} found at azimuth ({x}, {y})");
+        }
+    }
+
+    #[test]
+    fn colour_fields_use_the_luminance_of_their_functions() {
+        let size = Size::new(3, 2);
+        let data: Vec<f32> = (0..18 * 6).map(|i| ((i * 37 + 11) % 23) as f32 / 11.0 - 1.0).collect();
+        let planes = Planes::from_vec(size, 18, data).unwrap();
+        let field = ReflectanceField::new(Basis::Ptm, ColorModel::Rgb, Space::Linear, planes).unwrap();
+        let (found, colors) = (normals(&field), albedo(&field));
+        for (x, y) in [(0, 0), (1, 0), (2, 0), (0, 1), (1, 1), (2, 1)] {
+            let luminance = |u: f64, v: f64| {
+                let rgb = field.value(x, y, Direction::from_disk(u, v));
+                rgb.iter().zip(LUMINANCE).map(|(&c, w)| f64::from(c) * w).sum::<f64>()
+            };
+            let (u, v) = maximum_by_search(luminance);
+            let best = luminance(f64::from(found.at(0, x, y)), f64::from(found.at(1, x, y)));
+            assert!(best >= luminance(u, v) - 1e-5, "({x}, {y})");
+            let [r, g, b] = [0, 1, 2].map(|c| f64::from(colors.planes.at(c, x, y)));
+            assert!((LUMINANCE[0] * r + LUMINANCE[1] * g + LUMINANCE[2] * b - best).abs() < 1e-5);
+        }
+    }
+
+    #[test]
+    fn constants_face_the_viewer() {
+        let planes = Planes::from_vec(Size::new(2, 1), 3, vec![0.1, 0.2, 0.3, 0.4, 0.5, 0.6]).unwrap();
+        let field = ReflectanceField::from_picture(Picture { planes: planes.clone(), space: Space::Srgb });
+        assert_eq!(normals(&field).as_slice(), [0.0, 0.0, 0.0, 0.0, 1.0, 1.0]);
+        assert_eq!(albedo(&field), Picture { planes, space: Space::Srgb });
+    }
+}

@@ -7,6 +7,7 @@
 //! | PNG, JPEG, TIFF, EXR picture | [`read_raster`], [`read_field`] | [`encode_picture`], [`encode_field`] |
 //! | animated PNG, GIF | | [`animation`] |
 //! | EXR with named channels | [`exr::decode_labelled`] | [`exr::encode_labelled`] |
+//! | OBJ, binary glTF | [`read_mesh`] | |
 //! | `.npy` | [`npy::decode_i32`] | [`npy::encode_i32`] |
 //!
 //! Readers go by content, never by a file's name; writers are chosen by extension. Readers ask
@@ -19,6 +20,7 @@ mod complete;
 pub mod exr;
 mod field_file;
 mod input;
+mod mesh;
 pub mod npy;
 mod picture;
 mod png;
@@ -27,6 +29,7 @@ mod raster;
 
 pub use exr::ExrDepth;
 pub use field_file::{Encoding, FieldFile, FieldFormat, decode_field, encode_field, read_field};
+pub use mesh::{decode_mesh, read_mesh};
 pub use picture::{Depth, PictureFormat, encode_picture};
 pub use ptm::PtmEncoding;
 pub use raster::{decode_raster, read_raster};

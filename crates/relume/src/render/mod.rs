@@ -1,9 +1,23 @@
 //! Pictures of fields: relighting, and rendering on objects.
 
+pub mod mesh;
+
+mod material;
+mod object;
+mod raster;
 mod relight;
+mod scene;
+mod shade;
+mod shadow;
 mod srgb8;
 mod sweep;
+mod vector;
+mod view;
 
+pub use mesh::{Mesh, Primitive};
+pub use object::render;
 pub use relight::{relight, relight_srgb8};
+pub use scene::{Camera, CastShadows, Light, RenderOptions, Shading, Specular};
 pub use srgb8::srgb8_from_linear;
 pub use sweep::Sweep;
+pub use vector::Vec3;

@@ -1,0 +1,35 @@
+//! Time of a picture on each built-in object: 800 x 800 pixels, 3 x 3 samples, one light.
+//!
+//! `cargo bench -p relume-benches --bench render`
+
+use std::time::Instant;
+
+use relume::field::{Basis, ColorModel};
+use relume::numeric::random::Stream;
+use relume::render::{Primitive, RenderOptions, render};
+use relume::{Limits, Planes, ReflectanceField, Size, Space, surface};
+
+const ROUNDS: usize = 5;
+
+fn main() {
+    println!("{} threads, best of {ROUNDS}", rayon::current_num_threads());
+    let field = random_field(Size::new(1024, 1024));
+    let normals = surface::normals(&field);
+    for primitive in Primitive::ALL {
+        let mesh = primitive.mesh();
+        let options = RenderOptions { tiling: primitive.default_tiling(), ..RenderOptions::default() };
+        let seconds = (0..ROUNDS).map(|_| {
+            let start = Instant::now();
+            render(&field, Some(&normals), &mesh, &options, &Limits::default(), &()).expect("it renders");
+            start.elapsed().as_secs_f64()
+        });
+        println!("{:8} {:.2} s", primitive.name(), seconds.fold(f64::INFINITY, f64::min));
+    }
+}
+
+fn random_field(size: Size) -> ReflectanceField {
+    let mut stream = Stream::new(1, 0);
+    let data = (0..size.texels() * 9).map(|_| stream.unit() as f32).collect();
+    let planes = Planes::from_vec(size, 9, data).expect("the sizes agree");
+    ReflectanceField::new(Basis::Ptm, ColorModel::Lrgb, Space::Linear, planes).expect("nine planes")
+}

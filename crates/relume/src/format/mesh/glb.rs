@@ -1,0 +1,302 @@
+//! Binary glTF 2.0 (ISO/IEC 12113:2022): the triangles of the default scene, placed by its nodes.
+//!
+//! Accessors are read here, with every range checked, because a library that trusts them would
+//! stop the program on a bad file. Sparse and compressed accessors, and buffers outside the file,
+//! are refused by name; so are triangle strips and fans.
+
+use gltf::accessor::{DataType, Dimensions};
+use gltf::{Accessor, Document, Gltf, Node, Primitive, Semantic};
+
+use super::Parts;
+use crate::error::{Error, Result};
+use crate::limits::Limits;
+use crate::render::Mesh;
+
+/// Nodes below one another; a deeper tree is a loop or an attack.
+const MAX_DEPTH: usize = 64;
+/// Nodes in all, since nodes may be named again and again.
+const MAX_NODES: usize = 100_000;
+
+pub(super) fn decode(bytes: &[u8], limits: &Limits) -> Result<Mesh> {
+    check_length(bytes)?;
+    let Gltf { document, blob } = Gltf::from_slice_without_validation(bytes).map_err(|e| broken(&e))?;
+    check_positions(document.as_json())?;
+    let document = Document::from_json(document.into_json()).map_err(|e| broken(&e))?;
+    let blob = blob.as_deref().ok_or_else(|| Error::unsupported("the glTF file has no binary part"))?;
+    let scene = document.default_scene().or_else(|| document.scenes().next());
+    let scene = scene.ok_or_else(|| Error::invalid("the glTF file has no scene"))?;
+    let mut reader = Reader { blob, limits, parts: Parts::default(), nodes: 0 };
+    for node in scene.nodes() {
+        reader.node(&node, &IDENTITY, 0)?;
+    }
+    reader.parts.into_mesh()
+}
+
+/// The header's length must cover itself and lie within the file.
+fn check_length(bytes: &[u8]) -> Result<()> {
+    let length = bytes.get(8..12).map_or(0, |b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]) as usize);
+    if length < 20 || length > bytes.len() {
+        return Err(Error::invalid(format!(
+            "the glTF header tells of {length} bytes and the file has {}: it may be truncated",
+            bytes.len()
+        )));
+    }
+    Ok(())
+}
+
+/// The library's own check of positions trusts that their accessor exists.
+fn check_positions(root: &gltf::json::Root) -> Result<()> {
+    let primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
+    let accessors = primitives.flat_map(|primitive| primitive.attributes.values()).map(|index| index.value());
+    match accessors.into_iter().find(|&index| index >= root.accessors.len()) {
+        Some(index) => Err(Error::invalid(format!(
+            "an attribute names accessor {index}, and there are {}",
+            root.accessors.len()
+        ))),
+        None => Ok(()),
+    }
+}
+
+fn broken(error: &gltf::Error) -> Error {
+    let line: String = error.to_string().lines().next().unwrap_or_default().chars().take(200).collect();
+    Error::invalid(format!("the glTF data cannot be decoded: {line}"))
+}
+
+/// Columns of an affine map, the translation last.
+type Transform = [[f32; 4]; 4];
+
+const IDENTITY: Transform =
+    [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]];
+
+fn times(a: &Transform, b: &Transform) -> Transform {
+    std::array::from_fn(|c| std::array::from_fn(|r| (0..4).map(|k| a[k][r] * b[c][k]).sum()))
+}
+
+/// A point moved by a map.
+fn moved(m: &Transform, p: [f32; 3]) -> [f32; 3] {
+    std::array::from_fn(|r| m[0][r] * p[0] + m[1][r] * p[1] + m[2][r] * p[2] + m[3][r])
+}
+
+/// A normal under a map: by the cofactors of its linear part, so that it stays at right angles.
+fn turned(m: &Transform, n: [f32; 3]) -> [f32; 3] {
+    let cross = |a: [f32; 4], b: [f32; 4]| -> [f32; 3] {
+        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    };
+    let cofactors = [cross(m[1], m[2]), cross(m[2], m[0]), cross(m[0], m[1])];
+    let mirror: f32 = (0..3).map(|r| m[0][r] * cofactors[0][r]).sum();
+    std::array::from_fn(|r| mirror.signum() * (0..3).map(|c| cofactors[c][r] * n[c]).sum::<f32>())
+}
+
+struct Reader<'a> {
+    blob: &'a [u8],
+    limits: &'a Limits,
+    parts: Parts,
+    nodes: usize,
+}
+
+impl Reader<'_> {
+    fn node(&mut self, node: &Node, parent: &Transform, depth: usize) -> Result<()> {
+        self.nodes += 1;
+        if depth > MAX_DEPTH || self.nodes > MAX_NODES {
+            return Err(Error::limit(format!(
+                "the glTF scene has more than {MAX_NODES} nodes, or more than {MAX_DEPTH} below one another"
+            )));
+        }
+        let world = times(parent, &node.transform().matrix());
+        for primitive in node.mesh().iter().flat_map(gltf::Mesh::primitives) {
+            let place = format!("mesh {}, primitive {}", node.index(), primitive.index());
+            self.primitive(&primitive, &world)
+                .map_err(|e| Error::new(e.kind(), format!("{place}: {}", e.message())))?;
+        }
+        node.children().try_for_each(|child| self.node(&child, &world, depth + 1))
+    }
+
+    fn primitive(&mut self, primitive: &Primitive, world: &Transform) -> Result<()> {
+        if primitive.mode() != gltf::mesh::Mode::Triangles {
+            return Err(Error::unsupported(format!(
+                "{:?} are not handled, only Triangles",
+                primitive.mode()
+            )));
+        }
+        let positions: Vec<[f32; 3]> = self.floats(&required(primitive, Semantic::Positions)?)?;
+        let texcoords: Vec<[f32; 2]> = self.floats(&required(primitive, Semantic::TexCoords(0))?)?;
+        let normals: Vec<[f32; 3]> = match primitive.get(&Semantic::Normals) {
+            Some(accessor) => self.floats(&accessor)?,
+            None => vec![[0.0; 3]; positions.len()],
+        };
+        let count = positions.len();
+        if texcoords.len() != count || normals.len() != count {
+            return Err(Error::invalid("positions, normals and texture coordinates differ in number"));
+        }
+        let indices = match primitive.indices() {
+            Some(accessor) => self.indices(&accessor)?,
+            None => (0..u32::try_from(count).unwrap_or(u32::MAX)).collect(),
+        };
+        if let Some(i) = indices.iter().find(|&&i| i as usize >= count) {
+            return Err(Error::invalid(format!("a triangle names vertex {i}, and there are {count}")));
+        }
+        let first = u32::try_from(self.parts.positions.len() + count)
+            .map(|end| end - count as u32)
+            .map_err(|_| Error::limit("the mesh has more than 4,294,967,295 vertices"))?;
+        self.parts.positions.extend(positions.into_iter().map(|p| moved(world, p)));
+        self.parts.normals.extend(normals.into_iter().map(|n| turned(world, n)));
+        // glTF counts t from the top.
+        self.parts.texcoords.extend(texcoords.into_iter().map(|[s, t]| [s, 1.0 - t]));
+        self.parts
+            .triangles
+            .extend(indices.chunks_exact(3).map(|t| [first + t[0], first + t[1], first + t[2]]));
+        self.parts.check(self.limits)
+    }
+
+    fn floats<const N: usize>(&self, accessor: &Accessor) -> Result<Vec<[f32; N]>> {
+        let dimensions = if N == 3 { Dimensions::Vec3 } else { Dimensions::Vec2 };
+        if accessor.dimensions() != dimensions {
+            return Err(Error::invalid(format!(
+                "an attribute is {:?}, expected {dimensions:?}",
+                accessor.dimensions()
+            )));
+        }
+        let (scale, size) = match (accessor.data_type(), accessor.normalized()) {
+            (DataType::F32, _) => (1.0, 4),
+            (DataType::U8, true) => (1.0 / 255.0, 1),
+            (DataType::U16, true) => (1.0 / 65535.0, 2),
+            (other, _) => {
+                return Err(Error::unsupported(format!("attributes of type {other:?} are not handled")));
+            }
+        };
+        let read = |b: &[u8]| match size {
+            4 => f32::from_le_bytes([b[0], b[1], b[2], b[3]]),
+            2 => f32::from(u16::from_le_bytes([b[0], b[1]])) * scale,
+            _ => f32::from(b[0]) * scale,
+        };
+        let elements = self.elements(accessor, N * size)?;
+        Ok(elements.map(|e| std::array::from_fn(|k| read(&e[k * size..(k + 1) * size]))).collect())
+    }
+
+    fn indices(&self, accessor: &Accessor) -> Result<Vec<u32>> {
+        let size = match (accessor.data_type(), accessor.dimensions()) {
+            (DataType::U8, Dimensions::Scalar) => 1,
+            (DataType::U16, Dimensions::Scalar) => 2,
+            (DataType::U32, Dimensions::Scalar) => 4,
+            (other, _) => return Err(Error::invalid(format!("indices of type {other:?}"))),
+        };
+        let value = |bytes: &[u8]| bytes.iter().rev().fold(0u32, |sum, &b| sum << 8 | u32::from(b));
+        Ok(self.elements(accessor, size)?.map(value).collect())
+    }
+
+    /// The bytes of each element, `size` each, once all are known to lie in the file.
+    fn elements(&self, accessor: &Accessor, size: usize) -> Result<impl Iterator<Item = &[u8]>> {
+        let view = accessor.view().filter(|_| accessor.sparse().is_none());
+        let view = view.ok_or_else(|| Error::unsupported("sparse accessors are not handled"))?;
+        if !matches!(view.buffer().source(), gltf::buffer::Source::Bin) {
+            return Err(Error::unsupported("a buffer lies outside the file: save the mesh as one .glb"));
+        }
+        let (count, stride) = (accessor.count(), view.stride().unwrap_or(size));
+        let end = view.offset().checked_add(view.length()).filter(|_| stride >= size);
+        let bytes = end.and_then(|end| self.blob.get(view.offset()..end));
+        let needed = count
+            .checked_sub(1)
+            .and_then(|steps| steps.checked_mul(stride))
+            .and_then(|n| n.checked_add(size));
+        let bytes = bytes
+            .zip(needed)
+            .and_then(|(bytes, needed)| bytes.get(accessor.offset()..accessor.offset().checked_add(needed)?));
+        let bytes = bytes.ok_or_else(|| {
+            Error::invalid(format!(
+                "accessor {} reaches beyond the binary part of the file",
+                accessor.index()
+            ))
+        })?;
+        self.limits.check_bytes("the mesh", 12 * count as u64)?;
+        Ok((0..count).map(move |i| &bytes[i * stride..i * stride + size]))
+    }
+}
+
+fn required<'a>(primitive: &Primitive<'a>, semantic: Semantic) -> Result<Accessor<'a>> {
+    primitive.get(&semantic).ok_or_else(|| {
+        let hint =
+            if semantic == Semantic::TexCoords(0) { ": unwrap the mesh before exporting it" } else { "" };
+        Error::unsupported(format!("the attribute {} is missing{hint}", semantic.to_string()))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A triangle, written by hand after the specification: JSON and binary chunks.
+    fn triangle(node: &str, length_of_indices: usize) -> Vec<u8> {
+        let mut bin = Vec::new();
+        for value in [0.0f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0] {
+            bin.extend(value.to_le_bytes());
+        }
+        bin.extend([0u8, 0, 1, 0, 2, 0, 0, 0]);
+        let mut json = format!(
+            r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0{node}}}],
+            "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0,"TEXCOORD_0":1}},"indices":2}}]}}],
+            "buffers":[{{"byteLength":68}}],
+            "bufferViews":[{{"buffer":0,"byteOffset":0,"byteLength":36}},{{"buffer":0,"byteOffset":36,"byteLength":24}},
+            {{"buffer":0,"byteOffset":60,"byteLength":{length_of_indices}}}],
+            "accessors":[{{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}},
+            {{"bufferView":1,"componentType":5126,"count":3,"type":"VEC2"}},
+            {{"bufferView":2,"componentType":5123,"count":3,"type":"SCALAR"}}]}}"#
+        )
+        .into_bytes();
+        json.resize(json.len().next_multiple_of(4), b' ');
+        let mut out = b"glTF".to_vec();
+        let total = 12 + 8 + json.len() + 8 + bin.len();
+        out.extend([2u32.to_le_bytes(), (total as u32).to_le_bytes()].concat());
+        for (kind, data) in [(b"JSON", &json), (b"BIN\0", &bin)] {
+            out.extend((data.len() as u32).to_le_bytes());
+            out.extend(kind);
+            out.extend(data);
+        }
+        out
+    }
+
+    fn decoded(bytes: &[u8]) -> Result<Mesh> {
+        decode(bytes, &Limits::default())
+    }
+
+    #[test]
+    fn a_triangle_is_placed_by_its_node_with_t_turned() {
+        let mesh = decoded(&triangle(r#","translation":[1,2,3],"scale":[2,2,-2]"#, 6)).unwrap();
+        assert_eq!(mesh.positions(), [[1.0, 2.0, 3.0], [3.0, 2.0, 3.0], [1.0, 4.0, 3.0]]);
+        assert_eq!(mesh.texcoords(), [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]);
+        assert_eq!(mesh.triangles(), [[0, 1, 2]]);
+    }
+
+    #[test]
+    fn normals_stay_at_right_angles_under_uneven_scales() {
+        let mut m = IDENTITY;
+        m[0][0] = 4.0;
+        let n = turned(&m, [1.0, 1.0, 0.0]);
+        // The surface through (1, -1, 0) goes to (4, -1, 0).
+        assert_eq!(n[0] * 4.0 - n[1], 0.0);
+        m[2][2] = -1.0;
+        assert_eq!(turned(&m, [0.0, 0.0, 1.0]).map(f32::signum)[2], -1.0);
+    }
+
+    #[test]
+    fn ranges_beyond_the_file_and_loops_are_refused() {
+        let error = decoded(&triangle("", 5)).unwrap_err().to_string();
+        assert!(error.contains("accessor 2 reaches beyond"), "{error}");
+        let error = decoded(&triangle(r#","children":[0]"#, 6)).unwrap_err().to_string();
+        assert!(error.contains("64 below one another"), "{error}");
+    }
+
+    #[test]
+    fn no_truncation_or_changed_byte_panics() {
+        let good = triangle("", 6);
+        for end in 0..good.len() {
+            assert!(decoded(&good[..end]).is_err());
+        }
+        for at in 0..good.len() {
+            for value in [0, 9, b'9', 0xff] {
+                let mut bad = good.clone();
+                bad[at] = value;
+                let _ = decoded(&bad);
+            }
+        }
+    }
+}

@@ -1,0 +1,59 @@
+//! Meshes from files: Wavefront OBJ and binary glTF 2.0.
+//!
+//! Texture coordinates are turned to have their origin at the bottom left, as
+//! [`crate::render::mesh`] says; OBJ has it there, glTF at the top left. Normals that a file does
+//! not give are computed; texture coordinates must be there, because any choice of them would be a guess.
+
+mod glb;
+mod obj;
+
+use std::path::Path;
+
+use super::input::read_file;
+use crate::error::{Error, Result};
+use crate::limits::Limits;
+use crate::render::Mesh;
+
+/// Reads a mesh: binary glTF is known by its first bytes, anything else is read as OBJ.
+///
+/// # Errors
+/// Names the file: one that cannot be read, breaks its format, has no triangles or no texture
+/// coordinates, or exceeds the limits.
+pub fn read_mesh(path: &Path, limits: &Limits) -> Result<Mesh> {
+    let bytes = read_file(path, limits)?;
+    decode_mesh(&bytes, limits).map_err(|error| error.at(path))
+}
+
+/// The mesh in the bytes of a file; see [`read_mesh`].
+///
+/// # Errors
+/// As [`read_mesh`], without a name.
+pub fn decode_mesh(bytes: &[u8], limits: &Limits) -> Result<Mesh> {
+    if bytes.starts_with(b"glTF") { glb::decode(bytes, limits) } else { obj::decode(bytes, limits) }
+}
+
+/// Vertices and triangles as they come in.
+#[derive(Debug, Default)]
+struct Parts {
+    positions: Vec<[f32; 3]>,
+    /// As long as the positions; zero where the file gives none.
+    normals: Vec<[f32; 3]>,
+    texcoords: Vec<[f32; 2]>,
+    triangles: Vec<[u32; 3]>,
+}
+
+impl Parts {
+    /// Refuses more than the limits or 32-bit indices hold.
+    fn check(&self, limits: &Limits) -> Result<()> {
+        let bytes = 32 * self.positions.len() as u64 + 12 * self.triangles.len() as u64;
+        limits.check_bytes("the mesh", bytes)?;
+        if self.positions.len() > u32::MAX as usize {
+            return Err(Error::limit("the mesh has more than 4,294,967,295 vertices"));
+        }
+        Ok(())
+    }
+
+    fn into_mesh(self) -> Result<Mesh> {
+        Mesh::new(self.positions, Some(self.normals), self.texcoords, self.triangles)
+    }
+}

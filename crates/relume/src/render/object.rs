@@ -1,0 +1,327 @@
+//! Pictures of a texture on an object.
+
+use rayon::prelude::*;
+
+use super::material::{Material, Texel};
+use super::mesh::{Mesh, Tangents};
+use super::raster::{self, Hit, Setup};
+use super::relight::relight;
+use super::scene::{CastShadows, RenderOptions, Shading};
+use super::shade::Shader;
+use super::shadow::ShadowMap;
+use super::vector::Vec3;
+use super::view::View;
+use crate::error::Result;
+use crate::field::ReflectanceField;
+use crate::limits::Limits;
+use crate::picture::Picture;
+use crate::planes::{Planes, Size};
+use crate::progress::Progress;
+use crate::space::Space;
+
+/// Rows of pixels that one task renders.
+const BAND: usize = 8;
+
+/// A linear RGB picture of `field` on `mesh`. `normals` are those of the field's texels and bring
+/// highlights; without them there are none.
+///
+/// # Errors
+/// When an option is out of its range, the normals do not fit the field, or the limits are
+/// exceeded.
+pub fn render(
+    field: &ReflectanceField,
+    normals: Option<&Planes>,
+    mesh: &Mesh,
+    options: &RenderOptions,
+    limits: &Limits,
+    progress: &dyn Progress,
+) -> Result<Picture> {
+    options.validate()?;
+    limits.check("the picture", options.size, 24)?;
+    let shadow_bytes = ShadowMap::BYTES.saturating_mul(options.lights.len() as u64);
+    limits.check_bytes("the shadow maps", shadow_bytes)?;
+    let material = match options.shading {
+        Shading::Reflectance => Material::new(field, normals, limits)?,
+        Shading::Plain { light } => {
+            let photograph = relight(field, light).to_space(Space::Linear);
+            Material::new(&ReflectanceField::from_picture(photograph), None, limits)?
+        }
+    };
+    let samples = Size::new(options.size.width * options.samples, options.size.height * options.samples);
+    let view = View::of_camera(&options.camera, mesh.bounding_sphere(), samples);
+    let shadows = match options.shadows {
+        CastShadows::Off => Vec::new(),
+        CastShadows::On => {
+            let towards = options.lights.iter().map(|light| Vec3::from(light.direction));
+            towards.map(|towards_light| ShadowMap::new(mesh, towards_light)).collect()
+        }
+    };
+    let tangents = Tangents::new(mesh);
+    let shader = Shader { mesh, tangents, material: &material, view, options, shadows };
+    Ok(Picture { planes: all_bands(&shader, progress), space: Space::Linear })
+}
+
+fn all_bands(shader: &Shader, progress: &dyn Progress) -> Planes {
+    let size = shader.options.size;
+    let setups = Setup::all(shader.mesh, &shader.view);
+    let bands = size.height.div_ceil(BAND);
+    progress.start("rendering", bands as u64);
+    let colors: Vec<[f32; 3]> = (0..bands)
+        .into_par_iter()
+        .flat_map_iter(|band| {
+            let colors = one_band(shader, &setups, (band * BAND, ((band + 1) * BAND).min(size.height)));
+            progress.advance(1);
+            colors
+        })
+        .collect();
+    let mut planes = Planes::zeros(size, 3);
+    for (c, plane) in planes.iter_mut().enumerate() {
+        plane.iter_mut().zip(&colors).for_each(|(out, color)| *out = color[c]);
+    }
+    planes
+}
+
+/// The pixels of rows `rows.0..rows.1`: the mean of their samples.
+fn one_band(shader: &Shader, setups: &[Setup], rows: (usize, usize)) -> Vec<[f32; 3]> {
+    let (n, width) = (shader.options.samples, shader.options.size.width);
+    let hits = raster::scan(setups, &shader.view, (rows.0 * n, rows.1 * n));
+    let background = shader.options.background.map(f64::from);
+    let mut sums = vec![[0.0f64; 3]; width * (rows.1 - rows.0)];
+    let mut texel = Texel::default();
+    for (line, hits) in hits.chunks_exact(width * n).enumerate() {
+        for (column, hit) in hits.iter().enumerate() {
+            let color = if *hit == Hit::NOTHING {
+                background
+            } else {
+                let (x, y) = (column as f64 + 0.5, (rows.0 * n + line) as f64 + 0.5);
+                shader.color(&setups[hit.setup as usize], x, y, &mut texel)
+            };
+            let sum = &mut sums[line / n * width + column / n];
+            sum.iter_mut().zip(color).for_each(|(s, c)| *s += c);
+        }
+    }
+    let count = (n * n) as f64;
+    sums.into_iter().map(|sum| sum.map(|s| (s / count) as f32)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::direction::Direction;
+    use crate::field::{Basis, ColorModel};
+    use crate::numeric::random::Stream;
+    use crate::render::mesh::Primitive;
+    use crate::render::scene::{Camera, Light, Specular};
+
+    /// Positive at any light: the constant outweighs the other coefficients.
+    fn random_field(color: ColorModel, space: Space, side: usize) -> ReflectanceField {
+        let mut stream = Stream::new(11, 0);
+        let size = Size::new(side, side);
+        let count = color.planes(6);
+        let mut planes = Planes::zeros(size, count);
+        for (k, plane) in planes.iter_mut().enumerate() {
+            let is_color = color == ColorModel::Lrgb && k >= 6;
+            let (least, range) = if is_color || k % 6 == 5 { (0.4, 0.4) } else { (-0.05, 0.1) };
+            plane.iter_mut().for_each(|v| *v = least + range * stream.unit() as f32);
+        }
+        ReflectanceField::new(Basis::Ptm, color, space, planes).unwrap()
+    }
+
+    /// Every texel has the same six coefficients.
+    fn uniform_field(coefficients: [f32; 6]) -> ReflectanceField {
+        let data = coefficients.iter().flat_map(|&c| [c; 4]).collect();
+        let planes = Planes::from_vec(Size::new(2, 2), 6, data).unwrap();
+        ReflectanceField::new(Basis::Ptm, ColorModel::Luminance, Space::Linear, planes).unwrap()
+    }
+
+    /// Options under which the plane fills the picture.
+    fn facing(size: Size, light: [f64; 3]) -> RenderOptions {
+        let mut options = RenderOptions { size, samples: 1, ..RenderOptions::default() };
+        options.camera.distance_radii = 1.0 / ((0.5 * options.camera.field_of_view_rad).tan() * 2f64.sqrt());
+        options.lights = vec![light_from(light)];
+        options
+    }
+
+    fn light_from([x, y, z]: [f64; 3]) -> Light {
+        Light { direction: Direction::from_vector(x, y, z).unwrap(), color: [1.0; 3] }
+    }
+
+    fn rendered(field: &ReflectanceField, mesh: &Mesh, options: &RenderOptions) -> Picture {
+        render(field, None, mesh, options, &Limits::default(), &()).unwrap()
+    }
+
+    #[test]
+    fn a_plane_that_faces_the_camera_shows_the_relit_picture() {
+        for color in [ColorModel::Luminance, ColorModel::Rgb, ColorModel::Lrgb] {
+            for space in [Space::Linear, Space::Srgb] {
+                let field = random_field(color, space, 33);
+                let options = facing(field.size(), [0.5, -0.3, 0.6]);
+                let picture = rendered(&field, &Primitive::Plane.mesh(), &options);
+                let truth = relight(&field, options.lights[0].direction).to_space(Space::Linear);
+                for c in 0..3 {
+                    let truth = truth.planes.plane(if color == ColorModel::Luminance { 0 } else { c });
+                    for (i, (a, b)) in picture.planes.plane(c).iter().zip(truth).enumerate() {
+                        assert!((a - b).abs() < 1e-5, "{color:?} {space:?} texel {i}: {a} instead of {b}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn lights_add_up_in_their_colours() {
+        let (field, mesh) = (random_field(ColorModel::Rgb, Space::Linear, 16), Primitive::Plane.mesh());
+        let mut options = facing(field.size(), [0.5, 0.0, 0.8]);
+        let first = rendered(&field, &mesh, &options);
+        options.lights = vec![light_from([0.0, -0.4, 0.9])];
+        let second = rendered(&field, &mesh, &options);
+        options.lights.push(Light { color: [0.5, 2.0, 0.0], ..light_from([0.5, 0.0, 0.8]) });
+        let both = rendered(&field, &mesh, &options);
+        for (c, share) in [0.5, 2.0, 0.0].into_iter().enumerate() {
+            for (i, sum) in both.planes.plane(c).iter().enumerate() {
+                let expected = second.planes.plane(c)[i] + share * first.planes.plane(c)[i];
+                assert!((sum - expected).abs() < 1e-5);
+            }
+        }
+    }
+
+    /// The value in the middle of the picture of a square whose texture coordinates are `s`, `t`
+    /// of its corners' (x, y).
+    fn middle(field: &ReflectanceField, light: [f64; 3], texcoord: impl Fn([f32; 2]) -> [f32; 2]) -> f32 {
+        let plane = Primitive::Plane.mesh();
+        let texcoords = plane.texcoords().iter().map(|&c| texcoord(c)).collect();
+        let mesh =
+            Mesh::new(plane.positions().to_vec(), None, texcoords, plane.triangles().to_vec()).unwrap();
+        rendered(field, &mesh, &facing(Size::new(3, 3), light)).planes.at(0, 1, 1)
+    }
+
+    #[test]
+    fn the_tangent_frame_follows_the_texture() {
+        // Bright for light from the texture's right, and less so from above.
+        let field = uniform_field([0.0, 0.0, 0.0, 0.4, 0.1, 0.5]);
+        let light = [0.6, 0.0, 0.8];
+        let near = |found: f32, u: f64, v: f64| {
+            let expected = 0.5 + 0.4 * u + 0.1 * v;
+            assert!((f64::from(found) - expected).abs() < 1e-5, "{found} instead of {expected}");
+        };
+        near(middle(&field, light, |c| c), 0.6, 0.0);
+        near(middle(&field, [-0.6, 0.0, 0.8], |c| c), -0.6, 0.0);
+        near(middle(&field, [0.0, 0.6, 0.8], |c| c), 0.0, 0.6);
+        // Mirrored, the texture's right is the world's left; its up stays up.
+        near(middle(&field, light, |[s, t]| [1.0 - s, t]), -0.6, 0.0);
+        near(middle(&field, [0.0, 0.6, 0.8], |[s, t]| [1.0 - s, t]), 0.0, 0.6);
+        // Turned by a quarter, the texture's right is the world's up.
+        near(middle(&field, light, |[s, t]| [t, 1.0 - s]), 0.0, -0.6);
+        near(middle(&field, [0.0, 0.6, 0.8], |[s, t]| [t, 1.0 - s]), 0.6, 0.0);
+    }
+
+    #[test]
+    fn the_nearer_of_two_squares_is_seen_in_any_order() {
+        let picture = Picture {
+            planes: Planes::from_vec(Size::new(2, 1), 1, vec![0.2, 0.8]).unwrap(),
+            space: Space::Linear,
+        };
+        let field = ReflectanceField::from_picture(picture);
+        let square = |z: f32| [[-1.0, -1.0, z], [1.0, -1.0, z], [1.0, 1.0, z], [-1.0, 1.0, z]];
+        for (heights, expected) in [([0.0, 0.5], 0.8), ([0.5, 0.0], 0.2)] {
+            let positions = heights.iter().flat_map(|&z| square(z)).collect();
+            let texcoords = [[0.25, 0.5]; 4].into_iter().chain([[0.75, 0.5]; 4]).collect();
+            let triangles = vec![[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]];
+            let mesh = Mesh::new(positions, None, texcoords, triangles).unwrap();
+            let picture = rendered(&field, &mesh, &facing(Size::new(9, 9), [0.0, 0.0, 1.0]));
+            assert!((picture.planes.at(0, 4, 4) - expected).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn a_pixel_is_the_mean_of_its_samples() {
+        let field = random_field(ColorModel::Rgb, Space::Linear, 16);
+        let mesh = Primitive::Sphere.mesh();
+        let coarse = RenderOptions { size: Size::new(24, 20), samples: 3, ..RenderOptions::default() };
+        let fine = RenderOptions { size: Size::new(72, 60), samples: 1, ..RenderOptions::default() };
+        let (coarse, fine) = (rendered(&field, &mesh, &coarse), rendered(&field, &mesh, &fine));
+        for (c, y, x) in (0..3).flat_map(|c| (0..20).flat_map(move |y| (0..24).map(move |x| (c, y, x)))) {
+            let samples = (0..9).map(|i| fine.planes.at(c, 3 * x + i % 3, 3 * y + i / 3));
+            assert!((coarse.planes.at(c, x, y) - samples.sum::<f32>() / 9.0).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn thread_counts_do_not_change_a_bit() {
+        let field = random_field(ColorModel::Lrgb, Space::Srgb, 16);
+        let normals =
+            Planes::from_vec(field.size(), 3, [[0.0; 256], [0.0; 256], [1.0; 256]].concat()).unwrap();
+        let mesh = Primitive::Torus.mesh();
+        let options = RenderOptions { size: Size::new(61, 47), samples: 2, ..RenderOptions::default() };
+        let run = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| render(&field, Some(&normals), &mesh, &options, &Limits::default(), &()).unwrap())
+        };
+        assert_eq!(run(1), run(3));
+    }
+
+    #[test]
+    fn a_plain_texture_is_a_matt_surface_with_the_photograph_s_colours() {
+        let field = random_field(ColorModel::Lrgb, Space::Srgb, 9);
+        let photographed = Direction::from_disk(0.2, 0.1);
+        let mut options = facing(field.size(), [0.3, 0.4, 0.8]);
+        options.shading = Shading::Plain { light: photographed };
+        let picture = rendered(&field, &Primitive::Plane.mesh(), &options);
+        let photograph = relight(&field, photographed).to_space(Space::Linear);
+        let cosine = options.lights[0].direction.z() as f32;
+        for (a, b) in picture.planes.as_slice().iter().zip(photograph.planes.as_slice()) {
+            assert!((a - b * cosine).abs() < 1e-5);
+        }
+    }
+
+    #[test]
+    fn highlights_need_normals_and_strength() {
+        let field = uniform_field([0.0, 0.0, 0.0, 0.0, 0.0, 0.3]);
+        let up = Planes::from_vec(field.size(), 3, [[0.0; 4], [0.0; 4], [1.0; 4]].concat()).unwrap();
+        let mesh = Primitive::Sphere.mesh();
+        let brightest = |normals: Option<&Planes>, strength: f64| {
+            let specular = Specular { strength, roughness: 0.4 };
+            let options = RenderOptions { size: Size::new(60, 60), specular, ..RenderOptions::default() };
+            let picture = render(&field, normals, &mesh, &options, &Limits::default(), &()).unwrap();
+            picture.planes.range(0).1
+        };
+        assert!((brightest(None, 0.5) - 0.3).abs() < 1e-5);
+        assert!((brightest(Some(&up), 0.0) - 0.3).abs() < 1e-5);
+        assert!(brightest(Some(&up), 0.04) > 0.5);
+    }
+
+    #[test]
+    fn the_far_side_of_the_light_is_dark_and_the_background_is_kept() {
+        let field = uniform_field([0.0, 0.0, 0.0, 0.0, 0.0, 0.5]);
+        let mut options = facing(Size::new(41, 41), [1.0, 0.0, 0.0]);
+        options.camera = Camera::default();
+        options.background = [0.1, 0.2, 0.3];
+        let picture = rendered(&field, &Primitive::Sphere.mesh(), &options);
+        assert_eq!([0, 1, 2].map(|c| picture.planes.at(c, 0, 0)), [0.1, 0.2, 0.3]);
+        assert_eq!(picture.planes.at(0, 12, 20), 0.0);
+        assert!((picture.planes.at(0, 28, 20) - 0.5).abs() < 1e-5);
+    }
+
+    #[test]
+    fn what_cannot_be_rendered_is_refused() {
+        let (field, mesh) = (uniform_field([0.0; 6]), Primitive::Plane.mesh());
+        let refused = |change: &dyn Fn(&mut RenderOptions)| {
+            let mut options = RenderOptions::default();
+            change(&mut options);
+            render(&field, None, &mesh, &options, &Limits::default(), &()).unwrap_err().to_string()
+        };
+        assert!(refused(&|o| o.samples = 0).contains("samples"));
+        assert!(refused(&|o| o.lights.clear()).contains("lights"));
+        assert!(refused(&|o| o.tiling = [f64::NAN, 1.0]).contains("tiling"));
+        assert!(refused(&|o| o.size = Size::new(0, 5)).contains("width"));
+        assert!(refused(&|o| o.camera.distance_radii = -1.0).contains("distance"));
+        assert!(refused(&|o| o.specular.roughness = f64::NAN).contains("roughness"));
+        let normals = Planes::zeros(Size::new(3, 2), 3);
+        assert!(
+            render(&field, Some(&normals), &mesh, &RenderOptions::default(), &Limits::default(), &())
+                .is_err()
+        );
+        let small = Limits { max_bytes: 1000, ..Limits::default() };
+        assert!(render(&field, None, &mesh, &RenderOptions::default(), &small, &()).is_err());
+    }
+}

@@ -1,0 +1,169 @@
+//! What a rendered picture shows besides the mesh and its texture: camera, lights, options.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use crate::direction::Direction;
+use crate::error::{Error, Result};
+use crate::planes::Size;
+
+/// A camera on an orbit around the object, looking at the centre of its bounding sphere.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Camera {
+    /// Around the y axis, from the front (+z) towards the right (+x).
+    pub azimuth_rad: f64,
+    /// Above the horizon, -90 to 90 degrees.
+    pub elevation_rad: f64,
+    /// From the centre, in radii of the object's bounding sphere.
+    pub distance_radii: f64,
+    /// The vertical field of view.
+    pub field_of_view_rad: f64,
+}
+
+impl Default for Camera {
+    /// From the front, at a distance that just shows the whole bounding sphere.
+    fn default() -> Self {
+        let field_of_view_rad = 30.0 * PI / 180.0;
+        let distance_radii = Self::distance_to_fit(field_of_view_rad);
+        Self { azimuth_rad: 0.0, elevation_rad: 0.0, distance_radii, field_of_view_rad }
+    }
+}
+
+impl Camera {
+    /// The distance, in radii, from which a sphere fills 94 % of the picture's height.
+    pub fn distance_to_fit(field_of_view_rad: f64) -> f64 {
+        1.0 / (0.94 * (0.5 * field_of_view_rad).tan()).atan().sin()
+    }
+
+    fn validate(&self) -> Result<()> {
+        let open = 0.1 * PI / 180.0..=170.0 * PI / 180.0;
+        if !self.azimuth_rad.is_finite() || !(-FRAC_PI_2..=FRAC_PI_2).contains(&self.elevation_rad) {
+            return Err(Error::usage("the camera's elevation must lie between -90 and 90 degrees"));
+        }
+        if !(1e-3..=1e6).contains(&self.distance_radii) {
+            return Err(Error::usage(format!(
+                "the camera's distance is {} radii of the object: expected 0.001 to 1,000,000",
+                self.distance_radii
+            )));
+        }
+        if !open.contains(&self.field_of_view_rad) {
+            return Err(Error::usage("the camera's field of view must lie between 0.1 and 170 degrees"));
+        }
+        Ok(())
+    }
+}
+
+/// A light at infinity.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Light {
+    /// Towards the light, in world space (x right, y up, z to the viewer).
+    pub direction: Direction,
+    /// Linear red, green and blue; 1 is the light of the photographs.
+    pub color: [f32; 3],
+}
+
+/// How texels answer to light.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Shading {
+    /// By their functions of the light's direction in the tangent frame.
+    Reflectance,
+    /// As a conventional texture: the field's picture under one light of its own frame, taken
+    /// as the colour of a matt surface. What the functions are compared with.
+    Plain {
+        /// The light of that picture.
+        light: Direction,
+    },
+}
+
+/// Highlights put back from the texture's normals: a GGX lobe.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Specular {
+    /// Reflectance at normal incidence, 0 to 1; 0.04 is that of plastic, 0 turns highlights off.
+    pub strength: f64,
+    /// The square root of the GGX alpha, 0.05 to 1.
+    pub roughness: f64,
+}
+
+impl Default for Specular {
+    /// Plastic, rough enough to stay subtle: straight on, 8 % of a white matt surface.
+    fn default() -> Self {
+        Self { strength: 0.04, roughness: 0.6 }
+    }
+}
+
+/// Whether the object casts shadows on itself.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CastShadows {
+    /// Only attached shadows: points that face away from the light are dark.
+    Off,
+    /// By a shadow map for each light.
+    On,
+}
+
+/// How to render.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RenderOptions {
+    /// Pixels of the picture.
+    pub size: Size,
+    /// Each pixel is the mean of `samples` x `samples` points.
+    pub samples: usize,
+    /// Where it is seen from.
+    pub camera: Camera,
+    /// The lights, at least one.
+    pub lights: Vec<Light>,
+    /// How often the texture repeats over texture coordinates 0..1, along s and t.
+    pub tiling: [f64; 2],
+    /// Linear colour where there is no object.
+    pub background: [f32; 3],
+    /// How texels answer to light.
+    pub shading: Shading,
+    /// Highlights; only where normals are given, and not for [`Shading::Plain`].
+    pub specular: Specular,
+    /// Shadows of the object on itself.
+    pub shadows: CastShadows,
+}
+
+impl Default for RenderOptions {
+    fn default() -> Self {
+        let direction = Direction::from_angles(FRAC_PI_2 / 2.0, 3.0 * FRAC_PI_2 / 2.0);
+        Self {
+            size: Size::new(800, 800),
+            samples: 3,
+            camera: Camera::default(),
+            lights: vec![Light { direction, color: [1.0; 3] }],
+            tiling: [1.0, 1.0],
+            background: [0.0; 3],
+            shading: Shading::Reflectance,
+            specular: Specular::default(),
+            shadows: CastShadows::On,
+        }
+    }
+}
+
+impl RenderOptions {
+    /// Checks every value.
+    ///
+    /// # Errors
+    /// Names the option that cannot be used, and its range.
+    pub fn validate(&self) -> Result<()> {
+        let within = |what: &str, value: f64, least: f64, most: f64| {
+            if (least..=most).contains(&value) {
+                return Ok(());
+            }
+            Err(Error::usage(format!("the {what} is {value}: expected {least} to {most}")))
+        };
+        self.camera.validate()?;
+        within("width of the picture", self.size.width as f64, 1.0, 65_536.0)?;
+        within("height of the picture", self.size.height as f64, 1.0, 65_536.0)?;
+        within("number of samples along a pixel's side", self.samples as f64, 1.0, 16.0)?;
+        within("number of lights", self.lights.len() as f64, 1.0, 64.0)?;
+        within("specular strength", self.specular.strength, 0.0, 1.0)?;
+        within("roughness", self.specular.roughness, 0.05, 1.0)?;
+        for tiling in self.tiling {
+            within("tiling factor", tiling, 1e-3, 1e4)?;
+        }
+        for value in self.lights.iter().flat_map(|light| light.color).chain(self.background) {
+            within("colour component of a light or the background", f64::from(value), 0.0, 1e6)?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,218 @@
+//! The light that a point of the object sends to the viewer.
+//!
+//! A field's value is the light leaving a texel under a unit light, cosine included. It is looked
+//! up for the light's direction in the point's tangent frame, so bumps are lit from the side the
+//! light is on, all around the object. Shadowing is threefold: the functions hold the texture's
+//! own shadows; a point of the *object* that faces away from the light is dark, with a smooth
+//! fade over the last few degrees above its horizon (attached shadow); and a shadow map tells
+//! which points the rest of the object hides (cast shadow). Highlights, which a function of light
+//! alone cannot move with the viewer, are put back from the texture's normals (Hel-Or, Malzbender,
+//! Gelb, HPL-2003-16, section 2) by a GGX lobe (Walter, Marschner, Li, Torrance, EGSR 2007) with
+//! Smith's height-correlated shadowing and Schlick's Fresnel term. Everything adds up in linear
+//! light.
+
+use super::material::{Material, Texel};
+use super::mesh::{Mesh, Tangents};
+use super::raster::Setup;
+use super::scene::{Light, RenderOptions, Shading, Specular};
+use super::shadow::ShadowMap;
+use super::vector::{Vec3, length};
+use super::view::View;
+use crate::direction::Direction;
+
+/// The cosine of light and object below which the attached shadow begins: six degrees.
+const FADE_COSINE: f64 = 0.1;
+
+/// What all points share.
+pub struct Shader<'a> {
+    pub mesh: &'a Mesh,
+    pub tangents: Tangents,
+    pub material: &'a Material,
+    pub view: View,
+    pub options: &'a RenderOptions,
+    /// One for each light, or none.
+    pub shadows: Vec<ShadowMap>,
+}
+
+/// A point of the object with the texture's frame there, on the side that is seen.
+struct Point {
+    position: Vec3,
+    tangent: Vec3,
+    bitangent: Vec3,
+    normal: Vec3,
+    /// Of the triangle, on the same side.
+    face_normal: Vec3,
+    to_viewer: Vec3,
+}
+
+impl Point {
+    /// A world vector in the texture's frame.
+    fn in_tangent_frame(&self, v: Vec3) -> Vec3 {
+        Vec3::new(v.dot(self.tangent), v.dot(self.bitangent), v.dot(self.normal))
+    }
+}
+
+impl Shader<'_> {
+    /// Linear colour of the triangle's point seen at sample position (x, y).
+    pub fn color(&self, setup: &Setup, x: f64, y: f64, texel: &mut Texel) -> [f64; 3] {
+        let Some(barycentric) = setup.barycentric(x, y) else { return [0.0; 3] };
+        let point = self.point(setup, barycentric);
+        let mut sum = [0.0; 3];
+        let mut fetched = false;
+        for (i, light) in self.options.lights.iter().enumerate() {
+            let lit = self.lit_share(&point, light, self.shadows.get(i));
+            if lit == 0.0 {
+                continue;
+            }
+            if !fetched {
+                let coordinates = self.coordinates(setup, barycentric);
+                self.material.fetch(coordinates, self.footprint(setup, (x, y), coordinates), texel);
+                fetched = true;
+            }
+            let color = self.reflected(&point, light, texel);
+            (0..3).for_each(|c| sum[c] += lit * f64::from(light.color[c]) * color[c]);
+        }
+        sum
+    }
+
+    /// Texture coordinates, tiling included.
+    fn coordinates(&self, setup: &Setup, barycentric: [f64; 3]) -> [f64; 2] {
+        let corners =
+            self.mesh.triangles()[setup.triangle as usize].map(|i| self.mesh.texcoords()[i as usize]);
+        std::array::from_fn(|k| {
+            let along: f64 = corners.iter().zip(barycentric).map(|(c, b)| f64::from(c[k]) * b).sum();
+            along * self.options.tiling[k]
+        })
+    }
+
+    /// The longer distance to the neighbouring samples' places on the texture, in texels.
+    fn footprint(&self, setup: &Setup, (x, y): (f64, f64), here: [f64; 2]) -> f64 {
+        let size = self.material.size();
+        let square_distance = |x: f64, y: f64| {
+            setup.barycentric(x, y).map_or(f64::INFINITY, |barycentric| {
+                let there = self.coordinates(setup, barycentric);
+                let x = (there[0] - here[0]) * size.width as f64;
+                let y = (there[1] - here[1]) * size.height as f64;
+                x * x + y * y
+            })
+        };
+        square_distance(x + 1.0, y).max(square_distance(x, y + 1.0)).sqrt()
+    }
+
+    fn point(&self, setup: &Setup, barycentric: [f64; 3]) -> Point {
+        let triangle = self.mesh.triangles()[setup.triangle as usize];
+        let mix = |v: [Vec3; 3]| v[0] * barycentric[0] + v[1] * barycentric[1] + v[2] * barycentric[2];
+        let corners = self.mesh.corners(triangle);
+        let position = mix(corners);
+        let face = (corners[1] - corners[0]).cross(corners[2] - corners[0]).unit();
+        let smooth = mix(triangle.map(|i| Vec3::from(self.mesh.normals()[i as usize]))).unit();
+        let normal = smooth.or(face).unwrap_or(Vec3::new(0.0, 0.0, 1.0));
+        let face_normal = face.map_or(normal, |f| if f.dot(normal) < 0.0 { -f } else { f });
+        let (tangents, handedness) = self.tangents.of_triangle(setup.triangle as usize, triangle);
+        let along = mix(tangents);
+        let tangent = (along - normal * normal.dot(along)).unit().unwrap_or(normal.any_perpendicular());
+        let bitangent = normal.cross(tangent) * handedness.sign();
+        let to_viewer = self.view.towards_viewer(position);
+        // Seen from behind, the surface is a print of the same relief that stands out backwards.
+        let side = if face_normal.dot(to_viewer) < 0.0 { -1.0 } else { 1.0 };
+        let (normal, face_normal) = (normal * side, face_normal * side);
+        Point { position, tangent, bitangent, normal, face_normal, to_viewer }
+    }
+
+    /// The share of a light that attached and cast shadows leave.
+    fn lit_share(&self, point: &Point, light: &Light, shadow: Option<&ShadowMap>) -> f64 {
+        let attached = smooth_step(Vec3::from(light.direction).dot(point.normal) / FADE_COSINE);
+        if attached == 0.0 {
+            return 0.0;
+        }
+        attached * shadow.map_or(1.0, |map| map.visibility(point.position, point.face_normal))
+    }
+
+    /// What the texture sends to the viewer under a unit light from above its horizon.
+    fn reflected(&self, point: &Point, light: &Light, texel: &Texel) -> [f64; 3] {
+        let local = point.in_tangent_frame(light.direction.into());
+        let weights = self.material.basis().weights(Direction::from_disk(local.x, local.y));
+        let color = self.material.color(texel, &weights);
+        match self.options.shading {
+            Shading::Plain { .. } => color.map(|c| c * local.z),
+            Shading::Reflectance => {
+                let highlight = self.highlight(point, local, texel);
+                color.map(|c| c + highlight)
+            }
+        }
+    }
+
+    fn highlight(&self, point: &Point, light: Vec3, texel: &Texel) -> f64 {
+        match self.material.normal(texel).and_then(|n| Vec3::from(n).unit()) {
+            Some(normal) if self.options.specular.strength > 0.0 => {
+                ggx(&self.options.specular, normal, light, point.in_tangent_frame(point.to_viewer))
+            }
+            _ => 0.0,
+        }
+    }
+}
+
+/// 0 below 0, 1 above 1, without corners between.
+fn smooth_step(t: f64) -> f64 {
+    let t = t.clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}
+
+/// The light a GGX surface sends to the viewer under a unit light, where a white matt one sends
+/// the cosine: pi D V F cos.
+fn ggx(specular: &Specular, normal: Vec3, to_light: Vec3, to_viewer: Vec3) -> f64 {
+    let (light_cosine, view_cosine) = (normal.dot(to_light), normal.dot(to_viewer));
+    let half = to_light + to_viewer;
+    if light_cosine <= 0.0 || view_cosine <= 0.0 || length(half) < 1e-9 {
+        return 0.0;
+    }
+    let half = half * (1.0 / length(half));
+    let alpha_squared = specular.roughness.powi(4);
+    let half_cosine = normal.dot(half);
+    let spread = half_cosine * half_cosine * (alpha_squared - 1.0) + 1.0;
+    let pi_d = alpha_squared / (spread * spread);
+    let smith = |a: f64, b: f64| a * (b * b * (1.0 - alpha_squared) + alpha_squared).sqrt();
+    let visible = 0.5 / (smith(light_cosine, view_cosine) + smith(view_cosine, light_cosine));
+    let fresnel =
+        specular.strength + (1.0 - specular.strength) * (1.0 - to_light.dot(half).clamp(0.0, 1.0)).powi(5);
+    pi_d * visible * fresnel * light_cosine
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::quadrature::integrate_hemisphere;
+
+    const UP: Vec3 = Vec3::new(0.0, 0.0, 1.0);
+
+    #[test]
+    fn highlights_are_reciprocal_and_reflect_no_more_than_they_get() {
+        for roughness in [0.4, 0.7, 1.0] {
+            let mirror = Specular { strength: 1.0, roughness };
+            let viewer = Vec3::new(0.5, 0.2, 0.8).unit().unwrap();
+            let light = Vec3::new(-0.3, 0.6, 0.4).unit().unwrap();
+            let (there, back) = (ggx(&mirror, UP, light, viewer), ggx(&mirror, UP, viewer, light));
+            assert!((there / light.z - back / viewer.z).abs() < 1e-9);
+            let reflected =
+                integrate_hemisphere(64, |w| ggx(&mirror, UP, w.into(), viewer)) / std::f64::consts::PI;
+            assert!(reflected < 1.0, "roughness {roughness}: {reflected}");
+        }
+        // With alpha 1 and the viewer straight above, the integral is that of l / (1 + l).
+        let mirror = Specular { strength: 1.0, roughness: 1.0 };
+        let reflected = integrate_hemisphere(64, |w| ggx(&mirror, UP, w.into(), UP)) / std::f64::consts::PI;
+        assert!((reflected - (1.0 - 2f64.ln())).abs() < 1e-9, "{reflected}");
+    }
+
+    #[test]
+    fn the_lobe_is_centred_on_the_mirrored_direction() {
+        let specular = Specular { strength: 0.04, roughness: 0.2 };
+        let viewer = Vec3::new(0.3, 0.0, 0.9).unit().unwrap();
+        let mirrored = Vec3::new(-viewer.x, 0.0, viewer.z);
+        let beside = (mirrored + Vec3::new(0.0, 0.3, 0.0)).unit().unwrap();
+        assert!(ggx(&specular, UP, mirrored, viewer) > 10.0 * ggx(&specular, UP, beside, viewer));
+        assert_eq!(ggx(&specular, UP, Vec3::new(0.0, 0.6, -0.8), viewer), 0.0);
+        // Straight on, the lobe has the height F / (4 alpha^2), a white matt surface 1.
+        let top = ggx(&specular, UP, UP, UP);
+        assert!((top - 0.04 / (4.0 * 0.2f64.powi(4))).abs() < 1e-9, "{top}");
+    }
+}

@@ -1,0 +1,111 @@
+//! Projections from world space to the samples of a picture or a shadow map.
+
+use super::scene::Camera;
+use super::vector::Vec3;
+use crate::planes::Size;
+
+/// A viewpoint: an orthonormal frame and how it projects. Sample (i, j) has its centre at
+/// (i + 1/2, j + 1/2); j counts downwards.
+#[derive(Debug, Clone, Copy)]
+pub struct View {
+    size: Size,
+    origin: Vec3,
+    right: Vec3,
+    up: Vec3,
+    /// From the scene towards the viewer.
+    back: Vec3,
+    /// Samples a unit length: at unit depth (perspective) or at any depth.
+    scale: f64,
+    projection: Projection,
+}
+
+/// How depth enters.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Projection {
+    /// Rays through one eye; nothing nearer than `near` is seen.
+    Perspective {
+        /// In world units.
+        near: f64,
+    },
+    /// Parallel rays.
+    Parallel,
+}
+
+impl View {
+    /// The view of a camera on an object with a bounding sphere.
+    pub fn of_camera(camera: &Camera, (center, radius): (Vec3, f64), size: Size) -> Self {
+        let ((sin_azimuth, cos_azimuth), (sin_elevation, cos_elevation)) =
+            (camera.azimuth_rad.sin_cos(), camera.elevation_rad.sin_cos());
+        let back = Vec3::new(sin_azimuth * cos_elevation, sin_elevation, cos_azimuth * cos_elevation);
+        let right = Vec3::new(cos_azimuth, 0.0, -sin_azimuth);
+        let distance = camera.distance_radii * radius;
+        Self {
+            size,
+            origin: center + back * distance,
+            right,
+            up: back.cross(right),
+            back,
+            scale: 0.5 * size.height as f64 / (0.5 * camera.field_of_view_rad).tan(),
+            projection: Projection::Perspective { near: 1e-3 * distance.min(radius) },
+        }
+    }
+
+    /// The view from a light at infinity on a square map that just holds the bounding sphere.
+    pub fn of_light(towards: Vec3, (center, radius): (Vec3, f64), side: usize) -> Self {
+        let right = towards.any_perpendicular();
+        Self {
+            size: Size::new(side, side),
+            origin: center,
+            right,
+            up: towards.cross(right),
+            back: towards,
+            // Two samples stay free around it for filtering.
+            scale: (0.5 * side as f64 - 2.0).max(0.5) / radius,
+            projection: Projection::Parallel,
+        }
+    }
+
+    /// Samples along both sides.
+    pub fn size(&self) -> Size {
+        self.size
+    }
+
+    /// How depth enters.
+    pub fn projection(&self) -> Projection {
+        self.projection
+    }
+
+    /// World units between two samples (at unit depth for a camera).
+    pub fn sample_step(&self) -> f64 {
+        1.0 / self.scale
+    }
+
+    /// The unit vector from a point towards the viewer.
+    pub fn towards_viewer(&self, point: Vec3) -> Vec3 {
+        match self.projection {
+            Projection::Perspective { .. } => (self.origin - point).unit().unwrap_or(self.back),
+            Projection::Parallel => self.back,
+        }
+    }
+
+    /// Homogeneous sample coordinates (x w, y w, w); w is the depth along the view direction for
+    /// a camera, 1 for a light.
+    pub fn project(&self, point: Vec3) -> Vec3 {
+        let p = point - self.origin;
+        let w = match self.projection {
+            Projection::Perspective { .. } => -p.dot(self.back),
+            Projection::Parallel => 1.0,
+        };
+        let (half_width, half_height) = (0.5 * self.size.width as f64, 0.5 * self.size.height as f64);
+        Vec3::new(
+            self.scale * p.dot(self.right) + half_width * w,
+            half_height * w - self.scale * p.dot(self.up),
+            w,
+        )
+    }
+
+    /// The coordinate of a point along the direction to the viewer.
+    pub fn height(&self, point: Vec3) -> f64 {
+        (point - self.origin).dot(self.back)
+    }
+}

@@ -7,6 +7,8 @@
 mod capture;
 mod fit;
 mod info;
+mod relight;
+mod render;
 
 use clap::Subcommand;
 use relume::Result;
@@ -23,6 +25,10 @@ pub enum Verb {
     Fit(fit::Args),
     /// Say what a file holds
     Info(info::Args),
+    /// Show a texture under a light, or a sweep of lights
+    Relight(relight::Args),
+    /// Show a texture on an object
+    Render(render::Args),
 }
 
 /// Runs one verb.
@@ -31,5 +37,7 @@ pub fn run(verb: Verb, context: &Context) -> Result<Report> {
         Verb::Capture(args) => capture::run(&args, context),
         Verb::Fit(args) => fit::run(&args, context),
         Verb::Info(args) => info::run(&args, context),
+        Verb::Relight(args) => relight::run(&args, context),
+        Verb::Render(args) => render::run(&args, context),
     }
 }

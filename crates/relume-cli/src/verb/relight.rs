@@ -1,0 +1,170 @@
+//! `relume relight`: pictures of a texture under chosen lights, its normals, its albedo.
+
+use std::path::{Path, PathBuf};
+
+use relume::format::{Depth, PictureFormat, animation, encode_picture};
+use relume::render::{Sweep, relight};
+use relume::{Direction, Error, Picture, Progress, ReflectanceField, Result, Space, surface};
+use serde_json::json;
+
+use crate::context::Context;
+use crate::report::Report;
+use crate::{args, input, output};
+
+/// Arguments of `relume relight`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  relume relight wool.ptm --light 0.7,0.3,0.6 -o wool.png\n  \
+                        relume relight wool.ptm --sweep orbit:24 -o wool.gif")]
+pub struct Args {
+    /// A .ptm, an .exr field, or a picture; - is standard input
+    file: PathBuf,
+    #[command(flatten)]
+    what: What,
+    /// The picture to write (.png, .jpg, .tif, .exr); for a sweep .png or .gif is an animation,
+    /// and any other name a folder of numbered PNG files; - is standard output, as PNG
+    #[arg(short, long, value_name = "OUT")]
+    output: PathBuf,
+    /// Frames a second of an animation
+    #[arg(long, value_name = "N", default_value_t = 12)]
+    fps: u16,
+}
+
+#[derive(Debug, clap::Args)]
+#[group(required = true, multiple = false)]
+struct What {
+    /// Towards the light: x right, y up, z to the viewer, of any length
+    #[arg(long, value_name = "X,Y,Z", value_parser = args::light, allow_hyphen_values = true)]
+    light: Option<Direction>,
+    /// N lights on a ring (orbit:N) or over the zenith from left to right (arc:N)
+    #[arg(long, value_name = "PATH:N")]
+    sweep: Option<Sweep>,
+    /// Write the surface normals instead: +Y (green is up), 0..1 in integer files, -1..1 in EXR
+    #[arg(long)]
+    normals: bool,
+    /// Write the texture's colour without its shading instead: each texel at its brightest
+    #[arg(long)]
+    albedo: bool,
+}
+
+/// Reads the field, makes the pictures, writes them.
+pub fn run(args: &Args, context: &Context) -> Result<Report> {
+    if let Some(sweep) = args.what.sweep {
+        return run_sweep(args, sweep, context);
+    }
+    let format = still_format(&args.output)?;
+    output::check(&args.output, &[&args.file], context)?;
+    let field = input::field(&args.file, &context.limits)?.field;
+    context.limits.check("the picture", field.size(), 24)?;
+    let (picture, format, what) = match args.what.light {
+        Some(light) => (relight(&field, light), format, "picture"),
+        None if args.what.albedo => (surface::albedo(&field), format, "albedo"),
+        None => (normals(&field, format), format.with_depth(Depth::Sixteen), "normals (+Y)"),
+    };
+    output::write(&args.output, &encode_picture(&picture, format)?, context)?;
+    let text = format!("{}: {what}, {}", args.output.display(), picture.size());
+    let json = json!({
+        "output": args.output,
+        "what": what,
+        "width": picture.size().width,
+        "height": picture.size().height,
+        "light": args.what.light.map(Direction::to_array),
+    });
+    Ok(Report::new(text, json).with_stdout_taken(output::is_stream(&args.output)))
+}
+
+fn still_format(path: &Path) -> Result<PictureFormat> {
+    if output::is_stream(path) {
+        Ok(PictureFormat::Png(Depth::Eight))
+    } else {
+        PictureFormat::from_path(path)
+    }
+}
+
+/// The normals as a picture: data, so integer files get them without any encoding.
+fn normals(field: &ReflectanceField, format: PictureFormat) -> Picture {
+    let mut planes = surface::normals(field);
+    if matches!(format, PictureFormat::Exr(_)) {
+        return Picture { planes, space: Space::Linear };
+    }
+    planes.as_mut_slice().iter_mut().for_each(|v| *v = 0.5 * *v + 0.5);
+    Picture { planes, space: Space::Srgb }
+}
+
+/// How the frames of a sweep are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Frames {
+    Apng,
+    Gif,
+    Folder,
+}
+
+impl Frames {
+    fn of(path: &Path) -> Self {
+        let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
+        match extension.as_str() {
+            "gif" => Self::Gif,
+            "png" | "apng" => Self::Apng,
+            _ if output::is_stream(path) => Self::Apng,
+            _ => Self::Folder,
+        }
+    }
+}
+
+fn run_sweep(args: &Args, sweep: Sweep, context: &Context) -> Result<Report> {
+    let lights = sweep.directions();
+    let frames = Frames::of(&args.output);
+    if frames != Frames::Folder {
+        output::check(&args.output, &[&args.file], context)?;
+    }
+    let field = input::field(&args.file, &context.limits)?.field;
+    if frames == Frames::Folder {
+        write_folder(args, &field, &lights, context)?;
+    } else {
+        write_animation(args, frames, &field, &lights, context)?;
+    }
+    let directions: Vec<[f64; 3]> = lights.iter().map(|light| light.to_array()).collect();
+    let text = format!("{}: {} pictures, {}", args.output.display(), lights.len(), field.size());
+    let json = json!({
+        "output": args.output,
+        "what": "sweep",
+        "width": field.size().width,
+        "height": field.size().height,
+        "lights": directions,
+    });
+    Ok(Report::new(text, json).with_stdout_taken(output::is_stream(&args.output)))
+}
+
+/// Numbered PNG files, one after another in memory.
+fn write_folder(
+    args: &Args,
+    field: &ReflectanceField,
+    lights: &[Direction],
+    context: &Context,
+) -> Result<()> {
+    let mut folder = output::Folder::stage(&args.output, context)?;
+    context.progress.start("relighting", lights.len() as u64);
+    for (i, &light) in lights.iter().enumerate() {
+        let bytes = encode_picture(&relight(field, light), PictureFormat::Png(Depth::Eight))?;
+        folder.add(format!("{i:04}.png"), &bytes)?;
+        context.progress.advance(1);
+    }
+    folder.commit()
+}
+
+fn write_animation(
+    args: &Args,
+    frames: Frames,
+    field: &ReflectanceField,
+    lights: &[Direction],
+    context: &Context,
+) -> Result<()> {
+    let bytes_per_texel = (4 * field.color().channels() * lights.len()) as u64;
+    context.limits.check("the animation", field.size(), bytes_per_texel)?;
+    let pictures: Vec<Picture> = lights.iter().map(|&light| relight(field, light)).collect();
+    let bytes = match frames {
+        Frames::Gif => animation::encode_gif(&pictures, args.fps),
+        Frames::Apng => animation::encode_apng(&pictures, args.fps),
+        Frames::Folder => Err(Error::usage("a folder is no animation")),
+    };
+    output::write(&args.output, &bytes.map_err(|e| e.at(&args.output))?, context)
+}

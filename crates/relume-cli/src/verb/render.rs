@@ -1,0 +1,170 @@
+//! `relume render`: a texture on an object.
+
+use std::path::{Path, PathBuf};
+
+use relume::format::{Depth, PictureFormat, encode_picture, read_mesh};
+use relume::render::{self, Camera, CastShadows, Light, Mesh, Primitive, RenderOptions, Shading, Specular};
+use relume::{Direction, Result, Size, Space, surface};
+use serde_json::json;
+
+use crate::context::Context;
+use crate::report::Report;
+use crate::{args, input, output};
+
+/// Arguments of `relume render`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  relume render wool.ptm --mesh sphere --light 1,0.4,0.3 -o wool.png\n  \
+                        relume render wool.ptm --mesh sphere --light 1,0.4,0.3 --plain -o photograph.png")]
+pub struct Args {
+    /// A .ptm, an .exr field, or a picture; - is standard input
+    file: PathBuf,
+    /// sphere, plane, torus, cloth, or a file: .obj or .glb
+    #[arg(long, default_value = "sphere")]
+    mesh: String,
+    /// Towards a light in the picture's frame (x right, y up, z to the viewer), with @I or @R,G,B for
+    /// its strength or colour; may be repeated
+    #[arg(long, value_name = "X,Y,Z[@I]", value_parser = light, allow_hyphen_values = true, default_value = "-1,1,1")]
+    light: Vec<Light>,
+    /// The picture to write (.png, .jpg, .tif, .exr); - is standard output, as PNG
+    #[arg(short, long, value_name = "OUT")]
+    output: PathBuf,
+    /// Pixels of the picture
+    #[arg(long, value_name = "WxH", value_parser = args::size, default_value = "800x800")]
+    size: Size,
+    /// How often the texture repeats, along both directions or each [default: 4,2 on a sphere, 6,2 on a
+    /// torus, 2,2 on cloth, otherwise 1]
+    #[arg(long, value_name = "N[,M]", value_parser = tiling)]
+    tiling: Option<[f64; 2]>,
+    /// Where the camera is: degrees to the right, degrees up, and the distance in radii of the object
+    /// [default distance: fits the object]
+    #[arg(long, value_name = "AZ,EL[,DIST]", value_parser = orbit, allow_hyphen_values = true, default_value = "0,0")]
+    camera: Orbit,
+    /// Vertical field of view in degrees
+    #[arg(long, value_name = "DEG", default_value_t = 30.0)]
+    fov: f64,
+    /// Show a conventional texture: one photograph, under the light given here [default: 0,0,1], on a
+    /// matt surface
+    #[arg(long, value_name = "X,Y,Z", value_parser = args::light, num_args = 0..=1, require_equals = true,
+          default_missing_value = "0,0,1")]
+    plain: Option<Direction>,
+    /// Strength of the highlights put back from the texture's normals, 0 to 1
+    #[arg(long, value_name = "S", default_value_t = Specular::default().strength)]
+    specular: f64,
+    /// Roughness of the highlights, 0.05 to 1
+    #[arg(long, value_name = "R", default_value_t = Specular::default().roughness)]
+    roughness: f64,
+    /// Each pixel is the mean of N x N samples
+    #[arg(long, value_name = "N", default_value_t = 3)]
+    samples: usize,
+    /// Colour behind the object, sRGB from 0 to 1
+    #[arg(long, value_name = "R,G,B", value_parser = color, default_value = "0,0,0")]
+    background: [f32; 3],
+    /// Leave out the shadows that the object casts on itself
+    #[arg(long)]
+    no_cast_shadows: bool,
+}
+
+/// A camera's place in degrees and radii.
+#[derive(Debug, Clone, Copy)]
+struct Orbit {
+    azimuth_deg: f64,
+    elevation_deg: f64,
+    distance_radii: Option<f64>,
+}
+
+fn light(text: &str) -> Result<Light, String> {
+    let (direction, strength) = text.split_once('@').unwrap_or((text, "1"));
+    let wrong = "expected X,Y,Z, X,Y,Z@INTENSITY or X,Y,Z@R,G,B";
+    let [x, y, z] = args::numbers(direction).ok_or(wrong)?;
+    let color = args::numbers(strength).or_else(|| args::numbers(strength).map(|[i]| [i; 3])).ok_or(wrong)?;
+    let direction = Direction::from_vector(x, y, z).map_err(|e| e.to_string())?;
+    Ok(Light { direction, color: color.map(|c| c as f32) })
+}
+
+fn tiling(text: &str) -> Result<[f64; 2], String> {
+    let both = || args::numbers(text).map(|[n]| [n; 2]);
+    args::numbers(text).or_else(both).ok_or_else(|| "expected one or two numbers such as 4,2".to_owned())
+}
+
+fn orbit(text: &str) -> Result<Orbit, String> {
+    let far = args::numbers(text).map(|[a, e, d]| (a, e, Some(d)));
+    let found = far.or_else(|| args::numbers(text).map(|[a, e]| (a, e, None)));
+    let (azimuth_deg, elevation_deg, distance_radii) =
+        found.ok_or("expected two or three numbers such as 30,20 or 30,20,4")?;
+    Ok(Orbit { azimuth_deg, elevation_deg, distance_radii })
+}
+
+fn color(text: &str) -> Result<[f32; 3], String> {
+    let color: [f64; 3] = args::numbers(text).ok_or("expected three numbers such as 0.1,0.1,0.1")?;
+    Ok(color.map(|c| Space::Srgb.to_linear(c as f32)))
+}
+
+/// Reads texture and mesh, renders, writes.
+pub fn run(args: &Args, context: &Context) -> Result<Report> {
+    let format = if output::is_stream(&args.output) {
+        PictureFormat::Png(Depth::Eight)
+    } else {
+        PictureFormat::from_path(&args.output)?
+    };
+    let primitive = Primitive::from_name(&args.mesh);
+    let options = options(args, primitive);
+    options.validate()?;
+    output::check(&args.output, &[&args.file, Path::new(&args.mesh)], context)?;
+    let mesh = match primitive {
+        Some(primitive) => primitive.mesh(),
+        None => read_mesh(Path::new(&args.mesh), &context.limits)?,
+    };
+    let field = input::field(&args.file, &context.limits)?.field;
+    let shiny = args.plain.is_none() && args.specular > 0.0;
+    let normals = shiny.then(|| surface::normals(&field));
+    let limits = &context.limits;
+    let picture = render::render(&field, normals.as_ref(), &mesh, &options, limits, &context.progress)?;
+    output::write(&args.output, &encode_picture(&picture, format)?, context)?;
+    Ok(report(args, &mesh, &options).with_stdout_taken(output::is_stream(&args.output)))
+}
+
+fn options(args: &Args, primitive: Option<Primitive>) -> RenderOptions {
+    let field_of_view_rad = args.fov.to_radians();
+    RenderOptions {
+        size: args.size,
+        samples: args.samples,
+        camera: Camera {
+            azimuth_rad: args.camera.azimuth_deg.to_radians(),
+            elevation_rad: args.camera.elevation_deg.to_radians(),
+            distance_radii: args.camera.distance_radii.unwrap_or(Camera::distance_to_fit(field_of_view_rad)),
+            field_of_view_rad,
+        },
+        lights: args.light.clone(),
+        tiling: args.tiling.unwrap_or(primitive.map_or([1.0; 2], Primitive::default_tiling)),
+        background: args.background,
+        shading: args.plain.map_or(Shading::Reflectance, |light| Shading::Plain { light }),
+        specular: Specular { strength: args.specular, roughness: args.roughness },
+        shadows: if args.no_cast_shadows { CastShadows::Off } else { CastShadows::On },
+    }
+}
+
+fn report(args: &Args, mesh: &Mesh, options: &RenderOptions) -> Report {
+    let lights: Vec<_> = options
+        .lights
+        .iter()
+        .map(|light| json!({ "direction": light.direction.to_array(), "color": light.color }))
+        .collect();
+    let text = format!(
+        "{}: {}, {} triangles, {} lights",
+        args.output.display(),
+        args.size,
+        mesh.triangles().len(),
+        lights.len()
+    );
+    let json = json!({
+        "output": args.output,
+        "width": args.size.width,
+        "height": args.size.height,
+        "mesh": args.mesh,
+        "triangles": mesh.triangles().len(),
+        "tiling": options.tiling,
+        "shading": if args.plain.is_some() { "plain" } else { "reflectance" },
+        "lights": lights,
+    });
+    Report::new(text, json)
+}

@@ -1,0 +1,162 @@
+//! `relume relight` and `relume render` as a user runs them.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use relume::field::{Basis, ColorModel};
+use relume::format::{decode_field, decode_raster};
+use relume::{Direction, Limits, Raster, ReflectanceField, Samples, Size};
+
+const SIZE: Size = Size::new(24, 16);
+
+fn relume(folder: &Path, args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_relume")).current_dir(folder).args(args).output().unwrap()
+}
+
+/// Standard output of a run that must succeed.
+fn done(folder: &Path, args: &[&str]) -> String {
+    let output = relume(folder, args);
+    assert!(output.status.success(), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// The exit status and standard error of a run that must fail.
+fn failed(folder: &Path, args: &[&str]) -> (i32, String) {
+    let output = relume(folder, args);
+    (output.status.code().unwrap(), String::from_utf8(output.stderr).unwrap())
+}
+
+/// A folder with `field.ptm`, whose texels lean in different directions: an LRGB map written
+/// byte by byte, coefficients (code - bias) / 255 with biases in the middle, rows from the bottom.
+fn folder_with_field() -> (tempfile::TempDir, ReflectanceField) {
+    let mut bytes = b"PTM_1.2\nPTM_FORMAT_LRGB\n24\n16\n1 1 1 1 1 1\n128 128 128 128 128 0\n".to_vec();
+    for i in 0..SIZE.texels() {
+        let wave = (i % 7) as u8 * 16;
+        bytes.extend([90, 95, 128, 80 + wave, 100 + wave / 2, 140]);
+    }
+    (0..SIZE.texels()).for_each(|_| bytes.extend([230, 160, 90]));
+    let field = decode_field(&bytes, &Limits::default()).unwrap().field;
+    assert_eq!((field.basis(), field.color(), field.size()), (Basis::Ptm, ColorModel::Lrgb, SIZE));
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("field.ptm"), bytes).unwrap();
+    (folder, field)
+}
+
+fn picture(folder: &Path, name: &str) -> Raster {
+    decode_raster(&fs::read(folder.join(name)).unwrap(), &Limits::default()).unwrap()
+}
+
+fn codes(raster: &Raster) -> &[u8] {
+    match raster.samples() {
+        Samples::U8(codes) => codes,
+        _ => panic!("expected 8 bits"),
+    }
+}
+
+#[test]
+fn a_relit_picture_holds_the_values_of_the_field() {
+    let (folder, field) = folder_with_field();
+    done(folder.path(), &["relight", "field.ptm", "--light", "-0.6,0,0.8", "-o", "lit.png"]);
+    let raster = picture(folder.path(), "lit.png");
+    assert_eq!((raster.size(), raster.channels()), (SIZE, 3));
+    let light = Direction::from_vector(-0.6, 0.0, 0.8).unwrap();
+    for (i, code) in codes(&raster).iter().enumerate() {
+        let value = field.value(i / 3 % SIZE.width, i / 3 / SIZE.width, light)[i % 3];
+        let exact = field.space().to_srgb(value.clamp(0.0, 1.0)) * 255.0;
+        assert!((exact - f32::from(*code)).abs() < 0.51, "sample {i}: {code} instead of {exact}");
+    }
+}
+
+#[test]
+fn sweeps_become_folders_or_animations() {
+    let (folder, _) = folder_with_field();
+    done(folder.path(), &["relight", "field.ptm", "--sweep", "orbit:4", "-o", "frames"]);
+    let frames: Vec<Raster> = (0..4).map(|i| picture(folder.path(), &format!("frames/{i:04}.png"))).collect();
+    assert!(frames.iter().all(|frame| frame.size() == SIZE) && frames[0] != frames[2]);
+    let json = done(folder.path(), &["relight", "field.ptm", "--sweep", "arc:3", "-o", "arc.png", "--json"]);
+    let report: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(report["lights"][1], serde_json::json!([0.0, 0.0, 1.0]));
+    let bytes = fs::read(folder.path().join("arc.png")).unwrap();
+    assert!(bytes.windows(4).any(|w| w == b"acTL"), "an animated PNG");
+    done(folder.path(), &["relight", "field.ptm", "--sweep", "arc:3", "-o", "arc.gif"]);
+    assert!(fs::read(folder.path().join("arc.gif")).unwrap().starts_with(b"GIF89a"));
+}
+
+#[test]
+fn normals_are_data_and_say_which_way_y_points() {
+    let (folder, field) = folder_with_field();
+    let text = done(folder.path(), &["relight", "field.ptm", "--normals", "-o", "normals.png"]);
+    assert!(text.contains("+Y"), "{text}");
+    let raster = picture(folder.path(), "normals.png");
+    let Samples::U16(codes) = raster.samples() else { panic!("expected 16 bits") };
+    let normals = relume::surface::normals(&field);
+    for (i, &code) in codes.iter().enumerate() {
+        let found = f32::from(code) / 65535.0 * 2.0 - 1.0;
+        assert!((found - normals.plane(i % 3)[i / 3]).abs() < 4e-5);
+    }
+}
+
+#[test]
+fn a_render_is_the_same_at_any_thread_count_and_options_matter() {
+    let (folder, _) = folder_with_field();
+    let render = |out: &str, more: &[&str]| {
+        let base = ["render", "field.ptm", "--size", "60x40", "--light", "-1,0.5,0.5", "-o", out];
+        done(folder.path(), &[&base[..], more].concat());
+        fs::read(folder.path().join(out)).unwrap()
+    };
+    let one = render("a.png", &["--threads", "1"]);
+    assert_eq!(one, render("b.png", &["--threads", "3"]));
+    assert_ne!(one, render("c.png", &["--plain"]));
+    let torus = render("d.png", &["--mesh", "torus"]);
+    assert_ne!(torus, render("e.png", &["--mesh", "torus", "--no-cast-shadows"]));
+    assert_ne!(torus, render("f.png", &["--mesh", "torus", "--camera", "-20,10"]));
+    // Lit from the left: the left of the sphere is bright, its right dark.
+    let raster = picture(folder.path(), "a.png");
+    assert_eq!(raster.size(), Size::new(60, 40));
+    let at = |x: usize| codes(&raster)[(20 * 60 + x) * 3];
+    assert!(at(20) > 40 && at(46) == 0, "{} {}", at(20), at(46));
+}
+
+#[test]
+fn meshes_come_from_files() {
+    let (folder, _) = folder_with_field();
+    let square =
+        "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n";
+    fs::write(folder.path().join("square.obj"), square).unwrap();
+    let render = |mesh: &str, out: &str| {
+        done(folder.path(), &["render", "field.ptm", "--mesh", mesh, "--size", "50", "-o", out]);
+        fs::read(folder.path().join(out)).unwrap()
+    };
+    assert_eq!(render("square.obj", "a.png"), render("plane", "b.png"));
+    fs::write(folder.path().join("bad.obj"), square.replace("4/4", "7/4")).unwrap();
+    let (status, message) =
+        failed(folder.path(), &["render", "field.ptm", "--mesh", "bad.obj", "-o", "c.png"]);
+    assert_eq!(status, 1);
+    assert!(message.contains("bad.obj: line 9: a face names vertex 7"), "{message}");
+    assert!(!folder.path().join("c.png").exists());
+    let (status, message) =
+        failed(folder.path(), &["render", "field.ptm", "--mesh", "no.obj", "-o", "c.png"]);
+    assert!(status == 1 && message.contains("no.obj"), "{message}");
+}
+
+#[test]
+fn wrong_usage_has_status_2() {
+    let (folder, _) = folder_with_field();
+    for args in [
+        &["relight", "field.ptm", "-o", "x.png"][..],
+        &["relight", "field.ptm", "--normals", "--albedo", "-o", "x.png"],
+        &["relight", "field.ptm", "--light", "0,0,-1", "-o", "x.png"],
+        &["relight", "field.ptm", "--sweep", "spiral:3", "-o", "x.png"],
+        &["relight", "field.ptm", "--light", "0,0,1", "-o", "field.png/x.png"],
+        &["render", "field.ptm", "--light", "0,0,0", "-o", "x.png"],
+        &["render", "field.ptm", "--samples", "0", "-o", "x.png"],
+        &["render", "field.ptm", "--camera", "0,95", "-o", "x.png"],
+        &["render", "field.ptm", "--tiling", "nan", "-o", "x.png"],
+        &["render", "field.ptm", "-o", "x.tga"],
+    ] {
+        let (status, message) = failed(folder.path(), args);
+        assert_eq!(status, 2, "{args:?}: {message}");
+        assert!(!folder.path().join("x.png").exists());
+    }
+}

@@ -1,7 +1,7 @@
 //! A virtual light dome: photographs of registered maps from straight above under one distant lamp
 //! after another, with the truth beside them.
 //!
-//! - [`lights`]: where the lamps stand;
+//! - [`mod@lights`]: where the lamps stand;
 //! - [`relief`]: the height field and its borders; [`march`]: its horizons, fast and slow;
 //! - [`shadow`]: cast shadows with penumbra;
 //! - [`horizon`]: open sky and visible surface for each texel, shared by all lamps;

@@ -15,8 +15,8 @@ use super::layout::{Block, Layout};
 use super::options::{Blend, BlockOptions};
 use super::positions::Positions;
 use super::quantise::{Exemplar, Quantised};
-use super::search::brute::Brute;
-use super::search::{Acceptance, Query, Search};
+use super::search::plan::plan;
+use super::search::{Acceptance, Effort, Query, Search};
 use super::source_map::{SourceMap, Texel};
 use crate::error::Result;
 use crate::limits::Limits;
@@ -45,6 +45,8 @@ pub struct Report {
     pub step: f64,
     /// Candidates over all blocks but the first.
     pub candidates: u64,
+    /// What the searches took together.
+    pub effort: Effort,
     /// The blocks in the order in which they were placed.
     pub placements: Vec<Placement>,
 }
@@ -79,11 +81,14 @@ pub fn synthesize(
     options.validate()?;
     let quantised = Quantised::new(exemplars, limits)?;
     let positions = Positions::new(exemplars, options.block)?;
-    let search = Brute { exemplars: &quantised, positions: &positions };
-    let mut canvas = Canvas::new(options.size, quantised.planes(), limits)?;
-    let work = Work { options, quantised: &quantised, positions: &positions, search: &search };
-    let report = work.fill(&Layout::new(options), &mut canvas, progress);
-    Ok(Synthesis { map: canvas.into_map(exemplars), report })
+    let layout = Layout::new(options);
+    let recipe = plan(&options.search, options, &layout, quantised.planes());
+    limits.check_bytes("preparing the search", recipe.bytes(&quantised))?;
+    let search = recipe.prepare(&quantised, &positions);
+    let mut canvas = Canvas::new(layout.size, quantised.planes(), limits)?;
+    let work = Work { options, quantised: &quantised, positions: &positions, search: &*search };
+    let report = work.fill(&layout, &mut canvas, progress);
+    Ok(Synthesis { map: canvas.into_map(options.size, exemplars), report })
 }
 
 /// What every block needs to know.
@@ -98,6 +103,7 @@ struct Work<'a> {
 struct Decision {
     placement: Placement,
     weights: Vec<f32>,
+    effort: Effort,
 }
 
 impl Work<'_> {
@@ -105,6 +111,7 @@ impl Work<'_> {
     fn fill(&self, layout: &Layout, canvas: &mut Canvas, progress: &dyn Progress) -> Report {
         progress.start("synthesising blocks", layout.sequence.len() as u64);
         let mut placements: Vec<Option<Placement>> = vec![None; layout.sequence.len()];
+        let mut effort = Effort::default();
         for wave in &layout.waves {
             let decide = |&index: &usize| {
                 let decision = self.decide(&layout.sequence[index], canvas);
@@ -114,6 +121,7 @@ impl Work<'_> {
             let decisions: Vec<Decision> = wave.par_iter().map(decide).collect();
             for (&index, decision) in wave.iter().zip(decisions) {
                 let source = decision.placement.source;
+                effort.add(&decision.effort);
                 canvas.paste(&layout.sequence[index], self.quantised, source, &decision.weights);
                 placements[index] = Some(decision.placement);
             }
@@ -125,6 +133,7 @@ impl Work<'_> {
             positions: self.positions.count(),
             step: self.quantised.step(),
             candidates: placements.iter().skip(1).map(|p| p.candidates as u64).sum(),
+            effort,
             placements,
         }
     }
@@ -133,18 +142,23 @@ impl Work<'_> {
     fn decide(&self, block: &Block, canvas: &Canvas) -> Decision {
         let mut stream = Stream::new(self.options.seed, block.number as u64);
         let query = Query { neighbourhood: block.neighbourhood, codes: canvas.patch(block) };
-        let (source, candidates, best) = if query.neighbourhood.is_empty() {
+        let (source, candidates, best, effort) = if query.neighbourhood.is_empty() {
             let count = self.positions.count();
-            (self.positions.nth(stream.below(count)), count, 0.0)
+            (self.positions.nth(stream.below(count)), count, 0.0, Effort::default())
         } else {
             let (texels, step) = (query.neighbourhood.texels(), self.quantised.step());
             let acceptance = Acceptance::new(self.options.tolerance, texels, step);
             let found = self.search.candidates(&query, acceptance);
-            let chosen = found.positions[stream.below(found.positions.len())];
-            (chosen, found.positions.len(), (found.best as f64 / texels as f64).sqrt() * step)
+            let fitting = found.candidates.positions;
+            let best = (found.candidates.best as f64 / texels as f64).sqrt() * step;
+            (fitting[stream.below(fitting.len())], fitting.len(), best, found.effort)
         };
         let weights = self.weights(&query, source);
-        Decision { placement: Placement { x: block.x, y: block.y, source, candidates, best }, weights }
+        Decision {
+            placement: Placement { x: block.x, y: block.y, source, candidates, best },
+            weights,
+            effort,
+        }
     }
 
     /// The share of the block from `source` in each texel.
@@ -170,6 +184,7 @@ mod tests {
     use crate::planes::{Planes, Size};
     use crate::synthesis::options::{Boundary, Tolerance};
     use crate::synthesis::search::plain::Plain;
+    use crate::synthesis::search::{SearchMethod, SearchOptions};
     use proptest::prelude::*;
 
     fn options() -> impl Strategy<Value = BlockOptions> {
@@ -185,6 +200,7 @@ mod tests {
                 blend: if alpha { Blend::Alpha } else { Blend::Cut },
                 boundary: if torus { Boundary::Torus } else { Boundary::Open },
                 seed,
+                search: SearchOptions::default(),
             }
         })
     }
@@ -216,15 +232,20 @@ mod tests {
             let positions = Positions::new(&exemplars, options.block).unwrap();
             let mut layout = Layout::new(&options);
             layout.waves = (0..layout.sequence.len()).map(|index| vec![index]).collect();
-            let mut canvas = Canvas::new(options.size, planes, &limits).unwrap();
+            let mut canvas = Canvas::new(layout.size, planes, &limits).unwrap();
             let search = Plain { exemplars: &quantised, positions: &positions };
             let work = Work { options: &options, quantised: &quantised, positions: &positions, search: &search };
             let report = work.fill(&layout, &mut canvas, &());
-            let truth = Synthesis { map: canvas.into_map(&exemplars), report };
+            let map = canvas.into_map(options.size, &exemplars);
             for threads in [1, 2, 5] {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-                let found = pool.install(|| synthesize(&exemplars, &options, &limits, &()).unwrap());
-                prop_assert_eq!(&found, &truth, "{} threads", threads);
+                for method in [SearchMethod::Projection, SearchMethod::Fft, SearchMethod::Brute] {
+                    let search = SearchOptions { method, ..options.search };
+                    let options = BlockOptions { search, ..options.clone() };
+                    let found = pool.install(|| synthesize(&exemplars, &options, &limits, &()).unwrap());
+                    prop_assert_eq!(&found.map, &map, "{:?}, {} threads", method, threads);
+                    prop_assert_eq!(&found.report.placements, &report.placements);
+                }
             }
         }
     }

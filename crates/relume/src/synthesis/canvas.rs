@@ -90,10 +90,17 @@ impl Canvas {
         }
     }
 
-    /// The finished map.
-    pub fn into_map(self, exemplars: &[Exemplar<'_>]) -> SourceMap {
-        let mut map = SourceMap::new(self.size, exemplars, self.sources);
-        self.mixes.iter().for_each(|(&texel, parts)| map.push_mix(texel, parts));
+    /// The finished map of the upper left `size` texels.
+    pub fn into_map(self, size: Size, exemplars: &[Exemplar<'_>]) -> SourceMap {
+        let rows = self.sources.chunks_exact(self.size.width).take(size.height);
+        let sources = rows.flat_map(|row| &row[..size.width]).copied().collect();
+        let mut map = SourceMap::new(size, exemplars, sources);
+        for (texel, parts) in &self.mixes {
+            let (x, y) = (texel % self.size.width, texel / self.size.width);
+            if x < size.width && y < size.height {
+                map.push_mix(size.index(x, y), parts);
+            }
+        }
         map
     }
 }

@@ -1,7 +1,8 @@
 //! Where blocks go and in which order, as data.
 //!
-//! Blocks are placed row by row. With open edges they stand `block - overlap` apart and the last
-//! ones are clipped. On a torus of side s there are n = ceil(s / (block - overlap)) of them at
+//! Blocks are placed row by row. With open edges they stand `block - overlap` apart, and the last ones
+//! reach past the output, whose margin is cut off in the end: so all blocks are whole, and few shapes
+//! of neighbourhood occur. On a torus of side s there are n = ceil(s / (block - overlap)) of them at
 //! floor(i s / n), so that overlaps differ by a texel at most and are at least the one asked for;
 //! the last block of a row meets the first one, and the last row the first row.
 //!
@@ -31,6 +32,8 @@ pub struct Block {
 /// All blocks of an output.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Layout {
+    /// Texels that the blocks cover: the output's, and with open edges perhaps more.
+    pub size: Size,
     /// Blocks in each row.
     pub columns: usize,
     /// Rows of blocks.
@@ -58,14 +61,15 @@ impl Layout {
                     x: columns.starts[column],
                     y: rows.starts[row],
                     neighbourhood: Neighbourhood {
-                        extent: Size::new(columns.extent(column), rows.extent(row)),
+                        extent: Size::new(options.block, options.block),
                         margins: Margins { left, top, right, bottom },
                     },
                 });
             }
         }
         let waves = waves(&sequence, columns.count(), rows.count(), options.boundary);
-        Self { columns: columns.count(), rows: rows.count(), sequence, waves }
+        let size = Size::new(columns.covered(), rows.covered());
+        Self { size, columns: columns.count(), rows: rows.count(), sequence, waves }
     }
 }
 
@@ -95,10 +99,11 @@ impl Axis {
         self.starts.len()
     }
 
-    fn extent(&self, i: usize) -> usize {
+    /// Texels that the blocks cover.
+    fn covered(&self) -> usize {
         match self.boundary {
-            Boundary::Open => self.block.min(self.side - self.starts[i]),
-            Boundary::Torus => self.block,
+            Boundary::Open => self.starts[self.count() - 1] + self.block,
+            Boundary::Torus => self.side,
         }
     }
 
@@ -188,9 +193,9 @@ mod tests {
         fn neighbourhoods_are_what_earlier_blocks_filled_and_all_is_covered(options in options()) {
             prop_assert!(options.validate().is_ok());
             let layout = Layout::new(&options);
-            let mut filled = vec![false; options.size.texels()];
+            let mut filled = vec![false; layout.size.texels()];
             for block in &layout.sequence {
-                let before: Vec<(usize, bool)> = texels(block, options.size).collect();
+                let before: Vec<(usize, bool)> = texels(block, layout.size).collect();
                 for (texel, expected) in &before {
                     prop_assert_eq!(filled[*texel], *expected, "{:?}", block);
                 }
@@ -206,9 +211,9 @@ mod tests {
             for (number, wave) in layout.waves.iter().enumerate() {
                 wave.iter().for_each(|&index| wave_of[index] = number);
             }
-            let mut latest = vec![None; options.size.texels()];
+            let mut latest = vec![None; layout.size.texels()];
             for (index, block) in layout.sequence.iter().enumerate() {
-                for (texel, _) in texels(block, options.size) {
+                for (texel, _) in texels(block, layout.size) {
                     prop_assert!(latest[texel].is_none_or(|before| before < wave_of[index]));
                     latest[texel] = Some(wave_of[index]);
                 }

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::search::SearchOptions;
 use crate::error::{Error, Result};
 use crate::planes::Size;
 
@@ -57,6 +58,8 @@ pub struct BlockOptions {
     pub boundary: Boundary,
     /// Seed of the random choices.
     pub seed: u64,
+    /// How blocks are searched for; it changes the time, never the result.
+    pub search: SearchOptions,
 }
 
 impl BlockOptions {
@@ -108,6 +111,7 @@ impl Default for BlockOptions {
             blend: Blend::Cut,
             boundary: Boundary::Open,
             seed: 0,
+            search: SearchOptions::default(),
         }
     }
 }

@@ -5,7 +5,7 @@
 //! difference, mask, squares added in pairs in 32 bits. Partial sums go to 64 bits before 32 can
 //! overflow. All processors give the same integer.
 
-use crate::synthesis::quantise::{IndexTexels, MAX_CODE};
+use crate::synthesis::quantise::{IndexTexels, MAX_CODE, Quantised};
 use crate::synthesis::search::Query;
 
 /// Codes compared at a time.
@@ -13,6 +13,11 @@ const LANES: usize = 16;
 
 /// Groups whose squares 32 bits can hold: a partial sum takes two squares of each.
 const GROUPS: usize = (u32::MAX / (2 * (MAX_CODE as u32).pow(2))) as usize;
+
+/// Groups after which a distance that is too large already is given up.
+const PATIENCE: usize = 24;
+
+const _: () = assert!(PATIENCE <= GROUPS);
 
 /// Up to 16 neighbouring codes of a query.
 struct Group {
@@ -31,6 +36,12 @@ pub struct Target<'a> {
 }
 
 impl<'a> Target<'a> {
+    /// Prepares a query for all exemplars.
+    pub fn all(query: &Query, exemplars: &'a Quantised) -> Vec<Self> {
+        let ready = |texels| Self::new(query, texels, exemplars.planes());
+        exemplars.texels().iter().map(ready).collect()
+    }
+
     /// Prepares the filled texels of a query.
     pub fn new(query: &Query, exemplar: &'a IndexTexels, planes: usize) -> Self {
         let shape = query.neighbourhood;
@@ -59,55 +70,75 @@ impl<'a> Target<'a> {
                 #[inline(always)]
                 || {
                     for (i, distance) in distances.iter_mut().enumerate() {
-                        *distance = avx2(simd, &self.groups, &codes[i * self.planes..]);
+                        let block = &codes[i * self.planes..];
+                        *distance = self.groups.chunks(GROUPS).map(|part| avx2(simd, part, block)).sum();
                     }
                 },
             );
             return distances;
         }
         for (i, distance) in distances.iter_mut().enumerate() {
-            *distance = portable(&self.groups, &codes[i * self.planes..]);
+            let block = &codes[i * self.planes..];
+            *distance = self.groups.chunks(GROUPS).map(|part| portable(part, block)).sum();
         }
         distances
     }
+
+    /// The squared distance of the block at (x, y), if it is at most `limit`.
+    pub fn distance_within(&self, x: usize, y: usize, limit: u64) -> Option<u64> {
+        let block = &self.exemplar.codes()[self.exemplar.start(x, y)..];
+        #[cfg(target_arch = "x86_64")]
+        if let Some(simd) = pulp::x86::V3::try_new() {
+            return simd.vectorize(
+                #[inline(always)]
+                || sum_within(&self.groups, limit, |part| avx2(simd, part, block)),
+            );
+        }
+        sum_within(&self.groups, limit, |part| portable(part, block))
+    }
 }
 
-/// The distance in AVX2 instructions.
+/// The sum over parts of the groups, given up when it exceeds `limit`.
+#[inline(always)]
+fn sum_within(groups: &[Group], limit: u64, sum: impl Fn(&[Group]) -> u64) -> Option<u64> {
+    let mut total = 0;
+    for part in groups.chunks(PATIENCE) {
+        total += sum(part);
+        if total > limit {
+            return None;
+        }
+    }
+    Some(total)
+}
+
+/// The squares of at most [`GROUPS`] groups in AVX2 instructions.
 #[cfg(target_arch = "x86_64")]
 #[inline(always)]
 fn avx2(simd: pulp::x86::V3, groups: &[Group], block: &[i16]) -> u64 {
     use std::arch::x86_64::__m256i;
-    let mut total = 0;
-    for part in groups.chunks(GROUPS) {
-        let mut sums: __m256i = pulp::cast([0u32; LANES / 2]);
-        for group in part {
-            let mut there = [0; LANES];
-            there.copy_from_slice(&block[group.offset..][..LANES]);
-            let difference = simd.avx2._mm256_sub_epi16(pulp::cast(there), pulp::cast(group.codes));
-            let difference = simd.avx2._mm256_and_si256(difference, pulp::cast(group.mask));
-            let squares = simd.avx2._mm256_madd_epi16(difference, difference);
-            sums = simd.avx2._mm256_add_epi32(sums, squares);
-        }
-        total += sum(pulp::cast(sums));
+    let mut sums: __m256i = pulp::cast([0u32; LANES / 2]);
+    for group in groups {
+        let mut there = [0; LANES];
+        there.copy_from_slice(&block[group.offset..][..LANES]);
+        let difference = simd.avx2._mm256_sub_epi16(pulp::cast(there), pulp::cast(group.codes));
+        let difference = simd.avx2._mm256_and_si256(difference, pulp::cast(group.mask));
+        let squares = simd.avx2._mm256_madd_epi16(difference, difference);
+        sums = simd.avx2._mm256_add_epi32(sums, squares);
     }
-    total
+    sum(pulp::cast(sums))
 }
 
-/// The distance without particular instructions.
+/// The squares of at most [`GROUPS`] groups without particular instructions.
 fn portable(groups: &[Group], block: &[i16]) -> u64 {
-    let mut total = 0;
-    for part in groups.chunks(GROUPS) {
-        let mut sums = [0u32; LANES / 2];
-        for group in part {
-            let there = &block[group.offset..][..LANES];
-            for i in 0..LANES {
-                let difference = i32::from((there[i] - group.codes[i]) & group.mask[i]);
-                sums[i / 2] += (difference * difference).unsigned_abs();
-            }
+    let mut sums = [0u32; LANES / 2];
+    for group in groups {
+        let there = &block[group.offset..][..LANES];
+        for i in 0..LANES {
+            let difference = i32::from((there[i] - group.codes[i]) & group.mask[i]);
+            sums[i / 2] += (difference * difference).unsigned_abs();
         }
-        total += sum(sums);
     }
-    total
+    sum(sums)
 }
 
 #[inline(always)]
@@ -122,7 +153,7 @@ mod tests {
     use crate::numeric::random::Stream;
     use crate::planes::{Planes, Size};
     use crate::synthesis::neighbourhood::{Margins, Neighbourhood};
-    use crate::synthesis::quantise::{Exemplar, Quantised};
+    use crate::synthesis::quantise::Exemplar;
     use crate::synthesis::search::plain::squared_distance;
     use crate::synthesis::source_map::Texel;
 
@@ -139,7 +170,7 @@ mod tests {
                 let truth =
                     squared_distance(exemplars, query, Texel { exemplar: 0, y: y as u32, x: x as u32 });
                 assert_eq!(found, truth);
-                assert_eq!(portable(&target.groups, &exemplar.codes()[exemplar.start(x, y)..]), truth);
+                assert_eq!(target.groups.chunks(GROUPS).map(|part| portable(part, &exemplar.codes()[exemplar.start(x, y)..]), truth)).sum::<u64>();
             }
         }
     }

@@ -1,15 +1,25 @@
 //! Finding the blocks of the exemplars that fit what is there already.
 //!
-//! - [`brute`]: every position, many at a time;
-//! - [`plain`]: every position, one texel after another: the slow truth;
-//! - [`distance`]: the vectorised distance.
+//! - [`brute`]: every position, many codes at a time;
+//! - [`projection`]: lower bounds from a few projections reject most positions;
+//! - [`fft`]: all distances at once by correlation;
+//! - [`plain`]: every position, one texel after another: the slow truth.
 //!
-//! All members give identical candidates: distances are exact integers, thresholds are integers,
-//! and candidates come in the order of exemplar, row, column.
+//! All members give identical candidates: distances are exact integers ([`distance`]), thresholds
+//! are integers, and candidates come in the order of exemplar, row, column. [`plan`] chooses.
 
 pub mod brute;
 pub mod distance;
+pub mod fft;
+mod options;
 pub mod plain;
+pub mod plan;
+pub mod projection;
+mod summed_area;
+
+pub use options::{KernelBasis, SearchMethod, SearchOptions};
+
+use serde::Serialize;
 
 use super::neighbourhood::Neighbourhood;
 use super::options::Tolerance;
@@ -32,6 +42,46 @@ pub struct Candidates {
     pub best: u64,
     /// All positions within the acceptance of it, in order.
     pub positions: Vec<Texel>,
+}
+
+impl Candidates {
+    /// The accepted ones among positions with their distances, the nearest of all among them.
+    pub fn within(near: Vec<(Texel, u64)>, acceptance: Acceptance) -> Self {
+        let best = near.iter().map(|(_, distance)| *distance).min().unwrap_or(0);
+        let limit = acceptance.limit(best);
+        let accepted = near.into_iter().filter(|(_, distance)| *distance <= limit);
+        Self { best, positions: accepted.map(|(position, _)| position).collect() }
+    }
+}
+
+/// How much a search did.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize)]
+pub struct Effort {
+    /// Positions looked at, again where they were looked at again.
+    pub examined: u64,
+    /// Positions rejected by each projection in turn, the last one being the length of the rest.
+    pub rejected: Vec<u64>,
+    /// Positions compared in full, or until they were too far.
+    pub verified: u64,
+}
+
+impl Effort {
+    /// Adds the effort of another search.
+    pub fn add(&mut self, other: &Self) {
+        self.examined += other.examined;
+        self.verified += other.verified;
+        self.rejected.resize(self.rejected.len().max(other.rejected.len()), 0);
+        self.rejected.iter_mut().zip(&other.rejected).for_each(|(sum, more)| *sum += more);
+    }
+}
+
+/// What a search gives.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Found {
+    /// The same for every search.
+    pub candidates: Candidates,
+    /// What this one took.
+    pub effort: Effort,
 }
 
 /// Which squared distances are good enough once the smallest one is known.
@@ -62,12 +112,22 @@ impl Acceptance {
 /// A way to find candidates.
 pub trait Search: Sync {
     /// All positions whose squared distance to the query is accepted, and the smallest distance.
-    fn candidates(&self, query: &Query, acceptance: Acceptance) -> Candidates;
+    fn candidates(&self, query: &Query, acceptance: Acceptance) -> Found;
 }
 
 #[cfg(test)]
 mod tests {
+    use super::plain::Plain;
+    use super::plan::Recipe;
+    use super::projection::Strips;
     use super::*;
+    use crate::limits::Limits;
+    use crate::numeric::random::Stream;
+    use crate::planes::{Planes, Size};
+    use crate::synthesis::neighbourhood::Margins;
+    use crate::synthesis::positions::Positions;
+    use crate::synthesis::quantise::{Exemplar, MAX_CODE, Quantised};
+    use proptest::prelude::*;
 
     #[test]
     fn acceptance_is_the_tolerance_squared() {
@@ -76,5 +136,93 @@ mod tests {
         assert_eq!(Acceptance::new(Tolerance::Relative(0.0), 1, 1.0).limit(7), 7);
         let absolute = Acceptance::new(Tolerance::Absolute(2.0), 10, 0.5);
         assert_eq!((absolute.limit(3), absolute.limit(500)), (160, 500));
+    }
+
+    /// Every member of the family for blocks whose margins are 0 or within `narrow..=wide`.
+    fn recipes(block: usize, narrow: usize, wide: usize) -> Vec<Recipe> {
+        let strips = Strips { block, overlap: narrow, upright: block.saturating_sub(narrow + wide).max(1) };
+        let bases = [KernelBasis::Svd, KernelBasis::Dct, KernelBasis::WalshHadamard];
+        let kernels = [1, 3, 9];
+        let projections = bases.into_iter().zip(kernels);
+        let projections = projections.map(|(basis, kernels)| Recipe::Projection { strips, basis, kernels });
+        projections.chain([Recipe::Fft, Recipe::Brute]).collect()
+    }
+
+    fn smooth_noise(size: Size, planes: usize, stream: &mut Stream) -> Planes {
+        let mut planes = Planes::zeros(size, planes);
+        for plane in planes.iter_mut() {
+            let mut value = 0.0;
+            plane.iter_mut().for_each(|v| {
+                value = 0.8 * value + stream.unit() as f32 - 0.5;
+                *v = value;
+            });
+        }
+        planes
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(60))]
+        #[test]
+        fn every_search_equals_the_plain_one(
+            (block, planes, seed) in (3usize..14, 1usize..19, any::<u64>()),
+            (extra_x, extra_y, several) in (0usize..17, 0usize..13, 1usize..4),
+            (narrow, widths) in (1usize..7, [0usize..3, 0usize..3, 0usize..3, 0usize..3]),
+            tolerance in prop_oneof![Just(Tolerance::Relative(0.0)), Just(Tolerance::Relative(0.1)), Just(Tolerance::Absolute(0.6))],
+            (masked, copied) in (any::<bool>(), any::<bool>()),
+        ) {
+            let mut stream = Stream::new(seed, 0);
+            let fields: Vec<Planes> = (0..several)
+                .map(|e| smooth_noise(Size::new(block + extra_x + e, block + extra_y), planes, &mut stream))
+                .collect();
+            let masks: Vec<Vec<bool>> = fields
+                .iter()
+                .map(|f| (0..f.size().texels()).map(|_| masked && stream.below(200) == 0).collect())
+                .collect();
+            let exemplars: Vec<Exemplar<'_>> =
+                fields.iter().zip(&masks).map(|(index, mask)| Exemplar { index, excluded: Some(mask) }).collect();
+            let quantised = Quantised::new(&exemplars, &Limits::default()).unwrap();
+            let Ok(positions) = Positions::new(&exemplars, block) else { return Ok(()) };
+            let narrow = narrow.min(block / 2);
+            let wide = (narrow + 1).min(block / 2);
+            let [left, top, right, bottom] = widths.map(|w| [0, narrow, wide][w]);
+            let margins = Margins { left, top, right, bottom };
+            let neighbourhood = Neighbourhood { extent: Size::new(block, block), margins };
+            let codes = if copied {
+                let place = positions.nth(stream.below(positions.count()));
+                let from = &quantised.texels()[place.exemplar as usize];
+                (0..block).flat_map(|y| from.run(place.x as usize, place.y as usize + y, block).to_vec()).collect()
+            } else {
+                (0..block * block * planes).map(|_| stream.below(4096) as i16).collect()
+            };
+            let query = Query { neighbourhood, codes };
+            let acceptance = Acceptance::new(tolerance, neighbourhood.texels(), quantised.step());
+            let truth = Plain { exemplars: &quantised, positions: &positions }.candidates(&query, acceptance);
+            for recipe in recipes(block, narrow, wide) {
+                let search = recipe.prepare(&quantised, &positions);
+                let found = search.candidates(&query, acceptance);
+                prop_assert_eq!(&found.candidates, &truth.candidates, "{:?}", recipe);
+            }
+        }
+    }
+
+    #[test]
+    fn the_largest_differences_do_not_overflow() {
+        let (block, planes) = (60, 18);
+        let size = Size::new(90, 60);
+        let values = (0..size.texels() * planes).map(|i| if i == 0 { 0.0 } else { 1.0 });
+        let field = Planes::from_vec(size, planes, values.collect()).unwrap();
+        let exemplars = [Exemplar { index: &field, excluded: None }];
+        let mut quantised = Quantised::new(&exemplars, &Limits::default()).unwrap();
+        quantised.fill_for_tests(MAX_CODE);
+        let positions = Positions::new(&exemplars, block).unwrap();
+        let margins = Margins { left: 30, top: 30, right: 30, bottom: 30 };
+        let neighbourhood = Neighbourhood { extent: Size::new(block, block), margins };
+        let query = Query { neighbourhood, codes: vec![0; block * block * planes] };
+        let acceptance = Acceptance::new(Tolerance::Relative(0.0), block * block, 1.0);
+        for recipe in recipes(block, 29, 30) {
+            let found = recipe.prepare(&quantised, &positions).candidates(&query, acceptance).candidates;
+            assert_eq!(found.best, 3600 * planes as u64 * 4095 * 4095, "{recipe:?}");
+            assert_eq!(found.positions.len(), 31, "{recipe:?}");
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! The slow truth of every search: texel after texel, plane after plane, in 64 bits.
 
-use super::{Acceptance, Candidates, Query, Search};
+use super::{Acceptance, Candidates, Effort, Found, Query, Search};
 use crate::synthesis::positions::Positions;
 use crate::synthesis::quantise::Quantised;
 use crate::synthesis::source_map::Texel;
@@ -15,14 +15,13 @@ pub struct Plain<'a> {
 }
 
 impl Search for Plain<'_> {
-    fn candidates(&self, query: &Query, acceptance: Acceptance) -> Candidates {
+    fn candidates(&self, query: &Query, acceptance: Acceptance) -> Found {
         let all: Vec<(Texel, u64)> = (0..self.positions.count())
             .map(|number| self.positions.nth(number))
             .map(|position| (position, squared_distance(self.exemplars, query, position)))
             .collect();
-        let best = all.iter().map(|(_, distance)| *distance).min().unwrap_or(0);
-        let accepted = all.into_iter().filter(|(_, distance)| *distance <= acceptance.limit(best));
-        Candidates { best, positions: accepted.map(|(position, _)| position).collect() }
+        let effort = Effort { examined: all.len() as u64, verified: all.len() as u64, ..Effort::default() };
+        Found { candidates: Candidates::within(all, acceptance), effort }
     }
 }
 

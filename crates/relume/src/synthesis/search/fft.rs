@@ -1,0 +1,202 @@
+//! Exact search by correlation in the Fourier domain: |t - s|^2 = |t|^2 + |s|^2 - 2 t.s for all
+//! positions at once. The usual fast exact method; its cost does not depend on the neighbourhood.
+//!
+//! Kwatra et al., "Graphcut Textures", SIGGRAPH 2003, section 6 (sums of squares from a summed-area
+//! table, the product by the convolution theorem). Squares are exact integers. The correlation is
+//! computed in 64-bit floating point with a stated error; every position that could be accepted
+//! within it is settled by its exact integer distance.
+
+use std::sync::Arc;
+
+use pulp::Arch;
+use rayon::prelude::*;
+use realfft::num_complex::Complex64;
+use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
+use rustfft::{Fft as ComplexFft, FftPlanner};
+
+use super::distance::Target;
+use super::summed_area::SummedArea;
+use super::{Acceptance, Candidates, Effort, Found, Query, Search};
+use crate::planes::Size;
+use crate::synthesis::positions::Positions;
+use crate::synthesis::quantise::{IndexTexels, Quantised};
+use crate::synthesis::source_map::Texel;
+
+/// Error of a correlation relative to the product of the lengths of its factors: 2^-53 times a few
+/// for each of the 2 x 2 log2(n) butterflies a value passes through (Higham, Accuracy and
+/// Stability of Numerical Algorithms, 2nd ed. 2002, theorem 24.2), generously.
+const RELATIVE_ERROR: f64 = 1e-13;
+
+/// Correlates with every position of the exemplars.
+pub struct Fft<'a> {
+    exemplars: &'a Quantised,
+    positions: &'a Positions,
+    spectra: Vec<Spectra>,
+}
+
+/// What is prepared of one exemplar.
+struct Spectra {
+    transform: Transform,
+    /// The spectrum of each plane.
+    planes: Vec<Vec<Complex64>>,
+    /// Sums of squared codes.
+    squares: SummedArea,
+    /// The length of all codes as one vector.
+    norm: f64,
+}
+
+impl<'a> Fft<'a> {
+    /// Transforms all planes of the exemplars.
+    pub fn new(exemplars: &'a Quantised, positions: &'a Positions) -> Self {
+        let spectra =
+            exemplars.texels().iter().map(|texels| Spectra::new(texels, exemplars.planes())).collect();
+        Self { exemplars, positions, spectra }
+    }
+
+    /// The approximate squared distances of all places of one exemplar, row after row, and their
+    /// error.
+    fn distances(&self, query: &Query, spectra: &Spectra) -> (Vec<f64>, f64) {
+        let (shape, planes) = (query.neighbourhood, self.exemplars.planes());
+        let size = spectra.transform.size;
+        let rects: Vec<_> = shape.rects().collect();
+        let filled = |x: usize, y: usize| shape.contains(x, y);
+        let own: i64 = rects
+            .iter()
+            .flat_map(|r| (r.y..r.y + r.height).map(move |y| (r.x, y, r.width)))
+            .flat_map(|(x, y, w)| &query.codes[shape.extent.index(x, y) * planes..][..w * planes])
+            .map(|&code| i64::from(code).pow(2))
+            .sum();
+        let mut product = vec![Complex64::ZERO; spectra.transform.bins()];
+        for (k, exemplar) in spectra.planes.iter().enumerate() {
+            let mut image = vec![0.0; size.texels()];
+            for (x, y) in (0..shape.extent.texels()).map(|i| (i % shape.extent.width, i / shape.extent.width))
+            {
+                if filled(x, y) {
+                    image[size.index(x, y)] = f64::from(query.codes[shape.extent.index(x, y) * planes + k]);
+                }
+            }
+            let spectrum = spectra.transform.forward(image, shape.extent.height);
+            Arch::new().dispatch(
+                #[inline(always)]
+                || {
+                    for ((sum, t), s) in product.iter_mut().zip(&spectrum).zip(exemplar) {
+                        *sum += t.conj() * s;
+                    }
+                },
+            );
+        }
+        let mut distances = spectra.transform.inverse(product);
+        for (i, value) in distances.iter_mut().enumerate() {
+            let (x, y) = (i % size.width, i / size.width);
+            let there: i64 =
+                rects.iter().map(|r| spectra.squares.sum(x + r.x, y + r.y, r.width, r.height)).sum();
+            *value = (own + there) as f64 - 2.0 * *value;
+        }
+        let error = 2.0 * RELATIVE_ERROR * spectra.norm * (own as f64).sqrt() * (planes as f64).sqrt();
+        (distances, error + 0.5)
+    }
+}
+
+impl Search for Fft<'_> {
+    fn candidates(&self, query: &Query, acceptance: Acceptance) -> Found {
+        let approximate: Vec<(Vec<f64>, f64)> =
+            self.spectra.par_iter().map(|spectra| self.distances(query, spectra)).collect();
+        let targets = Target::all(query, self.exemplars);
+        let all = || {
+            self.positions.runs().iter().flat_map(|run| (0..run.length).map(|i| run.first.offset(i, 0))).map(
+                |p| {
+                    let e = p.exemplar as usize;
+                    let (distances, error) = &approximate[e];
+                    (p, distances[self.spectra[e].transform.size.index(p.x as usize, p.y as usize)], *error)
+                },
+            )
+        };
+        // No distance is larger than this one, so neither is the smallest.
+        let above = all().map(|(_, value, error)| value + error).fold(f64::INFINITY, f64::min);
+        let limit = acceptance.limit(above.max(0.0).ceil() as u64) as f64;
+        let mut effort = Effort { examined: self.positions.count() as u64, ..Effort::default() };
+        let mut near = Vec::new();
+        for (position, _, _) in all().filter(|(_, value, error)| value - error <= limit) {
+            effort.verified += 1;
+            let Texel { exemplar, y, x } = position;
+            let exact = targets[exemplar as usize].distance_within(x as usize, y as usize, u64::MAX);
+            near.extend(exact.map(|exact| (position, exact)));
+        }
+        Found { candidates: Candidates::within(near, acceptance), effort }
+    }
+}
+
+impl Spectra {
+    fn new(texels: &IndexTexels, planes: usize) -> Self {
+        let transform = Transform::new(texels.size());
+        let codes = &texels.codes()[..texels.size().texels() * planes];
+        let plane = |k: usize| {
+            let image: Vec<f64> = codes[k..].iter().step_by(planes).map(|&code| f64::from(code)).collect();
+            transform.forward(image, texels.size().height)
+        };
+        let squares = SummedArea::of_squares(codes, planes, texels.size());
+        let norm = (squares.sum(0, 0, texels.size().width, texels.size().height) as f64).sqrt();
+        Self { planes: (0..planes).into_par_iter().map(plane).collect(), transform, squares, norm }
+    }
+}
+
+/// The two-dimensional transform of real images of one size. Positions at which a block lies inside
+/// the exemplar never wrap around, so nothing is padded.
+struct Transform {
+    size: Size,
+    rows: Arc<dyn RealToComplex<f64>>,
+    rows_back: Arc<dyn ComplexToReal<f64>>,
+    columns: Arc<dyn ComplexFft<f64>>,
+    columns_back: Arc<dyn ComplexFft<f64>>,
+}
+
+impl Transform {
+    fn new(size: Size) -> Self {
+        let (mut real, mut complex) = (RealFftPlanner::new(), FftPlanner::new());
+        Self {
+            size,
+            rows: real.plan_fft_forward(size.width),
+            rows_back: real.plan_fft_inverse(size.width),
+            columns: complex.plan_fft_forward(size.height),
+            columns_back: complex.plan_fft_inverse(size.height),
+        }
+    }
+
+    /// Complex numbers of a spectrum: half a row and one, column after column.
+    fn bins(&self) -> usize {
+        (self.size.width / 2 + 1) * self.size.height
+    }
+
+    /// The spectrum, column after column; rows from `filled` on are zero.
+    fn forward(&self, mut image: Vec<f64>, filled: usize) -> Vec<Complex64> {
+        let height = self.size.height;
+        let mut spectrum = vec![Complex64::ZERO; self.bins()];
+        let mut row_bins = self.rows.make_output_vec();
+        for (y, row) in image.chunks_exact_mut(self.size.width).take(filled).enumerate() {
+            self.rows.process(row, &mut row_bins).expect("the plan made the buffers");
+            row_bins.iter().enumerate().for_each(|(x, bin)| spectrum[x * height + y] = *bin);
+        }
+        self.columns.process(&mut spectrum);
+        spectrum
+    }
+
+    /// The image of a spectrum.
+    fn inverse(&self, mut spectrum: Vec<Complex64>) -> Vec<f64> {
+        let Size { width, height } = self.size;
+        self.columns_back.process(&mut spectrum);
+        let mut image = vec![0.0; self.size.texels()];
+        let mut row_bins = self.rows_back.make_input_vec();
+        for (y, row) in image.chunks_exact_mut(width).enumerate() {
+            row_bins.iter_mut().enumerate().for_each(|(x, bin)| *bin = spectrum[x * height + y]);
+            // The transform of a real image is real here; rounding leaves traces that it refuses.
+            row_bins[0].im = 0.0;
+            if width.is_multiple_of(2) {
+                row_bins[width / 2].im = 0.0;
+            }
+            self.rows_back.process(&mut row_bins, row).expect("the plan made the buffers");
+        }
+        let scale = 1.0 / self.size.texels() as f64;
+        image.iter_mut().for_each(|value| *value *= scale);
+        image
+    }
+}

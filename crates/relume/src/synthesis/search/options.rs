@@ -1,0 +1,49 @@
+//! Which search is used, and how.
+
+use serde::Serialize;
+
+/// A way to search; all give identical candidates.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum SearchMethod {
+    /// The one that [`super::plan`] expects to be fastest.
+    #[default]
+    Auto,
+    /// Projection kernels with rejection.
+    Projection,
+    /// Correlation by the fast Fourier transform.
+    Fft,
+    /// Every position in full.
+    Brute,
+}
+
+/// Where projection kernels come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum KernelBasis {
+    /// The leading directions of a sample of the neighbourhood ensemble.
+    #[default]
+    Svd,
+    /// Discrete cosines, a plane at a time.
+    Dct,
+    /// Walsh-Hadamard functions, a plane at a time.
+    WalshHadamard,
+}
+
+/// Options of the search.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct SearchOptions {
+    /// Which member of the family.
+    pub method: SearchMethod,
+    /// The basis of the projection search.
+    pub basis: KernelBasis,
+    /// Kernels for each rectangle of the projection search.
+    pub kernels: usize,
+}
+
+impl Default for SearchOptions {
+    /// Automatic choice, singular vectors, 8 kernels a rectangle.
+    fn default() -> Self {
+        Self { method: SearchMethod::Auto, basis: KernelBasis::Svd, kernels: 8 }
+    }
+}

@@ -9,6 +9,7 @@ mod fit;
 mod info;
 mod relight;
 mod render;
+mod synth;
 
 use clap::Subcommand;
 use relume::Result;
@@ -29,6 +30,8 @@ pub enum Verb {
     Relight(relight::Args),
     /// Show a texture on an object
     Render(render::Args),
+    /// Make a texture of any size from a sample
+    Synth(synth::Args),
 }
 
 /// Runs one verb.
@@ -39,5 +42,6 @@ pub fn run(verb: Verb, context: &Context) -> Result<Report> {
         Verb::Info(args) => info::run(&args, context),
         Verb::Relight(args) => relight::run(&args, context),
         Verb::Render(args) => render::run(&args, context),
+        Verb::Synth(args) => synth::run(&args, context),
     }
 }

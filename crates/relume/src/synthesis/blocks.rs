@@ -5,6 +5,8 @@
 //! from Examples", HPL-2003-16: blocks are compared and joined in an orthonormal basis of the
 //! functions.
 
+use std::time::Instant;
+
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -30,6 +32,17 @@ pub struct Synthesis {
     pub map: SourceMap,
     /// How it came about.
     pub report: Report,
+    /// How long it took.
+    pub times: Times,
+}
+
+/// Wall-clock seconds of each stage; the only part of a result that differs between runs.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Times {
+    /// Quantising the exemplars and preparing the search.
+    pub prepare_s: f64,
+    /// Searching and joining all blocks.
+    pub blocks_s: f64,
 }
 
 /// How an output came about.
@@ -79,6 +92,7 @@ pub fn synthesize(
     progress: &dyn Progress,
 ) -> Result<Synthesis> {
     options.validate()?;
+    let begun = Instant::now();
     let quantised = Quantised::new(exemplars, limits)?;
     let positions = Positions::new(exemplars, options.block)?;
     let layout = Layout::new(options);
@@ -87,8 +101,10 @@ pub fn synthesize(
     let search = recipe.prepare(&quantised, &positions);
     let mut canvas = Canvas::new(layout.size, quantised.planes(), limits)?;
     let work = Work { options, quantised: &quantised, positions: &positions, search: &*search };
+    let prepare_s = begun.elapsed().as_secs_f64();
     let report = work.fill(&layout, &mut canvas, progress);
-    Ok(Synthesis { map: canvas.into_map(options.size, exemplars), report })
+    let times = Times { prepare_s, blocks_s: begun.elapsed().as_secs_f64() - prepare_s };
+    Ok(Synthesis { map: canvas.into_map(options.size, exemplars), report, times })
 }
 
 /// What every block needs to know.

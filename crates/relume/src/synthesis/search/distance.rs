@@ -170,7 +170,9 @@ mod tests {
                 let truth =
                     squared_distance(exemplars, query, Texel { exemplar: 0, y: y as u32, x: x as u32 });
                 assert_eq!(found, truth);
-                assert_eq!(target.groups.chunks(GROUPS).map(|part| portable(part, &exemplar.codes()[exemplar.start(x, y)..]), truth)).sum::<u64>();
+                let block = &exemplar.codes()[exemplar.start(x, y)..];
+                let parts = target.groups.chunks(GROUPS).map(|part| portable(part, block));
+                assert_eq!(parts.sum::<u64>(), truth);
             }
         }
     }

@@ -91,7 +91,6 @@ fn sync_folder(folder: &Path) {
 pub struct Folder {
     target: PathBuf,
     stage: TempDir,
-    names: Vec<PathBuf>,
 }
 
 impl Folder {
@@ -117,28 +116,31 @@ impl Folder {
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777));
         let stage =
             builder.tempdir_in(folder).map_err(|e| Error::io("cannot create the folder", &e).at(target))?;
-        Ok(Self { target: target.to_path_buf(), stage, names: Vec::new() })
+        Ok(Self { target: target.to_path_buf(), stage })
+    }
+
+    /// Where the folder's files are until it is committed.
+    pub fn path(&self) -> &Path {
+        self.stage.path()
     }
 
     /// Adds a file by its path within the folder.
     ///
     /// # Panics
     /// When the name leaves the folder; names are the program's own.
-    pub fn add(&mut self, name: impl AsRef<Path>, bytes: &[u8]) -> Result<()> {
+    pub fn add(&self, name: impl AsRef<Path>, bytes: &[u8]) -> Result<()> {
         let name = name.as_ref();
         assert!(name.components().all(|c| matches!(c, Component::Normal(_))), "names stay in the folder");
         let path = self.stage.path().join(name);
         let written = fs::create_dir_all(parent(&path))
             .and_then(|()| File::create(&path))
             .and_then(|mut file| file.write_all(bytes).and_then(|()| file.sync_all()));
-        written.map_err(|e| Error::io("cannot write the file", &e).at(self.target.join(name)))?;
-        self.names.push(name.to_path_buf());
-        Ok(())
+        written.map_err(|e| Error::io("cannot write the file", &e).at(self.target.join(name)))
     }
 
     /// Moves everything to its place: the whole folder at once where there was none.
     pub fn commit(self) -> Result<()> {
-        let Self { target, stage, names } = self;
+        let Self { target, stage } = self;
         let failed = |error: std::io::Error| Error::io("cannot put the folder in place", &error).at(&target);
         // An empty folder may be there already; removing one that is not empty fails, as it should.
         let _ = fs::remove_dir(&target);
@@ -146,13 +148,24 @@ impl Folder {
             let staged = stage.keep();
             fs::rename(&staged, &target).map_err(failed)?;
         } else {
-            for name in names {
-                let place = target.join(&name);
-                fs::create_dir_all(parent(&place)).map_err(failed)?;
-                fs::rename(stage.path().join(&name), &place).map_err(failed)?;
-            }
+            move_files(stage.path(), &target).map_err(failed)?;
         }
         sync_folder(parent(&target));
         Ok(())
     }
+}
+
+/// Moves all files below one folder to the same places below another.
+fn move_files(from: &Path, to: &Path) -> std::io::Result<()> {
+    fs::create_dir_all(to)?;
+    for entry in fs::read_dir(from)? {
+        let entry = entry?;
+        let place = to.join(entry.file_name());
+        if entry.file_type()?.is_dir() {
+            move_files(&entry.path(), &place)?;
+        } else {
+            fs::rename(entry.path(), place)?;
+        }
+    }
+    Ok(())
 }

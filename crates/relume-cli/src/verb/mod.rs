@@ -5,6 +5,7 @@
 //! To add one: a file here, an arm in [`Verb`] and in [`run`].
 
 mod capture;
+mod demo;
 mod fit;
 mod info;
 mod relight;
@@ -20,6 +21,8 @@ use crate::report::Report;
 /// What the program can do.
 #[derive(Debug, Subcommand)]
 pub enum Verb {
+    /// The whole job on a built-in material, with a page to look at
+    Demo(demo::Args),
     /// Photograph maps or a built-in material under a virtual light dome
     Capture(capture::Args),
     /// Fit reflectance functions to photographs under known lights
@@ -37,6 +40,7 @@ pub enum Verb {
 /// Runs one verb.
 pub fn run(verb: Verb, context: &Context) -> Result<Report> {
     match verb {
+        Verb::Demo(args) => demo::run(&args, context),
         Verb::Capture(args) => capture::run(&args, context),
         Verb::Fit(args) => fit::run(&args, context),
         Verb::Info(args) => info::run(&args, context),

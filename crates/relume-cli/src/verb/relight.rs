@@ -141,7 +141,7 @@ fn write_folder(
     lights: &[Direction],
     context: &Context,
 ) -> Result<()> {
-    let mut folder = output::Folder::stage(&args.output, context)?;
+    let folder = output::Folder::stage(&args.output, context)?;
     context.progress.start("relighting", lights.len() as u64);
     for (i, &light) in lights.iter().enumerate() {
         let bytes = encode_picture(&relight(field, light), PictureFormat::Png(Depth::Eight))?;

@@ -138,7 +138,7 @@ struct Applied<'a> {
 /// Names all outputs and refuses them before any work is done.
 fn check_outputs<'a>(args: &'a Args, context: &Context) -> Result<Vec<Applied<'a>>> {
     let count = args.exemplars.len();
-    if args.apply.len() % count != 0 {
+    if !args.apply.len().is_multiple_of(count) {
         return Err(Error::usage(format!(
             "--apply has {} images for {count} exemplars: give one for each exemplar in turn",
             args.apply.len()

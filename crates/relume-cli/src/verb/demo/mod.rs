@@ -1,0 +1,82 @@
+//! `relume demo`: the whole job on a built-in material, by the program's own verbs, and a page.
+
+mod page;
+
+use std::path::{Path, PathBuf};
+
+use clap::Parser;
+use relume::procedural::Material;
+use relume::{Error, Result};
+use serde_json::json;
+
+use crate::Cli;
+use crate::context::Context;
+use crate::output::Folder;
+use crate::report::Report;
+
+/// Arguments of `relume demo`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  relume demo -o demo\nthen open demo/index.html in a browser.")]
+pub struct Args {
+    /// The folder to write
+    #[arg(short, long, value_name = "DIR", default_value = "relume-demo")]
+    output: PathBuf,
+    /// The built-in material: sponge, weave, pebbles, leather or bark
+    #[arg(long, value_name = "NAME", default_value = "sponge")]
+    material: String,
+    /// Photographs under the virtual dome
+    #[arg(long, value_name = "N", default_value_t = 48)]
+    lights: u32,
+}
+
+/// The demo's commands; DIR is the output folder, MATERIAL and N are the options.
+const COMMANDS: [&str; 10] = [
+    "capture MATERIAL -o DIR/capture --lights N --size 256x256 --feature 44",
+    "fit DIR/capture -o DIR/small.ptm",
+    "synth DIR/small.ptm -o DIR/large.ptm --size 512x512 --tile --block 56 --overlap 14 --source-map DIR/source.npy",
+    "relight DIR/small.ptm --normals -o DIR/normals_gl.png",
+    "relight DIR/small.ptm --albedo -o DIR/albedo.png",
+    "relight DIR/large.ptm --light -0.55,0.5,0.67 -o DIR/large.png",
+    "relight DIR/small.ptm --sweep orbit:16 -o DIR/orbit.png",
+    "render DIR/large.ptm --mesh sphere --light -1,0.7,0.35 --size 640x640 -o DIR/sphere.png",
+    "render DIR/large.ptm --mesh sphere --light -1,0.7,0.35 --size 640x640 --plain -o DIR/sphere_plain.png",
+    "render DIR/large.ptm --mesh cloth --light 0.9,0.5,0.6 --camera 20,25 --size 640x640 -o DIR/cloth.png",
+];
+
+/// Runs the commands and writes the page.
+pub fn run(args: &Args, context: &Context) -> Result<Report> {
+    if Material::from_name(&args.material).is_none() {
+        let names = Material::ALL.map(Material::name).join(", ");
+        return Err(Error::usage(format!("there is no material '{}': choose one of {names}", args.material)));
+    }
+    let folder = Folder::stage(&args.output, context)?;
+    let reports = COMMANDS
+        .iter()
+        .map(|command| run_command(&words(command, args, folder.path()), context))
+        .collect::<Result<Vec<Report>>>()?;
+    let shown: Vec<String> =
+        COMMANDS.iter().map(|c| format!("relume {}", words(c, args, &args.output).join(" "))).collect();
+    let page = page::write(folder.path(), args, &reports[1].json["report"], &shown, context)?;
+    folder.add("index.html", page.as_bytes())?;
+    folder.commit()?;
+    let index = args.output.join("index.html");
+    let text = format!("{}\nOpen {} in a browser and drag the light.", shown.join("\n"), index.display());
+    Ok(Report::new(text, json!({ "page": index, "commands": shown })))
+}
+
+/// The words of a command with its places filled in.
+fn words(command: &str, args: &Args, folder: &Path) -> Vec<String> {
+    let fill = |word: &str| match word {
+        "MATERIAL" => args.material.clone(),
+        "N" => args.lights.to_string(),
+        _ => word.replace("DIR", &folder.display().to_string()),
+    };
+    command.split(' ').map(fill).collect()
+}
+
+/// Runs a verb as if it had been typed.
+fn run_command(words: &[String], context: &Context) -> Result<Report> {
+    let typed = std::iter::once("relume").chain(words.iter().map(String::as_str));
+    let cli = Cli::try_parse_from(typed).map_err(|e| Error::usage(e.to_string()))?;
+    super::run(cli.verb, context)
+}

@@ -1,0 +1,159 @@
+//! The demo's page: one file with all pictures and the texture's bytes inside.
+
+use std::fmt::Write;
+use std::fs;
+use std::path::Path;
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use relume::format::{Depth, Encoding, PictureFormat, encode_picture, npy, read_field};
+use relume::{Error, Picture, Planes, Result, Size, Space};
+use serde_json::{Value, json};
+
+use super::Args;
+use crate::context::Context;
+
+const TEMPLATE: &str = include_str!("page.html");
+
+/// The light of the photograph that the page shows as a plain texture.
+const PLAIN_LIGHT: [f64; 3] = [0.0, 0.0, 1.0];
+
+/// Fills the template from the folder's files.
+pub fn write(
+    folder: &Path,
+    args: &Args,
+    fit: &Value,
+    commands: &[String],
+    context: &Context,
+) -> Result<String> {
+    let small = read_field(&folder.join("small.ptm"), &context.limits)?.field;
+    let large = read_field(&folder.join("large.ptm"), &context.limits)?.field;
+    let decibels = |value: &Value| value.as_f64().map_or("no".to_owned(), |db| format!("{db:.1}"));
+    let lights = fit["lights"].as_array().map(Vec::as_slice).unwrap_or_default();
+    let worst = lights.iter().filter_map(|l| l["psnr_db"].as_f64()).fold(f64::INFINITY, f64::min);
+    let source = folder.join("source.png");
+    fs::write(&source, source_picture(folder, small.size(), context)?)
+        .map_err(|e| Error::io("cannot write", &e).at(&source))?;
+    let figures = |files: &[(&str, &str)]| figures(folder, files);
+    let photographs = photographs(folder, args.lights)?;
+    let photographs: Vec<(&str, &str)> =
+        photographs.iter().map(|(file, text)| (file.as_str(), text.as_str())).collect();
+    let fields = [
+        ("lights", args.lights.to_string()),
+        ("exemplar", small.size().to_string()),
+        ("size", large.size().to_string()),
+        ("material", args.material.clone()),
+        ("psnr", decibels(&fit["error"]["psnr_db"])),
+        ("worst", format!("{worst:.1}")),
+        ("still", data_uri(&folder.join("large.png"))?),
+        ("photographs", figures(&photographs)?),
+        (
+            "fitted",
+            figures(&[
+                ("orbit.png", "relit, the light going round"),
+                ("normals_gl.png", "normals, +Y: green points up"),
+                ("albedo.png", "each texel at its brightest"),
+            ])?,
+        ),
+        (
+            "synthesis",
+            figures(&[
+                ("large.png", "the large texture; it tiles"),
+                ("source.png", "where each texel comes from: red is x, green is y in the small one"),
+            ])?,
+        ),
+        (
+            "comparison",
+            figures(&[
+                ("sphere.png", "reflectance texture"),
+                ("sphere_plain.png", "one photograph as a plain texture"),
+                ("cloth.png", "reflectance texture on cloth"),
+            ])?,
+        ),
+        ("commands", commands.join("\n")),
+        ("data", shader_data(&folder.join("large.ptm"), context)?.to_string()),
+    ];
+    Ok(fields
+        .iter()
+        .fold(TEMPLATE.to_owned(), |page, (name, value)| page.replace(&format!("{{{{{name}}}}}"), value)))
+}
+
+/// Four photographs spread over the lights, with captions.
+fn photographs(folder: &Path, lights: u32) -> Result<Vec<(String, String)>> {
+    let path = folder.join("capture/lights.lp");
+    let text = fs::read(&path).map_err(|e| Error::io("cannot read", &e).at(&path))?;
+    let entries = relume::capture::lp::parse(&text).map_err(|e| e.at(&path))?;
+    let wanted = [0, lights as usize / 3, lights as usize * 2 / 3, lights as usize - 1];
+    let caption = |light: relume::Direction| {
+        let [x, y, z] = light.to_array();
+        format!("light {x:.2}, {y:.2}, {z:.2}")
+    };
+    let chosen = wanted.into_iter().filter_map(|i| entries.get(i));
+    Ok(chosen.map(|entry| (format!("capture/{}", entry.name), caption(entry.light))).collect())
+}
+
+/// Pictures with captions.
+fn figures(folder: &Path, files: &[(&str, &str)]) -> Result<String> {
+    let mut html = String::new();
+    for (file, caption) in files {
+        let uri = data_uri(&folder.join(file))?;
+        let _ = write!(
+            html,
+            "<figure><img alt=\"{caption}\" src=\"{uri}\"><figcaption>{caption}</figcaption></figure>"
+        );
+    }
+    Ok(html)
+}
+
+fn data_uri(path: &Path) -> Result<String> {
+    let bytes = fs::read(path).map_err(|e| Error::io("cannot read", &e).at(path))?;
+    Ok(png_uri(&bytes))
+}
+
+fn png_uri(bytes: &[u8]) -> String {
+    format!("data:image/png;base64,{}", STANDARD.encode(bytes))
+}
+
+/// The source map as colours, as a PNG.
+fn source_picture(folder: &Path, exemplar: Size, context: &Context) -> Result<Vec<u8>> {
+    let path = folder.join("source.npy");
+    let bytes = fs::read(&path).map_err(|e| Error::io("cannot read", &e).at(&path))?;
+    let array = npy::decode_i32(&bytes, &context.limits).map_err(|e| e.at(&path))?;
+    let mut planes = Planes::zeros(array.size, 3);
+    for (k, side) in [exemplar.width, exemplar.height].into_iter().enumerate() {
+        let sources = array.values.iter().skip(k).step_by(array.components);
+        planes.plane_mut(k).iter_mut().zip(sources).for_each(|(out, &v)| *out = v as f32 / side as f32);
+    }
+    encode_picture(&Picture { planes, space: Space::Srgb }, PictureFormat::Png(Depth::Eight))
+}
+
+/// The bytes of an LRGB texture map as three pictures, with scale and bias, for the page's shader.
+fn shader_data(path: &Path, context: &Context) -> Result<Value> {
+    let file = read_field(path, &context.limits)?;
+    let Encoding::Ptm(encoding) = file.encoding else {
+        return Err(Error::invalid("is no texture map").at(path));
+    };
+    let bytes_of = |k: usize| -> Vec<f32> {
+        let plane = file.field.coefficients().plane(k).iter();
+        match (encoding.scale.get(k), encoding.bias.get(k)) {
+            (Some(scale), Some(bias)) => plane.map(|v| (v * 255.0 / scale + bias).round() / 255.0).collect(),
+            _ => plane.copied().collect(),
+        }
+    };
+    let picture = |first: usize| -> Result<String> {
+        let planes = Planes::from_vec(file.field.size(), 3, (first..first + 3).flat_map(bytes_of).collect())?;
+        let picture = Picture { planes, space: Space::Srgb };
+        Ok(png_uri(&encode_picture(&picture, PictureFormat::Png(Depth::Eight))?))
+    };
+    let scale = encoding.scale.map(|s| s / 255.0);
+    Ok(json!({
+        "low": picture(0)?,
+        "high": picture(3)?,
+        "tint": picture(6)?,
+        "scaleLow": scale[..3],
+        "biasLow": encoding.bias[..3],
+        "scaleHigh": scale[3..],
+        "biasHigh": encoding.bias[3..],
+        "plainLight": PLAIN_LIGHT,
+    }))
+}

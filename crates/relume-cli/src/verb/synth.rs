@@ -92,7 +92,8 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let options = options(args);
     options.validate()?;
     let files = read_all(&args.exemplars, context)?;
-    let images = applied.iter().map(|job| read_all(job.images, context)).collect::<Result<Vec<_>>>()?;
+    let images =
+        applied.iter().map(|job| read_registered(job.images, &files, context)).collect::<Result<Vec<_>>>()?;
     let made = synthesise(args, &files, &options, context)?;
     let output = apply(&made.map, &files, &args.output, context)?;
     let mut bytes = vec![(args.output.clone(), output)];
@@ -144,7 +145,9 @@ fn check_outputs<'a>(args: &'a Args, context: &Context) -> Result<Vec<Applied<'a
             args.apply.len()
         )));
     }
-    if args.exemplars.iter().chain(&args.apply).filter(|path| output::is_stream(path)).count() > 1 {
+    let inputs: Vec<&Path> =
+        [&args.exemplars, &args.apply, &args.exclude].into_iter().flatten().map(PathBuf::as_path).collect();
+    if inputs.iter().filter(|path| output::is_stream(path)).count() > 1 {
         return Err(Error::usage("standard input can be read only once: give - for one input at most"));
     }
     let jobs = args
@@ -152,7 +155,6 @@ fn check_outputs<'a>(args: &'a Args, context: &Context) -> Result<Vec<Applied<'a
         .chunks(count)
         .map(|images| applied_output(args, &images[0]).map(|output| Applied { images, output }));
     let jobs = jobs.collect::<Result<Vec<_>>>()?;
-    let inputs: Vec<&Path> = args.exemplars.iter().chain(&args.apply).map(PathBuf::as_path).collect();
     let mut outputs: Vec<&Path> = vec![&args.output];
     outputs.extend(args.source_map.as_deref());
     outputs.extend(args.report.as_deref());
@@ -206,6 +208,22 @@ fn read_all(paths: &[PathBuf], context: &Context) -> Result<Vec<FieldFile>> {
         }
     }
     Ok(files)
+}
+
+/// Reads images that must be as large as the exemplars, one for each.
+fn read_registered(paths: &[PathBuf], exemplars: &[FieldFile], context: &Context) -> Result<Vec<FieldFile>> {
+    let images = read_all(paths, context)?;
+    for ((image, exemplar), path) in images.iter().zip(exemplars).zip(paths) {
+        let (found, expected) = (image.field.size(), exemplar.field.size());
+        if found != expected {
+            return Err(Error::usage(format!(
+                "is {found} texels and its exemplar {expected}: --apply takes images registered with the \
+                 exemplar, texel by texel"
+            ))
+            .at(path));
+        }
+    }
+    Ok(images)
 }
 
 fn synthesise(

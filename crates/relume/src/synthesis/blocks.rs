@@ -95,7 +95,7 @@ pub fn synthesize(
     let begun = Instant::now();
     let quantised = Quantised::new(exemplars, limits)?;
     let positions = Positions::new(exemplars, options.block)?;
-    let layout = Layout::new(options);
+    let layout = Layout::new(options, limits)?;
     let recipe = plan(&options.search, options, &layout, quantised.planes());
     limits.check_bytes("preparing the search", recipe.bytes(&quantised))?;
     let search = recipe.prepare(&quantised, &positions);
@@ -246,7 +246,7 @@ mod tests {
             let limits = Limits::default();
             let quantised = Quantised::new(&exemplars, &limits).unwrap();
             let positions = Positions::new(&exemplars, options.block).unwrap();
-            let mut layout = Layout::new(&options);
+            let mut layout = Layout::new(&options, &limits).unwrap();
             layout.waves = (0..layout.sequence.len()).map(|index| vec![index]).collect();
             let mut canvas = Canvas::new(layout.size, planes, &limits).unwrap();
             let search = Plain { exemplars: &quantised, positions: &positions };

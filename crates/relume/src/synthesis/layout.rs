@@ -14,6 +14,9 @@
 
 use super::neighbourhood::{Margins, Neighbourhood};
 use super::options::{BlockOptions, Boundary};
+use super::source_map::Texel;
+use crate::error::Result;
+use crate::limits::Limits;
 use crate::planes::Size;
 
 /// One block of the output.
@@ -46,9 +49,16 @@ pub struct Layout {
 
 impl Layout {
     /// The blocks of valid options.
-    pub fn new(options: &BlockOptions) -> Self {
+    ///
+    /// # Errors
+    /// When the output or the number of its blocks exceeds the limits.
+    pub fn new(options: &BlockOptions, limits: &Limits) -> Result<Self> {
+        limits.check("the synthesised output", options.size, size_of::<Texel>() as u64)?;
         let columns = Axis::new(options.size.width, options);
         let rows = Axis::new(options.size.height, options);
+        let bytes_per_block = (size_of::<Block>() + 3 * size_of::<usize>()) as u64;
+        let bytes = (columns.count() as u64 * rows.count() as u64).saturating_mul(bytes_per_block);
+        limits.check_bytes("the plan of so many blocks", bytes)?;
         let mut sequence = Vec::with_capacity(columns.count() * rows.count());
         for row in 0..rows.count() {
             let start = if options.boundary == Boundary::Torus { row % columns.count() } else { 0 };
@@ -69,7 +79,7 @@ impl Layout {
         }
         let waves = waves(&sequence, columns.count(), rows.count(), options.boundary);
         let size = Size::new(columns.covered(), rows.covered());
-        Self { size, columns: columns.count(), rows: rows.count(), sequence, waves }
+        Ok(Self { size, columns: columns.count(), rows: rows.count(), sequence, waves })
     }
 }
 
@@ -163,6 +173,10 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
+    fn plan(options: &BlockOptions) -> Layout {
+        Layout::new(options, &Limits::default()).unwrap()
+    }
+
     fn texels(block: &Block, size: Size) -> impl Iterator<Item = (usize, bool)> + use<> {
         let block = *block;
         let shape = block.neighbourhood;
@@ -192,7 +206,7 @@ mod tests {
         #[test]
         fn neighbourhoods_are_what_earlier_blocks_filled_and_all_is_covered(options in options()) {
             prop_assert!(options.validate().is_ok());
-            let layout = Layout::new(&options);
+            let layout = plan(&options);
             let mut filled = vec![false; layout.size.texels()];
             for block in &layout.sequence {
                 let before: Vec<(usize, bool)> = texels(block, layout.size).collect();
@@ -206,7 +220,7 @@ mod tests {
 
         #[test]
         fn waves_keep_the_order_of_blocks_that_touch(options in options()) {
-            let layout = Layout::new(&options);
+            let layout = plan(&options);
             let mut wave_of = vec![usize::MAX; layout.sequence.len()];
             for (number, wave) in layout.waves.iter().enumerate() {
                 wave.iter().for_each(|&index| wave_of[index] = number);
@@ -225,7 +239,7 @@ mod tests {
             // Up to a third of the block, and always on outputs of at least two blocks.
             prop_assume!(3 * options.overlap <= options.block);
             prop_assume!(options.size.width.min(options.size.height) >= 2 * options.block);
-            for block in Layout::new(&options).sequence {
+            for block in plan(&options).sequence {
                 let Margins { left, top, right, bottom } = block.neighbourhood.margins;
                 prop_assert!([left, top, right, bottom].iter().all(|m| *m == 0 || *m >= options.overlap));
             }
@@ -236,14 +250,23 @@ mod tests {
     fn waves_are_skewed_diagonals() {
         let options =
             BlockOptions { size: Size::new(90, 60), block: 12, overlap: 2, ..BlockOptions::default() };
-        let layout = Layout::new(&options);
+        let layout = plan(&options);
         for (number, wave) in layout.waves.iter().enumerate() {
             for &index in wave {
                 let block = layout.sequence[index];
                 assert_eq!(number, block.number % layout.columns + 2 * (block.number / layout.columns));
             }
         }
-        let torus = Layout::new(&BlockOptions { boundary: Boundary::Torus, ..options });
+        let torus = plan(&BlockOptions { boundary: Boundary::Torus, ..options });
         assert!(torus.waves.len() < torus.sequence.len() / 2, "rows of a torus overlap in time");
+    }
+
+    #[test]
+    fn blocks_beyond_the_limits_are_refused() {
+        let options =
+            BlockOptions { size: Size::new(4000, 4000), block: 2, overlap: 1, ..Default::default() };
+        let limits = Limits { max_bytes: 1 << 29, ..Limits::default() };
+        assert!(limits.check("the output alone", options.size, 12).is_ok());
+        assert!(Layout::new(&options, &limits).unwrap_err().message().contains("blocks"));
     }
 }

@@ -5,6 +5,7 @@ mod layering;
 mod format_pictures;
 mod format_robustness;
 mod format_round_trips;
+mod goldens;
 mod ptm_independent;
 mod ptm_precision;
 mod real_captures;

@@ -2,12 +2,14 @@
 //! format alone and sharing nothing with the library: lines of text, blocks of bytes, rows from the
 //! bottom, one relit value at a time.
 
+use relume::capture::{Capture, Pairing};
 use relume::field::{Basis, ColorModel};
-use relume::format::{Encoding, FieldFormat, PtmEncoding, decode_field, encode_field};
+use relume::fit::{FitOptions, fit};
+use relume::format::{Encoding, FieldFormat, PtmEncoding, decode_field, encode_field, read_raster};
 use relume::numeric::random::Stream;
 use relume::{Direction, Size, Space};
 
-use crate::support::{LIMITS, random_field};
+use crate::support::{LIMITS, data, random_field};
 
 /// A texture map taken apart by hand.
 struct Map {
@@ -163,4 +165,33 @@ fn values_beyond_a_given_encoding_are_clamped() {
     let file = encode_field(&field, FieldFormat::Ptm, Some(&encoding), &LIMITS).unwrap();
     let data = take_apart(&file).data;
     assert!(data.contains(&0) && data.contains(&255));
+}
+
+#[test]
+fn a_fit_of_measured_wool_is_read_by_the_other_decoder() {
+    let Some(folder) = data("captures/wool") else { return };
+    let capture = Capture::open(&folder, Pairing::ByName).unwrap();
+    let load = |i: usize| read_raster(&capture.photographs[i].path, &LIMITS);
+    for color in [ColorModel::Rgb, ColorModel::Lrgb] {
+        let options = FitOptions { color, ..FitOptions::default() };
+        let field = fit(&capture.lights(), &load, &options, &LIMITS, &()).unwrap().field;
+        let map = take_apart(&encode_field(&field, FieldFormat::Ptm, None, &LIMITS).unwrap());
+        let mut squares = 0.0;
+        for photograph in &capture.photographs {
+            let light = photograph.light;
+            for (x, y) in (0..64).map(|i| (i * 37 % 256, i * 101 % 256)) {
+                for (channel, truth) in field.value(x, y, light).into_iter().enumerate() {
+                    let found = map.relit(x, y, channel, light.x(), light.y()) / 255.0;
+                    squares += (found - f64::from(truth)).powi(2);
+                }
+            }
+        }
+        let rmse = (squares / (capture.photographs.len() * 64 * 3) as f64).sqrt();
+        println!(
+            "wool {}: stored in bytes, relit values are off by {:.3} of 255",
+            color.name(),
+            255.0 * rmse
+        );
+        assert!(rmse < 1.0 / 255.0, "{color:?}: {rmse}");
+    }
 }

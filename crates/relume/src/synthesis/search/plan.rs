@@ -9,7 +9,8 @@ use crate::synthesis::options::{BlockOptions, Boundary};
 use crate::synthesis::positions::Positions;
 use crate::synthesis::quantise::Quantised;
 
-/// Codes of a strip above which exact integer projections have too few bits to be of use.
+/// Codes of a strip above which integer projections have too few bits to be of use, and in the end
+/// to be exact.
 const WIDEST_STRIP: usize = 1 << 16;
 
 /// A decision.
@@ -38,11 +39,11 @@ pub fn plan(options: &SearchOptions, blocks: &BlockOptions, layout: &Layout, pla
     match options.method {
         SearchMethod::Brute => Recipe::Brute,
         SearchMethod::Fft => Recipe::Fft,
-        SearchMethod::Projection => projection,
         // Preparing costs about as much as one brute search a kernel.
         SearchMethod::Auto if layout.sequence.len() <= options.kernels => Recipe::Brute,
-        SearchMethod::Auto if strip_codes > WIDEST_STRIP => Recipe::Fft,
-        SearchMethod::Auto => projection,
+        // Asked for or not: projections of such strips would no longer be exact in 32 bits.
+        SearchMethod::Auto | SearchMethod::Projection if strip_codes > WIDEST_STRIP => Recipe::Fft,
+        SearchMethod::Auto | SearchMethod::Projection => projection,
     }
 }
 
@@ -78,5 +79,24 @@ impl Recipe {
                 Box::new(Projection::new(exemplars, positions, strips, basis, kernels))
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::limits::Limits;
+    use crate::planes::Size;
+
+    #[test]
+    fn strips_too_wide_for_exact_projections_are_correlated() {
+        let blocks =
+            BlockOptions { size: Size::new(2400, 2400), block: 600, overlap: 300, ..BlockOptions::default() };
+        let layout = Layout::new(&blocks, &Limits::default()).unwrap();
+        let search = SearchOptions { method: SearchMethod::Projection, ..SearchOptions::default() };
+        assert_eq!(plan(&search, &blocks, &layout, 18), Recipe::Fft);
+        let narrow = BlockOptions { block: 32, overlap: 8, ..blocks };
+        let layout = Layout::new(&narrow, &Limits::default()).unwrap();
+        assert!(matches!(plan(&search, &narrow, &layout, 18), Recipe::Projection { .. }));
     }
 }

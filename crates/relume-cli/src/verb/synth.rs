@@ -126,7 +126,12 @@ fn options(args: &Args) -> BlockOptions {
         blend: args.blend,
         boundary: if args.tile { Boundary::Torus } else { Boundary::Open },
         seed: args.seed,
-        search: SearchOptions { method: args.search, basis: args.kernels, ..SearchOptions::default() },
+        search: SearchOptions {
+            method: args.search,
+            basis: args.kernels,
+            curve: args.report.is_some(),
+            ..SearchOptions::default()
+        },
     }
 }
 

@@ -2,6 +2,7 @@
 
 pub mod decibel;
 pub mod matrix;
+pub mod pairs;
 pub mod quadrature;
 pub mod random;
 

@@ -18,7 +18,7 @@ use super::options::{Blend, BlockOptions};
 use super::positions::Positions;
 use super::quantise::{Exemplar, Quantised};
 use super::search::plan::plan;
-use super::search::{Acceptance, Effort, Query, Search};
+use super::search::{Acceptance, Effort, Found, Query, Search};
 use super::source_map::{SourceMap, Texel};
 use crate::error::Result;
 use crate::limits::Limits;
@@ -41,8 +41,10 @@ pub struct Synthesis {
 pub struct Times {
     /// Quantising the exemplars and preparing the search.
     pub prepare_s: f64,
-    /// Searching and joining all blocks.
-    pub blocks_s: f64,
+    /// Searching for all blocks.
+    pub search_s: f64,
+    /// Drawing and joining all blocks, and the rejection curve where it is asked for.
+    pub join_s: f64,
 }
 
 /// How an output came about.
@@ -60,9 +62,34 @@ pub struct Report {
     pub candidates: u64,
     /// What the searches took together.
     pub effort: Effort,
+    /// The rejection curve, where it was asked for and the search has one.
+    pub curve: Option<RejectionCurve>,
     /// The blocks in the order in which they were placed.
     pub placements: Vec<Placement>,
 }
+
+/// What projections reject, summed over a sample of the blocks.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct RejectionCurve {
+    /// Blocks in the sample.
+    pub blocks: usize,
+    /// Positions looked at for them.
+    pub positions: u64,
+    /// Positions that remain after each kernel of every cell.
+    pub remaining: Vec<u64>,
+}
+
+impl RejectionCurve {
+    /// Adds another block of the sample.
+    fn add(&mut self, positions: usize, remaining: &[u64]) {
+        self.blocks += 1;
+        self.positions += positions as u64;
+        self.remaining.iter_mut().zip(remaining).for_each(|(sum, more)| *sum += more);
+    }
+}
+
+/// Blocks on which the rejection curve is measured.
+const CURVE_BLOCKS: usize = 16;
 
 /// One block's choice.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -96,14 +123,14 @@ pub fn synthesize(
     let quantised = Quantised::new(exemplars, limits)?;
     let positions = Positions::new(exemplars, options.block)?;
     let layout = Layout::new(options, limits)?;
-    let recipe = plan(&options.search, options, &layout, quantised.planes());
+    let recipe = plan(&options.search, options, &layout);
     limits.check_bytes("preparing the search", recipe.bytes(&quantised))?;
     let search = recipe.prepare(&quantised, &positions);
     let mut canvas = Canvas::new(layout.size, quantised.planes(), limits)?;
     let work = Work { options, quantised: &quantised, positions: &positions, search: &*search };
     let prepare_s = begun.elapsed().as_secs_f64();
-    let report = work.fill(&layout, &mut canvas, progress);
-    let times = Times { prepare_s, blocks_s: begun.elapsed().as_secs_f64() - prepare_s };
+    let (report, search_s) = work.fill(&layout, &mut canvas, progress);
+    let times = Times { prepare_s, search_s, join_s: begun.elapsed().as_secs_f64() - prepare_s - search_s };
     Ok(Synthesis { map: canvas.into_map(options.size, exemplars), report, times })
 }
 
@@ -123,18 +150,33 @@ struct Decision {
 }
 
 impl Work<'_> {
-    /// Places all blocks, wave after wave: the blocks of a wave do not touch.
-    fn fill(&self, layout: &Layout, canvas: &mut Canvas, progress: &dyn Progress) -> Report {
+    /// Places all blocks, wave after wave: the blocks of a wave do not touch. Returns the seconds
+    /// that the searches took beside the report.
+    fn fill(&self, layout: &Layout, canvas: &mut Canvas, progress: &dyn Progress) -> (Report, f64) {
         progress.start("synthesising blocks", layout.sequence.len() as u64);
         let mut placements: Vec<Option<Placement>> = vec![None; layout.sequence.len()];
         let mut effort = Effort::default();
+        let mut search_s = 0.0;
+        let mut curve = None;
+        let sampled = layout.sequence.len().div_ceil(CURVE_BLOCKS);
         for wave in &layout.waves {
-            let decide = |&index: &usize| {
-                let decision = self.decide(&layout.sequence[index], canvas);
-                progress.advance(1);
-                decision
-            };
-            let decisions: Vec<Decision> = wave.par_iter().map(decide).collect();
+            let blocks: Vec<&Block> = wave.iter().map(|&index| &layout.sequence[index]).collect();
+            let queries: Vec<Query> = blocks.par_iter().map(|block| self.query(block, canvas)).collect();
+            let begun = Instant::now();
+            let found = self.search(&queries);
+            search_s += begun.elapsed().as_secs_f64();
+            if self.options.search.curve {
+                let chosen = wave.iter().map(|index| index % sampled == sampled / 2);
+                chosen.zip(&queries).zip(&found).filter(|((chosen, _), _)| *chosen).for_each(
+                    |((_, query), found)| {
+                        self.measure(query, found.as_ref(), &mut curve);
+                    },
+                );
+            }
+            let jobs = blocks.par_iter().zip(&queries).zip(found);
+            let decisions: Vec<Decision> =
+                jobs.map(|((block, query), found)| self.draw(block, query, found)).collect();
+            progress.advance(wave.len() as u64);
             for (&index, decision) in wave.iter().zip(decisions) {
                 let source = decision.placement.source;
                 effort.add(&decision.effort);
@@ -143,36 +185,64 @@ impl Work<'_> {
             }
         }
         let placements: Vec<Placement> = placements.into_iter().flatten().collect();
-        Report {
+        let report = Report {
             columns: layout.columns,
             rows: layout.rows,
             positions: self.positions.count(),
             step: self.quantised.step(),
             candidates: placements.iter().skip(1).map(|p| p.candidates as u64).sum(),
             effort,
+            curve,
             placements,
+        };
+        (report, search_s)
+    }
+
+    /// The candidates of blocks that do not touch; none for the first block, which fits anything.
+    fn search(&self, queries: &[Query]) -> Vec<Option<Found>> {
+        match queries {
+            [first] if first.neighbourhood.is_empty() => vec![None],
+            _ => self.search.candidates(queries).into_iter().map(Some).collect(),
         }
     }
 
-    /// Chooses a block and how it is joined.
-    fn decide(&self, block: &Block, canvas: &Canvas) -> Decision {
+    /// Adds a block to the rejection curve.
+    fn measure(&self, query: &Query, found: Option<&Found>, curve: &mut Option<RejectionCurve>) {
+        let remaining = found.and_then(|found| self.search.rejection_curve(query, found.candidates.best));
+        let Some(remaining) = remaining else { return };
+        let empty = || RejectionCurve { blocks: 0, positions: 0, remaining: vec![0; remaining.len()] };
+        curve.get_or_insert_with(empty).add(self.positions.count(), &remaining);
+    }
+
+    /// What a block has to fit.
+    fn query(&self, block: &Block, canvas: &Canvas) -> Query {
+        let (texels, step) = (block.neighbourhood.texels(), self.quantised.step());
+        Query {
+            neighbourhood: block.neighbourhood,
+            codes: canvas.patch(block),
+            acceptance: Acceptance::new(self.options.tolerance, texels, step),
+            likely: canvas.continuations(block),
+        }
+    }
+
+    /// Draws one of the candidates; one of all positions where there is nothing to fit.
+    fn draw(&self, block: &Block, query: &Query, found: Option<Found>) -> Decision {
         let mut stream = Stream::new(self.options.seed, block.number as u64);
-        let query = Query { neighbourhood: block.neighbourhood, codes: canvas.patch(block) };
-        let (source, candidates, best, effort) = if query.neighbourhood.is_empty() {
-            let count = self.positions.count();
-            (self.positions.nth(stream.below(count)), count, 0.0, Effort::default())
-        } else {
-            let (texels, step) = (query.neighbourhood.texels(), self.quantised.step());
-            let acceptance = Acceptance::new(self.options.tolerance, texels, step);
-            let found = self.search.candidates(&query, acceptance);
-            let fitting = found.candidates.positions;
-            let best = (found.candidates.best as f64 / texels as f64).sqrt() * step;
-            (fitting[stream.below(fitting.len())], fitting.len(), best, found.effort)
+        let (source, candidates, best, effort) = match found {
+            None => {
+                let count = self.positions.count();
+                (self.positions.nth(stream.below(count)), count, 0.0, Effort::default())
+            }
+            Some(Found { candidates, effort }) => {
+                let (texels, step) = (query.neighbourhood.texels(), self.quantised.step());
+                let best = (candidates.best as f64 / texels as f64).sqrt() * step;
+                let fitting = candidates.positions;
+                (fitting[stream.below(fitting.len())], fitting.len(), best, effort)
+            }
         };
-        let weights = self.weights(&query, source);
         Decision {
             placement: Placement { x: block.x, y: block.y, source, candidates, best },
-            weights,
+            weights: self.weights(query, source),
             effort,
         }
     }
@@ -251,7 +321,7 @@ mod tests {
             let mut canvas = Canvas::new(layout.size, planes, &limits).unwrap();
             let search = Plain { exemplars: &quantised, positions: &positions };
             let work = Work { options: &options, quantised: &quantised, positions: &positions, search: &search };
-            let report = work.fill(&layout, &mut canvas, &());
+            let (report, _) = work.fill(&layout, &mut canvas, &());
             let map = canvas.into_map(options.size, &exemplars);
             for threads in [1, 2, 5] {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();

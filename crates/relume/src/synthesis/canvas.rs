@@ -49,6 +49,25 @@ impl Canvas {
         patch
     }
 
+    /// Positions from which what lies at the middles of a block's filled sides, and in its first
+    /// corner, would be continued.
+    pub fn continuations(&self, block: &Block) -> Vec<Texel> {
+        let (shape, size) = (block.neighbourhood, self.size);
+        let Size { width, height } = shape.extent;
+        let (across, down) = (width / 2, height / 2);
+        let probes = [(0, 0), (across, 0), (0, down), (width - 1, down), (across, height - 1)];
+        let filled = probes.into_iter().filter(|&(dx, dy)| shape.contains(dx, dy));
+        let source = |(dx, dy): (usize, usize)| {
+            let texel = size.index((block.x + dx) % size.width, (block.y + dy) % size.height);
+            let Texel { exemplar, y, x } = self.sources[texel];
+            Some(Texel { exemplar, y: y.checked_sub(dy as u32)?, x: x.checked_sub(dx as u32)? })
+        };
+        let mut positions: Vec<Texel> = filled.filter_map(source).collect();
+        positions.sort_unstable();
+        positions.dedup();
+        positions
+    }
+
     /// Puts the exemplar block at `position` into its place; `weights` are its shares, texel by
     /// texel: 1 copies, 0 keeps what is there, anything between blends.
     pub fn paste(&mut self, block: &Block, exemplars: &Quantised, position: Texel, weights: &[f32]) {

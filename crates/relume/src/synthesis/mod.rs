@@ -29,7 +29,7 @@ pub mod quantise;
 pub mod search;
 pub mod source_map;
 
-pub use blocks::{Placement, Report, Synthesis, Times, synthesize};
+pub use blocks::{Placement, RejectionCurve, Report, Synthesis, Times, synthesize};
 pub use gather::gather;
 pub use options::{Blend, BlockOptions, Boundary, Tolerance};
 pub use quantise::Exemplar;

@@ -73,6 +73,14 @@ impl Positions {
         self.count
     }
 
+    /// Whether a block can be taken from `position`.
+    pub fn contains(&self, position: Texel) -> bool {
+        let after = self.runs.partition_point(|run| run.first <= position);
+        let Some(run) = after.checked_sub(1).map(|i| self.runs[i]) else { return false };
+        let Texel { exemplar, y, x } = run.first;
+        (exemplar, y) == (position.exemplar, position.y) && ((position.x - x) as usize) < run.length
+    }
+
     /// The position of the given number.
     ///
     /// # Panics
@@ -152,6 +160,12 @@ mod tests {
             }
             let found = found.unwrap();
             assert_eq!((0..found.count()).map(|n| found.nth(n)).collect::<Vec<_>>(), truth);
+            for exemplar in 0..3 {
+                for (y, x) in (0..12).flat_map(|y| (0..10).map(move |x| (y, x))) {
+                    let position = Texel { exemplar, y, x };
+                    assert_eq!(found.contains(position), truth.contains(&position));
+                }
+            }
         }
     }
 

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::distance::Target;
-use super::{Acceptance, Candidates, Effort, Found, Query, Search};
+use super::{Candidates, Effort, Found, Query, Search};
 use crate::synthesis::positions::{Positions, Run};
 use crate::synthesis::quantise::Quantised;
 use crate::synthesis::source_map::Texel;
@@ -18,7 +18,14 @@ pub struct Brute<'a> {
 }
 
 impl Search for Brute<'_> {
-    fn candidates(&self, query: &Query, acceptance: Acceptance) -> Found {
+    fn candidates(&self, queries: &[Query]) -> Vec<Found> {
+        queries.par_iter().map(|query| self.look(query)).collect()
+    }
+}
+
+impl Brute<'_> {
+    fn look(&self, query: &Query) -> Found {
+        let acceptance = query.acceptance;
         let targets = Target::all(query, self.exemplars);
         let near = |run: &Run| -> Vec<(Texel, u64)> {
             let Texel { exemplar, y, x } = run.first;
@@ -29,7 +36,7 @@ impl Search for Brute<'_> {
         };
         let near = self.positions.runs().par_iter().flat_map_iter(near).collect();
         let count = self.positions.count() as u64;
-        let effort = Effort { examined: count, verified: count, ..Effort::default() };
+        let effort = Effort { examined: count, verified: count };
         Found { candidates: Candidates::within(near, acceptance), effort }
     }
 }

@@ -16,7 +16,7 @@ use rustfft::{Fft as ComplexFft, FftPlanner};
 
 use super::distance::Target;
 use super::summed_area::SummedArea;
-use super::{Acceptance, Candidates, Effort, Found, Query, Search};
+use super::{Candidates, Effort, Found, Query, Search};
 use crate::planes::Size;
 use crate::synthesis::positions::Positions;
 use crate::synthesis::quantise::{IndexTexels, Quantised};
@@ -98,7 +98,14 @@ impl<'a> Fft<'a> {
 }
 
 impl Search for Fft<'_> {
-    fn candidates(&self, query: &Query, acceptance: Acceptance) -> Found {
+    fn candidates(&self, queries: &[Query]) -> Vec<Found> {
+        queries.par_iter().map(|query| self.correlate(query)).collect()
+    }
+}
+
+impl Fft<'_> {
+    fn correlate(&self, query: &Query) -> Found {
+        let acceptance = query.acceptance;
         let approximate: Vec<(Vec<f64>, f64)> =
             self.spectra.par_iter().map(|spectra| self.distances(query, spectra)).collect();
         let targets = Target::all(query, self.exemplars);
@@ -114,7 +121,7 @@ impl Search for Fft<'_> {
         // No distance is larger than this one, so neither is the smallest.
         let above = all().map(|(_, value, error)| value + error).fold(f64::INFINITY, f64::min);
         let limit = acceptance.limit(above.max(0.0).ceil() as u64) as f64;
-        let mut effort = Effort { examined: self.positions.count() as u64, ..Effort::default() };
+        let mut effort = Effort { examined: self.positions.count() as u64, verified: 0 };
         let mut near = Vec::new();
         for (position, _, _) in all().filter(|(_, value, error)| value - error <= limit) {
             effort.verified += 1;

@@ -26,13 +26,17 @@ use super::options::Tolerance;
 use super::source_map::Texel;
 
 /// What a block has to fit.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Query {
     /// Which of its texels are filled.
     pub neighbourhood: Neighbourhood,
     /// The codes of the whole extent, the planes of a texel together, row after row; those of
     /// texels that are not filled have no meaning.
     pub codes: Vec<i16>,
+    /// Which distances are good enough.
+    pub acceptance: Acceptance,
+    /// Positions that are expected to be near, if they can be taken; they change the time only.
+    pub likely: Vec<Texel>,
 }
 
 /// Positions whose blocks fit well enough.
@@ -55,13 +59,11 @@ impl Candidates {
 }
 
 /// How much a search did.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 pub struct Effort {
-    /// Positions looked at, again where they were looked at again.
+    /// Positions looked at.
     pub examined: u64,
-    /// Positions rejected by each projection in turn, the last one being the length of the rest.
-    pub rejected: Vec<u64>,
-    /// Positions compared in full, or until they were too far.
+    /// Positions compared in full, or until they were too far; bounds rejected the others.
     pub verified: u64,
 }
 
@@ -70,8 +72,6 @@ impl Effort {
     pub fn add(&mut self, other: &Self) {
         self.examined += other.examined;
         self.verified += other.verified;
-        self.rejected.resize(self.rejected.len().max(other.rejected.len()), 0);
-        self.rejected.iter_mut().zip(&other.rejected).for_each(|(sum, more)| *sum += more);
     }
 }
 
@@ -111,15 +111,21 @@ impl Acceptance {
 
 /// A way to find candidates.
 pub trait Search: Sync {
-    /// All positions whose squared distance to the query is accepted, and the smallest distance.
-    fn candidates(&self, query: &Query, acceptance: Acceptance) -> Found;
+    /// For each query all positions whose squared distance is accepted, and the smallest distance.
+    fn candidates(&self, queries: &[Query]) -> Vec<Found>;
+
+    /// How many positions remain after each projection of a query whose smallest distance is `best`;
+    /// nothing where a search has no projections.
+    fn rejection_curve(&self, _query: &Query, _best: u64) -> Option<Vec<u64>> {
+        None
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::plain::Plain;
     use super::plan::Recipe;
-    use super::projection::Strips;
+    use super::projection::cells;
     use super::*;
     use crate::limits::Limits;
     use crate::numeric::random::Stream;
@@ -138,13 +144,14 @@ mod tests {
         assert_eq!((absolute.limit(3), absolute.limit(500)), (160, 500));
     }
 
-    /// Every member of the family for blocks whose margins are 0 or within `narrow..=wide`.
-    fn recipes(block: usize, narrow: usize, wide: usize) -> Vec<Recipe> {
-        let strips = Strips { block, overlap: narrow, upright: block.saturating_sub(narrow + wide).max(1) };
+    /// Every member of the family for blocks whose margins are 0 or at least `narrow`.
+    fn recipes(block: usize, narrow: usize) -> Vec<Recipe> {
+        let side = cells::side(narrow);
         let bases = [KernelBasis::Svd, KernelBasis::Dct, KernelBasis::WalshHadamard];
         let kernels = [1, 3, 9];
         let projections = bases.into_iter().zip(kernels);
-        let projections = projections.map(|(basis, kernels)| Recipe::Projection { strips, basis, kernels });
+        let projections =
+            projections.map(|(basis, kernels)| Recipe::Projection { block, side, basis, kernels });
         projections.chain([Recipe::Fft, Recipe::Brute]).collect()
     }
 
@@ -168,7 +175,7 @@ mod tests {
             (extra_x, extra_y, several) in (0usize..17, 0usize..13, 1usize..4),
             (narrow, widths) in (1usize..7, [0usize..3, 0usize..3, 0usize..3, 0usize..3]),
             tolerance in prop_oneof![Just(Tolerance::Relative(0.0)), Just(Tolerance::Relative(0.1)), Just(Tolerance::Absolute(0.6))],
-            (masked, copied) in (any::<bool>(), any::<bool>()),
+            (masked, copied, count) in (any::<bool>(), any::<bool>(), 1usize..12),
         ) {
             let mut stream = Stream::new(seed, 0);
             let fields: Vec<Planes> = (0..several)
@@ -194,13 +201,22 @@ mod tests {
             } else {
                 (0..block * block * planes).map(|_| stream.below(4096) as i16).collect()
             };
-            let query = Query { neighbourhood, codes };
             let acceptance = Acceptance::new(tolerance, neighbourhood.texels(), quantised.step());
-            let truth = Plain { exemplars: &quantised, positions: &positions }.candidates(&query, acceptance);
-            for recipe in recipes(block, narrow, wide) {
-                let search = recipe.prepare(&quantised, &positions);
-                let found = search.candidates(&query, acceptance);
-                prop_assert_eq!(&found.candidates, &truth.candidates, "{:?}", recipe);
+            let likely = vec![Texel { exemplar: 0, y: 1, x: 2 }, Texel { exemplar: 7, y: 0, x: 0 }];
+            let query = Query { neighbourhood, codes, acceptance, likely };
+            // Others with it: some of its shape, one of another.
+            let mut queries = vec![query; count];
+            for (i, query) in queries.iter_mut().enumerate().skip(1) {
+                query.codes.iter_mut().for_each(|code| *code = (*code / 2 + stream.below(2048) as i16) % 4096);
+                query.neighbourhood.margins.left = if i == 4 { 0 } else { left };
+            }
+            let truth = Plain { exemplars: &quantised, positions: &positions }.candidates(&queries);
+            for recipe in recipes(block, narrow) {
+                let found = recipe.prepare(&quantised, &positions).candidates(&queries);
+                prop_assert_eq!(found.len(), count);
+                for (found, truth) in found.iter().zip(&truth) {
+                    prop_assert_eq!(&found.candidates, &truth.candidates, "{:?}", recipe);
+                }
             }
         }
     }
@@ -217,10 +233,11 @@ mod tests {
         let positions = Positions::new(&exemplars, block).unwrap();
         let margins = Margins { left: 30, top: 30, right: 30, bottom: 30 };
         let neighbourhood = Neighbourhood { extent: Size::new(block, block), margins };
-        let query = Query { neighbourhood, codes: vec![0; block * block * planes] };
         let acceptance = Acceptance::new(Tolerance::Relative(0.0), block * block, 1.0);
-        for recipe in recipes(block, 29, 30) {
-            let found = recipe.prepare(&quantised, &positions).candidates(&query, acceptance).candidates;
+        let codes = vec![0; block * block * planes];
+        let query = [Query { neighbourhood, codes, acceptance, likely: Vec::new() }];
+        for recipe in recipes(block, 29) {
+            let found = &recipe.prepare(&quantised, &positions).candidates(&query)[0].candidates;
             assert_eq!(found.best, 3600 * planes as u64 * 4095 * 4095, "{recipe:?}");
             assert_eq!(found.positions.len(), 31, "{recipe:?}");
         }

@@ -37,13 +37,15 @@ pub struct SearchOptions {
     pub method: SearchMethod,
     /// The basis of the projection search.
     pub basis: KernelBasis,
-    /// Kernels for each rectangle of the projection search.
+    /// Kernels for each cell in the first look of the projection search, at most.
     pub kernels: usize,
+    /// Whether the rejection curve is measured on a sample of the blocks, which takes time.
+    pub curve: bool,
 }
 
 impl Default for SearchOptions {
-    /// Automatic choice, singular vectors, 8 kernels a rectangle.
+    /// Automatic choice, singular vectors, at most 24 kernels a cell for the first look.
     fn default() -> Self {
-        Self { method: SearchMethod::Auto, basis: KernelBasis::Svd, kernels: 8 }
+        Self { method: SearchMethod::Auto, basis: KernelBasis::Svd, kernels: 24, curve: false }
     }
 }

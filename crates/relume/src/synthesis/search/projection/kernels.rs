@@ -1,5 +1,5 @@
-//! Projection kernels: a few directions in the space of rectangles of codes that hold most of the
-//! differences between rectangles.
+//! Projection kernels: a few directions in the space of square cells of codes that hold most of the
+//! differences between cells.
 //!
 //! Hel-Or, Hel-Or, "Real Time Pattern Matching using Projection Kernels", ICCV 2003; Hel-Or,
 //! Malzbender, Gelb, HPL-2003-16, section 6. Each basis is made orthonormal and rounded to integers,
@@ -7,64 +7,89 @@
 //! leaves the kernels nearly orthonormal: A = U / sqrt(lambda), with lambda no less than the largest
 //! eigenvalue of U U', never lengthens a vector, which is all that a lower bound needs.
 
+use pulp::Arch;
+
 use crate::numeric::random::Stream;
 use crate::synthesis::quantise::{MAX_CODE, Quantised};
 
 use crate::synthesis::search::KernelBasis;
 
-/// Rectangles of the exemplars from which a basis is chosen.
-const SAMPLES: usize = 384;
+/// Cells of the exemplars from which a basis is chosen.
+const SAMPLES: usize = 768;
 
 /// Rounds of subspace iteration; the energy of the leading directions has settled to a per cent.
-const ROUNDS: usize = 5;
+const ROUNDS: usize = 4;
 
 /// Frequencies along each side from which trigonometric and Walsh kernels are chosen.
 const FREQUENCIES: usize = 8;
 
-/// Integer kernels for rectangles of one size.
+/// The share of the samples' energy that is enough for a first look: further kernels would cost more
+/// than they reject.
+const ENOUGH: f64 = 0.8;
+
+/// Kernels of the first look at most.
+pub const MOST_FIRST: usize = 32;
+
+/// Kernels beyond those of the first look, which with the rest of a cell fill one vector register.
+pub const FURTHER: usize = 31;
+
+/// Integer kernels for cells of one size.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Kernels {
-    /// Texels along x and y.
-    pub width: usize,
-    /// Texels along y.
-    pub height: usize,
+    /// Texels along x and along y.
+    pub side: usize,
     /// Kernel after kernel, row after row, the planes of a texel together.
     pub weights: Vec<Vec<i16>>,
+    /// How many of them the first look takes: an even number.
+    pub first: usize,
     /// At least the largest eigenvalue of the kernels' matrix of inner products.
     pub lambda: f64,
 }
 
 impl Kernels {
-    /// At most `count` kernels of a basis, the most telling first.
-    pub fn new(basis: KernelBasis, count: usize, exemplars: &Quantised, width: usize, height: usize) -> Self {
-        let length = width * height * exemplars.planes();
-        let samples = centred_samples(exemplars, width, height);
-        let count = count.min(length);
-        let vectors = match basis {
+    /// Kernels of a basis, the most telling first: as many as are [`ENOUGH`] for the first look, but
+    /// at most `most` of those, and at most [`FURTHER`] others.
+    pub fn new(basis: KernelBasis, most: usize, exemplars: &Quantised, side: usize) -> Self {
+        let planes = exemplars.planes();
+        let length = side * side * planes;
+        let samples = centred_samples(exemplars, side);
+        let most = most.min(MOST_FIRST);
+        let count = (most + FURTHER).min(length);
+        let mut vectors = match basis {
             KernelBasis::Svd => leading_directions(&samples, count),
-            KernelBasis::Dct => {
-                most_energetic(&samples, count, products(exemplars.planes(), width, height, cosine))
-            }
-            KernelBasis::WalshHadamard => {
-                most_energetic(&samples, count, products(exemplars.planes(), width, height, walsh))
-            }
+            KernelBasis::Dct => most_energetic(&samples, count, products(planes, side, cosine)),
+            KernelBasis::WalshHadamard => most_energetic(&samples, count, products(planes, side, walsh)),
         };
+        let first = enough(&samples, &vectors).min(most);
+        vectors.truncate(first + FURTHER);
         let weights = rounded(&vectors, length);
         let lambda = largest_eigenvalue_bound(&weights);
-        Self { width, height, weights, lambda }
+        Self { side, weights, first, lambda }
     }
 }
 
-/// Rectangles at random places of the exemplars, less their mean.
-fn centred_samples(exemplars: &Quantised, width: usize, height: usize) -> Vec<Vec<f32>> {
-    let mut stream = Stream::new(0, (width * 65_536 + height) as u64);
+/// How many of the vectors hold [`ENOUGH`] of the samples' energy, an even number.
+fn enough(samples: &[Vec<f32>], vectors: &[Vec<f32>]) -> usize {
+    let wanted = std::env::var("EN").map_or(ENOUGH, |v| v.parse().unwrap())
+        * samples.iter().map(|s| f64::from(dot(s, s))).sum::<f64>();
+    let mut held = 0.0;
+    let count = vectors.iter().take_while(|v| {
+        let before = held;
+        held += energy(samples, v);
+        before < wanted
+    });
+    count.count().next_multiple_of(2)
+}
+
+/// Cells at random places of the exemplars, less their mean.
+fn centred_samples(exemplars: &Quantised, side: usize) -> Vec<Vec<f32>> {
+    let mut stream = Stream::new(0, side as u64);
     let mut samples: Vec<Vec<f32>> = (0..SAMPLES)
         .map(|_| {
             let texels = &exemplars.texels()[stream.below(exemplars.texels().len())];
             let size = texels.size();
-            let (x, y) = (stream.below(size.width - width + 1), stream.below(size.height - height + 1));
-            let rows = (y..y + height).flat_map(|y| texels.run(x, y, width));
-            rows.map(|&code| f32::from(code)).collect()
+            let (x, y) = (stream.below(size.width - side + 1), stream.below(size.height - side + 1));
+            (y..y + side).flat_map(|y| texels.run(x, y, side)).map(|&code| f32::from(code)).collect()
         })
         .collect();
     for i in 0..samples[0].len() {
@@ -76,6 +101,14 @@ fn centred_samples(exemplars: &Quantised, width: usize, height: usize) -> Vec<Ve
 
 /// The leading right singular vectors of the samples, by subspace iteration from a fixed start.
 fn leading_directions(samples: &[Vec<f32>], count: usize) -> Vec<Vec<f32>> {
+    Arch::new().dispatch(
+        #[inline(always)]
+        || iterated(samples, count),
+    )
+}
+
+#[inline(always)]
+fn iterated(samples: &[Vec<f32>], count: usize) -> Vec<Vec<f32>> {
     let length = samples[0].len();
     let mut stream = Stream::new(1, length as u64);
     let mut vectors: Vec<Vec<f32>> =
@@ -102,26 +135,25 @@ fn most_energetic(samples: &[Vec<f32>], count: usize, products: Vec<Vec<f32>>) -
 
 /// Unit vectors sorted by the energy of the samples along them; ties keep their order.
 fn by_energy(samples: &[Vec<f32>], vectors: Vec<Vec<f32>>) -> Vec<Vec<f32>> {
-    let energy = |v: &Vec<f32>| samples.iter().map(|s| f64::from(dot(s, v)).powi(2)).sum::<f64>();
-    let mut ranked: Vec<(f64, Vec<f32>)> = vectors.into_iter().map(|v| (energy(&v), v)).collect();
+    let mut ranked: Vec<(f64, Vec<f32>)> = vectors.into_iter().map(|v| (energy(samples, &v), v)).collect();
     ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
     ranked.into_iter().map(|(_, v)| v).collect()
 }
 
+/// The energy of the samples along a unit vector.
+fn energy(samples: &[Vec<f32>], vector: &[f32]) -> f64 {
+    samples.iter().map(|s| f64::from(dot(s, vector)).powi(2)).sum()
+}
+
 /// All low-frequency products of a family of functions along x and y, for each plane.
-fn products(
-    planes: usize,
-    width: usize,
-    height: usize,
-    function: fn(usize, usize, usize) -> f32,
-) -> Vec<Vec<f32>> {
+fn products(planes: usize, side: usize, function: fn(usize, usize, usize) -> f32) -> Vec<Vec<f32>> {
     let mut vectors = Vec::new();
-    for fy in 0..FREQUENCIES.min(height) {
-        for fx in 0..FREQUENCIES.min(width) {
+    for fy in 0..FREQUENCIES.min(side) {
+        for fx in 0..FREQUENCIES.min(side) {
             for plane in 0..planes {
-                let mut vector = vec![0.0; width * height * planes];
+                let mut vector = vec![0.0; side * side * planes];
                 for (texel, value) in vector[plane..].iter_mut().step_by(planes).enumerate() {
-                    *value = function(fx, texel % width, width) * function(fy, texel / width, height);
+                    *value = function(fx, texel % side, side) * function(fy, texel / side, side);
                 }
                 vectors.push(normalised(vector));
             }
@@ -144,6 +176,7 @@ fn walsh(frequency: usize, place: usize, length: usize) -> f32 {
 }
 
 /// Gram-Schmidt, twice for accuracy; vectors that depend on earlier ones are left out.
+#[inline(always)]
 fn orthonormal(vectors: Vec<Vec<f32>>) -> Vec<Vec<f32>> {
     let mut done: Vec<Vec<f32>> = Vec::with_capacity(vectors.len());
     for vector in vectors {
@@ -175,13 +208,16 @@ fn normalised(mut vector: Vec<f32>) -> Vec<f32> {
     vector
 }
 
-/// In eight interleaved sums, so that it can use vector units.
+/// In interleaved sums, so that it can use vector units.
+#[inline(always)]
 fn dot(a: &[f32], b: &[f32]) -> f32 {
-    let mut sums = [0.0f32; 8];
-    let (heads_a, tail_a) = a.as_chunks::<8>();
-    let (heads_b, tail_b) = b.as_chunks::<8>();
+    let mut sums = [0.0f32; 32];
+    let (heads_a, tail_a) = a.as_chunks::<32>();
+    let (heads_b, tail_b) = b.as_chunks::<32>();
     for (x, y) in heads_a.iter().zip(heads_b) {
-        (0..8).for_each(|i| sums[i] += x[i] * y[i]);
+        for i in 0..32 {
+            sums[i] += x[i] * y[i];
+        }
     }
     sums.iter().sum::<f32>() + tail_a.iter().zip(tail_b).map(|(x, y)| x * y).sum::<f32>()
 }

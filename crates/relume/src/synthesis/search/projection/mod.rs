@@ -4,172 +4,430 @@
 //! HPL-2003-16, section 6: a lower bound on the distance from a few projections rejects most
 //! positions; only survivors get the full distance. Differences from the document:
 //!
-//! - **Strips instead of shapes.** Every neighbourhood is a union of strips along a block's sides,
-//!   and all strips of one size share one [`table`], whichever side they lie on: two tables (one for
-//!   top and bottom, one for left and right) serve every shape, on the torus too. The bounds of
-//!   disjoint strips add up. Where a neighbourhood is a little larger than its strips (overlaps on a
-//!   torus vary by a texel) the rest is left to the full distance.
-//! - **The rest counts.** What the kernels leave of a strip bounds the distance further ([`table`]).
-//! - **Nothing is lost to rounding.** Projections are exact integers; their `f32` copies are off by
-//!   less than a stated error, by which the threshold is widened. Survivors are settled by the exact
-//!   integer distance.
-//! - **The threshold tightens during the search**: the best survivor of each stretch of positions is
-//!   measured in full at once.
+//! - **Cells instead of shapes.** Every neighbourhood is a union of strips along a block's sides, and
+//!   all strips are paved with square [`cells`], so one [`table`] of cells serves every shape, on the
+//!   torus too. The bounds of disjoint cells add up.
+//! - **The rest counts.** What the kernels leave of a cell bounds the distance further ([`table`]).
+//! - **All projections at once, for many blocks at once.** Processors multiply faster than they
+//!   branch, and coordinates that are loaded serve all blocks of a wave ([`product`]).
+//! - **Nothing is lost to rounding.** Coordinates are integers that are off by a stated error, by
+//!   which the threshold is widened. Survivors are settled by the exact integer distance.
+//! - **The threshold tightens during the search**: first come positions that are expected to be near,
+//!   then the most promising one of each stretch of positions is measured in full at once.
 
+pub mod cells;
+mod further;
 pub mod kernels;
-mod scan;
+mod product;
 pub mod table;
+
+use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
 use super::distance::Target;
-use super::{Acceptance, Candidates, Effort, Found, Query, Search};
+use super::{Candidates, Effort, Found, KernelBasis, Query, Search};
+use crate::numeric::pairs::{FACTORS, Pairs, SUMS, Sums, Work, dispatch};
 use crate::synthesis::neighbourhood::Neighbourhood;
 use crate::synthesis::positions::{Positions, Run};
 use crate::synthesis::quantise::Quantised;
-use crate::synthesis::search::KernelBasis;
 use crate::synthesis::source_map::Texel;
+use cells::cells;
+use further::FurtherDistance;
 use kernels::Kernels;
-use scan::{Scan, Term};
-use table::Table;
+use product::{MOST, Product, STRETCH, Stretch, pair};
+use table::{Coordinates, Further, MINUS_SQUARE, Table};
 
-/// Positions of one parallel task.
-const SLAB: usize = 1 << 15;
-
-/// Every how many runs the first look takes one.
-const PROBE: usize = 23;
+/// Rows of positions that are looked at in one parallel task.
+const TILE_HEIGHT: usize = 64;
 
 /// Rejects by projections, then compares in full.
 #[derive(Debug)]
 pub struct Projection<'a> {
     exemplars: &'a Quantised,
     positions: &'a Positions,
-    /// Strips along the top and the bottom.
-    level: Table,
-    /// Strips along the left and the right, between those.
-    upright: Table,
-    slabs: Vec<Vec<Run>>,
-}
-
-/// The strips that all neighbourhoods of a layout have in common.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Strips {
-    /// Side of the blocks.
-    pub block: usize,
-    /// Narrowest margin.
-    pub overlap: usize,
-    /// Height of left and right strips: what a top strip, and on a torus a bottom strip, leave.
-    pub upright: usize,
+    table: Table,
+    tiles: Vec<Vec<Run>>,
 }
 
 impl<'a> Projection<'a> {
-    /// Projects all strips of the exemplars on `count` kernels of a basis.
+    /// Projects all cells of the exemplars on at most `most` kernels of a basis, for neighbourhoods
+    /// of blocks of `block` texels cut into cells of `side`.
     pub fn new(
         exemplars: &'a Quantised,
         positions: &'a Positions,
-        strips: Strips,
+        (block, side): (usize, usize),
         basis: KernelBasis,
-        count: usize,
+        most: usize,
     ) -> Self {
-        let table =
-            |width, height| Table::new(Kernels::new(basis, count, exemplars, width, height), exemplars);
-        Self {
-            exemplars,
-            positions,
-            level: table(strips.block, strips.overlap),
-            upright: table(strips.overlap, strips.upright),
-            slabs: slabs(positions),
-        }
+        let kernels = Kernels::new(basis, most, exemplars, side);
+        let table = Table::new(kernels, exemplars, (block / side).pow(2));
+        Self { exemplars, positions, table, tiles: tiles(positions) }
     }
 
-    /// Bytes for each exemplar texel: two tables, and the shifted codes and sums of squares while
-    /// they are made.
-    pub fn bytes_per_texel(count: usize, planes: usize) -> u64 {
-        2 * 4 * (count as u64 + 1) + 2 * planes as u64 + 8
+    /// Bytes that preparing takes: coordinates, and the codes in pairs and sums of squares while those
+    /// are made; rows are padded.
+    pub fn bytes(exemplars: &Quantised, most: usize) -> u64 {
+        let each = 4 * (most / 2 + 2) + size_of::<Further>() + 4 * exemplars.planes() + 8;
+        let padded =
+            exemplars.texels().iter().map(|texels| (texels.size().width + STRETCH) * texels.size().height);
+        (padded.sum::<usize>() * each) as u64
     }
 
-    /// The disjoint strips inside a neighbourhood, with the query's coordinates.
-    fn terms<'t>(&'t self, query: &Query) -> Vec<Term<'t>> {
-        let Neighbourhood { extent, margins } = query.neighbourhood;
-        let (level, upright) = (self.level.rectangle(), self.upright.rectangle());
-        let above = if margins.top >= level.height { level.height } else { 0 };
-        let below = if margins.bottom >= level.height { level.height } else { 0 };
-        let mut places = Vec::new();
-        if above > 0 {
-            places.push((&self.level, 0, 0));
-        }
-        if below > 0 {
-            places.push((&self.level, 0, extent.height - below));
-        }
-        if above + upright.height + below <= extent.height {
-            if margins.left >= upright.width {
-                places.push((&self.upright, 0, above));
-            }
-            if margins.right >= upright.width {
-                places.push((&self.upright, extent.width - upright.width, above));
-            }
-        }
-        let stride = extent.width * self.exemplars.planes();
-        let term = |(table, x, y): (&'t Table, usize, usize)| {
-            let coordinates = table.project(&query.codes, y * stride + x * self.exemplars.planes(), stride);
-            Term { table, x, y, coordinates }
+    fn prepare<'q>(&'q self, query: &'q Query) -> Prepared<'q> {
+        let shape = query.neighbourhood;
+        let cells = cells(&shape, self.table.side());
+        let stride = shape.extent.width * self.exemplars.planes();
+        let start = |&(x, y): &(usize, usize)| y * stride + x * self.exemplars.planes();
+        let project = |cell| self.table.project(&query.codes, start(cell), stride);
+        let coordinates: Vec<Coordinates> = cells.iter().map(project).collect();
+        let pairs = self.table.pairs();
+        let factors = coordinates.iter().flat_map(|c| {
+            let doubled = c.first.as_chunks::<2>().0[..pairs].iter().map(|own| own.map(|c| 2 * c));
+            doubled.chain([MINUS_SQUARE]).map(pair)
+        });
+        let mut prepared = Prepared {
+            query,
+            factors: factors.collect(),
+            further: coordinates.iter().map(|c| c.further).collect(),
+            square: coordinates.iter().map(|c| c.square).sum(),
+            first_error: rounding_error(2 * cells.len() * self.table.pairs()),
+            error: rounding_error(cells.len() * (2 * self.table.pairs() + FACTORS)),
+            cells,
+            coordinates,
+            scale: self.table.scale(),
+            targets: Target::all(query, self.exemplars),
+            near: u64::MAX,
         };
-        places.into_iter().map(term).collect()
+        for &position in query.likely.iter().filter(|position| self.positions.contains(**position)) {
+            prepared.near = prepared.nearer(position, prepared.near);
+        }
+        prepared
+    }
+
+    /// What a tile leaves of each query, all of one shape and at most [`MOST`].
+    fn look(&self, tile: &[Run], queries: &[&Prepared<'_>]) -> Vec<Survivors> {
+        let mut found: Vec<Survivors> =
+            queries.iter().map(|q| Survivors { best: q.near, positions: Vec::new(), verified: 0 }).collect();
+        let mut factors = vec![[0; MOST]; queries[0].factors.len()];
+        for (q, query) in queries.iter().enumerate() {
+            factors.iter_mut().zip(&query.factors).for_each(|(all, own)| all[q] = *own);
+        }
+        let mut nearness: Box<Stretch> = Box::new([[[0; SUMS]; STRETCH / SUMS]; MOST]);
+        for run in tile {
+            let grid = &self.table.grids()[run.first.exemplar as usize];
+            let (x, y) = (run.first.x as usize, run.first.y as usize);
+            let product = Product {
+                planes: grid.first(),
+                offsets: &queries[0].cells,
+                factors: &factors,
+                sets: queries.len(),
+                x,
+                y,
+                length: run.length,
+                sums: &mut nearness,
+            };
+            product.compute();
+            for ((query, found), nearness) in queries.iter().zip(&mut found).zip(&*nearness) {
+                found.take(query, run, nearness);
+            }
+        }
+        found
+    }
+
+    /// Of the survivors of a tile those that may be accepted, with their exact distances; `best` is
+    /// the smallest distance in any tile so far.
+    fn settle(&self, query: &Prepared<'_>, survivors: &Survivors, mut best: u64) -> Settled {
+        let mut settled = Settled { near: Vec::new(), verified: 0 };
+        let least = query.keeps(best);
+        let mut longest = query.longest(query.query.acceptance.limit(best));
+        for &(position, nearness) in survivors.positions.iter().filter(|(_, nearness)| *nearness >= least) {
+            let Texel { exemplar, y, x } = position;
+            let further = FurtherDistance {
+                grid: &self.table.grids()[exemplar as usize],
+                cells: &query.cells,
+                wanted: &query.further,
+                x: x as usize,
+                y: y as usize,
+            };
+            if query.square - nearness + further.compute() > longest {
+                continue;
+            }
+            settled.verified += 1;
+            if let Some(exact) = query.distance(position, query.query.acceptance.limit(best)) {
+                if exact < best {
+                    best = exact;
+                    longest = query.longest(query.query.acceptance.limit(best));
+                }
+                settled.near.push((position, exact));
+            }
+        }
+        settled
+    }
+
+    /// How many positions each further kernel of every cell leaves for a query whose nearest position
+    /// is at the squared distance `best`, without the help of the rest: the rejection curve.
+    fn remaining(&self, query: &Query, best: u64) -> Vec<u64> {
+        let query = self.prepare(query);
+        let longest = f64::from(query.longest(query.query.acceptance.limit(best)));
+        let kernels = self.table.kernels();
+        let left = |run: &Run| -> Vec<u64> {
+            let mut left = vec![0; kernels];
+            for position in (0..run.length).map(|i| run.first.offset(i, 0)) {
+                let mut length = 0.0;
+                for (kernel, left) in left.iter_mut().enumerate() {
+                    length +=
+                        self.table.squared_difference(kernel, &query.cells, &query.coordinates, position);
+                    *left += u64::from(length <= longest);
+                }
+            }
+            left
+        };
+        let add = |sums: Vec<u64>, more: Vec<u64>| sums.into_iter().zip(more).map(|(a, b)| a + b).collect();
+        self.positions.runs().par_iter().map(left).reduce(|| vec![0; kernels], add)
+    }
+
+    /// The candidates of queries of one shape.
+    fn search(&self, queries: &[&Prepared<'_>]) -> Vec<Found> {
+        let survivors: Vec<Vec<Survivors>> =
+            self.tiles.par_iter().map(|tile| self.look(tile, queries)).collect();
+        let best = |q: usize| survivors.iter().map(|tile| tile[q].best).fold(queries[q].near, u64::min);
+        let best: Vec<u64> = (0..queries.len()).map(best).collect();
+        let settle = |tile: &Vec<Survivors>| -> Vec<Settled> {
+            (0..queries.len()).map(|q| self.settle(queries[q], &tile[q], best[q])).collect()
+        };
+        let mut settled: Vec<Vec<Settled>> = survivors.par_iter().map(settle).collect();
+        let found = |q: usize| {
+            let measured: u64 = survivors.iter().map(|tile| tile[q].verified).sum();
+            let verified = measured + settled.iter().map(|tile| tile[q].verified).sum::<u64>();
+            let mut near: Vec<(Texel, u64)> =
+                settled.iter_mut().flat_map(|tile| std::mem::take(&mut tile[q].near)).collect();
+            near.sort_unstable();
+            let effort = Effort { examined: self.positions.count() as u64, verified };
+            Found { candidates: Candidates::within(near, queries[q].query.acceptance), effort }
+        };
+        (0..queries.len()).map(found).collect()
     }
 }
 
-/// What a stretch of positions left.
+/// How much longer than that of the exact coordinates the length of a difference of so many rounded
+/// ones can be: each is off by two halves of a unit.
+fn rounding_error(coordinates: usize) -> f64 {
+    (coordinates as f64).sqrt() * (1.0 + 1e-6)
+}
+
+/// A query with all that is known of it before positions are looked at.
+struct Prepared<'a> {
+    query: &'a Query,
+    cells: Vec<(usize, usize)>,
+    coordinates: Vec<Coordinates>,
+    /// Twice the first coordinates, in pairs, and [`MINUS_SQUARE`], cell after cell.
+    factors: Vec<i32>,
+    /// The further ones, cell after cell.
+    further: Vec<Further>,
+    /// The squared length of the first coordinates.
+    square: i32,
+    /// How far the length of a difference of first coordinates may be too large by rounding.
+    first_error: f64,
+    /// The same for all coordinates.
+    error: f64,
+    /// Units of the coordinates for one code.
+    scale: f64,
+    targets: Vec<Target<'a>>,
+    /// The smallest distance of the positions that were expected to be near.
+    near: u64,
+}
+
+impl Prepared<'_> {
+    /// The squared distance of a position, if it is at most `limit`.
+    fn distance(&self, position: Texel, limit: u64) -> Option<u64> {
+        let Texel { exemplar, y, x } = position;
+        self.targets[exemplar as usize].distance_within(x as usize, y as usize, limit)
+    }
+
+    /// The distance of a position where it is smaller than `best`, else `best`.
+    fn nearer(&self, position: Texel, best: u64) -> u64 {
+        self.distance(position, best).map_or(best, |distance| distance.min(best))
+    }
+
+    /// The squared length beyond which no difference of coordinates that are off by `error` can stand
+    /// for a squared distance of at most `limit`.
+    fn longest_within(&self, limit: u64, error: f64) -> f64 {
+        ((limit as f64).sqrt() * self.scale + error).powi(2) * (1.0 + 1e-9) + 1.0
+    }
+
+    /// The same for all coordinates; the largest number where it would overflow.
+    fn longest(&self, limit: u64) -> i32 {
+        self.longest_within(limit, self.error) as i32
+    }
+
+    /// The nearness below which no position can have a squared distance of at most `limit`; the
+    /// smallest number, which keeps everything, where it would overflow.
+    fn least_nearness(&self, limit: u64) -> i32 {
+        (f64::from(self.square) - self.longest_within(limit, self.first_error)).floor() as i32
+    }
+
+    /// The least nearness of accepted positions when `best` is the smallest distance so far.
+    fn keeps(&self, best: u64) -> i32 {
+        self.least_nearness(self.query.acceptance.limit(best))
+    }
+}
+
+/// What a tile left of a query.
 struct Survivors {
     best: u64,
-    /// Positions with their lower bounds.
-    bounds: Vec<(Texel, f32)>,
-    effort: Effort,
+    /// Positions that may be accepted, with their nearness.
+    positions: Vec<(Texel, i32)>,
+    verified: u64,
+}
+
+impl Survivors {
+    /// Takes the positions of a stretch that may be accepted, after measuring the most promising one.
+    fn take(&mut self, query: &Prepared<'_>, run: &Run, nearness: &[Sums; STRETCH / SUMS]) {
+        let first = run.first;
+        let nearness = &nearness.as_flattened()[..run.length];
+        let most = nearness.iter().copied().max().unwrap_or(i32::MIN);
+        if most < query.keeps(self.best) {
+            return;
+        }
+        if most >= query.least_nearness(self.best) {
+            let at = nearness.iter().position(|n| *n == most).unwrap_or(0);
+            self.verified += 1;
+            self.best =
+                query.distance(first.offset(at, 0), self.best).map_or(self.best, |d| d.min(self.best));
+        }
+        dispatch(Collect { first, nearness, least: query.keeps(self.best), into: &mut self.positions });
+    }
+}
+
+/// What is known in the end of the positions of a tile.
+struct Settled {
+    /// Those that may be accepted, with their distances.
+    near: Vec<(Texel, u64)>,
+    verified: u64,
+}
+
+/// Collects the positions that are near enough.
+struct Collect<'a> {
+    first: Texel,
+    nearness: &'a [i32],
+    least: i32,
+    into: &'a mut Vec<(Texel, i32)>,
+}
+
+impl Work for Collect<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with<P: Pairs>(self, pairs: P) {
+        for (group, chunk) in self.nearness.chunks(SUMS).enumerate() {
+            let mut sums = [i32::MIN; SUMS];
+            sums[..chunk.len()].copy_from_slice(chunk);
+            let mut bits = pairs.at_least(&sums, self.least);
+            while bits != 0 {
+                let i = bits.trailing_zeros() as usize;
+                if i < chunk.len() {
+                    self.into.push((self.first.offset(group * SUMS + i, 0), sums[i]));
+                }
+                bits &= bits - 1;
+            }
+        }
+    }
 }
 
 impl Search for Projection<'_> {
-    fn candidates(&self, query: &Query, acceptance: Acceptance) -> Found {
-        let targets = Target::all(query, self.exemplars);
-        let distance = |position: Texel, limit: u64| {
-            let Texel { exemplar, y, x } = position;
-            targets[exemplar as usize].distance_within(x as usize, y as usize, limit)
-        };
-        let scan = Scan::new(self.terms(query));
-        let look = |runs: &mut dyn Iterator<Item = &Run>, best: u64| {
-            let mut found = Survivors { best, bounds: Vec::new(), effort: Effort::default() };
-            for run in runs {
-                scan.run(run, acceptance, &distance, &mut found);
-            }
-            found
-        };
-        let probe = look(&mut self.positions.runs().iter().step_by(PROBE), u64::MAX).best;
-        let slabs: Vec<Survivors> = self.slabs.par_iter().map(|slab| look(&mut slab.iter(), probe)).collect();
-        let mut best = slabs.iter().map(|slab| slab.best).min().unwrap_or(probe);
-        let mut effort = Effort::default();
-        slabs.iter().for_each(|slab| effort.add(&slab.effort));
-        let threshold = scan.threshold(acceptance.limit(best));
-        let mut near = Vec::new();
-        for &(position, _) in slabs.iter().flat_map(|s| &s.bounds).filter(|(_, bound)| *bound <= threshold) {
-            effort.verified += 1;
-            if let Some(exact) = distance(position, acceptance.limit(best)) {
-                best = best.min(exact);
-                near.push((position, exact));
-            }
+    fn candidates(&self, queries: &[Query]) -> Vec<Found> {
+        let prepared: Vec<Prepared<'_>> = queries.par_iter().map(|query| self.prepare(query)).collect();
+        let mut found: Vec<Option<Found>> = vec![None; queries.len()];
+        for group in by_shape(queries) {
+            let members: Vec<&Prepared<'_>> = group.iter().map(|&i| &prepared[i]).collect();
+            let settled = self.search(&members);
+            group.iter().zip(settled).for_each(|(&i, own)| found[i] = Some(own));
         }
-        Found { candidates: Candidates::within(near, acceptance), effort }
+        found.into_iter().flatten().collect()
+    }
+
+    fn rejection_curve(&self, query: &Query, best: u64) -> Option<Vec<u64>> {
+        Some(self.remaining(query, best))
     }
 }
 
-/// The runs of all positions in groups of about [`SLAB`] positions.
-fn slabs(positions: &Positions) -> Vec<Vec<Run>> {
-    let mut slabs = vec![Vec::new()];
-    let mut filled = 0;
-    for run in positions.runs() {
-        if filled >= SLAB {
-            slabs.push(Vec::new());
-            filled = 0;
+/// Numbers of the queries in groups of one shape, each of at most [`MOST`].
+fn by_shape(queries: &[Query]) -> Vec<Vec<usize>> {
+    let mut shapes: Vec<(Neighbourhood, Vec<usize>)> = Vec::new();
+    for (number, query) in queries.iter().enumerate() {
+        let shape = query.neighbourhood;
+        let open = shapes.iter_mut().find(|(other, members)| *other == shape && members.len() < MOST);
+        match open {
+            Some((_, members)) => members.push(number),
+            None => shapes.push((shape, vec![number])),
         }
-        filled += run.length;
-        slabs.last_mut().expect("there is always a slab").push(*run);
     }
-    slabs
+    shapes.into_iter().map(|(_, members)| members).collect()
+}
+
+/// The runs of all positions cut into tiles of [`STRETCH`] columns and [`TILE_HEIGHT`] rows, whose
+/// coordinates stay in the processor's second cache.
+fn tiles(positions: &Positions) -> Vec<Vec<Run>> {
+    let mut tiles: BTreeMap<(u32, usize, usize), Vec<Run>> = BTreeMap::new();
+    for &Run { first: Texel { exemplar, y, x }, length } in positions.runs() {
+        let (mut start, end) = (x as usize, x as usize + length);
+        while start < end {
+            let column = start / STRETCH;
+            let next = end.min((column + 1) * STRETCH);
+            let first = Texel { exemplar, y, x: start as u32 };
+            let tile = tiles.entry((exemplar, y as usize / TILE_HEIGHT, column)).or_default();
+            tile.push(Run { first, length: next - start });
+            start = next;
+        }
+    }
+    tiles.into_values().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::limits::Limits;
+    use crate::numeric::random::Stream;
+    use crate::planes::{Planes, Size};
+    use crate::synthesis::neighbourhood::Margins;
+    use crate::synthesis::options::Tolerance;
+    use crate::synthesis::quantise::Exemplar;
+    use crate::synthesis::search::Acceptance;
+
+    #[test]
+    fn the_rejection_curve_falls_to_no_less_than_the_candidates() {
+        let (block, planes) = (8, 3);
+        let mut stream = Stream::new(3, 0);
+        let size = Size::new(150, 40);
+        let mut value = 0.0;
+        let mut next = || {
+            value = 0.7 * value + stream.unit() as f32;
+            value
+        };
+        let field =
+            Planes::from_vec(size, planes, (0..size.texels() * planes).map(|_| next()).collect()).unwrap();
+        let exemplars = [Exemplar { index: &field, excluded: None }];
+        let quantised = Quantised::new(&exemplars, &Limits::default()).unwrap();
+        let positions = Positions::new(&exemplars, block).unwrap();
+        for basis in [KernelBasis::Svd, KernelBasis::Dct, KernelBasis::WalshHadamard] {
+            let search = Projection::new(&quantised, &positions, (block, 4), basis, 6);
+            let neighbourhood = Neighbourhood {
+                extent: Size::new(block, block),
+                margins: Margins { left: 4, top: 4, ..Margins::default() },
+            };
+            let acceptance =
+                Acceptance::new(Tolerance::Relative(0.1), neighbourhood.texels(), quantised.step());
+            // A block of the exemplar with some noise.
+            let rows = (9..9 + block).flat_map(|y| quantised.texels()[0].run(17, y, block));
+            let codes = rows.map(|code| code + stream.below(100) as i16).collect();
+            let query = Query { neighbourhood, codes, acceptance, likely: Vec::new() };
+            let found = &search.candidates(std::slice::from_ref(&query))[0].candidates;
+            let curve = search.remaining(&query, found.best);
+            assert!(curve.len() > 6 && curve[0] <= positions.count() as u64);
+            assert!(curve.windows(2).all(|pair| pair[1] <= pair[0]), "{curve:?}");
+            assert!(*curve.last().unwrap() >= found.positions.len() as u64);
+            assert!(curve[curve.len() - 1] < curve[0], "{basis:?} rejects nothing: {curve:?}");
+        }
+    }
 }

@@ -1,8 +1,12 @@
 //! Small dense mathematics that the stages share.
 
+pub mod autocorrelation;
 pub mod decibel;
+pub mod fourier;
+pub mod lattice;
 pub mod matrix;
 pub mod pairs;
+pub mod periods;
 pub mod quadrature;
 pub mod random;
 

@@ -24,6 +24,17 @@ pub fn raster(path: &Path, limits: &Limits) -> Result<Raster> {
     format::read_raster(path, limits)
 }
 
+/// Reads a file as it is.
+pub fn bytes(path: &Path, limits: &Limits) -> Result<Vec<u8>> {
+    if is_stream(path) {
+        return stdin(limits);
+    }
+    let failed = |e: std::io::Error| Error::io("cannot read the file", &e).at(path);
+    let length = std::fs::metadata(path).map_err(failed)?.len();
+    limits.check_bytes("the file", length).map_err(|e| e.at(path))?;
+    std::fs::read(path).map_err(failed)
+}
+
 /// All of standard input, up to the memory limit.
 fn stdin(limits: &Limits) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();

@@ -5,6 +5,7 @@
 //! To add one: a file here, an arm in [`Verb`] and in [`run`].
 
 mod capture;
+mod compare;
 mod demo;
 mod fit;
 mod info;
@@ -27,6 +28,8 @@ pub enum Verb {
     Capture(capture::Args),
     /// Fit reflectance functions to photographs under known lights
     Fit(fit::Args),
+    /// Say how far a texture is from another
+    Compare(compare::Args),
     /// Say what a file holds
     Info(info::Args),
     /// Show a texture under a light, or a sweep of lights
@@ -43,6 +46,7 @@ pub fn run(verb: Verb, context: &Context) -> Result<Report> {
         Verb::Demo(args) => demo::run(&args, context),
         Verb::Capture(args) => capture::run(&args, context),
         Verb::Fit(args) => fit::run(&args, context),
+        Verb::Compare(args) => compare::run(&args, context),
         Verb::Info(args) => info::run(&args, context),
         Verb::Relight(args) => relight::run(&args, context),
         Verb::Render(args) => render::run(&args, context),

@@ -8,12 +8,12 @@
 //!      = 1 - sum (f_k(x) - f_k(x + d))^2 / sum (f_k(x)^2 + f_k(x + d)^2).
 //! ```
 //!
-//! It is 1 exactly where the overlap agrees, 0 for unrelated texels and -1 for opposites; nothing
-//! wraps around, so an exemplar need not hold whole periods. The products of all shifts come from
-//! one transform of each plane, padded so that shifts within reach do not wrap (Wiener and
-//! Khinchin); the squares from a summed-area table (F. Crow, Summed-area tables for texture
-//! mapping, SIGGRAPH 1984), as J. P. Lewis, Fast normalized cross-correlation, 1995, does for templates. On index planes the distance
-//! of texels is that of their functions, so all planes count alike.
+//! It is 1 exactly where the overlap agrees, 0 for unrelated texels and -1 for opposites; nothing wraps
+//! around, so an exemplar need not hold whole periods. The products of all shifts come from one
+//! transform of each plane, padded so that shifts within reach do not wrap (Wiener and Khinchin); the
+//! squares from a summed-area table (F. Crow, Summed-area tables for texture mapping, SIGGRAPH 1984),
+//! as J. P. Lewis, Fast normalized cross-correlation, 1995, does for templates. On index planes the
+//! distance of texels is that of their functions, so all planes count alike.
 //! [`Autocorrelation::direct`] is the slow truth.
 
 use realfft::num_complex::Complex64;
@@ -115,8 +115,8 @@ impl Autocorrelation {
     }
 
     /// The correlation between whole texels, by the cubic convolution of R. G. Keys (Cubic convolution
-    /// interpolation for digital image processing, 1981, with a = -1/2): a line between neighbours would cut the
-    /// peaks of fine textures, and prefer periods that happen to be whole.
+    /// interpolation for digital image processing, 1981, with a = -1/2): a line between neighbours
+    /// would cut the peaks of fine textures, and prefer periods that happen to be whole.
     pub fn sample(&self, shift: [f64; 2]) -> f64 {
         let [x, y] = shift.map(f64::floor);
         let [across, down] = [cubic(shift[0] - x), cubic(shift[1] - y)];

@@ -11,3 +11,4 @@ mod ptm_precision;
 mod real_captures;
 mod support;
 mod synthesis;
+mod texture_measures;

@@ -2,17 +2,16 @@
 //!
 //! A texture that repeats is the sum of a periodic part and a rest that does not resemble its own
 //! copies; its correlation at lattice shifts is then the periodic part's share of the variance,
-//! whatever the rest is (A. Papoulis, Probability, Random Variables, and Stochastic Processes,
-//! 1965, on cyclostationary processes). So a lattice is judged by the mean correlation at its points, less the mean
-//! within its cells ([`share`]): one lucky peak does not make a period. The steps:
+//! whatever the rest is. So a lattice is judged by the mean correlation at its points, less the mean
+//! within its cells: one lucky peak does not make a period. The steps, a file each:
 //!
-//! - [`peaks`]: local maxima of the correlation, to a fraction of a texel, best candidates first;
-//! - [`pairs`]: every pair of candidates is a lattice (as H.-C. Lin, L.-L. Wang, S.-N. Yang, Extracting
+//! - `peaks`: local maxima of the correlation, to a fraction of a texel, best candidates first;
+//! - `pairs`: every pair of candidates is a lattice (as H.-C. Lin, L.-L. Wang, S.-N. Yang, Extracting
 //!   periodicity of a regular texture based on autocorrelation functions, 1997, test pairs of
 //!   peaks); among those nearly as good as the best the densest wins, for multiples of a period
 //!   are periods too;
-//! - [`refine`]: least squares over all its peaks give the lattice to a few hundredths of a texel;
-//! - [`stripes`]: where only one direction repeats, the profile across the stripes is judged in the
+//! - `refine`: least squares over all its peaks give the lattice to a few hundredths of a texel;
+//! - `stripes`: where only one direction repeats, the profile across the stripes is judged in the
 //!   same way.
 //!
 //! Limits: a period must fit twice into the texture; slow drifts of brightness should be taken out

@@ -28,11 +28,19 @@ fn motif(lattice: Lattice, seed: u64) -> impl Fn(f64, f64) -> f64 {
     }
 }
 
-/// Noise that is smooth over about `scale` texels.
+/// A random field that is smooth over about `scale` texels: waves of all directions and lengths from
+/// there on.
 fn noise(size: Size, scale: f64, seed: u64) -> Planes {
-    use crate::procedural::noise::{Canvas, Tiling};
-    let fractal = Canvas { size, tiling: Tiling::Free, seed }.fractal(scale, 3, 0);
-    planes(size, |x, y| fractal.at([x, y]))
+    let mut random = Stream::new(seed, 1);
+    let waves: Vec<[f64; 3]> = (0..150)
+        .map(|_| {
+            let (length, angle) = (0.5 * random.unit().sqrt() / scale, TAU * random.unit());
+            [length * angle.cos(), length * angle.sin(), random.unit()]
+        })
+        .collect();
+    planes(size, |x, y| {
+        waves.iter().map(|[u, v, phase]| (TAU * (u * x + v * y + phase)).cos()).sum::<f64>() / 15.0
+    })
 }
 
 fn assert_lattice(found: Periods, truth: Lattice, within: f64) {

@@ -1,0 +1,148 @@
+//! Measures that tell good synthesis from bad.
+//!
+//! Two textures of any sizes and equal planes are compared by what they are made of, not texel by
+//! texel. All these are distances from a reference: 0 for the reference itself, and the smaller the
+//! better.
+//!
+//! | measure | of | unit |
+//! |---|---|---|
+//! | [`sliced`] | distributions of patches at several scales | the deviation inside the reference's patches |
+//! | [`histogram`] | distributions of values | the reference's standard deviation |
+//! | [`correlation`] | autocorrelations | correlation |
+//! | [`spectrum`] | power by frequency and direction | dB |
+//! | [`steerable`] | statistics of a steerable pyramid, STSIM-2 | 1 - similarity |
+//!
+//! Of one texture alone: [`wrap`], the step across its borders. Of a synthesised one with its sources
+//! ([`sources`]): [`seams`], the steps across cuts, and [`copying`], how it uses its exemplar.
+//! `docs/measures.md` shows what each can and cannot see, measured.
+
+pub mod copying;
+pub mod correlation;
+pub mod histogram;
+mod pyramid;
+pub mod seams;
+pub mod sliced;
+pub mod sources;
+pub mod spectrum;
+pub mod steerable;
+mod steps;
+mod wasserstein;
+pub mod wrap;
+
+use serde::Serialize;
+
+use crate::error::{Error, Result};
+use crate::limits::Limits;
+use crate::planes::Planes;
+pub use sliced::SlicedOptions;
+pub use sources::{Source, Sources};
+
+/// The least side of textures that can be compared: twice a patch, and a pyramid of three levels.
+pub const LEAST_SIDE: usize = 16;
+
+/// All distances of a texture from a reference.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Distances {
+    /// Multi-scale patch distance: the mean over the levels of [`Distances::sliced_levels`].
+    pub sliced: f64,
+    /// The patch distance at each level, from the finest.
+    pub sliced_levels: Vec<f64>,
+    /// Distance of the values' distributions.
+    pub histogram: f64,
+    /// Distance of the autocorrelations.
+    pub autocorrelation: f64,
+    /// Distance of the power spectra in dB.
+    pub spectrum_db: f64,
+    /// 1 - STSIM-2.
+    pub steerable: f64,
+}
+
+impl Distances {
+    /// The mean of each measure, as over renderings under several lights; `None` of nothing.
+    pub fn mean(all: &[Self]) -> Option<Self> {
+        Self::combined(all, |values| values.iter().sum::<f64>() / values.len() as f64)
+    }
+
+    /// The largest of each measure.
+    pub fn worst(all: &[Self]) -> Option<Self> {
+        Self::combined(all, |values| values.iter().copied().fold(0.0, f64::max))
+    }
+
+    fn combined(all: &[Self], of: impl Fn(&[f64]) -> f64) -> Option<Self> {
+        let each = |value: &dyn Fn(&Self) -> f64| of(&all.iter().map(value).collect::<Vec<_>>());
+        let levels = all.iter().map(|d| d.sliced_levels.len()).min()?;
+        Some(Self {
+            sliced: each(&|d| d.sliced),
+            sliced_levels: (0..levels).map(|level| each(&|d| d.sliced_levels[level])).collect(),
+            histogram: each(&|d| d.histogram),
+            autocorrelation: each(&|d| d.autocorrelation),
+            spectrum_db: each(&|d| d.spectrum_db),
+            steerable: each(&|d| d.steerable),
+        })
+    }
+}
+
+/// Measures how far a texture is from a reference with the same planes; sizes may differ.
+///
+/// # Errors
+/// When the numbers of planes differ, a side is below [`LEAST_SIDE`], a value is not finite, or the
+/// limits are exceeded.
+pub fn distances(
+    reference: &Planes,
+    other: &Planes,
+    options: &SlicedOptions,
+    limits: &Limits,
+) -> Result<Distances> {
+    options.validate()?;
+    check(reference, other)?;
+    let sliced_levels = sliced::levels(reference, other, options, limits)?;
+    Ok(Distances {
+        sliced: sliced_levels.iter().sum::<f64>() / sliced_levels.len() as f64,
+        sliced_levels,
+        histogram: histogram::distance(reference, other),
+        autocorrelation: correlation::distance(reference, other, limits)?,
+        spectrum_db: spectrum::distance_db(reference, other, limits)?,
+        steerable: steerable::distance(reference, other, limits)?,
+    })
+}
+
+fn check(reference: &Planes, other: &Planes) -> Result<()> {
+    if reference.count() != other.count() {
+        return Err(Error::usage(format!(
+            "textures of {} and {} planes cannot be compared: both must be grey or both colour",
+            reference.count(),
+            other.count()
+        )));
+    }
+    for planes in [reference, other] {
+        let size = planes.size();
+        if size.width.min(size.height) < LEAST_SIDE {
+            return Err(Error::usage(format!(
+                "a texture of {size} texels is too small to be compared: both sides must be at least {LEAST_SIDE}"
+            )));
+        }
+        if let Some(at) = planes.as_slice().iter().position(|v| !v.is_finite()) {
+            let (plane, texel) = (at / size.texels(), at % size.texels());
+            return Err(Error::invalid(format!(
+                "plane {plane} is not a finite number at texel ({}, {})",
+                texel % size.width,
+                texel / size.width
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// The root of the mean variance of the planes: the unit of distances of values. 1 for planes that
+/// do not vary.
+fn deviation(planes: &Planes) -> f64 {
+    let variances = planes.iter().map(variance);
+    let mean = variances.sum::<f64>() / planes.count().max(1) as f64;
+    if mean > 0.0 { mean.sqrt() } else { 1.0 }
+}
+
+fn variance(plane: &[f32]) -> f64 {
+    let count = plane.len() as f64;
+    let mean = plane.iter().map(|&v| f64::from(v)).sum::<f64>() / count;
+    plane.iter().map(|&v| (f64::from(v) - mean).powi(2)).sum::<f64>() / count
+}

@@ -1,0 +1,63 @@
+//! Halving a texture: P. Burt, E. Adelson, The Laplacian pyramid as a compact image code, 1983, with
+//! the kernel (1, 4, 6, 4, 1) / 16. At borders the weights that fall outside are left out and the
+//! others make up for them, so that a constant stays one.
+
+use rayon::prelude::*;
+
+use crate::planes::{Planes, Size};
+
+const KERNEL: [f32; 5] = [1.0, 4.0, 6.0, 4.0, 1.0];
+
+/// The texture at half its resolution; odd sides are rounded up.
+pub fn halved(planes: &Planes) -> Planes {
+    let from = planes.size();
+    let to = Size::new(from.width.div_ceil(2), from.height.div_ceil(2));
+    let mut out = Planes::zeros(to, planes.count());
+    out.as_mut_slice()
+        .par_chunks_exact_mut(to.texels())
+        .zip(planes.as_slice().par_chunks_exact(from.texels()))
+        .for_each(|(out, plane)| {
+            let rows: Vec<f32> = plane
+                .chunks_exact(from.width)
+                .flat_map(|row| (0..to.width).map(|x| smooth(from.width, x, |i| row[i])))
+                .collect();
+            for (i, value) in out.iter_mut().enumerate() {
+                *value = smooth(from.height, i / to.width, |y| rows[y * to.width + i % to.width]);
+            }
+        });
+    out
+}
+
+/// The kernel's mean about place 2 `x` of a line of `length` values.
+fn smooth(length: usize, x: usize, value: impl Fn(usize) -> f32) -> f32 {
+    let (mut sum, mut weights) = (0.0, 0.0);
+    for (k, weight) in KERNEL.into_iter().enumerate() {
+        let place = (2 * x + k).checked_sub(2).filter(|place| *place < length);
+        if let Some(place) = place {
+            sum += weight * value(place);
+            weights += weight;
+        }
+    }
+    sum / weights
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn constants_stay_and_ramps_keep_their_slope() {
+        for (width, height) in [(1, 1), (2, 7), (9, 4), (13, 13)] {
+            let flat = Planes::from_vec(Size::new(width, height), 2, vec![0.7; 2 * width * height]).unwrap();
+            let half = halved(&flat);
+            assert_eq!(half.size(), Size::new(width.div_ceil(2), height.div_ceil(2)));
+            assert!(half.as_slice().iter().all(|v| (v - 0.7).abs() < 1e-6));
+        }
+        let size = Size::new(20, 20);
+        let ramp =
+            Planes::from_vec(size, 1, (0..400).map(|i| (i % 20) as f32 + 3.0 * (i / 20) as f32).collect())
+                .unwrap();
+        let half = halved(&ramp);
+        assert!((half.at(0, 4, 5) - (8.0 + 30.0)).abs() < 1e-5);
+    }
+}

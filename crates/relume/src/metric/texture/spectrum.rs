@@ -1,0 +1,120 @@
+//! Distance of the power spectra: how much of which frequency in which direction.
+//!
+//! The power of all planes under a Hann window (P. Welch, The use of fast Fourier transform for the
+//! estimation of power spectra, 1967) is averaged over half octaves of frequency and eight directions;
+//! the distance is the root mean square of the ratio in dB over the bins that both textures resolve. It
+//! sees blur (missing high frequencies), noise, scrambling, other scales and directions, and contrast.
+//! It does not see phase, and so neither edges nor shapes; nor repetition, whose lines fall into the
+//! same wide bins.
+
+use std::f64::consts::PI;
+
+use crate::error::Result;
+use crate::limits::Limits;
+use crate::numeric::fourier::{self, Fourier};
+use crate::planes::{Planes, Size};
+
+/// Directions over half a turn.
+const DIRECTIONS: usize = 8;
+/// Half octaves below the highest frequency, half a cycle a texel (corners go beyond and count to
+/// the first).
+const BANDS: usize = 16;
+/// Frequencies a bin needs for its mean to say something.
+const LEAST_FREQUENCIES: u32 = 4;
+/// Powers below this part of the reference's strongest bin are nothing: 60 dB, where 8-bit codes end.
+const FLOOR: f64 = 1e-6;
+
+/// The distance in dB; see the module. 0 where no bin is resolved.
+///
+/// # Errors
+/// When the limits are exceeded.
+pub fn distance_db(reference: &Planes, other: &Planes, limits: &Limits) -> Result<f64> {
+    let (a, b) = (bins(reference, limits)?, bins(other, limits)?);
+    let strongest = a.iter().flatten().copied().fold(0.0, f64::max);
+    let floor = (FLOOR * strongest).max(f64::MIN_POSITIVE);
+    let both = a.iter().zip(&b).filter_map(|(a, b)| Some((a.as_ref()?, b.as_ref()?)));
+    let ratios: Vec<f64> = both.map(|(a, b)| 10.0 * (a.max(floor) / b.max(floor)).log10()).collect();
+    Ok((ratios.iter().map(|db| db * db).sum::<f64>() / ratios.len().max(1) as f64).sqrt())
+}
+
+/// The mean power a texel in each bin, `None` where there are too few frequencies.
+fn bins(planes: &Planes, limits: &Limits) -> Result<Vec<Option<f64>>> {
+    limits.check("the power spectrum", planes.size(), fourier::BYTES_PER_TEXEL + 8)?;
+    let plan = Fourier::new(planes.size());
+    let mut sums = vec![(0.0, 0u32); BANDS * DIRECTIONS];
+    for plane in planes.iter() {
+        let spectrum = plan.forward(windowed(plane, planes.size()));
+        for (i, bin) in spectrum.iter().enumerate() {
+            if let Some(place) = bin_of(i / planes.size().height, i % planes.size().height, planes.size()) {
+                sums[place].0 += bin.norm_sqr();
+                sums[place].1 += 1;
+            }
+        }
+    }
+    let least = LEAST_FREQUENCIES * planes.count() as u32;
+    let mean = |(sum, count): (f64, u32)| (count >= least).then(|| sum / f64::from(count));
+    Ok(sums.into_iter().map(mean).collect())
+}
+
+/// The bin of frequency (k / width, l / height); the mean has none.
+fn bin_of(k: usize, l: usize, size: Size) -> Option<usize> {
+    let down = if 2 * l > size.height { l as f64 - size.height as f64 } else { l as f64 };
+    let (u, v) = (k as f64 / size.width as f64, down / size.height as f64);
+    let band = -2.0 * (2.0 * u.hypot(v)).log2();
+    let band = if band.is_finite() { band.max(0.0) as usize } else { return None };
+    let turn = (v.atan2(u) / PI + 1.0 + 0.5 / DIRECTIONS as f64).fract();
+    let direction = ((turn * DIRECTIONS as f64) as usize).min(DIRECTIONS - 1);
+    (band < BANDS).then_some(band * DIRECTIONS + direction)
+}
+
+/// A plane about its mean under a window whose mean square is 1, so that power does not depend on size.
+fn windowed(plane: &[f32], size: Size) -> Vec<f64> {
+    let hann = |i: usize, n: usize| (1.0 - (2.0 * PI * (i as f64 + 0.5) / n as f64).cos()) / 1.5f64.sqrt();
+    let mean = plane.iter().map(|&v| f64::from(v)).sum::<f64>() / plane.len() as f64;
+    let scale = 1.0 / (size.texels() as f64).sqrt();
+    let weight = |i: usize| scale * hann(i % size.width, size.width) * hann(i / size.width, size.height);
+    plane.iter().enumerate().map(|(i, &v)| weight(i) * (f64::from(v) - mean)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::random::Stream;
+
+    fn noise(size: Size, gain: f32, seed: u64) -> Planes {
+        let mut random = Stream::new(seed, 0);
+        Planes::from_vec(size, 1, (0..size.texels()).map(|_| gain * random.unit() as f32).collect()).unwrap()
+    }
+
+    #[test]
+    fn white_noise_has_its_variance_in_every_bin_at_any_size() {
+        for (width, height) in [(128, 128), (97, 160)] {
+            let found = bins(&noise(Size::new(width, height), 1.0, 3), &Limits::default()).unwrap();
+            // The four highest bands; what a window and the mean take away is in the lowest.
+            let known: Vec<f64> = found.into_iter().take(4 * DIRECTIONS).flatten().collect();
+            assert_eq!(known.len(), 4 * DIRECTIONS);
+            let mean = known.iter().sum::<f64>() / known.len() as f64;
+            assert!((mean * 12.0 - 1.0).abs() < 0.1, "{mean} is not 1 / 12");
+        }
+    }
+
+    #[test]
+    fn a_gain_is_its_decibels() {
+        let limits = Limits::default();
+        let (quiet, loud) = (noise(Size::new(64, 64), 0.25, 1), noise(Size::new(64, 64), 0.5, 1));
+        let found = distance_db(&loud, &quiet, &limits).unwrap();
+        assert!((found - 20.0 * 2f64.log10()).abs() < 1e-3, "{found}");
+        assert_eq!(distance_db(&loud, &loud, &limits).unwrap(), 0.0);
+    }
+
+    #[test]
+    fn directions_are_kept_apart() {
+        let wave = |u: f64, v: f64| {
+            let value = |i: usize| (2.0 * PI * (u * (i % 64) as f64 + v * (i / 64) as f64)).cos() as f32;
+            Planes::from_vec(Size::new(64, 64), 1, (0..4096).map(value).collect()).unwrap()
+        };
+        let limits = Limits::default();
+        assert!(distance_db(&wave(0.25, 0.0), &wave(0.0, 0.25), &limits).unwrap() > 5.0);
+        assert!(distance_db(&wave(0.25, 0.0), &wave(-0.25, 0.0), &limits).unwrap() < 1e-6);
+    }
+}

@@ -1,0 +1,85 @@
+//! Whether a texture tiles: the step across its borders against the steps inside.
+//!
+//! The root mean square step between the last column and the first, over that between neighbouring
+//! columns inside; the same for rows. 1 is as smooth as the inside. A ratio says how visible the
+//! seam is on average; the rank, the share of the inner lines with a smaller step, says whether such a step
+//! is unusual for the texture: mortar and yarns make large steps on purpose. It sees jumps of value;
+//! not kinks, nor features cut in two without a jump.
+
+use serde::Serialize;
+
+use super::steps::{Steps, ratio};
+use crate::planes::Planes;
+
+/// The step across one pair of borders.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Wrap {
+    /// Root mean square step across the border over that inside; 1 is seamless.
+    pub ratio: f64,
+    /// The share of inner lines whose step is smaller than the border's, 0 to 1.
+    pub rank: f64,
+}
+
+/// The steps from the right border to the left one, and from the bottom to the top. Sides of one
+/// texel have no inside and are seamless.
+pub fn wrap(planes: &Planes) -> [Wrap; 2] {
+    let size = planes.size();
+    let columns = |x: usize| {
+        let mut steps = Steps::default();
+        (0..size.height)
+            .for_each(|y| steps.add(planes, size.index(x, y), size.index((x + 1) % size.width, y)));
+        steps
+    };
+    let rows = |y: usize| {
+        let mut steps = Steps::default();
+        (0..size.width)
+            .for_each(|x| steps.add(planes, size.index(x, y), size.index(x, (y + 1) % size.height)));
+        steps
+    };
+    [judge(size.width, columns), judge(size.height, rows)]
+}
+
+/// `step(i)` is that from line i to the next; that of the last line is the wrap.
+fn judge(lines: usize, step: impl Fn(usize) -> Steps) -> Wrap {
+    let across = step(lines - 1).rms();
+    let inner: Vec<Steps> = (0..lines - 1).map(step).collect();
+    let mut inside = Steps::default();
+    inner.iter().for_each(|steps| inside.merge(*steps));
+    if inner.is_empty() {
+        return Wrap { ratio: 1.0, rank: 0.0 };
+    }
+    let smaller = inner.iter().filter(|steps| steps.rms() < across).count();
+    Wrap { ratio: ratio(across, inside.rms()), rank: smaller as f64 / inner.len() as f64 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::planes::Size;
+    use std::f32::consts::TAU;
+
+    #[test]
+    fn whole_periods_wrap_and_broken_ones_do_not() {
+        let size = Size::new(40, 30);
+        let wave =
+            |i: usize| ((i % 40) as f32 * TAU / 20.0).sin() + ((i / 40) as f32 * TAU * 1.5 / 30.0).sin();
+        let planes = Planes::from_vec(size, 1, (0..size.texels()).map(wave).collect()).unwrap();
+        let [x, y] = wrap(&planes);
+        assert!((x.ratio - 1.0).abs() < 0.5 && x.rank < 1.0, "{x:?}");
+        // Down, 29 steps of a wave and a half end far from where they began: 29 / 30 of a full turn
+        // and a half is a jump of the step itself only when the number of waves is whole.
+        let slope = Planes::from_vec(size, 1, (0..size.texels()).map(|i| (i / 40) as f32).collect()).unwrap();
+        let [across, down] = wrap(&slope);
+        assert_eq!((across.ratio, across.rank), (1.0, 0.0));
+        assert_eq!((down.ratio, down.rank), (29.0, 1.0));
+        assert!(y.ratio.is_finite());
+    }
+
+    #[test]
+    fn flat_and_thin_textures_are_seamless() {
+        for (width, height) in [(1, 1), (1, 9), (5, 4)] {
+            let flat = Planes::zeros(Size::new(width, height), 2);
+            assert_eq!(wrap(&flat).map(|w| w.ratio), [1.0, 1.0]);
+        }
+    }
+}

@@ -1,0 +1,206 @@
+//! Each measure tells a real second half of an exemplar from spoilt copies of the first.
+
+use relume::format::read_raster;
+use relume::metric::texture::copying::copying;
+use relume::metric::texture::seams::seams;
+use relume::metric::texture::wrap::wrap;
+use relume::metric::texture::{Distances, SlicedOptions, Source, Sources, distances};
+use relume::numeric::random::Stream;
+use relume::procedural::{Material, MaterialOptions, Tiling};
+use relume::synthesis::{BlockOptions, Exemplar, synthesize};
+use relume::{Limits, Planes, Size, Space};
+
+use crate::support::data;
+
+/// What is done to the first half of an exemplar.
+const SPOILT: [&str; 3] = ["blurred", "tiled", "scrambled"];
+
+/// The binomial kernel along rows and columns, twice: the deviation is 1.4 texels.
+fn blurred(planes: &Planes) -> Planes {
+    let size = planes.size();
+    let once = |from: &Planes| {
+        let mut out = from.clone();
+        for (k, plane) in out.iter_mut().enumerate() {
+            for (i, value) in plane.iter_mut().enumerate() {
+                let (x, y) = (i % size.width, i / size.width);
+                let at = |x: usize, y: usize| from.at(k, x.min(size.width - 1), y.min(size.height - 1));
+                let row = |y: usize| 0.25 * at(x.saturating_sub(1), y) + 0.5 * at(x, y) + 0.25 * at(x + 1, y);
+                *value = 0.25 * row(y.saturating_sub(1)) + 0.5 * row(y) + 0.25 * row(y + 1);
+            }
+        }
+        out
+    };
+    (0..4).fold(planes.clone(), |planes, _| once(&planes))
+}
+
+/// The middle sixteenth sixteen times.
+fn tiled(planes: &Planes) -> Planes {
+    let size = planes.size();
+    let tile = Size::new(size.width / 4, size.height / 4);
+    planes.crop(3 * size.width / 8, 3 * size.height / 8, tile).unwrap().repeated(4, 4)
+}
+
+/// The same texels in random places.
+fn scrambled(planes: &Planes) -> Planes {
+    let mut order: Vec<usize> = (0..planes.size().texels()).collect();
+    let mut random = Stream::new(7, 0);
+    (1..order.len()).rev().for_each(|i| order.swap(i, random.below(i + 1)));
+    let moved = planes.iter().flat_map(|plane| order.iter().map(|&i| plane[i])).collect();
+    Planes::from_vec(planes.size(), planes.count(), moved).unwrap()
+}
+
+/// Left and right half.
+fn halves(planes: &Planes) -> [Planes; 2] {
+    let half = Size::new(planes.size().width / 2, planes.size().height);
+    [0, half.width].map(|x| planes.crop(x, 0, half).unwrap())
+}
+
+fn measured(a: &Planes, b: &Planes) -> Distances {
+    distances(a, b, &SlicedOptions::default(), &Limits::default()).unwrap()
+}
+
+/// The distances from the first half: of the second half, then of the spoilt first half.
+fn table(name: &str, exemplar: &Planes) -> [Distances; 4] {
+    let [first, second] = halves(exemplar);
+    let all = [second, blurred(&first), tiled(&first), scrambled(&first)].map(|b| measured(&first, &b));
+    for (what, d) in ["second half", SPOILT[0], SPOILT[1], SPOILT[2]].iter().zip(&all) {
+        println!(
+            "{name} | {what} | {:.4} | {:.4} | {:.4} | {:.2} | {:.4}",
+            d.sliced, d.histogram, d.autocorrelation, d.spectrum_db, d.steerable
+        );
+    }
+    all
+}
+
+/// A measure, its value, and the spoilt copies that it is for: nothing of places is left in a histogram.
+type Measure = (&'static str, fn(&Distances) -> f64, &'static [&'static str]);
+const MEASURES: [Measure; 5] = [
+    ("sliced", |d| d.sliced, &SPOILT),
+    ("histogram", |d| d.histogram, &["blurred"]),
+    ("autocorrelation", |d| d.autocorrelation, &SPOILT),
+    ("spectrum", |d| d.spectrum_db, &SPOILT),
+    ("steerable", |d| d.steerable, &SPOILT),
+];
+
+/// The spoilt copies that a measure calls nearer than the second half, though it is for them.
+fn failures(table: &[Distances; 4]) -> Vec<String> {
+    let mut failures = Vec::new();
+    for (name, value, meant) in MEASURES {
+        let [second, spoilt @ ..] = table.each_ref().map(value);
+        for (what, distance) in SPOILT.iter().zip(spoilt) {
+            if meant.contains(what) && distance <= second {
+                failures.push(format!("{name} {what}"));
+            }
+        }
+    }
+    failures
+}
+
+#[test]
+fn the_second_half_of_built_in_materials_is_nearest() {
+    for material in Material::ALL {
+        let options = MaterialOptions {
+            size: Size::new(512, 256),
+            feature: 16.0,
+            tiling: Tiling::Free,
+            ..MaterialOptions::default()
+        };
+        let albedo = material.make(&options, &Limits::default()).unwrap().albedo;
+        let failures = failures(&table(material.name(), &albedo));
+        assert!(failures.is_empty(), "{}: {failures:?}", material.name());
+    }
+}
+
+/// Real textures, and what the measures are known to miss on them, because their halves differ.
+const REAL: [(&str, &[&str]); 9] = [
+    // Taken in perspective: the halves hold bricks of other sizes.
+    (
+        "textures/brick.png",
+        &["sliced blurred", "histogram blurred", "autocorrelation blurred", "steerable tiled"],
+    ),
+    ("textures/grass.png", &[]),
+    ("textures/gravel.png", &[]),
+    ("materials/bark/albedo.jpg", &[]),
+    ("materials/facade/albedo.jpg", &[]),
+    ("materials/mossyrock/albedo.jpg", &[]),
+    // The left half holds more rust.
+    ("materials/rustymetal/albedo.jpg", &["histogram blurred", "autocorrelation blurred"]),
+    // The halves correlate unlike each other; a blur moves a regular texture's correlation little.
+    ("captures/wool/wool_t45_p000.png", &["autocorrelation blurred"]),
+    ("captures/corduroy/corduroy_t45_p000.png", &[]),
+];
+
+#[test]
+fn the_second_half_of_real_textures_is_nearest_but_for_known_cases() {
+    for (file, known) in REAL {
+        let Some(path) = data(file) else { continue };
+        let whole = read_raster(&path, &Limits::default()).unwrap().to_picture(Space::Srgb).planes;
+        let size = Size::new(whole.size().width.min(512), whole.size().height.min(512));
+        let failures = failures(&table(file, &whole.crop(0, 0, size).unwrap()));
+        assert_eq!(failures, known, "{file}");
+    }
+}
+
+fn albedo(material: Material, side: usize, tiling: Tiling, seed: u64) -> Planes {
+    let options = MaterialOptions { size: Size::new(side, side), feature: 16.0, tiling, seed };
+    material.make(&options, &Limits::default()).unwrap().albedo
+}
+
+#[test]
+fn borders_of_tiles_are_smoother_than_those_of_crops() {
+    for material in Material::ALL {
+        // One border may run along an edge of the texture by chance: the mean of eight.
+        let mean_ratio = |tiling: Tiling| {
+            let wraps = (0..4).flat_map(|seed| wrap(&albedo(material, 120, tiling, seed)));
+            wraps.map(|wrap| wrap.ratio).sum::<f64>() / 8.0
+        };
+        let (tile, crop) = (mean_ratio(Tiling::Torus), mean_ratio(Tiling::Free));
+        println!("{}: mean wrap ratio of tiles {tile:.2}, of crops {crop:.2}", material.name());
+        // Borders of a weave run between yarns, where steps are large on purpose.
+        let least = if material == Material::Weave { 1.0 } else { 1.25 };
+        assert!(crop > least * tile, "{}: {tile} and {crop}", material.name());
+    }
+}
+
+/// The planes that sources make.
+fn gathered(exemplar: &Planes, size: Size, sources: &[Source]) -> Planes {
+    let texel = |plane: usize, s: &Source| exemplar.at(plane, s.x as usize, s.y as usize);
+    let data = (0..exemplar.count()).flat_map(|k| sources.iter().map(move |s| texel(k, s))).collect();
+    Planes::from_vec(size, exemplar.count(), data).unwrap()
+}
+
+#[test]
+fn cuts_are_less_visible_than_blocks_laid_blindly() {
+    let (size, block) = (Size::new(144, 144), 24);
+    for material in Material::ALL {
+        let exemplar = albedo(material, 128, Tiling::Free, 0);
+        let options = BlockOptions { size, block, overlap: 6, ..BlockOptions::default() };
+        let exemplars = [Exemplar { index: &exemplar, excluded: None }];
+        let made = synthesize(&exemplars, &options, &Limits::default(), &()).unwrap();
+        let cut: Vec<Source> =
+            made.map.copies().iter().map(|t| Source { exemplar: t.exemplar, x: t.x, y: t.y }).collect();
+        let mut random = Stream::new(3, 0);
+        let corners: Vec<[usize; 2]> =
+            (0..36).map(|_| [0, 1].map(|_| random.below(128 - block + 1))).collect();
+        let blind = |i: usize| {
+            let (x, y) = (i % 144, i / 144);
+            let [left, top] = corners[y / block * 6 + x / block];
+            Source { exemplar: 0, x: (left + x % block) as u32, y: (top + y % block) as u32 }
+        };
+        let blind: Vec<Source> = (0..size.texels()).map(blind).collect();
+        let [cut, blind] = [cut, blind].map(|texels| {
+            let sizes = [exemplar.size()];
+            let sources = Sources::new(size, &texels, &sizes).unwrap();
+            (seams(&gathered(&exemplar, size, &texels), &sources).unwrap(), copying(&sources))
+        });
+        println!("{}: cut {cut:?}, blind {blind:?}", material.name());
+        assert!(
+            cut.0.ratio < 0.7 * blind.0.ratio,
+            "{}: {} and {}",
+            material.name(),
+            cut.0.ratio,
+            blind.0.ratio
+        );
+        assert_eq!((blind.1.largest_piece, blind.1.longest_run), (block * block, block));
+    }
+}

@@ -38,6 +38,7 @@ pub mod surface;
 pub mod synthesis;
 
 // Where fields go.
+pub mod analysis;
 pub mod format;
 pub mod metric;
 pub mod render;

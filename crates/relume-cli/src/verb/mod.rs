@@ -4,6 +4,7 @@
 //! [`crate::input`], calls the library, and writes through [`crate::output`]. It prints nothing.
 //! To add one: a file here, an arm in [`Verb`] and in [`run`].
 
+mod analyze;
 mod capture;
 mod compare;
 mod demo;
@@ -28,6 +29,8 @@ pub enum Verb {
     Capture(capture::Args),
     /// Fit reflectance functions to photographs under known lights
     Fit(fit::Args),
+    /// Say what a texture is like: periods, direction, features, and what may spoil synthesis
+    Analyze(analyze::Args),
     /// Say how far a texture is from another
     Compare(compare::Args),
     /// Say what a file holds
@@ -46,6 +49,7 @@ pub fn run(verb: Verb, context: &Context) -> Result<Report> {
         Verb::Demo(args) => demo::run(&args, context),
         Verb::Capture(args) => capture::run(&args, context),
         Verb::Fit(args) => fit::run(&args, context),
+        Verb::Analyze(args) => analyze::run(&args, context),
         Verb::Compare(args) => compare::run(&args, context),
         Verb::Info(args) => info::run(&args, context),
         Verb::Relight(args) => relight::run(&args, context),

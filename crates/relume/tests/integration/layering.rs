@@ -4,7 +4,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-const STAGES: [&str; 7] = ["capture", "fit", "procedural", "surface", "synthesis", "render", "metric"];
+const STAGES: [&str; 8] =
+    ["analysis", "capture", "fit", "procedural", "surface", "synthesis", "render", "metric"];
 
 /// What a stage may name besides itself and the foundation.
 const ALLOWED: [(&str, &str); 1] = [("fit", "capture")];

@@ -2,6 +2,7 @@
 
 mod layering;
 
+mod analysis;
 mod format_pictures;
 mod format_robustness;
 mod format_round_trips;

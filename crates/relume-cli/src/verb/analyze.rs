@@ -1,0 +1,97 @@
+//! `relume analyze`: what a texture is like, and what may spoil synthesis from it.
+
+use std::fmt::Write;
+use std::path::PathBuf;
+
+use relume::analysis::{Analysis, analyze, blocks::Drift, draw};
+use relume::field::{Domain, IndexSpace, Metric};
+use relume::format::{Depth, PictureFormat, encode_picture};
+use relume::numeric::periods::Pattern;
+use relume::render::relight;
+use relume::{Direction, Result};
+use serde_json::json;
+
+use crate::context::Context;
+use crate::report::Report;
+use crate::{input, output};
+
+/// Arguments of `relume analyze`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  relume analyze wool.ptm -o wool_analysis.png\n\n\
+                        docs/measures.md says how to read it.")]
+pub struct Args {
+    /// A .ptm, an .exr field or a picture; - is standard input
+    file: PathBuf,
+    /// A picture of the texture with its period lattice, the autocorrelation and the spectrum (.png,
+    /// .jpg, .tif, .exr); - is standard output, as PNG
+    #[arg(short, long, value_name = "OUT")]
+    output: Option<PathBuf>,
+}
+
+/// Analyses the texture and reports.
+pub fn run(args: &Args, context: &Context) -> Result<Report> {
+    let target = args.output.as_deref().map(|path| {
+        output::check(path, &[&args.file], context)?;
+        let stream = output::is_stream(path);
+        let format =
+            if stream { Ok(PictureFormat::Png(Depth::Eight)) } else { PictureFormat::from_path(path) };
+        Ok((path, format?))
+    });
+    let target = target.transpose()?;
+    let field = input::field(&args.file, &context.limits)?.field;
+    let space = IndexSpace::new(&field, Metric::Function, Domain::Hemisphere)?;
+    context.limits.check("the index of the texture", field.size(), 4 * space.planes() as u64)?;
+    let planes = space.index_planes(&field);
+    let found = analyze(&planes, &context.limits).map_err(|e| e.at(&args.file))?;
+    if let Some((path, format)) = target {
+        let picture = draw(&relight(&field, Direction::ZENITH), &planes, &found, &context.limits)?;
+        output::write(path, &encode_picture(&picture, format)?, context)?;
+    }
+    let taken = args.output.as_deref().is_some_and(output::is_stream);
+    let mut json = json!(found);
+    json["advice"] = json!(found.advice());
+    json["output"] = json!(args.output);
+    Ok(Report::new(text(args, &found), json).with_stdout_taken(taken))
+}
+
+fn text(args: &Args, found: &Analysis) -> String {
+    let mut text = format!("{}: {}\n", args.file.display(), found.advice());
+    let share = 100.0 * found.periods.share;
+    let _ = match found.periods.pattern {
+        Pattern::None => writeln!(text, "  periods      none"),
+        Pattern::Stripes([x, y]) => {
+            writeln!(
+                text,
+                "  periods      stripes every ({x:.2}, {y:.2}) texels (x right, y down); {share:.0} % repeats"
+            )
+        }
+        Pattern::Lattice(lattice) => {
+            let [a, b] = lattice.basis();
+            writeln!(
+                text,
+                "  periods      ({:.2}, {:.2}) and ({:.2}, {:.2}) texels (x right, y down); {share:.0} % repeats",
+                a[0], a[1], b[0], b[1]
+            )
+        }
+    };
+    let orientation = found.orientation;
+    let _ = writeln!(
+        text,
+        "  direction    {:.0} degrees from x to y (up), coherence {:.2}",
+        orientation.angle_deg, orientation.coherence
+    );
+    let _ = match found.feature {
+        Some(size) => writeln!(text, "  features     {size:.1} texels"),
+        None => writeln!(text, "  features     as large as half the picture"),
+    };
+    let _ = writeln!(text, "  steps        kurtosis {:.1} (3 for random phases)", found.kurtosis);
+    let _ = writeln!(text, "  light        {:.1} % of the variance is a slow change", 100.0 * found.trend);
+    let drift =
+        |[x, y]: [Drift; 2]| format!("x {:.2} times, y {:.2} times from side to side", x.factor, y.factor);
+    let _ = writeln!(text, "  scale        {}", drift(found.scale));
+    let _ = write!(text, "  contrast     {}", drift(found.contrast));
+    for warning in &found.warnings {
+        let _ = write!(text, "\nwarning: {}", warning.sentence());
+    }
+    text
+}

@@ -1,0 +1,187 @@
+//! What an exemplar is like, and whether it can be synthesised from: periods, direction, size of
+//! features, randomness, and what spoils results (uneven light, perspective, too small a sample).
+//!
+//! Works on index planes, whose distances are those of functions, or on a plain picture's channels:
+//!
+//! - [`trend`]: light that changes across the picture, and the planes without it;
+//! - [`crate::numeric::periods`]: lattices and stripes;
+//! - [`orientation`]: the main direction, by the structure tensor;
+//! - [`feature`]: the size of features, by the autocorrelation;
+//! - [`blocks`]: whether scale and contrast are the same everywhere;
+//! - [`draw()`]: all of it in one picture.
+
+pub mod blocks;
+mod draw;
+pub mod feature;
+pub mod orientation;
+pub mod trend;
+
+pub use draw::draw;
+
+use serde::Serialize;
+
+use crate::error::{Error, Result};
+use crate::limits::Limits;
+use crate::numeric::autocorrelation::Autocorrelation;
+use crate::numeric::lattice::length;
+use crate::numeric::periods::{self, Pattern, Periods};
+use crate::planes::{Planes, Size};
+use blocks::Drift;
+use orientation::Orientation;
+
+/// The least side of a texture that is analysed.
+pub const LEAST_SIDE: usize = 16;
+/// Fewer features than this along a side are too small a sample to draw from: a stone or a pore is
+/// two to three of them wide, as they are measured (see [`feature`]).
+const LEAST_FEATURES: f64 = 10.0;
+/// Fewer periods than this along a side are too small a sample.
+const LEAST_PERIODS: f64 = 4.0;
+/// A trend of light is named from this part of the variance on, and when it is this many times what
+/// a texture of such features has by chance.
+const LEAST_TREND: (f64, f64) = (0.05, 5.0);
+
+/// What was found.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Analysis {
+    /// How the texture repeats.
+    pub periods: Periods,
+    /// Its main direction.
+    pub orientation: Orientation,
+    /// The size of its features in texels; `None` where they are as large as half the picture.
+    pub feature: Option<f64>,
+    /// The kurtosis of the steps between neighbours: 3 where phases are random, more where there
+    /// are edges.
+    pub kurtosis: f64,
+    /// The share of the variance that is a slow change of light (a polynomial of second degree).
+    pub trend: f64,
+    /// How the scale changes across the picture, along x and y: the factor from one side to the other.
+    pub scale: [Drift; 2],
+    /// How the contrast changes in the same way.
+    pub contrast: [Drift; 2],
+    /// What may spoil synthesis from this exemplar, a sentence each.
+    pub warnings: Vec<Warning>,
+}
+
+/// What may spoil synthesis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Warning {
+    /// Light changes across the picture.
+    UnevenLight,
+    /// The scale changes across the picture.
+    Perspective,
+    /// Halves differ more than their parts.
+    Unrepresentative,
+    /// There are too few features to draw from.
+    TooSmall,
+}
+
+impl Warning {
+    /// What it means and what to do.
+    pub fn sentence(self) -> &'static str {
+        match self {
+            Self::UnevenLight => {
+                "brightness or colour changes across the picture: copies will show patches of light and dark; \
+                 photograph under even light or divide the picture by a strongly blurred copy of itself"
+            }
+            Self::Perspective => {
+                "features change in size across the picture, as in perspective: copies will mix sizes; photograph \
+                 straight from above or rectify the picture"
+            }
+            Self::Unrepresentative => {
+                "one half of the picture differs from the other more than its own parts do: it is not a sample of one \
+                 texture; crop it to the part that is meant"
+            }
+            Self::TooSmall => {
+                "the picture holds only a few features: synthesis will repeat them visibly; take a larger sample"
+            }
+        }
+    }
+}
+
+impl Analysis {
+    /// What kind of texture it is and which methods suit, in a sentence.
+    pub fn advice(&self) -> &'static str {
+        match self.periods.pattern {
+            Pattern::Lattice(_) => {
+                "regular: synthesise with blocks of at least one period, or with tiles of whole periods"
+            }
+            Pattern::Stripes(_) => {
+                "striped: blocks must hold several stripes; along the stripes any length can be copied"
+            }
+            Pattern::None if self.orientation.coherence > 0.4 => {
+                "oriented without a period: use blocks of three to eight features; noise by example will blur it"
+            }
+            Pattern::None if self.kurtosis < 4.0 => {
+                "random without edges: any method works, and noise models suit it"
+            }
+            Pattern::None => "irregular with edges: use blocks of three to eight features, joined along cuts",
+        }
+    }
+}
+
+/// Analyses planes.
+///
+/// # Errors
+/// When a side is below [`LEAST_SIDE`], a value is not finite, or the limits are exceeded.
+pub fn analyze(planes: &Planes, limits: &Limits) -> Result<Analysis> {
+    check(planes)?;
+    limits.check("the texture without its trend", planes.size(), 8 * planes.count() as u64)?;
+    let (even, trend) = trend::removed(planes);
+    let correlation = Autocorrelation::new(&even, Autocorrelation::half(even.size()), limits)?;
+    let feature = feature::size(&correlation);
+    let [scale, contrast] = blocks::drifts(&even, feature);
+    let mut found = Analysis {
+        periods: periods::find(&correlation),
+        orientation: orientation::of(&even),
+        feature,
+        kurtosis: orientation::kurtosis(&even),
+        trend,
+        scale,
+        contrast,
+        warnings: Vec::new(),
+    };
+    found.warnings = warnings(&found, planes.size());
+    Ok(found)
+}
+
+fn check(planes: &Planes) -> Result<()> {
+    let size = planes.size();
+    if size.width.min(size.height) < LEAST_SIDE {
+        return Err(Error::usage(format!(
+            "a texture of {size} texels is too small to be analysed: both sides must be at least {LEAST_SIDE}"
+        )));
+    }
+    match planes.as_slice().iter().position(|v| !v.is_finite()) {
+        Some(at) => Err(Error::invalid(format!(
+            "plane {} is not a finite number at texel ({}, {})",
+            at / size.texels(),
+            at % size.texels() % size.width,
+            at % size.texels() / size.width
+        ))),
+        None => Ok(()),
+    }
+}
+
+fn warnings(found: &Analysis, size: Size) -> Vec<Warning> {
+    let feature = found.feature.unwrap_or(f64::INFINITY);
+    // Five terms besides the mean, each of which fits as much as one independent feature.
+    let by_chance = 5.0 * feature * feature / size.texels() as f64;
+    let (least, times) = LEAST_TREND;
+    let uneven = found.trend > least.max(times * by_chance.min(1.0));
+    let needed = match found.periods.pattern {
+        Pattern::None => LEAST_FEATURES * feature,
+        Pattern::Stripes(period) => LEAST_PERIODS * length(period),
+        Pattern::Lattice(lattice) => LEAST_PERIODS * lattice.cell_area().sqrt(),
+    };
+    let small = needed > size.width.min(size.height) as f64;
+    let perspective = found.scale.iter().any(Drift::is_plain);
+    let unlike = !perspective && found.contrast.iter().any(Drift::is_plain);
+    let all = [
+        (uneven, Warning::UnevenLight),
+        (perspective, Warning::Perspective),
+        (unlike, Warning::Unrepresentative),
+        (small, Warning::TooSmall),
+    ];
+    all.into_iter().filter(|(found, _)| *found).map(|(_, warning)| warning).collect()
+}

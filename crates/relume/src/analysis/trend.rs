@@ -1,0 +1,81 @@
+//! Slow changes of light: the polynomial of second degree in x and y nearest to each plane.
+//!
+//! Uneven light and vignetting are mostly of this form. The fit is by least squares: the powers are
+//! made orthonormal over the texels by the Cholesky factor of their inner products. What is left is the
+//! texture itself, whose autocorrelation then says nothing of the light.
+
+use crate::numeric::Matrix;
+use crate::planes::{Planes, Size};
+
+/// Powers (i, j) of x and y, the constant first.
+const POWERS: [(i32, i32); 6] = [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)];
+
+/// The planes less their trends (their means stay), and the share of the variance of all planes
+/// that the trends were.
+pub fn removed(planes: &Planes) -> (Planes, f64) {
+    let size = planes.size();
+    let basis = Basis::new(size);
+    let (mut even, mut slow, mut all) = (planes.clone(), 0.0, 0.0);
+    for plane in even.iter_mut() {
+        let mean = plane.iter().map(|&v| f64::from(v)).sum::<f64>() / plane.len() as f64;
+        let weights = basis.weights(plane, mean);
+        for (i, value) in plane.iter_mut().enumerate() {
+            let about = f64::from(*value) - mean;
+            let trend = basis.value(&weights, i);
+            all += about * about;
+            slow += trend * trend;
+            *value = (f64::from(*value) - trend) as f32;
+        }
+    }
+    (even, if all > 0.0 { (slow / all).min(1.0) } else { 0.0 })
+}
+
+/// Six polynomials that are orthonormal over the texels.
+struct Basis {
+    size: Size,
+    /// Columns of the powers' combinations: polynomial p is sum_k combine[(k, p)] power_k.
+    combine: Matrix,
+}
+
+impl Basis {
+    fn new(size: Size) -> Self {
+        // Sums of products over all texels factor into sums over columns and over rows.
+        let moments = |n: usize| -> Vec<f64> {
+            (0..5).map(|p| (0..n).map(|i| place(i, n).powi(p)).sum::<f64>()).collect()
+        };
+        let (mx, my) = (moments(size.width), moments(size.height));
+        let gram = Matrix::from_fn(6, 6, |a, b| {
+            mx[(POWERS[a].0 + POWERS[b].0) as usize] * my[(POWERS[a].1 + POWERS[b].1) as usize]
+        });
+        let factor = gram.cholesky().expect("powers are independent on sides of three texels and more");
+        Self { size, combine: factor.lower_inverse().transposed() }
+    }
+
+    fn weights(&self, plane: &[f32], mean: f64) -> [f64; 6] {
+        let mut sums = [0.0; 6];
+        for (i, &value) in plane.iter().enumerate() {
+            let powers = self.powers(i);
+            (0..6).for_each(|k| sums[k] += powers[k] * (f64::from(value) - mean));
+        }
+        // The coefficients of the powers: combine combine' sums.
+        let along: Vec<f64> = (0..6).map(|p| (0..6).map(|k| self.combine[(k, p)] * sums[k]).sum()).collect();
+        std::array::from_fn(|k| (0..6).map(|p| self.combine[(k, p)] * along[p]).sum())
+    }
+
+    fn value(&self, weights: &[f64; 6], texel: usize) -> f64 {
+        self.powers(texel).iter().zip(weights).map(|(power, weight)| power * weight).sum()
+    }
+
+    fn powers(&self, texel: usize) -> [f64; 6] {
+        let (x, y) = (
+            place(texel % self.size.width, self.size.width),
+            place(texel / self.size.width, self.size.height),
+        );
+        [1.0, x, y, x * x, x * y, y * y]
+    }
+}
+
+/// Texel `i` of `n` on [-1, 1].
+fn place(i: usize, n: usize) -> f64 {
+    (2 * i + 1) as f64 / n as f64 - 1.0
+}

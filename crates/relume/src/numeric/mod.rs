@@ -3,11 +3,13 @@
 pub mod autocorrelation;
 pub mod decibel;
 pub mod fourier;
+pub mod hash;
 pub mod lattice;
 pub mod matrix;
 pub mod pairs;
 pub mod periods;
 pub mod quadrature;
 pub mod random;
+pub mod summed_area;
 
 pub use matrix::Matrix;

@@ -11,6 +11,7 @@
 //! - [`layout`]: where blocks go and in which order; [`neighbourhood`]: what is there already;
 //! - [`search`]: a family of exact searches;
 //! - [`cut`] and [`alpha`]: joining a block to what is there;
+//! - [`roller`]: another method, for regular textures: tiles that can be laid in any order;
 //! - [`source_map`]: the result; [`gather()`] applies it to anything registered with the exemplars.
 //!
 //! Everything that decides is an integer, and each block has its own random stream, so the result
@@ -26,6 +27,7 @@ pub mod neighbourhood;
 pub mod options;
 pub mod positions;
 pub mod quantise;
+pub mod roller;
 pub mod search;
 pub mod source_map;
 

@@ -10,6 +10,7 @@ mod goldens;
 mod ptm_independent;
 mod ptm_precision;
 mod real_captures;
+mod roller;
 mod support;
 mod synthesis;
 mod texture_measures;

@@ -1,0 +1,69 @@
+//! Sums over rectangles in constant time: Crow, "Summed-area tables for texture mapping",
+//! SIGGRAPH 1984. Sums are integers, so they are exact in any order.
+
+use crate::planes::Size;
+
+/// The sums over all upper left rectangles of a table of integers.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SummedArea {
+    size: Size,
+    /// Sums over the x first columns and y first rows, (width + 1) x (height + 1).
+    sums: Vec<u64>,
+}
+
+impl SummedArea {
+    /// The sums of a table given row after row.
+    ///
+    /// # Panics
+    /// When there is not one value for each texel.
+    pub fn new(size: Size, values: &[u64]) -> Self {
+        assert_eq!(values.len(), size.texels(), "one value for each texel");
+        let stride = size.width + 1;
+        let mut sums = vec![0; stride * (size.height + 1)];
+        for (y, row) in values.chunks_exact(size.width.max(1)).enumerate() {
+            let (above, here) = sums[y * stride..].split_at_mut(stride);
+            let mut sum = 0;
+            for ((out, above), value) in here[1..].iter_mut().zip(&above[1..]).zip(row) {
+                sum += value;
+                *out = above + sum;
+            }
+        }
+        Self { size, sums }
+    }
+
+    /// Width and height of the table.
+    pub fn size(&self) -> Size {
+        self.size
+    }
+
+    /// The sum over the rectangle of `width` x `height` values whose top left one is (x, y).
+    ///
+    /// # Panics
+    /// When the rectangle does not lie inside.
+    pub fn sum(&self, x: usize, y: usize, width: usize, height: usize) -> u64 {
+        let at = |x: usize, y: usize| self.sums[y * (self.size.width + 1) + x];
+        at(x + width, y + height) + at(x, y) - at(x + width, y) - at(x, y + height)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::random::Stream;
+
+    #[test]
+    fn every_rectangle_has_its_sum() {
+        let mut stream = Stream::new(3, 0);
+        for size in [Size::new(1, 1), Size::new(7, 5), Size::new(1, 6), Size::new(4, 1)] {
+            let values: Vec<u64> = (0..size.texels()).map(|_| stream.below(1000) as u64).collect();
+            let table = SummedArea::new(size, &values);
+            for (x, y) in (0..=size.width).flat_map(|x| (0..=size.height).map(move |y| (x, y))) {
+                for (w, h) in (0..=size.width - x).flat_map(|w| (0..=size.height - y).map(move |h| (w, h))) {
+                    let rows = (y..y + h).flat_map(|j| (x..x + w).map(move |i| (i, j)));
+                    let truth: u64 = rows.map(|(i, j)| values[size.index(i, j)]).sum();
+                    assert_eq!(table.sum(x, y, w, h), truth);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,193 @@
+//! The endless plane of a tile set: any window of it at once, identical however it is cut.
+//!
+//! The tile of each cell is chosen by a hash of the seed and the cell's column and row
+//! ([`crate::numeric::hash`]), so nothing has to be computed before a window and nothing is kept. Texels are
+//! copied row by row in runs of a tile's width. A shader chooses the same tiles:
+//!
+//! ```glsl
+//! uint tileOf(ivec2 cell, uvec2 seed) { return (hash4(uvec4(cell, seed)).x >> 16) % tiles; }
+//! ```
+//!
+//! The upper half of the hash is taken: the lowest bits of neighbouring seeds are not independent.
+
+use rayon::prelude::*;
+
+use crate::error::{Error, Result};
+use crate::limits::Limits;
+use crate::numeric::hash;
+use crate::planes::{Planes, Size};
+
+/// A plane of tiles, laid without end in all directions; the cell (0, 0) has its top left texel at
+/// (0, 0). It repeats after 2^32 cells.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Endless {
+    tile: Size,
+    tiles: usize,
+    seed: u64,
+}
+
+/// Neighbouring texels of one row of one tile.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Run {
+    /// The number of the tile.
+    pub tile: usize,
+    /// The first texel's column in the tile.
+    pub x: usize,
+    /// The row in the tile.
+    pub y: usize,
+    /// How many texels.
+    pub length: usize,
+}
+
+impl Endless {
+    /// The plane that `seed` makes of `tiles` tiles of one size.
+    ///
+    /// # Errors
+    /// When there are no tiles, or they have no texels.
+    pub fn new(tile: Size, tiles: usize, seed: u64) -> Result<Self> {
+        if tiles == 0 || tile.texels() == 0 {
+            return Err(Error::usage(format!("{tiles} tiles of {tile} texels make no plane")));
+        }
+        Ok(Self { tile, tiles, seed })
+    }
+
+    /// The size of a tile.
+    pub fn tile(&self) -> Size {
+        self.tile
+    }
+
+    /// The tile of a cell.
+    pub fn tile_at(&self, column: i64, row: i64) -> usize {
+        (hash::of_place(self.seed, column, row)[0] >> 16) as usize % self.tiles
+    }
+
+    /// The tile and the texel in it that (x, y) of the plane shows: the slow truth of
+    /// [`Endless::runs`].
+    pub fn texel_at(&self, x: i64, y: i64) -> Run {
+        let (width, height) = (self.tile.width as i64, self.tile.height as i64);
+        Run {
+            tile: self.tile_at(x.div_euclid(width), y.div_euclid(height)),
+            x: x.rem_euclid(width) as usize,
+            y: y.rem_euclid(height) as usize,
+            length: 1,
+        }
+    }
+
+    /// The runs of `width` texels from (x, y) to the right.
+    pub fn runs(&self, x: i64, y: i64, width: usize) -> impl Iterator<Item = Run> {
+        let (plane, mut done) = (*self, 0);
+        std::iter::from_fn(move || {
+            (done < width).then(|| {
+                let first = plane.texel_at(x + done as i64, y);
+                let run = Run { length: (plane.tile.width - first.x).min(width - done), ..first };
+                done += run.length;
+                run
+            })
+        })
+    }
+
+    /// Copies texels of the plane from (x, y) to the right into `out`. The tiles lie one below the
+    /// other in `stacked`, with `samples` numbers a texel.
+    ///
+    /// # Panics
+    /// When `stacked` does not hold all tiles, or `out` no whole number of texels.
+    pub fn copy_row<T: Copy>(&self, stacked: &[T], samples: usize, x: i64, y: i64, out: &mut [T]) {
+        assert_eq!(stacked.len(), self.tile.texels() * self.tiles * samples, "all tiles");
+        assert!(out.len().is_multiple_of(samples), "whole texels");
+        let mut rest = out;
+        for run in self.runs(x, y, rest.len() / samples) {
+            let (now, later) = rest.split_at_mut(run.length * samples);
+            let start = self.tile.index(run.x, run.tile * self.tile.height + run.y) * samples;
+            now.copy_from_slice(&stacked[start..][..now.len()]);
+            rest = later;
+        }
+    }
+
+    /// The window of `size` texels whose top left one is (x, y), of tiles that lie one below the
+    /// other.
+    ///
+    /// # Errors
+    /// When the planes do not hold these tiles, or the window exceeds the limits.
+    pub fn window(&self, stacked: &Planes, x: i64, y: i64, size: Size, limits: &Limits) -> Result<Planes> {
+        let expected = Size::new(self.tile.width, self.tile.height * self.tiles);
+        if stacked.size() != expected {
+            return Err(Error::usage(format!(
+                "{} tiles of {} lie in {expected} texels, found {}",
+                self.tiles,
+                self.tile,
+                stacked.size()
+            )));
+        }
+        let mut window = Planes::zeros_within(limits, "the window", size, stacked.count())?;
+        let (width, height) = (size.width, size.height);
+        window.as_mut_slice().par_chunks_exact_mut(width).enumerate().for_each(|(number, row)| {
+            let (k, line) = (number / height, number % height);
+            self.copy_row(stacked.plane(k), 1, x, y + line as i64, row);
+        });
+        Ok(window)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::random::Stream;
+    use proptest::prelude::*;
+
+    fn tiles(tile: Size, count: usize, planes: usize) -> Planes {
+        let mut stream = Stream::new(8, 0);
+        let size = Size::new(tile.width, tile.height * count);
+        let data = (0..size.texels() * planes).map(|_| stream.unit() as f32).collect();
+        Planes::from_vec(size, planes, data).unwrap()
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(200))]
+
+        /// Every texel of every window is the one that its place alone decides.
+        #[test]
+        fn windows_are_identical_however_they_are_cut(
+            (w, h, count, planes) in (1usize..9, 1usize..9, 1usize..6, 1usize..3),
+            (x, y, width, height) in (-40i64..40, -40i64..40, 1usize..30, 1usize..30),
+            (far, seed) in (prop_oneof![Just(0i64), Just(1 << 40), Just(-(1 << 40))], any::<u64>()),
+        ) {
+            let tile = Size::new(w, h);
+            let stacked = tiles(tile, count, planes);
+            let plane = Endless::new(tile, count, seed).unwrap();
+            let (x, y) = (x + far, y - far);
+            let window = plane.window(&stacked, x, y, Size::new(width, height), &Limits::default()).unwrap();
+            for (i, j) in (0..height).flat_map(|j| (0..width).map(move |i| (i, j))) {
+                let from = plane.texel_at(x + i as i64, y + j as i64);
+                for k in 0..planes {
+                    prop_assert_eq!(window.at(k, i, j), stacked.at(k, from.x, from.tile * h + from.y));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn tiles_are_chosen_evenly_and_by_seed() {
+        let plane = |seed| Endless::new(Size::new(4, 4), 4, seed).unwrap();
+        let mut counts = [0u32; 4];
+        let mut equal = 0;
+        for place in 0..10_000i64 {
+            let (column, row) = (place % 100 - 50, place / 100 - 50);
+            counts[plane(1).tile_at(column, row)] += 1;
+            equal += u32::from(plane(1).tile_at(column, row) == plane(2).tile_at(column, row));
+        }
+        // Five standard deviations: 5 * sqrt(10000 * 3/16).
+        assert!(counts.iter().all(|c| c.abs_diff(2500) < 217) && equal.abs_diff(2500) < 217, "{counts:?}");
+    }
+
+    #[test]
+    fn what_makes_no_plane_is_refused() {
+        assert!(Endless::new(Size::new(4, 4), 0, 0).is_err() && Endless::new(Size::new(0, 4), 1, 0).is_err());
+        let plane = Endless::new(Size::new(4, 4), 2, 0).unwrap();
+        let stacked = tiles(Size::new(4, 4), 2, 1);
+        let tight = Limits { max_bytes: 99, ..Limits::default() };
+        assert!(plane.window(&stacked, 0, 0, Size::new(5, 5), &tight).is_err());
+        assert!(plane.window(&stacked, 0, 0, Size::new(0, 5), &Limits::default()).is_err());
+        let error = plane.window(&tiles(Size::new(4, 4), 3, 1), 0, 0, Size::new(5, 5), &Limits::default());
+        assert!(error.unwrap_err().message().contains("4 x 8"));
+    }
+}

@@ -1,0 +1,168 @@
+//! Other parts of the exemplar that fit the border of the first tile.
+//!
+//! The error of a part is the sum of squared differences with the first tile over its border band.
+//! All parts at once by correlation, |t - s|^2 = |t|^2 + |s|^2 - 2 t.s, in 64-bit floating point
+//! with a stated error; those that could be the best within it are settled by their exact sums.
+//! [`Border::direct`] is the slow truth.
+
+use realfft::num_complex::Complex64;
+use serde::Serialize;
+
+use super::profile::squared_distance;
+use crate::numeric::fourier::Fourier;
+use crate::numeric::summed_area::SummedArea;
+use crate::planes::Size;
+use crate::synthesis::quantise::IndexTexels;
+
+/// Error of a correlation relative to the product of the lengths of its factors, as in
+/// [`crate::synthesis::search::fft`].
+const RELATIVE_ERROR: f64 = 1e-13;
+
+/// A part of the exemplar of a tile's size.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct Part {
+    /// Left column.
+    pub x: usize,
+    /// Top row.
+    pub y: usize,
+    /// Sum of the squared differences with the first tile over its border band.
+    pub border_error: u64,
+}
+
+/// The first tile's border band against all parts of the exemplar.
+pub struct Border<'a> {
+    exemplar: &'a IndexTexels,
+    planes: usize,
+    tile: Size,
+    band: usize,
+    codes: &'a [i16],
+    /// The approximate error of the part at each place, row after row of the exemplar.
+    errors: Vec<f64>,
+    /// How far those may be off.
+    margin: f64,
+}
+
+impl<'a> Border<'a> {
+    /// Compares the outermost `band` + 1 texels of a tile, whose codes lie texel by texel, with all
+    /// parts of the exemplar.
+    pub fn new(exemplar: &'a IndexTexels, planes: usize, tile: Size, band: usize, codes: &'a [i16]) -> Self {
+        let mut border = Self { exemplar, planes, tile, band, codes, errors: Vec::new(), margin: 0.0 };
+        border.compare();
+        border
+    }
+
+    fn is_border(&self, x: usize, y: usize) -> bool {
+        x.min(y).min(self.tile.width - 1 - x).min(self.tile.height - 1 - y) <= self.band
+    }
+
+    fn border_texels(&self) -> impl Iterator<Item = (usize, usize)> + use<'_> {
+        let all = (0..self.tile.height).flat_map(|y| (0..self.tile.width).map(move |x| (x, y)));
+        all.filter(|&(x, y)| self.is_border(x, y))
+    }
+
+    fn tile_texel(&self, x: usize, y: usize) -> &[i16] {
+        &self.codes[self.tile.index(x, y) * self.planes..][..self.planes]
+    }
+
+    /// Correlates plane after plane.
+    fn compare(&mut self) {
+        let size = self.exemplar.size();
+        let transform = Fourier::new(size);
+        let mut product = vec![Complex64::ZERO; transform.columns() * size.height];
+        for k in 0..self.planes {
+            let mut image = vec![0.0; size.texels()];
+            for (x, y) in self.border_texels() {
+                image[size.index(x, y)] = f64::from(self.tile_texel(x, y)[k]);
+            }
+            let codes = self.exemplar.codes()[k..].iter().step_by(self.planes).take(size.texels());
+            let (border, whole) =
+                (transform.forward(image), transform.forward(codes.map(|&c| f64::from(c)).collect()));
+            product.iter_mut().zip(border.iter().zip(&whole)).for_each(|(sum, (t, s))| *sum += t.conj() * s);
+        }
+        let squares: Vec<u64> = (0..size.texels())
+            .map(|t| squared_length(self.exemplar.run(t % size.width, t / size.width, 1)))
+            .collect();
+        let norm: u64 = squares.iter().sum();
+        let own: u64 = self.border_texels().map(|(x, y)| squared_length(self.tile_texel(x, y))).sum();
+        let there = self.border_sums(&SummedArea::new(size, &squares));
+        self.errors = transform.inverse(product);
+        self.errors.iter_mut().zip(there).for_each(|(v, there)| *v = (own + there) as f64 - 2.0 * *v);
+        let factors = (norm as f64).sqrt() * (own as f64).sqrt() * (self.planes as f64).sqrt();
+        self.margin = 2.0 * RELATIVE_ERROR * factors + 0.5;
+    }
+
+    /// The sum of squares under the border at each place where the tile lies inside, else nothing.
+    fn border_sums(&self, squares: &SummedArea) -> Vec<u64> {
+        let (size, Size { width, height }, b) = (self.exemplar.size(), self.tile, self.band + 1);
+        let sum = |t: usize| {
+            let (x, y) = (t % size.width, t / size.width);
+            if x + width > size.width || y + height > size.height {
+                return 0;
+            }
+            squares.sum(x, y, width, height) - squares.sum(x + b, y + b, width - 2 * b, height - 2 * b)
+        };
+        (0..size.texels()).map(sum).collect()
+    }
+
+    /// The allowed part that fits best; the topmost, then leftmost of equals.
+    pub fn best(&self, allowed: impl Fn(usize, usize) -> bool) -> Option<Part> {
+        let (size, tile) = (self.exemplar.size(), self.tile);
+        let rows = 0..(size.height + 1).saturating_sub(tile.height);
+        let places = rows.flat_map(|y| (0..(size.width + 1).saturating_sub(tile.width)).map(move |x| (x, y)));
+        let places: Vec<(usize, usize)> = places.filter(|&(x, y)| allowed(x, y)).collect();
+        let approximate = |&(x, y): &(usize, usize)| self.errors[size.index(x, y)];
+        let least = places.iter().map(approximate).min_by(f64::total_cmp)?;
+        let near = places.iter().filter(|place| approximate(place) <= least + 2.0 * self.margin);
+        near.map(|&(x, y)| Part { x, y, border_error: self.direct(x, y) })
+            .min_by_key(|part| (part.border_error, part.y, part.x))
+    }
+
+    /// The slow truth of a part's error: the sum over the border's texels.
+    pub fn direct(&self, x: usize, y: usize) -> u64 {
+        self.border_texels()
+            .map(|(i, j)| squared_distance(self.tile_texel(i, j), self.exemplar.run(x + i, y + j, 1)))
+            .sum()
+    }
+}
+
+fn squared_length(codes: &[i16]) -> u64 {
+    codes.iter().map(|&code| i64::from(code).pow(2).unsigned_abs()).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::random::Stream;
+    use crate::synthesis::roller::tests::noise;
+    use proptest::prelude::*;
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(60))]
+
+        #[test]
+        fn the_best_part_is_that_of_all_direct_sums(
+            (extra_w, extra_h, planes, band) in (0usize..9, 0usize..9, 1usize..4, 1usize..3),
+            seed in any::<u64>(),
+        ) {
+            let tile = Size::new(2 * band + 3, 2 * band + 4);
+            let size = Size::new(tile.width + extra_w, tile.height + extra_h);
+            let exemplar = noise(size, planes, seed);
+            let mut stream = Stream::new(seed, 1);
+            let codes: Vec<i16> = (0..tile.texels() * planes).map(|_| stream.below(4096) as i16).collect();
+            let border = Border::new(&exemplar.texels()[0], planes, tile, band, &codes);
+            let allowed = |x: usize, y: usize| (x + 2 * y) % 3 != 1;
+            let places = (0..=extra_h).flat_map(|y| (0..=extra_w).map(move |x| (x, y)));
+            let sums = places.filter(|&(x, y)| allowed(x, y)).map(|(x, y)| (border.direct(x, y), y, x));
+            let truth = sums.min().unwrap();
+            let found = border.best(allowed).unwrap();
+            prop_assert_eq!((found.border_error, found.y, found.x), truth);
+            for (t, error) in border.errors.iter().enumerate() {
+                let (x, y) = (t % size.width, t / size.width);
+                if x <= extra_w && y <= extra_h {
+                    prop_assert!((error - border.direct(x, y) as f64).abs() <= border.margin);
+                }
+            }
+            prop_assert!(border.best(|_, _| false).is_none());
+        }
+    }
+}

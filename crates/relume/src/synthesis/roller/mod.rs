@@ -1,0 +1,54 @@
+//! The Roller: tiles of a regular texture that can be laid in any random order without a seam.
+//!
+//! ```text
+//! Exemplar --profile--> shifts --region--> origin and size --toroidal--> first tile
+//!          --further--> regions that fit its border --ring--> further tiles --> TileSet
+//! TileSet + seed --endless--> any window of an infinite plane
+//! ```
+//!
+//! M. Haindl, M. Hatka, "BTF Roller", Texture 2005, and "A Roller - Fast Sampling-Based Texture
+//! Synthesis Algorithm", WSCG 2005. Everything works on index planes, so on any reflectance field:
+//!
+//! - periods are found in the autocorrelation of all planes ([`crate::numeric::periods`]);
+//! - [`profile`]: how much the exemplar differs from itself under each shift along an axis;
+//! - [`region`]: the part of the exemplar whose overlaps with its own shifts differ least;
+//! - [`toroidal`]: two closed cuts through one corner make a tile of it that continues itself;
+//! - [`further`]: other parts that fit the border of the first tile;
+//! - [`ring`]: a closed cut puts each of them inside that border;
+//! - [`seams`]: how steps across the cuts compare with those inside;
+//! - [`endless`]: the plane of tiles, each chosen by a hash of the seed and its cell.
+//!
+//! Deciding errors are sums of integers; the result does not depend on threads.
+
+pub mod endless;
+pub mod further;
+mod make;
+pub mod options;
+pub mod profile;
+pub mod region;
+pub mod ring;
+pub mod seams;
+mod tile_set;
+pub mod toroidal;
+
+pub use endless::Endless;
+pub use make::{Report, Rolled, roll};
+pub use options::RollerOptions;
+pub use seams::Seams;
+pub use tile_set::TileSet;
+
+#[cfg(test)]
+mod tests {
+    use crate::limits::Limits;
+    use crate::numeric::random::Stream;
+    use crate::planes::{Planes, Size};
+    use crate::synthesis::quantise::{Exemplar, Quantised};
+
+    /// Random texels as codes.
+    pub fn noise(size: Size, planes: usize, seed: u64) -> Quantised {
+        let mut stream = Stream::new(seed, 0);
+        let data = (0..size.texels() * planes).map(|_| stream.unit() as f32).collect();
+        let index = Planes::from_vec(size, planes, data).unwrap();
+        Quantised::new(&[Exemplar { index: &index, excluded: None }], &Limits::default()).unwrap()
+    }
+}

@@ -1,0 +1,88 @@
+//! What the Roller can be asked for.
+
+use serde::Serialize;
+
+use crate::error::{Error, Result};
+use crate::numeric::periods::Pattern;
+use crate::planes::Size;
+
+/// Options of [`super::roll`].
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RollerOptions {
+    /// How many tiles; each holds about this part of the exemplar's texels.
+    pub tiles: usize,
+    /// Texels by which a tile overlaps its continuation, and the width of the border that tiles
+    /// share; none for [`RollerOptions::customary_overlap`].
+    pub overlap: Option<usize>,
+    /// How the texture repeats, where that is known; else it is measured. Sides of tiles are whole
+    /// periods where there are any.
+    pub pattern: Option<Pattern>,
+    /// The least side of a tile as a share of the longest that is possible.
+    pub least_side: f64,
+    /// The largest tile is taken whose overlaps differ at most (1 + this) times the least: squared
+    /// errors up to this share above the least squared error.
+    pub slack: f64,
+    /// How far, as a share of the tile's side along x or y, the parts of the exemplar from which two
+    /// tiles come lie apart at least.
+    pub least_offset: f64,
+}
+
+impl RollerOptions {
+    /// A sixteenth of the exemplar's smaller side, at least 2 texels: at 256 texels the 16 that
+    /// cuts of image quilting customarily have (a sixth of a block of about 96).
+    pub fn customary_overlap(exemplar: Size) -> usize {
+        (exemplar.width.min(exemplar.height) / 16).max(2)
+    }
+
+    /// Checks the options by themselves; whether tiles fit the exemplar shows when they are met.
+    pub fn validate(&self) -> Result<()> {
+        let share = |v: f64| v.is_finite() && (0.0..=1.0).contains(&v);
+        if !(1..=Self::MOST_TILES).contains(&self.tiles) {
+            return Err(Error::usage(format!(
+                "{} tiles cannot be made: choose 1 to {}",
+                self.tiles,
+                Self::MOST_TILES
+            )));
+        }
+        if self.overlap == Some(0) {
+            return Err(Error::usage("an overlap of 0 texels leaves no room for a cut: choose at least 1"));
+        }
+        if !share(self.least_side) || !share(self.slack) || !share(self.least_offset) {
+            return Err(Error::usage("least side, slack and least offset must be numbers from 0 to 1"));
+        }
+        Ok(())
+    }
+
+    /// The most tiles of a set: 16 bits of a hash choose among them evenly to one in 256.
+    pub const MOST_TILES: usize = 256;
+}
+
+impl Default for RollerOptions {
+    /// One tile, the customary overlap, periods as measured, sides of at least 0.6 of the longest,
+    /// a slack of 0.1 (the tolerance of image quilting), parts a quarter of a tile apart.
+    fn default() -> Self {
+        Self { tiles: 1, overlap: None, pattern: None, least_side: 0.6, slack: 0.1, least_offset: 0.25 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn meaningless_options_are_refused() {
+        let good = RollerOptions::default();
+        assert!(good.validate().is_ok());
+        let bad = [
+            RollerOptions { tiles: 0, ..good.clone() },
+            RollerOptions { tiles: 257, ..good.clone() },
+            RollerOptions { overlap: Some(0), ..good.clone() },
+            RollerOptions { least_side: f64::NAN, ..good.clone() },
+            RollerOptions { slack: -0.1, ..good.clone() },
+            RollerOptions { least_offset: 1.5, ..good },
+        ];
+        for options in bad {
+            assert!(options.validate().is_err(), "{options:?}");
+        }
+    }
+}

@@ -1,0 +1,140 @@
+//! The Roller: what a set of tiles promises.
+
+use proptest::prelude::*;
+use relume::numeric::lattice::Lattice;
+use relume::numeric::periods::Pattern;
+use relume::numeric::random::Stream;
+use relume::synthesis::roller::{Endless, Rolled, RollerOptions, roll};
+use relume::synthesis::{Exemplar, gather};
+use relume::{Limits, Picture, Planes, ReflectanceField, Size, Space};
+
+fn noise(size: Size, planes: usize, seed: u64) -> Planes {
+    let mut stream = Stream::new(seed, 0);
+    let data = (0..size.texels() * planes).map(|_| stream.unit() as f32).collect();
+    Planes::from_vec(size, planes, data).unwrap()
+}
+
+fn make(index: &Planes, options: &RollerOptions) -> Rolled {
+    roll(&Exemplar { index, excluded: None }, options, &Limits::default()).unwrap()
+}
+
+/// The tiles of a picture as planes, one below the other.
+fn stacked(rolled: &Rolled, index: &Planes) -> Planes {
+    let field = ReflectanceField::from_picture(Picture { planes: index.clone(), space: Space::Linear });
+    gather(rolled.tiles.map(), &[&field], &Limits::default()).unwrap().coefficients().clone()
+}
+
+#[test]
+fn a_texture_that_repeats_exactly_goes_on_exactly() {
+    for (period, seed) in [(Size::new(13, 9), 1), (Size::new(7, 16), 2), (Size::new(20, 20), 3)] {
+        let index = noise(period, 3, seed).repeated(16, 12).crop(2, 1, Size::new(100, 90)).unwrap();
+        let rolled = make(&index, &RollerOptions { tiles: 4, ..RollerOptions::default() });
+        let tile = rolled.tiles.tile();
+        assert_eq!((tile.width % period.width, tile.height % period.height), (0, 0), "{tile}");
+        assert!(rolled.report.whole_periods && rolled.report.mismatch == 0.0, "{:?}", rolled.report);
+        assert!(rolled.report.is_acceptable());
+        let plane = Endless::new(tile, 4, 5).unwrap();
+        let tiles = stacked(&rolled, &index);
+        let window = plane.window(&tiles, -37, 211, Size::new(150, 140), &Limits::default()).unwrap();
+        let (right, down) = (period.width, period.height);
+        for (x, y) in (0..150 - right).flat_map(|x| (0..140 - down).map(move |y| (x, y))) {
+            for k in 0..3 {
+                let here = window.at(k, x, y);
+                assert_eq!((window.at(k, x + right, y), window.at(k, x, y + down)), (here, here));
+            }
+        }
+    }
+}
+
+#[test]
+fn oblique_periods_are_found_and_kept() {
+    // A checkerboard-like lattice: rows shift by half a period, so whole periods along the axes are
+    // twice as long as along the diagonals.
+    let size = Size::new(140, 130);
+    let (wide, high) = (18.0, 14.0);
+    let value = |t: usize| {
+        let (x, y) = ((t % 140) as f32, (t / 140) as f32);
+        let (u, v) = (x / wide + y / high, x / wide - y / high);
+        let tau = std::f32::consts::TAU;
+        (0.5 * tau * u).sin() + 0.6 * (0.5 * tau * v).cos() + 0.3 * (tau * u).cos()
+    };
+    let index = Planes::from_vec(size, 1, (0..size.texels()).map(value).collect()).unwrap();
+    let rolled = make(&index, &RollerOptions { tiles: 2, ..RollerOptions::default() });
+    assert!(matches!(rolled.report.periods.pattern, Pattern::Lattice(_)), "{:?}", rolled.report.periods);
+    let tile = rolled.tiles.tile();
+    assert_eq!((tile.width % 18, tile.height % 14), (0, 0), "{tile}");
+    assert!(rolled.report.mismatch < 1e-3);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    /// Tiles of anything: copies from inside the exemplar, one border, nothing excluded, the same at
+    /// any number of threads.
+    #[test]
+    fn any_tile_may_lie_beside_any(
+        (width, height, planes, seed) in (40usize..70, 40usize..70, 1usize..4, any::<u64>()),
+        (tiles, overlap, masked) in (1usize..5, 1usize..5, any::<bool>()),
+    ) {
+        let size = Size::new(width, height);
+        let index = noise(size, planes, seed);
+        let mask: Vec<bool> = (0..size.texels()).map(|t| t % width < 3 && t / width < 4).collect();
+        let exemplar = Exemplar { index: &index, excluded: masked.then_some(&mask) };
+        let options = RollerOptions {
+            tiles,
+            overlap: Some(overlap),
+            least_offset: 0.05,
+            pattern: Some(Pattern::None),
+            ..RollerOptions::default()
+        };
+        let rolled = roll(&exemplar, &options, &Limits::default()).unwrap();
+        let tile = rolled.tiles.tile();
+        prop_assert_eq!(rolled.tiles.count(), tiles);
+        let first = rolled.tiles.sources(0);
+        for number in 0..tiles {
+            let sources = rolled.tiles.sources(number);
+            for (t, source) in sources.iter().enumerate() {
+                let (x, y) = (t % tile.width, t / tile.width);
+                prop_assert!((source.x as usize) < width && (source.y as usize) < height);
+                prop_assert!(!masked || !mask[size.index(source.x as usize, source.y as usize)]);
+                let depth = x.min(y).min(tile.width - 1 - x).min(tile.height - 1 - y);
+                prop_assert!(depth > 0 || *source == first[t], "tile {} at ({}, {})", number, x, y);
+            }
+            prop_assert!(number == 0 || sources != first);
+        }
+        for threads in [1, 3] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let again = pool.install(|| roll(&exemplar, &options, &Limits::default()).unwrap());
+            prop_assert_eq!(&again, &rolled);
+        }
+    }
+}
+
+#[test]
+fn what_has_no_room_or_no_meaning_is_refused() {
+    let index = noise(Size::new(30, 24), 2, 1);
+    let says = |options: RollerOptions, words: &str| {
+        let exemplar = Exemplar { index: &index, excluded: None };
+        let error = roll(&exemplar, &options, &Limits::default()).unwrap_err();
+        assert!(error.message().contains(words), "{error}");
+    };
+    says(RollerOptions { tiles: 9, overlap: Some(4), ..RollerOptions::default() }, "fewer tiles");
+    says(RollerOptions { overlap: Some(28), ..RollerOptions::default() }, "smaller overlap");
+    says(RollerOptions { tiles: 3, least_offset: 1.0, ..RollerOptions::default() }, "has room for");
+    let all = vec![true; 30 * 24];
+    let exemplar = Exemplar { index: &index, excluded: Some(&all) };
+    let error = roll(&exemplar, &RollerOptions::default(), &Limits::default()).unwrap_err();
+    assert!(error.message().contains("mask"), "{error}");
+    let tight = Limits { max_bytes: 1000, ..Limits::default() };
+    assert!(roll(&Exemplar { index: &index, excluded: None }, &RollerOptions::default(), &tight).is_err());
+    for tiny in [Size::new(1, 1), Size::new(2, 1), Size::new(3, 3)] {
+        let index = noise(tiny, 1, 2);
+        let made =
+            roll(&Exemplar { index: &index, excluded: None }, &RollerOptions::default(), &Limits::default());
+        assert!(made.is_err(), "{tiny} leaves no room for an overlap of two and a tile larger than it");
+    }
+    // Periods that no tile can hold are said, and the tile is made nevertheless.
+    let slanted = Pattern::Lattice(Lattice::new([50.0, 3.0], [-3.0, 50.0]).unwrap());
+    let made = make(&index, &RollerOptions { pattern: Some(slanted), ..RollerOptions::default() });
+    assert!(!made.report.whole_periods);
+}

@@ -158,7 +158,7 @@ pub fn encode_field(
 }
 
 /// A field of constants as the picture it is.
-fn constants(field: &ReflectanceField) -> Result<Picture> {
+pub(super) fn constants(field: &ReflectanceField) -> Result<Picture> {
     if field.basis() != Basis::Constant || field.color() == ColorModel::Lrgb {
         return Err(Error::usage(format!(
             "a texture of {} {} functions is no picture: write .ptm or .exr, or relight it",

@@ -6,6 +6,7 @@
 //! | EXR field | [`read_field`] | [`encode_field`] |
 //! | PNG, JPEG, TIFF, EXR picture | [`read_raster`], [`read_field`] | [`encode_picture`], [`encode_field`] |
 //! | animated PNG, GIF | | [`animation`] |
+//! | `.ptm`, EXR field, PNG of any size | | [`Streamed`] |
 //! | EXR with named channels | [`exr::decode_labelled`] | [`exr::encode_labelled`] |
 //! | OBJ, binary glTF | [`read_mesh`] | |
 //! | `.npy` | [`npy::decode_i32`] | [`npy::encode_i32`] |
@@ -26,6 +27,7 @@ mod picture;
 mod png;
 pub mod ptm;
 mod raster;
+mod stream;
 
 pub use exr::ExrDepth;
 pub use field_file::{Encoding, FieldFile, FieldFormat, decode_field, encode_field, read_field};
@@ -33,3 +35,4 @@ pub use mesh::{decode_mesh, read_mesh};
 pub use picture::{Depth, PictureFormat, encode_picture};
 pub use ptm::PtmEncoding;
 pub use raster::{decode_raster, read_raster};
+pub use stream::{Lane, Rows, Streamed};

@@ -4,13 +4,10 @@ use std::collections::BTreeMap;
 use std::io::Cursor;
 
 use ::exr::block::reader::Reader;
-use ::exr::image::Blocks;
-use ::exr::prelude::{
-    AnyChannel, AnyChannels, AttributeValue, Compression, Encoding, FlatSamples, Image, Layer as ExrLayer,
-    LayerAttributes, LineOrder, ReadChannels, ReadLayers, SampleType, Text, Vec2, WritableImage, f16,
-};
+use ::exr::prelude::{AttributeValue, FlatSamples, ReadChannels, ReadLayers, SampleType, Vec2};
 
-use super::{ExrDepth, attributes};
+use super::ExrDepth;
+use super::rows::{sample_bytes, write_rows};
 use crate::error::{Error, Result};
 use crate::format::input::{Kind, complaint};
 use crate::limits::Limits;
@@ -86,6 +83,19 @@ fn append(out: &mut Vec<f32>, samples: &FlatSamples) {
     }
 }
 
+/// The text of one attribute of a file's first part; none where it has no such attribute.
+pub(super) fn text_attribute(bytes: &[u8], name: &str) -> Result<Option<String>> {
+    let reader = ::exr::block::read(Cursor::new(bytes), false).map_err(unreadable)?;
+    let header = reader.headers().first();
+    let found = header.and_then(|header| {
+        header.own_attributes.other.iter().find(|(key, _)| *key == name).map(|(_, value)| value)
+    });
+    Ok(match found {
+        Some(AttributeValue::Text(text)) => Some(text.to_string()),
+        _ => None,
+    })
+}
+
 fn unreadable(error: ::exr::error::Error) -> Error {
     let sentence = complaint(Kind::Exr, &error);
     match error {
@@ -102,34 +112,17 @@ pub(super) fn encode(
     texts: &[(&str, String)],
 ) -> Result<Vec<u8>> {
     check_names(names, planes.count())?;
-    let samples = |plane: &[f32]| match depth {
-        ExrDepth::Half => FlatSamples::F16(plane.iter().map(|&v| half_of(v)).collect()),
-        ExrDepth::Float => FlatSamples::F32(plane.to_vec()),
+    let mut order: Vec<usize> = (0..names.len()).collect();
+    order.sort_by(|&a, &b| names[a].cmp(&names[b]));
+    let sorted: Vec<String> = order.iter().map(|&k| names[k].clone()).collect();
+    let width = planes.size().width;
+    let mut rows = |channel: usize, y: usize, row: &mut [u8]| {
+        row.copy_from_slice(&sample_bytes(&planes.plane(order[channel])[y * width..][..width], depth));
+        Ok(())
     };
-    let channels: Result<_> = names
-        .iter()
-        .zip(planes.iter())
-        .map(|(name, plane)| Ok(AnyChannel::new(text(name)?, samples(plane))))
-        .collect();
-    let mut layer_attributes = LayerAttributes::default();
-    for (name, value) in texts {
-        layer_attributes.other.insert(text(name)?, AttributeValue::Text(text(value)?));
-    }
-    let encoding = Encoding {
-        compression: Compression::ZIP16,
-        blocks: Blocks::ScanLines,
-        line_order: LineOrder::Increasing,
-    };
-    let size = (planes.size().width, planes.size().height);
-    let layer = ExrLayer::new(size, layer_attributes, encoding, AnyChannels::sort(channels?));
     let mut out = Cursor::new(Vec::new());
-    Image::from_layer(layer)
-        .write()
-        .to_buffered(&mut out)
-        .map_err(|error| Error::invalid(format!("the EXR file cannot be written: {error}")))?;
-    let mut bytes = out.into_inner();
-    attributes::sort(&mut bytes);
-    Ok(bytes)
+    write_rows(&sorted, depth, texts, planes.size(), &mut out, &mut rows)?;
+    Ok(out.into_inner())
 }
 
 fn check_names(names: &[String], planes: usize) -> Result<()> {
@@ -141,15 +134,4 @@ fn check_names(names: &[String], planes: usize) -> Result<()> {
         Some((_, name)) => Err(Error::usage(format!("the channel name '{name}' is empty or given twice"))),
         None => Ok(()),
     }
-}
-
-fn text(value: &str) -> Result<Text> {
-    let ascii = Text::new_or_none(value).filter(|_| value.is_ascii());
-    ascii.ok_or_else(|| Error::usage(format!("'{value}' cannot be text of an EXR file: use ASCII only")))
-}
-
-/// The nearest half; finite values stay finite.
-fn half_of(value: f32) -> f16 {
-    let most = f16::MAX.to_f32();
-    f16::from_f32(if value.is_finite() { value.clamp(-most, most) } else { value })
 }

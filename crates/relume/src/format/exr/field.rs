@@ -38,6 +38,12 @@ pub(super) fn is_field(layer: &Layer) -> bool {
 
 /// The bytes of a field.
 pub(in crate::format) fn encode_field(field: &ReflectanceField, depth: ExrDepth) -> Result<Vec<u8>> {
+    let (names, attributes) = field_head(field);
+    container::encode(&names, field.coefficients(), depth, &attributes)
+}
+
+/// The name of each plane's channel, and the attributes of a field.
+pub(in crate::format) fn field_head(field: &ReflectanceField) -> (Vec<String>, Vec<(&'static str, String)>) {
     let names = channel_names(field.basis(), field.color(), field.space());
     let mut attributes = vec![
         (VERSION_KEY, VERSION.to_owned()),
@@ -49,7 +55,7 @@ pub(in crate::format) fn encode_field(field: &ReflectanceField, depth: ExrDepth)
         let lights = field.lights().iter().map(|d| format!("{} {} {}", d.x(), d.y(), d.z()));
         attributes.push((LIGHTS_KEY, lights.collect::<Vec<_>>().join(";")));
     }
-    container::encode(&names, field.coefficients(), depth, &attributes)
+    (names, attributes)
 }
 
 /// The field in an EXR file; a plain picture is a linear field of constants.

@@ -1,0 +1,106 @@
+//! Writing an EXR file in blocks of rows, from samples that somebody copies into place.
+
+use std::io::{BufWriter, Read, Seek, SeekFrom, Write};
+
+use ::exr::block::writer::{ChunkWriter, ChunksWriter, write_chunks_with};
+use ::exr::block::{BlockIndex, UncompressedBlock};
+use ::exr::error::UnitResult;
+use ::exr::meta::attribute::ChannelDescription;
+use ::exr::meta::header::Header;
+use ::exr::meta::{BlockDescription, MetaData};
+use ::exr::prelude::{AttributeValue, Compression, LayerAttributes, LineOrder, SampleType, Text, f16};
+
+use super::{ExrDepth, attributes};
+use crate::error::{Error, Result};
+use crate::format::stream::Rows;
+use crate::planes::Size;
+
+/// Writes a file of `size` texels with channels under the given names, in alphabetical order, and
+/// attributes of text. `rows(channel, y, row)` copies the bytes of one row's samples.
+pub(in crate::format) fn write_rows(
+    names: &[String],
+    depth: ExrDepth,
+    texts: &[(&str, String)],
+    size: Size,
+    mut out: impl Read + Write + Seek,
+    rows: &mut Rows<'_>,
+) -> Result<()> {
+    let header = header(names, depth, texts, size)?;
+    let line = size.width * depth.bytes();
+    let mut failure = None;
+    let mut block = |index: BlockIndex| -> ::exr::error::Result<UncompressedBlock> {
+        let mut data = vec![0; index.pixel_size.1 * names.len() * line];
+        for (number, row) in data.chunks_exact_mut(line).enumerate() {
+            let copied = rows(number % names.len(), index.pixel_position.1 + number / names.len(), row);
+            copied.map_err(|error| {
+                failure = Some(error);
+                ::exr::error::Error::Aborted
+            })?;
+        }
+        Ok(UncompressedBlock { index, data })
+    };
+    let write = |meta: MetaData, chunks: &mut ChunkWriter<_>| -> UnitResult {
+        let places: Vec<_> = ::exr::block::enumerate_ordered_header_block_indices(&meta.headers).collect();
+        if let Some(mut compressor) = chunks.parallel_blocks_compressor(&meta) {
+            return places
+                .into_iter()
+                .try_for_each(|(at, index)| compressor.add_block_to_compression_queue(at, block(index)?));
+        }
+        let mut compressor = chunks.sequential_blocks_compressor(&meta);
+        places.into_iter().try_for_each(|(at, index)| compressor.compress_block(at, block(index)?))
+    };
+    let written = write_chunks_with(BufWriter::new(&mut out), std::iter::once(header).collect(), true, write);
+    written.map_err(|error| {
+        let other = || Error::invalid(format!("the EXR file cannot be written: {error}"));
+        failure.take().unwrap_or_else(other)
+    })?;
+    sort_attributes(&mut out, texts).map_err(|e| Error::io("cannot write the EXR file", &e))
+}
+
+fn header(names: &[String], depth: ExrDepth, texts: &[(&str, String)], size: Size) -> Result<Header> {
+    let kind = match depth {
+        ExrDepth::Half => SampleType::F16,
+        ExrDepth::Float => SampleType::F32,
+    };
+    let channels: Result<_> =
+        names.iter().map(|name| Ok(ChannelDescription::named(text(name)?, kind))).collect();
+    let mut attributes = LayerAttributes::default();
+    for (name, value) in texts {
+        attributes.other.insert(text(name)?, AttributeValue::Text(text(value)?));
+    }
+    Ok(Header::new(Text::default(), (size.width, size.height), channels?)
+        .with_encoding(Compression::ZIP16, BlockDescription::ScanLines, LineOrder::Increasing)
+        .with_attributes(attributes))
+}
+
+/// Puts the attributes at the head of a file in order. They take little more than their texts.
+fn sort_attributes(out: &mut (impl Read + Write + Seek), texts: &[(&str, String)]) -> std::io::Result<()> {
+    const STANDARD: u64 = 1 << 16;
+    let length =
+        STANDARD + texts.iter().map(|(name, value)| 64 + name.len() + value.len()).sum::<usize>() as u64;
+    let mut head = Vec::new();
+    out.seek(SeekFrom::Start(0))?;
+    Read::by_ref(out).take(length).read_to_end(&mut head)?;
+    attributes::sort(&mut head);
+    out.seek(SeekFrom::Start(0))?;
+    out.write_all(&head)
+}
+
+fn text(value: &str) -> Result<Text> {
+    let ascii = Text::new_or_none(value).filter(|_| value.is_ascii());
+    ascii.ok_or_else(|| Error::usage(format!("'{value}' cannot be text of an EXR file: use ASCII only")))
+}
+
+/// The samples of a plane as the writer takes them; finite values stay finite.
+pub(in crate::format) fn sample_bytes(plane: &[f32], depth: ExrDepth) -> Vec<u8> {
+    match depth {
+        ExrDepth::Half => plane.iter().flat_map(|&v| half_of(v).to_ne_bytes()).collect(),
+        ExrDepth::Float => plane.iter().flat_map(|&v| v.to_ne_bytes()).collect(),
+    }
+}
+
+/// The nearest half; finite values stay finite.
+fn half_of(value: f32) -> f16 {
+    let most = f16::MAX.to_f32();
+    f16::from_f32(if value.is_finite() { value.clamp(-most, most) } else { value })
+}

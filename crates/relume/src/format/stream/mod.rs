@@ -1,0 +1,214 @@
+//! Files larger than memory: written row after row from samples that somebody copies into place.
+//!
+//! A texture that copies the texels of a small one stores the same bytes for each of them, so the
+//! small one is encoded once, into [`Lane`]s: of each texel some bytes together, rows from the top.
+//! [`Streamed::write`] then asks for the rows of the large file, lane by lane, in the order in which
+//! the format needs them, and keeps a few rows at a time. A file of the small one's own size comes
+//! out as [`super::encode_field`] writes it, byte for byte but for how PNG files are cut into chunks.
+//!
+//! - PNG: one lane; ptm: a lane for each block of the file, rows from the bottom; EXR: a lane for
+//!   each channel, blocks of 16 rows.
+
+mod exr;
+mod png;
+mod ptm;
+
+use std::io::{Read, Seek, Write};
+
+use super::field_file::{Encoding, FieldFormat, constants, encode_field};
+use super::{Depth, ExrDepth, PictureFormat};
+use crate::error::{Error, Result};
+use crate::field::ReflectanceField;
+use crate::limits::Limits;
+use crate::planes::Size;
+
+/// Bytes of the texels of a field as a file stores them.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Lane {
+    /// Bytes of one texel.
+    pub bytes_per_texel: usize,
+    /// The bytes of all texels, rows from the top.
+    pub data: Vec<u8>,
+}
+
+/// A field whose texels a large file copies.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Streamed {
+    lanes: Vec<Lane>,
+    kind: Kind,
+}
+
+/// What a file's head needs to know.
+#[derive(Debug, Clone, PartialEq)]
+enum Kind {
+    Png { channels: usize, depth: Depth },
+    Ptm { header: Vec<String> },
+    Exr { names: Vec<String>, depth: ExrDepth, attributes: Vec<(&'static str, String)> },
+}
+
+/// Copies row `y` of a lane into a slice: `rows(lane, y, row)`. An error ends the writing.
+pub type Rows<'a> = dyn FnMut(usize, usize, &mut [u8]) -> Result<()> + 'a;
+
+impl Streamed {
+    /// Encodes a field; as [`encode_field`] does, with the `encoding` of the file it was read from.
+    ///
+    /// # Errors
+    /// When the format is not written in rows (JPEG, TIFF) or cannot hold the field.
+    pub fn new(
+        field: &ReflectanceField,
+        format: FieldFormat,
+        encoding: Option<&Encoding>,
+        limits: &Limits,
+    ) -> Result<Self> {
+        let (lanes, kind) = match format {
+            FieldFormat::Ptm => ptm::lanes(&encode_field(field, format, encoding, limits)?, field.size())?,
+            FieldFormat::Exr(depth) => exr::lanes(field, depth)?,
+            FieldFormat::Picture(PictureFormat::Png(depth)) => png::lanes(&constants(field)?, depth),
+            FieldFormat::Picture(PictureFormat::Exr(depth)) => exr::lanes(field, depth)?,
+            FieldFormat::Picture(PictureFormat::Jpeg { .. } | PictureFormat::Tiff(_)) => {
+                return Err(Error::usage(
+                    "textures of any size are written row by row as .png, .ptm or .exr: name the file so",
+                ));
+            }
+        };
+        Ok(Self { lanes, kind })
+    }
+
+    /// The bytes of the field's texels.
+    pub fn lanes(&self) -> &[Lane] {
+        &self.lanes
+    }
+
+    /// Writes a file of `size` texels whose rows are copied from the lanes.
+    ///
+    /// # Errors
+    /// When the size does not fit the format, or the file cannot be written.
+    pub fn write(&self, size: Size, out: impl Read + Write + Seek, rows: &mut Rows<'_>) -> Result<()> {
+        match &self.kind {
+            Kind::Png { channels, depth } => png::write(size, *channels, *depth, out, rows),
+            Kind::Ptm { header } => ptm::write(header, &self.lanes, size, out, rows),
+            Kind::Exr { names, depth, attributes } => exr::write(names, *depth, attributes, size, out, rows),
+        }
+    }
+
+    /// Bytes that writing a file of `size` texels keeps, besides the lanes.
+    pub fn working_bytes(&self, size: Size) -> u64 {
+        let texel: usize = self.lanes.iter().map(|lane| lane.bytes_per_texel).sum();
+        // EXR blocks of 16 rows are compressed on several threads, a few blocks each.
+        let rows = if matches!(self.kind, Kind::Exr { .. }) { 16 * 64 } else { 8 };
+        (size.width * texel * rows) as u64
+    }
+}
+
+fn unwritable(error: &std::io::Error) -> Error {
+    Error::io("cannot write the file", error)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::field::{Basis, ColorModel};
+    use crate::format::decode_field;
+    use crate::numeric::random::Stream;
+    use crate::planes::Planes;
+    use crate::space::Space;
+    use std::io::Cursor;
+
+    fn field(basis: Basis, color: ColorModel, space: Space, size: Size) -> ReflectanceField {
+        let mut stream = Stream::new(4, 0);
+        let count = color.planes(basis.len());
+        let data = (0..size.texels() * count).map(|_| stream.unit() as f32).collect();
+        ReflectanceField::new(basis, color, space, Planes::from_vec(size, count, data).unwrap()).unwrap()
+    }
+
+    /// Every field with every format that can hold it.
+    fn cases(size: Size) -> Vec<(ReflectanceField, FieldFormat)> {
+        let mut cases = Vec::new();
+        for color in [ColorModel::Luminance, ColorModel::Rgb, ColorModel::Lrgb] {
+            cases.push((field(Basis::Ptm, color, Space::Srgb, size), FieldFormat::Ptm));
+            for depth in [ExrDepth::Half, ExrDepth::Float] {
+                cases.push((field(Basis::Ptm, color, Space::Linear, size), FieldFormat::Exr(depth)));
+            }
+            if color != ColorModel::Lrgb {
+                for depth in [Depth::Eight, Depth::Sixteen] {
+                    let format = FieldFormat::Picture(PictureFormat::Png(depth));
+                    cases.push((field(Basis::Constant, color, Space::Srgb, size), format));
+                }
+                let linear = field(Basis::Constant, color, Space::Linear, size);
+                cases.push((linear, FieldFormat::Exr(ExrDepth::Float)));
+            }
+        }
+        cases
+    }
+
+    #[test]
+    fn a_file_of_the_fields_own_size_is_that_written_at_once() {
+        for size in [Size::new(7, 5), Size::new(37, 41), Size::new(1, 1)] {
+            for (field, format) in cases(size) {
+                let limits = Limits::default();
+                let expected = encode_field(&field, format, None, &limits).unwrap();
+                let streamed = Streamed::new(&field, format, None, &limits).unwrap();
+                let mut out = Cursor::new(Vec::new());
+                let mut copy = |lane: usize, y: usize, row: &mut [u8]| {
+                    let length = row.len();
+                    row.copy_from_slice(&streamed.lanes()[lane].data[y * length..][..length]);
+                    Ok(())
+                };
+                streamed.write(size, &mut out, &mut copy).unwrap();
+                let written = out.into_inner();
+                let same = match format {
+                    FieldFormat::Picture(_) => {
+                        decode_field(&written, &limits).unwrap() == decode_field(&expected, &limits).unwrap()
+                    }
+                    _ => written == expected,
+                };
+                assert!(same, "{format:?}, {:?}, {size}", field.color());
+            }
+        }
+    }
+
+    #[test]
+    fn a_larger_file_is_that_of_the_repeated_field() {
+        let size = Size::new(9, 6);
+        for (field, format) in cases(size) {
+            let limits = Limits::default();
+            let streamed = Streamed::new(&field, format, None, &limits).unwrap();
+            let mut out = Cursor::new(Vec::new());
+            let mut copy = |lane: usize, y: usize, row: &mut [u8]| {
+                let source = &streamed.lanes()[lane];
+                let line = &source.data[y % 6 * 9 * source.bytes_per_texel..][..9 * source.bytes_per_texel];
+                row.chunks_mut(line.len()).for_each(|piece| piece.copy_from_slice(&line[..piece.len()]));
+                Ok(())
+            };
+            streamed.write(Size::new(23, 40), &mut out, &mut copy).unwrap();
+            let written = decode_field(&out.into_inner(), &limits).unwrap().field;
+            let once = encode_field(&field, format, None, &limits).unwrap();
+            let once = decode_field(&once, &limits).unwrap().field;
+            let repeated = once.coefficients().repeated(3, 7).crop(0, 0, Size::new(23, 40)).unwrap();
+            assert!(*written.coefficients() == repeated, "{format:?}, {:?}", field.color());
+        }
+    }
+
+    #[test]
+    fn the_error_of_a_row_ends_the_writing() {
+        let size = Size::new(9, 6);
+        for (field, format) in cases(size) {
+            let streamed = Streamed::new(&field, format, None, &Limits::default()).unwrap();
+            let mut out = Cursor::new(Vec::new());
+            let mut rows = |_: usize, y: usize, _: &mut [u8]| {
+                if y == 3 { Err(Error::invalid("the third row is missing")) } else { Ok(()) }
+            };
+            let error = streamed.write(size, &mut out, &mut rows).unwrap_err();
+            assert_eq!(error.message(), "the third row is missing", "{format:?}");
+        }
+    }
+
+    #[test]
+    fn formats_that_are_not_written_in_rows_are_refused() {
+        let field = field(Basis::Constant, ColorModel::Rgb, Space::Srgb, Size::new(3, 3));
+        for format in [PictureFormat::Jpeg { quality: 90 }, PictureFormat::Tiff(Depth::Eight)] {
+            let error = Streamed::new(&field, FieldFormat::Picture(format), None, &Limits::default());
+            assert!(error.unwrap_err().message().contains(".png"));
+        }
+    }
+}

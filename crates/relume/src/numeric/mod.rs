@@ -2,11 +2,13 @@
 
 pub mod autocorrelation;
 pub mod decibel;
+pub mod eigen;
 pub mod fourier;
 pub mod hash;
 pub mod lattice;
 pub mod matrix;
 pub mod pairs;
+pub mod normal;
 pub mod periods;
 pub mod quadrature;
 pub mod random;

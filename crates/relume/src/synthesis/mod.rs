@@ -12,6 +12,7 @@
 //! - [`search`]: a family of exact searches;
 //! - [`cut`] and [`alpha`]: joining a block to what is there;
 //! - [`roller`]: another method, for regular textures: tiles that can be laid in any order;
+//! - [`noise`]: for stochastic textures: endless, without a source map;
 //! - [`source_map`]: the result; [`gather()`] applies it to anything registered with the exemplars.
 //!
 //! Everything that decides is an integer, and each block has its own random stream, so the result
@@ -24,6 +25,7 @@ pub mod cut;
 mod gather;
 pub mod layout;
 pub mod neighbourhood;
+pub mod noise;
 pub mod options;
 pub mod positions;
 pub mod quantise;

@@ -11,7 +11,7 @@
 //! distributed, where the variance is restored by a formula, and the histograms are put back
 //! afterwards by table.
 //!
-//! - [`suits`]: textures that repeat or have a direction are refused;
+//! - [`mod@suits`]: textures that repeat or have a direction are refused;
 //! - [`gaussian`]: each plane's values to normal ones, and back;
 //! - [`grid`]: the three vertices and weights of a texel;
 //! - [`model`]: all together.

@@ -1,5 +1,6 @@
 //! From an exemplar to a set of tiles.
 
+use rayon::prelude::*;
 use serde::Serialize;
 
 use super::further::{Border, Part};
@@ -81,8 +82,8 @@ pub fn roll(exemplar: &Exemplar<'_>, options: &RollerOptions, limits: &Limits) -
     let (region, whole_periods) = work.region(&strips)?;
     let (first, corner) = work.first_tile(&region);
     let parts = work.parts(&region, &first, &strips)?;
-    let further = parts.iter().map(|part| work.further_tile(&region, &first, part));
-    let tiles: Vec<Vec<Texel>> = std::iter::once(first.clone()).chain(further).collect();
+    let further = parts.par_iter().map(|part| work.further_tile(&region, &first, part));
+    let tiles: Vec<Vec<Texel>> = rayon::iter::once(first.clone()).chain(further).collect();
     let tile = region.tile();
     let measure = |sources: &Vec<Texel>| Seams::measure(work.texels, quantised.step(), tile, sources);
     let report = Report {
@@ -130,7 +131,7 @@ impl Work<'_> {
         let least = self.least_side();
         if longest < least {
             return Err(Error::usage(format!(
-                "{} tiles of an exemplar of {} with an overlap of {} texels would have sides of at most \
+                "tiles of k = {} from an exemplar of {} with an overlap of {} texels would have sides of at most \
                  {longest}, and they need at least {least}: ask for fewer tiles or a smaller overlap",
                 self.options.tiles,
                 self.texels.size(),

@@ -9,6 +9,7 @@ mod input;
 mod output;
 mod progress;
 mod report;
+mod tile_set;
 mod verb;
 
 use std::process::ExitCode;

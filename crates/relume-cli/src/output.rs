@@ -59,10 +59,22 @@ pub fn write(output: &Path, bytes: &[u8], context: &Context) -> Result<()> {
     if is_stream(output) {
         return write_stdout(bytes);
     }
+    write_with(output, context, |file| {
+        file.write_all(bytes).map_err(|e| Error::io("cannot write the file", &e).at(output))
+    })
+}
+
+/// Writes a file by a function that may go back in it: for what is larger than memory.
+pub fn write_with(
+    output: &Path,
+    context: &Context,
+    write: impl FnOnce(&mut File) -> Result<()>,
+) -> Result<()> {
     let failed = |error: &std::io::Error| Error::io("cannot write the file", error).at(output);
     let folder = parent(output);
     let mut file = named_temporary(folder).map_err(|e| failed(&e))?;
-    file.write_all(bytes).and_then(|()| file.as_file().sync_all()).map_err(|e| failed(&e))?;
+    write(file.as_file_mut()).map_err(|e| e.at(output))?;
+    file.as_file().sync_all().map_err(|e| failed(&e))?;
     let placed = if context.force { file.persist(output) } else { file.persist_noclobber(output) };
     placed.map_err(|e| failed(&e.error))?;
     sync_folder(folder);

@@ -8,10 +8,12 @@ mod analyze;
 mod capture;
 mod compare;
 mod demo;
+mod endless;
 mod fit;
 mod info;
 mod relight;
 mod render;
+mod roll;
 mod synth;
 
 use clap::Subcommand;
@@ -39,7 +41,9 @@ pub enum Verb {
     Relight(relight::Args),
     /// Show a texture on an object
     Render(render::Args),
-    /// Make a texture of any size from a sample
+    /// Make tiles of a regular texture that can be laid in any order
+    Roll(roll::Args),
+    /// Make a texture of any size from a sample, or from tiles
     Synth(synth::Args),
 }
 
@@ -54,6 +58,7 @@ pub fn run(verb: Verb, context: &Context) -> Result<Report> {
         Verb::Info(args) => info::run(&args, context),
         Verb::Relight(args) => relight::run(&args, context),
         Verb::Render(args) => render::run(&args, context),
+        Verb::Roll(args) => roll::run(&args, context),
         Verb::Synth(args) => synth::run(&args, context),
     }
 }

@@ -13,6 +13,7 @@ use relume::synthesis::{
 use relume::{Error, Planes, ReflectanceField, Result, Size};
 use serde_json::json;
 
+use super::endless;
 use crate::context::Context;
 use crate::output;
 use crate::report::Report;
@@ -23,15 +24,18 @@ use crate::{args, input};
 #[command(after_help = "Example:\n  relume synth wool.ptm -o cloth.ptm --size 1024x1024 --tile\n  \
                         relume synth bricks.png -o wall.png --size 800 --block 64 --apply bricks_normals.png")]
 pub struct Args {
-    /// Exemplars: .ptm, .exr or pictures, all of one kind; - is standard input
+    /// Exemplars: .ptm, .exr or pictures, all of one kind; - is standard input. Or one set of tiles
+    /// made by relume roll
     #[arg(required = true, value_name = "FILE")]
     exemplars: Vec<PathBuf>,
     /// The texture to write; - writes it to standard output in the first exemplar's format
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// Width and height in texels: 512x512, or 512 for a square
-    #[arg(long, value_name = "WxH", value_parser = args::size)]
-    size: Size,
+    #[arg(long, value_name = "WxH", value_parser = args::size, required_unless_present = "window")]
+    size: Option<Size>,
+    #[command(flatten)]
+    endless: endless::EndlessArgs,
     /// Side of the blocks in texels
     #[arg(long, value_name = "N", default_value_t = 32)]
     block: usize,
@@ -88,6 +92,9 @@ pub struct Args {
 
 /// Synthesises a texture and writes all that was asked for.
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
+    if let Some(report) = endless::run(&endless_job(args), context)? {
+        return Ok(report);
+    }
     let applied = check_outputs(args, context)?;
     let options = options(args);
     options.validate()?;
@@ -117,9 +124,30 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     Ok(report)
 }
 
+/// What matters where the output is a window of an endless plane.
+fn endless_job(args: &Args) -> endless::Job<'_> {
+    let given = [
+        ("--tile", args.tile),
+        ("--overlap", args.overlap.is_some()),
+        ("--delta", args.delta.is_some()),
+        ("--exclude", !args.exclude.is_empty()),
+        ("--report", args.report.is_some()),
+        ("--source-map", args.source_map.is_some()),
+        ("--apply", !args.apply.is_empty()),
+    ];
+    endless::Job {
+        args: &args.endless,
+        exemplars: &args.exemplars,
+        output: &args.output,
+        size: args.size,
+        seed: args.seed,
+        other_options: given.into_iter().filter(|(_, given)| *given).map(|(name, _)| name).collect(),
+    }
+}
+
 fn options(args: &Args) -> BlockOptions {
     BlockOptions {
-        size: args.size,
+        size: args.size.unwrap_or(BlockOptions::default().size),
         block: args.block,
         overlap: args.overlap.unwrap_or_else(|| BlockOptions::customary_overlap(args.block)),
         tolerance: args.delta.map_or(Tolerance::Relative(args.tolerance), Tolerance::Absolute),

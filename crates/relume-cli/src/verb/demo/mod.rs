@@ -30,7 +30,7 @@ pub struct Args {
 }
 
 /// The demo's commands; DIR is the output folder, MATERIAL and N are the options.
-const COMMANDS: [&str; 10] = [
+const COMMANDS: [&str; 13] = [
     "capture MATERIAL -o DIR/capture --lights N --size 256x256 --feature 44",
     "fit DIR/capture -o DIR/small.ptm",
     "synth DIR/small.ptm -o DIR/large.ptm --size 512x512 --tile --block 56 --overlap 14 --source-map DIR/source.npy",
@@ -41,6 +41,9 @@ const COMMANDS: [&str; 10] = [
     "render DIR/large.ptm --mesh sphere --light -1,0.7,0.35 --size 640x640 -o DIR/sphere.png",
     "render DIR/large.ptm --mesh sphere --light -1,0.7,0.35 --size 640x640 --plain -o DIR/sphere_plain.png",
     "render DIR/large.ptm --mesh cloth --light 0.9,0.5,0.6 --camera 20,25 --size 640x640 -o DIR/cloth.png",
+    "capture weave -o DIR/weave --lights 24 --size 256x256",
+    "fit DIR/weave -o DIR/weave.ptm",
+    "roll DIR/weave.ptm -k 4 -o DIR/tiles.ptm",
 ];
 
 /// Runs the commands and writes the page.

@@ -6,14 +6,17 @@ use std::path::Path;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use relume::format::{Depth, Encoding, PictureFormat, encode_picture, npy, read_field};
+use relume::format::{Depth, Encoding, FieldFile, PictureFormat, encode_picture, npy, read_field};
 use relume::{Error, Picture, Planes, Result, Size, Space};
 use serde_json::{Value, json};
 
 use super::Args;
 use crate::context::Context;
+use crate::tile_set;
 
 const TEMPLATE: &str = include_str!("page.html");
+const ENDLESS: &str = include_str!("endless.html");
+const ENDLESS_SCRIPT: &str = include_str!("endless.js");
 
 /// The light of the photograph that the page shows as a plain texture.
 const PLAIN_LIGHT: [f64; 3] = [0.0, 0.0, 1.0];
@@ -27,7 +30,8 @@ pub fn write(
     context: &Context,
 ) -> Result<String> {
     let small = read_field(&folder.join("small.ptm"), &context.limits)?.field;
-    let large = read_field(&folder.join("large.ptm"), &context.limits)?.field;
+    let large_file = read_field(&folder.join("large.ptm"), &context.limits)?;
+    let large = &large_file.field;
     let decibels = |value: &Value| value.as_f64().map_or("no".to_owned(), |db| format!("{db:.1}"));
     let lights = fit["lights"].as_array().map(Vec::as_slice).unwrap_or_default();
     let worst = lights.iter().filter_map(|l| l["psnr_db"].as_f64()).fold(f64::INFINITY, f64::min);
@@ -71,11 +75,28 @@ pub fn write(
             ])?,
         ),
         ("commands", commands.join("\n")),
-        ("data", shader_data(&folder.join("large.ptm"), context)?.to_string()),
     ];
-    Ok(fields
+    let endless = endless(folder, shader_data(&large_file)?, context)?;
+    Ok(endless
         .iter()
+        .chain(&fields)
         .fold(TEMPLATE.to_owned(), |page, (name, value)| page.replace(&format!("{{{{{name}}}}}"), value)))
+}
+
+/// The part about the endless plane, and all that the page's shaders draw.
+fn endless(folder: &Path, mut data: Value, context: &Context) -> Result<[(&'static str, String); 5]> {
+    let path = folder.join("tiles.ptm");
+    let tiles = tile_set::open(&path, &context.limits)?;
+    let tiles = tiles.ok_or_else(|| Error::invalid("is no set of tiles").at(&path))?;
+    data["endless"] = shader_data(&tiles.file)?;
+    data["endless"]["tiles"] = tiles.count.into();
+    Ok([
+        ("endless", ENDLESS.to_owned()),
+        ("endless_script", ENDLESS_SCRIPT.to_owned()),
+        ("tiles", tiles.count.to_string()),
+        ("tile", tiles.tile().to_string()),
+        ("data", data.to_string()),
+    ])
 }
 
 /// Four photographs spread over the lights, with captions.
@@ -128,10 +149,9 @@ fn source_picture(folder: &Path, exemplar: Size, context: &Context) -> Result<Ve
 }
 
 /// The bytes of an LRGB texture map as three pictures, with scale and bias, for the page's shader.
-fn shader_data(path: &Path, context: &Context) -> Result<Value> {
-    let file = read_field(path, &context.limits)?;
+fn shader_data(file: &FieldFile) -> Result<Value> {
     let Encoding::Ptm(encoding) = file.encoding else {
-        return Err(Error::invalid("is no texture map").at(path));
+        return Err(Error::invalid("the page needs a .ptm texture map"));
     };
     let bytes_of = |k: usize| -> Vec<f32> {
         let plane = file.field.coefficients().plane(k).iter();

@@ -1,0 +1,177 @@
+//! `relume synth` where the output is any window of an endless plane, written row by row: from a set
+//! of tiles, or by noise.
+
+mod noise;
+mod tiles;
+
+use std::io::Cursor;
+use std::path::{Path, PathBuf};
+
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use relume::format::{Encoding, FieldFormat, PictureFormat, Rows, Streamed};
+use relume::{Error, Progress, Result, Size};
+use serde_json::{Value, json};
+
+use crate::context::Context;
+use crate::output;
+use crate::report::Report;
+use crate::tile_set;
+
+/// Arguments for endless textures.
+#[derive(Debug, clap::Args)]
+pub struct EndlessArgs {
+    /// quilting lays blocks; noise blends parts of a stochastic texture without end
+    #[arg(long, default_value = "quilting", value_parser = method())]
+    method: Method,
+    /// Draw this part of the endless plane that tiles or noise make: left, top, width and height in
+    /// texels. Parts are identical however the plane is cut; --size draws from 0,0
+    #[arg(
+        long,
+        value_name = "X,Y,W,H",
+        value_parser = window,
+        allow_hyphen_values = true,
+        conflicts_with = "size"
+    )]
+    window: Option<Window>,
+    /// Side of the triangles of noise in texels [default: 0.29 of the exemplar's smaller side]
+    #[arg(long, value_name = "N")]
+    triangle: Option<f64>,
+}
+
+/// How a texture is made where it is not from tiles.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Method {
+    Quilting,
+    Noise,
+}
+
+/// A rectangle of the plane.
+#[derive(Debug, Clone, Copy)]
+struct Window {
+    x: i64,
+    y: i64,
+    size: Size,
+}
+
+/// What `relume synth` was asked for.
+pub struct Job<'a> {
+    /// Arguments for endless textures.
+    pub args: &'a EndlessArgs,
+    /// The files to make a texture from.
+    pub exemplars: &'a [PathBuf],
+    /// The file to write.
+    pub output: &'a Path,
+    /// The size asked for.
+    pub size: Option<Size>,
+    /// The seed of the random choices.
+    pub seed: u64,
+    /// Options given that have no meaning for an endless plane.
+    pub other_options: Vec<&'static str>,
+}
+
+/// Draws a window of an endless plane; none where blocks are to be laid instead.
+pub fn run(job: &Job<'_>, context: &Context) -> Result<Option<Report>> {
+    let tiles = match job.exemplars {
+        [path] => tile_set::open(path, &context.limits)?,
+        _ => None,
+    };
+    if tiles.is_none() && job.args.method == Method::Quilting {
+        return match job.args.window {
+            Some(_) => Err(Error::usage(
+                "--window draws from a set of tiles made by relume roll, or with --method noise: this is neither",
+            )),
+            None => Ok(None),
+        };
+    }
+    if tiles.is_some() && job.args.method == Method::Noise {
+        return Err(Error::usage(
+            "--method noise takes an exemplar, and this is a set of tiles: leave it out",
+        ));
+    }
+    if let Some(option) = job.other_options.first() {
+        return Err(Error::usage(format!("{option} has no meaning for an endless plane: leave it out")));
+    }
+    let inputs: Vec<&Path> = job.exemplars.iter().map(PathBuf::as_path).collect();
+    output::check(job.output, &inputs, context)?;
+    match tiles {
+        Some(tiles) => tiles::draw(job, &tiles, context).map(Some),
+        None => noise::draw(job, context).map(Some),
+    }
+}
+
+impl Job<'_> {
+    /// The part of the plane to draw.
+    fn window(&self) -> Result<Window> {
+        let from_origin = self.size.map(|size| Window { x: 0, y: 0, size });
+        let window = self.args.window.or(from_origin);
+        window.ok_or_else(|| Error::usage("the output has no size: give --size or --window"))
+    }
+
+    /// The format of the output; on standard output that of the input.
+    fn format(&self, encoding: &Encoding) -> Result<FieldFormat> {
+        if !output::is_stream(self.output) {
+            return Ok(FieldFormat::from_path(self.output)?.in_depth_of(encoding));
+        }
+        Ok(match *encoding {
+            Encoding::Ptm(_) => FieldFormat::Ptm,
+            Encoding::Picture(depth) => FieldFormat::Picture(PictureFormat::Png(depth)),
+            Encoding::Exr(depth) => FieldFormat::Exr(depth),
+        })
+    }
+
+    /// Writes the output, whose rows are copied by `rows`.
+    fn write(&self, streamed: &Streamed, size: Size, context: &Context, rows: &mut Rows<'_>) -> Result<()> {
+        let texel: usize = streamed.lanes().iter().map(|lane| lane.bytes_per_texel).sum();
+        context.limits.check("the output", size, 0)?;
+        context.limits.check_bytes("the rows of the output", streamed.working_bytes(size))?;
+        context.progress.start("drawing rows", (size.height * streamed.lanes().len()) as u64);
+        let mut rows = |lane: usize, y: usize, row: &mut [u8]| {
+            context.progress.advance(1);
+            rows(lane, y, row)
+        };
+        if !output::is_stream(self.output) {
+            return output::write_with(self.output, context, |out| streamed.write(size, out, &mut rows));
+        }
+        context.limits.check("the output", size, texel as u64)?;
+        let mut bytes = Cursor::new(Vec::new());
+        streamed.write(size, &mut bytes, &mut rows)?;
+        output::write(self.output, &bytes.into_inner(), context)
+    }
+
+    /// What was drawn, of what.
+    fn report(&self, window: Window, of: &str, details: Value) -> Report {
+        let Window { x, y, size } = window;
+        let text = format!("{}: {size} texels of the plane from ({x}, {y}), {of}", self.output.display());
+        let mut json = json!({
+            "outputs": [self.output],
+            "x": x,
+            "y": y,
+            "width": size.width,
+            "height": size.height,
+            "seed": self.seed,
+        });
+        if let (Some(all), Value::Object(details)) = (json.as_object_mut(), details) {
+            all.extend(details);
+        }
+        Report::new(text, json).with_stdout_taken(output::is_stream(self.output))
+    }
+}
+
+fn method() -> impl TypedValueParser<Value = Method> {
+    PossibleValuesParser::new(["quilting", "noise"])
+        .map(|name| if name == "noise" { Method::Noise } else { Method::Quilting })
+}
+
+/// The farthest that a window may lie from the origin: far beyond any picture, and without overflow.
+const FARTHEST: i64 = 1 << 52;
+
+/// `X,Y,W,H` in whole texels.
+fn window(text: &str) -> Result<Window, String> {
+    let numbers: Option<Vec<i64>> = text.split(',').map(|s| s.trim().parse().ok()).collect();
+    match numbers.as_deref() {
+        Some(&[x, y, w, h]) if w > 0 && h > 0 && x.abs().max(y.abs()).max(w).max(h) <= FARTHEST => {
+            Ok(Window { x, y, size: Size::new(w as usize, h as usize) })
+        }
+        _ => Err("expected left, top, width and height such as -200,1000,512,512 in whole texels".to_owned()),
+    }
+}

@@ -1,0 +1,35 @@
+//! Windows of the plane that a set of tiles makes.
+
+use relume::format::Streamed;
+use relume::synthesis::roller::Endless;
+use relume::{Error, Result};
+use serde_json::json;
+
+use super::Job;
+use crate::context::Context;
+use crate::report::Report;
+use crate::tile_set::TileSetFile;
+
+/// Copies the tiles into place, in the bytes that the file stores.
+pub fn draw(job: &Job<'_>, tiles: &TileSetFile, context: &Context) -> Result<Report> {
+    if job.args.triangle.is_some() {
+        return Err(Error::usage(
+            "--triangle belongs to --method noise, and this is a set of tiles: leave it out",
+        ));
+    }
+    let (window, file, tile) = (job.window()?, &tiles.file, tiles.tile());
+    let plane = Endless::new(tile, tiles.count, job.seed)?;
+    let format = job.format(&file.encoding)?;
+    let streamed = Streamed::new(&file.field, format, Some(&file.encoding), &context.limits)
+        .map_err(|e| e.at(job.output))?;
+    let lanes = streamed.lanes();
+    let mut rows = |lane: usize, y: usize, row: &mut [u8]| {
+        let lane = &lanes[lane];
+        plane.copy_row(&lane.data, lane.bytes_per_texel, window.x, window.y + y as i64, row);
+        Ok(())
+    };
+    job.write(&streamed, window.size, context, &mut rows)?;
+    let number = if tiles.count == 1 { "one tile".to_owned() } else { format!("{} tiles", tiles.count) };
+    let details = json!({ "tiles": tiles.count, "tile_width": tile.width, "tile_height": tile.height });
+    Ok(job.report(window, &format!("of {number} of {tile}"), details))
+}

@@ -1,0 +1,164 @@
+//! `relume roll`: tiles of a regular texture that can be laid in any order.
+
+use std::path::{Path, PathBuf};
+
+use relume::field::{Domain, IndexSpace, Metric};
+use relume::format::{Encoding, FieldFile, FieldFormat, PictureFormat, encode_field, exr};
+use relume::numeric::lattice::Lattice;
+use relume::numeric::periods::Pattern;
+use relume::synthesis::roller::{Report as RollReport, Rolled, RollerOptions, roll};
+use relume::synthesis::{Exemplar, gather};
+use relume::{Error, Result};
+use serde_json::json;
+
+use crate::context::Context;
+use crate::report::Report;
+use crate::tile_set::{sidecar, sidecar_path};
+use crate::{args, input, output};
+
+/// Arguments of `relume roll`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  relume roll wool.ptm -k 4 -o tiles.ptm\n  \
+                        relume synth tiles.ptm --size 65536x65536 -o cloth.png\n  \
+                        relume synth tiles.ptm --window -200,1000,512,512 -o part.ptm")]
+pub struct Args {
+    /// The exemplar: a .ptm, an .exr field, or a picture; - is standard input
+    file: PathBuf,
+    /// The tiles to write, one below the other: .exr, or another format with FILE.json beside it
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// How many tiles; each holds about this part of the exemplar
+    #[arg(short = 'k', long, value_name = "K", default_value_t = 1)]
+    tiles: usize,
+    /// Texels by which tiles overlap their continuation, and width of the border they share
+    /// [default: a sixteenth of the exemplar's smaller side]
+    #[arg(long, value_name = "N")]
+    overlap: Option<usize>,
+    /// The periods, instead of what is measured: W,H in texels, or two shifts X,Y,X,Y to the right
+    /// and down
+    #[arg(long, value_name = "W,H", value_parser = lattice, allow_hyphen_values = true)]
+    period: Option<Lattice>,
+}
+
+/// Makes tiles and writes them.
+pub fn run(args: &Args, context: &Context) -> Result<Report> {
+    let beside = sidecar_path(&args.output);
+    if output::is_stream(&args.output) {
+        return Err(Error::usage("a set of tiles is one or two files: name one instead of -"));
+    }
+    for path in std::iter::once(args.output.as_path()).chain(beside.as_deref()) {
+        output::check(path, &[&args.file], context)?;
+    }
+    let format = FieldFormat::from_path(&args.output)?;
+    if matches!(format, FieldFormat::Picture(PictureFormat::Jpeg { .. })) {
+        let message = "JPEG changes texels, so tiles would not share a border: name the file .png";
+        return Err(Error::usage(message).at(&args.output));
+    }
+    let options = RollerOptions {
+        tiles: args.tiles,
+        overlap: args.overlap,
+        pattern: args.period.map(Pattern::Lattice),
+        ..RollerOptions::default()
+    };
+    options.validate()?;
+    let file = input::field(&args.file, &context.limits)?;
+    let rolled = make(&file, &options, context)?;
+    let bytes = encode(&rolled, &file, format, context).map_err(|e| e.at(&args.output))?;
+    output::write(&args.output, &bytes, context)?;
+    if let Some(path) = &beside {
+        output::write(path, &sidecar(rolled.tiles.tile(), rolled.tiles.count()), context)?;
+    }
+    Ok(report(&args.output, &options, &rolled))
+}
+
+fn make(file: &FieldFile, options: &RollerOptions, context: &Context) -> Result<Rolled> {
+    let space = IndexSpace::new(&file.field, Metric::Function, Domain::Hemisphere)?;
+    let bytes = 4 * space.planes() as u64;
+    context.limits.check("the index of the exemplar", file.field.size(), bytes)?;
+    let index = space.index_planes(&file.field);
+    roll(&Exemplar { index: &index, excluded: None }, options, &context.limits)
+}
+
+/// The file of the tiles, stored as the exemplar was.
+fn encode(rolled: &Rolled, file: &FieldFile, format: FieldFormat, context: &Context) -> Result<Vec<u8>> {
+    let field = gather(rolled.tiles.map(), &[&file.field], &context.limits)?;
+    match format.in_depth_of(&file.encoding) {
+        FieldFormat::Exr(depth) => exr::encode_tiles(&field, rolled.tiles.count(), depth),
+        FieldFormat::Ptm if !matches!(file.encoding, Encoding::Ptm(_)) => {
+            encode_field(&field, format, None, &context.limits)
+        }
+        format => encode_field(&field, format, Some(&file.encoding), &context.limits),
+    }
+}
+
+fn report(output: &Path, options: &RollerOptions, rolled: &Rolled) -> Report {
+    let (tiles, how) = (&rolled.tiles, &rolled.report);
+    let text = format!(
+        "{}: {} of {} texels; {}",
+        output.display(),
+        counted(tiles.count()),
+        tiles.tile(),
+        quality(how)
+    );
+    let json = json!({
+        "output": output,
+        "tiles": tiles.count(),
+        "tile_width": tiles.tile().width,
+        "tile_height": tiles.tile().height,
+        "acceptable": how.is_acceptable(),
+        "options": options,
+        "roller": how,
+    });
+    Report::new(text, json)
+}
+
+fn counted(tiles: usize) -> String {
+    if tiles == 1 { "one tile".to_owned() } else { format!("{tiles} tiles") }
+}
+
+/// How the texture repeats and how well the tiles go together, in words.
+fn quality(how: &RollReport) -> String {
+    let worst = how.seams.iter().map(|seams| seams.ratio()).fold(0.0, f64::max);
+    let large = how.seams.iter().map(|seams| seams.large).fold(0.0, f64::max);
+    let mut text = format!(
+        "{}; the overlaps differ by {:.0} % of unrelated texels; steps across cuts are {worst:.2} of \
+         natural ones, {:.0} % of them large",
+        repeats(how),
+        100.0 * how.mismatch,
+        100.0 * large
+    );
+    text.push_str(if how.is_acceptable() { ": acceptable" } else { ": seams may be seen" });
+    if how.periods.pattern == Pattern::None {
+        text.push_str(
+            "\nWhat does not repeat shows its tiles; relume synth without tiles may suit it better",
+        );
+    } else if !how.whole_periods {
+        text.push_str(
+            "\nNo whole periods fit along both axes: give a larger exemplar, or turn it until they do",
+        );
+    }
+    text
+}
+
+fn repeats(how: &RollReport) -> String {
+    match how.periods.pattern {
+        Pattern::None => "no period was found".to_owned(),
+        Pattern::Stripes([x, y]) => format!("stripes repeat after ({x:.1}, {y:.1})"),
+        Pattern::Lattice(lattice) => {
+            let [[ax, ay], [bx, by]] = lattice.basis();
+            format!("it repeats after ({ax:.1}, {ay:.1}) and ({bx:.1}, {by:.1})")
+        }
+    }
+}
+
+/// `W,H` or `X,Y,X,Y`.
+fn lattice(text: &str) -> Result<Lattice, String> {
+    let shifts = match (args::numbers::<2>(text), args::numbers::<4>(text)) {
+        (Some([w, h]), _) => ([w, 0.0], [0.0, h]),
+        (_, Some([ax, ay, bx, by])) => ([ax, ay], [bx, by]),
+        _ => return Err("expected two numbers such as 24,31.5, or four for two shifts".to_owned()),
+    };
+    Lattice::new(shifts.0, shifts.1)
+        .filter(|lattice| lattice.cell_area() >= 1.0)
+        .ok_or_else(|| "these shifts lie on one line or span less than a texel".to_owned())
+}

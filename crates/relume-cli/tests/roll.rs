@@ -1,0 +1,181 @@
+//! `relume roll` and the endless planes of `relume synth` as a user runs them.
+
+use std::fs::{self, File};
+use std::path::Path;
+use std::process::{Command, Output};
+
+use relume::field::{Basis, ColorModel};
+use relume::format::{ExrDepth, FieldFormat, encode_field, read_field};
+use relume::synthesis::roller::Endless;
+use relume::{Limits, Planes, ReflectanceField, Size, Space};
+use serde_json::Value;
+
+fn relume(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_relume")).current_dir(folder).args(arguments).output().unwrap()
+}
+
+fn done(folder: &Path, arguments: &[&str]) -> String {
+    let output = relume(folder, arguments);
+    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// The one sentence of a run that must fail and write nothing.
+fn refused(folder: &Path, arguments: &[&str], status: i32) -> String {
+    let before = fs::read_dir(folder).unwrap().count();
+    let output = relume(folder, arguments);
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(status), "{arguments:?}: {text}");
+    assert_eq!(fs::read_dir(folder).unwrap().count(), before, "{arguments:?} left something behind");
+    text
+}
+
+/// A texture that repeats after 13 x 11 texels, with a little noise of its own everywhere.
+fn regular(basis: Basis, color: ColorModel, space: Space) -> ReflectanceField {
+    let size = Size::new(90, 80);
+    let count = color.planes(basis.len());
+    let mut planes = Planes::zeros(size, count);
+    let mut state = 7u32;
+    let mut noise = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 16) as f32 / 65536.0
+    };
+    for (k, plane) in planes.iter_mut().enumerate() {
+        for (t, value) in plane.iter_mut().enumerate() {
+            let (x, y) = ((t % 90) as f32 / 13.0, (t / 90) as f32 / 11.0);
+            let wave = (std::f32::consts::TAU * x).sin() * (std::f32::consts::TAU * y + k as f32).cos();
+            *value = 0.5 + 0.3 * wave + 0.05 * noise();
+        }
+    }
+    ReflectanceField::new(basis, color, space, planes).unwrap()
+}
+
+fn write(field: &ReflectanceField, format: FieldFormat, path: &Path) {
+    fs::write(path, encode_field(field, format, None, &Limits::default()).unwrap()).unwrap();
+}
+
+fn read(path: &Path) -> ReflectanceField {
+    read_field(path, &Limits::default()).unwrap().field
+}
+
+fn number(value: &Value, key: &str) -> usize {
+    value[key].as_u64().unwrap_or_else(|| panic!("{key} of {value}")) as usize
+}
+
+#[test]
+fn windows_of_tiles_are_the_librarys_in_every_format() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let lrgb = regular(Basis::Ptm, ColorModel::Lrgb, Space::Srgb);
+    write(&lrgb, FieldFormat::Ptm, &folder.join("a.ptm"));
+    write(&lrgb, FieldFormat::Exr(ExrDepth::Float), &folder.join("b.exr"));
+    let picture = regular(Basis::Constant, ColorModel::Rgb, Space::Srgb);
+    let png = FieldFormat::from_path(Path::new("c.png")).unwrap();
+    write(&picture, png, &folder.join("c.png"));
+    for (exemplar, tiles, out) in
+        [("a.ptm", "ta.ptm", "oa.ptm"), ("b.exr", "tb.exr", "ob.exr"), ("c.png", "tc.png", "oc.png")]
+    {
+        let report: Value =
+            serde_json::from_str(&done(folder, &["--json", "roll", exemplar, "-k", "3", "-o", tiles]))
+                .unwrap();
+        assert_eq!(report["acceptable"], true, "{report:#}");
+        let tile = Size::new(number(&report, "tile_width"), number(&report, "tile_height"));
+        assert_eq!((tile.width % 13, tile.height % 11), (0, 0), "whole periods: {tile}");
+        let stacked = read(&folder.join(tiles));
+        assert_eq!(stacked.size(), Size::new(tile.width, 3 * tile.height));
+        done(folder, &["synth", tiles, "--window=-31,1000000,67,45", "--seed", "9", "-o", out]);
+        let plane = Endless::new(tile, 3, 9).unwrap();
+        let size = Size::new(67, 45);
+        let expected =
+            plane.window(stacked.coefficients(), -31, 1_000_000, size, &Limits::default()).unwrap();
+        assert!(*read(&folder.join(out)).coefficients() == expected, "{out}");
+    }
+    // A tile set of one kind may be drawn as another file of that kind.
+    done(folder, &["synth", "ta.ptm", "--size", "40", "-o", "oa.exr"]);
+    assert_eq!(read(&folder.join("oa.exr")).size(), Size::new(40, 40));
+}
+
+#[test]
+fn outputs_do_not_depend_on_threads() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write(
+        &regular(Basis::Ptm, ColorModel::Rgb, Space::Linear),
+        FieldFormat::Exr(ExrDepth::Half),
+        &folder.join("a.exr"),
+    );
+    for threads in ["1", "3"] {
+        let name = |what: &str| format!("{what}{threads}.exr");
+        done(folder, &["roll", "a.exr", "-k", "4", "--threads", threads, "-o", &name("t")]);
+        done(folder, &["synth", &name("t"), "--size", "100x70", "--threads", threads, "-o", &name("o")]);
+    }
+    for what in ["t", "o"] {
+        let bytes = |threads: &str| fs::read(folder.join(format!("{what}{threads}.exr"))).unwrap();
+        assert!(bytes("1") == bytes("3"), "{what}");
+    }
+}
+
+#[test]
+fn what_cannot_be_done_is_said_in_one_sentence() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let picture = regular(Basis::Constant, ColorModel::Rgb, Space::Srgb);
+    write(&picture, FieldFormat::from_path(Path::new("c.png")).unwrap(), &folder.join("c.png"));
+    let says = |arguments: &[&str], words: &str| {
+        let text = refused(folder, arguments, 2);
+        assert!(text.contains(words), "{arguments:?}: {text}");
+    };
+    says(&["roll", "c.png", "-o", "-"], "name one");
+    says(&["roll", "c.png", "-o", "t.jpg"], "share a border");
+    says(&["roll", "c.png", "-k", "0", "-o", "t.png"], "choose 1");
+    says(&["roll", "c.png", "-k", "40", "-o", "t.png"], "fewer tiles");
+    says(&["roll", "c.png", "--period", "0,3", "-o", "t.png"], "one line");
+    says(&["synth", "c.png", "--window", "0,0,9,9", "-o", "o.png"], "relume roll");
+    says(&["synth", "c.png", "-o", "o.png"], "--size");
+    says(&["synth", "c.png", "--method", "noise", "--size", "50", "-o", "o.png"], "repeats");
+    done(folder, &["roll", "c.png", "-o", "t.png"]);
+    says(&["roll", "c.png", "-o", "t.png"], "--force");
+    says(&["synth", "t.png", "--size", "50", "--tile", "-o", "o.png"], "--tile");
+    says(&["synth", "t.png", "--size", "50", "-o", "o.tif"], ".png");
+    says(&["synth", "t.png", "--size", "50", "--triangle", "9", "-o", "o.png"], "--triangle");
+    says(&["synth", "t.png", "--size", "50", "--method", "noise", "-o", "o.png"], "set of tiles");
+    says(&["synth", "t.png", "--window", "1,2,0,5", "-o", "o.png"], "--window");
+    let long = ["synth", "t.png", "--size", "1000000x5", "-o", "o.png"];
+    assert!(refused(folder, &long, 1).contains("longest side"));
+    fs::write(folder.join("t.png.json"), "{\"relumeTiles\": 7}").unwrap();
+    assert!(refused(folder, &["synth", "t.png", "--size", "50", "-o", "o.png"], 1).contains("7 tiles"));
+    fs::write(folder.join("t.png.json"), "{\"relumeTiles\": \"many\"}").unwrap();
+    assert!(refused(folder, &["synth", "t.png", "--size", "50", "-o", "o.png"], 1).contains("many"));
+}
+
+/// A picture of unrelated spots.
+fn spots(folder: &Path) {
+    let mut state = 3u32;
+    let mut next = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 24) as u8
+    };
+    let mut encoder = png::Encoder::new(File::create(folder.join("s.png")).unwrap(), 64, 60);
+    encoder.set_color(png::ColorType::Rgb);
+    let samples: Vec<u8> = (0..64 * 60 * 3).map(|_| next()).collect();
+    encoder.write_header().unwrap().write_image_data(&samples).unwrap();
+}
+
+#[test]
+fn noise_is_identical_however_it_is_cut() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    spots(folder);
+    let draw = |window: &str, out: &str| {
+        done(
+            folder,
+            &["synth", "s.png", "--method", "noise", &format!("--window={window}"), "--seed", "4", "-o", out],
+        );
+        read(&folder.join(out)).coefficients().clone()
+    };
+    let whole = draw("-20,-9,90,150", "a.png");
+    let part = draw("11,57,40,71", "b.png");
+    assert!(whole.crop(31, 66, part.size()).unwrap() == part);
+    let other = draw("-20,-9,90,150", "c.exr");
+    assert_eq!(other.size(), Size::new(90, 150));
+}

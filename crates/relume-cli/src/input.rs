@@ -3,7 +3,7 @@
 use std::io::Read;
 use std::path::Path;
 
-use relume::format::{self, FieldFile};
+use relume::format::{self, FieldFile, HeightMap};
 use relume::{Error, Limits, Raster, Result};
 
 use crate::output::is_stream;
@@ -33,6 +33,14 @@ pub fn bytes(path: &Path, limits: &Limits) -> Result<Vec<u8>> {
     let length = std::fs::metadata(path).map_err(failed)?.len();
     limits.check_bytes("the file", length).map_err(|e| e.at(path))?;
     std::fs::read(path).map_err(failed)
+}
+
+/// Reads a height map with its recorded scale.
+pub fn height(path: &Path, limits: &Limits) -> Result<HeightMap> {
+    if is_stream(path) {
+        return format::decode_height(&stdin(limits)?, limits).map_err(|e| e.at("standard input"));
+    }
+    format::read_height(path, limits)
 }
 
 /// All of standard input, up to the memory limit.

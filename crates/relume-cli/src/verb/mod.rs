@@ -11,6 +11,8 @@ mod demo;
 mod endless;
 mod fit;
 mod info;
+mod material;
+mod procedural;
 mod relight;
 mod render;
 mod roll;
@@ -37,6 +39,8 @@ pub enum Verb {
     Compare(compare::Args),
     /// Say what a file holds
     Info(info::Args),
+    /// Make a built-in material's height, albedo, roughness and normals
+    Procedural(procedural::Args),
     /// Show a texture under a light, or a sweep of lights
     Relight(relight::Args),
     /// Show a texture on an object
@@ -56,6 +60,7 @@ pub fn run(verb: Verb, context: &Context) -> Result<Report> {
         Verb::Analyze(args) => analyze::run(&args, context),
         Verb::Compare(args) => compare::run(&args, context),
         Verb::Info(args) => info::run(&args, context),
+        Verb::Procedural(args) => procedural::run(&args, context),
         Verb::Relight(args) => relight::run(&args, context),
         Verb::Render(args) => render::run(&args, context),
         Verb::Roll(args) => roll::run(&args, context),

@@ -5,6 +5,7 @@
 //! | `.ptm` | [`read_field`] | [`encode_field`] |
 //! | EXR field | [`read_field`] | [`encode_field`] |
 //! | PNG, JPEG, TIFF, EXR picture | [`read_raster`], [`read_field`] | [`encode_picture`], [`encode_field`] |
+//! | height map, PNG or EXR | [`read_height`] | [`encode_height`] |
 //! | animated PNG, GIF | | [`animation`] |
 //! | `.ptm`, EXR field, PNG of any size | | [`Streamed`] |
 //! | EXR with named channels | [`exr::decode_labelled`] | [`exr::encode_labelled`] |
@@ -20,6 +21,7 @@ mod codes;
 mod complete;
 pub mod exr;
 mod field_file;
+mod height;
 mod input;
 mod mesh;
 pub mod npy;
@@ -31,6 +33,7 @@ mod stream;
 
 pub use exr::ExrDepth;
 pub use field_file::{Encoding, FieldFile, FieldFormat, decode_field, encode_field, read_field};
+pub use height::{HeightFormat, HeightMap, HeightScale, decode_height, encode_height, read_height};
 pub use mesh::{decode_mesh, read_mesh};
 pub use picture::{Depth, PictureFormat, encode_picture};
 pub use ptm::PtmEncoding;

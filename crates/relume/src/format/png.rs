@@ -1,5 +1,9 @@
 //! Still PNG pictures, and the settings that animated ones share.
 
+use std::collections::BTreeMap;
+use std::io::Cursor;
+
+use super::input::{Kind, complaint};
 use crate::error::{Error, Result};
 use crate::planes::Size;
 
@@ -25,6 +29,29 @@ pub(super) fn encode(size: Size, channels: usize, depth: ::png::BitDepth, sample
     writer.write_image_data(samples).map_err(failed)?;
     writer.finish().map_err(failed)?;
     Ok(out)
+}
+
+/// A grey 16-bit PNG file of data, with text chunks before the image.
+pub(super) fn encode_data16(size: Size, samples: &[u8], texts: &[(&str, String)]) -> Result<Vec<u8>> {
+    let mut out = Vec::new();
+    let mut encoder = ::png::Encoder::new(&mut out, side(size.width)?, side(size.height)?);
+    encoder.set_color(::png::ColorType::Grayscale);
+    encoder.set_depth(::png::BitDepth::Sixteen);
+    for (keyword, text) in texts {
+        encoder.add_text_chunk((*keyword).to_owned(), text.clone()).map_err(failed)?;
+    }
+    let mut writer = encoder.write_header().map_err(failed)?;
+    writer.write_image_data(samples).map_err(failed)?;
+    writer.finish().map_err(failed)?;
+    Ok(out)
+}
+
+/// The plain text chunks before the image of a PNG file.
+pub(super) fn texts(bytes: &[u8]) -> Result<BTreeMap<String, String>> {
+    let reader = ::png::Decoder::new(Cursor::new(bytes)).read_info();
+    let reader = reader.map_err(|error| Error::invalid(complaint(Kind::Png, &error)))?;
+    let chunks = reader.info().uncompressed_latin1_text.iter();
+    Ok(chunks.map(|chunk| (chunk.keyword.clone(), chunk.text.clone())).collect())
 }
 
 pub(super) fn failed(error: ::png::EncodingError) -> Error {

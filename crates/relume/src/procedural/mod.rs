@@ -3,20 +3,28 @@
 //!
 //! Every material is a pure function of a place, built from two kinds of noise ([`noise`]), and
 //! closes on the torus unless told otherwise. Lengths are multiples of one feature size, heights
-//! included, so a material looks the same at any resolution.
+//! included, so a material looks the same at any resolution. Marble, wood, clouds and fire are the
+//! classical functions of (x, y, z) with noise and turbulence; the picture cuts through them.
 //!
 //! To add a material: one file here with a `sample` function, one variant and its arms in
 //! [`Material`]; the tests below then run over it.
 
 mod bark;
+mod clouds;
+mod fire;
 mod leather;
+mod marble;
 pub mod noise;
 mod paint;
+mod parameters;
 mod pebbles;
+pub mod solid;
 mod sponge;
 mod weave;
+mod wood;
 
 pub use noise::Tiling;
+pub use parameters::{Cut, Parameters};
 
 use crate::error::{Error, Result};
 use crate::limits::Limits;
@@ -24,6 +32,7 @@ use crate::maps::SurfaceMaps;
 use crate::planes::Size;
 use noise::Canvas;
 use paint::{Sampler, paint};
+use solid::Block;
 
 /// The built-in materials.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -38,6 +47,14 @@ pub enum Material {
     Leather,
     /// Upright plates of tree bark between deep fissures.
     Bark,
+    /// Polished marble: veins folded by turbulence.
+    Marble,
+    /// Wood, as a plank or the end of a trunk: rings about the pith.
+    Wood,
+    /// Clouds before the sky, or their upper side.
+    Clouds,
+    /// Flames.
+    Fire,
 }
 
 /// How a material is made.
@@ -51,11 +68,19 @@ pub struct MaterialOptions {
     pub feature: f64,
     /// Whether the maps close on the torus.
     pub tiling: Tiling,
+    /// What only some materials have.
+    pub parameters: Parameters,
 }
 
 impl Default for MaterialOptions {
     fn default() -> Self {
-        Self { size: Size::new(256, 256), seed: 0, feature: 40.0, tiling: Tiling::Torus }
+        Self {
+            size: Size::new(256, 256),
+            seed: 0,
+            feature: 40.0,
+            tiling: Tiling::Torus,
+            parameters: Parameters::default(),
+        }
     }
 }
 
@@ -74,7 +99,17 @@ impl MaterialOptions {
 
 impl Material {
     /// All materials.
-    pub const ALL: [Self; 5] = [Self::Sponge, Self::Weave, Self::Pebbles, Self::Leather, Self::Bark];
+    pub const ALL: [Self; 9] = [
+        Self::Sponge,
+        Self::Weave,
+        Self::Pebbles,
+        Self::Leather,
+        Self::Bark,
+        Self::Marble,
+        Self::Wood,
+        Self::Clouds,
+        Self::Fire,
+    ];
 
     /// The name, in lower case.
     pub const fn name(self) -> &'static str {
@@ -84,6 +119,21 @@ impl Material {
             Self::Pebbles => "pebbles",
             Self::Leather => "leather",
             Self::Bark => "bark",
+            Self::Marble => "marble",
+            Self::Wood => "wood",
+            Self::Clouds => "clouds",
+            Self::Fire => "fire",
+        }
+    }
+
+    /// The names of the [`Parameters`] that it has.
+    pub const fn parameters(self) -> &'static [&'static str] {
+        match self {
+            Self::Sponge | Self::Weave | Self::Pebbles | Self::Leather | Self::Bark => &[],
+            Self::Marble => &["z", "z-period", "power", "turbulence", "octaves"],
+            Self::Wood => &["z", "cut", "turbulence"],
+            Self::Clouds => &["z", "z-period", "octaves"],
+            Self::Fire => &["phi", "turbulence", "octaves"],
         }
     }
 
@@ -95,21 +145,29 @@ impl Material {
     /// Makes the maps.
     ///
     /// # Errors
-    /// A feature size that is no length, or a size beyond the limits.
+    /// A feature size that is no length, a parameter that the material does not have or that is out
+    /// of its range, or a size beyond the limits.
     pub fn make(self, options: &MaterialOptions, limits: &Limits) -> Result<SurfaceMaps> {
         options.validate()?;
+        options.parameters.validate(self.name(), self.parameters())?;
         limits.check("a material's maps", options.size, 5 * 4)?;
         let canvas = Canvas { size: options.size, tiling: options.tiling, seed: options.seed };
-        Ok(paint(options.size, self.sampler(&canvas, options.feature)))
+        Ok(paint(options.size, self.sampler(&canvas, options.feature, &options.parameters)))
     }
 
-    fn sampler(self, canvas: &Canvas, feature: f64) -> Box<Sampler> {
+    fn sampler(self, canvas: &Canvas, feature: f64, parameters: &Parameters) -> Box<Sampler> {
+        let depth = parameters.z.unwrap_or(0.0);
+        let block = Block { canvas: *canvas, feature, depth, depth_period: parameters.z_period };
         match self {
             Self::Sponge => sponge::Sponge::new(canvas, feature).sampler(),
             Self::Weave => weave::Weave::new(canvas, feature).sampler(),
             Self::Pebbles => pebbles::Pebbles::new(canvas, feature).sampler(),
             Self::Leather => leather::Leather::new(canvas, feature).sampler(),
             Self::Bark => bark::Bark::new(canvas, feature).sampler(),
+            Self::Marble => marble::Marble::new(&block, parameters).sampler(),
+            Self::Wood => wood::Wood::new(&block, parameters).sampler(),
+            Self::Clouds => clouds::Clouds::new(&block, parameters).sampler(),
+            Self::Fire => fire::Fire::new(&block, parameters).sampler(),
         }
     }
 }
@@ -156,7 +214,7 @@ mod tests {
     fn materials_have_the_period_of_the_torus_and_none_on_the_free_plane() {
         let changed = |material: Material, tiling: Tiling| {
             let canvas = Canvas { size: Size::new(96, 61), tiling, seed: 5 };
-            let sample = material.sampler(&canvas, 18.0);
+            let sample = material.sampler(&canvas, 18.0, &Parameters::default());
             let places = (0..500).map(|k| [f64::from(k * 37 % 501) * 0.37, f64::from(k * 53 % 499) * 0.29]);
             let differs = |p: &[f64; 2]| {
                 let (a, b) = (sample(*p), sample([p[0] + 96.0, p[1] - 61.0]));
@@ -181,6 +239,42 @@ mod tests {
             for (a, b) in all_planes(&first).iter().zip(all_planes(&other)) {
                 assert_ne!(a, &b, "{material:?}");
             }
+        }
+    }
+
+    #[test]
+    fn a_slice_at_another_depth_or_time_is_another_picture() {
+        let with = |parameters| MaterialOptions { parameters, ..options(40, 33) };
+        for material in Material::ALL {
+            let moved = match material.parameters() {
+                [] => continue,
+                ["phi", ..] => Parameters { phi: Some(0.5), ..Parameters::default() },
+                _ => Parameters { z: Some(0.5), ..Parameters::default() },
+            };
+            let (here, there) = (make(material, &options(40, 33)), make(material, &with(moved)));
+            assert_ne!(here.height, there.height, "{material:?}");
+        }
+    }
+
+    #[test]
+    fn parameters_that_a_material_has_not_or_out_of_range_are_refused() {
+        let refused = |material: Material, parameters| {
+            let options = MaterialOptions { parameters, ..options(8, 8) };
+            material.make(&options, &Limits::default()).unwrap_err().to_string()
+        };
+        let text = refused(Material::Fire, Parameters { z: Some(1.0), ..Parameters::default() });
+        assert_eq!(text, "fire has no parameter 'z': it has phi, turbulence, octaves");
+        assert!(
+            refused(Material::Weave, Parameters { power: Some(2), ..Default::default() }).contains("none")
+        );
+        for parameters in [
+            Parameters { z: Some(f64::NAN), ..Parameters::default() },
+            Parameters { z_period: Some(0), ..Parameters::default() },
+            Parameters { power: Some(65), ..Parameters::default() },
+            Parameters { turbulence: Some(-1.0), ..Parameters::default() },
+            Parameters { octaves: Some(0), ..Parameters::default() },
+        ] {
+            assert!(refused(Material::Marble, parameters).contains("expected a number from"));
         }
     }
 

@@ -120,11 +120,32 @@ impl Lattice {
     }
 
     fn cell_hash(&self, i: i64, j: i64) -> u64 {
-        let [i, j] = match self.period {
+        let [i, j] = self.wrapped(i, j);
+        mix(self.seed ^ mix(i as u64 ^ mix(j as u64)))
+    }
+
+    /// The cell that stands for (i, j): itself, or the one of the first period.
+    fn wrapped(&self, i: i64, j: i64) -> [i64; 2] {
+        match self.period {
             Some([columns, rows]) => [i.rem_euclid(columns), j.rem_euclid(rows)],
             None => [i, j],
-        };
-        mix(self.seed ^ mix(i as u64 ^ mix(j as u64)))
+        }
+    }
+
+    /// The random number of a cell of the solid lattice over this one.
+    pub(super) fn solid_hash(&self, i: i64, j: i64, k: i64) -> u64 {
+        let [i, j] = self.wrapped(i, j);
+        mix(self.seed ^ mix(i as u64 ^ mix(j as u64 ^ mix(k as u64))))
+    }
+
+    /// The lattice of half the cells, 2^`octave` times, with random numbers of its own.
+    pub(super) fn finer(&self, octave: u32) -> Self {
+        let factor = 1i64 << octave;
+        Self {
+            cells_per_texel: self.cells_per_texel.map(|c| c * factor as f64),
+            period: self.period.map(|period| period.map(|cells| cells * factor)),
+            seed: mix(self.seed ^ mix(u64::from(octave))),
+        }
     }
 
     /// Gradient noise at a texel: smooth, zero on average, within [-1, 1].
@@ -228,11 +249,11 @@ fn unit_gradient(hash: u64) -> [f64; 2] {
     [x / length, y / length]
 }
 
-fn fade(t: f64) -> f64 {
+pub(super) fn fade(t: f64) -> f64 {
     t * t * t * (t * (t * 6.0 - 15.0) + 10.0)
 }
 
-fn lerp(a: f64, b: f64, t: f64) -> f64 {
+pub(super) fn lerp(a: f64, b: f64, t: f64) -> f64 {
     a + (b - a) * t
 }
 

@@ -8,6 +8,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use relume::format::HeightMap;
 use relume::maps::SurfaceMaps;
 use relume::{Error, Limits, Planes, Raster, Result, Samples, Space};
 
@@ -52,7 +53,7 @@ impl MapFiles {
     pub fn find(folder: &Path) -> Result<Self> {
         if !folder.is_dir() {
             return Err(Error::usage(
-                "is neither a built-in material (sponge, weave, pebbles, leather, bark) nor a folder of maps",
+                "is neither a built-in material (sponge, weave, pebbles, leather, bark, marble, wood, clouds, fire) nor a folder of maps",
             )
             .at(folder));
         }
@@ -95,7 +96,7 @@ impl MapFiles {
             return Err(Error::usage(format!("--height-scale {scale}: expected a finite number of texels")));
         }
         let (height_file, albedo_file) = (wanted(&self.height, "height")?, wanted(&self.albedo, "albedo")?);
-        let height = height(&input::raster(height_file, limits)?, height_scale);
+        let height = height(&input::height(height_file, limits)?, height_scale);
         let same_size = |path: &Path| {
             let raster = input::raster(path, limits)?;
             if raster.size() != height.size() {
@@ -172,15 +173,11 @@ fn first_channel(raster: &Raster) -> Planes {
     first
 }
 
-fn height(raster: &Raster, scale: Option<f64>) -> Planes {
-    let default = match raster.samples() {
-        Samples::F32(_) => 1.0,
-        Samples::U8(_) | Samples::U16(_) => RELIEF_OF_WIDTH * raster.size().width as f64,
-    };
-    let scale = scale.unwrap_or(default) as f32;
-    let mut height = first_channel(raster);
-    height.as_mut_slice().iter_mut().for_each(|h| *h *= scale);
-    height
+fn height(map: &HeightMap, scale: Option<f64>) -> Planes {
+    match scale {
+        Some(texels) => HeightMap { scale: None, ..map.clone() }.texels(texels),
+        None => map.texels(RELIEF_OF_WIDTH * map.samples.size().width as f64),
+    }
 }
 
 fn albedo(raster: &Raster) -> Planes {
@@ -211,6 +208,7 @@ fn normal(raster: &Raster, y: NormalY) -> Result<Planes> {
 mod tests {
     use super::*;
     use relume::Size;
+    use relume::format::HeightScale;
 
     fn choose(names: &[&str]) -> Result<Vec<Option<String>>> {
         let folder = tempfile::tempdir().unwrap();
@@ -240,8 +238,13 @@ mod tests {
     fn samples_mean_data_in_maps_of_data_and_light_in_albedo() {
         let size = Size::new(2, 1);
         let codes = Raster::new(size, 3, Samples::U8(vec![0, 128, 255, 51, 255, 0])).unwrap();
-        assert_eq!(height(&codes, Some(10.0)).as_slice(), [0.0, 2.0]);
-        assert_eq!(height(&codes, None).as_slice()[1], (0.2 * 2.0 / 25.0) as f32);
+        let heights = HeightMap { samples: first_channel(&codes), scale: None };
+        assert_eq!(height(&heights, Some(10.0)).as_slice(), [0.0, 2.0]);
+        assert_eq!(height(&heights, None).as_slice()[1], (0.2f32 as f64 * 2.0 / 25.0) as f32);
+        let scale = HeightScale { offset: -1.0, step: 20.0, mm_per_texel: None };
+        let recorded = HeightMap { scale: Some(scale), ..heights };
+        assert_eq!(height(&recorded, None).as_slice(), [-1.0, 3.0]);
+        assert_eq!(height(&recorded, Some(10.0)).as_slice(), [0.0, 2.0]);
         assert!((albedo(&codes).at(1, 0, 0) - 0.2158).abs() < 1e-4);
         let up = normal(&codes, NormalY::Up).unwrap();
         let down = normal(&codes, NormalY::Down).unwrap();
@@ -249,7 +252,6 @@ mod tests {
         assert_eq!((down.plane(0), down.at(1, 1, 0)), (up.plane(0), -1.0));
         let floats = Raster::new(size, 3, Samples::F32(vec![0.0, -0.6, 0.8, 0.0, 0.0, 1.0])).unwrap();
         assert_eq!(normal(&floats, NormalY::Up).unwrap().at(1, 0, 0), -0.6);
-        assert_eq!(height(&floats, None).as_slice(), [0.0, 0.0]);
         assert!(normal(&Raster::new(size, 1, Samples::U8(vec![1, 2])).unwrap(), NormalY::Up).is_err());
     }
 }

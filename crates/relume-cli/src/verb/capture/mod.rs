@@ -8,11 +8,11 @@ use std::path::{Path, PathBuf};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use relume::capture::dome::{Border, Bounce, Dome, DomeOptions, Surface, lights};
 use relume::maps::SurfaceMaps;
-use relume::procedural::{Material, MaterialOptions};
-use relume::{Error, Progress, Result, Size};
+use relume::procedural::{Material, Tiling};
+use relume::{Error, Progress, Result};
 use serde_json::json;
 
-use crate::args;
+use super::material::MaterialArgs;
 use crate::context::Context;
 use crate::output::Folder;
 use crate::report::Report;
@@ -24,8 +24,8 @@ use write::PhotographFormat;
 #[command(after_help = "Examples:\n  relume capture sponge -o sponge --lights 50\n  \
     relume capture materials/bark -o bark --height-scale 60 --format exr")]
 pub struct Args {
-    /// A built-in material (sponge, weave, pebbles, leather, bark), or a folder of maps known by
-    /// their names: height or displacement, albedo or color, normal, roughness
+    /// A built-in material (sponge, weave, pebbles, leather, bark, marble, wood, clouds, fire), or a
+    /// folder of maps known by their names: height or displacement, albedo or color, normal, roughness
     #[arg(required_unless_present_all = ["height", "albedo"])]
     maps: Option<PathBuf>,
     /// The folder to write: photographs, `lights.lp`, `capture.json`, and the `truth`
@@ -61,29 +61,14 @@ struct Files {
     /// The roughness map; without one, roughness is 1
     #[arg(long, value_name = "FILE")]
     roughness: Option<PathBuf>,
-    /// Texels from height 0 to height 1 [default: a 25th of the width for integer files; 1 for
-    /// floats, which are taken as texels]
+    /// Texels from height 0 to height 1 [default: what the file records; a 25th of the width for
+    /// integer files without a record; 1 for floats, which are taken as texels]
     #[arg(long, value_name = "TEXELS")]
     height_scale: Option<f64>,
     /// Which way the normal map's green points: up (OpenGL) or down (DirectX) [default: what the
     /// file's name says, else up]
     #[arg(long, value_parser = normal_y())]
     normal_y: Option<NormalY>,
-}
-
-/// How a built-in material is made.
-#[derive(Debug, clap::Args)]
-#[command(next_help_heading = "Built-in materials")]
-struct MaterialArgs {
-    /// Texels, such as 512x512 [default: 256x256]
-    #[arg(long, value_name = "WxH", value_parser = args::size)]
-    size: Option<Size>,
-    /// Another seed gives another sample of the same material [default: 0]
-    #[arg(long, value_name = "N")]
-    seed: Option<u64>,
-    /// Size of the largest features in texels [default: 40]
-    #[arg(long, value_name = "TEXELS")]
-    feature: Option<f64>,
 }
 
 /// How the dome photographs.
@@ -165,7 +150,10 @@ fn source(args: &Args, context: &Context) -> Result<(String, SurfaceMaps)> {
         Some(path) if material(path).is_some() => {
             args.files.refuse("a built-in material has its own maps")?;
             let material = material(path).expect("the arm's condition");
-            Ok((material.name().to_owned(), material.make(&args.material.options(), &context.limits)?))
+            Ok((
+                material.name().to_owned(),
+                material.make(&args.material.options(Tiling::Torus), &context.limits)?,
+            ))
         }
         folder => {
             args.material.refuse()?;
@@ -201,32 +189,6 @@ impl Files {
         ];
         match given.iter().find(|(_, given)| *given) {
             Some((option, _)) => Err(Error::usage(format!("{option} cannot be used: {why}"))),
-            None => Ok(()),
-        }
-    }
-}
-
-impl MaterialArgs {
-    fn options(&self) -> MaterialOptions {
-        let default = MaterialOptions::default();
-        MaterialOptions {
-            size: self.size.unwrap_or(default.size),
-            seed: self.seed.unwrap_or(default.seed),
-            feature: self.feature.unwrap_or(default.feature),
-            tiling: default.tiling,
-        }
-    }
-
-    fn refuse(&self) -> Result<()> {
-        let given = [
-            ("--size", self.size.is_some()),
-            ("--seed", self.seed.is_some()),
-            ("--feature", self.feature.is_some()),
-        ];
-        match given.iter().find(|(_, given)| *given) {
-            Some((option, _)) => Err(Error::usage(format!(
-                "{option} is for built-in materials: map files have the size and the features they have"
-            ))),
             None => Ok(()),
         }
     }

@@ -21,7 +21,7 @@ pub struct Args {
     /// The folder to write
     #[arg(short, long, value_name = "DIR", default_value = "relume-demo")]
     output: PathBuf,
-    /// The built-in material: sponge, weave, pebbles, leather or bark
+    /// The built-in material: sponge, weave, pebbles, leather, bark, marble, wood, clouds or fire
     #[arg(long, value_name = "NAME", default_value = "sponge")]
     material: String,
     /// Photographs under the virtual dome

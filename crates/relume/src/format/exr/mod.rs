@@ -13,6 +13,7 @@ pub(super) use field::{decode_field, encode_field, field_head};
 pub(super) use picture::{decode_picture, encode_picture};
 pub(super) use rows::{sample_bytes, write_rows};
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use crate::error::{Error, Result};
@@ -49,8 +50,23 @@ impl ExrDepth {
 /// When the number of names differs from that of planes, or a name is empty, not plain text or
 /// given twice.
 pub fn encode_labelled(names: &[&str], planes: &Planes, depth: ExrDepth) -> Result<Vec<u8>> {
+    encode_with_texts(names, planes, depth, &[])
+}
+
+/// As [`encode_labelled`], with attributes of text.
+pub(super) fn encode_with_texts(
+    names: &[&str],
+    planes: &Planes,
+    depth: ExrDepth,
+    texts: &[(&str, String)],
+) -> Result<Vec<u8>> {
     let names: Vec<String> = names.iter().map(|&name| name.to_owned()).collect();
-    container::encode(&names, planes, depth, &[])
+    container::encode(&names, planes, depth, texts)
+}
+
+/// The attributes of text in an EXR file that are not part of the standard.
+pub(super) fn decode_texts(bytes: &[u8], limits: &Limits) -> Result<BTreeMap<String, String>> {
+    Ok(container::decode(bytes, limits)?.attributes)
 }
 
 /// The channels of an EXR file, whatever they are, in alphabetical order of their names.

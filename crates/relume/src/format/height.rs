@@ -1,0 +1,246 @@
+//! Height maps whose range is recorded: nothing is normalised silently.
+//!
+//! - **PNG**, 16 bits, grey, data (not sRGB): code 0 is the lowest height, 65,535 the highest. A text
+//!   chunk `Height-Range` before the image holds `LOW HIGH texels`, or `LOW HIGH mm` with a second
+//!   one, `Millimetres-Per-Texel`.
+//! - **EXR**, one 32-bit channel `Y`: heights as they are, in texels; or in millimetres with the text
+//!   attributes `heightUnit` (`mm`) and `millimetresPerTexel`.
+//!
+//! Integer files of others have no record; what their codes are worth has to be said by whoever
+//! reads them. Floating-point files without a record are taken to be in texels.
+
+use std::path::Path;
+
+use super::exr::{self, ExrDepth};
+use super::input::{Kind, read_file};
+use super::picture::extension;
+use super::raster::decode_raster;
+use crate::error::{Error, Result};
+use crate::limits::Limits;
+use crate::planes::Planes;
+use crate::raster::Samples;
+
+const RANGE: &str = "Height-Range";
+const PIXEL: &str = "Millimetres-Per-Texel";
+const EXR_UNIT: &str = "heightUnit";
+const EXR_PIXEL: &str = "millimetresPerTexel";
+
+/// Files of height maps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum HeightFormat {
+    /// 16-bit grey with the range recorded.
+    Png,
+    /// 32-bit floats.
+    Exr,
+}
+
+impl HeightFormat {
+    /// The format an extension stands for.
+    ///
+    /// # Errors
+    /// When the extension is neither `png` nor `exr`.
+    pub fn from_path(path: &Path) -> Result<Self> {
+        match extension(path).as_str() {
+            "png" => Ok(Self::Png),
+            "exr" => Ok(Self::Exr),
+            other => Err(Error::usage(format!(
+                "no height map has the extension '{other}': name the file .png (16 bits, range recorded) or .exr (floats)"
+            ))
+            .at(path)),
+        }
+    }
+}
+
+/// What the samples of a file are worth: offset + step x sample, in texels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HeightScale {
+    /// The height of sample 0, in texels.
+    pub offset: f64,
+    /// Texels from sample 0 to sample 1.
+    pub step: f64,
+    /// The size of a texel, where it is recorded.
+    pub mm_per_texel: Option<f64>,
+}
+
+/// A height map as stored.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HeightMap {
+    /// One plane: integer codes from 0 to 1, or floats.
+    pub samples: Planes,
+    /// What they are worth; `None` for integer files without a record.
+    pub scale: Option<HeightScale>,
+}
+
+impl HeightMap {
+    /// Heights in texels: by the recorded scale, else with `otherwise` texels from sample 0 to 1.
+    pub fn texels(&self, otherwise: f64) -> Planes {
+        let unrecorded = HeightScale { offset: 0.0, step: otherwise, mm_per_texel: None };
+        let HeightScale { offset, step, .. } = self.scale.unwrap_or(unrecorded);
+        let mut heights = self.samples.clone();
+        heights.as_mut_slice().iter_mut().for_each(|h| *h = (offset + step * f64::from(*h)) as f32);
+        heights
+    }
+}
+
+/// The bytes of a height map given in texels; in millimetres where the size of a texel is known.
+///
+/// # Errors
+/// When there is not one plane, or heights are not finite.
+pub fn encode_height(height: &Planes, mm_per_texel: Option<f64>, format: HeightFormat) -> Result<Vec<u8>> {
+    if height.count() != 1 || !height.as_slice().iter().all(|h| h.is_finite()) {
+        return Err(Error::invalid("a height map is one plane of finite numbers"));
+    }
+    let mut scaled = height.clone();
+    if let Some(mm) = mm_per_texel {
+        scaled.as_mut_slice().iter_mut().for_each(|h| *h = (f64::from(*h) * mm) as f32);
+    }
+    match format {
+        HeightFormat::Png => encode_png(&scaled, mm_per_texel),
+        HeightFormat::Exr => {
+            let pixel = mm_per_texel.map(|mm| (EXR_PIXEL, mm.to_string()));
+            let unit = (EXR_UNIT, unit(mm_per_texel).to_owned());
+            let texts: Vec<_> = std::iter::once(unit).chain(pixel).collect();
+            exr::encode_with_texts(&["Y"], &scaled, ExrDepth::Float, &texts)
+        }
+    }
+}
+
+fn unit(mm_per_texel: Option<f64>) -> &'static str {
+    if mm_per_texel.is_some() { "mm" } else { "texels" }
+}
+
+fn encode_png(height: &Planes, mm_per_texel: Option<f64>) -> Result<Vec<u8>> {
+    let (low, high) = height.range(0);
+    let span = f64::from(high) - f64::from(low);
+    let code = |h: f32| match span > 0.0 {
+        true => ((f64::from(h) - f64::from(low)) / span * 65535.0).round() as u16,
+        false => 0,
+    };
+    let samples: Vec<u8> = height.as_slice().iter().flat_map(|&h| code(h).to_be_bytes()).collect();
+    let mut texts = vec![(RANGE, format!("{low} {high} {}", unit(mm_per_texel)))];
+    texts.extend(mm_per_texel.map(|mm| (PIXEL, mm.to_string())));
+    super::png::encode_data16(height.size(), &samples, &texts)
+}
+
+/// Reads a height map; of a picture with colours, the first channel.
+///
+/// # Errors
+/// Names the file: one that cannot be read, or whose record makes no sense.
+pub fn read_height(path: &Path, limits: &Limits) -> Result<HeightMap> {
+    decode_height(&read_file(path, limits)?, limits).map_err(|error| error.at(path))
+}
+
+/// The height map in the bytes of a file; see [`read_height`].
+///
+/// # Errors
+/// As [`read_height`], without a name.
+pub fn decode_height(bytes: &[u8], limits: &Limits) -> Result<HeightMap> {
+    let raster = decode_raster(bytes, limits)?;
+    let recorded = match Kind::of(bytes)? {
+        Kind::Png => png_scale(bytes)?,
+        Kind::Exr => exr_scale(bytes, limits)?,
+        _ => None,
+    };
+    let floats = matches!(raster.samples(), Samples::F32(_));
+    let texels = floats.then_some(HeightScale { offset: 0.0, step: 1.0, mm_per_texel: None });
+    let samples = raster.to_picture(raster.samples().space()).planes.truncated(1);
+    Ok(HeightMap { samples, scale: recorded.or(texels) })
+}
+
+fn png_scale(bytes: &[u8]) -> Result<Option<HeightScale>> {
+    let texts = super::png::texts(bytes)?;
+    let Some(range) = texts.get(RANGE) else { return Ok(None) };
+    let broken =
+        || Error::invalid(format!("the height map's record '{range}' is not LOW HIGH texels or LOW HIGH mm"));
+    let words: Vec<&str> = range.split(' ').collect();
+    let [low, high, unit] = words[..] else { return Err(broken()) };
+    let number = |text: &str| text.parse::<f64>().ok().filter(|v| v.is_finite()).ok_or_else(broken);
+    scale(number(low)?, number(high)?, unit, texts.get(PIXEL).map(String::as_str))
+}
+
+fn exr_scale(bytes: &[u8], limits: &Limits) -> Result<Option<HeightScale>> {
+    let texts = exr::decode_texts(bytes, limits)?;
+    let Some(unit) = texts.get(EXR_UNIT) else { return Ok(None) };
+    scale(0.0, 1.0, unit, texts.get(EXR_PIXEL).map(String::as_str))
+}
+
+/// The scale of a record: the heights of samples 0 and 1, and their unit.
+fn scale(low: f64, high: f64, unit: &str, pixel: Option<&str>) -> Result<Option<HeightScale>> {
+    let mm = match pixel.map(|text| text.parse::<f64>().ok().filter(|mm| *mm > 0.0 && mm.is_finite())) {
+        None => None,
+        Some(Some(mm)) => Some(mm),
+        Some(None) => return Err(Error::invalid("the height map's size of a texel is not a number above 0")),
+    };
+    match (unit, mm) {
+        ("texels", _) => Ok(Some(HeightScale { offset: low, step: high - low, mm_per_texel: mm })),
+        ("mm", Some(mm)) => {
+            Ok(Some(HeightScale { offset: low / mm, step: (high - low) / mm, mm_per_texel: Some(mm) }))
+        }
+        ("mm", None) => {
+            Err(Error::invalid("the height map is in millimetres and does not say how large a texel is"))
+        }
+        (other, _) => {
+            Err(Error::unsupported(format!("the height map's unit is '{other}': expected texels or mm")))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::planes::Size;
+
+    fn heights() -> Planes {
+        Planes::from_vec(Size::new(4, 3), 1, (0..12).map(|i| -3.25 + 0.5 * ((i * 7) % 12) as f32).collect())
+            .unwrap()
+    }
+
+    #[test]
+    fn heights_come_back_in_texels_whatever_the_unit_and_file() {
+        for (format, tolerance) in [(HeightFormat::Png, 5.5 / 65535.0), (HeightFormat::Exr, 1e-6)] {
+            for mm in [None, Some(0.125)] {
+                let bytes = encode_height(&heights(), mm, format).unwrap();
+                let map = decode_height(&bytes, &Limits::default()).unwrap();
+                assert_eq!(map.scale.unwrap().mm_per_texel, mm);
+                for (found, truth) in map.texels(99.0).as_slice().iter().zip(heights().as_slice()) {
+                    assert!(
+                        (found - truth).abs() <= tolerance,
+                        "{format:?} {mm:?}: {found} instead of {truth}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_level_map_and_one_without_a_record() {
+        let level = Planes::from_vec(Size::new(2, 1), 1, vec![4.5; 2]).unwrap();
+        let bytes = encode_height(&level, None, HeightFormat::Png).unwrap();
+        assert_eq!(decode_height(&bytes, &Limits::default()).unwrap().texels(1.0), level);
+        let plain = super::super::png::encode(Size::new(2, 1), 1, ::png::BitDepth::Eight, &[0, 255]).unwrap();
+        let map = decode_height(&plain, &Limits::default()).unwrap();
+        assert_eq!((map.scale, map.texels(8.0).as_slice()), (None, &[0.0, 8.0][..]));
+    }
+
+    #[test]
+    fn broken_records_are_refused() {
+        let with = |range: &str, pixel: Option<&str>| {
+            let mut texts = vec![(RANGE, range.to_owned())];
+            texts.extend(pixel.map(|p| (PIXEL, p.to_owned())));
+            let bytes = super::super::png::encode_data16(Size::new(1, 1), &[0, 7], &texts).unwrap();
+            decode_height(&bytes, &Limits::default())
+        };
+        assert!(with("0 1 texels", None).is_ok());
+        for (range, pixel) in [
+            ("", None),
+            ("0 1", None),
+            ("0 nan texels", None),
+            ("0 1 mm", None),
+            ("0 1 mm", Some("0")),
+            ("0 1 inches", Some("1")),
+        ] {
+            assert!(with(range, pixel).is_err(), "{range} {pixel:?}");
+        }
+        assert!(encode_height(&Planes::zeros(Size::new(2, 2), 3), None, HeightFormat::Png).is_err());
+    }
+}

@@ -10,6 +10,7 @@ mod compare;
 mod demo;
 mod endless;
 mod fit;
+mod height;
 mod info;
 mod material;
 mod procedural;
@@ -37,6 +38,8 @@ pub enum Verb {
     Analyze(analyze::Args),
     /// Say how far a texture is from another
     Compare(compare::Args),
+    /// Find the height map of a surface from photographs, functions or normals
+    Height(height::Args),
     /// Say what a file holds
     Info(info::Args),
     /// Make a built-in material's height, albedo, roughness and normals
@@ -59,6 +62,7 @@ pub fn run(verb: Verb, context: &Context) -> Result<Report> {
         Verb::Fit(args) => fit::run(&args, context),
         Verb::Analyze(args) => analyze::run(&args, context),
         Verb::Compare(args) => compare::run(&args, context),
+        Verb::Height(args) => height::run(&args, context),
         Verb::Info(args) => info::run(&args, context),
         Verb::Procedural(args) => procedural::run(&args, context),
         Verb::Relight(args) => relight::run(&args, context),

@@ -6,6 +6,7 @@ pub mod eigen;
 pub mod fourier;
 pub mod hash;
 pub mod lattice;
+pub mod fourier;
 pub mod matrix;
 pub mod pairs;
 pub mod normal;
@@ -13,5 +14,6 @@ pub mod periods;
 pub mod quadrature;
 pub mod random;
 pub mod summed_area;
+pub mod small;
 
 pub use matrix::Matrix;

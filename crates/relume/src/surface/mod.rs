@@ -1,6 +1,23 @@
-//! Surface properties read off a field: normals and albedo.
+//! The shape of a surface: normals and albedo read off a field or off photographs, and heights.
+//!
+//! | file | does |
+//! |---|---|
+//! | `normals`, `argmax` | normals and albedo of a field: the direction of maximal luminance |
+//! | `photometric_stereo`, `robust` | normals and albedo of photographs under many lights |
+//! | `shape_from_shading` | slopes of one photograph under a known light |
+//! | `slopes` | normals as slopes and back |
+//! | `integrate` | slopes to heights: Frankot and Chellappa, Poisson, and the slow truth |
 
 pub mod argmax;
+pub mod integrate;
+mod luminance;
 mod normals;
+pub mod photometric_stereo;
+mod robust;
+pub mod shape_from_shading;
+mod slopes;
 
+pub use luminance::luminance;
 pub use normals::{albedo, normals};
+pub use robust::{Ambient, Estimator};
+pub use slopes::{STEEPEST, Slopes};

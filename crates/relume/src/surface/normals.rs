@@ -13,13 +13,11 @@
 use rayon::prelude::*;
 
 use super::argmax::ptm_maximum;
+use super::luminance::LUMINANCE;
 use crate::direction::Direction;
 use crate::field::{Basis, ColorModel, ReflectanceField};
 use crate::picture::Picture;
 use crate::planes::Planes;
-
-/// Luminance of linear red, green and blue, ITU-R BT.709-6.
-const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
 
 /// Three planes of unit normals (x right, y up, z to the viewer): the direction of maximal
 /// luminance of each texel's function. Fields of constants have the normal (0, 0, 1).

@@ -114,7 +114,7 @@ impl MapFiles {
         let normal = match &self.normal {
             Some(path) => {
                 let y = y.unwrap_or(if is_directx(path) { NormalY::Down } else { NormalY::Up });
-                Some(normal(&same_size(path)?, y).map_err(|e| e.at(path))?)
+                Some(normals_of(&same_size(path)?, y).map_err(|e| e.at(path))?)
             }
             None => None,
         };
@@ -189,7 +189,11 @@ fn albedo(raster: &Raster) -> Planes {
     albedo
 }
 
-fn normal(raster: &Raster, y: NormalY) -> Result<Planes> {
+/// The normals in a picture, +Y.
+///
+/// # Errors
+/// A grey picture.
+pub fn normals_of(raster: &Raster, y: NormalY) -> Result<Planes> {
     if raster.channels() != 3 {
         return Err(Error::invalid("is grey: a normal map needs three channels"));
     }
@@ -246,12 +250,12 @@ mod tests {
         assert_eq!(height(&recorded, None).as_slice(), [-1.0, 3.0]);
         assert_eq!(height(&recorded, Some(10.0)).as_slice(), [0.0, 2.0]);
         assert!((albedo(&codes).at(1, 0, 0) - 0.2158).abs() < 1e-4);
-        let up = normal(&codes, NormalY::Up).unwrap();
-        let down = normal(&codes, NormalY::Down).unwrap();
+        let up = normals_of(&codes, NormalY::Up).unwrap();
+        let down = normals_of(&codes, NormalY::Down).unwrap();
         assert_eq!((up.at(0, 0, 0), up.at(2, 0, 0), up.at(1, 1, 0)), (-1.0, 1.0, 1.0));
         assert_eq!((down.plane(0), down.at(1, 1, 0)), (up.plane(0), -1.0));
         let floats = Raster::new(size, 3, Samples::F32(vec![0.0, -0.6, 0.8, 0.0, 0.0, 1.0])).unwrap();
-        assert_eq!(normal(&floats, NormalY::Up).unwrap().at(1, 0, 0), -0.6);
-        assert!(normal(&Raster::new(size, 1, Samples::U8(vec![1, 2])).unwrap(), NormalY::Up).is_err());
+        assert_eq!(normals_of(&floats, NormalY::Up).unwrap().at(1, 0, 0), -0.6);
+        assert!(normals_of(&Raster::new(size, 1, Samples::U8(vec![1, 2])).unwrap(), NormalY::Up).is_err());
     }
 }

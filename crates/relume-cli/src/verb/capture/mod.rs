@@ -16,7 +16,8 @@ use super::material::MaterialArgs;
 use crate::context::Context;
 use crate::output::Folder;
 use crate::report::Report;
-use maps::{MapFiles, NormalY};
+use maps::MapFiles;
+pub use maps::{NormalY, normals_of};
 use write::PhotographFormat;
 
 /// Arguments of `relume capture`.

@@ -1,0 +1,66 @@
+//! Comparison with a known shape.
+
+use std::path::PathBuf;
+
+use relume::metric::{AngleError, HeightError, angle_error, height_error};
+use relume::{Planes, Result};
+
+use crate::context::Context;
+use crate::input;
+use crate::verb::capture::{NormalY, normals_of};
+
+/// Files of the truth.
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Comparison")]
+pub struct Truth {
+    /// A known height map to compare with
+    #[arg(long, value_name = "FILE")]
+    truth_height: Option<PathBuf>,
+    /// Texels from 0 to 1 of a known height map without a recorded range
+    #[arg(long, value_name = "TEXELS", requires = "truth_height", default_value_t = 1.0)]
+    truth_scale: f64,
+    /// A known normal map (+Y) to compare with
+    #[arg(long, value_name = "FILE")]
+    truth_normals: Option<PathBuf>,
+}
+
+/// How far the found shape is from the known one.
+#[derive(Debug)]
+pub struct Compared {
+    pub height: Option<HeightError>,
+    pub normals: Option<AngleError>,
+}
+
+impl Truth {
+    /// Compares with what was named.
+    pub fn compare(&self, height: &Planes, normals: &Planes, context: &Context) -> Result<Compared> {
+        let height = self.truth_height.as_ref().map(|path| {
+            let truth = input::height(path, &context.limits)?.texels(self.truth_scale);
+            height_error(height, &truth).map_err(|e| e.at(path))
+        });
+        let normals = self.truth_normals.as_ref().map(|path| {
+            let truth = normals_of(&input::raster(path, &context.limits)?, NormalY::Up);
+            truth.and_then(|truth| angle_error(normals, &truth)).map_err(|e| e.at(path))
+        });
+        Ok(Compared { height: height.transpose()?, normals: normals.transpose()? })
+    }
+}
+
+impl Compared {
+    /// For people.
+    pub fn lines(&self) -> Vec<String> {
+        let height = self.height.map(|e| {
+            format!(
+                "height: RMSE {:.3} texels (a level surface has {:.3}), correlation {:.4}",
+                e.rmse, e.true_deviation, e.correlation
+            )
+        });
+        let normals = self.normals.map(|e| {
+            format!(
+                "normals: mean error {:.2} degrees, median {:.2}, 95 % below {:.2}",
+                e.mean_deg, e.median_deg, e.p95_deg
+            )
+        });
+        height.into_iter().chain(normals).collect()
+    }
+}

@@ -1,0 +1,229 @@
+//! `relume height`: the height map of a surface, from photographs, functions, or normals.
+
+mod compare;
+mod shape;
+
+use std::path::PathBuf;
+
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use relume::capture::Pairing;
+use relume::format::{Depth, HeightFormat, PictureFormat, encode_height, encode_picture};
+use relume::surface::integrate::{Border, IntegrateOptions, Method as Integration, integrate};
+use relume::surface::shape_from_shading::ShadingOptions;
+use relume::surface::{Ambient, Estimator};
+use relume::{Direction, Error, Picture, Planes, Result, Space};
+use serde_json::{Value, json};
+
+use crate::context::Context;
+use crate::report::Report;
+use crate::{args, output};
+use shape::{Method, Shape};
+
+/// Arguments of `relume height`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  relume height photographs -o height.exr --border periodic\n  \
+    relume height wool.ptm -o height.png --pixel-mm 0.05\n  \
+    relume height photo.png --method shape-from-shading --light 0.8,0.1,0.6 -o height.exr\n  \
+    relume height normals_gl.png --method normal-map -o height.exr")]
+pub struct Args {
+    /// A folder of photographs with its .lp file, or the .lp; a .ptm or .exr field; a photograph; a
+    /// normal map (+Y)
+    input: PathBuf,
+    /// The height map to write: .exr (floats, in texels, or in mm with --pixel-mm) or .png (16 bits,
+    /// its range recorded)
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// Where the slopes come from [default: photometric-stereo for photographs, ptm-normals for fields]
+    #[arg(long, value_parser = method())]
+    method: Option<Method>,
+    /// Whether the surface repeats beyond its borders
+    #[arg(long, default_value = "open", value_parser = border())]
+    border: Border,
+    /// How slopes become heights: differences of neighbours, or derivatives in the Fourier domain
+    /// (Frankot and Chellappa)
+    #[arg(long, default_value = "poisson", value_parser = integration())]
+    integration: Integration,
+    /// The steepest slope to believe, in degrees, below 90 [default: 87; 50 for ptm-normals]
+    #[arg(long, value_name = "DEG")]
+    steepest: Option<f64>,
+    /// The size of a texel: heights are then written in millimetres
+    #[arg(long, value_name = "MM")]
+    pixel_mm: Option<f64>,
+    /// Also write the normals (+Y; 0..1 in integer files, -1..1 in EXR)
+    #[arg(long, value_name = "FILE")]
+    normals: Option<PathBuf>,
+    /// Also write the albedo that photometric stereo finds
+    #[arg(long, value_name = "FILE")]
+    albedo_map: Option<PathBuf>,
+    #[command(flatten)]
+    stereo: StereoArgs,
+    #[command(flatten)]
+    shading: ShadingArgs,
+    #[command(flatten)]
+    truth: compare::Truth,
+}
+
+/// Photographs under many lights.
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Photometric stereo")]
+struct StereoArgs {
+    /// How shadows and highlights are treated: weighted down, left out, or not at all
+    #[arg(long, default_value = "robust", value_parser = estimator())]
+    estimator: Estimator,
+    /// Estimate a constant light that every photograph has besides its own
+    #[arg(long)]
+    ambient: bool,
+    /// Pair lights and photographs by name, or in order of sorted names
+    #[arg(long, default_value = "name", value_parser = pairing())]
+    pair: Pairing,
+}
+
+/// One photograph.
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Shape from shading")]
+struct ShadingArgs {
+    /// Towards the light of the photograph: x right, y up, z to the viewer
+    #[arg(long, value_name = "X,Y,Z", value_parser = args::light, allow_hyphen_values = true)]
+    light: Option<Direction>,
+    /// Which photograph of a folder, counted from 0 [default: that whose light is nearest to 45 degrees]
+    #[arg(long, value_name = "N")]
+    photograph: Option<usize>,
+    /// Linear albedo of the surface [default: from the photograph's mean]
+    #[arg(long, value_name = "A")]
+    albedo: Option<f64>,
+    /// Rounds of steps and projections
+    #[arg(long, value_name = "N", default_value_t = ShadingOptions::default().rounds)]
+    rounds: usize,
+    /// Undulations of this wavelength are halved, longer ones held down more: one photograph hardly
+    /// knows them [default: the longer side; none for periodic surfaces]
+    #[arg(long, value_name = "TEXELS")]
+    longest: Option<f64>,
+}
+
+/// Finds the shape, integrates it, writes and compares.
+pub fn run(args: &Args, context: &Context) -> Result<Report> {
+    let format = HeightFormat::from_path(&args.output)?;
+    if let Some(mm) = args.pixel_mm.filter(|mm| !(*mm > 0.0 && mm.is_finite())) {
+        return Err(Error::usage(format!("--pixel-mm {mm}: expected a number above 0")));
+    }
+    if let Some(deg) = args.steepest.filter(|deg| !(*deg > 0.0 && *deg < 90.0)) {
+        return Err(Error::usage(format!("--steepest {deg}: expected degrees between 0 and 90")));
+    }
+    for path in [Some(&args.output), args.normals.as_ref(), args.albedo_map.as_ref()].into_iter().flatten() {
+        output::check(path, &[&args.input], context)?;
+    }
+    let shape = shape::find(args, context)?;
+    let options = IntegrateOptions { method: args.integration, border: args.border };
+    let height = integrate(&shape.slopes, &options, &context.limits)?;
+    let compared = args.truth.compare(&height, &shape.normals, context)?;
+
+    output::write(&args.output, &encode_height(&height, args.pixel_mm, format)?, context)?;
+    if let Some(path) = &args.normals {
+        output::write(path, &encode_normals(&shape.normals, path)?, context)?;
+    }
+    write_albedo(args, &shape, context)?;
+    Ok(report(args, &shape, &height, compared))
+}
+
+fn write_albedo(args: &Args, shape: &Shape, context: &Context) -> Result<()> {
+    match (&args.albedo_map, &shape.albedo) {
+        (None, _) => Ok(()),
+        (Some(path), Some(albedo)) => {
+            output::write(path, &encode_picture(albedo, PictureFormat::from_path(path)?)?, context)
+        }
+        (Some(path), None) => Err(Error::usage(format!("{} finds no albedo", shape.method.name())).at(path)),
+    }
+}
+
+fn encode_normals(normals: &Planes, path: &std::path::Path) -> Result<Vec<u8>> {
+    let format = PictureFormat::from_path(path)?.with_depth(Depth::Sixteen);
+    if matches!(format, PictureFormat::Exr(_)) {
+        return encode_picture(&Picture { planes: normals.clone(), space: Space::Linear }, format);
+    }
+    let mut planes = normals.clone();
+    planes.as_mut_slice().iter_mut().for_each(|v| *v = 0.5 * *v + 0.5);
+    // Declared as encoded, so that the codes are the packed components themselves.
+    encode_picture(&Picture { planes, space: Space::Srgb }, format)
+}
+
+fn report(args: &Args, shape: &Shape, height: &Planes, compared: compare::Compared) -> Report {
+    let (low, high) = height.range(0);
+    let size = height.size();
+    let mut text = format!(
+        "{}: {size} texels by {}, heights {low:.2} to {high:.2} texels{}",
+        args.output.display(),
+        shape.method.name(),
+        args.pixel_mm.map_or(String::new(), |mm| format!(
+            " ({:.3} to {:.3} mm)",
+            f64::from(low) * mm,
+            f64::from(high) * mm
+        ))
+    );
+    for line in shape.notes.iter().chain(&compared.lines()) {
+        text.push('\n');
+        text.push_str(line);
+    }
+    let json = json!({
+        "output": args.output,
+        "width": size.width,
+        "height": size.height,
+        "method": shape.method.name(),
+        "integration": args.integration,
+        "border": args.border,
+        "lowest_texels": low,
+        "highest_texels": high,
+        "pixel_mm": args.pixel_mm,
+        "facts": shape.facts,
+        "height_error": compared.height,
+        "normal_error": compared.normals,
+    });
+    Report::new(text, json)
+}
+
+/// One of a few names.
+fn one_of<T: Copy + Send + Sync + 'static, const N: usize>(
+    members: [(&'static str, T); N],
+) -> impl TypedValueParser<Value = T> {
+    PossibleValuesParser::new(members.map(|(name, _)| name)).map(move |name| {
+        members
+            .into_iter()
+            .find(|(known, _)| *known == name)
+            .map(|(_, member)| member)
+            .expect("a listed name")
+    })
+}
+
+fn method() -> impl TypedValueParser<Value = Method> {
+    one_of(Method::ALL.map(|method| (method.name(), method)))
+}
+
+fn border() -> impl TypedValueParser<Value = Border> {
+    one_of([("open", Border::Open), ("periodic", Border::Periodic)])
+}
+
+fn integration() -> impl TypedValueParser<Value = Integration> {
+    one_of([("poisson", Integration::Poisson), ("frankot-chellappa", Integration::FrankotChellappa)])
+}
+
+fn estimator() -> impl TypedValueParser<Value = Estimator> {
+    one_of([
+        ("robust", Estimator::Robust),
+        ("trimmed", Estimator::Trimmed),
+        ("least-squares", Estimator::LeastSquares),
+    ])
+}
+
+fn pairing() -> impl TypedValueParser<Value = Pairing> {
+    one_of([("name", Pairing::ByName), ("order", Pairing::ByOrder)])
+}
+
+impl StereoArgs {
+    fn ambient(&self) -> Ambient {
+        if self.ambient { Ambient::Constant } else { Ambient::None }
+    }
+}
+
+/// Facts of a method as JSON: nothing where there are none.
+fn no_facts() -> Value {
+    json!({})
+}

@@ -1,0 +1,179 @@
+//! Where the slopes come from.
+
+use std::path::Path;
+
+use relume::capture::{Capture, Photograph};
+use relume::format::read_raster;
+use relume::surface::photometric_stereo::{StereoOptions, photometric_stereo};
+use relume::surface::shape_from_shading::{ShadingOptions, shape_from_shading};
+use relume::surface::{self, STEEPEST, Slopes};
+use relume::{Direction, Error, Picture, Planes, Result, Space};
+use serde_json::{Value, json};
+
+use super::{Args, no_facts};
+use crate::context::Context;
+use crate::input;
+use crate::verb::capture::{NormalY, normals_of};
+
+/// The slope of 50 degrees: steeper normals of a polynomial keep their azimuth only.
+const PTM_STEEPEST: f64 = 1.19;
+
+/// The ways to slopes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Method {
+    /// Photographs under many lights.
+    PhotometricStereo,
+    /// One photograph.
+    ShapeFromShading,
+    /// The directions of maximal luminance of a field.
+    PtmNormals,
+    /// A normal map.
+    NormalMap,
+}
+
+impl Method {
+    /// All methods.
+    pub const ALL: [Self; 4] =
+        [Self::PhotometricStereo, Self::ShapeFromShading, Self::PtmNormals, Self::NormalMap];
+
+    /// The name in options and reports.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::PhotometricStereo => "photometric-stereo",
+            Self::ShapeFromShading => "shape-from-shading",
+            Self::PtmNormals => "ptm-normals",
+            Self::NormalMap => "normal-map",
+        }
+    }
+}
+
+/// What a method finds.
+#[derive(Debug)]
+pub struct Shape {
+    pub method: Method,
+    pub slopes: Slopes,
+    pub normals: Planes,
+    pub albedo: Option<Picture>,
+    /// For people, a line each.
+    pub notes: Vec<String>,
+    /// For programs.
+    pub facts: Value,
+}
+
+impl Shape {
+    fn of_normals(method: Method, normals: Planes, steepest_deg: Option<f64>) -> Result<Self> {
+        let trusted = if method == Method::PtmNormals { PTM_STEEPEST } else { STEEPEST };
+        let slopes =
+            Slopes::from_normals(&normals, steepest_deg.map_or(trusted, |deg| deg.to_radians().tan()))?;
+        Ok(Self { method, slopes, normals, albedo: None, notes: Vec::new(), facts: no_facts() })
+    }
+}
+
+/// Finds the shape by the method asked for, or by the one that suits the input.
+pub fn find(args: &Args, context: &Context) -> Result<Shape> {
+    let is_capture = is_capture(&args.input);
+    let method =
+        args.method.unwrap_or(if is_capture { Method::PhotometricStereo } else { Method::PtmNormals });
+    match method {
+        Method::PhotometricStereo => stereo(args, context),
+        Method::ShapeFromShading => shading(args, is_capture, context),
+        Method::PtmNormals => field_normals(args, context),
+        Method::NormalMap => {
+            let raster = input::raster(&args.input, &context.limits)?;
+            let normals = normals_of(&raster, NormalY::Up).map_err(|e| e.at(&args.input))?;
+            Shape::of_normals(method, normals, args.steepest).map_err(|e| e.at(&args.input))
+        }
+    }
+}
+
+fn is_capture(path: &Path) -> bool {
+    path.is_dir() || path.extension().is_some_and(|e| e.eq_ignore_ascii_case("lp"))
+}
+
+fn stereo(args: &Args, context: &Context) -> Result<Shape> {
+    let capture = Capture::open(&args.input, args.stereo.pair)?;
+    let load = |i: usize| read_raster(&capture.photographs[i].path, &context.limits);
+    let options = StereoOptions { estimator: args.stereo.estimator, ambient: args.stereo.ambient() };
+    let lights = capture.lights();
+    let found = photometric_stereo(&lights, &load, &options, &context.limits, &context.progress)
+        .map_err(|e| e.at(&capture.light_file))?;
+    let mut shape = Shape::of_normals(Method::PhotometricStereo, found.normals, args.steepest)?;
+    shape.albedo = Some(found.albedo);
+    shape.facts =
+        json!({ "lights": lights.len(), "options": options, "undetermined_texels": found.undetermined });
+    if found.undetermined > 0 {
+        shape
+            .notes
+            .push(format!("{} texels are black under every light and were left level", found.undetermined));
+    }
+    Ok(shape)
+}
+
+fn shading(args: &Args, is_capture: bool, context: &Context) -> Result<Shape> {
+    let photograph = photograph(args, is_capture)?;
+    let picture = input::raster(&photograph.path, &context.limits)?.to_picture(Space::Linear);
+    let options = ShadingOptions {
+        albedo: args.shading.albedo,
+        rounds: args.shading.rounds,
+        border: args.border,
+        longest: args.shading.longest,
+    };
+    let luminance = surface::luminance(&picture.planes);
+    let found =
+        shape_from_shading(&luminance, photograph.light, &options, &context.limits, &context.progress)
+            .map_err(|e| e.at(&photograph.path))?;
+    Ok(Shape {
+        method: Method::ShapeFromShading,
+        normals: found.slopes.normals(),
+        slopes: found.slopes,
+        albedo: None,
+        notes: vec![format!(
+            "one photograph, {}: albedo {:.3}, shading off by {:.4} (root mean square)",
+            photograph.path.display(),
+            found.albedo,
+            found.residual
+        )],
+        facts: json!({
+            "photograph": photograph.path,
+            "light": photograph.light.to_array(),
+            "albedo": found.albedo,
+            "rounds": options.rounds,
+            "longest_texels": options.longest,
+            "residual": found.residual,
+        }),
+    })
+}
+
+/// The photograph to read and its light.
+fn photograph(args: &Args, is_capture: bool) -> Result<Photograph> {
+    if !is_capture {
+        let light = args.shading.light.ok_or_else(|| {
+            Error::usage("shape from shading needs the light of the photograph: give --light X,Y,Z")
+        })?;
+        return Ok(Photograph { path: args.input.clone(), light });
+    }
+    let photographs = Capture::open(&args.input, args.stereo.pair)?.photographs;
+    let off = |light: Direction| (light.z() - 0.5f64.sqrt()).abs();
+    let chosen = match args.shading.photograph {
+        Some(n) => photographs.get(n),
+        None => photographs.iter().min_by(|a, b| off(a.light).total_cmp(&off(b.light))),
+    };
+    let chosen = chosen.cloned().ok_or_else(|| {
+        Error::usage(format!("the capture has {} photographs, counted from 0", photographs.len()))
+    })?;
+    Ok(Photograph { light: args.shading.light.unwrap_or(chosen.light), ..chosen })
+}
+
+fn field_normals(args: &Args, context: &Context) -> Result<Shape> {
+    let field = input::field(&args.input, &context.limits)?.field;
+    if field.basis() == relume::field::Basis::Constant {
+        return Err(Error::usage(
+            "is a picture without functions of light: name --method shape-from-shading with --light, or \
+             --method normal-map",
+        )
+        .at(&args.input));
+    }
+    let mut shape = Shape::of_normals(Method::PtmNormals, surface::normals(&field), args.steepest)?;
+    shape.albedo = Some(surface::albedo(&field));
+    Ok(shape)
+}

@@ -1,0 +1,193 @@
+//! From slopes to heights. Measured slopes are rarely those of any surface; both ways find the one
+//! whose slopes are nearest in the sum of squares, and differ in what they take for slopes.
+//!
+//! - [`Method::FrankotChellappa`]: derivatives of the trigonometric interpolation, exact for
+//!   band-limited surfaces (R. T. Frankot, R. Chellappa, A method for enforcing integrability in shape
+//!   from shading algorithms, IEEE PAMI 10(4), 1988, eq. 21);
+//! - [`Method::Poisson`]: differences of neighbours, each to equal the mean of the two slopes (the
+//!   discrete Poisson equation, with natural boundary conditions where the picture is open).
+//!
+//! Both are one division in the Fourier domain. [`reference::poisson`] solves the second by
+//! conjugate gradients on the texels themselves: the slow truth.
+//!
+//! The mean height is unknown and set to zero. A periodic surface has no overall tilt; an open one
+//! keeps it, because it is mirrored at its borders before it is transformed (four times the texels).
+
+mod fourier;
+pub mod reference;
+
+use super::slopes::Slopes;
+use crate::error::Result;
+use crate::limits::Limits;
+use crate::numeric::fourier::BYTES_PER_TEXEL;
+use crate::planes::Planes;
+
+/// What a slope is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Method {
+    /// The derivative of the trigonometric interpolation.
+    FrankotChellappa,
+    /// The mean of the differences to both neighbours.
+    Poisson,
+}
+
+/// What lies beyond the borders.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Border {
+    /// The surface again.
+    Periodic,
+    /// Nothing is known.
+    Open,
+}
+
+/// How to integrate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+pub struct IntegrateOptions {
+    /// What a slope is.
+    pub method: Method,
+    /// What lies beyond the borders.
+    pub border: Border,
+}
+
+impl Default for IntegrateOptions {
+    /// Poisson on an open picture: right for measured slopes of any picture.
+    fn default() -> Self {
+        Self { method: Method::Poisson, border: Border::Open }
+    }
+}
+
+/// One plane of heights in texels, zero on average.
+///
+/// # Errors
+/// When memory is short.
+pub fn integrate(slopes: &Slopes, options: &IntegrateOptions, limits: &Limits) -> Result<Planes> {
+    let mirrored = if options.border == Border::Open { 4 } else { 1 };
+    // Both slopes and the sum of their spectra.
+    limits.check("the integration of slopes", slopes.size(), mirrored * 3 * BYTES_PER_TEXEL)?;
+    let heights = match options.border {
+        Border::Periodic => fourier::solve(slopes, options.method),
+        Border::Open => {
+            let doubled = slopes.mirrored();
+            let heights = fourier::solve(&doubled, options.method);
+            let rows = heights.chunks_exact(doubled.size().width).take(slopes.size().height);
+            rows.flat_map(|row| row[..slopes.size().width].to_vec()).collect()
+        }
+    };
+    Planes::from_vec(slopes.size(), 1, heights.into_iter().map(|h| h as f32).collect())
+}
+
+/// The slopes nearest to the given ones that are slopes of a periodic surface: the projection of
+/// Frankot and Chellappa. Undulations of the wavelength `longest` in texels are halved, longer ones
+/// held down more, as by a spring at every texel; infinity leaves all as they are.
+pub fn project(slopes: &Slopes, longest: f64) -> Slopes {
+    fourier::project(slopes, (std::f64::consts::TAU / longest).powi(2))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::random::Stream;
+    use crate::planes::Size;
+    use std::f64::consts::TAU;
+
+    fn integrated(slopes: &Slopes, method: Method, border: Border) -> Vec<f64> {
+        let options = IntegrateOptions { method, border };
+        let heights = integrate(slopes, &options, &Limits::default()).unwrap();
+        heights.as_slice().iter().map(|&h| f64::from(h)).collect()
+    }
+
+    fn random_slopes(size: Size) -> Slopes {
+        let mut stream = Stream::new(5, size.texels() as u64);
+        let mut slopes = Slopes::level(size);
+        slopes.p.iter_mut().chain(&mut slopes.q).for_each(|s| *s = 2.0 * stream.unit() - 1.0);
+        slopes
+    }
+
+    /// Heights and slopes of a sum of waves that close on the torus; y up.
+    fn waves(size: Size) -> (Vec<f64>, Slopes) {
+        let (mut heights, mut slopes) = (vec![0.0; size.texels()], Slopes::level(size));
+        for (i, (a, b, phase)) in
+            [(1.0, 2.0, 0.3), (3.0, -1.0, 1.1), (0.0, 2.0, 2.0), (2.0, 0.0, 0.7)].iter().enumerate()
+        {
+            let (kx, ky) = (TAU * a / size.width as f64, TAU * b / size.height as f64);
+            let amplitude = 1.5 / (1.0 + i as f64);
+            for (texel, z) in heights.iter_mut().enumerate() {
+                let (x, y) = ((texel % size.width) as f64, -((texel / size.width) as f64));
+                let angle = kx * x + ky * y + phase;
+                *z += amplitude * angle.sin();
+                slopes.p[texel] += amplitude * kx * angle.cos();
+                slopes.q[texel] += amplitude * ky * angle.cos();
+            }
+        }
+        (heights, slopes)
+    }
+
+    fn worst(a: &[f64], b: &[f64]) -> f64 {
+        a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn band_limited_surfaces_come_back_exactly() {
+        for (width, height) in [(17, 23), (16, 12), (31, 10)] {
+            let (truth, slopes) = waves(Size::new(width, height));
+            let found = integrated(&slopes, Method::FrankotChellappa, Border::Periodic);
+            assert!(worst(&found, &truth) < 1e-5, "{width} x {height}");
+        }
+        let (truth, slopes) = waves(Size::new(128, 96));
+        assert!(worst(&integrated(&slopes, Method::Poisson, Border::Periodic), &truth) < 0.05);
+    }
+
+    #[test]
+    fn a_plane_and_a_bowl_come_back_in_open_pictures() {
+        let size = Size::new(21, 14);
+        let surface = |x: f64, y: f64| 0.3 * x - 0.7 * y + 0.02 * (x - 9.0) * (x - 9.0) + 0.01 * x * y;
+        let (mut slopes, mut truth) = (Slopes::level(size), vec![0.0; size.texels()]);
+        for (texel, z) in truth.iter_mut().enumerate() {
+            let (x, y) = ((texel % 21) as f64, -((texel / 21) as f64));
+            *z = surface(x, y);
+            slopes.p[texel] = 0.3 + 0.04 * (x - 9.0) + 0.01 * y;
+            slopes.q[texel] = -0.7 + 0.01 * x;
+        }
+        let mean = truth.iter().sum::<f64>() / truth.len() as f64;
+        truth.iter_mut().for_each(|z| *z -= mean);
+        // A mean of two slopes is the difference of a quadratic: exact.
+        assert!(worst(&integrated(&slopes, Method::Poisson, Border::Open), &truth) < 1e-5);
+        let fourier = integrated(&slopes, Method::FrankotChellappa, Border::Open);
+        assert!(worst(&fourier, &truth) < 0.05 * 14.0, "{}", worst(&fourier, &truth));
+    }
+
+    #[test]
+    fn the_poisson_solution_is_that_of_conjugate_gradients() {
+        for (width, height) in [(1, 1), (1, 7), (6, 1), (2, 2), (5, 8), (13, 11), (16, 9)] {
+            let slopes = random_slopes(Size::new(width, height));
+            for border in [Border::Open, Border::Periodic] {
+                let truth = reference::poisson(&slopes, border);
+                let found = integrated(&slopes, Method::Poisson, border);
+                assert!(worst(&found, &truth) < 1e-5, "{width} x {height} {border:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn projected_slopes_are_those_of_the_integrated_surface_and_stay_when_projected_again() {
+        let slopes = random_slopes(Size::new(15, 9));
+        let once = project(&slopes, f64::INFINITY);
+        let twice = project(&once, f64::INFINITY);
+        assert!(worst(&once.p, &twice.p) < 1e-12 && worst(&once.q, &twice.q) < 1e-12);
+        let heights = |s: &Slopes| integrated(s, Method::FrankotChellappa, Border::Periodic);
+        assert!(worst(&heights(&slopes), &heights(&once)) < 1e-5);
+        // What was taken away is orthogonal to what is left.
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let rest = |all: &[f64], part: &[f64]| all.iter().zip(part).map(|(a, b)| a - b).collect::<Vec<_>>();
+        let inner = dot(&rest(&slopes.p, &once.p), &once.p) + dot(&rest(&slopes.q, &once.q), &once.q);
+        assert!(inner.abs() < 1e-9, "{inner}");
+    }
+
+    #[test]
+    fn memory_is_asked_for_first() {
+        let limits = Limits { max_bytes: 1000, ..Limits::default() };
+        assert!(integrate(&Slopes::level(Size::new(9, 9)), &IntegrateOptions::default(), &limits).is_err());
+    }
+}

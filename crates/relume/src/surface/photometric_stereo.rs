@@ -1,0 +1,334 @@
+//! Photometric stereo: normals and albedo from photographs under many known lights.
+//!
+//! Each texel is solved by itself ([`super::robust`]) on linear luminance; the albedo of each channel
+//! then follows by weighted least squares along the shading found. Photographs are read once where
+//! the values of all of them fit into memory, and once for each band of rows otherwise; nothing
+//! depends on how bands are cut. Lamps are far away, of equal strength, and the camera is straight
+//! above. Where a texel's values determine no direction (black everywhere) it faces the viewer.
+
+use rayon::prelude::*;
+
+use super::luminance;
+use super::robust::{self, Ambient, Estimator, Scratch};
+use crate::direction::Direction;
+use crate::error::{Error, Result};
+use crate::limits::Limits;
+use crate::picture::Picture;
+use crate::planes::{Planes, Size};
+use crate::progress::Progress;
+use crate::raster::Raster;
+use crate::space::Space;
+
+/// The values of a band take at most this much memory.
+const BAND_BYTES: u64 = 512 << 20;
+/// Lights whose directions span less than this are no stereo: the least eigenvalue's share.
+const LEAST_SPREAD: f64 = 1e-4;
+
+/// How to solve texels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+pub struct StereoOptions {
+    /// How values that do not fit are treated.
+    pub estimator: Estimator,
+    /// Whether a constant light is estimated.
+    pub ambient: Ambient,
+}
+
+impl Default for StereoOptions {
+    fn default() -> Self {
+        Self { estimator: Estimator::Robust, ambient: Ambient::None }
+    }
+}
+
+/// What is found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stereo {
+    /// Three planes of unit normals (x right, y up, z out).
+    pub normals: Planes,
+    /// Linear diffuse reflectance, grey or RGB; a white surface facing the light is 1.
+    pub albedo: Picture,
+    /// Texels whose values determine no direction.
+    pub undetermined: usize,
+}
+
+/// Reads photograph `i`; called from any thread.
+pub type Load<'a> = dyn Fn(usize) -> Result<Raster> + Sync + 'a;
+
+/// Solves all texels. `lights` names each photograph and its light, and `load(i)` reads the i-th.
+///
+/// # Errors
+/// Fewer than three lights, or lights that (nearly) lie in a plane; whatever `load` refuses;
+/// photographs that differ in size or channels; sizes beyond `limits`.
+pub fn photometric_stereo(
+    lights: &[(String, Direction)],
+    load: &Load,
+    options: &StereoOptions,
+    limits: &Limits,
+    progress: &dyn Progress,
+) -> Result<Stereo> {
+    let directions: Vec<[f64; 3]> = lights.iter().map(|(_, light)| light.to_array()).collect();
+    check_lights(&directions, options.ambient)?;
+    let first = load(0)?;
+    let (size, channels) = (first.size(), first.channels());
+    let texel_bytes = 4 * (channels * lights.len()) as u64;
+    limits.check("the normals and albedo", size, 4 * (3 + channels) as u64)?;
+    let row_bytes = texel_bytes * size.width as u64;
+    limits.check_bytes("a row of all photographs", row_bytes)?;
+    let rows = (BAND_BYTES.min(limits.max_bytes / 2) / row_bytes).clamp(1, size.height as u64) as usize;
+
+    progress.start("photometric stereo", (lights.len() * size.height.div_ceil(rows)) as u64);
+    let mut texels = Vec::with_capacity(size.texels());
+    for top in (0..size.height).step_by(rows) {
+        let band = Size::new(size.width, rows.min(size.height - top));
+        let read = |i: usize| {
+            let photograph = load(i)?;
+            check_alike(&photograph, (size, channels), &lights[i].0)?;
+            progress.advance(1);
+            Ok(photograph.crop(0, top, band)?.to_picture(Space::Linear).planes)
+        };
+        let values = (0..lights.len()).into_par_iter().map(read).collect::<Result<Vec<Planes>>>()?;
+        solve_band(&directions, &values, options, &mut texels);
+    }
+    Ok(collect(size, channels, &texels))
+}
+
+/// A solved texel.
+#[derive(Debug, Clone, Copy)]
+struct Solved {
+    normal: [f32; 3],
+    albedo: [f32; 3],
+    determined: bool,
+}
+
+fn check_lights(lights: &[[f64; 3]], ambient: Ambient) -> Result<()> {
+    let least = if ambient == Ambient::Constant { 4 } else { 3 };
+    if lights.len() < least {
+        return Err(Error::usage(format!(
+            "photometric stereo needs at least {least} lights, found {}",
+            lights.len()
+        )));
+    }
+    // The determinant of the mean outer product: that of directions spread all around is 1 / 27.
+    let mean = |i: usize, j: usize| lights.iter().map(|l| l[i] * l[j]).sum::<f64>() / lights.len() as f64;
+    let [a, b, c, d, e, f] = [mean(0, 0), mean(1, 1), mean(2, 2), mean(0, 1), mean(0, 2), mean(1, 2)];
+    let determinant = a * (b * c - f * f) - d * (d * c - f * e) + e * (d * f - b * e);
+    if 27.0 * determinant < LEAST_SPREAD {
+        return Err(Error::usage(
+            "the lights nearly lie in one plane with the surface point: photometric stereo needs lights all around",
+        ));
+    }
+    Ok(())
+}
+
+fn check_alike(photograph: &Raster, expected: (Size, usize), name: &str) -> Result<()> {
+    if (photograph.size(), photograph.channels()) == expected {
+        return Ok(());
+    }
+    Err(Error::invalid(format!(
+        "the photograph {name} is {} texels with {} channels, the first {} with {}: all must be alike",
+        photograph.size(),
+        photograph.channels(),
+        expected.0,
+        expected.1
+    )))
+}
+
+fn solve_band(lights: &[[f64; 3]], photographs: &[Planes], options: &StereoOptions, out: &mut Vec<Solved>) {
+    let texels = photographs[0].size().texels();
+    let solved = (0..texels).into_par_iter().with_min_len(256).map_init(
+        || (Scratch::default(), Vec::with_capacity(lights.len())),
+        |(scratch, values), texel| {
+            values.clear();
+            values.extend(photographs.iter().map(|planes| luminance::of_texel(planes, texel)));
+            match robust::solve(lights, values, (options.estimator, options.ambient), scratch) {
+                Some(matt) => finish(&matt, lights, photographs, &scratch.weights, texel),
+                None => UNDETERMINED,
+            }
+        },
+    );
+    out.par_extend(solved);
+}
+
+const UNDETERMINED: Solved = Solved { normal: [0.0, 0.0, 1.0], albedo: [0.0; 3], determined: false };
+
+/// The unit normal, and each channel's albedo along the shading.
+fn finish(
+    matt: &robust::Matt,
+    lights: &[[f64; 3]],
+    photographs: &[Planes],
+    weights: &[f64],
+    texel: usize,
+) -> Solved {
+    let length = matt.b.iter().map(|b| b * b).sum::<f64>().sqrt();
+    if !(length > 1e-9 && length.is_finite()) || matt.b[2] <= 0.0 {
+        return UNDETERMINED;
+    }
+    let normal = matt.b.map(|b| b / length);
+    let shading = |light: &[f64; 3]| {
+        let cosine: f64 = light.iter().zip(normal).map(|(l, n)| l * n).sum();
+        cosine.max(0.0) + matt.ambient / length
+    };
+    let below: f64 = lights.iter().zip(weights).map(|(l, w)| w * shading(l).powi(2)).sum();
+    let channel = |c: usize| {
+        let terms = photographs.iter().zip(lights.iter().zip(weights));
+        let above: f64 =
+            terms.map(|(planes, (l, w))| w * shading(l) * f64::from(planes.plane(c)[texel])).sum();
+        if below > 0.0 { (above / below) as f32 } else { 0.0 }
+    };
+    let channels = photographs[0].count();
+    let albedo = std::array::from_fn(|c| if c < channels { channel(c) } else { 0.0 });
+    Solved { normal: normal.map(|n| n as f32), albedo, determined: true }
+}
+
+fn collect(size: Size, channels: usize, texels: &[Solved]) -> Stereo {
+    let (mut normals, mut albedo) = (Planes::zeros(size, 3), Planes::zeros(size, channels));
+    for (k, plane) in normals.iter_mut().enumerate() {
+        plane.iter_mut().zip(texels).for_each(|(out, texel)| *out = texel.normal[k]);
+    }
+    for (c, plane) in albedo.iter_mut().enumerate() {
+        plane.iter_mut().zip(texels).for_each(|(out, texel)| *out = texel.albedo[c]);
+    }
+    let undetermined = texels.iter().filter(|texel| !texel.determined).count();
+    Stereo { normals, albedo: Picture { planes: albedo, space: Space::Linear }, undetermined }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::random::Stream;
+    use crate::raster::Samples;
+
+    /// Lights on three rings.
+    fn lights(count: usize) -> Vec<(String, Direction)> {
+        let light = |i: usize| Direction::from_angles(0.3 + 0.25 * (i % 3) as f64, 2.4 * i as f64);
+        (0..count).map(|i| (format!("{i}.exr"), light(i))).collect()
+    }
+
+    /// Texels with planted normals and albedo, and their photographs; every fifth value of each is
+    /// spoilt by a shadow or a highlight when asked for.
+    struct Planted {
+        size: Size,
+        normals: Vec<Direction>,
+        albedo: Vec<[f32; 3]>,
+        photographs: Vec<Raster>,
+    }
+
+    fn planted(size: Size, lights: &[(String, Direction)], ambient: f64, spoilt: bool) -> Planted {
+        let mut stream = Stream::new(3, 1);
+        let normals: Vec<Direction> = (0..size.texels())
+            .map(|_| Direction::from_angles(0.6 * stream.unit(), 6.25 * stream.unit()))
+            .collect();
+        let albedo: Vec<[f32; 3]> =
+            (0..size.texels()).map(|_| [0; 3].map(|_| 0.2 + 0.7 * stream.unit() as f32)).collect();
+        let photograph = |(k, (_, light)): (usize, &(String, Direction))| {
+            let value = |i: usize| {
+                let (texel, c) = (i / 3, i % 3);
+                let shading = light.dot(normals[texel]).max(0.0) + ambient;
+                let matt = f64::from(albedo[texel][c]) * shading;
+                match (texel + k) % 10 {
+                    0 if spoilt => 0.0,
+                    5 if spoilt => matt + 0.8,
+                    _ => matt,
+                }
+            };
+            let samples = (0..3 * size.texels()).map(|i| value(i) as f32).collect();
+            Raster::new(size, 3, Samples::F32(samples)).unwrap()
+        };
+        let photographs = lights.iter().enumerate().map(photograph).collect();
+        Planted { size, normals, albedo, photographs }
+    }
+
+    fn run(
+        planted: &Planted,
+        lights: &[(String, Direction)],
+        options: StereoOptions,
+        limits: Limits,
+    ) -> Result<Stereo> {
+        photometric_stereo(lights, &|i| Ok(planted.photographs[i].clone()), &options, &limits, &())
+    }
+
+    /// The largest angle in degrees and the largest error of albedo.
+    fn errors(planted: &Planted, found: &Stereo) -> (f64, f32) {
+        let texels = 0..planted.size.texels();
+        let angle = |t: usize| {
+            let n = [0, 1, 2].map(|k| f64::from(found.normals.plane(k)[t]));
+            let n = Direction::from_vector(n[0], n[1], n[2]).unwrap();
+            n.dot(planted.normals[t]).clamp(-1.0, 1.0).acos().to_degrees()
+        };
+        let off = |t: usize| {
+            let each = (0..3).map(|c| (found.albedo.planes.plane(c)[t] - planted.albedo[t][c]).abs());
+            each.fold(0.0, f32::max)
+        };
+        (texels.clone().map(angle).fold(0.0, f64::max), texels.map(off).fold(0.0, f32::max))
+    }
+
+    #[test]
+    fn planted_normals_and_colours_are_found_by_every_estimator() {
+        let lights = lights(12);
+        let planted = planted(Size::new(7, 5), &lights, 0.0, false);
+        for estimator in [Estimator::LeastSquares, Estimator::Trimmed, Estimator::Robust] {
+            let options = StereoOptions { estimator, ..StereoOptions::default() };
+            let found = run(&planted, &lights, options, Limits::default()).unwrap();
+            let (angle, albedo) = errors(&planted, &found);
+            assert!(angle < 0.1 && albedo < 1e-4, "{estimator:?} {angle} {albedo}");
+            assert_eq!(found.undetermined, 0);
+        }
+    }
+
+    #[test]
+    fn shadows_and_highlights_are_seen_through_and_mislead_least_squares() {
+        let lights = lights(30);
+        let planted = planted(Size::new(9, 6), &lights, 0.0, true);
+        let with = |estimator| {
+            let options = StereoOptions { estimator, ..StereoOptions::default() };
+            errors(&planted, &run(&planted, &lights, options, Limits::default()).unwrap()).0
+        };
+        assert!(with(Estimator::Robust) < 0.5, "{}", with(Estimator::Robust));
+        assert!(with(Estimator::LeastSquares) > 5.0);
+    }
+
+    #[test]
+    fn a_constant_light_is_estimated_where_asked() {
+        let lights = lights(15);
+        let planted = planted(Size::new(5, 4), &lights, 0.15, false);
+        let with = |ambient| {
+            let options = StereoOptions { ambient, ..StereoOptions::default() };
+            errors(&planted, &run(&planted, &lights, options, Limits::default()).unwrap())
+        };
+        let (angle, albedo) = with(Ambient::Constant);
+        assert!(angle < 0.1 && albedo < 1e-3, "{angle} {albedo}");
+        assert!(with(Ambient::None).0 > 1.0);
+    }
+
+    #[test]
+    fn bands_and_threads_change_nothing() {
+        let lights = lights(8);
+        let planted = planted(Size::new(6, 11), &lights, 0.0, true);
+        let whole = run(&planted, &lights, StereoOptions::default(), Limits::default()).unwrap();
+        // Twice the bytes of two rows of eight photographs in three channels.
+        let tight = Limits { max_bytes: 2 * 2 * 6 * 8 * 3 * 4, ..Limits::default() };
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+        assert_eq!(whole, pool.install(|| run(&planted, &lights, StereoOptions::default(), tight)).unwrap());
+    }
+
+    #[test]
+    fn what_is_no_stereo_is_refused() {
+        let all = lights(9);
+        let planted = planted(Size::new(3, 3), &all, 0.0, false);
+        let refused = |lights: &[(String, Direction)], ambient| {
+            let options = StereoOptions { ambient, ..StereoOptions::default() };
+            run(&planted, lights, options, Limits::default()).unwrap_err().to_string()
+        };
+        assert!(refused(&all[..2], Ambient::None).contains("at least 3 lights"));
+        assert!(refused(&all[..3], Ambient::Constant).contains("at least 4 lights"));
+        let arc: Vec<_> =
+            (0..9).map(|i| (String::new(), Direction::from_angles(0.1 * f64::from(i) - 0.4, 0.0))).collect();
+        assert!(refused(&arc, Ambient::None).contains("in one plane"));
+        let small = Raster::new(Size::new(1, 1), 3, Samples::F32(vec![0.0; 3])).unwrap();
+        let load = |i: usize| Ok(if i == 4 { small.clone() } else { planted.photographs[i].clone() });
+        let odd = photometric_stereo(&all, &load, &StereoOptions::default(), &Limits::default(), &());
+        assert!(odd.unwrap_err().to_string().contains("4.exr"));
+        let black = |_: usize| Ok(small.clone());
+        let found = photometric_stereo(&all, &black, &StereoOptions::default(), &Limits::default(), &());
+        assert_eq!(found.unwrap().undetermined, 1);
+    }
+}

@@ -1,0 +1,168 @@
+//! One texel's normal and albedo from its values under many lights, in spite of shadows and
+//! highlights.
+//!
+//! A matt texel sends I = b . l, b its albedo times its unit normal, while it faces the light
+//! (R. J. Woodham, Photometric method for determining surface orientation from multiple images,
+//! Optical Engineering 19(1), 1980). Cast shadows are too dark and highlights too bright for that.
+//! [`Estimator::Robust`] starts from the middle of the sorted values and then repeats weighted least
+//! squares with the weights of Geman and McClure (Statistical methods for tomographic image
+//! reconstruction, 1987), 1 / (1 + r^2 / s^2)^2, s from the median of the residuals r; lights behind
+//! the surface have no weight.
+
+use crate::numeric::small::solve_spd;
+
+/// How values that do not fit are treated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Estimator {
+    /// All values count alike: least squares.
+    LeastSquares,
+    /// The darkest three tenths and the brightest tenth of a texel's values are left out.
+    Trimmed,
+    /// From the trimmed solution on, values count by how well they fit.
+    Robust,
+}
+
+/// Whether a constant light that comes with every photograph is estimated for each texel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Ambient {
+    /// Photographs show their own light only.
+    None,
+    /// A constant is added to every value.
+    Constant,
+}
+
+/// Fractions of the sorted values that the trimmed solution leaves out.
+const DARK: f64 = 0.3;
+const BRIGHT: f64 = 0.1;
+/// Rounds of reweighting; the weights have settled to a few percent by then.
+const ROUNDS: usize = 12;
+/// Residuals are compared with this many times their spread.
+const REACH: f64 = 2.0;
+/// Spreads are not taken below this fraction of the albedo: rounding in 8-bit files.
+const LEAST_SPREAD: f64 = 0.004;
+
+/// What is found for a texel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Matt {
+    /// Albedo times normal; for other constants see [`Ambient`].
+    pub b: [f64; 3],
+    pub ambient: f64,
+}
+
+/// Memory that texels share.
+#[derive(Debug, Default)]
+pub(super) struct Scratch {
+    order: Vec<usize>,
+    residuals: Vec<f64>,
+    /// How much each value counts, 0 to 1.
+    pub weights: Vec<f64>,
+}
+
+/// Solves a texel; `None` where its values do not determine a direction. The weights of the values
+/// stay in the scratch.
+pub(super) fn solve(
+    lights: &[[f64; 3]],
+    values: &[f64],
+    (estimator, ambient): (Estimator, Ambient),
+    scratch: &mut Scratch,
+) -> Option<Matt> {
+    match ambient {
+        Ambient::None => {
+            let b = estimate(values, estimator, |k| lights[k], scratch)?;
+            Some(Matt { b, ambient: 0.0 })
+        }
+        Ambient::Constant => {
+            let row = |k: usize| [lights[k][0], lights[k][1], lights[k][2], 1.0];
+            let [x, y, z, ambient] = estimate(values, estimator, row, scratch)?;
+            Some(Matt { b: [x, y, z], ambient })
+        }
+    }
+}
+
+fn estimate<const N: usize>(
+    values: &[f64],
+    estimator: Estimator,
+    row: impl Fn(usize) -> [f64; N],
+    scratch: &mut Scratch,
+) -> Option<[f64; N]> {
+    scratch.weights.clear();
+    scratch.weights.resize(values.len(), 1.0);
+    let all = weighted(values, &row, &scratch.weights);
+    if estimator == Estimator::LeastSquares {
+        return all;
+    }
+    trim(values, N, scratch);
+    let mut found = weighted(values, &row, &scratch.weights).or(all)?;
+    if estimator == Estimator::Robust {
+        for _ in 0..ROUNDS {
+            if !reweigh(values, &row, &found, scratch) {
+                break;
+            }
+            match weighted(values, &row, &scratch.weights) {
+                Some(next) => found = next,
+                None => break,
+            }
+        }
+    }
+    Some(found)
+}
+
+/// Weights 1 for the middle of the sorted values and 0 for the others; `least` values remain.
+fn trim(values: &[f64], least: usize, scratch: &mut Scratch) {
+    let n = values.len();
+    scratch.order.clear();
+    scratch.order.extend(0..n);
+    scratch.order.sort_by(|&i, &j| values[i].total_cmp(&values[j]).then(i.cmp(&j)));
+    let spare = n.saturating_sub(least);
+    let dark = ((DARK * n as f64) as usize).min(spare * 3 / 4);
+    let bright = ((BRIGHT * n as f64) as usize).min(spare / 4);
+    for &i in scratch.order[..dark].iter().chain(&scratch.order[n - bright..]) {
+        scratch.weights[i] = 0.0;
+    }
+}
+
+/// Weights by residuals; false where nothing faces a light.
+fn reweigh<const N: usize>(
+    values: &[f64],
+    row: &impl Fn(usize) -> [f64; N],
+    found: &[f64; N],
+    scratch: &mut Scratch,
+) -> bool {
+    let facing = |k: usize| row(k)[..3].iter().zip(&found[..3]).map(|(l, b)| l * b).sum::<f64>();
+    let predicted = |k: usize| row(k).iter().zip(found).map(|(l, b)| l * b).sum::<f64>();
+    scratch.residuals.clear();
+    let lit = (0..values.len()).filter(|&k| facing(k) > 0.0);
+    scratch.residuals.extend(lit.map(|k| (values[k] - predicted(k)).abs()));
+    if scratch.residuals.len() < N {
+        return false;
+    }
+    let middle = scratch.residuals.len() / 2;
+    let (_, median, _) = scratch.residuals.select_nth_unstable_by(middle, f64::total_cmp);
+    let albedo = found[..3].iter().map(|b| b * b).sum::<f64>().sqrt();
+    let spread = REACH * (1.4826 * *median).max(LEAST_SPREAD * albedo).max(1e-9);
+    for (k, weight) in scratch.weights.iter_mut().enumerate() {
+        let ratio = (values[k] - predicted(k)) / spread;
+        *weight = if facing(k) > 0.0 { (1.0 + ratio * ratio).powi(-2) } else { 0.0 };
+    }
+    true
+}
+
+/// Weighted least squares.
+fn weighted<const N: usize>(
+    values: &[f64],
+    row: &impl Fn(usize) -> [f64; N],
+    weights: &[f64],
+) -> Option<[f64; N]> {
+    let (mut normal, mut right) = ([[0.0; N]; N], [0.0; N]);
+    for (k, (value, weight)) in values.iter().zip(weights).enumerate() {
+        let l = row(k);
+        for i in 0..N {
+            let scaled = weight * l[i];
+            right[i] += scaled * value;
+            (0..=i).for_each(|j| normal[i][j] += scaled * l[j]);
+        }
+    }
+    solve_spd(&normal, &right)
+}

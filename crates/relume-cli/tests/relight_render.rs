@@ -141,6 +141,41 @@ fn meshes_come_from_files() {
 }
 
 #[test]
+fn displacement_changes_the_outline_and_bump_only_the_shading() {
+    let (folder, _) = folder_with_field();
+    let maps = ["procedural", "pebbles", "-o", "maps", "--tile", "--size", "48x32", "--feature", "14"];
+    done(folder.path(), &maps);
+    let render = |out: &str, more: &[&str]| {
+        let base =
+            ["render", "maps/albedo.png", "--plain", "--size", "120", "--light", "-1,0.6,0.5", "-o", out];
+        let base = [&base[..], &["--background", "0,0,1", "--tiling", "4,3"], more].concat();
+        done(folder.path(), &base);
+        codes(&picture(folder.path(), out)).to_vec()
+    };
+    let smooth = render("a.png", &[]);
+    let bump = render("b.png", &["--height", "maps/height.png", "--bump", "1x"]);
+    let moved = render("c.png", &["--height", "maps/height.png", "--displace", "1x", "--threads", "1"]);
+    let again = render("d.png", &["--height", "maps/height.png", "--displace", "1x", "--threads", "3"]);
+    assert_eq!(moved, again);
+    // Where the picture is pure background there is no object.
+    let outside = |codes: &[u8]| codes.chunks(3).map(|c| c == [0, 0, 255]).collect::<Vec<_>>();
+    let differing = |a: &[bool], b: &[bool]| a.iter().zip(b).filter(|(a, b)| a != b).count();
+    assert_eq!(differing(&outside(&smooth), &outside(&bump)), 0);
+    assert!(smooth != bump && differing(&outside(&smooth), &outside(&moved)) > 40);
+    let flat = render("e.png", &["--height", "maps/height.png", "--displace", "0", "--bump", "0x"]);
+    assert_eq!(flat, smooth);
+    for (amount, more) in [("2mm", &["--pixel-mm", "0.5"][..]), ("4", &[])] {
+        let args = [&["--height", "maps/height.png", "--displace", amount], more].concat();
+        assert_eq!(
+            render("f.png", &args),
+            render("g.png", &["--height", "maps/height.png", "--displace", "4texels"])
+        );
+        fs::remove_file(folder.path().join("f.png")).unwrap();
+        fs::remove_file(folder.path().join("g.png")).unwrap();
+    }
+}
+
+#[test]
 fn wrong_usage_has_status_2() {
     let (folder, _) = folder_with_field();
     for args in [
@@ -154,6 +189,9 @@ fn wrong_usage_has_status_2() {
         &["render", "field.ptm", "--camera", "0,95", "-o", "x.png"],
         &["render", "field.ptm", "--tiling", "nan", "-o", "x.png"],
         &["render", "field.ptm", "-o", "x.tga"],
+        &["render", "field.ptm", "--displace", "3", "-o", "x.png"],
+        &["render", "field.ptm", "--height", "field.ptm", "-o", "x.png"],
+        &["render", "field.ptm", "--height", "field.ptm", "--bump", "-3", "-o", "x.png"],
     ] {
         let (status, message) = failed(folder.path(), args);
         assert_eq!(status, 2, "{args:?}: {message}");

@@ -38,6 +38,13 @@ pub struct Texel {
     values: Vec<f32>,
 }
 
+impl Texel {
+    /// The numbers, in the order of the planes they come from.
+    pub fn values(&self) -> &[f32] {
+        &self.values
+    }
+}
+
 impl Material {
     /// From a field and, for highlights, the normals of its texels.
     ///
@@ -58,12 +65,29 @@ impl Material {
         let stride = channels * field.basis().len() + if normals.is_some() { 3 } else { 0 };
         // The pyramid above a level is a third of it.
         limits.check("the texture's pyramid", field.size(), (4 * stride as u64 * 4).div_ceil(3))?;
-        let mut levels = vec![Level { size: field.size(), data: interleaved(field, normals, stride) }];
-        while let Some(next) = levels.last().and_then(|level| level.reduced(stride)) {
-            levels.push(next);
-        }
+        let data = interleaved(field, normals, stride);
+        let levels = pyramid(Level { size: field.size(), data }, stride);
         let has_normals = normals.is_some();
         Ok(Self { basis: field.basis(), space: field.space(), channels, has_normals, levels })
+    }
+
+    /// From planes of any numbers, to be looked up by [`Texel::values`].
+    ///
+    /// # Errors
+    /// When memory is short.
+    pub fn of_planes(planes: &Planes, limits: &Limits) -> Result<Self> {
+        let stride = planes.count();
+        limits.check("the pyramid of planes", planes.size(), (4 * stride as u64 * 4).div_ceil(3))?;
+        let texels = 0..planes.size().texels();
+        let data = texels.flat_map(|texel| planes.iter().map(move |plane| plane[texel])).collect();
+        let levels = pyramid(Level { size: planes.size(), data }, stride);
+        Ok(Self {
+            basis: Basis::Constant,
+            space: Space::Linear,
+            channels: stride,
+            has_normals: false,
+            levels,
+        })
     }
 
     /// The basis of the functions.
@@ -117,6 +141,15 @@ impl Material {
     fn stride(&self) -> usize {
         self.channels * self.basis.len() + if self.has_normals { 3 } else { 0 }
     }
+}
+
+/// A level and all smaller ones.
+fn pyramid(base: Level, stride: usize) -> Vec<Level> {
+    let mut levels = vec![base];
+    while let Some(next) = levels.last().and_then(|level| level.reduced(stride)) {
+        levels.push(next);
+    }
+    levels
 }
 
 /// All numbers of each texel side by side; LRGB texels as three functions.

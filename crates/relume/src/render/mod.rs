@@ -5,6 +5,7 @@ pub mod mesh;
 mod material;
 mod object;
 mod raster;
+mod relief;
 mod relight;
 mod scene;
 mod shade;
@@ -15,7 +16,8 @@ mod vector;
 mod view;
 
 pub use mesh::{Mesh, Primitive};
-pub use object::render;
+pub use object::{render, render_relief};
+pub use relief::Relief;
 pub use relight::{relight, relight_srgb8};
 pub use scene::{Camera, CastShadows, Light, RenderOptions, Shading, Specular};
 pub use srgb8::srgb8_from_linear;

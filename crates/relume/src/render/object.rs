@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use super::material::{Material, Texel};
 use super::mesh::{Mesh, Tangents};
 use super::raster::{self, Hit, Setup};
+use super::relief::{Relief, displaced};
 use super::relight::relight;
 use super::scene::{CastShadows, RenderOptions, Shading};
 use super::shade::Shader;
@@ -22,12 +23,10 @@ use crate::space::Space;
 /// Rows of pixels that one task renders.
 const BAND: usize = 8;
 
-/// A linear RGB picture of `field` on `mesh`. `normals` are those of the field's texels and bring
-/// highlights; without them there are none.
+/// A linear RGB picture of `field` on `mesh`, without relief.
 ///
 /// # Errors
-/// When an option is out of its range, the normals do not fit the field, or the limits are
-/// exceeded.
+/// As [`render_relief`].
 pub fn render(
     field: &ReflectanceField,
     normals: Option<&Planes>,
@@ -36,7 +35,26 @@ pub fn render(
     limits: &Limits,
     progress: &dyn Progress,
 ) -> Result<Picture> {
+    render_relief(field, normals, None, mesh, options, limits, progress)
+}
+
+/// A linear RGB picture of `field` on `mesh`, bumped and displaced by a relief where one is given. `normals` are those of the field's texels and bring
+/// highlights; without them there are none.
+///
+/// # Errors
+/// When an option is out of its range, the normals do not fit the field, or the limits are
+/// exceeded.
+pub fn render_relief(
+    field: &ReflectanceField,
+    normals: Option<&Planes>,
+    relief: Option<&Relief>,
+    mesh: &Mesh,
+    options: &RenderOptions,
+    limits: &Limits,
+    progress: &dyn Progress,
+) -> Result<Picture> {
     options.validate()?;
+    relief.map_or(Ok(()), Relief::validate)?;
     limits.check("the picture", options.size, 24)?;
     let shadow_bytes = ShadowMap::BYTES.saturating_mul(options.lights.len() as u64);
     limits.check_bytes("the shadow maps", shadow_bytes)?;
@@ -47,29 +65,57 @@ pub fn render(
             Material::new(&ReflectanceField::from_picture(photograph), None, limits)?
         }
     };
+    let lookups = relief.map(|relief| relief.lookups(limits)).transpose()?;
+    let moved = match (relief, &lookups) {
+        (Some(relief), Some(lookups)) if relief.displacement != 0.0 => {
+            Some(displaced(mesh, relief, lookups, options.tiling, limits)?)
+        }
+        _ => None,
+    };
+    let geometry = moved.as_ref().map_or(mesh, |moved| &moved.mesh);
     let samples = Size::new(options.size.width * options.samples, options.size.height * options.samples);
     let view = View::of_camera(&options.camera, mesh.bounding_sphere(), samples);
     let shadows = match options.shadows {
         CastShadows::Off => Vec::new(),
         CastShadows::On => {
             let towards = options.lights.iter().map(|light| Vec3::from(light.direction));
-            towards.map(|towards_light| ShadowMap::new(mesh, towards_light)).collect()
+            towards.map(|towards_light| ShadowMap::new(geometry, towards_light)).collect()
         }
     };
     let tangents = Tangents::new(mesh);
-    let shader = Shader { mesh, tangents, material: &material, view, options, shadows };
+    let tilt = relief.map_or(0.0, |relief| tilt(relief, options.shading));
+    let shader = Shader {
+        mesh,
+        moved: moved.as_ref(),
+        slopes: lookups.as_ref().filter(|_| tilt != 0.0).map(|slopes| (slopes, tilt)),
+        tangents,
+        material: &material,
+        view,
+        options,
+        shadows,
+    };
     Ok(Picture { planes: all_bands(&shader, progress), space: Space::Linear })
+}
+
+/// How many times the slopes frames are tilted: a conventional texture is shaded as it is displaced.
+fn tilt(relief: &Relief, shading: Shading) -> f64 {
+    match shading {
+        Shading::Plain { .. } => relief.bump + relief.displacement,
+        Shading::Reflectance => relief.bump,
+    }
 }
 
 fn all_bands(shader: &Shader, progress: &dyn Progress) -> Planes {
     let size = shader.options.size;
-    let setups = Setup::all(shader.mesh, &shader.view);
-    let bands = size.height.div_ceil(BAND);
-    progress.start("rendering", bands as u64);
-    let colors: Vec<[f32; 3]> = (0..bands)
-        .into_par_iter()
-        .flat_map_iter(|band| {
-            let colors = one_band(shader, &setups, (band * BAND, ((band + 1) * BAND).min(size.height)));
+    let setups = Setup::all(shader.geometry(), &shader.view);
+    let bands = raster::by_band(&setups, &shader.view, BAND * shader.options.samples);
+    progress.start("rendering", bands.len() as u64);
+    let colors: Vec<[f32; 3]> = bands
+        .par_iter()
+        .enumerate()
+        .flat_map_iter(|(band, chosen)| {
+            let colors =
+                one_band(shader, &setups, chosen, (band * BAND, ((band + 1) * BAND).min(size.height)));
             progress.advance(1);
             colors
         })
@@ -82,9 +128,9 @@ fn all_bands(shader: &Shader, progress: &dyn Progress) -> Planes {
 }
 
 /// The pixels of rows `rows.0..rows.1`: the mean of their samples.
-fn one_band(shader: &Shader, setups: &[Setup], rows: (usize, usize)) -> Vec<[f32; 3]> {
+fn one_band(shader: &Shader, setups: &[Setup], chosen: &[u32], rows: (usize, usize)) -> Vec<[f32; 3]> {
     let (n, width) = (shader.options.samples, shader.options.size.width);
-    let hits = raster::scan(setups, &shader.view, (rows.0 * n, rows.1 * n));
+    let hits = raster::scan(setups, chosen, &shader.view, (rows.0 * n, rows.1 * n));
     let background = shader.options.background.map(f64::from);
     let mut sums = vec![[0.0f64; 3]; width * (rows.1 - rows.0)];
     let mut texel = Texel::default();

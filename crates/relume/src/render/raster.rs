@@ -117,22 +117,34 @@ fn bounds(corners: [Vec3; 3], view: &View) -> Option<((usize, usize), (usize, us
     Some((range(corners.map(|c| c.x / c.z), size.width)?, range(corners.map(|c| c.y / c.z), size.height)?))
 }
 
-/// What is seen at the samples of `lines` (first and one past the last), row after row.
-pub fn scan(setups: &[Setup], view: &View, lines: (usize, usize)) -> Vec<Hit> {
+/// For each band of `band` lines, the set-up triangles that may touch it, in order.
+pub fn by_band(setups: &[Setup], view: &View, band: usize) -> Vec<Vec<u32>> {
+    let mut bands = vec![Vec::new(); view.size().height.div_ceil(band)];
+    for (index, setup) in setups.iter().enumerate() {
+        let (first, end) = setup.lines;
+        bands[first / band..end.div_ceil(band)].iter_mut().for_each(|list| list.push(index as u32));
+    }
+    bands
+}
+
+/// What is seen at the samples of `lines` (first and one past the last), row after row, of the
+/// triangles in `chosen`.
+pub fn scan(setups: &[Setup], chosen: &[u32], view: &View, lines: (usize, usize)) -> Vec<Hit> {
     let width = view.size().width;
     let mut hits = vec![Hit::NOTHING; width * (lines.1 - lines.0)];
     let most = match view.projection() {
         Projection::Perspective { near } => 1.0 / near,
         Projection::Parallel => f64::INFINITY,
     };
-    for (index, setup) in setups.iter().enumerate() {
+    for &index in chosen {
+        let setup = &setups[index as usize];
         for line in setup.lines.0.max(lines.0)..setup.lines.1.min(lines.1) {
             let row = &mut hits[(line - lines.0) * width..][..width];
             let (first, end) = setup.columns;
             for (column, hit) in (first..end).zip(&mut row[first..end]) {
                 let nearness = setup.nearness_at(column as f64 + 0.5, line as f64 + 0.5, most);
                 if let Some(nearness) = nearness.filter(|&found| found > hit.nearness) {
-                    *hit = Hit { nearness, setup: index as u32 };
+                    *hit = Hit { nearness, setup: index };
                 }
             }
         }
@@ -149,6 +161,10 @@ mod tests {
     use crate::planes::Size;
 
     const SIZE: Size = Size::new(64, 48);
+
+    fn all(setups: &[Setup]) -> Vec<u32> {
+        (0..setups.len() as u32).collect()
+    }
 
     fn camera(distance_radii: f64) -> Camera {
         Camera { azimuth_rad: 0.7, elevation_rad: 0.4, distance_radii, ..Camera::default() }
@@ -175,7 +191,7 @@ mod tests {
             let radius = mesh.bounding_sphere().1;
             let view = View::of_camera(&camera, mesh.bounding_sphere(), SIZE);
             let setups = Setup::all(&mesh, &view);
-            let hits = scan(&setups, &view, (0, SIZE.height));
+            let hits = scan(&setups, &all(&setups), &view, (0, SIZE.height));
             let mut count = 0;
             for (i, hit) in hits.iter().enumerate() {
                 let (x, y) = ((i % SIZE.width) as f64 + 0.5, (i / SIZE.width) as f64 + 0.5);
@@ -212,7 +228,7 @@ mod tests {
         let camera = camera(6.0);
         let view = View::of_camera(&camera, mesh.bounding_sphere(), SIZE);
         let setups = Setup::all(&mesh, &view);
-        for (i, hit) in scan(&setups, &view, (0, SIZE.height)).iter().enumerate() {
+        for (i, hit) in scan(&setups, &all(&setups), &view, (0, SIZE.height)).iter().enumerate() {
             let (x, y) = ((i % SIZE.width) as f64 + 0.5, (i / SIZE.width) as f64 + 0.5);
             let (eye, along) = ray(&camera, mesh.bounding_sphere().1, x, y);
             let nearest = length(eye.cross(along)) / length(along);
@@ -242,9 +258,18 @@ mod tests {
         let mesh = Primitive::Torus.mesh();
         let view = View::of_camera(&camera(5.0), mesh.bounding_sphere(), SIZE);
         let setups = Setup::all(&mesh, &view);
-        let whole = scan(&setups, &view, (0, SIZE.height));
-        let bands: Vec<Hit> =
-            [(0, 7), (7, 8), (8, 48)].into_iter().flat_map(|lines| scan(&setups, &view, lines)).collect();
+        let whole = scan(&setups, &all(&setups), &view, (0, SIZE.height));
+        let bands: Vec<Hit> = [(0, 7), (7, 8), (8, 48)]
+            .into_iter()
+            .flat_map(|lines| scan(&setups, &all(&setups), &view, lines))
+            .collect();
         assert_eq!(whole, bands);
+        for band in [1, 7, 48, 100] {
+            let lists = by_band(&setups, &view, band).into_iter().enumerate();
+            let lines = |b: usize| (b * band, ((b + 1) * band).min(SIZE.height));
+            let binned: Vec<Hit> =
+                lists.flat_map(|(b, list)| scan(&setups, &list, &view, lines(b))).collect();
+            assert_eq!(whole, binned);
+        }
     }
 }

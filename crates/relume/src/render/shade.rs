@@ -14,11 +14,13 @@
 use super::material::{Material, Texel};
 use super::mesh::{Mesh, Tangents};
 use super::raster::Setup;
+use super::relief::Subdivided;
 use super::scene::{Light, RenderOptions, Shading, Specular};
 use super::shadow::ShadowMap;
 use super::vector::{Vec3, length};
 use super::view::View;
 use crate::direction::Direction;
+use crate::planes::Size;
 
 /// The cosine of light and object below which the attached shadow begins: six degrees.
 const FADE_COSINE: f64 = 0.1;
@@ -26,6 +28,10 @@ const FADE_COSINE: f64 = 0.1;
 /// What all points share.
 pub struct Shader<'a> {
     pub mesh: &'a Mesh,
+    /// The mesh that is seen, where it is displaced.
+    pub moved: Option<&'a Subdivided>,
+    /// Heights with their slopes, and how many times frames are tilted by them.
+    pub slopes: Option<(&'a Material, f64)>,
     pub tangents: Tangents,
     pub material: &'a Material,
     pub view: View,
@@ -34,13 +40,18 @@ pub struct Shader<'a> {
     pub shadows: Vec<ShadowMap>,
 }
 
+/// A triangle of the mesh as it was given, and barycentric coordinates in it.
+type Place = (usize, [f64; 3]);
+
 /// A point of the object with the texture's frame there, on the side that is seen.
 struct Point {
     position: Vec3,
     tangent: Vec3,
     bitangent: Vec3,
     normal: Vec3,
-    /// Of the triangle, on the same side.
+    /// Before it is tilted by the relief's slopes.
+    untilted: Vec3,
+    /// Of the triangle that is seen, on the same side.
     face_normal: Vec3,
     to_viewer: Vec3,
 }
@@ -56,7 +67,8 @@ impl Shader<'_> {
     /// Linear colour of the triangle's point seen at sample position (x, y).
     pub fn color(&self, setup: &Setup, x: f64, y: f64, texel: &mut Texel) -> [f64; 3] {
         let Some(barycentric) = setup.barycentric(x, y) else { return [0.0; 3] };
-        let point = self.point(setup, barycentric);
+        let place = self.origin(setup, barycentric);
+        let point = self.tilted(self.point(setup, barycentric, place), setup, (x, y), place);
         let mut sum = [0.0; 3];
         let mut fetched = false;
         for (i, light) in self.options.lights.iter().enumerate() {
@@ -65,8 +77,8 @@ impl Shader<'_> {
                 continue;
             }
             if !fetched {
-                let coordinates = self.coordinates(setup, barycentric);
-                self.material.fetch(coordinates, self.footprint(setup, (x, y), coordinates), texel);
+                let footprint = self.footprint(setup, (x, y), place, self.material.size());
+                self.material.fetch(self.coordinates(place), footprint, texel);
                 fetched = true;
             }
             let color = self.reflected(&point, light, texel);
@@ -75,22 +87,34 @@ impl Shader<'_> {
         sum
     }
 
-    /// Texture coordinates, tiling included.
-    fn coordinates(&self, setup: &Setup, barycentric: [f64; 3]) -> [f64; 2] {
-        let corners =
-            self.mesh.triangles()[setup.triangle as usize].map(|i| self.mesh.texcoords()[i as usize]);
+    /// The mesh that is seen.
+    pub fn geometry(&self) -> &Mesh {
+        self.moved.map_or(self.mesh, |moved| &moved.mesh)
+    }
+
+    /// The triangle of the mesh as it was given, and the barycentric coordinates in it.
+    fn origin(&self, setup: &Setup, barycentric: [f64; 3]) -> Place {
+        match self.moved {
+            Some(moved) => moved.origin(setup.triangle, barycentric),
+            None => (setup.triangle as usize, barycentric),
+        }
+    }
+
+    /// Texture coordinates of a place, tiling included.
+    fn coordinates(&self, (triangle, barycentric): Place) -> [f64; 2] {
+        let corners = self.mesh.triangles()[triangle].map(|i| self.mesh.texcoords()[i as usize]);
         std::array::from_fn(|k| {
             let along: f64 = corners.iter().zip(barycentric).map(|(c, b)| f64::from(c[k]) * b).sum();
             along * self.options.tiling[k]
         })
     }
 
-    /// The longer distance to the neighbouring samples' places on the texture, in texels.
-    fn footprint(&self, setup: &Setup, (x, y): (f64, f64), here: [f64; 2]) -> f64 {
-        let size = self.material.size();
+    /// The longer distance to the neighbouring samples' places on a texture of `size`, in texels.
+    fn footprint(&self, setup: &Setup, (x, y): (f64, f64), place: Place, size: Size) -> f64 {
+        let here = self.coordinates(place);
         let square_distance = |x: f64, y: f64| {
             setup.barycentric(x, y).map_or(f64::INFINITY, |barycentric| {
-                let there = self.coordinates(setup, barycentric);
+                let there = self.coordinates(self.origin(setup, barycentric));
                 let x = (there[0] - here[0]) * size.width as f64;
                 let y = (there[1] - here[1]) * size.height as f64;
                 x * x + y * y
@@ -99,29 +123,49 @@ impl Shader<'_> {
         square_distance(x + 1.0, y).max(square_distance(x, y + 1.0)).sqrt()
     }
 
-    fn point(&self, setup: &Setup, barycentric: [f64; 3]) -> Point {
-        let triangle = self.mesh.triangles()[setup.triangle as usize];
-        let mix = |v: [Vec3; 3]| v[0] * barycentric[0] + v[1] * barycentric[1] + v[2] * barycentric[2];
-        let corners = self.mesh.corners(triangle);
-        let position = mix(corners);
+    /// The point that is seen, with the frame of the mesh as it was given.
+    fn point(&self, setup: &Setup, seen: [f64; 3], (triangle, barycentric): Place) -> Point {
+        let mix = |v: [Vec3; 3], b: [f64; 3]| v[0] * b[0] + v[1] * b[1] + v[2] * b[2];
+        let geometry = self.geometry();
+        let corners = geometry.corners(geometry.triangles()[setup.triangle as usize]);
+        let position = mix(corners, seen);
         let face = (corners[1] - corners[0]).cross(corners[2] - corners[0]).unit();
-        let smooth = mix(triangle.map(|i| Vec3::from(self.mesh.normals()[i as usize]))).unit();
+        let vertices = self.mesh.triangles()[triangle];
+        let smooth = mix(vertices.map(|i| Vec3::from(self.mesh.normals()[i as usize])), barycentric).unit();
         let normal = smooth.or(face).unwrap_or(Vec3::new(0.0, 0.0, 1.0));
         let face_normal = face.map_or(normal, |f| if f.dot(normal) < 0.0 { -f } else { f });
-        let (tangents, handedness) = self.tangents.of_triangle(setup.triangle as usize, triangle);
-        let along = mix(tangents);
+        let (tangents, handedness) = self.tangents.of_triangle(triangle, vertices);
+        let along = mix(tangents, barycentric);
         let tangent = (along - normal * normal.dot(along)).unit().unwrap_or(normal.any_perpendicular());
         let bitangent = normal.cross(tangent) * handedness.sign();
         let to_viewer = self.view.towards_viewer(position);
         // Seen from behind, the surface is a print of the same relief that stands out backwards.
         let side = if face_normal.dot(to_viewer) < 0.0 { -1.0 } else { 1.0 };
         let (normal, face_normal) = (normal * side, face_normal * side);
-        Point { position, tangent, bitangent, normal, face_normal, to_viewer }
+        Point { position, tangent, bitangent, normal, untilted: normal, face_normal, to_viewer }
+    }
+
+    /// The point with its frame tilted by the relief's slopes and made orthonormal again.
+    fn tilted(&self, point: Point, setup: &Setup, sample: (f64, f64), place: Place) -> Point {
+        let Some((slopes, factor)) = self.slopes else { return point };
+        let mut texel = Texel::default();
+        let footprint = self.footprint(setup, sample, place, slopes.size());
+        slopes.fetch(self.coordinates(place), footprint, &mut texel);
+        let [p, q] = [1, 2].map(|k| factor * f64::from(texel.values()[k]));
+        let tilted = point.normal - point.tangent * p - point.bitangent * q;
+        let normal = tilted.unit().unwrap_or(point.normal);
+        let flat = |v: Vec3, n: Vec3| v - n * n.dot(v);
+        let tangent = flat(point.tangent, normal).unit().unwrap_or(normal.any_perpendicular());
+        let bitangent = flat(flat(point.bitangent, normal), tangent).unit().unwrap_or(point.bitangent);
+        Point { normal, tangent, bitangent, ..point }
     }
 
     /// The share of a light that attached and cast shadows leave.
     fn lit_share(&self, point: &Point, light: &Light, shadow: Option<&ShadowMap>) -> f64 {
-        let attached = smooth_step(Vec3::from(light.direction).dot(point.normal) / FADE_COSINE);
+        let above = |normal: Vec3| smooth_step(Vec3::from(light.direction).dot(normal) / FADE_COSINE);
+        // Where the relief is only pretended, the object's own horizon still counts.
+        let own = if self.slopes.is_some() && self.moved.is_none() { above(point.untilted) } else { 1.0 };
+        let attached = own * above(point.normal);
         if attached == 0.0 {
             return 0.0;
         }

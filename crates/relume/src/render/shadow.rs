@@ -35,9 +35,10 @@ impl ShadowMap {
     pub fn new(mesh: &Mesh, towards_light: Vec3) -> Self {
         let view = View::of_light(towards_light, mesh.bounding_sphere(), SIDE);
         let setups = Setup::all(mesh, &view);
-        let bands = (0..SIDE / BAND).into_par_iter().map(|b| (b * BAND, (b + 1) * BAND));
-        let heights = bands
-            .flat_map_iter(|lines| raster::scan(&setups, &view, lines))
+        let heights = raster::by_band(&setups, &view, BAND)
+            .par_iter()
+            .enumerate()
+            .flat_map_iter(|(b, chosen)| raster::scan(&setups, chosen, &view, (b * BAND, (b + 1) * BAND)))
             .map(|hit| hit.nearness as f32)
             .collect();
         Self { view, heights }

@@ -1,9 +1,13 @@
 //! `relume render`: a texture on an object.
 
+mod relief;
+
 use std::path::{Path, PathBuf};
 
 use relume::format::{Depth, PictureFormat, encode_picture, read_mesh};
-use relume::render::{self, Camera, CastShadows, Light, Mesh, Primitive, RenderOptions, Shading, Specular};
+use relume::render::{
+    self, Camera, CastShadows, Light, Mesh, Primitive, Relief, RenderOptions, Shading, Specular,
+};
 use relume::{Direction, Result, Size, Space, surface};
 use serde_json::json;
 
@@ -14,7 +18,8 @@ use crate::{args, input, output};
 /// Arguments of `relume render`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  relume render wool.ptm --mesh sphere --light 1,0.4,0.3 -o wool.png\n  \
-                        relume render wool.ptm --mesh sphere --light 1,0.4,0.3 --plain -o photograph.png")]
+                        relume render wool.ptm --mesh sphere --light 1,0.4,0.3 --plain -o photograph.png\n  \
+                        relume render wool.ptm --height wool.exr --displace 1x --mesh torus -o relief.png")]
 pub struct Args {
     /// A .ptm, an .exr field, or a picture; - is standard input
     file: PathBuf,
@@ -62,6 +67,8 @@ pub struct Args {
     /// Leave out the shadows that the object casts on itself
     #[arg(long)]
     no_cast_shadows: bool,
+    #[command(flatten)]
+    relief: relief::ReliefArgs,
 }
 
 /// A camera's place in degrees and radii.
@@ -114,13 +121,16 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         Some(primitive) => primitive.mesh(),
         None => read_mesh(Path::new(&args.mesh), &context.limits)?,
     };
-    let field = input::field(&args.file, &context.limits)?.field;
+    let limits = &context.limits;
+    let field = input::field(&args.file, limits)?.field;
+    let relief = args.relief.read(limits)?;
     let shiny = args.plain.is_none() && args.specular > 0.0;
     let normals = shiny.then(|| surface::normals(&field));
-    let limits = &context.limits;
-    let picture = render::render(&field, normals.as_ref(), &mesh, &options, limits, &context.progress)?;
+    let (normals, progress) = (normals.as_ref(), &context.progress);
+    let relief = relief.as_ref();
+    let picture = render::render_relief(&field, normals, relief, &mesh, &options, limits, progress)?;
     output::write(&args.output, &encode_picture(&picture, format)?, context)?;
-    Ok(report(args, &mesh, &options).with_stdout_taken(output::is_stream(&args.output)))
+    Ok(report(args, &mesh, &options, relief).with_stdout_taken(output::is_stream(&args.output)))
 }
 
 fn options(args: &Args, primitive: Option<Primitive>) -> RenderOptions {
@@ -143,7 +153,7 @@ fn options(args: &Args, primitive: Option<Primitive>) -> RenderOptions {
     }
 }
 
-fn report(args: &Args, mesh: &Mesh, options: &RenderOptions) -> Report {
+fn report(args: &Args, mesh: &Mesh, options: &RenderOptions, relief: Option<&Relief>) -> Report {
     let lights: Vec<_> = options
         .lights
         .iter()
@@ -165,6 +175,8 @@ fn report(args: &Args, mesh: &Mesh, options: &RenderOptions) -> Report {
         "tiling": options.tiling,
         "shading": if args.plain.is_some() { "plain" } else { "reflectance" },
         "lights": lights,
+        "displacement_factor": relief.map(|r| r.displacement),
+        "bump_factor": relief.map(|r| r.bump),
     });
     Report::new(text, json)
 }

@@ -1,0 +1,102 @@
+//! The relief of a render: which height map, and how high.
+
+use std::path::PathBuf;
+
+use relume::format::HeightScale;
+use relume::render::Relief;
+use relume::{Error, Limits, Planes, Result};
+
+use crate::input;
+
+/// Integer height maps without a record span this fraction of their width, as in `relume capture`.
+const RELIEF_OF_WIDTH: f64 = 1.0 / 25.0;
+
+/// A height map and what it does.
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Relief")]
+pub struct ReliefArgs {
+    /// The texture's height map (.exr, .png; `relume height` and `relume procedural` write them)
+    #[arg(long, value_name = "FILE")]
+    height: Option<PathBuf>,
+    /// Move the surface: so high from the lowest to the highest point, in texels (12), in millimetres
+    /// (2mm), or as many times as high as the map says (1x)
+    #[arg(long, value_name = "AMOUNT", value_parser = amount, requires = "height")]
+    displace: Option<Amount>,
+    /// Only tilt the surface's normals, by a relief so high; for textures that hold no shading
+    #[arg(long, value_name = "AMOUNT", value_parser = amount, requires = "height")]
+    bump: Option<Amount>,
+    /// The size of a texel, for amounts in millimetres [default: what the height map records]
+    #[arg(long, value_name = "MM", requires = "height")]
+    pixel_mm: Option<f64>,
+}
+
+/// How high a relief is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Amount {
+    Texels(f64),
+    Millimetres(f64),
+    Times(f64),
+}
+
+fn amount(text: &str) -> Result<Amount, String> {
+    let number = |text: &str| text.trim().parse::<f64>().ok().filter(|v| v.is_finite() && *v >= 0.0);
+    let parsed = match (text.strip_suffix("mm"), text.strip_suffix('x')) {
+        (Some(mm), _) => number(mm).map(Amount::Millimetres),
+        (None, Some(times)) => number(times).map(Amount::Times),
+        (None, None) => number(text.strip_suffix("texels").unwrap_or(text)).map(Amount::Texels),
+    };
+    parsed.ok_or_else(|| "expected texels (12), millimetres (2mm) or a factor (1x), not negative".to_owned())
+}
+
+impl ReliefArgs {
+    /// The relief, where a height map is named.
+    pub fn read(&self, limits: &Limits) -> Result<Option<Relief>> {
+        let Some(path) = &self.height else { return Ok(None) };
+        if self.displace.is_none() && self.bump.is_none() {
+            return Err(Error::usage("--height does nothing alone: give --displace or --bump as well"));
+        }
+        let map = input::height(path, limits)?;
+        let height = map.texels(RELIEF_OF_WIDTH * map.samples.size().width as f64);
+        let factor = |amount: Option<Amount>| {
+            amount.map_or(Ok(0.0), |amount| self.factor(amount, &height, map.scale).map_err(|e| e.at(path)))
+        };
+        let (displacement, bump) = (factor(self.displace)?, factor(self.bump)?);
+        Ok(Some(Relief { height, displacement, bump }))
+    }
+
+    /// How many times as high as the map says.
+    fn factor(&self, amount: Amount, height: &Planes, scale: Option<HeightScale>) -> Result<f64> {
+        let (low, high) = height.range(0);
+        let span = f64::from(high - low);
+        let of_span = |texels: f64| if span > 0.0 { texels / span } else { 0.0 };
+        match amount {
+            Amount::Times(times) => Ok(times),
+            Amount::Texels(texels) => Ok(of_span(texels)),
+            Amount::Millimetres(mm) => {
+                let pixel = self.pixel_mm.or(scale.and_then(|scale| scale.mm_per_texel));
+                match pixel.filter(|pixel| *pixel > 0.0 && pixel.is_finite()) {
+                    Some(pixel) => Ok(of_span(mm / pixel)),
+                    None => Err(Error::usage(
+                        "an amount in mm needs the size of a texel: give --pixel-mm, above 0, or an amount in texels",
+                    )),
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn amounts_are_texels_millimetres_or_factors() {
+        assert_eq!(amount("12"), Ok(Amount::Texels(12.0)));
+        assert_eq!(amount("12texels"), Ok(Amount::Texels(12.0)));
+        assert_eq!(amount("0.5mm"), Ok(Amount::Millimetres(0.5)));
+        assert_eq!(amount("2x"), Ok(Amount::Times(2.0)));
+        for bad in ["", "x", "mm", "-1", "nan", "3cm", "infx"] {
+            assert!(amount(bad).is_err(), "{bad}");
+        }
+    }
+}

@@ -4,7 +4,7 @@ use std::io::Read;
 use std::path::Path;
 
 use relume::format::{self, FieldFile, HeightMap};
-use relume::{Error, Limits, Raster, Result};
+use relume::{Error, Limits, Planes, Raster, Result};
 
 use crate::output::is_stream;
 
@@ -33,6 +33,11 @@ pub fn bytes(path: &Path, limits: &Limits) -> Result<Vec<u8>> {
     let length = std::fs::metadata(path).map_err(failed)?.len();
     limits.check_bytes("the file", length).map_err(|e| e.at(path))?;
     std::fs::read(path).map_err(failed)
+}
+
+/// Heights in texels, of integer maps without a record as if they spanned a 25th of the width.
+pub fn texels(map: &HeightMap) -> Planes {
+    map.texels(map.samples.size().width as f64 / 25.0)
 }
 
 /// Reads a height map with its recorded scale.

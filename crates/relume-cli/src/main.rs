@@ -6,6 +6,7 @@
 mod args;
 mod context;
 mod input;
+mod normals;
 mod output;
 mod progress;
 mod report;

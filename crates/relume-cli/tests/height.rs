@@ -86,6 +86,20 @@ fn what_has_no_height_is_refused_in_one_sentence() {
         ),
         (&["height", "field.ptm", "-o", "x.exr", "--method", "normal-map"], 1, "field.ptm"),
         (&["height", "photos", "-o", "x.exr", "--memory", "0.00001"], 1, "MiB"),
+        (
+            &[
+                "height",
+                "photos/truth/normals.exr",
+                "--method",
+                "normal-map",
+                "-o",
+                "x.exr",
+                "--albedo-map",
+                "a.png",
+            ],
+            2,
+            "finds no albedo",
+        ),
     ] {
         let output = relume(folder.path(), args);
         let text = String::from_utf8(output.stderr).unwrap();

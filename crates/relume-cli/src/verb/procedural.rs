@@ -12,6 +12,7 @@ use serde_json::{Value, json};
 
 use super::material::MaterialArgs;
 use crate::context::Context;
+use crate::normals;
 use crate::output::Folder;
 use crate::report::Report;
 
@@ -69,9 +70,8 @@ fn write(maps: &SurfaceMaps, tiling: Tiling, folder: &Folder) -> Result<()> {
             &encode_picture(&data(roughness.clone()), PictureFormat::Png(Depth::Eight))?,
         )?;
     }
-    let mut packed = Relief::new(&maps.height, border).normals();
-    packed.as_mut_slice().iter_mut().for_each(|v| *v = 0.5 * *v + 0.5);
-    folder.add("normals_gl.png", &encode_picture(&data(packed), PictureFormat::Png(Depth::Sixteen))?)
+    let normals = Relief::new(&maps.height, border).normals();
+    folder.add("normals_gl.png", &normals::encode(&normals, PictureFormat::Png(Depth::Sixteen))?)
 }
 
 /// Data as a picture: declared as encoded, so that the codes are the values themselves.

@@ -4,12 +4,12 @@ use std::path::{Path, PathBuf};
 
 use relume::format::{Depth, PictureFormat, animation, encode_picture};
 use relume::render::{Sweep, relight};
-use relume::{Direction, Error, Picture, Progress, ReflectanceField, Result, Space, surface};
+use relume::{Direction, Error, Picture, Progress, ReflectanceField, Result, surface};
 use serde_json::json;
 
 use crate::context::Context;
 use crate::report::Report;
-use crate::{args, input, output};
+use crate::{args, input, normals, output};
 
 /// Arguments of `relume relight`.
 #[derive(Debug, clap::Args)]
@@ -58,7 +58,11 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let (picture, format, what) = match args.what.light {
         Some(light) => (relight(&field, light), format, "picture"),
         None if args.what.albedo => (surface::albedo(&field), format, "albedo"),
-        None => (normals(&field, format), format.with_depth(Depth::Sixteen), "normals (+Y)"),
+        None => (
+            normals::picture(&surface::normals(&field), format),
+            format.with_depth(Depth::Sixteen),
+            "normals (+Y)",
+        ),
     };
     output::write(&args.output, &encode_picture(&picture, format)?, context)?;
     let text = format!("{}: {what}, {}", args.output.display(), picture.size());
@@ -78,16 +82,6 @@ fn still_format(path: &Path) -> Result<PictureFormat> {
     } else {
         PictureFormat::from_path(path)
     }
-}
-
-/// The normals as a picture: data, so integer files get them without any encoding.
-fn normals(field: &ReflectanceField, format: PictureFormat) -> Picture {
-    let mut planes = surface::normals(field);
-    if matches!(format, PictureFormat::Exr(_)) {
-        return Picture { planes, space: Space::Linear };
-    }
-    planes.as_mut_slice().iter_mut().for_each(|v| *v = 0.5 * *v + 0.5);
-    Picture { planes, space: Space::Srgb }
 }
 
 /// How the frames of a sweep are written.

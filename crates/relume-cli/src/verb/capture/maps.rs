@@ -23,9 +23,6 @@ pub enum NormalY {
     Down,
 }
 
-/// Heights of integer files span this fraction of the width unless told otherwise.
-const RELIEF_OF_WIDTH: f64 = 1.0 / 25.0;
-
 const EXTENSIONS: [&str; 6] = ["png", "jpg", "jpeg", "tif", "tiff", "exr"];
 const HEIGHT: [&str; 5] = ["height", "displacement", "disp", "bump", "heightmap"];
 const ALBEDO: [&str; 8] = ["albedo", "color", "colour", "diffuse", "diff", "basecolor", "base", "col"];
@@ -176,7 +173,7 @@ fn first_channel(raster: &Raster) -> Planes {
 fn height(map: &HeightMap, scale: Option<f64>) -> Planes {
     match scale {
         Some(texels) => HeightMap { scale: None, ..map.clone() }.texels(texels),
-        None => map.texels(RELIEF_OF_WIDTH * map.samples.size().width as f64),
+        None => input::texels(map),
     }
 }
 

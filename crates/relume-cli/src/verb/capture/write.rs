@@ -7,6 +7,7 @@ use relume::format::{Depth, ExrDepth, PictureFormat, encode_picture};
 use relume::{Direction, Picture, Planes, Progress, Result, Space};
 
 use crate::context::Context;
+use crate::normals;
 use crate::output::Folder;
 
 /// Files of photographs.
@@ -84,9 +85,6 @@ pub fn truth(dome: &Dome, folder: &mut Folder) -> Result<()> {
     folder.add("truth/normals.exr", &exr(dome.normals())?)?;
     folder.add("truth/albedo.exr", &exr(&dome.maps().albedo)?)?;
     folder.add("truth/height.exr", &exr(&dome.maps().height)?)?;
-    let mut packed = dome.normals().clone();
-    packed.as_mut_slice().iter_mut().for_each(|v| *v = 0.5 * *v + 0.5);
-    // Declared as encoded, so that the codes are the packed components themselves.
-    let packed = Picture { planes: packed, space: Space::Srgb };
-    folder.add("truth/normals_gl.png", &encode_picture(&packed, PictureFormat::Png(Depth::Sixteen))?)
+    let packed = normals::encode(dome.normals(), PictureFormat::Png(Depth::Sixteen))?;
+    folder.add("truth/normals_gl.png", &packed)
 }

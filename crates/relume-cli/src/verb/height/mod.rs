@@ -7,16 +7,16 @@ use std::path::PathBuf;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use relume::capture::Pairing;
-use relume::format::{Depth, HeightFormat, PictureFormat, encode_height, encode_picture};
+use relume::format::{HeightFormat, PictureFormat, encode_height, encode_picture};
 use relume::surface::integrate::{Border, IntegrateOptions, Method as Integration, integrate};
 use relume::surface::shape_from_shading::ShadingOptions;
 use relume::surface::{Ambient, Estimator};
-use relume::{Direction, Error, Picture, Planes, Result, Space};
+use relume::{Direction, Error, Planes, Result};
 use serde_json::{Value, json};
 
 use crate::context::Context;
 use crate::report::Report;
-use crate::{args, output};
+use crate::{args, normals, output};
 use shape::{Method, Shape};
 
 /// Arguments of `relume height`.
@@ -113,37 +113,29 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         output::check(path, &[&args.input], context)?;
     }
     let shape = shape::find(args, context)?;
+    let albedo = albedo_map(args, &shape)?;
     let options = IntegrateOptions { method: args.integration, border: args.border };
     let height = integrate(&shape.slopes, &options, &context.limits)?;
     let compared = args.truth.compare(&height, &shape.normals, context)?;
 
     output::write(&args.output, &encode_height(&height, args.pixel_mm, format)?, context)?;
     if let Some(path) = &args.normals {
-        output::write(path, &encode_normals(&shape.normals, path)?, context)?;
+        output::write(path, &normals::encode(&shape.normals, PictureFormat::from_path(path)?)?, context)?;
     }
-    write_albedo(args, &shape, context)?;
+    if let (Some(path), Some(bytes)) = (&args.albedo_map, albedo) {
+        output::write(path, &bytes, context)?;
+    }
     Ok(report(args, &shape, &height, compared))
 }
 
-fn write_albedo(args: &Args, shape: &Shape, context: &Context) -> Result<()> {
-    match (&args.albedo_map, &shape.albedo) {
-        (None, _) => Ok(()),
-        (Some(path), Some(albedo)) => {
-            output::write(path, &encode_picture(albedo, PictureFormat::from_path(path)?)?, context)
-        }
-        (Some(path), None) => Err(Error::usage(format!("{} finds no albedo", shape.method.name())).at(path)),
-    }
-}
-
-fn encode_normals(normals: &Planes, path: &std::path::Path) -> Result<Vec<u8>> {
-    let format = PictureFormat::from_path(path)?.with_depth(Depth::Sixteen);
-    if matches!(format, PictureFormat::Exr(_)) {
-        return encode_picture(&Picture { planes: normals.clone(), space: Space::Linear }, format);
-    }
-    let mut planes = normals.clone();
-    planes.as_mut_slice().iter_mut().for_each(|v| *v = 0.5 * *v + 0.5);
-    // Declared as encoded, so that the codes are the packed components themselves.
-    encode_picture(&Picture { planes, space: Space::Srgb }, format)
+/// The bytes of the albedo map, where one is asked for.
+fn albedo_map(args: &Args, shape: &Shape) -> Result<Option<Vec<u8>>> {
+    let Some(path) = &args.albedo_map else { return Ok(None) };
+    let albedo = shape
+        .albedo
+        .as_ref()
+        .ok_or_else(|| Error::usage(format!("{} finds no albedo", shape.method.name())).at(path))?;
+    encode_picture(albedo, PictureFormat::from_path(path)?).map(Some)
 }
 
 fn report(args: &Args, shape: &Shape, height: &Planes, compared: compare::Compared) -> Report {

@@ -8,9 +8,6 @@ use relume::{Error, Limits, Planes, Result};
 
 use crate::input;
 
-/// Integer height maps without a record span this fraction of their width, as in `relume capture`.
-const RELIEF_OF_WIDTH: f64 = 1.0 / 25.0;
-
 /// A height map and what it does.
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Relief")]
@@ -56,7 +53,7 @@ impl ReliefArgs {
             return Err(Error::usage("--height does nothing alone: give --displace or --bump as well"));
         }
         let map = input::height(path, limits)?;
-        let height = map.texels(RELIEF_OF_WIDTH * map.samples.size().width as f64);
+        let height = input::texels(&map);
         let factor = |amount: Option<Amount>| {
             amount.map_or(Ok(0.0), |amount| self.factor(amount, &height, map.scale).map_err(|e| e.at(path)))
         };

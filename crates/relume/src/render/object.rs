@@ -348,6 +348,33 @@ mod tests {
         assert!((picture.planes.at(0, 28, 20) - 0.5).abs() < 1e-5);
     }
 
+    /// The value left of a ridge six texels high, under light from the right.
+    fn beside_a_ridge(displacement: f64, bump: f64, shadows: CastShadows) -> f32 {
+        let size = Size::new(32, 32);
+        let heights = (0..size.texels()).map(|i| if (14..18).contains(&(i % 32)) { 6.0 } else { 0.0 });
+        let height = Planes::from_vec(size, 1, heights.collect()).unwrap();
+        let relief = Relief { height, displacement, bump };
+        let field = uniform_field([0.0, 0.0, 0.0, 0.0, 0.0, 0.5]);
+        let options = RenderOptions { shadows, ..facing(Size::new(64, 64), [0.8, 0.0, 0.6]) };
+        let (mesh, limits) = (Primitive::Plane.mesh(), Limits::default());
+        let picture = render_relief(&field, None, Some(&relief), &mesh, &options, &limits, &()).unwrap();
+        picture.planes.at(0, 21, 32)
+    }
+
+    #[test]
+    fn a_displaced_ridge_casts_a_shadow_and_a_bumped_one_does_not() {
+        assert_eq!(beside_a_ridge(1.0, 0.0, CastShadows::On), 0.0);
+        for (displacement, bump, shadows) in [
+            (1.0, 0.0, CastShadows::Off),
+            (0.0, 1.0, CastShadows::On),
+            (0.0, 0.0, CastShadows::On),
+            (0.2, 0.0, CastShadows::On),
+        ] {
+            let lit = beside_a_ridge(displacement, bump, shadows);
+            assert!((lit - 0.5).abs() < 1e-5, "{displacement} {bump} {shadows:?}: {lit}");
+        }
+    }
+
     #[test]
     fn what_cannot_be_rendered_is_refused() {
         let (field, mesh) = (uniform_field([0.0; 6]), Primitive::Plane.mesh());

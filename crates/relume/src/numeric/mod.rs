@@ -6,14 +6,13 @@ pub mod eigen;
 pub mod fourier;
 pub mod hash;
 pub mod lattice;
-pub mod fourier;
 pub mod matrix;
-pub mod pairs;
 pub mod normal;
+pub mod pairs;
 pub mod periods;
 pub mod quadrature;
 pub mod random;
-pub mod summed_area;
 pub mod small;
+pub mod summed_area;
 
 pub use matrix::Matrix;

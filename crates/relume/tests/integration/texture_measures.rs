@@ -142,7 +142,13 @@ fn the_second_half_of_real_textures_is_nearest_but_for_known_cases() {
 }
 
 fn albedo(material: Material, side: usize, tiling: Tiling, seed: u64) -> Planes {
-    let options = MaterialOptions { size: Size::new(side, side), feature: 16.0, tiling, seed };
+    let options = MaterialOptions {
+        size: Size::new(side, side),
+        feature: 16.0,
+        tiling,
+        seed,
+        ..MaterialOptions::default()
+    };
     material.make(&options, &Limits::default()).unwrap().albedo
 }
 

@@ -10,6 +10,7 @@ pub mod matrix;
 pub mod normal;
 pub mod pairs;
 pub mod periods;
+pub mod pyramid;
 pub mod quadrature;
 pub mod random;
 pub mod small;

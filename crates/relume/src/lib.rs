@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! photographs + lights --fit--> ReflectanceField --+-- synthesis --> SourceMap --gather--> ReflectanceField
-//! .ptm .exr .png --format::read-> (any basis)      +-- surface ----> normals, albedo
+//! .ptm .exr .png --format::read-> (any basis)      +-- random_field -> model ----sample--> ReflectanceField
+//!                                                  +-- surface ----> normals, albedo
 //! virtual dome ---capture--> photographs           +-- render -----> Picture --format::write--> file
 //! ```
 //!
@@ -35,6 +36,7 @@ pub mod procedural;
 pub mod surface;
 
 // Field in, field out.
+pub mod random_field;
 pub mod synthesis;
 
 // Where fields go.

@@ -5,7 +5,17 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 const STAGES: [&str; 8] =
-    ["analysis", "capture", "fit", "procedural", "surface", "synthesis", "render", "metric"];
+const STAGES: [&str; 9] = [
+    "analysis",
+    "capture",
+    "fit",
+    "metric",
+    "procedural",
+    "random_field",
+    "render",
+    "surface",
+    "synthesis",
+];
 
 /// What a stage may name besides itself and the foundation.
 const ALLOWED: [(&str, &str); 1] = [("fit", "capture")];

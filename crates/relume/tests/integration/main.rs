@@ -9,6 +9,8 @@ mod format_round_trips;
 mod goldens;
 mod ptm_independent;
 mod ptm_precision;
+mod random_field_promises;
+mod random_fields;
 mod real_captures;
 mod roller;
 mod support;

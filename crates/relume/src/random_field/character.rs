@@ -1,0 +1,173 @@
+//! Whether a material is one that a random field can stand for, said before it is modelled.
+//!
+//! A Gaussian field knows a texture's spectrum and nothing else. Two things tell that there is more.
+//! Periods: the autocorrelation rises again far from the centre, because the material repeats. Shapes:
+//! one-step prediction, which leaves normal noise of a Gaussian field, mostly leaves nothing and
+//! sometimes much, at edges; the excess kurtosis of what it leaves says how much, and it is 0 for a
+//! normal distribution. Both are measured on the luminance's scores, whose own distribution is normal.
+
+use std::fmt;
+
+use rustfft::FftPlanner;
+use rustfft::num_complex::Complex64;
+use serde::Serialize;
+
+use super::estimate::Candidates;
+use super::marginal::Marginal;
+use super::neighbourhood::causal;
+use super::selection::posterior;
+use crate::error::Result;
+use crate::field::ReflectanceField;
+use crate::limits::Limits;
+use crate::planes::Planes;
+
+/// What kind of material a texture shows.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Character {
+    /// The highest peak of the autocorrelation away from the centre: near 1 for exact repetition.
+    pub regularity: f64,
+    /// Excess kurtosis of one-step prediction errors: 0 for a Gaussian field.
+    pub edges: f64,
+}
+
+/// Above this regularity a material is called regular.
+const REGULAR: f64 = 0.25;
+
+/// Above this excess kurtosis a material is called structured.
+const STRUCTURED: f64 = 3.0;
+
+impl Character {
+    /// Whether it has periods.
+    pub fn is_regular(&self) -> bool {
+        self.regularity > REGULAR
+    }
+
+    /// Whether it has shapes with edges.
+    pub fn is_structured(&self) -> bool {
+        self.edges > STRUCTURED
+    }
+}
+
+impl fmt::Display for Character {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let verdict = match (self.is_regular(), self.is_structured()) {
+            (true, _) => "regular: a random field loses the pattern; copy blocks of the texture instead",
+            (false, true) => "structured: a random field loses edges and shapes; look at the result",
+            (false, false) => "stochastic: what a random field is for",
+        };
+        write!(f, "regularity {:.2}, edges {:.1}: {verdict}", self.regularity, self.edges)
+    }
+}
+
+/// The character of a field, from its first coefficient plane's mean over channels.
+///
+/// # Errors
+/// A field smaller than a small neighbourhood.
+pub fn character(field: &ReflectanceField, limits: &Limits) -> Result<Character> {
+    limits.check("the autocorrelation", field.size(), 80)?;
+    let scores = luminance_scores(field);
+    Ok(Character { regularity: regularity(&scores), edges: edges(&scores)? })
+}
+
+/// Normal scores of the sum of all index planes that stand for brightness: those of the function
+/// that comes first in graded order.
+fn luminance_scores(field: &ReflectanceField) -> Planes {
+    let n = field.basis().len();
+    let constant = field.basis().graded_order()[0];
+    let channels = field.coefficients().count() / n;
+    let mut sum = Planes::zeros(field.size(), 1);
+    for c in 0..channels.max(1) {
+        let plane = field.coefficients().plane(c * n + constant);
+        sum.as_mut_slice().iter_mut().zip(plane).for_each(|(s, v)| *s += v);
+    }
+    let score = Marginal::curve(sum.as_slice()).scores();
+    sum.as_mut_slice().iter_mut().for_each(|v| *v = score(*v));
+    sum
+}
+
+/// The highest local maximum of the autocorrelation, 1 at the centre, between the first place along
+/// its direction where it has fallen below zero and a third of the sides. Shifts are corrected for how
+/// many texels overlap.
+fn regularity(scores: &Planes) -> f64 {
+    let size = scores.size();
+    let (width, height) = (2 * size.width, 2 * size.height);
+    let mean = scores.as_slice().iter().map(|&v| f64::from(v)).sum::<f64>() / size.texels() as f64;
+    let mut data = vec![Complex64::default(); width * height];
+    for y in 0..size.height {
+        for x in 0..size.width {
+            data[y * width + x].re = f64::from(scores.at(0, x, y)) - mean;
+        }
+    }
+    let power = |data: &mut Vec<Complex64>| data.iter_mut().for_each(|v| *v = v.norm_sqr().into());
+    transform(&mut data, width, height, false);
+    power(&mut data);
+    transform(&mut data, width, height, true);
+    let centre = data[0].re / size.texels() as f64;
+    if centre <= 0.0 {
+        return 0.0;
+    }
+    let at = |dx: i64, dy: i64| {
+        let overlap = (size.width as i64 - dx.abs()) * (size.height as i64 - dy.abs());
+        let place = dy.rem_euclid(height as i64) as usize * width + dx.rem_euclid(width as i64) as usize;
+        data[place].re / (overlap as f64 * centre)
+    };
+    highest_peak(at, size.width as i64 / 3, size.height as i64 / 3)
+}
+
+/// The highest local maximum over shifts of half a plane that come after a valley along their ray.
+fn highest_peak(at: impl Fn(i64, i64) -> f64, across: i64, down: i64) -> f64 {
+    let mut best = 0.0f64;
+    for dy in 0..down {
+        for dx in -across + 1..across {
+            let here = at(dx, dy);
+            let neighbours = [(-1, -1), (0, -1), (1, -1), (-1, 0), (1, 0), (-1, 1), (0, 1), (1, 1)];
+            if here <= best || neighbours.iter().any(|(i, j)| at(dx + i, dy + j) > here) {
+                continue;
+            }
+            let steps = dx.abs().max(dy);
+            let on_ray = |s: i64| at(dx * s / steps.max(1), dy * s / steps.max(1));
+            let valley = (1..steps).map(on_ray).fold(f64::INFINITY, f64::min);
+            if valley < 0.0 {
+                best = here;
+            }
+        }
+    }
+    best
+}
+
+/// A Fourier transform along rows and columns, not normalised, or its inverse.
+fn transform(data: &mut Vec<Complex64>, width: usize, height: usize, inverse: bool) {
+    let mut planner = FftPlanner::new();
+    let mut plan = |n| if inverse { planner.plan_fft_inverse(n) } else { planner.plan_fft_forward(n) };
+    plan(width).process(data);
+    let mut turned: Vec<Complex64> =
+        (0..width * height).map(|i| data[i % height * width + i / height]).collect();
+    plan(height).process(&mut turned);
+    let scale = if inverse { 1.0 / (width * height) as f64 } else { 1.0 };
+    *data = (0..width * height).map(|i| turned[i % width * height + i / width] * scale).collect();
+}
+
+/// Excess kurtosis of the errors of prediction from the twelve nearest causal neighbours.
+fn edges(scores: &Planes) -> Result<f64> {
+    let set = Candidates { near: causal(12), coarse: Vec::new() };
+    let statistics = set.statistics(scores, 1)?;
+    let all: Vec<usize> = (0..set.near.len()).collect();
+    let weights = posterior(&statistics, &statistics.prior(1.0), &all)?.weights;
+    let (size, margin) = (scores.size(), 3);
+    let (mut square, mut fourth, mut n) = (0.0, 0.0, 0.0);
+    for y in margin..size.height {
+        for x in margin..size.width.saturating_sub(margin) {
+            let neighbour = |o: &super::neighbourhood::Offset| {
+                let (x, y) = (x.wrapping_add_signed(o.dx as isize), y.wrapping_add_signed(o.dy as isize));
+                f64::from(scores.at(0, x, y))
+            };
+            let predicted: f64 =
+                set.near.iter().enumerate().map(|(r, o)| weights[(r, 0)] * neighbour(o)).sum();
+            let error = (f64::from(scores.at(0, x, y)) - predicted).powi(2);
+            square += error;
+            fourth += error * error;
+            n += 1.0;
+        }
+    }
+    Ok(if square > 0.0 { n * fourth / (square * square) - 3.0 } else { 0.0 })
+}

@@ -1,0 +1,344 @@
+//! From planes to a model.
+
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::level::{Level, Weights};
+use super::marginal::Marginal;
+use super::mixing::Mixing;
+use super::model::Model;
+use super::neighbourhood::{Offset, Reach, all_around, causal};
+use super::normal_wishart::{Posterior, Statistics};
+use super::selection::{Choice, Search, posterior, search};
+use super::sheet::Area;
+use super::stability::{Stability, burn_in};
+use super::statistics::{Regressor, Window, inner_products};
+use crate::error::{Error, Result};
+use crate::limits::Limits;
+use crate::numeric::Matrix;
+use crate::numeric::pyramid::{self, Kernel};
+use crate::planes::{Planes, Size};
+use crate::progress::Progress;
+
+/// How a model is made.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ModelOptions {
+    /// Levels of the pyramid at most; fewer where the coarsest would be smaller than 16 texels.
+    pub levels: usize,
+    /// By how much each level is coarser.
+    pub factor: usize,
+    /// Causal neighbours that may be chosen.
+    pub candidates: usize,
+    /// Neighbours in the expanded coarser level that may be chosen; 0 leaves levels independent.
+    pub coarse: usize,
+    /// Neighbours that a level may have.
+    pub most: usize,
+    /// How neighbours are chosen.
+    pub search: Search,
+    /// What the prior is worth, in texels.
+    pub prior: f64,
+    /// Whether the distributions of values are kept, or normal ones assumed.
+    pub marginals: bool,
+}
+
+impl Default for ModelOptions {
+    fn default() -> Self {
+        Self {
+            levels: 4,
+            factor: 2,
+            candidates: 40,
+            coarse: 13,
+            most: 40,
+            search: Search::Forward,
+            prior: 1.0,
+            marginals: true,
+        }
+    }
+}
+
+impl ModelOptions {
+    /// Checks every number's range.
+    pub fn validate(&self) -> Result<()> {
+        let ranges = [
+            ("levels", self.levels, 1, 16),
+            ("factor", self.factor, 2, 16),
+            ("candidates", self.candidates, 0, 400),
+            ("coarse neighbours", self.coarse, 0, 100),
+        ];
+        for (name, value, least, most) in ranges {
+            if !(least..=most).contains(&value) {
+                return Err(Error::usage(format!(
+                    "{value} {name}: expected a number from {least} to {most}"
+                )));
+            }
+        }
+        if !(self.prior > 0.0 && self.prior.is_finite()) {
+            return Err(Error::usage(format!(
+                "a prior worth {} texels: expected a number above 0",
+                self.prior
+            )));
+        }
+        Ok(())
+    }
+}
+
+/// How a level's neighbours were chosen.
+#[derive(Debug, Clone, Serialize)]
+pub struct LevelReport {
+    /// Texels of the level.
+    pub width: usize,
+    /// Rows of the level.
+    pub height: usize,
+    /// Sizes and log evidences of the sets met, the most probable first.
+    pub path: Vec<(usize, f64)>,
+    /// How many of them were more probable than the one taken, but unstable.
+    pub unstable: usize,
+    /// The share of the band's variance that its neighbours predict, from the mean over components.
+    pub predicted: f64,
+    /// The largest bound of a spectral radius.
+    pub radius: f64,
+}
+
+/// Coarsest levels have at least this many texels a side.
+const LEAST_SIDE: usize = 16;
+
+/// A plane of which earlier ones leave less than this share of the variance has no component.
+const LEAST_SHARE: f64 = 1e-4;
+
+/// Texels a side of the sheet on which the gains are measured.
+const GAUGE: usize = 512;
+
+/// Fits a model to planes.
+///
+/// # Errors
+/// Options out of range; planes that hold no numbers, do not vary, or are smaller than the
+/// neighbourhood; more memory than the limits allow.
+pub fn estimate(
+    planes: &Planes,
+    options: &ModelOptions,
+    limits: &Limits,
+    progress: &dyn Progress,
+) -> Result<(Model, Vec<LevelReport>)> {
+    options.validate()?;
+    // Scores, components, pyramid, expanded levels, and double precision for the products.
+    limits.check("the planes to model", planes.size(), 40 * planes.count() as u64)?;
+    if let Some(k) = (0..planes.count()).find(|&k| planes.plane(k).iter().any(|v| !v.is_finite())) {
+        return Err(Error::invalid(format!("plane {k} holds values that are no finite numbers")));
+    }
+    let (marginals, scores) = normalised(planes, options);
+    let mixing = Mixing::of(&scores, LEAST_SHARE);
+    if mixing.components() == 0 {
+        return Err(Error::invalid(
+            "the texture is the same everywhere: a random field needs values that vary",
+        ));
+    }
+    let kernel = Kernel::new(options.factor)?;
+    let levels = fitting_levels(planes.size(), options);
+    let gaussian = pyramid::gaussian(&mixing.components_of(&scores), &kernel, levels);
+    progress.start("estimating levels", levels as u64);
+    let mut fitted = Vec::new();
+    for k in 0..levels {
+        fitted.push(level(&gaussian, k, &kernel, options)?);
+        progress.advance(1);
+    }
+    let (levels, reports) = fitted.into_iter().unzip();
+    let gains = vec![1.0; planes.count()];
+    let mut model = Model { marginals, mixing, gains, kernel, levels };
+    model.gains = gains_of(&model);
+    Ok((model, reports))
+}
+
+/// As many levels as asked for and the texture is large enough for.
+fn fitting_levels(size: Size, options: &ModelOptions) -> usize {
+    let mut side = size.width.min(size.height).div_ceil(options.factor);
+    let mut levels = 1;
+    while levels < options.levels && side >= LEAST_SIDE {
+        side = side.div_ceil(options.factor);
+        levels += 1;
+    }
+    levels
+}
+
+/// Each plane's distribution, and its scores with their mean taken off.
+fn normalised(planes: &Planes, options: &ModelOptions) -> (Vec<Marginal>, Planes) {
+    let mut scores = planes.clone();
+    let texels = planes.size().texels();
+    let marginals = scores.as_mut_slice().par_chunks_exact_mut(texels).map(|plane| {
+        let marginal = if options.marginals { Marginal::curve(plane) } else { Marginal::normal(plane) };
+        if marginal.is_constant() {
+            plane.fill(0.0);
+            return marginal;
+        }
+        let score = marginal.scores();
+        plane.iter_mut().for_each(|v| *v = score(*v));
+        let mean = plane.iter().map(|&v| f64::from(v)).sum::<f64>() / texels as f64;
+        plane.iter_mut().for_each(|v| *v -= mean as f32);
+        marginal
+    });
+    (marginals.collect(), scores)
+}
+
+/// The model of level `k` of a Gaussian pyramid.
+fn level(
+    gaussian: &[Planes],
+    k: usize,
+    kernel: &Kernel,
+    options: &ModelOptions,
+) -> Result<(Level, LevelReport)> {
+    let expanded = gaussian.get(k + 1).map(|coarse| pyramid::expand(coarse, kernel, gaussian[k].size()));
+    let mut band = gaussian[k].clone();
+    if let Some(expanded) = &expanded {
+        pyramid::subtract(&mut band, expanded);
+    }
+    let candidates = Candidates::of(band.size(), k, expanded.is_some(), options);
+    let stack = match &expanded {
+        Some(expanded) if !candidates.coarse.is_empty() => stacked(&band, expanded),
+        _ => band,
+    };
+    let m = gaussian[k].count();
+    let statistics = candidates.statistics(&stack, m)?;
+    let prior = statistics.prior(options.prior);
+    let choices = search(&statistics, &prior, options.search, options.most)?;
+    for (unstable, choice) in choices.iter().enumerate() {
+        let posterior = posterior(&statistics, &prior, &choice.candidates)?;
+        let Some((level, radius)) = candidates.stable_level(choice, &posterior, &statistics)? else {
+            continue;
+        };
+        let report = LevelReport {
+            width: gaussian[k].size().width,
+            height: gaussian[k].size().height,
+            path: choices.iter().map(|c| (c.candidates.len(), c.log_evidence)).collect(),
+            unstable,
+            predicted: predicted(&posterior, &statistics),
+            radius,
+        };
+        return Ok((level, report));
+    }
+    Err(Error::invalid(format!("no model of level {k} is stable, not even noise without neighbours")))
+}
+
+/// All planes of one stack and then of another.
+fn stacked(first: &Planes, second: &Planes) -> Planes {
+    let data = [first.as_slice(), second.as_slice()].concat();
+    Planes::from_vec(first.size(), first.count() + second.count(), data).expect("stacks of one size")
+}
+
+/// The mean over planes of the share of variance that is predicted.
+fn predicted(posterior: &Posterior, statistics: &Statistics) -> f64 {
+    let d = statistics.planes;
+    let left = |j: usize| posterior.scatter[(j, j)] / statistics.products[(j, j)].max(f64::MIN_POSITIVE);
+    1.0 - (0..d).map(left).sum::<f64>() / d as f64
+}
+
+/// The neighbours among which a level's are chosen: causal ones first.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Candidates {
+    /// In the level itself.
+    pub near: Vec<Offset>,
+    /// In the expanded coarser level.
+    pub coarse: Vec<Offset>,
+}
+
+impl Candidates {
+    fn of(size: Size, number: usize, has_coarser: bool, options: &ModelOptions) -> Self {
+        // Coarse levels may be too small for far neighbours; the texture itself may not.
+        let reach = if number == 0 { usize::MAX } else { size.width.min(size.height) / 6 };
+        let near_enough = |o: &Offset| (o.square() as f64) <= (reach as f64).powi(2);
+        let coarse = if has_coarser { options.coarse } else { 0 };
+        Self {
+            near: causal(options.candidates).into_iter().filter(near_enough).collect(),
+            coarse: all_around(coarse).into_iter().filter(near_enough).collect(),
+        }
+    }
+
+    /// The inner products of the first `m` planes with all candidates' planes, over the same texels for
+    /// every candidate.
+    ///
+    /// # Errors
+    /// When the planes are smaller than the candidates reach.
+    pub fn statistics(&self, stack: &Planes, m: usize) -> Result<Statistics> {
+        let all: Vec<Offset> = self.near.iter().chain(&self.coarse).copied().collect();
+        let window = Window::inside(stack.size(), Reach::of(&all))?;
+        let here = [Offset::new(0, 0)];
+        let own = here
+            .iter()
+            .chain(&self.near)
+            .flat_map(|&offset| (0..m).map(move |plane| Regressor { plane, offset }));
+        let coarse =
+            self.coarse.iter().flat_map(|&offset| (m..2 * m).map(move |plane| Regressor { plane, offset }));
+        let regressors: Vec<Regressor> = own.chain(coarse).collect();
+        let products = inner_products(stack, &regressors, window);
+        Ok(Statistics { products, planes: m, texels: window.size.texels() })
+    }
+
+    /// The level that a choice makes, rounded as it will be stored, and the bound of its spectral
+    /// radius; `None` if it is unstable.
+    fn stable_level(
+        &self,
+        choice: &Choice,
+        posterior: &Posterior,
+        statistics: &Statistics,
+    ) -> Result<Option<(Level, f64)>> {
+        let m = statistics.planes;
+        // Causal neighbours first, each set in the order of the candidates.
+        let mut order: Vec<usize> = (0..choice.candidates.len()).collect();
+        order.sort_unstable_by_key(|&c| choice.candidates[c]);
+        let chosen = |c: &usize| choice.candidates[*c];
+        let weights: Vec<f64> = order
+            .iter()
+            .flat_map(|c| (0..m * m).map(move |e| posterior.weights[(c * m + e / m, e % m)]))
+            .collect();
+        let near: Vec<usize> = order.iter().map(chosen).filter(|&c| c < self.near.len()).collect();
+        let far = order.iter().map(chosen).filter(|&c| c >= self.near.len());
+        let covariance = posterior.noise_covariance();
+        let (rows, columns) = self.steps(statistics, &covariance)?;
+        let mut level = Level {
+            neighbours: near.iter().map(|&c| self.near[c]).collect(),
+            coarse: far.map(|c| self.coarse[c - self.near.len()]).collect(),
+            weights: Weights::nearest(&weights, near.len(), rows, columns),
+            noise: lower_triangle(&covariance.cholesky()?),
+            burn_in: 0,
+            log_evidence: choice.log_evidence as f32,
+            texels: u32::try_from(statistics.texels).unwrap_or(u32::MAX),
+        };
+        let Some(texels) = burn_in(&level) else { return Ok(None) };
+        level.burn_in = texels;
+        let stability = Stability::of(&level);
+        Ok(stability.is_stable().then(|| (level, stability.left.max(stability.rows))))
+    }
+
+    /// Steps that round each weight to sqrt(12) of its standard error given all others, where bits
+    /// spent on precision balance bits lost in likelihood (Wallace and Freeman, "Estimation and
+    /// Inference by Compact Coding", J. Royal Statistical Society B 49, 1987): sqrt(12 / (V_ii P_jj)),
+    /// P = Sigma^-1.
+    fn steps(&self, statistics: &Statistics, covariance: &Matrix) -> Result<(Vec<f32>, Vec<f32>)> {
+        let m = statistics.planes;
+        let root = covariance.cholesky()?.lower_inverse();
+        let precision = |j: usize| (0..m).map(|i| root[(i, j)].powi(2)).sum::<f64>();
+        let storable = |v: f64| half::f16::from_f64(v.clamp(1e-4, 3e4)).to_f32();
+        let row =
+            |regressor: usize| storable(1.0 / statistics.products[(regressor, regressor)].max(1e-8).sqrt());
+        // Without coarse neighbours their steps stand for nothing: those of the level's own planes.
+        let first = if self.coarse.is_empty() { 0 } else { m * (1 + self.near.len()) };
+        let rows = (0..m).map(row).chain((first..first + m).map(row)).collect();
+        let columns = (0..m).map(|j| storable((12.0 / precision(j)).sqrt())).collect();
+        Ok((rows, columns))
+    }
+}
+
+/// The entries of a lower triangular matrix, row after row.
+fn lower_triangle(factor: &Matrix) -> Vec<f32> {
+    (0..factor.rows()).flat_map(|i| (0..=i).map(move |j| factor[(i, j)] as f32)).collect()
+}
+
+/// What makes the variance of each plane's scores one, measured on a sheet.
+fn gains_of(model: &Model) -> Vec<f32> {
+    let area = Area { origin: [0, 0], size: Size::new(GAUGE, GAUGE) };
+    let scores = model.scores(area, 0, None);
+    let deviation = |plane: &[f32]| {
+        let square: f64 = plane.iter().map(|&v| f64::from(v) * f64::from(v)).sum();
+        (square / plane.len() as f64).sqrt()
+    };
+    let gain = |d: f64| if d > 0.0 { half::f16::from_f64(1.0 / d).to_f32() } else { 1.0 };
+    scores.iter().map(|plane| gain(deviation(plane))).collect()
+}

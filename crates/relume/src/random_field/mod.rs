@@ -1,0 +1,60 @@
+//! A material in a few kilobytes: causal autoregressive (CAR) random fields on a pyramid.
+//!
+//! ```text
+//! planes --marginal--> normal scores --mixing--> components --pyramid--> bands
+//!        bands --statistics, selection--> levels --stability--> Model        (estimate)
+//! Model  --noise, recursion, sheet--> bands --pyramid, mixing, marginal--> planes of any size
+//! ```
+//!
+//! After Haindl, Filip, Arnold, "BTF Image Space Utmost Compression and Modelling Method" (2004): a
+//! texture is a Laplacian pyramid, each band of it a Gaussian field in which a texel is a weighted sum
+//! of neighbours before it in raster order, of all planes, and of noise. What is stored are the
+//! weights. Planes may be colours or the index planes of a field under moving light.
+//!
+//! We go beyond it in four ways. A level is predicted from the expanded coarser level as well, because
+//! neighbouring bands of a pyramid are correlated and independent ones lose contrast. Every plane's
+//! distribution is kept by a monotone curve. Which neighbours a level has, in itself and in the coarser
+//! level, is chosen freely by the exact evidence. And a model that is unstable or remembers too long is
+//! never taken.
+//!
+//! | module | what |
+//! |---|---|
+//! | [`marginal`], [`histogram`] | distributions of values |
+//! | [`mixing`] | planes as combinations of uncorrelated components |
+//! | [`neighbourhood`] | which texels a texel is predicted from |
+//! | [`statistics`] | inner products of shifted planes |
+//! | [`normal_wishart`] | posterior, evidence, likelihood |
+//! | [`selection`] | neighbours chosen by evidence |
+//! | [`stability`] | spectral radius, burn-in |
+//! | [`level`], [`model`] | what a model is |
+//! | [`estimate`](mod@estimate), [`field_model`] | making one |
+//! | [`noise`], [`recursion`], [`sheet`] | running one |
+//! | [`character`](mod@character) | whether a material is one for a random field |
+//!
+//! Limits: a Gaussian field has a spectrum and a distribution but no shapes: stones, blades of grass and
+//! weaves become noise of the right colour and grain. Bands of a decimated pyramid are taken to be
+//! stationary, which they are only from one coarse texel to the next.
+
+pub mod character;
+pub mod estimate;
+pub mod field_model;
+pub mod histogram;
+pub mod level;
+pub mod marginal;
+pub mod mixing;
+pub mod model;
+pub mod neighbourhood;
+pub mod noise;
+pub mod normal_wishart;
+mod octets;
+pub mod recursion;
+pub mod selection;
+pub mod sheet;
+pub mod stability;
+pub mod statistics;
+
+pub use character::{Character, character};
+pub use estimate::{LevelReport, ModelOptions, estimate};
+pub use field_model::{FieldModel, Source, model_field};
+pub use model::{Model, SheetOptions};
+pub use selection::Search;

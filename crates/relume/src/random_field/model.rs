@@ -1,0 +1,112 @@
+//! The whole model of some planes, and planes of any size from it.
+
+use rayon::prelude::*;
+
+use super::level::Level;
+use super::marginal::Marginal;
+use super::mixing::Mixing;
+use super::sheet::{Area, CELL, Sheet};
+use super::stability::BURN_INS;
+use crate::error::{Error, Result};
+use crate::limits::Limits;
+use crate::numeric::pyramid::Kernel;
+use crate::planes::{Planes, Size};
+
+/// A random field of d planes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Model {
+    /// The distribution of each plane's values.
+    pub marginals: Vec<Marginal>,
+    /// The planes' normal scores as combinations of m components.
+    pub mixing: Mixing,
+    /// What brings each plane's scores to variance one.
+    pub gains: Vec<f32>,
+    /// The pyramid's kernel.
+    pub kernel: Kernel,
+    /// The components' pyramid, the finest level first.
+    pub levels: Vec<Level>,
+}
+
+/// What to make of a model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SheetOptions {
+    /// The top left texel of the endless plane that is made.
+    pub origin: [i64; 2],
+    /// Columns and rows.
+    pub size: Size,
+    /// Another seed gives another plane.
+    pub seed: u64,
+    /// Whether the plane repeats with `size` as its period.
+    pub tile: bool,
+}
+
+/// Places on the plane are at most this far from (0, 0).
+const FARTHEST: i64 = 1 << 40;
+
+impl Model {
+    /// The number of planes d.
+    pub fn planes(&self) -> usize {
+        self.marginals.len()
+    }
+
+    /// Texels of which a tile's sides are multiples: the finest level's for one of the coarsest.
+    pub fn tile_step(&self) -> usize {
+        self.kernel.factor().pow(self.levels.len().saturating_sub(1) as u32)
+    }
+
+    /// A part of the model's plane.
+    ///
+    /// # Errors
+    /// A tile whose sides the pyramid does not divide, a place beyond 2^40 texels, or more memory
+    /// than the limits allow.
+    pub fn synthesize(&self, options: &SheetOptions, limits: &Limits) -> Result<Planes> {
+        self.check(options, limits)?;
+        let Size { width, height } = options.size;
+        let period = options.tile.then_some([width as i64, height as i64]);
+        let mut planes =
+            self.scores(Area { origin: options.origin, size: options.size }, options.seed, period);
+        let texels = options.size.texels();
+        for (k, plane) in planes.as_mut_slice().chunks_exact_mut(texels).enumerate() {
+            let (gain, values) = (self.gains[k], self.marginals[k].values());
+            plane
+                .par_chunks_mut(1 << 14)
+                .for_each(|part| part.iter_mut().for_each(|v| *v = values(gain * *v)));
+        }
+        Ok(planes)
+    }
+
+    /// Normal scores, their variance not yet exactly one.
+    pub(super) fn scores(&self, area: Area, seed: u64, period: Option<[i64; 2]>) -> Planes {
+        if self.levels.is_empty() {
+            return Planes::zeros(area.size, self.planes());
+        }
+        let field = Sheet::new(&self.levels, &self.kernel, seed, period).field(area);
+        self.mixing.planes_of(&field)
+    }
+
+    fn check(&self, options: &SheetOptions, limits: &Limits) -> Result<()> {
+        let Size { width, height } = options.size;
+        let step = self.tile_step();
+        if options.tile && !(width.is_multiple_of(step) && height.is_multiple_of(step)) {
+            return Err(Error::usage(format!(
+                "a tile of {} texels does not close: with this model's {} levels both sides must be multiples \
+                 of {step}, such as {}",
+                options.size,
+                self.levels.len(),
+                Size::new(width.next_multiple_of(step), height.next_multiple_of(step))
+            )));
+        }
+        if options.origin.iter().any(|v| v.abs() > FARTHEST) {
+            return Err(Error::usage(format!(
+                "the place ({}, {}) is farther than 2^40 texels from the plane's origin",
+                options.origin[0], options.origin[1]
+            )));
+        }
+        // Cells and margins around the area; field, expanded level, drive and coarser levels.
+        let around = CELL + 2 * BURN_INS[BURN_INS.len() - 1];
+        let padded = Size::new(width.saturating_add(around), height.saturating_add(around));
+        let floats = 6 * self.mixing.components() + 2 * self.planes();
+        limits.check("the texture", options.size, 4 * self.planes() as u64)?;
+        limits.check_bytes("making the texture", (4 * floats * padded.width) as u64 * padded.height as u64)
+    }
+}

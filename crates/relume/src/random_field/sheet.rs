@@ -1,0 +1,215 @@
+//! The endless plane of a model, any part of it.
+//!
+//! A level of the plane is cut into square cells at fixed places. Each cell is run from nothing, a
+//! margin before its edges, with the noise of its places: so a texel is a function of its place, the
+//! model and the seed, to the bit, whatever part of the plane is asked for, in whatever order and on
+//! however many threads. Where two cells meet, what their different starts left differs by less than
+//! [`super::stability::BURN_IN_ERROR`] of the deviation. A plane that repeats has noise that repeats.
+
+use rayon::prelude::*;
+
+use super::level::Level;
+use super::neighbourhood::Reach;
+use super::recursion::{Drive, LANES, Recursion, Run};
+use crate::numeric::pyramid::{self, Kernel};
+use crate::planes::{Planes, Size};
+
+/// Side of a cell, in texels of its level.
+pub const CELL: usize = 128;
+
+/// A rectangle of the plane.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Area {
+    /// The top left texel.
+    pub origin: [i64; 2],
+    /// Columns and rows.
+    pub size: Size,
+}
+
+impl Area {
+    fn grown(self, reach: Reach) -> Self {
+        let [x, y] = self.origin;
+        Self {
+            origin: [x - reach.left as i64, y - reach.up as i64],
+            size: Size::new(
+                self.size.width + reach.left + reach.right,
+                self.size.height + reach.up + reach.down,
+            ),
+        }
+    }
+
+    /// The cells that the area touches.
+    fn cells(self) -> Self {
+        let cell = CELL as i64;
+        let along = |start: i64, length: usize| {
+            let first = start.div_euclid(cell) * cell;
+            (first, (start + length as i64 - first) as usize)
+        };
+        let (x, width) = along(self.origin[0], self.size.width);
+        let (y, height) = along(self.origin[1], self.size.height);
+        let whole = Size::new(width.next_multiple_of(CELL), height.next_multiple_of(CELL));
+        Self { origin: [x, y], size: whole }
+    }
+
+    /// The part of planes over `self` that lies over `part`, which is inside.
+    fn cut(self, planes: &Planes, part: Self) -> Planes {
+        let place = |axis: usize| (part.origin[axis] - self.origin[axis]) as usize;
+        planes.crop(place(0), place(1), part.size).expect("the part lies inside")
+    }
+}
+
+/// The levels of an endless plane, ready to run.
+#[derive(Debug)]
+pub struct Sheet<'a> {
+    levels: &'a [Level],
+    recursions: Vec<Recursion>,
+    kernel: &'a Kernel,
+    seed: u64,
+    period: Option<[i64; 2]>,
+}
+
+impl<'a> Sheet<'a> {
+    /// The plane of these levels, the finest first, under a seed. With a period it repeats after as many
+    /// texels of the finest level along x and y: multiples of the factor to the number of levels less one.
+    pub fn new(levels: &'a [Level], kernel: &'a Kernel, seed: u64, period: Option<[i64; 2]>) -> Self {
+        let recursions =
+            levels.iter().zip(0..).map(|(level, number)| Recursion::new(level, number)).collect();
+        Self { levels, recursions, kernel, seed, period }
+    }
+
+    /// The field over an area of the finest level.
+    pub fn field(&self, area: Area) -> Planes {
+        self.level(0, area)
+    }
+
+    /// A level of the Gaussian pyramid over an area: the expanded coarser level and the band upon it.
+    fn level(&self, k: usize, area: Area) -> Planes {
+        let (level, cells) = (&self.levels[k], area.cells());
+        if k + 1 == self.levels.len() {
+            return cells.cut(&self.band(k, cells, None), area);
+        }
+        let run = cells.grown(margin(level));
+        let seen = run.grown(Reach::of(&level.coarse));
+        let expanded = self.expanded(k, seen);
+        let drive = (!level.coarse.is_empty()).then(|| drive(level, &expanded, run.size));
+        let drive = drive.as_ref().map(|planes| Drive { planes, origin: run.origin });
+        let mut field = cells.cut(&self.band(k, cells, drive), area);
+        pyramid::add(&mut field, &seen.cut(&expanded, area));
+        field
+    }
+
+    /// The coarser level than `k`, expanded over an area of level `k`.
+    fn expanded(&self, k: usize, area: Area) -> Planes {
+        let (x, width) = pyramid::window_for(self.kernel, area.origin[0], area.size.width);
+        let (y, height) = pyramid::window_for(self.kernel, area.origin[1], area.size.height);
+        let coarse = self.level(k + 1, Area { origin: [x, y], size: Size::new(width, height) });
+        pyramid::expand_window(&coarse, self.kernel, [x, y], area.origin, area.size)
+    }
+
+    /// The band of a level over whole cells.
+    fn band(&self, k: usize, cells: Area, drive: Option<Drive<'_>>) -> Planes {
+        let m = self.levels[k].planes();
+        let (columns, rows) = (cells.size.width / CELL, cells.size.height / CELL);
+        let scale = (self.kernel.factor() as i64).pow(k as u32);
+        let job = Job {
+            recursion: &self.recursions[k],
+            margin: self.levels[k].burn_in,
+            drive,
+            seed: self.seed,
+            period: self.period.map(|period| period.map(|p| p / scale)),
+        };
+        // As many rows of cells at a time as fill the lanes.
+        let together = LANES.div_ceil(columns).min(rows);
+        let mut band = Planes::zeros(cells.size, m);
+        let parts = band.bands_mut(together * CELL * cells.size.width);
+        parts.into_par_iter().enumerate().for_each(|(part, mut planes)| {
+            let cells: Vec<Cell> = (0..planes[0].len() / (CELL * CELL))
+                .map(|c| (c % columns, c / columns))
+                .map(|(x, y)| Cell {
+                    origin: [
+                        cells.origin[0] + (x * CELL) as i64,
+                        cells.origin[1] + ((part * together + y) * CELL) as i64,
+                    ],
+                    at: (y * CELL) * cells.size.width + x * CELL,
+                })
+                .collect();
+            cells.chunks(LANES).for_each(|some| job.run(some, &mut planes, cells_width(columns)));
+        });
+        band
+    }
+}
+
+fn cells_width(columns: usize) -> usize {
+    columns * CELL
+}
+
+/// A cell's place on the plane, and its first texel's in the planes that it is written to.
+struct Cell {
+    origin: [i64; 2],
+    at: usize,
+}
+
+/// What all cells of a level share.
+struct Job<'a> {
+    recursion: &'a Recursion,
+    margin: usize,
+    drive: Option<Drive<'a>>,
+    seed: u64,
+    period: Option<[i64; 2]>,
+}
+
+impl Job<'_> {
+    /// Runs up to sixteen cells and writes them into planes of `width` columns.
+    fn run(&self, cells: &[Cell], planes: &mut [&mut [f32]], width: usize) {
+        let margin = self.margin;
+        // Lanes without a cell of their own repeat the last one.
+        let origins =
+            std::array::from_fn(|l| cells[l.min(cells.len() - 1)].origin.map(|v| v - margin as i64));
+        let run = Run {
+            size: Size::new(margin + CELL + margin, margin + CELL),
+            drive: self.drive,
+            seed: self.seed,
+            period: self.period,
+        };
+        let texel = planes.len() * LANES;
+        self.recursion.run(&origins, &run, |y, row| {
+            let Some(y) = y.checked_sub(margin) else { return };
+            let row = &row[margin * texel..(margin + CELL) * texel];
+            for (l, cell) in cells.iter().enumerate() {
+                for (j, plane) in planes.iter_mut().enumerate() {
+                    let out = &mut plane[cell.at + y * width..][..CELL];
+                    out.iter_mut().zip(row[j * LANES + l..].iter().step_by(texel)).for_each(|(o, v)| *o = *v);
+                }
+            }
+        });
+    }
+}
+
+/// What is run around a cell.
+fn margin(level: &Level) -> Reach {
+    let texels = level.burn_in;
+    Reach { left: texels, right: texels, up: texels, down: 0 }
+}
+
+/// What the expanded coarser level contributes to each texel of `size`; the expanded planes reach
+/// farther by the coarse neighbours' reach.
+fn drive(level: &Level, expanded: &Planes, size: Size) -> Planes {
+    let (m, reach) = (level.planes(), Reach::of(&level.coarse));
+    let weights = level.weights.values(true);
+    let mut planes = Planes::zeros(size, m);
+    let source = expanded.size();
+    for (j, plane) in planes.iter_mut().enumerate() {
+        plane.par_chunks_exact_mut(size.width).enumerate().for_each(|(y, row)| {
+            for (t, o) in level.coarse.iter().enumerate() {
+                let y = (y + reach.up).wrapping_add_signed(o.dy as isize);
+                let x = reach.left.wrapping_add_signed(o.dx as isize);
+                for i in 0..m {
+                    let weight = weights[(t * m + i) * m + j];
+                    let values = &expanded.plane(i)[source.index(x, y)..][..size.width];
+                    row.iter_mut().zip(values).for_each(|(o, v)| *o += weight * v);
+                }
+            }
+        });
+    }
+    planes
+}

@@ -1,0 +1,237 @@
+//! The promises of the whole: planted fields are found again, planes do not depend on how they are
+//! cut, and what is made has the statistics of what was modelled.
+
+use relume::numeric::Matrix;
+use relume::procedural::{Material, MaterialOptions};
+use relume::random_field::estimate::Candidates;
+use relume::random_field::level::{Level, Weights};
+use relume::random_field::neighbourhood::{Offset, causal};
+use relume::random_field::normal_wishart::{Posterior, Statistics};
+use relume::random_field::recursion::{Recursion, Run};
+use relume::random_field::selection::{posterior, search};
+use relume::random_field::{ModelOptions, Search, SheetOptions, estimate};
+use relume::{Limits, Planes, Size};
+
+const LIMITS: Limits = Limits { max_bytes: 1 << 30, max_side: 1 << 15 };
+
+/// The colours of a built-in material, darkened where its relief is low.
+fn material(material: Material, side: usize) -> Planes {
+    let options = MaterialOptions { size: Size::new(side, side), feature: 24.0, ..Default::default() };
+    let maps = material.make(&options, &LIMITS).unwrap();
+    let (low, high) = maps.height.range(0);
+    let mut planes = maps.albedo.clone();
+    for plane in planes.iter_mut() {
+        plane
+            .iter_mut()
+            .zip(maps.height.plane(0))
+            .for_each(|(v, h)| *v *= 0.4 + 0.6 * (h - low) / (high - low));
+    }
+    planes
+}
+
+fn sheet(origin: [i64; 2], width: usize, height: usize) -> SheetOptions {
+    SheetOptions { origin, size: Size::new(width, height), seed: 7, tile: false }
+}
+
+/// A field of `m` planes with given neighbours, weights and identity noise.
+fn planted(m: usize, parts: &[(i32, i32, Vec<f64>)], size: Size, seed: u64) -> Planes {
+    let weights: Vec<f64> = parts.iter().flat_map(|p| p.2.clone()).collect();
+    let level = Level {
+        neighbours: parts.iter().map(|p| Offset::new(p.0, p.1)).collect(),
+        coarse: Vec::new(),
+        weights: Weights::nearest(&weights, parts.len(), vec![1e-3; 2 * m], vec![1e-3; m]),
+        noise: (0..m).flat_map(|i| (0..=i).map(move |j| f32::from(u8::from(i == j)))).collect(),
+        burn_in: 0,
+        log_evidence: 0.0,
+        texels: 0,
+    };
+    let margin = 64;
+    let area = Size::new(size.width + 2 * margin, size.height + margin);
+    let run = Run { size: area, drive: None, seed, period: None };
+    Recursion::new(&level, 0).run_slow([0, 0], &run).crop(margin, margin, size).unwrap()
+}
+
+/// Statistics of all candidates, forward choice, and the standard error of each weight.
+fn found(planes: &Planes, candidates: usize) -> (Vec<Offset>, Posterior, Matrix) {
+    let m = planes.count();
+    let set = Candidates { near: causal(candidates), coarse: Vec::new() };
+    let statistics = set.statistics(planes, m).unwrap();
+    let prior = statistics.prior(1.0);
+    let mut best = search(&statistics, &prior, Search::Forward, candidates).unwrap()[0].candidates.clone();
+    best.sort_unstable();
+    let posterior = posterior(&statistics, &prior, &best).unwrap();
+    let regressors: Vec<usize> = best.iter().flat_map(|c| m * c..m * (c + 1)).collect();
+    let errors = standard_errors(&statistics.subset(&regressors), &posterior);
+    (best.iter().map(|&c| set.near[c]).collect(), posterior, errors)
+}
+
+/// sqrt(Sigma_jj (V_xx^-1)_rr).
+fn standard_errors(statistics: &Statistics, posterior: &Posterior) -> Matrix {
+    let (d, q) = (statistics.planes, statistics.regressors());
+    let factor = Matrix::from_fn(q, q, |a, b| statistics.products[(d + a, d + b)]).cholesky().unwrap();
+    let inverse = factor.lower_inverse();
+    let variance = |r: usize| (0..q).map(|k| inverse[(k, r)].powi(2)).sum::<f64>();
+    let noise = posterior.noise_covariance();
+    Matrix::from_fn(q, d, |r, j| (variance(r) * noise[(j, j)]).sqrt())
+}
+
+#[test]
+fn a_planted_field_is_found_again_on_95_of_100_seeds() {
+    let parts: Vec<(i32, i32, Vec<f64>)> =
+        [(-1, 0, 0.6), (0, -1, 0.5), (-1, -1, -0.3), (1, -1, 0.1), (-3, -2, 0.08)]
+            .map(|(dx, dy, w)| (dx, dy, vec![w]))
+            .to_vec();
+    let mut offsets: Vec<Offset> = parts.iter().map(|p| Offset::new(p.0, p.1)).collect();
+    offsets.sort_by_key(|o| causal(40).iter().position(|c| c == o));
+    let is_found = |seed: u64| {
+        let (neighbours, posterior, errors) = found(&planted(1, &parts, Size::new(128, 128), seed), 40);
+        let truth = |o: &Offset| parts.iter().find(|p| (p.0, p.1) == (o.dx, o.dy)).unwrap().2[0];
+        neighbours == offsets
+            && neighbours
+                .iter()
+                .enumerate()
+                .all(|(r, o)| (posterior.weights[(r, 0)] - truth(o)).abs() < 3.0 * errors[(r, 0)])
+    };
+    let hits = (0..100).filter(|&seed| is_found(seed)).count();
+    println!("planted one-plane field: {hits} of 100");
+    assert!(hits >= 95, "{hits} of 100");
+}
+
+#[test]
+fn a_planted_field_of_three_planes_is_found_again() {
+    let near = vec![0.5, 0.1, 0.0, 0.0, 0.4, 0.1, 0.1, 0.0, 0.3];
+    let up = vec![0.3, 0.0, 0.1, 0.1, 0.3, 0.0, 0.0, 0.1, 0.4];
+    let far = vec![-0.1, 0.0, 0.0, 0.0, -0.1, 0.05, 0.0, 0.0, -0.1];
+    let parts = [(-1, 0, near), (0, -1, up), (2, -1, far)];
+    let truth: Vec<f64> = parts.iter().flat_map(|p| p.2.clone()).collect();
+    let (mut exact, mut within) = (0, 0);
+    for seed in 0..100 {
+        let (neighbours, posterior, errors) = found(&planted(3, &parts, Size::new(96, 96), seed), 24);
+        let offsets = [Offset::new(-1, 0), Offset::new(0, -1), Offset::new(2, -1)];
+        if neighbours == offsets {
+            exact += 1;
+            within += (0..27)
+                .filter(|i| {
+                    (posterior.weights[(i / 3, i % 3)] - truth[*i]).abs() < 3.0 * errors[(i / 3, i % 3)]
+                })
+                .count();
+        }
+    }
+    println!(
+        "planted three-plane field: {exact} of 100 exact, {within} of {} weights within 3 errors",
+        27 * exact
+    );
+    assert!(exact >= 95, "{exact}");
+    // A normal error is within three standard errors 99.73 times in a hundred.
+    assert!(within as f64 >= 0.993 * 27.0 * f64::from(exact), "{within}");
+}
+
+#[test]
+fn windows_of_the_endless_plane_are_the_same_however_they_are_cut() {
+    let planes = material(Material::Bark, 96);
+    let (model, _) =
+        estimate(&planes, &ModelOptions { candidates: 14, ..Default::default() }, &LIMITS, &()).unwrap();
+    let whole = model.synthesize(&sheet([-70, -40], 330, 190), &LIMITS).unwrap();
+    for (x, y, width, height) in
+        [(0, 0, 1, 1), (3, 5, 200, 120), (150, 60, 180, 130), (329, 0, 1, 190), (60, 30, 37, 101)]
+    {
+        let part = model.synthesize(&sheet([x as i64 - 70, y as i64 - 40], width, height), &LIMITS).unwrap();
+        assert_eq!(part, whole.crop(x, y, Size::new(width, height)).unwrap(), "{x} {y}");
+    }
+    let single = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    assert_eq!(single.install(|| model.synthesize(&sheet([-70, -40], 330, 190), &LIMITS).unwrap()), whole);
+    let other = model.synthesize(&SheetOptions { seed: 8, ..sheet([-70, -40], 330, 190) }, &LIMITS).unwrap();
+    assert_ne!(other, whole);
+}
+
+/// The largest difference of neighbouring columns `a` and `b`, relative to that of columns inside.
+fn seam(planes: &Planes, a: usize, b: usize) -> f64 {
+    let size = planes.size();
+    let step = |a: usize, b: usize| {
+        let squares = (0..size.height).map(|y| f64::from(planes.at(0, a, y) - planes.at(0, b, y)).powi(2));
+        (squares.sum::<f64>() / size.height as f64).sqrt()
+    };
+    let inside = (20..60).map(|x| step(x, x + 1)).sum::<f64>() / 40.0;
+    step(a, b) / inside
+}
+
+#[test]
+fn cells_meet_and_tiles_close_without_a_seam() {
+    let planes = material(Material::Leather, 128);
+    let (model, _) = estimate(&planes, &ModelOptions::default(), &LIMITS, &()).unwrap();
+    let plane = model.synthesize(&sheet([0, 0], 300, 200), &LIMITS).unwrap();
+    let at_cells = seam(&plane, 127, 128);
+    assert!((0.7..1.3).contains(&at_cells), "{at_cells}");
+    let tile = SheetOptions { tile: true, ..sheet([0, 0], 200, 136) };
+    let tile = model.synthesize(&tile, &LIMITS).unwrap();
+    let closing = seam(&tile, 199, 0);
+    assert!((0.7..1.3).contains(&closing), "{closing}");
+    let refused = model.synthesize(&SheetOptions { tile: true, ..sheet([0, 0], 201, 136) }, &LIMITS);
+    assert!(refused.unwrap_err().message().contains("208 x 136"));
+}
+
+#[test]
+fn what_is_made_has_the_moments_of_what_was_modelled() {
+    for kind in [Material::Bark, Material::Sponge, Material::Leather] {
+        let planes = material(kind, 256);
+        let (model, _) = estimate(&planes, &ModelOptions::default(), &LIMITS, &()).unwrap();
+        let made = model.synthesize(&sheet([0, 0], 1024, 1024), &LIMITS).unwrap();
+        for k in 0..planes.count() {
+            let moments = |p: &[f32]| {
+                let n = p.len() as f64;
+                let mean = p.iter().map(|&v| f64::from(v)).sum::<f64>() / n;
+                (mean, (p.iter().map(|&v| (f64::from(v) - mean).powi(2)).sum::<f64>() / n).sqrt())
+            };
+            let (truth, found) = (moments(planes.plane(k)), moments(made.plane(k)));
+            println!(
+                "{kind:?} plane {k}: mean {:.4} {:.4}, deviation {:.4} {:.4}",
+                truth.0, found.0, truth.1, found.1
+            );
+            assert!((found.0 - truth.0).abs() < 0.05 * truth.0, "{kind:?} {k}: mean {truth:?} {found:?}");
+            assert!(
+                (found.1 - truth.1).abs() < 0.05 * truth.1,
+                "{kind:?} {k}: deviation {truth:?} {found:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn planes_that_cannot_be_modelled_are_refused() {
+    let options = ModelOptions::default();
+    let refused = |planes: &Planes, options: &ModelOptions| {
+        estimate(planes, options, &LIMITS, &()).unwrap_err().message().to_owned()
+    };
+    let flat = Planes::from_vec(Size::new(40, 40), 3, vec![0.25; 4800]).unwrap();
+    assert!(refused(&flat, &options).contains("the same everywhere"));
+    assert!(refused(&material(Material::Bark, 9), &options).contains("smaller than the neighbourhood"));
+    let mut holed = material(Material::Bark, 40);
+    holed.plane_mut(1)[77] = f32::NAN;
+    assert!(refused(&holed, &options).contains("plane 1"));
+    for bad in [
+        ModelOptions { levels: 0, ..options },
+        ModelOptions { factor: 1, ..options },
+        ModelOptions { candidates: 401, ..options },
+        ModelOptions { prior: f64::NAN, ..options },
+    ] {
+        assert!(estimate(&material(Material::Bark, 40), &bad, &LIMITS, &()).is_err());
+    }
+}
+
+#[test]
+fn planes_that_repeat_each_other_or_stand_still_are_modelled() {
+    let colour = material(Material::Bark, 64);
+    let mut planes = Planes::zeros(colour.size(), 4);
+    for k in [0, 2] {
+        planes.plane_mut(k).copy_from_slice(colour.plane(0));
+    }
+    planes.plane_mut(1).fill(0.5);
+    planes.plane_mut(3).copy_from_slice(colour.plane(2));
+    let (model, _) =
+        estimate(&planes, &ModelOptions { candidates: 12, ..Default::default() }, &LIMITS, &()).unwrap();
+    assert_eq!(model.mixing.own[..3], [true, false, false]);
+    let made = model.synthesize(&sheet([5, 5], 50, 40), &LIMITS).unwrap();
+    assert!(made.plane(1).iter().all(|&v| v == 0.5));
+    let error = made.plane(0).iter().zip(made.plane(2)).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+    assert!(error < 0.01, "{error}");
+}

@@ -1,0 +1,101 @@
+//! Random-field models of real fabrics: what the evidence chooses, and what stability has to catch.
+
+use relume::format::read_field;
+use relume::random_field::estimate::Candidates;
+use relume::random_field::neighbourhood::{causal, half_disks};
+use relume::random_field::normal_wishart::{Posterior, Statistics};
+use relume::random_field::selection::{posterior, search};
+use relume::random_field::stability::Stability;
+use relume::random_field::{ModelOptions, Search, SheetOptions, estimate};
+use relume::{Limits, Planes, Size};
+
+use crate::support::data;
+
+const LIMITS: Limits = Limits { max_bytes: 1 << 30, max_side: 1 << 15 };
+
+/// The frontal photograph of a fabric.
+fn fabric(name: &str) -> Option<Planes> {
+    let path = data(&format!("captures/{name}/{name}_t00_p000.png"))?;
+    Some(read_field(&path, &LIMITS).unwrap().field.coefficients().clone())
+}
+
+/// Planes with their means taken off.
+fn centred(mut planes: Planes) -> Planes {
+    let texels = planes.size().texels() as f32;
+    for plane in planes.iter_mut() {
+        let mean = plane.iter().sum::<f32>() / texels;
+        plane.iter_mut().for_each(|v| *v -= mean);
+    }
+    planes
+}
+
+/// One-step prediction errors of a model of the first `count` candidates: the root mean square.
+fn held_out(train: &Statistics, test: &Statistics, count: usize) -> (f64, f64) {
+    let chosen: Vec<usize> = (0..count).collect();
+    let fitted: Posterior = posterior(train, &train.prior(1.0), &chosen).unwrap();
+    let regressors: Vec<usize> = (0..count * train.planes).collect();
+    let test = test.subset(&regressors);
+    let scatter = fitted.prediction_scatter(&test);
+    let trace: f64 = (0..test.planes).map(|j| scatter[(j, j)]).sum();
+    let error = (trace / (test.texels * test.planes) as f64).sqrt();
+    (error, fitted.log_likelihood(&test).unwrap() / test.texels as f64)
+}
+
+#[test]
+fn evidence_chooses_a_neighbourhood_of_wool_that_predicts_what_it_has_not_seen() {
+    let Some(planes) = fabric("wool") else { return };
+    let planes = centred(planes);
+    let set = Candidates { near: causal(112), coarse: Vec::new() };
+    let whole = set.statistics(&planes, 3).unwrap();
+    let path = search(&whole, &whole.prior(1.0), Search::Nested, 112).unwrap();
+    let disks = half_disks(112);
+    let best = path.iter().find(|c| disks.contains(&c.candidates.len())).unwrap().candidates.len();
+    let Size { width, height } = planes.size();
+    let half = |y| set.statistics(&planes.crop(0, y, Size::new(width, height / 2)).unwrap(), 3).unwrap();
+    let (top, bottom) = (half(0), half(height / 2));
+    for count in
+        disks.iter().copied().filter(|n| [2, 6, 14, 24, 30, 40, 56, 60, 112].contains(n) || *n == best)
+    {
+        let evidence = path.iter().find(|c| c.candidates.len() == count).unwrap().log_evidence;
+        let (error, likelihood) = held_out(&top, &bottom, count);
+        println!(
+            "wool, eta {count:3}: log evidence {evidence:9.0}, held out: error {error:.5}, {likelihood:.4} nats a texel"
+        );
+    }
+    println!("wool: the evidence chooses eta {best}");
+    assert!((24..=60).contains(&best), "{best}");
+    let score = |count: usize| held_out(&top, &bottom, count).1;
+    assert!(score(best) > score(6));
+}
+
+#[test]
+fn a_small_neighbourhood_of_corduroy_is_caught_and_moments_are_kept() {
+    let Some(planes) = fabric("corduroy") else { return };
+    for (levels, candidates) in [(1, 6), (1, 40), (4, 40)] {
+        let options = ModelOptions { levels, candidates, search: Search::Nested, ..ModelOptions::default() };
+        let (model, reports) = estimate(&planes, &options, &LIMITS, &()).unwrap();
+        let sheet = SheetOptions { origin: [0, 0], size: Size::new(512, 512), seed: 1, tile: false };
+        let made = model.synthesize(&sheet, &LIMITS).unwrap();
+        let moments = |p: &[f32]| {
+            let n = p.len() as f64;
+            let mean = p.iter().map(|&v| f64::from(v)).sum::<f64>() / n;
+            (mean, (p.iter().map(|&v| (f64::from(v) - mean).powi(2)).sum::<f64>() / n).sqrt())
+        };
+        for level in &model.levels {
+            assert!(Stability::of(level).is_stable());
+        }
+        let (truth, found) = (moments(planes.plane(0)), moments(made.plane(0)));
+        println!(
+            "corduroy, {levels} levels, eta up to {candidates}: unstable before {:?}, eta {:?}, radius {:?}, \
+             mean {:.4} {:.4}, deviation {:.4} {:.4}",
+            reports.iter().map(|r| r.unstable).collect::<Vec<_>>(),
+            model.levels.iter().map(|l| l.neighbours.len()).collect::<Vec<_>>(),
+            reports.iter().map(|r| (1e4 * r.radius).round() / 1e4).collect::<Vec<_>>(),
+            truth.0,
+            found.0,
+            truth.1,
+            found.1
+        );
+        assert!((found.0 / truth.0 - 1.0).abs() < 0.05 && (found.1 / truth.1 - 1.0).abs() < 0.05);
+    }
+}

@@ -49,6 +49,11 @@ fn unknown(bytes: &[u8]) -> Error {
     if bytes.is_empty() {
         return Error::invalid("the file is empty: expected PNG, JPEG, TIFF, EXR or PTM");
     }
+    if super::rlm::is_model(bytes) {
+        return Error::unsupported(
+            "the file is a random-field model: expected a texture; `relume synth` makes one of it",
+        );
+    }
     let start: Vec<String> = bytes.iter().take(8).map(|byte| format!("{byte:02x}")).collect();
     Error::unsupported(format!(
         "the file is none of PNG, JPEG, TIFF, EXR and PTM (it begins with the bytes {}): convert it to one of these",

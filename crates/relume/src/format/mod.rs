@@ -11,6 +11,7 @@
 //! | EXR with named channels | [`exr::decode_labelled`] | [`exr::encode_labelled`] |
 //! | OBJ, binary glTF | [`read_mesh`] | |
 //! | `.npy` | [`npy::decode_i32`] | [`npy::encode_i32`] |
+//! | `.rlm` | [`rlm::decode`] | [`rlm::encode`] |
 //!
 //! Readers go by content, never by a file's name; writers are chosen by extension. Readers ask
 //! [`Limits`](crate::Limits) before they allocate. Writers return bytes: the caller decides where
@@ -29,6 +30,7 @@ mod picture;
 mod png;
 pub mod ptm;
 mod raster;
+pub mod rlm;
 mod stream;
 
 pub use exr::ExrDepth;

@@ -4,7 +4,6 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-const STAGES: [&str; 8] =
 const STAGES: [&str; 9] = [
     "analysis",
     "capture",

@@ -1,0 +1,139 @@
+//! `.rlm`: a random-field model in a few kilobytes. `docs/formats.md` has the layout.
+//!
+//! The file holds exactly the model: what is read back is equal to what was written, to the bit.
+
+mod bits;
+mod read;
+mod write;
+
+pub use read::decode;
+pub use write::encode;
+
+use std::path::Path;
+
+use super::input::read_file;
+use crate::error::Result;
+use crate::limits::Limits;
+use crate::random_field::FieldModel;
+
+/// First bytes of the file.
+pub(super) const SIGNATURE: [u8; 4] = *b"RLM\x1a";
+
+/// The version of the layout.
+const VERSION: u8 = 1;
+
+/// Signature, version, checksum and length of what follows.
+const HEADER: usize = 4 + 1 + 4 + 4;
+
+/// Candidate neighbours that a mask can have.
+const MOST_CANDIDATES: usize = 511;
+
+/// Whether these are the bytes of a model.
+pub fn is_model(bytes: &[u8]) -> bool {
+    bytes.starts_with(&SIGNATURE)
+}
+
+/// The model in a file, or `None` where it is a file of another kind.
+///
+/// # Errors
+/// As [`decode`], and a file that cannot be read.
+pub fn read_if_model(path: &Path, limits: &Limits) -> Result<Option<FieldModel>> {
+    let bytes = read_file(path, limits)?;
+    if !is_model(&bytes) {
+        return Ok(None);
+    }
+    decode(&bytes, limits).map(Some).map_err(|error| error.at(path))
+}
+
+/// The CRC-32 of IEEE 802.3: it finds every single altered byte.
+fn checksum(bytes: &[u8]) -> u32 {
+    let byte = |sum: u32, byte: &u8| {
+        (0..8).fold(sum ^ u32::from(*byte), |s, _| (s >> 1) ^ (0xedb8_8320 & (s & 1).wrapping_neg()))
+    };
+    !bytes.iter().fold(u32::MAX, byte)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::field::{Basis, ColorModel};
+    use crate::numeric::random::Stream;
+    use crate::planes::{Planes, Size};
+    use crate::random_field::{ModelOptions, SheetOptions, model_field};
+    use crate::{ReflectanceField, Space};
+
+    const LIMITS: Limits = Limits { max_bytes: 1 << 28, max_side: 1 << 14 };
+
+    fn model(basis: Basis, color: ColorModel, marginals: bool) -> FieldModel {
+        let (size, mut stream) = (Size::new(36, 30), Stream::new(5, 0));
+        let count = color.planes(basis.len());
+        let data = (0..size.texels() * count).map(|_| stream.unit() as f32 + 0.1).collect();
+        let planes = Planes::from_vec(size, count, data).unwrap();
+        let field = ReflectanceField::new(basis, color, Space::Srgb, planes).unwrap();
+        let options = ModelOptions { levels: 2, candidates: 6, coarse: 5, marginals, ..Default::default() };
+        model_field(&field, &options, &LIMITS, &()).unwrap().0
+    }
+
+    #[test]
+    fn the_checksum_is_the_usual_one() {
+        assert_eq!(checksum(b"123456789"), 0xcbf4_3926);
+    }
+
+    #[test]
+    fn models_come_back_equal_and_make_the_same() {
+        for (basis, color) in [
+            (Basis::Constant, ColorModel::Rgb),
+            (Basis::Constant, ColorModel::Luminance),
+            (Basis::Ptm, ColorModel::Lrgb),
+            (Basis::Ptm, ColorModel::Rgb),
+        ] {
+            for marginals in [true, false] {
+                let model = model(basis, color, marginals);
+                let back = decode(&encode(&model).unwrap(), &LIMITS).unwrap();
+                assert_eq!(back, model, "{basis:?} {color:?}");
+                let options = SheetOptions { origin: [-9, 3], size: Size::new(20, 10), seed: 3, tile: false };
+                let made = model.synthesize(&options, &LIMITS).unwrap();
+                assert_eq!((made.basis(), made.color(), made.size()), (basis, color, options.size));
+                assert_eq!(back.synthesize(&options, &LIMITS).unwrap(), made);
+            }
+        }
+    }
+
+    #[test]
+    fn a_file_cut_anywhere_or_altered_in_any_byte_is_refused() {
+        let bytes = encode(&model(Basis::Constant, ColorModel::Rgb, true)).unwrap();
+        for length in 0..bytes.len() {
+            assert!(decode(&bytes[..length], &LIMITS).is_err(), "cut at {length}");
+        }
+        for place in 0..bytes.len() {
+            for change in [1, 0x80, 0xff] {
+                let mut altered = bytes.clone();
+                altered[place] ^= change;
+                assert!(decode(&altered, &LIMITS).is_err(), "byte {place} changed by {change}");
+            }
+        }
+        assert!(decode(&[&bytes[..], b"x"].concat(), &LIMITS).is_err());
+    }
+
+    #[test]
+    fn forged_files_with_a_right_checksum_are_refused_or_make_something() {
+        let bytes = encode(&model(Basis::Constant, ColorModel::Rgb, true)).unwrap();
+        let mut stream = Stream::new(1, 0);
+        let (mut refused, mut made) = (0, 0);
+        for _ in 0..400 {
+            let mut forged = bytes.clone();
+            for _ in 0..1 + stream.below(3) {
+                let place = HEADER + stream.below(bytes.len() - HEADER);
+                forged[place] = stream.below(256) as u8;
+            }
+            let sum = checksum(&forged[9..]);
+            forged[5..9].copy_from_slice(&sum.to_le_bytes());
+            let options = SheetOptions { origin: [0, 0], size: Size::new(3, 2), seed: 3, tile: false };
+            match decode(&forged, &LIMITS).and_then(|model| model.synthesize(&options, &LIMITS)) {
+                Ok(_) => made += 1,
+                Err(_) => refused += 1,
+            }
+        }
+        assert!(refused > 20 && made > 20, "{refused} refused, {made} made");
+    }
+}

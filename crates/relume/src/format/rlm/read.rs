@@ -1,0 +1,170 @@
+//! A model from bytes.
+
+use super::bits::{BitReader, Rice};
+use super::{HEADER, SIGNATURE, VERSION, checksum};
+use crate::error::{Error, Result};
+use crate::field::{Basis, ColorModel};
+use crate::limits::Limits;
+use crate::numeric::pyramid::Kernel;
+use crate::random_field::level::{Level, MAX_CODE, Weights};
+use crate::random_field::marginal::{KNOTS, Marginal, STEPS};
+use crate::random_field::mixing::Mixing;
+use crate::random_field::neighbourhood::{Offset, all_around, causal};
+use crate::random_field::stability::BURN_INS;
+use crate::random_field::{FieldModel, Model, Source};
+use crate::space::Space;
+
+/// The model in the bytes of a file.
+///
+/// # Errors
+/// Another kind or version of file; bytes missing, altered or too many; numbers that make no model;
+/// more memory than the limits allow.
+pub fn decode(bytes: &[u8], limits: &Limits) -> Result<FieldModel> {
+    let mut bits = BitReader::new(body(bytes)?);
+    let basis = name(&mut bits, "basis", Basis::from_name)?;
+    let color = name(&mut bits, "colour model", ColorModel::from_name)?;
+    let space = name(&mut bits, "space", |name| {
+        [Space::Linear, Space::Srgb].into_iter().find(|space| space.to_string() == name)
+    })?;
+    let mut number = || bits.bits(32);
+    let (width, height, photographs, channels) = (number()?, number()?, number()?, number()?);
+    let source = Source { width, height, photographs, channels };
+    let model = read_model(&mut bits, limits)?;
+    if bits.left() >= 8 {
+        return Err(Error::invalid(format!("{} bits follow the model's last number", bits.left())));
+    }
+    let field = FieldModel { basis, color, space, source, model };
+    if !field.is_whole() {
+        return Err(Error::invalid(format!(
+            "the model has {} planes, which do not make a {} field of basis {}",
+            field.model.planes(),
+            color.name(),
+            basis.name()
+        )));
+    }
+    Ok(field)
+}
+
+/// What follows the header, which is checked.
+fn body(bytes: &[u8]) -> Result<&[u8]> {
+    if !bytes.starts_with(&SIGNATURE) {
+        return Err(Error::unsupported("the file is no random-field model: it does not begin with RLM"));
+    }
+    let (header, body) = bytes.split_at_checked(HEADER).ok_or_else(|| {
+        Error::invalid(format!("the model ends inside its header, at byte {}", bytes.len()))
+    })?;
+    if header[4] != VERSION {
+        return Err(Error::unsupported(format!(
+            "the model is of version {}: this program reads version {VERSION}",
+            header[4]
+        )));
+    }
+    let word = |at: usize| u32::from_le_bytes([header[at], header[at + 1], header[at + 2], header[at + 3]]);
+    if body.len() as u64 != u64::from(word(9)) {
+        return Err(Error::invalid(format!(
+            "the model's header announces {} bytes and {} follow: the file is cut or not a model",
+            word(9),
+            body.len()
+        )));
+    }
+    let sum = checksum(&bytes[9..]);
+    if sum != word(5) {
+        return Err(Error::invalid(format!(
+            "the model's checksum is {sum:08x} and its header says {:08x}: the file was altered",
+            word(5)
+        )));
+    }
+    Ok(body)
+}
+
+fn name<T>(bits: &mut BitReader<'_>, what: &str, known: impl Fn(&str) -> Option<T>) -> Result<T> {
+    let length = bits.bits(8)?;
+    let bytes = (0..length).map(|_| Ok(bits.bits(8)? as u8)).collect::<Result<Vec<u8>>>()?;
+    let text = String::from_utf8_lossy(&bytes);
+    known(&text).ok_or_else(|| Error::unsupported(format!("the model's {what} '{text}' is not known")))
+}
+
+fn read_model(bits: &mut BitReader<'_>, limits: &Limits) -> Result<Model> {
+    let (planes, factor, levels) = (bits.bits(16)? as usize, bits.bits(8)? as usize, bits.bits(8)? as usize);
+    let kernel = Kernel::new(factor)?;
+    let own = (0..planes).map(|_| Ok(bits.bits(1)? == 1)).collect::<Result<Vec<bool>>>()?;
+    let components: Vec<usize> = own
+        .iter()
+        .scan(0, |sum, &own| {
+            *sum += usize::from(own);
+            Some(*sum)
+        })
+        .collect();
+    let m = components.last().copied().unwrap_or(0);
+    if m == 0 || levels == 0 || factor.checked_pow(levels as u32).is_none_or(|texels| texels > 1 << 24) {
+        return Err(Error::invalid(format!(
+            "a model of {m} components, {levels} levels and a factor of {factor} is none that can be"
+        )));
+    }
+    let weights = floats(bits, components.iter().sum(), "mixing", limits)?;
+    let gains = (0..planes).map(|_| bits.half("gain")).collect::<Result<_>>()?;
+    let marginals = (0..planes).map(|_| read_marginal(bits)).collect::<Result<_>>()?;
+    let levels = (0..levels).map(|_| read_level(bits, m, limits)).collect::<Result<_>>()?;
+    Ok(Model { marginals, mixing: Mixing { own, weights }, gains, kernel, levels })
+}
+
+/// So many floats; the bits are there before memory is asked for.
+fn floats(bits: &mut BitReader<'_>, count: usize, what: &str, limits: &Limits) -> Result<Vec<f32>> {
+    limits.check_bytes("the model", 4 * count as u64)?;
+    (0..count).map(|_| bits.float(what)).collect()
+}
+
+fn read_marginal(bits: &mut BitReader<'_>) -> Result<Marginal> {
+    let is_curve = bits.bits(1)? == 1;
+    let (first, second) = (bits.float("distribution")?, bits.float("distribution")?);
+    if !is_curve {
+        return Ok(Marginal::Normal { mean: first, deviation: second });
+    }
+    let (mut code, mut rice) = (0i32, Rice::new());
+    let mut codes = Box::new([0u16; KNOTS]);
+    for place in &mut codes[1..] {
+        let step = bits.rice(&mut rice)?;
+        code += step.clamp(-1, i32::from(STEPS) + 1);
+        if step < 0 || code > i32::from(STEPS) {
+            return Err(Error::invalid(
+                "the curve of a distribution does not rise from its least to its greatest value",
+            ));
+        }
+        *place = code as u16;
+    }
+    Ok(Marginal::Curve { low: first, high: second, codes })
+}
+
+fn read_level(bits: &mut BitReader<'_>, m: usize, limits: &Limits) -> Result<Level> {
+    let margin = bits.bits(3)? as usize;
+    let burn_in = *BURN_INS
+        .get(margin)
+        .ok_or_else(|| Error::invalid(format!("the model's margin has number {margin}, which is none")))?;
+    let (log_evidence, texels) = (bits.float("evidence")?, bits.bits(32)?);
+    let neighbours = read_mask(bits, causal)?;
+    let coarse = read_mask(bits, all_around)?;
+    let noise = floats(bits, m * (m + 1) / 2, "noise", limits)?;
+    let mut steps = |count: usize| (0..count).map(|_| bits.half("step")).collect::<Result<Vec<f32>>>();
+    let (rows, columns) = (steps(2 * m)?, steps(m)?);
+    let count = (neighbours.len() + coarse.len()) * m * m;
+    limits.check_bytes("the model", 4 * count as u64)?;
+    let (mut own, mut other) = (Rice::new(), Rice::new());
+    let codes = (0..count).map(|i| {
+        let code = bits.rice(if i / m % m == i % m { &mut own } else { &mut other })?;
+        Ok(code.clamp(-MAX_CODE, MAX_CODE))
+    });
+    let codes = codes.collect::<Result<_>>()?;
+    let weights = Weights { codes, rows, columns, causal: neighbours.len() };
+    Ok(Level { neighbours, coarse, weights, noise, burn_in, log_evidence, texels })
+}
+
+fn read_mask(bits: &mut BitReader<'_>, family: fn(usize) -> Vec<Offset>) -> Result<Vec<Offset>> {
+    let count = bits.bits(9)? as usize;
+    let mut offsets = Vec::new();
+    for offset in family(count) {
+        if bits.bits(1)? == 1 {
+            offsets.push(offset);
+        }
+    }
+    Ok(offsets)
+}

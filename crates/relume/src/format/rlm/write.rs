@@ -1,0 +1,99 @@
+//! A model as bytes.
+
+use super::bits::{BitWriter, Rice};
+use super::{HEADER, MOST_CANDIDATES, SIGNATURE, VERSION, checksum};
+use crate::error::{Error, Result};
+use crate::random_field::FieldModel;
+use crate::random_field::level::Level;
+use crate::random_field::marginal::Marginal;
+use crate::random_field::neighbourhood::{Offset, all_around, causal};
+use crate::random_field::stability::BURN_INS;
+
+/// The bytes of a model's file.
+///
+/// # Errors
+/// When a neighbourhood reaches farther than the file can say, which no fitted model's does.
+pub fn encode(field: &FieldModel) -> Result<Vec<u8>> {
+    let mut bits = BitWriter::default();
+    for name in [field.basis.name(), field.color.name(), &field.space.to_string()] {
+        bits.bits(name.len() as u32, 8);
+        name.bytes().for_each(|byte| bits.bits(u32::from(byte), 8));
+    }
+    let source = &field.source;
+    for number in [source.width, source.height, source.photographs, source.channels] {
+        bits.bits(number, 32);
+    }
+    let model = &field.model;
+    bits.bits(model.planes() as u32, 16);
+    bits.bits(model.kernel.factor() as u32, 8);
+    bits.bits(model.levels.len() as u32, 8);
+    model.mixing.own.iter().for_each(|&own| bits.bits(u32::from(own), 1));
+    model.mixing.weights.iter().for_each(|&weight| bits.float(weight));
+    model.gains.iter().for_each(|&gain| bits.half(gain));
+    model.marginals.iter().for_each(|marginal| write_marginal(&mut bits, marginal));
+    model.levels.iter().try_for_each(|level| write_level(&mut bits, level))?;
+    Ok(with_header(&bits.into_bytes()))
+}
+
+fn with_header(body: &[u8]) -> Vec<u8> {
+    let length = (body.len() as u32).to_le_bytes();
+    let sum = checksum(&[&length[..], body].concat()).to_le_bytes();
+    let mut bytes = Vec::with_capacity(HEADER + body.len());
+    for part in [&SIGNATURE[..], &[VERSION], &sum, &length, body] {
+        bytes.extend_from_slice(part);
+    }
+    bytes
+}
+
+fn write_marginal(bits: &mut BitWriter, marginal: &Marginal) {
+    match marginal {
+        Marginal::Normal { mean, deviation } => {
+            bits.bits(0, 1);
+            bits.float(*mean);
+            bits.float(*deviation);
+        }
+        Marginal::Curve { low, high, codes } => {
+            bits.bits(1, 1);
+            bits.float(*low);
+            bits.float(*high);
+            let mut rice = Rice::new();
+            for pair in codes.windows(2) {
+                bits.rice(i32::from(pair[1]) - i32::from(pair[0]), &mut rice);
+            }
+        }
+    }
+}
+
+fn write_level(bits: &mut BitWriter, level: &Level) -> Result<()> {
+    let margin = BURN_INS.iter().position(|&texels| texels == level.burn_in);
+    let margin = margin.ok_or_else(|| Error::usage("a level's margin is none that a file can hold"))?;
+    bits.bits(margin as u32, 3);
+    bits.float(level.log_evidence);
+    bits.bits(level.texels, 32);
+    write_mask(bits, &level.neighbours, causal)?;
+    write_mask(bits, &level.coarse, all_around)?;
+    level.noise.iter().for_each(|&number| bits.float(number));
+    level.weights.rows.iter().chain(&level.weights.columns).for_each(|&step| bits.half(step));
+    let m = level.planes();
+    // A plane's own past is not like the other planes'.
+    let (mut own, mut other) = (Rice::new(), Rice::new());
+    for (i, &code) in level.weights.codes.iter().enumerate() {
+        bits.rice(code, if i / m % m == i % m { &mut own } else { &mut other });
+    }
+    Ok(())
+}
+
+/// Which of the first so many neighbours are there.
+fn write_mask(bits: &mut BitWriter, offsets: &[Offset], family: fn(usize) -> Vec<Offset>) -> Result<()> {
+    let all = family(MOST_CANDIDATES);
+    let last = offsets.last().map_or(Some(0), |last| all.iter().position(|o| o == last).map(|i| i + 1));
+    let in_order = |n: usize| all[..n].iter().filter(|o| offsets.contains(o)).eq(offsets);
+    let count = last.filter(|&n| in_order(n)).ok_or_else(|| {
+        Error::usage(format!(
+            "a neighbourhood is not made of the nearest {MOST_CANDIDATES} neighbours in order"
+        ))
+    })?;
+    bits.bits(count as u32, 9);
+    all[..count].iter().for_each(|o| bits.bits(u32::from(offsets.contains(o)), 1));
+    Ok(())
+}

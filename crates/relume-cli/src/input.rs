@@ -3,7 +3,8 @@
 use std::io::Read;
 use std::path::Path;
 
-use relume::format::{self, FieldFile, HeightMap};
+use relume::format::{self, FieldFile, HeightMap, rlm};
+use relume::random_field::FieldModel;
 use relume::{Error, Limits, Planes, Raster, Result};
 
 use crate::output::is_stream;
@@ -14,6 +15,14 @@ pub fn field(path: &Path, limits: &Limits) -> Result<FieldFile> {
         return format::decode_field(&stdin(limits)?, limits).map_err(|e| e.at("standard input"));
     }
     format::read_field(path, limits)
+}
+
+/// Reads a random-field model from a file; `None` where the file is another, or standard input.
+pub fn model(path: &Path, limits: &Limits) -> Result<Option<FieldModel>> {
+    if is_stream(path) {
+        return Ok(None);
+    }
+    rlm::read_if_model(path, limits)
 }
 
 /// Reads a picture as stored.

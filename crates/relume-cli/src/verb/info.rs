@@ -15,12 +15,15 @@ use crate::report::Report;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  relume info wool.ptm\n  relume info --json wool.exr")]
 pub struct Args {
-    /// A .ptm, an .exr field, or a picture; - is standard input
+    /// A .ptm, an .exr field, a picture, or a model; - is standard input
     file: PathBuf,
 }
 
 /// Reads the file and describes it.
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
+    if let Some(model) = input::model(&args.file, &context.limits)? {
+        return super::model::describe(&model);
+    }
     let file = input::field(&args.file, &context.limits)?;
     Ok(Report::new(text(&file), value(&file)))
 }

@@ -14,6 +14,7 @@ mod height;
 mod info;
 mod material;
 mod procedural;
+mod model;
 mod relight;
 mod render;
 mod roll;
@@ -44,6 +45,8 @@ pub enum Verb {
     Info(info::Args),
     /// Make a built-in material's height, albedo, roughness and normals
     Procedural(procedural::Args),
+    /// Model a texture as a random field: a few kilobytes for any size
+    Model(model::Args),
     /// Show a texture under a light, or a sweep of lights
     Relight(relight::Args),
     /// Show a texture on an object
@@ -65,6 +68,7 @@ pub fn run(verb: Verb, context: &Context) -> Result<Report> {
         Verb::Height(args) => height::run(&args, context),
         Verb::Info(args) => info::run(&args, context),
         Verb::Procedural(args) => procedural::run(&args, context),
+        Verb::Model(args) => model::run(&args, context),
         Verb::Relight(args) => relight::run(&args, context),
         Verb::Render(args) => render::run(&args, context),
         Verb::Roll(args) => roll::run(&args, context),

@@ -1,4 +1,4 @@
-//! `relume synth`: a new texture of any size from blocks of exemplars.
+//! `relume synth`: a new texture of any size from blocks of exemplars, or from a model.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -25,7 +25,7 @@ use crate::{args, input};
                         relume synth bricks.png -o wall.png --size 800 --block 64 --apply bricks_normals.png")]
 pub struct Args {
     /// Exemplars: .ptm, .exr or pictures, all of one kind; - is standard input. Or one set of tiles
-    /// made by relume roll
+    /// made by relume roll, or one .rlm model
     #[arg(required = true, value_name = "FILE")]
     exemplars: Vec<PathBuf>,
     /// The texture to write; - writes it to standard output in the first exemplar's format
@@ -141,6 +141,7 @@ fn endless_job(args: &Args) -> endless::Job<'_> {
         output: &args.output,
         size: args.size,
         seed: args.seed,
+        tile: args.tile,
         other_options: given.into_iter().filter(|(_, given)| *given).map(|(name, _)| name).collect(),
     }
 }

@@ -1,6 +1,7 @@
-//! `relume synth` where the output is any window of an endless plane, written row by row: from a set
-//! of tiles, or by noise.
+//! `relume synth` where the output is any window of an endless plane: from a set of tiles or by noise,
+//! written row by row, or from a random-field model.
 
+mod model;
 mod noise;
 mod tiles;
 
@@ -9,13 +10,14 @@ use std::path::{Path, PathBuf};
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use relume::format::{Encoding, FieldFormat, PictureFormat, Rows, Streamed};
+use relume::random_field::FieldModel;
 use relume::{Error, Progress, Result, Size};
 use serde_json::{Value, json};
 
 use crate::context::Context;
-use crate::output;
 use crate::report::Report;
-use crate::tile_set;
+use crate::tile_set::{self, TileSet};
+use crate::{input, output};
 
 /// Arguments for endless textures.
 #[derive(Debug, clap::Args)]
@@ -23,7 +25,7 @@ pub struct EndlessArgs {
     /// quilting lays blocks; noise blends parts of a stochastic texture without end
     #[arg(long, default_value = "quilting", value_parser = method())]
     method: Method,
-    /// Draw this part of the endless plane that tiles or noise make: left, top, width and height in
+    /// Draw this part of the endless plane that tiles, noise or a model make: left, top, width and height in
     /// texels. Parts are identical however the plane is cut; --size draws from 0,0
     #[arg(
         long,
@@ -65,37 +67,62 @@ pub struct Job<'a> {
     pub size: Option<Size>,
     /// The seed of the random choices.
     pub seed: u64,
+    /// Whether the output is to continue itself, which only a model can make it do.
+    pub tile: bool,
     /// Options given that have no meaning for an endless plane.
     pub other_options: Vec<&'static str>,
 }
 
 /// Draws a window of an endless plane; none where blocks are to be laid instead.
 pub fn run(job: &Job<'_>, context: &Context) -> Result<Option<Report>> {
-    let tiles = match job.exemplars {
-        [path] => tile_set::open(path, &context.limits)?,
-        _ => None,
-    };
-    if tiles.is_none() && job.args.method == Method::Quilting {
-        return match job.args.window {
-            Some(_) => Err(Error::usage(
-                "--window draws from a set of tiles made by relume roll, or with --method noise: this is neither",
-            )),
-            None => Ok(None),
-        };
-    }
-    if tiles.is_some() && job.args.method == Method::Noise {
-        return Err(Error::usage(
-            "--method noise takes an exemplar, and this is a set of tiles: leave it out",
-        ));
-    }
-    if let Some(option) = job.other_options.first() {
+    let Some(source) = source(job, context)? else { return Ok(None) };
+    let unused = job.other_options.iter().find(|option| **option != "--tile" || !source.can_tile());
+    if let Some(option) = unused {
         return Err(Error::usage(format!("{option} has no meaning for an endless plane: leave it out")));
     }
     let inputs: Vec<&Path> = job.exemplars.iter().map(PathBuf::as_path).collect();
     output::check(job.output, &inputs, context)?;
-    match tiles {
-        Some(tiles) => tiles::draw(job, &tiles, context).map(Some),
-        None => noise::draw(job, context).map(Some),
+    let report = match source {
+        Source::Tiles(tiles) => tiles::draw(job, &tiles, context),
+        Source::Model(model) => model::draw(job, &model, context),
+        Source::Noise => noise::draw(job, context),
+    };
+    report.map(Some)
+}
+
+/// What makes an endless plane.
+enum Source {
+    Tiles(TileSet),
+    Model(Box<FieldModel>),
+    Noise,
+}
+
+impl Source {
+    /// Whether a part of the plane can be made to continue itself.
+    fn can_tile(&self) -> bool {
+        matches!(self, Self::Model(_))
+    }
+}
+
+/// What the job draws from; none where blocks are to be laid.
+fn source(job: &Job<'_>, context: &Context) -> Result<Option<Source>> {
+    let mut own = None;
+    if let [path] = job.exemplars {
+        own = tile_set::open(path, &context.limits)?.map(Source::Tiles);
+        if own.is_none() {
+            own = input::model(path, &context.limits)?.map(|model| Source::Model(Box::new(model)));
+        }
+    }
+    match (own, job.args.method) {
+        (Some(_), Method::Noise) => Err(Error::usage(
+            "--method noise takes an exemplar, and this is a set of tiles or a model: leave it out",
+        )),
+        (None, Method::Noise) => Ok(Some(Source::Noise)),
+        (None, Method::Quilting) if job.args.window.is_some() => Err(Error::usage(
+            "--window draws from a set of tiles made by relume roll, from a model, or with --method noise: \
+             this is none of them",
+        )),
+        (own, Method::Quilting) => Ok(own),
     }
 }
 

@@ -1,0 +1,35 @@
+//! Windows of the plane that a random-field model makes.
+
+use relume::format::{Depth, ExrDepth, FieldFormat, PictureFormat, encode_field};
+use relume::random_field::{FieldModel, SheetOptions};
+use relume::{Result, Space};
+use serde_json::json;
+
+use super::{Job, Window};
+use crate::context::Context;
+use crate::output;
+use crate::report::Report;
+
+/// Draws a window.
+pub fn draw(job: &Job<'_>, model: &FieldModel, context: &Context) -> Result<Report> {
+    let window @ Window { x, y, size } = job.window()?;
+    let options = SheetOptions { origin: [x, y], size, seed: job.seed, tile: job.tile };
+    let field = model.synthesize(&options, &context.limits)?;
+    let bytes = encode_field(&field, format(job, model)?, None, &context.limits);
+    output::write(job.output, &bytes.map_err(|e| e.at(job.output))?, context)?;
+    let of = if job.tile { "of a model; tiles without a seam" } else { "of a model" };
+    Ok(job.report(window, of, json!({ "tile": job.tile })))
+}
+
+/// By the output's name; to standard output a picture for constants, else the lossless form.
+fn format(job: &Job<'_>, model: &FieldModel) -> Result<FieldFormat> {
+    if !output::is_stream(job.output) {
+        return FieldFormat::from_path(job.output);
+    }
+    let is_picture = model.basis.len() == 1 && model.space == Space::Srgb;
+    Ok(if is_picture {
+        FieldFormat::Picture(PictureFormat::Png(Depth::Eight))
+    } else {
+        FieldFormat::Exr(ExrDepth::Float)
+    })
+}

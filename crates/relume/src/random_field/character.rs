@@ -171,3 +171,41 @@ fn edges(scores: &Planes) -> Result<f64> {
     }
     Ok(if square > 0.0 { n * fourth / (square * square) - 3.0 } else { 0.0 })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::recursion::Recursion;
+    use super::super::recursion::Run;
+    use super::super::recursion::tests::random_level;
+    use super::*;
+    use crate::picture::Picture;
+    use crate::planes::Size;
+    use crate::space::Space;
+
+    fn of(planes: Planes) -> Character {
+        let field = ReflectanceField::from_picture(Picture { planes, space: Space::Srgb });
+        character(&field, &Limits::default()).unwrap()
+    }
+
+    #[test]
+    fn a_gaussian_field_is_neither_regular_nor_structured() {
+        let run = Run { size: Size::new(128, 128), drive: None, seed: 4, period: None };
+        let kind = of(Recursion::new(&random_level(1, 6, 3), 0).run_slow([0, 0], &run));
+        assert!(!kind.is_regular() && !kind.is_structured(), "{kind}");
+        assert!(kind.edges.abs() < 0.3, "{kind}");
+    }
+
+    #[test]
+    fn repetition_is_regular_and_flat_patches_are_structured() {
+        let size = Size::new(96, 80);
+        let made = |value: &dyn Fn(usize, usize) -> f32| {
+            let data = (0..size.texels()).map(|i| value(i % size.width, i / size.width)).collect();
+            of(Planes::from_vec(size, 1, data).unwrap())
+        };
+        let grain = |x: usize, y: usize| ((x * 7919 + y * 104_729 + x * y * 31) % 101) as f32 / 101.0;
+        let stripes = made(&|x, y| (x % 12) as f32 / 12.0 + 0.3 * grain(x, y));
+        assert!(stripes.is_regular() && stripes.regularity > 0.6, "{stripes}");
+        let patches = made(&|x, y| grain(x / 9 * 37, y / 11 * 53) + 0.02 * grain(x, y));
+        assert!(patches.is_structured(), "{patches}");
+    }
+}

@@ -1,0 +1,91 @@
+//! `relume model` and `relume synth MODEL.rlm` as a user runs them.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use relume::field::{Basis, ColorModel};
+use relume::format::{FieldFormat, PictureFormat, encode_field, read_field};
+use relume::procedural::{Material, MaterialOptions};
+use relume::{Limits, ReflectanceField, Size, Space};
+
+fn relume(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_relume")).current_dir(folder).args(arguments).output().unwrap()
+}
+
+fn run(folder: &Path, arguments: &[&str]) -> String {
+    let output = relume(folder, arguments);
+    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// The one sentence of a run that must fail with this status.
+fn refused(folder: &Path, arguments: &[&str], status: i32) -> String {
+    let output = relume(folder, arguments);
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(status), "{arguments:?}: {text}");
+    assert_eq!(text.lines().count(), 1, "{text}");
+    text
+}
+
+/// A folder with a colour picture and its model.
+fn folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let options = MaterialOptions { size: Size::new(64, 64), feature: 12.0, ..Default::default() };
+    let albedo = Material::Leather.make(&options, &Limits::default()).unwrap().albedo;
+    let field = ReflectanceField::new(Basis::Constant, ColorModel::Rgb, Space::Srgb, albedo).unwrap();
+    let format = FieldFormat::Picture(PictureFormat::from_path(Path::new("a.png")).unwrap());
+    let bytes = encode_field(&field, format, None, &Limits::default()).unwrap();
+    fs::write(folder.path().join("leather.png"), bytes).unwrap();
+    run(folder.path(), &["model", "leather.png", "-o", "leather.rlm", "--candidates", "12"]);
+    folder
+}
+
+#[test]
+fn windows_of_a_model_fit_together_and_the_model_is_small() {
+    let folder = folder();
+    let folder = folder.path();
+    assert!(fs::metadata(folder.join("leather.rlm")).unwrap().len() < 2000);
+    run(folder, &["synth", "leather.rlm", "-o", "whole.png", "--size", "90x70", "--window", "-30,-20"]);
+    run(
+        folder,
+        &["synth", "leather.rlm", "-o", "part.png", "--size", "40x30", "--window", "15,5", "--threads", "1"],
+    );
+    let read = |name: &str| read_field(&folder.join(name), &Limits::default()).unwrap().field;
+    let whole = read("whole.png").coefficients().crop(45, 25, Size::new(40, 30)).unwrap();
+    assert_eq!(&whole, read("part.png").coefficients());
+}
+
+#[test]
+fn info_tells_what_a_model_holds() {
+    let folder = folder();
+    let text = run(folder.path(), &["info", "leather.rlm"]);
+    assert!(text.contains("random field") && text.contains("log evidence"), "{text}");
+    let json: serde_json::Value =
+        serde_json::from_str(&run(folder.path(), &["--json", "info", "leather.rlm"])).unwrap();
+    assert_eq!(json["source_bytes"], 64 * 64 * 3);
+    assert_eq!(json["bytes"], fs::metadata(folder.path().join("leather.rlm")).unwrap().len());
+    assert!(!json["levels"][0]["neighbours"].as_array().unwrap().is_empty());
+}
+
+#[test]
+fn what_a_model_cannot_do_is_refused_in_one_sentence() {
+    let folder = folder();
+    let folder = folder.path();
+    let synth = |more: &[&str], status: i32| {
+        let arguments = [&["synth", "leather.rlm", "-o", "x.png", "--size", "33"], more].concat();
+        refused(folder, &arguments, status)
+    };
+    assert!(synth(&["--tile"], 2).contains("multiples of"));
+    assert!(synth(&["--apply", "leather.png"], 2).contains("--apply"));
+    assert!(
+        refused(folder, &["relight", "leather.rlm", "--light=0,0,1", "-o", "y.png"], 1)
+            .contains("random-field model")
+    );
+    let window = ["synth", "leather.png", "-o", "x.png", "--size", "33", "--window", "0,0"];
+    assert!(refused(folder, &window, 2).contains("--window"));
+    let bytes = fs::read(folder.join("leather.rlm")).unwrap();
+    fs::write(folder.join("cut.rlm"), &bytes[..bytes.len() - 9]).unwrap();
+    assert!(refused(folder, &["info", "cut.rlm"], 1).contains("cut.rlm"));
+    assert!(!folder.join("x.png").exists() && !folder.join("y.png").exists());
+}

@@ -46,10 +46,10 @@ fn windows_of_a_model_fit_together_and_the_model_is_small() {
     let folder = folder();
     let folder = folder.path();
     assert!(fs::metadata(folder.join("leather.rlm")).unwrap().len() < 2000);
-    run(folder, &["synth", "leather.rlm", "-o", "whole.png", "--size", "90x70", "--window", "-30,-20"]);
+    run(folder, &["synth", "leather.rlm", "-o", "whole.png", "--window", "-30,-20,90,70"]);
     run(
         folder,
-        &["synth", "leather.rlm", "-o", "part.png", "--size", "40x30", "--window", "15,5", "--threads", "1"],
+        &["synth", "leather.rlm", "-o", "part.png", "--window", "15,5,40,30", "--threads", "1"],
     );
     let read = |name: &str| read_field(&folder.join(name), &Limits::default()).unwrap().field;
     let whole = read("whole.png").coefficients().crop(45, 25, Size::new(40, 30)).unwrap();
@@ -82,7 +82,7 @@ fn what_a_model_cannot_do_is_refused_in_one_sentence() {
         refused(folder, &["relight", "leather.rlm", "--light=0,0,1", "-o", "y.png"], 1)
             .contains("random-field model")
     );
-    let window = ["synth", "leather.png", "-o", "x.png", "--size", "33", "--window", "0,0"];
+    let window = ["synth", "leather.png", "-o", "x.png", "--window", "0,0,33,33"];
     assert!(refused(folder, &window, 2).contains("--window"));
     let bytes = fs::read(folder.join("leather.rlm")).unwrap();
     fs::write(folder.join("cut.rlm"), &bytes[..bytes.len() - 9]).unwrap();

@@ -16,7 +16,7 @@ use serde_json::{Value, json};
 
 use crate::context::Context;
 use crate::report::Report;
-use crate::tile_set::{self, TileSet};
+use crate::tile_set::{self, TileSetFile};
 use crate::{input, output};
 
 /// Arguments for endless textures.
@@ -92,7 +92,7 @@ pub fn run(job: &Job<'_>, context: &Context) -> Result<Option<Report>> {
 
 /// What makes an endless plane.
 enum Source {
-    Tiles(TileSet),
+    Tiles(TileSetFile),
     Model(Box<FieldModel>),
     Noise,
 }

@@ -47,10 +47,7 @@ fn windows_of_a_model_fit_together_and_the_model_is_small() {
     let folder = folder.path();
     assert!(fs::metadata(folder.join("leather.rlm")).unwrap().len() < 2000);
     run(folder, &["synth", "leather.rlm", "-o", "whole.png", "--window", "-30,-20,90,70"]);
-    run(
-        folder,
-        &["synth", "leather.rlm", "-o", "part.png", "--window", "15,5,40,30", "--threads", "1"],
-    );
+    run(folder, &["synth", "leather.rlm", "-o", "part.png", "--window", "15,5,40,30", "--threads", "1"]);
     let read = |name: &str| read_field(&folder.join(name), &Limits::default()).unwrap().field;
     let whole = read("whole.png").coefficients().crop(45, 25, Size::new(40, 30)).unwrap();
     assert_eq!(&whole, read("part.png").coefficients());

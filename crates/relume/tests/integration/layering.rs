@@ -4,17 +4,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-const STAGES: [&str; 9] = [
-    "analysis",
-    "capture",
-    "fit",
-    "metric",
-    "procedural",
-    "random_field",
-    "render",
-    "surface",
-    "synthesis",
-];
+const STAGES: [&str; 9] =
+    ["analysis", "capture", "fit", "metric", "procedural", "random_field", "render", "surface", "synthesis"];
 
 /// What a stage may name besides itself and the foundation.
 const ALLOWED: [(&str, &str); 1] = [("fit", "capture")];

@@ -1,5 +1,7 @@
 //! Values on the command line: sizes, lights, names.
 
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use relume::field::{Domain, Metric};
 use relume::{Direction, Size};
 
 /// `512x512` or `512` for a square.
@@ -29,6 +31,24 @@ pub fn numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
     let parsed: Option<Vec<f64>> =
         text.split(',').map(|s| s.trim().parse::<f64>().ok().filter(|v| v.is_finite())).collect();
     parsed?.try_into().ok()
+}
+
+/// The names of metrics.
+pub fn metric() -> impl TypedValueParser<Value = Metric> {
+    PossibleValuesParser::new(["function", "legendre9", "legendre6"]).map(|name| match name.as_str() {
+        "legendre9" => Metric::Legendre9,
+        "legendre6" => Metric::Legendre6,
+        _ => Metric::Function,
+    })
+}
+
+/// The names of domains.
+pub fn domain() -> impl TypedValueParser<Value = Domain> {
+    PossibleValuesParser::new(["hemisphere", "cosine", "square"]).map(|name| match name.as_str() {
+        "cosine" => Domain::Cosine,
+        "square" => Domain::Square,
+        _ => Domain::Hemisphere,
+    })
 }
 
 #[cfg(test)]

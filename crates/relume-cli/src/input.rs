@@ -5,7 +5,7 @@ use std::path::Path;
 
 use relume::format::{self, FieldFile, HeightMap, rlm};
 use relume::random_field::FieldModel;
-use relume::{Error, Limits, Planes, Raster, Result};
+use relume::{Error, Limits, Planes, Raster, Result, Size};
 
 use crate::output::is_stream;
 
@@ -55,6 +55,20 @@ pub fn height(path: &Path, limits: &Limits) -> Result<HeightMap> {
         return format::decode_height(&stdin(limits)?, limits).map_err(|e| e.at("standard input"));
     }
     format::read_height(path, limits)
+}
+
+/// The texels of a mask that are brighter than half; it must have the size of what it masks.
+pub fn mask(path: &Path, size: Size, limits: &Limits) -> Result<Vec<bool>> {
+    let mask = raster(path, limits)?;
+    if mask.size() != size {
+        return Err(Error::usage(format!(
+            "the mask is {} texels, what it masks {size}: they must be equally large",
+            mask.size()
+        ))
+        .at(path));
+    }
+    let bright = |texel: usize| mask.samples().value(texel * mask.channels()) > 0.5;
+    Ok((0..size.texels()).map(bright).collect())
 }
 
 /// All of standard input, up to the memory limit.

@@ -5,6 +5,7 @@
 
 mod args;
 mod context;
+mod gathered;
 mod input;
 mod normals;
 mod output;

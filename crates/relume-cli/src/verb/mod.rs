@@ -9,6 +9,7 @@ mod capture;
 mod compare;
 mod demo;
 mod endless;
+mod fill;
 mod fit;
 mod height;
 mod info;
@@ -19,6 +20,7 @@ mod relight;
 mod render;
 mod roll;
 mod synth;
+mod tileable;
 
 use clap::Subcommand;
 use relume::Result;
@@ -33,6 +35,8 @@ pub enum Verb {
     Demo(demo::Args),
     /// Photograph maps or a built-in material under a virtual light dome
     Capture(capture::Args),
+    /// Fill holes of a texture with copies of its own texels
+    Fill(fill::Args),
     /// Fit reflectance functions to photographs under known lights
     Fit(fit::Args),
     /// Say what a texture is like: periods, direction, features, and what may spoil synthesis
@@ -55,6 +59,8 @@ pub enum Verb {
     Roll(roll::Args),
     /// Make a texture of any size from a sample, or from tiles
     Synth(synth::Args),
+    /// Make a texture tile by filling a band along its border anew
+    Tileable(tileable::Args),
 }
 
 /// Runs one verb.
@@ -62,6 +68,7 @@ pub fn run(verb: Verb, context: &Context) -> Result<Report> {
     match verb {
         Verb::Demo(args) => demo::run(&args, context),
         Verb::Capture(args) => capture::run(&args, context),
+        Verb::Fill(args) => fill::run(&args, context),
         Verb::Fit(args) => fit::run(&args, context),
         Verb::Analyze(args) => analyze::run(&args, context),
         Verb::Compare(args) => compare::run(&args, context),
@@ -73,5 +80,6 @@ pub fn run(verb: Verb, context: &Context) -> Result<Report> {
         Verb::Render(args) => render::run(&args, context),
         Verb::Roll(args) => roll::run(&args, context),
         Verb::Synth(args) => synth::run(&args, context),
+        Verb::Tileable(args) => tileable::run(&args, context),
     }
 }

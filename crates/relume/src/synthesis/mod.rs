@@ -11,6 +11,8 @@
 //! - [`layout`]: where blocks go and in which order; [`neighbourhood`]: what is there already;
 //! - [`search`]: a family of exact searches;
 //! - [`cut`] and [`alpha`]: joining a block to what is there;
+//! - [`pixel`]: methods that place one texel after another;
+//! - [`fill`]: holes and borders replaced by copies;
 //! - [`roller`]: another method, for regular textures: tiles that can be laid in any order;
 //! - [`noise`]: for stochastic textures: endless, without a source map;
 //! - [`source_map`]: the result; [`gather()`] applies it to anything registered with the exemplars.
@@ -22,11 +24,13 @@ pub mod alpha;
 mod blocks;
 mod canvas;
 pub mod cut;
+pub mod fill;
 mod gather;
 pub mod layout;
 pub mod neighbourhood;
 pub mod noise;
 pub mod options;
+pub mod pixel;
 pub mod positions;
 pub mod quantise;
 pub mod roller;

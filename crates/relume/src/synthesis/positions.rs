@@ -4,6 +4,7 @@
 use super::quantise::Exemplar;
 use super::source_map::Texel;
 use crate::error::{Error, Result};
+use crate::planes::Size;
 
 /// Neighbouring positions in one row of an exemplar.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -18,6 +19,8 @@ pub struct Run {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Positions {
     runs: Vec<Run>,
+    /// The number of each run's first position.
+    starts: Vec<usize>,
     count: usize,
 }
 
@@ -27,18 +30,30 @@ impl Positions {
     /// # Errors
     /// When an exemplar is smaller than the block, or none leaves room for it.
     pub fn new(exemplars: &[Exemplar<'_>], block: usize) -> Result<Self> {
+        Self::of_areas(&areas(exemplars), block, "block")
+    }
+
+    /// The positions of windows of `window` x `window` texels.
+    ///
+    /// # Errors
+    /// As [`Positions::new`].
+    pub fn of_windows(exemplars: &[Exemplar<'_>], window: usize) -> Result<Self> {
+        Self::of_areas(&areas(exemplars), window, "window")
+    }
+
+    /// The positions of blocks that errors call `what` in areas of which some texels are excluded.
+    pub(in crate::synthesis) fn of_areas(areas: &[Area<'_>], block: usize, what: &str) -> Result<Self> {
         let mut runs = Vec::new();
-        for (number, exemplar) in exemplars.iter().enumerate() {
-            let size = exemplar.index.size();
+        for (number, &(size, mask)) in areas.iter().enumerate() {
             if size.width < block || size.height < block {
                 return Err(Error::usage(format!(
-                    "a block of {block} x {block} texels does not fit exemplar {} of {size}: choose a \
-                     block of at most {}",
+                    "a {what} of {block} x {block} texels does not fit exemplar {} of {size}: choose a \
+                     {what} of at most {}",
                     number + 1,
                     size.width.min(size.height)
                 )));
             }
-            let mut rejected = Rejected::new(exemplar, block);
+            let mut rejected = Rejected::new(size, mask, block);
             for y in 0..=size.height - block {
                 rejected.advance(y);
                 let at = |x: usize| Texel { exemplar: number as u32, y: y as u32, x: x as u32 };
@@ -53,14 +68,19 @@ impl Positions {
                 }
             }
         }
-        let count = runs.iter().map(|run| run.length).sum();
+        let mut count = 0;
+        let mut starts = Vec::with_capacity(runs.len());
+        for run in &runs {
+            starts.push(count);
+            count += run.length;
+        }
         if count == 0 {
             return Err(Error::usage(format!(
-                "the masks leave no place for a block of {block} x {block} texels: exclude less or choose \
-                 a smaller block"
+                "the masks leave no place for a {what} of {block} x {block} texels: exclude less or choose \
+                 a smaller {what}"
             )));
         }
-        Ok(Self { runs, count })
+        Ok(Self { runs, starts, count })
     }
 
     /// The positions as runs along rows.
@@ -73,12 +93,23 @@ impl Positions {
         self.count
     }
 
-    /// Whether a block can be taken from `position`.
-    pub fn contains(&self, position: Texel) -> bool {
-        let after = self.runs.partition_point(|run| run.first <= position);
-        let Some(run) = after.checked_sub(1).map(|i| self.runs[i]) else { return false };
-        let Texel { exemplar, y, x } = run.first;
-        (exemplar, y) == (position.exemplar, position.y) && ((position.x - x) as usize) < run.length
+    /// All positions in order.
+    pub fn iter(&self) -> impl Iterator<Item = Texel> {
+        self.runs.iter().flat_map(|run| (0..run.length).map(|x| run.first.offset(x, 0)))
+    }
+
+    /// Whether a texel is one of the positions.
+    pub fn contains(&self, texel: Texel) -> bool {
+        self.number(texel).is_some()
+    }
+
+    /// The number of a position.
+    pub fn number(&self, texel: Texel) -> Option<usize> {
+        let run = self.runs.partition_point(|run| run.first <= texel).checked_sub(1)?;
+        let Run { first, length } = self.runs[run];
+        let along = texel.x.checked_sub(first.x)? as usize;
+        let inside = (first.exemplar, first.y) == (texel.exemplar, texel.y) && along < length;
+        inside.then(|| self.starts[run] + along)
     }
 
     /// The position of the given number.
@@ -97,22 +128,30 @@ impl Positions {
     }
 }
 
+/// The size of an exemplar, and its excluded texels.
+pub(in crate::synthesis) type Area<'a> = (Size, Option<&'a [bool]>);
+
+fn areas<'a>(exemplars: &[Exemplar<'a>]) -> Vec<Area<'a>> {
+    exemplars.iter().map(|exemplar| (exemplar.index.size(), exemplar.excluded)).collect()
+}
+
 /// Counts of excluded texels in the block's rows, for one row of positions after another.
 struct Rejected<'a> {
-    exemplar: &'a Exemplar<'a>,
+    size: Size,
+    mask: Option<&'a [bool]>,
     block: usize,
     /// Before column x: excluded texels of the block's rows.
     before: Vec<usize>,
 }
 
 impl<'a> Rejected<'a> {
-    fn new(exemplar: &'a Exemplar<'a>, block: usize) -> Self {
-        Self { exemplar, block, before: vec![0; exemplar.index.size().width + 1] }
+    fn new(size: Size, mask: Option<&'a [bool]>, block: usize) -> Self {
+        Self { size, mask, block, before: vec![0; size.width + 1] }
     }
 
     fn advance(&mut self, y: usize) {
-        let Some(mask) = self.exemplar.excluded else { return };
-        let size = self.exemplar.index.size();
+        let Some(mask) = self.mask else { return };
+        let size = self.size;
         let mut sum = 0;
         for x in 0..size.width {
             sum += (y..y + self.block).filter(|&row| mask[size.index(x, row)]).count();
@@ -130,7 +169,7 @@ impl<'a> Rejected<'a> {
 mod tests {
     use super::*;
     use crate::numeric::random::Stream;
-    use crate::planes::{Planes, Size};
+    use crate::planes::Planes;
 
     #[test]
     fn positions_are_those_that_cover_no_excluded_texel() {
@@ -160,11 +199,11 @@ mod tests {
             }
             let found = found.unwrap();
             assert_eq!((0..found.count()).map(|n| found.nth(n)).collect::<Vec<_>>(), truth);
-            for exemplar in 0..3 {
-                for (y, x) in (0..12).flat_map(|y| (0..10).map(move |x| (y, x))) {
-                    let position = Texel { exemplar, y, x };
-                    assert_eq!(found.contains(position), truth.contains(&position));
-                }
+            assert_eq!(found.iter().collect::<Vec<_>>(), truth);
+            assert!(truth.iter().enumerate().all(|(n, texel)| found.number(*texel) == Some(n)));
+            for (e, size) in sizes.iter().enumerate() {
+                let texels = (0..12).flat_map(|y| (0..12).map(move |x| Texel { exemplar: e as u32, y, x }));
+                assert!(texels.into_iter().all(|t| found.contains(t) == truth.contains(&t)), "{size}");
             }
         }
     }

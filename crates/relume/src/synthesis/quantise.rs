@@ -51,6 +51,31 @@ impl IndexTexels {
         &self.codes
     }
 
+    /// Half the size, rounded up: rounded means of 4 x 4 texels, weighted 1 3 3 1 either way; beyond
+    /// an edge its texels go on.
+    fn halved(&self, planes: usize) -> Self {
+        let (fine, size) = (self.size, Size::new(self.size.width.div_ceil(2), self.size.height.div_ceil(2)));
+        let near = |at: usize, length: usize| -> [usize; 4] {
+            std::array::from_fn(|i| (2 * at + i).saturating_sub(1).min(length - 1))
+        };
+        let mut codes = Vec::with_capacity(size.texels() * planes + PADDING);
+        for (x, y) in (0..size.height).flat_map(|y| (0..size.width).map(move |x| (x, y))) {
+            let (columns, rows) = (near(x, fine.width), near(y, fine.height));
+            for k in 0..planes {
+                let code = |x, y| i32::from(self.codes[self.start(x, y) + k]);
+                let row = |y| {
+                    code(columns[0], y)
+                        + 3 * (code(columns[1], y) + code(columns[2], y))
+                        + code(columns[3], y)
+                };
+                let sum = row(rows[0]) + 3 * (row(rows[1]) + row(rows[2])) + row(rows[3]);
+                codes.push(((sum + 32) >> 6) as i16);
+            }
+        }
+        codes.resize(codes.len() + PADDING, 0);
+        Self { size, planes, codes }
+    }
+
     /// The codes of `width` texels from (x, y) to the right.
     pub fn run(&self, x: usize, y: usize, width: usize) -> &[i16] {
         &self.codes[self.start(x, y)..][..width * self.planes]
@@ -91,6 +116,12 @@ impl Quantised {
     /// The number of index planes.
     pub fn planes(&self) -> usize {
         self.planes
+    }
+
+    /// The same exemplars at half the size.
+    pub(super) fn halved(&self) -> Self {
+        let texels = self.texels.iter().map(|texels| texels.halved(self.planes)).collect();
+        Self { texels, ..*self }
     }
 
     /// Sets every code, for tests at the limit of the range.

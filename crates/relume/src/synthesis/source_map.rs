@@ -19,6 +19,13 @@ impl Texel {
     pub fn offset(self, x: usize, y: usize) -> Self {
         Self { exemplar: self.exemplar, y: self.y + y as u32, x: self.x + x as u32 }
     }
+
+    /// The texel `dx` further right and `dy` further down, if it has no negative coordinate.
+    pub fn moved(self, dx: isize, dy: isize) -> Option<Self> {
+        let x = self.x.checked_add_signed(i32::try_from(dx).ok()?)?;
+        let y = self.y.checked_add_signed(i32::try_from(dy).ok()?)?;
+        Some(Self { x, y, ..self })
+    }
 }
 
 /// A share in a blended texel.

@@ -1,23 +1,27 @@
-//! `relume synth`: a new texture of any size from blocks of exemplars, or from a model.
+//! `relume synth`: a new texture of any size from blocks or texels of exemplars, or any part of the
+//! endless plane that tiles, noise or a model make.
+//!
+//! [`method`] holds what differs between the methods.
+
+mod method;
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use relume::field::{Domain, IndexSpace, Metric};
-use relume::format::{Encoding, ExrDepth, FieldFile, FieldFormat, PictureFormat, encode_field, exr, npy};
+use relume::field::{Domain, Metric};
+use relume::format::{FieldFile, FieldFormat};
 use relume::synthesis::search::{KernelBasis, SearchMethod, SearchOptions};
-use relume::synthesis::{
-    Blend, BlockOptions, Boundary, Exemplar, SourceMap, Synthesis, Tolerance, gather, synthesize,
-};
-use relume::{Error, Planes, ReflectanceField, Result, Size};
+use relume::synthesis::{Blend, BlockOptions, Boundary, Exemplar, SourceMap, Synthesis, Tolerance};
+use relume::{Error, ReflectanceField, Result, Size};
 use serde_json::json;
 
 use super::endless;
 use crate::context::Context;
 use crate::output;
 use crate::report::Report;
-use crate::{args, input};
+use crate::{args, gathered, input};
+use method::Plan;
 
 /// Arguments of `relume synth`.
 #[derive(Debug, clap::Args)]
@@ -36,6 +40,8 @@ pub struct Args {
     size: Option<Size>,
     #[command(flatten)]
     endless: endless::EndlessArgs,
+    #[command(flatten)]
+    method: method::Args,
     /// Side of the blocks in texels
     #[arg(long, value_name = "N", default_value_t = 32)]
     block: usize,
@@ -57,10 +63,10 @@ pub struct Args {
     tile: bool,
     /// What the distance of two texels means: that of their functions, or the documents' nine or
     /// six numbers for luminance polynomials
-    #[arg(long, default_value = "function", value_parser = metric())]
+    #[arg(long, default_value = "function", value_parser = args::metric())]
     metric: Metric,
     /// The light directions over which functions are compared
-    #[arg(long, default_value = "hemisphere", value_parser = domain())]
+    #[arg(long, default_value = "hemisphere", value_parser = args::domain())]
     domain: Domain,
     /// How blocks are searched for; all ways give the same texture
     #[arg(long, default_value = "auto", value_parser = search())]
@@ -96,22 +102,20 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         return Ok(report);
     }
     let applied = check_outputs(args, context)?;
-    let options = options(args);
-    options.validate()?;
+    let plan = Plan::new(&args.method, options(args))?;
     let files = read_all(&args.exemplars, context)?;
     let images =
         applied.iter().map(|job| read_registered(job.images, &files, context)).collect::<Result<Vec<_>>>()?;
-    let made = synthesise(args, &files, &options, context)?;
-    let output = apply(&made.map, &files, &args.output, context)?;
+    let (map, report) = synthesise(args, &files, &plan, context)?;
+    let output = gathered::apply(&map, &files, &args.output, context)?;
     let mut bytes = vec![(args.output.clone(), output)];
     for (job, images) in applied.into_iter().zip(&images) {
-        let image = apply(&made.map, images, &job.output, context)?;
+        let image = gathered::apply(&map, images, &job.output, context)?;
         bytes.push((job.output, image));
     }
     if let Some(path) = &args.source_map {
-        bytes.push((path.clone(), source_map(&made.map, path, context)?));
+        bytes.push((path.clone(), gathered::source_map(&map, path, context)?));
     }
-    let report = report(args, &options, &made);
     if let Some(path) = &args.report {
         bytes.push((path.clone(), format!("{:#}\n", report.json).into_bytes()));
     }
@@ -200,7 +204,7 @@ fn check_outputs<'a>(args: &'a Args, context: &Context) -> Result<Vec<Applied<'a
         }
     }
     if let Some(path) = &args.source_map {
-        MapFormat::from_path(path)?;
+        gathered::check_map(path)?;
     }
     let textures = jobs.iter().map(|job| job.output.as_path()).chain([args.output.as_path()]);
     for path in textures.filter(|path| !output::is_stream(path)) {
@@ -263,26 +267,15 @@ fn read_registered(paths: &[PathBuf], exemplars: &[FieldFile], context: &Context
 fn synthesise(
     args: &Args,
     files: &[FieldFile],
-    options: &BlockOptions,
+    plan: &Plan,
     context: &Context,
-) -> Result<Synthesis> {
-    let space = IndexSpace::new(&files[0].field, args.metric, args.domain)?;
-    let index: Vec<Planes> = files
-        .iter()
-        .map(|file| {
-            context.limits.check(
-                "the index of the exemplar",
-                file.field.size(),
-                4 * space.planes() as u64,
-            )?;
-            Ok(space.index_planes(&file.field))
-        })
-        .collect::<Result<_>>()?;
+) -> Result<(SourceMap, Report)> {
+    let index = gathered::index(files, args.metric, args.domain, context)?;
     let masks = masks(args, files, context)?;
     let excluded = (0..index.len()).map(|i| masks.get(i).map(Vec::as_slice));
     let exemplars: Vec<Exemplar<'_>> =
         index.iter().zip(excluded).map(|(index, excluded)| Exemplar { index, excluded }).collect();
-    synthesize(&exemplars, options, &context.limits, &context.progress)
+    plan.run(args, &exemplars, context)
 }
 
 /// The excluded texels of each exemplar: those whose mask is brighter than half.
@@ -294,73 +287,8 @@ fn masks(args: &Args, files: &[FieldFile], context: &Context) -> Result<Vec<Vec<
             files.len()
         )));
     }
-    let read = |(path, file): (&PathBuf, &FieldFile)| {
-        let mask = input::raster(path, &context.limits)?;
-        if mask.size() != file.field.size() {
-            return Err(Error::usage(format!(
-                "the mask is {} texels, its exemplar {}: they must be equally large",
-                mask.size(),
-                file.field.size()
-            ))
-            .at(path));
-        }
-        let bright = |texel: usize| mask.samples().value(texel * mask.channels()) > 0.5;
-        Ok((0..mask.size().texels()).map(bright).collect())
-    };
-    args.exclude.iter().zip(files).map(read).collect()
-}
-
-/// The file that a map makes of registered fields, stored as the first one was.
-fn apply(map: &SourceMap, files: &[FieldFile], output: &Path, context: &Context) -> Result<Vec<u8>> {
-    let fields: Vec<&ReflectanceField> = files.iter().map(|file| &file.field).collect();
-    let field = gather(map, &fields, &context.limits).map_err(|e| e.at(output))?;
-    let encoding = &files[0].encoding;
-    let format = if output::is_stream(output) {
-        match *encoding {
-            Encoding::Ptm(_) => FieldFormat::Ptm,
-            Encoding::Picture(depth) => FieldFormat::Picture(PictureFormat::Png(depth)),
-            Encoding::Exr(depth) => FieldFormat::Exr(depth),
-        }
-    } else {
-        FieldFormat::from_path(output)?.in_depth_of(encoding)
-    };
-    let shared = files.iter().all(|file| file.encoding == *encoding).then_some(encoding);
-    encode_field(&field, format, shared, &context.limits).map_err(|e| e.at(output))
-}
-
-/// A file format of source maps.
-enum MapFormat {
-    Npy,
-    Exr,
-}
-
-impl MapFormat {
-    fn from_path(path: &Path) -> Result<Self> {
-        match path.extension().and_then(|e| e.to_str()) {
-            Some("npy") => Ok(Self::Npy),
-            Some("exr") => Ok(Self::Exr),
-            _ => Err(Error::usage("a source map is written as .npy or .exr: name the file so").at(path)),
-        }
-    }
-}
-
-/// x, y and exemplar of each texel's source; of blended texels the dominant one.
-fn source_map(map: &SourceMap, path: &Path, context: &Context) -> Result<Vec<u8>> {
-    context.limits.check("the source map", map.size(), 24)?;
-    let values = map.copies().iter().flat_map(|from| [from.x, from.y, from.exemplar]);
-    match MapFormat::from_path(path)? {
-        MapFormat::Npy => {
-            let values: Vec<i32> = values.map(u32::cast_signed).collect();
-            npy::encode_i32(map.size(), 3, &values)
-        }
-        MapFormat::Exr => {
-            let mut planes = Planes::zeros(map.size(), 3);
-            for (k, plane) in planes.iter_mut().enumerate() {
-                plane.iter_mut().zip(values.clone().skip(k).step_by(3)).for_each(|(out, v)| *out = v as f32);
-            }
-            exr::encode_labelled(&["x", "y", "exemplar"], &planes, ExrDepth::Float)
-        }
-    }
+    let masks = args.exclude.iter().zip(files);
+    masks.map(|(path, file)| input::mask(path, file.field.size(), &context.limits)).collect()
 }
 
 fn report(args: &Args, options: &BlockOptions, made: &Synthesis) -> Report {
@@ -396,22 +324,6 @@ fn report(args: &Args, options: &BlockOptions, made: &Synthesis) -> Report {
 fn blend() -> impl TypedValueParser<Value = Blend> {
     PossibleValuesParser::new(["cut", "alpha"])
         .map(|name| if name == "cut" { Blend::Cut } else { Blend::Alpha })
-}
-
-fn metric() -> impl TypedValueParser<Value = Metric> {
-    PossibleValuesParser::new(["function", "legendre9", "legendre6"]).map(|name| match name.as_str() {
-        "legendre9" => Metric::Legendre9,
-        "legendre6" => Metric::Legendre6,
-        _ => Metric::Function,
-    })
-}
-
-fn domain() -> impl TypedValueParser<Value = Domain> {
-    PossibleValuesParser::new(["hemisphere", "cosine", "square"]).map(|name| match name.as_str() {
-        "cosine" => Domain::Cosine,
-        "square" => Domain::Square,
-        _ => Domain::Hemisphere,
-    })
 }
 
 fn search() -> impl TypedValueParser<Value = SearchMethod> {

@@ -1,0 +1,81 @@
+//! From field files to index planes, and from a source map to files again: what the verbs that
+//! synthesise share.
+
+use std::path::Path;
+
+use relume::field::{Domain, IndexSpace, Metric};
+use relume::format::{Encoding, ExrDepth, FieldFile, FieldFormat, PictureFormat, encode_field, exr, npy};
+use relume::synthesis::{SourceMap, gather};
+use relume::{Error, Planes, ReflectanceField, Result};
+
+use crate::context::Context;
+use crate::output;
+
+/// The index planes of fields of one kind.
+pub fn index(files: &[FieldFile], metric: Metric, domain: Domain, context: &Context) -> Result<Vec<Planes>> {
+    let space = IndexSpace::new(&files[0].field, metric, domain)?;
+    let bytes = 4 * space.planes() as u64;
+    let planes = |file: &FieldFile| {
+        context.limits.check("the index of the exemplar", file.field.size(), bytes)?;
+        Ok(space.index_planes(&file.field))
+    };
+    files.iter().map(planes).collect()
+}
+
+/// Refuses names of source maps that say no format.
+pub fn check_map(path: &Path) -> Result<()> {
+    MapFormat::from_path(path).map(|_| ())
+}
+
+/// The file that a map makes of registered fields, stored as the first one was.
+pub fn apply(map: &SourceMap, files: &[FieldFile], output: &Path, context: &Context) -> Result<Vec<u8>> {
+    let fields: Vec<&ReflectanceField> = files.iter().map(|file| &file.field).collect();
+    let field = gather(map, &fields, &context.limits).map_err(|e| e.at(output))?;
+    let encoding = &files[0].encoding;
+    let format = if output::is_stream(output) {
+        match *encoding {
+            Encoding::Ptm(_) => FieldFormat::Ptm,
+            Encoding::Picture(depth) => FieldFormat::Picture(PictureFormat::Png(depth)),
+            Encoding::Exr(depth) => FieldFormat::Exr(depth),
+        }
+    } else {
+        FieldFormat::from_path(output)?.in_depth_of(encoding)
+    };
+    let shared = files.iter().all(|file| file.encoding == *encoding).then_some(encoding);
+    encode_field(&field, format, shared, &context.limits).map_err(|e| e.at(output))
+}
+
+/// A file format of source maps.
+enum MapFormat {
+    Npy,
+    Exr,
+}
+
+impl MapFormat {
+    fn from_path(path: &Path) -> Result<Self> {
+        match path.extension().and_then(|e| e.to_str()) {
+            Some("npy") => Ok(Self::Npy),
+            Some("exr") => Ok(Self::Exr),
+            _ => Err(Error::usage("a source map is written as .npy or .exr: name the file so").at(path)),
+        }
+    }
+}
+
+/// x, y and exemplar of each texel's source; of blended texels the dominant one.
+pub fn source_map(map: &SourceMap, path: &Path, context: &Context) -> Result<Vec<u8>> {
+    context.limits.check("the source map", map.size(), 24)?;
+    let values = map.copies().iter().flat_map(|from| [from.x, from.y, from.exemplar]);
+    match MapFormat::from_path(path)? {
+        MapFormat::Npy => {
+            let values: Vec<i32> = values.map(u32::cast_signed).collect();
+            npy::encode_i32(map.size(), 3, &values)
+        }
+        MapFormat::Exr => {
+            let mut planes = Planes::zeros(map.size(), 3);
+            for (k, plane) in planes.iter_mut().enumerate() {
+                plane.iter_mut().zip(values.clone().skip(k).step_by(3)).for_each(|(out, v)| *out = v as f32);
+            }
+            exr::encode_labelled(&["x", "y", "exemplar"], &planes, ExrDepth::Float)
+        }
+    }
+}

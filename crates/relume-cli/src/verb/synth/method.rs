@@ -1,0 +1,190 @@
+//! The methods of `relume synth`: their options, checked, and what they say when they are done.
+
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use relume::synthesis::pixel::{EfrosLeungOptions, NeighbourSearch, WeiLevoyOptions, efros_leung, wei_levoy};
+use relume::synthesis::{BlockOptions, Exemplar, SourceMap, synthesize};
+use relume::{Error, Result, Size};
+use serde_json::{Value, json};
+
+use crate::context::Context;
+use crate::report::Report;
+
+/// Options that choose a method, and those of the methods that place texel after texel.
+#[derive(Debug, clap::Args)]
+#[group(skip)]
+pub struct Args {
+    /// How the texture is made: from blocks, or texel by texel
+    #[arg(long, default_value = "quilting", value_parser = method())]
+    method: Method,
+    /// Side of the window of texels that is compared, odd; alone it must hold the texture's largest
+    /// thing, with several levels the coarsest one does [default: 11, for wei-levoy 5]
+    #[arg(long, value_name = "N", help_heading = "Options of the pixel methods")]
+    window: Option<usize>,
+    /// Draw among windows up to (1 + E) times the squared distance of the best one [default: 0.1]
+    #[arg(long, value_name = "E", help_heading = "Options of the pixel methods")]
+    epsilon: Option<f64>,
+    /// Resolutions, each half the one before [default: 4]
+    #[arg(long, value_name = "N", help_heading = "Options of the pixel methods")]
+    levels: Option<usize>,
+    /// Leaves of the tree in which neighbourhoods are looked for; 0 looks at all of them instead
+    /// [default: 2048]
+    #[arg(long, value_name = "N", help_heading = "Options of the pixel methods")]
+    codewords: Option<usize>,
+}
+
+/// What makes a texture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Method {
+    Quilting,
+    EfrosLeung,
+    WeiLevoy,
+}
+
+impl Method {
+    const ALL: [(Self, &str); 3] =
+        [(Self::Quilting, "quilting"), (Self::EfrosLeung, "efros-leung"), (Self::WeiLevoy, "wei-levoy")];
+
+    fn name(self) -> &'static str {
+        Self::ALL.iter().find(|(method, _)| *method == self).expect("all methods are listed").1
+    }
+}
+
+fn method() -> impl TypedValueParser<Value = Method> {
+    PossibleValuesParser::new(Method::ALL.map(|(_, name)| name)).map(|text| {
+        Method::ALL.iter().find(|(_, name)| *name == text).expect("only listed names are possible").0
+    })
+}
+
+/// A method with all its options.
+pub enum Plan {
+    /// Blocks joined along cuts or by ramps.
+    Quilting(BlockOptions),
+    /// Growth from a seed.
+    EfrosLeung(EfrosLeungOptions),
+    /// Scanlines from noise, coarse to fine.
+    WeiLevoy(WeiLevoyOptions),
+}
+
+impl Plan {
+    /// The options of the chosen method; size, boundary and seed are those of the blocks.
+    ///
+    /// # Errors
+    /// When they mean nothing, or options of another method are given.
+    pub fn new(args: &Args, blocks: BlockOptions) -> Result<Self> {
+        args.refuse_strangers()?;
+        let (size, boundary, seed) = (blocks.size, blocks.boundary, blocks.seed);
+        match args.method {
+            Method::Quilting => {
+                blocks.validate()?;
+                Ok(Self::Quilting(blocks))
+            }
+            Method::EfrosLeung => {
+                let default = EfrosLeungOptions::default();
+                let window = args.window.unwrap_or(default.window);
+                let epsilon = args.epsilon.unwrap_or(default.epsilon);
+                let options = EfrosLeungOptions { size, window, epsilon, boundary, seed };
+                options.validate()?;
+                Ok(Self::EfrosLeung(options))
+            }
+            Method::WeiLevoy => {
+                let default = WeiLevoyOptions::default();
+                let search = match args.codewords {
+                    None => default.search,
+                    Some(0) => NeighbourSearch::Full,
+                    Some(codewords) => NeighbourSearch::Tsvq(codewords),
+                };
+                let window = args.window.unwrap_or(default.window);
+                let levels = args.levels.unwrap_or(default.levels);
+                let options = WeiLevoyOptions { size, window, levels, search, seed };
+                options.validate()?;
+                Ok(Self::WeiLevoy(options))
+            }
+        }
+    }
+
+    /// Makes the texture, and says how it came about.
+    pub fn run(
+        &self,
+        args: &super::Args,
+        exemplars: &[Exemplar<'_>],
+        context: &Context,
+    ) -> Result<(SourceMap, Report)> {
+        let (limits, progress) = (&context.limits, &context.progress);
+        match self {
+            Self::Quilting(options) => {
+                let made = synthesize(exemplars, options, limits, progress)?;
+                let report = super::report(args, options, &made);
+                Ok((made.map, report))
+            }
+            Self::EfrosLeung(options) => {
+                let (map, growth) = efros_leung(exemplars, options, limits, progress)?;
+                let json =
+                    json!({ "window": options.window, "epsilon": options.epsilon, "synthesis": growth });
+                let how = format!(
+                    "grown texel by texel from windows of {}, drawn from {} positions, {:.1} candidates a texel",
+                    options.window,
+                    growth.positions,
+                    growth.candidates as f64 / growth.texels.max(1) as f64
+                );
+                let report = texel_report(args, map.size(), &how, json);
+                Ok((map, report))
+            }
+            Self::WeiLevoy(options) => {
+                let (map, scanned) = wei_levoy(exemplars, options, limits, progress)?;
+                let json = json!({
+                    "window": options.window,
+                    "levels": options.levels,
+                    "search": options.search,
+                    "synthesis": scanned,
+                });
+                let how = format!(
+                    "row by row at {} levels from windows of {}, the nearest of {} neighbourhoods",
+                    options.levels, options.window, scanned.neighbourhoods
+                );
+                let report = texel_report(args, map.size(), &how, json);
+                Ok((map, report))
+            }
+        }
+    }
+}
+
+/// What a pixel method says of itself.
+fn texel_report(args: &super::Args, size: Size, how: &str, special: Value) -> Report {
+    let tiles = if args.tile { "; tiles without a seam" } else { "" };
+    let text = format!("{}: {size} texels {how}{tiles}", args.output.display());
+    let mut json = json!({
+        "width": size.width,
+        "height": size.height,
+        "method": args.method.method.name(),
+        "tile": args.tile,
+        "seed": args.seed,
+    });
+    for (name, value) in special.as_object().into_iter().flatten() {
+        json[name] = value.clone();
+    }
+    Report::new(text, json)
+}
+
+impl Args {
+    /// Refuses options of another method than the chosen one.
+    fn refuse_strangers(&self) -> Result<()> {
+        use Method::{EfrosLeung, WeiLevoy};
+        let given: [(&str, bool, &[Method]); 4] = [
+            ("--window", self.window.is_some(), &[EfrosLeung, WeiLevoy]),
+            ("--epsilon", self.epsilon.is_some(), &[EfrosLeung]),
+            ("--levels", self.levels.is_some(), &[WeiLevoy]),
+            ("--codewords", self.codewords.is_some(), &[WeiLevoy]),
+        ];
+        for (name, _, methods) in given.into_iter().filter(|(_, given, _)| *given) {
+            if !methods.contains(&self.method) {
+                let names: Vec<&str> = methods.iter().map(|method| method.name()).collect();
+                return Err(Error::usage(format!(
+                    "{name} means nothing to --method {}: it is an option of {}",
+                    self.method.name(),
+                    names.join(" and ")
+                )));
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,38 @@
+//! `relume tileable`: a texture made to tile by filling a band along its border anew.
+
+use std::path::PathBuf;
+
+use relume::Result;
+use relume::synthesis::fill::tileable;
+use relume::synthesis::{Boundary, Exemplar};
+use serde_json::json;
+
+use super::fill::How;
+use crate::context::Context;
+use crate::report::Report;
+
+/// Arguments of `relume tileable`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  relume tileable gravel.png -o tile.png --band 24")]
+pub struct Args {
+    /// A .ptm, an .exr field, or a picture; - is standard input
+    file: PathBuf,
+    /// Texels along each edge that are filled anew [default: an eighth of the shorter side]
+    #[arg(long, value_name = "N")]
+    band: Option<usize>,
+    #[command(flatten)]
+    how: How,
+}
+
+/// Fills the band and writes all that was asked for.
+pub fn run(args: &Args, context: &Context) -> Result<Report> {
+    args.how.check(&[&args.file], context)?;
+    let texture = args.how.read(&args.file, context)?;
+    let size = texture.index.size();
+    let band = args.band.unwrap_or_else(|| (size.width.min(size.height) / 8).max(1));
+    let exemplar = Exemplar { index: &texture.index, excluded: texture.excluded.as_deref() };
+    let options = args.how.options(Boundary::Torus);
+    let (map, growth) = tileable(exemplar, band, &options, &context.limits, &context.progress)?;
+    let what = format!("of a band of {band} along the border");
+    args.how.finish(&texture, &map, &growth, &what, json!({ "band": band }), context)
+}

@@ -1,0 +1,187 @@
+//! Hole filling: texels of a texture are replaced by copies of others, so that nothing shows where
+//! they were: blemishes, colour charts, or the border that keeps a picture from tiling.
+//!
+//! - [`fill()`] fills a mask's holes, from their edges inward: by texels, as the Efros-Leung method
+//!   grows ([`super::pixel::grow`]), or by patches in the order of [`patches`];
+//! - [`tileable`] opens a band along the border and fills it on the torus.
+//!
+//! Texels outside the holes are their own sources, so everything there stays as it is bit by bit.
+//! What a hole holds does not matter, not even whether it is a number.
+
+mod patches;
+
+use super::options::Boundary;
+use super::pixel::efros_leung::{check_epsilon, check_output};
+use super::pixel::grow::{Grower, Growth};
+use super::pixel::lattice::Lattice;
+use super::pixel::scan::Scan;
+use super::pixel::window::Window;
+use super::positions::Positions;
+use super::quantise::{Exemplar, Quantised};
+use super::source_map::{SourceMap, Texel};
+use crate::error::{Error, Result};
+use crate::limits::Limits;
+use crate::planes::{Planes, Size};
+use crate::progress::Progress;
+
+/// How holes are filled.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FillMethod {
+    /// Texel after texel, as the Efros-Leung method grows.
+    Texels,
+    /// Patch after patch, where the edges of things lead into the hole first.
+    Patches,
+}
+
+/// Options of [`fill()`] and [`tileable`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct FillOptions {
+    /// By texels or by patches.
+    pub method: FillMethod,
+    /// Side of the window, or of the patches, in texels: odd, at least 3.
+    pub window: usize,
+    /// How much farther than the best a window may be that is drawn from, as a share of the best
+    /// squared distance.
+    pub epsilon: f64,
+    /// Whether the texture goes on at the opposite edge.
+    pub boundary: Boundary,
+    /// Seed of the random choices.
+    pub seed: u64,
+}
+
+impl Default for FillOptions {
+    /// By patches of 11 that fit best, open edges.
+    fn default() -> Self {
+        Self { method: FillMethod::Patches, window: 11, epsilon: 0.0, boundary: Boundary::Open, seed: 0 }
+    }
+}
+
+/// Fills the holes of a texture with copies of its own texels. `excluded` texels are not copied and
+/// stay as they are.
+///
+/// The result depends on the texels outside the holes and the options only.
+///
+/// # Errors
+/// When a mask has another size, nothing or everything is a hole, no window lies outside holes and
+/// excluded texels, the options mean nothing, or the limits are exceeded.
+pub fn fill(
+    index: &Planes,
+    holes: &[bool],
+    excluded: Option<&[bool]>,
+    options: &FillOptions,
+    limits: &Limits,
+    progress: &dyn Progress,
+) -> Result<(SourceMap, Growth)> {
+    check_holes(holes, index.size())?;
+    limits.check("the texture to fill", index.size(), 4 * index.count() as u64)?;
+    let blank = blanked(index, holes);
+    let unusable = match excluded {
+        None => holes.to_vec(),
+        Some(mask) if mask.len() != holes.len() => {
+            return Err(Error::usage(format!(
+                "the mask of excluded texels has {} texels, the texture {}",
+                mask.len(),
+                index.size()
+            )));
+        }
+        Some(mask) => holes.iter().zip(mask).map(|(hole, excluded)| hole | excluded).collect(),
+    };
+    let source = Exemplar { index: &blank, excluded: Some(&unusable) };
+    fill_from(source, holes, options, limits, progress)
+}
+
+/// Fills a band of `band` texels along each edge on the torus, so that the texture tiles. The
+/// texels of the old border may be copied.
+///
+/// # Errors
+/// When the band leaves nothing in the middle, or as [`fill()`].
+pub fn tileable(
+    exemplar: Exemplar<'_>,
+    band: usize,
+    options: &FillOptions,
+    limits: &Limits,
+    progress: &dyn Progress,
+) -> Result<(SourceMap, Growth)> {
+    let size = exemplar.index.size();
+    if band == 0 || 2 * band >= size.width.min(size.height) {
+        return Err(Error::usage(format!(
+            "a band of {band} texels along each edge of {size} texels: choose 1 to {}",
+            (size.width.min(size.height).saturating_sub(1)) / 2
+        )));
+    }
+    let middle = |at: usize, length: usize| (band..length - band).contains(&at);
+    let texels = (0..size.height).flat_map(|y| (0..size.width).map(move |x| (x, y)));
+    let holes: Vec<bool> = texels.map(|(x, y)| !(middle(x, size.width) && middle(y, size.height))).collect();
+    let options = FillOptions { boundary: Boundary::Torus, ..options.clone() };
+    fill_from(exemplar, &holes, &options, limits, progress)
+}
+
+fn check_holes(holes: &[bool], size: Size) -> Result<()> {
+    if holes.len() != size.texels() {
+        return Err(Error::usage(format!(
+            "the mask of holes has {} texels, the texture is {size}: they must be equally large",
+            holes.len()
+        )));
+    }
+    match holes.iter().filter(|hole| **hole).count() {
+        0 => Err(Error::usage("the mask has no hole: mark the texels to fill")),
+        all if all == holes.len() => {
+            Err(Error::usage("the mask marks every texel: leave some from which to fill the others"))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// The same planes with one outside texel's values in the holes, so that what was there has no
+/// influence on the quantisation either.
+fn blanked(index: &Planes, holes: &[bool]) -> Planes {
+    let mut blank = index.clone();
+    let outside = holes.iter().position(|hole| !hole).expect("some texel is no hole");
+    for plane in blank.iter_mut() {
+        let value = plane[outside];
+        plane.iter_mut().zip(holes).filter(|(_, hole)| **hole).for_each(|(v, _)| *v = value);
+    }
+    blank
+}
+
+/// Fills holes with copies of the exemplar, which is as large as the texture.
+fn fill_from(
+    exemplar: Exemplar<'_>,
+    holes: &[bool],
+    options: &FillOptions,
+    limits: &Limits,
+    progress: &dyn Progress,
+) -> Result<(SourceMap, Growth)> {
+    let size = exemplar.index.size();
+    check_output(size, options.window, options.boundary)?;
+    check_epsilon(options.epsilon)?;
+    let exemplars = [exemplar];
+    let quantised = Quantised::new(&exemplars, limits)?;
+    let positions = Positions::of_windows(&exemplars, options.window)?;
+    let scan = Scan::new(&quantised, &positions, limits)?;
+    let mut lattice = Lattice::new(size, quantised.planes(), options.boundary, limits)?;
+    for texel in (0..size.texels()).filter(|&texel| !holes[texel]) {
+        let own = Texel { exemplar: 0, y: (texel / size.width) as u32, x: (texel % size.width) as u32 };
+        lattice.put(texel, own, &quantised);
+    }
+    let window = match options.method {
+        FillMethod::Texels => Window::gaussian(options.window),
+        FillMethod::Patches => Window::uniform(options.window),
+    };
+    let grower = Grower {
+        exemplars: &quantised,
+        positions: &positions,
+        window: &window,
+        epsilon: options.epsilon,
+        seed: options.seed,
+    };
+    let search = |query: &_, hints: &[_]| scan.matches(query, options.epsilon, hints);
+    let growth = match options.method {
+        FillMethod::Texels => grower.grow(&mut lattice, &search, progress),
+        FillMethod::Patches => patches::fill(&grower, &mut lattice, &search, progress),
+    };
+    Ok((lattice.into_map(&exemplars), growth))
+}
+
+#[cfg(test)]
+mod tests;

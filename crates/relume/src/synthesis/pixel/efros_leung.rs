@@ -1,0 +1,242 @@
+//! Non-parametric sampling: Efros, Leung, "Texture Synthesis by Non-parametric Sampling", ICCV 1999,
+//! on index planes.
+//!
+//! The output grows from a 3 x 3 piece of an exemplar in its middle. Each texel is a copy of the
+//! middle of a window drawn among all whose weighted squared distance to what is known is within
+//! (1 + epsilon) of the smallest. The window's side is the one parameter that matters: it must hold
+//! the largest thing in the texture. Windows lie inside the exemplars; there is no threshold on the
+//! error, as every texel has to be filled.
+//!
+//! Known failures are those of the paper: growing garbage, when the growth slips into a part of the
+//! exemplar that does not lead out of it, and verbatim copying, when windows are so large that only
+//! one fits.
+
+use super::grow::{Grower, Growth};
+use super::lattice::Lattice;
+use super::scan::Scan;
+use super::window::Window;
+use crate::error::{Error, Result};
+use crate::limits::Limits;
+use crate::numeric::random::Stream;
+use crate::planes::Size;
+use crate::progress::Progress;
+use crate::synthesis::options::Boundary;
+use crate::synthesis::positions::Positions;
+use crate::synthesis::quantise::{Exemplar, Quantised};
+use crate::synthesis::source_map::SourceMap;
+
+/// Side of the piece from which the output grows.
+const SEED_SIDE: usize = 3;
+
+/// Options of [`efros_leung`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct EfrosLeungOptions {
+    /// Size of the output in texels.
+    pub size: Size,
+    /// Side of the window in texels: odd, at least 3.
+    pub window: usize,
+    /// How much farther than the best a window may be that is drawn from, as a share of the best
+    /// squared distance.
+    pub epsilon: f64,
+    /// Whether the output closes on itself.
+    pub boundary: Boundary,
+    /// Seed of the random choices.
+    pub seed: u64,
+}
+
+impl Default for EfrosLeungOptions {
+    /// 256 x 256 texels, windows of 11, epsilon 0.1, open edges.
+    fn default() -> Self {
+        Self { size: Size::new(256, 256), window: 11, epsilon: 0.1, boundary: Boundary::Open, seed: 0 }
+    }
+}
+
+impl EfrosLeungOptions {
+    /// Checks the options by themselves; whether windows fit the exemplars shows when they are met.
+    pub fn validate(&self) -> Result<()> {
+        check_output(self.size, self.window, self.boundary)?;
+        check_epsilon(self.epsilon)
+    }
+}
+
+/// Refuses outputs without texels, windows without a middle, and windows that see themselves
+/// around a torus.
+pub(in crate::synthesis) fn check_output(size: Size, window: usize, boundary: Boundary) -> Result<()> {
+    Window::check_side(window)?;
+    if size.width == 0 || size.height == 0 {
+        return Err(Error::usage(format!("an output of {size} texels: both sides must be at least 1")));
+    }
+    if boundary == Boundary::Torus && size.width.min(size.height) < window {
+        return Err(Error::usage(format!(
+            "an output of {size} texels cannot tile with windows of {window}: a window would see itself; \
+             choose a smaller window or a larger output"
+        )));
+    }
+    Ok(())
+}
+
+/// Refuses shares that are no numbers of at least 0.
+pub(in crate::synthesis) fn check_epsilon(epsilon: f64) -> Result<()> {
+    if !epsilon.is_finite() || epsilon < 0.0 {
+        return Err(Error::usage(format!(
+            "an epsilon of {epsilon} has no meaning: it must be a number of at least 0"
+        )));
+    }
+    Ok(())
+}
+
+/// Grows an output from a seed.
+///
+/// The result depends on the exemplars and the options only, not on the number of threads.
+///
+/// # Errors
+/// When the options mean nothing, no window fits the exemplars, or the limits are exceeded.
+pub fn efros_leung(
+    exemplars: &[Exemplar<'_>],
+    options: &EfrosLeungOptions,
+    limits: &Limits,
+    progress: &dyn Progress,
+) -> Result<(SourceMap, Growth)> {
+    options.validate()?;
+    let quantised = Quantised::new(exemplars, limits)?;
+    let positions = Positions::of_windows(exemplars, options.window)?;
+    let scan = Scan::new(&quantised, &positions, limits)?;
+    let window = Window::gaussian(options.window);
+    let mut lattice = Lattice::new(options.size, quantised.planes(), options.boundary, limits)?;
+    plant(&mut lattice, &quantised, &positions, options);
+    let grower = Grower {
+        exemplars: &quantised,
+        positions: &positions,
+        window: &window,
+        epsilon: options.epsilon,
+        seed: options.seed,
+    };
+    let search = |query: &_, hints: &[_]| scan.matches(query, options.epsilon, hints);
+    let growth = grower.grow(&mut lattice, &search, progress);
+    Ok((lattice.into_map(exemplars), growth))
+}
+
+/// Puts the middle of a window drawn at random in the middle of the output.
+fn plant(lattice: &mut Lattice, quantised: &Quantised, positions: &Positions, options: &EfrosLeungOptions) {
+    let mut stream = Stream::new(options.seed, u64::MAX);
+    let corner = positions.nth(stream.below(positions.count()));
+    let inset = (options.window - SEED_SIDE) / 2;
+    let size = options.size;
+    let (left, top) = (size.width.saturating_sub(SEED_SIDE) / 2, size.height.saturating_sub(SEED_SIDE) / 2);
+    for dy in 0..SEED_SIDE.min(size.height) {
+        for dx in 0..SEED_SIDE.min(size.width) {
+            let source = corner.offset(inset + dx, inset + dy);
+            lattice.put(size.index(left + dx, top + dy), source, quantised);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::planes::Planes;
+    use crate::synthesis::pixel::plain;
+    use proptest::prelude::*;
+
+    fn noise(size: Size, planes: usize, seed: u64) -> Planes {
+        let mut stream = Stream::new(seed, 1);
+        let data = (0..size.texels() * planes).map(|_| stream.below(40) as f32).collect();
+        Planes::from_vec(size, planes, data).unwrap()
+    }
+
+    /// One texel after another in the order of growth, by the plain search.
+    fn sequential(exemplars: &[Exemplar<'_>], options: &EfrosLeungOptions) -> SourceMap {
+        let limits = Limits::default();
+        let quantised = Quantised::new(exemplars, &limits).unwrap();
+        let positions = Positions::new(exemplars, options.window).unwrap();
+        let mut lattice = Lattice::new(options.size, quantised.planes(), options.boundary, &limits).unwrap();
+        plant(&mut lattice, &quantised, &positions, options);
+        let window = Window::gaussian(options.window);
+        let radius = window.radius();
+        while lattice.unknown().next().is_some() {
+            let round = super::super::front::first(&lattice);
+            for texel in super::super::front::ordered(&lattice, round, radius, options.seed) {
+                let query = window.query(&lattice, texel);
+                let fitting = plain::matches(&quantised, &positions, &query, options.epsilon).positions;
+                let place = (options.size.texels() + texel) as u64;
+                let drawn = fitting[Stream::new(options.seed, place).below(fitting.len())];
+                lattice.put(texel, drawn.offset(radius, radius), &quantised);
+            }
+        }
+        lattice.into_map(exemplars)
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(30))]
+
+        #[test]
+        fn equals_the_sequential_growth_at_any_number_of_threads(
+            (half, planes, seed) in (1usize..4, 1usize..5, any::<u64>()),
+            (width, height, extra) in (1usize..29, 1usize..23, 0usize..9),
+            (torus, masked, several) in (any::<bool>(), any::<bool>(), 1usize..3),
+        ) {
+            let window = 2 * half + 1;
+            let least = if torus { window } else { 1 };
+            let options = EfrosLeungOptions {
+                size: Size::new(width.max(least), height.max(least)),
+                window,
+                boundary: if torus { Boundary::Torus } else { Boundary::Open },
+                seed,
+                ..EfrosLeungOptions::default()
+            };
+            let side = window + extra;
+            let fields: Vec<Planes> =
+                (0..several).map(|e| noise(Size::new(side + e, side + 2), planes, seed ^ e as u64)).collect();
+            let mask = |p: &Planes| (0..p.size().texels()).map(|i| masked && i == 0).collect::<Vec<bool>>();
+            let masks: Vec<Vec<bool>> = fields.iter().map(mask).collect();
+            let exemplars: Vec<Exemplar<'_>> =
+                fields.iter().zip(&masks).map(|(index, mask)| Exemplar { index, excluded: Some(mask) }).collect();
+            let truth = sequential(&exemplars, &options);
+            for threads in [1, 2, 5] {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+                let made = pool.install(|| efros_leung(&exemplars, &options, &Limits::default(), &()).unwrap());
+                prop_assert_eq!(&made.0, &truth, "{} threads", threads);
+            }
+        }
+    }
+
+    #[test]
+    fn a_periodic_exemplar_is_continued_exactly_around_the_torus() {
+        let pattern = noise(Size::new(6, 5), 3, 9);
+        let index = pattern.repeated(4, 4);
+        let options = EfrosLeungOptions {
+            size: Size::new(36, 25),
+            window: 9,
+            epsilon: 0.0,
+            boundary: Boundary::Torus,
+            seed: 5,
+        };
+        let made =
+            efros_leung(&[Exemplar { index: &index, excluded: None }], &options, &Limits::default(), &());
+        let map = made.unwrap().0;
+        let phase = |texel: usize| {
+            let from = map.copies()[texel];
+            ((from.x as usize + 36 - texel % 36) % 6, (from.y as usize + 25 - texel / 36) % 5)
+        };
+        assert!((0..36 * 25).all(|texel| phase(texel) == phase(0)));
+    }
+
+    #[test]
+    fn meaningless_options_are_refused() {
+        let good = EfrosLeungOptions::default();
+        assert!(good.validate().is_ok());
+        let bad = [
+            EfrosLeungOptions { window: 10, ..good.clone() },
+            EfrosLeungOptions { window: 1, ..good.clone() },
+            EfrosLeungOptions { epsilon: f64::NAN, ..good.clone() },
+            EfrosLeungOptions { epsilon: -0.5, ..good.clone() },
+            EfrosLeungOptions { size: Size::new(3, 0), ..good.clone() },
+            EfrosLeungOptions { size: Size::new(40, 10), boundary: Boundary::Torus, ..good },
+        ];
+        assert!(bad.iter().all(|options| options.validate().is_err()));
+        let index = noise(Size::new(9, 30), 1, 0);
+        let exemplar = [Exemplar { index: &index, excluded: None }];
+        let error = efros_leung(&exemplar, &EfrosLeungOptions::default(), &Limits::default(), &());
+        assert!(error.unwrap_err().message().contains("window of 11 x 11"));
+    }
+}

@@ -1,0 +1,61 @@
+//! The order in which texels grow: rounds of those that touch what is known, the ones with the most
+//! known texels around them first (Efros, Leung 1999), ties in an order drawn from the seed.
+//!
+//! Texels that do not see each other can be decided side by side. [`batches`] splits a round so
+//! that each texel comes after those before it in the order that it sees, and before those after
+//! it: the result is that of one texel after another, at any number of threads.
+
+use std::cmp::Reverse;
+
+use super::lattice::Lattice;
+use crate::numeric::random::Stream;
+
+/// The unknown texels that touch known ones.
+pub fn first(lattice: &Lattice) -> Vec<usize> {
+    let touches = |&texel: &usize| around(lattice, texel, 1).any(|there| lattice.is_known(there));
+    lattice.unknown().filter(touches).collect()
+}
+
+/// The unknown texels that touch those which a round has just made known.
+pub fn next(lattice: &Lattice, made: &[usize]) -> Vec<usize> {
+    let touched = made.iter().flat_map(|&texel| around(lattice, texel, 1));
+    let mut front: Vec<usize> = touched.filter(|&texel| !lattice.is_known(texel)).collect();
+    front.sort_unstable();
+    front.dedup();
+    front
+}
+
+/// A round's texels in the order of growth.
+pub fn ordered(lattice: &Lattice, front: Vec<usize>, radius: usize, seed: u64) -> Vec<usize> {
+    let key = |&texel: &usize| {
+        let known = around(lattice, texel, radius).filter(|&there| lattice.is_known(there)).count();
+        (Reverse(known), Stream::new(seed, texel as u64).below(1 << 32), texel)
+    };
+    let mut order = front;
+    order.sort_by_cached_key(key);
+    order
+}
+
+/// The order split into batches whose texels do not see each other. `batch_of` holds a zero for
+/// each texel of the lattice, before and after.
+pub fn batches(lattice: &Lattice, order: &[usize], radius: usize, batch_of: &mut [usize]) -> Vec<Vec<usize>> {
+    let mut batches: Vec<Vec<usize>> = Vec::new();
+    for &texel in order {
+        let batch = around(lattice, texel, radius).map(|there| batch_of[there]).max().unwrap_or(0);
+        batch_of[texel] = batch + 1;
+        if batch == batches.len() {
+            batches.push(Vec::new());
+        }
+        batches[batch].push(texel);
+    }
+    order.iter().for_each(|&texel| batch_of[texel] = 0);
+    batches
+}
+
+/// The texels within `radius` columns and rows of one, itself left out.
+fn around(lattice: &Lattice, texel: usize, radius: usize) -> impl Iterator<Item = usize> {
+    let (place, radius) = (lattice.place(texel), radius.cast_signed());
+    let places = (-radius..=radius).flat_map(move |dy| (-radius..=radius).map(move |dx| (dx, dy)));
+    let others = places.filter(|place| *place != (0, 0));
+    others.filter_map(move |(dx, dy)| lattice.beside(place, dx, dy))
+}

@@ -1,0 +1,105 @@
+//! Growth: unknown texels become known from the outside in, or from a seed outwards, each a copy of
+//! one drawn at random among those whose windows fit what is known around it.
+
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::front;
+use super::lattice::Lattice;
+use super::plain::Matches;
+use super::window::{Query, Window};
+use crate::numeric::random::Stream;
+use crate::progress::Progress;
+use crate::synthesis::positions::Positions;
+use crate::synthesis::quantise::Quantised;
+use crate::synthesis::source_map::Texel;
+
+/// The nearest known texels whose continuations are tried as hints.
+const HINTS: usize = 12;
+
+/// A search, told what to fit and where that is likely to be found.
+pub type Matcher<'a> = dyn Fn(&Query, &[Texel]) -> Matches + Sync + 'a;
+
+/// How an output came about.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Growth {
+    /// Positions in the exemplars at which a window lies.
+    pub positions: usize,
+    /// The difference in index space that one code stands for.
+    pub step: f64,
+    /// Texels that were grown.
+    pub texels: u64,
+    /// Windows that were drawn from, over all texels.
+    pub candidates: u64,
+}
+
+/// What every texel needs to know.
+#[derive(Debug, Clone, Copy)]
+pub struct Grower<'a> {
+    /// The exemplars.
+    pub exemplars: &'a Quantised,
+    /// Where windows may lie in them.
+    pub positions: &'a Positions,
+    /// What is compared.
+    pub window: &'a Window,
+    /// How much farther than the best a window may be.
+    pub epsilon: f64,
+    /// Seed of the random choices.
+    pub seed: u64,
+}
+
+impl Grower<'_> {
+    /// Makes every texel known, round after round.
+    pub fn grow(&self, lattice: &mut Lattice, matches: &Matcher<'_>, progress: &dyn Progress) -> Growth {
+        progress.start("growing texels", lattice.unknown().count() as u64);
+        let radius = self.window.radius();
+        let (mut texels, mut candidates) = (0, 0);
+        let mut scratch = vec![0; lattice.size().texels()];
+        let mut round = front::first(lattice);
+        while !round.is_empty() {
+            let order = front::ordered(lattice, round, radius, self.seed);
+            for batch in front::batches(lattice, &order, radius, &mut scratch) {
+                let draw = |&texel: &usize| self.draw(lattice, texel, matches);
+                let drawn: Vec<(Texel, usize)> = batch.par_iter().map(draw).collect();
+                for (&texel, (corner, count)) in batch.iter().zip(drawn) {
+                    lattice.put(texel, corner.offset(radius, radius), self.exemplars);
+                    candidates += count as u64;
+                }
+                progress.advance(batch.len() as u64);
+            }
+            texels += order.len() as u64;
+            round = front::next(lattice, &order);
+        }
+        self.growth(texels, candidates)
+    }
+
+    /// The report of an output of which so many texels were grown.
+    pub fn growth(&self, texels: u64, candidates: u64) -> Growth {
+        Growth { positions: self.positions.count(), step: self.exemplars.step(), texels, candidates }
+    }
+
+    /// The top-left texel of a window that fits around a texel, and among how many it was drawn.
+    pub fn draw(&self, lattice: &Lattice, texel: usize, matches: &Matcher<'_>) -> (Texel, usize) {
+        let query = self.window.query(lattice, texel);
+        let fitting = matches(&query, &self.hints(lattice, texel)).positions;
+        // The first number of a texel's own stream has settled its place in the order.
+        let place = lattice.size().texels() + texel;
+        let drawn = fitting[Stream::new(self.seed, place as u64).below(fitting.len())];
+        (drawn, fitting.len())
+    }
+
+    /// The windows that continue those from which the nearest known texels come.
+    fn hints(&self, lattice: &Lattice, texel: usize) -> Vec<Texel> {
+        let radius = self.window.radius().cast_signed();
+        let taps = self.window.taps().iter().filter(|tap| (tap.dx, tap.dy) != (0, 0));
+        let known = taps.filter_map(|tap| {
+            let there = lattice.neighbour(texel, tap.dx, tap.dy).filter(|&there| lattice.is_known(there))?;
+            lattice.source(there).moved(-tap.dx - radius, -tap.dy - radius)
+        });
+        let mut hints: Vec<Texel> =
+            known.take(HINTS).filter(|&position| self.positions.contains(position)).collect();
+        hints.sort_unstable();
+        hints.dedup();
+        hints
+    }
+}

@@ -1,0 +1,150 @@
+//! The output while texels are put into it one by one.
+
+use crate::error::Result;
+use crate::limits::Limits;
+use crate::planes::Size;
+use crate::synthesis::options::Boundary;
+use crate::synthesis::quantise::{Exemplar, Quantised};
+use crate::synthesis::source_map::{SourceMap, Texel};
+
+/// Codes and sources of the texels that are known, on an open rectangle or a torus.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Lattice {
+    size: Size,
+    planes: usize,
+    boundary: Boundary,
+    codes: Vec<i16>,
+    sources: Vec<Texel>,
+    known: Vec<bool>,
+}
+
+impl Lattice {
+    /// A lattice of which nothing is known.
+    ///
+    /// # Errors
+    /// When it exceeds the limits.
+    pub fn new(size: Size, planes: usize, boundary: Boundary, limits: &Limits) -> Result<Self> {
+        let bytes = (planes * size_of::<i16>() + size_of::<Texel>() + size_of::<bool>()) as u64;
+        limits.check("the synthesised output", size, bytes)?;
+        let texels = size.texels();
+        Ok(Self {
+            size,
+            planes,
+            boundary,
+            codes: vec![0; texels * planes],
+            sources: vec![Texel::default(); texels],
+            known: vec![false; texels],
+        })
+    }
+
+    /// Width and height.
+    pub fn size(&self) -> Size {
+        self.size
+    }
+
+    /// The texel `dx` columns to the right and `dy` rows down; none beyond an open edge.
+    ///
+    /// # Panics
+    /// On a torus, when it is farther away than the torus is large.
+    pub fn neighbour(&self, texel: usize, dx: isize, dy: isize) -> Option<usize> {
+        self.beside(self.place(texel), dx, dy)
+    }
+
+    /// The column and row of a texel.
+    pub fn place(&self, texel: usize) -> (usize, usize) {
+        (texel % self.size.width, texel / self.size.width)
+    }
+
+    /// As [`Lattice::neighbour`], from a column and row.
+    pub fn beside(&self, (x, y): (usize, usize), dx: isize, dy: isize) -> Option<usize> {
+        let Size { width, height } = self.size;
+        let (x, y) = (step(x, dx, width, self.boundary)?, step(y, dy, height, self.boundary)?);
+        Some(self.size.index(x, y))
+    }
+
+    /// Appends the codes of the square of texels around a place of a torus, row after row.
+    ///
+    /// # Panics
+    /// When the square goes beyond an open edge.
+    pub fn append_square(&self, (x, y): (usize, usize), radius: usize, codes: &mut Vec<i16>) {
+        let reach = radius.cast_signed();
+        let inside = x >= radius && x + radius < self.size.width;
+        for dy in -reach..=reach {
+            if inside {
+                let row = self.beside((x, y), -reach, dy).expect("a torus has no edge");
+                codes.extend_from_slice(&self.codes[row * self.planes..][..(2 * radius + 1) * self.planes]);
+                continue;
+            }
+            for dx in -reach..=reach {
+                let there = self.beside((x, y), dx, dy).expect("a torus has no edge");
+                codes.extend_from_slice(self.codes(there));
+            }
+        }
+    }
+
+    /// Whether a texel has been put.
+    pub fn is_known(&self, texel: usize) -> bool {
+        self.known[texel]
+    }
+
+    /// The texels that have not been put.
+    pub fn unknown(&self) -> impl Iterator<Item = usize> {
+        (0..self.known.len()).filter(|&texel| !self.known[texel])
+    }
+
+    /// The codes of a texel.
+    pub fn codes(&self, texel: usize) -> &[i16] {
+        &self.codes[texel * self.planes..][..self.planes]
+    }
+
+    /// Where a texel comes from.
+    pub fn source(&self, texel: usize) -> Texel {
+        self.sources[texel]
+    }
+
+    /// Puts a copy of an exemplar texel.
+    pub fn put(&mut self, texel: usize, source: Texel, exemplars: &Quantised) {
+        let from = exemplars.texels()[source.exemplar as usize].run(source.x as usize, source.y as usize, 1);
+        self.codes[texel * self.planes..][..self.planes].copy_from_slice(from);
+        self.sources[texel] = source;
+        self.known[texel] = true;
+    }
+
+    /// The finished map.
+    pub fn into_map(self, exemplars: &[Exemplar<'_>]) -> SourceMap {
+        SourceMap::new(self.size, exemplars, self.sources)
+    }
+}
+
+/// The coordinate `by` further than `from` of 0 to `length` - 1; none beyond an open edge.
+fn step(from: usize, by: isize, length: usize, boundary: Boundary) -> Option<usize> {
+    match from.checked_add_signed(by).filter(|&to| to < length) {
+        None if boundary == Boundary::Torus => {
+            let length = length.cast_signed();
+            let to = from.cast_signed() + by + if by < 0 { length } else { -length };
+            assert!((0..length).contains(&to), "a step of {by} on a torus of {length}");
+            Some(to.cast_unsigned())
+        }
+        to => to,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn neighbours_end_at_open_edges_and_go_on_around_a_torus() {
+        let at = |boundary| Lattice::new(Size::new(5, 3), 1, boundary, &Limits::default()).unwrap();
+        let (open, torus) = (at(Boundary::Open), at(Boundary::Torus));
+        for texel in 0..15 {
+            for (dx, dy) in (-3..=3).flat_map(|dy| (-5..=5).map(move |dx| (dx, dy))) {
+                let (x, y) = ((texel % 5) as isize + dx, (texel / 5) as isize + dy);
+                let around = (y.rem_euclid(3) * 5 + x.rem_euclid(5)) as usize;
+                assert_eq!(torus.neighbour(texel, dx, dy), Some(around));
+                let inside = (0..5).contains(&x) && (0..3).contains(&y);
+                assert_eq!(open.neighbour(texel, dx, dy), inside.then_some(around));
+            }
+        }
+    }
+}

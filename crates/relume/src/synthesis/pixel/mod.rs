@@ -1,0 +1,32 @@
+//! Pixel methods: synthesis of one texel after another, each a copy of an exemplar texel whose
+//! surroundings are like those laid already.
+//!
+//! ```text
+//! Exemplar --quantise--> codes --+
+//! Lattice --front--> texel --window--> query --scan--> matches --draw--> texel --> Lattice
+//! ```
+//!
+//! - [`efros_leung`]: outward from a seed, by weighted windows;
+//! - [`wei_levoy`]: in scanline order from noise, coarse to fine; [`pyramid`]: its resolutions;
+//!   [`tsvq`]: a tree that finds near [`vectors`];
+//! - [`grow`]: the growth itself, which hole filling shares; [`front`]: its order;
+//! - [`lattice`]: the output while it is being made; [`window`]: which surroundings count how much;
+//! - [`scan`]: the search, many positions at a time; [`plain`]: its slow truth.
+//!
+//! All decisions are made on integers, as in block synthesis.
+
+pub mod efros_leung;
+pub mod front;
+pub mod grow;
+pub mod lattice;
+pub mod plain;
+pub mod pyramid;
+pub mod scan;
+pub mod tsvq;
+pub mod vectors;
+pub mod wei_levoy;
+pub mod window;
+
+pub use efros_leung::{EfrosLeungOptions, efros_leung};
+pub use grow::Growth;
+pub use wei_levoy::{NeighbourSearch, WeiLevoyOptions, wei_levoy};

@@ -1,0 +1,53 @@
+//! The slow truth of the search: every position, tap after tap, plane after plane.
+
+use super::window::Query;
+use crate::synthesis::positions::Positions;
+use crate::synthesis::quantise::Quantised;
+use crate::synthesis::source_map::Texel;
+
+/// Positions of windows that fit well enough.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Matches {
+    /// The smallest weighted squared distance over all positions.
+    pub best: u64,
+    /// The top-left texels of all windows within (1 + epsilon) times it, in order.
+    pub positions: Vec<Texel>,
+}
+
+impl Matches {
+    /// Those among positions with their distances that are within (1 + `epsilon`) of the nearest.
+    pub fn within(near: &[(Texel, u64)], epsilon: f64) -> Self {
+        let best = near.iter().map(|(_, distance)| *distance).min().unwrap_or(0);
+        let limit = limit(best, epsilon);
+        let fitting = near.iter().filter(|(_, distance)| *distance <= limit);
+        Self { best, positions: fitting.map(|(position, _)| *position).collect() }
+    }
+}
+
+/// The largest distance that is accepted when `best` is the smallest; it rises with `best`.
+pub fn limit(best: u64, epsilon: f64) -> u64 {
+    best + (best as f64 * epsilon) as u64
+}
+
+/// Compares every position.
+pub fn matches(exemplars: &Quantised, positions: &Positions, query: &Query, epsilon: f64) -> Matches {
+    let all = (0..positions.count()).map(|number| positions.nth(number));
+    let near: Vec<(Texel, u64)> =
+        all.map(|position| (position, distance(exemplars, query, position))).collect();
+    Matches::within(&near, epsilon)
+}
+
+/// The weighted squared distance, in codes, of a query and the window whose top-left texel is
+/// `position`.
+pub fn distance(exemplars: &Quantised, query: &Query, position: Texel) -> u64 {
+    let exemplar = &exemplars.texels()[position.exemplar as usize];
+    let known = query.taps.iter().zip(query.codes.chunks_exact(exemplars.planes()));
+    known
+        .map(|(tap, codes)| {
+            let (x, y) = query.place(tap);
+            let there = exemplar.run(position.x as usize + x, position.y as usize + y, 1);
+            let squares = there.iter().zip(codes).map(|(a, b)| u64::from(a.abs_diff(*b)).pow(2));
+            tap.weight.value() * squares.sum::<u64>()
+        })
+        .sum()
+}

@@ -1,0 +1,129 @@
+//! Exemplars at falling resolution.
+
+use crate::error::{Error, Result};
+use crate::limits::Limits;
+use crate::planes::Size;
+use crate::synthesis::positions::Positions;
+use crate::synthesis::quantise::{Exemplar, Quantised};
+
+/// One resolution of the exemplars.
+#[derive(Debug)]
+pub struct Level {
+    /// Their codes.
+    pub exemplars: Quantised,
+    /// Their excluded texels.
+    pub masks: Vec<Option<Vec<bool>>>,
+}
+
+impl Level {
+    /// Where windows may lie at this resolution.
+    pub fn positions(&self, window: usize) -> Result<Positions> {
+        let sizes = self.exemplars.texels().iter().map(|texels| texels.size());
+        let areas: Vec<_> = sizes.zip(self.masks.iter().map(Option::as_deref)).collect();
+        Positions::of_areas(&areas, window, "window")
+    }
+
+    fn halved(&self) -> Self {
+        let sizes = self.exemplars.texels().iter().map(|texels| texels.size());
+        let masks = self.masks.iter().zip(sizes);
+        let masks = masks.map(|(mask, size)| mask.as_ref().map(|mask| halved_mask(mask, size))).collect();
+        Self { exemplars: self.exemplars.halved(), masks }
+    }
+}
+
+/// `levels` resolutions of exemplars, the finest first.
+///
+/// # Errors
+/// When the exemplars cannot be quantised, a window does not fit the coarsest of them, or the
+/// limits are exceeded.
+pub fn pyramid(
+    exemplars: &[Exemplar<'_>],
+    levels: usize,
+    window: usize,
+    limits: &Limits,
+) -> Result<Vec<Level>> {
+    for (number, exemplar) in exemplars.iter().enumerate() {
+        let size = exemplar.index.size();
+        let coarsest = (1..levels).fold(size, |size, _| halved_size(size));
+        if coarsest.width.min(coarsest.height) < window {
+            return Err(Error::usage(format!(
+                "exemplar {} of {size} texels is {coarsest} at the coarsest of {levels} levels, where windows \
+                 of {window} do not fit: choose fewer levels or a smaller window",
+                number + 1
+            )));
+        }
+    }
+    let masks = exemplars.iter().map(|exemplar| exemplar.excluded.map(<[bool]>::to_vec)).collect();
+    let mut pyramid = vec![Level { exemplars: Quantised::new(exemplars, limits)?, masks }];
+    for _ in 1..levels {
+        let next = pyramid.last().expect("the finest is there").halved();
+        pyramid.push(next);
+    }
+    Ok(pyramid)
+}
+
+/// The size of the next coarser level: half, rounded up.
+pub fn halved_size(size: Size) -> Size {
+    Size::new(size.width.div_ceil(2), size.height.div_ceil(2))
+}
+
+/// A coarser texel is excluded when one of those of which it is a mean is.
+fn halved_mask(mask: &[bool], size: Size) -> Vec<bool> {
+    let coarse = halved_size(size);
+    let near = |at: usize, length: usize| (2 * at).saturating_sub(1)..(2 * at + 3).min(length);
+    let excluded = |(x, y): (usize, usize)| {
+        near(y, size.height).any(|y| near(x, size.width).any(|x| mask[size.index(x, y)]))
+    };
+    let texels = (0..coarse.height).flat_map(|y| (0..coarse.width).map(move |x| (x, y)));
+    texels.map(excluded).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::random::Stream;
+    use crate::planes::Planes;
+
+    #[test]
+    fn coarser_texels_are_rounded_means_and_masks_grow_with_them() {
+        for (width, height, planes) in [(8, 6, 3), (7, 5, 2), (1, 9, 1)] {
+            let size = Size::new(width, height);
+            let mut stream = Stream::new(4, (width * height) as u64);
+            let data = (0..size.texels() * planes).map(|_| stream.below(256) as f32).collect();
+            let index = Planes::from_vec(size, planes, data).unwrap();
+            let mask: Vec<bool> = (0..size.texels()).map(|_| stream.below(9) == 0).collect();
+            let exemplars = [Exemplar { index: &index, excluded: Some(&mask) }];
+            let levels = pyramid(&exemplars, 2, 1, &Limits::default()).unwrap();
+            let [fine, coarse] = [0, 1].map(|level| &levels[level].exemplars.texels()[0]);
+            assert_eq!(coarse.size(), halved_size(size));
+            for (x, y) in
+                (0..coarse.size().height).flat_map(|y| (0..coarse.size().width).map(move |x| (x, y)))
+            {
+                let kernel = [(-1, 1), (0, 3), (1, 3), (2, 1)];
+                let at = |center: usize, by: isize, length: usize| {
+                    (2 * center as isize + by).clamp(0, length as isize - 1) as usize
+                };
+                let (mut sums, mut excluded) = (vec![0; planes], false);
+                for ((dx, a), (dy, b)) in kernel.iter().flat_map(|a| kernel.iter().map(move |b| (a, b))) {
+                    let (fx, fy) = (at(x, *dx, width), at(y, *dy, height));
+                    let codes = fine.run(fx, fy, 1);
+                    sums.iter_mut().zip(codes).for_each(|(sum, &code)| *sum += a * b * i32::from(code));
+                    excluded |= mask[size.index(fx, fy)];
+                }
+                let means: Vec<i16> =
+                    sums.iter().map(|sum| (f64::from(*sum) / 64.0 + 0.5).floor() as i16).collect();
+                assert_eq!(coarse.run(x, y, 1), means);
+                assert_eq!(levels[1].masks[0].as_ref().unwrap()[coarse.size().index(x, y)], excluded);
+            }
+        }
+    }
+
+    #[test]
+    fn windows_that_do_not_fit_the_coarsest_level_are_refused() {
+        let index = Planes::zeros(Size::new(40, 37), 1);
+        let exemplars = [Exemplar { index: &index, excluded: None }];
+        let error = pyramid(&exemplars, 4, 7, &Limits::default()).unwrap_err();
+        assert!(error.message().contains("5 x 5") && error.message().contains("fewer levels"), "{error}");
+        assert_eq!(pyramid(&exemplars, 4, 5, &Limits::default()).unwrap().len(), 4);
+    }
+}

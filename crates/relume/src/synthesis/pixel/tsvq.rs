@@ -1,0 +1,315 @@
+//! Tree-structured vector quantisation: Gersho, Gray, "Vector Quantization and Signal Compression",
+//! 1992, chapter 12, as Wei, Levoy, "Fast Texture Synthesis using Tree-structured Vector
+//! Quantization", SIGGRAPH 2000, use it to find a near vector in logarithmic time.
+//!
+//! The root holds all training vectors. Generation after generation the leaves of the largest
+//! distortion are split in two by Lloyd's iteration, started from the mean of the coordinate that
+//! varies most, until there are as many leaves as codewords were asked for. A search goes down to
+//! the nearer of two centroids each time.
+//!
+//! Different from the paper, which takes the codeword itself: the nearest training vector of the
+//! leaf is returned, so that the result is always one of them, and fewer codewords make a slower and
+//! better search. It is often not the nearest of all; what that costs is for the caller to weigh.
+//! All numbers that decide are integers: centroids are rounded means, ties go to the first child and
+//! the first vector.
+
+use rayon::prelude::*;
+
+use super::vectors::{Vectors, moments, squared_distance};
+
+/// Iterations of Lloyd's algorithm for a split.
+const ITERATIONS: usize = 2;
+
+/// Training vectors in a tree.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Tsvq {
+    nodes: Vec<Node>,
+    /// A centroid for each node.
+    centroids: Vectors,
+    /// The training vectors, those of a leaf together.
+    vectors: Vectors,
+    /// The number that each of them had.
+    numbers: Vec<u32>,
+    codewords: usize,
+}
+
+/// A node: inner ones have two children, leaves hold vectors.
+#[derive(Debug, Clone, PartialEq, Eq)]
+enum Node {
+    /// The number of the first child; the second follows it.
+    Inner(usize),
+    /// The first vector and the one past the last, in the tree's order; one alone where all are equal.
+    Leaf(usize, usize),
+}
+
+impl Tsvq {
+    /// A tree of up to `codewords` leaves over training vectors.
+    ///
+    /// # Panics
+    /// When there is no vector.
+    pub fn new(training: &Vectors, codewords: usize) -> Self {
+        assert!(training.count() > 0, "a tree needs a vector");
+        let mut growing = Growing::new(training);
+        growing.split_until(codewords);
+        growing.finish()
+    }
+
+    /// How many leaves there are.
+    pub fn codewords(&self) -> usize {
+        self.codewords
+    }
+
+    /// The number of a training vector near to `query`, and its squared distance.
+    pub fn near(&self, query: &[i16]) -> (usize, u64) {
+        let mut at = 0;
+        loop {
+            match self.nodes[at] {
+                Node::Inner(first) => {
+                    let a = squared_distance(query, self.centroids.row(first));
+                    let b = squared_distance(query, self.centroids.row(first + 1));
+                    at = if b < a { first + 1 } else { first };
+                }
+                Node::Leaf(start, end) => {
+                    let mut near = (u64::MAX, start);
+                    for i in start..end {
+                        near = near.min((squared_distance(self.vectors.row(i), query), i));
+                    }
+                    return (self.numbers[near.1] as usize, near.0);
+                }
+            }
+        }
+    }
+
+    /// The training vectors of each leaf, by number.
+    #[cfg(test)]
+    fn leaves(&self) -> Vec<Vec<usize>> {
+        let leaf = |node: &Node| match node {
+            Node::Leaf(start, end) => {
+                Some(self.numbers[*start..*end].iter().map(|&number| number as usize).collect())
+            }
+            Node::Inner(_) => None,
+        };
+        self.nodes.iter().filter_map(leaf).collect()
+    }
+}
+
+/// A leaf of a growing tree.
+struct Cluster {
+    members: Vec<u32>,
+    centroid: Vec<i16>,
+    /// The summed squared distance to the mean.
+    distortion: f64,
+    /// The coordinate that varies most, and the sum over the members of it.
+    widest: (usize, i64),
+}
+
+impl Cluster {
+    fn new(training: &Vectors, members: Vec<u32>) -> Self {
+        let count = members.len() as i64;
+        let (sums, squares) = moments(training, &members);
+        let spread = |d: usize| count as i128 * i128::from(squares[d]) - i128::from(sums[d]).pow(2);
+        let first_widest = |a: usize, b: usize| if spread(b) > spread(a) { b } else { a };
+        let widest = (0..sums.len()).reduce(first_widest).expect("vectors have coordinates");
+        let total: i128 = (0..sums.len()).map(spread).sum();
+        Self {
+            centroid: sums.iter().map(|&sum| rounded_mean(sum, count)).collect(),
+            distortion: total as f64 / count as f64,
+            widest: (widest, sums[widest]),
+            members,
+        }
+    }
+
+    /// Two parts of the cluster, each of the vectors that are nearer to its centroid than to the
+    /// other's; none where no such parts are found.
+    fn split(&self, training: &Vectors) -> Option<[Self; 2]> {
+        if self.distortion == 0.0 {
+            return None;
+        }
+        let (d, sum) = self.widest;
+        let count = self.members.len() as i64;
+        let above = |&n: &u32| i64::from(training.row(n as usize)[d]) * count >= sum;
+        let (b, a): (Vec<u32>, Vec<u32>) = self.members.iter().partition(|n| above(n));
+        let mut parts = [a, b];
+        let mut found = None;
+        for _ in 0..ITERATIONS {
+            let means = parts.map(|part| mean(training, &part));
+            parts = self.parted(training, &means);
+            if parts.iter().any(Vec::is_empty) {
+                break;
+            }
+            found = Some((parts.clone(), means));
+        }
+        let (parts, [a, b]) = found?;
+        let [first, second] = parts.map(|members| Self::new(training, members));
+        Some([Self { centroid: a, ..first }, Self { centroid: b, ..second }])
+    }
+
+    /// The members that are not nearer to the second of two centroids, and those that are.
+    fn parted(&self, training: &Vectors, centroids: &[Vec<i16>; 2]) -> [Vec<u32>; 2] {
+        let mut parts = [Vec::new(), Vec::new()];
+        for &n in &self.members {
+            let vector = training.row(n as usize);
+            let first = squared_distance(vector, &centroids[0]);
+            let second = squared_distance(vector, &centroids[1]);
+            parts[usize::from(second < first)].push(n);
+        }
+        parts
+    }
+}
+
+/// The rounded mean of some vectors.
+fn mean(training: &Vectors, members: &[u32]) -> Vec<i16> {
+    let (sums, _) = moments(training, members);
+    sums.into_iter().map(|sum| rounded_mean(sum, members.len() as i64)).collect()
+}
+
+fn rounded_mean(sum: i64, count: i64) -> i16 {
+    ((2 * sum + count) / (2 * count)) as i16
+}
+
+/// A tree while it grows: its leaves are clusters.
+struct Growing<'a> {
+    training: &'a Vectors,
+    nodes: Vec<GrowingNode>,
+    leaves: usize,
+}
+
+enum GrowingNode {
+    Inner { centroid: Vec<i16>, first: usize },
+    Leaf(Cluster),
+}
+
+impl<'a> Growing<'a> {
+    fn new(training: &'a Vectors) -> Self {
+        let all = Cluster::new(training, (0..training.count() as u32).collect());
+        Self { training, nodes: vec![GrowingNode::Leaf(all)], leaves: 1 }
+    }
+
+    /// Splits generation after generation, the largest distortions first.
+    fn split_until(&mut self, codewords: usize) {
+        let mut generation = vec![0];
+        while self.leaves < codewords && !generation.is_empty() {
+            generation.sort_by(|&a, &b| self.distortion(b).total_cmp(&self.distortion(a)).then(a.cmp(&b)));
+            let waiting = generation.split_off(generation.len().min(codewords - self.leaves));
+            let split = |&node: &usize| match &self.nodes[node] {
+                GrowingNode::Leaf(cluster) => cluster.split(self.training),
+                GrowingNode::Inner { .. } => None,
+            };
+            let parts: Vec<Option<[Cluster; 2]>> = generation.par_iter().map(split).collect();
+            let mut next = waiting;
+            for (node, parts) in generation.into_iter().zip(parts) {
+                next.extend(parts.into_iter().flat_map(|parts| self.replace(node, parts)));
+            }
+            generation = next;
+        }
+    }
+
+    fn distortion(&self, node: usize) -> f64 {
+        match &self.nodes[node] {
+            GrowingNode::Leaf(cluster) => cluster.distortion,
+            GrowingNode::Inner { .. } => 0.0,
+        }
+    }
+
+    /// Makes a leaf an inner node over two new ones, whose numbers it returns.
+    fn replace(&mut self, node: usize, parts: [Cluster; 2]) -> [usize; 2] {
+        let first = self.nodes.len();
+        if let GrowingNode::Leaf(cluster) = &mut self.nodes[node] {
+            let centroid = std::mem::take(&mut cluster.centroid);
+            self.nodes[node] = GrowingNode::Inner { centroid, first };
+        }
+        self.nodes.extend(parts.map(GrowingNode::Leaf));
+        self.leaves += 1;
+        [first, first + 1]
+    }
+
+    fn finish(self) -> Tsvq {
+        let (length, count) = (self.training.length(), self.training.count());
+        let mut centroids = Vectors::with_capacity(length, self.nodes.len());
+        let mut vectors = Vectors::with_capacity(length, count);
+        let mut numbers = Vec::with_capacity(count);
+        let mut nodes = Vec::with_capacity(self.nodes.len());
+        for node in self.nodes {
+            let (centroid, node) = match node {
+                GrowingNode::Inner { centroid, first } => (centroid, Node::Inner(first)),
+                GrowingNode::Leaf(cluster) => {
+                    let start = numbers.len();
+                    let kept = if cluster.distortion == 0.0 { 1 } else { cluster.members.len() };
+                    numbers.extend_from_slice(&cluster.members[..kept]);
+                    (cluster.centroid, Node::Leaf(start, numbers.len()))
+                }
+            };
+            centroids.push(&centroid);
+            nodes.push(node);
+        }
+        numbers.iter().for_each(|&n| vectors.push(self.training.row(n as usize)));
+        Tsvq { nodes, centroids, vectors, numbers, codewords: self.leaves }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::random::Stream;
+    use proptest::prelude::*;
+
+    /// Vectors around a few centres, with repetitions.
+    fn clustered(count: usize, length: usize, seed: u64) -> Vectors {
+        let mut stream = Stream::new(seed, 0);
+        let mut vectors = Vectors::with_capacity(length, count);
+        let centres: Vec<usize> = (0..5 * length).map(|_| stream.below(3000)).collect();
+        for _ in 0..count {
+            let (centre, spread) = (stream.below(5), 1 + stream.below(300));
+            let row: Vec<i16> =
+                (0..length).map(|d| (centres[centre * length + d] + stream.below(spread)) as i16).collect();
+            vectors.push(&row);
+        }
+        vectors
+    }
+
+    fn full_search(vectors: &Vectors, query: &[i16]) -> (usize, u64) {
+        let all = (0..vectors.count()).map(|n| (squared_distance(vectors.row(n), query), n));
+        let (distance, number) = all.min().unwrap();
+        (number, distance)
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(40))]
+
+        #[test]
+        fn leaves_share_the_training_vectors_and_searches_end_at_the_nearest_of_one(
+            (count, length, codewords, seed) in (1usize..300, 1usize..40, 1usize..80, any::<u64>()),
+        ) {
+            let vectors = clustered(count, length, seed);
+            let tree = Tsvq::new(&vectors, codewords);
+            prop_assert!(tree.codewords() <= codewords);
+            let leaves = tree.leaves();
+            prop_assert_eq!(leaves.len(), tree.codewords());
+            let all: std::collections::BTreeSet<usize> = leaves.iter().flatten().copied().collect();
+            prop_assert_eq!(all.len(), leaves.iter().map(Vec::len).sum::<usize>());
+            prop_assert!((0..count).all(|n| tree.near(vectors.row(n)).1 == 0), "all are found again");
+            let queries = clustered(20, length, seed ^ 1);
+            for query in (0..20).map(|n| queries.row(n)) {
+                let (number, distance) = tree.near(query);
+                prop_assert_eq!(distance, squared_distance(vectors.row(number), query));
+                prop_assert!(distance >= full_search(&vectors, query).1);
+                let leaf = leaves.iter().find(|leaf| leaf.contains(&number)).unwrap();
+                prop_assert!(leaf.iter().all(|&n| squared_distance(vectors.row(n), query) >= distance));
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_lost_grows_slowly_with_the_codewords() {
+        let vectors = clustered(3000, 24, 5);
+        let queries = clustered(300, 24, 6);
+        let excess = |codewords| -> f64 {
+            let tree = Tsvq::new(&vectors, codewords);
+            let ratio = |query| tree.near(query).1 as f64 / full_search(&vectors, query).1.max(1) as f64;
+            (0..300).map(|n| ratio(queries.row(n))).sum::<f64>() / 300.0
+        };
+        let (one, few, many) = (excess(1), excess(30), excess(300));
+        assert_eq!(one, 1.0, "a tree of one leaf is a full search");
+        assert!(few < many && many < 2.0, "{few} {many}");
+    }
+}

@@ -1,0 +1,190 @@
+//! Scanline synthesis: Wei, Levoy, "Fast Texture Synthesis using Tree-structured Vector
+//! Quantization", SIGGRAPH 2000, on index planes.
+//!
+//! The output begins as noise: copies of random exemplar texels. Row after row each texel becomes a
+//! copy of the exemplar texel whose neighbourhood is the most similar: the texels above and to the
+//! left that are done already, and with several levels also all around it at the next coarser
+//! resolution, which is synthesised first ([`neighbourhood`]). The most similar one is looked for
+//! among all ([`full`]), or by a tree ([`super::tsvq`]).
+//!
+//! The output is always treated as a torus, as in the paper. Its first rows are made beside noise
+//! and the last ones do not see the first, so that it tiles well only where the coarser levels
+//! carry the structure across.
+//!
+//! Exemplars are never seen beyond their edges; the paper lets them wrap or pads them.
+
+pub mod full;
+pub mod neighbourhood;
+
+use serde::Serialize;
+
+use super::efros_leung::check_output;
+use super::lattice::Lattice;
+use super::pyramid::{Level, halved_size, pyramid};
+use super::tsvq::Tsvq;
+use crate::error::{Error, Result};
+use crate::limits::Limits;
+use crate::numeric::random::Stream;
+use crate::planes::Size;
+use crate::progress::Progress;
+use crate::synthesis::options::Boundary;
+use crate::synthesis::quantise::Exemplar;
+use crate::synthesis::source_map::SourceMap;
+use full::Full;
+use neighbourhood::{Neighbourhood, Samples};
+
+/// How the most similar neighbourhood is looked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum NeighbourSearch {
+    /// Among all.
+    Full,
+    /// By a tree with so many codewords at each level, at most one for each neighbourhood.
+    Tsvq(usize),
+}
+
+/// Options of [`wei_levoy`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct WeiLevoyOptions {
+    /// Size of the output in texels.
+    pub size: Size,
+    /// Side of the neighbourhood at every level in texels: odd, at least 3.
+    pub window: usize,
+    /// Resolutions, each half the one before.
+    pub levels: usize,
+    /// How the most similar neighbourhood is looked for.
+    pub search: NeighbourSearch,
+    /// Seed of the noise.
+    pub seed: u64,
+}
+
+impl Default for WeiLevoyOptions {
+    /// 256 x 256 texels, windows of 5 at 4 levels, 2048 codewords.
+    fn default() -> Self {
+        Self { size: Size::new(256, 256), window: 5, levels: 4, search: NeighbourSearch::Tsvq(2048), seed: 0 }
+    }
+}
+
+impl WeiLevoyOptions {
+    /// Checks the options by themselves; whether windows fit the exemplars shows when they are met.
+    pub fn validate(&self) -> Result<()> {
+        if self.levels == 0 || self.levels > 16 {
+            return Err(Error::usage(format!("{} levels: choose 1 to 16", self.levels)));
+        }
+        if self.search == NeighbourSearch::Tsvq(0) {
+            return Err(Error::usage("a tree of 0 codewords finds nothing: choose at least 1"));
+        }
+        let coarsest = (1..self.levels).fold(self.size, |size, _| halved_size(size));
+        check_output(self.size, self.window, Boundary::Open)?;
+        check_output(coarsest, self.window, Boundary::Torus).map_err(|_| {
+            Error::usage(format!(
+                "an output of {} texels is {coarsest} at the coarsest of {} levels, where a window of {} would \
+                 see itself: choose fewer levels, a smaller window or a larger output",
+                self.size, self.levels, self.window
+            ))
+        })
+    }
+}
+
+/// How an output came about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct Scanned {
+    /// Neighbourhoods of the exemplars at the finest level.
+    pub neighbourhoods: usize,
+    /// Leaves of the tree at the finest level, 0 without a tree.
+    pub codewords: usize,
+    /// Texels that were made, over all levels.
+    pub texels: u64,
+    /// The summed squared distances, in codes, of the chosen neighbourhoods at the finest level.
+    pub distance: u64,
+}
+
+/// Makes an output in scanline order, the coarsest level first.
+///
+/// The result depends on the exemplars and the options only.
+///
+/// # Errors
+/// When the options mean nothing, no window fits the exemplars at the coarsest level, or the limits
+/// are exceeded.
+pub fn wei_levoy(
+    exemplars: &[Exemplar<'_>],
+    options: &WeiLevoyOptions,
+    limits: &Limits,
+    progress: &dyn Progress,
+) -> Result<(SourceMap, Scanned)> {
+    options.validate()?;
+    let pyramid = pyramid(exemplars, options.levels, options.window, limits)?;
+    let sizes: Vec<Size> = std::iter::successors(Some(options.size), |size| Some(halved_size(*size)))
+        .take(options.levels)
+        .collect();
+    progress.start("synthesising rows", sizes.iter().map(|size| size.height as u64).sum());
+    let mut scanned = Scanned { neighbourhoods: 0, codewords: 0, texels: 0, distance: 0 };
+    let mut done: Option<Lattice> = None;
+    for (number, (level, size)) in pyramid.iter().zip(sizes).enumerate().rev() {
+        let neighbourhood = Neighbourhood::new(options.window, done.is_some());
+        let samples = Samples::new(&neighbourhood, level, pyramid.get(number + 1), limits)?;
+        let search = Prepared::new(options.search, &samples);
+        let mut lattice = noise(level, &samples, size, options.seed.wrapping_add(number as u64), limits)?;
+        scanned.distance = 0;
+        for texel in 0..size.texels() {
+            let query = neighbourhood.of_output(&lattice, done.as_ref(), texel);
+            let (number, distance) = search.near(&query);
+            lattice.put(texel, samples.places[number], &level.exemplars);
+            scanned.distance += distance;
+            if (texel + 1).is_multiple_of(size.width) {
+                progress.advance(1);
+            }
+        }
+        scanned.texels += size.texels() as u64;
+        scanned.neighbourhoods = samples.places.len();
+        scanned.codewords = search.codewords();
+        done = Some(lattice);
+    }
+    let lattice = done.expect("there is at least one level");
+    Ok((lattice.into_map(exemplars), scanned))
+}
+
+/// A search over the neighbourhoods of one level.
+enum Prepared<'a> {
+    Full(Full<'a>),
+    Tsvq(Tsvq),
+}
+
+impl<'a> Prepared<'a> {
+    fn new(search: NeighbourSearch, samples: &'a Samples) -> Self {
+        match search {
+            NeighbourSearch::Full => Self::Full(Full { vectors: &samples.vectors }),
+            NeighbourSearch::Tsvq(codewords) => Self::Tsvq(Tsvq::new(&samples.vectors, codewords)),
+        }
+    }
+
+    fn near(&self, query: &[i16]) -> (usize, u64) {
+        match self {
+            Self::Full(full) => full.nearest(query),
+            Self::Tsvq(tree) => tree.near(query),
+        }
+    }
+
+    fn codewords(&self) -> usize {
+        match self {
+            Self::Full(_) => 0,
+            Self::Tsvq(tree) => tree.codewords(),
+        }
+    }
+}
+
+/// A torus of copies of random exemplar texels; each row has its own stream.
+fn noise(level: &Level, samples: &Samples, size: Size, seed: u64, limits: &Limits) -> Result<Lattice> {
+    let mut lattice = Lattice::new(size, level.exemplars.planes(), Boundary::Torus, limits)?;
+    for y in 0..size.height {
+        let mut stream = Stream::new(seed, y as u64);
+        for x in 0..size.width {
+            let source = samples.places[stream.below(samples.places.len())];
+            lattice.put(size.index(x, y), source, &level.exemplars);
+        }
+    }
+    Ok(lattice)
+}
+
+#[cfg(test)]
+mod tests;

@@ -105,11 +105,11 @@ fn a_pattern_is_made_to_tile() {
 fn textures_of_single_texels_are_the_same_at_any_number_of_threads() {
     let folder = tempfile::tempdir().unwrap();
     prepare(folder.path());
-    for method in ["efros-leung", "wei-levoy"] {
+    for method in ["efros-leung", "wei-levoy", "patchmatch"] {
         let run = |threads: &str, output: &str| {
             let arguments = ["synth", "clean.png", "--method", method, "--window", "5", "--size", "60x41"];
             let more = ["--tile", "--threads", threads, "-o", output, "--force", "--json"];
-            let levels = if method == "wei-levoy" { &["--levels", "3"][..] } else { &[] };
+            let levels = if method == "efros-leung" { &[][..] } else { &["--levels", "3"] };
             let said = made(folder.path(), &[&arguments[..], &more, levels].concat());
             assert!(String::from_utf8_lossy(&said).contains(&format!("\"method\": \"{method}\"")));
             fs::read(folder.path().join(output)).unwrap()
@@ -142,6 +142,8 @@ fn what_cannot_be_filled_is_said() {
     };
     assert!(synth(&["--window", "5"]).contains("quilting"));
     assert!(synth(&["--method", "efros-leung", "--levels", "2"]).contains("wei-levoy"));
+    assert!(synth(&["--method", "patchmatch", "--rounds", "0"]).contains("at least 1"));
+    assert!(synth(&["--method", "patchmatch", "--epsilon", "0"]).contains("efros-leung"));
     assert!(synth(&["--method", "wei-levoy", "--levels", "5"]).contains("fewer levels"));
     assert!(synth(&["--method", "efros-leung", "--window", "6"]).contains("odd"));
     assert!(synth(&["--method", "efros-leung", "--window", "31"]).contains("window of at most 30"));

@@ -1,7 +1,12 @@
 //! The methods of `relume synth`: their options, checked, and what they say when they are done.
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use relume::synthesis::pixel::{EfrosLeungOptions, NeighbourSearch, WeiLevoyOptions, efros_leung, wei_levoy};
+use relume::synthesis::pixel::patch_match::Optimised;
+use relume::synthesis::pixel::wei_levoy::Scanned;
+use relume::synthesis::pixel::{
+    EfrosLeungOptions, Growth, NeighbourSearch, PatchMatchOptions, WeiLevoyOptions, efros_leung, patch_match,
+    wei_levoy,
+};
 use relume::synthesis::{BlockOptions, Exemplar, SourceMap, synthesize};
 use relume::{Error, Result, Size};
 use serde_json::{Value, json};
@@ -17,7 +22,8 @@ pub struct Args {
     #[arg(long, default_value = "quilting", value_parser = method())]
     method: Method,
     /// Side of the window of texels that is compared, odd; alone it must hold the texture's largest
-    /// thing, with several levels the coarsest one does [default: 11, for wei-levoy 5]
+    /// thing, with several levels the coarsest one does [default: 11 for efros-leung, 5 for wei-levoy,
+    /// 7 for patchmatch]
     #[arg(long, value_name = "N", help_heading = "Options of the pixel methods")]
     window: Option<usize>,
     /// Draw among windows up to (1 + E) times the squared distance of the best one [default: 0.1]
@@ -30,6 +36,12 @@ pub struct Args {
     /// [default: 2048]
     #[arg(long, value_name = "N", help_heading = "Options of the pixel methods")]
     codewords: Option<usize>,
+    /// How often matches and texels are improved at each level [default: 3]
+    #[arg(long, value_name = "N", help_heading = "Options of the pixel methods")]
+    rounds: Option<usize>,
+    /// How much parts of the exemplar are avoided that are used more than evenly [default: 0.3]
+    #[arg(long, value_name = "U", help_heading = "Options of the pixel methods")]
+    uniformity: Option<f64>,
 }
 
 /// What makes a texture.
@@ -38,20 +50,26 @@ enum Method {
     Quilting,
     EfrosLeung,
     WeiLevoy,
+    PatchMatch,
 }
 
 impl Method {
-    const ALL: [(Self, &str); 3] =
-        [(Self::Quilting, "quilting"), (Self::EfrosLeung, "efros-leung"), (Self::WeiLevoy, "wei-levoy")];
+    const ALL: [Self; 4] = [Self::Quilting, Self::EfrosLeung, Self::WeiLevoy, Self::PatchMatch];
 
     fn name(self) -> &'static str {
-        Self::ALL.iter().find(|(method, _)| *method == self).expect("all methods are listed").1
+        match self {
+            Self::Quilting => "quilting",
+            Self::EfrosLeung => "efros-leung",
+            Self::WeiLevoy => "wei-levoy",
+            Self::PatchMatch => "patchmatch",
+        }
     }
 }
 
 fn method() -> impl TypedValueParser<Value = Method> {
-    PossibleValuesParser::new(Method::ALL.map(|(_, name)| name)).map(|text| {
-        Method::ALL.iter().find(|(_, name)| *name == text).expect("only listed names are possible").0
+    PossibleValuesParser::new(Method::ALL.map(Method::name)).map(|text| {
+        let method = Method::ALL.into_iter().find(|method| method.name() == text);
+        method.expect("only listed names are possible")
     })
 }
 
@@ -63,6 +81,8 @@ pub enum Plan {
     EfrosLeung(EfrosLeungOptions),
     /// Scanlines from noise, coarse to fine.
     WeiLevoy(WeiLevoyOptions),
+    /// The whole improved by matches of its patches, coarse to fine.
+    PatchMatch(PatchMatchOptions),
 }
 
 impl Plan {
@@ -99,6 +119,20 @@ impl Plan {
                 options.validate()?;
                 Ok(Self::WeiLevoy(options))
             }
+            Method::PatchMatch => {
+                let default = PatchMatchOptions::default();
+                let options = PatchMatchOptions {
+                    size,
+                    window: args.window.unwrap_or(default.window),
+                    levels: args.levels.unwrap_or(default.levels),
+                    rounds: args.rounds.unwrap_or(default.rounds),
+                    uniformity: args.uniformity.unwrap_or(default.uniformity),
+                    seed,
+                    ..default
+                };
+                options.validate()?;
+                Ok(Self::PatchMatch(options))
+            }
         }
     }
 
@@ -110,47 +144,73 @@ impl Plan {
         context: &Context,
     ) -> Result<(SourceMap, Report)> {
         let (limits, progress) = (&context.limits, &context.progress);
-        match self {
+        let (map, (how, json)) = match self {
             Self::Quilting(options) => {
                 let made = synthesize(exemplars, options, limits, progress)?;
                 let report = super::report(args, options, &made);
-                Ok((made.map, report))
+                return Ok((made.map, report));
             }
             Self::EfrosLeung(options) => {
                 let (map, growth) = efros_leung(exemplars, options, limits, progress)?;
-                let json =
-                    json!({ "window": options.window, "epsilon": options.epsilon, "synthesis": growth });
-                let how = format!(
-                    "grown texel by texel from windows of {}, drawn from {} positions, {:.1} candidates a texel",
-                    options.window,
-                    growth.positions,
-                    growth.candidates as f64 / growth.texels.max(1) as f64
-                );
-                let report = texel_report(args, map.size(), &how, json);
-                Ok((map, report))
+                (map, describe_growth(options, &growth))
             }
             Self::WeiLevoy(options) => {
                 let (map, scanned) = wei_levoy(exemplars, options, limits, progress)?;
-                let json = json!({
-                    "window": options.window,
-                    "levels": options.levels,
-                    "search": options.search,
-                    "synthesis": scanned,
-                });
-                let how = format!(
-                    "row by row at {} levels from windows of {}, the nearest of {} neighbourhoods",
-                    options.levels, options.window, scanned.neighbourhoods
-                );
-                let report = texel_report(args, map.size(), &how, json);
-                Ok((map, report))
+                (map, describe_scan(options, &scanned))
             }
-        }
+            Self::PatchMatch(options) => {
+                let (map, optimised) = patch_match(exemplars, options, limits, progress)?;
+                (map, describe_optimisation(options, &optimised))
+            }
+        };
+        let report = texel_report(args, map.size(), &how, json);
+        Ok((map, report))
     }
+}
+
+fn describe_growth(options: &EfrosLeungOptions, growth: &Growth) -> (String, Value) {
+    let how = format!(
+        "grown texel by texel from windows of {}, drawn from {} positions, {:.1} candidates a texel",
+        options.window,
+        growth.positions,
+        growth.candidates as f64 / growth.texels.max(1) as f64
+    );
+    (how, json!({ "window": options.window, "epsilon": options.epsilon, "synthesis": growth }))
+}
+
+fn describe_scan(options: &WeiLevoyOptions, scanned: &Scanned) -> (String, Value) {
+    let WeiLevoyOptions { window, levels, search, .. } = *options;
+    let how = format!(
+        "row by row at {levels} levels from windows of {window}, near ones of {} neighbourhoods",
+        scanned.neighbourhoods
+    );
+    (how, json!({ "window": window, "levels": levels, "search": search, "synthesis": scanned }))
+}
+
+fn describe_optimisation(options: &PatchMatchOptions, optimised: &Optimised) -> (String, Value) {
+    let PatchMatchOptions { window, levels, rounds, uniformity, .. } = *options;
+    let how = format!(
+        "improved {rounds} times at {levels} levels by patches of {window}, matched to {} positions",
+        optimised.positions
+    );
+    let json = json!({
+        "window": window,
+        "levels": levels,
+        "rounds": rounds,
+        "uniformity": uniformity,
+        "synthesis": optimised,
+    });
+    (how, json)
 }
 
 /// What a pixel method says of itself.
 fn texel_report(args: &super::Args, size: Size, how: &str, special: Value) -> Report {
-    let tiles = if args.tile { "; tiles without a seam" } else { "" };
+    let tiles = match args.method.method {
+        Method::WeiLevoy => "; its coarser levels tile",
+        Method::PatchMatch => "; tiles without a seam",
+        _ if args.tile => "; tiles without a seam",
+        _ => "",
+    };
     let text = format!("{}: {size} texels {how}{tiles}", args.output.display());
     let mut json = json!({
         "width": size.width,
@@ -168,12 +228,14 @@ fn texel_report(args: &super::Args, size: Size, how: &str, special: Value) -> Re
 impl Args {
     /// Refuses options of another method than the chosen one.
     fn refuse_strangers(&self) -> Result<()> {
-        use Method::{EfrosLeung, WeiLevoy};
-        let given: [(&str, bool, &[Method]); 4] = [
-            ("--window", self.window.is_some(), &[EfrosLeung, WeiLevoy]),
+        use Method::{EfrosLeung, PatchMatch, WeiLevoy};
+        let given: [(&str, bool, &[Method]); 6] = [
+            ("--window", self.window.is_some(), &[EfrosLeung, WeiLevoy, PatchMatch]),
             ("--epsilon", self.epsilon.is_some(), &[EfrosLeung]),
-            ("--levels", self.levels.is_some(), &[WeiLevoy]),
+            ("--levels", self.levels.is_some(), &[WeiLevoy, PatchMatch]),
             ("--codewords", self.codewords.is_some(), &[WeiLevoy]),
+            ("--rounds", self.rounds.is_some(), &[PatchMatch]),
+            ("--uniformity", self.uniformity.is_some(), &[PatchMatch]),
         ];
         for (name, _, methods) in given.into_iter().filter(|(_, given, _)| *given) {
             if !methods.contains(&self.method) {

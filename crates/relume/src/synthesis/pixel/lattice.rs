@@ -62,23 +62,25 @@ impl Lattice {
         Some(self.size.index(x, y))
     }
 
-    /// Appends the codes of the square of texels around a place of a torus, row after row.
+    /// Appends the codes of neighbouring texels of a torus, from `dx` columns to the right and `dy`
+    /// rows down of a place.
     ///
     /// # Panics
-    /// When the square goes beyond an open edge.
-    pub fn append_square(&self, (x, y): (usize, usize), radius: usize, codes: &mut Vec<i16>) {
-        let reach = radius.cast_signed();
-        let inside = x >= radius && x + radius < self.size.width;
-        for dy in -reach..=reach {
-            if inside {
-                let row = self.beside((x, y), -reach, dy).expect("a torus has no edge");
-                codes.extend_from_slice(&self.codes[row * self.planes..][..(2 * radius + 1) * self.planes]);
-                continue;
-            }
-            for dx in -reach..=reach {
-                let there = self.beside((x, y), dx, dy).expect("a torus has no edge");
-                codes.extend_from_slice(self.codes(there));
-            }
+    /// When they lie beyond an open edge.
+    pub fn append_row(
+        &self,
+        place: (usize, usize),
+        (dx, dy): (isize, isize),
+        length: usize,
+        codes: &mut Vec<i16>,
+    ) {
+        let first = place.0.checked_add_signed(dx);
+        let inside = first.is_some_and(|first| first + length <= self.size.width);
+        let texel = |dx| self.beside(place, dx, dy).expect("a torus has no edge");
+        if inside {
+            codes.extend_from_slice(&self.codes[texel(dx) * self.planes..][..length * self.planes]);
+        } else {
+            (dx..dx + length.cast_signed()).for_each(|dx| codes.extend_from_slice(self.codes(texel(dx))));
         }
     }
 
@@ -132,6 +134,28 @@ fn step(from: usize, by: isize, length: usize, boundary: Boundary) -> Option<usi
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn rows_are_those_of_their_texels() {
+        let index =
+            crate::planes::Planes::from_vec(Size::new(4, 2), 2, (0..16).map(|v| v as f32).collect()).unwrap();
+        let exemplars = [Exemplar { index: &index, excluded: None }];
+        let exemplars = Quantised::new(&exemplars, &Limits::default()).unwrap();
+        let mut lattice = Lattice::new(Size::new(5, 3), 2, Boundary::Torus, &Limits::default()).unwrap();
+        for texel in 0..15 {
+            let source = Texel { exemplar: 0, y: (texel % 2) as u32, x: (texel % 4) as u32 };
+            lattice.put(texel, source, &exemplars);
+        }
+        for (x, dx, dy) in (0..5).flat_map(|x| (-5..3).flat_map(move |dx| (-2..3).map(move |dy| (x, dx, dy))))
+        {
+            let (mut row, mut truth) = (vec![7], vec![7]);
+            lattice.append_row((x, 1), (dx, dy), 3, &mut row);
+            for dx in dx..dx + 3 {
+                truth.extend_from_slice(lattice.codes(lattice.beside((x, 1), dx, dy).unwrap()));
+            }
+            assert_eq!(row, truth);
+        }
+    }
 
     #[test]
     fn neighbours_end_at_open_edges_and_go_on_around_a_torus() {

@@ -9,6 +9,7 @@
 //! - [`efros_leung`]: outward from a seed, by weighted windows;
 //! - [`wei_levoy`]: in scanline order from noise, coarse to fine; [`pyramid`]: its resolutions;
 //!   [`tsvq`]: a tree that finds near [`vectors`];
+//! - [`patch_match`]: the output improved as a whole, coarse to fine, by matches of its patches;
 //! - [`grow`]: the growth itself, which hole filling shares; [`front`]: its order;
 //! - [`lattice`]: the output while it is being made; [`window`]: which surroundings count how much;
 //! - [`scan`]: the search, many positions at a time; [`plain`]: its slow truth.
@@ -19,6 +20,7 @@ pub mod efros_leung;
 pub mod front;
 pub mod grow;
 pub mod lattice;
+pub mod patch_match;
 pub mod plain;
 pub mod pyramid;
 pub mod scan;
@@ -29,4 +31,5 @@ pub mod window;
 
 pub use efros_leung::{EfrosLeungOptions, efros_leung};
 pub use grow::Growth;
+pub use patch_match::{PatchMatchOptions, PatchSearch, patch_match};
 pub use wei_levoy::{NeighbourSearch, WeiLevoyOptions, wei_levoy};

@@ -125,9 +125,10 @@ pub fn wei_levoy(
         let samples = Samples::new(&neighbourhood, level, pyramid.get(number + 1), limits)?;
         let search = Prepared::new(options.search, &samples);
         let mut lattice = noise(level, &samples, size, options.seed.wrapping_add(number as u64), limits)?;
+        let mut query = Vec::new();
         scanned.distance = 0;
         for texel in 0..size.texels() {
-            let query = neighbourhood.of_output(&lattice, done.as_ref(), texel);
+            neighbourhood.of_output(&lattice, done.as_ref(), texel, &mut query);
             let (number, distance) = search.near(&query);
             lattice.put(texel, samples.places[number], &level.exemplars);
             scanned.distance += distance;

@@ -10,70 +10,70 @@ use crate::synthesis::positions::Positions;
 use crate::synthesis::quantise::IndexTexels;
 use crate::synthesis::source_map::Texel;
 
-/// Which texels are compared, as offsets in columns and rows.
+/// Neighbouring texels of one row: offset in columns and rows of the first, and how many.
+type Row = ((isize, isize), usize);
+
+/// Which texels are compared.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Neighbourhood {
     window: usize,
-    causal: Vec<(isize, isize)>,
-    coarser: Vec<(isize, isize)>,
+    causal: Vec<Row>,
+    coarser: Vec<Row>,
 }
 
 impl Neighbourhood {
     /// The causal half of a window, and the parent's surroundings where there is a parent.
     pub fn new(window: usize, has_parent: bool) -> Self {
-        let square =
-            |radius: isize| (-radius..=radius).flat_map(move |y| (-radius..=radius).map(move |x| (x, y)));
         let radius = (window / 2).cast_signed();
-        let causal = square(radius).take_while(|offset| *offset != (0, 0)).collect();
-        let coarser = if has_parent { square(1).collect() } else { Vec::new() };
+        let above = (-radius..0).map(|dy| ((-radius, dy), window));
+        let causal = above.chain([((-radius, 0), window / 2)]).collect();
+        let coarser = if has_parent { (-1..=1).map(|dy| ((-1, dy), 3)).collect() } else { Vec::new() };
         Self { window, causal, coarser }
     }
 
     /// The number of texels compared.
     fn texels(&self) -> usize {
-        self.causal.len() + self.coarser.len()
+        self.causal.iter().chain(&self.coarser).map(|(_, length)| length).sum()
     }
 
-    /// The vector of an output texel, on tori.
-    pub fn of_output(&self, lattice: &Lattice, coarser: Option<&Lattice>, texel: usize) -> Vec<i16> {
-        let planes = lattice.codes(texel).len();
-        let mut vector = Vec::with_capacity(padded(self.texels() * planes));
+    /// Makes `vector` that of an output texel, on tori.
+    pub fn of_output(
+        &self,
+        lattice: &Lattice,
+        coarser: Option<&Lattice>,
+        texel: usize,
+        vector: &mut Vec<i16>,
+    ) {
+        vector.clear();
         let (x, y) = lattice.place(texel);
-        append(&mut vector, lattice, (x, y), &self.causal);
+        for &(offset, length) in &self.causal {
+            lattice.append_row((x, y), offset, length, vector);
+        }
         if let Some(coarser) = coarser {
-            append(&mut vector, coarser, (x / 2, y / 2), &self.coarser);
+            for &(offset, length) in &self.coarser {
+                coarser.append_row((x / 2, y / 2), offset, length, vector);
+            }
         }
         vector.resize(padded(vector.len()), 0);
-        vector
     }
 
-    /// The vector of an exemplar texel whose window lies inside, none where the parent's does not.
+    /// The vector of an exemplar texel whose windows lie inside at both levels.
     fn of_exemplar(
         &self,
         level: &IndexTexels,
         coarser: Option<&IndexTexels>,
         (x, y): (usize, usize),
-    ) -> Option<Vec<i16>> {
+    ) -> Vec<i16> {
         let mut vector = Vec::new();
-        for (texels, (x, y), offsets) in
-            [(Some(level), (x, y), &self.causal), (coarser, (x / 2, y / 2), &self.coarser)]
-        {
-            let Some(texels) = texels else { continue };
-            for &(dx, dy) in offsets {
-                let x = x.checked_add_signed(dx).filter(|&x| x < texels.size().width)?;
-                let y = y.checked_add_signed(dy).filter(|&y| y < texels.size().height)?;
-                vector.extend_from_slice(texels.run(x, y, 1));
+        let mut append = |texels: &IndexTexels, (x, y): (usize, usize), rows: &[Row]| {
+            for &((dx, dy), length) in rows {
+                let (x, y) = (x.wrapping_add_signed(dx), y.wrapping_add_signed(dy));
+                vector.extend_from_slice(texels.run(x, y, length));
             }
-        }
-        Some(vector)
-    }
-}
-
-/// Appends the codes around a place of a torus.
-fn append(vector: &mut Vec<i16>, lattice: &Lattice, place: (usize, usize), offsets: &[(isize, isize)]) {
-    for &(dx, dy) in offsets {
-        let there = lattice.beside(place, dx, dy).expect("a torus has no edge");
-        vector.extend_from_slice(lattice.codes(there));
+        };
+        append(level, (x, y), &self.causal);
+        coarser.into_iter().for_each(|texels| append(texels, (x / 2, y / 2), &self.coarser));
+        vector
     }
 }
 
@@ -129,9 +129,7 @@ impl Samples {
         let texels = &level.exemplars.texels()[exemplar];
         let coarser = coarser.map(|level| &level.exemplars.texels()[exemplar]);
         let at = (place.x as usize, place.y as usize);
-        if let Some(vector) = neighbourhood.of_exemplar(texels, coarser, at) {
-            self.vectors.push(&vector);
-            self.places.push(place);
-        }
+        self.vectors.push(&neighbourhood.of_exemplar(texels, coarser, at));
+        self.places.push(place);
     }
 }

@@ -70,7 +70,7 @@ fn a_blemish_on_a_pattern_goes_without_a_trace() {
     for method in ["patches", "efros-leung"] {
         for more in [&[][..], &["--tile"][..]] {
             let mut arguments = vec!["fill", "spoilt.png", "--mask", "mask.png", "-o", "out.png", "--force"];
-            arguments.extend(["--method", method, "--window", "7", "--source-map", "map.npy"]);
+            arguments.extend(["--method", method, "--neighbourhood", "7", "--source-map", "map.npy"]);
             arguments.extend(more);
             made(folder.path(), &arguments);
             assert_eq!(samples(&folder.path().join("out.png")), truth, "{arguments:?}");
@@ -87,7 +87,8 @@ fn a_pattern_is_made_to_tile() {
     let pattern = |k: usize, x: usize, y: usize| ((x % 6 * 37 + y % 5 * 91 + k * 53) % 251) as u8;
     write_picture(&folder.path().join("a.png"), size, 3, pattern);
     for method in ["patches", "efros-leung"] {
-        let arguments = ["tileable", "a.png", "-o", "b.png", "--band", "6", "--window", "7", "--force"];
+        let arguments =
+            ["tileable", "a.png", "-o", "b.png", "--band", "6", "--neighbourhood", "7", "--force"];
         made(folder.path(), &[&arguments[..], &["--method", method]].concat());
         let (made_size, made) = samples(&folder.path().join("b.png"));
         let (_, given) = samples(&folder.path().join("a.png"));
@@ -107,7 +108,8 @@ fn textures_of_single_texels_are_the_same_at_any_number_of_threads() {
     prepare(folder.path());
     for method in ["efros-leung", "wei-levoy", "patchmatch"] {
         let run = |threads: &str, output: &str| {
-            let arguments = ["synth", "clean.png", "--method", method, "--window", "5", "--size", "60x41"];
+            let arguments =
+                ["synth", "clean.png", "--method", method, "--neighbourhood", "5", "--size", "60x41"];
             let more = ["--tile", "--threads", threads, "-o", output, "--force", "--json"];
             let levels = if method == "efros-leung" { &[][..] } else { &["--levels", "3"] };
             let said = made(folder.path(), &[&arguments[..], &more, levels].concat());
@@ -130,8 +132,8 @@ fn what_cannot_be_filled_is_said() {
     assert!(fill("white.png", &[]).contains("every texel"));
     let text = fill("small.png", &[]);
     assert!(text.contains("small.png") && text.contains("5 x 5") && text.contains("36 x 30"), "{text}");
-    assert!(fill("mask.png", &["--window", "8"]).contains("odd"));
-    assert!(fill("mask.png", &["--window", "31"]).contains("at most 30"));
+    assert!(fill("mask.png", &["--neighbourhood", "8"]).contains("odd"));
+    assert!(fill("mask.png", &["--neighbourhood", "31"]).contains("at most 30"));
     assert!(fill("mask.png", &["--source-map", "out.png"]).contains(".npy"));
     assert!(fill("mask.png", &["--exclude", "white.png"]).contains("no place"));
     let band = refused(folder.path(), &["tileable", "clean.png", "-o", "out.png", "--band", "15"]);
@@ -140,11 +142,11 @@ fn what_cannot_be_filled_is_said() {
         let arguments = ["synth", "clean.png", "-o", "out.png", "--size", "40"];
         refused(folder.path(), &[&arguments[..], more].concat())
     };
-    assert!(synth(&["--window", "5"]).contains("quilting"));
+    assert!(synth(&["--neighbourhood", "5"]).contains("quilting"));
     assert!(synth(&["--method", "efros-leung", "--levels", "2"]).contains("wei-levoy"));
     assert!(synth(&["--method", "patchmatch", "--rounds", "0"]).contains("at least 1"));
     assert!(synth(&["--method", "patchmatch", "--epsilon", "0"]).contains("efros-leung"));
     assert!(synth(&["--method", "wei-levoy", "--levels", "5"]).contains("fewer levels"));
-    assert!(synth(&["--method", "efros-leung", "--window", "6"]).contains("odd"));
-    assert!(synth(&["--method", "efros-leung", "--window", "31"]).contains("window of at most 30"));
+    assert!(synth(&["--method", "efros-leung", "--neighbourhood", "6"]).contains("odd"));
+    assert!(synth(&["--method", "efros-leung", "--neighbourhood", "31"]).contains("window of at most 30"));
 }

@@ -42,7 +42,7 @@ pub struct How {
     #[arg(long, default_value = "patches", value_parser = method())]
     method: FillMethod,
     /// Side of the patches, or of the window of texels that is compared: odd
-    #[arg(long, value_name = "N", default_value_t = 11)]
+    #[arg(long = "neighbourhood", value_name = "N", default_value_t = 11)]
     window: usize,
     /// Draw among windows up to (1 + E) times the squared distance of the best one [default: 0 for
     /// patches, 0.1 for efros-leung]

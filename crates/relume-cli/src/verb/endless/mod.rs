@@ -8,7 +8,6 @@ mod tiles;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
-use clap::builder::{PossibleValuesParser, TypedValueParser};
 use relume::format::{Encoding, FieldFormat, PictureFormat, Rows, Streamed};
 use relume::random_field::FieldModel;
 use relume::{Error, Progress, Result, Size};
@@ -21,10 +20,8 @@ use crate::{input, output};
 
 /// Arguments for endless textures.
 #[derive(Debug, clap::Args)]
+#[group(skip)]
 pub struct EndlessArgs {
-    /// quilting lays blocks; noise blends parts of a stochastic texture without end
-    #[arg(long, default_value = "quilting", value_parser = method())]
-    method: Method,
     /// Draw this part of the endless plane that tiles, noise or a model make: left, top, width and height in
     /// texels. Parts are identical however the plane is cut; --size draws from 0,0
     #[arg(
@@ -38,13 +35,6 @@ pub struct EndlessArgs {
     /// Side of the triangles of noise in texels [default: 0.29 of the exemplar's smaller side]
     #[arg(long, value_name = "N")]
     triangle: Option<f64>,
-}
-
-/// How a texture is made where it is not from tiles.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Method {
-    Quilting,
-    Noise,
 }
 
 /// A rectangle of the plane.
@@ -67,6 +57,8 @@ pub struct Job<'a> {
     pub size: Option<Size>,
     /// The seed of the random choices.
     pub seed: u64,
+    /// Whether noise is asked for.
+    pub noise: bool,
     /// Whether the output is to continue itself, which only a model can make it do.
     pub tile: bool,
     /// Options given that have no meaning for an endless plane.
@@ -113,16 +105,16 @@ fn source(job: &Job<'_>, context: &Context) -> Result<Option<Source>> {
             own = input::model(path, &context.limits)?.map(|model| Source::Model(Box::new(model)));
         }
     }
-    match (own, job.args.method) {
-        (Some(_), Method::Noise) => Err(Error::usage(
+    match (own, job.noise) {
+        (Some(_), true) => Err(Error::usage(
             "--method noise takes an exemplar, and this is a set of tiles or a model: leave it out",
         )),
-        (None, Method::Noise) => Ok(Some(Source::Noise)),
-        (None, Method::Quilting) if job.args.window.is_some() => Err(Error::usage(
+        (None, true) => Ok(Some(Source::Noise)),
+        (None, false) if job.args.window.is_some() => Err(Error::usage(
             "--window draws from a set of tiles made by relume roll, from a model, or with --method noise: \
              this is none of them",
         )),
-        (own, Method::Quilting) => Ok(own),
+        (own, false) => Ok(own),
     }
 }
 
@@ -182,11 +174,6 @@ impl Job<'_> {
         }
         Report::new(text, json).with_stdout_taken(output::is_stream(self.output))
     }
-}
-
-fn method() -> impl TypedValueParser<Value = Method> {
-    PossibleValuesParser::new(["quilting", "noise"])
-        .map(|name| if name == "noise" { Method::Noise } else { Method::Quilting })
 }
 
 /// The farthest that a window may lie from the origin: far beyond any picture, and without overflow.

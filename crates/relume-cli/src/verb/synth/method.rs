@@ -18,13 +18,13 @@ use crate::report::Report;
 #[derive(Debug, clap::Args)]
 #[group(skip)]
 pub struct Args {
-    /// How the texture is made: from blocks, or texel by texel
+    /// How the texture is made: from blocks, texel by texel, or as an endless plane of noise
     #[arg(long, default_value = "quilting", value_parser = method())]
     method: Method,
     /// Side of the window of texels that is compared, odd; alone it must hold the texture's largest
     /// thing, with several levels the coarsest one does [default: 11 for efros-leung, 5 for wei-levoy,
     /// 7 for patchmatch]
-    #[arg(long, value_name = "N", help_heading = "Options of the pixel methods")]
+    #[arg(long = "neighbourhood", value_name = "N", help_heading = "Options of the pixel methods")]
     window: Option<usize>,
     /// Draw among windows up to (1 + E) times the squared distance of the best one [default: 0.1]
     #[arg(long, value_name = "E", help_heading = "Options of the pixel methods")]
@@ -51,10 +51,11 @@ enum Method {
     EfrosLeung,
     WeiLevoy,
     PatchMatch,
+    Noise,
 }
 
 impl Method {
-    const ALL: [Self; 4] = [Self::Quilting, Self::EfrosLeung, Self::WeiLevoy, Self::PatchMatch];
+    const ALL: [Self; 5] = [Self::Quilting, Self::EfrosLeung, Self::WeiLevoy, Self::PatchMatch, Self::Noise];
 
     fn name(self) -> &'static str {
         match self {
@@ -62,6 +63,7 @@ impl Method {
             Self::EfrosLeung => "efros-leung",
             Self::WeiLevoy => "wei-levoy",
             Self::PatchMatch => "patchmatch",
+            Self::Noise => "noise",
         }
     }
 }
@@ -133,6 +135,7 @@ impl Plan {
                 options.validate()?;
                 Ok(Self::PatchMatch(options))
             }
+            Method::Noise => Err(Error::usage("--method noise makes windows of an endless plane only")),
         }
     }
 
@@ -226,11 +229,16 @@ fn texel_report(args: &super::Args, size: Size, how: &str, special: Value) -> Re
 }
 
 impl Args {
+    /// Whether noise is asked for.
+    pub fn is_noise(&self) -> bool {
+        self.method == Method::Noise
+    }
+
     /// Refuses options of another method than the chosen one.
     fn refuse_strangers(&self) -> Result<()> {
         use Method::{EfrosLeung, PatchMatch, WeiLevoy};
         let given: [(&str, bool, &[Method]); 6] = [
-            ("--window", self.window.is_some(), &[EfrosLeung, WeiLevoy, PatchMatch]),
+            ("--neighbourhood", self.window.is_some(), &[EfrosLeung, WeiLevoy, PatchMatch]),
             ("--epsilon", self.epsilon.is_some(), &[EfrosLeung]),
             ("--levels", self.levels.is_some(), &[WeiLevoy, PatchMatch]),
             ("--codewords", self.codewords.is_some(), &[WeiLevoy]),

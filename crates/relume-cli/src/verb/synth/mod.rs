@@ -146,6 +146,7 @@ fn endless_job(args: &Args) -> endless::Job<'_> {
         size: args.size,
         seed: args.seed,
         tile: args.tile,
+        noise: args.method.is_noise(),
         other_options: given.into_iter().filter(|(_, given)| *given).map(|(name, _)| name).collect(),
     }
 }

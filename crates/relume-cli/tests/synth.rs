@@ -160,15 +160,25 @@ fn bytes_are_the_same_at_any_number_of_threads_and_on_standard_output() {
     let at = |name: &str| folder.path().join(name);
     let color = bytes(EXEMPLAR.0 * EXEMPLAR.1 * 3, 5);
     write_png(&at("a.png"), png::ColorType::Rgb, png::BitDepth::Eight, &color);
-    for blend in ["cut", "alpha"] {
-        synth(folder.path(), &["a.png", "-o", "1.png", "--blend", blend, "--threads", "1", "--force"]);
-        synth(folder.path(), &["a.png", "-o", "5.png", "--blend", blend, "--threads", "5", "--force"]);
+    let mut textures = Vec::new();
+    for (blend, feather) in [("cut", "0"), ("graphcut", "0"), ("cut", "2"), ("graphcut", "3"), ("alpha", "0")]
+    {
+        let make = |output: &str, more: &[&str]| {
+            let start = ["a.png", "-o", output, "--force", "--blend", blend, "--feather", feather];
+            synth(folder.path(), &[&start, more].concat()).stdout
+        };
+        make("1.png", &["--threads", "1"]);
+        make("5.png", &["--threads", "5"]);
         let one = fs::read(at("1.png")).unwrap();
         assert_eq!(one, fs::read(at("5.png")).unwrap());
-        assert_eq!(one, synth(folder.path(), &["a.png", "-o", "-", "--blend", blend]).stdout);
-        synth(folder.path(), &["a.png", "-o", "5.png", "--blend", blend, "--seed", "1", "--force"]);
+        assert_eq!(one, make("-", &[]));
+        make("5.png", &["--seed", "1"]);
         assert_ne!(one, fs::read(at("5.png")).unwrap(), "another seed gives another texture");
+        assert!(!textures.contains(&one), "--blend {blend} --feather {feather} changes nothing");
+        textures.push(one);
     }
+    synth(folder.path(), &["a.png", "-o", "1.png", "--force"]);
+    assert_eq!(textures[0], fs::read(at("1.png")).unwrap(), "cuts without feathering are the default");
 }
 
 #[test]
@@ -195,5 +205,9 @@ fn what_cannot_be_done_is_said_and_leaves_nothing() {
     assert!(refused(&["--size", "64", "--source-map", "map.txt"]).contains("map.txt"));
     assert!(refused(&["--size", "64", "--source-map", "b.png"]).contains("two outputs"));
     assert!(refused(&["--size", "64", "--block", "8", "--tolerance", "nan"]).contains("NaN"));
+    let text = refused(&["--size", "64", "--block", "12", "--overlap", "3", "--feather", "4"]);
+    assert!(text.contains("0 to 3"), "{text}");
+    let text = refused(&["--size", "64", "--block", "8", "--blend", "alpha", "--feather", "1"]);
+    assert!(text.contains("cut or graphcut"), "{text}");
     refused(&["--size", "64", "--block", "8", "--metric", "legendre9"]);
 }

@@ -12,7 +12,8 @@ use serde::Serialize;
 
 use super::alpha::ramps;
 use super::canvas::Canvas;
-use super::cut::inside_cuts;
+use super::cut::graph::{BYTES_PER_TEXEL, inside_seam};
+use super::cut::{feather, inside_cuts};
 use super::layout::{Block, Layout};
 use super::options::{Blend, BlockOptions};
 use super::positions::Positions;
@@ -23,6 +24,7 @@ use super::source_map::{SourceMap, Texel};
 use crate::error::Result;
 use crate::limits::Limits;
 use crate::numeric::random::Stream;
+use crate::planes::Size;
 use crate::progress::Progress;
 
 /// What synthesis gives.
@@ -125,6 +127,10 @@ pub fn synthesize(
     let layout = Layout::new(options, limits)?;
     let recipe = plan(&options.search, options, &layout);
     limits.check_bytes("preparing the search", recipe.bytes(&quantised))?;
+    if options.blend == Blend::GraphCut {
+        let at_once = BYTES_PER_TEXEL * rayon::current_num_threads() as u64;
+        limits.check("the graph of a block", Size::new(options.block, options.block), at_once)?;
+    }
     let search = recipe.prepare(&quantised, &positions);
     let mut canvas = Canvas::new(layout.size, quantised.planes(), limits)?;
     let work = Work { options, quantised: &quantised, positions: &positions, search: &*search };
@@ -250,9 +256,6 @@ impl Work<'_> {
     /// The share of the block from `source` in each texel.
     fn weights(&self, query: &Query, source: Texel) -> Vec<f32> {
         let shape = &query.neighbourhood;
-        if self.options.blend == Blend::Alpha {
-            return ramps(shape);
-        }
         let from = &self.quantised.texels()[source.exemplar as usize];
         let planes = self.quantised.planes();
         let error = |x: usize, y: usize| {
@@ -260,30 +263,37 @@ impl Work<'_> {
             let old = &query.codes[shape.extent.index(x, y) * planes..][..planes];
             new.iter().zip(old).map(|(a, b)| i64::from(a - b).pow(2).unsigned_abs()).sum()
         };
-        inside_cuts(shape, error).into_iter().map(|inside| f32::from(u8::from(inside))).collect()
+        let new = match self.options.blend {
+            Blend::Alpha => return ramps(shape),
+            Blend::Cut => inside_cuts(shape, error),
+            Blend::GraphCut => inside_seam(shape, error),
+        };
+        feather(shape, &new, self.options.feather)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::planes::{Planes, Size};
+    use crate::planes::Planes;
     use crate::synthesis::options::{Boundary, Tolerance};
     use crate::synthesis::search::plain::Plain;
     use crate::synthesis::search::{SearchMethod, SearchOptions};
     use proptest::prelude::*;
 
     fn options() -> impl Strategy<Value = BlockOptions> {
-        let ways = (any::<bool>(), any::<bool>(), any::<bool>(), any::<u64>());
+        let ways = (any::<bool>(), 0usize..5, any::<bool>(), any::<u64>());
         (2usize..12, 0usize..9, 1usize..50, 1usize..50, ways).prop_map(|(block, overlap, w, h, ways)| {
-            let (torus, alpha, absolute, seed) = ways;
+            let (torus, join, absolute, seed) = ways;
             let least = if torus { block } else { 1 };
+            let blends = [Blend::Cut, Blend::GraphCut, Blend::Cut, Blend::GraphCut, Blend::Alpha];
             BlockOptions {
                 size: Size::new(w.max(least), h.max(least)),
                 block,
                 overlap: 1 + overlap % (block / 2),
                 tolerance: if absolute { Tolerance::Absolute(0.3) } else { Tolerance::Relative(0.1) },
-                blend: if alpha { Blend::Alpha } else { Blend::Cut },
+                blend: blends[join],
+                feather: usize::from(join == 2 || join == 3),
                 boundary: if torus { Boundary::Torus } else { Boundary::Open },
                 seed,
                 search: SearchOptions::default(),

@@ -25,8 +25,10 @@ pub enum Tolerance {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Blend {
-    /// Along the minimum error boundary cut: every texel is a copy.
+    /// Along minimum error boundary cuts, one for each strip: every texel is a copy.
     Cut,
+    /// Along the seam of least energy through all strips at once: every texel is a copy.
+    GraphCut,
     /// By linear ramps across the overlaps.
     Alpha,
 }
@@ -54,6 +56,9 @@ pub struct BlockOptions {
     pub tolerance: Tolerance,
     /// How blocks are joined.
     pub blend: Blend,
+    /// Texels on either side of a cut within which blocks are blended, at most the overlap; 0 for
+    /// none.
+    pub feather: usize,
     /// Whether the output closes on itself.
     pub boundary: Boundary,
     /// Seed of the random choices.
@@ -96,6 +101,22 @@ impl BlockOptions {
                 "a tolerance of {amount} has no meaning: it must be a number of at least 0"
             )));
         }
+        self.validate_feather()
+    }
+
+    fn validate_feather(&self) -> Result<()> {
+        let Self { overlap, blend, feather, .. } = *self;
+        if feather > 0 && blend == Blend::Alpha {
+            return Err(Error::usage(format!(
+                "feathering by {feather} blends across cuts, and blocks blended by ramps have none: join them \
+                 by cut or graphcut, or leave the feathering out"
+            )));
+        }
+        if feather > overlap {
+            return Err(Error::usage(format!(
+                "cuts in overlaps of {overlap} texels cannot be feathered by {feather}: choose 0 to {overlap}"
+            )));
+        }
         Ok(())
     }
 }
@@ -109,6 +130,7 @@ impl Default for BlockOptions {
             overlap: Self::customary_overlap(32),
             tolerance: Tolerance::Relative(0.1),
             blend: Blend::Cut,
+            feather: 0,
             boundary: Boundary::Open,
             seed: 0,
             search: SearchOptions::default(),
@@ -130,6 +152,7 @@ mod tests {
             ..BlockOptions::default()
         };
         assert!(torus(32).validate().is_ok());
+        assert!(BlockOptions { overlap: 5, feather: 5, ..good.clone() }.validate().is_ok());
         let bad = [
             BlockOptions { block: 1, overlap: 1, ..good.clone() },
             BlockOptions { overlap: 0, ..good.clone() },
@@ -137,6 +160,8 @@ mod tests {
             BlockOptions { size: Size::new(0, 5), ..good.clone() },
             BlockOptions { tolerance: Tolerance::Relative(f64::NAN), ..good.clone() },
             BlockOptions { tolerance: Tolerance::Absolute(-1.0), ..good.clone() },
+            BlockOptions { overlap: 5, feather: 6, ..good.clone() },
+            BlockOptions { blend: Blend::Alpha, feather: 1, ..good.clone() },
             torus(31),
         ];
         for options in bad {

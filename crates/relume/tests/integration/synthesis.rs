@@ -45,18 +45,19 @@ proptest! {
     #[test]
     fn blocks_explain_every_texel(
         (width, height, planes) in (9usize..40, 9usize..40, 1usize..5),
-        (torus, alpha, seed) in (any::<bool>(), any::<bool>(), any::<u64>()),
+        (torus, join, feather, seed) in (any::<bool>(), 0usize..3, 0usize..4, any::<u64>()),
     ) {
         let boundary = if torus { Boundary::Torus } else { Boundary::Open };
-        let blend = if alpha { Blend::Alpha } else { Blend::Cut };
-        let options = BlockOptions { seed, ..small(Size::new(width, height), boundary, blend) };
+        let blend = [Blend::Cut, Blend::GraphCut, Blend::Alpha][join];
+        let feather = if blend == Blend::Alpha { 0 } else { feather };
+        let options = BlockOptions { seed, feather, ..small(Size::new(width, height), boundary, blend) };
         let (a, b) = (noise(Size::new(17, 13), planes, seed), noise(Size::new(11, 23), planes, seed ^ 1));
         let made = make(&[&a, &b], &options);
         prop_assert_eq!(made.map.copies().len(), width * height);
         for (texel, source) in made.map.copies().iter().enumerate() {
             prop_assert!(explained(&made, 9, texel, *source), "texel {} from {:?}", texel, source);
         }
-        prop_assert!(alpha || made.map.mix_count() == 0);
+        prop_assert!(blend == Blend::Alpha || feather > 0 || made.map.mix_count() == 0);
         for (texel, parts) in made.map.mixes() {
             prop_assert!(parts.len() >= 2 && parts.len() <= 4);
             prop_assert!((parts.iter().map(|p| p.weight).sum::<f32>() - 1.0).abs() < 1e-6);
@@ -69,10 +70,11 @@ proptest! {
     #[test]
     fn cut_copies_are_exact(
         (width, height, seed) in (9usize..40, 9usize..40, any::<u64>()),
-        torus in any::<bool>(),
+        (torus, graph) in (any::<bool>(), any::<bool>()),
     ) {
         let boundary = if torus { Boundary::Torus } else { Boundary::Open };
-        let options = BlockOptions { seed, ..small(Size::new(width, height), boundary, Blend::Cut) };
+        let blend = if graph { Blend::GraphCut } else { Blend::Cut };
+        let options = BlockOptions { seed, ..small(Size::new(width, height), boundary, blend) };
         for color in [ColorModel::Luminance, ColorModel::Rgb, ColorModel::Lrgb] {
             let exemplar = field(Basis::Ptm, color, Size::new(20, 15), seed);
             let map = make(&[exemplar.coefficients()], &options).map;
@@ -92,9 +94,10 @@ fn a_periodic_exemplar_is_continued_exactly_across_the_torus() {
     let period = Size::new(8, 5);
     let pattern = noise(period, 3, 4);
     let exemplar = pattern.repeated(4, 6);
-    for blend in [Blend::Cut, Blend::Alpha] {
+    for (blend, feather) in [(Blend::Cut, 0), (Blend::GraphCut, 0), (Blend::Cut, 2), (Blend::Alpha, 0)] {
         let options = BlockOptions {
             tolerance: Tolerance::Relative(0.0),
+            feather,
             ..small(Size::new(40, 35), Boundary::Torus, blend)
         };
         let made = make(&[&exemplar], &options);

@@ -55,9 +55,14 @@ pub struct Args {
     /// the units of the metric
     #[arg(long, value_name = "D")]
     delta: Option<f64>,
-    /// Join blocks along cuts, which copies every texel, or by ramps
+    /// Join blocks along cuts, one for each overlap or one seam through all of them at once, which
+    /// copies every texel, or by ramps
     #[arg(long, default_value = "cut", value_parser = blend())]
     blend: Blend,
+    /// Blend the functions within N texels of a cut on either side, at most the overlap; 0 copies
+    /// every texel
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    feather: usize,
     /// Make the output tile without a seam
     #[arg(long)]
     tile: bool,
@@ -158,6 +163,7 @@ fn options(args: &Args) -> BlockOptions {
         overlap: args.overlap.unwrap_or_else(|| BlockOptions::customary_overlap(args.block)),
         tolerance: args.delta.map_or(Tolerance::Relative(args.tolerance), Tolerance::Absolute),
         blend: args.blend,
+        feather: args.feather,
         boundary: if args.tile { Boundary::Torus } else { Boundary::Open },
         seed: args.seed,
         search: SearchOptions {
@@ -312,6 +318,8 @@ fn report(args: &Args, options: &BlockOptions, made: &Synthesis) -> Report {
         "height": map.size().height,
         "block": options.block,
         "overlap": options.overlap,
+        "blend": options.blend,
+        "feather": options.feather,
         "tile": args.tile,
         "seed": options.seed,
         "blended_texels": map.mix_count(),
@@ -323,8 +331,11 @@ fn report(args: &Args, options: &BlockOptions, made: &Synthesis) -> Report {
 }
 
 fn blend() -> impl TypedValueParser<Value = Blend> {
-    PossibleValuesParser::new(["cut", "alpha"])
-        .map(|name| if name == "cut" { Blend::Cut } else { Blend::Alpha })
+    PossibleValuesParser::new(["cut", "graphcut", "alpha"]).map(|name| match name.as_str() {
+        "graphcut" => Blend::GraphCut,
+        "alpha" => Blend::Alpha,
+        _ => Blend::Cut,
+    })
 }
 
 fn search() -> impl TypedValueParser<Value = SearchMethod> {

@@ -1,14 +1,22 @@
-//! Joining a block to what is there along minimum error boundary cuts.
+//! Joining a block to what is there along a seam where they differ least.
 //!
-//! - [`path`]: the path of least error through one strip.
+//! - [`inside_cuts`]: minimum error boundary cuts, by [`path`], the path of least error through one
+//!   strip;
+//! - [`graph`]: the seam of least energy through all strips at once, by [`max_flow`];
+//! - [`feather()`]: a ramp of weights across either.
 //!
-//! Each filled margin has its own cut across the whole side of the block, and a texel is taken from
-//! the new block where it lies on the inner side of all of them. Where two cuts cross more than once
-//! in a corner, only the part that hangs together with the block's middle counts. The new region is
+//! In the first, each filled margin has its own cut across the whole side of the block, and a texel is
+//! taken from the new block where it lies on the inner side of all of them. Where two cuts cross more
+//! than once in a corner, only the part that hangs together with the block's middle counts. The new region is
 //! therefore in one piece and bounded inside every margin, and on the torus, with margins on all
 //! four sides, its boundary is one closed curve. A path's own texels belong to the new block.
 
+mod feather;
+pub mod graph;
+pub mod max_flow;
 pub mod path;
+
+pub use feather::feather;
 
 use super::neighbourhood::{Margins, Neighbourhood};
 use crate::planes::Size;
@@ -29,8 +37,25 @@ pub fn inside_cuts(shape: &Neighbourhood, error: impl Fn(usize, usize) -> u64) -
             && y >= top_cut[x]
             && height - 1 - y >= bottom_cut[x]
     };
-    let seed = (left.min(width - 1 - right), top.min(height - 1 - bottom));
-    connected(shape.extent, seed, inside)
+    connected(shape.extent, middle(shape), inside)
+}
+
+/// The first texel that is not filled, or the middle where all are.
+fn middle(shape: &Neighbourhood) -> (usize, usize) {
+    let Neighbourhood { extent, margins } = shape;
+    (margins.left.min(extent.width - 1 - margins.right), margins.top.min(extent.height - 1 - margins.bottom))
+}
+
+/// The steps from texel (x, y) out of the block across each filled side.
+fn depths(shape: &Neighbourhood, x: usize, y: usize) -> impl Iterator<Item = usize> {
+    let Neighbourhood { extent, margins } = shape;
+    let sides = [
+        (margins.left, x + 1),
+        (margins.top, y + 1),
+        (margins.right, extent.width - x),
+        (margins.bottom, extent.height - y),
+    ];
+    sides.into_iter().filter(|(margin, _)| *margin > 0).map(|(_, depth)| depth)
 }
 
 /// The texels that hang together with `seed`, side by side, through texels that are `inside`.

@@ -1,6 +1,6 @@
 //! Photometric stereo: normals and albedo from photographs under many known lights.
 //!
-//! Each texel is solved by itself ([`super::robust`]) on linear luminance; the albedo of each channel
+//! Each texel is solved by itself (`robust`) on linear luminance; the albedo of each channel
 //! then follows by weighted least squares along the shading found. Photographs are read once where
 //! the values of all of them fit into memory, and once for each band of rows otherwise; nothing
 //! depends on how bands are cut. Lamps are far away, of equal strength, and the camera is straight

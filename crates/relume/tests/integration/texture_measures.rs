@@ -98,7 +98,8 @@ fn failures(table: &[Distances; 4]) -> Vec<String> {
 
 #[test]
 fn the_second_half_of_built_in_materials_is_nearest() {
-    for material in Material::ALL {
+    // The two halves of a fire are different flames.
+    for material in Material::ALL.into_iter().filter(|material| *material != Material::Fire) {
         let options = MaterialOptions {
             size: Size::new(512, 256),
             feature: 16.0,

@@ -24,8 +24,8 @@ pub struct Args {
     /// Side of the window of texels that is compared, odd; alone it must hold the texture's largest
     /// thing, with several levels the coarsest one does [default: 11 for efros-leung, 5 for wei-levoy,
     /// 7 for patchmatch]
-    #[arg(long = "neighbourhood", value_name = "N", help_heading = "Options of the pixel methods")]
-    window: Option<usize>,
+    #[arg(long, value_name = "N", help_heading = "Options of the pixel methods")]
+    neighbourhood: Option<usize>,
     /// Draw among windows up to (1 + E) times the squared distance of the best one [default: 0.1]
     #[arg(long, value_name = "E", help_heading = "Options of the pixel methods")]
     epsilon: Option<f64>,
@@ -102,7 +102,7 @@ impl Plan {
             }
             Method::EfrosLeung => {
                 let default = EfrosLeungOptions::default();
-                let window = args.window.unwrap_or(default.window);
+                let window = args.neighbourhood.unwrap_or(default.window);
                 let epsilon = args.epsilon.unwrap_or(default.epsilon);
                 let options = EfrosLeungOptions { size, window, epsilon, boundary, seed };
                 options.validate()?;
@@ -115,7 +115,7 @@ impl Plan {
                     Some(0) => NeighbourSearch::Full,
                     Some(codewords) => NeighbourSearch::Tsvq(codewords),
                 };
-                let window = args.window.unwrap_or(default.window);
+                let window = args.neighbourhood.unwrap_or(default.window);
                 let levels = args.levels.unwrap_or(default.levels);
                 let options = WeiLevoyOptions { size, window, levels, search, seed };
                 options.validate()?;
@@ -125,7 +125,7 @@ impl Plan {
                 let default = PatchMatchOptions::default();
                 let options = PatchMatchOptions {
                     size,
-                    window: args.window.unwrap_or(default.window),
+                    window: args.neighbourhood.unwrap_or(default.window),
                     levels: args.levels.unwrap_or(default.levels),
                     rounds: args.rounds.unwrap_or(default.rounds),
                     uniformity: args.uniformity.unwrap_or(default.uniformity),
@@ -238,7 +238,7 @@ impl Args {
     fn refuse_strangers(&self) -> Result<()> {
         use Method::{EfrosLeung, PatchMatch, WeiLevoy};
         let given: [(&str, bool, &[Method]); 6] = [
-            ("--neighbourhood", self.window.is_some(), &[EfrosLeung, WeiLevoy, PatchMatch]),
+            ("--neighbourhood", self.neighbourhood.is_some(), &[EfrosLeung, WeiLevoy, PatchMatch]),
             ("--epsilon", self.epsilon.is_some(), &[EfrosLeung]),
             ("--levels", self.levels.is_some(), &[WeiLevoy, PatchMatch]),
             ("--codewords", self.codewords.is_some(), &[WeiLevoy]),

@@ -2,7 +2,7 @@
 //! they were: blemishes, colour charts, or the border that keeps a picture from tiling.
 //!
 //! - [`fill()`] fills a mask's holes, from their edges inward: by texels, as the Efros-Leung method
-//!   grows ([`super::pixel::grow`]), or by patches in the order of [`patches`];
+//!   grows ([`super::pixel::grow`]), or by patches in the order of `patches`;
 //! - [`tileable`] opens a band along the border and fills it on the torus.
 //!
 //! Texels outside the holes are their own sources, so everything there stays as it is bit by bit.

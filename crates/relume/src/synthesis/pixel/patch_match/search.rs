@@ -142,7 +142,7 @@ fn blocks(places: &[Texel]) -> (Vec<u32>, usize) {
     (numbers, known.len())
 }
 
-/// For each patch of the output, whose middles lie [`SPACING`] texels apart, the number of its match.
+/// For each patch of the output, whose middles lie `SPACING` texels apart, the number of its match.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Matching {
     cells: Size,

@@ -47,7 +47,7 @@ pub struct Kernels {
 }
 
 impl Kernels {
-    /// Kernels of a basis, the most telling first: as many as are [`ENOUGH`] for the first look, but
+    /// Kernels of a basis, the most telling first: as many as are enough for the first look, but
     /// at most `most` of those, and at most [`FURTHER`] others.
     pub fn new(basis: KernelBasis, most: usize, exemplars: &Quantised, side: usize) -> Self {
         let planes = exemplars.planes();

@@ -9,7 +9,7 @@
 //!   torus too. The bounds of disjoint cells add up.
 //! - **The rest counts.** What the kernels leave of a cell bounds the distance further ([`table`]).
 //! - **All projections at once, for many blocks at once.** Processors multiply faster than they
-//!   branch, and coordinates that are loaded serve all blocks of a wave ([`product`]).
+//!   branch, and coordinates that are loaded serve all blocks of a wave (`product`).
 //! - **Nothing is lost to rounding.** Coordinates are integers that are off by a stated error, by
 //!   which the threshold is widened. Survivors are settled by the exact integer distance.
 //! - **The threshold tightens during the search**: first come positions that are expected to be near,

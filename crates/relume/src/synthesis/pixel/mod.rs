@@ -6,10 +6,10 @@
 //! Lattice --front--> texel --window--> query --scan--> matches --draw--> texel --> Lattice
 //! ```
 //!
-//! - [`efros_leung`]: outward from a seed, by weighted windows;
-//! - [`wei_levoy`]: in scanline order from noise, coarse to fine; [`pyramid`]: its resolutions;
+//! - [`mod@efros_leung`]: outward from a seed, by weighted windows;
+//! - [`mod@wei_levoy`]: in scanline order from noise, coarse to fine; [`pyramid`]: its resolutions;
 //!   [`tsvq`]: a tree that finds near [`vectors`];
-//! - [`patch_match`]: the output improved as a whole, coarse to fine, by matches of its patches;
+//! - [`mod@patch_match`]: the output improved as a whole, coarse to fine, by matches of its patches;
 //! - [`grow`]: the growth itself, which hole filling shares; [`front`]: its order;
 //! - [`lattice`]: the output while it is being made; [`window`]: which surroundings count how much;
 //! - [`scan`]: the search, many positions at a time; [`plain`]: its slow truth.

@@ -5,7 +5,7 @@
 //! positions; only survivors get the full distance. Differences from the document:
 //!
 //! - **Cells instead of shapes.** Every neighbourhood is a union of strips along a block's sides, and
-//!   all strips are paved with square [`cells`], so one [`table`] of cells serves every shape, on the
+//!   all strips are paved with square [`mod@cells`], so one [`table`] of cells serves every shape, on the
 //!   torus too. The bounds of disjoint cells add up.
 //! - **The rest counts.** What the kernels leave of a cell bounds the distance further ([`table`]).
 //! - **All projections at once, for many blocks at once.** Processors multiply faster than they

@@ -16,9 +16,11 @@
 //!   then the most promising one of each stretch of positions is measured in full at once.
 
 pub mod cells;
-mod further;
 pub mod kernels;
 mod product;
+mod query;
+mod second_look;
+mod survivors;
 pub mod table;
 
 use std::collections::BTreeMap;
@@ -27,15 +29,17 @@ use rayon::prelude::*;
 
 use super::distance::Target;
 use super::{Candidates, Effort, Found, KernelBasis, Query, Search};
-use crate::numeric::pairs::{FACTORS, Pairs, SUMS, Sums, Work, dispatch};
+use crate::numeric::pairs::{FACTORS, SUMS};
 use crate::synthesis::neighbourhood::Neighbourhood;
 use crate::synthesis::positions::{Positions, Run};
 use crate::synthesis::quantise::Quantised;
 use crate::synthesis::source_map::Texel;
 use cells::cells;
-use further::FurtherDistance;
 use kernels::Kernels;
 use product::{MOST, Product, STRETCH, Stretch, pair};
+use query::{Prepared, rounding_error};
+use second_look::SecondLook;
+use survivors::Survivors;
 use table::{Coordinates, Further, MINUS_SQUARE, Table};
 
 /// Rows of positions that are looked at in one parallel task.
@@ -107,8 +111,7 @@ impl<'a> Projection<'a> {
 
     /// What a tile leaves of each query, all of one shape and at most [`MOST`].
     fn look(&self, tile: &[Run], queries: &[&Prepared<'_>]) -> Vec<Survivors> {
-        let mut found: Vec<Survivors> =
-            queries.iter().map(|q| Survivors { best: q.near, positions: Vec::new(), verified: 0 }).collect();
+        let mut found: Vec<Survivors> = queries.iter().map(|query| Survivors::new(query)).collect();
         let mut factors = vec![[0; MOST]; queries[0].factors.len()];
         for (q, query) in queries.iter().enumerate() {
             factors.iter_mut().zip(&query.factors).for_each(|(all, own)| all[q] = *own);
@@ -138,27 +141,12 @@ impl<'a> Projection<'a> {
     /// Of the survivors of a tile those that may be accepted, with their exact distances; `best` is
     /// the smallest distance in any tile so far.
     fn settle(&self, query: &Prepared<'_>, survivors: &Survivors, mut best: u64) -> Settled {
-        let mut settled = Settled { near: Vec::new(), verified: 0 };
-        let least = query.keeps(best);
-        let mut longest = query.longest(query.query.acceptance.limit(best));
-        for &(position, nearness) in survivors.positions.iter().filter(|(_, nearness)| *nearness >= least) {
-            let Texel { exemplar, y, x } = position;
-            let further = FurtherDistance {
-                grid: &self.table.grids()[exemplar as usize],
-                cells: &query.cells,
-                wanted: &query.further,
-                x: x as usize,
-                y: y as usize,
-            };
-            if query.square - nearness + further.compute() > longest {
-                continue;
-            }
-            settled.verified += 1;
+        let grids = self.table.grids();
+        let remaining = SecondLook { grids, query, survivors: &survivors.positions, best }.remaining();
+        let mut settled = Settled { near: Vec::new(), verified: remaining.len() as u64 };
+        for position in remaining {
             if let Some(exact) = query.distance(position, query.query.acceptance.limit(best)) {
-                if exact < best {
-                    best = exact;
-                    longest = query.longest(query.query.acceptance.limit(best));
-                }
+                best = best.min(exact);
                 settled.near.push((position, exact));
             }
         }
@@ -210,129 +198,11 @@ impl<'a> Projection<'a> {
     }
 }
 
-/// How much longer than that of the exact coordinates the length of a difference of so many rounded
-/// ones can be: each is off by two halves of a unit.
-fn rounding_error(coordinates: usize) -> f64 {
-    (coordinates as f64).sqrt() * (1.0 + 1e-6)
-}
-
-/// A query with all that is known of it before positions are looked at.
-struct Prepared<'a> {
-    query: &'a Query,
-    cells: Vec<(usize, usize)>,
-    coordinates: Vec<Coordinates>,
-    /// Twice the first coordinates, in pairs, and [`MINUS_SQUARE`], cell after cell.
-    factors: Vec<i32>,
-    /// The further ones, cell after cell.
-    further: Vec<Further>,
-    /// The squared length of the first coordinates.
-    square: i32,
-    /// How far the length of a difference of first coordinates may be too large by rounding.
-    first_error: f64,
-    /// The same for all coordinates.
-    error: f64,
-    /// Units of the coordinates for one code.
-    scale: f64,
-    targets: Vec<Target<'a>>,
-    /// The smallest distance of the positions that were expected to be near.
-    near: u64,
-}
-
-impl Prepared<'_> {
-    /// The squared distance of a position, if it is at most `limit`.
-    fn distance(&self, position: Texel, limit: u64) -> Option<u64> {
-        let Texel { exemplar, y, x } = position;
-        self.targets[exemplar as usize].distance_within(x as usize, y as usize, limit)
-    }
-
-    /// The distance of a position where it is smaller than `best`, else `best`.
-    fn nearer(&self, position: Texel, best: u64) -> u64 {
-        self.distance(position, best).map_or(best, |distance| distance.min(best))
-    }
-
-    /// The squared length beyond which no difference of coordinates that are off by `error` can stand
-    /// for a squared distance of at most `limit`.
-    fn longest_within(&self, limit: u64, error: f64) -> f64 {
-        ((limit as f64).sqrt() * self.scale + error).powi(2) * (1.0 + 1e-9) + 1.0
-    }
-
-    /// The same for all coordinates; the largest number where it would overflow.
-    fn longest(&self, limit: u64) -> i32 {
-        self.longest_within(limit, self.error) as i32
-    }
-
-    /// The nearness below which no position can have a squared distance of at most `limit`; the
-    /// smallest number, which keeps everything, where it would overflow.
-    fn least_nearness(&self, limit: u64) -> i32 {
-        (f64::from(self.square) - self.longest_within(limit, self.first_error)).floor() as i32
-    }
-
-    /// The least nearness of accepted positions when `best` is the smallest distance so far.
-    fn keeps(&self, best: u64) -> i32 {
-        self.least_nearness(self.query.acceptance.limit(best))
-    }
-}
-
-/// What a tile left of a query.
-struct Survivors {
-    best: u64,
-    /// Positions that may be accepted, with their nearness.
-    positions: Vec<(Texel, i32)>,
-    verified: u64,
-}
-
-impl Survivors {
-    /// Takes the positions of a stretch that may be accepted, after measuring the most promising one.
-    fn take(&mut self, query: &Prepared<'_>, run: &Run, nearness: &[Sums; STRETCH / SUMS]) {
-        let first = run.first;
-        let nearness = &nearness.as_flattened()[..run.length];
-        let most = nearness.iter().copied().max().unwrap_or(i32::MIN);
-        if most < query.keeps(self.best) {
-            return;
-        }
-        if most >= query.least_nearness(self.best) {
-            let at = nearness.iter().position(|n| *n == most).unwrap_or(0);
-            self.verified += 1;
-            self.best =
-                query.distance(first.offset(at, 0), self.best).map_or(self.best, |d| d.min(self.best));
-        }
-        dispatch(Collect { first, nearness, least: query.keeps(self.best), into: &mut self.positions });
-    }
-}
-
 /// What is known in the end of the positions of a tile.
 struct Settled {
     /// Those that may be accepted, with their distances.
     near: Vec<(Texel, u64)>,
     verified: u64,
-}
-
-/// Collects the positions that are near enough.
-struct Collect<'a> {
-    first: Texel,
-    nearness: &'a [i32],
-    least: i32,
-    into: &'a mut Vec<(Texel, i32)>,
-}
-
-impl Work for Collect<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with<P: Pairs>(self, pairs: P) {
-        for (group, chunk) in self.nearness.chunks(SUMS).enumerate() {
-            let mut sums = [i32::MIN; SUMS];
-            sums[..chunk.len()].copy_from_slice(chunk);
-            let mut bits = pairs.at_least(&sums, self.least);
-            while bits != 0 {
-                let i = bits.trailing_zeros() as usize;
-                if i < chunk.len() {
-                    self.into.push((self.first.offset(group * SUMS + i, 0), sums[i]));
-                }
-                bits &= bits - 1;
-            }
-        }
-    }
 }
 
 impl Search for Projection<'_> {

@@ -1,0 +1,105 @@
+//! What the first look leaves of a tile of positions.
+
+use super::product::STRETCH;
+use super::query::Prepared;
+use crate::numeric::pairs::{Pairs, SUMS, Sums, Work, dispatch};
+use crate::synthesis::positions::Run;
+use crate::synthesis::source_map::Texel;
+
+/// The positions of a tile that may be accepted for a query.
+pub struct Survivors {
+    /// The smallest distance so far.
+    pub best: u64,
+    /// The positions with their nearness.
+    pub positions: Vec<(Texel, i32)>,
+    /// Positions that were measured on the way.
+    pub verified: u64,
+    /// The least nearness of positions that may be accepted.
+    keep: i32,
+    /// The least nearness of positions that may be nearer than `best`.
+    promising: i32,
+}
+
+impl Survivors {
+    /// None so far.
+    pub fn new(query: &Prepared<'_>) -> Self {
+        let mut empty = Self { best: query.near, positions: Vec::new(), verified: 0, keep: 0, promising: 0 };
+        empty.set_best(query, query.near);
+        empty
+    }
+
+    fn set_best(&mut self, query: &Prepared<'_>, best: u64) {
+        self.best = best;
+        self.keep = query.keeps(best);
+        self.promising = query.least_nearness(best);
+    }
+
+    /// Takes the positions of a stretch that may be accepted, after measuring the most promising one.
+    pub fn take(&mut self, query: &Prepared<'_>, run: &Run, nearness: &[Sums; STRETCH / SUMS]) {
+        let mut near = dispatch(Near { nearness, length: run.length, least: self.keep });
+        if near == 0 {
+            return;
+        }
+        let values = nearness.as_flattened();
+        let most = ones(near).max_by_key(|&i| (values[i], std::cmp::Reverse(i)));
+        if let Some(i) = most.filter(|&i| values[i] >= self.promising) {
+            self.verified += 1;
+            let best = query.nearer(run.first.offset(i, 0), self.best);
+            if best < self.best {
+                self.set_best(query, best);
+                near = dispatch(Near { nearness, length: run.length, least: self.keep });
+            }
+        }
+        self.positions.extend(ones(near).map(|i| (run.first.offset(i, 0), values[i])));
+    }
+}
+
+/// The places of the ones in a number.
+fn ones(mut bits: u128) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let i = bits.trailing_zeros();
+        (i < u128::BITS).then(|| {
+            bits &= bits - 1;
+            i as usize
+        })
+    })
+}
+
+const _: () = assert!(STRETCH == u128::BITS as usize);
+
+/// Which positions of a stretch are near enough, a bit for each.
+struct Near<'a> {
+    nearness: &'a [Sums; STRETCH / SUMS],
+    length: usize,
+    least: i32,
+}
+
+impl Work for Near<'_> {
+    type Output = u128;
+
+    #[inline(always)]
+    fn with<P: Pairs>(self, pairs: P) -> u128 {
+        let mut bits = 0;
+        for (group, sums) in self.nearness.iter().enumerate() {
+            bits |= u128::from(pairs.at_least(sums, self.least)) << (group * SUMS);
+        }
+        // What lies past the last position has no meaning.
+        bits & (u128::MAX >> (STRETCH - self.length))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ones_are_where_the_positions_are_near() {
+        let nearness: [Sums; STRETCH / SUMS] =
+            std::array::from_fn(|g| std::array::from_fn(|i| ((g * SUMS + i) * 37 % 101) as i32 - 50));
+        for (length, least) in [(1, -50), (17, 0), (128, 10), (128, 51), (100, i32::MIN)] {
+            let found: Vec<usize> = ones(dispatch(Near { nearness: &nearness, length, least })).collect();
+            let truth = (0..length).filter(|&i| nearness.as_flattened()[i] >= least);
+            assert_eq!(found, truth.collect::<Vec<_>>());
+        }
+    }
+}

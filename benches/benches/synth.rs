@@ -1,32 +1,48 @@
-//! Block synthesis by every search: `cargo bench -p relume-benches --bench synth`.
+//! Block synthesis: `cargo bench -p relume-benches --bench synth`.
 //!
-//! Wall-clock seconds of a 256 x 256 RGB picture of a built-in material to 512 x 512, blocks of 32
-//! with overlap 8, for the machine's number of threads; all searches must lay the same blocks.
-
-use std::time::Instant;
+//! Wall-clock seconds for the machine's number of threads, pictures of built-in materials, RGB, blocks of
+//! 32 with overlap 8: every search on 256 x 256 texels to 512 x 512, all of which must lay the same blocks;
+//! then the stages of the projection search as exemplar and output grow.
 
 use relume::procedural::{Material, MaterialOptions};
 use relume::synthesis::search::{SearchMethod, SearchOptions};
-use relume::synthesis::{BlockOptions, Exemplar, synthesize};
-use relume::{Limits, Size};
+use relume::synthesis::{BlockOptions, Exemplar, Synthesis, synthesize};
+use relume::{Limits, Planes, Size};
 
 fn main() {
-    let limits = Limits::default();
-    let options =
-        BlockOptions { size: Size::new(512, 512), block: 32, overlap: 8, ..BlockOptions::default() };
     println!("{} threads", rayon::current_num_threads());
     for material in [Material::Sponge, Material::Weave, Material::Pebbles] {
-        let maps = material.make(&MaterialOptions::default(), &limits).expect("the options are valid");
-        let exemplar = [Exemplar { index: &maps.albedo, excluded: None }];
+        let exemplar = albedo(material, 256);
         let mut truth = None;
         for method in [SearchMethod::Brute, SearchMethod::Projection, SearchMethod::Fft] {
-            let search = SearchOptions { method, ..SearchOptions::default() };
-            let begun = Instant::now();
-            let made = synthesize(&exemplar, &BlockOptions { search, ..options.clone() }, &limits, &());
-            let seconds = begun.elapsed().as_secs_f64();
-            let map = made.expect("the options are valid").map;
-            assert_eq!(*truth.get_or_insert_with(|| map.clone()), map, "searches differ");
-            println!("{:<8} {method:?}: {seconds:.2} s", material.name());
+            let made = enlarged(&exemplar, 512, method);
+            print_times(&format!("{} {method:?}", material.name()), &made);
+            assert_eq!(*truth.get_or_insert_with(|| made.map.clone()), made.map, "searches differ");
         }
     }
+    for (exemplar, output) in [(128, 512), (256, 512), (512, 512), (256, 1024), (256, 2048), (512, 1024)] {
+        let made = enlarged(&albedo(Material::Pebbles, exemplar), output, SearchMethod::Projection);
+        print_times(&format!("pebbles {exemplar} to {output}"), &made);
+    }
+}
+
+fn albedo(material: Material, side: usize) -> Planes {
+    let options = MaterialOptions { size: Size::new(side, side), ..MaterialOptions::default() };
+    material.make(&options, &Limits::default()).expect("the options are valid").albedo
+}
+
+fn enlarged(exemplar: &Planes, side: usize, method: SearchMethod) -> Synthesis {
+    let search = SearchOptions { method, ..SearchOptions::default() };
+    let size = Size::new(side, side);
+    let options = BlockOptions { size, block: 32, overlap: 8, search, ..BlockOptions::default() };
+    let exemplars = [Exemplar { index: exemplar, excluded: None }];
+    synthesize(&exemplars, &options, &Limits::default(), &()).expect("the options are valid")
+}
+
+fn print_times(what: &str, made: &Synthesis) {
+    let times = made.times;
+    println!(
+        "{what:<20} prepare {:.3} s, search {:.3} s, join {:.3} s",
+        times.prepare_s, times.search_s, times.join_s
+    );
 }

@@ -125,7 +125,7 @@ pub fn synthesize(
     let quantised = Quantised::new(exemplars, limits)?;
     let positions = Positions::new(exemplars, options.block)?;
     let layout = Layout::new(options, limits)?;
-    let recipe = plan(&options.search, options, &layout);
+    let recipe = plan(&options.search, options, &layout, quantised.planes());
     limits.check_bytes("preparing the search", recipe.bytes(&quantised))?;
     if options.blend == Blend::GraphCut {
         let at_once = BYTES_PER_TEXEL * rayon::current_num_threads() as u64;

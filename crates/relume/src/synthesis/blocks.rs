@@ -315,17 +315,22 @@ mod tests {
         #[test]
         fn equals_the_sequential_synthesis_at_any_number_of_threads(
             options in options(),
-            (planes, extra, several) in (1usize..7, 0usize..12, 1usize..3),
+            (planes, extra, several, masked) in (1usize..19, 0usize..12, 1usize..3, any::<bool>()),
         ) {
             let side = options.block + extra;
             let fields: Vec<Planes> = (0..several)
                 .map(|e| noise(Size::new(side + e, side + 2 * e), planes, options.seed ^ e as u64))
                 .collect();
-            let exemplars: Vec<Exemplar<'_>> =
-                fields.iter().map(|index| Exemplar { index, excluded: None }).collect();
+            let mut stream = Stream::new(options.seed, u64::MAX);
+            let mut mask = |field: &Planes| -> Vec<bool> {
+                (0..field.size().texels()).map(|_| masked && stream.below(300) == 0).collect()
+            };
+            let masks: Vec<Vec<bool>> = fields.iter().map(&mut mask).collect();
+            let with_mask = |(index, mask)| Exemplar { index, excluded: Some(Vec::as_slice(mask)) };
+            let exemplars: Vec<Exemplar<'_>> = fields.iter().zip(&masks).map(with_mask).collect();
             let limits = Limits::default();
             let quantised = Quantised::new(&exemplars, &limits).unwrap();
-            let positions = Positions::new(&exemplars, options.block).unwrap();
+            let Ok(positions) = Positions::new(&exemplars, options.block) else { return Ok(()) };
             let mut layout = Layout::new(&options, &limits).unwrap();
             layout.waves = (0..layout.sequence.len()).map(|index| vec![index]).collect();
             let mut canvas = Canvas::new(layout.size, planes, &limits).unwrap();

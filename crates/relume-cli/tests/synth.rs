@@ -182,6 +182,34 @@ fn bytes_are_the_same_at_any_number_of_threads_and_on_standard_output() {
 }
 
 #[test]
+fn files_and_source_maps_are_the_same_for_every_search() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    for name in ["a.png", "b.png"] {
+        let color = bytes(EXEMPLAR.0 * EXEMPLAR.1 * 3, 7 + name.as_bytes()[0] as u32);
+        write_png(&at(name), png::ColorType::Rgb, png::BitDepth::Eight, &color);
+    }
+    let mut mask = vec![0; EXEMPLAR.0 * EXEMPLAR.1];
+    mask[5 * EXEMPLAR.0 + 20] = 255;
+    write_png(&at("mask.png"), png::ColorType::Grayscale, png::BitDepth::Eight, &mask);
+    let inputs = ["a.png", "b.png", "-o", "o.png", "--source-map", "map.npy", "--force"];
+    let shared = [&inputs[..], &["--exclude", "mask.png", "mask.png"]].concat();
+    for tile in [&[][..], &["--tile"]] {
+        let made = |search: &[&str]| {
+            synth(folder.path(), &[&shared[..], tile, search].concat());
+            [fs::read(at("o.png")).unwrap(), fs::read(at("map.npy")).unwrap()]
+        };
+        let truth = made(&["--search", "brute"]);
+        for search in ["auto", "fft", "projection"] {
+            assert_eq!(made(&["--search", search]), truth, "{search} {tile:?}");
+        }
+        for kernels in ["dct", "walsh-hadamard"] {
+            assert_eq!(made(&["--search", "projection", "--kernels", kernels]), truth, "{kernels} {tile:?}");
+        }
+    }
+}
+
+#[test]
 fn what_cannot_be_done_is_said_and_leaves_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);

@@ -70,8 +70,7 @@ impl Kernels {
 
 /// How many of the vectors hold [`ENOUGH`] of the samples' energy, an even number.
 fn enough(samples: &[Vec<f32>], vectors: &[Vec<f32>]) -> usize {
-    let wanted = std::env::var("EN").map_or(ENOUGH, |v| v.parse().unwrap())
-        * samples.iter().map(|s| f64::from(dot(s, s))).sum::<f64>();
+    let wanted = ENOUGH * samples.iter().map(|s| f64::from(dot(s, s))).sum::<f64>();
     let mut held = 0.0;
     let count = vectors.iter().take_while(|v| {
         let before = held;

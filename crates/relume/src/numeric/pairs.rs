@@ -1,23 +1,33 @@
-//! Products of 16-bit integers added in pairs into 32-bit sums: the one operation in which all exact
+//! Products of small integers added in groups into 32-bit sums: the one operation in which all exact
 //! searches spend their time.
 //!
-//! Processors have an instruction for it: VPDPWSSD (AVX-512 VNNI) for 32 products at a time,
-//! VPMADDWD (AVX2) for 16. A piece of [`Work`] is written once over [`Pairs`] and [`dispatch`]
-//! compiles it for each of them and portably; being integers, all give the same sums.
+//! Processors have instructions for it: VPDPWSSD and VPDPBUSD (AVX-512 VNNI) for 32 products of
+//! words or 64 of bytes at a time, VPMADDWD (AVX2) for 16 of words. A piece of [`Work`] is written
+//! once over [`Pairs`] and [`dispatch`] compiles it for each of them and portably; being integers,
+//! all give the same sums.
+
+#[cfg(target_arch = "x86_64")]
+use archmage::{SimdToken, X64V3Token, X64V4xToken};
 
 /// Sums kept at a time.
 pub const SUMS: usize = 16;
 
-/// Factors taken at a time: two for each sum.
+/// Words taken at a time: two for each sum.
 pub const FACTORS: usize = 2 * SUMS;
 
-/// Sums of pairs of products; they wrap around beyond 32 bits.
+/// Bytes taken at a time: four for each sum.
+pub const BYTES: usize = 4 * SUMS;
+
+/// Sums of products; they wrap around beyond 32 bits.
 pub type Sums = [i32; SUMS];
 
 /// A processor's way to multiply and add.
 pub trait Pairs: Copy + Sync {
     /// `sums[i] + a[2 i] b[2 i] + a[2 i + 1] b[2 i + 1]`.
     fn multiply_add(self, sums: Sums, a: &[i16; FACTORS], b: &[i16; FACTORS]) -> Sums;
+
+    /// `sums[i] + a[4 i] b[4 i] + ... + a[4 i + 3] b[4 i + 3]`.
+    fn multiply_add_bytes(self, sums: Sums, a: &[u8; BYTES], b: &[i8; BYTES]) -> Sums;
 
     /// `sums[i]` and the squares of the two differences `a - b` that fall to it, where `mask` is all
     /// ones; where it is zero, nothing. Differences must fit 16 bits.
@@ -41,17 +51,11 @@ pub trait Work {
 pub fn dispatch<W: Work>(work: W) -> W::Output {
     #[cfg(target_arch = "x86_64")]
     {
-        if let Some(vnni) = x86::Vnni::try_new() {
-            return vnni.vectorize(
-                #[inline(always)]
-                || work.with(vnni),
-            );
+        if let Some(vnni) = X64V4xToken::summon() {
+            return x86::with_vnni(vnni, work);
         }
-        if let Some(avx2) = pulp::x86::V3::try_new() {
-            return avx2.vectorize(
-                #[inline(always)]
-                || work.with(avx2),
-            );
+        if let Some(avx2) = X64V3Token::summon() {
+            return x86::with_avx2(avx2, work);
         }
     }
     work.with(Portable)
@@ -72,6 +76,15 @@ impl Pairs for Portable {
     }
 
     #[inline(always)]
+    fn multiply_add_bytes(self, mut sums: Sums, a: &[u8; BYTES], b: &[i8; BYTES]) -> Sums {
+        for (i, sum) in sums.iter_mut().enumerate() {
+            let product = |j: usize| i32::from(a[j]) * i32::from(b[j]);
+            *sum = (4 * i..4 * i + 4).fold(*sum, |sum, j| sum.wrapping_add(product(j)));
+        }
+        sums
+    }
+
+    #[inline(always)]
     fn add_squares(self, sums: Sums, a: &[i16; FACTORS], b: &[i16; FACTORS], mask: &[i16; FACTORS]) -> Sums {
         let differences = std::array::from_fn(|i| a[i].wrapping_sub(b[i]) & mask[i]);
         self.multiply_add(sums, &differences, &differences)
@@ -85,37 +98,35 @@ impl Pairs for Portable {
 
 #[cfg(target_arch = "x86_64")]
 mod x86 {
-    use super::{FACTORS, Pairs, SUMS, Sums};
-    use pulp::x86::V3;
-    use std::arch::x86_64::{__m256i, __m512i};
+    use archmage::{X64V3Token, X64V4xToken, arcane};
+    use pulp::cast;
 
-    pulp::simd_type!({
-        /// Tells that the processor has AVX-512 with the VNNI extension.
-        #[allow(missing_docs, reason = "each field names the instruction set that it stands for")]
-        pub struct Vnni {
-            pub avx: f!("avx"),
-            pub avx2: f!("avx2"),
-            pub bmi1: f!("bmi1"),
-            pub bmi2: f!("bmi2"),
-            pub fma: f!("fma"),
-            pub popcnt: f!("popcnt"),
-            pub avx512f: f!("avx512f"),
-            pub avx512bw: f!("avx512bw"),
-            pub avx512dq: f!("avx512dq"),
-            pub avx512vl: f!("avx512vl"),
-            pub avx512vnni: f!("avx512vnni"),
-        }
-    });
+    use super::{BYTES, FACTORS, Pairs, SUMS, Sums, Work};
 
-    impl Pairs for Vnni {
-        /// The compiler joins the two instructions to VPDPWSSD.
-        #[inline(always)]
+    /// Does a piece of work in AVX-512 with VNNI.
+    #[arcane]
+    pub fn with_vnni<W: Work>(vnni: X64V4xToken, work: W) -> W::Output {
+        work.with(vnni)
+    }
+
+    /// Does a piece of work in AVX2.
+    #[arcane]
+    pub fn with_avx2<W: Work>(avx2: X64V3Token, work: W) -> W::Output {
+        work.with(avx2)
+    }
+
+    impl Pairs for X64V4xToken {
+        #[arcane(import_intrinsics, _self = X64V4xToken)]
         fn multiply_add(self, sums: Sums, a: &[i16; FACTORS], b: &[i16; FACTORS]) -> Sums {
-            let products: __m512i = self.avx512bw._mm512_madd_epi16(pulp::cast(*a), pulp::cast(*b));
-            pulp::cast(self.avx512f._mm512_add_epi32(pulp::cast(sums), products))
+            cast(_mm512_dpwssd_epi32(cast(sums), cast(*a), cast(*b)))
         }
 
-        #[inline(always)]
+        #[arcane(import_intrinsics, _self = X64V4xToken)]
+        fn multiply_add_bytes(self, sums: Sums, a: &[u8; BYTES], b: &[i8; BYTES]) -> Sums {
+            cast(_mm512_dpbusd_epi32(cast(sums), cast(*a), cast(*b)))
+        }
+
+        #[arcane(import_intrinsics, _self = X64V4xToken)]
         fn add_squares(
             self,
             sums: Sums,
@@ -123,30 +134,44 @@ mod x86 {
             b: &[i16; FACTORS],
             mask: &[i16; FACTORS],
         ) -> Sums {
-            let differences = self.avx512bw._mm512_sub_epi16(pulp::cast(*a), pulp::cast(*b));
-            let differences = pulp::cast(self.avx512f._mm512_and_si512(differences, pulp::cast(*mask)));
-            self.multiply_add(sums, &differences, &differences)
+            let differences = _mm512_and_si512(_mm512_sub_epi16(cast(*a), cast(*b)), cast(*mask));
+            cast(_mm512_dpwssd_epi32(cast(sums), differences, differences))
         }
 
-        #[inline(always)]
+        #[arcane(import_intrinsics, _self = X64V4xToken)]
         fn at_least(self, sums: &Sums, floor: i32) -> u16 {
-            let floor = self.avx512f._mm512_set1_epi32(floor);
-            self.avx512f._mm512_cmpge_epi32_mask(pulp::cast(*sums), floor)
+            _mm512_cmpge_epi32_mask(cast(*sums), _mm512_set1_epi32(floor))
         }
     }
 
-    impl Pairs for V3 {
-        #[inline(always)]
+    impl Pairs for X64V3Token {
+        #[arcane(import_intrinsics, _self = X64V3Token)]
         fn multiply_add(self, sums: Sums, a: &[i16; FACTORS], b: &[i16; FACTORS]) -> Sums {
-            let [a, b]: [[__m256i; 2]; 2] = [pulp::cast(*a), pulp::cast(*b)];
-            let sums: [__m256i; 2] = pulp::cast(sums);
-            pulp::cast([0, 1].map(
-                #[inline(always)]
-                |i| self.avx2._mm256_add_epi32(sums[i], self.avx2._mm256_madd_epi16(a[i], b[i])),
-            ))
+            let [a, b]: [[__m256i; 2]; 2] = [cast(*a), cast(*b)];
+            let [first, second]: [__m256i; 2] = cast(sums);
+            cast([
+                _mm256_add_epi32(first, _mm256_madd_epi16(a[0], b[0])),
+                _mm256_add_epi32(second, _mm256_madd_epi16(a[1], b[1])),
+            ])
         }
 
-        #[inline(always)]
+        /// As words, those of even and of odd places by themselves.
+        #[arcane(import_intrinsics, _self = X64V3Token)]
+        fn multiply_add_bytes(self, sums: Sums, a: &[u8; BYTES], b: &[i8; BYTES]) -> Sums {
+            let [a, b]: [[__m256i; 2]; 2] = [cast(*a), cast(*b)];
+            let mut sums: [__m256i; 2] = cast(sums);
+            for i in 0..2 {
+                let even = _mm256_madd_epi16(
+                    _mm256_and_si256(a[i], _mm256_set1_epi16(0xff)),
+                    _mm256_srai_epi16::<8>(_mm256_slli_epi16::<8>(b[i])),
+                );
+                let odd = _mm256_madd_epi16(_mm256_srli_epi16::<8>(a[i]), _mm256_srai_epi16::<8>(b[i]));
+                sums[i] = _mm256_add_epi32(sums[i], _mm256_add_epi32(even, odd));
+            }
+            cast(sums)
+        }
+
+        #[arcane(import_intrinsics, _self = X64V3Token)]
         fn add_squares(
             self,
             sums: Sums,
@@ -154,24 +179,22 @@ mod x86 {
             b: &[i16; FACTORS],
             mask: &[i16; FACTORS],
         ) -> Sums {
-            let [a, b, mask]: [[__m256i; 2]; 3] = [pulp::cast(*a), pulp::cast(*b), pulp::cast(*mask)];
-            let differences: [__m256i; 2] = [0, 1].map(
-                #[inline(always)]
-                |i| self.avx2._mm256_and_si256(self.avx2._mm256_sub_epi16(a[i], b[i]), mask[i]),
-            );
-            let differences = pulp::cast(differences);
-            self.multiply_add(sums, &differences, &differences)
+            let [a, b, mask]: [[__m256i; 2]; 3] = [cast(*a), cast(*b), cast(*mask)];
+            let mut sums: [__m256i; 2] = cast(sums);
+            for i in 0..2 {
+                let differences = _mm256_and_si256(_mm256_sub_epi16(a[i], b[i]), mask[i]);
+                sums[i] = _mm256_add_epi32(sums[i], _mm256_madd_epi16(differences, differences));
+            }
+            cast(sums)
         }
 
-        #[inline(always)]
+        #[arcane(import_intrinsics, _self = X64V3Token)]
         fn at_least(self, sums: &Sums, floor: i32) -> u16 {
-            let halves: [__m256i; 2] = pulp::cast(*sums);
-            let floor = self.avx._mm256_set1_epi32(floor);
-            let below = |half: __m256i| {
-                let lanes = self.avx2._mm256_cmpgt_epi32(floor, half);
-                self.avx._mm256_movemask_ps(pulp::cast(lanes)) as u16
-            };
-            !(below(halves[0]) | (below(halves[1]) << (SUMS / 2)))
+            let [first, second]: [__m256i; 2] = cast(*sums);
+            let floor = _mm256_set1_epi32(floor);
+            let below = [_mm256_cmpgt_epi32(floor, first), _mm256_cmpgt_epi32(floor, second)];
+            let [first, second] = [below[0], below[1]].map(|lanes| _mm256_movemask_ps(cast(lanes)) as u16);
+            !(first | (second << (SUMS / 2)))
         }
     }
 }
@@ -180,6 +203,8 @@ mod x86 {
 mod tests {
     use super::*;
     use crate::numeric::random::Stream;
+    #[cfg(target_arch = "x86_64")]
+    use archmage::SimdToken;
 
     /// Sums and their comparison for random factors.
     struct Sample(u64);
@@ -195,6 +220,7 @@ mod tests {
                 let mut factors = || std::array::from_fn(|_| stream.below(1 << 16) as u16 as i16);
                 let (a, b, mask) = (factors(), factors(), factors());
                 sums = pairs.multiply_add(sums, &a, &b);
+                sums = pairs.multiply_add_bytes(sums, &pulp::cast(a), &pulp::cast(b));
                 sums = pairs.add_squares(sums, &a.map(|a| a / 2), &b.map(|b| b / 2), &mask.map(|m| m >> 15));
             }
             sums[3] = 17;
@@ -208,7 +234,7 @@ mod tests {
             let truth = Sample(seed).with(Portable);
             assert_eq!(dispatch(&Sample(seed)), truth);
             #[cfg(target_arch = "x86_64")]
-            if let Some(avx2) = pulp::x86::V3::try_new() {
+            if let Some(avx2) = archmage::X64V3Token::summon() {
                 assert_eq!(Sample(seed).with(avx2), truth);
             }
             let (sums, bits) = truth;

@@ -44,8 +44,8 @@ pub struct SearchOptions {
 }
 
 impl Default for SearchOptions {
-    /// Automatic choice, singular vectors, at most 24 kernels a cell for the first look.
+    /// Automatic choice, singular vectors, at most 28 kernels a cell for the first look.
     fn default() -> Self {
-        Self { method: SearchMethod::Auto, basis: KernelBasis::Svd, kernels: 24, curve: false }
+        Self { method: SearchMethod::Auto, basis: KernelBasis::Svd, kernels: 28, curve: false }
     }
 }

@@ -9,9 +9,9 @@
 
 use pulp::Arch;
 
+use super::coordinates::WIDE;
 use crate::numeric::random::Stream;
 use crate::synthesis::quantise::{MAX_CODE, Quantised};
-
 use crate::synthesis::search::KernelBasis;
 
 /// Cells of the exemplars from which a basis is chosen.
@@ -30,8 +30,13 @@ const ENOUGH: f64 = 0.8;
 /// Kernels of the first look at most.
 pub const MOST_FIRST: usize = 32;
 
-/// Kernels beyond those of the first look, which with the rest of a cell fill one vector register.
-pub const FURTHER: usize = 31;
+/// Kernels beyond those of the first look, which with the rest of a cell and their squared length
+/// fill one vector register.
+pub const FURTHER: usize = 59;
+
+/// The share of the samples that a unit of 8 bits has room for; others are clipped. More room makes
+/// rounding coarser, less clips too much.
+const UNCLIPPED: f64 = 0.95;
 
 /// Integer kernels for cells of one size.
 #[derive(Debug, Clone, PartialEq)]
@@ -40,10 +45,16 @@ pub struct Kernels {
     pub side: usize,
     /// Kernel after kernel, row after row, the planes of a texel together.
     pub weights: Vec<Vec<i16>>,
-    /// How many of them the first look takes: an even number.
+    /// How many of them the first look takes.
     pub first: usize,
     /// At least the largest eigenvalue of the kernels' matrix of inner products.
     pub lambda: f64,
+    /// What few cells exceed along the first kernel whose coordinate has 8 bits, in codes.
+    pub usual_narrow: f64,
+    /// The same along the first kernel that the first look leaves out.
+    pub usual_further: f64,
+    /// The root mean square length of what the kernels leave of a cell.
+    pub usual_rest: f64,
 }
 
 impl Kernels {
@@ -53,31 +64,48 @@ impl Kernels {
         let planes = exemplars.planes();
         let length = side * side * planes;
         let samples = centred_samples(exemplars, side);
+        let covariance = Covariance::new(&samples);
         let most = most.min(MOST_FIRST);
         let count = (most + FURTHER).min(length);
         let mut vectors = match basis {
-            KernelBasis::Svd => leading_directions(&samples, count),
-            KernelBasis::Dct => most_energetic(&samples, count, products(planes, side, cosine)),
-            KernelBasis::WalshHadamard => most_energetic(&samples, count, products(planes, side, walsh)),
+            KernelBasis::Svd => covariance.leading_directions(count),
+            KernelBasis::Dct => most_energetic(&covariance, count, products(planes, side, cosine)),
+            KernelBasis::WalshHadamard => most_energetic(&covariance, count, products(planes, side, walsh)),
         };
-        let first = enough(&samples, &vectors).min(most);
+        let energies: Vec<f64> = vectors.iter().map(|vector| covariance.energy(vector)).collect();
+        let first = enough(&energies, covariance.total()).min(most).min(vectors.len());
         vectors.truncate(first + FURTHER);
+        let left = covariance.total() - energies[..vectors.len()].iter().sum::<f64>();
         let weights = rounded(&vectors, length);
         let lambda = largest_eigenvalue_bound(&weights);
-        Self { side, weights, first, lambda }
+        Self {
+            side,
+            weights,
+            first,
+            lambda,
+            usual_narrow: vectors.get(WIDE).map_or(0.0, |vector| usual(&samples, vector)),
+            usual_further: vectors.get(first).map_or(0.0, |vector| usual(&samples, vector)),
+            usual_rest: left.max(0.0).sqrt(),
+        }
     }
 }
 
-/// How many of the vectors hold [`ENOUGH`] of the samples' energy, an even number.
-fn enough(samples: &[Vec<f32>], vectors: &[Vec<f32>]) -> usize {
-    let wanted = ENOUGH * samples.iter().map(|s| f64::from(dot(s, s))).sum::<f64>();
+/// The length along a unit vector that [`UNCLIPPED`] of the samples do not exceed.
+fn usual(samples: &[Vec<f32>], vector: &[f32]) -> f64 {
+    let mut lengths: Vec<f32> = samples.iter().map(|sample| dot(sample, vector).abs()).collect();
+    lengths.sort_unstable_by(f32::total_cmp);
+    f64::from(lengths[(UNCLIPPED * (lengths.len() - 1) as f64) as usize])
+}
+
+/// How many vectors of these energies hold [`ENOUGH`] of the total, filling words.
+fn enough(energies: &[f64], total: f64) -> usize {
     let mut held = 0.0;
-    let count = vectors.iter().take_while(|v| {
+    let count = energies.iter().take_while(|&&energy| {
         let before = held;
-        held += energy(samples, v);
-        before < wanted
+        held += energy;
+        before < ENOUGH * total
     });
-    count.count().next_multiple_of(2)
+    count.count().next_multiple_of(WIDE)
 }
 
 /// Cells at random places of the exemplars, less their mean.
@@ -98,50 +126,78 @@ fn centred_samples(exemplars: &Quantised, side: usize) -> Vec<Vec<f32>> {
     samples
 }
 
-/// The leading right singular vectors of the samples, by subspace iteration from a fixed start.
-fn leading_directions(samples: &[Vec<f32>], count: usize) -> Vec<Vec<f32>> {
-    Arch::new().dispatch(
-        #[inline(always)]
-        || iterated(samples, count),
-    )
+/// The mean products of two codes of a sample.
+struct Covariance {
+    rows: Vec<Vec<f32>>,
 }
 
-#[inline(always)]
-fn iterated(samples: &[Vec<f32>], count: usize) -> Vec<Vec<f32>> {
-    let length = samples[0].len();
-    let mut stream = Stream::new(1, length as u64);
-    let mut vectors: Vec<Vec<f32>> =
-        (0..count).map(|_| (0..length).map(|_| stream.unit() as f32 - 0.5).collect()).collect();
-    for _ in 0..ROUNDS {
-        let mut next = vec![vec![0.0f32; length]; count];
-        for sample in samples {
-            for (vector, sum) in vectors.iter().zip(&mut next) {
-                let share = dot(sample, vector);
-                sum.iter_mut().zip(sample).for_each(|(s, x)| *s += share * x);
-            }
-        }
-        vectors = orthonormal(next);
+impl Covariance {
+    fn new(samples: &[Vec<f32>]) -> Self {
+        Arch::new().dispatch(
+            #[inline(always)]
+            || {
+                let length = samples[0].len();
+                let mut rows = vec![vec![0.0f32; length]; length];
+                for sample in samples {
+                    for (row, share) in rows.iter_mut().zip(sample) {
+                        row.iter_mut().zip(sample).for_each(|(sum, x)| *sum += share * x);
+                    }
+                }
+                rows.iter_mut().flatten().for_each(|sum| *sum /= samples.len() as f32);
+                Self { rows }
+            },
+        )
     }
-    by_energy(samples, vectors)
+
+    /// The mean squared length of the samples.
+    fn total(&self) -> f64 {
+        self.rows.iter().enumerate().map(|(i, row)| f64::from(row[i])).sum()
+    }
+
+    /// The mean squared length along a unit vector.
+    fn energy(&self, vector: &[f32]) -> f64 {
+        f64::from(dot(&self.times(vector), vector))
+    }
+
+    #[inline(always)]
+    fn times(&self, vector: &[f32]) -> Vec<f32> {
+        self.rows.iter().map(|row| dot(row, vector)).collect()
+    }
+
+    /// The leading right singular vectors of the samples, by subspace iteration from a fixed start.
+    fn leading_directions(&self, count: usize) -> Vec<Vec<f32>> {
+        Arch::new().dispatch(
+            #[inline(always)]
+            || self.iterated(count),
+        )
+    }
+
+    #[inline(always)]
+    fn iterated(&self, count: usize) -> Vec<Vec<f32>> {
+        let length = self.rows.len();
+        let mut stream = Stream::new(1, length as u64);
+        let mut vectors: Vec<Vec<f32>> =
+            (0..count).map(|_| (0..length).map(|_| stream.unit() as f32 - 0.5).collect()).collect();
+        for _ in 0..ROUNDS {
+            vectors = orthonormal(vectors.iter().map(|vector| self.times(vector)).collect());
+        }
+        by_energy(self, vectors)
+    }
 }
 
 /// The most energetic products of one function along x, one along y and one plane, orthonormal.
-fn most_energetic(samples: &[Vec<f32>], count: usize, products: Vec<Vec<f32>>) -> Vec<Vec<f32>> {
-    let mut ordered = by_energy(samples, products);
+fn most_energetic(covariance: &Covariance, count: usize, products: Vec<Vec<f32>>) -> Vec<Vec<f32>> {
+    let mut ordered = by_energy(covariance, products);
     ordered.truncate(count);
     orthonormal(ordered)
 }
 
 /// Unit vectors sorted by the energy of the samples along them; ties keep their order.
-fn by_energy(samples: &[Vec<f32>], vectors: Vec<Vec<f32>>) -> Vec<Vec<f32>> {
-    let mut ranked: Vec<(f64, Vec<f32>)> = vectors.into_iter().map(|v| (energy(samples, &v), v)).collect();
+fn by_energy(covariance: &Covariance, vectors: Vec<Vec<f32>>) -> Vec<Vec<f32>> {
+    let energy = |vector: Vec<f32>| (covariance.energy(&vector), vector);
+    let mut ranked: Vec<(f64, Vec<f32>)> = vectors.into_iter().map(energy).collect();
     ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
     ranked.into_iter().map(|(_, v)| v).collect()
-}
-
-/// The energy of the samples along a unit vector.
-fn energy(samples: &[Vec<f32>], vector: &[f32]) -> f64 {
-    samples.iter().map(|s| f64::from(dot(s, vector)).powi(2)).sum()
 }
 
 /// All low-frequency products of a family of functions along x and y, for each plane.

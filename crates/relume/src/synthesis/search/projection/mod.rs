@@ -10,12 +10,14 @@
 //! - **The rest counts.** What the kernels leave of a cell bounds the distance further ([`table`]).
 //! - **All projections at once, for many blocks at once.** Processors multiply faster than they
 //!   branch, and coordinates that are loaded serve all blocks of a wave (`product`).
-//! - **Nothing is lost to rounding.** Coordinates are integers that are off by a stated error, by
-//!   which the threshold is widened. Survivors are settled by the exact integer distance.
+//! - **Nothing is lost to rounding.** Coordinates are small integers ([`coordinates`]) that are off
+//!   by a measured error, by which the threshold is widened. Survivors are settled by the exact
+//!   integer distance.
 //! - **The threshold tightens during the search**: first come positions that are expected to be near,
 //!   then the most promising one of each stretch of positions is measured in full at once.
 
 pub mod cells;
+mod coordinates;
 pub mod kernels;
 mod product;
 mod query;
@@ -27,23 +29,26 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use super::distance::Target;
 use super::{Candidates, Effort, Found, KernelBasis, Query, Search};
-use crate::numeric::pairs::{FACTORS, SUMS};
+use crate::numeric::pairs::SUMS;
 use crate::synthesis::neighbourhood::Neighbourhood;
 use crate::synthesis::positions::{Positions, Run};
 use crate::synthesis::quantise::Quantised;
 use crate::synthesis::source_map::Texel;
 use cells::cells;
 use kernels::Kernels;
-use product::{MOST, Product, STRETCH, Stretch, pair};
-use query::{Prepared, rounding_error};
-use second_look::SecondLook;
+use product::{MOST, Product, STRETCH, Stretch};
+use query::Prepared;
 use survivors::Survivors;
-use table::{Coordinates, Further, MINUS_SQUARE, Table};
+use table::Table;
 
-/// Rows of positions that are looked at in one parallel task.
+/// Rows of positions that are looked at in one parallel task at most.
 const TILE_HEIGHT: usize = 64;
+
+/// Positions are looked at in rounds: each takes the rows whose numbers its step divides and no
+/// earlier one's. The first ones are few, and find distances so small that the later ones reject
+/// most of theirs.
+const ROUNDS: [usize; 3] = [64, 8, 1];
 
 /// Rejects by projections, then compares in full.
 #[derive(Debug)]
@@ -51,7 +56,8 @@ pub struct Projection<'a> {
     exemplars: &'a Quantised,
     positions: &'a Positions,
     table: Table,
-    tiles: Vec<Vec<Run>>,
+    /// For each round its tiles.
+    rounds: Vec<Vec<Vec<Run>>>,
 }
 
 impl<'a> Projection<'a> {
@@ -66,86 +72,69 @@ impl<'a> Projection<'a> {
     ) -> Self {
         let kernels = Kernels::new(basis, most, exemplars, side);
         let table = Table::new(kernels, exemplars, (block / side).pow(2));
-        Self { exemplars, positions, table, tiles: tiles(positions) }
+        Self { exemplars, positions, table, rounds: rounds(positions) }
     }
 
-    /// Bytes that preparing takes: coordinates, and the codes in pairs and sums of squares while those
-    /// are made; rows are padded.
+    /// Bytes that preparing takes.
     pub fn bytes(exemplars: &Quantised, most: usize) -> u64 {
-        let each = 4 * (most / 2 + 2) + size_of::<Further>() + 4 * exemplars.planes() + 8;
-        let padded =
-            exemplars.texels().iter().map(|texels| (texels.size().width + STRETCH) * texels.size().height);
-        (padded.sum::<usize>() * each) as u64
+        exemplars.texels().iter().map(|texels| Table::bytes(texels.size(), exemplars.planes(), most)).sum()
     }
 
     fn prepare<'q>(&'q self, query: &'q Query) -> Prepared<'q> {
-        let shape = query.neighbourhood;
-        let cells = cells(&shape, self.table.side());
-        let stride = shape.extent.width * self.exemplars.planes();
-        let start = |&(x, y): &(usize, usize)| y * stride + x * self.exemplars.planes();
-        let project = |cell| self.table.project(&query.codes, start(cell), stride);
-        let coordinates: Vec<Coordinates> = cells.iter().map(project).collect();
-        let pairs = self.table.pairs();
-        let factors = coordinates.iter().flat_map(|c| {
-            let doubled = c.first.as_chunks::<2>().0[..pairs].iter().map(|own| own.map(|c| 2 * c));
-            doubled.chain([MINUS_SQUARE]).map(pair)
-        });
-        let mut prepared = Prepared {
-            query,
-            factors: factors.collect(),
-            further: coordinates.iter().map(|c| c.further).collect(),
-            square: coordinates.iter().map(|c| c.square).sum(),
-            first_error: rounding_error(2 * cells.len() * self.table.pairs()),
-            error: rounding_error(cells.len() * (2 * self.table.pairs() + FACTORS)),
-            cells,
-            coordinates,
-            scale: self.table.scale(),
-            targets: Target::all(query, self.exemplars),
-            near: u64::MAX,
-        };
+        let cells = cells(&query.neighbourhood, self.table.side());
+        let mut prepared = Prepared::new(query, cells, &self.table, self.exemplars);
         for &position in query.likely.iter().filter(|position| self.positions.contains(**position)) {
             prepared.near = prepared.nearer(position, prepared.near);
         }
         prepared
     }
 
-    /// What a tile leaves of each query, all of one shape and at most [`MOST`].
-    fn look(&self, tile: &[Run], queries: &[&Prepared<'_>]) -> Vec<Survivors> {
-        let mut found: Vec<Survivors> = queries.iter().map(|query| Survivors::new(query)).collect();
-        let mut factors = vec![[0; MOST]; queries[0].factors.len()];
-        for (q, query) in queries.iter().enumerate() {
-            factors.iter_mut().zip(&query.factors).for_each(|(all, own)| all[q] = *own);
-        }
+    /// What a tile leaves of each query, all of one shape and at most [`MOST`]; `best` are the smallest
+    /// distances so far.
+    fn look(&self, tile: &[Run], queries: &[&Prepared<'_>], best: &[u64]) -> Vec<Survivors> {
+        let mut found: Vec<Survivors> =
+            queries.iter().zip(best).map(|(query, &best)| Survivors::new(query, best)).collect();
+        let factors = side_by_side(queries);
         let mut nearness: Box<Stretch> = Box::new([[[0; SUMS]; STRETCH / SUMS]; MOST]);
         for run in tile {
+            self.nearness(run, queries, &factors, &mut nearness);
             let grid = &self.table.grids()[run.first.exemplar as usize];
-            let (x, y) = (run.first.x as usize, run.first.y as usize);
-            let product = Product {
-                planes: grid.first(),
-                offsets: &queries[0].cells,
-                factors: &factors,
-                sets: queries.len(),
-                x,
-                y,
-                length: run.length,
-                sums: &mut nearness,
-            };
-            product.compute();
             for ((query, found), nearness) in queries.iter().zip(&mut found).zip(&*nearness) {
-                found.take(query, run, nearness);
+                found.take(query, grid, run, nearness);
             }
         }
         found
     }
 
+    /// The first look at a run of at most [`STRETCH`] positions.
+    fn nearness(
+        &self,
+        run: &Run,
+        queries: &[&Prepared<'_>],
+        factors: &[[i32; MOST]],
+        nearness: &mut Stretch,
+    ) {
+        let product = Product {
+            planes: self.table.grids()[run.first.exemplar as usize].first(),
+            offsets: &queries[0].cells,
+            factors,
+            sets: queries.len(),
+            x: run.first.x as usize,
+            y: run.first.y as usize,
+            length: run.length,
+            sums: nearness,
+        };
+        product.compute();
+    }
+
     /// Of the survivors of a tile those that may be accepted, with their exact distances; `best` is
     /// the smallest distance in any tile so far.
     fn settle(&self, query: &Prepared<'_>, survivors: &Survivors, mut best: u64) -> Settled {
-        let grids = self.table.grids();
-        let remaining = SecondLook { grids, query, survivors: &survivors.positions, best }.remaining();
-        let mut settled = Settled { near: Vec::new(), verified: remaining.len() as u64 };
-        for position in remaining {
-            if let Some(exact) = query.distance(position, query.query.acceptance.limit(best)) {
+        let mut settled = Settled { near: Vec::new(), verified: 0 };
+        let longest = query.longest(query.limit(best));
+        for &(position, _) in survivors.positions.iter().filter(|(_, length)| *length <= longest) {
+            settled.verified += 1;
+            if let Some(exact) = query.distance(position, query.limit(best)) {
                 best = best.min(exact);
                 settled.near.push((position, exact));
             }
@@ -157,7 +146,7 @@ impl<'a> Projection<'a> {
     /// is at the squared distance `best`, without the help of the rest: the rejection curve.
     fn remaining(&self, query: &Query, best: u64) -> Vec<u64> {
         let query = self.prepare(query);
-        let longest = f64::from(query.longest(query.query.acceptance.limit(best)));
+        let longest = query.longest(query.limit(best));
         let kernels = self.table.kernels();
         let left = |run: &Run| -> Vec<u64> {
             let mut left = vec![0; kernels];
@@ -175,12 +164,27 @@ impl<'a> Projection<'a> {
         self.positions.runs().par_iter().map(left).reduce(|| vec![0; kernels], add)
     }
 
-    /// The candidates of queries of one shape.
-    fn search(&self, queries: &[&Prepared<'_>]) -> Vec<Found> {
-        let survivors: Vec<Vec<Survivors>> =
-            self.tiles.par_iter().map(|tile| self.look(tile, queries)).collect();
-        let best = |q: usize| survivors.iter().map(|tile| tile[q].best).fold(queries[q].near, u64::min);
-        let best: Vec<u64> = (0..queries.len()).map(best).collect();
+    /// The candidates of queries in groups of one shape. All groups look at a tile in turn, while it is
+    /// in the processor's caches.
+    fn search(&self, groups: &[Vec<&Prepared<'_>>]) -> Vec<Found> {
+        let queries = groups.concat();
+        let mut best: Vec<u64> = queries.iter().map(|query| query.near).collect();
+        let mut survivors: Vec<Vec<Survivors>> = Vec::new();
+        for tiles in &self.rounds {
+            let look = |tile: &Vec<Run>| -> Vec<Survivors> {
+                let mut begun = best.as_slice();
+                let each = groups.iter().flat_map(|group| {
+                    let own = begun.split_off(..group.len()).expect("one for each query");
+                    self.look(tile, group, own)
+                });
+                each.collect()
+            };
+            let round: Vec<Vec<Survivors>> = tiles.par_iter().map(look).collect();
+            for tile in &round {
+                best.iter_mut().zip(tile).for_each(|(best, own)| *best = own.best.min(*best));
+            }
+            survivors.extend(round);
+        }
         let settle = |tile: &Vec<Survivors>| -> Vec<Settled> {
             (0..queries.len()).map(|q| self.settle(queries[q], &tile[q], best[q])).collect()
         };
@@ -208,18 +212,26 @@ struct Settled {
 impl Search for Projection<'_> {
     fn candidates(&self, queries: &[Query]) -> Vec<Found> {
         let prepared: Vec<Prepared<'_>> = queries.par_iter().map(|query| self.prepare(query)).collect();
-        let mut found: Vec<Option<Found>> = vec![None; queries.len()];
-        for group in by_shape(queries) {
-            let members: Vec<&Prepared<'_>> = group.iter().map(|&i| &prepared[i]).collect();
-            let settled = self.search(&members);
-            group.iter().zip(settled).for_each(|(&i, own)| found[i] = Some(own));
-        }
-        found.into_iter().flatten().collect()
+        let groups = by_shape(queries);
+        let members = |group: &Vec<usize>| group.iter().map(|&i| &prepared[i]).collect();
+        let found = self.search(&groups.iter().map(members).collect::<Vec<_>>());
+        let mut numbered: Vec<(usize, Found)> = groups.concat().into_iter().zip(found).collect();
+        numbered.sort_unstable_by_key(|(number, _)| *number);
+        numbered.into_iter().map(|(_, found)| found).collect()
     }
 
     fn rejection_curve(&self, query: &Query, best: u64) -> Option<Vec<u64>> {
         Some(self.remaining(query, best))
     }
+}
+
+/// The factors of queries of one shape, those of each word together.
+fn side_by_side(queries: &[&Prepared<'_>]) -> Vec<[i32; MOST]> {
+    let mut factors = vec![[0; MOST]; queries[0].factors.len()];
+    for (q, query) in queries.iter().enumerate() {
+        factors.iter_mut().zip(&query.factors).for_each(|(all, own)| all[q] = *own);
+    }
+    factors
 }
 
 /// Numbers of the queries in groups of one shape, each of at most [`MOST`].
@@ -236,11 +248,13 @@ fn by_shape(queries: &[Query]) -> Vec<Vec<usize>> {
     shapes.into_iter().map(|(_, members)| members).collect()
 }
 
-/// The runs of all positions cut into tiles of [`STRETCH`] columns and [`TILE_HEIGHT`] rows, whose
-/// coordinates stay in the processor's second cache.
-fn tiles(positions: &Positions) -> Vec<Vec<Run>> {
-    let mut tiles: BTreeMap<(u32, usize, usize), Vec<Run>> = BTreeMap::new();
+/// The runs of all positions in rounds, cut into tiles of [`STRETCH`] columns and [`TILE_HEIGHT`] rows,
+/// whose coordinates stay in the processor's second cache.
+fn rounds(positions: &Positions) -> Vec<Vec<Vec<Run>>> {
+    let mut rounds: [BTreeMap<(u32, usize, usize), Vec<Run>>; ROUNDS.len()] = Default::default();
     for &Run { first: Texel { exemplar, y, x }, length } in positions.runs() {
+        let round = ROUNDS.iter().position(|&step| (y as usize).is_multiple_of(step));
+        let tiles = &mut rounds[round.expect("one divides all numbers")];
         let (mut start, end) = (x as usize, x as usize + length);
         while start < end {
             let column = start / STRETCH;
@@ -251,32 +265,76 @@ fn tiles(positions: &Positions) -> Vec<Vec<Run>> {
             start = next;
         }
     }
-    tiles.into_values().collect()
+    rounds.into_iter().map(|tiles| tiles.into_values().collect()).collect()
 }
 
 #[cfg(test)]
 mod tests {
+    use super::second_look::SecondLook;
     use super::*;
     use crate::limits::Limits;
     use crate::numeric::random::Stream;
     use crate::planes::{Planes, Size};
     use crate::synthesis::neighbourhood::Margins;
     use crate::synthesis::options::Tolerance;
-    use crate::synthesis::quantise::Exemplar;
+    use crate::synthesis::quantise::{Exemplar, MAX_CODE};
     use crate::synthesis::search::Acceptance;
+
+    /// A field whose texels are like their left neighbours.
+    fn streaked(size: Size, planes: usize, stream: &mut Stream) -> Planes {
+        let mut value = 0.0;
+        let mut next = |_| {
+            value = 0.7 * value + stream.unit() as f32;
+            value
+        };
+        Planes::from_vec(size, planes, (0..size.texels() * planes).map(&mut next).collect()).unwrap()
+    }
+
+    #[test]
+    fn no_bound_is_larger_than_the_distance() {
+        for (planes, block, side) in [(1, 9, 4), (3, 16, 8), (18, 10, 5)] {
+            let mut stream = Stream::new(planes as u64, 0);
+            let field = streaked(Size::new(150, 21), planes, &mut stream);
+            let exemplars = [Exemplar { index: &field, excluded: None }];
+            let quantised = Quantised::new(&exemplars, &Limits::default()).unwrap();
+            let positions = Positions::new(&exemplars, block).unwrap();
+            let margins = Margins { left: side, top: side, ..Margins::default() };
+            let neighbourhood = Neighbourhood { extent: Size::new(block, block), margins };
+            let acceptance = Acceptance::new(Tolerance::Relative(0.1), 1, 1.0);
+            let search = Projection::new(&quantised, &positions, (block, side), KernelBasis::Svd, 12);
+            for spread in [1, 40, 4096] {
+                // A block of the exemplar with little noise, with some, or nothing but noise.
+                let rows = (3..3 + block).flat_map(|y| quantised.texels()[0].run(90, y, block));
+                let noisy = |code: &i16| {
+                    (if spread < 4096 { *code } else { 0 } + stream.below(spread) as i16).min(MAX_CODE)
+                };
+                let codes = rows.map(noisy).collect();
+                let query = Query { neighbourhood, codes, acceptance, likely: Vec::new() };
+                let query = search.prepare(&query);
+                let mut nearness: Box<Stretch> = Box::new([[[0; SUMS]; STRETCH / SUMS]; MOST]);
+                for run in search.rounds.iter().flatten().flatten() {
+                    search.nearness(run, &[&query], &side_by_side(&[&query]), &mut nearness);
+                    let grid = &search.table.grids()[0];
+                    for (i, &nearness) in nearness[0].as_flattened()[..run.length].iter().enumerate() {
+                        let (position, mut kept) = (run.first.offset(i, 0), Vec::new());
+                        let survivors = std::iter::once((position, nearness));
+                        let longest = f64::INFINITY;
+                        SecondLook { grid, query: &query, survivors, longest, kept: &mut kept }.keep();
+                        let exact = query.distance(position, u64::MAX).unwrap();
+                        assert!(nearness >= query.least_nearness(exact), "{position:?} of {planes} planes");
+                        assert!(kept[0].1 <= query.longest(exact), "{position:?} of {planes} planes");
+                    }
+                }
+            }
+        }
+    }
 
     #[test]
     fn the_rejection_curve_falls_to_no_less_than_the_candidates() {
         let (block, planes) = (8, 3);
         let mut stream = Stream::new(3, 0);
         let size = Size::new(150, 40);
-        let mut value = 0.0;
-        let mut next = || {
-            value = 0.7 * value + stream.unit() as f32;
-            value
-        };
-        let field =
-            Planes::from_vec(size, planes, (0..size.texels() * planes).map(|_| next()).collect()).unwrap();
+        let field = streaked(size, planes, &mut stream);
         let exemplars = [Exemplar { index: &field, excluded: None }];
         let quantised = Quantised::new(&exemplars, &Limits::default()).unwrap();
         let positions = Positions::new(&exemplars, block).unwrap();

@@ -1,10 +1,10 @@
 //! Sums of products for many positions and several sets of factors at a time, as in a product of
-//! matrices: values are loaded once for up to [`MOST`] sets, whose sums stay in registers.
+//! matrices: words are loaded once for up to [`MOST`] sets, whose sums stay in registers.
 //!
 //! The projections of an exemplar's cells on all kernels are such sums, over codes; and so are the
 //! bounds of all positions for the queries of a wave, over coordinates.
 
-use crate::numeric::pairs::{FACTORS, Pairs, SUMS, Sums, Work, dispatch};
+use crate::numeric::pairs::{Pairs, SUMS, Sums, Work, dispatch};
 
 /// Sets of factors that share the loads of values.
 pub const MOST: usize = 16;
@@ -15,62 +15,75 @@ pub const STRETCH: usize = 128;
 /// The sums of all sets for a stretch of positions.
 pub type Stretch = [[Sums; STRETCH / SUMS]; MOST];
 
-/// Planes of pairs of 16-bit values, in padded rows.
+/// Planes of words: first those of two 16-bit numbers, then those of four bytes, and one of 32-bit
+/// numbers to which the products are added; in padded rows.
 #[derive(Debug)]
-pub struct PairPlanes {
-    planes: usize,
+pub struct WordPlanes {
+    pairs: usize,
+    quads: usize,
     stride: usize,
-    /// Row after row; in a row plane after plane; in a plane pair after pair.
-    values: Vec<i16>,
+    /// Row after row; in a row plane after plane.
+    words: Vec<i32>,
 }
 
-impl PairPlanes {
+impl WordPlanes {
     /// Planes of zeros, with room for a stretch of positions past the end of each row.
-    pub fn zeros(planes: usize, width: usize, height: usize) -> Self {
+    pub fn zeros(pairs: usize, quads: usize, width: usize, height: usize) -> Self {
         let stride = width + STRETCH;
-        Self { planes, stride, values: vec![0; 2 * planes * stride * height] }
+        Self { pairs, quads, stride, words: vec![0; (pairs + quads + 1) * stride * height] }
     }
 
-    /// The number of planes.
-    pub fn planes(&self) -> usize {
-        self.planes
+    /// Bytes that they take.
+    pub fn bytes(pairs: usize, quads: usize, width: usize, height: usize) -> u64 {
+        4 * ((pairs + quads + 1) * (width + STRETCH) * height) as u64
     }
 
-    /// All rows: in each plane after plane, of [`PairPlanes::row_length`] values.
-    pub fn rows_mut(&mut self) -> std::slice::ChunksExactMut<'_, i16> {
-        self.values.chunks_exact_mut(2 * self.planes * self.stride)
+    /// The number of planes that are multiplied.
+    pub fn factors(&self) -> usize {
+        self.pairs + self.quads
     }
 
-    /// The values of one plane of a row, padding included.
+    /// All rows: in each plane after plane, of [`WordPlanes::row_length`] words.
+    pub fn rows_mut(&mut self) -> std::slice::ChunksExactMut<'_, i32> {
+        let length = (self.factors() + 1) * self.stride;
+        self.words.chunks_exact_mut(length)
+    }
+
+    /// The words of one plane of a row, padding included.
     pub fn row_length(&self) -> usize {
-        2 * self.stride
+        self.stride
     }
 
-    /// Value `number` of the position (x, y), counted through its pairs.
-    pub fn value(&self, number: usize, x: usize, y: usize) -> i16 {
-        self.values[2 * ((y * self.planes + number / 2) * self.stride + x) + number % 2]
+    /// A word of the position (x, y).
+    pub fn word(&self, plane: usize, x: usize, y: usize) -> i32 {
+        self.words[(y * (self.factors() + 1) + plane) * self.stride + x]
     }
 
-    /// The pairs of [`SUMS`] positions from (x, y) to the right.
+    /// The words of [`SUMS`] positions from (x, y) to the right.
     #[inline(always)]
-    fn at(&self, plane: usize, x: usize, y: usize) -> &[i16; FACTORS] {
-        let start = 2 * ((y * self.planes + plane) * self.stride + x);
-        self.values[start..].first_chunk().expect("rows are padded")
+    fn at(&self, plane: usize, x: usize, y: usize) -> &Sums {
+        let start = (y * (self.factors() + 1) + plane) * self.stride + x;
+        self.words[start..].first_chunk().expect("rows are padded")
     }
 }
 
-/// A pair of factors in one number.
+/// A pair of factors in one word.
 pub fn pair(factors: [i16; 2]) -> i32 {
+    pulp::cast(factors)
+}
+
+/// Four factors in one word.
+pub fn quad(factors: [i8; 4]) -> i32 {
     pulp::cast(factors)
 }
 
 /// Sums to be computed.
 pub struct Product<'a> {
-    /// The values.
-    pub planes: &'a PairPlanes,
+    /// The words.
+    pub planes: &'a WordPlanes,
     /// Where they are taken, relative to each position.
     pub offsets: &'a [(usize, usize)],
-    /// For each set the pair of factors of each plane, offset after offset.
+    /// For each set the factors of each plane, offset after offset.
     pub factors: &'a [[i32; MOST]],
     /// How many sets there are, at most [`MOST`].
     pub sets: usize,
@@ -106,18 +119,43 @@ impl Product<'_> {
     #[inline(always)]
     fn groups<const Q: usize, const G: usize, P: Pairs>(&self, pairs: P, group: usize) -> [[Sums; G]; Q] {
         let x = self.x + group * SUMS;
-        let mut sums = [[[0; SUMS]; G]; Q];
-        for (&(dx, dy), factors) in self.offsets.iter().zip(self.factors.chunks_exact(self.planes.planes)) {
-            for (plane, factors) in factors.iter().enumerate() {
+        let mut sums = [self.bases(x); Q];
+        let in_pairs = self.planes.pairs;
+        for (&(dx, dy), factors) in self.offsets.iter().zip(self.factors.chunks_exact(self.planes.factors()))
+        {
+            let there = |plane: usize, g: usize| *self.planes.at(plane, x + dx + g * SUMS, self.y + dy);
+            let (of_pairs, of_quads) = factors.split_at(in_pairs);
+            for (plane, factors) in of_pairs.iter().enumerate() {
                 for g in 0..G {
-                    let there = self.planes.at(plane, x + dx + g * SUMS, self.y + dy);
+                    let there = pulp::cast(there(plane, g));
                     for (sums, &factor) in sums.iter_mut().zip(factors) {
-                        sums[g] = pairs.multiply_add(sums[g], there, &pulp::cast([factor; SUMS]));
+                        sums[g] = pairs.multiply_add(sums[g], &there, &pulp::cast([factor; SUMS]));
+                    }
+                }
+            }
+            for (plane, factors) in of_quads.iter().enumerate() {
+                for g in 0..G {
+                    let there = pulp::cast(there(in_pairs + plane, g));
+                    for (sums, &factor) in sums.iter_mut().zip(factors) {
+                        sums[g] = pairs.multiply_add_bytes(sums[g], &there, &pulp::cast([factor; SUMS]));
                     }
                 }
             }
         }
         sums
+    }
+
+    /// What the products are added to.
+    #[inline(always)]
+    fn bases<const G: usize>(&self, x: usize) -> [Sums; G] {
+        let mut bases: [Sums; G] = [[0; SUMS]; G];
+        for &(dx, dy) in self.offsets {
+            for (g, base) in bases.iter_mut().enumerate() {
+                let there = self.planes.at(self.planes.factors(), x + dx + g * SUMS, self.y + dy);
+                base.iter_mut().zip(there).for_each(|(sum, more)| *sum = sum.wrapping_add(*more));
+            }
+        }
+        bases
     }
 }
 
@@ -148,12 +186,14 @@ mod tests {
     fn sums_are_those_of_a_plain_loop() {
         for sets in 1..=MOST {
             let mut stream = Stream::new(sets as u64, 0);
-            let (planes, width, height) = (1 + stream.below(4), 40 + stream.below(60), 9);
-            let mut values = PairPlanes::zeros(planes, width, height);
-            values.rows_mut().flatten().for_each(|v| *v = stream.below(2000) as i16 - 1000);
+            let (pairs, quads) = (1 + stream.below(2), stream.below(3));
+            let (width, height) = (40 + stream.below(60), 9);
+            let mut values = WordPlanes::zeros(pairs, quads, width, height);
+            values.rows_mut().flatten().for_each(|v| *v = stream.below(1 << 32) as u32 as i32 >> 4);
+            let planes = values.factors();
             let offsets: Vec<(usize, usize)> = (0..5).map(|_| (stream.below(9), stream.below(4))).collect();
             let mut factors = vec![[0; MOST]; planes * offsets.len()];
-            factors.as_flattened_mut().iter_mut().for_each(|f| *f = pair([stream.below(99) as i16, -7]));
+            factors.as_flattened_mut().iter_mut().for_each(|f| *f = stream.below(1 << 32) as u32 as i32);
             let length = 1 + stream.below(width - 9);
             let mut sums = [[[0; SUMS]; STRETCH / SUMS]; MOST];
             let (x, y) = (stream.below(width - 8 - length + 1), 5);
@@ -169,12 +209,20 @@ mod tests {
             };
             product.compute();
             for (set, i) in (0..sets).flat_map(|set| (0..length).map(move |i| (set, i))) {
-                let mut truth = 0;
+                let mut truth = 0i32;
                 for (o, &(dx, dy)) in offsets.iter().enumerate() {
+                    truth = truth.wrapping_add(values.word(planes, x + dx + i, y + dy));
                     for plane in 0..planes {
-                        let there = values.at(plane, x + dx + i, y + dy);
-                        let [a, b]: [i16; 2] = pulp::cast(factors[o * planes + plane][set]);
-                        truth += i32::from(there[0]) * i32::from(a) + i32::from(there[1]) * i32::from(b);
+                        let there = values.word(plane, x + dx + i, y + dy);
+                        let factor = factors[o * planes + plane][set];
+                        truth = truth.wrapping_add(if plane < pairs {
+                            let ([a, b], [c, d]): ([i16; 2], [i16; 2]) =
+                                (pulp::cast(there), pulp::cast(factor));
+                            (i32::from(a) * i32::from(c)).wrapping_add(i32::from(b) * i32::from(d))
+                        } else {
+                            let (a, b): ([u8; 4], [i8; 4]) = (pulp::cast(there), pulp::cast(factor));
+                            a.iter().zip(b).map(|(a, b)| i32::from(*a) * i32::from(b)).sum()
+                        });
                     }
                 }
                 assert_eq!(sums[set].as_flattened()[i], truth);

@@ -1,43 +1,84 @@
 //! A query made ready for the search: its coordinates, and what they say about distances.
 
-use super::table::{Coordinates, Further};
+use super::coordinates::{Coordinates, FurtherFactors};
+use super::table::Table;
+use crate::synthesis::quantise::Quantised;
 use crate::synthesis::search::Query;
 use crate::synthesis::search::distance::Target;
 use crate::synthesis::source_map::Texel;
 
-/// How much longer than that of the exact coordinates the length of a difference of so many rounded
-/// ones can be: each is off by two halves of a unit.
-pub fn rounding_error(coordinates: usize) -> f64 {
-    (coordinates as f64).sqrt() * (1.0 + 1e-6)
-}
-
 /// A query with all that is known of it before positions are looked at.
+///
+/// The *nearness* of a position is, up to a constant, half the squared length of the query's first
+/// coordinates less half that of their difference to the position's: the sum that a product yields.
 pub struct Prepared<'a> {
     /// What it is prepared of.
     pub query: &'a Query,
     /// Where the cells lie in the block.
     pub cells: Vec<(usize, usize)>,
-    /// The coordinates, cell after cell.
-    pub coordinates: Vec<Coordinates>,
-    /// Twice the first coordinates, in pairs, and [`MINUS_SQUARE`], cell after cell.
+    /// Their coordinates.
+    pub coordinates: Coordinates,
+    /// The first coordinates as factors, cell after cell.
     pub factors: Vec<i32>,
-    /// The further ones, cell after cell.
-    pub further: Vec<Further>,
+    /// The further ones as factors, cell after cell.
+    pub further: Vec<FurtherFactors>,
+    /// Their squared length.
+    pub further_square: i32,
+    /// What their product is too large by, positions' coordinates being stored 128 too large.
+    pub further_bias: i32,
     /// The squared length of the first coordinates.
-    pub square: i32,
-    /// How far the length of a difference of first coordinates may be too large by rounding.
-    pub first_error: f64,
+    square: f64,
+    /// What a nearness is too large by.
+    bias: f64,
+    /// By how many codes the difference of first coordinates may be too long.
+    first_error: f64,
     /// The same for all coordinates.
-    pub error: f64,
-    /// Units of the coordinates for one code.
-    pub scale: f64,
+    error: f64,
+    /// Codes squared for one squared unit of the first coordinates, and of the further ones.
+    codes: [f64; 2],
     /// The query for exact distances, for each exemplar.
-    pub targets: Vec<Target<'a>>,
+    targets: Vec<Target<'a>>,
     /// The smallest distance of the positions that were expected to be near.
     pub near: u64,
 }
 
-impl Prepared<'_> {
+impl<'a> Prepared<'a> {
+    /// Prepares a query whose neighbourhood has cells at these places of its block.
+    pub fn new(
+        query: &'a Query,
+        cells: Vec<(usize, usize)>,
+        table: &Table,
+        exemplars: &'a Quantised,
+    ) -> Self {
+        let coordinates = table.project(query, &cells);
+        let factors = (0..cells.len()).flat_map(|cell| table.factors(&coordinates, cell)).collect();
+        let further: Vec<FurtherFactors> =
+            coordinates.further.iter().map(|further| further.factors()).collect();
+        let sum = |factors: &FurtherFactors| factors.0.iter().map(|&f| i32::from(f)).sum::<i32>();
+        let units = table.units();
+        let codes = [units.first, units.further].map(|unit| unit.powi(-2));
+        let [first, rest] = table.largest_errors().map(|error| error * cells.len() as f64);
+        let own =
+            [&coordinates.first_errors, &coordinates.further_errors].map(|errors| errors.iter().sum::<f64>());
+        Self {
+            further_square: coordinates.further.iter().map(|further| further.square()).sum(),
+            further_bias: 128 * further.iter().map(sum).sum::<i32>(),
+            square: coordinates.first_squares.iter().map(|&square| f64::from(square)).sum(),
+            bias: f64::from(table.bias(&coordinates)),
+            first_error: (own[0] * codes[0]).sqrt() + (first * codes[0]).sqrt(),
+            error: (own[0] * codes[0] + own[1] * codes[1]).sqrt()
+                + (first * codes[0] + rest * codes[1]).sqrt(),
+            codes,
+            targets: Target::all(query, exemplars),
+            near: u64::MAX,
+            query,
+            cells,
+            coordinates,
+            factors,
+            further,
+        }
+    }
+
     /// The squared distance of a position, if it is at most `limit`.
     pub fn distance(&self, position: Texel, limit: u64) -> Option<u64> {
         let Texel { exemplar, y, x } = position;
@@ -49,25 +90,34 @@ impl Prepared<'_> {
         self.distance(position, best).map_or(best, |distance| distance.min(best))
     }
 
-    /// The squared length beyond which no difference of coordinates that are off by `error` can stand
-    /// for a squared distance of at most `limit`.
-    pub fn longest_within(&self, limit: u64, error: f64) -> f64 {
-        ((limit as f64).sqrt() * self.scale + error).powi(2) * (1.0 + 1e-9) + 1.0
+    /// The squared length, in codes, of the difference of all rounded coordinates.
+    #[inline(always)]
+    pub fn length(&self, nearness: i32, further: i32) -> f64 {
+        let first = self.square - 2.0 * (f64::from(nearness) - self.bias);
+        first * self.codes[0] + f64::from(further) * self.codes[1]
     }
 
-    /// The same for all coordinates; the largest number where it would overflow.
-    pub fn longest(&self, limit: u64) -> i32 {
-        self.longest_within(limit, self.error) as i32
+    /// The squared length beyond which no difference of all rounded coordinates can stand for a
+    /// squared distance of at most `limit`.
+    pub fn longest(&self, limit: u64) -> f64 {
+        widened(limit, self.error)
     }
 
     /// The nearness below which no position can have a squared distance of at most `limit`; the
     /// smallest number, which keeps everything, where it would overflow.
     pub fn least_nearness(&self, limit: u64) -> i32 {
-        (f64::from(self.square) - self.longest_within(limit, self.first_error)).floor() as i32
+        let longest = widened(limit, self.first_error) / self.codes[0] + 1.0;
+        ((self.square - longest) / 2.0 + self.bias).floor() as i32
     }
 
-    /// The least nearness of accepted positions when `best` is the smallest distance so far.
-    pub fn keeps(&self, best: u64) -> i32 {
-        self.least_nearness(self.query.acceptance.limit(best))
+    /// The largest distance that is accepted when `best` is the smallest.
+    pub fn limit(&self, best: u64) -> u64 {
+        self.query.acceptance.limit(best)
     }
+}
+
+/// The square of a length that may be too small by `error`, with room for the rounding of all that
+/// is computed of it.
+fn widened(square: u64, error: f64) -> f64 {
+    ((square as f64).sqrt() + error * (1.0 + 1e-6)).powi(2) * (1.0 + 1e-9)
 }

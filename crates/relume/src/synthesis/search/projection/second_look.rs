@@ -2,54 +2,57 @@
 
 use super::query::Prepared;
 use super::table::Grid;
-use crate::numeric::pairs::{FACTORS, Pairs, SUMS, Work, dispatch};
+use crate::numeric::pairs::{Pairs, SUMS, Work, dispatch};
 use crate::synthesis::source_map::Texel;
 
+/// A position with the squared length, in codes, of the difference of its rounded coordinates.
+pub type Measured = (Texel, f64);
+
 /// Survivors of the first look to be looked at again.
-pub struct SecondLook<'a> {
-    /// The exemplars' coordinates.
-    pub grids: &'a [Grid],
+pub struct SecondLook<'a, I> {
+    /// The exemplar's coordinates.
+    pub grid: &'a Grid,
     /// What they are compared with.
     pub query: &'a Prepared<'a>,
     /// The survivors with their nearness.
-    pub survivors: &'a [(Texel, i32)],
-    /// The smallest distance so far.
-    pub best: u64,
+    pub survivors: I,
+    /// The longest difference of those that may still be accepted.
+    pub longest: f64,
+    /// Where those go.
+    pub kept: &'a mut Vec<Measured>,
 }
 
-impl SecondLook<'_> {
-    /// The positions that may still be accepted.
-    pub fn remaining(self) -> Vec<Texel> {
-        dispatch(self)
-    }
-
-    /// The squared distance of a position's further coordinates to the query's.
-    #[inline(always)]
-    fn distance<P: Pairs>(&self, pairs: P, position: Texel) -> i32 {
-        let grid = &self.grids[position.exemplar as usize];
-        let (x, y) = (position.x as usize, position.y as usize);
-        let mut sums = [0; SUMS];
-        for (&(dx, dy), wanted) in self.query.cells.iter().zip(&self.query.further) {
-            let there = grid.further(x + dx, y + dy);
-            sums = pairs.add_squares(sums, &there.0, &wanted.0, &[-1; FACTORS]);
-        }
-        sums.iter().sum()
+impl<I: Iterator<Item = (Texel, i32)>> SecondLook<'_, I> {
+    /// Keeps the positions that may still be accepted.
+    pub fn keep(self) {
+        dispatch(self);
     }
 }
 
-impl Work for SecondLook<'_> {
-    type Output = Vec<Texel>;
+impl<I: Iterator<Item = (Texel, i32)>> Work for SecondLook<'_, I> {
+    type Output = ();
 
     #[inline(always)]
-    fn with<P: Pairs>(self, pairs: P) -> Vec<Texel> {
-        let least = self.query.keeps(self.best);
-        let longest = self.query.longest(self.query.query.acceptance.limit(self.best));
-        let mut remaining = Vec::new();
-        for &(position, nearness) in self.survivors.iter().filter(|(_, nearness)| *nearness >= least) {
-            if self.query.square - nearness + self.distance(pairs, position) <= longest {
-                remaining.push(position);
+    fn with<P: Pairs>(self, pairs: P) {
+        for (position, nearness) in self.survivors {
+            let further = further_distance(pairs, self.grid, self.query, position);
+            let length = self.query.length(nearness, further);
+            if length <= self.longest {
+                self.kept.push((position, length));
             }
         }
-        remaining
     }
+}
+
+/// The squared distance of a position's further coordinates to the query's.
+#[inline(always)]
+fn further_distance<P: Pairs>(pairs: P, grid: &Grid, query: &Prepared<'_>, position: Texel) -> i32 {
+    let (x, y) = (position.x as usize, position.y as usize);
+    let (mut sums, mut squares) = ([0; SUMS], query.further_square);
+    for (&(dx, dy), wanted) in query.cells.iter().zip(&query.further) {
+        let there = grid.further(x + dx, y + dy);
+        sums = pairs.multiply_add_bytes(sums, &there.0, &wanted.0);
+        squares += there.square();
+    }
+    squares - 2 * (sums.iter().sum::<i32>() - query.further_bias)
 }

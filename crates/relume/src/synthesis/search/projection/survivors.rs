@@ -1,56 +1,61 @@
-//! What the first look leaves of a tile of positions.
+//! What both looks leave of a tile of positions.
 
 use super::product::STRETCH;
 use super::query::Prepared;
+use super::second_look::{Measured, SecondLook};
+use super::table::Grid;
 use crate::numeric::pairs::{Pairs, SUMS, Sums, Work, dispatch};
 use crate::synthesis::positions::Run;
-use crate::synthesis::source_map::Texel;
 
 /// The positions of a tile that may be accepted for a query.
 pub struct Survivors {
     /// The smallest distance so far.
     pub best: u64,
-    /// The positions with their nearness.
-    pub positions: Vec<(Texel, i32)>,
+    /// The positions.
+    pub positions: Vec<Measured>,
     /// Positions that were measured on the way.
     pub verified: u64,
     /// The least nearness of positions that may be accepted.
-    keep: i32,
-    /// The least nearness of positions that may be nearer than `best`.
-    promising: i32,
+    least: i32,
+    /// The longest difference of those.
+    longest: f64,
 }
 
 impl Survivors {
-    /// None so far.
-    pub fn new(query: &Prepared<'_>) -> Self {
-        let mut empty = Self { best: query.near, positions: Vec::new(), verified: 0, keep: 0, promising: 0 };
-        empty.set_best(query, query.near);
+    /// None so far, when `best` is the smallest distance.
+    pub fn new(query: &Prepared<'_>, best: u64) -> Self {
+        let mut empty = Self { best: 0, positions: Vec::new(), verified: 0, least: 0, longest: 0.0 };
+        empty.set_best(query, best);
         empty
     }
 
     fn set_best(&mut self, query: &Prepared<'_>, best: u64) {
+        let limit = query.limit(best);
         self.best = best;
-        self.keep = query.keeps(best);
-        self.promising = query.least_nearness(best);
+        self.least = query.least_nearness(limit);
+        self.longest = query.longest(limit);
     }
 
-    /// Takes the positions of a stretch that may be accepted, after measuring the most promising one.
-    pub fn take(&mut self, query: &Prepared<'_>, run: &Run, nearness: &[Sums; STRETCH / SUMS]) {
-        let mut near = dispatch(Near { nearness, length: run.length, least: self.keep });
+    /// Takes the positions of a stretch that may be accepted, and measures the most promising one.
+    pub fn take(&mut self, query: &Prepared<'_>, grid: &Grid, run: &Run, nearness: &[Sums; STRETCH / SUMS]) {
+        let near = dispatch(Near { nearness, length: run.length, least: self.least });
         if near == 0 {
             return;
         }
         let values = nearness.as_flattened();
-        let most = ones(near).max_by_key(|&i| (values[i], std::cmp::Reverse(i)));
-        if let Some(i) = most.filter(|&i| values[i] >= self.promising) {
+        let survivors = ones(near).map(|i| (run.first.offset(i, 0), values[i]));
+        let before = self.positions.len();
+        SecondLook { grid, query, survivors, longest: self.longest, kept: &mut self.positions }.keep();
+        let nearest = self.positions[before..].iter().min_by(|a, b| a.1.total_cmp(&b.1));
+        if let Some(&(position, length)) = nearest
+            && length <= query.longest(self.best)
+        {
             self.verified += 1;
-            let best = query.nearer(run.first.offset(i, 0), self.best);
+            let best = query.nearer(position, self.best);
             if best < self.best {
                 self.set_best(query, best);
-                near = dispatch(Near { nearness, length: run.length, least: self.keep });
             }
         }
-        self.positions.extend(ones(near).map(|i| (run.first.offset(i, 0), values[i])));
     }
 }
 

@@ -6,24 +6,21 @@
 //! triangle inequality, or Cauchy-Schwarz). Codes are first shifted by the mean of their plane,
 //! which changes no difference and keeps r small.
 //!
-//! Projections are exact integers. Coordinates are scaled so that those of a whole neighbourhood are
-//! no longer than [`LONGEST`], and rounded to 16 bits; each is off by half a unit at most. The
-//! coordinates of the first look lie in planes, so that neighbouring positions are taken together;
-//! the further ones, and the rest, lie together for each position.
+//! Projections are exact integers; [`Units`] make small coordinates of them. Those of the first look
+//! lie in planes, so that neighbouring positions are taken together; the further ones, and the rest,
+//! lie together for each position.
 
 use rayon::prelude::*;
 
-use super::kernels::{FURTHER, Kernels, MOST_FIRST};
-use super::product::{MOST, PairPlanes, Product, STRETCH, Stretch, pair};
-use crate::numeric::pairs::{FACTORS, SUMS};
+use super::coordinates::{Coordinates, Further, Units, WIDE};
+use super::kernels::Kernels;
+use super::product::{MOST, Product, STRETCH, Stretch, WordPlanes, pair, quad};
+use crate::numeric::pairs::SUMS;
 use crate::planes::Size;
 use crate::synthesis::quantise::{IndexTexels, Quantised};
+use crate::synthesis::search::Query;
 use crate::synthesis::search::summed_area::SummedArea;
 use crate::synthesis::source_map::Texel;
-
-/// Coordinates of a neighbourhood are no longer than this, so that twice a coordinate fits 16 bits
-/// and sums of products, and of squares, of two neighbourhoods fit 32.
-pub const LONGEST: f64 = 16_000.0;
 
 /// Coordinates of all cells of one size.
 #[derive(Debug)]
@@ -35,34 +32,42 @@ pub struct Table {
     offsets: Vec<(usize, usize)>,
     /// The shift of each plane.
     means: Vec<i16>,
-    /// Units of the coordinates for one code.
-    scale: f64,
-    /// The length of the longest cell, in codes.
-    radius: f64,
+    units: Units,
     grids: Vec<Grid>,
+    /// The largest squared lengths of what rounding did to the first and the further coordinates of a
+    /// cell.
+    largest_errors: [f64; 2],
 }
 
 /// The coordinates of one exemplar's cells.
 #[derive(Debug)]
 pub struct Grid {
     places: Size,
-    /// Those of the first look, in pairs, and their squared length, cut in two by [`split`].
-    first: PairPlanes,
+    /// Those of the first look: pairs of 16 bits, then four of 8 bits, 128 too large; added to their
+    /// products is minus half their squared length.
+    first: WordPlanes,
     /// Place after place.
     further: Vec<Further>,
 }
 
-/// The coordinates of one cell that the first look leaves out, and the length of the rest.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[repr(align(64))]
-pub struct Further(pub [i16; FACTORS]);
-
-const _: () = assert!(FURTHER + 1 == FACTORS);
-
 impl Grid {
     /// The first coordinates.
-    pub fn first(&self) -> &PairPlanes {
+    pub fn first(&self) -> &WordPlanes {
         &self.first
+    }
+
+    /// One of them at the place (x, y).
+    fn first_coordinate(&self, kernel: usize, x: usize, y: usize) -> i16 {
+        match kernel.checked_sub(WIDE) {
+            None => {
+                let pair: [i16; 2] = pulp::cast(self.first.word(kernel / 2, x, y));
+                pair[kernel % 2]
+            }
+            Some(narrow) => {
+                let quad: [u8; 4] = pulp::cast(self.first.word(WIDE / 2 + narrow / 4, x, y));
+                i16::from(quad[narrow % 4]) - 128
+            }
+        }
     }
 
     /// The further coordinates of the place (x, y).
@@ -80,14 +85,28 @@ impl Table {
         let chunks = kernels.weights.chunks(MOST);
         let factors =
             chunks.map(|weights| pair_factors(weights, &offsets, kernels.side, means.len())).collect();
-        let mut table = Self { kernels, factors, offsets, means, scale: 1.0, radius: 0.0, grids: Vec::new() };
         let shifted: Vec<Shifted> =
-            exemplars.texels().iter().map(|texels| Shifted::new(texels, &table.means)).collect();
-        table.radius = shifted.iter().map(|s| s.longest(table.kernels.side)).max().unwrap_or(0) as f64;
-        table.radius = table.radius.sqrt();
-        table.scale = LONGEST / (table.radius.max(1.0) * (cells.max(1) as f64).sqrt());
-        table.grids = shifted.iter().map(|shifted| table.grid(shifted)).collect();
+            exemplars.texels().iter().map(|texels| Shifted::new(texels, &means)).collect();
+        let longest = shifted.iter().map(|s| s.longest(kernels.side)).max().unwrap_or(0);
+        let units = Units::new(&kernels, (longest as f64).sqrt(), cells);
+        let mut table =
+            Self { kernels, factors, offsets, means, units, grids: Vec::new(), largest_errors: [0.0; 2] };
+        for shifted in &shifted {
+            let (grid, errors) = table.grid(shifted);
+            table.grids.push(grid);
+            table.largest_errors = larger(table.largest_errors, errors);
+        }
         table
+    }
+
+    /// Memory that the table of cells of exemplars of this size takes, with `most` kernels for the
+    /// first look, and what is needed to make it.
+    pub fn bytes(size: Size, planes: usize, most: usize) -> u64 {
+        let (pairs, quads) = words(most);
+        let texels = size.texels() as u64;
+        WordPlanes::bytes(pairs, quads, size.width, size.height)
+            + WordPlanes::bytes(planes, 0, size.width, size.height)
+            + texels * (size_of::<Further>() + size_of::<i64>() + 2 * planes) as u64
     }
 
     /// Texels along a side of a cell.
@@ -95,79 +114,107 @@ impl Table {
         self.kernels.side
     }
 
-    /// Pairs of coordinates of a cell that the first look takes: at least one, of zeros where the
-    /// exemplars have no variation and so no kernels.
-    pub fn pairs(&self) -> usize {
-        self.kernels.first.div_ceil(2).max(1)
-    }
-
     /// The number of kernels, those of the second look included.
     pub fn kernels(&self) -> usize {
         self.kernels.weights.len()
     }
 
-    /// The sum over a block's cells of the squared difference of one coordinate.
+    /// The sum over a block's cells of the squared difference of one coordinate, in codes.
     pub fn squared_difference(
         &self,
         kernel: usize,
         cells: &[(usize, usize)],
-        wanted: &[Coordinates],
+        wanted: &Coordinates,
         position: Texel,
     ) -> f64 {
         let grid = &self.grids[position.exemplar as usize];
-        let of = |own: &Coordinates| match kernel.checked_sub(self.kernels.first) {
-            Some(further) => own.further.0[further],
-            None => own.first[kernel],
-        };
-        let at = |x: usize, y: usize| match kernel.checked_sub(self.kernels.first) {
-            Some(further) => grid.further(x, y).0[further],
-            None => grid.first.value(kernel, x, y),
-        };
-        let squares = cells.iter().zip(wanted).map(|(&(dx, dy), wanted)| {
-            let there = at(position.x as usize + dx, position.y as usize + dy);
-            (f64::from(there) - f64::from(of(wanted))).powi(2)
+        let further = kernel.checked_sub(self.kernels.first);
+        let squares = cells.iter().enumerate().map(|(cell, &(dx, dy))| {
+            let (x, y) = (position.x as usize + dx, position.y as usize + dy);
+            let (own, there) = match further {
+                Some(number) => {
+                    (wanted.further[cell].coordinate(number), grid.further(x, y).coordinate(number))
+                }
+                None => (wanted.first(kernel, cell), grid.first_coordinate(kernel, x, y)),
+            };
+            (f64::from(own) - f64::from(there)).powi(2)
         });
-        squares.sum()
+        let unit = if further.is_some() { self.units.further } else { self.units.first };
+        squares.sum::<f64>() / unit.powi(2)
     }
 
-    /// Units of the coordinates for one code.
-    pub fn scale(&self) -> f64 {
-        self.scale
+    /// Units of the coordinates.
+    pub fn units(&self) -> &Units {
+        &self.units
     }
 
-    /// The coordinates of an exemplar's cells.
-    fn grid(&self, shifted: &Shifted) -> Grid {
+    /// The largest squared lengths of what rounding did to the first and the further coordinates of a
+    /// cell.
+    pub fn largest_errors(&self) -> [f64; 2] {
+        self.largest_errors
+    }
+
+    /// The coordinates of an exemplar's cells, and the largest squared errors of one.
+    fn grid(&self, shifted: &Shifted) -> (Grid, [f64; 2]) {
         let size = shifted.size;
         let places = Size::new(size.width + 1 - self.kernels.side, size.height + 1 - self.kernels.side);
+        let (pairs, quads) = words(self.kernels.first);
         let mut grid = Grid {
             places,
-            first: PairPlanes::zeros(self.pairs() + 1, places.width, places.height),
-            further: vec![Further([0; FACTORS]); places.texels()],
+            first: WordPlanes::zeros(pairs, quads, places.width, places.height),
+            further: vec![Further::ZERO; places.texels()],
         };
         let length = grid.first.row_length();
-        let first: Vec<&mut [i16]> = grid.first.rows_mut().collect();
+        let first: Vec<&mut [i32]> = grid.first.rows_mut().collect();
         let rows = first.into_par_iter().zip(grid.further.par_chunks_exact_mut(places.width));
-        rows.enumerate().for_each(|(y, (first, further))| {
+        let fill = |(y, (first, further)): (usize, (&mut [i32], &mut [Further]))| {
+            let mut errors = [0.0; 2];
             for x in (0..places.width).step_by(STRETCH) {
                 let width = STRETCH.min(places.width - x);
-                for (i, own) in self.project_stretch(shifted, x, y, width).into_iter().enumerate() {
-                    further[x + i] = own.further;
-                    let pairs = own.first.as_chunks::<2>().0[..self.pairs()].iter();
-                    let pairs = pairs.copied().chain([split(own.square)]);
-                    for (plane, pair) in first.chunks_exact_mut(length).zip(pairs) {
-                        plane[2 * (x + i)..][..2].copy_from_slice(&pair);
-                    }
+                let own = self.project_stretch(shifted, x, y, width);
+                further[x..][..width].copy_from_slice(&own.further);
+                for i in 0..width {
+                    let planes = first[x + i..].iter_mut().step_by(length);
+                    planes.zip(self.words(&own, i)).for_each(|(to, word)| *to = word);
+                    errors = larger(errors, [own.first_errors[i], own.further_errors[i]]);
                 }
             }
-        });
-        grid
+            errors
+        };
+        let errors = rows.enumerate().map(fill).reduce(|| [0.0; 2], larger);
+        (grid, errors)
+    }
+
+    /// The words of a cell of the exemplars.
+    fn words(&self, own: &Coordinates, cell: usize) -> impl Iterator<Item = i32> {
+        let (pairs, quads) = words(self.kernels.first);
+        let of = move |kernel: usize| own.first(kernel, cell);
+        let pairs = (0..pairs).map(move |i| pair([of(2 * i), of(2 * i + 1)]));
+        let byte = move |kernel: usize| (of(kernel) + 128) as u8 as i8;
+        let quads = (0..quads).map(move |i| quad(std::array::from_fn(|j| byte(WIDE + 4 * i + j))));
+        pairs.chain(quads).chain([-(own.first_squares[cell] >> 1)])
+    }
+
+    /// The factors of a cell of a query.
+    pub fn factors(&self, own: &Coordinates, cell: usize) -> impl Iterator<Item = i32> {
+        let (pairs, quads) = words(self.kernels.first);
+        let of = move |kernel: usize| own.first(kernel, cell);
+        let pairs = (0..pairs).map(move |i| pair([of(2 * i), of(2 * i + 1)]));
+        let byte = move |kernel: usize| of(kernel) as i8;
+        pairs.chain((0..quads).map(move |i| quad(std::array::from_fn(|j| byte(WIDE + 4 * i + j)))))
+    }
+
+    /// What products with the factors of a query's cells are too large by.
+    pub fn bias(&self, own: &Coordinates) -> i32 {
+        let narrow = WIDE.min(self.kernels.first)..self.kernels.first;
+        let of = |kernel: usize| (0..own.cells()).map(move |cell| i32::from(own.first(kernel, cell)));
+        128 * narrow.flat_map(of).sum::<i32>()
     }
 
     /// The coordinates of neighbouring cells of an exemplar.
-    fn project_stretch(&self, shifted: &Shifted, x: usize, y: usize, length: usize) -> Vec<Coordinates> {
+    fn project_stretch(&self, shifted: &Shifted, x: usize, y: usize, length: usize) -> Coordinates {
         let mut sums: Box<Stretch> = Box::new([[[0; SUMS]; STRETCH / SUMS]; MOST]);
-        let count = self.kernels.weights.len();
-        let mut projections = vec![0; count * length];
+        let mut projections = vec![0; self.kernels() * length];
         for (factors, to) in self.factors.iter().zip(projections.chunks_mut(MOST * length)) {
             let sets = to.len() / length;
             let planes = &shifted.pairs;
@@ -178,11 +225,8 @@ impl Table {
             }
         }
         let side = self.kernels.side;
-        let own = |i: usize| {
-            let squares = shifted.squares.sum(x + i, y, side, side);
-            self.coordinates_of((0..count).map(|k| projections[k * length + i]), squares)
-        };
-        (0..length).map(own).collect()
+        let squares: Vec<i64> = (x..x + length).map(|x| shifted.squares.sum(x, y, side, side)).collect();
+        self.units.round(&projections, &squares)
     }
 
     /// The grids, one for each exemplar.
@@ -190,100 +234,65 @@ impl Table {
         &self.grids
     }
 
-    /// The coordinates of a query's cell: rows of `stride` codes, from `start`.
-    ///
-    /// A query may be patched together of parts that no exemplar has side by side, and be longer than
-    /// any cell of them. It is then drawn back into the ball that holds all of those, which brings it
-    /// nearer to each.
-    pub fn project(&self, codes: &[i16], start: usize, stride: usize) -> Coordinates {
-        let length = self.kernels.side * self.means.len();
-        let rows = (0..self.kernels.side).map(|y| &codes[start + y * stride..][..length]);
-        let means = || self.means.iter().cycle();
-        let shifted: Vec<i16> =
-            rows.flat_map(|row| row.iter().zip(means()).map(|(c, mean)| c - mean)).collect();
-        let products = |weights: &Vec<i16>| {
-            let terms = weights.iter().zip(&shifted);
+    /// The coordinates of a query's cells.
+    pub fn project(&self, query: &Query, cells: &[(usize, usize)]) -> Coordinates {
+        let shifted: Vec<Vec<i16>> = cells.iter().map(|&cell| self.shifted(query, cell)).collect();
+        let product = |weights: &[i16], codes: &[i16]| {
+            let terms = weights.iter().zip(codes);
             terms.fold(0i32, |sum, (&w, &c)| sum.wrapping_add(i32::from(w) * i32::from(c)))
         };
-        let squares = shifted.iter().map(|&code| i64::from(code).pow(2)).sum();
-        self.coordinates_of(self.kernels.weights.iter().map(products), squares)
+        let of_all =
+            |weights: &Vec<i16>| shifted.iter().map(|codes| product(weights, codes)).collect::<Vec<_>>();
+        let projections: Vec<i32> = self.kernels.weights.iter().flat_map(of_all).collect();
+        let square = |codes: &Vec<i16>| codes.iter().map(|&code| i64::from(code).pow(2)).sum();
+        self.units.round(&projections, &shifted.iter().map(square).collect::<Vec<_>>())
     }
 
-    /// Coordinates from exact projections and the exact square of the length.
-    fn coordinates_of(&self, projections: impl Iterator<Item = i32>, squares: i64) -> Coordinates {
-        let mut out = Coordinates { first: [0; MOST_FIRST], square: 0, further: Further([0; FACTORS]) };
-        let length = (squares as f64).sqrt();
-        let inwards = if length > self.radius { self.radius / length } else { 1.0 };
-        let unit = inwards * self.scale;
-        let scale = unit * self.kernels.lambda.sqrt().recip();
-        let mut rest = squares as f64 * unit * unit;
-        let mut projections = projections.map(|projection| {
-            let value = f64::from(projection) * scale;
-            rest -= value * value;
-            rounded(value)
-        });
-        let first = out.first.iter_mut().take(self.kernels.first);
-        out.square = first.zip(&mut projections).fold(0, |square, (out, value)| {
-            *out = value;
-            square + i32::from(value).pow(2)
-        });
-        out.further.0.iter_mut().zip(&mut projections).for_each(|(out, value)| *out = value);
-        drop(projections);
-        out.further.0[FURTHER] = rounded(rest.max(0.0).sqrt());
-        out
+    /// The codes of a query's cell less the planes' means.
+    fn shifted(&self, query: &Query, (x, y): (usize, usize)) -> Vec<i16> {
+        let planes = self.means.len();
+        let mut shifted = Vec::with_capacity(self.kernels.side.pow(2) * planes);
+        for y in y..y + self.kernels.side {
+            let start = query.neighbourhood.extent.index(x, y) * planes;
+            for texel in query.codes[start..][..self.kernels.side * planes].chunks_exact(planes) {
+                shifted.extend(texel.iter().zip(&self.means).map(|(code, mean)| code - mean));
+            }
+        }
+        shifted
     }
 }
 
-/// The nearest integer; coordinates are below [`LONGEST`] and a little.
-#[inline(always)]
-fn rounded(value: f64) -> i16 {
-    // Truncating a positive number is rounding it down.
-    ((value + 32_768.5) as i32 - 32_768) as i16
+/// The larger ones of two pairs.
+fn larger(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
+    [a[0].max(b[0]), a[1].max(b[1])]
 }
 
-/// The high and low bits of a squared length, whose sum of products with [`MINUS_SQUARE`] is the
-/// squared length with a minus sign.
-fn split(square: i32) -> [i16; 2] {
-    [(square >> SPLIT) as i16, (square & ((1 << SPLIT) - 1)) as i16]
-}
-
-/// Squared lengths up to [`LONGEST`] squared, 28 bits, make two numbers of up to 14.
-const SPLIT: u32 = 14;
-
-/// The factors of a squared length.
-pub const MINUS_SQUARE: [i16; 2] = [-(1 << SPLIT), -1];
-
-/// The coordinates of one cell.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Coordinates {
-    /// Those of the first look, and zeros past them.
-    pub first: [i16; MOST_FIRST],
-    /// Their squared length.
-    pub square: i32,
-    /// The further ones.
-    pub further: Further,
+/// Words of two coordinates, and of four, that so many kernels fill: at least two, of zeros where the
+/// exemplars have no variation and so no kernels.
+fn words(kernels: usize) -> (usize, usize) {
+    (WIDE / 2, kernels.saturating_sub(WIDE).div_ceil(4))
 }
 
 /// One exemplar's codes less the planes' means.
 struct Shifted {
     size: Size,
     /// Each texel's code and its right neighbour's, plane by plane.
-    pairs: PairPlanes,
+    pairs: WordPlanes,
     squares: SummedArea,
 }
 
 impl Shifted {
     fn new(texels: &IndexTexels, means: &[i16]) -> Self {
         let (size, planes) = (texels.size(), means.len());
-        let mut pairs = PairPlanes::zeros(planes, size.width, size.height);
+        let mut pairs = WordPlanes::zeros(planes, 0, size.width, size.height);
         let length = pairs.row_length();
         let mut codes = texels.codes()[..size.texels() * planes].to_vec();
         codes.iter_mut().zip(means.iter().cycle()).for_each(|(code, mean)| *code -= mean);
         for (row, codes) in pairs.rows_mut().zip(codes.chunks_exact(size.width * planes)) {
-            for (k, plane) in row.chunks_exact_mut(length).enumerate() {
+            for (k, plane) in row.chunks_exact_mut(length).take(planes).enumerate() {
                 let right = codes.iter().skip(k + planes).step_by(planes).chain([&0]);
                 let both = codes.iter().skip(k).step_by(planes).zip(right);
-                plane.as_chunks_mut().0.iter_mut().zip(both).for_each(|(pair, (&a, &b))| *pair = [a, b]);
+                plane.iter_mut().zip(both).for_each(|(word, (&a, &b))| *word = pair([a, b]));
             }
         }
         let squares = SummedArea::of_squares(&codes, planes, size);

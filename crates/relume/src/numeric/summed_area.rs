@@ -36,12 +36,11 @@ impl SummedArea {
         self.size
     }
 
-    /// The sum over the rectangle of `width` x `height` values whose top left one is (x, y).
-    ///
-    /// # Panics
-    /// When the rectangle does not lie inside.
+    /// The sum over the rectangle of `width` x `height` values whose top left one is (x, y); parts
+    /// outside count as nothing.
     pub fn sum(&self, x: usize, y: usize, width: usize, height: usize) -> u64 {
-        let at = |x: usize, y: usize| self.sums[y * (self.size.width + 1) + x];
+        let Size { width: columns, height: rows } = self.size;
+        let at = |x: usize, y: usize| self.sums[y.min(rows) * (columns + 1) + x.min(columns)];
         at(x + width, y + height) + at(x, y) - at(x + width, y) - at(x, y + height)
     }
 }
@@ -62,6 +61,9 @@ mod tests {
                     let rows = (y..y + h).flat_map(|j| (x..x + w).map(move |i| (i, j)));
                     let truth: u64 = rows.map(|(i, j)| values[size.index(i, j)]).sum();
                     assert_eq!(table.sum(x, y, w, h), truth);
+                    let beyond = |end: usize, length: usize| if end == length { 3 } else { 0 };
+                    let (more, lower) = (beyond(x + w, size.width), beyond(y + h, size.height));
+                    assert_eq!(table.sum(x, y, w + more, h + lower), truth);
                 }
             }
         }

@@ -136,6 +136,16 @@ impl Quantised {
     }
 }
 
+/// The squared length of codes.
+pub fn squared_length(codes: &[i16]) -> u64 {
+    codes.iter().map(|&code| i64::from(code).pow(2).unsigned_abs()).sum()
+}
+
+/// The squared length of each texel's codes.
+pub fn squared_lengths(codes: &[i16], planes: usize) -> Vec<u64> {
+    codes.chunks_exact(planes).map(squared_length).collect()
+}
+
 /// Checks that exemplars can be compared, and returns their number of planes.
 fn check(exemplars: &[Exemplar<'_>]) -> Result<usize> {
     let Some(first) = exemplars.first() else {

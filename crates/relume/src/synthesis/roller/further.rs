@@ -12,7 +12,7 @@ use super::profile::squared_distance;
 use crate::numeric::fourier::Fourier;
 use crate::numeric::summed_area::SummedArea;
 use crate::planes::Size;
-use crate::synthesis::quantise::IndexTexels;
+use crate::synthesis::quantise::{IndexTexels, squared_length, squared_lengths};
 
 /// Error of a correlation relative to the product of the lengths of its factors, as in
 /// [`crate::synthesis::search::fft`].
@@ -79,9 +79,8 @@ impl<'a> Border<'a> {
                 (transform.forward(image), transform.forward(codes.map(|&c| f64::from(c)).collect()));
             product.iter_mut().zip(border.iter().zip(&whole)).for_each(|(sum, (t, s))| *sum += t.conj() * s);
         }
-        let squares: Vec<u64> = (0..size.texels())
-            .map(|t| squared_length(self.exemplar.run(t % size.width, t / size.width, 1)))
-            .collect();
+        let codes = &self.exemplar.codes()[..size.texels() * self.planes];
+        let squares = squared_lengths(codes, self.planes);
         let norm: u64 = squares.iter().sum();
         let own: u64 = self.border_texels().map(|(x, y)| squared_length(self.tile_texel(x, y))).sum();
         let there = self.border_sums(&SummedArea::new(size, &squares));
@@ -123,10 +122,6 @@ impl<'a> Border<'a> {
             .map(|(i, j)| squared_distance(self.tile_texel(i, j), self.exemplar.run(x + i, y + j, 1)))
             .sum()
     }
-}
-
-fn squared_length(codes: &[i16]) -> u64 {
-    codes.iter().map(|&code| i64::from(code).pow(2).unsigned_abs()).sum()
 }
 
 #[cfg(test)]

@@ -6,20 +6,16 @@
 //! computed in 64-bit floating point with a stated error; every position that could be accepted
 //! within it is settled by its exact integer distance.
 
-use std::sync::Arc;
-
 use pulp::Arch;
 use rayon::prelude::*;
 use realfft::num_complex::Complex64;
-use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
-use rustfft::{Fft as ComplexFft, FftPlanner};
 
 use super::distance::Target;
-use super::summed_area::SummedArea;
 use super::{Candidates, Effort, Found, Query, Search};
-use crate::planes::Size;
+use crate::numeric::fourier::Fourier;
+use crate::numeric::summed_area::SummedArea;
 use crate::synthesis::positions::Positions;
-use crate::synthesis::quantise::{IndexTexels, Quantised};
+use crate::synthesis::quantise::{IndexTexels, Quantised, squared_length, squared_lengths};
 use crate::synthesis::source_map::Texel;
 
 /// Error of a correlation relative to the product of the lengths of its factors: 2^-53 times a few
@@ -36,7 +32,8 @@ pub struct Fft<'a> {
 
 /// What is prepared of one exemplar.
 struct Spectra {
-    transform: Transform,
+    /// Positions at which a block lies inside the exemplar never wrap around, so nothing is padded.
+    transform: Fourier,
     /// The spectrum of each plane.
     planes: Vec<Vec<Complex64>>,
     /// Sums of squared codes.
@@ -57,16 +54,15 @@ impl<'a> Fft<'a> {
     /// error.
     fn distances(&self, query: &Query, spectra: &Spectra) -> (Vec<f64>, f64) {
         let (shape, planes) = (query.neighbourhood, self.exemplars.planes());
-        let size = spectra.transform.size;
+        let size = spectra.transform.size();
         let rects: Vec<_> = shape.rects().collect();
         let filled = |x: usize, y: usize| shape.contains(x, y);
-        let own: i64 = rects
+        let own: u64 = rects
             .iter()
             .flat_map(|r| (r.y..r.y + r.height).map(move |y| (r.x, y, r.width)))
-            .flat_map(|(x, y, w)| &query.codes[shape.extent.index(x, y) * planes..][..w * planes])
-            .map(|&code| i64::from(code).pow(2))
+            .map(|(x, y, w)| squared_length(&query.codes[shape.extent.index(x, y) * planes..][..w * planes]))
             .sum();
-        let mut product = vec![Complex64::ZERO; spectra.transform.bins()];
+        let mut product = vec![Complex64::ZERO; spectra.planes[0].len()];
         for (k, exemplar) in spectra.planes.iter().enumerate() {
             let mut image = vec![0.0; size.texels()];
             for (x, y) in (0..shape.extent.texels()).map(|i| (i % shape.extent.width, i / shape.extent.width))
@@ -75,7 +71,7 @@ impl<'a> Fft<'a> {
                     image[size.index(x, y)] = f64::from(query.codes[shape.extent.index(x, y) * planes + k]);
                 }
             }
-            let spectrum = spectra.transform.forward(image, shape.extent.height);
+            let spectrum = spectra.transform.forward_top(image, shape.extent.height);
             Arch::new().dispatch(
                 #[inline(always)]
                 || {
@@ -88,7 +84,7 @@ impl<'a> Fft<'a> {
         let mut distances = spectra.transform.inverse(product);
         for (i, value) in distances.iter_mut().enumerate() {
             let (x, y) = (i % size.width, i / size.width);
-            let there: i64 =
+            let there: u64 =
                 rects.iter().map(|r| spectra.squares.sum(x + r.x, y + r.y, r.width, r.height)).sum();
             *value = (own + there) as f64 - 2.0 * *value;
         }
@@ -114,7 +110,7 @@ impl Fft<'_> {
                 |p| {
                     let e = p.exemplar as usize;
                     let (distances, error) = &approximate[e];
-                    (p, distances[self.spectra[e].transform.size.index(p.x as usize, p.y as usize)], *error)
+                    (p, distances[self.spectra[e].transform.size().index(p.x as usize, p.y as usize)], *error)
                 },
             )
         };
@@ -135,75 +131,14 @@ impl Fft<'_> {
 
 impl Spectra {
     fn new(texels: &IndexTexels, planes: usize) -> Self {
-        let transform = Transform::new(texels.size());
+        let transform = Fourier::new(texels.size());
         let codes = &texels.codes()[..texels.size().texels() * planes];
         let plane = |k: usize| {
             let image: Vec<f64> = codes[k..].iter().step_by(planes).map(|&code| f64::from(code)).collect();
-            transform.forward(image, texels.size().height)
+            transform.forward(image)
         };
-        let squares = SummedArea::of_squares(codes, planes, texels.size());
+        let squares = SummedArea::new(texels.size(), &squared_lengths(codes, planes));
         let norm = (squares.sum(0, 0, texels.size().width, texels.size().height) as f64).sqrt();
         Self { planes: (0..planes).into_par_iter().map(plane).collect(), transform, squares, norm }
-    }
-}
-
-/// The two-dimensional transform of real images of one size. Positions at which a block lies inside
-/// the exemplar never wrap around, so nothing is padded.
-struct Transform {
-    size: Size,
-    rows: Arc<dyn RealToComplex<f64>>,
-    rows_back: Arc<dyn ComplexToReal<f64>>,
-    columns: Arc<dyn ComplexFft<f64>>,
-    columns_back: Arc<dyn ComplexFft<f64>>,
-}
-
-impl Transform {
-    fn new(size: Size) -> Self {
-        let (mut real, mut complex) = (RealFftPlanner::new(), FftPlanner::new());
-        Self {
-            size,
-            rows: real.plan_fft_forward(size.width),
-            rows_back: real.plan_fft_inverse(size.width),
-            columns: complex.plan_fft_forward(size.height),
-            columns_back: complex.plan_fft_inverse(size.height),
-        }
-    }
-
-    /// Complex numbers of a spectrum: half a row and one, column after column.
-    fn bins(&self) -> usize {
-        (self.size.width / 2 + 1) * self.size.height
-    }
-
-    /// The spectrum, column after column; rows from `filled` on are zero.
-    fn forward(&self, mut image: Vec<f64>, filled: usize) -> Vec<Complex64> {
-        let height = self.size.height;
-        let mut spectrum = vec![Complex64::ZERO; self.bins()];
-        let mut row_bins = self.rows.make_output_vec();
-        for (y, row) in image.chunks_exact_mut(self.size.width).take(filled).enumerate() {
-            self.rows.process(row, &mut row_bins).expect("the plan made the buffers");
-            row_bins.iter().enumerate().for_each(|(x, bin)| spectrum[x * height + y] = *bin);
-        }
-        self.columns.process(&mut spectrum);
-        spectrum
-    }
-
-    /// The image of a spectrum.
-    fn inverse(&self, mut spectrum: Vec<Complex64>) -> Vec<f64> {
-        let Size { width, height } = self.size;
-        self.columns_back.process(&mut spectrum);
-        let mut image = vec![0.0; self.size.texels()];
-        let mut row_bins = self.rows_back.make_input_vec();
-        for (y, row) in image.chunks_exact_mut(width).enumerate() {
-            row_bins.iter_mut().enumerate().for_each(|(x, bin)| *bin = spectrum[x * height + y]);
-            // The transform of a real image is real here; rounding leaves traces that it refuses.
-            row_bins[0].im = 0.0;
-            if width.is_multiple_of(2) {
-                row_bins[width / 2].im = 0.0;
-            }
-            self.rows_back.process(&mut row_bins, row).expect("the plan made the buffers");
-        }
-        let scale = 1.0 / self.size.texels() as f64;
-        image.iter_mut().for_each(|value| *value *= scale);
-        image
     }
 }

@@ -15,7 +15,6 @@ mod options;
 pub mod plain;
 pub mod plan;
 pub mod projection;
-mod summed_area;
 
 pub use options::{KernelBasis, SearchMethod, SearchOptions};
 

@@ -104,7 +104,7 @@ impl Units {
     ///
     /// A query may be patched together of parts that no exemplar has side by side, and be longer than
     /// any cell of them. It is then drawn back into the ball that holds all of those.
-    pub fn round(&self, projections: &[i32], squares: &[i64]) -> Coordinates {
+    pub fn round(&self, projections: &[i32], squares: &[u64]) -> Coordinates {
         Arch::new().dispatch(
             #[inline(always)]
             || self.rounded(projections, squares),
@@ -112,7 +112,7 @@ impl Units {
     }
 
     #[inline(always)]
-    fn rounded(&self, projections: &[i32], squares: &[i64]) -> Coordinates {
+    fn rounded(&self, projections: &[i32], squares: &[u64]) -> Coordinates {
         let cells = squares.len();
         let mut out = Coordinates::new(cells, self.kernels);
         let inwards = squares.iter().map(|&square| (self.radius / (square as f64).sqrt()).min(1.0));

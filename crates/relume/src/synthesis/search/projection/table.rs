@@ -16,10 +16,10 @@ use super::coordinates::{Coordinates, Further, Units, WIDE};
 use super::kernels::Kernels;
 use super::product::{MOST, Product, STRETCH, Stretch, WordPlanes, pair, quad};
 use crate::numeric::pairs::SUMS;
+use crate::numeric::summed_area::SummedArea;
 use crate::planes::Size;
-use crate::synthesis::quantise::{IndexTexels, Quantised};
+use crate::synthesis::quantise::{IndexTexels, Quantised, squared_length, squared_lengths};
 use crate::synthesis::search::Query;
-use crate::synthesis::search::summed_area::SummedArea;
 use crate::synthesis::source_map::Texel;
 
 /// Coordinates of all cells of one size.
@@ -225,7 +225,7 @@ impl Table {
             }
         }
         let side = self.kernels.side;
-        let squares: Vec<i64> = (x..x + length).map(|x| shifted.squares.sum(x, y, side, side)).collect();
+        let squares: Vec<u64> = (x..x + length).map(|x| shifted.squares.sum(x, y, side, side)).collect();
         self.units.round(&projections, &squares)
     }
 
@@ -244,7 +244,7 @@ impl Table {
         let of_all =
             |weights: &Vec<i16>| shifted.iter().map(|codes| product(weights, codes)).collect::<Vec<_>>();
         let projections: Vec<i32> = self.kernels.weights.iter().flat_map(of_all).collect();
-        let square = |codes: &Vec<i16>| codes.iter().map(|&code| i64::from(code).pow(2)).sum();
+        let square = |codes: &Vec<i16>| squared_length(codes);
         self.units.round(&projections, &shifted.iter().map(square).collect::<Vec<_>>())
     }
 
@@ -295,12 +295,12 @@ impl Shifted {
                 plane.iter_mut().zip(both).for_each(|(word, (&a, &b))| *word = pair([a, b]));
             }
         }
-        let squares = SummedArea::of_squares(&codes, planes, size);
+        let squares = SummedArea::new(size, &squared_lengths(&codes, planes));
         Self { size, pairs, squares }
     }
 
     /// The largest sum of squares of a cell.
-    fn longest(&self, side: usize) -> i64 {
+    fn longest(&self, side: usize) -> u64 {
         let size = self.size;
         let places = (0..=size.height - side).flat_map(|y| (0..=size.width - side).map(move |x| (x, y)));
         places.map(|(x, y)| self.squares.sum(x, y, side, side)).max().unwrap_or(0)

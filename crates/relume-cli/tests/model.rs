@@ -115,3 +115,30 @@ fn a_regular_material_is_combined_and_its_bytes_are_said() {
     let twice = ["model", "weave.png", "-o", "x.rlm", "--curve", "x.rlm"];
     assert!(refused(folder, &twice, 2).contains("two outputs"));
 }
+
+#[test]
+fn values_are_matched_exactly_and_taken_back() {
+    let folder = folder();
+    let folder = folder.path();
+    run(folder, &["synth", "leather.rlm", "-o", "made.png", "--size", "64"]);
+    let to = ["match", "made.png", "--to", "leather.png", "-o", "matched.png", "--ranks", "ranks.exr"];
+    run(folder, &to);
+    run(folder, &["match", "ranks.exr", "--to", "made.png", "-o", "again.png"]);
+    let read = |name: &str| read_field(&folder.join(name), &Limits::default()).unwrap().field;
+    let sorted = |name: &str, plane: usize| {
+        let mut values = read(name).coefficients().plane(plane).to_vec();
+        values.sort_unstable_by(f32::total_cmp);
+        values
+    };
+    for plane in 0..3 {
+        assert_eq!(sorted("matched.png", plane), sorted("leather.png", plane));
+    }
+    assert_ne!(read("made.png").coefficients(), read("matched.png").coefficients());
+    assert_eq!(read("made.png").coefficients(), read("again.png").coefficients());
+    run(folder, &["synth", "leather.rlm", "-o", "made.exr", "--size", "64"]);
+    let twice = ["match", "made.png", "--to", "leather.png", "-o", "x.exr", "--ranks", "x.exr"];
+    assert!(refused(folder, &twice, 2).contains("two outputs"));
+    fs::write(folder.join("grey.lp"), "no picture").unwrap();
+    refused(folder, &["match", "made.png", "--to", "grey.lp", "-o", "y.png"], 1);
+    assert!(!folder.join("y.png").exists());
+}

@@ -86,3 +86,59 @@ fn what_a_model_cannot_do_is_refused_in_one_sentence() {
     assert!(refused(folder, &["info", "cut.rlm"], 1).contains("cut.rlm"));
     assert!(!folder.join("x.png").exists() && !folder.join("y.png").exists());
 }
+
+#[test]
+fn a_regular_material_is_combined_and_its_bytes_are_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let options = MaterialOptions { size: Size::new(96, 96), feature: 12.0, ..Default::default() };
+    let albedo = Material::Weave.make(&options, &Limits::default()).unwrap().albedo;
+    let field = ReflectanceField::new(Basis::Constant, ColorModel::Rgb, Space::Srgb, albedo).unwrap();
+    let format = FieldFormat::Picture(PictureFormat::from_path(Path::new("a.png")).unwrap());
+    let bytes = encode_field(&field, format, None, &Limits::default()).unwrap();
+    fs::write(folder.join("weave.png"), bytes).unwrap();
+    let model = |name: &str, more: &[&str]| {
+        run(folder, &[&["--json", "model", "weave.png", "--candidates", "12", "-o", name], more].concat())
+    };
+    let value = |text: &str| serde_json::from_str::<serde_json::Value>(text).unwrap();
+    let combined = value(&model("weave.rlm", &["--structure-bytes", "900", "--curve", "weave.svg"]));
+    assert!(combined["structure"]["bytes"].as_u64().unwrap() <= 900, "{combined}");
+    assert!(fs::read_to_string(folder.join("weave.svg")).unwrap().starts_with("<svg"));
+    let plain = value(&model("plain.rlm", &["--combine", "never"]));
+    assert!(plain["structure"].is_null());
+    run(folder, &["synth", "weave.rlm", "-o", "whole.png", "--window", "-30,-20,90,70"]);
+    run(folder, &["synth", "weave.rlm", "-o", "part.png", "--window", "15,5,40,30", "--threads", "1"]);
+    let read = |name: &str| read_field(&folder.join(name), &Limits::default()).unwrap().field;
+    let whole = read("whole.png").coefficients().crop(45, 25, Size::new(40, 30)).unwrap();
+    assert_eq!(&whole, read("part.png").coefficients());
+    assert!(run(folder, &["info", "weave.rlm"]).contains("structure: one tile"));
+    let twice = ["model", "weave.png", "-o", "x.rlm", "--curve", "x.rlm"];
+    assert!(refused(folder, &twice, 2).contains("two outputs"));
+}
+
+#[test]
+fn values_are_matched_exactly_and_taken_back() {
+    let folder = folder();
+    let folder = folder.path();
+    run(folder, &["synth", "leather.rlm", "-o", "made.png", "--size", "64"]);
+    let to = ["match", "made.png", "--to", "leather.png", "-o", "matched.png", "--ranks", "ranks.exr"];
+    run(folder, &to);
+    run(folder, &["match", "ranks.exr", "--to", "made.png", "-o", "again.png"]);
+    let read = |name: &str| read_field(&folder.join(name), &Limits::default()).unwrap().field;
+    let sorted = |name: &str, plane: usize| {
+        let mut values = read(name).coefficients().plane(plane).to_vec();
+        values.sort_unstable_by(f32::total_cmp);
+        values
+    };
+    for plane in 0..3 {
+        assert_eq!(sorted("matched.png", plane), sorted("leather.png", plane));
+    }
+    assert_ne!(read("made.png").coefficients(), read("matched.png").coefficients());
+    assert_eq!(read("made.png").coefficients(), read("again.png").coefficients());
+    run(folder, &["synth", "leather.rlm", "-o", "made.exr", "--size", "64"]);
+    let twice = ["match", "made.png", "--to", "leather.png", "-o", "x.exr", "--ranks", "x.exr"];
+    assert!(refused(folder, &twice, 2).contains("two outputs"));
+    fs::write(folder.join("grey.lp"), "no picture").unwrap();
+    refused(folder, &["match", "made.png", "--to", "grey.lp", "-o", "y.png"], 1);
+    assert!(!folder.join("y.png").exists());
+}

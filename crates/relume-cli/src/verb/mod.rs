@@ -13,6 +13,7 @@ mod fill;
 mod fit;
 mod height;
 mod info;
+mod match_histogram;
 mod material;
 mod model;
 mod procedural;
@@ -49,6 +50,8 @@ pub enum Verb {
     Info(info::Args),
     /// Make a built-in material's height, albedo, roughness and normals
     Procedural(procedural::Args),
+    /// Give a texture the distribution of another's values
+    Match(match_histogram::Args),
     /// Model a texture as a random field: a few kilobytes for any size
     Model(model::Args),
     /// Show a texture under a light, or a sweep of lights
@@ -75,6 +78,7 @@ pub fn run(verb: Verb, context: &Context) -> Result<Report> {
         Verb::Height(args) => height::run(&args, context),
         Verb::Info(args) => info::run(&args, context),
         Verb::Procedural(args) => procedural::run(&args, context),
+        Verb::Match(args) => match_histogram::run(&args, context),
         Verb::Model(args) => model::run(&args, context),
         Verb::Relight(args) => relight::run(&args, context),
         Verb::Render(args) => render::run(&args, context),

@@ -3,6 +3,7 @@
 pub mod autocorrelation;
 pub mod decibel;
 pub mod eigen;
+pub mod endless;
 pub mod fourier;
 pub mod hash;
 pub mod lattice;
@@ -13,7 +14,9 @@ pub mod periods;
 pub mod pyramid;
 pub mod quadrature;
 pub mod random;
+pub mod range_coder;
 pub mod small;
 pub mod summed_area;
+pub mod wavelet;
 
 pub use matrix::Matrix;

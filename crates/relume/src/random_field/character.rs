@@ -51,7 +51,7 @@ impl Character {
 impl fmt::Display for Character {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let verdict = match (self.is_regular(), self.is_structured()) {
-            (true, _) => "regular: a random field loses the pattern; copy blocks of the texture instead",
+            (true, _) => "regular: a random field alone loses the pattern; copy it from tiles",
             (false, true) => "structured: a random field loses edges and shapes; look at the result",
             (false, false) => "stochastic: what a random field is for",
         };

@@ -13,6 +13,7 @@ use super::selection::{Choice, Search, posterior, search};
 use super::sheet::Area;
 use super::stability::{Stability, burn_in};
 use super::statistics::{Regressor, Window, inner_products};
+use super::structure::Structure;
 use crate::error::{Error, Result};
 use crate::limits::Limits;
 use crate::numeric::Matrix;
@@ -23,7 +24,8 @@ use crate::progress::Progress;
 /// How a model is made.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ModelOptions {
-    /// Levels of the pyramid at most; fewer where the coarsest would be smaller than 16 texels.
+    /// Levels of the pyramid at most; fewer where the coarsest would be smaller than 16 texels a side, or than
+    /// 200 texels for each component.
     pub levels: usize,
     /// By how much each level is coarser.
     pub factor: usize,
@@ -102,11 +104,15 @@ pub struct LevelReport {
 /// Coarsest levels have at least this many texels a side.
 const LEAST_SIDE: usize = 16;
 
+/// And at least so many texels for each component: fewer say too little of its weights, and what is wrong at
+/// a coarse level shows as a grid.
+const LEAST_TEXELS: usize = 200;
+
 /// A plane of which earlier ones leave less than this share of the variance has no component.
 const LEAST_SHARE: f64 = 1e-4;
 
 /// Texels a side of the sheet on which the gains are measured.
-const GAUGE: usize = 512;
+pub(super) const GAUGE: usize = 512;
 
 /// Fits a model to planes.
 ///
@@ -119,22 +125,51 @@ pub fn estimate(
     limits: &Limits,
     progress: &dyn Progress,
 ) -> Result<(Model, Vec<LevelReport>)> {
-    options.validate()?;
-    // Scores, components, pyramid, expanded levels, and double precision for the products.
-    limits.check("the planes to model", planes.size(), 40 * planes.count() as u64)?;
-    if let Some(k) = (0..planes.count()).find(|&k| planes.plane(k).iter().any(|v| !v.is_finite())) {
-        return Err(Error::invalid(format!("plane {k} holds values that are no finite numbers")));
+    let scored = Scored::of(planes, options, limits)?;
+    completed(scored, None, &vec![1.0; planes.count()], options, limits, progress)
+}
+
+/// Planes made ready for modelling.
+pub(super) struct Scored {
+    pub(super) marginals: Vec<Marginal>,
+    pub(super) mixing: Mixing,
+    /// What random fields are fitted to.
+    pub(super) components: Planes,
+}
+
+impl Scored {
+    pub(super) fn of(planes: &Planes, options: &ModelOptions, limits: &Limits) -> Result<Self> {
+        options.validate()?;
+        // Scores, components, pyramid, expanded levels, and double precision for the products.
+        limits.check("the planes to model", planes.size(), 40 * planes.count() as u64)?;
+        if let Some(k) = (0..planes.count()).find(|&k| planes.plane(k).iter().any(|v| !v.is_finite())) {
+            return Err(Error::invalid(format!("plane {k} holds values that are no finite numbers")));
+        }
+        let (marginals, scores) = normalised(planes, options);
+        let mixing = Mixing::of(&scores, LEAST_SHARE);
+        if mixing.components() == 0 {
+            return Err(Error::invalid(
+                "the texture is the same everywhere: a random field needs values that vary",
+            ));
+        }
+        Ok(Self { marginals, components: mixing.components_of(&scores), mixing })
     }
-    let (marginals, scores) = normalised(planes, options);
-    let mixing = Mixing::of(&scores, LEAST_SHARE);
-    if mixing.components() == 0 {
-        return Err(Error::invalid(
-            "the texture is the same everywhere: a random field needs values that vary",
-        ));
-    }
+}
+
+/// The model of some components, besides what a structure makes of them already, whose planes' scores have
+/// the given deviations.
+pub(super) fn completed(
+    scored: Scored,
+    structure: Option<Structure>,
+    deviations: &[f64],
+    options: &ModelOptions,
+    limits: &Limits,
+    progress: &dyn Progress,
+) -> Result<(Model, Vec<LevelReport>)> {
+    let Scored { marginals, mixing, components } = scored;
     let kernel = Kernel::new(options.factor)?;
-    let levels = fitting_levels(planes.size(), options);
-    let gaussian = pyramid::gaussian(&mixing.components_of(&scores), &kernel, levels);
+    let levels = fitting_levels(components.size(), components.count(), options);
+    let gaussian = pyramid::gaussian(&components, &kernel, levels);
     progress.start("estimating levels", levels as u64);
     let mut fitted = Vec::new();
     for k in 0..levels {
@@ -142,18 +177,20 @@ pub fn estimate(
         progress.advance(1);
     }
     let (levels, reports) = fitted.into_iter().unzip();
-    let gains = vec![1.0; planes.count()];
-    let mut model = Model { marginals, mixing, gains, kernel, levels };
-    model.gains = gains_of(&model);
+    let gains = vec![1.0; marginals.len()];
+    let mut model = Model { marginals, mixing, gains, kernel, levels, structure };
+    model.gains = gains_of(&model, deviations, limits)?;
     Ok((model, reports))
 }
 
 /// As many levels as asked for and the texture is large enough for.
-fn fitting_levels(size: Size, options: &ModelOptions) -> usize {
-    let mut side = size.width.min(size.height).div_ceil(options.factor);
+fn fitting_levels(mut size: Size, components: usize, options: &ModelOptions) -> usize {
     let mut levels = 1;
-    while levels < options.levels && side >= LEAST_SIDE {
-        side = side.div_ceil(options.factor);
+    while levels < options.levels {
+        size = Size::new(size.width.div_ceil(options.factor), size.height.div_ceil(options.factor));
+        if size.width.min(size.height) < LEAST_SIDE || size.texels() < LEAST_TEXELS * components {
+            break;
+        }
         levels += 1;
     }
     levels
@@ -161,21 +198,32 @@ fn fitting_levels(size: Size, options: &ModelOptions) -> usize {
 
 /// Each plane's distribution, and its scores with their mean taken off.
 fn normalised(planes: &Planes, options: &ModelOptions) -> (Vec<Marginal>, Planes) {
+    let texels = planes.size().texels();
+    let marginals = planes
+        .as_slice()
+        .par_chunks_exact(texels)
+        .map(|plane| if options.marginals { Marginal::curve(plane) } else { Marginal::normal(plane) });
+    let marginals: Vec<Marginal> = marginals.collect();
+    let mut scores = scores_of(planes, &marginals);
+    scores.as_mut_slice().par_chunks_exact_mut(texels).for_each(|plane| {
+        let mean = plane.iter().map(|&v| f64::from(v)).sum::<f64>() / texels as f64;
+        plane.iter_mut().for_each(|v| *v -= mean as f32);
+    });
+    (marginals, scores)
+}
+
+/// The scores of planes that have these distributions; 0 in those that are the same everywhere.
+pub(super) fn scores_of(planes: &Planes, marginals: &[Marginal]) -> Planes {
     let mut scores = planes.clone();
     let texels = planes.size().texels();
-    let marginals = scores.as_mut_slice().par_chunks_exact_mut(texels).map(|plane| {
-        let marginal = if options.marginals { Marginal::curve(plane) } else { Marginal::normal(plane) };
+    scores.as_mut_slice().par_chunks_exact_mut(texels).zip(marginals).for_each(|(plane, marginal)| {
         if marginal.is_constant() {
-            plane.fill(0.0);
-            return marginal;
+            return plane.fill(0.0);
         }
         let score = marginal.scores();
         plane.iter_mut().for_each(|v| *v = score(*v));
-        let mean = plane.iter().map(|&v| f64::from(v)).sum::<f64>() / texels as f64;
-        plane.iter_mut().for_each(|v| *v -= mean as f32);
-        marginal
     });
-    (marginals.collect(), scores)
+    scores
 }
 
 /// The model of level `k` of a Gaussian pyramid.
@@ -331,14 +379,16 @@ fn lower_triangle(factor: &Matrix) -> Vec<f32> {
     (0..factor.rows()).flat_map(|i| (0..=i).map(move |j| factor[(i, j)] as f32)).collect()
 }
 
-/// What makes the variance of each plane's scores one, measured on a sheet.
-fn gains_of(model: &Model) -> Vec<f32> {
+/// What gives each plane's scores their deviation, measured on a sheet.
+fn gains_of(model: &Model, deviations: &[f64], limits: &Limits) -> Result<Vec<f32>> {
     let area = Area { origin: [0, 0], size: Size::new(GAUGE, GAUGE) };
-    let scores = model.scores(area, 0, None);
+    let scores = model.scores(area, 0, None, limits)?;
     let deviation = |plane: &[f32]| {
         let square: f64 = plane.iter().map(|&v| f64::from(v) * f64::from(v)).sum();
         (square / plane.len() as f64).sqrt()
     };
-    let gain = |d: f64| if d > 0.0 { half::f16::from_f64(1.0 / d).to_f32() } else { 1.0 };
-    scores.iter().map(|plane| gain(deviation(plane))).collect()
+    let gain = |(made, wanted): (f64, &f64)| {
+        if made > 0.0 { half::f16::from_f64(wanted / made).to_f32() } else { 1.0 }
+    };
+    Ok(scores.iter().map(deviation).zip(deviations).map(gain).collect())
 }

@@ -2,8 +2,10 @@
 
 use serde::Serialize;
 
+use super::combine::{Budget, combine};
 use super::estimate::{LevelReport, ModelOptions, estimate};
 use super::model::{Model, SheetOptions};
+use super::structure::Tiles;
 use crate::error::Result;
 use crate::field::{Basis, ColorModel, Domain, IndexSpace, Metric, ReflectanceField};
 use crate::limits::Limits;
@@ -33,17 +35,10 @@ pub struct Source {
     pub width: u32,
     /// Texels along y.
     pub height: u32,
-    /// Photographs that the texture was fitted to; 1 for a picture.
+    /// Photographs that the texture was fitted to; 1 for a picture, 0 where that is not known.
     pub photographs: u32,
     /// Channels of each.
     pub channels: u32,
-}
-
-impl Source {
-    /// The bytes of the photographs, one a sample: the base of compression ratios.
-    pub fn bytes(&self) -> u64 {
-        [self.width, self.height, self.photographs, self.channels].iter().map(|&v| u64::from(v)).product()
-    }
 }
 
 /// Fits a model to the index planes of a field; see [`estimate`].
@@ -56,20 +51,36 @@ pub fn model_field(
     limits: &Limits,
     progress: &dyn Progress,
 ) -> Result<(FieldModel, Vec<LevelReport>)> {
+    let space = checked_index_space(field, limits)?;
+    let (model, reports) = estimate(&space.index_planes(field), options, limits, progress)?;
+    Ok((FieldModel::of(field, model), reports))
+}
+
+/// Fits a model of structure and detail to the index planes of a field and of tiles made of it; see
+/// [`combine`].
+///
+/// # Errors
+/// As [`combine`].
+pub fn combine_field(
+    field: &ReflectanceField,
+    tiles: Tiles<'_, ReflectanceField>,
+    budget: &Budget<'_>,
+    options: &ModelOptions,
+    limits: &Limits,
+    progress: &dyn Progress,
+) -> Result<(FieldModel, Vec<LevelReport>)> {
+    let space = checked_index_space(field, limits)?;
+    limits.check("the index planes of the tiles", tiles.texels.size(), 4 * space.planes() as u64)?;
+    let laid = space.index_planes(tiles.texels);
+    let tiles = Tiles { texels: &laid, size: tiles.size };
+    let (model, reports) = combine(&space.index_planes(field), tiles, budget, options, limits, progress)?;
+    Ok((FieldModel::of(field, model), reports))
+}
+
+fn checked_index_space(field: &ReflectanceField, limits: &Limits) -> Result<IndexSpace> {
     let space = index_space(field)?;
     limits.check("the index planes to model", field.size(), 4 * space.planes() as u64)?;
-    let (model, reports) = estimate(&space.index_planes(field), options, limits, progress)?;
-    let Size { width, height } = field.size();
-    // Planes within the limits have sides below 2^32.
-    let source = Source {
-        width: width as u32,
-        height: height as u32,
-        photographs: field.lights().len().max(1) as u32,
-        channels: field.color().channels() as u32,
-    };
-    let model =
-        FieldModel { basis: field.basis(), color: field.color(), space: field.space(), source, model };
-    Ok((model, reports))
+    Ok(space)
 }
 
 /// The index planes that are modelled: the functions' coordinates over the hemisphere, and of LRGB
@@ -80,6 +91,19 @@ pub fn index_space(field: &ReflectanceField) -> Result<IndexSpace> {
 }
 
 impl FieldModel {
+    /// A model of a field's index planes.
+    fn of(field: &ReflectanceField, model: Model) -> Self {
+        let Size { width, height } = field.size();
+        // Planes within the limits have sides below 2^32.
+        let source = Source {
+            width: width as u32,
+            height: height as u32,
+            photographs: if field.basis().len() == 1 { 1 } else { field.lights().len() as u32 },
+            channels: field.color().channels() as u32,
+        };
+        Self { basis: field.basis(), color: field.color(), space: field.space(), source, model }
+    }
+
     /// A part of the model's endless field.
     ///
     /// # Errors
@@ -89,6 +113,17 @@ impl FieldModel {
         limits.check("the texture of the model", options.size, 8 * planes.count() as u64)?;
         let like = self.texel()?;
         index_space(&like)?.field(&like, &planes)
+    }
+
+    /// The bytes of what was modelled, one a sample: of the photographs, or where their number is not known of
+    /// the functions' coefficients. The base of compression ratios.
+    pub fn source_bytes(&self) -> u64 {
+        let Source { width, height, photographs, channels } = self.source;
+        let samples = match photographs {
+            0 => self.color.planes(self.basis.len()) as u64,
+            _ => u64::from(photographs) * u64::from(channels),
+        };
+        u64::from(width) * u64::from(height) * samples
     }
 
     /// A field of one texel of the same kind.

@@ -50,6 +50,23 @@ impl Marginal {
     /// # Panics
     /// When there are no values.
     pub fn curve(values: &[f32]) -> Self {
+        Self::through(values, normal_cdf)
+    }
+
+    /// The curve that gives scores of another distribution than the normal one, of which these are a sample,
+    /// the distribution of the values.
+    ///
+    /// # Panics
+    /// When there are no values or no scores.
+    pub fn matched(values: &[f32], scores: &[f32]) -> Self {
+        let mut sorted = scores.to_vec();
+        sorted.sort_unstable_by(f32::total_cmp);
+        let below = |score: f64| sorted.partition_point(|&v| f64::from(v) <= score);
+        Self::through(values, |score| below(score) as f64 / sorted.len() as f64)
+    }
+
+    /// The curve whose value at each score is the quantile that belongs to the share of scores below.
+    fn through(values: &[f32], share_below: impl Fn(f64) -> f64) -> Self {
         let mut sorted = values.to_vec();
         sorted.sort_unstable_by(f32::total_cmp);
         let (low, high) = (sorted[0], sorted[sorted.len() - 1]);
@@ -64,7 +81,7 @@ impl Marginal {
             _ if i == KNOTS - 1 => STEPS,
             _ if high <= low => 0,
             _ => {
-                let part = (quantile(normal_cdf(knot(i))) - low) / (high - low);
+                let part = (quantile(share_below(knot(i))) - low) / (high - low);
                 (part * f32::from(STEPS)).round() as u16
             }
         };

@@ -65,6 +65,15 @@ impl Mixing {
         })
     }
 
+    /// How much of each component all planes together hold: the root of the sum of its squared weights.
+    pub fn norms(&self) -> Vec<f64> {
+        let mut squares = vec![0.0; self.components()];
+        for (weights, _) in self.rows() {
+            squares.iter_mut().zip(weights).for_each(|(sum, &w)| *sum += f64::from(w).powi(2));
+        }
+        squares.into_iter().map(f64::sqrt).collect()
+    }
+
     /// The components of some planes.
     pub fn components_of(&self, scores: &Planes) -> Planes {
         let mut components = Planes::zeros(scores.size(), self.components());

@@ -27,15 +27,22 @@
 //! | [`selection`] | neighbours chosen by evidence |
 //! | [`stability`] | spectral radius, burn-in |
 //! | [`level`], [`model`] | what a model is |
-//! | [`estimate`](mod@estimate), [`field_model`] | making one |
+//! | [`structure`] | tiles of what repeats, compressed |
+//! | [`estimate`](mod@estimate), [`combine`](mod@combine), [`field_model`] | making one |
+//! | [`curves`] | the evidence as a picture |
 //! | [`noise`], [`recursion`], [`sheet`] | running one |
 //! | [`character`](mod@character) | whether a material is one for a random field |
+//!
+//! A fifth way is for materials that repeat: [`combine`](fn@combine) takes tiles of them, made by any method
+//! that copies, as a structure of a few kilobytes, and models what it leaves out.
 //!
 //! Limits: a Gaussian field has a spectrum and a distribution but no shapes: stones, blades of grass and
 //! weaves become noise of the right colour and grain. Bands of a decimated pyramid are taken to be
 //! stationary, which they are only from one coarse texel to the next.
 
 pub mod character;
+pub mod combine;
+pub mod curves;
 pub mod estimate;
 pub mod field_model;
 pub mod histogram;
@@ -52,9 +59,12 @@ pub mod selection;
 pub mod sheet;
 pub mod stability;
 pub mod statistics;
+pub mod structure;
 
 pub use character::{Character, character};
+pub use combine::{Budget, combine};
 pub use estimate::{LevelReport, ModelOptions, estimate};
-pub use field_model::{FieldModel, Source, model_field};
+pub use field_model::{FieldModel, Source, combine_field, model_field};
 pub use model::{Model, SheetOptions};
 pub use selection::Search;
+pub use structure::{Structure, Tiles};

@@ -7,9 +7,10 @@ use super::marginal::Marginal;
 use super::mixing::Mixing;
 use super::sheet::{Area, CELL, Sheet};
 use super::stability::BURN_INS;
+use super::structure::Structure;
 use crate::error::{Error, Result};
 use crate::limits::Limits;
-use crate::numeric::pyramid::Kernel;
+use crate::numeric::pyramid::{self, Kernel};
 use crate::planes::{Planes, Size};
 
 /// A random field of d planes.
@@ -25,6 +26,8 @@ pub struct Model {
     pub kernel: Kernel,
     /// The components' pyramid, the finest level first.
     pub levels: Vec<Level>,
+    /// What of the components is copied from tiles.
+    pub structure: Option<Structure>,
 }
 
 /// What to make of a model.
@@ -49,9 +52,12 @@ impl Model {
         self.marginals.len()
     }
 
-    /// Texels of which a tile's sides are multiples: the finest level's for one of the coarsest.
-    pub fn tile_step(&self) -> usize {
-        self.kernel.factor().pow(self.levels.len().saturating_sub(1) as u32)
+    /// Texels of which a tile's sides are multiples, along x and y: the finest level's for one of the
+    /// coarsest, and the structure's tiles.
+    pub fn tile_steps(&self) -> [usize; 2] {
+        let step = self.kernel.factor().pow(self.levels.len().saturating_sub(1) as u32);
+        let Some(structure) = &self.structure else { return [step; 2] };
+        [structure.tile.width, structure.tile.height].map(|side| side / gcd(side, step) * step)
     }
 
     /// A part of the model's plane.
@@ -64,7 +70,7 @@ impl Model {
         let Size { width, height } = options.size;
         let period = options.tile.then_some([width as i64, height as i64]);
         let mut planes =
-            self.scores(Area { origin: options.origin, size: options.size }, options.seed, period);
+            self.scores(Area { origin: options.origin, size: options.size }, options.seed, period, limits)?;
         let texels = options.size.texels();
         for (k, plane) in planes.as_mut_slice().chunks_exact_mut(texels).enumerate() {
             let (gain, values) = (self.gains[k], self.marginals[k].values());
@@ -76,24 +82,33 @@ impl Model {
     }
 
     /// Normal scores, their variance not yet exactly one.
-    pub(super) fn scores(&self, area: Area, seed: u64, period: Option<[i64; 2]>) -> Planes {
-        if self.levels.is_empty() {
-            return Planes::zeros(area.size, self.planes());
+    pub(super) fn scores(
+        &self,
+        area: Area,
+        seed: u64,
+        period: Option<[i64; 2]>,
+        limits: &Limits,
+    ) -> Result<Planes> {
+        let mut field = match self.levels.is_empty() {
+            true => Planes::zeros(area.size, self.mixing.components()),
+            false => Sheet::new(&self.levels, &self.kernel, seed, period).field(area),
+        };
+        if let Some(structure) = &self.structure {
+            pyramid::add(&mut field, &structure.window(area, seed, period, limits)?);
         }
-        let field = Sheet::new(&self.levels, &self.kernel, seed, period).field(area);
-        self.mixing.planes_of(&field)
+        Ok(self.mixing.planes_of(&field))
     }
 
     fn check(&self, options: &SheetOptions, limits: &Limits) -> Result<()> {
         let Size { width, height } = options.size;
-        let step = self.tile_step();
-        if options.tile && !(width.is_multiple_of(step) && height.is_multiple_of(step)) {
+        let [across, down] = self.tile_steps();
+        if options.tile && !(width.is_multiple_of(across) && height.is_multiple_of(down)) {
             return Err(Error::usage(format!(
-                "a tile of {} texels does not close: with this model's {} levels both sides must be multiples \
-                 of {step}, such as {}",
+                "a tile of {} texels does not close: with this model's {} levels and tiles its sides must be \
+                 multiples of {across} and {down}, such as {}",
                 options.size,
                 self.levels.len(),
-                Size::new(width.next_multiple_of(step), height.next_multiple_of(step))
+                Size::new(width.next_multiple_of(across), height.next_multiple_of(down))
             )));
         }
         if options.origin.iter().any(|v| v.abs() > FARTHEST) {
@@ -105,8 +120,12 @@ impl Model {
         // Cells and margins around the area; field, expanded level, drive and coarser levels.
         let around = CELL + 2 * BURN_INS[BURN_INS.len() - 1];
         let padded = Size::new(width.saturating_add(around), height.saturating_add(around));
-        let floats = 6 * self.mixing.components() + 2 * self.planes();
+        let floats = 8 * self.mixing.components() + 2 * self.planes();
         limits.check("the texture", options.size, 4 * self.planes() as u64)?;
         limits.check_bytes("making the texture", (4 * floats * padded.width) as u64 * padded.height as u64)
     }
+}
+
+fn gcd(a: usize, b: usize) -> usize {
+    if b == 0 { a } else { gcd(b, a % b) }
 }

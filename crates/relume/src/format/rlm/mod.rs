@@ -4,9 +4,11 @@
 
 mod bits;
 mod read;
+mod structure;
 mod write;
 
 pub use read::decode;
+pub use structure::structure_bytes;
 pub use write::encode;
 
 use std::path::Path;
@@ -19,8 +21,8 @@ use crate::random_field::FieldModel;
 /// First bytes of the file.
 pub(super) const SIGNATURE: [u8; 4] = *b"RLM\x1a";
 
-/// The version of the layout.
-const VERSION: u8 = 1;
+/// The versions of the layout: without a structure, and with one.
+const VERSIONS: [u8; 2] = [1, 2];
 
 /// Signature, version, checksum and length of what follows.
 const HEADER: usize = 4 + 1 + 4 + 4;
@@ -59,7 +61,7 @@ mod tests {
     use crate::field::{Basis, ColorModel};
     use crate::numeric::random::Stream;
     use crate::planes::{Planes, Size};
-    use crate::random_field::{ModelOptions, SheetOptions, model_field};
+    use crate::random_field::{Budget, ModelOptions, SheetOptions, Tiles, combine_field, model_field};
     use crate::{ReflectanceField, Space};
 
     const LIMITS: Limits = Limits { max_bytes: 1 << 28, max_side: 1 << 14 };
@@ -72,6 +74,33 @@ mod tests {
         let field = ReflectanceField::new(basis, color, Space::Srgb, planes).unwrap();
         let options = ModelOptions { levels: 2, candidates: 6, coarse: 5, marginals, ..Default::default() };
         model_field(&field, &options, &LIMITS, &()).unwrap().0
+    }
+
+    /// The same with a structure of two tiles.
+    fn combined() -> FieldModel {
+        let (size, mut stream) = (Size::new(20, 24), Stream::new(9, 0));
+        let data =
+            (0..size.texels() * 3).map(|i| 0.3 + (i % 5) as f32 * 0.1 + 0.1 * stream.unit() as f32).collect();
+        let planes = Planes::from_vec(size, 3, data).unwrap();
+        let field = ReflectanceField::new(Basis::Constant, ColorModel::Rgb, Space::Srgb, planes).unwrap();
+        let options = ModelOptions { levels: 2, candidates: 4, coarse: 5, ..Default::default() };
+        let tiles = Tiles { texels: &field, size: Size::new(20, 12) };
+        let budget = Budget { bytes: 250, cost: &structure_bytes };
+        combine_field(&field, tiles, &budget, &options, &LIMITS, &()).unwrap().0
+    }
+
+    #[test]
+    fn a_structure_comes_back_and_keeps_to_its_bytes() {
+        let model = combined();
+        let bytes = encode(&model).unwrap();
+        assert_eq!((bytes[4], decode(&bytes, &LIMITS).unwrap()), (2, model.clone()));
+        let structure = model.model.structure.clone().unwrap();
+        assert!((200..=250).contains(&structure_bytes(&structure)), "{}", structure_bytes(&structure));
+        let mut plain = model;
+        plain.model.structure = None;
+        let without = encode(&plain).unwrap();
+        assert_eq!(without[4], 1);
+        assert!((bytes.len() - without.len()).abs_diff(structure_bytes(&structure)) <= 1);
     }
 
     #[test]
@@ -101,27 +130,28 @@ mod tests {
 
     #[test]
     fn a_file_cut_anywhere_or_altered_in_any_byte_is_refused() {
-        let bytes = encode(&model(Basis::Constant, ColorModel::Rgb, true)).unwrap();
-        for length in 0..bytes.len() {
-            assert!(decode(&bytes[..length], &LIMITS).is_err(), "cut at {length}");
-        }
-        for place in 0..bytes.len() {
-            for change in [1, 0x80, 0xff] {
-                let mut altered = bytes.clone();
-                altered[place] ^= change;
-                assert!(decode(&altered, &LIMITS).is_err(), "byte {place} changed by {change}");
+        for model in [model(Basis::Constant, ColorModel::Rgb, true), combined()] {
+            let bytes = encode(&model).unwrap();
+            for length in 0..bytes.len() {
+                assert!(decode(&bytes[..length], &LIMITS).is_err(), "cut at {length}");
             }
+            for place in 0..bytes.len() {
+                for change in [1, 0x80, 0xff] {
+                    let mut altered = bytes.clone();
+                    altered[place] ^= change;
+                    assert!(decode(&altered, &LIMITS).is_err(), "byte {place} changed by {change}");
+                }
+            }
+            assert!(decode(&[&bytes[..], b"x"].concat(), &LIMITS).is_err());
         }
-        assert!(decode(&[&bytes[..], b"x"].concat(), &LIMITS).is_err());
     }
 
-    #[test]
-    fn forged_files_with_a_right_checksum_are_refused_or_make_something() {
-        let bytes = encode(&model(Basis::Constant, ColorModel::Rgb, true)).unwrap();
+    /// How many of 400 files altered at random, their checksums made right, are refused, and make something.
+    fn forged(bytes: &[u8]) -> [usize; 2] {
         let mut stream = Stream::new(1, 0);
-        let (mut refused, mut made) = (0, 0);
+        let mut counts = [0; 2];
         for _ in 0..400 {
-            let mut forged = bytes.clone();
+            let mut forged = bytes.to_vec();
             for _ in 0..1 + stream.below(3) {
                 let place = HEADER + stream.below(bytes.len() - HEADER);
                 forged[place] = stream.below(256) as u8;
@@ -129,11 +159,17 @@ mod tests {
             let sum = checksum(&forged[9..]);
             forged[5..9].copy_from_slice(&sum.to_le_bytes());
             let options = SheetOptions { origin: [0, 0], size: Size::new(3, 2), seed: 3, tile: false };
-            match decode(&forged, &LIMITS).and_then(|model| model.synthesize(&options, &LIMITS)) {
-                Ok(_) => made += 1,
-                Err(_) => refused += 1,
-            }
+            let made = decode(&forged, &LIMITS).and_then(|model| model.synthesize(&options, &LIMITS));
+            counts[usize::from(made.is_ok())] += 1;
         }
-        assert!(refused > 20 && made > 20, "{refused} refused, {made} made");
+        counts
+    }
+
+    #[test]
+    fn forged_files_with_a_right_checksum_are_refused_or_make_something() {
+        for model in [model(Basis::Constant, ColorModel::Rgb, true), combined()] {
+            let [refused, made] = forged(&encode(&model).unwrap());
+            assert!(refused > 20 && made > 20, "{refused} refused, {made} made");
+        }
     }
 }

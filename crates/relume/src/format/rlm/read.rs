@@ -1,17 +1,19 @@
 //! A model from bytes.
 
 use super::bits::{BitReader, Rice};
-use super::{HEADER, SIGNATURE, VERSION, checksum};
+use super::{HEADER, SIGNATURE, VERSIONS, checksum, structure};
 use crate::error::{Error, Result};
 use crate::field::{Basis, ColorModel};
 use crate::limits::Limits;
 use crate::numeric::pyramid::Kernel;
+use crate::planes::Size;
 use crate::random_field::level::{Level, MAX_CODE, Weights};
 use crate::random_field::marginal::{KNOTS, Marginal, STEPS};
 use crate::random_field::mixing::Mixing;
 use crate::random_field::neighbourhood::{Offset, all_around, causal};
 use crate::random_field::stability::BURN_INS;
-use crate::random_field::{FieldModel, Model, Source};
+use crate::random_field::structure::MOST_SCALES;
+use crate::random_field::{FieldModel, Model, Source, Structure};
 use crate::space::Space;
 
 /// The model in the bytes of a file.
@@ -21,6 +23,7 @@ use crate::space::Space;
 /// more memory than the limits allow.
 pub fn decode(bytes: &[u8], limits: &Limits) -> Result<FieldModel> {
     let mut bits = BitReader::new(body(bytes)?);
+    let has_structure = bytes[4] == VERSIONS[1];
     let basis = name(&mut bits, "basis", Basis::from_name)?;
     let color = name(&mut bits, "colour model", ColorModel::from_name)?;
     let space = name(&mut bits, "space", |name| {
@@ -29,7 +32,10 @@ pub fn decode(bytes: &[u8], limits: &Limits) -> Result<FieldModel> {
     let mut number = || bits.bits(32);
     let (width, height, photographs, channels) = (number()?, number()?, number()?, number()?);
     let source = Source { width, height, photographs, channels };
-    let model = read_model(&mut bits, limits)?;
+    let mut model = read_model(&mut bits, limits)?;
+    if has_structure {
+        model.structure = Some(read_structure(&mut bits, model.mixing.components(), limits)?);
+    }
     if bits.left() >= 8 {
         return Err(Error::invalid(format!("{} bits follow the model's last number", bits.left())));
     }
@@ -53,10 +59,10 @@ fn body(bytes: &[u8]) -> Result<&[u8]> {
     let (header, body) = bytes.split_at_checked(HEADER).ok_or_else(|| {
         Error::invalid(format!("the model ends inside its header, at byte {}", bytes.len()))
     })?;
-    if header[4] != VERSION {
+    if !VERSIONS.contains(&header[4]) {
         return Err(Error::unsupported(format!(
-            "the model is of version {}: this program reads version {VERSION}",
-            header[4]
+            "the model is of version {}: this program reads versions {} and {}",
+            header[4], VERSIONS[0], VERSIONS[1]
         )));
     }
     let word = |at: usize| u32::from_le_bytes([header[at], header[at + 1], header[at + 2], header[at + 3]]);
@@ -105,7 +111,7 @@ fn read_model(bits: &mut BitReader<'_>, limits: &Limits) -> Result<Model> {
     let gains = (0..planes).map(|_| bits.half("gain")).collect::<Result<_>>()?;
     let marginals = (0..planes).map(|_| read_marginal(bits)).collect::<Result<_>>()?;
     let levels = (0..levels).map(|_| read_level(bits, m, limits)).collect::<Result<_>>()?;
-    Ok(Model { marginals, mixing: Mixing { own, weights }, gains, kernel, levels })
+    Ok(Model { marginals, mixing: Mixing { own, weights }, gains, kernel, levels, structure: None })
 }
 
 /// So many floats; the bits are there before memory is asked for.
@@ -156,6 +162,27 @@ fn read_level(bits: &mut BitReader<'_>, m: usize, limits: &Limits) -> Result<Lev
     let codes = codes.collect::<Result<_>>()?;
     let weights = Weights { codes, rows, columns, causal: neighbours.len() };
     Ok(Level { neighbours, coarse, weights, noise, burn_in, log_evidence, texels })
+}
+
+fn read_structure(bits: &mut BitReader<'_>, m: usize, limits: &Limits) -> Result<Structure> {
+    let mut number = || Ok(bits.bits(16)? as usize);
+    let (tile, tiles) = (Size::new(number()?, number()?), number()?);
+    let scales = bits.bits(4)? as usize;
+    if tile.texels() == 0 || tiles == 0 || scales > MOST_SCALES {
+        return Err(Error::invalid(format!(
+            "{tiles} tiles of {tile} texels with {scales} scales are no structure"
+        )));
+    }
+    let steps = (0..m).map(|_| bits.half("structure")).collect::<Result<Vec<f32>>>()?;
+    let length = bits.bits(32)? as usize;
+    if length > bits.left() / 8 {
+        return Err(Error::invalid(format!(
+            "the codes of the model's structure are to take {length} bytes, and {} are left",
+            bits.left() / 8
+        )));
+    }
+    let codes = (0..length).map(|_| Ok(bits.bits(8)? as u8)).collect::<Result<Vec<u8>>>()?;
+    structure::decode(&codes, Structure { tile, tiles, scales, steps, codes: Vec::new() }, limits)
 }
 
 fn read_mask(bits: &mut BitReader<'_>, family: fn(usize) -> Vec<Offset>) -> Result<Vec<Offset>> {

@@ -1,13 +1,13 @@
 //! A model as bytes.
 
 use super::bits::{BitWriter, Rice};
-use super::{HEADER, MOST_CANDIDATES, SIGNATURE, VERSION, checksum};
+use super::{HEADER, MOST_CANDIDATES, SIGNATURE, VERSIONS, checksum, structure};
 use crate::error::{Error, Result};
-use crate::random_field::FieldModel;
 use crate::random_field::level::Level;
 use crate::random_field::marginal::Marginal;
 use crate::random_field::neighbourhood::{Offset, all_around, causal};
 use crate::random_field::stability::BURN_INS;
+use crate::random_field::{FieldModel, Structure};
 
 /// The bytes of a model's file.
 ///
@@ -32,14 +32,17 @@ pub fn encode(field: &FieldModel) -> Result<Vec<u8>> {
     model.gains.iter().for_each(|&gain| bits.half(gain));
     model.marginals.iter().for_each(|marginal| write_marginal(&mut bits, marginal));
     model.levels.iter().try_for_each(|level| write_level(&mut bits, level))?;
-    Ok(with_header(&bits.into_bytes()))
+    if let Some(structure) = &model.structure {
+        write_structure(&mut bits, structure)?;
+    }
+    Ok(with_header(VERSIONS[usize::from(model.structure.is_some())], &bits.into_bytes()))
 }
 
-fn with_header(body: &[u8]) -> Vec<u8> {
+fn with_header(version: u8, body: &[u8]) -> Vec<u8> {
     let length = (body.len() as u32).to_le_bytes();
     let sum = checksum(&[&length[..], body].concat()).to_le_bytes();
     let mut bytes = Vec::with_capacity(HEADER + body.len());
-    for part in [&SIGNATURE[..], &[VERSION], &sum, &length, body] {
+    for part in [&SIGNATURE[..], &[version], &sum, &length, body] {
         bytes.extend_from_slice(part);
     }
     bytes
@@ -80,6 +83,23 @@ fn write_level(bits: &mut BitWriter, level: &Level) -> Result<()> {
     for (i, &code) in level.weights.codes.iter().enumerate() {
         bits.rice(code, if i / m % m == i % m { &mut own } else { &mut other });
     }
+    Ok(())
+}
+
+fn write_structure(bits: &mut BitWriter, of: &Structure) -> Result<()> {
+    let numbers = [of.tile.width, of.tile.height, of.tiles].map(u16::try_from);
+    let [Ok(width), Ok(height), Ok(tiles)] = numbers else {
+        return Err(Error::usage(format!(
+            "{} tiles of {} are more than a model can hold: sides and number are at most 65535",
+            of.tiles, of.tile
+        )));
+    };
+    [width, height, tiles].iter().for_each(|&number| bits.bits(u32::from(number), 16));
+    bits.bits(of.scales as u32, 4);
+    of.steps.iter().for_each(|&step| bits.half(step));
+    let codes = structure::encode(of);
+    bits.bits(codes.len() as u32, 32);
+    codes.iter().for_each(|&byte| bits.bits(u32::from(byte), 8));
     Ok(())
 }
 

@@ -3,7 +3,7 @@
 //! ```text
 //! Exemplar --profile--> shifts --region--> origin and size --toroidal--> first tile
 //!          --further--> regions that fit its border --ring--> further tiles --> TileSet
-//! TileSet + seed --endless--> any window of an infinite plane
+//! TileSet + seed --Endless--> any window of an infinite plane
 //! ```
 //!
 //! M. Haindl, M. Hatka, "BTF Roller", Texture 2005, and "A Roller - Fast Sampling-Based Texture
@@ -16,11 +16,10 @@
 //! - [`further`]: other parts that fit the border of the first tile;
 //! - [`ring`]: a closed cut puts each of them inside that border;
 //! - [`seams`]: how steps across the cuts compare with those inside;
-//! - [`endless`]: the plane of tiles, each chosen by a hash of the seed and its cell.
+//! - [`Endless`]: the plane of tiles, each chosen by a hash of the seed and its cell.
 //!
 //! Deciding errors are sums of integers; the result does not depend on threads.
 
-pub mod endless;
 pub mod further;
 mod make;
 pub mod options;
@@ -31,7 +30,7 @@ pub mod seams;
 mod tile_set;
 pub mod toroidal;
 
-pub use endless::Endless;
+pub use crate::numeric::endless::Endless;
 pub use make::{Report, Rolled, roll};
 pub use options::RollerOptions;
 pub use seams::Seams;

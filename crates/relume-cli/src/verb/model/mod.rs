@@ -1,15 +1,18 @@
-//! `relume model`: a texture as a random field in a few kilobytes.
+//! `relume model`: a texture as a random field in a few kilobytes; [`combine`]: with structure from tiles.
+
+mod combine;
 
 use std::fmt::Write;
 use std::path::PathBuf;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use relume::Result;
 use relume::format::rlm;
 use relume::random_field::level::Level;
 use relume::random_field::{
-    Character, FieldModel, LevelReport, ModelOptions, Search, character, model_field,
+    Character, FieldModel, LevelReport, ModelOptions, Search, Source, Structure, character, curves,
+    model_field,
 };
+use relume::{Error, ReflectanceField, Result};
 use serde_json::{Value, json};
 
 use crate::context::Context;
@@ -47,6 +50,11 @@ pub struct Args {
     /// Take values to be normally distributed instead of keeping their distribution
     #[arg(long)]
     normal: bool,
+    #[command(flatten)]
+    combine: combine::CombineArgs,
+    /// Also draw the log evidence of the neighbourhoods met, a panel a level
+    #[arg(long, value_name = "FILE.svg")]
+    curve: Option<PathBuf>,
 }
 
 fn search() -> impl TypedValueParser<Value = Search> {
@@ -59,7 +67,12 @@ fn search() -> impl TypedValueParser<Value = Search> {
 
 /// Fits the model, writes it, and says what kind of material it is for.
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
-    output::check(&args.output, &[&args.texture], context)?;
+    for path in std::iter::once(&args.output).chain(&args.curve) {
+        output::check(path, &[&args.texture], context)?;
+    }
+    if args.curve.as_ref() == Some(&args.output) {
+        return Err(Error::usage("is named for two outputs of this command: choose another").at(&args.output));
+    }
     let options = ModelOptions {
         levels: args.levels,
         factor: args.factor,
@@ -72,26 +85,52 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     };
     options.validate()?;
     let file = input::field(&args.texture, &context.limits)?;
-    let (model, levels) = model_field(&file.field, &options, &context.limits, &context.progress)
-        .map_err(|e| e.at(&args.texture))?;
     let kind = character(&file.field, &context.limits)?;
+    let made = fit(args, &file.field, &kind, &options, context).map_err(|e| e.at(&args.texture))?;
+    let Made { model, levels, structure } = made;
     let bytes = rlm::encode(&model)?;
     output::write(&args.output, &bytes, context)?;
+    if let Some(path) = &args.curve {
+        output::write(path, curves::svg(&levels).as_bytes(), context)?;
+    }
     let mut report = describe(&model)?;
-    let _ = write!(report.text, "\n{}", advice(&kind, &levels));
+    let _ = write!(report.text, "\n{}", advice(&kind, &levels, structure.as_deref()));
     report.json["character"] = json!(kind);
     report.json["estimation"] = json!(levels);
     report.json["output"] = json!(args.output);
     Ok(report.with_stdout_taken(output::is_stream(&args.output)))
 }
 
+/// A model and how it came about.
+struct Made {
+    model: FieldModel,
+    levels: Vec<LevelReport>,
+    /// Where the structure comes from.
+    structure: Option<String>,
+}
+
+fn fit(
+    args: &Args,
+    field: &ReflectanceField,
+    kind: &Character,
+    options: &ModelOptions,
+    context: &Context,
+) -> Result<Made> {
+    if args.combine.applies(kind, field.size()) {
+        let (model, levels, how) = args.combine.model(field, options, context)?;
+        return Ok(Made { model, levels, structure: Some(how) });
+    }
+    let (model, levels) = model_field(field, options, &context.limits, &context.progress)?;
+    Ok(Made { model, levels, structure: None })
+}
+
 /// What a model holds, for `relume info` as well.
 pub fn describe(field: &FieldModel) -> Result<Report> {
     let bytes = rlm::encode(field)?.len() as u64;
-    let (model, source) = (&field.model, &field.source);
+    let model = &field.model;
     let mut text = format!(
         "random field, basis {}, colour {}, {} values: {} planes of {} components, {} levels of factor {}\n\
-         {bytes} bytes; the {} photographs of {} x {} texels and {} channels it is made of are {} bytes: 1 to {:.0}",
+         {bytes} bytes; {} are {} bytes: 1 to {:.0}",
         field.basis.name(),
         field.color.name(),
         field.space,
@@ -99,13 +138,22 @@ pub fn describe(field: &FieldModel) -> Result<Report> {
         model.mixing.components(),
         model.levels.len(),
         model.kernel.factor(),
-        source.photographs,
-        source.width,
-        source.height,
-        source.channels,
-        source.bytes(),
-        source.bytes() as f64 / bytes as f64,
+        base(&field.source),
+        field.source_bytes(),
+        field.source_bytes() as f64 / bytes as f64,
     );
+    if let Some(structure) = &model.structure {
+        let _ = write!(
+            text,
+            "\n  structure: {} of {} texels, {} bytes",
+            match structure.tiles {
+                1 => "one tile".to_owned(),
+                tiles => format!("{tiles} tiles"),
+            },
+            structure.tile,
+            rlm::structure_bytes(structure)
+        );
+    }
     for (k, level) in model.levels.iter().enumerate() {
         let _ = write!(
             text,
@@ -126,12 +174,35 @@ pub fn describe(field: &FieldModel) -> Result<Report> {
         "components": model.mixing.components(),
         "factor": model.kernel.factor(),
         "bytes": bytes,
-        "source": source,
-        "source_bytes": source.bytes(),
-        "ratio": source.bytes() as f64 / bytes as f64,
+        "source": field.source,
+        "source_bytes": field.source_bytes(),
+        "ratio": field.source_bytes() as f64 / bytes as f64,
+        "structure": model.structure.as_ref().map(structure_value),
         "levels": levels,
     });
     Ok(Report::new(text, json))
+}
+
+/// What the model was made of: the base of its ratio.
+fn base(source: &Source) -> String {
+    let Source { width, height, photographs, channels } = source;
+    match photographs {
+        0 => format!("the coefficients of the {width} x {height} texels it is made of, a byte each,"),
+        1 => format!("the samples of the picture of {width} x {height} texels it is made of"),
+        _ => format!(
+            "the samples of the {photographs} photographs of {width} x {height} texels and {channels} channels it is \
+             made of"
+        ),
+    }
+}
+
+fn structure_value(structure: &Structure) -> Value {
+    json!({
+        "tiles": structure.tiles,
+        "tile_width": structure.tile.width,
+        "tile_height": structure.tile.height,
+        "bytes": rlm::structure_bytes(structure),
+    })
 }
 
 fn level_value(level: &Level) -> Value {
@@ -148,12 +219,13 @@ fn level_value(level: &Level) -> Value {
 }
 
 /// What to expect of the model.
-fn advice(kind: &Character, levels: &[LevelReport]) -> String {
+fn advice(kind: &Character, levels: &[LevelReport], structure: Option<&str>) -> String {
     let unstable = levels.iter().enumerate().filter(|(_, level)| level.unstable > 0).map(|(k, level)| {
         format!(
             "level {k}: {} more probable models were unstable or remembered too long; the best stable one is taken\n",
             level.unstable
         )
     });
-    unstable.collect::<String>() + &kind.to_string()
+    let structure = structure.map(|how| format!("structure: {how}\n"));
+    unstable.collect::<String>() + &structure.unwrap_or_default() + &kind.to_string()
 }

@@ -1,0 +1,99 @@
+//! `relume match`: the distribution of one texture's values given to another, exactly, and taken back.
+
+use std::path::PathBuf;
+
+use relume::format::{ExrDepth, FieldFormat, encode_field};
+use relume::random_field::histogram::{Distribution, Ranks};
+use relume::{Error, Planes, ReflectanceField, Result};
+use serde_json::json;
+
+use crate::context::Context;
+use crate::report::Report;
+use crate::{input, output};
+
+/// Arguments of `relume match`.
+#[derive(Debug, clap::Args)]
+#[command(
+    after_help = "Examples:\n  relume match made.png --to bark.png -o matched.png --ranks ranks.exr\n  \
+                        relume match ranks.exr --to made.png -o made_again.png"
+)]
+pub struct Args {
+    /// The texture whose values are replaced: a .ptm, an .exr field, or a picture; - is standard input
+    file: PathBuf,
+    /// The texture that gives the values: each plane's sample of the same rank
+    #[arg(long, value_name = "FILE")]
+    to: PathBuf,
+    /// The texture to write, in the depth of the one that gives the values
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// Also write the ranks, from 0, ties by place: matched to the first texture they are it again
+    #[arg(long, value_name = "FILE.exr")]
+    ranks: Option<PathBuf>,
+}
+
+/// Floats hold whole numbers up to this.
+const MOST_RANKS: usize = 1 << 24;
+
+/// Matches and writes.
+pub fn run(args: &Args, context: &Context) -> Result<Report> {
+    for path in std::iter::once(&args.output).chain(&args.ranks) {
+        output::check(path, &[&args.file, &args.to], context)?;
+    }
+    if args.ranks.as_ref() == Some(&args.output) {
+        return Err(Error::usage("is named for two outputs of this command: choose another").at(&args.output));
+    }
+    let file = input::field(&args.file, &context.limits)?;
+    let to = input::field(&args.to, &context.limits)?;
+    let texels = file.field.size().texels();
+    if args.ranks.is_some() && texels > MOST_RANKS {
+        return Err(Error::usage(format!("--ranks holds at most {MOST_RANKS} ranks, found {texels} texels")));
+    }
+    context.limits.check("the ranks", file.field.size(), 28 * file.field.coefficients().count() as u64)?;
+    let (matched, ranks) = matched(&file.field, &to.field).map_err(|e| e.at(&args.file))?;
+    let format = match output::is_stream(&args.output) {
+        true => FieldFormat::Exr(ExrDepth::Float),
+        false => FieldFormat::from_path(&args.output)?.in_depth_of(&to.encoding),
+    };
+    let bytes = encode_field(&matched, format, Some(&to.encoding), &context.limits);
+    output::write(&args.output, &bytes.map_err(|e| e.at(&args.output))?, context)?;
+    if let Some(path) = &args.ranks {
+        let format = FieldFormat::Exr(ExrDepth::Float);
+        let bytes = encode_field(&ranks, format, None, &context.limits).map_err(|e| e.at(path))?;
+        output::write(path, &bytes, context)?;
+    }
+    let text = format!(
+        "{}: {} texels with the values of {}",
+        args.output.display(),
+        matched.size(),
+        args.to.display()
+    );
+    let json = json!({ "output": args.output, "ranks": args.ranks });
+    Ok(Report::new(text, json).with_stdout_taken(output::is_stream(&args.output)))
+}
+
+/// The field with the other one's values, plane by plane, and its ranks.
+fn matched(field: &ReflectanceField, to: &ReflectanceField) -> Result<(ReflectanceField, ReflectanceField)> {
+    if (field.basis(), field.color()) != (to.basis(), to.color()) {
+        return Err(Error::usage(format!(
+            "holds {} {} and the texture that gives the values {} {}: they must be of one kind",
+            field.color().name(),
+            field.basis().name(),
+            to.color().name(),
+            to.basis().name()
+        )));
+    }
+    let (mut values, mut order) = (Vec::new(), Vec::new());
+    let numbers: Vec<f32> = (0..field.size().texels()).map(|rank| rank as f32).collect();
+    let numbers = Distribution::of(&numbers)?;
+    for (plane, source) in field.coefficients().iter().zip(to.coefficients().iter()) {
+        let ranks = Ranks::of(plane);
+        values.extend(ranks.filled(&Distribution::of(source)?));
+        order.extend(ranks.filled(&numbers));
+    }
+    let count = field.coefficients().count();
+    let made = |data: Vec<f32>| {
+        let planes = Planes::from_vec(field.size(), count, data)?;
+        ReflectanceField::new(to.basis(), to.color(), to.space(), planes)
+    };
+    Ok((made(values)?, made(order)?))
+}

@@ -1,0 +1,83 @@
+//! From planes and tiles of them to a model of structure and detail.
+
+use super::estimate::{GAUGE, LevelReport, ModelOptions, Scored, completed, scores_of};
+use super::marginal::Marginal;
+use super::model::Model;
+use super::sheet::Area;
+use super::structure::{Structure, Tiles};
+use crate::error::{Error, Result};
+use crate::limits::Limits;
+use crate::numeric::pyramid;
+use crate::planes::{Planes, Size};
+use crate::progress::Progress;
+
+/// What the structure may take.
+#[derive(Clone, Copy)]
+pub struct Budget<'a> {
+    /// Bytes at most.
+    pub bytes: usize,
+    /// The bytes that some structure takes in a file.
+    pub cost: &'a dyn Fn(&Structure) -> usize,
+}
+
+/// Fits a model to planes of which there are tiles that can be laid beside each other: a compressed set of
+/// tiles, and a random field for what that leaves out.
+///
+/// # Errors
+/// As [`super::estimate`](fn@super::estimate); tiles of other planes or smaller than the neighbourhood.
+pub fn combine(
+    planes: &Planes,
+    tiles: Tiles<'_, Planes>,
+    budget: &Budget<'_>,
+    options: &ModelOptions,
+    limits: &Limits,
+    progress: &dyn Progress,
+) -> Result<(Model, Vec<LevelReport>)> {
+    // The structure is coded in values: scores would stretch what lies between two modes.
+    let straight = ModelOptions { marginals: false, ..*options };
+    let Scored { marginals, mixing, .. } = Scored::of(planes, &straight, limits)?;
+    let found = tiles.texels;
+    if found.count() != planes.count() || !found.size().height.is_multiple_of(tiles.size.height.max(1)) {
+        return Err(Error::usage(format!(
+            "{} planes of {} are no tiles of {} of a texture of {} planes",
+            found.count(),
+            found.size(),
+            tiles.size,
+            planes.count()
+        )));
+    }
+    limits.check("the tiles to model", found.size(), 40 * planes.count() as u64)?;
+    let scores = scores_of(found, &marginals);
+    let deviations = scores.iter().map(root_mean_square).collect::<Vec<f64>>();
+    let mut detail = mixing.components_of(&scores);
+    let structure = Structure::within(
+        Tiles { texels: &detail, size: tiles.size },
+        &mixing.norms(),
+        budget.bytes,
+        budget.cost,
+    );
+    pyramid::subtract(&mut detail, &structure.decoded());
+    let parts = Scored { marginals, mixing, components: detail };
+    let (mut model, reports) = completed(parts, Some(structure), &deviations, options, limits, progress)?;
+    if options.marginals {
+        model.marginals = matched(planes, &model, tiles.size, limits)?;
+    }
+    Ok((model, reports))
+}
+
+/// Curves that give what the model makes the distributions of the planes.
+fn matched(planes: &Planes, model: &Model, tile: Size, limits: &Limits) -> Result<Vec<Marginal>> {
+    // Whole tiles, or each part of them would not have its share.
+    let side = |tile: usize| GAUGE.next_multiple_of(tile);
+    let area = Area { origin: [0, 0], size: Size::new(side(tile.width), side(tile.height)) };
+    limits.check("the sheet that distributions are measured on", area.size, 40 * planes.count() as u64)?;
+    let mut scores = model.scores(area, 0, None, limits)?;
+    for (plane, gain) in scores.iter_mut().zip(&model.gains) {
+        plane.iter_mut().for_each(|v| *v *= gain);
+    }
+    Ok(planes.iter().zip(scores.iter()).map(|(values, scores)| Marginal::matched(values, scores)).collect())
+}
+
+fn root_mean_square(values: &[f32]) -> f64 {
+    (values.iter().map(|&v| f64::from(v).powi(2)).sum::<f64>() / values.len() as f64).sqrt()
+}

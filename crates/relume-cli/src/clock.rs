@@ -18,19 +18,20 @@ pub struct Times {
 
 /// Does some work and measures it. Whatever else this program does meanwhile counts as well.
 pub fn timed<T>(work: impl FnOnce() -> T) -> (T, Times) {
-    let (started, before) = (Instant::now(), processor_seconds());
+    let (started, before) = (Instant::now(), processor_ticks());
     let result = work();
-    let processor_seconds = processor_seconds().zip(before).map(|(after, before)| after - before);
+    let ticks = processor_ticks().zip(before).map(|(after, before)| after - before);
+    let processor_seconds = ticks.map(|ticks| ticks as f64 / TICKS);
     (result, Times { seconds: started.elapsed().as_secs_f64(), processor_seconds })
 }
 
-/// Processor seconds used so far, by user and system, to a hundredth.
-fn processor_seconds() -> Option<f64> {
+/// Ticks of the processor used so far, by user and system.
+fn processor_ticks() -> Option<u64> {
     let text = std::fs::read_to_string("/proc/self/stat").ok()?;
     // The second field is the program's name in brackets, which may hold anything.
     let fields: Vec<&str> = text.rsplit_once(')')?.1.split_whitespace().collect();
-    let ticks = |number: usize| fields.get(number)?.parse::<f64>().ok();
-    Some((ticks(11)? + ticks(12)?) / TICKS)
+    let ticks = |number: usize| fields.get(number)?.parse::<u64>().ok();
+    Some(ticks(11)? + ticks(12)?)
 }
 
 #[cfg(test)]

@@ -122,7 +122,7 @@ fn figures(entry: &Entry) -> String {
             "coverage, evenness",
             format!("{}, {}", number("/copying/coverage", 2), number("/copying/evenness", 2)),
         ));
-        rows.push(("largest piece", format!("{:.0} % of the exemplar", 100.0 * piece)));
+        rows.push(("largest piece", format!("{:.0} %", 100.0 * piece)));
     }
     let mut html = time;
     if let Some(chosen) = &entry.chosen {

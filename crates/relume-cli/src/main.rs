@@ -4,6 +4,7 @@
 //! Outputs appear whole or not at all ([`output`]). Exit status: 0 done, 1 failure, 2 wrong usage.
 
 mod args;
+mod clock;
 mod context;
 mod gathered;
 mod input;

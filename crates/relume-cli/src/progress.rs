@@ -1,19 +1,23 @@
 //! A progress bar with time left on standard error, and only where that is a terminal.
 
-use std::sync::Mutex;
+use std::sync::{Mutex, MutexGuard};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 /// The library's progress drawn as a bar.
 #[derive(Debug, Default)]
-pub struct Bar(Mutex<Option<ProgressBar>>);
+pub struct Bar {
+    current: Mutex<Option<ProgressBar>>,
+    part: Mutex<String>,
+}
 
 impl relume::Progress for Bar {
     fn start(&self, what: &str, steps: u64) {
-        let style = ProgressStyle::with_template("{msg:<28} {wide_bar} {pos}/{len}  {eta} left")
+        let style = ProgressStyle::with_template("{prefix}{msg:<28} {wide_bar} {pos}/{len}  {eta} left")
             .expect("the template is valid");
         // indicatif draws nothing where standard error is not a terminal.
         let bar = ProgressBar::with_draw_target(Some(steps), ProgressDrawTarget::stderr()).with_style(style);
+        bar.set_prefix(self.part().clone());
         bar.set_message(what.to_owned());
         if let Some(finished) = self.current().replace(bar) {
             finished.finish_and_clear();
@@ -35,7 +39,16 @@ impl Bar {
         }
     }
 
-    fn current(&self) -> std::sync::MutexGuard<'_, Option<ProgressBar>> {
-        self.0.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+    /// Says before all bars that follow which part of a longer job they belong to.
+    pub fn set_part(&self, part: String) {
+        *self.part() = part;
+    }
+
+    fn part(&self) -> MutexGuard<'_, String> {
+        self.part.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+    }
+
+    fn current(&self) -> MutexGuard<'_, Option<ProgressBar>> {
+        self.current.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
     }
 }

@@ -3,7 +3,8 @@
 use std::fmt::Write;
 use std::path::PathBuf;
 
-use relume::analysis::{Analysis, analyze, blocks::Drift, draw};
+use relume::analysis::advice::Way;
+use relume::analysis::{Analysis, advise, analyze, blocks::Drift, draw};
 use relume::field::{Domain, IndexSpace, Metric};
 use relume::format::{Depth, PictureFormat, encode_picture};
 use relume::numeric::periods::Pattern;
@@ -49,13 +50,36 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     }
     let taken = args.output.as_deref().is_some_and(output::is_stream);
     let mut json = json!(found);
-    json["advice"] = json!(found.advice());
+    let advice = advise(&found, planes.size());
+    json["advice"] = json!(advice);
     json["output"] = json!(args.output);
-    Ok(Report::new(text(args, &found), json).with_stdout_taken(taken))
+    let ways: Vec<String> = advice.ways.iter().map(|way| way_in_words(*way)).collect();
+    let text = format!(
+        "{}: {}\n{}\n  to try       {} (--method auto does)",
+        args.file.display(),
+        advice.reason,
+        describe(&found),
+        ways.join(", ")
+    );
+    Ok(Report::new(text + &warnings(&found), json).with_stdout_taken(taken))
 }
 
-fn text(args: &Args, found: &Analysis) -> String {
-    let mut text = format!("{}: {}\n", args.file.display(), found.advice());
+/// A way of synthesis as options of `relume synth`.
+fn way_in_words(way: Way) -> String {
+    match way {
+        Way::Quilting { block, overlap } => format!("--block {block} --overlap {overlap}"),
+        Way::Roller { tiles } => format!("--method roller --tiles {tiles}"),
+    }
+}
+
+/// What may spoil synthesis, a line each, each after a line break.
+pub fn warnings(found: &Analysis) -> String {
+    found.warnings.iter().map(|warning| format!("\nwarning: {}", warning.sentence())).collect()
+}
+
+/// What was measured, in lines without a final break.
+pub fn describe(found: &Analysis) -> String {
+    let mut text = String::new();
     let share = 100.0 * found.periods.share;
     let _ = match found.periods.pattern {
         Pattern::None => writeln!(text, "  periods      none"),
@@ -90,8 +114,5 @@ fn text(args: &Args, found: &Analysis) -> String {
         |[x, y]: [Drift; 2]| format!("x {:.2} times, y {:.2} times from side to side", x.factor, y.factor);
     let _ = writeln!(text, "  scale        {}", drift(found.scale));
     let _ = write!(text, "  contrast     {}", drift(found.contrast));
-    for warning in &found.warnings {
-        let _ = write!(text, "\nwarning: {}", warning.sentence());
-    }
     text
 }

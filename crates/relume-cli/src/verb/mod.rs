@@ -11,6 +11,7 @@ mod demo;
 mod endless;
 mod fill;
 mod fit;
+mod gallery;
 mod height;
 mod info;
 mod match_histogram;
@@ -23,9 +24,12 @@ mod roll;
 mod synth;
 mod tileable;
 
-use clap::Subcommand;
-use relume::Result;
+use std::ffi::OsString;
 
+use clap::{Parser, Subcommand};
+use relume::{Error, Result};
+
+use crate::Cli;
 use crate::context::Context;
 use crate::report::Report;
 
@@ -44,6 +48,8 @@ pub enum Verb {
     Analyze(analyze::Args),
     /// Say how far a texture is from another
     Compare(compare::Args),
+    /// Run all methods of synthesis on a folder of exemplars, and measure them, on one page
+    Gallery(gallery::Args),
     /// Find the height map of a surface from photographs, functions or normals
     Height(height::Args),
     /// Say what a file holds
@@ -75,6 +81,7 @@ pub fn run(verb: Verb, context: &Context) -> Result<Report> {
         Verb::Fit(args) => fit::run(&args, context),
         Verb::Analyze(args) => analyze::run(&args, context),
         Verb::Compare(args) => compare::run(&args, context),
+        Verb::Gallery(args) => gallery::run(&args, context),
         Verb::Height(args) => height::run(&args, context),
         Verb::Info(args) => info::run(&args, context),
         Verb::Procedural(args) => procedural::run(&args, context),
@@ -86,4 +93,11 @@ pub fn run(verb: Verb, context: &Context) -> Result<Report> {
         Verb::Synth(args) => synth::run(&args, context),
         Verb::Tileable(args) => tileable::run(&args, context),
     }
+}
+
+/// Runs a verb as if these words had been typed after `relume`.
+fn run_typed(words: impl IntoIterator<Item: Into<OsString>>, context: &Context) -> Result<Report> {
+    let typed = std::iter::once(OsString::from("relume")).chain(words.into_iter().map(Into::into));
+    let cli = Cli::try_parse_from(typed).map_err(|e| Error::usage(e.to_string()))?;
+    run(cli.verb, context)
 }

@@ -8,14 +8,17 @@
 //! - [`orientation`]: the main direction, by the structure tensor;
 //! - [`feature`]: the size of features, by the autocorrelation;
 //! - [`blocks`]: whether scale and contrast are the same everywhere;
+//! - [`advice`]: which methods suit;
 //! - [`draw()`]: all of it in one picture.
 
+pub mod advice;
 pub mod blocks;
 mod draw;
 pub mod feature;
 pub mod orientation;
 pub mod trend;
 
+pub use advice::{Advice, advise};
 pub use draw::draw;
 
 use serde::Serialize;
@@ -95,27 +98,6 @@ impl Warning {
             Self::TooSmall => {
                 "the picture holds only a few features: synthesis will repeat them visibly; take a larger sample"
             }
-        }
-    }
-}
-
-impl Analysis {
-    /// What kind of texture it is and which methods suit, in a sentence.
-    pub fn advice(&self) -> &'static str {
-        match self.periods.pattern {
-            Pattern::Lattice(_) => {
-                "regular: synthesise with blocks of at least one period, or with tiles of whole periods"
-            }
-            Pattern::Stripes(_) => {
-                "striped: blocks must hold several stripes; along the stripes any length can be copied"
-            }
-            Pattern::None if self.orientation.coherence > 0.4 => {
-                "oriented without a period: use blocks of three to eight features; noise by example will blur it"
-            }
-            Pattern::None if self.kurtosis < 4.0 => {
-                "random without edges: any method works, and noise models suit it"
-            }
-            Pattern::None => "irregular with edges: use blocks of three to eight features, joined along cuts",
         }
     }
 }

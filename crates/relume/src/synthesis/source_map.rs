@@ -54,8 +54,20 @@ impl SourceMap {
     /// # Panics
     /// When there is not one source for each texel.
     pub(super) fn new(size: Size, exemplars: &[Exemplar<'_>], copies: Vec<Texel>) -> Self {
-        assert_eq!(copies.len(), size.texels(), "one source for each texel");
         let exemplars = exemplars.iter().map(|e| e.index.size()).collect();
+        Self::of_sizes(size, exemplars, copies)
+    }
+
+    /// Another map of copies of the same exemplars.
+    ///
+    /// # Panics
+    /// When there is not one source for each texel.
+    pub(super) fn with_copies(&self, size: Size, copies: Vec<Texel>) -> Self {
+        Self::of_sizes(size, self.exemplars.clone(), copies)
+    }
+
+    fn of_sizes(size: Size, exemplars: Vec<Size>, copies: Vec<Texel>) -> Self {
+        assert_eq!(copies.len(), size.texels(), "one source for each texel");
         Self { size, exemplars, copies, mixed: Vec::new(), part_ends: Vec::new(), parts: Vec::new() }
     }
 

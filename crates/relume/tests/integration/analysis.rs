@@ -43,8 +43,7 @@ fn tilted(planes: &Planes, near: f64) -> Planes {
     out
 }
 
-/// The built-in materials that look alike everywhere. Fire does not; wood does, but the analysis takes
-/// its straight grain of two texels for a lattice.
+/// The built-in materials that look alike everywhere and are no stripes. Fire does not; wood is.
 const EVEN: [Material; 7] = [
     Material::Sponge,
     Material::Weave,
@@ -78,6 +77,19 @@ fn only_the_weave_repeats_and_none_is_faulty() {
                 assert_eq!((kind == Material::Weave, pattern), (false, Pattern::None), "{}", kind.name())
             }
         }
+    }
+}
+
+/// Was taken for a lattice: the rings of a plank are as far apart as the material says. Where few of
+/// them fit, too little repeats.
+#[test]
+fn the_rings_of_wood_are_stripes_or_nothing() {
+    let few = found(&material(Material::Wood, 256, 24.0));
+    assert_eq!(few.periods.pattern, Pattern::None, "{few:?}");
+    for feature in [12.0, 16.0] {
+        let found = found(&material(Material::Wood, 256, feature));
+        let Pattern::Stripes([x, y]) = found.periods.pattern else { panic!("{feature}: {found:?}") };
+        assert!((x - feature / 4.0).abs() < 0.1 && y.abs() < 0.2, "{feature}: {found:?}");
     }
 }
 

@@ -4,12 +4,10 @@ mod page;
 
 use std::path::{Path, PathBuf};
 
-use clap::Parser;
 use relume::procedural::Material;
 use relume::{Error, Result};
 use serde_json::json;
 
-use crate::Cli;
 use crate::context::Context;
 use crate::output::Folder;
 use crate::report::Report;
@@ -55,7 +53,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let folder = Folder::stage(&args.output, context)?;
     let reports = COMMANDS
         .iter()
-        .map(|command| run_command(&words(command, args, folder.path()), context))
+        .map(|command| super::run_typed(words(command, args, folder.path()), context))
         .collect::<Result<Vec<Report>>>()?;
     let shown: Vec<String> =
         COMMANDS.iter().map(|c| format!("relume {}", words(c, args, &args.output).join(" "))).collect();
@@ -75,11 +73,4 @@ fn words(command: &str, args: &Args, folder: &Path) -> Vec<String> {
         _ => word.replace("DIR", &folder.display().to_string()),
     };
     command.split(' ').map(fill).collect()
-}
-
-/// Runs a verb as if it had been typed.
-fn run_command(words: &[String], context: &Context) -> Result<Report> {
-    let typed = std::iter::once("relume").chain(words.iter().map(String::as_str));
-    let cli = Cli::try_parse_from(typed).map_err(|e| Error::usage(e.to_string()))?;
-    super::run(cli.verb, context)
 }

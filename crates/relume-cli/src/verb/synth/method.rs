@@ -8,9 +8,11 @@ use relume::synthesis::pixel::{
     wei_levoy,
 };
 use relume::synthesis::{BlockOptions, Exemplar, SourceMap, synthesize};
-use relume::{Error, Result, Size};
+use relume::{Error, ReflectanceField, Result, Size};
 use serde_json::{Value, json};
 
+use super::auto::Auto;
+use super::roller::Laid;
 use crate::context::Context;
 use crate::report::Report;
 
@@ -18,7 +20,8 @@ use crate::report::Report;
 #[derive(Debug, clap::Args)]
 #[group(skip)]
 pub struct Args {
-    /// How the texture is made: from blocks, texel by texel, or as an endless plane of noise
+    /// How the texture is made: from blocks, texel by texel, of tiles of whole periods, as an endless
+    /// plane of noise, or in the way that measures best of those an analysis advises
     #[arg(long, default_value = "quilting", value_parser = method())]
     method: Method,
     /// Side of the window of texels that is compared, odd; alone it must hold the texture's largest
@@ -42,6 +45,12 @@ pub struct Args {
     /// How much parts of the exemplar are avoided that are used more than evenly [default: 0.3]
     #[arg(long, value_name = "U", help_heading = "Options of the pixel methods")]
     uniformity: Option<f64>,
+    /// Tiles of the Roller [default: 4]
+    #[arg(long, value_name = "K", help_heading = "Options of the roller and of auto")]
+    tiles: Option<usize>,
+    /// Textures that auto makes to choose from; 1 takes what the analysis advises [default: 6]
+    #[arg(long, value_name = "N", help_heading = "Options of the roller and of auto")]
+    tries: Option<usize>,
 }
 
 /// What makes a texture.
@@ -51,11 +60,21 @@ enum Method {
     EfrosLeung,
     WeiLevoy,
     PatchMatch,
+    Roller,
     Noise,
+    Auto,
 }
 
 impl Method {
-    const ALL: [Self; 5] = [Self::Quilting, Self::EfrosLeung, Self::WeiLevoy, Self::PatchMatch, Self::Noise];
+    const ALL: [Self; 7] = [
+        Self::Quilting,
+        Self::EfrosLeung,
+        Self::WeiLevoy,
+        Self::PatchMatch,
+        Self::Roller,
+        Self::Noise,
+        Self::Auto,
+    ];
 
     fn name(self) -> &'static str {
         match self {
@@ -63,7 +82,9 @@ impl Method {
             Self::EfrosLeung => "efros-leung",
             Self::WeiLevoy => "wei-levoy",
             Self::PatchMatch => "patchmatch",
+            Self::Roller => "roller",
             Self::Noise => "noise",
+            Self::Auto => "auto",
         }
     }
 }
@@ -85,6 +106,10 @@ pub enum Plan {
     WeiLevoy(WeiLevoyOptions),
     /// The whole improved by matches of its patches, coarse to fine.
     PatchMatch(PatchMatchOptions),
+    /// Tiles of whole periods.
+    Roller(Laid),
+    /// The best by measure of several of these.
+    Auto(Auto),
 }
 
 impl Plan {
@@ -135,14 +160,20 @@ impl Plan {
                 options.validate()?;
                 Ok(Self::PatchMatch(options))
             }
+            Method::Roller => {
+                let tiles = args.tiles.unwrap_or(Laid::TILES);
+                Ok(Self::Roller(Laid::new(tiles, &blocks)?))
+            }
+            Method::Auto => Ok(Self::Auto(Auto::new(args.tries, blocks)?)),
             Method::Noise => Err(Error::usage("--method noise makes windows of an endless plane only")),
         }
     }
 
-    /// Makes the texture, and says how it came about.
+    /// Makes the texture, and says how it came about. `fields` are what the exemplars are index planes of.
     pub fn run(
         &self,
         args: &super::Args,
+        fields: &[&ReflectanceField],
         exemplars: &[Exemplar<'_>],
         context: &Context,
     ) -> Result<(SourceMap, Report)> {
@@ -165,6 +196,8 @@ impl Plan {
                 let (map, optimised) = patch_match(exemplars, options, limits, progress)?;
                 (map, describe_optimisation(options, &optimised))
             }
+            Self::Roller(laid) => return laid.run(args, exemplars, context),
+            Self::Auto(auto) => return auto.run(args, fields, exemplars, context),
         };
         let report = texel_report(args, map.size(), &how, json);
         Ok((map, report))
@@ -237,7 +270,9 @@ impl Args {
     /// Refuses options of another method than the chosen one.
     fn refuse_strangers(&self) -> Result<()> {
         use Method::{EfrosLeung, PatchMatch, WeiLevoy};
-        let given: [(&str, bool, &[Method]); 6] = [
+        let given: [(&str, bool, &[Method]); 8] = [
+            ("--tiles", self.tiles.is_some(), &[Method::Roller]),
+            ("--tries", self.tries.is_some(), &[Method::Auto]),
             ("--neighbourhood", self.neighbourhood.is_some(), &[EfrosLeung, WeiLevoy, PatchMatch]),
             ("--epsilon", self.epsilon.is_some(), &[EfrosLeung]),
             ("--levels", self.levels.is_some(), &[WeiLevoy, PatchMatch]),

@@ -1,9 +1,11 @@
 //! `relume synth`: a new texture of any size from blocks or texels of exemplars, or any part of the
 //! endless plane that tiles, noise or a model make.
 //!
-//! [`method`] holds what differs between the methods.
+//! [`method`] holds what differs between the methods; [`auto`] chooses among them by measuring.
 
+mod auto;
 mod method;
+mod roller;
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -42,9 +44,9 @@ pub struct Args {
     endless: endless::EndlessArgs,
     #[command(flatten)]
     method: method::Args,
-    /// Side of the blocks in texels
-    #[arg(long, value_name = "N", default_value_t = 32)]
-    block: usize,
+    /// Side of the blocks in texels [default: 32, or as auto chooses]
+    #[arg(long, value_name = "N")]
+    block: Option<usize>,
     /// Texels by which blocks overlap [default: a sixth of the block]
     #[arg(long, value_name = "N")]
     overlap: Option<usize>,
@@ -157,10 +159,12 @@ fn endless_job(args: &Args) -> endless::Job<'_> {
 }
 
 fn options(args: &Args) -> BlockOptions {
+    let default = BlockOptions::default();
+    let block = args.block.unwrap_or(default.block);
     BlockOptions {
-        size: args.size.unwrap_or(BlockOptions::default().size),
-        block: args.block,
-        overlap: args.overlap.unwrap_or_else(|| BlockOptions::customary_overlap(args.block)),
+        size: args.size.unwrap_or(default.size),
+        block,
+        overlap: args.overlap.unwrap_or_else(|| BlockOptions::customary_overlap(block)),
         tolerance: args.delta.map_or(Tolerance::Relative(args.tolerance), Tolerance::Absolute),
         blend: args.blend,
         feather: args.feather,
@@ -282,7 +286,8 @@ fn synthesise(
     let excluded = (0..index.len()).map(|i| masks.get(i).map(Vec::as_slice));
     let exemplars: Vec<Exemplar<'_>> =
         index.iter().zip(excluded).map(|(index, excluded)| Exemplar { index, excluded }).collect();
-    plan.run(args, &exemplars, context)
+    let fields: Vec<&ReflectanceField> = files.iter().map(|file| &file.field).collect();
+    plan.run(args, &fields, &exemplars, context)
 }
 
 /// The excluded texels of each exemplar: those whose mask is brighter than half.

@@ -12,7 +12,9 @@ const SPAN: i32 = 3;
 const STEPS: u8 = 4;
 /// Lattice points that must be seen: the two vectors, their sum and their difference.
 const LEAST_POINTS: usize = 4;
-/// The correlation must fall between lattice points along both vectors, by this part of the share.
+/// The correlation must fall between lattice points along both vectors and their sum, by this part
+/// of the share. Stripes pass along two of them at most: counted in stripes, one of any two whole
+/// numbers and their sum is even, so that one of the three places half-way lies on a stripe.
 const LEAST_CONTRAST: f64 = 0.25;
 
 /// A lattice and how much of the variance repeats with it.
@@ -21,8 +23,9 @@ pub struct Judged {
     pub lattice: Lattice,
     pub share: f64,
     points: usize,
-    /// The mean fall of the correlation half-way to the next lattice point, along each vector.
-    contrast: [f64; 2],
+    /// The mean fall of the correlation half-way to the next lattice point, along each vector and
+    /// their sum.
+    contrast: [f64; 3],
 }
 
 /// The best lattice of pairs of candidates, if it is one.
@@ -49,7 +52,7 @@ impl Judged {
 fn judge(correlation: &Autocorrelation, lattice: Lattice) -> Judged {
     let sample = |ij: [f64; 2]| correlation.sample(lattice.point(ij));
     let centre = 0.3 * lattice.basis().map(length).into_iter().fold(f64::INFINITY, f64::min);
-    let (mut tally, mut contrast) = (Tally::default(), [0.0; 2]);
+    let (mut tally, mut contrast) = (Tally::default(), [0.0; 3]);
     for [i, j] in Lattice::half(SPAN).filter(|&ij| correlation.covers(lattice.point(ij))) {
         let here = sample([i, j]);
         tally.add_point(here);
@@ -57,6 +60,7 @@ fn judge(correlation: &Autocorrelation, lattice: Lattice) -> Judged {
         let left = if i < 0.0 { -1.0 } else { 1.0 };
         contrast[0] += here - sample([i - 0.5 * left, j]);
         contrast[1] += here - sample([i, j - 0.5]);
+        contrast[2] += here - sample([i - 0.5 * left, j - 0.5]);
         for (s, t) in steps() {
             let place = lattice.point([i - s * left, j - t]);
             if length(place) > centre {

@@ -54,6 +54,24 @@ fn assert_lattice(found: Periods, truth: Lattice, within: f64) {
     assert!((cells - 1.0).abs() < 0.05, "{lattice:?} holds {cells} cells of {truth:?}");
 }
 
+/// Was called a lattice of two shifts along the stripes: wood, whose rings lie at one distance and
+/// resemble themselves less and less along the grain.
+#[test]
+fn stripes_that_change_along_themselves_are_no_lattice() {
+    let size = Size::new(160, 150);
+    for (period, seed) in [(4.0, 1), (5.3, 2), (7.0, 3)] {
+        let bend = noise(Size::new(1, 150), 25.0, seed);
+        let streaks = noise(size, 2.0, seed + 10);
+        let stripes = planes(size, |x, y| {
+            let phase = x / period + 0.15 * f64::from(bend.as_slice()[y as usize]);
+            (TAU * phase).cos() + 0.3 * f64::from(streaks.at(0, x as usize, y as usize))
+        });
+        let found = periods(&stripes);
+        let Pattern::Stripes(across) = found.pattern else { panic!("{period}: {found:?}") };
+        assert!((length(across) - period).abs() < 0.1 && across[1].abs() < 0.3, "{period}: {found:?}");
+    }
+}
+
 #[test]
 fn planted_lattices_are_found_to_a_fraction_of_a_texel() {
     let lattices = [

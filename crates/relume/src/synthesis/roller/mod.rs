@@ -16,11 +16,13 @@
 //! - [`further`]: other parts that fit the border of the first tile;
 //! - [`ring`]: a closed cut puts each of them inside that border;
 //! - [`seams`]: how steps across the cuts compare with those inside;
-//! - [`Endless`]: the plane of tiles, each chosen by a hash of the seed and its cell.
+//! - [`Endless`]: the plane of tiles, each chosen by a hash of the seed and its cell;
+//! - [`lay()`]: a part of it as a source map.
 //!
 //! Deciding errors are sums of integers; the result does not depend on threads.
 
 pub mod further;
+mod lay;
 mod make;
 pub mod options;
 pub mod profile;
@@ -31,6 +33,7 @@ mod tile_set;
 pub mod toroidal;
 
 pub use crate::numeric::endless::Endless;
+pub use lay::lay;
 pub use make::{Report, Rolled, roll};
 pub use options::RollerOptions;
 pub use seams::Seams;

@@ -1,0 +1,236 @@
+//! One exemplar with the textures that all methods make of it, and one such texture.
+
+use std::ffi::OsString;
+use std::fs;
+use std::path::Path;
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use relume::{Error, Result, Size};
+use serde::Serialize;
+use serde_json::Value;
+
+use super::Args;
+use crate::clock::{Times, timed};
+use crate::context::Context;
+use crate::input;
+use crate::verb::run_typed;
+
+/// The light of the pictures on the page: from the upper left, so that relief shows.
+const LIGHT: &str = "--light=-0.45,0.45,0.77";
+
+/// From this part of the exemplar on, a largest piece makes a texture a verbatim copy.
+const COPY: f64 = 0.5;
+
+/// An exemplar and what was made of it.
+#[derive(Debug, Serialize)]
+pub struct Exemplar {
+    /// Its file's name.
+    pub name: String,
+    pub width: usize,
+    pub height: usize,
+    /// The size of the textures.
+    pub output_width: usize,
+    pub output_height: usize,
+    /// What `relume analyze` says, or why it says nothing.
+    pub analysis: Value,
+    pub entries: Vec<Entry>,
+    /// A JPEG of it in base64, for the page alone.
+    #[serde(skip)]
+    pub preview: Option<String>,
+}
+
+/// A texture, or why there is none.
+#[derive(Debug, Serialize)]
+pub struct Entry {
+    pub method: String,
+    /// The command that makes it.
+    pub command: String,
+    /// What the method chose by itself, as options.
+    pub chosen: Option<String>,
+    /// The time to make it, without the measuring.
+    #[serde(flatten)]
+    pub times: Times,
+    /// The texture's file in the gallery's folder.
+    pub file: Option<String>,
+    /// The sentence that says why there is no texture, or no measure.
+    pub error: Option<String>,
+    /// What `relume compare --texture` says.
+    pub measures: Option<Value>,
+    /// The largest piece that is copied as it stands, as a part of the exemplar.
+    pub largest_piece: Option<f64>,
+    /// The nearest to the exemplar that is no verbatim copy of it, by the patch distance.
+    pub is_best: bool,
+    #[serde(skip)]
+    pub preview: Option<String>,
+}
+
+impl Exemplar {
+    /// Runs all methods on a file; `place` says which of the files it is.
+    pub fn run(file: &Path, args: &Args, stage: &Path, place: &str, context: &Context) -> Result<Self> {
+        let name = file.file_name().unwrap_or(file.as_os_str());
+        context.progress.set_part(format!("{place}{} ", name.to_string_lossy()));
+        let size = input::field(file, &context.limits).map(|read| read.field.size());
+        let folder = stage.join(name);
+        fs::create_dir(&folder).map_err(|e| Error::io("cannot create the folder", &e).at(&folder))?;
+        let scratch = tempfile::tempdir_in(stage)
+            .map_err(|e| Error::io("cannot create a folder for a while", &e).at(stage))?;
+        let doubled = |side: &Size| Size::new(2 * side.width, 2 * side.height);
+        let output = args.size.or(size.as_ref().ok().map(doubled)).unwrap_or(Size::new(0, 0));
+        let job = Job {
+            file,
+            name: name.to_string_lossy().into_owned(),
+            folder: &folder,
+            scratch: scratch.path(),
+            output,
+            args,
+            context,
+        };
+        let analysis = run_typed(words(&["analyze", "--"], &[file]), context);
+        let mut exemplar = Self {
+            name: job.name.clone(),
+            width: size.as_ref().map_or(0, |size| size.width),
+            height: size.as_ref().map_or(0, |size| size.height),
+            output_width: output.width,
+            output_height: output.height,
+            analysis: analysis.map_or_else(|e| serde_json::json!({ "error": e.to_string() }), |r| r.json),
+            entries: Vec::new(),
+            preview: job.preview(file).ok(),
+        };
+        for method in &args.methods {
+            context.progress.set_part(format!("{place}{} {method} ", job.name));
+            let entry = match &size {
+                Ok(size) => job.entry(method, *size),
+                Err(error) => Entry::failed(method, String::new(), error.to_string()),
+            };
+            exemplar.entries.push(entry);
+        }
+        exemplar.mark_best();
+        Ok(exemplar)
+    }
+
+    fn mark_best(&mut self) {
+        let rivals = self.entries.iter_mut().filter(|entry| !entry.is_copy());
+        let near = rivals.filter_map(|entry| entry.figure("/mean/sliced").map(|distance| (distance, entry)));
+        if let Some((_, best)) = near.min_by(|a, b| a.0.total_cmp(&b.0)) {
+            best.is_best = true;
+        }
+    }
+}
+
+impl Entry {
+    fn failed(method: &str, command: String, error: String) -> Self {
+        Self {
+            method: method.to_owned(),
+            command,
+            chosen: None,
+            times: Times { seconds: 0.0, processor_seconds: None },
+            file: None,
+            error: Some(error),
+            measures: None,
+            largest_piece: None,
+            is_best: false,
+            preview: None,
+        }
+    }
+
+    /// A figure by its place in the measures.
+    pub fn figure(&self, pointer: &str) -> Option<f64> {
+        self.measures.as_ref()?.pointer(pointer)?.as_f64()
+    }
+
+    /// Whether it copies most of the exemplar as it stands.
+    pub fn is_copy(&self) -> bool {
+        self.largest_piece.is_some_and(|piece| piece > COPY)
+    }
+}
+
+/// What all methods are run on.
+struct Job<'a> {
+    file: &'a Path,
+    name: String,
+    folder: &'a Path,
+    scratch: &'a Path,
+    output: Size,
+    args: &'a Args,
+    context: &'a Context,
+}
+
+impl Job<'_> {
+    fn entry(&self, method: &str, exemplar: Size) -> Entry {
+        let (size, seed) =
+            (format!("{}x{}", self.output.width, self.output.height), self.args.seed.to_string());
+        let texture = format!("{method}.{}", self.ending());
+        let options = ["synth", "--method", method, "--size", &size, "--seed", &seed];
+        let command = format!("relume {} -o {texture} {}", options.join(" "), self.name);
+        let (target, sources) = (self.folder.join(&texture), self.scratch.join(format!("{method}.npy")));
+        let mut typed = words(&options, &[]);
+        typed.extend(words(&["-o"], &[&target]));
+        // Noise is blended: it has no sources.
+        let has_sources = method != "noise";
+        if has_sources {
+            typed.extend(words(&["--source-map"], &[&sources]));
+        }
+        typed.extend(words(&["--"], &[self.file]));
+        let (made, times) = timed(|| run_typed(typed, self.context));
+        let made = match made {
+            Ok(report) => report.json,
+            Err(error) => return Entry { times, ..Entry::failed(method, command, self.sentence(&error)) },
+        };
+        let measures = self.measures(&target, has_sources.then_some(&sources));
+        let piece = |measures: &Value| measures.pointer("/copying/largest_piece")?.as_f64();
+        Entry {
+            method: method.to_owned(),
+            command,
+            chosen: made.pointer("/auto/options").and_then(Value::as_str).map(str::to_owned),
+            times,
+            file: Some(format!("{}/{texture}", self.name)),
+            error: measures.as_ref().err().map(|e| self.sentence(e)),
+            largest_piece: measures.as_ref().ok().and_then(piece).map(|n| n / exemplar.texels() as f64),
+            measures: measures.ok(),
+            is_best: false,
+            preview: self.preview(&target).ok(),
+        }
+    }
+
+    fn measures(&self, texture: &Path, sources: Option<&std::path::PathBuf>) -> Result<Value> {
+        let lights = self.args.lights.to_string();
+        let mut typed = words(&["compare", "--texture", "--lights", &lights], &[]);
+        if let Some(sources) = sources {
+            typed.extend(words(&["--source-map"], &[sources]));
+        }
+        typed.extend(words(&["--"], &[self.file, texture]));
+        Ok(run_typed(typed, self.context)?.json)
+    }
+
+    /// What an error says, with the names that files have when all is done.
+    fn sentence(&self, error: &Error) -> String {
+        let stage = self.folder.parent().unwrap_or(self.folder);
+        error.to_string().replace(&*stage.to_string_lossy(), &self.args.output.to_string_lossy())
+    }
+
+    /// A JPEG of a texture under one light, in base64.
+    fn preview(&self, texture: &Path) -> Result<String> {
+        let number = fs::read_dir(self.scratch).map_or(0, Iterator::count);
+        let picture = self.scratch.join(format!("{number}.jpg"));
+        let mut typed = words(&["relight", LIGHT, "-o"], &[&picture]);
+        typed.extend(words(&["--"], &[texture]));
+        run_typed(typed, self.context)?;
+        let bytes = fs::read(&picture).map_err(|e| Error::io("cannot read the file", &e).at(&picture))?;
+        Ok(STANDARD.encode(bytes))
+    }
+
+    /// The kind of file that keeps all an exemplar has: JPEG and TIFF become PNG.
+    fn ending(&self) -> &'static str {
+        let ending = self.file.extension().map(|e| e.to_string_lossy().to_lowercase());
+        match ending.as_deref() {
+            Some("ptm") => "ptm",
+            Some("exr") => "exr",
+            _ => "png",
+        }
+    }
+}
+
+fn words(texts: &[&str], paths: &[&Path]) -> Vec<OsString> {
+    texts.iter().map(OsString::from).chain(paths.iter().map(OsString::from)).collect()
+}

@@ -1,0 +1,97 @@
+//! `relume gallery`: all methods of synthesis on each exemplar of a folder, measured, on one page.
+//!
+//! Every entry is made and measured by the program's own verbs (`synth`, `compare --texture`), so that the
+//! commands on the page repeat it. A method that fails or refuses is an entry with its sentence.
+
+mod entry;
+mod page;
+mod table;
+
+use std::path::{Path, PathBuf};
+
+use clap::builder::PossibleValuesParser;
+use relume::{Error, Result, Size};
+use serde_json::json;
+
+use crate::args;
+use crate::context::Context;
+use crate::output::{self, Folder};
+use crate::report::Report;
+use entry::Exemplar;
+
+/// The methods, in the order of the page.
+const METHODS: [&str; 7] = ["quilting", "efros-leung", "wei-levoy", "patchmatch", "roller", "noise", "auto"];
+
+/// Endings of files that may be exemplars.
+const ENDINGS: [&str; 7] = ["png", "jpg", "jpeg", "tif", "tiff", "exr", "ptm"];
+
+/// Arguments of `relume gallery`.
+#[derive(Debug, clap::Args)]
+#[command(
+    after_help = "Example:\n  relume gallery exemplars -o gallery --size 256 --methods quilting,auto\n\
+                        then open gallery/index.html in a browser. docs/measures.md says what the figures mean."
+)]
+pub struct Args {
+    /// A folder of exemplars: .ptm, .exr or pictures; everything else in it is left alone
+    folder: PathBuf,
+    /// The folder to write: index.html, gallery.json, gallery.csv, and a folder of textures for each
+    /// exemplar
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+    /// Width and height of the textures in texels [default: twice those of the exemplar]
+    #[arg(long, value_name = "WxH", value_parser = args::size)]
+    size: Option<Size>,
+    /// The methods to run
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = PossibleValuesParser::new(METHODS))]
+    #[arg(default_values = METHODS)]
+    methods: Vec<String>,
+    /// Another seed gives other textures
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    seed: u64,
+    /// Lights under which functions are compared
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..=1000))]
+    lights: u16,
+}
+
+/// Makes everything, and writes the page and the tables.
+pub fn run(args: &Args, context: &Context) -> Result<Report> {
+    let files = files(&args.folder)?;
+    let folder = Folder::stage(&args.output, context)?;
+    let mut exemplars = Vec::new();
+    for (number, file) in files.iter().enumerate() {
+        let place = format!("{}/{} ", number + 1, files.len());
+        exemplars.push(Exemplar::run(file, args, folder.path(), &place, context)?);
+    }
+    context.progress.set_part(String::new());
+    let json = json!({
+        "page": args.output.join("index.html"),
+        "seed": args.seed,
+        "exemplars": exemplars,
+    });
+    folder.add("gallery.json", format!("{json:#}\n").as_bytes())?;
+    folder.add("gallery.csv", table::csv(&exemplars).as_bytes())?;
+    folder.add("index.html", page::html(&exemplars, args).as_bytes())?;
+    folder.commit()?;
+    let index = args.output.join("index.html");
+    let text = format!("{}Open {} in a browser.", table::text(&exemplars), index.display());
+    Ok(Report::new(text, json))
+}
+
+/// The exemplars of a folder, by name.
+fn files(folder: &Path) -> Result<Vec<PathBuf>> {
+    if output::is_stream(folder) {
+        return Err(Error::usage("exemplars are read from a folder: name one instead of -"));
+    }
+    let failed = |e: &std::io::Error| Error::io("cannot read the folder", e).at(folder);
+    let entries = std::fs::read_dir(folder).map_err(|e| failed(&e))?;
+    let paths = entries.map(|entry| entry.map(|entry| entry.path()).map_err(|e| failed(&e)));
+    let mut paths = paths.collect::<Result<Vec<PathBuf>>>()?;
+    let ending = |path: &Path| path.extension().map(|e| e.to_string_lossy().to_lowercase());
+    paths.retain(|path| path.is_file() && ending(path).is_some_and(|e| ENDINGS.contains(&e.as_str())));
+    paths.sort();
+    if paths.is_empty() {
+        let message = format!("holds no exemplar: expected files that end in .{}", ENDINGS.join(", ."));
+        return Err(Error::usage(message).at(folder));
+    }
+    Ok(paths)
+}

@@ -1,0 +1,164 @@
+//! The gallery's page: one file with all pictures inside.
+
+use std::fmt::Write;
+
+use serde_json::Value;
+
+use super::Args;
+use super::entry::{Entry, Exemplar};
+
+const TEMPLATE: &str = include_str!("page.html");
+
+/// The page as HTML.
+pub fn html(exemplars: &[Exemplar], args: &Args) -> String {
+    let sections: String =
+        exemplars.iter().enumerate().map(|(number, exemplar)| section(number, exemplar)).collect();
+    let fields = [
+        ("folder", escaped(&args.folder.display().to_string())),
+        ("seed", args.seed.to_string()),
+        ("summary", summary(exemplars)),
+        ("sections", sections),
+    ];
+    fields
+        .iter()
+        .fold(TEMPLATE.to_owned(), |page, (name, value)| page.replace(&format!("{{{{{name}}}}}"), value))
+}
+
+/// The table of patch distances.
+fn summary(exemplars: &[Exemplar]) -> String {
+    let mut html = "<table><thead><tr><th></th>".to_owned();
+    for entry in exemplars.first().map_or(&[][..], |first| &first.entries) {
+        let _ = write!(html, "<th>{}</th>", escaped(&entry.method));
+    }
+    html.push_str("</tr></thead><tbody>");
+    for (number, exemplar) in exemplars.iter().enumerate() {
+        let _ = write!(html, "<tr><th><a href=\"#e{number}\">{}</a></th>", escaped(&exemplar.name));
+        exemplar.entries.iter().for_each(|entry| html.push_str(&cell(entry)));
+        html.push_str("</tr>");
+    }
+    html + "</tbody></table>"
+}
+
+fn cell(entry: &Entry) -> String {
+    let class = if entry.is_best {
+        " class=\"best\""
+    } else if entry.is_copy() {
+        " class=\"copy\""
+    } else {
+        ""
+    };
+    let why = escaped(entry.error.as_deref().unwrap_or_default());
+    match entry.figure("/mean/sliced") {
+        Some(distance) => format!("<td{class}>{distance:.4}</td>"),
+        None => format!("<td class=\"none\" title=\"{why}\">none</td>"),
+    }
+}
+
+/// An exemplar with its textures.
+fn section(number: usize, exemplar: &Exemplar) -> String {
+    let mut html = format!("<section id=\"e{number}\"><h2>{}</h2>", escaped(&exemplar.name));
+    let _ = write!(html, "<p class=\"dim\">{}</p>", about(exemplar));
+    html.push_str("<div class=\"row\">");
+    let size = format!("{} x {}", exemplar.width, exemplar.height);
+    html.push_str(&figure("exemplar", exemplar.preview.as_deref(), "", &size, ""));
+    for entry in &exemplar.entries {
+        let class = if entry.is_best { "best" } else { "" };
+        let figures = figures(entry);
+        html.push_str(&figure(&entry.method, entry.preview.as_deref(), class, &figures, &entry.command));
+    }
+    html + "</div></section>"
+}
+
+/// What the analysis says of an exemplar.
+fn about(exemplar: &Exemplar) -> String {
+    let text = |place: &str| exemplar.analysis.pointer(place).and_then(Value::as_str).map(escaped);
+    let mut html = text("/advice/reason").or(text("/error")).unwrap_or_default();
+    let warnings = exemplar.analysis["warnings"].as_array().map(Vec::as_slice).unwrap_or_default();
+    for warning in warnings.iter().filter_map(Value::as_str) {
+        let _ = write!(html, " <span class=\"warning\">{}</span>", escaped(&warning.replace('_', " ")));
+    }
+    let (width, height) = (exemplar.output_width, exemplar.output_height);
+    let _ = write!(html, "<br>Textures of {width} x {height} texels.");
+    html
+}
+
+fn figure(name: &str, preview: Option<&str>, class: &str, caption: &str, title: &str) -> String {
+    let picture = match preview {
+        Some(jpeg) => format!("<img alt=\"{0}\" src=\"data:image/jpeg;base64,{jpeg}\">", escaped(name)),
+        None => "<div class=\"missing\">no texture</div>".to_owned(),
+    };
+    format!(
+        "<figure class=\"{class}\" title=\"{}\">{picture}<figcaption><b>{}</b> {caption}</figcaption></figure>",
+        escaped(title),
+        escaped(name)
+    )
+}
+
+/// A texture's figures, or why there are none, as HTML.
+fn figures(entry: &Entry) -> String {
+    if let Some(error) = &entry.error {
+        return format!("<span class=\"error\">{}</span>", escaped(error));
+    }
+    let number = |place: &str, digits: usize| {
+        entry.figure(place).map_or("none".to_owned(), |value| format!("{value:.digits$}"))
+    };
+    let time = entry
+        .times
+        .processor_seconds
+        .map_or(format!("{:.2} s", entry.times.seconds), |processor| format!("{processor:.2} processor s"));
+    let mut rows = vec![
+        ("patches", number("/mean/sliced", 4)),
+        ("spectrum", format!("{} dB", number("/mean/spectrum_db", 2))),
+        ("steerable pyramid", number("/mean/steerable", 4)),
+        ("autocorrelation", number("/mean/autocorrelation", 3)),
+        (
+            "wrap",
+            format!("{}, {}", number("/wrap/right_to_left/ratio", 2), number("/wrap/bottom_to_top/ratio", 2)),
+        ),
+    ];
+    if let Some(piece) = entry.largest_piece {
+        rows.push(("cuts", number("/seams/ratio", 2)));
+        rows.push((
+            "coverage, evenness",
+            format!("{}, {}", number("/copying/coverage", 2), number("/copying/evenness", 2)),
+        ));
+        rows.push(("largest piece", format!("{:.0} %", 100.0 * piece)));
+    }
+    let mut html = time;
+    if let Some(chosen) = &entry.chosen {
+        let _ = write!(html, "<br><code>{}</code>", escaped(chosen));
+    }
+    html.push_str("<dl>");
+    for (name, value) in rows {
+        let _ = write!(html, "<dt>{name}</dt><dd>{value}</dd>");
+    }
+    html + "</dl>"
+}
+
+/// Text as HTML that shows it.
+fn escaped(text: &str) -> String {
+    let mut html = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => html.push_str("&amp;"),
+            '<' => html.push_str("&lt;"),
+            '>' => html.push_str("&gt;"),
+            '"' => html.push_str("&quot;"),
+            '\'' => html.push_str("&#39;"),
+            // The template's own marks must not come from names.
+            '{' => html.push_str("&#123;"),
+            c => html.push(c),
+        }
+    }
+    html
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_text_becomes_markup() {
+        assert_eq!(escaped("<a href='x'>&\"{{"), "&lt;a href=&#39;x&#39;&gt;&amp;&quot;&#123;&#123;");
+    }
+}

@@ -1,0 +1,65 @@
+//! `relume synth --method roller`: tiles of whole periods laid in random order, in one step.
+
+use relume::synthesis::roller::{RollerOptions, lay, roll};
+use relume::synthesis::{BlockOptions, Boundary, Exemplar, SourceMap};
+use relume::{Error, Result, Size};
+use serde_json::json;
+
+use crate::context::Context;
+use crate::report::Report;
+
+/// Tiles to make, and the texture to lay of them.
+#[derive(Debug)]
+pub struct Laid {
+    options: RollerOptions,
+    size: Size,
+    boundary: Boundary,
+    seed: u64,
+}
+
+impl Laid {
+    /// Tiles of a set unless asked otherwise: each holds about a quarter of the exemplar.
+    pub const TILES: usize = 4;
+
+    /// So many tiles in a texture of the blocks' size, boundary and seed.
+    pub fn new(tiles: usize, blocks: &BlockOptions) -> Result<Self> {
+        let options = RollerOptions { tiles, ..RollerOptions::default() };
+        options.validate()?;
+        Ok(Self { options, size: blocks.size, boundary: blocks.boundary, seed: blocks.seed })
+    }
+
+    /// Makes the tiles and lays them.
+    pub fn run(
+        &self,
+        args: &super::Args,
+        exemplars: &[Exemplar<'_>],
+        context: &Context,
+    ) -> Result<(SourceMap, Report)> {
+        let [exemplar] = exemplars else {
+            return Err(Error::usage("--method roller makes tiles of one exemplar: give one"));
+        };
+        let rolled = roll(exemplar, &self.options, &context.limits)?;
+        let map = lay(&rolled.tiles, self.size, self.boundary, self.seed, &context.limits)?;
+        let (count, tile) = (rolled.tiles.count(), rolled.tiles.tile());
+        let good = rolled.report.is_acceptable();
+        let text = format!(
+            "{}: {} texels of {count} tiles of {tile} in random order; {}",
+            args.output.display(),
+            self.size,
+            if good { "seams are acceptable" } else { "seams may be seen" }
+        );
+        let json = json!({
+            "width": self.size.width,
+            "height": self.size.height,
+            "method": "roller",
+            "tile": self.boundary == Boundary::Torus,
+            "seed": self.seed,
+            "tiles": count,
+            "tile_width": tile.width,
+            "tile_height": tile.height,
+            "acceptable": good,
+            "roller": rolled.report,
+        });
+        Ok((map, Report::new(text, json)))
+    }
+}

@@ -1,0 +1,140 @@
+//! `relume synth --method auto` and `--method roller` as a user runs them.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use relume::format::{Depth, PictureFormat, encode_picture};
+use relume::procedural::{Material, MaterialOptions};
+use relume::{Limits, Picture, Size, Space};
+use serde_json::Value;
+
+fn relume(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_relume")).current_dir(folder).args(arguments).output().unwrap()
+}
+
+fn json(folder: &Path, arguments: &[&str]) -> Value {
+    let arguments: Vec<&str> = arguments.iter().chain(&["--json"]).copied().collect();
+    let output = relume(folder, &arguments);
+    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+fn refused(folder: &Path, arguments: &[&str]) -> String {
+    let output = relume(folder, arguments);
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {text}");
+    text
+}
+
+/// A folder with pictures of a weave and of pebbles.
+fn with_exemplars() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, material) in [("weave.png", Material::Weave), ("pebbles.png", Material::Pebbles)] {
+        let options =
+            MaterialOptions { size: Size::new(96, 80), feature: 12.0, ..MaterialOptions::default() };
+        let maps = material.make(&options, &Limits::default()).unwrap();
+        let picture = Picture { planes: maps.albedo, space: Space::Linear };
+        let bytes = encode_picture(&picture, PictureFormat::Png(Depth::Eight)).unwrap();
+        fs::write(folder.path().join(name), bytes).unwrap();
+    }
+    folder
+}
+
+#[test]
+fn the_nearest_try_is_kept_and_its_options_make_it_again() {
+    let folder = with_exemplars();
+    for name in ["weave.png", "pebbles.png"] {
+        let synth = ["synth", name, "-o", "auto.png", "--size", "128x112", "--force"];
+        let found = json(folder.path(), &[&synth[..], &["--method", "auto"]].concat());
+        let tries = found["auto"]["tries"].as_array().unwrap();
+        let kept = found["auto"]["kept"].as_u64().unwrap() as usize;
+        let distance = |one: &Value| one["patches"].as_f64().unwrap();
+        let is_copy = |one: &Value| one["largest_piece"].as_f64().unwrap() > 0.5;
+        // Each copy among the first six is made again.
+        let copies = tries[..6].iter().filter(|one| is_copy(one)).count();
+        assert!(tries.len() == 6 + copies && tries.iter().any(|one| !is_copy(one)), "{found}");
+        assert!(!is_copy(&tries[kept]));
+        let others = tries.iter().filter(|one| !is_copy(one));
+        assert!(others.map(distance).all(|d| d >= distance(&tries[kept])), "{found}");
+        let made = fs::read(folder.path().join("auto.png")).unwrap();
+        let options: Vec<&str> = found["auto"]["options"].as_str().unwrap().split(' ').collect();
+        json(folder.path(), &[&synth[..], &options].concat());
+        assert_eq!(fs::read(folder.path().join("auto.png")).unwrap(), made, "{options:?}");
+        // Analysis gives the same advice.
+        let analysis = json(folder.path(), &["analyze", name]);
+        assert_eq!(analysis["advice"], found["auto"]["advice"]);
+    }
+}
+
+#[test]
+fn the_choice_does_not_depend_on_threads() {
+    let folder = with_exemplars();
+    let made = |threads: &str| {
+        let synth = ["synth", "pebbles.png", "-o", "o.png", "--size", "100", "--method", "auto", "--force"];
+        let all = [&synth[..], &["--source-map", "map.npy", "--threads", threads, "--tries", "3"]].concat();
+        assert!(relume(folder.path(), &all).status.success());
+        ["o.png", "map.npy"].map(|name| fs::read(folder.path().join(name)).unwrap())
+    };
+    assert_eq!(made("1"), made("3"));
+}
+
+#[test]
+fn blocks_that_are_asked_for_are_all_that_is_tried() {
+    let folder = with_exemplars();
+    let synth =
+        ["synth", "weave.png", "-o", "o.png", "--size", "100", "--method", "auto", "--tile", "--force"];
+    let options = |more: &[&str]| -> Vec<String> {
+        let found = json(folder.path(), &[&synth[..], more].concat());
+        let tries = found["auto"]["tries"].as_array().unwrap().clone();
+        tries.iter().map(|one| one["options"].as_str().unwrap().to_owned()).collect()
+    };
+    let asked = options(&["--block", "20", "--seed", "5", "--tries", "2"]);
+    assert_eq!(asked, ["--block 20 --overlap 3 --seed 5", "--block 20 --overlap 3 --seed 6"]);
+    let overlapped = options(&["--overlap", "4"]);
+    assert!(
+        overlapped.iter().all(|one| one.starts_with("--block") && one.contains("--overlap 4 ")),
+        "{overlapped:?}"
+    );
+    assert!(options(&[]).iter().any(|one| one.contains("roller")));
+    // A single try is taken unmeasured.
+    let one = json(folder.path(), &[&synth[..], &["--tries", "1"]].concat());
+    assert_eq!(one["auto"]["tries"][0]["patches"], Value::Null);
+}
+
+#[test]
+fn a_plane_of_tiles_is_laid_with_its_source_map() {
+    let folder = with_exemplars();
+    let synth = ["synth", "weave.png", "-o", "o.png", "--method", "roller", "--force"];
+    let laid = json(folder.path(), &[&synth[..], &["--size", "150x90", "--source-map", "map.npy"]].concat());
+    let found =
+        json(folder.path(), &["compare", "--texture", "weave.png", "o.png", "--source-map", "map.npy"]);
+    let piece = laid["tile_width"].as_u64().unwrap() * laid["tile_height"].as_u64().unwrap();
+    assert!(found["copying"]["largest_piece"].as_u64().unwrap() <= 4 * piece, "{found}");
+    // The same plane as that of a set of tiles.
+    assert!(relume(folder.path(), &["roll", "weave.png", "-k", "4", "-o", "tiles.png"]).status.success());
+    assert!(
+        relume(folder.path(), &["synth", "tiles.png", "-o", "plane.png", "--size", "150x90"])
+            .status
+            .success()
+    );
+    assert_eq!(json(folder.path(), &["compare", "o.png", "plane.png"])["rmse"], 0.0);
+    let text = refused(folder.path(), &[&synth[..], &["--size", "151x90", "--tile"]].concat());
+    assert!(text.contains("whole tiles"), "{text}");
+}
+
+#[test]
+fn what_auto_cannot_do_is_said() {
+    let folder = with_exemplars();
+    let auto = ["synth", "weave.png", "-o", "o.png", "--size", "64", "--method", "auto"];
+    let more = |options: &[&str]| refused(folder.path(), &[&auto[..], options].concat());
+    assert!(more(&["--tries", "0"]).contains("--tries 0"));
+    assert!(more(&["--levels", "3"]).contains("--levels"));
+    assert!(more(&["--block", "90"]).contains("at most 80"));
+    assert!(more(&["--overlap", "60"]).contains("overlap"));
+    let other = ["synth", "weave.png", "-o", "o.png", "--size", "64"];
+    assert!(refused(folder.path(), &[&other[..], &["--tries", "2"]].concat()).contains("auto"));
+    assert!(refused(folder.path(), &[&other[..], &["--tiles", "2"]].concat()).contains("roller"));
+    let window = ["synth", "weave.png", "-o", "o.png", "--window", "0,0,64,64", "--method", "auto"];
+    assert!(refused(folder.path(), &window).contains("--window"));
+}

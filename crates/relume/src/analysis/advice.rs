@@ -1,0 +1,244 @@
+//! From what was measured to what to do: ways of synthesis to try, the most promising first.
+//!
+//! The table behind it was made by measuring, not by taste (`docs/methods.md`): on photographs and
+//! fabrics of 256 x 256 texels, blocks joined along cuts are nearest to their exemplar by the patch
+//! distance when they are a quarter to an eleventh of its side, and which of these is best differs
+//! from texture to texture and, by a tenth to a third, from seed to seed. So several sizes are
+//! advised and the figures of the analysis bound them: a block holds three features, and a period
+//! where the texture is plainly regular. Where there is a period, tiles of whole periods are worth a
+//! try too. Methods that place single texels were never within a tenth of the best.
+
+use serde::Serialize;
+
+use super::Analysis;
+use crate::numeric::lattice::length;
+use crate::numeric::periods::Pattern;
+use crate::planes::Size;
+
+/// Sides of blocks as parts of the exemplar's smaller side, and of overlaps as parts of the block: a
+/// sixth is customary (Efros, Freeman 2001), a third makes cuts smoother.
+const BLOCKS: [(f64, usize); 5] = [(4.0, 6), (6.0, 6), (8.0, 6), (11.0, 6), (4.0, 3)];
+/// A block holds at least so many features.
+const LEAST_FEATURES: f64 = 3.0;
+/// From this share of the variance on a texture is plainly regular.
+const PLAINLY_REGULAR: f64 = 0.5;
+/// Tiles of a set: each holds about a quarter of the exemplar.
+const TILES: usize = 4;
+/// From this coherence on a texture is oriented.
+const ORIENTED: f64 = 0.4;
+/// Up to this kurtosis its steps are nearly those of random phases.
+const RANDOM: f64 = 4.0;
+
+/// What kind of texture it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Kind {
+    /// It repeats in two directions.
+    Regular,
+    /// It repeats in one direction.
+    Striped,
+    /// It has a direction and no period.
+    Oriented,
+    /// It has neither, nor edges.
+    Random,
+    /// It has edges, and neither period nor direction.
+    Irregular,
+}
+
+/// A way to synthesise, with the parameters that matter.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(tag = "method", rename_all = "lowercase")]
+pub enum Way {
+    /// Square blocks joined along cuts.
+    Quilting {
+        /// Side of the blocks in texels.
+        block: usize,
+        /// Texels by which they overlap.
+        overlap: usize,
+    },
+    /// Tiles of whole periods.
+    Roller {
+        /// How many.
+        tiles: usize,
+    },
+}
+
+/// What to do with an exemplar.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Advice {
+    /// What kind of texture it is.
+    pub kind: Kind,
+    /// What was measured and what follows from it, in a sentence.
+    pub reason: String,
+    /// Ways to synthesise, the most promising first; at least one.
+    pub ways: Vec<Way>,
+}
+
+/// The advice for an exemplar of a size; a function of its arguments alone.
+pub fn advise(found: &Analysis, size: Size) -> Advice {
+    let kind = kind(found);
+    Advice {
+        kind,
+        reason: format!("{}: {}", measured(found, kind), consequence(kind)),
+        ways: ways(found, size),
+    }
+}
+
+fn kind(found: &Analysis) -> Kind {
+    match found.periods.pattern {
+        Pattern::Lattice(_) => Kind::Regular,
+        Pattern::Stripes(_) => Kind::Striped,
+        Pattern::None if found.orientation.coherence > ORIENTED => Kind::Oriented,
+        Pattern::None if found.kurtosis < RANDOM => Kind::Random,
+        Pattern::None => Kind::Irregular,
+    }
+}
+
+fn measured(found: &Analysis, kind: Kind) -> String {
+    let repeats = 100.0 * found.periods.share;
+    let features = match found.feature {
+        Some(size) => format!("features of {size:.1} texels"),
+        None => "features as large as half the picture".to_owned(),
+    };
+    match kind {
+        Kind::Regular => format!("regular ({repeats:.0} % repeats in two directions), with {features}"),
+        Kind::Striped => format!("striped ({repeats:.0} % repeats in one direction), with {features}"),
+        Kind::Oriented => {
+            format!(
+                "oriented (coherence {:.2}) without a period, with {features}",
+                found.orientation.coherence
+            )
+        }
+        Kind::Random => format!("random without edges (kurtosis {:.1}), with {features}", found.kurtosis),
+        Kind::Irregular => format!("irregular with edges (kurtosis {:.1}), with {features}", found.kurtosis),
+    }
+}
+
+fn consequence(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Regular => "blocks of at least one period, or tiles of whole periods, keep the pattern",
+        Kind::Striped => {
+            "blocks of at least one period, or tiles of whole periods, keep the stripes, along which any length \
+             can be copied"
+        }
+        Kind::Oriented => "blocks joined along cuts keep the lines, which noise would break",
+        Kind::Random => "blocks joined along cuts copy it, and noise or a random-field model suits it too",
+        Kind::Irregular => "blocks of at least three features, joined along cuts, keep whole things whole",
+    }
+}
+
+fn ways(found: &Analysis, size: Size) -> Vec<Way> {
+    let side = size.width.min(size.height) as f64;
+    let least = least_block(found).min(side / 2.0);
+    let mut ways: Vec<Way> = Vec::new();
+    for (part, overlap) in BLOCKS {
+        let block = ((side / part).max(least).round() as usize).max(4);
+        let way = Way::Quilting { block, overlap: (block / overlap).max(1) };
+        if !ways.contains(&way) {
+            ways.push(way);
+        }
+    }
+    if found.periods.pattern != Pattern::None {
+        ways.push(Way::Roller { tiles: TILES });
+    }
+    ways
+}
+
+/// The least side of a block in texels: three features, and a period.
+fn least_block(found: &Analysis) -> f64 {
+    let features = LEAST_FEATURES * found.feature.unwrap_or(f64::INFINITY);
+    if found.periods.share < PLAINLY_REGULAR {
+        return features;
+    }
+    let period = match found.periods.pattern {
+        Pattern::None => 0.0,
+        Pattern::Stripes(period) => length(period),
+        Pattern::Lattice(lattice) => lattice.basis().into_iter().map(length).fold(0.0, f64::max),
+    };
+    features.max(period)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::blocks::Drift;
+    use super::super::orientation::Orientation;
+    use super::*;
+    use crate::numeric::lattice::Lattice;
+    use crate::numeric::periods::Periods;
+    use proptest::prelude::*;
+
+    fn found(pattern: Pattern, share: f64, feature: Option<f64>) -> Analysis {
+        let none = [Drift { factor: 1.0, errors: 0.0 }; 2];
+        Analysis {
+            periods: Periods { pattern, share },
+            orientation: Orientation { angle_deg: 0.0, coherence: 0.1 },
+            feature,
+            kurtosis: 6.0,
+            trend: 0.0,
+            scale: none,
+            contrast: none,
+            warnings: Vec::new(),
+        }
+    }
+
+    const SIDE: Size = Size::new(256, 300);
+
+    fn blocks(advice: &Advice) -> Vec<(usize, usize)> {
+        let of = |way: &Way| match *way {
+            Way::Quilting { block, overlap } => Some((block, overlap)),
+            Way::Roller { .. } => None,
+        };
+        advice.ways.iter().filter_map(of).collect()
+    }
+
+    #[test]
+    fn small_features_leave_all_sizes_and_large_ones_bound_them() {
+        let small = advise(&found(Pattern::None, 0.1, Some(5.0)), SIDE);
+        assert_eq!(blocks(&small), [(64, 10), (43, 7), (32, 5), (23, 3), (64, 21)]);
+        assert_eq!(small.kind, Kind::Irregular);
+        let large = advise(&found(Pattern::None, 0.1, Some(16.0)), SIDE);
+        assert_eq!(blocks(&large), [(64, 10), (48, 8), (64, 21)]);
+        let huge = advise(&found(Pattern::None, 0.1, None), SIDE);
+        assert_eq!(blocks(&huge), [(128, 21), (128, 42)]);
+    }
+
+    #[test]
+    fn periods_add_tiles_and_plain_ones_bound_the_blocks() {
+        let lattice = Pattern::Lattice(Lattice::new([40.0, 0.0], [0.0, 50.0]).unwrap());
+        let plain = advise(&found(lattice, 0.8, Some(5.0)), SIDE);
+        assert_eq!(blocks(&plain), [(64, 10), (50, 8), (64, 21)]);
+        assert!(plain.ways.contains(&Way::Roller { tiles: 4 }) && plain.kind == Kind::Regular);
+        let loose = advise(&found(lattice, 0.3, Some(5.0)), SIDE);
+        assert_eq!(blocks(&loose).len(), 5);
+        let stripes = advise(&found(Pattern::Stripes([0.0, 60.0]), 0.8, Some(5.0)), SIDE);
+        assert_eq!((stripes.kind, blocks(&stripes)[1].0), (Kind::Striped, 60));
+    }
+
+    #[test]
+    fn kinds_follow_direction_and_edges() {
+        let mut analysis = found(Pattern::None, 0.0, Some(4.0));
+        analysis.kurtosis = 3.2;
+        assert_eq!(advise(&analysis, SIDE).kind, Kind::Random);
+        analysis.orientation.coherence = 0.5;
+        let advice = advise(&analysis, SIDE);
+        assert_eq!(advice.kind, Kind::Oriented);
+        assert!(advice.reason.contains("0.50") && advice.reason.contains("4.0 texels"), "{}", advice.reason);
+    }
+
+    proptest! {
+        /// Whatever was measured, every block fits the exemplar and overlaps by at most half.
+        #[test]
+        fn all_ways_are_possible(
+            (width, height) in (16usize..400, 16usize..400),
+            (feature, share) in (prop::option::of(0.5..500.0f64), 0.0..1.0f64),
+            period in prop::option::of(1.0..300.0f64),
+        ) {
+            let pattern = period.map_or(Pattern::None, |p| Pattern::Stripes([p, 0.0]));
+            let advice = advise(&found(pattern, share, feature), Size::new(width, height));
+            prop_assert!(!blocks(&advice).is_empty());
+            for (block, overlap) in blocks(&advice) {
+                prop_assert!(block <= width.min(height) && (1..=block / 2).contains(&overlap));
+            }
+        }
+    }
+}

@@ -23,20 +23,22 @@ pub struct Args {
     method: Method,
     /// Side of the window of texels that is compared, odd; alone it must hold the texture's largest
     /// thing, with several levels the coarsest one does [default: 11 for efros-leung, 5 for wei-levoy,
-    /// 7 for patchmatch]
+    /// 9 for patchmatch]
     #[arg(long, value_name = "N", help_heading = "Options of the pixel methods")]
     neighbourhood: Option<usize>,
     /// Draw among windows up to (1 + E) times the squared distance of the best one [default: 0.1]
     #[arg(long, value_name = "E", help_heading = "Options of the pixel methods")]
     epsilon: Option<f64>,
-    /// Resolutions, each half the one before [default: 4]
+    /// Resolutions, each half the one before [default: 4 for wei-levoy; for patchmatch 5, or as many as
+    /// patches fit]
     #[arg(long, value_name = "N", help_heading = "Options of the pixel methods")]
     levels: Option<usize>,
     /// Leaves of the tree in which neighbourhoods are looked for; 0 looks at all of them instead
     /// [default: 2048]
     #[arg(long, value_name = "N", help_heading = "Options of the pixel methods")]
     codewords: Option<usize>,
-    /// How often matches and texels are improved at each level [default: 3]
+    /// How often matches and texels are improved at each level, at most twice at the finest one
+    /// [default: 5]
     #[arg(long, value_name = "N", help_heading = "Options of the pixel methods")]
     rounds: Option<usize>,
     /// How much parts of the exemplar are avoided that are used more than evenly [default: 0.3]
@@ -191,9 +193,10 @@ fn describe_scan(options: &WeiLevoyOptions, scanned: &Scanned) -> (String, Value
 }
 
 fn describe_optimisation(options: &PatchMatchOptions, optimised: &Optimised) -> (String, Value) {
-    let PatchMatchOptions { window, levels, rounds, uniformity, .. } = *options;
+    let PatchMatchOptions { window, rounds, uniformity, .. } = *options;
+    let levels = optimised.levels;
     let how = format!(
-        "improved {rounds} times at {levels} levels by patches of {window}, matched to {} positions",
+        "improved up to {rounds} times at {levels} levels by patches of {window}, matched to {} positions",
         optimised.positions
     );
     let json = json!({

@@ -7,7 +7,7 @@ use relume::synthesis::pixel::{
     EfrosLeungOptions, Growth, NeighbourSearch, PatchMatchOptions, WeiLevoyOptions, efros_leung, patch_match,
     wei_levoy,
 };
-use relume::synthesis::{BlockOptions, Exemplar, SourceMap, synthesize};
+use relume::synthesis::{BlockOptions, Boundary, Exemplar, SourceMap, synthesize};
 use relume::{Error, Result, Size};
 use serde_json::{Value, json};
 
@@ -34,9 +34,13 @@ pub struct Args {
     #[arg(long, value_name = "N", help_heading = "Options of the pixel methods")]
     levels: Option<usize>,
     /// Leaves of the tree in which neighbourhoods are looked for; 0 looks at all of them instead
-    /// [default: 2048]
+    /// [default: 4096]
     #[arg(long, value_name = "N", help_heading = "Options of the pixel methods")]
     codewords: Option<usize>,
+    /// Look only among what continues a neighbour, and for each of these K - 1 exemplar texels that are
+    /// like it: 1 is the fastest and keeps pieces together
+    #[arg(long, value_name = "K", help_heading = "Options of the pixel methods")]
+    coherence: Option<usize>,
     /// How often matches and texels are improved at each level, at most twice at the finest one
     /// [default: 5]
     #[arg(long, value_name = "N", help_heading = "Options of the pixel methods")]
@@ -94,8 +98,9 @@ impl Plan {
     ///
     /// # Errors
     /// When they mean nothing, or options of another method are given.
-    pub fn new(args: &Args, blocks: BlockOptions) -> Result<Self> {
-        args.refuse_strangers()?;
+    pub fn new(synth: &super::Args, blocks: BlockOptions) -> Result<Self> {
+        let args = &synth.method;
+        args.refuse_strangers(&synth.of_blocks())?;
         let (size, boundary, seed) = (blocks.size, blocks.boundary, blocks.seed);
         match args.method {
             Method::Quilting => {
@@ -106,20 +111,24 @@ impl Plan {
                 let default = EfrosLeungOptions::default();
                 let window = args.neighbourhood.unwrap_or(default.window);
                 let epsilon = args.epsilon.unwrap_or(default.epsilon);
-                let options = EfrosLeungOptions { size, window, epsilon, boundary, seed };
+                let guidance = blocks.guidance;
+                let options = EfrosLeungOptions { size, window, epsilon, boundary, guidance, seed };
                 options.validate()?;
                 Ok(Self::EfrosLeung(options))
             }
             Method::WeiLevoy => {
                 let default = WeiLevoyOptions::default();
-                let search = match args.codewords {
-                    None => default.search,
-                    Some(0) => NeighbourSearch::Full,
-                    Some(codewords) => NeighbourSearch::Tsvq(codewords),
-                };
+                if boundary == Boundary::Torus {
+                    return Err(Error::usage(
+                        "--method wei-levoy does not join its last rows to the first: leave --tile out and make \
+                         the result tile with relume tileable, or choose another method",
+                    ));
+                }
+                let search = args.neighbour_search(default.search);
                 let window = args.neighbourhood.unwrap_or(default.window);
                 let levels = args.levels.unwrap_or(default.levels);
-                let options = WeiLevoyOptions { size, window, levels, search, seed };
+                let guidance = blocks.guidance;
+                let options = WeiLevoyOptions { size, window, levels, search, guidance, seed };
                 options.validate()?;
                 Ok(Self::WeiLevoy(options))
             }
@@ -131,6 +140,7 @@ impl Plan {
                     levels: args.levels.unwrap_or(default.levels),
                     rounds: args.rounds.unwrap_or(default.rounds),
                     uniformity: args.uniformity.unwrap_or(default.uniformity),
+                    guidance: blocks.guidance,
                     seed,
                     ..default
                 };
@@ -211,18 +221,14 @@ fn describe_optimisation(options: &PatchMatchOptions, optimised: &Optimised) -> 
 
 /// What a pixel method says of itself.
 fn texel_report(args: &super::Args, size: Size, how: &str, special: Value) -> Report {
-    let tiles = match args.method.method {
-        Method::WeiLevoy => "; its coarser levels tile",
-        Method::PatchMatch => "; tiles without a seam",
-        _ if args.tile => "; tiles without a seam",
-        _ => "",
-    };
+    let closed = args.tile || args.method.method == Method::PatchMatch;
+    let tiles = if closed { "; tiles without a seam" } else { "" };
     let text = format!("{}: {size} texels {how}{tiles}", args.output.display());
     let mut json = json!({
         "width": size.width,
         "height": size.height,
         "method": args.method.method.name(),
-        "tile": args.tile,
+        "tile": closed,
         "seed": args.seed,
     });
     for (name, value) in special.as_object().into_iter().flatten() {
@@ -237,18 +243,43 @@ impl Args {
         self.method == Method::Noise
     }
 
-    /// Refuses options of another method than the chosen one.
-    fn refuse_strangers(&self) -> Result<()> {
+    /// How Wei-Levoy searches.
+    fn neighbour_search(&self, default: NeighbourSearch) -> NeighbourSearch {
+        let customary = match default {
+            NeighbourSearch::Tsvq(codewords) => codewords,
+            _ => 0,
+        };
+        match (self.coherence, self.codewords.unwrap_or(customary)) {
+            (Some(candidates), codewords) => NeighbourSearch::Coherence { candidates, codewords },
+            (None, 0) => NeighbourSearch::Full,
+            (None, codewords) => NeighbourSearch::Tsvq(codewords),
+        }
+    }
+
+    /// Options of some methods, whether they are given, and whose they are.
+    fn special(&self) -> [(&'static str, bool, &'static [Method]); 7] {
         use Method::{EfrosLeung, PatchMatch, WeiLevoy};
-        let given: [(&str, bool, &[Method]); 6] = [
+        [
             ("--neighbourhood", self.neighbourhood.is_some(), &[EfrosLeung, WeiLevoy, PatchMatch]),
             ("--epsilon", self.epsilon.is_some(), &[EfrosLeung]),
             ("--levels", self.levels.is_some(), &[WeiLevoy, PatchMatch]),
             ("--codewords", self.codewords.is_some(), &[WeiLevoy]),
+            ("--coherence", self.coherence.is_some(), &[WeiLevoy]),
             ("--rounds", self.rounds.is_some(), &[PatchMatch]),
             ("--uniformity", self.uniformity.is_some(), &[PatchMatch]),
-        ];
-        for (name, _, methods) in given.into_iter().filter(|(_, given, _)| *given) {
+        ]
+    }
+
+    /// Options of some methods, and whether they are given.
+    pub fn given(&self) -> impl Iterator<Item = (&'static str, bool)> {
+        self.special().into_iter().map(|(name, given, _)| (name, given))
+    }
+
+    /// Refuses options of another method than the chosen one.
+    fn refuse_strangers(&self, of_blocks: &[(&'static str, bool)]) -> Result<()> {
+        let blocks = of_blocks.iter().map(|(name, given)| (*name, *given, &[Method::Quilting][..]));
+        let given = blocks.chain(self.special());
+        for (name, _, methods) in given.filter(|(_, given, _)| *given) {
             if !methods.contains(&self.method) {
                 let names: Vec<&str> = methods.iter().map(|method| method.name()).collect();
                 return Err(Error::usage(format!(

@@ -25,12 +25,13 @@ use serde::Serialize;
 
 use super::efros_leung::check_output;
 use super::lattice::Lattice;
-use super::pyramid::{halved_size, pyramid};
+use super::pyramid::{guided_pyramid, halved_size};
 use crate::error::{Error, Result};
 use crate::limits::Limits;
 use crate::numeric::random::Stream;
 use crate::planes::Size;
 use crate::progress::Progress;
+use crate::synthesis::guidance::{Guidance, Guided};
 use crate::synthesis::options::Boundary;
 use crate::synthesis::quantise::Exemplar;
 use crate::synthesis::source_map::{SourceMap, Texel};
@@ -60,6 +61,8 @@ pub struct PatchMatchOptions {
     pub search: PatchSearch,
     /// How much parts of the exemplars are avoided that are used more than evenly; 0 not at all.
     pub uniformity: f64,
+    /// What the output is to follow.
+    pub guidance: Option<Guidance>,
     /// Seed of the random choices.
     pub seed: u64,
 }
@@ -74,6 +77,7 @@ impl Default for PatchMatchOptions {
             rounds: 5,
             search: PatchSearch::Propagation,
             uniformity: 0.3,
+            guidance: None,
             seed: 0,
         }
     }
@@ -135,7 +139,8 @@ pub fn patch_match(
 ) -> Result<(SourceMap, Optimised)> {
     options.validate()?;
     let levels = options.fitting_levels(exemplars);
-    let pyramid = pyramid(exemplars, levels, options.window, limits)?;
+    let guided = Guided::new(exemplars, options.guidance.as_ref(), options.size, limits)?;
+    let (pyramid, targets) = guided_pyramid(&guided, levels, options.window, limits)?;
     let sizes: Vec<Size> =
         std::iter::successors(Some(options.size), |size| Some(halved_size(*size))).take(levels).collect();
     progress.start("improving matches", levels as u64);
@@ -144,6 +149,9 @@ pub fn patch_match(
     for (number, (level, size)) in pyramid.iter().zip(sizes).enumerate().rev() {
         let patches = Patches::new(level, options.window, limits)?;
         let mut lattice = Lattice::new(size, level.exemplars.planes(), Boundary::Torus, limits)?;
+        if let Some(target) = &targets[number] {
+            lattice.guide(target, guided.guides());
+        }
         let seed = options.seed.wrapping_mul(31).wrapping_add((number * options.rounds) as u64);
         let mut matching = begin(&mut lattice, &patches, done.as_ref(), seed);
         let rounds = if number == 0 { options.rounds.min(FINEST_ROUNDS) } else { options.rounds };

@@ -57,7 +57,7 @@ pub fn elect(
     };
     let total: i128 = wanted.iter().map(|(_, weight)| i128::from(*weight)).sum();
     let distance = |source: &Texel| -> i128 {
-        let planes = 0..patches.level().exemplars.planes();
+        let planes = 0..patches.level().exemplars.planes() - lattice.guides();
         let sum = |k: usize| wanted.iter().map(|(s, w)| i128::from(*w) * code(s, k)).sum::<i128>();
         planes.map(|k| (code(source, k) * total - sum(k)).pow(2)).sum()
     };

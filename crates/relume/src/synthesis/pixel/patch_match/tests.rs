@@ -1,5 +1,6 @@
 use proptest::prelude::*;
 
+use super::super::pyramid::pyramid;
 use super::*;
 use crate::planes::Planes;
 

@@ -49,6 +49,8 @@ struct Row<'a> {
     patches: &'a Patches<'a>,
     width: usize,
     planes: usize,
+    /// The first planes, which are copied.
+    copied: usize,
     /// Matches with their weights, and which of a patch's rows lies here.
     reaching: Vec<(&'a [Match], &'a [u32], usize)>,
 }
@@ -69,7 +71,8 @@ impl<'a> Row<'a> {
         let row =
             |(dy, y): (usize, usize)| (matching.row(y), &weights[y / SPACING * columns..][..columns], dy);
         let reaching = rows.map(row).collect();
-        Self { patches, width: size.width, planes: patches.level().exemplars.planes(), reaching }
+        let planes = patches.level().exemplars.planes();
+        Self { patches, width: size.width, planes, copied: planes - lattice.guides(), reaching }
     }
 
     /// The sources of the row's texels.
@@ -131,8 +134,8 @@ impl<'a> Row<'a> {
                 let codes = self.run(found.corner, *dy);
                 for dx in first..window {
                     let at = cell * SPACING + dx;
-                    let mean = &sums[at * self.planes..][..self.planes];
-                    let codes = &codes[dx * self.planes..][..self.planes];
+                    let mean = &sums[at * self.planes..][..self.copied];
+                    let codes = &codes[dx * self.planes..][..self.copied];
                     let distance = distance(codes, mean, totals[at]);
                     if distance <= nearest[at].0 {
                         nearest[at] = nearest[at].min((distance, found.corner.offset(dx, *dy)));

@@ -144,9 +144,7 @@ impl BlockGuide {
         for (k, plane) in source.planes.iter().enumerate() {
             for (dx, dy) in self.starts.iter().flat_map(|&dy| self.starts.iter().map(move |&dx| (dx, dy))) {
                 let theirs = plane[(position.y as usize + dy) * source.size.width + position.x as usize + dx];
-                let (x, y) =
-                    ((block.x + dx) % self.target.size.width, (block.y + dy) % self.target.size.height);
-                let ours = self.target.planes[k][y * self.target.size.width + x];
+                let ours = self.target.planes[k][self.in_target(block, dx, dy)];
                 sum += (self.side * self.side) as u64 * u64::from(theirs.abs_diff(ours)).pow(2);
             }
         }

@@ -11,6 +11,7 @@ mod input;
 mod normals;
 mod output;
 mod progress;
+mod rearranged;
 mod report;
 mod tile_set;
 mod verb;

@@ -80,6 +80,34 @@ fn a_blemish_on_a_pattern_goes_without_a_trace() {
 }
 
 #[test]
+fn registered_images_are_filled_from_the_same_places() {
+    let folder = tempfile::tempdir().unwrap();
+    prepare(folder.path());
+    let at = |name: &str| folder.path().join(name);
+    // The number of each texel in its channels, so that a copy says where it comes from.
+    write_picture(&at("where.png"), SIZE, 3, |k, x, y| [x as u8, y as u8, 0][k]);
+    let fill = ["fill", "spoilt.png", "--mask", "mask.png", "-o", "out.png"];
+    let band = ["tileable", "spoilt.png", "--band", "7", "-o", "out.png"];
+    for (verb, method) in [(&fill[..], "patches"), (&fill, "efros-leung"), (&band, "patches")] {
+        let more = ["--apply", "where.png", "--neighbourhood", "7", "--force", "--method", method];
+        made(folder.path(), &[verb, &more].concat());
+        let (_, new) = samples(&at("out.png"));
+        let (_, old) = samples(&at("spoilt.png"));
+        let (size, places) = samples(&at("out_where.png"));
+        assert_eq!(size, SIZE);
+        let mut moved = 0;
+        for (texel, place) in places.chunks_exact(3).enumerate() {
+            let from = place[1] as usize * SIZE.width + place[0] as usize;
+            assert_eq!(new[3 * texel..][..3], old[3 * from..][..3], "{verb:?} texel {texel}");
+            moved += usize::from(from != texel);
+        }
+        assert!(moved > 40, "{verb:?} filled {moved}");
+    }
+    let text = refused(folder.path(), &[&fill[..], &["--force", "--apply", "small.png"]].concat());
+    assert!(text.contains("small.png") && text.contains("36 x 30"), "{text}");
+}
+
+#[test]
 fn a_pattern_is_made_to_tile() {
     let folder = tempfile::tempdir().unwrap();
     // 41 x 33 is no multiple of the period, so the border has to give way somewhere.
@@ -106,18 +134,70 @@ fn a_pattern_is_made_to_tile() {
 fn textures_of_single_texels_are_the_same_at_any_number_of_threads() {
     let folder = tempfile::tempdir().unwrap();
     prepare(folder.path());
-    for method in ["efros-leung", "wei-levoy", "patchmatch"] {
+    let ways: [(&str, &[&str], bool); 6] = [
+        ("efros-leung", &[], false),
+        ("efros-leung", &["--tile"], true),
+        ("wei-levoy", &["--levels", "3"], false),
+        ("wei-levoy", &["--levels", "3", "--coherence", "1"], false),
+        ("wei-levoy", &["--levels", "2", "--coherence", "3", "--codewords", "9"], false),
+        ("patchmatch", &["--levels", "3"], true),
+    ];
+    for (method, special, tiles) in ways {
         let run = |threads: &str, output: &str| {
             let arguments =
                 ["synth", "clean.png", "--method", method, "--neighbourhood", "5", "--size", "60x41"];
-            let more = ["--tile", "--threads", threads, "-o", output, "--force", "--json"];
-            let levels = if method == "efros-leung" { &[][..] } else { &["--levels", "3"] };
-            let said = made(folder.path(), &[&arguments[..], &more, levels].concat());
-            assert!(String::from_utf8_lossy(&said).contains(&format!("\"method\": \"{method}\"")));
+            let more = ["--threads", threads, "-o", output, "--force", "--json"];
+            let said = made(folder.path(), &[&arguments[..], &more, special].concat());
+            let said: serde_json::Value = serde_json::from_slice(&said).unwrap();
+            assert_eq!((said["method"].as_str(), said["tile"].as_bool()), (Some(method), Some(tiles)));
             fs::read(folder.path().join(output)).unwrap()
         };
         assert_eq!(run("1", "1.png"), run("5", "5.png"));
     }
+}
+
+#[test]
+fn outputs_follow_their_guide() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    // Two halves of the same noise, that only the guide tells apart.
+    let size = Size::new(64, 40);
+    let noise = |x: usize, y: usize| ((x * 7919 + y * 104_729 + x * y * 31) % 97) as u8;
+    write_picture(&at("a.png"), size, 3, |k, x, y| [x as u8, 0, noise(x, y)][k]);
+    write_picture(&at("noise.png"), size, 1, |_, x, y| noise(x, y));
+    write_picture(&at("from.png"), size, 1, |_, x, _| if x < 32 { 0 } else { 255 });
+    let target = |x: usize, y: usize| (x as i32 - 30).pow(2) + (y as i32 - 24).pow(2) < 18 * 18;
+    write_picture(&at("to.png"), Size::new(60, 48), 1, |_, x, y| if target(x, y) { 255 } else { 0 });
+    let ways: [&[&str]; 4] = [
+        &["--block", "8"],
+        &["--method", "efros-leung", "--neighbourhood", "7"],
+        &["--method", "wei-levoy", "--levels", "2"],
+        &["--method", "patchmatch", "--levels", "3"],
+    ];
+    for way in ways {
+        let arguments =
+            ["synth", "noise.png", "-o", "o.png", "--size", "60x48", "--apply", "a.png", "--force"];
+        let followed = |guide: &[&str]| {
+            made(folder.path(), &[&arguments[..], way, guide].concat());
+            let (_, places) = samples(&at("o_a.png"));
+            let agrees = |(i, place): (usize, &[u32])| (place[0] >= 32) == target(i % 60, i / 60);
+            places.chunks_exact(3).enumerate().filter(|one| agrees(*one)).count() as f64 / (60.0 * 48.0)
+        };
+        let guided =
+            followed(&["--guide-source", "from.png", "--guide-target", "to.png", "--guide-weight", "4"]);
+        let free = followed(&[]);
+        assert!(guided > 0.85 && free < 0.75, "{way:?}: {guided} guided, {free} free");
+    }
+    let synth = |more: &[&str]| {
+        let arguments = ["synth", "noise.png", "-o", "new.png", "--guide-source", "from.png"];
+        refused(folder.path(), &[&arguments[..], more].concat())
+    };
+    let text = synth(&["--size", "50", "--guide-target", "to.png", "--block", "8"]);
+    assert!(text.contains("60 x 48") && text.contains("50 x 50"), "{text}");
+    assert!(synth(&["--size", "60x48", "--block", "8"]).contains("--guide-target"));
+    let to = ["--size", "60x48", "--guide-target", "to.png"];
+    assert!(synth(&[&to[..], &["--method", "noise"]].concat()).contains("--guide-source has no meaning"));
+    assert!(synth(&[&to[..], &["--block", "8", "--guide-weight", "0"]].concat()).contains("above 0"));
 }
 
 #[test]
@@ -134,7 +214,8 @@ fn what_cannot_be_filled_is_said() {
     assert!(text.contains("small.png") && text.contains("5 x 5") && text.contains("36 x 30"), "{text}");
     assert!(fill("mask.png", &["--neighbourhood", "8"]).contains("odd"));
     assert!(fill("mask.png", &["--neighbourhood", "31"]).contains("at most 30"));
-    assert!(fill("mask.png", &["--source-map", "out.png"]).contains(".npy"));
+    assert!(fill("mask.png", &["--source-map", "out.png"]).contains("two outputs"));
+    assert!(fill("mask.png", &["--source-map", "map.txt"]).contains(".npy"));
     assert!(fill("mask.png", &["--exclude", "white.png"]).contains("no place"));
     let band = refused(folder.path(), &["tileable", "clean.png", "-o", "out.png", "--band", "15"]);
     assert!(band.contains("1 to 14"), "{band}");
@@ -144,6 +225,9 @@ fn what_cannot_be_filled_is_said() {
     };
     assert!(synth(&["--neighbourhood", "5"]).contains("quilting"));
     assert!(synth(&["--method", "efros-leung", "--levels", "2"]).contains("wei-levoy"));
+    assert!(synth(&["--method", "wei-levoy", "--tile"]).contains("relume tileable"));
+    assert!(synth(&["--method", "wei-levoy", "--coherence", "0"]).contains("at least 1"));
+    assert!(synth(&["--method", "patchmatch", "--block", "8"]).contains("quilting"));
     assert!(synth(&["--method", "patchmatch", "--rounds", "0"]).contains("at least 1"));
     assert!(synth(&["--method", "patchmatch", "--epsilon", "0"]).contains("efros-leung"));
     assert!(synth(&["--method", "wei-levoy", "--levels", "5"]).contains("fewer levels"));

@@ -96,6 +96,46 @@ fn windows_of_tiles_are_the_librarys_in_every_format() {
 }
 
 #[test]
+fn masks_are_kept_out_of_tiles_and_registered_images_follow() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let picture = regular(Basis::Constant, ColorModel::Rgb, Space::Srgb);
+    let size = picture.size();
+    let png = |name: &str| FieldFormat::from_path(Path::new(name)).unwrap();
+    write(&picture, png("c.png"), &folder.join("c.png"));
+    let texels = |value: fn(usize, usize, usize) -> f32, channels: usize| {
+        let color = if channels == 1 { ColorModel::Luminance } else { ColorModel::Rgb };
+        let mut planes = Planes::zeros(size, channels);
+        for (k, plane) in planes.iter_mut().enumerate() {
+            plane.iter_mut().enumerate().for_each(|(t, v)| *v = value(k, t % 90, t / 90));
+        }
+        ReflectanceField::new(Basis::Constant, color, Space::Srgb, planes).unwrap()
+    };
+    let excluded = |x: usize, y: usize| (x, y) == (40, 30);
+    write(&texels(|_, x, y| f32::from(u8::from((x, y) == (40, 30))), 1), png("m.png"), &folder.join("m.png"));
+    write(&texels(|k, x, y| [x, y, 0][k] as f32 / 255.0, 3), png("w.png"), &folder.join("w.png"));
+    let roll = ["roll", "c.png", "-k", "2", "-o", "t.png", "--apply", "w.png", "--source-map", "map.npy"];
+    let report: Value =
+        serde_json::from_str(&done(folder, &[&roll[..], &["--exclude", "m.png", "--json"]].concat()))
+            .unwrap();
+    let (tiles, places) = (read(&folder.join("t.png")), read(&folder.join("t_w.png")));
+    let tile = Size::new(number(&report, "tile_width"), number(&report, "tile_height"));
+    assert_eq!(tiles.size(), Size::new(tile.width, 2 * tile.height));
+    assert!(folder.join("map.npy").is_file() && folder.join("t_w.png.json").is_file());
+    let original = read(&folder.join("c.png"));
+    for (x, y) in (0..2 * tile.height).flat_map(|y| (0..tile.width).map(move |x| (x, y))) {
+        let from = [0, 1].map(|k| (places.coefficients().at(k, x, y) * 255.0).round() as usize);
+        assert!(!excluded(from[0], from[1]), "({x}, {y})");
+        for k in 0..3 {
+            let copied = original.coefficients().at(k, from[0], from[1]);
+            assert_eq!(tiles.coefficients().at(k, x, y), copied, "({x}, {y})");
+        }
+    }
+    // The images of a set of tiles are a set of tiles of their own.
+    done(folder, &["synth", "t_w.png", "--size", "70", "-o", "o.png"]);
+}
+
+#[test]
 fn outputs_do_not_depend_on_threads() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
@@ -139,6 +179,9 @@ fn what_cannot_be_done_is_said_in_one_sentence() {
     says(&["synth", "t.png", "--size", "50", "-o", "o.tif"], ".png");
     says(&["synth", "t.png", "--size", "50", "--triangle", "9", "-o", "o.png"], "--triangle");
     says(&["synth", "t.png", "--size", "50", "--method", "noise", "-o", "o.png"], "set of tiles");
+    for strange in ["--block", "--tolerance", "--feather", "--levels", "--coherence"] {
+        says(&["synth", "t.png", "--size", "50", strange, "4", "-o", "o.png"], strange);
+    }
     says(&["synth", "t.png", "--window", "1,2,0,5", "-o", "o.png"], "--window");
     let long = ["synth", "t.png", "--size", "1000000x5", "-o", "o.png"];
     assert!(refused(folder, &long, 1).contains("longest side"));

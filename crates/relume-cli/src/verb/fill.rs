@@ -3,16 +3,17 @@
 use std::path::{Path, PathBuf};
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
+use relume::Result;
 use relume::field::{Domain, Metric};
-use relume::format::{FieldFile, FieldFormat};
+use relume::format::FieldFile;
 use relume::synthesis::fill::{FillMethod, FillOptions, fill};
 use relume::synthesis::pixel::Growth;
 use relume::synthesis::{Boundary, SourceMap};
-use relume::{Error, Result};
 use serde_json::{Value, json};
 
 use crate::context::Context;
 use crate::output;
+use crate::rearranged::{self, Applied, read_registered};
 use crate::report::Report;
 use crate::{args, gathered, input};
 
@@ -60,16 +61,15 @@ pub struct How {
     /// Another seed gives another filling, where several fit
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
-    /// Also write where each texel comes from, as x, y and exemplar: .npy or .exr
-    #[arg(long, value_name = "FILE")]
-    source_map: Option<PathBuf>,
+    #[command(flatten)]
+    rearranged: rearranged::Args,
 }
 
 /// Fills the holes and writes all that was asked for.
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
-    args.how.check(&[&args.file, &args.mask], context)?;
+    let applied = args.how.check(&[&args.file, &args.mask], context)?;
     let boundary = if args.tile { Boundary::Torus } else { Boundary::Open };
-    let texture = args.how.read(&args.file, context)?;
+    let texture = args.how.read(&args.file, applied, context)?;
     let holes = input::mask(&args.mask, texture.file[0].field.size(), &context.limits)?;
     let options = args.how.options(boundary);
     let excluded = texture.excluded.as_deref();
@@ -78,44 +78,34 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
 }
 
 /// A texture ready to be filled.
-pub struct Texture {
+pub struct Texture<'a> {
     /// The file, one alone.
     pub file: [FieldFile; 1],
     /// Its index planes.
     pub index: relume::Planes,
     /// Its texels that may not be copied.
     pub excluded: Option<Vec<bool>>,
+    /// Images that are filled in the same way.
+    applied: Vec<Applied<'a>>,
+    images: Vec<Vec<FieldFile>>,
 }
 
 impl How {
     /// Refuses outputs before any work is done.
-    pub fn check(&self, inputs: &[&Path], context: &Context) -> Result<()> {
-        let mut inputs = inputs.to_vec();
-        inputs.extend(self.exclude.as_deref());
-        if inputs.iter().filter(|path| output::is_stream(path)).count() > 1 {
-            return Err(Error::usage("standard input can be read only once: give - for one input at most"));
-        }
-        output::check(&self.output, &inputs, context)?;
-        if !output::is_stream(&self.output) {
-            FieldFormat::from_path(&self.output)?;
-        }
-        if let Some(path) = &self.source_map {
-            output::check(path, &inputs, context)?;
-            gathered::check_map(path)?;
-            if *path == self.output {
-                return Err(Error::usage("is named for two outputs of this command: choose another").at(path));
-            }
-        }
-        Ok(())
+    pub fn check(&self, inputs: &[&Path], context: &Context) -> Result<Vec<Applied<'_>>> {
+        let inputs: Vec<&Path> = inputs.iter().copied().chain(self.exclude.as_deref()).collect();
+        self.rearranged.check(&inputs, &[&self.output], 1, context)
     }
 
-    /// Reads a texture, its index planes, and the texels that may not be copied.
-    pub fn read(&self, path: &Path, context: &Context) -> Result<Texture> {
+    /// Reads a texture, its index planes, the texels that may not be copied, and the images that are
+    /// filled in the same way.
+    pub fn read<'a>(&self, path: &Path, applied: Vec<Applied<'a>>, context: &Context) -> Result<Texture<'a>> {
         let file = [input::field(path, &context.limits)?];
         let index = gathered::index(&file, self.metric, self.domain, context)?.swap_remove(0);
         let mask = |path: &PathBuf| input::mask(path, index.size(), &context.limits);
         let excluded = self.exclude.as_ref().map(mask).transpose()?;
-        Ok(Texture { file, index, excluded })
+        let images = read_registered(&applied, &file, context)?;
+        Ok(Texture { file, index, excluded, applied, images })
     }
 
     /// The library's options.
@@ -133,19 +123,21 @@ impl How {
     /// Writes what a map makes of the texture, and says how; `special` is what one verb alone knows.
     pub fn finish(
         &self,
-        texture: &Texture,
+        texture: &Texture<'_>,
         map: &SourceMap,
         growth: &Growth,
         what: &str,
         special: Value,
         context: &Context,
     ) -> Result<Report> {
-        let bytes = gathered::apply(map, &texture.file, &self.output, context)?;
-        let source_map =
-            self.source_map.as_ref().map(|path| gathered::source_map(map, path, context)).transpose()?;
-        output::write(&self.output, &bytes, context)?;
-        for (path, bytes) in self.source_map.iter().zip(source_map) {
-            output::write(path, &bytes, context)?;
+        let made = gathered::apply(map, &texture.file, &self.output, context)?;
+        let mut files = vec![(self.output.clone(), made)];
+        for (job, images) in texture.applied.iter().zip(&texture.images) {
+            files.push((job.output.clone(), gathered::apply(map, images, &job.output, context)?));
+        }
+        files.extend(self.rearranged.source_map(map, context)?);
+        for (path, bytes) in &files {
+            output::write(path, bytes, context)?;
         }
         let text = format!(
             "{}: {} texels {what} filled from windows of {}, drawn from {} positions",
@@ -154,7 +146,7 @@ impl How {
             self.window,
             growth.positions
         );
-        let outputs: Vec<&Path> = [&self.output].into_iter().chain(&self.source_map).map(|p| &**p).collect();
+        let outputs: Vec<&Path> = files.iter().map(|(path, _)| &**path).collect();
         let mut json = json!({
             "width": map.size().width,
             "height": map.size().height,

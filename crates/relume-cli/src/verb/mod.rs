@@ -67,7 +67,7 @@ pub enum Verb {
     /// Make tiles of a regular texture that can be laid in any order
     Roll(roll::Args),
     /// Make a texture of any size from a sample, or from tiles
-    Synth(synth::Args),
+    Synth(Box<synth::Args>),
     /// Make a texture tile by filling a band along its border anew
     Tileable(tileable::Args),
 }

@@ -12,6 +12,7 @@ use relume::{Error, Result};
 use serde_json::json;
 
 use crate::context::Context;
+use crate::rearranged::{self, read_registered};
 use crate::report::Report;
 use crate::tile_set::{sidecar, sidecar_path};
 use crate::{args, input, output};
@@ -38,21 +39,19 @@ pub struct Args {
     /// and down
     #[arg(long, value_name = "W,H", value_parser = lattice, allow_hyphen_values = true)]
     period: Option<Lattice>,
+    /// Texels that may not be used: white in a mask as large as the exemplar
+    #[arg(long, value_name = "MASK")]
+    exclude: Option<PathBuf>,
+    #[command(flatten)]
+    rearranged: rearranged::Args,
 }
 
 /// Makes tiles and writes them.
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
-    let beside = sidecar_path(&args.output);
-    if output::is_stream(&args.output) {
-        return Err(Error::usage("a set of tiles is one or two files: name one instead of -"));
-    }
-    for path in std::iter::once(args.output.as_path()).chain(beside.as_deref()) {
-        output::check(path, &[&args.file], context)?;
-    }
-    let format = FieldFormat::from_path(&args.output)?;
-    if matches!(format, FieldFormat::Picture(PictureFormat::Jpeg { .. })) {
-        let message = "JPEG changes texels, so tiles would not share a border: name the file .png";
-        return Err(Error::usage(message).at(&args.output));
+    let inputs: Vec<&Path> = std::iter::once(&*args.file).chain(args.exclude.as_deref()).collect();
+    let applied = args.rearranged.check(&inputs, &[&args.output], 1, context)?;
+    for path in std::iter::once(&*args.output).chain(applied.iter().map(|job| &*job.output)) {
+        check_tiles(path, &inputs, context)?;
     }
     let options = RollerOptions {
         tiles: args.tiles,
@@ -62,21 +61,55 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     };
     options.validate()?;
     let file = input::field(&args.file, &context.limits)?;
-    let rolled = make(&file, &options, context)?;
-    let bytes = encode(&rolled, &file, format, context).map_err(|e| e.at(&args.output))?;
-    output::write(&args.output, &bytes, context)?;
-    if let Some(path) = &beside {
-        output::write(path, &sidecar(rolled.tiles.tile(), rolled.tiles.count()), context)?;
+    let images = read_registered(&applied, std::slice::from_ref(&file), context)?;
+    let rolled = make(args, &file, &options, context)?;
+    let mut files = tiles(&args.output, &rolled, &file, context)?;
+    for (job, image) in applied.iter().zip(&images) {
+        files.extend(tiles(&job.output, &rolled, &image[0], context)?);
+    }
+    files.extend(args.rearranged.source_map(rolled.tiles.map(), context)?);
+    for (path, bytes) in &files {
+        output::write(path, bytes, context)?;
     }
     Ok(report(&args.output, &options, &rolled))
 }
 
-fn make(file: &FieldFile, options: &RollerOptions, context: &Context) -> Result<Rolled> {
+/// Refuses a file that cannot hold tiles.
+fn check_tiles(path: &Path, inputs: &[&Path], context: &Context) -> Result<()> {
+    if output::is_stream(path) {
+        return Err(Error::usage("a set of tiles is one or two files: name one instead of -"));
+    }
+    if let Some(beside) = sidecar_path(path) {
+        output::check(&beside, inputs, context)?;
+    }
+    if matches!(FieldFormat::from_path(path)?, FieldFormat::Picture(PictureFormat::Jpeg { .. })) {
+        let message = "JPEG changes texels, so tiles would not share a border: name the file .png";
+        return Err(Error::usage(message).at(path));
+    }
+    Ok(())
+}
+
+/// The files of one set of tiles.
+fn tiles(
+    path: &Path,
+    rolled: &Rolled,
+    from: &FieldFile,
+    context: &Context,
+) -> Result<Vec<(PathBuf, Vec<u8>)>> {
+    let bytes = encode(rolled, from, FieldFormat::from_path(path)?, context).map_err(|e| e.at(path))?;
+    let beside =
+        sidecar_path(path).map(|beside| (beside, sidecar(rolled.tiles.tile(), rolled.tiles.count())));
+    Ok(std::iter::once((path.to_owned(), bytes)).chain(beside).collect())
+}
+
+fn make(args: &Args, file: &FieldFile, options: &RollerOptions, context: &Context) -> Result<Rolled> {
     let space = IndexSpace::new(&file.field, Metric::Function, Domain::Hemisphere)?;
     let bytes = 4 * space.planes() as u64;
     context.limits.check("the index of the exemplar", file.field.size(), bytes)?;
     let index = space.index_planes(&file.field);
-    roll(&Exemplar { index: &index, excluded: None }, options, &context.limits)
+    let mask = |path: &PathBuf| input::mask(path, index.size(), &context.limits);
+    let excluded = args.exclude.as_ref().map(mask).transpose()?;
+    roll(&Exemplar { index: &index, excluded: excluded.as_deref() }, options, &context.limits)
 }
 
 /// The file of the tiles, stored as the exemplar was.

@@ -26,8 +26,8 @@ pub struct Args {
 
 /// Fills the band and writes all that was asked for.
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
-    args.how.check(&[&args.file], context)?;
-    let texture = args.how.read(&args.file, context)?;
+    let applied = args.how.check(&[&args.file], context)?;
+    let texture = args.how.read(&args.file, applied, context)?;
     let size = texture.index.size();
     let band = args.band.unwrap_or_else(|| (size.width.min(size.height) / 8).max(1));
     let exemplar = Exemplar { index: &texture.index, excluded: texture.excluded.as_deref() };

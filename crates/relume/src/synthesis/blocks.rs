@@ -11,14 +11,16 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::alpha::ramps;
+use super::block_guide::BlockGuide;
 use super::canvas::Canvas;
 use super::cut::graph::{BYTES_PER_TEXEL, inside_seam};
 use super::cut::{feather, inside_cuts};
+use super::guidance::Guided;
 use super::layout::{Block, Layout};
-use super::options::{Blend, BlockOptions};
+use super::options::{Blend, BlockOptions, Boundary};
 use super::positions::Positions;
 use super::quantise::{Exemplar, Quantised};
-use super::search::plan::plan;
+use super::search::plan::{Recipe, plan};
 use super::search::{Acceptance, Effort, Found, Query, Search};
 use super::source_map::{SourceMap, Texel};
 use crate::error::Result;
@@ -122,7 +124,10 @@ pub fn synthesize(
 ) -> Result<Synthesis> {
     options.validate()?;
     let begun = Instant::now();
-    let quantised = Quantised::new(exemplars, limits)?;
+    let guided = Guided::new(exemplars, options.guidance.as_ref(), options.size, limits)?;
+    let (all, target) = guided.quantised(limits)?;
+    let quantised =
+        if target.is_some() { all.first_planes(all.planes() - guided.guides()) } else { all.clone() };
     let positions = Positions::new(exemplars, options.block)?;
     let layout = Layout::new(options, limits)?;
     let recipe = plan(&options.search, options, &layout, quantised.planes());
@@ -131,9 +136,12 @@ pub fn synthesize(
         let at_once = BYTES_PER_TEXEL * rayon::current_num_threads() as u64;
         limits.check("the graph of a block", Size::new(options.block, options.block), at_once)?;
     }
+    let wraps = options.boundary == Boundary::Torus;
+    let guide = target.map(|target| BlockGuide::new(&all, &target, guided.guides(), options.block, wraps));
+    let recipe = if guide.is_some() { Recipe::Brute } else { recipe };
     let search = recipe.prepare(&quantised, &positions);
     let mut canvas = Canvas::new(layout.size, quantised.planes(), limits)?;
-    let work = Work { options, quantised: &quantised, positions: &positions, search: &*search };
+    let work = Work { options, quantised: &quantised, positions: &positions, search: &*search, guide };
     let prepare_s = begun.elapsed().as_secs_f64();
     let (report, search_s) = work.fill(&layout, &mut canvas, progress);
     let times = Times { prepare_s, search_s, join_s: begun.elapsed().as_secs_f64() - prepare_s - search_s };
@@ -146,6 +154,7 @@ struct Work<'a> {
     quantised: &'a Quantised,
     positions: &'a Positions,
     search: &'a dyn Search,
+    guide: Option<BlockGuide>,
 }
 
 /// A block's choice and its share in each texel.
@@ -169,7 +178,7 @@ impl Work<'_> {
             let blocks: Vec<&Block> = wave.iter().map(|&index| &layout.sequence[index]).collect();
             let queries: Vec<Query> = blocks.par_iter().map(|block| self.query(block, canvas)).collect();
             let begun = Instant::now();
-            let found = self.search(&queries);
+            let found = self.search(&blocks, &queries);
             search_s += begun.elapsed().as_secs_f64();
             if self.options.search.curve {
                 let chosen = wave.iter().map(|index| index % sampled == sampled / 2);
@@ -205,7 +214,14 @@ impl Work<'_> {
     }
 
     /// The candidates of blocks that do not touch; none for the first block, which fits anything.
-    fn search(&self, queries: &[Query]) -> Vec<Option<Found>> {
+    fn search(&self, blocks: &[&Block], queries: &[Query]) -> Vec<Option<Found>> {
+        if let Some(guide) = &self.guide {
+            let jobs = blocks.par_iter().zip(queries);
+            let look = |(block, query): (&&Block, &Query)| {
+                Some(guide.candidates(query, block, self.quantised, self.positions))
+            };
+            return jobs.map(look).collect();
+        }
         match queries {
             [first] if first.neighbourhood.is_empty() => vec![None],
             _ => self.search.candidates(queries).into_iter().map(Some).collect(),
@@ -241,7 +257,7 @@ impl Work<'_> {
             }
             Some(Found { candidates, effort }) => {
                 let (texels, step) = (query.neighbourhood.texels(), self.quantised.step());
-                let best = (candidates.best as f64 / texels as f64).sqrt() * step;
+                let best = (candidates.best as f64 / texels.max(1) as f64).sqrt() * step;
                 let fitting = candidates.positions;
                 (fitting[stream.below(fitting.len())], fitting.len(), best, effort)
             }
@@ -295,6 +311,7 @@ mod tests {
                 blend: blends[join],
                 feather: usize::from(join == 2 || join == 3),
                 boundary: if torus { Boundary::Torus } else { Boundary::Open },
+                guidance: None,
                 seed,
                 search: SearchOptions::default(),
             }
@@ -335,7 +352,7 @@ mod tests {
             layout.waves = (0..layout.sequence.len()).map(|index| vec![index]).collect();
             let mut canvas = Canvas::new(layout.size, planes, &limits).unwrap();
             let search = Plain { exemplars: &quantised, positions: &positions };
-            let work = Work { options: &options, quantised: &quantised, positions: &positions, search: &search };
+            let work = Work { options: &options, quantised: &quantised, positions: &positions, search: &search, guide: None };
             let (report, _) = work.fill(&layout, &mut canvas, &());
             let map = canvas.into_map(options.size, &exemplars);
             for threads in [1, 2, 5] {

@@ -10,6 +10,7 @@
 //! - [`quantise`]: exemplars as integers; [`positions`]: where blocks may be taken from;
 //! - [`layout`]: where blocks go and in which order; [`neighbourhood`]: what is there already;
 //! - [`search`]: a family of exact searches;
+//! - [`guidance`]: maps that an output follows; [`block_guide`]: how blocks do;
 //! - [`cut`] and [`alpha`]: joining a block to what is there;
 //! - [`pixel`]: methods that place one texel after another;
 //! - [`fill`]: holes and borders replaced by copies;
@@ -21,11 +22,13 @@
 //! does not depend on threads or processors.
 
 pub mod alpha;
+pub mod block_guide;
 mod blocks;
 mod canvas;
 pub mod cut;
 pub mod fill;
 mod gather;
+pub mod guidance;
 pub mod layout;
 pub mod neighbourhood;
 pub mod noise;
@@ -39,6 +42,7 @@ pub mod source_map;
 
 pub use blocks::{Placement, RejectionCurve, Report, Synthesis, Times, synthesize};
 pub use gather::gather;
+pub use guidance::Guidance;
 pub use options::{Blend, BlockOptions, Boundary, Tolerance};
 pub use quantise::Exemplar;
 pub use source_map::{Part, SourceMap, Texel};

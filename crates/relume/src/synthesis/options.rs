@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::guidance::Guidance;
 use super::search::SearchOptions;
 use crate::error::{Error, Result};
 use crate::planes::Size;
@@ -61,6 +62,8 @@ pub struct BlockOptions {
     pub feather: usize,
     /// Whether the output closes on itself.
     pub boundary: Boundary,
+    /// What the output is to follow.
+    pub guidance: Option<Guidance>,
     /// Seed of the random choices.
     pub seed: u64,
     /// How blocks are searched for; it changes the time, never the result.
@@ -132,6 +135,7 @@ impl Default for BlockOptions {
             blend: Blend::Cut,
             feather: 0,
             boundary: Boundary::Open,
+            guidance: None,
             seed: 0,
             search: SearchOptions::default(),
         }

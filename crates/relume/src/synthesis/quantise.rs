@@ -76,6 +76,13 @@ impl IndexTexels {
         Self { size, planes, codes }
     }
 
+    fn first_planes(&self, planes: usize) -> Self {
+        let all = self.codes[..self.size.texels() * self.planes].chunks_exact(self.planes);
+        let mut codes: Vec<i16> = all.flat_map(|texel| &texel[..planes]).copied().collect();
+        codes.resize(codes.len() + PADDING, 0);
+        Self { size: self.size, planes, codes }
+    }
+
     /// The codes of `width` texels from (x, y) to the right.
     pub fn run(&self, x: usize, y: usize, width: usize) -> &[i16] {
         &self.codes[self.start(x, y)..][..width * self.planes]
@@ -122,6 +129,20 @@ impl Quantised {
     pub(super) fn halved(&self) -> Self {
         let texels = self.texels.iter().map(|texels| texels.halved(self.planes)).collect();
         Self { texels, ..*self }
+    }
+
+    /// Takes the last exemplar off.
+    ///
+    /// # Panics
+    /// When there is none.
+    pub(super) fn pop(&mut self) -> IndexTexels {
+        self.texels.pop().expect("there is an exemplar")
+    }
+
+    /// The first `planes` planes alone.
+    pub(super) fn first_planes(&self, planes: usize) -> Self {
+        let texels = self.texels.iter().map(|texels| texels.first_planes(planes)).collect();
+        Self { texels, planes, step: self.step }
     }
 
     /// Sets every code, for tests at the limit of the range.

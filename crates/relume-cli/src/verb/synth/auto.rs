@@ -102,7 +102,9 @@ impl Auto {
     /// are tries left the same again with other seeds.
     fn ways(&self, args: &super::Args, advice: &Advice) -> Vec<Attempt> {
         let joined = self.blocks.blend != Blend::Cut || self.blocks.feather > 0;
-        let asked = args.block.is_some() || args.overlap.is_some() || args.delta.is_some() || joined;
+        let guided = self.blocks.guidance.is_some();
+        let asked =
+            args.block.is_some() || args.overlap.is_some() || args.delta.is_some() || joined || guided;
         let advised = advice.ways.iter().filter_map(|way| match *way {
             Way::Quilting { block, overlap } if args.block.is_none() => {
                 let overlap = args.overlap.unwrap_or(overlap);

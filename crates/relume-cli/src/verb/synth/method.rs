@@ -7,7 +7,7 @@ use relume::synthesis::pixel::{
     EfrosLeungOptions, Growth, NeighbourSearch, PatchMatchOptions, WeiLevoyOptions, efros_leung, patch_match,
     wei_levoy,
 };
-use relume::synthesis::{BlockOptions, Exemplar, SourceMap, synthesize};
+use relume::synthesis::{BlockOptions, Boundary, Exemplar, SourceMap, synthesize};
 use relume::{Error, ReflectanceField, Result, Size};
 use serde_json::{Value, json};
 
@@ -26,20 +26,26 @@ pub struct Args {
     method: Method,
     /// Side of the window of texels that is compared, odd; alone it must hold the texture's largest
     /// thing, with several levels the coarsest one does [default: 11 for efros-leung, 5 for wei-levoy,
-    /// 7 for patchmatch]
+    /// 9 for patchmatch]
     #[arg(long, value_name = "N", help_heading = "Options of the pixel methods")]
     neighbourhood: Option<usize>,
     /// Draw among windows up to (1 + E) times the squared distance of the best one [default: 0.1]
     #[arg(long, value_name = "E", help_heading = "Options of the pixel methods")]
     epsilon: Option<f64>,
-    /// Resolutions, each half the one before [default: 4]
+    /// Resolutions, each half the one before [default: 4 for wei-levoy; for patchmatch 5, or as many as
+    /// patches fit]
     #[arg(long, value_name = "N", help_heading = "Options of the pixel methods")]
     levels: Option<usize>,
     /// Leaves of the tree in which neighbourhoods are looked for; 0 looks at all of them instead
-    /// [default: 2048]
+    /// [default: 4096]
     #[arg(long, value_name = "N", help_heading = "Options of the pixel methods")]
     codewords: Option<usize>,
-    /// How often matches and texels are improved at each level [default: 3]
+    /// Look only among what continues a neighbour, and for each of these K - 1 exemplar texels that are
+    /// like it: 1 is the fastest and keeps pieces together
+    #[arg(long, value_name = "K", help_heading = "Options of the pixel methods")]
+    coherence: Option<usize>,
+    /// How often matches and texels are improved at each level, at most twice at the finest one
+    /// [default: 5]
     #[arg(long, value_name = "N", help_heading = "Options of the pixel methods")]
     rounds: Option<usize>,
     /// How much parts of the exemplar are avoided that are used more than evenly [default: 0.3]
@@ -117,8 +123,9 @@ impl Plan {
     ///
     /// # Errors
     /// When they mean nothing, or options of another method are given.
-    pub fn new(args: &Args, blocks: BlockOptions) -> Result<Self> {
-        args.refuse_strangers()?;
+    pub fn new(synth: &super::Args, blocks: BlockOptions) -> Result<Self> {
+        let args = &synth.method;
+        args.refuse_strangers(&synth.of_blocks())?;
         let (size, boundary, seed) = (blocks.size, blocks.boundary, blocks.seed);
         match args.method {
             Method::Quilting => {
@@ -129,20 +136,24 @@ impl Plan {
                 let default = EfrosLeungOptions::default();
                 let window = args.neighbourhood.unwrap_or(default.window);
                 let epsilon = args.epsilon.unwrap_or(default.epsilon);
-                let options = EfrosLeungOptions { size, window, epsilon, boundary, seed };
+                let guidance = blocks.guidance;
+                let options = EfrosLeungOptions { size, window, epsilon, boundary, guidance, seed };
                 options.validate()?;
                 Ok(Self::EfrosLeung(options))
             }
             Method::WeiLevoy => {
                 let default = WeiLevoyOptions::default();
-                let search = match args.codewords {
-                    None => default.search,
-                    Some(0) => NeighbourSearch::Full,
-                    Some(codewords) => NeighbourSearch::Tsvq(codewords),
-                };
+                if boundary == Boundary::Torus {
+                    return Err(Error::usage(
+                        "--method wei-levoy does not join its last rows to the first: leave --tile out and make \
+                         the result tile with relume tileable, or choose another method",
+                    ));
+                }
+                let search = args.neighbour_search(default.search);
                 let window = args.neighbourhood.unwrap_or(default.window);
                 let levels = args.levels.unwrap_or(default.levels);
-                let options = WeiLevoyOptions { size, window, levels, search, seed };
+                let guidance = blocks.guidance;
+                let options = WeiLevoyOptions { size, window, levels, search, guidance, seed };
                 options.validate()?;
                 Ok(Self::WeiLevoy(options))
             }
@@ -154,6 +165,7 @@ impl Plan {
                     levels: args.levels.unwrap_or(default.levels),
                     rounds: args.rounds.unwrap_or(default.rounds),
                     uniformity: args.uniformity.unwrap_or(default.uniformity),
+                    guidance: blocks.guidance,
                     seed,
                     ..default
                 };
@@ -224,9 +236,10 @@ fn describe_scan(options: &WeiLevoyOptions, scanned: &Scanned) -> (String, Value
 }
 
 fn describe_optimisation(options: &PatchMatchOptions, optimised: &Optimised) -> (String, Value) {
-    let PatchMatchOptions { window, levels, rounds, uniformity, .. } = *options;
+    let PatchMatchOptions { window, rounds, uniformity, .. } = *options;
+    let levels = optimised.levels;
     let how = format!(
-        "improved {rounds} times at {levels} levels by patches of {window}, matched to {} positions",
+        "improved up to {rounds} times at {levels} levels by patches of {window}, matched to {} positions",
         optimised.positions
     );
     let json = json!({
@@ -241,18 +254,14 @@ fn describe_optimisation(options: &PatchMatchOptions, optimised: &Optimised) -> 
 
 /// What a pixel method says of itself.
 fn texel_report(args: &super::Args, size: Size, how: &str, special: Value) -> Report {
-    let tiles = match args.method.method {
-        Method::WeiLevoy => "; its coarser levels tile",
-        Method::PatchMatch => "; tiles without a seam",
-        _ if args.tile => "; tiles without a seam",
-        _ => "",
-    };
+    let closed = args.tile || args.method.method == Method::PatchMatch;
+    let tiles = if closed { "; tiles without a seam" } else { "" };
     let text = format!("{}: {size} texels {how}{tiles}", args.output.display());
     let mut json = json!({
         "width": size.width,
         "height": size.height,
         "method": args.method.method.name(),
-        "tile": args.tile,
+        "tile": closed,
         "seed": args.seed,
     });
     for (name, value) in special.as_object().into_iter().flatten() {
@@ -267,20 +276,46 @@ impl Args {
         self.method == Method::Noise
     }
 
-    /// Refuses options of another method than the chosen one.
-    fn refuse_strangers(&self) -> Result<()> {
+    /// How Wei-Levoy searches.
+    fn neighbour_search(&self, default: NeighbourSearch) -> NeighbourSearch {
+        let customary = match default {
+            NeighbourSearch::Tsvq(codewords) => codewords,
+            _ => 0,
+        };
+        match (self.coherence, self.codewords.unwrap_or(customary)) {
+            (Some(candidates), codewords) => NeighbourSearch::Coherence { candidates, codewords },
+            (None, 0) => NeighbourSearch::Full,
+            (None, codewords) => NeighbourSearch::Tsvq(codewords),
+        }
+    }
+
+    /// Options of some methods, whether they are given, and whose they are.
+    fn special(&self) -> [(&'static str, bool, &'static [Method]); 9] {
         use Method::{EfrosLeung, PatchMatch, WeiLevoy};
-        let given: [(&str, bool, &[Method]); 8] = [
+        [
             ("--tiles", self.tiles.is_some(), &[Method::Roller]),
             ("--tries", self.tries.is_some(), &[Method::Auto]),
             ("--neighbourhood", self.neighbourhood.is_some(), &[EfrosLeung, WeiLevoy, PatchMatch]),
             ("--epsilon", self.epsilon.is_some(), &[EfrosLeung]),
             ("--levels", self.levels.is_some(), &[WeiLevoy, PatchMatch]),
             ("--codewords", self.codewords.is_some(), &[WeiLevoy]),
+            ("--coherence", self.coherence.is_some(), &[WeiLevoy]),
             ("--rounds", self.rounds.is_some(), &[PatchMatch]),
             ("--uniformity", self.uniformity.is_some(), &[PatchMatch]),
-        ];
-        for (name, _, methods) in given.into_iter().filter(|(_, given, _)| *given) {
+        ]
+    }
+
+    /// Options of some methods, and whether they are given.
+    pub fn given(&self) -> impl Iterator<Item = (&'static str, bool)> {
+        self.special().into_iter().map(|(name, given, _)| (name, given))
+    }
+
+    /// Refuses options of another method than the chosen one.
+    fn refuse_strangers(&self, of_blocks: &[(&'static str, bool)]) -> Result<()> {
+        let blocks =
+            of_blocks.iter().map(|(name, given)| (*name, *given, &[Method::Quilting, Method::Auto][..]));
+        let given = blocks.chain(self.special());
+        for (name, _, methods) in given.filter(|(_, given, _)| *given) {
             if !methods.contains(&self.method) {
                 let names: Vec<&str> = methods.iter().map(|method| method.name()).collect();
                 return Err(Error::usage(format!(

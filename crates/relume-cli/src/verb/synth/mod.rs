@@ -4,15 +4,15 @@
 //! [`method`] holds what differs between the methods; [`auto`] chooses among them by measuring.
 
 mod auto;
+mod guide;
 mod method;
 mod roller;
 
-use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use relume::field::{Domain, Metric};
-use relume::format::{FieldFile, FieldFormat};
+use relume::format::FieldFile;
 use relume::synthesis::search::{KernelBasis, SearchMethod, SearchOptions};
 use relume::synthesis::{Blend, BlockOptions, Boundary, Exemplar, SourceMap, Synthesis, Tolerance};
 use relume::{Error, ReflectanceField, Result, Size};
@@ -21,6 +21,7 @@ use serde_json::json;
 use super::endless;
 use crate::context::Context;
 use crate::output;
+use crate::rearranged::{self, Applied, read_all, read_registered};
 use crate::report::Report;
 use crate::{args, gathered, input};
 use method::Plan;
@@ -50,21 +51,21 @@ pub struct Args {
     /// Texels by which blocks overlap [default: a sixth of the block]
     #[arg(long, value_name = "N")]
     overlap: Option<usize>,
-    /// Draw among blocks up to (1 + T) times the distance of the best one
-    #[arg(long, value_name = "T", default_value_t = 0.1, conflicts_with = "delta")]
-    tolerance: f64,
+    /// Draw among blocks up to (1 + T) times the distance of the best one [default: 0.1]
+    #[arg(long, value_name = "T", conflicts_with = "delta")]
+    tolerance: Option<f64>,
     /// Draw among blocks up to this distance instead: root mean square over the overlap's texels, in
     /// the units of the metric
     #[arg(long, value_name = "D")]
     delta: Option<f64>,
     /// Join blocks along cuts, one for each overlap or one seam through all of them at once, which
-    /// copies every texel, or by ramps
-    #[arg(long, default_value = "cut", value_parser = blend())]
-    blend: Blend,
+    /// copies every texel, or by ramps [default: cut]
+    #[arg(long, value_parser = blend())]
+    blend: Option<Blend>,
     /// Blend the functions within N texels of a cut on either side, at most the overlap; 0 copies
-    /// every texel
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    feather: usize,
+    /// every texel [default: 0]
+    #[arg(long, value_name = "N")]
+    feather: Option<usize>,
     /// Make the output tile without a seam
     #[arg(long)]
     tile: bool,
@@ -75,12 +76,12 @@ pub struct Args {
     /// The light directions over which functions are compared
     #[arg(long, default_value = "hemisphere", value_parser = args::domain())]
     domain: Domain,
-    /// How blocks are searched for; all ways give the same texture
-    #[arg(long, default_value = "auto", value_parser = search())]
-    search: SearchMethod,
-    /// The basis of --search projection
-    #[arg(long, value_name = "BASIS", default_value = "svd", value_parser = kernels())]
-    kernels: KernelBasis,
+    /// How blocks are searched for; all ways give the same texture [default: auto]
+    #[arg(long, value_parser = search())]
+    search: Option<SearchMethod>,
+    /// The basis of --search projection [default: svd]
+    #[arg(long, value_name = "BASIS", value_parser = kernels())]
+    kernels: Option<KernelBasis>,
     /// Exemplar texels that may not be used: white in a mask as large as the exemplar; with several
     /// exemplars, one mask for each in turn
     #[arg(long, value_name = "MASK", num_args = 1..)]
@@ -91,16 +92,26 @@ pub struct Args {
     /// Another seed gives another texture
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
-    /// Also write where each texel comes from, as x, y and exemplar: .npy or .exr
-    #[arg(long, value_name = "FILE")]
-    source_map: Option<PathBuf>,
-    /// Also rearrange these registered images in the same way; with several exemplars, one image for
-    /// each in turn. OUTPUT_IMAGE beside the output, or IMAGE in --apply-dir
-    #[arg(long, value_name = "IMAGE", num_args = 1..)]
-    apply: Vec<PathBuf>,
-    /// The folder for the images of --apply
-    #[arg(long, value_name = "DIR", requires = "apply")]
-    apply_dir: Option<PathBuf>,
+    #[command(flatten)]
+    guide: guide::Args,
+    #[command(flatten)]
+    rearranged: rearranged::Args,
+}
+
+impl Args {
+    /// Options of blocks, and whether they are given.
+    fn of_blocks(&self) -> [(&'static str, bool); 8] {
+        [
+            ("--block", self.block.is_some()),
+            ("--overlap", self.overlap.is_some()),
+            ("--tolerance", self.tolerance.is_some()),
+            ("--delta", self.delta.is_some()),
+            ("--blend", self.blend.is_some()),
+            ("--feather", self.feather.is_some()),
+            ("--search", self.search.is_some()),
+            ("--kernels", self.kernels.is_some()),
+        ]
+    }
 }
 
 /// Synthesises a texture and writes all that was asked for.
@@ -109,10 +120,10 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         return Ok(report);
     }
     let applied = check_outputs(args, context)?;
-    let plan = Plan::new(&args.method, options(args))?;
+    let guidance = args.guide.read(args.exemplars.len(), context)?;
+    let plan = Plan::new(args, BlockOptions { guidance, ..options(args) })?;
     let files = read_all(&args.exemplars, context)?;
-    let images =
-        applied.iter().map(|job| read_registered(job.images, &files, context)).collect::<Result<Vec<_>>>()?;
+    let images = read_registered(&applied, &files, context)?;
     let (map, report) = synthesise(args, &files, &plan, context)?;
     let output = gathered::apply(&map, &files, &args.output, context)?;
     let mut bytes = vec![(args.output.clone(), output)];
@@ -120,9 +131,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         let image = gathered::apply(&map, images, &job.output, context)?;
         bytes.push((job.output, image));
     }
-    if let Some(path) = &args.source_map {
-        bytes.push((path.clone(), gathered::source_map(&map, path, context)?));
-    }
+    bytes.extend(args.rearranged.source_map(&map, context)?);
     if let Some(path) = &args.report {
         bytes.push((path.clone(), format!("{:#}\n", report.json).into_bytes()));
     }
@@ -137,15 +146,14 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
 
 /// What matters where the output is a window of an endless plane.
 fn endless_job(args: &Args) -> endless::Job<'_> {
-    let given = [
+    let more = [
         ("--tile", args.tile),
-        ("--overlap", args.overlap.is_some()),
-        ("--delta", args.delta.is_some()),
         ("--exclude", !args.exclude.is_empty()),
         ("--report", args.report.is_some()),
-        ("--source-map", args.source_map.is_some()),
-        ("--apply", !args.apply.is_empty()),
+        args.guide.given(),
     ];
+    let given =
+        more.into_iter().chain(args.of_blocks()).chain(args.method.given()).chain(args.rearranged.given());
     endless::Job {
         args: &args.endless,
         exemplars: &args.exemplars,
@@ -154,125 +162,39 @@ fn endless_job(args: &Args) -> endless::Job<'_> {
         seed: args.seed,
         tile: args.tile,
         noise: args.method.is_noise(),
-        other_options: given.into_iter().filter(|(_, given)| *given).map(|(name, _)| name).collect(),
+        other_options: given.filter(|(_, given)| *given).map(|(name, _)| name).collect(),
     }
 }
 
 fn options(args: &Args) -> BlockOptions {
     let default = BlockOptions::default();
     let block = args.block.unwrap_or(default.block);
+    let relative = args.tolerance.map_or(default.tolerance, Tolerance::Relative);
     BlockOptions {
         size: args.size.unwrap_or(default.size),
         block,
         overlap: args.overlap.unwrap_or_else(|| BlockOptions::customary_overlap(block)),
-        tolerance: args.delta.map_or(Tolerance::Relative(args.tolerance), Tolerance::Absolute),
-        blend: args.blend,
-        feather: args.feather,
+        tolerance: args.delta.map_or(relative, Tolerance::Absolute),
+        blend: args.blend.unwrap_or(default.blend),
+        feather: args.feather.unwrap_or(default.feather),
         boundary: if args.tile { Boundary::Torus } else { Boundary::Open },
+        guidance: None,
         seed: args.seed,
         search: SearchOptions {
-            method: args.search,
-            basis: args.kernels,
+            method: args.search.unwrap_or_default(),
+            basis: args.kernels.unwrap_or_default(),
             curve: args.report.is_some(),
             ..SearchOptions::default()
         },
     }
 }
 
-/// Images to rearrange into one output, one for each exemplar.
-struct Applied<'a> {
-    images: &'a [PathBuf],
-    output: PathBuf,
-}
-
 /// Names all outputs and refuses them before any work is done.
 fn check_outputs<'a>(args: &'a Args, context: &Context) -> Result<Vec<Applied<'a>>> {
-    let count = args.exemplars.len();
-    if !args.apply.len().is_multiple_of(count) {
-        return Err(Error::usage(format!(
-            "--apply has {} images for {count} exemplars: give one for each exemplar in turn",
-            args.apply.len()
-        )));
-    }
-    let inputs: Vec<&Path> =
-        [&args.exemplars, &args.apply, &args.exclude].into_iter().flatten().map(PathBuf::as_path).collect();
-    if inputs.iter().filter(|path| output::is_stream(path)).count() > 1 {
-        return Err(Error::usage("standard input can be read only once: give - for one input at most"));
-    }
-    let jobs = args
-        .apply
-        .chunks(count)
-        .map(|images| applied_output(args, &images[0]).map(|output| Applied { images, output }));
-    let jobs = jobs.collect::<Result<Vec<_>>>()?;
-    let mut outputs: Vec<&Path> = vec![&args.output];
-    outputs.extend(args.source_map.as_deref());
-    outputs.extend(args.report.as_deref());
-    outputs.extend(jobs.iter().map(|job| job.output.as_path()));
-    for (i, path) in outputs.iter().enumerate() {
-        output::check(path, &inputs, context)?;
-        if outputs[..i].contains(path) {
-            return Err(Error::usage("is named for two outputs of this command: choose another").at(path));
-        }
-    }
-    if let Some(path) = &args.source_map {
-        gathered::check_map(path)?;
-    }
-    let textures = jobs.iter().map(|job| job.output.as_path()).chain([args.output.as_path()]);
-    for path in textures.filter(|path| !output::is_stream(path)) {
-        FieldFormat::from_path(path)?;
-    }
-    Ok(jobs)
-}
-
-/// Where a rearranged image goes.
-fn applied_output(args: &Args, image: &Path) -> Result<PathBuf> {
-    let name = image.file_name().filter(|_| !output::is_stream(image));
-    let name = name.ok_or_else(|| Error::usage("has no file name to call its output by").at(image))?;
-    if let Some(folder) = &args.apply_dir {
-        return Ok(folder.join(name));
-    }
-    let stem = args.output.file_stem().filter(|_| !output::is_stream(&args.output)).ok_or_else(|| {
-        Error::usage("--apply names its outputs after the output file: give a file or --apply-dir")
-    })?;
-    let mut joined = OsString::from(stem);
-    joined.push("_");
-    joined.push(name);
-    Ok(args.output.with_file_name(joined))
-}
-
-/// Reads fields that must be of one kind.
-fn read_all(paths: &[PathBuf], context: &Context) -> Result<Vec<FieldFile>> {
-    let kind = |field: &ReflectanceField| {
-        format!("{} {} in {} values", field.color().name(), field.basis().name(), field.space())
-    };
-    let files = paths.iter().map(|path| input::field(path, &context.limits)).collect::<Result<Vec<_>>>()?;
-    for (file, path) in files.iter().zip(paths) {
-        let (found, expected) = (kind(&file.field), kind(&files[0].field));
-        if found != expected {
-            return Err(Error::usage(format!(
-                "holds {found} and {} {expected}: they must be of one kind",
-                paths[0].display()
-            ))
-            .at(path));
-        }
-    }
-    Ok(files)
-}
-
-/// Reads images that must be as large as the exemplars, one for each.
-fn read_registered(paths: &[PathBuf], exemplars: &[FieldFile], context: &Context) -> Result<Vec<FieldFile>> {
-    let images = read_all(paths, context)?;
-    for ((image, exemplar), path) in images.iter().zip(exemplars).zip(paths) {
-        let (found, expected) = (image.field.size(), exemplar.field.size());
-        if found != expected {
-            return Err(Error::usage(format!(
-                "is {found} texels and its exemplar {expected}: --apply takes images registered with the \
-                 exemplar, texel by texel"
-            ))
-            .at(path));
-        }
-    }
-    Ok(images)
+    let inputs = [&args.exemplars, &args.exclude].into_iter().flatten().map(PathBuf::as_path);
+    let inputs: Vec<&Path> = inputs.chain(args.guide.inputs()).collect();
+    let outputs: Vec<&Path> = std::iter::once(&*args.output).chain(args.report.as_deref()).collect();
+    args.rearranged.check(&inputs, &outputs, args.exemplars.len(), context)
 }
 
 fn synthesise(

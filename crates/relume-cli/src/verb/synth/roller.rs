@@ -25,6 +25,9 @@ impl Laid {
     pub fn new(tiles: usize, blocks: &BlockOptions) -> Result<Self> {
         let options = RollerOptions { tiles, ..RollerOptions::default() };
         options.validate()?;
+        if blocks.guidance.is_some() {
+            return Err(Error::usage("--method roller lays tiles in random order and follows no guides"));
+        }
         Ok(Self { options, size: blocks.size, boundary: blocks.boundary, seed: blocks.seed })
     }
 

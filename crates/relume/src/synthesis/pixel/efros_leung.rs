@@ -20,10 +20,11 @@ use crate::limits::Limits;
 use crate::numeric::random::Stream;
 use crate::planes::Size;
 use crate::progress::Progress;
+use crate::synthesis::guidance::{Guidance, Guided};
 use crate::synthesis::options::Boundary;
 use crate::synthesis::positions::Positions;
 use crate::synthesis::quantise::{Exemplar, Quantised};
-use crate::synthesis::source_map::SourceMap;
+use crate::synthesis::source_map::{SourceMap, Texel};
 
 /// Side of the piece from which the output grows.
 const SEED_SIDE: usize = 3;
@@ -40,6 +41,8 @@ pub struct EfrosLeungOptions {
     pub epsilon: f64,
     /// Whether the output closes on itself.
     pub boundary: Boundary,
+    /// What the output is to follow.
+    pub guidance: Option<Guidance>,
     /// Seed of the random choices.
     pub seed: u64,
 }
@@ -47,7 +50,14 @@ pub struct EfrosLeungOptions {
 impl Default for EfrosLeungOptions {
     /// 256 x 256 texels, windows of 11, epsilon 0.1, open edges.
     fn default() -> Self {
-        Self { size: Size::new(256, 256), window: 11, epsilon: 0.1, boundary: Boundary::Open, seed: 0 }
+        Self {
+            size: Size::new(256, 256),
+            window: 11,
+            epsilon: 0.1,
+            boundary: Boundary::Open,
+            guidance: None,
+            seed: 0,
+        }
     }
 }
 
@@ -98,12 +108,19 @@ pub fn efros_leung(
     progress: &dyn Progress,
 ) -> Result<(SourceMap, Growth)> {
     options.validate()?;
-    let quantised = Quantised::new(exemplars, limits)?;
+    let guided = Guided::new(exemplars, options.guidance.as_ref(), options.size, limits)?;
+    let (quantised, target) = guided.quantised(limits)?;
     let positions = Positions::of_windows(exemplars, options.window)?;
-    let scan = Scan::new(&quantised, &positions, limits)?;
+    let scan = Scan::guided(&quantised, &positions, guided.guides(), limits)?;
     let window = Window::gaussian(options.window);
     let mut lattice = Lattice::new(options.size, quantised.planes(), options.boundary, limits)?;
-    plant(&mut lattice, &quantised, &positions, options);
+    let mut fitting = None;
+    if let Some(target) = &target {
+        lattice.guide(target, guided.guides());
+        let middle = options.size.index(options.size.width / 2, options.size.height / 2);
+        fitting = Some(scan.matches(&window.query(&lattice, middle), options.epsilon, &[]).positions);
+    }
+    plant(&mut lattice, &quantised, &positions, fitting.as_deref(), options);
     let grower = Grower {
         exemplars: &quantised,
         positions: &positions,
@@ -116,10 +133,20 @@ pub fn efros_leung(
     Ok((lattice.into_map(exemplars), growth))
 }
 
-/// Puts the middle of a window drawn at random in the middle of the output.
-fn plant(lattice: &mut Lattice, quantised: &Quantised, positions: &Positions, options: &EfrosLeungOptions) {
+/// Puts the middle of a window drawn at random in the middle of the output, one of those that fit the
+/// guide there where there is one.
+fn plant(
+    lattice: &mut Lattice,
+    quantised: &Quantised,
+    positions: &Positions,
+    fitting: Option<&[Texel]>,
+    options: &EfrosLeungOptions,
+) {
     let mut stream = Stream::new(options.seed, u64::MAX);
-    let corner = positions.nth(stream.below(positions.count()));
+    let corner = match fitting {
+        Some(fitting) => fitting[stream.below(fitting.len())],
+        None => positions.nth(stream.below(positions.count())),
+    };
     let inset = (options.window - SEED_SIDE) / 2;
     let size = options.size;
     let (left, top) = (size.width.saturating_sub(SEED_SIDE) / 2, size.height.saturating_sub(SEED_SIDE) / 2);
@@ -150,7 +177,7 @@ mod tests {
         let quantised = Quantised::new(exemplars, &limits).unwrap();
         let positions = Positions::new(exemplars, options.window).unwrap();
         let mut lattice = Lattice::new(options.size, quantised.planes(), options.boundary, &limits).unwrap();
-        plant(&mut lattice, &quantised, &positions, options);
+        plant(&mut lattice, &quantised, &positions, None, options);
         let window = Window::gaussian(options.window);
         let radius = window.radius();
         while lattice.unknown().next().is_some() {
@@ -210,6 +237,7 @@ mod tests {
             epsilon: 0.0,
             boundary: Boundary::Torus,
             seed: 5,
+            ..EfrosLeungOptions::default()
         };
         let made =
             efros_leung(&[Exemplar { index: &index, excluded: None }], &options, &Limits::default(), &());

@@ -4,7 +4,7 @@ use crate::error::Result;
 use crate::limits::Limits;
 use crate::planes::Size;
 use crate::synthesis::options::Boundary;
-use crate::synthesis::quantise::{Exemplar, Quantised};
+use crate::synthesis::quantise::{Exemplar, IndexTexels, Quantised};
 use crate::synthesis::source_map::{SourceMap, Texel};
 
 /// Codes and sources of the texels that are known, on an open rectangle or a torus.
@@ -12,6 +12,8 @@ use crate::synthesis::source_map::{SourceMap, Texel};
 pub struct Lattice {
     size: Size,
     planes: usize,
+    /// The last planes, which are given and not copied.
+    guides: usize,
     boundary: Boundary,
     codes: Vec<i16>,
     sources: Vec<Texel>,
@@ -30,11 +32,40 @@ impl Lattice {
         Ok(Self {
             size,
             planes,
+            guides: 0,
             boundary,
             codes: vec![0; texels * planes],
             sources: vec![Texel::default(); texels],
             known: vec![false; texels],
         })
+    }
+
+    /// Gives the last `guides` planes of every texel their codes, for good.
+    pub fn guide(&mut self, target: &IndexTexels, guides: usize) {
+        assert_eq!(target.size(), self.size, "a guide is as large as the output");
+        self.guides = guides;
+        for (y, row) in self.codes.chunks_exact_mut(self.size.width * self.planes).enumerate() {
+            let theirs = target.run(0, y, self.size.width);
+            let texels = row.chunks_exact_mut(self.planes).zip(theirs.chunks_exact(self.planes));
+            texels.for_each(|(to, from)| {
+                to[self.planes - guides..].copy_from_slice(&from[self.planes - guides..])
+            });
+        }
+    }
+
+    /// How many of the planes are given.
+    pub fn guides(&self) -> usize {
+        self.guides
+    }
+
+    /// The given codes of a texel.
+    pub fn guide_codes(&self, texel: usize) -> &[i16] {
+        &self.codes(texel)[self.planes - self.guides..]
+    }
+
+    /// The codes of a texel that are copied with it.
+    pub fn copied_codes(&self, texel: usize) -> &[i16] {
+        &self.codes(texel)[..self.planes - self.guides]
     }
 
     /// Width and height.
@@ -107,7 +138,8 @@ impl Lattice {
     /// Puts a copy of an exemplar texel.
     pub fn put(&mut self, texel: usize, source: Texel, exemplars: &Quantised) {
         let from = exemplars.texels()[source.exemplar as usize].run(source.x as usize, source.y as usize, 1);
-        self.codes[texel * self.planes..][..self.planes].copy_from_slice(from);
+        let copied = self.planes - self.guides;
+        self.codes[texel * self.planes..][..copied].copy_from_slice(&from[..copied]);
         self.sources[texel] = source;
         self.known[texel] = true;
     }

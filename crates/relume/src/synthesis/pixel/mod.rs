@@ -8,7 +8,7 @@
 //!
 //! - [`mod@efros_leung`]: outward from a seed, by weighted windows;
 //! - [`mod@wei_levoy`]: in scanline order from noise, coarse to fine; [`pyramid`]: its resolutions;
-//!   [`tsvq`]: a tree that finds near [`vectors`];
+//!   [`tsvq`]: a tree that finds near [`vectors`]; or few candidates, which continue what is around;
 //! - [`mod@patch_match`]: the output improved as a whole, coarse to fine, by matches of its patches;
 //! - [`grow`]: the growth itself, which hole filling shares; [`front`]: its order;
 //! - [`lattice`]: the output while it is being made; [`window`]: which surroundings count how much;

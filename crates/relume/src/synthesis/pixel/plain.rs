@@ -41,11 +41,15 @@ pub fn matches(exemplars: &Quantised, positions: &Positions, query: &Query, epsi
 /// `position`.
 pub fn distance(exemplars: &Quantised, query: &Query, position: Texel) -> u64 {
     let exemplar = &exemplars.texels()[position.exemplar as usize];
-    let known = query.taps.iter().zip(query.codes.chunks_exact(exemplars.planes()));
+    let guides = query.guide_codes.len() / query.guide_taps.len().max(1);
+    let copied = exemplars.planes() - guides;
+    let known = query.taps.iter().zip(query.codes.chunks_exact(copied)).map(|(t, c)| (t, c, 0..copied));
+    let guided = query.guide_taps.iter().zip(query.guide_codes.chunks_exact(guides.max(1)));
     known
-        .map(|(tap, codes)| {
+        .chain(guided.map(|(t, c)| (t, c, copied..copied + guides)))
+        .map(|(tap, codes, planes)| {
             let (x, y) = query.place(tap);
-            let there = exemplar.run(position.x as usize + x, position.y as usize + y, 1);
+            let there = &exemplar.run(position.x as usize + x, position.y as usize + y, 1)[planes];
             let squares = there.iter().zip(codes).map(|(a, b)| u64::from(a.abs_diff(*b)).pow(2));
             tap.weight.value() * squares.sum::<u64>()
         })

@@ -3,8 +3,9 @@
 use crate::error::{Error, Result};
 use crate::limits::Limits;
 use crate::planes::Size;
+use crate::synthesis::guidance::Guided;
 use crate::synthesis::positions::Positions;
-use crate::synthesis::quantise::{Exemplar, Quantised};
+use crate::synthesis::quantise::{Exemplar, IndexTexels, Quantised};
 
 /// One resolution of the exemplars.
 #[derive(Debug)]
@@ -21,6 +22,12 @@ impl Level {
         let sizes = self.exemplars.texels().iter().map(|texels| texels.size());
         let areas: Vec<_> = sizes.zip(self.masks.iter().map(Option::as_deref)).collect();
         Positions::of_areas(&areas, window, "window")
+    }
+
+    /// Takes the last exemplar off: the guide of the output.
+    pub(in crate::synthesis) fn pop(&mut self) -> IndexTexels {
+        self.masks.pop();
+        self.exemplars.pop()
     }
 
     fn halved(&self) -> Self {
@@ -60,6 +67,22 @@ pub fn pyramid(
         pyramid.push(next);
     }
     Ok(pyramid)
+}
+
+/// The resolutions of exemplars with guides, and of the output's guide.
+///
+/// # Errors
+/// As [`pyramid`].
+pub(in crate::synthesis) fn guided_pyramid(
+    guided: &Guided<'_>,
+    levels: usize,
+    window: usize,
+    limits: &Limits,
+) -> Result<(Vec<Level>, Vec<Option<IndexTexels>>)> {
+    let mut pyramid = pyramid(&guided.all(), levels, window, limits)?;
+    let target = |level: &mut Level| (guided.guides() > 0).then(|| level.pop());
+    let targets = pyramid.iter_mut().map(target).collect();
+    Ok((pyramid, targets))
 }
 
 /// The size of the next coarser level: half, rounded up.

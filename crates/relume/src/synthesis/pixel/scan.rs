@@ -39,6 +39,8 @@ pub struct Scan<'a> {
     exemplars: &'a Quantised,
     positions: &'a Positions,
     paired: Vec<Vec<Pair>>,
+    /// The last planes, which are guides.
+    guides: usize,
     /// The largest code.
     peak: i16,
 }
@@ -49,14 +51,28 @@ impl<'a> Scan<'a> {
     /// # Errors
     /// When that exceeds the limits.
     pub fn new(exemplars: &'a Quantised, positions: &'a Positions, limits: &Limits) -> Result<Self> {
-        let planes = exemplars.planes();
-        let length = |texels: &IndexTexels| texels.size().texels() * planes.div_ceil(2) + LANES;
+        Self::guided(exemplars, positions, 0, limits)
+    }
+
+    /// Prepares exemplars whose last `guides` planes are guides.
+    ///
+    /// # Errors
+    /// When that exceeds the limits.
+    pub fn guided(
+        exemplars: &'a Quantised,
+        positions: &'a Positions,
+        guides: usize,
+        limits: &Limits,
+    ) -> Result<Self> {
+        let copied = exemplars.planes() - guides;
+        let count = copied.div_ceil(2) + guides.div_ceil(2);
+        let length = |texels: &IndexTexels| texels.size().texels() * count + LANES;
         let pairs: usize = exemplars.texels().iter().map(length).sum();
         limits.check_bytes("preparing the search", (pairs * size_of::<Pair>()) as u64)?;
-        let paired = exemplars.texels().iter().map(|texels| pair_up(texels, planes)).collect();
+        let paired = exemplars.texels().iter().map(|texels| pair_up(texels, copied, guides)).collect();
         let codes = exemplars.texels().iter().flat_map(|texels| texels.codes());
         let peak = codes.copied().max().unwrap_or(0);
-        Ok(Self { exemplars, positions, paired, peak })
+        Ok(Self { exemplars, positions, paired, guides, peak })
     }
 
     /// All positions within (1 + `epsilon`) of the nearest; `hints` are positions that are likely
@@ -73,24 +89,28 @@ impl<'a> Scan<'a> {
     }
 
     fn targets(&'a self, query: &Query) -> Vec<Target<'a>> {
-        let peak = query.codes.iter().fold(self.peak, |peak, &code| peak.max(code)).max(1);
+        let codes = query.codes.iter().chain(&query.guide_codes);
+        let peak = codes.fold(self.peak, |peak, &code| peak.max(code)).max(1);
         let capacity = (u64::from(u32::MAX) / largest_term(peak)) as usize / PATIENCE;
         let texels = self.exemplars.texels().iter().zip(&self.paired);
         let target = |(texels, pairs): (&'a IndexTexels, &'a Vec<Pair>)| {
-            Target::new(query, texels, self.exemplars.planes(), pairs, capacity)
+            let planes = (self.exemplars.planes() - self.guides, self.guides);
+            Target::new(query, texels, planes, pairs, capacity)
         };
         texels.map(target).collect()
     }
 }
 
-/// The planes of an exemplar in pairs, the last one alone where their number is odd; pair after
-/// pair, followed by [`LANES`] that are read and not used.
-fn pair_up(texels: &IndexTexels, planes: usize) -> Vec<Pair> {
-    let size = texels.size();
+/// The copied planes of an exemplar in pairs, the last one alone where their number is odd, and those
+/// of its guides likewise; pair after pair, followed by [`LANES`] that are read and not used.
+fn pair_up(texels: &IndexTexels, copied: usize, guides: usize) -> Vec<Pair> {
+    let (size, planes) = (texels.size(), copied + guides);
     let codes = &texels.codes()[..size.texels() * planes];
-    let mut pairs = Vec::with_capacity(size.texels() * planes.div_ceil(2) + LANES);
-    for k in (0..planes).step_by(2) {
-        let pair = |texel: &[i16]| [texel[k], texel.get(k + 1).copied().unwrap_or(0)];
+    let mut pairs = Vec::with_capacity(size.texels() * (copied.div_ceil(2) + guides.div_ceil(2)) + LANES);
+    let firsts =
+        (0..copied).step_by(2).map(|k| (k, copied)).chain((copied..planes).step_by(2).map(|k| (k, planes)));
+    for (k, end) in firsts {
+        let pair = |texel: &[i16]| [texel[k], texel[..end].get(k + 1).copied().unwrap_or(0)];
         pairs.extend(codes.chunks_exact(planes).map(pair));
     }
     pairs.extend([[0; 2]; LANES]);
@@ -145,14 +165,23 @@ struct Target<'a> {
 }
 
 impl<'a> Target<'a> {
-    fn new(query: &Query, exemplar: &IndexTexels, planes: usize, pairs: &'a [Pair], capacity: usize) -> Self {
+    fn new(
+        query: &Query,
+        exemplar: &IndexTexels,
+        (copied, guides): (usize, usize),
+        pairs: &'a [Pair],
+        capacity: usize,
+    ) -> Self {
         let size = exemplar.size();
         let mut groups: Vec<Group> = Vec::new();
-        for (tap, codes) in query.taps.iter().zip(query.codes.chunks_exact(planes)) {
+        let known = query.taps.iter().zip(query.codes.chunks_exact(copied)).map(|(t, c)| (t, c, 0));
+        let guided = query.guide_taps.iter().zip(query.guide_codes.chunks_exact(guides.max(1)));
+        let guided = guided.map(|(tap, codes)| (tap, codes, copied.div_ceil(2)));
+        for (tap, codes, first_pair) in known.chain(guided) {
             let (x, y) = query.place(tap);
             for (p, pair) in codes.chunks(2).enumerate() {
                 let codes = [pair[0], pair.get(1).copied().unwrap_or(0)];
-                let offset = p * size.texels() + size.index(x, y);
+                let offset = (first_pair + p) * size.texels() + size.index(x, y);
                 let term = Term { offset, codes, factor: tap.weight.factor };
                 let open =
                     |group: &&mut Group| group.shift == tap.weight.shift && group.terms.len() < PATIENCE;
@@ -279,7 +308,7 @@ mod tests {
     fn query(window: &Window, q: &Quantised, positions: &Positions, stream: &mut Stream) -> Query {
         let copied = (stream.below(2) == 0).then(|| positions.nth(stream.below(positions.count())));
         let share = 1 + stream.below(4);
-        let mut query = Query { radius: window.radius(), taps: Vec::new(), codes: Vec::new() };
+        let mut query = Query { radius: window.radius(), ..Query::default() };
         for tap in window.taps() {
             if stream.below(4) >= share {
                 continue;

@@ -4,7 +4,8 @@
 //!
 //! The root holds all training vectors. Generation after generation the leaves of the largest
 //! distortion are split in two by Lloyd's iteration, started from the mean of the coordinate that
-//! varies most, until there are as many leaves as codewords were asked for. A search goes down to
+//! varies most, on an even sample where the leaf is large, until there are as many leaves as codewords
+//! were asked for. A search goes down to
 //! the nearer of two centroids each time.
 //!
 //! Different from the paper, which takes the codeword itself: the nearest training vector of the
@@ -15,10 +16,13 @@
 
 use rayon::prelude::*;
 
-use super::vectors::{Vectors, moments, squared_distance};
+use super::vectors::{self, Vectors, moments};
 
 /// Iterations of Lloyd's algorithm for a split.
 const ITERATIONS: usize = 2;
+
+/// Vectors of a cluster, evenly taken, from which the centroids of its parts are found.
+const SAMPLE: usize = 512;
 
 /// Training vectors in a tree.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -61,6 +65,18 @@ impl Tsvq {
 
     /// The number of a training vector near to `query`, and its squared distance.
     pub fn near(&self, query: &[i16]) -> (usize, u64) {
+        #[cfg(target_arch = "x86_64")]
+        if let Some(simd) = pulp::x86::V3::try_new() {
+            return simd.vectorize(
+                #[inline(always)]
+                || self.near_with(query, |a, b| vectors::avx2(simd, a, b)),
+            );
+        }
+        self.near_with(query, vectors::portable)
+    }
+
+    #[inline(always)]
+    fn near_with(&self, query: &[i16], squared_distance: impl Fn(&[i16], &[i16]) -> u64) -> (usize, u64) {
         let mut at = 0;
         loop {
             match self.nodes[at] {
@@ -72,7 +88,7 @@ impl Tsvq {
                 Node::Leaf(start, end) => {
                     let mut near = (u64::MAX, start);
                     for i in start..end {
-                        near = near.min((squared_distance(self.vectors.row(i), query), i));
+                        near = near.min((squared_distance(query, self.vectors.row(i)), i));
                     }
                     return (self.numbers[near.1] as usize, near.0);
                 }
@@ -80,9 +96,8 @@ impl Tsvq {
         }
     }
 
-    /// The training vectors of each leaf, by number.
-    #[cfg(test)]
-    fn leaves(&self) -> Vec<Vec<usize>> {
+    /// The training vectors of each leaf, by number; of a leaf of equal ones the first alone.
+    pub fn leaves(&self) -> Vec<Vec<usize>> {
         let leaf = |node: &Node| match node {
             Node::Leaf(start, end) => {
                 Some(self.numbers[*start..*end].iter().map(|&number| number as usize).collect())
@@ -128,33 +143,58 @@ impl Cluster {
         let (d, sum) = self.widest;
         let count = self.members.len() as i64;
         let above = |&n: &u32| i64::from(training.row(n as usize)[d]) * count >= sum;
-        let (b, a): (Vec<u32>, Vec<u32>) = self.members.iter().partition(|n| above(n));
+        let stride = self.members.len().div_ceil(SAMPLE);
+        let sample: Vec<u32> = self.members.iter().copied().step_by(stride).collect();
+        let (b, a): (Vec<u32>, Vec<u32>) = sample.iter().partition(|n| above(n));
         let mut parts = [a, b];
         let mut found = None;
         for _ in 0..ITERATIONS {
-            let means = parts.map(|part| mean(training, &part));
-            parts = self.parted(training, &means);
             if parts.iter().any(Vec::is_empty) {
                 break;
             }
-            found = Some((parts.clone(), means));
+            let means = parts.map(|part| mean(training, &part));
+            parts = parted(training, &sample, &means);
+            found = Some(means);
         }
-        let (parts, [a, b]) = found?;
+        let [a, b] = found?;
+        if stride > 1 {
+            parts = parted(training, &self.members, &[a.clone(), b.clone()]);
+        }
+        if parts.iter().any(Vec::is_empty) {
+            return None;
+        }
         let [first, second] = parts.map(|members| Self::new(training, members));
         Some([Self { centroid: a, ..first }, Self { centroid: b, ..second }])
     }
+}
 
-    /// The members that are not nearer to the second of two centroids, and those that are.
-    fn parted(&self, training: &Vectors, centroids: &[Vec<i16>; 2]) -> [Vec<u32>; 2] {
-        let mut parts = [Vec::new(), Vec::new()];
-        for &n in &self.members {
-            let vector = training.row(n as usize);
-            let first = squared_distance(vector, &centroids[0]);
-            let second = squared_distance(vector, &centroids[1]);
-            parts[usize::from(second < first)].push(n);
-        }
-        parts
+/// The members that are not nearer to the second of two centroids, and those that are.
+fn parted(training: &Vectors, members: &[u32], centroids: &[Vec<i16>; 2]) -> [Vec<u32>; 2] {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(simd) = pulp::x86::V3::try_new() {
+        return simd.vectorize(
+            #[inline(always)]
+            || parted_with(training, members, centroids, |a, b| vectors::avx2(simd, a, b)),
+        );
     }
+    parted_with(training, members, centroids, vectors::portable)
+}
+
+#[inline(always)]
+fn parted_with(
+    training: &Vectors,
+    members: &[u32],
+    centroids: &[Vec<i16>; 2],
+    squared_distance: impl Fn(&[i16], &[i16]) -> u64,
+) -> [Vec<u32>; 2] {
+    let mut parts = [Vec::new(), Vec::new()];
+    for &n in members {
+        let vector = training.row(n as usize);
+        let first = squared_distance(vector, &centroids[0]);
+        let second = squared_distance(vector, &centroids[1]);
+        parts[usize::from(second < first)].push(n);
+    }
+    parts
 }
 
 /// The rounded mean of some vectors.
@@ -249,6 +289,7 @@ impl<'a> Growing<'a> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::vectors::squared_distance;
     use super::*;
     use crate::numeric::random::Stream;
     use proptest::prelude::*;

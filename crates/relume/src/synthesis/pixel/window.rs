@@ -128,21 +128,37 @@ impl Window {
 
     /// The known texels around one of a lattice.
     pub fn query(&self, lattice: &Lattice, texel: usize) -> Query {
-        let mut query = Query { radius: self.radius(), taps: Vec::new(), codes: Vec::new() };
+        let mut query = Query { radius: self.radius(), ..Query::default() };
         let place = lattice.place(texel);
         for tap in &self.taps {
             let there = lattice.beside(place, tap.dx, tap.dy);
             if let Some(there) = there.filter(|&there| lattice.is_known(there)) {
                 query.taps.push(*tap);
-                query.codes.extend_from_slice(lattice.codes(there));
+                query.codes.extend_from_slice(lattice.copied_codes(there));
             }
         }
+        if lattice.guides() > 0 {
+            self.add_guide(lattice, place, &mut query);
+        }
         query
+    }
+
+    /// The guides of all texels around one, and its own as if it lay beside.
+    fn add_guide(&self, lattice: &Lattice, place: (usize, usize), query: &mut Query) {
+        let heaviest = self.taps.first().map_or(Weight::ONE, |tap| tap.weight);
+        let middle = Tap { dx: 0, dy: 0, weight: heaviest };
+        let around = self.taps.iter().filter(|tap| (tap.dx, tap.dy) != (0, 0));
+        for tap in std::iter::once(&middle).chain(around) {
+            if let Some(there) = lattice.beside(place, tap.dx, tap.dy) {
+                query.guide_taps.push(*tap);
+                query.guide_codes.extend_from_slice(lattice.guide_codes(there));
+            }
+        }
     }
 }
 
 /// What a window of an exemplar has to fit: the known texels around one of the output.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Query {
     /// Texels from the centre to an edge of the window.
     pub radius: usize,
@@ -150,6 +166,10 @@ pub struct Query {
     pub taps: Vec<Tap>,
     /// Their codes, the planes of a texel together.
     pub codes: Vec<i16>,
+    /// The texels whose guides are compared, known or not, where there are guides.
+    pub guide_taps: Vec<Tap>,
+    /// Their codes in the guides' planes.
+    pub guide_codes: Vec<i16>,
 }
 
 impl Query {

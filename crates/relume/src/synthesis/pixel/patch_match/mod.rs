@@ -8,32 +8,43 @@
 //! that is nearest to the mean, so that every texel stays a copy. Matches are found by propagation
 //! and random search ([`search`]): Barnes, Shechtman, Finkelstein, Goldman, "PatchMatch", SIGGRAPH 2009.
 //!
-//! Different from them: distances are plain sums of squares of integers, without the robust exponent.
+//! The votes of good matches weigh more, as the robust distance of Kwatra et al. has it ([`votes`]).
+//!
+//! Different from them: distances are plain sums of squares of integers, and a match of mean squared
+//! distance m weighs m / (d + m / 20) where its own is d, at the finest level the square of that.
+//! The coarser levels thus agree on where things are, and the finest one keeps them sharp.
 //!
 //! The output is always a torus: it tiles.
 
+pub mod patches;
+pub mod plain;
 pub mod search;
-mod votes;
+pub mod votes;
 
 use serde::Serialize;
 
 use super::efros_leung::check_output;
 use super::lattice::Lattice;
-use super::pyramid::{Level, halved_size, pyramid};
+use super::pyramid::{guided_pyramid, halved_size};
 use crate::error::{Error, Result};
 use crate::limits::Limits;
 use crate::numeric::random::Stream;
 use crate::planes::Size;
 use crate::progress::Progress;
+use crate::synthesis::guidance::{Guidance, Guided};
 use crate::synthesis::options::Boundary;
 use crate::synthesis::quantise::Exemplar;
 use crate::synthesis::source_map::{SourceMap, Texel};
-use search::{Improvement, Matching, Patches};
+use patches::Patches;
+use search::{Improvement, Matching};
 
 pub use search::PatchSearch;
 
 /// Texels between the middles of neighbouring patches.
 const SPACING: usize = 2;
+
+/// Rounds at the finest level, where things only have to become sharp.
+const FINEST_ROUNDS: usize = 2;
 
 /// Options of [`patch_match`].
 #[derive(Debug, Clone, PartialEq)]
@@ -42,28 +53,31 @@ pub struct PatchMatchOptions {
     pub size: Size,
     /// Side of the patches at every level in texels: odd, at least 3.
     pub window: usize,
-    /// Resolutions, each half the one before.
+    /// Resolutions at most, each half the one before; fewer where a patch fits no more.
     pub levels: usize,
-    /// How often matches and texels are improved at each level.
+    /// How often matches and texels are improved at each level, at most twice at the finest one.
     pub rounds: usize,
     /// How matches are found.
     pub search: PatchSearch,
     /// How much parts of the exemplars are avoided that are used more than evenly; 0 not at all.
     pub uniformity: f64,
+    /// What the output is to follow.
+    pub guidance: Option<Guidance>,
     /// Seed of the random choices.
     pub seed: u64,
 }
 
 impl Default for PatchMatchOptions {
-    /// 256 x 256 texels, patches of 7 at 4 levels, 3 rounds, uniformity 0.3.
+    /// 256 x 256 texels, patches of 9 at 5 levels, 5 rounds, uniformity 0.3.
     fn default() -> Self {
         Self {
             size: Size::new(256, 256),
-            window: 7,
-            levels: 4,
-            rounds: 3,
+            window: 9,
+            levels: 5,
+            rounds: 5,
             search: PatchSearch::Propagation,
             uniformity: 0.3,
+            guidance: None,
             seed: 0,
         }
     }
@@ -84,21 +98,25 @@ impl PatchMatchOptions {
         if self.rounds == 0 {
             return Err(Error::usage("0 rounds make no texture: choose at least 1"));
         }
-        let coarsest = (1..self.levels).fold(self.size, |size, _| halved_size(size));
-        check_output(self.size, self.window, Boundary::Open)?;
-        check_output(coarsest, self.window, Boundary::Torus).map_err(|_| {
-            Error::usage(format!(
-                "an output of {} texels is {coarsest} at the coarsest of {} levels, where a patch of {} would \
-                 overlap itself: choose fewer levels, a smaller window or a larger output",
-                self.size, self.levels, self.window
-            ))
-        })
+        check_output(self.size, self.window, Boundary::Torus)
+    }
+
+    /// The resolutions at which patches fit the exemplars and do not overlap themselves in the output;
+    /// at least one.
+    fn fitting_levels(&self, exemplars: &[Exemplar<'_>]) -> usize {
+        let sides = exemplars.iter().map(|exemplar| exemplar.index.size()).chain([self.size]);
+        let least = sides.map(|size| size.width.min(size.height)).min().expect("the output has a size");
+        let coarser = |side: &usize| Some(side.div_ceil(2));
+        let levels = std::iter::successors(Some(least), coarser).take(self.levels);
+        levels.take_while(|side| *side >= self.window).count().max(1)
     }
 }
 
 /// How an output came about.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Optimised {
+    /// Resolutions.
+    pub levels: usize,
     /// Patches of the exemplars at the finest level.
     pub positions: usize,
     /// Patches of the output at the finest level.
@@ -112,8 +130,7 @@ pub struct Optimised {
 /// The result depends on the exemplars and the options only, not on the number of threads.
 ///
 /// # Errors
-/// When the options mean nothing, no patch fits the exemplars at the coarsest level, or the limits
-/// are exceeded.
+/// When the options mean nothing, no patch fits the exemplars, or the limits are exceeded.
 pub fn patch_match(
     exemplars: &[Exemplar<'_>],
     options: &PatchMatchOptions,
@@ -121,32 +138,35 @@ pub fn patch_match(
     progress: &dyn Progress,
 ) -> Result<(SourceMap, Optimised)> {
     options.validate()?;
-    let pyramid = pyramid(exemplars, options.levels, options.window, limits)?;
-    let sizes: Vec<Size> = std::iter::successors(Some(options.size), |size| Some(halved_size(*size)))
-        .take(options.levels)
-        .collect();
-    progress.start("improving matches", (options.levels * options.rounds) as u64);
-    let mut optimised = Optimised { positions: 0, patches: 0, distance: 0.0 };
+    let levels = options.fitting_levels(exemplars);
+    let guided = Guided::new(exemplars, options.guidance.as_ref(), options.size, limits)?;
+    let (pyramid, targets) = guided_pyramid(&guided, levels, options.window, limits)?;
+    let sizes: Vec<Size> =
+        std::iter::successors(Some(options.size), |size| Some(halved_size(*size))).take(levels).collect();
+    progress.start("improving matches", levels as u64);
+    let mut optimised = Optimised { levels, positions: 0, patches: 0, distance: 0.0 };
     let mut done: Option<Lattice> = None;
     for (number, (level, size)) in pyramid.iter().zip(sizes).enumerate().rev() {
         let patches = Patches::new(level, options.window, limits)?;
         let mut lattice = Lattice::new(size, level.exemplars.planes(), Boundary::Torus, limits)?;
+        if let Some(target) = &targets[number] {
+            lattice.guide(target, guided.guides());
+        }
         let seed = options.seed.wrapping_mul(31).wrapping_add((number * options.rounds) as u64);
-        let mut matching = begin(&mut lattice, level, &patches, done.as_ref(), seed);
-        for round in 0..options.rounds {
+        let mut matching = begin(&mut lattice, &patches, done.as_ref(), seed);
+        let rounds = if number == 0 { options.rounds.min(FINEST_ROUNDS) } else { options.rounds };
+        for round in 0..rounds {
             let seed = seed.wrapping_add(round as u64);
             let how = Improvement { search: options.search, uniformity: options.uniformity, seed };
             matching.improve(&lattice, &patches, how);
-            votes::cast(&mut lattice, level, &patches, &matching);
-            progress.advance(1);
+            let weights = votes::weights(&matching, &patches, number == 0);
+            votes::cast(&mut lattice, &patches, &matching, &weights);
         }
-        let texels = (matching.count() * options.window * options.window) as f64;
-        let sum: f64 = matching.distances().map(|distance| distance as f64).sum();
-        optimised = Optimised {
-            positions: patches.count(),
-            patches: matching.count(),
-            distance: (sum / texels).sqrt() * level.exemplars.step(),
-        };
+        progress.advance(1);
+        optimised.positions = patches.count();
+        optimised.patches = matching.matches().len();
+        let texels = (options.window * options.window) as f64;
+        optimised.distance = (matching.mean_distance() / texels).sqrt() * level.exemplars.step();
         done = Some(lattice);
     }
     Ok((done.expect("there is at least one level").into_map(exemplars), optimised))
@@ -154,31 +174,24 @@ pub fn patch_match(
 
 /// The first texels and matches of a level: those of the coarser one at twice the resolution, or
 /// random patches side by side.
-fn begin(
-    lattice: &mut Lattice,
-    level: &Level,
-    patches: &Patches,
-    coarser: Option<&Lattice>,
-    seed: u64,
-) -> Matching {
-    let size = lattice.size();
-    let random = |texel: usize| Stream::new(seed, texel as u64).below(patches.count());
+fn begin(lattice: &mut Lattice, patches: &Patches<'_>, coarser: Option<&Lattice>, seed: u64) -> Matching {
+    let (size, radius) = (lattice.size(), patches.radius());
+    let random = |texel: usize| patches.nth(Stream::new(seed, texel as u64).below(patches.count()));
     let finer = |coarser: &Lattice, x: usize, y: usize| {
-        let Texel { exemplar, x: sx, y: sy } = coarser.source(coarser.size().index(x / 2, y / 2));
-        let place = Texel { exemplar, x: 2 * sx + (x % 2) as u32, y: 2 * sy + (y % 2) as u32 };
-        patches.number(place)
+        let source = coarser.source(coarser.size().index(x / 2, y / 2));
+        let place = Texel { x: 2 * source.x, y: 2 * source.y, ..source }.offset(x % 2, y % 2);
+        patches.moved(place, -radius.cast_signed(), -radius.cast_signed())
     };
-    let mut numbers = Vec::with_capacity(Matching::cells(size).texels());
-    for (x, y) in Matching::middles(size) {
+    let corner = |(x, y)| {
         let found = coarser.and_then(|coarser| finer(coarser, x, y));
-        numbers.push(found.unwrap_or_else(|| random(size.index(x, y))) as u32);
-    }
-    let matching = Matching::new(size, numbers);
+        found.unwrap_or_else(|| random(size.index(x, y)))
+    };
+    let matching = Matching::new(size, Matching::middles(size).map(corner).collect());
     for texel in 0..size.texels() {
         let (x, y) = lattice.place(texel);
         let middle = (x / SPACING * SPACING, y / SPACING * SPACING);
-        let source = patches.place(matching.at(middle)).offset(x - middle.0, y - middle.1);
-        lattice.put(texel, source, &level.exemplars);
+        let source = matching.at(middle).corner.offset(radius + x - middle.0, radius + y - middle.1);
+        lattice.put(texel, source, &patches.level().exemplars);
     }
     matching
 }

@@ -8,28 +8,19 @@
 //!
 //! Alone, this ends in repetitions of whatever part of the exemplar matches itself best. As in Kaspar,
 //! Neubert, Lischinski, Pauly, Kopf, "Self Tuning Texture Optimization", Computer Graphics Forum 2015,
-//! matches therefore cost more where the exemplar is used more than evenly: the mean distance times
-//! the uniformity asked for, for each time the even share of a block of 4 x 4 texels.
-
-use std::collections::BTreeMap;
+//! matches therefore cost more where the exemplar is used more than evenly: the mean distance of the
+//! round before times the uniformity asked for, for each time the even share of a block of 4 x 4 texels.
 
 use rayon::prelude::*;
 use serde::Serialize;
 
 use super::super::lattice::Lattice;
-use super::super::pyramid::Level;
-use super::super::vectors::{Vectors, padded, squared_distance};
-use super::super::wei_levoy::full::Full;
+use super::super::vectors::LANES;
 use super::SPACING;
-use crate::error::Result;
-use crate::limits::Limits;
-use crate::numeric::random::Stream;
+use super::patches::{self, Patches};
+use crate::numeric::hash::hash4;
 use crate::planes::Size;
-use crate::synthesis::positions::Positions;
 use crate::synthesis::source_map::Texel;
-
-/// Side of the blocks over which the use of the exemplars is counted.
-const BLOCK: u32 = 4;
 
 /// How matches are found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -52,110 +43,30 @@ pub struct Improvement {
     pub seed: u64,
 }
 
-/// The patches of the exemplars at one level.
-#[derive(Debug)]
-pub struct Patches {
-    window: usize,
-    positions: Positions,
-    vectors: Vectors,
-    /// Their middles.
-    places: Vec<Texel>,
-    /// The block of the exemplars in which each middle lies, numbered as blocks occur.
-    blocks: Vec<u32>,
-    block_count: usize,
-    reach: usize,
+/// A patch of the exemplars, and how far it is from one of the output.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Match {
+    /// Its top-left texel.
+    pub corner: Texel,
+    /// The squared distance when it was last compared.
+    pub distance: u64,
 }
 
-impl Patches {
-    /// All patches that lie inside the exemplars and hold nothing excluded.
-    ///
-    /// # Errors
-    /// When there is none, or the limits are exceeded.
-    pub fn new(level: &Level, window: usize, limits: &Limits) -> Result<Self> {
-        let positions = level.positions(window)?;
-        let planes = level.exemplars.planes();
-        let length = window * window * planes;
-        let bytes = positions.count() * (padded(length) * size_of::<i16>() + size_of::<Texel>());
-        limits.check_bytes("the patches of the exemplars", bytes as u64)?;
-        let mut vectors = Vectors::with_capacity(length, positions.count());
-        let mut places = Vec::with_capacity(positions.count());
-        let mut vector = Vec::with_capacity(length);
-        for corner in positions.iter() {
-            let texels = &level.exemplars.texels()[corner.exemplar as usize];
-            vector.clear();
-            for dy in 0..window {
-                vector.extend_from_slice(texels.run(corner.x as usize, corner.y as usize + dy, window));
-            }
-            vectors.push(&vector);
-            places.push(corner.offset(window / 2, window / 2));
-        }
-        let sides =
-            level.exemplars.texels().iter().map(|texels| texels.size().width.max(texels.size().height));
-        let reach = sides.max().expect("there is an exemplar");
-        let (blocks, block_count) = blocks(&places);
-        Ok(Self { window, positions, vectors, places, blocks, block_count, reach })
-    }
-
-    /// How many there are.
-    pub fn count(&self) -> usize {
-        self.places.len()
-    }
-
-    /// The middle of a patch.
-    pub fn place(&self, number: u32) -> Texel {
-        self.places[number as usize]
-    }
-
-    /// The number of the patch around a texel.
-    pub fn number(&self, middle: Texel) -> Option<usize> {
-        let radius = (self.window / 2).cast_signed();
-        self.positions.number(middle.moved(-radius, -radius)?)
-    }
-
-    /// Texels from the middle to an edge.
-    pub fn radius(&self) -> isize {
-        (self.window / 2).cast_signed()
-    }
-
-    fn distance(&self, number: usize, patch: &[i16]) -> u64 {
-        squared_distance(self.vectors.row(number), patch)
-    }
-
-    /// The patch of the output around a place.
-    fn of_output(&self, lattice: &Lattice, place: (usize, usize)) -> Vec<i16> {
-        let mut patch = Vec::with_capacity(self.vectors.length());
-        let radius = self.radius();
-        (-radius..=radius).for_each(|dy| lattice.append_row(place, (-radius, dy), self.window, &mut patch));
-        patch.resize(self.vectors.length(), 0);
-        patch
-    }
-}
-
-/// The number of the block in which each place lies, and how many blocks there are.
-fn blocks(places: &[Texel]) -> (Vec<u32>, usize) {
-    let mut known = BTreeMap::new();
-    let block = |place: &Texel| {
-        let next = known.len() as u32;
-        *known.entry((place.exemplar, place.y / BLOCK, place.x / BLOCK)).or_insert(next)
-    };
-    let numbers = places.iter().map(block).collect();
-    (numbers, known.len())
-}
-
-/// For each patch of the output, whose middles lie `SPACING` texels apart, the number of its match.
+/// For each patch of the output, whose middles lie `SPACING` texels apart, its match.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Matching {
+    size: Size,
     cells: Size,
-    numbers: Vec<u32>,
-    distances: Vec<u64>,
+    matches: Vec<Match>,
 }
 
 impl Matching {
-    /// Matches whose distances are not known.
-    pub fn new(size: Size, numbers: Vec<u32>) -> Self {
+    /// Matches, by their top-left texels, whose distances are not known.
+    pub fn new(size: Size, corners: Vec<Texel>) -> Self {
         let cells = Self::cells(size);
-        assert_eq!(numbers.len(), cells.texels(), "one match for each patch");
-        Self { cells, distances: vec![u64::MAX; numbers.len()], numbers }
+        assert_eq!(corners.len(), cells.texels(), "one match for each patch");
+        let matches = corners.into_iter().map(|corner| Match { corner, distance: 0 }).collect();
+        Self { size, cells, matches }
     }
 
     /// Columns and rows of patches of an output.
@@ -169,47 +80,48 @@ impl Matching {
         rows.flat_map(move |y| (0..size.width).step_by(SPACING).map(move |x| (x, y)))
     }
 
-    /// How many patches there are.
-    pub fn count(&self) -> usize {
-        self.numbers.len()
+    /// All matches, row after row.
+    pub fn matches(&self) -> &[Match] {
+        &self.matches
+    }
+
+    /// The matches of the patches whose middles lie in one row of the output.
+    pub fn row(&self, y: usize) -> &[Match] {
+        &self.matches[y / SPACING * self.cells.width..][..self.cells.width]
     }
 
     /// The match of the patch around a middle.
-    pub fn at(&self, (x, y): (usize, usize)) -> u32 {
-        self.numbers[self.cells.index(x / SPACING, y / SPACING)]
+    pub fn at(&self, (x, y): (usize, usize)) -> Match {
+        self.matches[self.cells.index(x / SPACING, y / SPACING)]
     }
 
-    /// The squared distances of the matches, as they were when these were last improved.
-    pub fn distances(&self) -> impl Iterator<Item = u64> {
-        self.distances.iter().copied()
+    /// The mean squared distance of the matches.
+    pub fn mean_distance(&self) -> f64 {
+        let sum: u64 = self.matches.iter().map(|found| found.distance).sum();
+        sum as f64 / self.matches.len() as f64
     }
 
     /// Improves all matches for the texels of a lattice.
-    pub fn improve(&mut self, lattice: &Lattice, patches: &Patches, how: Improvement) {
-        let measure = |cell: usize| {
-            let patch = patches.of_output(lattice, self.middle(cell));
-            patches.distance(self.numbers[cell] as usize, &patch)
-        };
-        self.distances = (0..self.count()).into_par_iter().with_min_len(64).map(measure).collect();
+    pub fn improve(&mut self, lattice: &Lattice, patches: &Patches<'_>, how: Improvement) {
         let costs = self.costs(patches, how.uniformity);
         for color in 0..2 {
-            let cells: Vec<usize> = (0..self.count()).filter(|&cell| self.color(cell) == color).collect();
-            let better = |&cell: &usize| self.better(cell, lattice, patches, &costs, how);
-            let found: Vec<(usize, u64)> = cells.par_iter().with_min_len(64).map(better).collect();
-            for (cell, (number, distance)) in cells.into_iter().zip(found) {
-                self.numbers[cell] = number as u32;
-                self.distances[cell] = distance;
-            }
+            let cells: Vec<usize> =
+                (0..self.matches.len()).filter(|&cell| self.color(cell) == color).collect();
+            let better =
+                |patch: &mut Vec<i16>, &cell: &usize| self.better(cell, lattice, patches, &costs, how, patch);
+            let found: Vec<Match> = cells.par_iter().with_min_len(64).map_init(Vec::new, better).collect();
+            cells.into_iter().zip(found).for_each(|(cell, found)| self.matches[cell] = found);
         }
     }
 
     /// What a match in each block of the exemplars costs besides its distance.
-    fn costs(&self, patches: &Patches, uniformity: f64) -> Vec<u64> {
-        let mut used = vec![0u64; patches.block_count];
-        self.numbers.iter().for_each(|&number| used[patches.blocks[number as usize] as usize] += 1);
-        let even = self.count() as f64 / patches.block_count as f64;
-        let mean = self.distances().map(|distance| distance as f64).sum::<f64>() / self.count() as f64;
-        used.into_iter().map(|used| (uniformity * mean * (used as f64 / even)) as u64).collect()
+    fn costs(&self, patches: &Patches<'_>, uniformity: f64) -> Vec<u64> {
+        let (blocks, in_use) = patches.blocks();
+        let mut used = vec![0u64; blocks];
+        self.matches.iter().for_each(|found| used[patches.block(found.corner)] += 1);
+        let even = self.matches.len() as f64 / in_use as f64;
+        let share = uniformity * self.mean_distance() / even;
+        used.into_iter().map(|used| (share * used as f64) as u64).collect()
     }
 
     fn color(&self, cell: usize) -> usize {
@@ -220,73 +132,122 @@ impl Matching {
         (cell % self.cells.width * SPACING, cell / self.cells.width * SPACING)
     }
 
-    /// The match of least cost that is found for one patch, at most that of the present one, and its
-    /// distance.
+    /// The match of least cost that is found for one patch, at most that of the present one.
     fn better(
         &self,
         cell: usize,
         lattice: &Lattice,
-        patches: &Patches,
+        patches: &Patches<'_>,
         costs: &[u64],
         how: Improvement,
-    ) -> (usize, u64) {
-        let middle = self.middle(cell);
-        let patch = patches.of_output(lattice, middle);
+        patch: &mut Vec<i16>,
+    ) -> Match {
+        patches.of_output(lattice, self.middle(cell), patch);
+        #[cfg(target_arch = "x86_64")]
+        if let Some(simd) = pulp::x86::V3::try_new() {
+            return simd.vectorize(
+                #[inline(always)]
+                || {
+                    self.better_with(cell, patches, costs, how, patch, |sums, a, b, length| {
+                        patches::avx2(simd, sums, a, b, length)
+                    })
+                },
+            );
+        }
+        self.better_with(cell, patches, costs, how, patch, patches::portable)
+    }
+
+    #[inline(always)]
+    fn better_with(
+        &self,
+        cell: usize,
+        patches: &Patches<'_>,
+        costs: &[u64],
+        how: Improvement,
+        patch: &[i16],
+        squares: impl Fn(&mut [u32; LANES / 2], &[i16], &[i16], usize) + Copy,
+    ) -> Match {
+        let present = self.matches[cell].corner;
+        let mut contest = Contest::new(patches, costs, patch, squares, present);
         if how.search == PatchSearch::Full {
-            return Full { vectors: &patches.vectors }.nearest(&patch);
-        }
-        let cost_of = |number: usize| costs[patches.blocks[number] as usize];
-        let present = self.numbers[cell] as usize;
-        let mut best = (present, self.distances[cell], self.distances[cell] + cost_of(present));
-        let mut attempt = |number: usize| {
-            let distance = patches.distance(number, &patch);
-            let cost = distance + cost_of(number);
-            if cost < best.2 {
-                best = (number, distance, cost);
+            for corner in patches.iter() {
+                contest.attempt(corner);
             }
-            best.0
-        };
-        let mut middle_of_best = present;
-        for number in self.of_neighbours(middle, lattice.size(), patches) {
-            middle_of_best = attempt(number);
+            return contest.best;
         }
-        let mut stream = Stream::new(how.seed, cell as u64);
-        let mut reach = patches.reach.cast_signed();
+        for corner in self.of_neighbours(self.middle(cell), patches).into_iter().flatten() {
+            contest.attempt(corner);
+        }
+        let mut reach = patches.reach();
         while reach > 0 {
-            let mut step = || stream.below((2 * reach + 1).cast_unsigned()).cast_signed() - reach;
-            let place = patches.places[middle_of_best].moved(step(), step());
-            if let Some(number) = place.and_then(|place| patches.number(place)) {
-                middle_of_best = attempt(number);
+            let [a, b, ..] = hash4([cell as u32, reach as u32, how.seed as u32, (how.seed >> 32) as u32]);
+            let (dx, dy) = (step(a, reach), step(b, reach));
+            if let Some(corner) = patches.moved(contest.best.corner, dx, dy) {
+                contest.attempt(corner);
             }
             reach /= 2;
         }
-        (best.0, best.1)
+        contest.best
     }
 
     /// The matches that continue those of the four neighbours.
-    fn of_neighbours(&self, (x, y): (usize, usize), size: Size, patches: &Patches) -> Vec<usize> {
-        let away = |at: usize, length: usize, back: bool| match back {
-            true if at >= SPACING => (at - SPACING, SPACING.cast_signed()),
-            true => (
-                (length - 1) / SPACING * SPACING,
-                (at + length - (length - 1) / SPACING * SPACING).cast_signed(),
-            ),
-            false if at + SPACING < length => (at + SPACING, -SPACING.cast_signed()),
-            false => (0, at.cast_signed() - length.cast_signed()),
-        };
-        let moved = |back, along_x: bool| {
-            let (middle, dx, dy) = if along_x {
-                let (there, dx) = away(x, size.width, back);
-                ((there, y), dx, 0)
-            } else {
-                let (there, dy) = away(y, size.height, back);
-                ((x, there), 0, dy)
-            };
-            patches.place(self.at(middle)).moved(dx, dy).and_then(|place| patches.number(place))
-        };
-        [(true, true), (false, true), (true, false), (false, false)]
-            .into_iter()
-            .filter_map(|(back, along_x)| moved(back, along_x))
-            .collect()
+    #[inline(always)]
+    fn of_neighbours(&self, (x, y): (usize, usize), patches: &Patches<'_>) -> [Option<Texel>; 4] {
+        let Size { width, height } = self.size;
+        let (left, right) = (away(x, width, true), away(x, width, false));
+        let (above, below) = (away(y, height, true), away(y, height, false));
+        [
+            patches.moved(self.at((left.0, y)).corner, left.1, 0),
+            patches.moved(self.at((right.0, y)).corner, right.1, 0),
+            patches.moved(self.at((x, above.0)).corner, 0, above.1),
+            patches.moved(self.at((x, below.0)).corner, 0, below.1),
+        ]
+    }
+}
+
+/// A random step of up to `reach` either way.
+fn step(random: u32, reach: usize) -> isize {
+    ((u64::from(random) * (2 * reach as u64 + 1)) >> 32) as isize - reach.cast_signed()
+}
+
+/// A search for the match of least cost of one patch.
+struct Contest<'a, S> {
+    patches: &'a Patches<'a>,
+    costs: &'a [u64],
+    patch: &'a [i16],
+    squares: S,
+    best: Match,
+    cost: u64,
+}
+
+impl<'a, S: Fn(&mut [u32; LANES / 2], &[i16], &[i16], usize) + Copy> Contest<'a, S> {
+    #[inline(always)]
+    fn new(patches: &'a Patches<'a>, costs: &'a [u64], patch: &'a [i16], squares: S, present: Texel) -> Self {
+        let distance = patches.distance(patch, present, u64::MAX, squares).expect("nothing is that far");
+        let cost = distance + costs[patches.block(present)];
+        Self { patches, costs, patch, squares, best: Match { corner: present, distance }, cost }
+    }
+
+    #[inline(always)]
+    fn attempt(&mut self, corner: Texel) {
+        let more = self.costs[self.patches.block(corner)];
+        if corner == self.best.corner || more >= self.cost {
+            return;
+        }
+        if let Some(distance) = self.patches.distance(self.patch, corner, self.cost - more, self.squares) {
+            self.best = Match { corner, distance };
+            self.cost = distance + more;
+        }
+    }
+}
+
+/// The next middle along an axis, before or after one, and the way from there, around a torus.
+fn away(at: usize, length: usize, before: bool) -> (usize, isize) {
+    let last = (length - 1) / SPACING * SPACING;
+    match before {
+        true if at >= SPACING => (at - SPACING, SPACING.cast_signed()),
+        true => (last, (at + length - last).cast_signed()),
+        false if at + SPACING < length => (at + SPACING, -SPACING.cast_signed()),
+        false => (0, at.cast_signed() - length.cast_signed()),
     }
 }

@@ -1,5 +1,6 @@
 use proptest::prelude::*;
 
+use super::super::pyramid::pyramid;
 use super::*;
 use crate::planes::Planes;
 
@@ -57,16 +58,65 @@ proptest! {
         let patches = Patches::new(level, 2 * half + 1, &limits).unwrap();
         let size = Size::new(width, height);
         let mut lattice = Lattice::new(size, planes, Boundary::Torus, &limits).unwrap();
-        let mut matching = begin(&mut lattice, level, &patches, None, seed);
+        let mut matching = begin(&mut lattice, &patches, None, seed);
         let mut full = matching.clone();
         full.improve(&lattice, &patches, how(PatchSearch::Full, 0));
-        let mut before = vec![u64::MAX; matching.count()];
+        for (middle, least) in Matching::middles(size).zip(full.matches()) {
+            let truth = patches.iter().map(|corner| plain::distance(&lattice, &patches, middle, corner)).min();
+            prop_assert_eq!(Some(least.distance), truth);
+        }
+        let mut before = vec![u64::MAX; matching.matches().len()];
         for round in 0..4 {
             matching.improve(&lattice, &patches, how(PatchSearch::Propagation, round));
-            let now: Vec<u64> = matching.distances().collect();
+            for (middle, found) in Matching::middles(size).zip(matching.matches()) {
+                prop_assert_eq!(found.distance, plain::distance(&lattice, &patches, middle, found.corner));
+            }
+            let now: Vec<u64> = matching.matches().iter().map(|found| found.distance).collect();
             prop_assert!(now.iter().zip(&before).all(|(now, before)| now <= before));
-            prop_assert!(now.iter().zip(full.distances()).all(|(now, least)| *now >= least));
+            prop_assert!(now.iter().zip(full.matches()).all(|(now, least)| *now >= least.distance));
             before = now;
+        }
+    }
+
+    #[test]
+    fn votes_and_distances_are_those_of_the_plain_loops(
+        (width, height, seed) in (9usize..30, 9usize..24, any::<u64>()),
+        (planes, half, spread) in (1usize..19, 1usize..5, 1usize..4000),
+    ) {
+        let window = 2 * half + 1;
+        let mut fields = [noise(Size::new(23, 21), planes, seed), noise(Size::new(12, 30), planes, seed ^ 1)];
+        // Few values give ties, many give large codes.
+        fields.iter_mut().for_each(|f| f.as_mut_slice().iter_mut().for_each(|v| *v = (*v * 977.0) % spread as f32));
+        let exemplars = fields.each_ref().map(|index| Exemplar { index, excluded: None });
+        let limits = Limits::default();
+        let level = &pyramid(&exemplars, 1, 3, &limits).unwrap()[0];
+        let patches = Patches::new(level, window, &limits).unwrap();
+        let size = Size::new(width, height);
+        let mut lattice = Lattice::new(size, planes, Boundary::Torus, &limits).unwrap();
+        let mut matching = begin(&mut lattice, &patches, None, seed);
+        matching.improve(&lattice, &patches, how(PatchSearch::Propagation, seed));
+        for (n, middle) in Matching::middles(size).enumerate() {
+            let corner = patches.nth(n * 7 % patches.count());
+            let truth = plain::distance(&lattice, &patches, middle, corner);
+            let mut patch = Vec::new();
+            patches.of_output(&lattice, middle, &mut patch);
+            for limit in [truth, truth + 1, u64::MAX] {
+                let kept = (truth < limit).then_some(truth);
+                prop_assert_eq!(patches.distance(&patch, corner, limit, patches::portable), kept);
+                #[cfg(target_arch = "x86_64")]
+                if let Some(simd) = pulp::x86::V3::try_new() {
+                    let squares = |sums: &mut _, a: &[_], b: &[_], length| patches::avx2(simd, sums, a, b, length);
+                    prop_assert_eq!(patches.distance(&patch, corner, limit, squares), kept);
+                }
+            }
+        }
+        for squared in [false, true] {
+            let weights = votes::weights(&matching, &patches, squared);
+            let truth: Vec<Texel> = (0..size.texels())
+                .map(|texel| plain::elect(&lattice, &patches, &matching, &weights, texel))
+                .collect();
+            votes::cast(&mut lattice, &patches, &matching, &weights);
+            prop_assert!((0..size.texels()).all(|texel| lattice.source(texel) == truth[texel]));
         }
     }
 }
@@ -80,7 +130,7 @@ fn patches_of_the_exemplar_itself_are_found_by_propagation() {
     let level = &pyramid(&exemplars, 1, 7, &limits).unwrap()[0];
     let patches = Patches::new(level, 7, &limits).unwrap();
     let mut lattice = Lattice::new(Size::new(64, 64), 3, Boundary::Torus, &limits).unwrap();
-    let mut matching = begin(&mut lattice, level, &patches, None, 3);
+    let mut matching = begin(&mut lattice, &patches, None, 3);
     for texel in 0..64 * 64 {
         lattice.put(
             texel,
@@ -91,41 +141,9 @@ fn patches_of_the_exemplar_itself_are_found_by_propagation() {
     for round in 0..20 {
         matching.improve(&lattice, &patches, how(PatchSearch::Propagation, round));
     }
-    let exact = matching.distances().filter(|distance| *distance == 0).count();
+    let exact = matching.matches().iter().filter(|found| found.distance == 0).count();
     // Those that cross the border, at most 4 of 32 cells either way, have none.
-    assert!(exact >= 28 * 28, "{exact} of {}", matching.count());
-}
-
-#[test]
-fn a_texel_wanted_by_all_is_taken_and_else_the_one_nearest_to_the_mean() {
-    let index = Planes::from_vec(Size::new(9, 9), 1, (0..81).map(|i| (i * i % 83) as f32).collect()).unwrap();
-    let exemplars = [Exemplar { index: &index, excluded: None }];
-    let limits = Limits::default();
-    let level = &pyramid(&exemplars, 1, 3, &limits).unwrap()[0];
-    let patches = Patches::new(level, 3, &limits).unwrap();
-    let size = Size::new(6, 4);
-    let mut lattice = Lattice::new(size, 1, Boundary::Torus, &limits).unwrap();
-    let numbers: Vec<u32> = (0..6).map(|cell| (cell * 17 + 3) % patches.count() as u32).collect();
-    let matching = Matching::new(size, numbers);
-    (0..24).for_each(|texel| lattice.put(texel, Texel::default(), &level.exemplars));
-    votes::cast(&mut lattice, level, &patches, &matching);
-    let value = |t: Texel| f64::from(index.at(0, t.x as usize, t.y as usize));
-    for texel in 0..24usize {
-        let mut wanted = Vec::new();
-        for (cell, (mx, my)) in Matching::middles(size).enumerate() {
-            for (dx, dy) in (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (dx, dy))) {
-                let under = ((mx as isize + dx).rem_euclid(6), (my as isize + dy).rem_euclid(4));
-                if under == ((texel % 6) as isize, (texel / 6) as isize) {
-                    wanted.push(patches.place(matching.at((mx, my))).moved(dx, dy).unwrap());
-                    assert!(cell < 6);
-                }
-            }
-        }
-        let mean = wanted.iter().map(|t| value(*t)).sum::<f64>() / wanted.len() as f64;
-        let least = wanted.iter().map(|t| (value(*t) - mean).abs()).fold(f64::INFINITY, f64::min);
-        assert!(wanted.contains(&lattice.source(texel)));
-        assert!(((value(lattice.source(texel)) - mean).abs() - least).abs() < 1e-9);
-    }
+    assert!(exact >= 28 * 28, "{exact} of {}", matching.matches().len());
 }
 
 #[test]
@@ -136,8 +154,14 @@ fn uniformity_spreads_the_use_of_the_exemplar() {
     let exemplars = [Exemplar { index: &index, excluded: None }];
     // The sum of squared counts of blocks of 8 x 8: the least where all are used alike.
     let unevenness = |uniformity| {
-        let options =
-            PatchMatchOptions { size: Size::new(96, 96), levels: 2, uniformity, ..Default::default() };
+        let options = PatchMatchOptions {
+            size: Size::new(96, 96),
+            window: 7,
+            levels: 2,
+            rounds: 3,
+            uniformity,
+            ..Default::default()
+        };
         let (map, _) = patch_match(&exemplars, &options, &Limits::default(), &()).unwrap();
         let mut counts = [0usize; 36];
         map.copies().iter().for_each(|from| counts[(from.y / 8 * 6 + from.x / 8) as usize] += 1);
@@ -156,7 +180,16 @@ fn meaningless_options_are_refused() {
         PatchMatchOptions { levels: 0, ..good.clone() },
         PatchMatchOptions { rounds: 0, ..good.clone() },
         PatchMatchOptions { uniformity: f64::NAN, ..good.clone() },
-        PatchMatchOptions { size: Size::new(300, 31), ..good },
+        PatchMatchOptions { size: Size::new(300, 8), ..good },
     ];
     assert!(bad.iter().all(|options| options.validate().is_err()));
+    let index = noise(Size::new(40, 70), 1, 1);
+    let exemplars = [Exemplar { index: &index, excluded: None }];
+    let levels = |size, window| {
+        let options = PatchMatchOptions { size, window, ..Default::default() };
+        options.fitting_levels(&exemplars)
+    };
+    assert_eq!(levels(Size::new(90, 90), 9), 3, "the exemplar is 10 texels wide at the third");
+    assert_eq!(levels(Size::new(19, 90), 9), 2);
+    assert_eq!(levels(Size::new(90, 90), 41), 1);
 }

@@ -1,53 +1,160 @@
 //! From matches to texels: each becomes the exemplar texel, among those that the matches of the
-//! patches over it put there, that is nearest to their mean.
+//! patches over it put there, that is nearest to their weighted mean.
+//!
+//! Rows of the output are worked on side by side. Each collects the sums of all matches that reach
+//! it, run after run, and goes through the same runs again to find the nearest. A match that only
+//! continues the one to its left puts the same texels there, which need no second look.
 
 use rayon::prelude::*;
 
 use super::super::lattice::Lattice;
-use super::super::pyramid::Level;
 use super::SPACING;
-use super::search::{Matching, Patches};
+use super::patches::Patches;
+use super::search::{Match, Matching};
+use crate::synthesis::quantise::MAX_CODE;
 use crate::synthesis::source_map::Texel;
 
-/// Puts every texel anew.
-pub fn cast(lattice: &mut Lattice, level: &Level, patches: &Patches, matching: &Matching) {
-    let texels = lattice.size().texels();
-    let elect = |texel: usize| elect(lattice, level, patches, matching, texel);
-    let sources: Vec<Texel> = (0..texels).into_par_iter().with_min_len(256).map(elect).collect();
-    for (texel, source) in sources.into_iter().enumerate() {
-        lattice.put(texel, source, &level.exemplars);
+/// What a match weighs whose distance is the mean one without its share of it.
+const UNIT: f64 = 16.0;
+
+/// The share of the mean distance that is added to each, so that perfect matches weigh no more than
+/// 20 times, or at the finest level 400 times, as much as one of the mean distance.
+const SOFTNESS: f64 = 0.05;
+
+/// What each match weighs: the mean distance over its own, or the square of that.
+pub fn weights(matching: &Matching, patches: &Patches<'_>, squared: bool) -> Vec<u32> {
+    let mean = matching.mean_distance().max(1.0);
+    let votes = patches.window().div_ceil(SPACING).pow(2) as u32;
+    let most = i32::MAX.unsigned_abs() / u32::from(MAX_CODE.unsigned_abs()) / votes;
+    let weight = |found: &Match| {
+        let ratio = mean / (found.distance as f64 + SOFTNESS * mean);
+        let raised = if squared { ratio * ratio } else { ratio };
+        ((UNIT * raised) as u32).clamp(1, most)
+    };
+    matching.matches().iter().map(weight).collect()
+}
+
+/// Puts every texel anew; each match has a vote of the given weight.
+pub fn cast(lattice: &mut Lattice, patches: &Patches<'_>, matching: &Matching, weights: &[u32]) {
+    let size = lattice.size();
+    let row = |y: usize| Row::new(lattice, patches, matching, weights, y).elect();
+    let sources: Vec<Vec<Texel>> = (0..size.height).into_par_iter().with_min_len(4).map(row).collect();
+    for (texel, source) in sources.into_iter().flatten().enumerate() {
+        lattice.put(texel, source, &patches.level().exemplars);
     }
 }
 
-/// The source of a texel; the first among equals.
-fn elect(lattice: &Lattice, level: &Level, patches: &Patches, matching: &Matching, texel: usize) -> Texel {
-    let wanted = wanted(lattice, patches, matching, texel);
-    let codes = |source: &Texel| {
-        level.exemplars.texels()[source.exemplar as usize].run(source.x as usize, source.y as usize, 1)
-    };
-    let count = wanted.len() as i32;
-    let mut sums = vec![0i32; level.exemplars.planes()];
-    for source in &wanted {
-        sums.iter_mut().zip(codes(source)).for_each(|(sum, &code)| *sum += i32::from(code));
-    }
-    // Distances to the mean times the count, so that they stay integers.
-    let distance = |source: &Texel| -> i64 {
-        let differences = codes(source).iter().zip(&sums).map(|(&code, &sum)| i32::from(code) * count - sum);
-        differences.map(|difference| i64::from(difference).pow(2)).sum()
-    };
-    *wanted.iter().min_by_key(|source| distance(source)).expect("every texel lies under a patch")
+/// One row of the output: the rows of patches that reach it.
+struct Row<'a> {
+    patches: &'a Patches<'a>,
+    width: usize,
+    planes: usize,
+    /// The first planes, which are copied.
+    copied: usize,
+    /// Matches with their weights, and which of a patch's rows lies here.
+    reaching: Vec<(&'a [Match], &'a [u32], usize)>,
 }
 
-/// What the matches of the patches over a texel put there.
-fn wanted(lattice: &Lattice, patches: &Patches, matching: &Matching, texel: usize) -> Vec<Texel> {
-    let (place, radius) = (lattice.place(texel), patches.radius());
-    let beside = |dx, dy| lattice.place(lattice.beside(place, dx, dy).expect("a torus has no edge"));
-    let columns = (-radius..=radius).map(|dx| (dx, beside(dx, 0).0)).filter(|(_, x)| x % SPACING == 0);
-    let columns: Vec<(isize, usize)> = columns.collect();
-    let rows = (-radius..=radius).map(|dy| (dy, beside(0, dy).1)).filter(|(_, y)| y % SPACING == 0);
-    let middles = rows.flat_map(|row| columns.iter().map(move |column| (row, *column)));
-    let source = |((dy, y), (dx, x)): ((isize, usize), (isize, usize))| {
-        patches.place(matching.at((x, y))).moved(-dx, -dy)
-    };
-    middles.map(|middle| source(middle).expect("a patch lies inside its exemplar")).collect()
+impl<'a> Row<'a> {
+    fn new(
+        lattice: &Lattice,
+        patches: &'a Patches<'a>,
+        matching: &'a Matching,
+        weights: &'a [u32],
+        y: usize,
+    ) -> Self {
+        let size = lattice.size();
+        let middle = |dy: usize| (y + size.height + patches.radius() - dy) % size.height;
+        let rows =
+            (0..patches.window()).map(|dy| (dy, middle(dy))).filter(|(_, y)| y.is_multiple_of(SPACING));
+        let columns = size.width.div_ceil(SPACING);
+        let row =
+            |(dy, y): (usize, usize)| (matching.row(y), &weights[y / SPACING * columns..][..columns], dy);
+        let reaching = rows.map(row).collect();
+        let planes = patches.level().exemplars.planes();
+        Self { patches, width: size.width, planes, copied: planes - lattice.guides(), reaching }
+    }
+
+    /// The sources of the row's texels.
+    fn elect(&self) -> Vec<Texel> {
+        let window = self.patches.window();
+        let mut sums = vec![0i32; (self.width + window) * self.planes];
+        let mut totals = vec![0i32; self.width + window];
+        self.add(&mut sums, &mut totals);
+        self.wrap(&mut sums, self.planes);
+        self.wrap(&mut totals, 1);
+        let mut nearest = vec![(u64::MAX, Texel::default()); self.width + window];
+        self.compare(&sums, &totals, &mut nearest);
+        let radius = self.patches.radius();
+        for i in (0..radius).chain(self.width + radius..self.width + window) {
+            let inside = radius + (i + self.width - radius) % self.width;
+            nearest[inside] = nearest[inside].min(nearest[i]);
+        }
+        nearest[radius..][..self.width].iter().map(|(_, source)| *source).collect()
+    }
+
+    /// Sums of weighted codes and of weights, from a radius left of the first column.
+    fn add(&self, sums: &mut [i32], totals: &mut [i32]) {
+        let window = self.patches.window();
+        for (matches, weights, dy) in &self.reaching {
+            for (cell, (found, &weight)) in matches.iter().zip(*weights).enumerate() {
+                let start = cell * SPACING;
+                let weight = weight.cast_signed();
+                totals[start..][..window].iter_mut().for_each(|total| *total += weight);
+                let codes = self.run(found.corner, *dy);
+                let sums = &mut sums[start * self.planes..][..window * self.planes];
+                sums.iter_mut().zip(codes).for_each(|(sum, &code)| *sum += weight * i32::from(code));
+            }
+        }
+    }
+
+    /// Adds what lies beyond the edges to where it belongs around the torus, and copies it back.
+    fn wrap(&self, values: &mut [i32], planes: usize) {
+        let (radius, window) = (self.patches.radius(), self.patches.window());
+        let outside = || (0..radius).chain(self.width + radius..self.width + window);
+        let inside = |i: usize| radius + (i + self.width - radius) % self.width;
+        for (i, k) in outside().flat_map(|i| (0..planes).map(move |k| (i, k))) {
+            values[inside(i) * planes + k] += values[i * planes + k];
+        }
+        for (i, k) in outside().flat_map(|i| (0..planes).map(move |k| (i, k))) {
+            values[i * planes + k] = values[inside(i) * planes + k];
+        }
+    }
+
+    /// Keeps the nearest to the mean of what the matches put at each texel, the first of the
+    /// exemplars' texels among equals.
+    fn compare(&self, sums: &[i32], totals: &[i32], nearest: &mut [(u64, Texel)]) {
+        let window = self.patches.window();
+        for (matches, _, dy) in &self.reaching {
+            let mut before = None;
+            for (cell, found) in matches.iter().enumerate() {
+                let continues = before == Some(found.corner);
+                before = Some(found.corner.offset(SPACING, 0));
+                let first = if continues { window - SPACING } else { 0 };
+                let codes = self.run(found.corner, *dy);
+                for dx in first..window {
+                    let at = cell * SPACING + dx;
+                    let mean = &sums[at * self.planes..][..self.copied];
+                    let codes = &codes[dx * self.planes..][..self.copied];
+                    let distance = distance(codes, mean, totals[at]);
+                    if distance <= nearest[at].0 {
+                        nearest[at] = nearest[at].min((distance, found.corner.offset(dx, *dy)));
+                    }
+                }
+            }
+        }
+    }
+
+    /// The codes of one row of a patch.
+    fn run(&self, corner: Texel, dy: usize) -> &[i16] {
+        let exemplar = &self.patches.level().exemplars.texels()[corner.exemplar as usize];
+        exemplar.run(corner.x as usize, corner.y as usize + dy, self.patches.window())
+    }
+}
+
+/// The squared distance of a texel from a mean, times the square of the mean's weight.
+#[inline(always)]
+fn distance(codes: &[i16], sums: &[i32], total: i32) -> u64 {
+    let square = |(&code, &sum): (&i16, &i32)| i64::from(i32::from(code) * total - sum).pow(2).unsigned_abs();
+    codes.iter().zip(sums).map(square).sum()
 }

@@ -5,7 +5,7 @@
 //! copy of the exemplar texel whose neighbourhood is the most similar: the texels above and to the
 //! left that are done already, and with several levels also all around it at the next coarser
 //! resolution, which is synthesised first ([`neighbourhood`]). The most similar one is looked for
-//! among all ([`full`]), or by a tree ([`super::tsvq`]).
+//! among all ([`full`]), by a tree ([`super::tsvq`]), or among few candidates ([`coherence`]).
 //!
 //! The output is always treated as a torus, as in the paper. Its first rows are made beside noise
 //! and the last ones do not see the first, so that it tiles well only where the coarser levels
@@ -13,6 +13,7 @@
 //!
 //! Exemplars are never seen beyond their edges; the paper lets them wrap or pads them.
 
+pub mod coherence;
 pub mod full;
 pub mod neighbourhood;
 
@@ -20,16 +21,18 @@ use serde::Serialize;
 
 use super::efros_leung::check_output;
 use super::lattice::Lattice;
-use super::pyramid::{Level, halved_size, pyramid};
+use super::pyramid::{Level, guided_pyramid, halved_size};
 use super::tsvq::Tsvq;
 use crate::error::{Error, Result};
 use crate::limits::Limits;
 use crate::numeric::random::Stream;
 use crate::planes::Size;
 use crate::progress::Progress;
+use crate::synthesis::guidance::{Guidance, Guided};
 use crate::synthesis::options::Boundary;
 use crate::synthesis::quantise::Exemplar;
 use crate::synthesis::source_map::SourceMap;
+use coherence::{Coherence, Here};
 use full::Full;
 use neighbourhood::{Neighbourhood, Samples};
 
@@ -41,6 +44,13 @@ pub enum NeighbourSearch {
     Full,
     /// By a tree with so many codewords at each level, at most one for each neighbourhood.
     Tsvq(usize),
+    /// Among texels that continue what is around, and for each of them so many that are like it.
+    Coherence {
+        /// Candidates for each continuation, itself among them.
+        candidates: usize,
+        /// Codewords of the tree in whose leaves they are found; 0 for all neighbourhoods.
+        codewords: usize,
+    },
 }
 
 /// Options of [`wei_levoy`].
@@ -54,14 +64,23 @@ pub struct WeiLevoyOptions {
     pub levels: usize,
     /// How the most similar neighbourhood is looked for.
     pub search: NeighbourSearch,
+    /// What the output is to follow.
+    pub guidance: Option<Guidance>,
     /// Seed of the noise.
     pub seed: u64,
 }
 
 impl Default for WeiLevoyOptions {
-    /// 256 x 256 texels, windows of 5 at 4 levels, 2048 codewords.
+    /// 256 x 256 texels, windows of 5 at 4 levels, 4096 codewords.
     fn default() -> Self {
-        Self { size: Size::new(256, 256), window: 5, levels: 4, search: NeighbourSearch::Tsvq(2048), seed: 0 }
+        Self {
+            size: Size::new(256, 256),
+            window: 5,
+            levels: 4,
+            search: NeighbourSearch::Tsvq(4096),
+            guidance: None,
+            seed: 0,
+        }
     }
 }
 
@@ -70,6 +89,11 @@ impl WeiLevoyOptions {
     pub fn validate(&self) -> Result<()> {
         if self.levels == 0 || self.levels > 16 {
             return Err(Error::usage(format!("{} levels: choose 1 to 16", self.levels)));
+        }
+        if matches!(self.search, NeighbourSearch::Coherence { candidates: 0, .. }) {
+            return Err(Error::usage(
+                "a coherence of 0 candidates leaves nothing to choose: choose at least 1",
+            ));
         }
         if self.search == NeighbourSearch::Tsvq(0) {
             return Err(Error::usage("a tree of 0 codewords finds nothing: choose at least 1"));
@@ -113,7 +137,9 @@ pub fn wei_levoy(
     progress: &dyn Progress,
 ) -> Result<(SourceMap, Scanned)> {
     options.validate()?;
-    let pyramid = pyramid(exemplars, options.levels, options.window, limits)?;
+    let guided = Guided::new(exemplars, options.guidance.as_ref(), options.size, limits)?;
+    let guides = guided.guides();
+    let (pyramid, targets) = guided_pyramid(&guided, options.levels, options.window, limits)?;
     let sizes: Vec<Size> = std::iter::successors(Some(options.size), |size| Some(halved_size(*size)))
         .take(options.levels)
         .collect();
@@ -121,15 +147,21 @@ pub fn wei_levoy(
     let mut scanned = Scanned { neighbourhoods: 0, codewords: 0, texels: 0, distance: 0 };
     let mut done: Option<Lattice> = None;
     for (number, (level, size)) in pyramid.iter().zip(sizes).enumerate().rev() {
-        let neighbourhood = Neighbourhood::new(options.window, done.is_some());
+        let neighbourhood = Neighbourhood::new(options.window, done.is_some(), guides);
         let samples = Samples::new(&neighbourhood, level, pyramid.get(number + 1), limits)?;
-        let search = Prepared::new(options.search, &samples);
-        let mut lattice = noise(level, &samples, size, options.seed.wrapping_add(number as u64), limits)?;
+        let seed = options.seed.wrapping_add(number as u64);
+        let causal = neighbourhood.causal();
+        let search = Prepared::new(options.search, &samples, &causal, level, seed, limits)?;
+        let mut lattice = noise(level, &samples, size, seed, limits)?;
+        if let Some(target) = &targets[number] {
+            lattice.guide(target, guides);
+        }
         let mut query = Vec::new();
         scanned.distance = 0;
         for texel in 0..size.texels() {
             neighbourhood.of_output(&lattice, done.as_ref(), texel, &mut query);
-            let (number, distance) = search.near(&query);
+            let (number, distance) =
+                search.near(&query, Here { lattice: &lattice, coarser: done.as_ref(), texel });
             lattice.put(texel, samples.places[number], &level.exemplars);
             scanned.distance += distance;
             if (texel + 1).is_multiple_of(size.width) {
@@ -149,26 +181,40 @@ pub fn wei_levoy(
 enum Prepared<'a> {
     Full(Full<'a>),
     Tsvq(Tsvq),
+    Coherence(Coherence<'a>),
 }
 
 impl<'a> Prepared<'a> {
-    fn new(search: NeighbourSearch, samples: &'a Samples) -> Self {
-        match search {
+    fn new(
+        search: NeighbourSearch,
+        samples: &'a Samples,
+        causal: &'a [(isize, isize)],
+        level: &Level,
+        seed: u64,
+        limits: &Limits,
+    ) -> Result<Self> {
+        Ok(match search {
             NeighbourSearch::Full => Self::Full(Full { vectors: &samples.vectors }),
             NeighbourSearch::Tsvq(codewords) => Self::Tsvq(Tsvq::new(&samples.vectors, codewords)),
-        }
+            NeighbourSearch::Coherence { candidates, codewords } => {
+                let sizes: Vec<Size> = level.exemplars.texels().iter().map(|texels| texels.size()).collect();
+                let sets = (candidates, codewords);
+                Self::Coherence(Coherence::new(samples, causal, &sizes, sets, seed, limits)?)
+            }
+        })
     }
 
-    fn near(&self, query: &[i16]) -> (usize, u64) {
+    fn near(&self, query: &[i16], here: Here<'_>) -> (usize, u64) {
         match self {
             Self::Full(full) => full.nearest(query),
             Self::Tsvq(tree) => tree.near(query),
+            Self::Coherence(coherence) => coherence.near(query, here),
         }
     }
 
     fn codewords(&self) -> usize {
         match self {
-            Self::Full(_) => 0,
+            Self::Full(_) | Self::Coherence(_) => 0,
             Self::Tsvq(tree) => tree.codewords(),
         }
     }

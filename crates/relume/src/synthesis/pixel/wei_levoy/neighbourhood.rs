@@ -19,21 +19,34 @@ pub struct Neighbourhood {
     window: usize,
     causal: Vec<Row>,
     coarser: Vec<Row>,
+    /// The texel itself and those to come beside it, of which the guides are compared.
+    ahead: Vec<Row>,
+    guides: usize,
 }
 
 impl Neighbourhood {
-    /// The causal half of a window, and the parent's surroundings where there is a parent.
-    pub fn new(window: usize, has_parent: bool) -> Self {
+    /// The causal half of a window, and the parent's surroundings where there is a parent; where there
+    /// are guides, theirs also of the texel itself and those to come around it.
+    pub fn new(window: usize, has_parent: bool, guides: usize) -> Self {
         let radius = (window / 2).cast_signed();
         let above = (-radius..0).map(|dy| ((-radius, dy), window));
         let causal = above.chain([((-radius, 0), window / 2)]).collect();
         let coarser = if has_parent { (-1..=1).map(|dy| ((-1, dy), 3)).collect() } else { Vec::new() };
-        Self { window, causal, coarser }
+        let ahead = if guides > 0 { vec![((0, 0), 2), ((-1, 1), 3)] } else { Vec::new() };
+        Self { window, causal, coarser, ahead, guides }
     }
 
-    /// The number of texels compared.
-    fn texels(&self) -> usize {
-        self.causal.iter().chain(&self.coarser).map(|(_, length)| length).sum()
+    /// The offsets of the texels that are done before one.
+    pub fn causal(&self) -> Vec<(isize, isize)> {
+        let row = |&((dx, dy), length): &Row| (dx..dx + length.cast_signed()).map(move |dx| (dx, dy));
+        self.causal.iter().flat_map(row).collect()
+    }
+
+    /// The number of codes compared, for exemplars of so many planes.
+    fn codes(&self, planes: usize) -> usize {
+        let texels: usize = self.causal.iter().chain(&self.coarser).map(|(_, length)| length).sum();
+        let ahead: usize = self.ahead.iter().map(|(_, length)| length).sum();
+        texels * planes + ahead * self.guides
     }
 
     /// Makes `vector` that of an output texel, on tori.
@@ -52,6 +65,12 @@ impl Neighbourhood {
         if let Some(coarser) = coarser {
             for &(offset, length) in &self.coarser {
                 coarser.append_row((x / 2, y / 2), offset, length, vector);
+            }
+        }
+        for &((dx, dy), length) in &self.ahead {
+            for dx in dx..dx + length.cast_signed() {
+                let there = lattice.beside((x, y), dx, dy).expect("a torus has no edge");
+                vector.extend_from_slice(lattice.guide_codes(there));
             }
         }
         vector.resize(padded(vector.len()), 0);
@@ -73,6 +92,12 @@ impl Neighbourhood {
         };
         append(level, (x, y), &self.causal);
         coarser.into_iter().for_each(|texels| append(texels, (x / 2, y / 2), &self.coarser));
+        for &((dx, dy), length) in &self.ahead {
+            let (x, y) = (x.wrapping_add_signed(dx), y.wrapping_add_signed(dy));
+            let planes = level.run(x, y, 1).len();
+            let texels = level.run(x, y, length).chunks_exact(planes);
+            texels.for_each(|texel| vector.extend_from_slice(&texel[planes - self.guides..]));
+        }
         vector
     }
 }
@@ -100,7 +125,7 @@ impl Samples {
     ) -> Result<Self> {
         let radius = neighbourhood.window / 2;
         let positions = level.positions(neighbourhood.window)?;
-        let length = neighbourhood.texels() * level.exemplars.planes();
+        let length = neighbourhood.codes(level.exemplars.planes());
         let bytes = positions.count() * (padded(length) * size_of::<i16>() + size_of::<Texel>());
         limits.check_bytes("the neighbourhoods of the exemplars and their tree", 3 * bytes as u64)?;
         let parents = coarser.map(|level| level.positions(3)).transpose()?;

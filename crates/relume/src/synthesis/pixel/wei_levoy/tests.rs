@@ -1,5 +1,6 @@
 use proptest::prelude::*;
 
+use super::super::pyramid::pyramid;
 use super::*;
 use crate::planes::Planes;
 use crate::synthesis::pixel::vectors::squared_distance;
@@ -62,7 +63,7 @@ proptest! {
         (0..planes).for_each(|k| index.plane_mut(k)[5] = 0.0);
         let size = Size::new(width.max(window), height.max(window));
         let options =
-            WeiLevoyOptions { size, window, levels: 1, search: NeighbourSearch::Full, seed: u64::from(seed) };
+            WeiLevoyOptions { size, window, levels: 1, search: NeighbourSearch::Full, guidance: None, seed: u64::from(seed) };
         let exemplars = [Exemplar { index: &index, excluded: None }];
         let (map, _) = wei_levoy(&exemplars, &options, &Limits::default(), &()).unwrap();
         prop_assert_eq!(map.copies(), one_level_by_hand(&index, &options));
@@ -78,7 +79,7 @@ proptest! {
         let exemplars = [0, 1].map(|e| Exemplar { index: &fields[e], excluded: Some(&masks[e]) });
         let size = Size::new(width, height);
         let with = |search| {
-            let options = WeiLevoyOptions { size, window: 5, levels, search, seed: u64::from(seed) };
+            let options = WeiLevoyOptions { size, window: 5, levels, search, guidance: None, seed: u64::from(seed) };
             wei_levoy(&exemplars, &options, &Limits::default(), &()).unwrap()
         };
         let full = with(NeighbourSearch::Full);
@@ -92,6 +93,80 @@ proptest! {
         }
         for from in full.0.copies().iter().chain(tree.0.copies()).filter(|_| masked) {
             prop_assert!((from.x, from.y) != (0, 0));
+        }
+    }
+}
+
+/// One level by candidates, as Tong et al. describe it: plain loops, no tables.
+fn coherent_by_hand(
+    samples: &Samples,
+    lattice: &Lattice,
+    texel: usize,
+    count: usize,
+) -> Option<(u64, usize)> {
+    let (x, y) = lattice.place(texel);
+    let causal = (-2..=0).flat_map(|dy| (-2..=2).map(move |dx| (dx, dy))).filter(|at| at.1 < 0 || at.0 < 0);
+    let mut nearest = None;
+    let mut query = Vec::new();
+    Neighbourhood::new(5, false, 0).of_output(lattice, None, texel, &mut query);
+    for (dx, dy) in causal {
+        let from = lattice.source(lattice.beside((x, y), dx, dy).unwrap());
+        let continued = from.moved(-dx, -dy);
+        let Some(own) = samples.places.iter().position(|place| Some(*place) == continued) else { continue };
+        let alike = |n: usize| squared_distance(samples.vectors.row(own), samples.vectors.row(n));
+        let mut set: Vec<usize> = (0..samples.places.len()).collect();
+        set.sort_by_key(|&n| (n != own, alike(n), n));
+        for &n in &set[..count.min(set.len())] {
+            let found = (squared_distance(&query, samples.vectors.row(n)), n);
+            nearest = Some(nearest.map_or(found, |nearest: (u64, usize)| nearest.min(found)));
+        }
+    }
+    nearest
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(20))]
+
+    #[test]
+    fn candidates_are_the_continuations_and_those_most_like_them(
+        (width, height, seed) in (5usize..14, 5usize..12, any::<u64>()),
+        (extra, planes, count) in (0usize..6, 1usize..4, 1usize..6),
+    ) {
+        let index = noise_planes(Size::new(7 + extra, 8), planes, seed);
+        let exemplars = [Exemplar { index: &index, excluded: None }];
+        let limits = Limits::default();
+        let level = &pyramid(&exemplars, 1, 5, &limits).unwrap()[0];
+        let neighbourhood = Neighbourhood::new(5, false, 0);
+        let samples = Samples::new(&neighbourhood, level, None, &limits).unwrap();
+        let causal = neighbourhood.causal();
+        let search =
+            Coherence::new(&samples, &causal, &[index.size()], (count, 0), seed, &limits).unwrap();
+        let lattice = noise(level, &samples, Size::new(width, height), seed, &limits).unwrap();
+        let mut query = Vec::new();
+        for texel in 0..width * height {
+            neighbourhood.of_output(&lattice, None, texel, &mut query);
+            let (number, distance) = search.near(&query, Here { lattice: &lattice, coarser: None, texel });
+            if let Some(truth) = coherent_by_hand(&samples, &lattice, texel, count) {
+                prop_assert_eq!((distance, number), truth);
+            }
+        }
+    }
+
+    #[test]
+    fn few_candidates_give_copies_that_do_not_depend_on_threads(
+        (width, height, seed) in (10usize..20, 10usize..20, any::<u64>()),
+        (planes, levels, count) in (1usize..4, 1usize..3, 1usize..9),
+    ) {
+        let index = noise_planes(Size::new(14, 13), planes, seed);
+        let exemplars = [Exemplar { index: &index, excluded: None }];
+        for codewords in [0, 7] {
+            let search = NeighbourSearch::Coherence { candidates: count, codewords };
+            let options = WeiLevoyOptions { size: Size::new(width, height), window: 5, levels, search, guidance: None, seed };
+            let make = || wei_levoy(&exemplars, &options, &Limits::default(), &()).unwrap();
+            let truth = make();
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();
+            prop_assert_eq!(&pool.install(make), &truth);
+            prop_assert!(truth.0.copies().iter().all(|from| from.x < 14 && from.y < 13));
         }
     }
 }
@@ -118,6 +193,10 @@ fn meaningless_options_are_refused() {
         WeiLevoyOptions { levels: 0, ..good.clone() },
         WeiLevoyOptions { levels: 17, ..good.clone() },
         WeiLevoyOptions { search: NeighbourSearch::Tsvq(0), ..good.clone() },
+        WeiLevoyOptions {
+            search: NeighbourSearch::Coherence { candidates: 0, codewords: 9 },
+            ..good.clone()
+        },
         WeiLevoyOptions { size: Size::new(300, 31), ..good.clone() },
         WeiLevoyOptions { size: Size::new(0, 31), levels: 1, ..good },
     ];

@@ -1,0 +1,154 @@
+//! What the verbs whose result is a source map write besides the texture: the map itself, and other
+//! registered images rearranged in the same way.
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+
+use relume::format::{FieldFile, FieldFormat};
+use relume::synthesis::SourceMap;
+use relume::{Error, ReflectanceField, Result};
+
+use crate::context::Context;
+use crate::{gathered, input, output};
+
+/// Options for source maps and registered images.
+#[derive(Debug, clap::Args)]
+#[group(skip)]
+pub struct Args {
+    /// Also write where each texel comes from, as x, y and exemplar: .npy or .exr
+    #[arg(long, value_name = "FILE")]
+    source_map: Option<PathBuf>,
+    /// Also rearrange these registered images in the same way; with several exemplars, one image for
+    /// each in turn. OUTPUT_IMAGE beside the output, or IMAGE in --apply-dir
+    #[arg(long, value_name = "IMAGE", num_args = 1..)]
+    apply: Vec<PathBuf>,
+    /// The folder for the images of --apply
+    #[arg(long, value_name = "DIR", requires = "apply")]
+    apply_dir: Option<PathBuf>,
+}
+
+/// Images to rearrange into one output, one for each exemplar.
+pub struct Applied<'a> {
+    images: &'a [PathBuf],
+    /// The file to write.
+    pub output: PathBuf,
+}
+
+impl Args {
+    /// Whether a source map is asked for, and whether images are to be rearranged.
+    pub fn given(&self) -> [(&'static str, bool); 2] {
+        [("--source-map", self.source_map.is_some()), ("--apply", !self.apply.is_empty())]
+    }
+
+    /// Names all outputs of a command that reads `inputs` and also writes `outputs`, of which the
+    /// first is the texture, and refuses them before any work is done.
+    pub fn check(
+        &self,
+        inputs: &[&Path],
+        outputs: &[&Path],
+        exemplars: usize,
+        context: &Context,
+    ) -> Result<Vec<Applied<'_>>> {
+        let inputs: Vec<&Path> = inputs.iter().copied().chain(self.apply.iter().map(|p| &**p)).collect();
+        if inputs.iter().filter(|path| output::is_stream(path)).count() > 1 {
+            return Err(Error::usage("standard input can be read only once: give - for one input at most"));
+        }
+        let jobs = self.jobs(outputs[0], exemplars)?;
+        let mut named = outputs.to_vec();
+        named.extend(self.source_map.as_deref());
+        named.extend(jobs.iter().map(|job| job.output.as_path()));
+        for (i, path) in named.iter().enumerate() {
+            output::check(path, &inputs, context)?;
+            if named[..i].contains(path) {
+                return Err(Error::usage("is named for two outputs of this command: choose another").at(path));
+            }
+        }
+        if let Some(path) = &self.source_map {
+            gathered::check_map(path)?;
+        }
+        let textures = jobs.iter().map(|job| job.output.as_path()).chain([outputs[0]]);
+        for path in textures.filter(|path| !output::is_stream(path)) {
+            FieldFormat::from_path(path)?;
+        }
+        Ok(jobs)
+    }
+
+    fn jobs(&self, output: &Path, exemplars: usize) -> Result<Vec<Applied<'_>>> {
+        if !self.apply.len().is_multiple_of(exemplars) {
+            return Err(Error::usage(format!(
+                "--apply has {} images for {exemplars} exemplars: give one for each exemplar in turn",
+                self.apply.len()
+            )));
+        }
+        let job = |images| Ok(Applied { images, output: self.output_of(&images[0], output)? });
+        self.apply.chunks(exemplars).map(job).collect()
+    }
+
+    /// Where a rearranged image goes.
+    fn output_of(&self, image: &Path, output: &Path) -> Result<PathBuf> {
+        let name = image.file_name().filter(|_| !output::is_stream(image));
+        let name = name.ok_or_else(|| Error::usage("has no file name to call its output by").at(image))?;
+        if let Some(folder) = &self.apply_dir {
+            return Ok(folder.join(name));
+        }
+        let stem = output.file_stem().filter(|_| !output::is_stream(output)).ok_or_else(|| {
+            Error::usage("--apply names its outputs after the output file: give a file or --apply-dir")
+        })?;
+        let mut joined = OsString::from(stem);
+        joined.push("_");
+        joined.push(name);
+        Ok(output.with_file_name(joined))
+    }
+
+    /// The source map's file, where it is asked for.
+    pub fn source_map(&self, map: &SourceMap, context: &Context) -> Result<Option<(PathBuf, Vec<u8>)>> {
+        let encode = |path: &PathBuf| Ok((path.clone(), gathered::source_map(map, path, context)?));
+        self.source_map.as_ref().map(encode).transpose()
+    }
+}
+
+impl Applied<'_> {
+    /// Reads the images, which must be as large as the exemplars.
+    pub fn read(&self, exemplars: &[FieldFile], context: &Context) -> Result<Vec<FieldFile>> {
+        let images = read_all(self.images, context)?;
+        for ((image, exemplar), path) in images.iter().zip(exemplars).zip(self.images) {
+            let (found, expected) = (image.field.size(), exemplar.field.size());
+            if found != expected {
+                return Err(Error::usage(format!(
+                    "is {found} texels and its exemplar {expected}: it must be registered with the exemplar, \
+                     texel by texel"
+                ))
+                .at(path));
+            }
+        }
+        Ok(images)
+    }
+}
+
+/// The images of all jobs.
+pub fn read_registered(
+    jobs: &[Applied<'_>],
+    exemplars: &[FieldFile],
+    context: &Context,
+) -> Result<Vec<Vec<FieldFile>>> {
+    jobs.iter().map(|job| job.read(exemplars, context)).collect()
+}
+
+/// Reads fields that must be of one kind.
+pub fn read_all(paths: &[PathBuf], context: &Context) -> Result<Vec<FieldFile>> {
+    let kind = |field: &ReflectanceField| {
+        format!("{} {} in {} values", field.color().name(), field.basis().name(), field.space())
+    };
+    let files = paths.iter().map(|path| input::field(path, &context.limits)).collect::<Result<Vec<_>>>()?;
+    for (file, path) in files.iter().zip(paths) {
+        let (found, expected) = (kind(&file.field), kind(&files[0].field));
+        if found != expected {
+            return Err(Error::usage(format!(
+                "holds {found} and {} {expected}: they must be of one kind",
+                paths[0].display()
+            ))
+            .at(path));
+        }
+    }
+    Ok(files)
+}

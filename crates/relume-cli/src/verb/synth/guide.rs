@@ -1,0 +1,56 @@
+//! Maps that the output of `relume synth` follows.
+
+use std::path::{Path, PathBuf};
+
+use relume::synthesis::Guidance;
+use relume::{Error, Planes, Result};
+
+use crate::context::Context;
+use crate::input;
+
+/// Options for guides.
+#[derive(Debug, clap::Args)]
+#[group(skip)]
+pub struct Args {
+    /// Images registered with the exemplars, one for each in turn, that say what is where in them; the
+    /// output follows --guide-target in the same terms
+    #[arg(long, value_name = "IMAGE", num_args = 1.., requires = "guide_target")]
+    guide_source: Vec<PathBuf>,
+    /// An image as large as the output that says what is to be where
+    #[arg(long, value_name = "IMAGE", requires = "guide_source")]
+    guide_target: Option<PathBuf>,
+    /// What a difference of the guides counts against one of the texture [default: 1]
+    #[arg(long, value_name = "W", requires = "guide_target")]
+    guide_weight: Option<f64>,
+}
+
+impl Args {
+    /// The files that are read.
+    pub fn inputs(&self) -> impl Iterator<Item = &Path> {
+        self.guide_source.iter().chain(&self.guide_target).map(PathBuf::as_path)
+    }
+
+    /// The option that turns guidance on, and whether it is given.
+    pub fn given(&self) -> (&'static str, bool) {
+        ("--guide-source", self.guide_target.is_some())
+    }
+
+    /// Reads the guides of so many exemplars.
+    pub fn read(&self, exemplars: usize, context: &Context) -> Result<Option<Guidance>> {
+        let Some(target) = &self.guide_target else { return Ok(None) };
+        if self.guide_source.len() != exemplars {
+            return Err(Error::usage(format!(
+                "--guide-source has {} images for {exemplars} exemplars: give one for each in turn",
+                self.guide_source.len()
+            )));
+        }
+        let planes = |path: &PathBuf| -> Result<Planes> {
+            Ok(input::field(path, &context.limits)?.field.coefficients().clone())
+        };
+        Ok(Some(Guidance {
+            sources: self.guide_source.iter().map(planes).collect::<Result<_>>()?,
+            target: planes(target)?,
+            weight: self.guide_weight.unwrap_or(1.0),
+        }))
+    }
+}

@@ -1,0 +1,317 @@
+//! Guidance: what an output is to follow, as maps. Hertzmann, Jacobs, Oliver, Curless, Salesin, "Image
+//! Analogies", SIGGRAPH 2001 (texture by numbers); Efros, Freeman, "Image Quilting for Texture Synthesis
+//! and Transfer", SIGGRAPH 2001 (texture transfer).
+//!
+//! A guide lies over each exemplar and one over the output: any planes, such as labels of what grows
+//! where, or a blurred copy. They are compared as further index planes: a difference of the guides' whole
+//! range counts the given weight times the whole range of the widest index plane. Where the methods
+//! compare texels of the output that are not known yet, they compare the guides alone.
+
+use super::quantise::{Exemplar, IndexTexels, Quantised};
+use crate::error::{Error, Result};
+use crate::limits::Limits;
+use crate::planes::{Planes, Size};
+
+/// What an output is to follow.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Guidance {
+    /// A guide for each exemplar, registered with it.
+    pub sources: Vec<Planes>,
+    /// The guide of the output, as large as it.
+    pub target: Planes,
+    /// What a difference of the guides counts against one of the texture; above 0.
+    pub weight: f64,
+}
+
+impl Guidance {
+    /// Checks the guides against exemplars and the size of an output.
+    fn validate(&self, exemplars: &[Exemplar<'_>], size: Size) -> Result<()> {
+        if !self.weight.is_finite() || self.weight <= 0.0 {
+            return Err(Error::usage(format!(
+                "a guide's weight of {} has no meaning: it must be a number above 0",
+                self.weight
+            )));
+        }
+        if self.sources.len() != exemplars.len() {
+            return Err(Error::usage(format!(
+                "there are {} guides for {} exemplars: give one for each in turn",
+                self.sources.len(),
+                exemplars.len()
+            )));
+        }
+        let places = exemplars.iter().map(|exemplar| exemplar.index.size()).chain([size]);
+        for (number, (guide, size)) in self.guides().zip(places).enumerate() {
+            let of = if number < exemplars.len() {
+                format!("exemplar {}", number + 1)
+            } else {
+                "the output".into()
+            };
+            if guide.size() != size {
+                return Err(Error::usage(format!(
+                    "the guide of {of} has {} texels, {of} {size}: they must be equally large",
+                    guide.size()
+                )));
+            }
+            if guide.count() != self.target.count() {
+                return Err(Error::usage(format!(
+                    "the guide of {of} has {} planes, that of the output {}: they must be of one kind",
+                    guide.count(),
+                    self.target.count()
+                )));
+            }
+            if guide.as_slice().iter().any(|value| !value.is_finite()) {
+                return Err(Error::invalid(format!(
+                    "the guide of {of} holds a value that is no finite number"
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    fn guides(&self) -> impl Iterator<Item = &Planes> {
+        self.sources.iter().chain([&self.target])
+    }
+
+    /// What guides' values are multiplied with to be index planes.
+    fn scale(&self, exemplars: &[Exemplar<'_>]) -> f32 {
+        let widest = |planes: &mut dyn Iterator<Item = &Planes>| {
+            let all: Vec<&Planes> = planes.collect();
+            let range = |k: usize| {
+                let ranges = all.iter().map(|planes| planes.range(k));
+                let (low, high) =
+                    ranges.fold((f32::INFINITY, f32::NEG_INFINITY), |a, b| (a.0.min(b.0), a.1.max(b.1)));
+                high - low
+            };
+            (0..all[0].count()).map(range).fold(0.0, f32::max)
+        };
+        let index = widest(&mut exemplars.iter().map(|exemplar| exemplar.index));
+        let guides = widest(&mut self.guides());
+        if index > 0.0 && guides > 0.0 { self.weight as f32 * index / guides } else { self.weight as f32 }
+    }
+}
+
+/// Exemplars whose index planes are followed by those of their guides, where there are guides.
+#[derive(Debug)]
+pub(in crate::synthesis) struct Guided<'a> {
+    exemplars: &'a [Exemplar<'a>],
+    /// The planes of each exemplar, and last those of the output, whose index planes mean nothing.
+    joined: Vec<Planes>,
+    guides: usize,
+}
+
+impl<'a> Guided<'a> {
+    /// Joins guides to exemplars.
+    ///
+    /// # Errors
+    /// When they do not fit together, or the limits are exceeded.
+    pub fn new(
+        exemplars: &'a [Exemplar<'a>],
+        guidance: Option<&Guidance>,
+        size: Size,
+        limits: &Limits,
+    ) -> Result<Self> {
+        let (Some(guidance), [first, ..]) = (guidance, exemplars) else {
+            return Ok(Self { exemplars, joined: Vec::new(), guides: 0 });
+        };
+        guidance.validate(exemplars, size)?;
+        let guides = guidance.target.count();
+        let count = first.index.count() + guides;
+        let scale = guidance.scale(exemplars);
+        let empty = Planes::zeros(Size::new(0, 0), 0);
+        let index = exemplars.iter().map(|exemplar| exemplar.index).chain([&empty]);
+        let mut joined = Vec::with_capacity(exemplars.len() + 1);
+        for (index, guide) in index.zip(guidance.guides()) {
+            limits.check("an exemplar with its guide", guide.size(), 4 * count as u64)?;
+            let mut planes = Planes::zeros(guide.size(), count);
+            for (k, plane) in planes.iter_mut().enumerate() {
+                match k.checked_sub(count - guides) {
+                    Some(k) => plane.iter_mut().zip(guide.plane(k)).for_each(|(to, from)| *to = scale * from),
+                    None if k < index.count() => plane.copy_from_slice(index.plane(k)),
+                    None => plane.fill(first.index.plane(k)[0]),
+                }
+            }
+            joined.push(planes);
+        }
+        Ok(Self { exemplars, joined, guides })
+    }
+
+    /// How many of the planes are guides.
+    pub fn guides(&self) -> usize {
+        self.guides
+    }
+
+    /// The exemplars, and last the output where there are guides.
+    pub fn all(&self) -> Vec<Exemplar<'_>> {
+        if self.joined.is_empty() {
+            return self.exemplars.to_vec();
+        }
+        let masks = self.exemplars.iter().map(|exemplar| exemplar.excluded).chain([None]);
+        self.joined.iter().zip(masks).map(|(index, excluded)| Exemplar { index, excluded }).collect()
+    }
+
+    /// The quantised exemplars, and the output's guide.
+    ///
+    /// # Errors
+    /// When the exemplars cannot be quantised.
+    pub fn quantised(&self, limits: &Limits) -> Result<(Quantised, Option<IndexTexels>)> {
+        let mut quantised = Quantised::new(&self.all(), limits)?;
+        let target = (self.guides > 0).then(|| quantised.pop());
+        Ok((quantised, target))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::random::Stream;
+    use crate::synthesis::block_guide::BlockGuide;
+    use crate::synthesis::layout::Layout;
+    use crate::synthesis::options::{BlockOptions, Boundary, Tolerance};
+    use crate::synthesis::pixel::lattice::Lattice;
+    use crate::synthesis::pixel::scan::Scan;
+    use crate::synthesis::pixel::window::Window;
+    use crate::synthesis::pixel::{plain, wei_levoy::neighbourhood::Neighbourhood};
+    use crate::synthesis::positions::Positions;
+    use crate::synthesis::search::plain::squared_distance;
+    use crate::synthesis::search::{Acceptance, Candidates, Query};
+    use proptest::prelude::*;
+
+    fn noise(size: Size, planes: usize, seed: u64) -> Planes {
+        let mut stream = Stream::new(seed, 3);
+        let data = (0..size.texels() * planes).map(|_| stream.below(90) as f32).collect();
+        Planes::from_vec(size, planes, data).unwrap()
+    }
+
+    /// Two exemplars with guides, joined with the guide of an output.
+    fn joined(planes: usize, guides: usize, side: usize, size: Size, seed: u64) -> (Quantised, IndexTexels) {
+        let fields = sides(side).map(|size| noise(size, planes, seed ^ size.width as u64));
+        let exemplars = fields.each_ref().map(|index| Exemplar { index, excluded: None });
+        let guidance = Guidance {
+            sources: fields.iter().map(|f| noise(f.size(), guides, seed ^ 5)).collect(),
+            target: noise(size, guides, seed ^ 7),
+            weight: 1.5,
+        };
+        let limits = Limits::default();
+        let guided = Guided::new(&exemplars, Some(&guidance), size, &limits).unwrap();
+        let (quantised, target) = guided.quantised(&limits).unwrap();
+        (quantised, target.unwrap())
+    }
+
+    fn sides(side: usize) -> [Size; 2] {
+        [Size::new(side, side + 1), Size::new(side + 2, side)]
+    }
+
+    /// Where windows of a side lie in those exemplars.
+    fn positions(side: usize, window: usize) -> Positions {
+        Positions::of_areas(&sides(side).map(|size| (size, None)), window, "window").unwrap()
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(25))]
+
+        #[test]
+        fn guided_scans_are_those_of_the_plain_loops(
+            (planes, guides, seed) in (1usize..5, 1usize..4, any::<u64>()),
+            (width, height, half, torus, extra) in (9usize..20, 9usize..17, 1usize..5, any::<bool>(), 0usize..9),
+        ) {
+            let (size, limits, window) = (Size::new(width, height), Limits::default(), 2 * half + 1);
+            let (quantised, target) = joined(planes, guides, window + extra, size, seed);
+            let positions = positions(window + extra, window);
+            let scan = Scan::guided(&quantised, &positions, guides, &limits).unwrap();
+            let boundary = if torus { Boundary::Torus } else { Boundary::Open };
+            let mut lattice = Lattice::new(size, planes + guides, boundary, &limits).unwrap();
+            lattice.guide(&target, guides);
+            for texel in (0..size.texels()).step_by(3) {
+                lattice.put(texel, positions.nth(texel % positions.count()), &quantised);
+                let given = &target.run(texel % width, texel / width, 1)[planes..];
+                prop_assert_eq!(lattice.guide_codes(texel), given);
+            }
+            for texel in (0..size.texels()).step_by(7) {
+                let query = Window::gaussian(window).query(&lattice, texel);
+                let truth = plain::matches(&quantised, &positions, &query, 0.1);
+                prop_assert_eq!(scan.matches(&query, 0.1, &[]), truth);
+            }
+        }
+
+        #[test]
+        fn guided_blocks_are_those_of_the_plain_loops(
+            (planes, guides, seed) in (1usize..5, 1usize..4, any::<u64>()),
+            (width, height, side, torus, extra) in (4usize..30, 4usize..30, 3usize..10, any::<bool>(), 0usize..9),
+        ) {
+            let size = Size::new(width.max(side), height.max(side));
+            let (quantised, target) = joined(planes, guides, side + extra, size, seed);
+            let boundary = if torus { Boundary::Torus } else { Boundary::Open };
+            let overlap = (side / 4).max(1);
+            let options = BlockOptions { size, block: side, overlap, boundary, ..BlockOptions::default() };
+            let guide = BlockGuide::new(&quantised, &target, guides, side, torus);
+            let copied = quantised.first_planes(planes);
+            let positions = positions(side + extra, side);
+            for block in &Layout::new(&options, &Limits::default()).unwrap().sequence {
+                let neighbourhood = block.neighbourhood;
+                let codes = noise(Size::new(side * planes, side), 1, seed ^ 9);
+                let query = Query {
+                    neighbourhood,
+                    codes: codes.as_slice().iter().map(|v| *v as i16).collect(),
+                    acceptance: Acceptance::new(Tolerance::Relative(0.1), 1, 1.0),
+                    likely: Vec::new(),
+                };
+                let distance = |at| {
+                    let overlap = squared_distance(&copied, &neighbourhood, &query.codes, at);
+                    (at, overlap + guide.plain_distance(block, at))
+                };
+                let truth = Candidates::within(positions.iter().map(distance).collect(), query.acceptance);
+                prop_assert_eq!(guide.candidates(&query, block, &copied, &positions).candidates, truth);
+            }
+        }
+    }
+
+    #[test]
+    fn neighbourhoods_hold_the_guides_of_texels_to_come() {
+        let (size, limits) = (Size::new(9, 8), Limits::default());
+        let index = noise(size, 2, 1);
+        let exemplars = [Exemplar { index: &index, excluded: None }];
+        let guide = noise(size, 1, 2);
+        let guidance = Guidance { sources: vec![guide.clone()], target: guide, weight: 1.0 };
+        let guided = Guided::new(&exemplars, Some(&guidance), size, &limits).unwrap();
+        let (quantised, target) = guided.quantised(&limits).unwrap();
+        let mut lattice = Lattice::new(size, 3, Boundary::Torus, &limits).unwrap();
+        lattice.guide(&target.unwrap(), 1);
+        let mut vector = Vec::new();
+        Neighbourhood::new(3, false, 1).of_output(&lattice, None, size.index(4, 5), &mut vector);
+        let own = |x, y| quantised.texels()[0].run(x, y, 1)[2];
+        // Four known texels of three planes, then five guides.
+        assert_eq!(vector[12..17], [own(4, 5), own(5, 5), own(3, 6), own(4, 6), own(5, 6)]);
+    }
+
+    #[test]
+    fn guides_follow_the_index_planes_in_their_weight() {
+        let index = Planes::from_vec(Size::new(2, 1), 1, vec![1.0, 5.0]).unwrap();
+        let exemplars = [Exemplar { index: &index, excluded: None }];
+        let guidance = Guidance {
+            sources: vec![Planes::from_vec(Size::new(2, 1), 1, vec![0.0, 0.5]).unwrap()],
+            target: Planes::from_vec(Size::new(1, 3), 1, vec![0.5, 0.0, 0.25]).unwrap(),
+            weight: 0.5,
+        };
+        let limits = Limits::default();
+        let guided = Guided::new(&exemplars, Some(&guidance), Size::new(1, 3), &limits).unwrap();
+        assert_eq!((guided.guides(), guided.all().len()), (1, 2));
+        let (quantised, target) = guided.quantised(&limits).unwrap();
+        let texels = &quantised.texels()[0];
+        // The whole range of the guide counts half of the index plane's.
+        assert_eq!(2 * texels.run(1, 0, 1)[1], texels.run(1, 0, 1)[0]);
+        assert_eq!(target.unwrap().run(0, 0, 1)[1], texels.run(1, 0, 1)[1]);
+        assert!(Guided::new(&exemplars, Some(&guidance), Size::new(2, 3), &limits).is_err());
+        let bad = [
+            Guidance { weight: 0.0, ..guidance.clone() },
+            Guidance { weight: f64::NAN, ..guidance.clone() },
+            Guidance { sources: Vec::new(), ..guidance.clone() },
+            Guidance { sources: vec![Planes::zeros(Size::new(3, 1), 1)], ..guidance.clone() },
+            Guidance { sources: vec![Planes::zeros(Size::new(2, 1), 2)], ..guidance.clone() },
+            Guidance { target: Planes::from_vec(Size::new(1, 3), 1, vec![f32::NAN; 3]).unwrap(), ..guidance },
+        ];
+        for guidance in bad {
+            assert!(Guided::new(&exemplars, Some(&guidance), Size::new(1, 3), &limits).is_err());
+        }
+        assert_eq!(Guided::new(&exemplars, None, Size::new(9, 9), &limits).unwrap().all().len(), 1);
+    }
+}

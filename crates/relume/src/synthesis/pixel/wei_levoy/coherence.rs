@@ -1,0 +1,159 @@
+//! The search among few candidates: Ashikhmin, "Synthesizing Natural Textures", I3D 2001; Tong, Zhang,
+//! Liu, Wang, Guo, Shum, "Synthesis of Bidirectional Texture Functions on Arbitrary Surfaces", SIGGRAPH
+//! 2002 (k-coherence).
+//!
+//! A texel continues one of the pieces around it: each known neighbour, and the parent at the coarser
+//! level, names the exemplar texel that would continue it. Candidates are those and, for each, the
+//! exemplar texels whose neighbourhoods are the most like its own, which are found beforehand: among
+//! all, or among those of its leaf in a tree. With one candidate for each (Ashikhmin) nothing needs to
+//! be found beforehand.
+//!
+//! Where all pieces end at the exemplars' edges, some texels drawn at random are compared.
+
+use rayon::prelude::*;
+
+use super::super::lattice::Lattice;
+use super::super::tsvq::Tsvq;
+use super::super::vectors::{Vectors, squared_distance};
+use super::neighbourhood::Samples;
+use crate::error::Result;
+use crate::limits::Limits;
+use crate::numeric::random::Stream;
+use crate::planes::Size;
+use crate::synthesis::source_map::Texel;
+
+/// Texels drawn where no piece goes on.
+const DRAWN: usize = 64;
+
+/// Marks exemplar texels that have no neighbourhood.
+const NONE: u32 = u32::MAX;
+
+/// Candidates for every neighbourhood of the exemplars at one level.
+#[derive(Debug)]
+pub struct Coherence<'a> {
+    samples: &'a Samples,
+    /// The offsets of the known neighbours.
+    causal: &'a [(isize, isize)],
+    /// How many candidates each neighbourhood has.
+    count: usize,
+    /// For each neighbourhood, its own number and those of the nearest others; short sets end in `NONE`.
+    sets: Vec<u32>,
+    /// The size of each exemplar, and the number of each of its texels.
+    numbers: Vec<(Size, Vec<u32>)>,
+    /// Seed of the random draws.
+    seed: u64,
+}
+
+/// Where the output is at.
+#[derive(Debug, Clone, Copy)]
+pub struct Here<'a> {
+    /// The output at this level.
+    pub lattice: &'a Lattice,
+    /// The output at the coarser level.
+    pub coarser: Option<&'a Lattice>,
+    /// The texel to make.
+    pub texel: usize,
+}
+
+impl<'a> Coherence<'a> {
+    /// Candidates for samples of exemplars of the given sizes: `count` for each, found in the leaves of
+    /// a tree of so many codewords, among all where that is 0.
+    ///
+    /// # Errors
+    /// When that exceeds the limits.
+    pub fn new(
+        samples: &'a Samples,
+        causal: &'a [(isize, isize)],
+        sizes: &[Size],
+        (count, codewords): (usize, usize),
+        seed: u64,
+        limits: &Limits,
+    ) -> Result<Self> {
+        let texels: usize = sizes.iter().map(|size| size.texels()).sum();
+        let bytes = 4 * (texels as u64 + count as u64 * samples.places.len() as u64);
+        limits.check_bytes("the candidates of the exemplars' neighbourhoods", bytes)?;
+        let mut numbers: Vec<(Size, Vec<u32>)> = sizes.iter().map(|s| (*s, vec![NONE; s.texels()])).collect();
+        for (number, place) in samples.places.iter().enumerate() {
+            let (size, numbers) = &mut numbers[place.exemplar as usize];
+            numbers[size.index(place.x as usize, place.y as usize)] = number as u32;
+        }
+        let sets = sets(&samples.vectors, count, codewords);
+        Ok(Self { samples, causal, count, sets, numbers, seed })
+    }
+
+    /// The number of the nearest candidate, the first among equals, and its squared distance.
+    pub fn near(&self, query: &[i16], here: Here<'_>) -> (usize, u64) {
+        let mut candidates: Vec<u32> = self.continued(here).collect();
+        candidates.sort_unstable();
+        candidates.dedup();
+        if candidates.is_empty() {
+            let mut stream = Stream::new(self.seed, here.texel as u64);
+            candidates.extend((0..DRAWN).map(|_| stream.below(self.samples.places.len()) as u32));
+        }
+        let distance = |&number: &u32| {
+            (squared_distance(query, self.samples.vectors.row(number as usize)), number as usize)
+        };
+        let (distance, number) = candidates.iter().map(distance).min().expect("there is a candidate");
+        (number, distance)
+    }
+
+    /// The candidates of all that continues a neighbour or the parent, some more than once.
+    fn continued(&self, here: Here<'_>) -> impl Iterator<Item = u32> {
+        let (x, y) = here.lattice.place(here.texel);
+        let neighbours = self.causal.iter().filter_map(move |&(dx, dy)| {
+            let there = here.lattice.beside((x, y), dx, dy)?;
+            here.lattice.source(there).moved(-dx, -dy)
+        });
+        let parent = here.coarser.map(|coarser| {
+            let source = coarser.source(coarser.size().index(x / 2, y / 2));
+            Texel { x: 2 * source.x, y: 2 * source.y, ..source }.offset(x % 2, y % 2)
+        });
+        let continuations = neighbours.chain(parent).filter_map(|place| self.number(place));
+        continuations.flat_map(|number| self.set(number)).filter(|number| *number != NONE)
+    }
+
+    fn set(&self, number: u32) -> impl Iterator<Item = u32> {
+        self.sets[number as usize * self.count..][..self.count].iter().copied()
+    }
+
+    fn number(&self, place: Texel) -> Option<u32> {
+        let (size, numbers) = &self.numbers[place.exemplar as usize];
+        let (x, y) = (place.x as usize, place.y as usize);
+        let inside = x < size.width && y < size.height;
+        Some(*numbers.get(size.index(x, y)).filter(|_| inside)?).filter(|number| *number != NONE)
+    }
+}
+
+/// For each vector its own number and those of the `count - 1` nearest others.
+fn sets(vectors: &Vectors, count: usize, codewords: usize) -> Vec<u32> {
+    let all = || (0..vectors.count()).collect();
+    let leaves: Vec<Vec<usize>> = match (count, codewords) {
+        (1, _) => return (0..vectors.count() as u32).collect(),
+        (_, 0) => vec![all()],
+        _ => Tsvq::new(vectors, codewords).leaves(),
+    };
+    let mut sets = vec![NONE; vectors.count() * count];
+    for leaf in &leaves {
+        let found: Vec<Vec<u32>> = leaf.par_iter().map(|&n| nearest(vectors, leaf, n, count)).collect();
+        for (&number, found) in leaf.iter().zip(found) {
+            sets[number * count..][..found.len()].copy_from_slice(&found);
+        }
+    }
+    // Of equal vectors a leaf keeps one: the others have themselves alone.
+    sets.chunks_exact_mut(count).enumerate().for_each(|(n, set)| set[0] = n as u32);
+    sets
+}
+
+/// The numbers of the vectors of a leaf that are nearest to one of them, itself first.
+fn nearest(vectors: &Vectors, leaf: &[usize], number: usize, count: usize) -> Vec<u32> {
+    let others = leaf.iter().filter(|&&other| other != number);
+    let mut near: Vec<(u64, u32)> = others
+        .map(|&other| (squared_distance(vectors.row(number), vectors.row(other)), other as u32))
+        .collect();
+    if near.len() >= count {
+        near.select_nth_unstable(count - 1);
+        near.truncate(count - 1);
+    }
+    near.sort_unstable();
+    std::iter::once(number as u32).chain(near.into_iter().map(|(_, other)| other)).collect()
+}

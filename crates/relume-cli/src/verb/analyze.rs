@@ -68,6 +68,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
 fn way_in_words(way: Way) -> String {
     match way {
         Way::Quilting { block, overlap } => format!("--block {block} --overlap {overlap}"),
+        Way::PatchMatch => "--method patchmatch".to_owned(),
         Way::Roller { tiles } => format!("--method roller --tiles {tiles}"),
     }
 }

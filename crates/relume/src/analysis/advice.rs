@@ -6,7 +6,8 @@
 //! from texture to texture and, by a tenth to a third, from seed to seed. So several sizes are
 //! advised and the figures of the analysis bound them: a block holds three features, and a period
 //! where the texture is plainly regular. Where there is a period, tiles of whole periods are worth a
-//! try too. Methods that place single texels were never within a tenth of the best.
+//! try too, and optimisation by patches is worth one everywhere: it is the nearest on some pictures
+//! of stones. Methods that place texels one after another were never within a tenth of the best.
 
 use serde::Serialize;
 
@@ -56,6 +57,8 @@ pub enum Way {
         /// Texels by which they overlap.
         overlap: usize,
     },
+    /// The whole improved by matches of its patches.
+    PatchMatch,
     /// Tiles of whole periods.
     Roller {
         /// How many.
@@ -138,6 +141,7 @@ fn ways(found: &Analysis, size: Size) -> Vec<Way> {
             ways.push(way);
         }
     }
+    ways.insert(1, Way::PatchMatch);
     if found.periods.pattern != Pattern::None {
         ways.push(Way::Roller { tiles: TILES });
     }
@@ -186,7 +190,7 @@ mod tests {
     fn blocks(advice: &Advice) -> Vec<(usize, usize)> {
         let of = |way: &Way| match *way {
             Way::Quilting { block, overlap } => Some((block, overlap)),
-            Way::Roller { .. } => None,
+            Way::PatchMatch | Way::Roller { .. } => None,
         };
         advice.ways.iter().filter_map(of).collect()
     }

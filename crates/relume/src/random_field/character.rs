@@ -8,8 +8,6 @@
 
 use std::fmt;
 
-use rustfft::FftPlanner;
-use rustfft::num_complex::Complex64;
 use serde::Serialize;
 
 use super::estimate::Candidates;
@@ -19,7 +17,8 @@ use super::selection::posterior;
 use crate::error::Result;
 use crate::field::ReflectanceField;
 use crate::limits::Limits;
-use crate::planes::Planes;
+use crate::numeric::autocorrelation::Autocorrelation;
+use crate::planes::{Planes, Size};
 
 /// What kind of material a texture shows.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -64,9 +63,8 @@ impl fmt::Display for Character {
 /// # Errors
 /// A field smaller than a small neighbourhood.
 pub fn character(field: &ReflectanceField, limits: &Limits) -> Result<Character> {
-    limits.check("the autocorrelation", field.size(), 80)?;
     let scores = luminance_scores(field);
-    Ok(Character { regularity: regularity(&scores), edges: edges(&scores)? })
+    Ok(Character { regularity: regularity(&scores, limits)?, edges: edges(&scores)? })
 }
 
 /// Normal scores of the sum of all index planes that stand for brightness: those of the function
@@ -86,36 +84,15 @@ fn luminance_scores(field: &ReflectanceField) -> Planes {
 }
 
 /// The highest local maximum of the autocorrelation, 1 at the centre, between the first place along
-/// its direction where it has fallen below zero and a third of the sides. Shifts are corrected for how
-/// many texels overlap.
-fn regularity(scores: &Planes) -> f64 {
-    let size = scores.size();
-    let (width, height) = (2 * size.width, 2 * size.height);
-    let mean = scores.as_slice().iter().map(|&v| f64::from(v)).sum::<f64>() / size.texels() as f64;
-    let mut data = vec![Complex64::default(); width * height];
-    for y in 0..size.height {
-        for x in 0..size.width {
-            data[y * width + x].re = f64::from(scores.at(0, x, y)) - mean;
-        }
-    }
-    let power = |data: &mut Vec<Complex64>| data.iter_mut().for_each(|v| *v = v.norm_sqr().into());
-    transform(&mut data, width, height, false);
-    power(&mut data);
-    transform(&mut data, width, height, true);
-    let centre = data[0].re / size.texels() as f64;
-    if centre <= 0.0 {
-        return 0.0;
-    }
-    let at = |dx: i64, dy: i64| {
-        let overlap = (size.width as i64 - dx.abs()) * (size.height as i64 - dy.abs());
-        let place = dy.rem_euclid(height as i64) as usize * width + dx.rem_euclid(width as i64) as usize;
-        data[place].re / (overlap as f64 * centre)
-    };
-    highest_peak(at, size.width as i64 / 3, size.height as i64 / 3)
+/// its direction where it has fallen below zero and a third of the sides.
+fn regularity(scores: &Planes, limits: &Limits) -> Result<f64> {
+    let third = Size::new(scores.size().width / 3, scores.size().height / 3);
+    let correlation = Autocorrelation::new(scores, third, limits)?;
+    Ok(highest_peak(|dx, dy| correlation.at(dx, dy), third.width as isize, third.height as isize))
 }
 
 /// The highest local maximum over shifts of half a plane that come after a valley along their ray.
-fn highest_peak(at: impl Fn(i64, i64) -> f64, across: i64, down: i64) -> f64 {
+fn highest_peak(at: impl Fn(isize, isize) -> f64, across: isize, down: isize) -> f64 {
     let mut best = 0.0f64;
     for dy in 0..down {
         for dx in -across + 1..across {
@@ -125,7 +102,7 @@ fn highest_peak(at: impl Fn(i64, i64) -> f64, across: i64, down: i64) -> f64 {
                 continue;
             }
             let steps = dx.abs().max(dy);
-            let on_ray = |s: i64| at(dx * s / steps.max(1), dy * s / steps.max(1));
+            let on_ray = |s: isize| at(dx * s / steps.max(1), dy * s / steps.max(1));
             let valley = (1..steps).map(on_ray).fold(f64::INFINITY, f64::min);
             if valley < 0.0 {
                 best = here;
@@ -133,18 +110,6 @@ fn highest_peak(at: impl Fn(i64, i64) -> f64, across: i64, down: i64) -> f64 {
         }
     }
     best
-}
-
-/// A Fourier transform along rows and columns, not normalised, or its inverse.
-fn transform(data: &mut Vec<Complex64>, width: usize, height: usize, inverse: bool) {
-    let mut planner = FftPlanner::new();
-    let mut plan = |n| if inverse { planner.plan_fft_inverse(n) } else { planner.plan_fft_forward(n) };
-    plan(width).process(data);
-    let mut turned: Vec<Complex64> =
-        (0..width * height).map(|i| data[i % height * width + i / height]).collect();
-    plan(height).process(&mut turned);
-    let scale = if inverse { 1.0 / (width * height) as f64 } else { 1.0 };
-    *data = (0..width * height).map(|i| turned[i % width * height + i / width] * scale).collect();
 }
 
 /// Excess kurtosis of the errors of prediction from the twelve nearest causal neighbours.
@@ -179,7 +144,6 @@ mod tests {
     use super::super::recursion::tests::random_level;
     use super::*;
     use crate::picture::Picture;
-    use crate::planes::Size;
     use crate::space::Space;
 
     fn of(planes: Planes) -> Character {

@@ -3,9 +3,9 @@
 //!
 //! Near is the multi-scale patch distance between index planes, so that of functions, over all
 //! exemplars. Such a measure is best for a verbatim copy: textures in which one piece is larger than
-//! half of an exemplar are made again with another seed, and taken only where all are so. When the advised ways are through, they come
-//! again with other seeds, for the seed alone changes the distance by a tenth to a third. The cost is
-//! that of all textures and their measures.
+//! half of an exemplar are made again with another seed, and taken only where all are so. When the
+//! advised ways are through, they come again with other seeds, for the seed alone changes the distance
+//! by a tenth to a third. The cost is that of all textures and their measures.
 
 use std::collections::VecDeque;
 use std::fmt::Write;
@@ -16,6 +16,7 @@ use relume::analysis::{Advice, Analysis, advise, analyze};
 use relume::field::IndexSpace;
 use relume::metric::texture::copying::copying;
 use relume::metric::texture::{SlicedOptions, Source, Sources, sliced};
+use relume::synthesis::pixel::PatchMatchOptions;
 use relume::synthesis::{Blend, BlockOptions, Exemplar, SourceMap, gather};
 use relume::{Error, Limits, ReflectanceField, Result};
 use serde_json::{Value, json};
@@ -27,7 +28,7 @@ use crate::report::Report;
 use crate::verb::analyze;
 
 /// Textures made unless asked otherwise: all that is advised at most.
-const TRIES: usize = 6;
+const TRIES: usize = 7;
 /// The most textures that may be asked for.
 const MOST_TRIES: usize = 1000;
 /// The largest piece that a texture may copy as it stands, as a part of the smallest exemplar.
@@ -103,14 +104,14 @@ impl Auto {
     fn ways(&self, args: &super::Args, advice: &Advice) -> Vec<Attempt> {
         let joined = self.blocks.blend != Blend::Cut || self.blocks.feather > 0;
         let guided = self.blocks.guidance.is_some();
-        let asked =
-            args.block.is_some() || args.overlap.is_some() || args.delta.is_some() || joined || guided;
+        let asked = args.block.is_some() || args.overlap.is_some() || args.delta.is_some() || joined;
         let advised = advice.ways.iter().filter_map(|way| match *way {
             Way::Quilting { block, overlap } if args.block.is_none() => {
                 let overlap = args.overlap.unwrap_or(overlap);
                 Some(Attempt::Blocks(BlockOptions { block, overlap, ..self.blocks.clone() }))
             }
-            Way::Roller { tiles } if !asked => Some(Attempt::Tiles(tiles, self.blocks.clone())),
+            Way::PatchMatch if !asked => Some(Attempt::Patches(self.blocks.clone())),
+            Way::Roller { tiles } if !asked && !guided => Some(Attempt::Tiles(tiles, self.blocks.clone())),
             _ => None,
         });
         let mut ways: Vec<Attempt> = advised.collect();
@@ -153,13 +154,14 @@ impl Auto {
 #[derive(Debug, Clone)]
 enum Attempt {
     Blocks(BlockOptions),
+    Patches(BlockOptions),
     Tiles(usize, BlockOptions),
 }
 
 impl Attempt {
     fn with_seed_after(&self, steps: u64) -> Self {
         let mut next = self.clone();
-        let (Self::Blocks(options) | Self::Tiles(_, options)) = &mut next;
+        let (Self::Blocks(options) | Self::Patches(options) | Self::Tiles(_, options)) = &mut next;
         options.seed = options.seed.wrapping_add(steps);
         next
     }
@@ -167,6 +169,11 @@ impl Attempt {
     fn plan(&self) -> Result<Plan> {
         match self {
             Self::Blocks(options) => options.validate().map(|()| Plan::Quilting(options.clone())),
+            Self::Patches(o) => {
+                let (size, guidance, seed) = (o.size, o.guidance.clone(), o.seed);
+                let options = PatchMatchOptions { size, guidance, seed, ..PatchMatchOptions::default() };
+                options.validate().map(|()| Plan::PatchMatch(options))
+            }
             Self::Tiles(tiles, options) => Laid::new(*tiles, options).map(Plan::Roller),
         }
     }
@@ -175,6 +182,7 @@ impl Attempt {
     fn command(&self) -> String {
         match self {
             Self::Blocks(o) => format!("--block {} --overlap {} --seed {}", o.block, o.overlap, o.seed),
+            Self::Patches(o) => format!("--method patchmatch --seed {}", o.seed),
             Self::Tiles(tiles, o) => format!("--method roller --tiles {tiles} --seed {}", o.seed),
         }
     }

@@ -54,7 +54,7 @@ pub struct Args {
     /// Tiles of the Roller [default: 4]
     #[arg(long, value_name = "K", help_heading = "Options of the roller and of auto")]
     tiles: Option<usize>,
-    /// Textures that auto makes to choose from; 1 takes what the analysis advises [default: 6]
+    /// Textures that auto makes to choose from; 1 takes what the analysis advises [default: 7]
     #[arg(long, value_name = "N", help_heading = "Options of the roller and of auto")]
     tries: Option<usize>,
 }

@@ -64,14 +64,14 @@ impl<'a> Fft<'a> {
             .sum();
         let mut product = vec![Complex64::ZERO; spectra.planes[0].len()];
         for (k, exemplar) in spectra.planes.iter().enumerate() {
-            let mut image = vec![0.0; size.texels()];
+            let mut image = vec![0.0; size.width * shape.extent.height];
             for (x, y) in (0..shape.extent.texels()).map(|i| (i % shape.extent.width, i / shape.extent.width))
             {
                 if filled(x, y) {
                     image[size.index(x, y)] = f64::from(query.codes[shape.extent.index(x, y) * planes + k]);
                 }
             }
-            let spectrum = spectra.transform.forward_top(image, shape.extent.height);
+            let spectrum = spectra.transform.forward_top(image);
             Arch::new().dispatch(
                 #[inline(always)]
                 || {

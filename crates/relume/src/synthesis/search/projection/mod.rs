@@ -17,7 +17,7 @@
 //!   then the most promising one of each stretch of positions is measured in full at once.
 
 pub mod cells;
-mod coordinates;
+pub mod coordinates;
 pub mod kernels;
 mod product;
 mod query;

@@ -31,8 +31,8 @@ const LONGEST: f64 = 32_000.0;
 /// The further coordinates have at most so much finer a unit: enough where they are all small.
 const FINEST: f64 = 64.0;
 
-/// The coordinates of one cell that the first look leaves out, 128 more than they are; then the rest,
-/// zeros up to [`SQUARE`], and their squared length.
+/// The coordinates of one cell that the first look leaves out, the rest among them, 128 more than they
+/// are; and in the last four bytes their squared length.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(align(64))]
 pub struct Further(pub [u8; 64]);

@@ -187,20 +187,20 @@ impl Table {
 
     /// The words of a cell of the exemplars.
     fn words(&self, own: &Coordinates, cell: usize) -> impl Iterator<Item = i32> {
-        let (pairs, quads) = words(self.kernels.first);
-        let of = move |kernel: usize| own.first(kernel, cell);
-        let pairs = (0..pairs).map(move |i| pair([of(2 * i), of(2 * i + 1)]));
-        let byte = move |kernel: usize| (of(kernel) + 128) as u8 as i8;
-        let quads = (0..quads).map(move |i| quad(std::array::from_fn(|j| byte(WIDE + 4 * i + j))));
-        pairs.chain(quads).chain([-(own.first_squares[cell] >> 1)])
+        self.packed(own, cell, 128).chain([-(own.first_squares[cell] >> 1)])
     }
 
     /// The factors of a cell of a query.
     pub fn factors(&self, own: &Coordinates, cell: usize) -> impl Iterator<Item = i32> {
+        self.packed(own, cell, 0)
+    }
+
+    /// The first coordinates of a cell in words, those of a byte with something added.
+    fn packed(&self, own: &Coordinates, cell: usize, added: i16) -> impl Iterator<Item = i32> {
         let (pairs, quads) = words(self.kernels.first);
         let of = move |kernel: usize| own.first(kernel, cell);
+        let byte = move |kernel: usize| (of(kernel) + added) as i8;
         let pairs = (0..pairs).map(move |i| pair([of(2 * i), of(2 * i + 1)]));
-        let byte = move |kernel: usize| of(kernel) as i8;
         pairs.chain((0..quads).map(move |i| quad(std::array::from_fn(|j| byte(WIDE + 4 * i + j)))))
     }
 

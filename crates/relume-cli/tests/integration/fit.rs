@@ -1,8 +1,8 @@
 //! `relume fit` as a user runs it.
 
-use std::fs::{self, File};
-use std::path::Path;
-use std::process::{Command, Output};
+use std::fs;
+
+use crate::support::{done, failed, json, write_grey};
 
 /// Polar angle in units of a right angle and azimuth in turns of each light.
 const LIGHTS: [(f64, f64); 9] = [
@@ -26,39 +26,17 @@ fn capture(count: usize) -> tempfile::TempDir {
         let (y, x) = (turns * std::f64::consts::TAU).sin_cos();
         list += &format!("p{i}.png {:.4} {:.4} {z:.4}\n", x * sin, y * sin);
         let codes: Vec<u8> = (0..35).map(|t| (z * f64::from(100 + 4 * t)) as u8).collect();
-        write_png(&folder.path().join(format!("p{i}.png")), (7, 5), &codes);
+        write_grey(&folder.path().join(format!("p{i}.png")), (7, 5), &codes);
     }
     fs::write(folder.path().join("lights.lp"), list).unwrap();
     folder
-}
-
-fn write_png(path: &Path, (width, height): (u32, u32), codes: &[u8]) {
-    let mut encoder = png::Encoder::new(File::create(path).unwrap(), width, height);
-    encoder.set_color(png::ColorType::Grayscale);
-    encoder.write_header().unwrap().write_image_data(codes).unwrap();
-}
-
-fn relume(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_relume")).current_dir(folder).args(arguments).output().unwrap()
-}
-
-/// The one sentence on standard error of a run that must fail with `status`.
-fn failure(folder: &Path, arguments: &[&str], status: i32) -> String {
-    let before = fs::read_dir(folder).unwrap().count();
-    let output = relume(folder, arguments);
-    let text = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(status), "{arguments:?}: {text}");
-    assert_eq!(fs::read_dir(folder).unwrap().count(), before, "{arguments:?} left something behind");
-    text
 }
 
 #[test]
 fn a_folder_becomes_a_texture_and_a_report() {
     let folder = capture(9);
     for name in ["a.ptm", "a.exr"] {
-        let output = relume(folder.path(), &["fit", ".", "-o", name, "--json", "--leave-one-out"]);
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-        let result: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        let result = json(folder.path(), &["fit", ".", "-o", name, "--leave-one-out"]);
         let space = if name == "a.ptm" { "srgb" } else { "linear" };
         assert_eq!(result["report"]["space"], space);
         assert_eq!(result["report"]["lights"].as_array().unwrap().len(), 9);
@@ -72,37 +50,37 @@ fn bytes_are_the_same_at_any_number_of_threads_and_on_standard_output() {
     let folder = capture(9);
     for threads in ["1", "4"] {
         let name = format!("{threads}.ptm");
-        assert!(relume(folder.path(), &["fit", ".", "-o", &name, "--threads", threads]).status.success());
+        done(folder.path(), &["fit", ".", "-o", &name, "--threads", threads]);
     }
     let read = |name: &str| fs::read(folder.path().join(name)).unwrap();
     assert_eq!(read("1.ptm"), read("4.ptm"));
-    assert_eq!(relume(folder.path(), &["fit", ".", "-o", "-"]).stdout, read("1.ptm"));
+    assert_eq!(done(folder.path(), &["fit", ".", "-o", "-"]).stdout, read("1.ptm"));
 }
 
 #[test]
 fn what_cannot_be_done_is_said_in_one_sentence() {
     let folder = capture(9);
     let path = folder.path();
-    assert!(failure(path, &["fit", ".", "-o", "p3.png"], 2).contains("exists already"));
-    assert!(failure(path, &["fit", ".", "-o", "new.png"], 2).contains("name a .ptm or .exr"));
-    assert!(failure(path, &["fit", ".", "-o", "a.ptm", "--half"], 2).contains("--half needs an .exr"));
+    assert!(failed(path, &["fit", ".", "-o", "p3.png"], 2).contains("exists already"));
+    assert!(failed(path, &["fit", ".", "-o", "new.png"], 2).contains("name a .ptm or .exr"));
+    assert!(failed(path, &["fit", ".", "-o", "a.ptm", "--half"], 2).contains("--half needs an .exr"));
     assert!(
-        failure(path, &["fit", ".", "-o", "a.ptm", "--crop", "4,0,4,4"], 2)
+        failed(path, &["fit", ".", "-o", "a.ptm", "--crop", "4,0,4,4"], 2)
             .contains("does not lie inside 7 x 5")
     );
-    assert!(failure(path, &["fit", ".", "-o", "a.ptm", "--crop", "4,0"], 2).contains("four whole numbers"));
-    assert!(failure(path, &["fit", "nothing", "-o", "a.ptm"], 1).contains("nothing: cannot read"));
-    write_png(&path.join("p5.png"), (5, 7), &[9; 35]);
-    let text = failure(path, &["fit", ".", "-o", "a.ptm"], 1);
+    assert!(failed(path, &["fit", ".", "-o", "a.ptm", "--crop", "4,0"], 2).contains("four whole numbers"));
+    assert!(failed(path, &["fit", "nothing", "-o", "a.ptm"], 1).contains("nothing: cannot read"));
+    write_grey(&path.join("p5.png"), (5, 7), &[9; 35]);
+    let text = failed(path, &["fit", ".", "-o", "a.ptm"], 1);
     assert!(text.contains("p5.png is 5 x 7 texels and p0.png is 7 x 5"), "{text}");
     fs::write(path.join("p5.png"), b"\x89PNG\r\n\x1a\nbroken").unwrap();
-    assert!(failure(path, &["fit", ".", "-o", "a.ptm"], 1).contains("p5.png"));
+    assert!(failed(path, &["fit", ".", "-o", "a.ptm"], 1).contains("p5.png"));
     fs::remove_file(path.join("p5.png")).unwrap();
     assert!(
-        failure(path, &["fit", ".", "-o", "a.ptm"], 1).contains("line 7: the photograph p5.png is missing")
+        failed(path, &["fit", ".", "-o", "a.ptm"], 1).contains("line 7: the photograph p5.png is missing")
     );
     let few = capture(5);
-    let text = failure(few.path(), &["fit", ".", "-o", "a.ptm"], 1);
+    let text = failed(few.path(), &["fit", ".", "-o", "a.ptm"], 1);
     assert!(text.contains("6 functions need at least as many lights, found 5"), "{text}");
 }
 
@@ -115,7 +93,7 @@ fn photographs_are_never_overwritten() {
     let list = fs::read_to_string(path.join("lights.lp")).unwrap().replace("p3.png", "p3.exr");
     fs::write(path.join("lights.lp"), list).unwrap();
     let before = fs::read(path.join("p3.exr")).unwrap();
-    assert!(failure(path, &["fit", ".", "-o", "p3.exr", "--force"], 2).contains("is an input"));
-    assert!(failure(path, &["fit", "lights.lp", "-o", "lights.lp", "--force"], 2).contains("is an input"));
+    assert!(failed(path, &["fit", ".", "-o", "p3.exr", "--force"], 2).contains("is an input"));
+    assert!(failed(path, &["fit", "lights.lp", "-o", "lights.lp", "--force"], 2).contains("is an input"));
     assert_eq!(fs::read(path.join("p3.exr")).unwrap(), before);
 }

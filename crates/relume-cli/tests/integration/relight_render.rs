@@ -2,30 +2,14 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
 
 use relume::field::{Basis, ColorModel};
 use relume::format::{decode_field, decode_raster};
 use relume::{Direction, Limits, Raster, ReflectanceField, Samples, Size};
 
+use crate::support::{failed, refused, run};
+
 const SIZE: Size = Size::new(24, 16);
-
-fn relume(folder: &Path, args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_relume")).current_dir(folder).args(args).output().unwrap()
-}
-
-/// Standard output of a run that must succeed.
-fn done(folder: &Path, args: &[&str]) -> String {
-    let output = relume(folder, args);
-    assert!(output.status.success(), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).unwrap()
-}
-
-/// The exit status and standard error of a run that must fail.
-fn failed(folder: &Path, args: &[&str]) -> (i32, String) {
-    let output = relume(folder, args);
-    (output.status.code().unwrap(), String::from_utf8(output.stderr).unwrap())
-}
 
 /// A folder with `field.ptm`, whose texels lean in different directions: an LRGB map written
 /// byte by byte, coefficients (code - bias) / 255 with biases in the middle, rows from the bottom.
@@ -57,7 +41,7 @@ fn codes(raster: &Raster) -> &[u8] {
 #[test]
 fn a_relit_picture_holds_the_values_of_the_field() {
     let (folder, field) = folder_with_field();
-    done(folder.path(), &["relight", "field.ptm", "--light", "-0.6,0,0.8", "-o", "lit.png"]);
+    run(folder.path(), &["relight", "field.ptm", "--light", "-0.6,0,0.8", "-o", "lit.png"]);
     let raster = picture(folder.path(), "lit.png");
     assert_eq!((raster.size(), raster.channels()), (SIZE, 3));
     let light = Direction::from_vector(-0.6, 0.0, 0.8).unwrap();
@@ -71,22 +55,22 @@ fn a_relit_picture_holds_the_values_of_the_field() {
 #[test]
 fn sweeps_become_folders_or_animations() {
     let (folder, _) = folder_with_field();
-    done(folder.path(), &["relight", "field.ptm", "--sweep", "orbit:4", "-o", "frames"]);
+    run(folder.path(), &["relight", "field.ptm", "--sweep", "orbit:4", "-o", "frames"]);
     let frames: Vec<Raster> = (0..4).map(|i| picture(folder.path(), &format!("frames/{i:04}.png"))).collect();
     assert!(frames.iter().all(|frame| frame.size() == SIZE) && frames[0] != frames[2]);
-    let json = done(folder.path(), &["relight", "field.ptm", "--sweep", "arc:3", "-o", "arc.png", "--json"]);
+    let json = run(folder.path(), &["relight", "field.ptm", "--sweep", "arc:3", "-o", "arc.png", "--json"]);
     let report: serde_json::Value = serde_json::from_str(&json).unwrap();
     assert_eq!(report["lights"][1], serde_json::json!([0.0, 0.0, 1.0]));
     let bytes = fs::read(folder.path().join("arc.png")).unwrap();
     assert!(bytes.windows(4).any(|w| w == b"acTL"), "an animated PNG");
-    done(folder.path(), &["relight", "field.ptm", "--sweep", "arc:3", "-o", "arc.gif"]);
+    run(folder.path(), &["relight", "field.ptm", "--sweep", "arc:3", "-o", "arc.gif"]);
     assert!(fs::read(folder.path().join("arc.gif")).unwrap().starts_with(b"GIF89a"));
 }
 
 #[test]
 fn normals_are_data_and_say_which_way_y_points() {
     let (folder, field) = folder_with_field();
-    let text = done(folder.path(), &["relight", "field.ptm", "--normals", "-o", "normals.png"]);
+    let text = run(folder.path(), &["relight", "field.ptm", "--normals", "-o", "normals.png"]);
     assert!(text.contains("+Y"), "{text}");
     let raster = picture(folder.path(), "normals.png");
     let Samples::U16(codes) = raster.samples() else { panic!("expected 16 bits") };
@@ -102,7 +86,7 @@ fn a_render_is_the_same_at_any_thread_count_and_options_matter() {
     let (folder, _) = folder_with_field();
     let render = |out: &str, more: &[&str]| {
         let base = ["render", "field.ptm", "--size", "60x40", "--light", "-1,0.5,0.5", "-o", out];
-        done(folder.path(), &[&base[..], more].concat());
+        run(folder.path(), &[&base[..], more].concat());
         fs::read(folder.path().join(out)).unwrap()
     };
     let one = render("a.png", &["--threads", "1"]);
@@ -125,31 +109,27 @@ fn meshes_come_from_files() {
         "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n";
     fs::write(folder.path().join("square.obj"), square).unwrap();
     let render = |mesh: &str, out: &str| {
-        done(folder.path(), &["render", "field.ptm", "--mesh", mesh, "--size", "50", "-o", out]);
+        run(folder.path(), &["render", "field.ptm", "--mesh", mesh, "--size", "50", "-o", out]);
         fs::read(folder.path().join(out)).unwrap()
     };
     assert_eq!(render("square.obj", "a.png"), render("plane", "b.png"));
     fs::write(folder.path().join("bad.obj"), square.replace("4/4", "7/4")).unwrap();
-    let (status, message) =
-        failed(folder.path(), &["render", "field.ptm", "--mesh", "bad.obj", "-o", "c.png"]);
-    assert_eq!(status, 1);
+    let message = failed(folder.path(), &["render", "field.ptm", "--mesh", "bad.obj", "-o", "c.png"], 1);
     assert!(message.contains("bad.obj: line 9: a face names vertex 7"), "{message}");
-    assert!(!folder.path().join("c.png").exists());
-    let (status, message) =
-        failed(folder.path(), &["render", "field.ptm", "--mesh", "no.obj", "-o", "c.png"]);
-    assert!(status == 1 && message.contains("no.obj"), "{message}");
+    let message = failed(folder.path(), &["render", "field.ptm", "--mesh", "no.obj", "-o", "c.png"], 1);
+    assert!(message.contains("no.obj"), "{message}");
 }
 
 #[test]
 fn displacement_changes_the_outline_and_bump_only_the_shading() {
     let (folder, _) = folder_with_field();
     let maps = ["procedural", "pebbles", "-o", "maps", "--tile", "--size", "48x32", "--feature", "14"];
-    done(folder.path(), &maps);
+    run(folder.path(), &maps);
     let render = |out: &str, more: &[&str]| {
         let base =
             ["render", "maps/albedo.png", "--plain", "--size", "120", "--light", "-1,0.6,0.5", "-o", out];
         let base = [&base[..], &["--background", "0,0,1", "--tiling", "4,3"], more].concat();
-        done(folder.path(), &base);
+        run(folder.path(), &base);
         codes(&picture(folder.path(), out)).to_vec()
     };
     let smooth = render("a.png", &[]);
@@ -193,8 +173,6 @@ fn wrong_usage_has_status_2() {
         &["render", "field.ptm", "--height", "field.ptm", "-o", "x.png"],
         &["render", "field.ptm", "--height", "field.ptm", "--bump", "-3", "-o", "x.png"],
     ] {
-        let (status, message) = failed(folder.path(), args);
-        assert_eq!(status, 2, "{args:?}: {message}");
-        assert!(!folder.path().join("x.png").exists());
+        refused(folder.path(), args);
     }
 }

@@ -2,30 +2,11 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
 
 use relume::format::{Depth, PictureFormat, encode_picture, read_raster};
 use relume::{Limits, Picture, Planes, Size, Space};
 
-fn relume(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_relume")).current_dir(folder).args(arguments).output().unwrap()
-}
-
-fn made(folder: &Path, arguments: &[&str]) -> Vec<u8> {
-    let output = relume(folder, arguments);
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    output.stdout
-}
-
-/// The sentence of a run that must fail as wrong usage and write nothing.
-fn refused(folder: &Path, arguments: &[&str]) -> String {
-    let before = fs::read_dir(folder).unwrap().count();
-    let output = relume(folder, arguments);
-    let text = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {text}");
-    assert_eq!(fs::read_dir(folder).unwrap().count(), before, "{arguments:?} left something behind");
-    text
-}
+use crate::support::{json, refused, run};
 
 /// Writes a picture of 8-bit samples, `channels` a texel.
 fn write_picture(path: &Path, size: Size, channels: usize, code: impl Fn(usize, usize, usize) -> u8) {
@@ -72,7 +53,7 @@ fn a_blemish_on_a_pattern_goes_without_a_trace() {
             let mut arguments = vec!["fill", "spoilt.png", "--mask", "mask.png", "-o", "out.png", "--force"];
             arguments.extend(["--method", method, "--neighbourhood", "7", "--source-map", "map.npy"]);
             arguments.extend(more);
-            made(folder.path(), &arguments);
+            run(folder.path(), &arguments);
             assert_eq!(samples(&folder.path().join("out.png")), truth, "{arguments:?}");
             assert!(folder.path().join("map.npy").exists());
         }
@@ -90,7 +71,7 @@ fn registered_images_are_filled_from_the_same_places() {
     let band = ["tileable", "spoilt.png", "--band", "7", "-o", "out.png"];
     for (verb, method) in [(&fill[..], "patches"), (&fill, "efros-leung"), (&band, "patches")] {
         let more = ["--apply", "where.png", "--neighbourhood", "7", "--force", "--method", method];
-        made(folder.path(), &[verb, &more].concat());
+        run(folder.path(), &[verb, &more].concat());
         let (_, new) = samples(&at("out.png"));
         let (_, old) = samples(&at("spoilt.png"));
         let (size, places) = samples(&at("out_where.png"));
@@ -117,7 +98,7 @@ fn a_pattern_is_made_to_tile() {
     for method in ["patches", "efros-leung"] {
         let arguments =
             ["tileable", "a.png", "-o", "b.png", "--band", "6", "--neighbourhood", "7", "--force"];
-        made(folder.path(), &[&arguments[..], &["--method", method]].concat());
+        run(folder.path(), &[&arguments[..], &["--method", method]].concat());
         let (made_size, made) = samples(&folder.path().join("b.png"));
         let (_, given) = samples(&folder.path().join("a.png"));
         assert_eq!(made_size, size);
@@ -143,16 +124,15 @@ fn textures_of_single_texels_are_the_same_at_any_number_of_threads() {
         ("patchmatch", &["--levels", "3"], true),
     ];
     for (method, special, tiles) in ways {
-        let run = |threads: &str, output: &str| {
+        let textured = |threads: &str, output: &str| {
             let arguments =
                 ["synth", "clean.png", "--method", method, "--neighbourhood", "5", "--size", "60x41"];
-            let more = ["--threads", threads, "-o", output, "--force", "--json"];
-            let said = made(folder.path(), &[&arguments[..], &more, special].concat());
-            let said: serde_json::Value = serde_json::from_slice(&said).unwrap();
+            let more = ["--threads", threads, "-o", output, "--force"];
+            let said = json(folder.path(), &[&arguments[..], &more, special].concat());
             assert_eq!((said["method"].as_str(), said["tile"].as_bool()), (Some(method), Some(tiles)));
             fs::read(folder.path().join(output)).unwrap()
         };
-        assert_eq!(run("1", "1.png"), run("5", "5.png"));
+        assert_eq!(textured("1", "1.png"), textured("5", "5.png"));
     }
 }
 
@@ -178,7 +158,7 @@ fn outputs_follow_their_guide() {
         let arguments =
             ["synth", "noise.png", "-o", "o.png", "--size", "60x48", "--apply", "a.png", "--force"];
         let followed = |guide: &[&str]| {
-            made(folder.path(), &[&arguments[..], way, guide].concat());
+            run(folder.path(), &[&arguments[..], way, guide].concat());
             let (_, places) = samples(&at("o_a.png"));
             let agrees = |(i, place): (usize, &[u32])| (place[0] >= 32) == target(i % 60, i / 60);
             places.chunks_exact(3).enumerate().filter(|one| agrees(*one)).count() as f64 / (60.0 * 48.0)

@@ -1,39 +1,15 @@
 //! `relume compare` and `relume analyze` as a user runs them.
 
-use std::path::Path;
-use std::process::{Command, Output};
-
-use relume::format::{Depth, PictureFormat, encode_picture};
-use relume::procedural::{Material, MaterialOptions};
-use relume::{Limits, Picture, Size, Space};
+use relume::Size;
+use relume::procedural::Material;
 use serde_json::Value;
 
-fn relume(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_relume")).current_dir(folder).args(arguments).output().unwrap()
-}
-
-fn json(folder: &Path, arguments: &[&str]) -> Value {
-    let arguments: Vec<&str> = arguments.iter().chain(&["--json"]).copied().collect();
-    let output = relume(folder, &arguments);
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    serde_json::from_slice(&output.stdout).unwrap()
-}
-
-fn refused(folder: &Path, arguments: &[&str]) -> String {
-    let output = relume(folder, arguments);
-    let text = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {text}");
-    text
-}
+use crate::support::{done, json, refused, write_material};
 
 /// A folder with a picture of a weave.
 fn with_weave() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
-    let options = MaterialOptions { size: Size::new(96, 80), feature: 18.0, ..MaterialOptions::default() };
-    let maps = Material::Weave.make(&options, &Limits::default()).unwrap();
-    let picture = Picture { planes: maps.albedo, space: Space::Linear };
-    let bytes = encode_picture(&picture, PictureFormat::Png(Depth::Eight)).unwrap();
-    std::fs::write(folder.path().join("weave.png"), bytes).unwrap();
+    write_material(&folder.path().join("weave.png"), Material::Weave, Size::new(96, 80), 18.0);
     folder
 }
 
@@ -65,7 +41,7 @@ fn synthesis_is_measured_with_its_source_map_in_both_formats() {
             map,
             "--force",
         ];
-        assert!(relume(folder.path(), &synth).status.success());
+        done(folder.path(), &synth);
         let found =
             json(folder.path(), &["compare", "--texture", "weave.png", "big.png", "--source-map", map]);
         let coverage = found["copying"]["coverage"].as_f64().unwrap();
@@ -84,10 +60,9 @@ fn synthesis_is_measured_with_its_source_map_in_both_formats() {
 fn functions_are_compared_under_several_lights() {
     let folder = tempfile::tempdir().unwrap();
     let capture = ["capture", "sponge", "-o", "sponge", "--size", "48", "--lights", "12"];
-    let output = relume(folder.path(), &capture);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    assert!(relume(folder.path(), &["fit", "sponge", "-o", "sponge.ptm"]).status.success());
-    assert!(relume(folder.path(), &["fit", "sponge", "-o", "sponge.exr"]).status.success());
+    done(folder.path(), &capture);
+    done(folder.path(), &["fit", "sponge", "-o", "sponge.ptm"]);
+    done(folder.path(), &["fit", "sponge", "-o", "sponge.exr"]);
     let found = json(folder.path(), &["compare", "sponge.exr", "sponge.ptm", "--lights", "3"]);
     assert_eq!(found["lights"].as_array().unwrap().len(), 3);
     // The two files hold the same photographs in other models: near, and nearest nowhere.
@@ -115,7 +90,7 @@ fn analysis_finds_the_weave_and_draws_it() {
 fn what_cannot_be_compared_is_said() {
     let folder = with_weave();
     let crop = ["synth", "weave.png", "-o", "small.png", "--size", "32", "--block", "16"];
-    assert!(relume(folder.path(), &crop).status.success());
+    done(folder.path(), &crop);
     assert!(refused(folder.path(), &["compare", "weave.png", "small.png"]).contains("--texture"));
     assert!(refused(folder.path(), &["compare", "-", "-"]).contains("once"));
     refused(folder.path(), &["compare", "weave.png", "weave.png", "--source-map", "map.npy"]);

@@ -2,7 +2,6 @@
 
 use std::fs::{self, File};
 use std::path::Path;
-use std::process::{Command, Output};
 
 use relume::field::{Basis, ColorModel};
 use relume::format::{ExrDepth, FieldFormat, encode_field, read_field};
@@ -10,25 +9,7 @@ use relume::synthesis::roller::Endless;
 use relume::{Limits, Planes, ReflectanceField, Size, Space};
 use serde_json::Value;
 
-fn relume(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_relume")).current_dir(folder).args(arguments).output().unwrap()
-}
-
-fn done(folder: &Path, arguments: &[&str]) -> String {
-    let output = relume(folder, arguments);
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).unwrap()
-}
-
-/// The one sentence of a run that must fail and write nothing.
-fn refused(folder: &Path, arguments: &[&str], status: i32) -> String {
-    let before = fs::read_dir(folder).unwrap().count();
-    let output = relume(folder, arguments);
-    let text = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(status), "{arguments:?}: {text}");
-    assert_eq!(fs::read_dir(folder).unwrap().count(), before, "{arguments:?} left something behind");
-    text
-}
+use crate::support::{failed, json, run};
 
 /// A texture that repeats after 13 x 11 texels, with a little noise of its own everywhere.
 fn regular(basis: Basis, color: ColorModel, space: Space) -> ReflectanceField {
@@ -75,15 +56,13 @@ fn windows_of_tiles_are_the_librarys_in_every_format() {
     for (exemplar, tiles, out) in
         [("a.ptm", "ta.ptm", "oa.ptm"), ("b.exr", "tb.exr", "ob.exr"), ("c.png", "tc.png", "oc.png")]
     {
-        let report: Value =
-            serde_json::from_str(&done(folder, &["--json", "roll", exemplar, "-k", "3", "-o", tiles]))
-                .unwrap();
+        let report = json(folder, &["roll", exemplar, "-k", "3", "-o", tiles]);
         assert_eq!(report["acceptable"], true, "{report:#}");
         let tile = Size::new(number(&report, "tile_width"), number(&report, "tile_height"));
         assert_eq!((tile.width % 13, tile.height % 11), (0, 0), "whole periods: {tile}");
         let stacked = read(&folder.join(tiles));
         assert_eq!(stacked.size(), Size::new(tile.width, 3 * tile.height));
-        done(folder, &["synth", tiles, "--window=-31,1000000,67,45", "--seed", "9", "-o", out]);
+        run(folder, &["synth", tiles, "--window=-31,1000000,67,45", "--seed", "9", "-o", out]);
         let plane = Endless::new(tile, 3, 9).unwrap();
         let size = Size::new(67, 45);
         let expected =
@@ -91,7 +70,7 @@ fn windows_of_tiles_are_the_librarys_in_every_format() {
         assert!(*read(&folder.join(out)).coefficients() == expected, "{out}");
     }
     // A tile set of one kind may be drawn as another file of that kind.
-    done(folder, &["synth", "ta.ptm", "--size", "40", "-o", "oa.exr"]);
+    run(folder, &["synth", "ta.ptm", "--size", "40", "-o", "oa.exr"]);
     assert_eq!(read(&folder.join("oa.exr")).size(), Size::new(40, 40));
 }
 
@@ -115,9 +94,7 @@ fn masks_are_kept_out_of_tiles_and_registered_images_follow() {
     write(&texels(|_, x, y| f32::from(u8::from((x, y) == (40, 30))), 1), png("m.png"), &folder.join("m.png"));
     write(&texels(|k, x, y| [x, y, 0][k] as f32 / 255.0, 3), png("w.png"), &folder.join("w.png"));
     let roll = ["roll", "c.png", "-k", "2", "-o", "t.png", "--apply", "w.png", "--source-map", "map.npy"];
-    let report: Value =
-        serde_json::from_str(&done(folder, &[&roll[..], &["--exclude", "m.png", "--json"]].concat()))
-            .unwrap();
+    let report = json(folder, &[&roll[..], &["--exclude", "m.png"]].concat());
     let (tiles, places) = (read(&folder.join("t.png")), read(&folder.join("t_w.png")));
     let tile = Size::new(number(&report, "tile_width"), number(&report, "tile_height"));
     assert_eq!(tiles.size(), Size::new(tile.width, 2 * tile.height));
@@ -132,7 +109,7 @@ fn masks_are_kept_out_of_tiles_and_registered_images_follow() {
         }
     }
     // The images of a set of tiles are a set of tiles of their own.
-    done(folder, &["synth", "t_w.png", "--size", "70", "-o", "o.png"]);
+    run(folder, &["synth", "t_w.png", "--size", "70", "-o", "o.png"]);
 }
 
 #[test]
@@ -146,8 +123,8 @@ fn outputs_do_not_depend_on_threads() {
     );
     for threads in ["1", "3"] {
         let name = |what: &str| format!("{what}{threads}.exr");
-        done(folder, &["roll", "a.exr", "-k", "4", "--threads", threads, "-o", &name("t")]);
-        done(folder, &["synth", &name("t"), "--size", "100x70", "--threads", threads, "-o", &name("o")]);
+        run(folder, &["roll", "a.exr", "-k", "4", "--threads", threads, "-o", &name("t")]);
+        run(folder, &["synth", &name("t"), "--size", "100x70", "--threads", threads, "-o", &name("o")]);
     }
     for what in ["t", "o"] {
         let bytes = |threads: &str| fs::read(folder.join(format!("{what}{threads}.exr"))).unwrap();
@@ -162,7 +139,7 @@ fn what_cannot_be_done_is_said_in_one_sentence() {
     let picture = regular(Basis::Constant, ColorModel::Rgb, Space::Srgb);
     write(&picture, FieldFormat::from_path(Path::new("c.png")).unwrap(), &folder.join("c.png"));
     let says = |arguments: &[&str], words: &str| {
-        let text = refused(folder, arguments, 2);
+        let text = failed(folder, arguments, 2);
         assert!(text.contains(words), "{arguments:?}: {text}");
     };
     says(&["roll", "c.png", "-o", "-"], "name one");
@@ -173,7 +150,7 @@ fn what_cannot_be_done_is_said_in_one_sentence() {
     says(&["synth", "c.png", "--window", "0,0,9,9", "-o", "o.png"], "relume roll");
     says(&["synth", "c.png", "-o", "o.png"], "--size");
     says(&["synth", "c.png", "--method", "noise", "--size", "50", "-o", "o.png"], "repeats");
-    done(folder, &["roll", "c.png", "-o", "t.png"]);
+    run(folder, &["roll", "c.png", "-o", "t.png"]);
     says(&["roll", "c.png", "-o", "t.png"], "--force");
     says(&["synth", "t.png", "--size", "50", "--tile", "-o", "o.png"], "--tile");
     says(&["synth", "t.png", "--size", "50", "-o", "o.tif"], ".png");
@@ -184,11 +161,11 @@ fn what_cannot_be_done_is_said_in_one_sentence() {
     }
     says(&["synth", "t.png", "--window", "1,2,0,5", "-o", "o.png"], "--window");
     let long = ["synth", "t.png", "--size", "1000000x5", "-o", "o.png"];
-    assert!(refused(folder, &long, 1).contains("longest side"));
+    assert!(failed(folder, &long, 1).contains("longest side"));
     fs::write(folder.join("t.png.json"), "{\"relumeTiles\": 7}").unwrap();
-    assert!(refused(folder, &["synth", "t.png", "--size", "50", "-o", "o.png"], 1).contains("7 tiles"));
+    assert!(failed(folder, &["synth", "t.png", "--size", "50", "-o", "o.png"], 1).contains("7 tiles"));
     fs::write(folder.join("t.png.json"), "{\"relumeTiles\": \"many\"}").unwrap();
-    assert!(refused(folder, &["synth", "t.png", "--size", "50", "-o", "o.png"], 1).contains("many"));
+    assert!(failed(folder, &["synth", "t.png", "--size", "50", "-o", "o.png"], 1).contains("many"));
 }
 
 /// A picture of unrelated spots.
@@ -210,7 +187,7 @@ fn noise_is_identical_however_it_is_cut() {
     let folder = folder.path();
     spots(folder);
     let draw = |window: &str, out: &str| {
-        done(
+        run(
             folder,
             &["synth", "s.png", "--method", "noise", &format!("--window={window}"), "--seed", "4", "-o", out],
         );

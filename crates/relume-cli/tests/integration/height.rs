@@ -1,27 +1,16 @@
 //! `relume height` as a user runs it.
 
-use std::path::Path;
-use std::process::{Command, Output};
-
 use relume::Limits;
 use relume::format::read_height;
 
-fn relume(folder: &Path, args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_relume")).current_dir(folder).args(args).output().unwrap()
-}
-
-fn done(folder: &Path, args: &[&str]) -> serde_json::Value {
-    let output = relume(folder, &[args, &["--json"]].concat());
-    assert!(output.status.success(), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
-    serde_json::from_slice(&output.stdout).unwrap()
-}
+use crate::support::{failed, json};
 
 /// A folder with a virtual capture of marble, its fit, and what to compare with.
 fn folder_with_capture() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let capture = ["capture", "marble", "-o", "photos", "--size", "64", "--feature", "24", "--lights", "24"];
-    done(folder.path(), &capture);
-    done(folder.path(), &["fit", "photos", "-o", "field.ptm"]);
+    json(folder.path(), &capture);
+    json(folder.path(), &["fit", "photos", "-o", "field.ptm"]);
     folder
 }
 
@@ -34,7 +23,7 @@ fn every_method_finds_the_relief_of_a_virtual_capture_as_well_as_it_can() {
     let run = |input: &str, more: &[&str]| {
         let args =
             [&["height", input, "-o", "h.exr", "--border", "periodic", "--force"], more, &TRUTH].concat();
-        let report = done(folder.path(), &args);
+        let report = json(folder.path(), &args);
         let correlation = report["height_error"]["correlation"].as_f64().unwrap();
         (correlation, report["normal_error"]["mean_deg"].as_f64().unwrap())
     };
@@ -55,7 +44,7 @@ fn every_method_finds_the_relief_of_a_virtual_capture_as_well_as_it_can() {
 fn heights_are_written_in_the_unit_that_is_known() {
     let folder = folder_with_capture();
     let heights = |out: &str, more: &[&str]| {
-        done(folder.path(), &[&["height", "photos", "-o", out], more].concat());
+        json(folder.path(), &[&["height", "photos", "-o", out], more].concat());
         read_height(&folder.path().join(out), &Limits::default()).unwrap()
     };
     let texels = heights("a.exr", &["--threads", "1"]);
@@ -101,9 +90,7 @@ fn what_has_no_height_is_refused_in_one_sentence() {
             "finds no albedo",
         ),
     ] {
-        let output = relume(folder.path(), args);
-        let text = String::from_utf8(output.stderr).unwrap();
-        assert!(output.status.code() == Some(status) && text.contains(word), "{args:?}: {text}");
-        assert!(!folder.path().join("x.exr").exists());
+        let text = failed(folder.path(), args, status);
+        assert!(text.contains(word), "{args:?}: {text}");
     }
 }

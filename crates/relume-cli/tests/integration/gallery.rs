@@ -1,30 +1,12 @@
 //! `relume gallery` as a user runs it.
 
 use std::fs;
-use std::path::Path;
-use std::process::{Command, Output};
 
-use relume::format::{Depth, PictureFormat, encode_picture};
-use relume::procedural::{Material, MaterialOptions};
-use relume::{Limits, Picture, Size, Space};
+use relume::Size;
+use relume::procedural::Material;
 use serde_json::Value;
 
-fn relume(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_relume")).current_dir(folder).args(arguments).output().unwrap()
-}
-
-fn run(folder: &Path, arguments: &[&str]) -> String {
-    let output = relume(folder, arguments);
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).unwrap()
-}
-
-fn refused(folder: &Path, arguments: &[&str]) -> String {
-    let output = relume(folder, arguments);
-    let text = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {text}");
-    text
-}
+use crate::support::{failed, json, refused, run, write_material};
 
 /// A name that would be markup and more than one field.
 const NAME: &str = "a<b>, \"&{{seed}}.png";
@@ -34,10 +16,7 @@ fn with_exemplars() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let input = folder.path().join("in");
     fs::create_dir_all(input.join("more.png")).unwrap();
-    let options = MaterialOptions { size: Size::new(48, 40), feature: 9.0, ..MaterialOptions::default() };
-    let maps = Material::Weave.make(&options, &Limits::default()).unwrap();
-    let picture = Picture { planes: maps.albedo, space: Space::Linear };
-    fs::write(input.join(NAME), encode_picture(&picture, PictureFormat::Png(Depth::Eight)).unwrap()).unwrap();
+    write_material(&input.join(NAME), Material::Weave, Size::new(48, 40), 9.0);
     run(folder.path(), &["capture", "pebbles", "-o", "pebbles", "--size", "64", "--lights", "8"]);
     run(folder.path(), &["fit", "pebbles", "-o", "in/pebbles.ptm"]);
     fs::write(input.join("zbroken.png"), b"no picture").unwrap();
@@ -52,8 +31,8 @@ fn entry<'a>(exemplar: &'a Value, method: &str) -> &'a Value {
 #[test]
 fn every_method_has_its_entry_and_the_page_needs_nothing_else() {
     let folder = with_exemplars();
-    let command = ["gallery", "in", "-o", "out", "--size", "64x60", "--lights", "2", "--json"];
-    let found: Value = serde_json::from_str(&run(folder.path(), &command)).unwrap();
+    let command = ["gallery", "in", "-o", "out", "--size", "64x60", "--lights", "2"];
+    let found = json(folder.path(), &command);
     let exemplars = found["exemplars"].as_array().unwrap();
     let names: Vec<&str> = exemplars.iter().map(|exemplar| exemplar["name"].as_str().unwrap()).collect();
     assert_eq!(names, [NAME, "pebbles.ptm", "zbroken.png"]);
@@ -116,6 +95,6 @@ fn what_is_no_gallery_is_said() {
     fs::create_dir(folder.path().join("empty")).unwrap();
     assert!(refused(folder.path(), &["gallery", "empty", "-o", "out"]).contains("no exemplar"));
     assert!(refused(folder.path(), &["gallery", "in", "-o", "out", "--methods", "magic"]).contains("magic"));
-    assert_eq!(relume(folder.path(), &["gallery", "missing", "-o", "out"]).status.code(), Some(1));
+    failed(folder.path(), &["gallery", "missing", "-o", "out"], 1);
     assert!(!folder.path().join("out").exists());
 }

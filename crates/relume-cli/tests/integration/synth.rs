@@ -2,35 +2,21 @@
 
 use std::fs::{self, File};
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
 use relume::field::{Basis, ColorModel};
 use relume::format::{ExrDepth, FieldFormat, encode_field, exr};
 use relume::{Limits, Planes, ReflectanceField, Size, Space};
 
+use crate::support::{done, read_png, refused};
+
 const EXEMPLAR: (usize, usize) = (37, 29);
 const OUTPUT: (usize, usize) = (50, 43);
 const BLOCKS: [&str; 6] = ["--size", "50x43", "--block", "12", "--overlap", "3"];
 
-fn relume(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_relume")).current_dir(folder).args(arguments).output().unwrap()
-}
-
 fn synth(folder: &Path, arguments: &[&str]) -> Output {
     let arguments: Vec<&str> = ["synth"].iter().chain(arguments).chain(&BLOCKS).copied().collect();
-    let output = relume(folder, &arguments);
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    output
-}
-
-/// The one sentence on standard error of a run that must fail as wrong usage and write nothing.
-fn refused(folder: &Path, arguments: &[&str]) -> String {
-    let before = fs::read_dir(folder).unwrap().count();
-    let output = relume(folder, arguments);
-    let text = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {text}");
-    assert_eq!(fs::read_dir(folder).unwrap().count(), before, "{arguments:?} left something behind");
-    text
+    done(folder, &arguments)
 }
 
 /// Bytes that look like noise, the same each time.
@@ -49,16 +35,6 @@ fn write_png(path: &Path, color: png::ColorType, depth: png::BitDepth, samples: 
     encoder.set_color(color);
     encoder.set_depth(depth);
     encoder.write_header().unwrap().write_image_data(samples).unwrap();
-}
-
-/// The size of a PNG, and its samples as stored, whole texels of `bytes` bytes.
-fn read_png(path: &Path) -> ((usize, usize), Vec<u8>) {
-    let mut reader =
-        png::Decoder::new(std::io::BufReader::new(File::open(path).unwrap())).read_info().unwrap();
-    let mut samples = vec![0; reader.output_buffer_size().unwrap()];
-    let info = reader.next_frame(&mut samples).unwrap();
-    samples.truncate(info.buffer_size());
-    ((info.width as usize, info.height as usize), samples)
 }
 
 /// x, y and exemplar of each texel's source, read as the NumPy format describes it.

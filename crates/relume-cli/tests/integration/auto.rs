@@ -1,42 +1,18 @@
 //! `relume synth --method auto` and `--method roller` as a user runs them.
 
 use std::fs;
-use std::path::Path;
-use std::process::{Command, Output};
 
-use relume::format::{Depth, PictureFormat, encode_picture};
-use relume::procedural::{Material, MaterialOptions};
-use relume::{Limits, Picture, Size, Space};
+use relume::Size;
+use relume::procedural::Material;
 use serde_json::Value;
 
-fn relume(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_relume")).current_dir(folder).args(arguments).output().unwrap()
-}
-
-fn json(folder: &Path, arguments: &[&str]) -> Value {
-    let arguments: Vec<&str> = arguments.iter().chain(&["--json"]).copied().collect();
-    let output = relume(folder, &arguments);
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    serde_json::from_slice(&output.stdout).unwrap()
-}
-
-fn refused(folder: &Path, arguments: &[&str]) -> String {
-    let output = relume(folder, arguments);
-    let text = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {text}");
-    text
-}
+use crate::support::{done, json, refused, write_material};
 
 /// A folder with pictures of a weave and of pebbles.
 fn with_exemplars() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     for (name, material) in [("weave.png", Material::Weave), ("pebbles.png", Material::Pebbles)] {
-        let options =
-            MaterialOptions { size: Size::new(96, 80), feature: 12.0, ..MaterialOptions::default() };
-        let maps = material.make(&options, &Limits::default()).unwrap();
-        let picture = Picture { planes: maps.albedo, space: Space::Linear };
-        let bytes = encode_picture(&picture, PictureFormat::Png(Depth::Eight)).unwrap();
-        fs::write(folder.path().join(name), bytes).unwrap();
+        write_material(&folder.path().join(name), material, Size::new(96, 80), 12.0);
     }
     folder
 }
@@ -73,7 +49,7 @@ fn the_choice_does_not_depend_on_threads() {
     let made = |threads: &str| {
         let synth = ["synth", "pebbles.png", "-o", "o.png", "--size", "100", "--method", "auto", "--force"];
         let all = [&synth[..], &["--source-map", "map.npy", "--threads", threads, "--tries", "3"]].concat();
-        assert!(relume(folder.path(), &all).status.success());
+        done(folder.path(), &all);
         ["o.png", "map.npy"].map(|name| fs::read(folder.path().join(name)).unwrap())
     };
     assert_eq!(made("1"), made("3"));
@@ -112,11 +88,9 @@ fn a_plane_of_tiles_is_laid_with_its_source_map() {
     let piece = laid["tile_width"].as_u64().unwrap() * laid["tile_height"].as_u64().unwrap();
     assert!(found["copying"]["largest_piece"].as_u64().unwrap() <= 4 * piece, "{found}");
     // The same plane as that of a set of tiles.
-    assert!(relume(folder.path(), &["roll", "weave.png", "-k", "4", "-o", "tiles.png"]).status.success());
+    done(folder.path(), &["roll", "weave.png", "-k", "4", "-o", "tiles.png"]);
     assert!(
-        relume(folder.path(), &["synth", "tiles.png", "-o", "plane.png", "--size", "150x90"])
-            .status
-            .success()
+        done(folder.path(), &["synth", "tiles.png", "-o", "plane.png", "--size", "150x90"]).status.success()
     );
     assert_eq!(json(folder.path(), &["compare", "o.png", "plane.png"])["rmse"], 0.0);
     let text = refused(folder.path(), &[&synth[..], &["--size", "151x90", "--tile"]].concat());

@@ -2,31 +2,13 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
 
 use relume::field::{Basis, ColorModel};
 use relume::format::{FieldFormat, PictureFormat, encode_field, read_field};
 use relume::procedural::{Material, MaterialOptions};
 use relume::{Limits, ReflectanceField, Size, Space};
 
-fn relume(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_relume")).current_dir(folder).args(arguments).output().unwrap()
-}
-
-fn run(folder: &Path, arguments: &[&str]) -> String {
-    let output = relume(folder, arguments);
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).unwrap()
-}
-
-/// The one sentence of a run that must fail with this status.
-fn refused(folder: &Path, arguments: &[&str], status: i32) -> String {
-    let output = relume(folder, arguments);
-    let text = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(status), "{arguments:?}: {text}");
-    assert_eq!(text.lines().count(), 1, "{text}");
-    text
-}
+use crate::support::{failed, json, run};
 
 /// A folder with a colour picture and its model.
 fn folder() -> tempfile::TempDir {
@@ -58,8 +40,7 @@ fn info_tells_what_a_model_holds() {
     let folder = folder();
     let text = run(folder.path(), &["info", "leather.rlm"]);
     assert!(text.contains("random field") && text.contains("log evidence"), "{text}");
-    let json: serde_json::Value =
-        serde_json::from_str(&run(folder.path(), &["--json", "info", "leather.rlm"])).unwrap();
+    let json = json(folder.path(), &["info", "leather.rlm"]);
     assert_eq!(json["source_bytes"], 64 * 64 * 3);
     assert_eq!(json["bytes"], fs::metadata(folder.path().join("leather.rlm")).unwrap().len());
     assert!(!json["levels"][0]["neighbours"].as_array().unwrap().is_empty());
@@ -71,19 +52,19 @@ fn what_a_model_cannot_do_is_refused_in_one_sentence() {
     let folder = folder.path();
     let synth = |more: &[&str], status: i32| {
         let arguments = [&["synth", "leather.rlm", "-o", "x.png", "--size", "33"], more].concat();
-        refused(folder, &arguments, status)
+        failed(folder, &arguments, status)
     };
     assert!(synth(&["--tile"], 2).contains("multiples of"));
     assert!(synth(&["--apply", "leather.png"], 2).contains("--apply"));
     assert!(
-        refused(folder, &["relight", "leather.rlm", "--light=0,0,1", "-o", "y.png"], 1)
+        failed(folder, &["relight", "leather.rlm", "--light=0,0,1", "-o", "y.png"], 1)
             .contains("random-field model")
     );
     let window = ["synth", "leather.png", "-o", "x.png", "--window", "0,0,33,33"];
-    assert!(refused(folder, &window, 2).contains("--window"));
+    assert!(failed(folder, &window, 2).contains("--window"));
     let bytes = fs::read(folder.join("leather.rlm")).unwrap();
     fs::write(folder.join("cut.rlm"), &bytes[..bytes.len() - 9]).unwrap();
-    assert!(refused(folder, &["info", "cut.rlm"], 1).contains("cut.rlm"));
+    assert!(failed(folder, &["info", "cut.rlm"], 1).contains("cut.rlm"));
     assert!(!folder.join("x.png").exists() && !folder.join("y.png").exists());
 }
 
@@ -113,7 +94,7 @@ fn a_regular_material_is_combined_and_its_bytes_are_said() {
     assert_eq!(&whole, read("part.png").coefficients());
     assert!(run(folder, &["info", "weave.rlm"]).contains("structure: one tile"));
     let twice = ["model", "weave.png", "-o", "x.rlm", "--curve", "x.rlm"];
-    assert!(refused(folder, &twice, 2).contains("two outputs"));
+    assert!(failed(folder, &twice, 2).contains("two outputs"));
 }
 
 #[test]
@@ -137,8 +118,8 @@ fn values_are_matched_exactly_and_taken_back() {
     assert_eq!(read("made.png").coefficients(), read("again.png").coefficients());
     run(folder, &["synth", "leather.rlm", "-o", "made.exr", "--size", "64"]);
     let twice = ["match", "made.png", "--to", "leather.png", "-o", "x.exr", "--ranks", "x.exr"];
-    assert!(refused(folder, &twice, 2).contains("two outputs"));
+    assert!(failed(folder, &twice, 2).contains("two outputs"));
     fs::write(folder.join("grey.lp"), "no picture").unwrap();
-    refused(folder, &["match", "made.png", "--to", "grey.lp", "-o", "y.png"], 1);
+    failed(folder, &["match", "made.png", "--to", "grey.lp", "-o", "y.png"], 1);
     assert!(!folder.join("y.png").exists());
 }

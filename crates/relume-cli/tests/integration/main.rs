@@ -1,0 +1,15 @@
+//! One test binary; each module runs verbs of the program as a user does.
+
+mod auto;
+mod capture;
+mod compare_analyze;
+mod fill;
+mod fit;
+mod gallery;
+mod height;
+mod model;
+mod procedural;
+mod relight_render;
+mod roll;
+mod support;
+mod synth;

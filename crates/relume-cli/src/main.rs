@@ -6,6 +6,7 @@
 mod args;
 mod clock;
 mod context;
+mod evaluated;
 mod gathered;
 mod input;
 mod normals;

@@ -14,19 +14,21 @@ use serde_json::json;
 
 use crate::context::Context;
 use crate::report::Report;
-use crate::{input, output};
+use crate::{evaluated, output};
 
 /// Arguments of `relume analyze`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  relume analyze wool.ptm -o wool_analysis.png\n\n\
                         docs/measures.md says how to read it.")]
 pub struct Args {
-    /// A .ptm, an .exr field or a picture; - is standard input
+    /// A .ptm, an .exr field, a picture or a .rlm model; - is standard input
     file: PathBuf,
     /// A picture of the texture with its period lattice, the autocorrelation and the spectrum (.png,
     /// .jpg, .tif, .exr); - is standard output, as PNG
     #[arg(short, long, value_name = "OUT")]
     output: Option<PathBuf>,
+    #[command(flatten)]
+    evaluated: evaluated::Args,
 }
 
 /// Analyses the texture and reports.
@@ -39,7 +41,8 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         Ok((path, format?))
     });
     let target = target.transpose()?;
-    let field = input::field(&args.file, &context.limits)?.field;
+    args.evaluated.check(&[&args.file], &context.limits)?;
+    let field = args.evaluated.texture(&args.file, &context.limits)?;
     let space = IndexSpace::new(&field, Metric::Function, Domain::Hemisphere)?;
     context.limits.check("the index of the texture", field.size(), 4 * space.planes() as u64)?;
     let planes = space.index_planes(&field);

@@ -17,7 +17,7 @@ use serde_json::json;
 
 use crate::context::Context;
 use crate::report::Report;
-use crate::{input, output};
+use crate::{evaluated, input, output};
 
 /// Arguments of `relume compare`.
 #[derive(Debug, clap::Args)]
@@ -29,7 +29,7 @@ use crate::{input, output};
                   can and cannot see."
 )]
 pub struct Args {
-    /// The reference: a .ptm, an .exr field or a picture; - is standard input
+    /// The reference: a .ptm, an .exr field, a picture or a .rlm model; - is standard input
     reference: PathBuf,
     /// What is compared with it; of the same size unless --texture is given
     other: PathBuf,
@@ -47,6 +47,8 @@ pub struct Args {
     /// Another seed draws other patches for the patch distance
     #[arg(long, value_name = "N", default_value_t = 0, requires = "texture")]
     seed: u64,
+    #[command(flatten)]
+    evaluated: evaluated::Args,
 }
 
 /// Compares and reports.
@@ -55,7 +57,8 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     if inputs.into_iter().flatten().filter(|path| output::is_stream(path)).count() > 1 {
         return Err(Error::usage("standard input can be read only once: give - for one input at most"));
     }
-    let read = |path: &Path| input::field(path, &context.limits).map(|file| file.field);
+    args.evaluated.check(&[&args.reference, &args.other], &context.limits)?;
+    let read = |path: &Path| args.evaluated.texture(path, &context.limits);
     let pair = Pair { reference: read(&args.reference)?, other: read(&args.other)? };
     let lights = pair.lights(args.lights);
     if !args.texture {

@@ -9,14 +9,14 @@ use serde_json::json;
 
 use crate::context::Context;
 use crate::report::Report;
-use crate::{args, input, normals, output};
+use crate::{args, evaluated, normals, output};
 
 /// Arguments of `relume relight`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  relume relight wool.ptm --light 0.7,0.3,0.6 -o wool.png\n  \
                         relume relight wool.ptm --sweep orbit:24 -o wool.gif")]
 pub struct Args {
-    /// A .ptm, an .exr field, or a picture; - is standard input
+    /// A .ptm, an .exr field, a picture, or a .rlm model; - is standard input
     file: PathBuf,
     #[command(flatten)]
     what: What,
@@ -27,6 +27,8 @@ pub struct Args {
     /// Frames a second of an animation
     #[arg(long, value_name = "N", default_value_t = 12)]
     fps: u16,
+    #[command(flatten)]
+    evaluated: evaluated::Args,
 }
 
 #[derive(Debug, clap::Args)]
@@ -48,12 +50,13 @@ struct What {
 
 /// Reads the field, makes the pictures, writes them.
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
+    args.evaluated.check(&[&args.file], &context.limits)?;
     if let Some(sweep) = args.what.sweep {
         return run_sweep(args, sweep, context);
     }
     let format = still_format(&args.output)?;
     output::check(&args.output, &[&args.file], context)?;
-    let field = input::field(&args.file, &context.limits)?.field;
+    let field = args.evaluated.texture(&args.file, &context.limits)?;
     context.limits.check("the picture", field.size(), 24)?;
     let (picture, format, what) = match args.what.light {
         Some(light) => (relight(&field, light), format, "picture"),
@@ -110,7 +113,7 @@ fn run_sweep(args: &Args, sweep: Sweep, context: &Context) -> Result<Report> {
     if frames != Frames::Folder {
         output::check(&args.output, &[&args.file], context)?;
     }
-    let field = input::field(&args.file, &context.limits)?.field;
+    let field = args.evaluated.texture(&args.file, &context.limits)?;
     if frames == Frames::Folder {
         write_folder(args, &field, &lights, context)?;
     } else {

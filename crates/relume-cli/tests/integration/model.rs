@@ -56,10 +56,7 @@ fn what_a_model_cannot_do_is_refused_in_one_sentence() {
     };
     assert!(synth(&["--tile"], 2).contains("multiples of"));
     assert!(synth(&["--apply", "leather.png"], 2).contains("--apply"));
-    assert!(
-        failed(folder, &["relight", "leather.rlm", "--light=0,0,1", "-o", "y.png"], 1)
-            .contains("random-field model")
-    );
+    assert!(failed(folder, &["roll", "leather.rlm", "-o", "y.png"], 1).contains("random-field model"));
     let window = ["synth", "leather.png", "-o", "x.png", "--window", "0,0,33,33"];
     assert!(failed(folder, &window, 2).contains("--window"));
     let bytes = fs::read(folder.join("leather.rlm")).unwrap();
@@ -122,4 +119,44 @@ fn values_are_matched_exactly_and_taken_back() {
     fs::write(folder.join("grey.lp"), "no picture").unwrap();
     failed(folder, &["match", "made.png", "--to", "grey.lp", "-o", "y.png"], 1);
     assert!(!folder.join("y.png").exists());
+}
+
+#[test]
+fn a_model_is_shown_and_measured_as_a_tile_of_it() {
+    let folder = folder();
+    let at = folder.path();
+    run(at, &["synth", "leather.rlm", "-o", "tile.exr", "--size", "64", "--tile"]);
+    run(at, &["synth", "leather.rlm", "-o", "wide.exr", "--size", "128x96", "--tile", "--seed", "4"]);
+    let shown = |verb: &[&str], file: &str, more: &[&str]| {
+        run(at, &[&[verb[0], file], &verb[1..], &["-o", "shown.png", "--force"], more].concat());
+        fs::read(at.join("shown.png")).unwrap()
+    };
+    let render = ["render", "--size", "90", "--plain", "--tiling", "3,2"];
+    let wide = ["--model-size", "128x96", "--model-seed", "4"];
+    for verb in [&["relight", "--light", "0,0,1"][..], &render, &["analyze"]] {
+        assert!(shown(verb, "leather.rlm", &[]) == shown(verb, "tile.exr", &[]), "{verb:?}");
+        assert!(shown(verb, "leather.rlm", &wide) == shown(verb, "wide.exr", &[]), "{verb:?}");
+    }
+    let scaled = ["render", "leather.rlm", "--size", "9", "-o", "scaled.png", "--model-size", "128x96"];
+    assert_eq!(json(at, &scaled)["tiling"], serde_json::json!([2.0, 1.0]), "features as large as of 64 x 64 texels");
+    let compared = |file: &str| json(at, &["compare", "leather.png", file, "--texture"])["mean"].clone();
+    assert_eq!(compared("leather.rlm"), compared("tile.exr"));
+
+    run(at, &["procedural", "pebbles", "-o", "maps", "--size", "64", "--feature", "12", "--tile"]);
+    run(at, &["height", "maps/normals_gl.png", "--method", "normal-map", "-o", "h.exr"]);
+    run(at, &["model", "h.exr", "-o", "h.rlm", "--combine", "never"]);
+    run(at, &["synth", "h.rlm", "-o", "again.exr", "--size", "64", "--tile"]);
+    for amount in [&["--displace", "1x"][..], &["--bump", "9"]] {
+        let relief = |file: &str| shown(&render, "leather.png", &[&["--height", file], amount].concat());
+        assert!(relief("h.rlm") == relief("again.exr"));
+        assert!(relief("h.rlm") != shown(&render, "leather.png", &[]));
+    }
+    let height = ["render", "leather.png", "--displace", "1x", "-o", "x.png", "--height"];
+    assert!(
+        failed(at, &[&height[..], &["leather.rlm"]].concat(), 2).contains("not the model of a height map")
+    );
+    let size = ["relight", "leather.png", "--light", "0,0,1", "--model-size", "64", "-o", "x.png"];
+    assert!(failed(at, &size, 2).contains(".rlm"));
+    let size = ["relight", "leather.rlm", "--light", "0,0,1", "--model-size", "63", "-o", "x.png"];
+    assert!(failed(at, &size, 2).contains("multiples of"));
 }

@@ -115,6 +115,13 @@ impl FieldModel {
         index_space(&like)?.field(&like, &planes)
     }
 
+    /// The least tile that shows all of what was modelled: its size, rounded up until a tile closes.
+    pub fn tile_size(&self) -> Size {
+        let [across, down] = self.model.tile_steps();
+        let Source { width, height, .. } = self.source;
+        Size::new((width as usize).next_multiple_of(across), (height as usize).next_multiple_of(down))
+    }
+
     /// The bytes of what was modelled, one a sample: of the photographs, or where their number is not known of
     /// the functions' coefficients. The base of compression ratios.
     pub fn source_bytes(&self) -> u64 {

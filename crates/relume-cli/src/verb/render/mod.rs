@@ -13,7 +13,7 @@ use serde_json::json;
 
 use crate::context::Context;
 use crate::report::Report;
-use crate::{args, input, output};
+use crate::{args, evaluated, output};
 
 /// Arguments of `relume render`.
 #[derive(Debug, clap::Args)]
@@ -21,7 +21,7 @@ use crate::{args, input, output};
                         relume render wool.ptm --mesh sphere --light 1,0.4,0.3 --plain -o photograph.png\n  \
                         relume render wool.ptm --height wool.exr --displace 1x --mesh torus -o relief.png")]
 pub struct Args {
-    /// A .ptm, an .exr field, or a picture; - is standard input
+    /// A .ptm, an .exr field, a picture, or a .rlm model; - is standard input
     file: PathBuf,
     /// sphere, plane, torus, cloth, or a file: .obj or .glb
     #[arg(long, default_value = "sphere")]
@@ -69,6 +69,8 @@ pub struct Args {
     no_cast_shadows: bool,
     #[command(flatten)]
     relief: relief::ReliefArgs,
+    #[command(flatten)]
+    evaluated: evaluated::Args,
 }
 
 /// A camera's place in degrees and radii.
@@ -114,7 +116,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         PictureFormat::from_path(&args.output)?
     };
     let primitive = Primitive::from_name(&args.mesh);
-    let options = options(args, primitive);
+    let mut options = options(args, primitive);
     options.validate()?;
     output::check(&args.output, &[&args.file, Path::new(&args.mesh)], context)?;
     let mesh = match primitive {
@@ -122,8 +124,13 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         None => read_mesh(Path::new(&args.mesh), &context.limits)?,
     };
     let limits = &context.limits;
-    let field = input::field(&args.file, limits)?.field;
-    let relief = args.relief.read(limits)?;
+    let inputs: Vec<&Path> = std::iter::once(&*args.file).chain(args.relief.file()).collect();
+    args.evaluated.check(&inputs, limits)?;
+    let (field, source) = args.evaluated.texture_of(&args.file, limits)?;
+    if args.tiling.is_none() {
+        options.tiling = as_large(options.tiling, source, field.size());
+    }
+    let relief = args.relief.read(&args.evaluated, limits)?;
     let shiny = args.plain.is_none() && args.specular > 0.0;
     let normals = shiny.then(|| surface::normals(&field));
     let (normals, progress) = (normals.as_ref(), &context.progress);
@@ -131,6 +138,16 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let picture = render::render_relief(&field, normals, relief, &mesh, &options, limits, progress)?;
     output::write(&args.output, &encode_picture(&picture, format)?, context)?;
     Ok(report(args, &mesh, &options, relief).with_stdout_taken(output::is_stream(&args.output)))
+}
+
+/// The tiling with which a texture made of a model shows its features as large as `tiling` shows those
+/// of the model's source, to whole repeats.
+fn as_large(tiling: [f64; 2], source: Size, made: Size) -> [f64; 2] {
+    let sides = [(source.width, made.width), (source.height, made.height)];
+    std::array::from_fn(|axis| match sides[axis] {
+        (source, made) if source == made => tiling[axis],
+        (source, made) => (tiling[axis] * source as f64 / made as f64).round().max(1.0),
+    })
 }
 
 fn options(args: &Args, primitive: Option<Primitive>) -> RenderOptions {

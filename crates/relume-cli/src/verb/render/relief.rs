@@ -1,18 +1,18 @@
 //! The relief of a render: which height map, and how high.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use relume::format::HeightScale;
 use relume::render::Relief;
 use relume::{Error, Limits, Planes, Result};
 
-use crate::input;
+use crate::{evaluated, input};
 
 /// A height map and what it does.
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Relief")]
 pub struct ReliefArgs {
-    /// The texture's height map (.exr, .png; `relume height` and `relume procedural` write them)
+    /// The texture's height map (.exr, .png; `relume height` and `relume procedural` write them), or its .rlm model
     #[arg(long, value_name = "FILE")]
     height: Option<PathBuf>,
     /// Move the surface: so high from the lowest to the highest point, in texels (12), in millimetres
@@ -46,13 +46,21 @@ fn amount(text: &str) -> Result<Amount, String> {
 }
 
 impl ReliefArgs {
+    /// The height map's file, where one is named.
+    pub fn file(&self) -> Option<&Path> {
+        self.height.as_deref()
+    }
+
     /// The relief, where a height map is named.
-    pub fn read(&self, limits: &Limits) -> Result<Option<Relief>> {
+    ///
+    /// # Errors
+    /// When it cannot be read, does nothing, or lacks the size of a texel that an amount needs.
+    pub fn read(&self, evaluated: &evaluated::Args, limits: &Limits) -> Result<Option<Relief>> {
         let Some(path) = &self.height else { return Ok(None) };
         if self.displace.is_none() && self.bump.is_none() {
             return Err(Error::usage("--height does nothing alone: give --displace or --bump as well"));
         }
-        let map = input::height(path, limits)?;
+        let map = evaluated.height(path, limits)?;
         let height = input::texels(&map);
         let factor = |amount: Option<Amount>| {
             amount.map_or(Ok(0.0), |amount| self.factor(amount, &height, map.scale).map_err(|e| e.at(path)))

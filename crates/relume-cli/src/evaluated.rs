@@ -1,0 +1,71 @@
+//! Models as textures: where a texture is shown or measured, a model stands for a seamless tile of it.
+
+use std::path::Path;
+
+use relume::field::Basis;
+use relume::format::{HeightMap, HeightScale};
+use relume::random_field::{FieldModel, SheetOptions};
+use relume::{Error, Limits, ReflectanceField, Result, Size};
+
+use crate::{args, input};
+
+/// What to make of a model.
+#[derive(Debug, clap::Args)]
+#[group(skip)]
+#[command(next_help_heading = "Of a .rlm model")]
+pub struct Args {
+    /// Texels of the seamless tile that is made of the model [default: as many as it is made of,
+    /// rounded up until the tile closes]
+    #[arg(long, value_name = "WxH", value_parser = args::size)]
+    model_size: Option<Size>,
+    /// Another seed makes another texture of the model [default: 0]
+    #[arg(long, value_name = "N")]
+    model_seed: Option<u64>,
+}
+
+impl Args {
+    /// Reads a texture, or a model and makes one of it.
+    pub fn texture(&self, path: &Path, limits: &Limits) -> Result<ReflectanceField> {
+        Ok(self.texture_of(path, limits)?.0)
+    }
+
+    /// A texture, and the size of what a model of it was made of, else its own.
+    pub fn texture_of(&self, path: &Path, limits: &Limits) -> Result<(ReflectanceField, Size)> {
+        let Some(model) = input::model(path, limits)? else {
+            let field = input::field(path, limits)?.field;
+            let size = field.size();
+            return Ok((field, size));
+        };
+        let field = self.tile(&model, limits).map_err(|e| e.at(path))?;
+        Ok((field, Size::new(model.source.width as usize, model.source.height as usize)))
+    }
+
+    /// Reads a height map, or the model of one.
+    pub fn height(&self, path: &Path, limits: &Limits) -> Result<HeightMap> {
+        let Some(model) = input::model(path, limits)? else { return input::height(path, limits) };
+        if model.basis != Basis::Constant || model.model.planes() != 1 {
+            return Err(Error::usage("is not the model of a height map, which has one plane").at(path));
+        }
+        let samples = self.tile(&model, limits).map_err(|e| e.at(path))?.coefficients().clone();
+        Ok(HeightMap { samples, scale: Some(HeightScale { offset: 0.0, step: 1.0, mm_per_texel: None }) })
+    }
+
+    /// Refuses options of models where none of the inputs is one.
+    pub fn check(&self, inputs: &[&Path], limits: &Limits) -> Result<()> {
+        if self.model_size.is_none() && self.model_seed.is_none() {
+            return Ok(());
+        }
+        for path in inputs {
+            if input::model(path, limits)?.is_some() {
+                return Ok(());
+            }
+        }
+        Err(Error::usage("--model-size and --model-seed are for .rlm models, and no input is one"))
+    }
+
+    fn tile(&self, model: &FieldModel, limits: &Limits) -> Result<ReflectanceField> {
+        let size = self.model_size.unwrap_or(model.tile_size());
+        let seed = self.model_seed.unwrap_or_default();
+        model.synthesize(&SheetOptions { origin: [0, 0], size, seed, tile: true }, limits)
+    }
+}

@@ -74,6 +74,34 @@ fn windows_of_tiles_are_the_librarys_in_every_format() {
     assert_eq!(read(&folder.join("oa.exr")).size(), Size::new(40, 40));
 }
 
+/// Tiles, noise and a model into files of tiles, which hold the texels of those of rows.
+#[test]
+fn exr_files_in_tiles_hold_the_same_texels() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let lrgb = regular(Basis::Ptm, ColorModel::Lrgb, Space::Srgb);
+    write(&lrgb, FieldFormat::Exr(ExrDepth::Half), &folder.join("a.exr"));
+    spots(folder);
+    run(folder, &["roll", "a.exr", "-k", "2", "-o", "t.exr"]);
+    run(folder, &["model", "s.png", "-o", "m.rlm"]);
+    for (source, method) in [("t.exr", &[][..]), ("s.png", &["--method", "noise"]), ("m.rlm", &[])] {
+        let draw = |out: &str, more: &[&str]| {
+            let base = ["synth", source, "--window=-17,40,101,75", "--force", "-o", out];
+            run(folder, &[&base[..], method, more].concat());
+            read(&folder.join(out))
+        };
+        let rows = draw("rows.exr", &[]);
+        for tile in ["16x16", "33x8", "101x75", "256"] {
+            let tiled = draw("tiled.exr", &["--exr-tile", tile]);
+            assert!(tiled.coefficients() == rows.coefficients(), "{source} in tiles of {tile}");
+        }
+        let length = |name: &str| fs::metadata(folder.join(name)).unwrap().len();
+        assert_ne!(length("rows.exr"), length("tiled.exr"));
+    }
+    // A file of tiles is an exemplar like any other.
+    run(folder, &["roll", "tiled.exr", "--force", "-o", "t.exr"]);
+}
+
 #[test]
 fn masks_are_kept_out_of_tiles_and_registered_images_follow() {
     let folder = tempfile::tempdir().unwrap();
@@ -160,6 +188,9 @@ fn what_cannot_be_done_is_said_in_one_sentence() {
         says(&["synth", "t.png", "--size", "50", strange, "4", "-o", "o.png"], strange);
     }
     says(&["synth", "t.png", "--window", "1,2,0,5", "-o", "o.png"], "--window");
+    says(&["synth", "t.png", "--size", "50", "--exr-tile", "8", "-o", "o.png"], ".exr");
+    says(&["synth", "t.png", "--size", "50", "--exr-tile", "20000", "-o", "o.exr"], "256x256");
+    says(&["synth", "c.png", "--size", "50", "--exr-tile", "8", "-o", "o.exr"], "--exr-tile");
     let long = ["synth", "t.png", "--size", "1000000x5", "-o", "o.png"];
     assert!(failed(folder, &long, 1).contains("longest side"));
     fs::write(folder.join("t.png.json"), "{\"relumeTiles\": 7}").unwrap();

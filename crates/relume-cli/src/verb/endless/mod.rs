@@ -10,13 +10,13 @@ use std::path::{Path, PathBuf};
 
 use relume::format::{Encoding, FieldFormat, PictureFormat, Rows, Streamed};
 use relume::random_field::FieldModel;
-use relume::{Error, Progress, Result, Size};
+use relume::{Error, Progress, ReflectanceField, Result, Size};
 use serde_json::{Value, json};
 
 use crate::context::Context;
 use crate::report::Report;
 use crate::tile_set::{self, TileSetFile};
-use crate::{input, output};
+use crate::{args, input, output};
 
 /// Arguments for endless textures.
 #[derive(Debug, clap::Args)]
@@ -32,6 +32,10 @@ pub struct EndlessArgs {
         conflicts_with = "size"
     )]
     window: Option<Window>,
+    /// Store the .exr output in tiles of this size instead of in rows, so that readers can take any
+    /// part of it without the rest: 256x256, or 256 for squares
+    #[arg(long, value_name = "WxH", value_parser = args::size)]
+    exr_tile: Option<Size>,
     /// Side of the triangles of noise in texels [default: 0.29 of the exemplar's smaller side]
     #[arg(long, value_name = "N")]
     triangle: Option<f64>,
@@ -67,7 +71,14 @@ pub struct Job<'a> {
 
 /// Draws a window of an endless plane; none where blocks are to be laid instead.
 pub fn run(job: &Job<'_>, context: &Context) -> Result<Option<Report>> {
-    let Some(source) = source(job, context)? else { return Ok(None) };
+    let Some(source) = source(job, context)? else {
+        return match job.args.exr_tile {
+            Some(_) => Err(Error::usage(
+                "--exr-tile stores endless textures, which tiles, a model or --method noise make: leave it out",
+            )),
+            None => Ok(None),
+        };
+    };
     let unused = job.other_options.iter().find(|option| **option != "--tile" || !source.can_tile());
     if let Some(option) = unused {
         return Err(Error::usage(format!("{option} has no meaning for an endless plane: leave it out")));
@@ -138,15 +149,33 @@ impl Job<'_> {
         })
     }
 
+    /// A field as the output's format stores it.
+    fn encoded(
+        &self,
+        field: &ReflectanceField,
+        format: FieldFormat,
+        encoding: Option<&Encoding>,
+        context: &Context,
+    ) -> Result<Streamed> {
+        let streamed = Streamed::new(field, format, encoding, &context.limits);
+        let laid = streamed.and_then(|streamed| match self.args.exr_tile {
+            Some(tile) => streamed.in_tiles(tile),
+            None => Ok(streamed),
+        });
+        laid.map_err(|e| e.at(self.output))
+    }
+
     /// Writes the output, whose rows are copied by `rows`.
     fn write(&self, streamed: &Streamed, size: Size, context: &Context, rows: &mut Rows<'_>) -> Result<()> {
         let texel: usize = streamed.lanes().iter().map(|lane| lane.bytes_per_texel).sum();
         context.limits.check("the output", size, 0)?;
         context.limits.check_bytes("the rows of the output", streamed.working_bytes(size))?;
-        context.progress.start("drawing rows", (size.height * streamed.lanes().len()) as u64);
-        let mut rows = |lane: usize, y: usize, row: &mut [u8]| {
+        let across = size.width.div_ceil(streamed.block(size).width);
+        let steps = size.height * streamed.lanes().len() * across;
+        context.progress.start("drawing rows", steps as u64);
+        let mut rows = |lane: usize, x: usize, y: usize, row: &mut [u8]| {
             context.progress.advance(1);
-            rows(lane, y, row)
+            rows(lane, x, y, row)
         };
         if !output::is_stream(self.output) {
             return output::write_with(self.output, context, |out| streamed.write(size, out, &mut rows));

@@ -14,7 +14,7 @@ use crate::report::Report;
 /// Samples that one band of rows holds at most, over all index planes.
 const BAND_SAMPLES: usize = 1 << 23;
 
-/// Computes the window in bands of rows.
+/// Computes the window in bands of rows, or in the tiles of the file.
 pub fn draw(job: &Job<'_>, context: &Context) -> Result<Report> {
     let [path] = job.exemplars else {
         return Err(Error::usage("--method noise makes a texture of one exemplar: give one"));
@@ -29,20 +29,19 @@ pub fn draw(job: &Job<'_>, context: &Context) -> Result<Report> {
         Noise::new(&space.index_planes(&file.field), &options, &context.limits).map_err(|e| e.at(path))?;
     let format = job.format(&file.encoding)?;
     let encoding = encoding(&file, format, &context.limits).map_err(|e| e.at(job.output))?;
-    let head =
-        Streamed::new(&file.field, format, Some(&encoding), &context.limits).map_err(|e| e.at(job.output))?;
-    let height = (BAND_SAMPLES / (window.size.width * space.planes()).max(1)).clamp(1, 64);
-    let mut bands = Bands {
+    let head = job.encoded(&file.field, format, Some(&encoding), context)?;
+    let band = || (BAND_SAMPLES / (window.size.width * space.planes()).max(1)).clamp(1, 64);
+    let mut parts = Parts {
         noise: &noise,
         space: &space,
         file: &file,
         stored: (format, encoding),
         window,
-        height,
+        part: job.args.exr_tile.unwrap_or_else(|| Size::new(window.size.width, band())),
         limits: &context.limits,
         current: None,
     };
-    job.write(&head, window.size, context, &mut |lane, y, row| bands.row(lane, y, row))?;
+    job.write(&head, window.size, context, &mut |lane, x, y, row| parts.row(lane, x, y, row))?;
     let details = json!({ "triangle": noise.side(), "measured": noise.suitability() });
     Ok(job.report(window, &format!("of noise in triangles of {:.1}", noise.side()), details))
 }
@@ -57,38 +56,44 @@ fn encoding(file: &FieldFile, format: FieldFormat, limits: &Limits) -> Result<En
     }
 }
 
-/// The rows of a window, computed a band at a time.
-struct Bands<'a> {
+/// A window computed part after part.
+struct Parts<'a> {
     noise: &'a Noise,
     space: &'a IndexSpace,
     file: &'a FieldFile,
     stored: (FieldFormat, Encoding),
     window: Window,
-    /// Rows of a band.
-    height: usize,
+    /// The size of a part.
+    part: Size,
     limits: &'a Limits,
-    /// The number of the band at hand, and its bytes.
-    current: Option<(usize, Streamed)>,
+    /// Column and row of the part at hand, and its bytes.
+    current: Option<([usize; 2], Streamed)>,
 }
 
-impl Bands<'_> {
-    fn row(&mut self, lane: usize, y: usize, row: &mut [u8]) -> Result<()> {
-        let number = y / self.height;
-        let band = match self.current.take().filter(|(current, _)| *current == number) {
-            Some((_, band)) => band,
-            None => self.compute(number)?,
+impl Parts<'_> {
+    fn row(&mut self, lane: usize, x: usize, y: usize, row: &mut [u8]) -> Result<()> {
+        let place = [x / self.part.width, y / self.part.height];
+        let bytes = match self.current.take().filter(|(current, _)| *current == place) {
+            Some((_, bytes)) => bytes,
+            None => self.compute(self.extent(place))?,
         };
-        let start = y % self.height * row.len();
-        row.copy_from_slice(&band.lanes()[lane].data[start..][..row.len()]);
-        self.current = Some((number, band));
+        let [left, top] = [place[0] * self.part.width, place[1] * self.part.height];
+        bytes.lanes()[lane].copy_row(self.extent(place).size.width, x - left, y - top, row);
+        self.current = Some((place, bytes));
         Ok(())
     }
 
-    fn compute(&self, band: usize) -> Result<Streamed> {
+    /// The texels of a part, which the window's end may cut.
+    fn extent(&self, [column, row]: [usize; 2]) -> Window {
         let Window { x, y, size } = self.window;
-        let first = band * self.height;
-        let size = Size::new(size.width, self.height.min(size.height - first));
-        let index = self.noise.window(x, y + first as i64, size, self.limits)?;
+        let (left, top) = (column * self.part.width, row * self.part.height);
+        let (width, height) =
+            (self.part.width.min(size.width - left), self.part.height.min(size.height - top));
+        Window { x: x + left as i64, y: y + top as i64, size: Size::new(width, height) }
+    }
+
+    fn compute(&self, Window { x, y, size }: Window) -> Result<Streamed> {
+        let index = self.noise.window(x, y, size, self.limits)?;
         let field = self.space.field(&self.file.field, &index)?;
         Streamed::new(&field, self.stored.0, Some(&self.stored.1), self.limits)
     }

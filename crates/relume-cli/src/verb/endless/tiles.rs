@@ -1,6 +1,5 @@
 //! Windows of the plane that a set of tiles makes.
 
-use relume::format::Streamed;
 use relume::synthesis::roller::Endless;
 use relume::{Error, Result};
 use serde_json::json;
@@ -20,12 +19,11 @@ pub fn draw(job: &Job<'_>, tiles: &TileSetFile, context: &Context) -> Result<Rep
     let (window, file, tile) = (job.window()?, &tiles.file, tiles.tile());
     let plane = Endless::new(tile, tiles.count, job.seed)?;
     let format = job.format(&file.encoding)?;
-    let streamed = Streamed::new(&file.field, format, Some(&file.encoding), &context.limits)
-        .map_err(|e| e.at(job.output))?;
+    let streamed = job.encoded(&file.field, format, Some(&file.encoding), context)?;
     let lanes = streamed.lanes();
-    let mut rows = |lane: usize, y: usize, row: &mut [u8]| {
-        let lane = &lanes[lane];
-        plane.copy_row(&lane.data, lane.bytes_per_texel, window.x, window.y + y as i64, row);
+    let mut rows = |lane: usize, x: usize, y: usize, row: &mut [u8]| {
+        let (lane, x, y) = (&lanes[lane], window.x + x as i64, window.y + y as i64);
+        plane.copy_row(&lane.data, lane.bytes_per_texel, x, y, row);
         Ok(())
     };
     job.write(&streamed, window.size, context, &mut rows)?;

@@ -7,7 +7,7 @@ use ::exr::block::reader::Reader;
 use ::exr::prelude::{AttributeValue, FlatSamples, ReadChannels, ReadLayers, SampleType, Vec2};
 
 use super::ExrDepth;
-use super::rows::{sample_bytes, write_rows};
+use super::blocks::{Head, sample_bytes, write_blocks};
 use crate::error::{Error, Result};
 use crate::format::input::{Kind, complaint};
 use crate::limits::Limits;
@@ -116,12 +116,13 @@ pub(super) fn encode(
     order.sort_by(|&a, &b| names[a].cmp(&names[b]));
     let sorted: Vec<String> = order.iter().map(|&k| names[k].clone()).collect();
     let width = planes.size().width;
-    let mut rows = |channel: usize, y: usize, row: &mut [u8]| {
+    let mut rows = |channel: usize, _: usize, y: usize, row: &mut [u8]| {
         row.copy_from_slice(&sample_bytes(&planes.plane(order[channel])[y * width..][..width], depth));
         Ok(())
     };
     let mut out = Cursor::new(Vec::new());
-    write_rows(&sorted, depth, texts, planes.size(), &mut out, &mut rows)?;
+    let head = Head { names: sorted, depth, texts: texts.to_vec(), tile: None };
+    write_blocks(&head, planes.size(), &mut out, &mut rows)?;
     Ok(out.into_inner())
 }
 

@@ -1,17 +1,18 @@
 //! OpenEXR files: named channels, plain linear pictures, and fields without loss.
 //!
-//! One part of scan lines, ZIP-compressed, in increasing order, rows from the top. Layout of the
-//! container: "OpenEXR File Layout", Academy Software Foundation.
+//! One part of scan lines, ZIP-compressed, in increasing order, rows from the top; large files in
+//! tiles of one resolution where asked. Layout of the container: "OpenEXR File Layout", Academy
+//! Software Foundation.
 
 mod attributes;
+mod blocks;
 mod container;
 mod field;
 mod picture;
-mod rows;
 
+pub(super) use blocks::{Head, sample_bytes, write_blocks};
 pub(super) use field::{decode_field, encode_field, field_head};
 pub(super) use picture::{decode_picture, encode_picture};
-pub(super) use rows::{sample_bytes, write_rows};
 
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -1,17 +1,15 @@
-//! EXR fields in blocks of rows.
+//! EXR fields in blocks of rows or in tiles.
 
-use std::io::{Read, Seek, Write};
-
-use super::{Kind, Lane, Rows};
-use crate::error::Result;
+use super::{Kind, Lane};
+use crate::error::{Error, Result};
 use crate::field::ReflectanceField;
 use crate::format::ExrDepth;
-use crate::format::exr;
+use crate::format::exr::{self, Head};
 use crate::planes::Size;
 
 /// The samples of each channel, in the order of the file.
 pub(super) fn lanes(field: &ReflectanceField, depth: ExrDepth) -> Result<(Vec<Lane>, Kind)> {
-    let (names, attributes) = exr::field_head(field);
+    let (names, texts) = exr::field_head(field);
     let mut order: Vec<usize> = (0..names.len()).collect();
     order.sort_by(|&a, &b| names[a].cmp(&names[b]));
     let lane = |&k: &usize| {
@@ -20,17 +18,111 @@ pub(super) fn lanes(field: &ReflectanceField, depth: ExrDepth) -> Result<(Vec<La
     };
     let lanes = order.iter().map(lane).collect();
     let names = order.iter().map(|&k| names[k].clone()).collect();
-    Ok((lanes, Kind::Exr { names, depth, attributes }))
+    Ok((lanes, Kind::Exr(Head { names, depth, texts, tile: None })))
 }
 
-/// Writes the file.
-pub(super) fn write(
-    names: &[String],
-    depth: ExrDepth,
-    attributes: &[(&'static str, String)],
-    size: Size,
-    out: impl Read + Write + Seek,
-    rows: &mut Rows<'_>,
-) -> Result<()> {
-    exr::write_rows(names, depth, attributes, size, out, rows)
+/// The longest side of a tile: its offsets in a file stay far below 2^31.
+const LONGEST_SIDE: usize = 1 << 14;
+
+/// Refuses tiles that a file cannot have.
+pub(super) fn check_tile(tile: Size) -> Result<()> {
+    if (1..=LONGEST_SIDE).contains(&tile.width) && (1..=LONGEST_SIDE).contains(&tile.height) {
+        return Ok(());
+    }
+    Err(Error::usage(format!(
+        "an EXR file has no tiles of {tile}: choose sides of 1 to {LONGEST_SIDE} texels, such as 256x256"
+    )))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Cursor;
+
+    use ::exr::block::UncompressedBlock;
+    use ::exr::block::reader::ChunksReader;
+    use ::exr::prelude::Vec2;
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::field::{Basis, ColorModel};
+    use crate::format::stream::Streamed;
+    use crate::format::{FieldFormat, decode_field};
+    use crate::limits::Limits;
+    use crate::numeric::random::Stream;
+    use crate::planes::Planes;
+    use crate::space::Space;
+
+    fn field(size: Size, seed: u64) -> ReflectanceField {
+        let mut stream = Stream::new(seed, 0);
+        let data = (0..size.texels() * 9).map(|_| stream.unit() as f32).collect();
+        let planes = Planes::from_vec(size, 9, data).unwrap();
+        ReflectanceField::new(Basis::Ptm, ColorModel::Lrgb, Space::Srgb, planes).unwrap()
+    }
+
+    /// A file of the field's own size, in tiles.
+    fn tiled(field: &ReflectanceField, depth: ExrDepth, tile: Size) -> Vec<u8> {
+        let streamed = Streamed::new(field, FieldFormat::Exr(depth), None, &Limits::default()).unwrap();
+        let streamed = streamed.in_tiles(tile).unwrap();
+        let mut out = Cursor::new(Vec::new());
+        let mut copy = |lane: usize, x: usize, y: usize, row: &mut [u8]| {
+            streamed.lanes()[lane].copy_row(field.size().width, x, y, row);
+            Ok(())
+        };
+        streamed.write(field.size(), &mut out, &mut copy).unwrap();
+        out.into_inner()
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(60))]
+
+        /// Tiles that divide the sides, that do not, and that are larger than the whole.
+        #[test]
+        fn a_tiled_file_holds_what_one_of_rows_does(
+            (width, height, w, h) in (1usize..40, 1usize..40, 1usize..50, 1usize..50),
+            (half, seed) in (any::<bool>(), any::<u64>()),
+        ) {
+            let field = field(Size::new(width, height), seed);
+            let depth = if half { ExrDepth::Half } else { ExrDepth::Float };
+            let limits = Limits::default();
+            let rows = crate::format::encode_field(&field, FieldFormat::Exr(depth), None, &limits).unwrap();
+            let read = decode_field(&tiled(&field, depth, Size::new(w, h)), &limits).unwrap();
+            prop_assert_eq!(read, decode_field(&rows, &limits).unwrap());
+        }
+    }
+
+    /// A reader finds any tile by the table of offsets alone, and in it the texels of that place.
+    #[test]
+    fn every_tile_can_be_read_by_itself() {
+        let (size, tile) = (Size::new(37, 29), Size::new(16, 11));
+        let field = field(size, 3);
+        let file = tiled(&field, ExrDepth::Float, tile);
+        for (column, row) in (0..3).flat_map(|row| (0..3).map(move |column| (column, row))) {
+            let wanted = Vec2(column * tile.width, row * tile.height);
+            let reader = ::exr::block::read(Cursor::new(&file), true).unwrap();
+            let mut one =
+                reader.filter_chunks(true, |_, place, _| place.tile_index == Vec2(column, row)).unwrap();
+            let meta = one.meta_data().clone();
+            let chunk = one.read_next_chunk().unwrap().unwrap();
+            assert!(one.read_next_chunk().is_none(), "one tile only");
+            let block = UncompressedBlock::decompress_chunk(chunk, &meta, true).unwrap();
+            assert_eq!(block.index.pixel_position, wanted);
+            // The first channel by name is the colour's blue.
+            assert_eq!(meta.headers[0].channels.list[0].name.to_string(), "color.B");
+            let first = f32::from_ne_bytes(block.data[..4].try_into().unwrap());
+            assert_eq!(first, field.coefficients().at(8, wanted.x(), wanted.y()));
+        }
+    }
+
+    #[test]
+    fn tiles_without_texels_and_in_other_files_are_refused() {
+        let field = field(Size::new(4, 4), 1);
+        for (format, tile) in [
+            (FieldFormat::Exr(ExrDepth::Half), Size::new(0, 4)),
+            (FieldFormat::Exr(ExrDepth::Half), Size::new(4, LONGEST_SIDE + 1)),
+            (FieldFormat::Ptm, Size::new(4, 4)),
+        ] {
+            let streamed = Streamed::new(&field, format, None, &Limits::default()).unwrap();
+            assert!(streamed.in_tiles(tile).is_err(), "{format:?}, {tile}");
+        }
+    }
 }

@@ -1,4 +1,5 @@
-//! Files larger than memory: written row after row from samples that somebody copies into place.
+//! Files larger than memory: written row after row, or tile after tile, from samples that somebody
+//! copies into place.
 //!
 //! A texture that copies the texels of a small one stores the same bytes for each of them, so the
 //! small one is encoded once, into [`Lane`]s: of each texel some bytes together, rows from the top.
@@ -7,7 +8,7 @@
 //! out as [`super::encode_field`] writes it, byte for byte but for how PNG files are cut into chunks.
 //!
 //! - PNG: one lane; ptm: a lane for each block of the file, rows from the bottom; EXR: a lane for
-//!   each channel, blocks of 16 rows.
+//!   each channel, blocks of 16 rows, or tiles ([`Streamed::in_tiles`]).
 
 mod exr;
 mod png;
@@ -15,8 +16,9 @@ mod ptm;
 
 use std::io::{Read, Seek, Write};
 
+use super::exr::Head;
 use super::field_file::{Encoding, FieldFormat, constants, encode_field};
-use super::{Depth, ExrDepth, PictureFormat};
+use super::{Depth, PictureFormat};
 use crate::error::{Error, Result};
 use crate::field::ReflectanceField;
 use crate::limits::Limits;
@@ -31,6 +33,16 @@ pub struct Lane {
     pub data: Vec<u8>,
 }
 
+impl Lane {
+    /// Copies texels from column `x` of row `y` on, of rows `width` texels wide.
+    ///
+    /// # Panics
+    /// When the lane does not hold them.
+    pub fn copy_row(&self, width: usize, x: usize, y: usize, out: &mut [u8]) {
+        out.copy_from_slice(&self.data[(y * width + x) * self.bytes_per_texel..][..out.len()]);
+    }
+}
+
 /// A field whose texels a large file copies.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Streamed {
@@ -43,11 +55,12 @@ pub struct Streamed {
 enum Kind {
     Png { channels: usize, depth: Depth },
     Ptm { header: Vec<String> },
-    Exr { names: Vec<String>, depth: ExrDepth, attributes: Vec<(&'static str, String)> },
+    Exr(Head<'static>),
 }
 
-/// Copies row `y` of a lane into a slice: `rows(lane, y, row)`. An error ends the writing.
-pub type Rows<'a> = dyn FnMut(usize, usize, &mut [u8]) -> Result<()> + 'a;
+/// Copies texels of a lane into a slice, from column `x` of row `y` to the right: `rows(lane, x, y,
+/// row)`. An error ends the writing.
+pub type Rows<'a> = dyn FnMut(usize, usize, usize, &mut [u8]) -> Result<()> + 'a;
 
 impl Streamed {
     /// Encodes a field; as [`encode_field`] does, with the `encoding` of the file it was read from.
@@ -74,6 +87,28 @@ impl Streamed {
         Ok(Self { lanes, kind })
     }
 
+    /// The same with the texels of each tile together, so that a reader can take any part of the
+    /// file without the rest.
+    ///
+    /// # Errors
+    /// When the file is no EXR file, or has no such tiles.
+    pub fn in_tiles(mut self, tile: Size) -> Result<Self> {
+        let Kind::Exr(head) = &mut self.kind else {
+            return Err(Error::usage("only EXR files are written in tiles here: name the file .exr"));
+        };
+        exr::check_tile(tile)?;
+        head.tile = Some(tile);
+        Ok(self)
+    }
+
+    /// The texels of a file of `size` texels that are asked for together: whole rows or a tile.
+    pub fn block(&self, size: Size) -> Size {
+        match &self.kind {
+            Kind::Exr(head) => head.block(size),
+            Kind::Png { .. } | Kind::Ptm { .. } => Size::new(size.width, 1),
+        }
+    }
+
     /// The bytes of the field's texels.
     pub fn lanes(&self) -> &[Lane] {
         &self.lanes
@@ -87,16 +122,17 @@ impl Streamed {
         match &self.kind {
             Kind::Png { channels, depth } => png::write(size, *channels, *depth, out, rows),
             Kind::Ptm { header } => ptm::write(header, &self.lanes, size, out, rows),
-            Kind::Exr { names, depth, attributes } => exr::write(names, *depth, attributes, size, out, rows),
+            Kind::Exr(head) => super::exr::write_blocks(head, size, out, rows),
         }
     }
 
     /// Bytes that writing a file of `size` texels keeps, besides the lanes.
     pub fn working_bytes(&self, size: Size) -> u64 {
         let texel: usize = self.lanes.iter().map(|lane| lane.bytes_per_texel).sum();
-        // EXR blocks of 16 rows are compressed on several threads, a few blocks each.
-        let rows = if matches!(self.kind, Kind::Exr { .. }) { 16 * 64 } else { 8 };
-        (size.width * texel * rows) as u64
+        // EXR blocks are compressed on several threads, a few blocks each.
+        let blocks = if matches!(self.kind, Kind::Exr(_)) { 64 } else { 8 };
+        let Size { width, height } = self.block(size);
+        (width.min(size.width) * height.min(size.height) * texel * blocks) as u64
     }
 }
 
@@ -108,7 +144,7 @@ fn unwritable(error: &std::io::Error) -> Error {
 mod tests {
     use super::*;
     use crate::field::{Basis, ColorModel};
-    use crate::format::decode_field;
+    use crate::format::{ExrDepth, decode_field};
     use crate::numeric::random::Stream;
     use crate::planes::Planes;
     use crate::space::Space;
@@ -149,9 +185,8 @@ mod tests {
                 let expected = encode_field(&field, format, None, &limits).unwrap();
                 let streamed = Streamed::new(&field, format, None, &limits).unwrap();
                 let mut out = Cursor::new(Vec::new());
-                let mut copy = |lane: usize, y: usize, row: &mut [u8]| {
-                    let length = row.len();
-                    row.copy_from_slice(&streamed.lanes()[lane].data[y * length..][..length]);
+                let mut copy = |lane: usize, x: usize, y: usize, row: &mut [u8]| {
+                    streamed.lanes()[lane].copy_row(size.width, x, y, row);
                     Ok(())
                 };
                 streamed.write(size, &mut out, &mut copy).unwrap();
@@ -174,7 +209,8 @@ mod tests {
             let limits = Limits::default();
             let streamed = Streamed::new(&field, format, None, &limits).unwrap();
             let mut out = Cursor::new(Vec::new());
-            let mut copy = |lane: usize, y: usize, row: &mut [u8]| {
+            let mut copy = |lane: usize, x: usize, y: usize, row: &mut [u8]| {
+                assert_eq!(x, 0, "whole rows");
                 let source = &streamed.lanes()[lane];
                 let line = &source.data[y % 6 * 9 * source.bytes_per_texel..][..9 * source.bytes_per_texel];
                 row.chunks_mut(line.len()).for_each(|piece| piece.copy_from_slice(&line[..piece.len()]));
@@ -195,7 +231,7 @@ mod tests {
         for (field, format) in cases(size) {
             let streamed = Streamed::new(&field, format, None, &Limits::default()).unwrap();
             let mut out = Cursor::new(Vec::new());
-            let mut rows = |_: usize, y: usize, _: &mut [u8]| {
+            let mut rows = |_: usize, _: usize, y: usize, _: &mut [u8]| {
                 if y == 3 { Err(Error::invalid("the third row is missing")) } else { Ok(()) }
             };
             let error = streamed.write(size, &mut out, &mut rows).unwrap_err();

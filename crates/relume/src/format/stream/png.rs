@@ -35,7 +35,7 @@ pub(super) fn write(
     let mut stream = file.stream_writer().map_err(failed)?;
     let mut row = vec![0; size.width * channels * bytes];
     for y in 0..size.height {
-        rows(0, y, &mut row)?;
+        rows(0, 0, y, &mut row)?;
         stream.write_all(&row).map_err(|e| unwritable(&e))?;
     }
     stream.finish().map_err(failed)?;

@@ -48,7 +48,7 @@ pub(super) fn write(
     for (number, lane) in lanes.iter().enumerate() {
         let mut row = vec![0; size.width * lane.bytes_per_texel];
         for y in (0..size.height).rev() {
-            rows(number, y, &mut row)?;
+            rows(number, 0, y, &mut row)?;
             put(&row)?;
         }
     }

@@ -1,37 +1,58 @@
-//! Writing an EXR file in blocks of rows, from samples that somebody copies into place.
+//! Writing an EXR file block by block, in rows or in tiles, from samples that somebody copies into
+//! place. A few blocks are kept at a time, and the table of where each block lies.
 
 use std::io::{BufWriter, Read, Seek, SeekFrom, Write};
 
 use ::exr::block::writer::{ChunkWriter, ChunksWriter, write_chunks_with};
 use ::exr::block::{BlockIndex, UncompressedBlock};
 use ::exr::error::UnitResult;
-use ::exr::meta::attribute::ChannelDescription;
+use ::exr::math::RoundingMode;
+use ::exr::meta::attribute::{ChannelDescription, LevelMode, TileDescription};
 use ::exr::meta::header::Header;
 use ::exr::meta::{BlockDescription, MetaData};
-use ::exr::prelude::{AttributeValue, Compression, LayerAttributes, LineOrder, SampleType, Text, f16};
+use ::exr::prelude::{AttributeValue, Compression, LayerAttributes, LineOrder, SampleType, Text, Vec2, f16};
 
 use super::{ExrDepth, attributes};
 use crate::error::{Error, Result};
 use crate::format::stream::Rows;
 use crate::planes::Size;
 
-/// Writes a file of `size` texels with channels under the given names, in alphabetical order, and
-/// attributes of text. `rows(channel, y, row)` copies the bytes of one row's samples.
-pub(in crate::format) fn write_rows(
-    names: &[String],
-    depth: ExrDepth,
-    texts: &[(&str, String)],
+/// What the head of a file says besides its size.
+#[derive(Debug, Clone, PartialEq)]
+pub(in crate::format) struct Head<'a> {
+    /// The names of the channels, in alphabetical order.
+    pub names: Vec<String>,
+    pub depth: ExrDepth,
+    /// Attributes of text.
+    pub texts: Vec<(&'a str, String)>,
+    /// The size of the file's tiles; none for rows.
+    pub tile: Option<Size>,
+}
+
+impl Head<'_> {
+    /// The texels that are compressed together in a file of `size` texels.
+    pub fn block(&self, size: Size) -> Size {
+        self.tile.unwrap_or(Size::new(size.width, Compression::ZIP16.scan_lines_per_block()))
+    }
+}
+
+/// Writes a file of `size` texels. `rows(channel, x, y, row)` copies the bytes of samples from
+/// column `x` of row `y` on.
+pub(in crate::format) fn write_blocks(
+    head: &Head<'_>,
     size: Size,
     mut out: impl Read + Write + Seek,
     rows: &mut Rows<'_>,
 ) -> Result<()> {
-    let header = header(names, depth, texts, size)?;
-    let line = size.width * depth.bytes();
+    let header = header(head, size)?;
+    let channels = head.names.len();
     let mut failure = None;
     let mut block = |index: BlockIndex| -> ::exr::error::Result<UncompressedBlock> {
-        let mut data = vec![0; index.pixel_size.1 * names.len() * line];
+        let (Vec2(x, y), Vec2(width, height)) = (index.pixel_position, index.pixel_size);
+        let line = width * head.depth.bytes();
+        let mut data = vec![0; height * channels * line];
         for (number, row) in data.chunks_exact_mut(line).enumerate() {
-            let copied = rows(number % names.len(), index.pixel_position.1 + number / names.len(), row);
+            let copied = rows(number % channels, x, y + number / channels, row);
             copied.map_err(|error| {
                 failure = Some(error);
                 ::exr::error::Error::Aborted
@@ -54,22 +75,29 @@ pub(in crate::format) fn write_rows(
         let other = || Error::invalid(format!("the EXR file cannot be written: {error}"));
         failure.take().unwrap_or_else(other)
     })?;
-    sort_attributes(&mut out, texts).map_err(|e| Error::io("cannot write the EXR file", &e))
+    sort_attributes(&mut out, &head.texts).map_err(|e| Error::io("cannot write the EXR file", &e))
 }
 
-fn header(names: &[String], depth: ExrDepth, texts: &[(&str, String)], size: Size) -> Result<Header> {
-    let kind = match depth {
+fn header(head: &Head<'_>, size: Size) -> Result<Header> {
+    let kind = match head.depth {
         ExrDepth::Half => SampleType::F16,
         ExrDepth::Float => SampleType::F32,
     };
     let channels: Result<_> =
-        names.iter().map(|name| Ok(ChannelDescription::named(text(name)?, kind))).collect();
+        head.names.iter().map(|name| Ok(ChannelDescription::named(text(name)?, kind))).collect();
     let mut attributes = LayerAttributes::default();
-    for (name, value) in texts {
+    for (name, value) in &head.texts {
         attributes.other.insert(text(name)?, AttributeValue::Text(text(value)?));
     }
+    let blocks = head.tile.map_or(BlockDescription::ScanLines, |tile| {
+        BlockDescription::Tiles(TileDescription {
+            tile_size: Vec2(tile.width, tile.height),
+            level_mode: LevelMode::Singular,
+            rounding_mode: RoundingMode::Down,
+        })
+    });
     Ok(Header::new(Text::default(), (size.width, size.height), channels?)
-        .with_encoding(Compression::ZIP16, BlockDescription::ScanLines, LineOrder::Increasing)
+        .with_encoding(Compression::ZIP16, blocks, LineOrder::Increasing)
         .with_attributes(attributes))
 }
 

@@ -1,12 +1,15 @@
 //! Files of tiles: a texture in which tiles of equal height lie one below the other.
 //!
-//! An EXR file says by itself how many; beside any other file lies `FILE.json` that says it.
+//! An EXR file says by itself how many, and how they lean where they do; beside any other file lies
+//! `FILE.json` that says it.
 
 use std::ffi::OsString;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use relume::format::{FieldFile, exr};
+use relume::numeric::cells::Cells;
+use relume::synthesis::roller::TileSet;
 use relume::{Error, Limits, Result, Size};
 use serde_json::{Value, json};
 
@@ -19,20 +22,26 @@ pub struct TileSetFile {
     pub file: FieldFile,
     /// How many there are.
     pub count: usize,
+    /// The cells that they fill.
+    pub cells: Cells,
 }
 
-impl TileSetFile {
-    /// The size of one tile.
-    pub fn tile(&self) -> Size {
-        let size = self.file.field.size();
-        Size::new(size.width, size.height / self.count)
+/// Tiles in words: `4 tiles of 86 x 85`, `one leaning tile with steps of (219, 25) and (-5, 150)`.
+pub fn in_words(count: usize, cells: &Cells) -> String {
+    let number = if count == 1 { "one".to_owned() } else { count.to_string() };
+    let plural = if count == 1 { "" } else { "s" };
+    if cells.are_upright() {
+        return format!("{number} tile{plural} of {}", cells.bounds());
     }
+    let ([w, t], [s, h]) = (cells.right(), cells.down());
+    format!("{number} leaning tile{plural} with steps of ({w}, {t}) and ({s}, {h})")
 }
 
-/// The key of both kinds of file.
+/// The keys of both kinds of file.
 const KEY: &str = "relumeTiles";
+const CELL_KEY: &str = "cell";
 
-/// The largest file beside the tiles that is read: it holds three numbers.
+/// The largest file beside the tiles that is read: it holds a few numbers.
 const LARGEST_SIDECAR: u64 = 1 << 16;
 
 /// The file beside a set of tiles that says how many there are; none where the file says it itself.
@@ -46,8 +55,12 @@ pub fn sidecar_path(tiles: &Path) -> Option<PathBuf> {
 }
 
 /// What that file holds.
-pub fn sidecar(tile: Size, count: usize) -> Vec<u8> {
-    let value = json!({ KEY: count, "tile_width": tile.width, "tile_height": tile.height });
+pub fn sidecar(tiles: &TileSet) -> Vec<u8> {
+    let (tile, cells) = (tiles.tile(), tiles.cells());
+    let mut value = json!({ KEY: tiles.count(), "tile_width": tile.width, "tile_height": tile.height });
+    if !cells.are_upright() {
+        value[CELL_KEY] = json!([cells.right(), cells.down()]);
+    }
     format!("{value:#}\n").into_bytes()
 }
 
@@ -56,13 +69,13 @@ pub fn open(path: &Path, limits: &Limits) -> Result<Option<TileSetFile>> {
     if is_stream(path) {
         return Ok(None);
     }
-    let count = match sidecar_path(path).filter(|path| path.is_file()) {
-        Some(sidecar) => count_in(&sidecar)?,
+    let found = match sidecar_path(path).filter(|path| path.is_file()) {
+        Some(sidecar) => tiles_in(&sidecar)?,
         None => exr::tiles_in(path, limits)?,
     };
-    let Some(count) = count else { return Ok(None) };
+    let Some((count, cells)) = found else { return Ok(None) };
     let file = input::field(path, limits)?;
-    let height = file.field.size().height;
+    let Size { width, height } = file.field.size();
     if count == 0 || !height.is_multiple_of(count) {
         return Err(Error::invalid(format!(
             "is {height} texels high and said to hold {count} tiles one below the other: the height must be a \
@@ -70,11 +83,19 @@ pub fn open(path: &Path, limits: &Limits) -> Result<Option<TileSetFile>> {
         ))
         .at(path));
     }
-    Ok(Some(TileSetFile { file, count }))
+    let tile = Size::new(width, height / count);
+    let cells = cells.or_else(|| Cells::upright(tile)).filter(|cells| cells.bounds() == tile);
+    let cells = cells.ok_or_else(|| {
+        Error::invalid(format!(
+            "holds {count} tiles of {tile}, and their cells are said to have another size"
+        ))
+        .at(path)
+    })?;
+    Ok(Some(TileSetFile { file, count, cells }))
 }
 
-/// The number in a file beside tiles; none where it is some other JSON file.
-fn count_in(path: &Path) -> Result<Option<usize>> {
+/// What a file beside tiles says; none where it is some other JSON file.
+fn tiles_in(path: &Path) -> Result<Option<(usize, Option<Cells>)>> {
     let failed = |e: &std::io::Error| Error::io("cannot read the file", e).at(path);
     if fs::metadata(path).map_err(|e| failed(&e))?.len() > LARGEST_SIDECAR {
         return Ok(None);
@@ -88,5 +109,13 @@ fn count_in(path: &Path) -> Result<Option<usize>> {
     let number = count.as_u64().and_then(|count| usize::try_from(count).ok()).ok_or_else(|| {
         Error::invalid(format!("'{KEY}' is {count}: expected the number of tiles")).at(path)
     })?;
-    Ok(Some(number))
+    let Some(cell) = value.get(CELL_KEY) else { return Ok(Some((number, None))) };
+    let steps = serde_json::from_value::<[[i64; 2]; 2]>(cell.clone()).ok();
+    let cells = steps.and_then(|[right, down]| Cells::new(right, down)).ok_or_else(|| {
+        Error::invalid(format!(
+            "'{CELL_KEY}' is {cell}: expected two steps that lean less than they are long"
+        ))
+        .at(path)
+    })?;
+    Ok(Some((number, Some(cells))))
 }

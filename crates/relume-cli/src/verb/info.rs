@@ -8,14 +8,14 @@ use relume::format::FieldFile;
 use serde_json::{Value, json};
 
 use crate::context::Context;
-use crate::input;
 use crate::report::Report;
+use crate::{input, tile_set};
 
 /// Arguments of `relume info`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  relume info wool.ptm\n  relume info --json wool.exr")]
 pub struct Args {
-    /// A .ptm, an .exr field, a picture, or a model; - is standard input
+    /// A .ptm, an .exr field, a picture, a set of tiles, or a model; - is standard input
     file: PathBuf,
 }
 
@@ -23,6 +23,12 @@ pub struct Args {
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
     if let Some(model) = input::model(&args.file, &context.limits)? {
         return super::model::describe(&model);
+    }
+    if let Some(set) = tile_set::open(&args.file, &context.limits)? {
+        let tiles = tile_set::in_words(set.count, &set.cells);
+        let (text, mut value) = (text(&set.file), value(&set.file));
+        value["tiles"] = json!({ "count": set.count, "cells": set.cells });
+        return Ok(Report::new(format!("a set of {tiles}\n{text}"), value));
     }
     let file = input::field(&args.file, &context.limits)?;
     Ok(Report::new(text(&file), value(&file)))

@@ -14,7 +14,7 @@ use serde_json::json;
 use crate::context::Context;
 use crate::rearranged::{self, read_registered};
 use crate::report::Report;
-use crate::tile_set::{sidecar, sidecar_path};
+use crate::tile_set::{in_words, sidecar, sidecar_path};
 use crate::{args, input, output};
 
 /// Arguments of `relume roll`.
@@ -39,6 +39,10 @@ pub struct Args {
     /// and down
     #[arg(long, value_name = "W,H", value_parser = lattice, allow_hyphen_values = true)]
     period: Option<Lattice>,
+    /// Make rectangles, which other programs can repeat as well, even where leaning tiles follow
+    /// oblique periods better
+    #[arg(long)]
+    upright: bool,
     /// Texels that may not be used: white in a mask as large as the exemplar
     #[arg(long, value_name = "MASK")]
     exclude: Option<PathBuf>,
@@ -57,6 +61,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         tiles: args.tiles,
         overlap: args.overlap,
         pattern: args.period.map(Pattern::Lattice),
+        lean: !args.upright,
         ..RollerOptions::default()
     };
     options.validate()?;
@@ -97,8 +102,7 @@ fn tiles(
     context: &Context,
 ) -> Result<Vec<(PathBuf, Vec<u8>)>> {
     let bytes = encode(rolled, from, FieldFormat::from_path(path)?, context).map_err(|e| e.at(path))?;
-    let beside =
-        sidecar_path(path).map(|beside| (beside, sidecar(rolled.tiles.tile(), rolled.tiles.count())));
+    let beside = sidecar_path(path).map(|beside| (beside, sidecar(&rolled.tiles)));
     Ok(std::iter::once((path.to_owned(), bytes)).chain(beside).collect())
 }
 
@@ -116,7 +120,9 @@ fn make(args: &Args, file: &FieldFile, options: &RollerOptions, context: &Contex
 fn encode(rolled: &Rolled, file: &FieldFile, format: FieldFormat, context: &Context) -> Result<Vec<u8>> {
     let field = gather(rolled.tiles.map(), &[&file.field], &context.limits)?;
     match format.in_depth_of(&file.encoding) {
-        FieldFormat::Exr(depth) => exr::encode_tiles(&field, rolled.tiles.count(), depth),
+        FieldFormat::Exr(depth) => {
+            exr::encode_tiles(&field, rolled.tiles.count(), rolled.tiles.cells(), depth)
+        }
         FieldFormat::Ptm if !matches!(file.encoding, Encoding::Ptm(_)) => {
             encode_field(&field, format, None, &context.limits)
         }
@@ -127,17 +133,17 @@ fn encode(rolled: &Rolled, file: &FieldFile, format: FieldFormat, context: &Cont
 fn report(output: &Path, options: &RollerOptions, rolled: &Rolled) -> Report {
     let (tiles, how) = (&rolled.tiles, &rolled.report);
     let text = format!(
-        "{}: {} of {} texels; {}",
+        "{}: {} texels; {}",
         output.display(),
-        counted(tiles.count()),
-        tiles.tile(),
-        quality(how)
+        in_words(tiles.count(), tiles.cells()),
+        quality(how, options.lean)
     );
     let json = json!({
         "output": output,
         "tiles": tiles.count(),
         "tile_width": tiles.tile().width,
         "tile_height": tiles.tile().height,
+        "cells": tiles.cells(),
         "acceptable": how.is_acceptable(),
         "options": options,
         "roller": how,
@@ -145,12 +151,8 @@ fn report(output: &Path, options: &RollerOptions, rolled: &Rolled) -> Report {
     Report::new(text, json)
 }
 
-fn counted(tiles: usize) -> String {
-    if tiles == 1 { "one tile".to_owned() } else { format!("{tiles} tiles") }
-}
-
 /// How the texture repeats and how well the tiles go together, in words.
-fn quality(how: &RollReport) -> String {
+fn quality(how: &RollReport, lean: bool) -> String {
     let worst = how.seams.iter().map(|seams| seams.ratio()).fold(0.0, f64::max);
     let large = how.seams.iter().map(|seams| seams.large).fold(0.0, f64::max);
     let mut text = format!(
@@ -166,9 +168,8 @@ fn quality(how: &RollReport) -> String {
             "\nWhat does not repeat shows its tiles; relume synth without tiles may suit it better",
         );
     } else if !how.whole_periods {
-        text.push_str(
-            "\nNo whole periods fit along both axes: give a larger exemplar, or turn it until they do",
-        );
+        text.push_str("\nNo whole periods fit: give a larger exemplar");
+        text.push_str(if lean { "" } else { ", or leave --upright out" });
     }
     text
 }

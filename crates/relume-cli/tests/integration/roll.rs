@@ -5,6 +5,7 @@ use std::path::Path;
 
 use relume::field::{Basis, ColorModel};
 use relume::format::{ExrDepth, FieldFormat, encode_field, read_field};
+use relume::numeric::cells::Cells;
 use relume::synthesis::roller::Endless;
 use relume::{Limits, Planes, ReflectanceField, Size, Space};
 use serde_json::Value;
@@ -72,6 +73,45 @@ fn windows_of_tiles_are_the_librarys_in_every_format() {
     // A tile set of one kind may be drawn as another file of that kind.
     run(folder, &["synth", "ta.ptm", "--size", "40", "-o", "oa.exr"]);
     assert_eq!(read(&folder.join("oa.exr")).size(), Size::new(40, 40));
+}
+
+/// A texture whose periods meet no axis becomes tiles that lean, in both kinds of tile sets.
+#[test]
+fn tiles_lean_where_periods_are_oblique() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let lattice = Cells::new([23, 7], [-5, 26]).unwrap();
+    let mut planes = Planes::zeros(Size::new(150, 140), 3);
+    for (k, plane) in planes.iter_mut().enumerate() {
+        for (t, value) in plane.iter_mut().enumerate() {
+            let [x, y] = lattice.place([(t % 150) as i64, (t / 150) as i64]).texel;
+            *value = ((x * x + 3 * x * y + 5 * y + 7 * k as i64).rem_euclid(31) * 8) as f32 / 255.0;
+        }
+    }
+    let field = ReflectanceField::new(Basis::Constant, ColorModel::Rgb, Space::Srgb, planes).unwrap();
+    write(&field, FieldFormat::from_path(Path::new("a.png")).unwrap(), &folder.join("a.png"));
+    write(&field, FieldFormat::Exr(ExrDepth::Half), &folder.join("a.exr"));
+    for (exemplar, tiles, out) in [("a.png", "t.png", "o.png"), ("a.exr", "t.exr", "o.exr")] {
+        let report = json(folder, &["roll", exemplar, "-k", "2", "-o", tiles]);
+        let steps = |key: &str| [0, 1].map(|axis| report["cells"][key][axis].as_i64().unwrap());
+        let cells = Cells::new(steps("right"), steps("down")).unwrap();
+        assert!(!cells.are_upright() && report["roller"]["mismatch"] == 0.0, "{report:#}");
+        let info = json(folder, &["info", tiles]);
+        assert_eq!((&info["tiles"]["cells"], &info["tiles"]["count"]), (&report["cells"], &Value::from(2)));
+        run(folder, &["synth", tiles, "--window=-57,1000,90,70", "-o", out]);
+        let made = read(&folder.join(out));
+        for (x, y) in (10..60).flat_map(|x| (0..40).map(move |y| (x, y))) {
+            let here = made.coefficients().at(1, x, y);
+            assert_eq!(here, made.coefficients().at(1, x + 23, y + 7), "{out}: ({x}, {y})");
+            assert_eq!(here, made.coefficients().at(1, x - 5, y + 26), "{out}: ({x}, {y})");
+        }
+    }
+    let upright = json(folder, &["roll", "a.png", "--upright", "-o", "u.png"]);
+    assert_eq!(upright["cells"]["down"][0], 0);
+    fs::write(folder.join("t.png.json"), "{\"relumeTiles\": 2, \"cell\": [[9, 9], [0, 9]]}").unwrap();
+    assert!(failed(folder, &["synth", "t.png", "--size", "50", "-o", "p.png"], 1).contains("two steps"));
+    fs::write(folder.join("t.png.json"), "{\"relumeTiles\": 2, \"cell\": [[9, 1], [0, 9]]}").unwrap();
+    assert!(failed(folder, &["info", "t.png"], 1).contains("another size"));
 }
 
 /// Tiles, noise and a model into files of tiles, which hold the texels of those of rows.

@@ -1,8 +1,9 @@
 //! The endless plane of a tile set: any window of it at once, identical however it is cut.
 //!
-//! The tile of each cell is chosen by a hash of the seed and the cell's column and row
-//! ([`crate::numeric::hash`]), so nothing has to be computed before a window and nothing is kept. Texels are
-//! copied row by row in runs of a tile's width. A shader chooses the same tiles:
+//! Cells are rectangles, or lean to follow oblique periods ([`crate::numeric::cells`]). The tile of each cell
+//! is chosen by a hash of the seed and the cell's column and row ([`crate::numeric::hash`]), so nothing has to
+//! be computed before a window and nothing is kept. Texels are copied row by row in runs of a tile's
+//! width. A shader chooses the same tiles:
 //!
 //! ```glsl
 //! uint tileOf(ivec2 cell, uvec2 seed) { return (hash4(uvec4(cell, seed)).x >> 16) % tiles; }
@@ -14,14 +15,15 @@ use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::limits::Limits;
+use crate::numeric::cells::Cells;
 use crate::numeric::hash;
 use crate::planes::{Planes, Size};
 
-/// A plane of tiles, laid without end in all directions; the cell (0, 0) has its top left texel at
-/// (0, 0). It repeats after 2^32 cells.
+/// A plane of tiles, laid without end in all directions; the lattice point of the cell (0, 0) is the
+/// texel (0, 0). It repeats after 2^32 cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Endless {
-    tile: Size,
+    cells: Cells,
     tiles: usize,
     seed: u64,
 }
@@ -31,9 +33,9 @@ pub struct Endless {
 pub struct Run {
     /// The number of the tile.
     pub tile: usize,
-    /// The first texel's column in the tile.
+    /// The first texel's column in the tile's rectangle.
     pub x: usize,
-    /// The row in the tile.
+    /// The row in the rectangle.
     pub y: usize,
     /// How many texels.
     pub length: usize,
@@ -45,15 +47,26 @@ impl Endless {
     /// # Errors
     /// When there are no tiles, or they have no texels.
     pub fn new(tile: Size, tiles: usize, seed: u64) -> Result<Self> {
-        if tiles == 0 || tile.texels() == 0 {
-            return Err(Error::usage(format!("{tiles} tiles of {tile} texels make no plane")));
-        }
-        Ok(Self { tile, tiles, seed })
+        let cells = Cells::upright(tile).filter(|_| tiles > 0);
+        let cells =
+            cells.ok_or_else(|| Error::usage(format!("{tiles} tiles of {tile} texels make no plane")))?;
+        Self::of(cells, tiles, seed)
     }
 
-    /// The size of a tile.
+    /// The plane that `seed` makes of `tiles` tiles of which each fills a cell.
+    ///
+    /// # Errors
+    /// When there are no tiles.
+    pub fn of(cells: Cells, tiles: usize, seed: u64) -> Result<Self> {
+        if tiles == 0 {
+            return Err(Error::usage("no tiles make no plane"));
+        }
+        Ok(Self { cells, tiles, seed })
+    }
+
+    /// The size of the rectangle that holds a tile.
     pub fn tile(&self) -> Size {
-        self.tile
+        self.cells.bounds()
     }
 
     /// The tile of a cell.
@@ -64,11 +77,12 @@ impl Endless {
     /// The tile and the texel in it that (x, y) of the plane shows: the slow truth of
     /// [`Endless::runs`].
     pub fn texel_at(&self, x: i64, y: i64) -> Run {
-        let (width, height) = (self.tile.width as i64, self.tile.height as i64);
+        let place = self.cells.place([x, y]);
+        let ([left, top], [column, row]) = (self.cells.origin(), place.cell);
         Run {
-            tile: self.tile_at(x.div_euclid(width), y.div_euclid(height)),
-            x: x.rem_euclid(width) as usize,
-            y: y.rem_euclid(height) as usize,
+            tile: self.tile_at(column, row),
+            x: (place.texel[0] - left) as usize,
+            y: (place.texel[1] - top) as usize,
             length: 1,
         }
     }
@@ -79,11 +93,17 @@ impl Endless {
         std::iter::from_fn(move || {
             (done < width).then(|| {
                 let first = plane.texel_at(x + done as i64, y);
-                let run = Run { length: (plane.tile.width - first.x).min(width - done), ..first };
+                let run = Run { length: plane.rest_of_row(&first).min(width - done), ..first };
                 done += run.length;
                 run
             })
         })
+    }
+
+    /// How many texels there are from the first one of a run to the end of its cell's row.
+    fn rest_of_row(&self, run: &Run) -> usize {
+        let [left, top] = self.cells.origin();
+        (self.cells.end_of_row(run.y as i64 + top) - left) as usize - run.x
     }
 
     /// Copies texels of the plane from (x, y) to the right into `out`. The tiles lie one below the
@@ -92,12 +112,12 @@ impl Endless {
     /// # Panics
     /// When `stacked` does not hold all tiles, or `out` no whole number of texels.
     pub fn copy_row<T: Copy>(&self, stacked: &[T], samples: usize, x: i64, y: i64, out: &mut [T]) {
-        assert_eq!(stacked.len(), self.tile.texels() * self.tiles * samples, "all tiles");
+        assert_eq!(stacked.len(), self.tile().texels() * self.tiles * samples, "all tiles");
         assert!(out.len().is_multiple_of(samples), "whole texels");
-        let mut rest = out;
+        let (tile, mut rest) = (self.tile(), out);
         for run in self.runs(x, y, rest.len() / samples) {
             let (now, later) = rest.split_at_mut(run.length * samples);
-            let start = self.tile.index(run.x, run.tile * self.tile.height + run.y) * samples;
+            let start = tile.index(run.x, run.tile * tile.height + run.y) * samples;
             now.copy_from_slice(&stacked[start..][..now.len()]);
             rest = later;
         }
@@ -109,12 +129,12 @@ impl Endless {
     /// # Errors
     /// When the planes do not hold these tiles, or the window exceeds the limits.
     pub fn window(&self, stacked: &Planes, x: i64, y: i64, size: Size, limits: &Limits) -> Result<Planes> {
-        let expected = Size::new(self.tile.width, self.tile.height * self.tiles);
+        let expected = Size::new(self.tile().width, self.tile().height * self.tiles);
         if stacked.size() != expected {
             return Err(Error::usage(format!(
                 "{} tiles of {} lie in {expected} texels, found {}",
                 self.tiles,
-                self.tile,
+                self.tile(),
                 stacked.size()
             )));
         }
@@ -147,19 +167,21 @@ mod tests {
         /// Every texel of every window is the one that its place alone decides.
         #[test]
         fn windows_are_identical_however_they_are_cut(
-            (w, h, count, planes) in (1usize..9, 1usize..9, 1usize..6, 1usize..3),
+            (w, h, s, t) in (1i64..9, 1i64..9, -8i64..9, -8i64..9),
+            (count, planes, leans) in (1usize..6, 1usize..3, any::<bool>()),
             (x, y, width, height) in (-40i64..40, -40i64..40, 1usize..30, 1usize..30),
             (far, seed) in (prop_oneof![Just(0i64), Just(1 << 40), Just(-(1 << 40))], any::<u64>()),
         ) {
-            let tile = Size::new(w, h);
+            let (s, t) = if leans { (s % h, t % w) } else { (0, 0) };
+            let plane = Endless::of(Cells::new([w, t], [s, h]).unwrap(), count, seed).unwrap();
+            let tile = plane.tile();
             let stacked = tiles(tile, count, planes);
-            let plane = Endless::new(tile, count, seed).unwrap();
             let (x, y) = (x + far, y - far);
             let window = plane.window(&stacked, x, y, Size::new(width, height), &Limits::default()).unwrap();
             for (i, j) in (0..height).flat_map(|j| (0..width).map(move |i| (i, j))) {
                 let from = plane.texel_at(x + i as i64, y + j as i64);
                 for k in 0..planes {
-                    prop_assert_eq!(window.at(k, i, j), stacked.at(k, from.x, from.tile * h + from.y));
+                    prop_assert_eq!(window.at(k, i, j), stacked.at(k, from.x, from.tile * tile.height + from.y));
                 }
             }
         }

@@ -1,6 +1,7 @@
 //! Small dense mathematics that the stages share.
 
 pub mod autocorrelation;
+pub mod cells;
 pub mod decibel;
 pub mod eigen;
 pub mod endless;

@@ -1,6 +1,7 @@
 //! The Roller: what a set of tiles promises.
 
 use proptest::prelude::*;
+use relume::numeric::cells::Cells;
 use relume::numeric::lattice::Lattice;
 use relume::numeric::periods::Pattern;
 use relume::numeric::random::Stream;
@@ -66,8 +67,101 @@ fn oblique_periods_are_found_and_kept() {
     assert!(rolled.report.mismatch < 1e-3);
 }
 
+/// Noise that repeats in equal cells.
+fn cellular(cells: &Cells, size: Size, planes: usize, seed: u64) -> Planes {
+    let one = noise(cells.bounds(), planes, seed);
+    let value = |k: usize, t: usize| {
+        let place = cells.place([(t % size.width) as i64, (t / size.width) as i64]);
+        one.plane(k)[cells.index(place.texel)]
+    };
+    let data = (0..planes).flat_map(|k| (0..size.texels()).map(move |t| (k, t)));
+    Planes::from_vec(size, planes, data.map(|(k, t)| value(k, t)).collect()).unwrap()
+}
+
+/// Neither axis meets a period within the exemplar, so no rectangle repeats; cells that lean do.
+#[test]
+fn oblique_periods_that_meet_no_axis_go_on_exactly() {
+    for (right, down, seed) in [([23, 7], [-5, 26], 1), ([19, -4], [6, 22], 2), ([13, 5], [-8, 17], 3)] {
+        let index = cellular(&Cells::new(right, down).unwrap(), Size::new(160, 150), 3, seed);
+        for tiles in [1, 2, 4] {
+            let upright = RollerOptions { tiles, ..RollerOptions::default() };
+            let options = RollerOptions { lean: true, ..upright.clone() };
+            let rolled = make(&index, &options);
+            let cells = *rolled.tiles.cells();
+            assert!(!cells.are_upright() && rolled.report.mismatch == 0.0, "{cells:?}: {:?}", rolled.report);
+            assert!(make(&index, &upright).report.mismatch > 0.2, "no rectangle repeats");
+            let plane = Endless::of(cells, tiles, 5).unwrap();
+            let made = stacked(&rolled, &index);
+            let window = plane.window(&made, -90, 211, Size::new(120, 110), &Limits::default()).unwrap();
+            for [dx, dy] in [right, down] {
+                for (x, y) in (30..90).flat_map(|x| (30..80).map(move |y| (x, y))) {
+                    let there = ((x as i64 + dx) as usize, (y as i64 + dy) as usize);
+                    for k in 0..2 {
+                        assert_eq!(window.at(k, x, y), window.at(k, there.0, there.1), "{right:?}, {tiles}");
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// A lattice between whole texels: cells follow it to less than one, where rectangles are off by
+/// several.
+#[test]
+fn cells_lean_where_that_follows_the_periods_better() {
+    let lattice = Lattice::new([23.4, 7.3], [-5.6, 26.1]).unwrap();
+    let size = Size::new(200, 190);
+    let tau = std::f64::consts::TAU;
+    let value = |t: usize| {
+        let [i, j] = lattice.coordinates([(t % 200) as f64, (t / 200) as f64]);
+        let waves = (tau * i).sin() + (tau * j).cos() + 0.7 * (tau * (i + 2.0 * j)).sin();
+        (waves + 0.5 * (tau * (2.0 * i - j) + 1.0).cos()) as f32
+    };
+    let index = Planes::from_vec(size, 1, (0..size.texels()).map(value).collect()).unwrap();
+    let (upright, leaning) = (RollerOptions::default(), RollerOptions { lean: true, ..Default::default() });
+    let (upright, leaning) = (make(&index, &upright).report, make(&index, &leaning).report);
+    assert!(leaning.mismatch < 0.25 * upright.mismatch, "{} against {}", leaning.mismatch, upright.mismatch);
+    assert!(leaning.is_acceptable() && leaning.whole_periods && leaning.region.cells.texels() > 9000);
+    // Where a rectangle repeats, nothing leans.
+    let straight = noise(Size::new(13, 9), 2, 1).repeated(8, 9);
+    let report = make(&straight, &RollerOptions { lean: true, ..Default::default() }).report;
+    assert!(report.region.cells.are_upright(), "{report:?}");
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
+
+    /// Tiles that lean: copies from inside the exemplar, one border, the same at any number of threads.
+    #[test]
+    fn any_leaning_tile_may_lie_beside_any(
+        (width, height, s, t) in (15i64..24, 15i64..24, -6i64..7, -6i64..7),
+        (tiles, overlap, seed) in (1usize..4, 1usize..5, any::<u64>()),
+    ) {
+        let lattice = Cells::new([width, t], [s, height]).unwrap();
+        let index = cellular(&lattice, Size::new(110, 100), 2, seed);
+        let real = |step: [i64; 2]| step.map(|c| c as f64);
+        let pattern = Lattice::new(real(lattice.right()), real(lattice.down())).map(Pattern::Lattice);
+        let options = RollerOptions {
+            tiles,
+            overlap: Some(overlap),
+            least_offset: 0.05,
+            pattern,
+            lean: true,
+            ..RollerOptions::default()
+        };
+        let rolled = make(&index, &options);
+        let (cells, first) = (*rolled.tiles.cells(), rolled.tiles.sources(0));
+        prop_assert!(rolled.report.mismatch < 1e-9, "{:?}", rolled.report);
+        for number in 0..tiles {
+            for (place, source) in cells.rectangle().zip(rolled.tiles.sources(number)) {
+                prop_assert!((source.x as usize) < 110 && (source.y as usize) < 100);
+                let is_inner = cells.depth(place).is_some_and(|depth| depth > 0);
+                prop_assert!(is_inner || *source == first[cells.index(place)], "{:?}", place);
+            }
+        }
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+        prop_assert_eq!(&pool.install(|| make(&index, &options)), &rolled);
+    }
 
     /// Tiles of anything: copies from inside the exemplar, one border, nothing excluded, the same at
     /// any number of threads.

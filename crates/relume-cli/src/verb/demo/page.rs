@@ -15,8 +15,9 @@ use crate::context::Context;
 use crate::tile_set;
 
 const TEMPLATE: &str = include_str!("page.html");
-const ENDLESS: &str = include_str!("endless.html");
-const ENDLESS_SCRIPT: &str = include_str!("endless.js");
+const ENDLESS: &str = include_str!("tiles.html");
+const ENDLESS_SCRIPT: &str =
+    concat!(include_str!("plane.js"), include_str!("tiles.js"));
 
 /// The light of the photograph that the page shows as a plain texture.
 const PLAIN_LIGHT: [f64; 3] = [0.0, 0.0, 1.0];
@@ -83,18 +84,21 @@ pub fn write(
         .fold(TEMPLATE.to_owned(), |page, (name, value)| page.replace(&format!("{{{{{name}}}}}"), value)))
 }
 
-/// The part about the endless plane, and all that the page's shaders draw.
+/// The parts about endless planes, and all that the page's shaders draw.
 fn endless(folder: &Path, mut data: Value, context: &Context) -> Result<[(&'static str, String); 5]> {
     let path = folder.join("tiles.ptm");
     let tiles = tile_set::open(&path, &context.limits)?;
     let tiles = tiles.ok_or_else(|| Error::invalid("is no set of tiles").at(&path))?;
     data["endless"] = shader_data(&tiles.file)?;
     data["endless"]["tiles"] = tiles.count.into();
+    data["endless"]["right"] = json!(tiles.cells.right());
+    data["endless"]["down"] = json!(tiles.cells.down());
+    data["endless"]["origin"] = json!(tiles.cells.origin());
     Ok([
         ("endless", ENDLESS.to_owned()),
         ("endless_script", ENDLESS_SCRIPT.to_owned()),
         ("tiles", tiles.count.to_string()),
-        ("tile", tiles.tile().to_string()),
+        ("tile", tiles.cells.bounds().to_string()),
         ("data", data.to_string()),
     ])
 }

@@ -1,13 +1,13 @@
 //! Windows of the plane that a set of tiles makes.
 
 use relume::synthesis::roller::Endless;
-use relume::{Error, Result};
+use relume::{Error, Result, Size};
 use serde_json::json;
 
 use super::Job;
 use crate::context::Context;
 use crate::report::Report;
-use crate::tile_set::TileSetFile;
+use crate::tile_set::{TileSetFile, in_words};
 
 /// Copies the tiles into place, in the bytes that the file stores.
 pub fn draw(job: &Job<'_>, tiles: &TileSetFile, context: &Context) -> Result<Report> {
@@ -16,8 +16,8 @@ pub fn draw(job: &Job<'_>, tiles: &TileSetFile, context: &Context) -> Result<Rep
             "--triangle belongs to --method noise, and this is a set of tiles: leave it out",
         ));
     }
-    let (window, file, tile) = (job.window()?, &tiles.file, tiles.tile());
-    let plane = Endless::new(tile, tiles.count, job.seed)?;
+    let (window, file, cells) = (job.window()?, &tiles.file, tiles.cells);
+    let plane = Endless::of(cells, tiles.count, job.seed)?;
     let format = job.format(&file.encoding)?;
     let streamed = job.encoded(&file.field, format, Some(&file.encoding), context)?;
     let lanes = streamed.lanes();
@@ -27,7 +27,7 @@ pub fn draw(job: &Job<'_>, tiles: &TileSetFile, context: &Context) -> Result<Rep
         Ok(())
     };
     job.write(&streamed, window.size, context, &mut rows)?;
-    let number = if tiles.count == 1 { "one tile".to_owned() } else { format!("{} tiles", tiles.count) };
-    let details = json!({ "tiles": tiles.count, "tile_width": tile.width, "tile_height": tile.height });
-    Ok(job.report(window, &format!("of {number} of {tile}"), details))
+    let Size { width, height } = cells.bounds();
+    let details = json!({ "tiles": tiles.count, "tile_width": width, "tile_height": height, "cells": cells });
+    Ok(job.report(window, &format!("of {}", in_words(tiles.count, &cells)), details))
 }

@@ -7,6 +7,7 @@ use serde_json::json;
 
 use crate::context::Context;
 use crate::report::Report;
+use crate::tile_set::in_words;
 
 /// Tiles to make, and the texture to lay of them.
 #[derive(Debug)]
@@ -23,7 +24,9 @@ impl Laid {
 
     /// So many tiles in a texture of the blocks' size, boundary and seed.
     pub fn new(tiles: usize, blocks: &BlockOptions) -> Result<Self> {
-        let options = RollerOptions { tiles, ..RollerOptions::default() };
+        // Only rectangles close on the output's own sides.
+        let lean = blocks.boundary == Boundary::Open;
+        let options = RollerOptions { tiles, lean, ..RollerOptions::default() };
         options.validate()?;
         if blocks.guidance.is_some() {
             return Err(Error::usage("--method roller lays tiles in random order and follows no guides"));
@@ -43,12 +46,13 @@ impl Laid {
         };
         let rolled = roll(exemplar, &self.options, &context.limits)?;
         let map = lay(&rolled.tiles, self.size, self.boundary, self.seed, &context.limits)?;
-        let (count, tile) = (rolled.tiles.count(), rolled.tiles.tile());
+        let (count, tile, cells) = (rolled.tiles.count(), rolled.tiles.tile(), rolled.tiles.cells());
         let good = rolled.report.is_acceptable();
         let text = format!(
-            "{}: {} texels of {count} tiles of {tile} in random order; {}",
+            "{}: {} texels of {} in random order; {}",
             args.output.display(),
             self.size,
+            in_words(count, cells),
             if good { "seams are acceptable" } else { "seams may be seen" }
         );
         let json = json!({
@@ -60,6 +64,7 @@ impl Laid {
             "tiles": count,
             "tile_width": tile.width,
             "tile_height": tile.height,
+            "cells": cells,
             "acceptable": good,
             "roller": rolled.report,
         });

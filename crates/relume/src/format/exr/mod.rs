@@ -9,17 +9,17 @@ mod blocks;
 mod container;
 mod field;
 mod picture;
+mod tiles;
 
 pub(super) use blocks::{Head, sample_bytes, write_blocks};
 pub(super) use field::{decode_field, encode_field, field_head};
 pub(super) use picture::{decode_picture, encode_picture};
 
-use std::collections::BTreeMap;
-use std::path::Path;
+pub use tiles::{encode_tiles, tiles_in};
 
-use crate::error::{Error, Result};
-use crate::field::ReflectanceField;
-use crate::format::input::{Kind, read_file};
+use std::collections::BTreeMap;
+
+use crate::error::Result;
 use crate::limits::Limits;
 use crate::planes::Planes;
 use container::Layer;
@@ -77,37 +77,4 @@ pub(super) fn decode_texts(bytes: &[u8], limits: &Limits) -> Result<BTreeMap<Str
 pub fn decode_labelled(bytes: &[u8], limits: &Limits) -> Result<(Vec<String>, Planes)> {
     let Layer { names, planes, .. } = container::decode(bytes, limits)?;
     Ok((names, planes))
-}
-
-/// The attribute that says how many tiles of equal height lie one below the other in a field.
-const TILES_KEY: &str = "relumeTiles";
-
-/// The bytes of a field in which `tiles` tiles lie one below the other.
-///
-/// # Errors
-/// As for any field.
-pub fn encode_tiles(field: &ReflectanceField, tiles: usize, depth: ExrDepth) -> Result<Vec<u8>> {
-    let (names, mut attributes) = field_head(field);
-    attributes.push((TILES_KEY, tiles.to_string()));
-    container::encode(&names, field.coefficients(), depth, &attributes)
-}
-
-/// How many tiles a file says that it holds; none where it is no EXR file or holds no tiles.
-///
-/// # Errors
-/// When the file cannot be read, or the number is none.
-pub fn tiles_in(path: &Path, limits: &Limits) -> Result<Option<usize>> {
-    let bytes = read_file(path, limits)?;
-    if !matches!(Kind::of(&bytes), Ok(Kind::Exr)) {
-        return Ok(None);
-    }
-    let text = container::text_attribute(&bytes, TILES_KEY).map_err(|e| e.at(path))?;
-    let number = |text: String| {
-        text.parse().map_err(|_| {
-            let message =
-                format!("the EXR attribute '{TILES_KEY}' is '{text}': expected the number of tiles");
-            Error::invalid(message).at(path)
-        })
-    };
-    text.map(number).transpose()
 }

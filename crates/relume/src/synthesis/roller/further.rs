@@ -9,6 +9,7 @@ use realfft::num_complex::Complex64;
 use serde::Serialize;
 
 use super::profile::squared_distance;
+use crate::numeric::cells::Cells;
 use crate::numeric::fourier::Fourier;
 use crate::numeric::summed_area::SummedArea;
 use crate::planes::Size;
@@ -18,7 +19,7 @@ use crate::synthesis::quantise::{IndexTexels, squared_length, squared_lengths};
 /// [`crate::synthesis::search::fft`].
 const RELATIVE_ERROR: f64 = 1e-13;
 
-/// A part of the exemplar of a tile's size.
+/// A part of the exemplar of the size of a tile's rectangle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Part {
     /// Left column.
@@ -33,7 +34,7 @@ pub struct Part {
 pub struct Border<'a> {
     exemplar: &'a IndexTexels,
     planes: usize,
-    tile: Size,
+    cells: Cells,
     band: usize,
     codes: &'a [i16],
     /// The approximate error of the part at each place, row after row of the exemplar.
@@ -43,25 +44,46 @@ pub struct Border<'a> {
 }
 
 impl<'a> Border<'a> {
-    /// Compares the outermost `band` + 1 texels of a tile, whose codes lie texel by texel, with all
-    /// parts of the exemplar.
-    pub fn new(exemplar: &'a IndexTexels, planes: usize, tile: Size, band: usize, codes: &'a [i16]) -> Self {
-        let mut border = Self { exemplar, planes, tile, band, codes, errors: Vec::new(), margin: 0.0 };
+    /// Compares the outermost `band` + 1 texels of a tile with all parts of the exemplar. The codes of
+    /// the rectangle that holds the tile lie texel by texel.
+    pub fn new(
+        exemplar: &'a IndexTexels,
+        planes: usize,
+        cells: Cells,
+        band: usize,
+        codes: &'a [i16],
+    ) -> Self {
+        let mut border = Self { exemplar, planes, cells, band, codes, errors: Vec::new(), margin: 0.0 };
         border.compare();
         border
     }
 
-    fn is_border(&self, x: usize, y: usize) -> bool {
-        x.min(y).min(self.tile.width - 1 - x).min(self.tile.height - 1 - y) <= self.band
-    }
-
+    /// The border's texels by column and row in the tile's rectangle.
     fn border_texels(&self) -> impl Iterator<Item = (usize, usize)> + use<'_> {
-        let all = (0..self.tile.height).flat_map(|y| (0..self.tile.width).map(move |x| (x, y)));
-        all.filter(|&(x, y)| self.is_border(x, y))
+        let width = self.cells.bounds().width;
+        let is_border = |p: [i64; 2]| self.cells.depth(p).is_some_and(|depth| depth <= self.band);
+        let all = self.cells.rectangle().enumerate().filter(move |&(_, p)| is_border(p));
+        all.map(move |(t, _)| (t % width, t / width))
     }
 
     fn tile_texel(&self, x: usize, y: usize) -> &[i16] {
-        &self.codes[self.tile.index(x, y) * self.planes..][..self.planes]
+        &self.codes[self.cells.bounds().index(x, y) * self.planes..][..self.planes]
+    }
+
+    /// The border as rectangles, each of column, row, width and height.
+    fn border_rectangles(&self) -> Vec<[usize; 4]> {
+        let texels: Vec<(usize, usize)> = self.border_texels().collect();
+        let runs = texels.chunk_by(|a, b| a.1 == b.1 && a.0 + 1 == b.0);
+        let mut rectangles: Vec<[usize; 4]> = Vec::new();
+        for run in runs {
+            let ((x, y), width) = (run[0], run.len());
+            let above = |r: &&mut [usize; 4]| r[0] == x && r[2] == width && r[1] + r[3] == y;
+            match rectangles.iter_mut().find(above) {
+                Some(rectangle) => rectangle[3] += 1,
+                None => rectangles.push([x, y, width, 1]),
+            }
+        }
+        rectangles
     }
 
     /// Correlates plane after plane.
@@ -92,20 +114,21 @@ impl<'a> Border<'a> {
 
     /// The sum of squares under the border at each place where the tile lies inside, else nothing.
     fn border_sums(&self, squares: &SummedArea) -> Vec<u64> {
-        let (size, Size { width, height }, b) = (self.exemplar.size(), self.tile, self.band + 1);
+        let (size, Size { width, height }) = (self.exemplar.size(), self.cells.bounds());
+        let rectangles = self.border_rectangles();
         let sum = |t: usize| {
             let (x, y) = (t % size.width, t / size.width);
             if x + width > size.width || y + height > size.height {
                 return 0;
             }
-            squares.sum(x, y, width, height) - squares.sum(x + b, y + b, width - 2 * b, height - 2 * b)
+            rectangles.iter().map(|&[left, top, w, h]| squares.sum(x + left, y + top, w, h)).sum()
         };
         (0..size.texels()).map(sum).collect()
     }
 
     /// The allowed part that fits best; the topmost, then leftmost of equals.
     pub fn best(&self, allowed: impl Fn(usize, usize) -> bool) -> Option<Part> {
-        let (size, tile) = (self.exemplar.size(), self.tile);
+        let (size, tile) = (self.exemplar.size(), self.cells.bounds());
         let rows = 0..(size.height + 1).saturating_sub(tile.height);
         let places = rows.flat_map(|y| (0..(size.width + 1).saturating_sub(tile.width)).map(move |x| (x, y)));
         let places: Vec<(usize, usize)> = places.filter(|&(x, y)| allowed(x, y)).collect();
@@ -137,14 +160,15 @@ mod tests {
         #[test]
         fn the_best_part_is_that_of_all_direct_sums(
             (extra_w, extra_h, planes, band) in (0usize..9, 0usize..9, 1usize..4, 1usize..3),
-            seed in any::<u64>(),
+            (s, t, seed) in (-3i64..4, -3i64..4, any::<u64>()),
         ) {
-            let tile = Size::new(2 * band + 3, 2 * band + 4);
+            let cells = Cells::new([2 * band as i64 + 5, t], [s, 2 * band as i64 + 6]).unwrap();
+            let tile = cells.bounds();
             let size = Size::new(tile.width + extra_w, tile.height + extra_h);
             let exemplar = noise(size, planes, seed);
             let mut stream = Stream::new(seed, 1);
             let codes: Vec<i16> = (0..tile.texels() * planes).map(|_| stream.below(4096) as i16).collect();
-            let border = Border::new(&exemplar.texels()[0], planes, tile, band, &codes);
+            let border = Border::new(&exemplar.texels()[0], planes, cells, band, &codes);
             let allowed = |x: usize, y: usize| (x + 2 * y) % 3 != 1;
             let places = (0..=extra_h).flat_map(|y| (0..=extra_w).map(move |x| (x, y)));
             let sums = places.filter(|&(x, y)| allowed(x, y)).map(|(x, y)| (border.direct(x, y), y, x));

@@ -19,6 +19,9 @@ pub fn lay(tiles: &TileSet, size: Size, boundary: Boundary, seed: u64, limits: &
     if size.texels() == 0 {
         return Err(Error::usage(format!("an output of {size} texels: both sides must be at least 1")));
     }
+    if boundary == Boundary::Torus && !tiles.cells().are_upright() {
+        return Err(Error::usage("tiles that lean do not close on a rectangle: make upright ones"));
+    }
     let Size { width, height } = tiles.tile();
     let whole = size.width.is_multiple_of(width) && size.height.is_multiple_of(height);
     if boundary == Boundary::Torus && !whole {
@@ -29,7 +32,7 @@ pub fn lay(tiles: &TileSet, size: Size, boundary: Boundary, seed: u64, limits: &
             Size::new(near(size.width, width), near(size.height, height))
         )));
     }
-    let plane = Endless::new(tiles.tile(), tiles.count(), seed)?;
+    let plane = Endless::of(*tiles.cells(), tiles.count(), seed)?;
     let mut copies = vec![Texel::default(); size.texels()];
     for (y, row) in copies.chunks_exact_mut(size.width).enumerate() {
         plane.copy_row(tiles.map().copies(), 1, 0, y as i64, row);

@@ -4,16 +4,19 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::further::{Border, Part};
+use super::leaning::{self, misfit, pairs};
 use super::options::RollerOptions;
-use super::profile::{Axis, profile, squared_distance};
+use super::profile::{Axis, profile, squared_distance, squared_step};
 use super::region::{Region, SHORTLIST, Strips, is_whole, largest, sides};
-use super::ring::{least_ring, least_side};
+use super::ring::{has_room, least_ring, least_side};
 use super::seams::Seams;
 use super::tile_set::TileSet;
 use super::toroidal::{Strip, closed_cuts};
 use crate::error::{Error, Result};
 use crate::limits::Limits;
 use crate::numeric::autocorrelation::Autocorrelation;
+use crate::numeric::cells::Cells;
+use crate::numeric::lattice::Lattice;
 use crate::numeric::periods::{Pattern, Periods, find};
 use crate::planes::Size;
 use crate::synthesis::quantise::{Exemplar, IndexTexels, Quantised};
@@ -37,7 +40,7 @@ pub struct Report {
     pub periods: Periods,
     /// Whether the tile's sides are whole periods; true where there are none.
     pub whole_periods: bool,
-    /// The corner through which both cuts go.
+    /// The corner through which both cuts go, from the cell's lattice point.
     pub corner: (usize, usize),
     /// Mean squared difference of the overlaps as a share of that of unrelated texels: 0 where the
     /// texture repeats exactly, about 1 where it does not.
@@ -63,7 +66,8 @@ impl Report {
 pub fn roll(exemplar: &Exemplar<'_>, options: &RollerOptions, limits: &Limits) -> Result<Rolled> {
     options.validate()?;
     // Tables of the shortlisted sides, and the spectra of the border's correlation.
-    limits.check("the Roller's tables", exemplar.index.size(), 16 * SHORTLIST as u64 + 64)?;
+    let tables = 2 * if options.lean { leaning::SHORTLIST } else { SHORTLIST };
+    limits.check("the Roller's tables", exemplar.index.size(), 8 * tables as u64 + 64)?;
     let quantised = Quantised::new(std::slice::from_ref(exemplar), limits)?;
     let size = exemplar.index.size();
     let overlap = options.overlap.unwrap_or_else(|| RollerOptions::customary_overlap(size));
@@ -84,8 +88,8 @@ pub fn roll(exemplar: &Exemplar<'_>, options: &RollerOptions, limits: &Limits) -
     let parts = work.parts(&region, &first, &strips)?;
     let further = parts.par_iter().map(|part| work.further_tile(&region, &first, part));
     let tiles: Vec<Vec<Texel>> = rayon::iter::once(first.clone()).chain(further).collect();
-    let tile = region.tile();
-    let measure = |sources: &Vec<Texel>| Seams::measure(work.texels, quantised.step(), tile, sources);
+    let measure =
+        |sources: &Vec<Texel>| Seams::measure(work.texels, quantised.step(), &region.cells, sources);
     let report = Report {
         region,
         periods,
@@ -95,10 +99,19 @@ pub fn roll(exemplar: &Exemplar<'_>, options: &RollerOptions, limits: &Limits) -
         parts,
         seams: tiles.iter().map(measure).collect(),
     };
+    let tile = region.tile();
     let stacked = Size::new(tile.width, tile.height * tiles.len());
     let map = SourceMap::new(stacked, std::slice::from_ref(exemplar), tiles.concat());
-    Ok(Rolled { tiles: TileSet::new(tile, map), report })
+    Ok(Rolled { tiles: TileSet::new(region.cells, map), report })
 }
+
+/// How far from whole periods the sides of a rectangle may be, in texels, before cells that lean are
+/// tried: what rounding to texels may cost those.
+const NEARLY_WHOLE: f64 = 1.0;
+
+/// A rectangle is kept unless its overlaps differ by more than this times the error of a cell that
+/// leans: it can be used without this program's planes.
+const CLEARLY_WORSE: f64 = 1.25;
 
 /// What every step needs to know.
 struct Work<'a> {
@@ -112,22 +125,48 @@ struct Work<'a> {
 impl Work<'_> {
     /// The part that becomes the first tile, and whether it holds whole periods.
     fn region(&self, strips: &Strips<'_>) -> Result<(Region, bool)> {
+        let (upright, whole) = self.upright_region(strips)?;
+        Ok(match self.leaning_region(strips, &upright) {
+            Some(leaning) => (leaning, true),
+            None => (upright, whole),
+        })
+    }
+
+    /// The best rectangle.
+    fn upright_region(&self, strips: &Strips<'_>) -> Result<(Region, bool)> {
         let (widths, whole_x) = self.sides(Axis::X)?;
         let (heights, whole_y) = self.sides(Axis::Y)?;
-        let regions = strips.best_origins(&widths, &heights);
+        let cells = |&width: &usize, &height: &usize| Cells::upright(Size::new(width, height));
+        let all =
+            widths.iter().flat_map(|width| heights.iter().filter_map(move |height| cells(width, height)));
+        let regions = strips.best_origins(&all.collect::<Vec<_>>());
         let region = largest(&regions, self.options.slack).ok_or_else(|| {
             Error::usage("the mask leaves no place for a tile: exclude less or ask for more, smaller tiles")
         })?;
         Ok((region, whole_x && whole_y))
     }
 
-    /// The sides of tiles worth trying along an axis, best first, and whether they are whole periods:
-    /// up to the longest that leaves room for the other tiles, or the shortest period where that is
-    /// longer.
-    fn sides(&self, axis: Axis) -> Result<(Vec<usize>, bool)> {
-        let side = axis.side(self.texels.size());
-        let room = side.saturating_sub(self.overlap);
-        let longest = (room as f64 / (self.options.tiles as f64).sqrt()) as usize;
+    /// A cell that leans, where the lattice is oblique and it is clearly better than a rectangle.
+    fn leaning_region(&self, strips: &Strips<'_>, upright: &Region) -> Option<Region> {
+        let Pattern::Lattice(lattice) = self.pattern else { return None };
+        if !self.options.lean || misfit(&upright.cells, &lattice) <= NEARLY_WHOLE {
+            return None;
+        }
+        let cells = self.leaning_pairs(strips, &lattice)?;
+        let region = largest(&strips.best_origins(&cells), self.options.slack)?;
+        (upright.mean_error() > CLEARLY_WORSE * region.mean_error()).then_some(region)
+    }
+
+    fn leaning_pairs(&self, strips: &Strips<'_>, lattice: &Lattice) -> Option<Vec<Cells>> {
+        let lengths = [Axis::X, Axis::Y].map(|axis| self.lengths(axis).ok());
+        let [across, down] = [lengths[0]?, lengths[1]?];
+        let has_inside = |cells: &Cells| self.options.tiles == 1 || has_room(cells, self.overlap);
+        Some(pairs(self.texels, lattice, [across, down], |cells| strips.holds(cells) && has_inside(cells)))
+    }
+
+    /// The least and the longest side worth trying along an axis.
+    fn lengths(&self, axis: Axis) -> Result<(usize, usize)> {
+        let longest = (self.room(axis) as f64 / (self.options.tiles as f64).sqrt()) as usize;
         let least = self.least_side();
         if longest < least {
             return Err(Error::usage(format!(
@@ -138,7 +177,19 @@ impl Work<'_> {
                 self.overlap
             )));
         }
-        let least = least.max((self.options.least_side * longest as f64).ceil() as usize);
+        Ok((least.max((self.options.least_side * longest as f64).ceil() as usize), longest))
+    }
+
+    /// The longest side that leaves room for the overlap.
+    fn room(&self, axis: Axis) -> usize {
+        axis.side(self.texels.size()).saturating_sub(self.overlap)
+    }
+
+    /// The sides of tiles worth trying along an axis, best first, and whether they are whole periods:
+    /// up to the longest that leaves room for the other tiles, or the shortest period where that is
+    /// longer.
+    fn sides(&self, axis: Axis) -> Result<(Vec<usize>, bool)> {
+        let ((least, longest), room) = (self.lengths(axis)?, self.room(axis));
         let profile = profile(self.texels, self.planes, axis);
         let whole = |shift: usize| is_whole(self.pattern, axis, shift);
         let found = sides(&profile, least, longest, whole);
@@ -159,19 +210,26 @@ impl Work<'_> {
 
     /// The tile that two closed cuts make of a region, and their corner.
     fn first_tile(&self, region: &Region) -> (Vec<Texel>, (usize, usize)) {
-        let Region { x, y, width, height, overlap, .. } = *region;
-        let across =
-            |along: usize, across: usize| Axis::X.squared_step(self.texels, x + across, y + along, width);
-        let down =
-            |along: usize, across: usize| Axis::Y.squared_step(self.texels, x + along, y + across, height);
-        let cuts = closed_cuts(&Strip::new(height, overlap, across), &Strip::new(width, overlap, down));
-        let tile = region.tile();
-        let source = |i: usize, j: usize| {
-            let (right, below) = cuts.shift(tile, i, j);
-            texel(x + i + right, y + j + below)
+        let (cells, [x, y], overlap) = (&region.cells, region.corner(), region.overlap);
+        let (right, down) = (cells.right(), cells.down());
+        let step = |i: i64, j: i64, by: [i64; 2]| squared_step(self.texels, [x + i, y + j], by);
+        let across = |along: usize, across: usize| {
+            step(cells.left_side(along as i64) + across as i64, along as i64, right)
         };
-        let places = (0..height).flat_map(|j| (0..width).map(move |i| (i, j)));
-        (places.map(|(i, j)| source(i, j)).collect(), cuts.corner)
+        let below = |along: usize, across: usize| {
+            step(along as i64, cells.upper_side(along as i64) + across as i64, down)
+        };
+        let cuts = closed_cuts(
+            cells,
+            &Strip::new(down[1] as usize, overlap, across),
+            &Strip::new(right[0] as usize, overlap, below),
+        );
+        let source = |place: [i64; 2]| {
+            let here @ [i, j] = cells.place(place).texel;
+            let [dx, dy] = cuts.shift(here);
+            texel((x + i + dx) as usize, (y + j + dy) as usize)
+        };
+        (cells.rectangle().map(source).collect(), cuts.corner)
     }
 
     /// The parts that become the further tiles, each the best that lies apart from all before it.
@@ -182,7 +240,7 @@ impl Work<'_> {
             return Ok(parts);
         }
         let codes: Vec<i16> = first.iter().flat_map(|&t| self.run(t)).copied().collect();
-        let border = Border::new(self.texels, self.planes, tile, self.overlap, &codes);
+        let border = Border::new(self.texels, self.planes, region.cells, self.overlap, &codes);
         let offset = |side: usize| (self.options.least_offset * side as f64).ceil().max(1.0) as usize;
         let (least_x, least_y) = (offset(tile.width), offset(tile.height));
         while parts.len() + 1 < self.options.tiles {
@@ -214,7 +272,7 @@ impl Work<'_> {
         let other = |t: usize| texel(part.x + t % tile.width, part.y + t / tile.width);
         let error = |t: usize| squared_distance(self.run(first[t]), self.run(other(t)));
         let errors: Vec<u64> = (0..tile.texels()).map(error).collect();
-        let ring = least_ring(tile, self.overlap, &errors);
+        let ring = least_ring(&region.cells, self.overlap, &errors);
         (0..tile.texels()).map(|t| if ring.inside[t] { other(t) } else { first[t] }).collect()
     }
 

@@ -11,6 +11,7 @@
 //!
 //! - periods are found in the autocorrelation of all planes ([`crate::numeric::periods`]);
 //! - [`profile`]: how much the exemplar differs from itself under each shift along an axis;
+//! - [`leaning`]: cells that lean to follow oblique periods;
 //! - [`region`]: the part of the exemplar whose overlaps with its own shifts differ least;
 //! - [`toroidal`]: two closed cuts through one corner make a tile of it that continues itself;
 //! - [`further`]: other parts that fit the border of the first tile;
@@ -23,6 +24,7 @@
 
 pub mod further;
 mod lay;
+pub mod leaning;
 mod make;
 pub mod options;
 pub mod profile;

@@ -25,6 +25,8 @@ pub struct RollerOptions {
     /// How far, as a share of the tile's side along x or y, the parts of the exemplar from which two
     /// tiles come lie apart at least.
     pub least_offset: f64,
+    /// Whether tiles may lean, where that follows oblique periods better than rectangles do.
+    pub lean: bool,
 }
 
 impl RollerOptions {
@@ -59,9 +61,17 @@ impl RollerOptions {
 
 impl Default for RollerOptions {
     /// One tile, the customary overlap, periods as measured, sides of at least 0.6 of the longest,
-    /// a slack of 0.1 (the tolerance of image quilting), parts a quarter of a tile apart.
+    /// a slack of 0.1 (the tolerance of image quilting), parts a quarter of a tile apart, rectangles.
     fn default() -> Self {
-        Self { tiles: 1, overlap: None, pattern: None, least_side: 0.6, slack: 0.1, least_offset: 0.25 }
+        Self {
+            tiles: 1,
+            overlap: None,
+            pattern: None,
+            least_side: 0.6,
+            slack: 0.1,
+            least_offset: 0.25,
+            lean: false,
+        }
     }
 }
 

@@ -31,12 +31,18 @@ impl Axis {
 
     /// The squared distance of the texels at (x, y) and `shift` further along the axis.
     pub fn squared_step(self, texels: &IndexTexels, x: usize, y: usize, shift: usize) -> u64 {
-        let (to_x, to_y) = match self {
-            Self::X => (x + shift, y),
-            Self::Y => (x, y + shift),
+        let by = match self {
+            Self::X => [shift as i64, 0],
+            Self::Y => [0, shift as i64],
         };
-        squared_distance(texels.run(x, y, 1), texels.run(to_x, to_y, 1))
+        squared_step(texels, [x as i64, y as i64], by)
     }
+}
+
+/// The squared distance of a texel and the one `by` further to the right and down.
+pub fn squared_step(texels: &IndexTexels, [x, y]: [i64; 2], by: [i64; 2]) -> u64 {
+    let run = |x: i64, y: i64| texels.run(x as usize, y as usize, 1);
+    squared_distance(run(x, y), run(x + by[0], y + by[1]))
 }
 
 /// The squared distance of two texels given by their codes.

@@ -5,12 +5,14 @@
 //! from there. Its two strips are compared with themselves one side further: the left one of
 //! d x (h + d) texels with that w to the right, the top one of (w + d) x d with that h down. For each
 //! side the squared differences go into a summed-area table, so an origin costs eight look-ups; all
-//! origins of all pairs of sides are looked at. [`Strips::direct`] is the slow truth of one of them.
+//! origins of all pairs of sides are looked at. Where cells lean, the strips do: they are so many
+//! rectangles more as the sides have steps. [`Strips::direct`] is the slow truth of one of them.
 
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::profile::Axis;
+use super::profile::{Axis, squared_step};
+use crate::numeric::cells::Cells;
 use crate::numeric::lattice::length;
 use crate::numeric::periods::Pattern;
 use crate::numeric::summed_area::SummedArea;
@@ -24,14 +26,12 @@ pub const SHORTLIST: usize = 6;
 /// A part of an exemplar that is to become a tile.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Region {
-    /// Left column.
+    /// Left column of the tile, or of the rectangle that holds it.
     pub x: usize,
     /// Top row.
     pub y: usize,
-    /// Width of the tile.
-    pub width: usize,
-    /// Height of the tile.
-    pub height: usize,
+    /// The cell that it fills.
+    pub cells: Cells,
     /// Texels by which it overlaps its continuation.
     pub overlap: usize,
     /// Sum of the squared differences over both strips.
@@ -39,15 +39,21 @@ pub struct Region {
 }
 
 impl Region {
-    /// The size of the tile.
+    /// The size of the tile, or of the rectangle that holds it.
     pub fn tile(&self) -> Size {
-        Size::new(self.width, self.height)
+        self.cells.bounds()
+    }
+
+    /// The texel of the exemplar at the cell's lattice point.
+    pub fn corner(&self) -> [i64; 2] {
+        let [left, top] = self.cells.origin();
+        [self.x as i64 - left, self.y as i64 - top]
     }
 
     /// The mean squared difference over the texels of both strips.
     pub fn mean_error(&self) -> f64 {
-        let texels = self.overlap * (self.width + self.height + 2 * self.overlap);
-        self.error as f64 / texels as f64
+        let (width, height) = (self.cells.right()[0] as usize, self.cells.down()[1] as usize);
+        self.error as f64 / (self.overlap * (width + height + 2 * self.overlap)) as f64
     }
 }
 
@@ -111,56 +117,110 @@ impl<'a> Strips<'a> {
         self.excluded.as_ref().is_none_or(|table| table.sum(x, y, size.width, size.height) == 0)
     }
 
-    /// The best origin for each pair of sides, where there is one.
-    pub fn best_origins(&self, widths: &[usize], heights: &[usize]) -> Vec<Region> {
-        let tables = |axis: Axis, sides: &[usize]| -> Vec<(usize, SummedArea)> {
-            sides.par_iter().map(|&side| (side, self.differences(axis, side))).collect()
-        };
-        let (by_width, by_height) = (tables(Axis::X, widths), tables(Axis::Y, heights));
-        let pairs: Vec<_> =
-            by_width.iter().flat_map(|across| by_height.iter().map(move |down| (across, down))).collect();
-        let best = |((width, across), (height, down)): &(&(usize, SummedArea), &(usize, SummedArea))| {
-            let (width, height, d) = (*width, *height, self.overlap);
-            let regions = self.origins(Size::new(width, height)).map(|(x, y)| {
-                let error = across.sum(x, y, d, height + d) + down.sum(x, y, width + d, d);
-                Region { x, y, width, height, overlap: d, error }
-            });
-            regions.min_by_key(|region| (region.error, region.y, region.x))
-        };
+    /// The best origin of cells by their steps to the right and down, for each pair of which there is
+    /// one.
+    pub fn best_origins(&self, pairs: &[Cells]) -> Vec<Region> {
+        let mut steps: Vec<[i64; 2]> = pairs.iter().flat_map(|cells| [cells.right(), cells.down()]).collect();
+        steps.sort_unstable();
+        steps.dedup();
+        let tables: Vec<SummedArea> = steps.par_iter().map(|&step| self.differences(step)).collect();
+        let table = |step: [i64; 2]| &tables[steps.binary_search(&step).expect("a table for each step")];
+        let best = |cells: &Cells| self.best_origin(cells, table(cells.right()), table(cells.down()));
         pairs.par_iter().filter_map(best).collect()
     }
 
+    fn best_origin(&self, cells: &Cells, across: &SummedArea, down: &SummedArea) -> Option<Region> {
+        let (left, top) = (self.left_strip(cells), self.top_strip(cells));
+        let [dx, dy] = cells.origin();
+        let regions = self.origins(cells).map(|(x, y)| {
+            let sum = |table: &SummedArea, strip: &[[i64; 4]]| -> u64 {
+                let place = |base: usize, origin: i64, offset: i64| (base as i64 - origin + offset) as usize;
+                let part = |&[i, j, width, height]: &[i64; 4]| {
+                    table.sum(place(x, dx, i), place(y, dy, j), width as usize, height as usize)
+                };
+                strip.iter().map(part).sum()
+            };
+            let error = sum(across, &left) + sum(down, &top);
+            Region { x, y, cells: *cells, overlap: self.overlap, error }
+        });
+        regions.min_by_key(|region| (region.error, region.y, region.x))
+    }
+
+    /// The left strip as rectangles of column, row, width and height from the cell's lattice point.
+    fn left_strip(&self, cells: &Cells) -> Vec<[i64; 4]> {
+        let d = self.overlap as i64;
+        let stretches = stretches(cells.down()[1] + d, |y| cells.left_side(y));
+        stretches.into_iter().map(|(y, length, side)| [side, y, d, length]).collect()
+    }
+
+    /// The top strip in the same way.
+    fn top_strip(&self, cells: &Cells) -> Vec<[i64; 4]> {
+        let d = self.overlap as i64;
+        let stretches = stretches(cells.right()[0] + d, |x| cells.upper_side(x));
+        stretches.into_iter().map(|(x, length, side)| [x, side, length, d]).collect()
+    }
+
+    /// The texels around a tile's rectangle that its cuts may reach: beside it and above it as many
+    /// as its sides step within the overlap, and the overlap at the right and below.
+    fn margins(&self, cells: &Cells) -> [usize; 2] {
+        let d = self.overlap as i64;
+        let margin =
+            |aside: i64, along: i64| if aside == 0 { 0 } else { (aside.abs() * d / along) as usize + 2 };
+        [margin(cells.down()[0], cells.down()[1]), margin(cells.right()[1], cells.right()[0])]
+    }
+
     /// The origins at which a tile and its overlaps lie inside and cover nothing excluded.
-    fn origins(&self, tile: Size) -> impl Iterator<Item = (usize, usize)> {
-        let size = self.texels.size();
-        let needed = Size::new(tile.width + self.overlap, tile.height + self.overlap);
+    fn origins(&self, cells: &Cells) -> impl Iterator<Item = (usize, usize)> {
+        let (size, tile, [mx, my]) = (self.texels.size(), cells.bounds(), self.margins(cells));
+        let d = self.overlap;
+        let needed = Size::new(tile.width + d + 2 * mx, tile.height + d + 2 * my);
         let columns = (size.width + 1).saturating_sub(needed.width);
         let rows = (size.height + 1).saturating_sub(needed.height);
         let all = (0..rows).flat_map(move |y| (0..columns).map(move |x| (x, y)));
-        all.filter(move |&(x, y)| self.allows(x, y, needed))
+        all.filter(move |&(x, y)| self.allows(x, y, needed)).map(move |(x, y)| (x + mx, y + my))
     }
 
-    /// Sums of the squared differences with the texels one `side` further along an axis.
-    fn differences(&self, axis: Axis, side: usize) -> SummedArea {
+    /// Whether the exemplar has room for such cells.
+    pub fn holds(&self, cells: &Cells) -> bool {
+        let (size, tile, [mx, my]) = (self.texels.size(), cells.bounds(), self.margins(cells));
+        tile.width + self.overlap + 2 * mx <= size.width && tile.height + self.overlap + 2 * my <= size.height
+    }
+
+    /// Sums of the squared differences with the texels one step further; nothing where there are none.
+    fn differences(&self, step: [i64; 2]) -> SummedArea {
         let size = self.texels.size();
-        let (width, height) = match axis {
-            Axis::X => (size.width - side, size.height),
-            Axis::Y => (size.width, size.height - side),
-        };
-        let places = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
-        let values: Vec<u64> = places.map(|(x, y)| axis.squared_step(self.texels, x, y, side)).collect();
-        SummedArea::new(Size::new(width, height), &values)
+        let mut values = vec![0; size.texels()];
+        overlapping(size, step).for_each(|[x, y]| {
+            values[size.index(x as usize, y as usize)] = squared_step(self.texels, [x, y], step)
+        });
+        SummedArea::new(size, &values)
     }
 
     /// The slow truth of a region's error: the sum over all texels of both strips.
-    pub fn direct(&self, x: usize, y: usize, tile: Size) -> u64 {
-        let d = self.overlap;
-        let sum = |axis: Axis, side: usize, width: usize, height: usize| -> u64 {
-            let places = (y..y + height).flat_map(|j| (x..x + width).map(move |i| (i, j)));
-            places.map(|(i, j)| axis.squared_step(self.texels, i, j, side)).sum()
+    pub fn direct(&self, corner: [i64; 2], cells: &Cells) -> u64 {
+        let sum = |strip: Vec<[i64; 4]>, step: [i64; 2]| -> u64 {
+            let texels = strip.into_iter().flat_map(|[i, j, width, height]| {
+                (j..j + height).flat_map(move |y| (i..i + width).map(move |x| [x, y]))
+            });
+            texels.map(|[x, y]| squared_step(self.texels, [corner[0] + x, corner[1] + y], step)).sum()
         };
-        sum(Axis::X, tile.width, d, tile.height + d) + sum(Axis::Y, tile.height, tile.width + d, d)
+        sum(self.left_strip(cells), cells.right()) + sum(self.top_strip(cells), cells.down())
     }
+}
+
+/// The texels of a picture that have another one step further.
+pub fn overlapping(size: Size, [dx, dy]: [i64; 2]) -> impl Iterator<Item = [i64; 2]> {
+    let range = |side: usize, d: i64| (-d).max(0)..(side as i64 - d.max(0));
+    let (columns, rows) = (range(size.width, dx), range(size.height, dy));
+    rows.flat_map(move |y| columns.clone().map(move |x| [x, y]))
+}
+
+/// The stretches of 0 to `length` over which a function has one value: where each begins, how long it
+/// is, and the value.
+fn stretches(length: i64, value: impl Fn(i64) -> i64) -> Vec<(i64, i64, i64)> {
+    let values: Vec<(i64, i64)> = (0..length).map(|along| (along, value(along))).collect();
+    let equal = values.chunk_by(|a, b| a.1 == b.1);
+    equal.map(|part| (part[0].0, part.len() as i64, part[0].1)).collect()
 }
 
 /// The largest region whose mean error is at most (1 + slack) times the least; the better one among
@@ -168,7 +228,7 @@ impl<'a> Strips<'a> {
 pub fn largest(regions: &[Region], slack: f64) -> Option<Region> {
     let least = regions.iter().map(Region::mean_error).min_by(f64::total_cmp)?;
     let good = regions.iter().filter(|region| region.mean_error() <= (1.0 + slack) * least);
-    good.min_by_key(|region| (std::cmp::Reverse(region.tile().texels()), region.error)).copied()
+    good.min_by_key(|region| (std::cmp::Reverse(region.cells.texels()), region.error)).copied()
 }
 
 #[cfg(test)]
@@ -183,28 +243,35 @@ mod tests {
 
         #[test]
         fn the_best_origin_is_that_of_all_direct_sums(
-            (width, height, planes, seed) in (9usize..22, 9usize..22, 1usize..4, any::<u64>()),
-            (overlap, masked) in (1usize..4, any::<bool>()),
+            (width, height, planes, seed) in (12usize..22, 12usize..22, 1usize..4, any::<u64>()),
+            (overlap, masked, s, t) in (1usize..4, any::<bool>(), -2i64..3, -2i64..3),
         ) {
             let exemplar = noise(Size::new(width, height), planes, seed);
             let texels = &exemplar.texels()[0];
             let mask: Vec<bool> = (0..width * height).map(|t| t == width * (height / 2) + 1).collect();
             let strips = Strips::new(texels, masked.then_some(&mask[..]), overlap);
-            let widths: Vec<usize> = (4..=width - overlap).collect();
-            let heights: Vec<usize> = (4..=height - overlap).collect();
-            let found = strips.best_origins(&widths, &heights);
+            let pair = |w: i64, h: i64| Cells::new([w, t], [s, h]).unwrap();
+            let all: Vec<Cells> = (4..18).flat_map(|w| (4..18).map(move |h| pair(w, h))).collect();
+            let found = strips.best_origins(&all);
             let mut number = 0;
-            for tile in widths.iter().flat_map(|&w| heights.iter().map(move |&h| Size::new(w, h))) {
+            for cells in all {
+                let ([mx, my], [dx, dy], tile) = (strips.margins(&cells), cells.origin(), cells.bounds());
                 let clear = |x: usize, y: usize| {
-                    let (right, bottom) = (x + tile.width + overlap, y + tile.height + overlap);
-                    !(masked && (x..right).contains(&1) && (y..bottom).contains(&(height / 2)))
+                    let (right, bottom) = (x + tile.width + overlap + mx, y + tile.height + overlap + my);
+                    !(masked && (x - mx..right).contains(&1) && (y - my..bottom).contains(&(height / 2)))
                 };
-                let rows = 0..=height - tile.height - overlap;
-                let origins = rows.flat_map(|y| (0..=width - tile.width - overlap).map(move |x| (x, y)));
-                let sums = origins.filter(|&(x, y)| clear(x, y)).map(|(x, y)| (strips.direct(x, y, tile), y, x));
+                let fits = |side: usize, tile: usize, margin: usize| {
+                    margin..(side + 1).saturating_sub(tile + overlap + margin)
+                };
+                let rows = fits(height, tile.height, my);
+                let origins = rows.flat_map(|y| fits(width, tile.width, mx).map(move |x| (x, y)));
+                let corner = |x: usize, y: usize| [x as i64 - dx, y as i64 - dy];
+                let sums = origins
+                    .filter(|&(x, y)| clear(x, y))
+                    .map(|(x, y)| (strips.direct(corner(x, y), &cells), y, x));
                 if let Some((error, y, x)) = sums.min() {
                     let region = found[number];
-                    prop_assert_eq!((region.tile(), region.error, region.y, region.x), (tile, error, y, x));
+                    prop_assert_eq!((region.cells, region.error, region.y, region.x), (cells, error, y, x));
                     number += 1;
                 }
             }
@@ -248,10 +315,11 @@ mod tests {
 
     #[test]
     fn the_largest_good_region_wins() {
-        let region = |width, error| Region { x: 0, y: 0, width, height: 10, overlap: 2, error };
+        let cells = |width| Cells::upright(Size::new(width, 10)).unwrap();
+        let region = |width, error| Region { x: 0, y: 0, cells: cells(width), overlap: 2, error };
         let all = [region(10, 1000), region(20, 1450), region(30, 3000)];
-        assert_eq!(largest(&all, 0.1).unwrap().width, 20);
-        assert_eq!(largest(&all, 1.0).unwrap().width, 30);
+        assert_eq!(largest(&all, 0.1).unwrap().cells.right(), [20, 0]);
+        assert_eq!(largest(&all, 1.0).unwrap().cells.right(), [30, 0]);
         assert_eq!(largest(&[], 0.1), None);
     }
 }

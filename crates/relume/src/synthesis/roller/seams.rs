@@ -9,7 +9,7 @@
 use serde::Serialize;
 
 use super::profile::squared_distance;
-use crate::planes::Size;
+use crate::numeric::cells::Cells;
 use crate::synthesis::quantise::IndexTexels;
 use crate::synthesis::source_map::Texel;
 
@@ -35,13 +35,12 @@ impl Seams {
     /// and more.
     pub const ACCEPTABLE: (f64, f64) = (1.45, 0.05);
 
-    /// Measures a tile given by the source of each of its texels.
-    pub fn measure(exemplar: &IndexTexels, step: f64, tile: Size, sources: &[Texel]) -> Self {
+    /// Measures a tile given by the source of each texel of the rectangle that holds it.
+    pub fn measure(exemplar: &IndexTexels, step: f64, cells: &Cells, sources: &[Texel]) -> Self {
         let (mut crossings, mut inside) = (Vec::new(), Vec::new());
-        for (x, y) in (0..tile.height).flat_map(|y| (0..tile.width).map(move |x| (x, y))) {
-            let here = sources[tile.index(x, y)];
-            let right = sources[tile.index((x + 1) % tile.width, y)];
-            let below = sources[tile.index(x, (y + 1) % tile.height)];
+        let source = |place: [i64; 2]| sources[cells.index(cells.place(place).texel)];
+        for [x, y] in cells.rectangle().filter(|&p| cells.depth(p).is_some()) {
+            let (here, right, below) = (source([x, y]), source([x + 1, y]), source([x, y + 1]));
             for (there, by) in [(right, (1, 0)), (below, (0, 1))] {
                 if there == here.offset(by.0, by.1) {
                     inside.push(distance(exemplar, here, there));
@@ -111,7 +110,7 @@ fn distance(exemplar: &IndexTexels, a: Texel, b: Texel) -> u64 {
 mod tests {
     use super::*;
     use crate::limits::Limits;
-    use crate::planes::Planes;
+    use crate::planes::{Planes, Size};
     use crate::synthesis::quantise::{Exemplar, Quantised};
 
     fn ramp(size: Size) -> Quantised {
@@ -123,11 +122,11 @@ mod tests {
     #[test]
     fn a_straight_cut_of_a_ramp_has_the_steps_it_has() {
         let ramp = ramp(Size::new(12, 8));
-        let tile = Size::new(6, 5);
+        let tile = Cells::upright(Size::new(6, 5)).unwrap();
         // The tile is the ramp's part at (2, 1): its wrap steps back by five, its rows are equal.
         let sources: Vec<Texel> =
             (0..30).map(|t| Texel { exemplar: 0, y: 1 + t / 6, x: 2 + t % 6 }).collect();
-        let seams = Seams::measure(&ramp.texels()[0], ramp.step(), tile, &sources);
+        let seams = Seams::measure(&ramp.texels()[0], ramp.step(), &tile, &sources);
         // Five rows step back across the wrap, and the lower edge meets the upper one six times.
         assert_eq!(seams.pairs, 11);
         assert!((seams.across - (5.0f64 * 25.0 / 11.0).sqrt()).abs() < 1e-6);
@@ -146,7 +145,8 @@ mod tests {
         let exemplar = [Exemplar { index: &planes, excluded: None }];
         let quantised = Quantised::new(&exemplar, &Limits::default()).unwrap();
         let sources: Vec<Texel> = (0..20).map(|t| Texel { exemplar: 0, y: t / 4, x: 1 + t % 4 }).collect();
-        let seams = Seams::measure(&quantised.texels()[0], quantised.step(), Size::new(4, 5), &sources);
+        let tile = Cells::upright(Size::new(4, 5)).unwrap();
+        let seams = Seams::measure(&quantised.texels()[0], quantised.step(), &tile, &sources);
         assert!((seams.ratio() - 1.0).abs() < 1e-9 && seams.are_acceptable(), "{seams:?}");
     }
 }

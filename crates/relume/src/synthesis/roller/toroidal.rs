@@ -12,10 +12,14 @@
 //! along at most. They meet nowhere else: from the corner the upright one stays within
 //! |dx| <= |dy| and the level one within |dy| <= |dx|. So their errors add, and the least sum over
 //! all d x d corners is the least of all such pairs of cuts: exact. [`least_of_all`] tries them.
+//!
+//! In cells that lean, places across a strip are counted from the cell's side in their row or column
+//! ([`Cells::left_side`]). The rest is the same, but that a side's own steps add to those of a cut, so
+//! near their corner cuts may meet again: what is made still closes, and its error is at most the sum.
 
 use rayon::prelude::*;
 
-use crate::planes::Size;
+use crate::numeric::cells::Cells;
 
 /// The errors of a strip one period and one overlap long, `width` texels across: of each place
 /// along, the errors of all places across together.
@@ -87,11 +91,15 @@ impl Strip {
 /// Two closed cuts through one corner.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ClosedCuts {
-    /// The corner (p, q) in which they cross.
+    /// The cells that tiles fill.
+    pub cells: Cells,
+    /// The corner (p, q) in which they cross, from the cell's lattice point.
     pub corner: (usize, usize),
-    /// For each row of the tile, the first column that is not from the continuation at the right.
+    /// For each row of the tile, the first place from the left side that is not from the continuation
+    /// at the right.
     pub left: Vec<usize>,
-    /// For each column of the tile, the first row that is not from the continuation below.
+    /// For each column of the tile, the first place from the upper side that is not from the
+    /// continuation below.
     pub top: Vec<usize>,
     /// The sum of the errors along both.
     pub error: u64,
@@ -99,30 +107,51 @@ pub struct ClosedCuts {
 
 /// The two closed cuts of least error through a tile's left strip (upright) and top strip (level);
 /// among equals that of the topmost, then the leftmost corner.
-pub fn closed_cuts(upright: &Strip, level: &Strip) -> ClosedCuts {
-    let width = upright.width;
-    let corners: Vec<(usize, usize)> = (0..width * width).map(|i| (i % width, i / width)).collect();
-    let sum = |&(p, q): &(usize, usize)| upright.least_sum(q, p) + level.least_sum(p, q);
+pub fn closed_cuts(cells: &Cells, upright: &Strip, level: &Strip) -> ClosedCuts {
+    let corners = corners(cells, upright.width);
+    let sum = |c: &Corner| upright.least_sum(c.y, c.from_left) + level.least_sum(c.x, c.from_top);
     let sums: Vec<u64> = corners.par_iter().map(sum).collect();
     let best = (0..sums.len()).min_by_key(|&i| sums[i]).expect("a strip has corners");
-    let (p, q) = corners[best];
+    let Corner { x: p, y: q, from_left, from_top } = corners[best];
     let turned = |path: Vec<usize>, start: usize, period: usize| -> Vec<usize> {
         (0..period).map(|along| path[(along + period - start) % period]).collect()
     };
     ClosedCuts {
+        cells: *cells,
         corner: (p, q),
-        left: turned(upright.least_path(q, p), q, upright.period),
-        top: turned(level.least_path(p, q), p, level.period),
+        left: turned(upright.least_path(q, from_left), q, upright.period),
+        top: turned(level.least_path(p, from_top), p, level.period),
         error: sums[best],
     }
 }
 
+/// A texel that lies in both strips, and how far across each of them.
+struct Corner {
+    x: usize,
+    y: usize,
+    from_left: usize,
+    from_top: usize,
+}
+
+/// The corners among the first `width` columns and rows of a cell.
+fn corners(cells: &Cells, width: usize) -> Vec<Corner> {
+    let across = |place: i64| usize::try_from(place).ok().filter(|&place| place < width);
+    let corner = |x: usize, y: usize| {
+        let from_left = across(x as i64 - cells.left_side(y as i64))?;
+        let from_top = across(y as i64 - cells.upper_side(x as i64))?;
+        Some(Corner { x, y, from_left, from_top })
+    };
+    (0..width * width).filter_map(|i| corner(i % width, i / width)).collect()
+}
+
 impl ClosedCuts {
     /// How far right and down a texel of the tile is taken from: its own place or a continuation.
-    pub fn shift(&self, tile: Size, x: usize, y: usize) -> (usize, usize) {
-        let right = if x < self.left[y] { tile.width } else { 0 };
-        let down = if y < self.top[x] { tile.height } else { 0 };
-        (right, down)
+    pub fn shift(&self, [x, y]: [i64; 2]) -> [i64; 2] {
+        let ([w, t], [s, h]) = (self.cells.right(), self.cells.down());
+        let cut = |cut: &[usize], along: i64| cut[along.rem_euclid(cut.len() as i64) as usize] as i64;
+        let right = i64::from(x - self.cells.left_side(y) < cut(&self.left, y));
+        let down = i64::from(y - self.cells.upper_side(x) < cut(&self.top, x));
+        [right * w + down * s, right * t + down * h]
     }
 }
 
@@ -150,12 +179,17 @@ pub fn least_of_all(upright: &Strip, level: &Strip) -> u64 {
 mod tests {
     use super::*;
     use crate::numeric::random::Stream;
+    use crate::planes::Size;
     use proptest::prelude::*;
 
     fn random(period: usize, width: usize, seed: u64) -> Strip {
         let mut stream = Stream::new(seed, 0);
         let errors: Vec<u64> = (0..(period + width) * width).map(|_| stream.below(30) as u64).collect();
         Strip::new(period, width, |along, across| errors[along * width + across])
+    }
+
+    fn rectangle(width: usize, height: usize) -> Cells {
+        Cells::upright(Size::new(width, height)).unwrap()
     }
 
     /// The error along a closed cut given by its place in each row of the tile.
@@ -172,7 +206,7 @@ mod tests {
             (width, w, h, seed) in (1usize..4, 4usize..7, 4usize..7, any::<u64>()),
         ) {
             let (upright, level) = (random(h, width, seed), random(w, width, !seed));
-            let cuts = closed_cuts(&upright, &level);
+            let cuts = closed_cuts(&rectangle(w, h), &upright, &level);
             prop_assert_eq!(cuts.error, least_of_all(&upright, &level));
             let (p, q) = cuts.corner;
             prop_assert_eq!((cuts.left[q], cuts.top[p]), (p, q));
@@ -189,7 +223,7 @@ mod tests {
             (width, w, h, seed) in (2usize..9, 10usize..20, 10usize..20, any::<u64>()),
         ) {
             let (upright, level) = (random(h, width, seed), random(w, width, !seed));
-            let cuts = closed_cuts(&upright, &level);
+            let cuts = closed_cuts(&rectangle(w, h), &upright, &level);
             let (p, q) = cuts.corner;
             for (y, x) in cuts.left.iter().copied().enumerate() {
                 prop_assert!(cuts.top[x] != y || x.abs_diff(p) == y.abs_diff(q));

@@ -1,0 +1,68 @@
+//! Sets of tiles in EXR files: fields in which tiles lie one below the other.
+//!
+//! | attribute | value |
+//! |---|---|
+//! | `relumeTiles` | how many tiles of equal height there are |
+//! | `relumeCell` | `w t s h`: the steps (w, t) to the cell at the right and (s, h) to the one below, in texels, where tiles lean |
+
+use std::path::Path;
+
+use super::{ExrDepth, container, field_head};
+use crate::error::{Error, Result};
+use crate::field::ReflectanceField;
+use crate::format::input::{Kind, read_file};
+use crate::limits::Limits;
+use crate::numeric::cells::Cells;
+
+const TILES_KEY: &str = "relumeTiles";
+const CELL_KEY: &str = "relumeCell";
+
+/// The bytes of a field in which the rectangles of `tiles` tiles that fill such cells lie one below
+/// the other.
+///
+/// # Errors
+/// As for any field.
+pub fn encode_tiles(
+    field: &ReflectanceField,
+    tiles: usize,
+    cells: &Cells,
+    depth: ExrDepth,
+) -> Result<Vec<u8>> {
+    let (names, mut attributes) = field_head(field);
+    attributes.push((TILES_KEY, tiles.to_string()));
+    if !cells.are_upright() {
+        let ([w, t], [s, h]) = (cells.right(), cells.down());
+        attributes.push((CELL_KEY, format!("{w} {t} {s} {h}")));
+    }
+    container::encode(&names, field.coefficients(), depth, &attributes)
+}
+
+/// How many tiles a file says that it holds, and the cells they fill where they lean; none where it
+/// is no EXR file or holds no tiles.
+///
+/// # Errors
+/// When the file cannot be read, the number is none, or the cells are none.
+pub fn tiles_in(path: &Path, limits: &Limits) -> Result<Option<(usize, Option<Cells>)>> {
+    let bytes = read_file(path, limits)?;
+    if !matches!(Kind::of(&bytes), Ok(Kind::Exr)) {
+        return Ok(None);
+    }
+    let attribute = |key: &str| container::text_attribute(&bytes, key).map_err(|e| e.at(path));
+    let Some(count) = attribute(TILES_KEY)? else { return Ok(None) };
+    let wrong = |key: &str, text: &str, expected: &str| {
+        Error::invalid(format!("the EXR attribute '{key}' is '{text}': expected {expected}")).at(path)
+    };
+    let number = count.parse().map_err(|_| wrong(TILES_KEY, &count, "the number of tiles"))?;
+    let cells = |text: String| {
+        cells_of(&text).ok_or_else(|| wrong(CELL_KEY, &text, "two steps that lean less than they are long"))
+    };
+    Ok(Some((number, attribute(CELL_KEY)?.map(cells).transpose()?)))
+}
+
+fn cells_of(text: &str) -> Option<Cells> {
+    let numbers: Option<Vec<i64>> = text.split_whitespace().map(|n| n.parse().ok()).collect();
+    match *numbers? {
+        [w, t, s, h] => Cells::new([w, t], [s, h]),
+        _ => None,
+    }
+}

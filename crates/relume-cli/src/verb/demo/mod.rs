@@ -1,5 +1,6 @@
 //! `relume demo`: the whole job on a built-in material, by the program's own verbs, and a page.
 
+mod noise;
 mod page;
 
 use std::path::{Path, PathBuf};
@@ -28,7 +29,7 @@ pub struct Args {
 }
 
 /// The demo's commands; DIR is the output folder, MATERIAL and N are the options.
-const COMMANDS: [&str; 13] = [
+const COMMANDS: [&str; 15] = [
     "capture MATERIAL -o DIR/capture --lights N --size 256x256 --feature 44",
     "fit DIR/capture -o DIR/small.ptm",
     "synth DIR/small.ptm -o DIR/large.ptm --size 512x512 --tile --block 56 --overlap 14 --source-map DIR/source.npy",
@@ -42,6 +43,8 @@ const COMMANDS: [&str; 13] = [
     "capture weave -o DIR/weave --lights 24 --size 256x256",
     "fit DIR/weave -o DIR/weave.ptm",
     "roll DIR/weave.ptm -k 4 -o DIR/tiles.ptm",
+    "capture sponge -o DIR/noise --lights 24 --size 128x128 --feature 20",
+    "fit DIR/noise -o DIR/noise.ptm --color rgb",
 ];
 
 /// Runs the commands and writes the page.

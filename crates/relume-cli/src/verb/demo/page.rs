@@ -11,13 +11,14 @@ use relume::{Error, Picture, Planes, Result, Size, Space};
 use serde_json::{Value, json};
 
 use super::Args;
+use super::noise::NoiseData;
 use crate::context::Context;
 use crate::tile_set;
 
 const TEMPLATE: &str = include_str!("page.html");
-const ENDLESS: &str = include_str!("tiles.html");
+const ENDLESS: &str = concat!(include_str!("tiles.html"), include_str!("noise.html"));
 const ENDLESS_SCRIPT: &str =
-    concat!(include_str!("plane.js"), include_str!("tiles.js"));
+    concat!(include_str!("plane.js"), include_str!("tiles.js"), include_str!("noise.js"));
 
 /// The light of the photograph that the page shows as a plain texture.
 const PLAIN_LIGHT: [f64; 3] = [0.0, 0.0, 1.0];
@@ -85,7 +86,7 @@ pub fn write(
 }
 
 /// The parts about endless planes, and all that the page's shaders draw.
-fn endless(folder: &Path, mut data: Value, context: &Context) -> Result<[(&'static str, String); 5]> {
+fn endless(folder: &Path, mut data: Value, context: &Context) -> Result<[(&'static str, String); 7]> {
     let path = folder.join("tiles.ptm");
     let tiles = tile_set::open(&path, &context.limits)?;
     let tiles = tiles.ok_or_else(|| Error::invalid("is no set of tiles").at(&path))?;
@@ -94,11 +95,15 @@ fn endless(folder: &Path, mut data: Value, context: &Context) -> Result<[(&'stat
     data["endless"]["right"] = json!(tiles.cells.right());
     data["endless"]["down"] = json!(tiles.cells.down());
     data["endless"]["origin"] = json!(tiles.cells.origin());
+    let noise = NoiseData::read(&folder.join("noise.ptm"), &context.limits)?;
+    data["noise"] = noise.to_json()?;
     Ok([
         ("endless", ENDLESS.to_owned()),
         ("endless_script", ENDLESS_SCRIPT.to_owned()),
         ("tiles", tiles.count.to_string()),
         ("tile", tiles.cells.bounds().to_string()),
+        ("noise_size", noise.size().to_string()),
+        ("noise_planes", noise.planes().to_string()),
         ("data", data.to_string()),
     ])
 }
@@ -135,7 +140,7 @@ fn data_uri(path: &Path) -> Result<String> {
     Ok(png_uri(&bytes))
 }
 
-fn png_uri(bytes: &[u8]) -> String {
+pub fn png_uri(bytes: &[u8]) -> String {
     format!("data:image/png;base64,{}", STANDARD.encode(bytes))
 }
 

@@ -10,7 +10,7 @@ use crate::numeric::normal::{cumulative, quantile};
 const ENTRIES: usize = 1601;
 
 /// The largest normal value of the table; beyond it lies one value in 31,000.
-const REACH: f64 = 4.0;
+pub const REACH: f64 = 4.0;
 
 /// The way back from normal values to a plane's own.
 #[derive(Debug, Clone, PartialEq)]
@@ -46,6 +46,11 @@ impl Marginal {
             sorted[below] + share * (sorted[(below + 1).min(last)] - sorted[below])
         };
         Self { table: (0..ENTRIES).map(entry).collect() }
+    }
+
+    /// The plane's values for evenly spaced normal ones from -[`REACH`] to [`REACH`].
+    pub fn table(&self) -> &[f32] {
+        &self.table
     }
 
     /// The plane's value for a normal one.

@@ -113,9 +113,31 @@ impl Noise {
         &self.suitability
     }
 
+    /// The size of the exemplar.
+    pub fn size(&self) -> Size {
+        self.size
+    }
+
     /// Side of the triangles in texels.
     pub fn side(&self) -> f64 {
         self.side
+    }
+
+    /// The principal planes of the exemplar as normal values: with [`Noise::marginals`] and
+    /// [`Noise::axes`] all that a shader needs besides the triangles' side.
+    pub fn normal_planes(&self) -> Planes {
+        self.planes_of(self.size, &self.normal)
+    }
+
+    /// The way back from normal values for each principal plane.
+    pub fn marginals(&self) -> &[Marginal] {
+        &self.marginals
+    }
+
+    /// The mean of each index plane, and the principal axes as rows: index values are the means and
+    /// the sum of all axes, each times its plane's value.
+    pub fn axes(&self) -> (&[f32], &Matrix) {
+        (&self.means, &self.axes)
     }
 
     /// The index planes of the window of `size` texels whose top left one is (x, y): identical
@@ -134,11 +156,17 @@ impl Noise {
                 self.index_of(&principal, out);
             }
         });
+        Ok(self.planes_of(size, &together))
+    }
+
+    /// Plane after plane from values whose planes lie together in each texel.
+    fn planes_of(&self, size: Size, together: &[f32]) -> Planes {
+        let count = self.marginals.len();
         let mut planes = Planes::zeros(size, count);
         planes.as_mut_slice().par_chunks_exact_mut(size.texels()).enumerate().for_each(|(k, plane)| {
             plane.iter_mut().zip(together[k..].iter().step_by(count)).for_each(|(out, v)| *out = *v);
         });
-        Ok(planes)
+        planes
     }
 
     /// The normal values of one texel: sum w g / root(sum w^2), whose variance is that of each g.

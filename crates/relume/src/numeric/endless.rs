@@ -1,9 +1,9 @@
 //! The endless plane of a tile set: any window of it at once, identical however it is cut.
 //!
-//! Cells are rectangles, or lean to follow oblique periods ([`crate::numeric::cells`]). The tile of each cell
-//! is chosen by a hash of the seed and the cell's column and row ([`crate::numeric::hash`]), so nothing has to
-//! be computed before a window and nothing is kept. Texels are copied row by row in runs of a tile's
-//! width. A shader chooses the same tiles:
+//! Cells are rectangles, or lean to follow oblique periods ([`crate::numeric::cells`]). The tile of each
+//! cell is chosen by a hash of the seed and the cell's column and row ([`crate::numeric::hash`]), so
+//! nothing has to be computed before a window and nothing is kept. Texels are copied row by row in
+//! runs of a tile's width. A shader chooses the same tiles:
 //!
 //! ```glsl
 //! uint tileOf(ivec2 cell, uvec2 seed) { return (hash4(uvec4(cell, seed)).x >> 16) % tiles; }

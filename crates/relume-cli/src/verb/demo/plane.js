@@ -86,6 +86,6 @@ async function startPlane(name, { scale, least, source, prepare }) {
   document.querySelectorAll(`#${name}-controls input`).forEach((input) => input.addEventListener("input", show));
   window.addEventListener("resize", show);
   show();
-  // For tests and the curious: window.planes.noise.move(x, y, scale, light).
+  // window.planes.noise.move(x, y, scale, light) moves a view from the console.
   window.planes = { ...window.planes, [name]: { move: (x, y, scale, light) => { Object.assign(plane, { x, y, scale, light }); show(); } } };
 }

@@ -3,7 +3,7 @@
 //! | attribute | value |
 //! |---|---|
 //! | `relumeTiles` | how many tiles of equal height there are |
-//! | `relumeCell` | `w t s h`: the steps (w, t) to the cell at the right and (s, h) to the one below, in texels, where tiles lean |
+//! | `relumeCell` | where tiles lean, `w t s h`: the steps (w, t) to the cell at the right and (s, h) to the one below |
 
 use std::path::Path;
 

@@ -18,7 +18,7 @@ use crate::synthesis::quantise::IndexTexels;
 pub const SHORTLIST: usize = 18;
 
 /// How far a step may lean, as a part of its length along its axis: the rectangle that holds a cell
-/// is then at most (4/3)^2 as large, and lattices of cells up to a third of the tile have such vectors.
+/// is then at most twice as large.
 const LEAN: f64 = 1.0 / 3.0;
 
 /// How far the steps of cells lie from the nearest vectors of a lattice, the farther one, in texels.

@@ -106,8 +106,8 @@ pub fn roll(exemplar: &Exemplar<'_>, options: &RollerOptions, limits: &Limits) -
 }
 
 /// How far from whole periods the sides of a rectangle may be, in texels, before cells that lean are
-/// tried: what rounding to texels may cost those.
-const NEARLY_WHOLE: f64 = 1.0;
+/// tried: as far as rounding brings the steps of those, half a texel along both axes.
+const NEARLY_WHOLE: f64 = 0.71;
 
 /// A rectangle is kept unless its overlaps differ by more than this times the error of a cell that
 /// leans: it can be used without this program's planes.

@@ -2,12 +2,12 @@
 //! exemplar takes the first tile's place.
 //!
 //! A ring goes through texels one beside or one diagonal of the other that lie 1 to `band` texels
-//! inside the tile, which may lean, once around; its own texels are new, the outermost texels always old. Its error
-//! is the sum of the squared differences of old and new on it. A ring crosses the column in the
-//! middle of the upper band, so the least one is the least over that column's texels of the shortest
-//! path from the texel once around to itself: Dijkstra's algorithm ("A note on two problems in
-//! connexion with graphs", 1959) on the band unrolled, where each turn has its own copy of the
-//! texels (the covering of the annulus). Paths may turn back by a whole turn. Exact;
+//! inside the tile, which may lean, once around; its own texels are new, the outermost texels always
+//! old. Its error is the sum of the squared differences of old and new on it. A ring crosses the
+//! column in the middle of the upper band, so the least one is the least over that column's texels of
+//! the shortest path from the texel once around to itself: Dijkstra's algorithm ("A note on two
+//! problems in connexion with graphs", 1959) on the band unrolled, where each turn has its own copy
+//! of the texels (the covering of the annulus). Paths may turn back by a whole turn. Exact;
 //! [`least_of_all`] tries all sets of texels.
 
 use std::cmp::Reverse;

@@ -66,6 +66,6 @@ impl Args {
     fn tile(&self, model: &FieldModel, limits: &Limits) -> Result<ReflectanceField> {
         let size = self.model_size.unwrap_or(model.tile_size());
         let seed = self.model_seed.unwrap_or_default();
-        model.synthesize(&SheetOptions { origin: [0, 0], size, seed, tile: true }, limits)
+        model.synthesize(&SheetOptions { origin: [0, 0], size, seed, period: Some(size) }, limits)
     }
 }

@@ -36,6 +36,52 @@ fn windows_of_a_model_fit_together_and_the_model_is_small() {
 }
 
 #[test]
+fn windows_of_functions_hold_the_same_bytes_however_they_are_cut() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    run(folder, &["capture", "weave", "-o", "c", "--size", "80", "--lights", "12", "--feature", "10"]);
+    run(folder, &["fit", "c", "-o", "weave.ptm"]);
+    let read = |name: &str| read_field(&folder.join(name), &Limits::default()).unwrap();
+    for combine in ["always", "never"] {
+        let model =
+            ["model", "weave.ptm", "-o", "w.rlm", "--candidates", "6", "--combine", combine, "--force"];
+        run(folder, &model);
+        let draw = |name: &str, window: &str, seed: &str| {
+            run(folder, &["synth", "w.rlm", "-o", name, "--window", window, "--seed", seed, "--force"]);
+            read(name)
+        };
+        let whole = draw("whole.ptm", "-150,90,300,200", "0");
+        let part = draw("part.ptm", "-31,100,97,160", "0");
+        assert_eq!(whole.encoding, part.encoding, "{combine}");
+        let cut = whole.field.coefficients().crop(119, 10, Size::new(97, 160)).unwrap();
+        assert_eq!(&cut, part.field.coefficients(), "{combine}");
+        let other = draw("other.ptm", "4000,-70000,20,20", "5");
+        assert_eq!(whole.encoding, other.encoding, "{combine}");
+        assert_ne!(
+            other.field.coefficients(),
+            draw("other.ptm", "4000,-70000,20,20", "6").field.coefficients()
+        );
+    }
+}
+
+#[test]
+fn a_window_larger_than_the_memory_allowed_is_drawn_in_bands() {
+    let folder = folder();
+    let folder = folder.path();
+    let least = ["--memory", "0.1"];
+    for (size, more) in [("2000x1700", &[][..]), ("1600x1704", &["--tile"])] {
+        let draw = |name| [&["synth", "leather.rlm", "-o", name, "--size", size, "--force"], more].concat();
+        run(folder, &[&draw("large.png")[..], &least].concat());
+        // Files that are not written in rows are made at once, which takes 0.38 GiB.
+        assert!(failed(folder, &[&draw("once.tif")[..], &least].concat(), 1).contains("memory"));
+        run(folder, &draw("once.tif"));
+        let read = |name: &str| read_field(&folder.join(name), &Limits::default()).unwrap().field;
+        assert_eq!(read("once.tif").coefficients(), read("large.png").coefficients(), "{size}");
+        fs::remove_file(folder.join("once.tif")).unwrap();
+    }
+}
+
+#[test]
 fn info_tells_what_a_model_holds() {
     let folder = folder();
     let text = run(folder.path(), &["info", "leather.rlm"]);
@@ -138,7 +184,11 @@ fn a_model_is_shown_and_measured_as_a_tile_of_it() {
         assert!(shown(verb, "leather.rlm", &wide) == shown(verb, "wide.exr", &[]), "{verb:?}");
     }
     let scaled = ["render", "leather.rlm", "--size", "9", "-o", "scaled.png", "--model-size", "128x96"];
-    assert_eq!(json(at, &scaled)["tiling"], serde_json::json!([2.0, 1.0]), "features as large as of 64 x 64 texels");
+    assert_eq!(
+        json(at, &scaled)["tiling"],
+        serde_json::json!([2.0, 1.0]),
+        "features as large as of 64 x 64 texels"
+    );
     let compared = |file: &str| json(at, &["compare", "leather.png", file, "--texture"])["mean"].clone();
     assert_eq!(compared("leather.rlm"), compared("tile.exr"));
 

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::combine::{Budget, combine};
-use super::estimate::{LevelReport, ModelOptions, estimate};
+use super::estimate::{GAUGE, LevelReport, ModelOptions, estimate};
 use super::model::{Model, SheetOptions};
 use super::structure::Tiles;
 use crate::error::Result;
@@ -133,8 +133,21 @@ impl FieldModel {
         u64::from(width) * u64::from(height) * samples
     }
 
+    /// The sheet that says what the whole plane is like, a function of the model alone: whatever windows of a plane
+    /// must have in common, such as the scale of their bytes, is taken from it.
+    ///
+    /// # Errors
+    /// More memory than the limits allow.
+    pub fn gauge(&self, limits: &Limits) -> Result<ReflectanceField> {
+        let size = Size::new(GAUGE, GAUGE);
+        self.synthesize(&SheetOptions { origin: [0, 0], size, seed: 0, period: None }, limits)
+    }
+
     /// A field of one texel of the same kind.
-    fn texel(&self) -> Result<ReflectanceField> {
+    ///
+    /// # Errors
+    /// When there is none, which a model that was read or made rules out.
+    pub fn texel(&self) -> Result<ReflectanceField> {
         let planes = Planes::zeros(Size::new(1, 1), self.color.planes(self.basis.len()));
         ReflectanceField::new(self.basis, self.color, self.space, planes)
     }

@@ -32,7 +32,12 @@ fn material(material: Material, side: usize) -> Planes {
 }
 
 fn sheet(origin: [i64; 2], width: usize, height: usize) -> SheetOptions {
-    SheetOptions { origin, size: Size::new(width, height), seed: 7, tile: false }
+    SheetOptions { origin, size: Size::new(width, height), seed: 7, period: None }
+}
+
+/// The same as a tile.
+fn closing(sheet: SheetOptions) -> SheetOptions {
+    SheetOptions { period: Some(sheet.size), ..sheet }
 }
 
 /// A field of `m` planes with given neighbours, weights and identity noise.
@@ -164,11 +169,11 @@ fn cells_meet_and_tiles_close_without_a_seam() {
     let plane = model.synthesize(&sheet([0, 0], 300, 200), &LIMITS).unwrap();
     let at_cells = seam(&plane, 127, 128);
     assert!((0.7..1.3).contains(&at_cells), "{at_cells}");
-    let tile = SheetOptions { tile: true, ..sheet([0, 0], 200, 136) };
+    let tile = closing(sheet([0, 0], 200, 136));
     let tile = model.synthesize(&tile, &LIMITS).unwrap();
-    let closing = seam(&tile, 199, 0);
-    assert!((0.7..1.3).contains(&closing), "{closing}");
-    let refused = model.synthesize(&SheetOptions { tile: true, ..sheet([0, 0], 201, 136) }, &LIMITS);
+    let joint = seam(&tile, 199, 0);
+    assert!((0.7..1.3).contains(&joint), "{joint}");
+    let refused = model.synthesize(&closing(sheet([0, 0], 201, 136)), &LIMITS);
     assert!(refused.unwrap_err().message().contains("204 x 136"));
 }
 
@@ -240,11 +245,11 @@ fn what_repeats_is_kept_by_structure_and_its_grain_by_the_field() {
     assert!(same < 30, "{same}");
     let part = model.synthesize(&sheet([-250, 100], 133, 71), &LIMITS).unwrap();
     assert_eq!(part, whole.crop(50, 23, Size::new(133, 71)).unwrap());
-    let closed = SheetOptions { tile: true, ..sheet([31, -9], 240, 200) };
+    let closed = closing(sheet([31, -9], 240, 200));
     let closed = model.synthesize(&closed, &LIMITS).unwrap();
     let seam = seam(&closed, 239, 0);
     assert!(seam < 2.0, "{seam}");
-    let refused = model.synthesize(&SheetOptions { tile: true, ..sheet([0, 0], 208, 136) }, &LIMITS);
+    let refused = model.synthesize(&closing(sheet([0, 0], 208, 136)), &LIMITS);
     assert!(refused.unwrap_err().message().contains("multiples of 120 and"));
     let wrong = Tiles { texels: &planes, size: Size::new(120, 33) };
     assert!(combine(&planes, wrong, &budget, &options, &LIMITS, &()).is_err());

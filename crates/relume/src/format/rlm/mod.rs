@@ -120,7 +120,8 @@ mod tests {
                 let model = model(basis, color, marginals);
                 let back = decode(&encode(&model).unwrap(), &LIMITS).unwrap();
                 assert_eq!(back, model, "{basis:?} {color:?}");
-                let options = SheetOptions { origin: [-9, 3], size: Size::new(20, 10), seed: 3, tile: false };
+                let options =
+                    SheetOptions { origin: [-9, 3], size: Size::new(20, 10), seed: 3, period: None };
                 let made = model.synthesize(&options, &LIMITS).unwrap();
                 assert_eq!((made.basis(), made.color(), made.size()), (basis, color, options.size));
                 assert_eq!(back.synthesize(&options, &LIMITS).unwrap(), made);
@@ -158,7 +159,7 @@ mod tests {
             }
             let sum = checksum(&forged[9..]);
             forged[5..9].copy_from_slice(&sum.to_le_bytes());
-            let options = SheetOptions { origin: [0, 0], size: Size::new(3, 2), seed: 3, tile: false };
+            let options = SheetOptions { origin: [0, 0], size: Size::new(3, 2), seed: 3, period: None };
             let made = decode(&forged, &LIMITS).and_then(|model| model.synthesize(&options, &LIMITS));
             counts[usize::from(made.is_ok())] += 1;
         }

@@ -4,11 +4,13 @@ use std::fs;
 use std::path::Path;
 
 use relume::field::{Basis, ColorModel};
-use relume::format::{FieldFormat, PictureFormat, encode_field, read_field};
+use relume::format::{
+    FieldFormat, HeightFormat, PictureFormat, encode_field, encode_height, read_field, read_height,
+};
 use relume::procedural::{Material, MaterialOptions};
 use relume::{Limits, ReflectanceField, Size, Space};
 
-use crate::support::{failed, json, run};
+use crate::support::{failed, json, refused, run};
 
 /// A folder with a colour picture and its model.
 fn folder() -> tempfile::TempDir {
@@ -209,4 +211,68 @@ fn a_model_is_shown_and_measured_as_a_tile_of_it() {
     assert!(failed(at, &size, 2).contains(".rlm"));
     let size = ["relight", "leather.rlm", "--light", "0,0,1", "--model-size", "63", "-o", "x.png"];
     assert!(failed(at, &size, 2).contains("multiples of"));
+}
+
+#[test]
+fn functions_are_modelled_for_each_of_some_lights() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    run(folder, &["capture", "sponge", "-o", "c", "--size", "64", "--lights", "12", "--feature", "10"]);
+    run(folder, &["fit", "c", "-o", "sponge.ptm"]);
+    let model =
+        ["model", "sponge.ptm", "-o", "s.rlm", "--candidates", "6", "--fields", "per-light", "--force"];
+    let report = json(folder, &model);
+    assert_eq!(
+        (report["lights"].as_array().unwrap().len(), report["lights"][0]["planes"].as_u64()),
+        (12, Some(3))
+    );
+    assert_eq!(report["estimation"].as_array().unwrap().len(), 12);
+    assert!(run(folder, &["info", "s.rlm"]).contains("a model for each of 12 lights"));
+    let given = ["0,0,1", "0.6,0,0.8", "-0.6,0,0.8", "0,0.6,0.8", "0,-0.6,0.8", "0.5,0.5,0.7"];
+    let lights: Vec<&str> = given.iter().flat_map(|light| ["--light", light]).collect();
+    assert_eq!(json(folder, &[&model[..], &lights].concat())["lights"].as_array().unwrap().len(), 6);
+    let read = |name: &str| read_field(&folder.join(name), &Limits::default()).unwrap();
+    for extension in ["ptm", "exr"] {
+        let [whole, part] = ["whole", "part"].map(|name| format!("{name}.{extension}"));
+        run(folder, &["synth", "s.rlm", "-o", &whole, "--window", "-30,-20,90,70"]);
+        run(folder, &["synth", "s.rlm", "-o", &part, "--window", "15,5,40,30", "--threads", "1"]);
+        let cut = read(&whole).field.coefficients().crop(45, 25, Size::new(40, 30)).unwrap();
+        assert_eq!((&cut, read(&whole).encoding), (read(&part).field.coefficients(), read(&part).encoding));
+    }
+    let wrong = |more: &[&str]| refused(folder, &[&["model", "sponge.ptm", "-o", "x.rlm"], more].concat());
+    assert!(wrong(&["--light", "0,0,1"]).contains("per-light"));
+    assert!(wrong(&["--fields", "per-light", "--light", "0,0,1"]).contains("do not determine"));
+    assert!(wrong(&["--fields", "per-light", "--combine", "always"]).contains("structure"));
+    run(folder, &["relight", "sponge.ptm", "--light", "0,0,1", "-o", "sponge.png"]);
+    assert!(
+        refused(folder, &["model", "sponge.png", "-o", "x.rlm", "--fields", "per-light"]).contains("picture")
+    );
+}
+
+#[test]
+fn a_modelled_height_map_keeps_its_millimetres() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let options = MaterialOptions { size: Size::new(64, 64), feature: 12.0, ..Default::default() };
+    let relief = Material::Leather.make(&options, &Limits::default()).unwrap().height;
+    let (low, high) = relief.range(0);
+    for (mm, extension) in [(Some(0.25), "exr"), (Some(0.25), "png"), (None, "png")] {
+        let format = HeightFormat::from_path(Path::new(&format!("x.{extension}"))).unwrap();
+        let name = format!("relief.{extension}");
+        fs::write(folder.join(&name), encode_height(&relief, mm, format).unwrap()).unwrap();
+        run(folder, &["model", &name, "-o", "r.rlm", "--candidates", "12", "--force"]);
+        let info = json(folder, &["info", "r.rlm"]);
+        assert_eq!(info["heights"]["mm_per_texel"].as_f64(), mm);
+        for made in ["made.exr", "made.png"] {
+            run(folder, &["synth", "r.rlm", "-o", made, "--size", "80", "--force"]);
+            let map = read_height(&folder.join(made), &Limits::default()).unwrap();
+            assert_eq!(map.scale.unwrap().mm_per_texel, mm, "{name} {made}");
+            let (least, greatest) = map.texels(1.0).range(0);
+            assert!(
+                least >= low - 0.01 && greatest <= high + 0.01 && greatest - least > 0.5 * (high - low),
+                "{name}"
+            );
+        }
+    }
+    assert!(refused(folder, &["synth", "r.rlm", "-o", "made.jpg", "--size", "80"]).contains("height map"));
 }

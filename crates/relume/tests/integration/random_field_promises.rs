@@ -1,6 +1,7 @@
 //! The promises of the whole: planted fields are found again, planes do not depend on how they are
 //! cut, and what is made has the statistics of what was modelled.
 
+use relume::field::{Basis, ColorModel};
 use relume::numeric::Matrix;
 use relume::numeric::random::Stream;
 use relume::procedural::{Material, MaterialOptions};
@@ -11,8 +12,11 @@ use relume::random_field::normal_wishart::{Posterior, Statistics};
 use relume::random_field::recursion::{Recursion, Run};
 use relume::random_field::selection::{posterior, search};
 use relume::random_field::stability::Stability;
-use relume::random_field::{Budget, ModelOptions, Search, SheetOptions, Structure, Tiles, combine, estimate};
-use relume::{Limits, Planes, Size};
+use relume::random_field::{
+    Budget, ModelOptions, Search, SheetOptions, Structure, Tiles, combine, estimate, model_lights,
+};
+use relume::render::relight;
+use relume::{Direction, Limits, Planes, ReflectanceField, Size, Space};
 
 const LIMITS: Limits = Limits { max_bytes: 1 << 30, max_side: 1 << 15 };
 
@@ -253,6 +257,69 @@ fn what_repeats_is_kept_by_structure_and_its_grain_by_the_field() {
     assert!(refused.unwrap_err().message().contains("multiples of 120 and"));
     let wrong = Tiles { texels: &planes, size: Size::new(120, 33) };
     assert!(combine(&planes, wrong, &budget, &options, &LIMITS, &()).is_err());
+}
+
+/// A surface of dents under a light: its luminance functions, the slopes along x and y times u and v.
+fn dented(side: usize) -> ReflectanceField {
+    let height = material(Material::Sponge, side);
+    let mut planes = Planes::zeros(Size::new(side, side), 6);
+    for (i, (x, y)) in (0..side).flat_map(|y| (0..side).map(move |x| (x, y))).enumerate() {
+        let at = |x: usize, y: usize| height.at(0, x % side, y % side);
+        planes.plane_mut(3)[i] = at(x, y) - at(x + 1, y);
+        planes.plane_mut(4)[i] = at(x, y + 1) - at(x, y);
+        planes.plane_mut(5)[i] = 0.2 + at(x, y);
+    }
+    ReflectanceField::new(Basis::Ptm, ColorModel::Luminance, Space::Linear, planes).unwrap()
+}
+
+/// The correlation of two pictures' first planes.
+fn correlation(a: &Planes, b: &Planes) -> f64 {
+    let centred = |p: &Planes| {
+        let mean = p.plane(0).iter().map(|&v| f64::from(v)).sum::<f64>() / p.plane(0).len() as f64;
+        p.plane(0).iter().map(|&v| f64::from(v) - mean).collect::<Vec<f64>>()
+    };
+    let (a, b) = (centred(a), centred(b));
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    dot(&a, &b) / (dot(&a, &a) * dot(&b, &b)).sqrt()
+}
+
+#[test]
+fn models_of_lights_show_one_surface_under_each_of_them() {
+    let field = dented(96);
+    let options = ModelOptions { levels: 2, candidates: 12, ..ModelOptions::default() };
+    let picture = |light| relight(&field, light).planes;
+    let model = |lights: &[Direction]| model_lights(&field, lights, &picture, &options, &LIMITS, &());
+    // Six lights and six functions: the functions go through the pictures that the models make.
+    let lights = relume::capture::dome::lights(6);
+    let (made, reports) = model(&lights).unwrap();
+    assert_eq!(reports.len(), 6);
+    let whole = made.synthesize(&sheet([-40, 13], 190, 150), &LIMITS).unwrap();
+    let mut pictures = Vec::new();
+    for (light, model) in made.fields.models() {
+        let picture = model.synthesize(&sheet([-40, 13], 190, 150), &LIMITS).unwrap();
+        let relit = relight(&whole, light.unwrap()).planes;
+        let error = |(a, b): (&f32, &f32)| (a - b).abs();
+        let worst = picture.as_slice().iter().zip(relit.as_slice()).map(error).fold(0.0, f32::max);
+        assert!(worst < 1e-3, "{light:?}: {worst}");
+        pictures.push((picture, model));
+    }
+    // The same noise makes the same surface; another seed makes another.
+    let truth = |i: usize, j: usize| correlation(&picture(lights[i]), &picture(lights[j]));
+    let found = |i: usize, j: usize| correlation(&pictures[i].0, &pictures[j].0);
+    for (i, j) in [(0, 1), (0, 2), (2, 5)] {
+        println!("lights {i} and {j}: correlation {:.2}, made {:.2}", truth(i, j), found(i, j));
+        assert!((truth(i, j) - found(i, j)).abs() < 0.25, "{i} {j}: {} {}", truth(i, j), found(i, j));
+    }
+    let other = SheetOptions { seed: 8, ..sheet([-40, 13], 190, 150) };
+    let other = pictures[1].1.synthesize(&other, &LIMITS).unwrap();
+    assert!(correlation(&pictures[0].0, &other).abs() < 0.1);
+    let part = made.synthesize(&sheet([3, 20], 77, 60), &LIMITS).unwrap();
+    assert_eq!(part.coefficients(), &whole.coefficients().crop(43, 7, Size::new(77, 60)).unwrap());
+    // A ring of lights, or too few, do not tell the functions apart.
+    let ring: Vec<Direction> = (0..9).map(|i| Direction::from_angles(0.7, f64::from(i) * 0.7)).collect();
+    for lights in [&lights[..5], &ring] {
+        assert!(model(lights).unwrap_err().message().contains("do not determine"));
+    }
 }
 
 #[test]

@@ -1,9 +1,12 @@
 //! Windows of the plane that a random-field model makes.
 
-use relume::format::{Depth, ExrDepth, FieldFormat, PictureFormat, PtmEncoding, Streamed, encode_field};
+use relume::format::{
+    Depth, ExrDepth, FieldFormat, HeightFormat, PictureFormat, PtmEncoding, Streamed, encode_field,
+    encode_height,
+};
 use relume::random_field::sheet::CELL;
-use relume::random_field::{FieldModel, SheetOptions};
-use relume::{ReflectanceField, Result, Size, Space};
+use relume::random_field::{FieldModel, Heights, SheetOptions};
+use relume::{Error, ReflectanceField, Result, Size, Space};
 use serde_json::json;
 
 use super::bands::{Bands, Cost, Cut};
@@ -16,12 +19,31 @@ use crate::report::Report;
 pub fn draw(job: &Job<'_>, model: &FieldModel, context: &Context) -> Result<Report> {
     let window = job.window()?;
     let plane = Plane { model, seed: job.seed, period: job.tile.then_some(window.size), context };
-    draw_texture(job, &plane, window)?;
+    match model.heights {
+        Some(heights) => draw_heights(job, &plane, window, heights)?,
+        None => draw_texture(job, &plane, window)?,
+    }
     let of = if job.tile { "of a model; tiles without a seam" } else { "of a model" };
     Ok(job.report(window, of, json!({ "tile": job.tile })))
 }
 
-/// Writes the window, in rows where the format is written so.
+/// Draws a window of a height map, with its record.
+fn draw_heights(job: &Job<'_>, plane: &Plane<'_>, window: Window, heights: Heights) -> Result<()> {
+    if job.args.exr_tile.is_some() {
+        return Err(Error::usage(
+            "--exr-tile has no meaning for a height map, which is written at once: leave it out",
+        ));
+    }
+    let format = match output::is_stream(job.output) {
+        true => HeightFormat::Exr,
+        false => HeightFormat::from_path(job.output)?,
+    };
+    let field = plane.part(&window)?;
+    let bytes = encode_height(field.coefficients(), heights.mm_per_texel, format);
+    output::write(job.output, &bytes.map_err(|e| e.at(job.output))?, plane.context)
+}
+
+/// Draws a window of what is no height map.
 fn draw_texture(job: &Job<'_>, plane: &Plane<'_>, window: Window) -> Result<()> {
     match format(job, plane.model)? {
         // Files that are not written in rows.
@@ -46,7 +68,7 @@ fn stream(job: &Job<'_>, plane: &Plane<'_>, format: FieldFormat, window: Window)
     let encoded = |field: &ReflectanceField| Streamed::made(field, format, scale.as_ref(), limits);
     let head = job.laid(encoded(&model.texel()?))?;
     let stored = head.lanes().iter().map(|lane| lane.bytes_per_texel).sum();
-    let cost = Cost { stored, made: model.model.bytes_per_texel() };
+    let cost = Cost { stored, made: model.bytes_per_texel() };
     let cut = Cut::new(&window, CELL, job.args.exr_tile, cost, limits).map_err(|e| e.at(job.output))?;
     let make = |part: &Window| encoded(&plane.part(part)?);
     let mut bands = Bands::new(window, cut, &make);

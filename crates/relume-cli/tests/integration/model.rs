@@ -138,6 +138,14 @@ fn a_regular_material_is_combined_and_its_bytes_are_said() {
     let whole = read("whole.png").coefficients().crop(45, 25, Size::new(40, 30)).unwrap();
     assert_eq!(&whole, read("part.png").coefficients());
     assert!(run(folder, &["info", "weave.rlm"]).contains("structure: one tile"));
+    let levels = |levels: &str| {
+        let report = value(&model("auto.rlm", &["--levels", levels, "--combine", "never", "--force"]));
+        (report["levels"].as_array().unwrap().len().to_string(), fs::read(folder.join("auto.rlm")).unwrap())
+    };
+    let (count, bytes) = levels("auto");
+    assert_eq!(levels(&count), (count, bytes));
+    let wrong = ["model", "weave.png", "-o", "x.rlm", "--levels", "many"];
+    assert!(refused(folder, &wrong).contains("auto"));
     let twice = ["model", "weave.png", "-o", "x.rlm", "--curve", "x.rlm"];
     assert!(failed(folder, &twice, 2).contains("two outputs"));
 }

@@ -3,7 +3,8 @@
 use serde::Serialize;
 
 use super::combine::{Budget, combine};
-use super::estimate::{GAUGE, LevelReport, ModelOptions, estimate};
+use super::estimate::{LevelReport, ModelOptions, estimate};
+use super::levels::GAUGE;
 use super::model::{Model, SheetOptions};
 use super::per_light::{self, LightModel};
 use super::structure::Tiles;

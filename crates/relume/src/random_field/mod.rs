@@ -47,6 +47,7 @@ pub mod estimate;
 pub mod field_model;
 pub mod histogram;
 pub mod level;
+mod levels;
 pub mod marginal;
 pub mod mixing;
 pub mod model;

@@ -34,8 +34,8 @@ pub struct Cut {
 }
 
 impl Cut {
-    /// Bands and pieces along the borders of cells of `cell` texels a side, or bands of whole tiles of the file, which
-    /// takes `stored` bytes a texel; making one takes `made` bytes.
+    /// Bands and pieces along the borders of cells of `cell` texels a side, or bands of whole tiles of the
+    /// file, each texel of which has a cost.
     ///
     /// # Errors
     /// When a band is larger than the limits allow.

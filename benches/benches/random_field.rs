@@ -71,7 +71,7 @@ fn estimation() {
         }
     }
     let (model, _) = estimate(&colour(256), &ModelOptions::default(), &limits, &()).expect("it varies");
-    let options = SheetOptions { origin: [0, 0], size: Size::new(2048, 2048), seed: 1, tile: false };
+    let options = SheetOptions { origin: [0, 0], size: Size::new(2048, 2048), seed: 1, period: None };
     let seconds = best(|| drop(black_box(model.synthesize(&options, &limits).expect("it fits"))));
     let neighbours: Vec<_> =
         model.levels.iter().map(|l| (l.neighbours.len(), l.coarse.len(), l.burn_in)).collect();

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use relume::field::Basis;
+use relume::field::{Basis, ColorModel};
 use relume::format::{HeightMap, HeightScale};
 use relume::random_field::{FieldModel, SheetOptions};
 use relume::{Error, Limits, ReflectanceField, Result, Size};
@@ -43,11 +43,12 @@ impl Args {
     /// Reads a height map, or the model of one.
     pub fn height(&self, path: &Path, limits: &Limits) -> Result<HeightMap> {
         let Some(model) = input::model(path, limits)? else { return input::height(path, limits) };
-        if model.basis != Basis::Constant || model.model.planes() != 1 {
+        if model.basis != Basis::Constant || model.color != ColorModel::Luminance {
             return Err(Error::usage("is not the model of a height map, which has one plane").at(path));
         }
         let samples = self.tile(&model, limits).map_err(|e| e.at(path))?.coefficients().clone();
-        Ok(HeightMap { samples, scale: Some(HeightScale { offset: 0.0, step: 1.0, mm_per_texel: None }) })
+        let mm_per_texel = model.heights.and_then(|heights| heights.mm_per_texel);
+        Ok(HeightMap { samples, scale: Some(HeightScale { offset: 0.0, step: 1.0, mm_per_texel }) })
     }
 
     /// Refuses options of models where none of the inputs is one.
@@ -66,6 +67,6 @@ impl Args {
     fn tile(&self, model: &FieldModel, limits: &Limits) -> Result<ReflectanceField> {
         let size = self.model_size.unwrap_or(model.tile_size());
         let seed = self.model_seed.unwrap_or_default();
-        model.synthesize(&SheetOptions { origin: [0, 0], size, seed, tile: true }, limits)
+        model.synthesize(&SheetOptions { origin: [0, 0], size, seed, period: Some(size) }, limits)
     }
 }

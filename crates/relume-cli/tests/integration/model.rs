@@ -4,11 +4,13 @@ use std::fs;
 use std::path::Path;
 
 use relume::field::{Basis, ColorModel};
-use relume::format::{FieldFormat, PictureFormat, encode_field, read_field};
+use relume::format::{
+    FieldFormat, HeightFormat, PictureFormat, encode_field, encode_height, read_field, read_height,
+};
 use relume::procedural::{Material, MaterialOptions};
 use relume::{Limits, ReflectanceField, Size, Space};
 
-use crate::support::{failed, json, run};
+use crate::support::{failed, json, refused, run};
 
 /// A folder with a colour picture and its model.
 fn folder() -> tempfile::TempDir {
@@ -33,6 +35,52 @@ fn windows_of_a_model_fit_together_and_the_model_is_small() {
     let read = |name: &str| read_field(&folder.join(name), &Limits::default()).unwrap().field;
     let whole = read("whole.png").coefficients().crop(45, 25, Size::new(40, 30)).unwrap();
     assert_eq!(&whole, read("part.png").coefficients());
+}
+
+#[test]
+fn windows_of_functions_hold_the_same_bytes_however_they_are_cut() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    run(folder, &["capture", "weave", "-o", "c", "--size", "80", "--lights", "12", "--feature", "10"]);
+    run(folder, &["fit", "c", "-o", "weave.ptm"]);
+    let read = |name: &str| read_field(&folder.join(name), &Limits::default()).unwrap();
+    for combine in ["always", "never"] {
+        let model =
+            ["model", "weave.ptm", "-o", "w.rlm", "--candidates", "6", "--combine", combine, "--force"];
+        run(folder, &model);
+        let draw = |name: &str, window: &str, seed: &str| {
+            run(folder, &["synth", "w.rlm", "-o", name, "--window", window, "--seed", seed, "--force"]);
+            read(name)
+        };
+        let whole = draw("whole.ptm", "-150,90,300,200", "0");
+        let part = draw("part.ptm", "-31,100,97,160", "0");
+        assert_eq!(whole.encoding, part.encoding, "{combine}");
+        let cut = whole.field.coefficients().crop(119, 10, Size::new(97, 160)).unwrap();
+        assert_eq!(&cut, part.field.coefficients(), "{combine}");
+        let other = draw("other.ptm", "4000,-70000,20,20", "5");
+        assert_eq!(whole.encoding, other.encoding, "{combine}");
+        assert_ne!(
+            other.field.coefficients(),
+            draw("other.ptm", "4000,-70000,20,20", "6").field.coefficients()
+        );
+    }
+}
+
+#[test]
+fn a_window_larger_than_the_memory_allowed_is_drawn_in_bands() {
+    let folder = folder();
+    let folder = folder.path();
+    let least = ["--memory", "0.1"];
+    for (size, more) in [("2000x1700", &[][..]), ("1600x1704", &["--tile"])] {
+        let draw = |name| [&["synth", "leather.rlm", "-o", name, "--size", size, "--force"], more].concat();
+        run(folder, &[&draw("large.png")[..], &least].concat());
+        // Files that are not written in rows are made at once, which takes 0.38 GiB.
+        assert!(failed(folder, &[&draw("once.tif")[..], &least].concat(), 1).contains("memory"));
+        run(folder, &draw("once.tif"));
+        let read = |name: &str| read_field(&folder.join(name), &Limits::default()).unwrap().field;
+        assert_eq!(read("once.tif").coefficients(), read("large.png").coefficients(), "{size}");
+        fs::remove_file(folder.join("once.tif")).unwrap();
+    }
 }
 
 #[test]
@@ -90,6 +138,14 @@ fn a_regular_material_is_combined_and_its_bytes_are_said() {
     let whole = read("whole.png").coefficients().crop(45, 25, Size::new(40, 30)).unwrap();
     assert_eq!(&whole, read("part.png").coefficients());
     assert!(run(folder, &["info", "weave.rlm"]).contains("structure: one tile"));
+    let levels = |levels: &str| {
+        let report = value(&model("auto.rlm", &["--levels", levels, "--combine", "never", "--force"]));
+        (report["levels"].as_array().unwrap().len().to_string(), fs::read(folder.join("auto.rlm")).unwrap())
+    };
+    let (count, bytes) = levels("auto");
+    assert_eq!(levels(&count), (count, bytes));
+    let wrong = ["model", "weave.png", "-o", "x.rlm", "--levels", "many"];
+    assert!(refused(folder, &wrong).contains("auto"));
     let twice = ["model", "weave.png", "-o", "x.rlm", "--curve", "x.rlm"];
     assert!(failed(folder, &twice, 2).contains("two outputs"));
 }
@@ -138,7 +194,11 @@ fn a_model_is_shown_and_measured_as_a_tile_of_it() {
         assert!(shown(verb, "leather.rlm", &wide) == shown(verb, "wide.exr", &[]), "{verb:?}");
     }
     let scaled = ["render", "leather.rlm", "--size", "9", "-o", "scaled.png", "--model-size", "128x96"];
-    assert_eq!(json(at, &scaled)["tiling"], serde_json::json!([2.0, 1.0]), "features as large as of 64 x 64 texels");
+    assert_eq!(
+        json(at, &scaled)["tiling"],
+        serde_json::json!([2.0, 1.0]),
+        "features as large as of 64 x 64 texels"
+    );
     let compared = |file: &str| json(at, &["compare", "leather.png", file, "--texture"])["mean"].clone();
     assert_eq!(compared("leather.rlm"), compared("tile.exr"));
 
@@ -159,4 +219,68 @@ fn a_model_is_shown_and_measured_as_a_tile_of_it() {
     assert!(failed(at, &size, 2).contains(".rlm"));
     let size = ["relight", "leather.rlm", "--light", "0,0,1", "--model-size", "63", "-o", "x.png"];
     assert!(failed(at, &size, 2).contains("multiples of"));
+}
+
+#[test]
+fn functions_are_modelled_for_each_of_some_lights() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    run(folder, &["capture", "sponge", "-o", "c", "--size", "64", "--lights", "12", "--feature", "10"]);
+    run(folder, &["fit", "c", "-o", "sponge.ptm"]);
+    let model =
+        ["model", "sponge.ptm", "-o", "s.rlm", "--candidates", "6", "--fields", "per-light", "--force"];
+    let report = json(folder, &model);
+    assert_eq!(
+        (report["lights"].as_array().unwrap().len(), report["lights"][0]["planes"].as_u64()),
+        (12, Some(3))
+    );
+    assert_eq!(report["estimation"].as_array().unwrap().len(), 12);
+    assert!(run(folder, &["info", "s.rlm"]).contains("a model for each of 12 lights"));
+    let given = ["0,0,1", "0.6,0,0.8", "-0.6,0,0.8", "0,0.6,0.8", "0,-0.6,0.8", "0.5,0.5,0.7"];
+    let lights: Vec<&str> = given.iter().flat_map(|light| ["--light", light]).collect();
+    assert_eq!(json(folder, &[&model[..], &lights].concat())["lights"].as_array().unwrap().len(), 6);
+    let read = |name: &str| read_field(&folder.join(name), &Limits::default()).unwrap();
+    for extension in ["ptm", "exr"] {
+        let [whole, part] = ["whole", "part"].map(|name| format!("{name}.{extension}"));
+        run(folder, &["synth", "s.rlm", "-o", &whole, "--window", "-30,-20,90,70"]);
+        run(folder, &["synth", "s.rlm", "-o", &part, "--window", "15,5,40,30", "--threads", "1"]);
+        let cut = read(&whole).field.coefficients().crop(45, 25, Size::new(40, 30)).unwrap();
+        assert_eq!((&cut, read(&whole).encoding), (read(&part).field.coefficients(), read(&part).encoding));
+    }
+    let wrong = |more: &[&str]| refused(folder, &[&["model", "sponge.ptm", "-o", "x.rlm"], more].concat());
+    assert!(wrong(&["--light", "0,0,1"]).contains("per-light"));
+    assert!(wrong(&["--fields", "per-light", "--light", "0,0,1"]).contains("do not determine"));
+    assert!(wrong(&["--fields", "per-light", "--combine", "always"]).contains("structure"));
+    run(folder, &["relight", "sponge.ptm", "--light", "0,0,1", "-o", "sponge.png"]);
+    assert!(
+        refused(folder, &["model", "sponge.png", "-o", "x.rlm", "--fields", "per-light"]).contains("picture")
+    );
+}
+
+#[test]
+fn a_modelled_height_map_keeps_its_millimetres() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let options = MaterialOptions { size: Size::new(64, 64), feature: 12.0, ..Default::default() };
+    let relief = Material::Leather.make(&options, &Limits::default()).unwrap().height;
+    let (low, high) = relief.range(0);
+    for (mm, extension) in [(Some(0.25), "exr"), (Some(0.25), "png"), (None, "png")] {
+        let format = HeightFormat::from_path(Path::new(&format!("x.{extension}"))).unwrap();
+        let name = format!("relief.{extension}");
+        fs::write(folder.join(&name), encode_height(&relief, mm, format).unwrap()).unwrap();
+        run(folder, &["model", &name, "-o", "r.rlm", "--candidates", "12", "--force"]);
+        let info = json(folder, &["info", "r.rlm"]);
+        assert_eq!(info["heights"]["mm_per_texel"].as_f64(), mm);
+        for made in ["made.exr", "made.png"] {
+            run(folder, &["synth", "r.rlm", "-o", made, "--size", "80", "--force"]);
+            let map = read_height(&folder.join(made), &Limits::default()).unwrap();
+            assert_eq!(map.scale.unwrap().mm_per_texel, mm, "{name} {made}");
+            let (least, greatest) = map.texels(1.0).range(0);
+            assert!(
+                least >= low - 0.01 && greatest <= high + 0.01 && greatest - least > 0.5 * (high - low),
+                "{name}"
+            );
+        }
+    }
+    assert!(refused(folder, &["synth", "r.rlm", "-o", "made.jpg", "--size", "80"]).contains("height map"));
 }

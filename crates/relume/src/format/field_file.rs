@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::exr::{self, ExrDepth};
 use super::input::{Kind, read_file};
 use super::picture::{Depth, PictureFormat, encode_picture, extension};
-use super::ptm::{self, PtmEncoding};
+use super::ptm::{self, PtmEncoding, Under};
 use super::raster::decode_raster;
 use crate::error::{Error, Result};
 use crate::field::{Basis, ColorModel, ReflectanceField};
@@ -150,8 +150,8 @@ pub fn encode_field(
     let bytes_per_texel = 8 * field.coefficients().count() as u64;
     limits.check("writing the field", field.size(), bytes_per_texel)?;
     match (format, encoding) {
-        (FieldFormat::Ptm, Some(Encoding::Ptm(stored))) => ptm::encode(field, Some(stored)),
-        (FieldFormat::Ptm, _) => ptm::encode(field, None),
+        (FieldFormat::Ptm, Some(Encoding::Ptm(stored))) => ptm::encode(field, Under::Stored(stored)),
+        (FieldFormat::Ptm, _) => ptm::encode(field, Under::Chosen),
         (FieldFormat::Exr(depth), _) => exr::encode_field(field, depth),
         (FieldFormat::Picture(format), _) => encode_picture(&constants(field)?, format),
     }

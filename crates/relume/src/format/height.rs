@@ -130,17 +130,33 @@ pub fn read_height(path: &Path, limits: &Limits) -> Result<HeightMap> {
     decode_height(&read_file(path, limits)?, limits).map_err(|error| error.at(path))
 }
 
+/// The height map in the bytes of a file that records it as one; none where the file is another.
+///
+/// # Errors
+/// As [`decode_height`], where there is a record.
+pub fn decode_recorded_height(bytes: &[u8], limits: &Limits) -> Result<Option<HeightMap>> {
+    if recorded(bytes, limits)?.is_none() {
+        return Ok(None);
+    }
+    decode_height(bytes, limits).map(Some)
+}
+
+/// What a file records of its heights.
+fn recorded(bytes: &[u8], limits: &Limits) -> Result<Option<HeightScale>> {
+    match Kind::of(bytes)? {
+        Kind::Png => png_scale(bytes),
+        Kind::Exr => exr_scale(bytes, limits),
+        _ => Ok(None),
+    }
+}
+
 /// The height map in the bytes of a file; see [`read_height`].
 ///
 /// # Errors
 /// As [`read_height`], without a name.
 pub fn decode_height(bytes: &[u8], limits: &Limits) -> Result<HeightMap> {
     let raster = decode_raster(bytes, limits)?;
-    let recorded = match Kind::of(bytes)? {
-        Kind::Png => png_scale(bytes)?,
-        Kind::Exr => exr_scale(bytes, limits)?,
-        _ => None,
-    };
+    let recorded = recorded(bytes, limits)?;
     let floats = matches!(raster.samples(), Samples::F32(_));
     let texels = floats.then_some(HeightScale { offset: 0.0, step: 1.0, mm_per_texel: None });
     let samples = raster.to_picture(raster.samples().space()).planes.truncated(1);

@@ -35,7 +35,9 @@ mod stream;
 
 pub use exr::ExrDepth;
 pub use field_file::{Encoding, FieldFile, FieldFormat, decode_field, encode_field, read_field};
-pub use height::{HeightFormat, HeightMap, HeightScale, decode_height, encode_height, read_height};
+pub use height::{
+    HeightFormat, HeightMap, HeightScale, decode_height, decode_recorded_height, encode_height, read_height,
+};
 pub use mesh::{decode_mesh, read_mesh};
 pub use picture::{Depth, PictureFormat, encode_picture};
 pub use ptm::PtmEncoding;

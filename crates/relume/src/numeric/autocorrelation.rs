@@ -109,6 +109,14 @@ impl Autocorrelation {
         self.values[dy as usize * (2 * width + 1) + (dx + width as isize) as usize]
     }
 
+    /// The root mean square difference from another one over the shifts that both reach; each octave of shift lengths
+    /// counts alike, because short shifts are few and say most.
+    pub fn distance(&self, other: &Self) -> f64 {
+        let (a, b) = (self.reach, other.reach);
+        let reach = Size::new(a.width.min(b.width), a.height.min(b.height));
+        octave_means(reach, |dx, dy| (self.at(dx, dy) - other.at(dx, dy)).powi(2)).sqrt()
+    }
+
     /// Whether a shift lies within reach.
     pub fn covers(&self, shift: [f64; 2]) -> bool {
         shift[0].abs() <= self.reach.width as f64 && shift[1].abs() <= self.reach.height as f64
@@ -128,6 +136,25 @@ impl Autocorrelation {
         })
         .sum()
     }
+}
+
+/// The mean over octaves of the length of the shift of the mean value in each.
+fn octave_means(reach: Size, value: impl Fn(isize, isize) -> f64) -> f64 {
+    let (across, down) = (reach.width as isize, reach.height as isize);
+    let mut octaves: Vec<(f64, u64)> = Vec::new();
+    for (dx, dy) in (0..=down).flat_map(|dy| (-across..=across).map(move |dx| (dx, dy))) {
+        let squared = (dx * dx + dy * dy).unsigned_abs() as u64;
+        if squared == 0 || (dy == 0 && dx < 0) {
+            continue;
+        }
+        let octave = squared.ilog2() as usize / 2;
+        octaves.resize(octaves.len().max(octave + 1), (0.0, 0));
+        octaves[octave].0 += value(dx, dy);
+        octaves[octave].1 += 1;
+    }
+    let means = octaves.iter().filter(|(_, count)| *count > 0).map(|(sum, count)| sum / *count as f64);
+    let count = octaves.iter().filter(|(_, count)| *count > 0).count();
+    means.sum::<f64>() / count.max(1) as f64
 }
 
 /// The weights of the neighbours at -1, 0, 1 and 2 for a place t in [0, 1).
@@ -220,6 +247,15 @@ mod tests {
 
     fn correlate(planes: &Planes, reach: Size) -> Autocorrelation {
         Autocorrelation::new(planes, reach, &Limits::default()).unwrap()
+    }
+
+    #[test]
+    fn octaves_count_alike() {
+        let reach = Size::new(9, 5);
+        assert!((octave_means(reach, |_, _| 3.0) - 3.0).abs() < 1e-12);
+        // Lengths 1 and sqrt 2 are the first of four octaves: up to 10.3.
+        let first = octave_means(reach, |dx, dy| if dx * dx + dy * dy < 4 { 1.0 } else { 0.0 });
+        assert!((first - 0.25).abs() < 1e-12);
     }
 
     proptest! {

@@ -1,6 +1,7 @@
 //! From planes and tiles of them to a model of structure and detail.
 
-use super::estimate::{GAUGE, LevelReport, ModelOptions, Scored, completed, scores_of};
+use super::estimate::{LevelReport, ModelOptions, Scored, scores_of};
+use super::levels::{GAUGE, completed};
 use super::marginal::Marginal;
 use super::model::Model;
 use super::sheet::Area;

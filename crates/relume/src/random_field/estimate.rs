@@ -4,16 +4,15 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::level::{Level, Weights};
+use super::levels::completed;
 use super::marginal::Marginal;
 use super::mixing::Mixing;
 use super::model::Model;
 use super::neighbourhood::{Offset, Reach, all_around, causal};
 use super::normal_wishart::{Posterior, Statistics};
 use super::selection::{Choice, Search, posterior, search};
-use super::sheet::Area;
 use super::stability::{Stability, burn_in};
 use super::statistics::{Regressor, Window, inner_products};
-use super::structure::Structure;
 use crate::error::{Error, Result};
 use crate::limits::Limits;
 use crate::numeric::Matrix;
@@ -27,6 +26,9 @@ pub struct ModelOptions {
     /// Levels of the pyramid at most; fewer where the coarsest would be smaller than 16 texels a side, or than
     /// 200 texels for each component.
     pub levels: usize,
+    /// Whether fewer levels are tried as well, and as many taken as make the field that resembles itself at
+    /// shifts most nearly as the texture does.
+    pub fewer: bool,
     /// By how much each level is coarser.
     pub factor: usize,
     /// Causal neighbours that may be chosen.
@@ -47,6 +49,7 @@ impl Default for ModelOptions {
     fn default() -> Self {
         Self {
             levels: 4,
+            fewer: false,
             factor: 2,
             candidates: 40,
             coarse: 13,
@@ -101,18 +104,8 @@ pub struct LevelReport {
     pub radius: f64,
 }
 
-/// Coarsest levels have at least this many texels a side.
-const LEAST_SIDE: usize = 16;
-
-/// And at least so many texels for each component: fewer say too little of its weights, and what is wrong at
-/// a coarse level shows as a grid.
-const LEAST_TEXELS: usize = 200;
-
 /// A plane of which earlier ones leave less than this share of the variance has no component.
 const LEAST_SHARE: f64 = 1e-4;
-
-/// Texels a side of the sheet on which the gains are measured.
-pub(super) const GAUGE: usize = 512;
 
 /// Fits a model to planes.
 ///
@@ -140,8 +133,10 @@ pub(super) struct Scored {
 impl Scored {
     pub(super) fn of(planes: &Planes, options: &ModelOptions, limits: &Limits) -> Result<Self> {
         options.validate()?;
-        // Scores, components, pyramid, expanded levels, and double precision for the products.
-        limits.check("the planes to model", planes.size(), 40 * planes.count() as u64)?;
+        // Scores, components, pyramid; of each level at once the expanded coarser one, and double precision for the
+        // products: twice where the finest is fitted both with a coarser one and without.
+        let bytes = if options.fewer { 96 } else { 56 };
+        limits.check("the planes to model", planes.size(), bytes * planes.count() as u64)?;
         if let Some(k) = (0..planes.count()).find(|&k| planes.plane(k).iter().any(|v| !v.is_finite())) {
             return Err(Error::invalid(format!("plane {k} holds values that are no finite numbers")));
         }
@@ -154,46 +149,6 @@ impl Scored {
         }
         Ok(Self { marginals, components: mixing.components_of(&scores), mixing })
     }
-}
-
-/// The model of some components, besides what a structure makes of them already, whose planes' scores have
-/// the given deviations.
-pub(super) fn completed(
-    scored: Scored,
-    structure: Option<Structure>,
-    deviations: &[f64],
-    options: &ModelOptions,
-    limits: &Limits,
-    progress: &dyn Progress,
-) -> Result<(Model, Vec<LevelReport>)> {
-    let Scored { marginals, mixing, components } = scored;
-    let kernel = Kernel::new(options.factor)?;
-    let levels = fitting_levels(components.size(), components.count(), options);
-    let gaussian = pyramid::gaussian(&components, &kernel, levels);
-    progress.start("estimating levels", levels as u64);
-    let mut fitted = Vec::new();
-    for k in 0..levels {
-        fitted.push(level(&gaussian, k, &kernel, options)?);
-        progress.advance(1);
-    }
-    let (levels, reports) = fitted.into_iter().unzip();
-    let gains = vec![1.0; marginals.len()];
-    let mut model = Model { marginals, mixing, gains, kernel, levels, structure };
-    model.gains = gains_of(&model, deviations, limits)?;
-    Ok((model, reports))
-}
-
-/// As many levels as asked for and the texture is large enough for.
-fn fitting_levels(mut size: Size, components: usize, options: &ModelOptions) -> usize {
-    let mut levels = 1;
-    while levels < options.levels {
-        size = Size::new(size.width.div_ceil(options.factor), size.height.div_ceil(options.factor));
-        if size.width.min(size.height) < LEAST_SIDE || size.texels() < LEAST_TEXELS * components {
-            break;
-        }
-        levels += 1;
-    }
-    levels
 }
 
 /// Each plane's distribution, and its scores with their mean taken off.
@@ -227,7 +182,7 @@ pub(super) fn scores_of(planes: &Planes, marginals: &[Marginal]) -> Planes {
 }
 
 /// The model of level `k` of a Gaussian pyramid.
-fn level(
+pub(super) fn level(
     gaussian: &[Planes],
     k: usize,
     kernel: &Kernel,
@@ -377,18 +332,4 @@ impl Candidates {
 /// The entries of a lower triangular matrix, row after row.
 fn lower_triangle(factor: &Matrix) -> Vec<f32> {
     (0..factor.rows()).flat_map(|i| (0..=i).map(move |j| factor[(i, j)] as f32)).collect()
-}
-
-/// What gives each plane's scores their deviation, measured on a sheet.
-fn gains_of(model: &Model, deviations: &[f64], limits: &Limits) -> Result<Vec<f32>> {
-    let area = Area { origin: [0, 0], size: Size::new(GAUGE, GAUGE) };
-    let scores = model.scores(area, 0, None, limits)?;
-    let deviation = |plane: &[f32]| {
-        let square: f64 = plane.iter().map(|&v| f64::from(v) * f64::from(v)).sum();
-        (square / plane.len() as f64).sqrt()
-    };
-    let gain = |(made, wanted): (f64, &f64)| {
-        if made > 0.0 { half::f16::from_f64(wanted / made).to_f32() } else { 1.0 }
-    };
-    Ok(scores.iter().map(deviation).zip(deviations).map(gain).collect())
 }

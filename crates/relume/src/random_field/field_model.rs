@@ -1,11 +1,14 @@
-//! Models of reflectance fields: one joint model over all index planes.
+//! Models of reflectance fields: one joint model over all index planes, or a model for each of some lights.
 
 use serde::Serialize;
 
 use super::combine::{Budget, combine};
 use super::estimate::{LevelReport, ModelOptions, estimate};
+use super::levels::GAUGE;
 use super::model::{Model, SheetOptions};
+use super::per_light::{self, LightModel};
 use super::structure::Tiles;
+use crate::direction::Direction;
 use crate::error::Result;
 use crate::field::{Basis, ColorModel, Domain, IndexSpace, Metric, ReflectanceField};
 use crate::limits::Limits;
@@ -24,8 +27,38 @@ pub struct FieldModel {
     pub space: Space,
     /// What was modelled.
     pub source: Source,
-    /// The random field of the index planes.
-    pub model: Model,
+    /// Where values are heights in texels, what a texel measures.
+    pub heights: Option<Heights>,
+    /// The random fields.
+    pub fields: Fields,
+}
+
+/// What the texels of a height map measure.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Heights {
+    /// Millimetres, where they are known.
+    pub mm_per_texel: Option<f64>,
+}
+
+/// The random fields of a texture.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Fields {
+    /// One of all index planes.
+    Joint(Box<Model>),
+    /// One of the colours under each of some lights.
+    PerLight(Vec<LightModel>),
+}
+
+impl Fields {
+    /// The models, with the light that each is for.
+    pub fn models(&self) -> Vec<(Option<Direction>, &Model)> {
+        match self {
+            Self::Joint(model) => vec![(None, model)],
+            Self::PerLight(lights) => {
+                lights.iter().map(|light| (Some(light.light()), &light.model)).collect()
+            }
+        }
+    }
 }
 
 /// What a model was made of.
@@ -53,7 +86,7 @@ pub fn model_field(
 ) -> Result<(FieldModel, Vec<LevelReport>)> {
     let space = checked_index_space(field, limits)?;
     let (model, reports) = estimate(&space.index_planes(field), options, limits, progress)?;
-    Ok((FieldModel::of(field, model), reports))
+    Ok((FieldModel::of(field, Fields::Joint(Box::new(model))), reports))
 }
 
 /// Fits a model of structure and detail to the index planes of a field and of tiles made of it; see
@@ -74,7 +107,7 @@ pub fn combine_field(
     let laid = space.index_planes(tiles.texels);
     let tiles = Tiles { texels: &laid, size: tiles.size };
     let (model, reports) = combine(&space.index_planes(field), tiles, budget, options, limits, progress)?;
-    Ok((FieldModel::of(field, model), reports))
+    Ok((FieldModel::of(field, Fields::Joint(Box::new(model))), reports))
 }
 
 fn checked_index_space(field: &ReflectanceField, limits: &Limits) -> Result<IndexSpace> {
@@ -90,9 +123,20 @@ pub fn index_space(field: &ReflectanceField) -> Result<IndexSpace> {
     IndexSpace::new(field, metric, Domain::Hemisphere)
 }
 
+/// The field of functions of each channel: where it is LRGB, the nearest products of a luminance and a colour.
+fn like_functions(like: &ReflectanceField, functions: Planes, limits: &Limits) -> Result<ReflectanceField> {
+    if like.color() != ColorModel::Lrgb {
+        return like.with_coefficients(functions);
+    }
+    limits.check("the texture of the models", functions.size(), 12 * functions.count() as u64)?;
+    let channels = ReflectanceField::new(like.basis(), ColorModel::Rgb, like.space(), functions)?;
+    let space = |field| IndexSpace::new(field, Metric::Function, Domain::Hemisphere);
+    space(like)?.field(like, &space(&channels)?.index_planes(&channels))
+}
+
 impl FieldModel {
-    /// A model of a field's index planes.
-    fn of(field: &ReflectanceField, model: Model) -> Self {
+    /// A model of a field.
+    pub(super) fn of(field: &ReflectanceField, fields: Fields) -> Self {
         let Size { width, height } = field.size();
         // Planes within the limits have sides below 2^32.
         let source = Source {
@@ -101,7 +145,8 @@ impl FieldModel {
             photographs: if field.basis().len() == 1 { 1 } else { field.lights().len() as u32 },
             channels: field.color().channels() as u32,
         };
-        Self { basis: field.basis(), color: field.color(), space: field.space(), source, model }
+        let (basis, color, space) = (field.basis(), field.color(), field.space());
+        Self { basis, color, space, source, heights: None, fields }
     }
 
     /// A part of the model's endless field.
@@ -109,15 +154,33 @@ impl FieldModel {
     /// # Errors
     /// As [`Model::synthesize`].
     pub fn synthesize(&self, options: &SheetOptions, limits: &Limits) -> Result<ReflectanceField> {
-        let planes = self.model.synthesize(options, limits)?;
-        limits.check("the texture of the model", options.size, 8 * planes.count() as u64)?;
         let like = self.texel()?;
-        index_space(&like)?.field(&like, &planes)
+        match &self.fields {
+            Fields::Joint(model) => {
+                let planes = model.synthesize(options, limits)?;
+                limits.check("the texture of the model", options.size, 8 * planes.count() as u64)?;
+                index_space(&like)?.field(&like, &planes)
+            }
+            Fields::PerLight(lights) => {
+                like_functions(&like, per_light::functions(lights, self.basis, options, limits)?, limits)
+            }
+        }
+    }
+
+    /// Bytes that making a texel takes.
+    pub fn bytes_per_texel(&self) -> u64 {
+        let one = self.fields.models().iter().map(|(_, model)| model.bytes_per_texel()).max().unwrap_or(0);
+        match &self.fields {
+            Fields::Joint(_) => one,
+            // The functions, their index planes and the field.
+            Fields::PerLight(_) => one + 12 * (self.basis.len() * self.color.channels()) as u64,
+        }
     }
 
     /// The least tile that shows all of what was modelled: its size, rounded up until a tile closes.
     pub fn tile_size(&self) -> Size {
-        let [across, down] = self.model.tile_steps();
+        let steps = self.fields.models().into_iter().map(|(_, model)| model.tile_steps());
+        let [across, down] = steps.reduce(|a, b| [a[0].max(b[0]), a[1].max(b[1])]).unwrap_or([1; 2]);
         let Source { width, height, .. } = self.source;
         Size::new((width as usize).next_multiple_of(across), (height as usize).next_multiple_of(down))
     }
@@ -133,15 +196,37 @@ impl FieldModel {
         u64::from(width) * u64::from(height) * samples
     }
 
+    /// The sheet that says what the whole plane is like, a function of the model alone: whatever windows of a plane
+    /// must have in common, such as the scale of their bytes, is taken from it.
+    ///
+    /// # Errors
+    /// More memory than the limits allow.
+    pub fn gauge(&self, limits: &Limits) -> Result<ReflectanceField> {
+        let size = Size::new(GAUGE, GAUGE);
+        self.synthesize(&SheetOptions { origin: [0, 0], size, seed: 0, period: None }, limits)
+    }
+
     /// A field of one texel of the same kind.
-    fn texel(&self) -> Result<ReflectanceField> {
+    ///
+    /// # Errors
+    /// When there is none, which a model that was read or made rules out.
+    pub fn texel(&self) -> Result<ReflectanceField> {
         let planes = Planes::zeros(Size::new(1, 1), self.color.planes(self.basis.len()));
         ReflectanceField::new(self.basis, self.color, self.space, planes)
     }
 
-    /// Whether the model has as many planes as fields of its kind have.
+    /// Whether there are as many planes as fields of the model's kind have, and enough lights.
     pub fn is_whole(&self) -> bool {
-        let space = self.texel().and_then(|texel| index_space(&texel));
-        space.is_ok_and(|space| space.planes() == self.model.planes())
+        match &self.fields {
+            Fields::Joint(model) => {
+                let space = self.texel().and_then(|texel| index_space(&texel));
+                space.is_ok_and(|space| space.planes() == model.planes())
+            }
+            Fields::PerLight(lights) => {
+                let disks: Vec<[f32; 2]> = lights.iter().map(|light| light.disk).collect();
+                lights.iter().all(|light| light.model.planes() == self.color.channels())
+                    && per_light::determine(&disks, self.basis)
+            }
+        }
     }
 }

@@ -28,7 +28,7 @@
 //! | [`stability`] | spectral radius, burn-in |
 //! | [`level`], [`model`] | what a model is |
 //! | [`structure`] | tiles of what repeats, compressed |
-//! | [`estimate`](mod@estimate), [`combine`](mod@combine), [`field_model`] | making one |
+//! | [`estimate`](mod@estimate), [`combine`](mod@combine), [`field_model`], [`per_light`] | making one |
 //! | [`curves`] | the evidence as a picture |
 //! | [`noise`], [`recursion`], [`sheet`] | running one |
 //! | [`character`](mod@character) | whether a material is one for a random field |
@@ -47,6 +47,7 @@ pub mod estimate;
 pub mod field_model;
 pub mod histogram;
 pub mod level;
+mod levels;
 pub mod marginal;
 pub mod mixing;
 pub mod model;
@@ -54,6 +55,7 @@ pub mod neighbourhood;
 pub mod noise;
 pub mod normal_wishart;
 mod octets;
+pub mod per_light;
 pub mod recursion;
 pub mod selection;
 pub mod sheet;
@@ -64,7 +66,8 @@ pub mod structure;
 pub use character::{Character, character};
 pub use combine::{Budget, combine};
 pub use estimate::{LevelReport, ModelOptions, estimate};
-pub use field_model::{FieldModel, Source, combine_field, model_field};
+pub use field_model::{FieldModel, Fields, Heights, Source, combine_field, model_field};
 pub use model::{Model, SheetOptions};
+pub use per_light::{LightModel, model_lights};
 pub use selection::Search;
 pub use structure::{Structure, Tiles};

@@ -39,8 +39,8 @@ pub struct SheetOptions {
     pub size: Size,
     /// Another seed gives another plane.
     pub seed: u64,
-    /// Whether the plane repeats with `size` as its period.
-    pub tile: bool,
+    /// After how many columns and rows the plane repeats, if it does.
+    pub period: Option<Size>,
 }
 
 /// Places on the plane are at most this far from (0, 0).
@@ -63,12 +63,11 @@ impl Model {
     /// A part of the model's plane.
     ///
     /// # Errors
-    /// A tile whose sides the pyramid does not divide, a place beyond 2^40 texels, or more memory
+    /// A period whose sides the pyramid does not divide, a place beyond 2^40 texels, or more memory
     /// than the limits allow.
     pub fn synthesize(&self, options: &SheetOptions, limits: &Limits) -> Result<Planes> {
         self.check(options, limits)?;
-        let Size { width, height } = options.size;
-        let period = options.tile.then_some([width as i64, height as i64]);
+        let period = options.period.map(|period| [period.width as i64, period.height as i64]);
         let mut planes =
             self.scores(Area { origin: options.origin, size: options.size }, options.seed, period, limits)?;
         let texels = options.size.texels();
@@ -100,29 +99,38 @@ impl Model {
     }
 
     fn check(&self, options: &SheetOptions, limits: &Limits) -> Result<()> {
-        let Size { width, height } = options.size;
-        let [across, down] = self.tile_steps();
-        if options.tile && !(width.is_multiple_of(across) && height.is_multiple_of(down)) {
-            return Err(Error::usage(format!(
-                "a tile of {} texels does not close: with this model's {} levels and tiles its sides must be \
-                 multiples of {across} and {down}, such as {}",
-                options.size,
-                self.levels.len(),
-                Size::new(width.next_multiple_of(across), height.next_multiple_of(down))
-            )));
-        }
+        options.period.map_or(Ok(()), |period| self.check_period(period))?;
         if options.origin.iter().any(|v| v.abs() > FARTHEST) {
             return Err(Error::usage(format!(
                 "the place ({}, {}) is farther than 2^40 texels from the plane's origin",
                 options.origin[0], options.origin[1]
             )));
         }
-        // Cells and margins around the area; field, expanded level, drive and coarser levels.
+        // Cells and margins around the area.
         let around = CELL + 2 * BURN_INS[BURN_INS.len() - 1];
-        let padded = Size::new(width.saturating_add(around), height.saturating_add(around));
-        let floats = 8 * self.mixing.components() + 2 * self.planes();
+        let [width, height] =
+            [options.size.width, options.size.height].map(|side| side.saturating_add(around));
         limits.check("the texture", options.size, 4 * self.planes() as u64)?;
-        limits.check_bytes("making the texture", (4 * floats * padded.width) as u64 * padded.height as u64)
+        limits.check_bytes("making the texture", self.bytes_per_texel() * width as u64 * height as u64)
+    }
+
+    /// Bytes that making a texel takes: the field, the expanded level, the drive and coarser levels.
+    pub fn bytes_per_texel(&self) -> u64 {
+        4 * (8 * self.mixing.components() + 2 * self.planes()) as u64
+    }
+
+    fn check_period(&self, period: Size) -> Result<()> {
+        let Size { width, height } = period;
+        let [across, down] = self.tile_steps();
+        if width > 0 && height > 0 && width.is_multiple_of(across) && height.is_multiple_of(down) {
+            return Ok(());
+        }
+        Err(Error::usage(format!(
+            "a tile of {period} texels does not close: with this model's {} levels and tiles its sides must be \
+             multiples of {across} and {down}, such as {}",
+            self.levels.len(),
+            Size::new(width.next_multiple_of(across), height.next_multiple_of(down))
+        )))
     }
 }
 

@@ -52,7 +52,10 @@ impl Area {
     }
 
     /// The part of planes over `self` that lies over `part`, which is inside.
-    fn cut(self, planes: &Planes, part: Self) -> Planes {
+    fn cut(self, planes: Planes, part: Self) -> Planes {
+        if part == self {
+            return planes;
+        }
         let place = |axis: usize| (part.origin[axis] - self.origin[axis]) as usize;
         planes.crop(place(0), place(1), part.size).expect("the part lies inside")
     }
@@ -86,15 +89,15 @@ impl<'a> Sheet<'a> {
     fn level(&self, k: usize, area: Area) -> Planes {
         let (level, cells) = (&self.levels[k], area.cells());
         if k + 1 == self.levels.len() {
-            return cells.cut(&self.band(k, cells, None), area);
+            return cells.cut(self.band(k, cells, None), area);
         }
         let run = cells.grown(margin(level));
         let seen = run.grown(Reach::of(&level.coarse));
         let expanded = self.expanded(k, seen);
         let drive = (!level.coarse.is_empty()).then(|| drive(level, &expanded, run.size));
         let drive = drive.as_ref().map(|planes| Drive { planes, origin: run.origin });
-        let mut field = cells.cut(&self.band(k, cells, drive), area);
-        pyramid::add(&mut field, &seen.cut(&expanded, area));
+        let mut field = cells.cut(self.band(k, cells, drive), area);
+        pyramid::add(&mut field, &seen.cut(expanded, area));
         field
     }
 

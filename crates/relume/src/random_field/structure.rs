@@ -166,16 +166,24 @@ impl Structure {
         let decoded = self.decoded();
         let [x, y] = area.origin;
         let Some([across, down]) = period else { return plane.window(&decoded, x, y, area.size, limits) };
-        let whole = plane.window(&decoded, 0, 0, Size::new(across as usize, down as usize), limits)?;
         let mut window = Planes::zeros_within(limits, "the structure", area.size, self.components())?;
-        let width = area.size.width;
-        for (to, from) in window.iter_mut().zip(whole.iter()) {
-            for (i, value) in to.iter_mut().enumerate() {
-                let (i, j) = ((i % width) as i64, (i / width) as i64);
-                *value = from[((y + j).rem_euclid(down) * across + (x + i).rem_euclid(across)) as usize];
+        for (to, from) in window.iter_mut().zip(decoded.iter()) {
+            for (j, row) in to.chunks_exact_mut(area.size.width).enumerate() {
+                let y = (y + j as i64).rem_euclid(down);
+                repeating(row, x, across, |x, part| plane.copy_row(from, 1, x, y, part));
             }
         }
         Ok(window)
+    }
+}
+
+/// Fills a row from column `x` on with parts of a row that repeats after `period` columns.
+fn repeating(row: &mut [f32], x: i64, period: i64, mut copy: impl FnMut(i64, &mut [f32])) {
+    let (mut x, mut rest) = (x.rem_euclid(period), row);
+    while !rest.is_empty() {
+        let (now, later) = rest.split_at_mut(rest.len().min((period - x) as usize));
+        copy(x, now);
+        (x, rest) = (0, later);
     }
 }
 

@@ -12,6 +12,7 @@ mod ptm_precision;
 mod random_field_promises;
 mod random_fields;
 mod real_captures;
+mod rlm_independent;
 mod roller;
 mod support;
 mod synthesis;

@@ -1,7 +1,9 @@
 //! The promises of the whole: planted fields are found again, planes do not depend on how they are
 //! cut, and what is made has the statistics of what was modelled.
 
+use relume::field::{Basis, ColorModel};
 use relume::numeric::Matrix;
+use relume::numeric::pyramid::{self, Kernel};
 use relume::numeric::random::Stream;
 use relume::procedural::{Material, MaterialOptions};
 use relume::random_field::estimate::Candidates;
@@ -11,8 +13,11 @@ use relume::random_field::normal_wishart::{Posterior, Statistics};
 use relume::random_field::recursion::{Recursion, Run};
 use relume::random_field::selection::{posterior, search};
 use relume::random_field::stability::Stability;
-use relume::random_field::{Budget, ModelOptions, Search, SheetOptions, Structure, Tiles, combine, estimate};
-use relume::{Limits, Planes, Size};
+use relume::random_field::{
+    Budget, ModelOptions, Search, SheetOptions, Structure, Tiles, combine, estimate, model_lights,
+};
+use relume::render::relight;
+use relume::{Direction, Limits, Planes, ReflectanceField, Size, Space};
 
 const LIMITS: Limits = Limits { max_bytes: 1 << 30, max_side: 1 << 15 };
 
@@ -32,7 +37,12 @@ fn material(material: Material, side: usize) -> Planes {
 }
 
 fn sheet(origin: [i64; 2], width: usize, height: usize) -> SheetOptions {
-    SheetOptions { origin, size: Size::new(width, height), seed: 7, tile: false }
+    SheetOptions { origin, size: Size::new(width, height), seed: 7, period: None }
+}
+
+/// The same as a tile.
+fn closing(sheet: SheetOptions) -> SheetOptions {
+    SheetOptions { period: Some(sheet.size), ..sheet }
 }
 
 /// A field of `m` planes with given neighbours, weights and identity noise.
@@ -164,11 +174,11 @@ fn cells_meet_and_tiles_close_without_a_seam() {
     let plane = model.synthesize(&sheet([0, 0], 300, 200), &LIMITS).unwrap();
     let at_cells = seam(&plane, 127, 128);
     assert!((0.7..1.3).contains(&at_cells), "{at_cells}");
-    let tile = SheetOptions { tile: true, ..sheet([0, 0], 200, 136) };
+    let tile = closing(sheet([0, 0], 200, 136));
     let tile = model.synthesize(&tile, &LIMITS).unwrap();
-    let closing = seam(&tile, 199, 0);
-    assert!((0.7..1.3).contains(&closing), "{closing}");
-    let refused = model.synthesize(&SheetOptions { tile: true, ..sheet([0, 0], 201, 136) }, &LIMITS);
+    let joint = seam(&tile, 199, 0);
+    assert!((0.7..1.3).contains(&joint), "{joint}");
+    let refused = model.synthesize(&closing(sheet([0, 0], 201, 136)), &LIMITS);
     assert!(refused.unwrap_err().message().contains("204 x 136"));
 }
 
@@ -223,6 +233,36 @@ fn repeats(planes: &Planes, period: usize) -> f64 {
 }
 
 #[test]
+fn as_many_levels_are_taken_as_resemble_the_texture_most() {
+    // A field of one level, and one whose coarse grain only a coarse level can remember.
+    let fine = planted(1, &[(-1, 0, vec![0.4]), (0, -1, vec![0.3])], Size::new(128, 128), 4);
+    let options = ModelOptions { candidates: 6, fewer: true, ..ModelOptions::default() };
+    let count = |planes: &Planes| {
+        let (model, reports) = estimate(planes, &options, &LIMITS, &()).unwrap();
+        assert_eq!(model.levels.len(), reports.len());
+        let (same, _) =
+            estimate(planes, &ModelOptions { levels: reports.len(), ..plain() }, &LIMITS, &()).unwrap();
+        assert_eq!(same, model, "as if that number had been asked for");
+        reports.len()
+    };
+    let blurred = pyramid::gaussian(&fine, &Kernel::new(2).unwrap(), 4).pop().unwrap();
+    let coarse = (0..3).fold(blurred, |planes, _| {
+        let size = planes.size();
+        pyramid::expand(&planes, &Kernel::new(2).unwrap(), Size::new(2 * size.width, 2 * size.height))
+    });
+    let mut mixed = fine.clone();
+    mixed.as_mut_slice().iter_mut().zip(coarse.as_slice()).for_each(|(v, c)| *v = 0.3 * *v + 6.0 * c);
+    let (of_fine, of_mixed) = (count(&fine), count(&mixed));
+    println!("levels: {of_fine} of a field of one, {of_mixed} with coarse grain");
+    assert!(of_fine < of_mixed && of_mixed >= 3, "{of_fine} {of_mixed}");
+}
+
+/// The options of that test for a given number of levels.
+fn plain() -> ModelOptions {
+    ModelOptions { candidates: 6, ..ModelOptions::default() }
+}
+
+#[test]
 fn what_repeats_is_kept_by_structure_and_its_grain_by_the_field() {
     let planes = woven(Size::new(120, 100));
     let options = ModelOptions { candidates: 12, ..ModelOptions::default() };
@@ -240,14 +280,77 @@ fn what_repeats_is_kept_by_structure_and_its_grain_by_the_field() {
     assert!(same < 30, "{same}");
     let part = model.synthesize(&sheet([-250, 100], 133, 71), &LIMITS).unwrap();
     assert_eq!(part, whole.crop(50, 23, Size::new(133, 71)).unwrap());
-    let closed = SheetOptions { tile: true, ..sheet([31, -9], 240, 200) };
+    let closed = closing(sheet([31, -9], 240, 200));
     let closed = model.synthesize(&closed, &LIMITS).unwrap();
     let seam = seam(&closed, 239, 0);
     assert!(seam < 2.0, "{seam}");
-    let refused = model.synthesize(&SheetOptions { tile: true, ..sheet([0, 0], 208, 136) }, &LIMITS);
+    let refused = model.synthesize(&closing(sheet([0, 0], 208, 136)), &LIMITS);
     assert!(refused.unwrap_err().message().contains("multiples of 120 and"));
     let wrong = Tiles { texels: &planes, size: Size::new(120, 33) };
     assert!(combine(&planes, wrong, &budget, &options, &LIMITS, &()).is_err());
+}
+
+/// A surface of dents under a light: its luminance functions, the slopes along x and y times u and v.
+fn dented(side: usize) -> ReflectanceField {
+    let height = material(Material::Sponge, side);
+    let mut planes = Planes::zeros(Size::new(side, side), 6);
+    for (i, (x, y)) in (0..side).flat_map(|y| (0..side).map(move |x| (x, y))).enumerate() {
+        let at = |x: usize, y: usize| height.at(0, x % side, y % side);
+        planes.plane_mut(3)[i] = at(x, y) - at(x + 1, y);
+        planes.plane_mut(4)[i] = at(x, y + 1) - at(x, y);
+        planes.plane_mut(5)[i] = 0.2 + at(x, y);
+    }
+    ReflectanceField::new(Basis::Ptm, ColorModel::Luminance, Space::Linear, planes).unwrap()
+}
+
+/// The correlation of two pictures' first planes.
+fn correlation(a: &Planes, b: &Planes) -> f64 {
+    let centred = |p: &Planes| {
+        let mean = p.plane(0).iter().map(|&v| f64::from(v)).sum::<f64>() / p.plane(0).len() as f64;
+        p.plane(0).iter().map(|&v| f64::from(v) - mean).collect::<Vec<f64>>()
+    };
+    let (a, b) = (centred(a), centred(b));
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    dot(&a, &b) / (dot(&a, &a) * dot(&b, &b)).sqrt()
+}
+
+#[test]
+fn models_of_lights_show_one_surface_under_each_of_them() {
+    let field = dented(96);
+    let options = ModelOptions { levels: 2, candidates: 12, ..ModelOptions::default() };
+    let picture = |light| relight(&field, light).planes;
+    let model = |lights: &[Direction]| model_lights(&field, lights, &picture, &options, &LIMITS, &());
+    // Six lights and six functions: the functions go through the pictures that the models make.
+    let lights = relume::capture::dome::lights(6);
+    let (made, reports) = model(&lights).unwrap();
+    assert_eq!(reports.len(), 6);
+    let whole = made.synthesize(&sheet([-40, 13], 190, 150), &LIMITS).unwrap();
+    let mut pictures = Vec::new();
+    for (light, model) in made.fields.models() {
+        let picture = model.synthesize(&sheet([-40, 13], 190, 150), &LIMITS).unwrap();
+        let relit = relight(&whole, light.unwrap()).planes;
+        let error = |(a, b): (&f32, &f32)| (a - b).abs();
+        let worst = picture.as_slice().iter().zip(relit.as_slice()).map(error).fold(0.0, f32::max);
+        assert!(worst < 1e-3, "{light:?}: {worst}");
+        pictures.push((picture, model));
+    }
+    // The same noise makes the same surface; another seed makes another.
+    let truth = |i: usize, j: usize| correlation(&picture(lights[i]), &picture(lights[j]));
+    let found = |i: usize, j: usize| correlation(&pictures[i].0, &pictures[j].0);
+    for (i, j) in [(0, 1), (0, 2), (2, 5)] {
+        println!("lights {i} and {j}: correlation {:.2}, made {:.2}", truth(i, j), found(i, j));
+        assert!((truth(i, j) - found(i, j)).abs() < 0.25, "{i} {j}: {} {}", truth(i, j), found(i, j));
+    }
+    let other = SheetOptions { seed: 8, ..sheet([-40, 13], 190, 150) };
+    let other = pictures[1].1.synthesize(&other, &LIMITS).unwrap();
+    assert!(correlation(&pictures[0].0, &other).abs() < 0.1);
+    let part = made.synthesize(&sheet([3, 20], 77, 60), &LIMITS).unwrap();
+    assert_eq!(part.coefficients(), &whole.coefficients().crop(43, 7, Size::new(77, 60)).unwrap());
+    // A ring of lights, or too few, do not tell the functions apart.
+    let ring: Vec<Direction> = (0..9).map(|i| Direction::from_angles(0.7, f64::from(i) * 0.7)).collect();
+    for lights in [&lights[..5], &ring] {
+        assert!(model(lights).unwrap_err().message().contains("do not determine"));
+    }
 }
 
 #[test]

@@ -4,6 +4,7 @@ use relume::format::read_field;
 use relume::numeric::pyramid::{Kernel, gaussian};
 use relume::random_field::estimate::Candidates;
 use relume::random_field::level::{Level, Weights};
+use relume::random_field::marginal::Marginal;
 use relume::random_field::neighbourhood::{causal, half_disks};
 use relume::random_field::normal_wishart::{Posterior, Statistics};
 use relume::random_field::recursion::{Recursion, Run};
@@ -101,6 +102,49 @@ fn evidence_on_half_of_each_photograph_of_wool_predicts_the_other_better_than_si
     assert!(!found.is_empty() && found.iter().all(|f| f.1));
 }
 
+/// Planes as normal scores by the distributions of their first `rows` rows.
+fn scored(planes: &Planes, rows: usize) -> Planes {
+    let size = planes.size();
+    let known = planes.crop(0, 0, Size::new(size.width, rows)).unwrap();
+    let mut scores = planes.clone();
+    for (plane, known) in scores.iter_mut().zip(known.iter()) {
+        let score = Marginal::curve(known).scores();
+        plane.iter_mut().for_each(|v| *v = score(*v));
+    }
+    scores
+}
+
+/// The neighbours that evidence chooses on the first `rows` rows, and the nats a texel by which they predict the lower
+/// half better than 6 and than 112.
+fn gained(planes: &Planes, rows: usize) -> (usize, f64, f64) {
+    let set = Candidates { near: causal(112), coarse: Vec::new() };
+    let Size { width, height } = planes.size();
+    let part = |y, rows| {
+        set.statistics(&planes.crop(0, y, Size::new(width, rows)).unwrap(), planes.count()).unwrap()
+    };
+    let (train, test) = (part(0, rows), part(height / 2, height / 2));
+    let path = search(&train, &train.prior(1.0), Search::Nested, 112).unwrap();
+    let disks = half_disks(112);
+    let best = path.iter().find(|c| disks.contains(&c.candidates.len())).unwrap().candidates.len();
+    let score = |count: usize| held_out(&train, &test, count).1;
+    (best, score(best) - score(6), score(best) - score(112))
+}
+
+#[test]
+fn what_evidence_chooses_on_a_small_part_of_wool_predicts_the_rest_better_than_6_and_112_neighbours() {
+    let Some(planes) = fabric("wool") else { return };
+    let mut both = 0;
+    for rows in [20, 24, 32, 40, 48, 64, 96, 128] {
+        let plain = gained(&centred(planes.clone()), rows);
+        let normal = gained(&scored(&planes, rows), rows);
+        println!(
+            "wool, fitted to {rows} rows: (eta, nats over 6, over 112) {plain:.4?}; in scores {normal:.4?}"
+        );
+        both += usize::from(plain.1 > 0.0 && plain.2 > 0.0);
+    }
+    assert!(both > 0);
+}
+
 /// A fit of the nearest `count` neighbours to values as they are, unchecked.
 fn unchecked(planes: &Planes, count: usize) -> Level {
     let m = planes.count();
@@ -158,7 +202,7 @@ fn a_small_neighbourhood_of_corduroy_is_caught_and_moments_are_kept() {
     for (levels, candidates) in [(1, 6), (1, 40), (4, 40)] {
         let options = ModelOptions { levels, candidates, search: Search::Nested, ..ModelOptions::default() };
         let (model, reports) = estimate(&planes, &options, &LIMITS, &()).unwrap();
-        let sheet = SheetOptions { origin: [0, 0], size: Size::new(512, 512), seed: 1, tile: false };
+        let sheet = SheetOptions { origin: [0, 0], size: Size::new(512, 512), seed: 1, period: None };
         let made = model.synthesize(&sheet, &LIMITS).unwrap();
         let moments = |p: &[f32]| {
             let n = p.len() as f64;

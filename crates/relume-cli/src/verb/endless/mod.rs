@@ -1,6 +1,7 @@
-//! `relume synth` where the output is any window of an endless plane: from a set of tiles or by noise,
-//! written row by row, or from a random-field model.
+//! `relume synth` where the output is any window of an endless plane: from a set of tiles, by noise, or from a
+//! random-field model, written row by row.
 
+mod bands;
 mod model;
 mod noise;
 mod tiles;
@@ -157,7 +158,11 @@ impl Job<'_> {
         encoding: Option<&Encoding>,
         context: &Context,
     ) -> Result<Streamed> {
-        let streamed = Streamed::new(field, format, encoding, &context.limits);
+        self.laid(Streamed::new(field, format, encoding, &context.limits))
+    }
+
+    /// In tiles where these are asked for.
+    fn laid(&self, streamed: Result<Streamed>) -> Result<Streamed> {
         let laid = streamed.and_then(|streamed| match self.args.exr_tile {
             Some(tile) => streamed.in_tiles(tile),
             None => Ok(streamed),

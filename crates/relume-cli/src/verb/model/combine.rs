@@ -53,6 +53,11 @@ struct Laid {
 }
 
 impl CombineArgs {
+    /// Whether a structure is asked for whatever the material is.
+    pub fn is_asked_for(&self) -> bool {
+        self.combine == When::Always
+    }
+
     /// Whether a material of this kind is modelled by structure and detail.
     pub fn applies(&self, kind: &Character, size: Size) -> bool {
         match self.combine {

@@ -1,19 +1,24 @@
-//! `relume model`: a texture as a random field in a few kilobytes; [`combine`]: with structure from tiles.
+//! `relume model`: a texture as a random field in a few kilobytes; [`combine`]: with structure from tiles;
+//! [`lights`]: one for each of some lights; [`describe`](mod@describe): what a model holds.
 
 mod combine;
+mod describe;
+mod lights;
 
 use std::fmt::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use relume::format::rlm;
-use relume::random_field::level::Level;
+use relume::format::{decode_field, decode_recorded_height, rlm};
 use relume::random_field::{
-    Character, FieldModel, LevelReport, ModelOptions, Search, Source, Structure, character, curves,
-    model_field,
+    Character, FieldModel, Heights, LevelReport, ModelOptions, Search, character, curves, model_field,
+    model_lights,
 };
-use relume::{Error, ReflectanceField, Result};
-use serde_json::{Value, json};
+use relume::render::relight;
+use relume::{Error, Picture, ReflectanceField, Result, Space};
+use serde_json::json;
+
+pub use describe::describe;
 
 use crate::context::Context;
 use crate::report::Report;
@@ -29,9 +34,10 @@ pub struct Args {
     /// The model to write; - writes it to standard output
     #[arg(short, long, value_name = "FILE.rlm")]
     output: PathBuf,
-    /// Levels of the pyramid at most
-    #[arg(long, value_name = "N", default_value_t = ModelOptions::default().levels)]
-    levels: usize,
+    /// Levels of the pyramid at most; auto tries 1 to 4 and takes as many as make the field whose autocorrelation is
+    /// nearest to the texture's, in about three times the time
+    #[arg(long, value_name = "N", default_value = "4", value_parser = levels)]
+    levels: Levels,
     /// By how much each level is coarser than the one before
     #[arg(long, value_name = "N", default_value_t = ModelOptions::default().factor)]
     factor: usize,
@@ -52,9 +58,23 @@ pub struct Args {
     normal: bool,
     #[command(flatten)]
     combine: combine::CombineArgs,
+    #[command(flatten)]
+    lights: lights::LightArgs,
     /// Also draw the log evidence of the neighbourhoods met, a panel a level
     #[arg(long, value_name = "FILE.svg")]
     curve: Option<PathBuf>,
+}
+
+/// How many levels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Levels {
+    Auto,
+    Most(usize),
+}
+
+fn levels(text: &str) -> Result<Levels, String> {
+    let number = || text.parse().map_err(|_| "expected a number such as 4, or auto".to_owned());
+    if text == "auto" { Ok(Levels::Auto) } else { number().map(Levels::Most) }
 }
 
 fn search() -> impl TypedValueParser<Value = Search> {
@@ -74,7 +94,11 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         return Err(Error::usage("is named for two outputs of this command: choose another").at(&args.output));
     }
     let options = ModelOptions {
-        levels: args.levels,
+        levels: match args.levels {
+            Levels::Auto => ModelOptions::default().levels,
+            Levels::Most(levels) => levels,
+        },
+        fewer: args.levels == Levels::Auto,
         factor: args.factor,
         candidates: args.candidates,
         coarse: args.coarse,
@@ -84,27 +108,43 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         ..ModelOptions::default()
     };
     options.validate()?;
-    let file = input::field(&args.texture, &context.limits)?;
-    let kind = character(&file.field, &context.limits)?;
-    let made = fit(args, &file.field, &kind, &options, context).map_err(|e| e.at(&args.texture))?;
-    let Made { model, levels, structure } = made;
+    let (field, heights) = texture(&args.texture, context)?;
+    let kind = character(&field, &context.limits)?;
+    let made = fit(args, &field, &kind, &options, context).map_err(|e| e.at(&args.texture))?;
+    let Made { mut model, levels, structure } = made;
+    model.heights = heights;
     let bytes = rlm::encode(&model)?;
     output::write(&args.output, &bytes, context)?;
     if let Some(path) = &args.curve {
-        output::write(path, curves::svg(&levels).as_bytes(), context)?;
+        output::write(path, curves::svg(&levels.concat()).as_bytes(), context)?;
     }
     let mut report = describe(&model)?;
     let _ = write!(report.text, "\n{}", advice(&kind, &levels, structure.as_deref()));
     report.json["character"] = json!(kind);
-    report.json["estimation"] = json!(levels);
+    report.json["estimation"] = if let [joint] = &levels[..] { json!(joint) } else { json!(levels) };
     report.json["output"] = json!(args.output);
     Ok(report.with_stdout_taken(output::is_stream(&args.output)))
+}
+
+/// What is modelled: a field, or heights in texels where the file records them.
+fn texture(path: &Path, context: &Context) -> Result<(ReflectanceField, Option<Heights>)> {
+    let bytes = input::bytes(path, &context.limits)?;
+    let decoded = || {
+        let Some(map) = decode_recorded_height(&bytes, &context.limits)? else {
+            return Ok((decode_field(&bytes, &context.limits)?.field, None));
+        };
+        let mm_per_texel = map.scale.and_then(|scale| scale.mm_per_texel);
+        let picture = Picture { planes: input::texels(&map), space: Space::Linear };
+        Ok((ReflectanceField::from_picture(picture), Some(Heights { mm_per_texel })))
+    };
+    decoded().map_err(|e: Error| e.at(path))
 }
 
 /// A model and how it came about.
 struct Made {
     model: FieldModel,
-    levels: Vec<LevelReport>,
+    /// How each model's levels were chosen.
+    levels: Vec<Vec<LevelReport>>,
     /// Where the structure comes from.
     structure: Option<String>,
 }
@@ -116,116 +156,34 @@ fn fit(
     options: &ModelOptions,
     context: &Context,
 ) -> Result<Made> {
+    let (limits, progress) = (&context.limits, &context.progress);
+    if let Some(lights) = args.lights.chosen(field, args.combine.is_asked_for())? {
+        let picture = |light| relight(field, light).planes;
+        let (model, levels) = model_lights(field, &lights, &picture, options, limits, progress)?;
+        return Ok(Made { model, levels, structure: None });
+    }
     if args.combine.applies(kind, field.size()) {
         let (model, levels, how) = args.combine.model(field, options, context)?;
-        return Ok(Made { model, levels, structure: Some(how) });
+        return Ok(Made { model, levels: vec![levels], structure: Some(how) });
     }
-    let (model, levels) = model_field(field, options, &context.limits, &context.progress)?;
-    Ok(Made { model, levels, structure: None })
-}
-
-/// What a model holds, for `relume info` as well.
-pub fn describe(field: &FieldModel) -> Result<Report> {
-    let bytes = rlm::encode(field)?.len() as u64;
-    let model = &field.model;
-    let mut text = format!(
-        "random field, basis {}, colour {}, {} values: {} planes of {} components, {} levels of factor {}\n\
-         {bytes} bytes; {} are {} bytes: 1 to {:.0}",
-        field.basis.name(),
-        field.color.name(),
-        field.space,
-        model.planes(),
-        model.mixing.components(),
-        model.levels.len(),
-        model.kernel.factor(),
-        base(&field.source),
-        field.source_bytes(),
-        field.source_bytes() as f64 / bytes as f64,
-    );
-    if let Some(structure) = &model.structure {
-        let _ = write!(
-            text,
-            "\n  structure: {} of {} texels, {} bytes",
-            match structure.tiles {
-                1 => "one tile".to_owned(),
-                tiles => format!("{tiles} tiles"),
-            },
-            structure.tile,
-            rlm::structure_bytes(structure)
-        );
-    }
-    for (k, level) in model.levels.iter().enumerate() {
-        let _ = write!(
-            text,
-            "\n  level {k}: {} neighbours, {} in the coarser level, margin {}, log evidence {:.0} over {} texels",
-            level.neighbours.len(),
-            level.coarse.len(),
-            level.burn_in,
-            level.log_evidence,
-            level.texels
-        );
-    }
-    let levels: Vec<Value> = model.levels.iter().map(level_value).collect();
-    let json = json!({
-        "basis": field.basis.name(),
-        "color": field.color.name(),
-        "space": field.space,
-        "planes": model.planes(),
-        "components": model.mixing.components(),
-        "factor": model.kernel.factor(),
-        "bytes": bytes,
-        "source": field.source,
-        "source_bytes": field.source_bytes(),
-        "ratio": field.source_bytes() as f64 / bytes as f64,
-        "structure": model.structure.as_ref().map(structure_value),
-        "levels": levels,
-    });
-    Ok(Report::new(text, json))
-}
-
-/// What the model was made of: the base of its ratio.
-fn base(source: &Source) -> String {
-    let Source { width, height, photographs, channels } = source;
-    match photographs {
-        0 => format!("the coefficients of the {width} x {height} texels it is made of, a byte each,"),
-        1 => format!("the samples of the picture of {width} x {height} texels it is made of"),
-        _ => format!(
-            "the samples of the {photographs} photographs of {width} x {height} texels and {channels} channels it is \
-             made of"
-        ),
-    }
-}
-
-fn structure_value(structure: &Structure) -> Value {
-    json!({
-        "tiles": structure.tiles,
-        "tile_width": structure.tile.width,
-        "tile_height": structure.tile.height,
-        "bytes": rlm::structure_bytes(structure),
-    })
-}
-
-fn level_value(level: &Level) -> Value {
-    let places = |offsets: &[relume::random_field::neighbourhood::Offset]| -> Vec<[i32; 2]> {
-        offsets.iter().map(|o| [o.dx, o.dy]).collect()
-    };
-    json!({
-        "neighbours": places(&level.neighbours),
-        "coarse": places(&level.coarse),
-        "margin": level.burn_in,
-        "log_evidence": level.log_evidence,
-        "texels": level.texels,
-    })
+    let (model, levels) = model_field(field, options, limits, progress)?;
+    Ok(Made { model, levels: vec![levels], structure: None })
 }
 
 /// What to expect of the model.
-fn advice(kind: &Character, levels: &[LevelReport], structure: Option<&str>) -> String {
-    let unstable = levels.iter().enumerate().filter(|(_, level)| level.unstable > 0).map(|(k, level)| {
-        format!(
-            "level {k}: {} more probable models were unstable or remembered too long; the best stable one is taken\n",
-            level.unstable
-        )
-    });
+fn advice(kind: &Character, models: &[Vec<LevelReport>], structure: Option<&str>) -> String {
+    let mut text = String::new();
+    for (number, levels) in models.iter().enumerate() {
+        let light = if models.len() > 1 { format!("light {}, ", number + 1) } else { String::new() };
+        for (k, level) in levels.iter().enumerate().filter(|(_, level)| level.unstable > 0) {
+            let _ = writeln!(
+                text,
+                "{light}level {k}: {} more probable models were unstable or remembered too long; the best stable one is \
+                 taken",
+                level.unstable
+            );
+        }
+    }
     let structure = structure.map(|how| format!("structure: {how}\n"));
-    unstable.collect::<String>() + &structure.unwrap_or_default() + &kind.to_string()
+    text + &structure.unwrap_or_default() + &kind.to_string()
 }

@@ -13,7 +13,7 @@ mod rounding;
 mod write;
 
 pub(super) use read::decode;
-pub(super) use write::encode;
+pub(super) use write::{Under, encode};
 
 /// Scale and bias of the six coefficients, in file order: u^2, v^2, uv, u, v, 1.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]

@@ -1,5 +1,7 @@
 //! A field to the bytes of a `.ptm` file.
 
+use std::borrow::Cow;
+
 use rayon::prelude::*;
 
 use super::rounding::Rounding;
@@ -10,26 +12,42 @@ use crate::format::codes::code8;
 use crate::planes::{Planes, Size};
 use crate::space::Space;
 
+/// Under which scale and bias values become bytes.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::format) enum Under<'a> {
+    /// That of the file of which the values are copies: each becomes its nearest byte, and values that were read
+    /// from bytes under this encoding give the same bytes.
+    Stored(&'a PtmEncoding),
+    /// A given one, for values that are new: those of a function are rounded for the least error of relit values.
+    Given(&'a PtmEncoding),
+    /// One that is chosen for the least error of relit values, which are then rounded in the same way.
+    Chosen,
+}
+
 /// The bytes of a `.ptm` file, version 1.2, raw: RGB from RGB, LRGB from LRGB, LRGB with white from
 /// luminance.
 ///
-/// With an encoding, every value is stored as the nearest byte under it: values that were read
-/// from bytes under this encoding give the same bytes. Without one, scale and bias are chosen, and
-/// coefficients rounded, for the least error of relit values.
-///
 /// # Errors
 /// Fields of another basis, linear fields, and values that are not finite.
-pub(in crate::format) fn encode(field: &ReflectanceField, stored: Option<&PtmEncoding>) -> Result<Vec<u8>> {
+pub(in crate::format) fn encode(field: &ReflectanceField, under: Under<'_>) -> Result<Vec<u8>> {
     check(field)?;
-    let planes = field.coefficients();
-    match (field.color(), stored) {
-        (ColorModel::Rgb, _) => rgb(planes, stored),
-        (ColorModel::Luminance, _) => lrgb(planes, &vec![255; 3 * field.size().texels()], stored),
-        (ColorModel::Lrgb, Some(_)) => lrgb(planes, &nearest_colors(planes), stored),
-        (ColorModel::Lrgb, None) => {
-            let (luminance, colors) = rounded_products(planes);
-            lrgb(&luminance, &colors, None)
-        }
+    let parts = Parts::of(field, matches!(under, Under::Stored(_)));
+    let rounding = match under {
+        Under::Stored(encoding) => Rounding::nearest(encoding),
+        Under::Given(encoding) => Rounding::successive(encoding)?,
+        Under::Chosen => Rounding::successive(&parts.chosen())?,
+    };
+    Ok(parts.bytes(&rounding))
+}
+
+impl PtmEncoding {
+    /// The scale and bias that are chosen for a field: those of the least expected error.
+    ///
+    /// # Errors
+    /// When a `.ptm` file cannot hold the field.
+    pub fn chosen(field: &ReflectanceField) -> Result<Self> {
+        check(field)?;
+        Ok(Parts::of(field, false).chosen())
     }
 }
 
@@ -57,26 +75,61 @@ fn check(field: &ReflectanceField) -> Result<()> {
     Ok(())
 }
 
-fn rgb(planes: &Planes, stored: Option<&PtmEncoding>) -> Result<Vec<u8>> {
-    let rounding = rounding(stored, |k| {
-        let channels = [k, 6 + k, 12 + k].map(|plane| planes.plane(plane));
-        quantise::choose(channels.into_iter().flatten().map(|&v| (v, 1.0)))
-    })?;
-    let mut out = header::to_text("PTM_FORMAT_RGB", planes.size(), rounding.encoding()).into_bytes();
-    (0..3).for_each(|channel| append_functions(&mut out, planes, 6 * channel, &rounding));
-    Ok(out)
+/// What the blocks of a file hold.
+struct Parts<'a> {
+    /// Six planes of luminance, or of each channel.
+    functions: Cow<'a, Planes>,
+    /// Three bytes a texel, rows from the top, where the functions are luminances.
+    colors: Option<Vec<u8>>,
 }
 
-/// `colors` are three bytes a texel, rows from the top.
-fn lrgb(planes: &Planes, colors: &[u8], stored: Option<&PtmEncoding>) -> Result<Vec<u8>> {
-    let rounding = rounding(stored, |k| {
-        let weights = colors.chunks_exact(3).map(|color| norm_squared(color) as f32);
-        quantise::choose(planes.plane(k).iter().copied().zip(weights))
-    })?;
-    let mut out = header::to_text("PTM_FORMAT_LRGB", planes.size(), rounding.encoding()).into_bytes();
-    append_functions(&mut out, planes, 0, &rounding);
-    colors.chunks_exact(3 * planes.size().width).rev().for_each(|row| out.extend_from_slice(row));
-    Ok(out)
+impl<'a> Parts<'a> {
+    /// The parts of a field whose values are copies of bytes, or new.
+    fn of(field: &'a ReflectanceField, copies: bool) -> Self {
+        let planes = field.coefficients();
+        let functions = Cow::Borrowed(planes);
+        match (field.color(), copies) {
+            (ColorModel::Rgb, _) => Self { functions, colors: None },
+            (ColorModel::Luminance, _) => {
+                Self { functions, colors: Some(vec![255; 3 * field.size().texels()]) }
+            }
+            (ColorModel::Lrgb, true) => Self { functions, colors: Some(nearest_colors(planes)) },
+            (ColorModel::Lrgb, false) => {
+                let (luminance, colors) = rounded_products(planes);
+                Self { functions: Cow::Owned(luminance), colors: Some(colors) }
+            }
+        }
+    }
+
+    /// Scale and bias for the least expected error, coefficient by coefficient.
+    fn chosen(&self) -> PtmEncoding {
+        let choose = |k: usize| match &self.colors {
+            Some(colors) => {
+                let weights = colors.chunks_exact(3).map(|color| norm_squared(color) as f32);
+                quantise::choose(self.functions.plane(k).iter().copied().zip(weights))
+            }
+            None => {
+                let channels = [k, 6 + k, 12 + k].map(|plane| self.functions.plane(plane));
+                quantise::choose(channels.into_iter().flatten().map(|&v| (v, 1.0)))
+            }
+        };
+        let chosen: Vec<(f32, f32)> = (0..6).into_par_iter().map(choose).collect();
+        PtmEncoding {
+            scale: std::array::from_fn(|k| chosen[k].0),
+            bias: std::array::from_fn(|k| chosen[k].1),
+        }
+    }
+
+    fn bytes(&self, rounding: &Rounding) -> Vec<u8> {
+        let planes = &self.functions;
+        let (name, blocks) =
+            if self.colors.is_some() { ("PTM_FORMAT_LRGB", 1) } else { ("PTM_FORMAT_RGB", 3) };
+        let mut out = header::to_text(name, planes.size(), rounding.encoding()).into_bytes();
+        (0..blocks).for_each(|channel| append_functions(&mut out, planes, 6 * channel, rounding));
+        let colors = self.colors.iter().flat_map(|colors| colors.chunks_exact(3 * planes.size().width).rev());
+        colors.for_each(|row| out.extend_from_slice(row));
+        out
+    }
 }
 
 /// Appends six bytes a texel, rows from the bottom, of the six planes from `first` on.
@@ -91,22 +144,6 @@ fn append_functions(out: &mut Vec<u8>, planes: &Planes, first: usize, rounding: 
             bytes.copy_from_slice(&rounding.bytes(functions.map(|plane| plane[texel + x])));
         }
     });
-}
-
-/// Rounding under the stored encoding, or under one chosen coefficient by coefficient.
-fn rounding(
-    stored: Option<&PtmEncoding>,
-    choose: impl Fn(usize) -> (f32, f32) + Sync + Send,
-) -> Result<Rounding> {
-    if let Some(encoding) = stored {
-        return Ok(Rounding::nearest(encoding));
-    }
-    let chosen: Vec<(f32, f32)> = (0..6).into_par_iter().map(choose).collect();
-    let encoding = PtmEncoding {
-        scale: std::array::from_fn(|k| chosen[k].0),
-        bias: std::array::from_fn(|k| chosen[k].1),
-    };
-    Rounding::successive(&encoding)
 }
 
 /// The colours of an LRGB field as the nearest bytes, interleaved.

@@ -21,8 +21,8 @@ use crate::random_field::FieldModel;
 /// First bytes of the file.
 pub(super) const SIGNATURE: [u8; 4] = *b"RLM\x1a";
 
-/// The versions of the layout: without a structure, and with one.
-const VERSIONS: [u8; 2] = [1, 2];
+/// The versions of the layout: without a structure, with one, and with heights or a model for each light.
+const VERSIONS: [u8; 3] = [1, 2, 3];
 
 /// Signature, version, checksum and length of what follows.
 const HEADER: usize = 4 + 1 + 4 + 4;
@@ -61,7 +61,10 @@ mod tests {
     use crate::field::{Basis, ColorModel};
     use crate::numeric::random::Stream;
     use crate::planes::{Planes, Size};
-    use crate::random_field::{Budget, ModelOptions, SheetOptions, Tiles, combine_field, model_field};
+    use crate::random_field::{
+        Budget, Fields, Heights, Model, ModelOptions, SheetOptions, Tiles, combine_field, model_field,
+        model_lights,
+    };
     use crate::{ReflectanceField, Space};
 
     const LIMITS: Limits = Limits { max_bytes: 1 << 28, max_side: 1 << 14 };
@@ -89,15 +92,66 @@ mod tests {
         combine_field(&field, tiles, &budget, &options, &LIMITS, &()).unwrap().0
     }
 
+    fn joint(model: &FieldModel) -> &Model {
+        let Fields::Joint(model) = &model.fields else { panic!("one model") };
+        model
+    }
+
+    /// A field with a model for each of seven lights.
+    fn per_light(color: ColorModel) -> FieldModel {
+        let (size, mut stream) = (Size::new(30, 24), Stream::new(6, 0));
+        let count = color.planes(Basis::Ptm.len());
+        let data = (0..size.texels() * count).map(|_| stream.unit() as f32 + 0.1).collect();
+        let planes = Planes::from_vec(size, count, data).unwrap();
+        let field = ReflectanceField::new(Basis::Ptm, color, Space::Srgb, planes).unwrap();
+        let options = ModelOptions { levels: 1, candidates: 4, ..Default::default() };
+        let lights = crate::capture::dome::lights(7);
+        let picture = |light| crate::render::relight(&field, light).planes;
+        model_lights(&field, &lights, &picture, &options, &LIMITS, &()).unwrap().0
+    }
+
+    /// A height map whose texels have a size.
+    fn heights(mm_per_texel: Option<f64>, combined: bool) -> FieldModel {
+        let (size, mut stream) = (Size::new(24, 24), Stream::new(2, 0));
+        let data = (0..size.texels()).map(|_| stream.unit() as f32).collect();
+        let planes = Planes::from_vec(size, 1, data).unwrap();
+        let field =
+            ReflectanceField::new(Basis::Constant, ColorModel::Luminance, Space::Linear, planes).unwrap();
+        let options = ModelOptions { levels: 1, candidates: 4, ..Default::default() };
+        let tiles = Tiles { texels: &field, size };
+        let budget = Budget { bytes: 200, cost: &structure_bytes };
+        let made = match combined {
+            true => combine_field(&field, tiles, &budget, &options, &LIMITS, &()),
+            false => model_field(&field, &options, &LIMITS, &()),
+        };
+        FieldModel { heights: Some(Heights { mm_per_texel }), ..made.unwrap().0 }
+    }
+
+    #[test]
+    fn models_of_lights_and_of_heights_come_back_equal_and_make_the_same() {
+        let colors = [ColorModel::Luminance, ColorModel::Rgb, ColorModel::Lrgb];
+        let heights = [(None, false), (Some(0.1), false), (Some(1e-3), true)].map(|(mm, c)| heights(mm, c));
+        for model in colors.into_iter().map(per_light).chain(heights) {
+            let bytes = encode(&model).unwrap();
+            let back = decode(&bytes, &LIMITS).unwrap();
+            assert_eq!((bytes[4], &back), (3, &model));
+            let options = SheetOptions { origin: [-9, 3], size: Size::new(20, 10), seed: 3, period: None };
+            let made = model.synthesize(&options, &LIMITS).unwrap();
+            assert_eq!((made.basis(), made.color(), made.size()), (model.basis, model.color, options.size));
+            assert_eq!(back.synthesize(&options, &LIMITS).unwrap(), made);
+        }
+    }
+
     #[test]
     fn a_structure_comes_back_and_keeps_to_its_bytes() {
         let model = combined();
         let bytes = encode(&model).unwrap();
         assert_eq!((bytes[4], decode(&bytes, &LIMITS).unwrap()), (2, model.clone()));
-        let structure = model.model.structure.clone().unwrap();
+        let structure = joint(&model).structure.clone().unwrap();
         assert!((200..=250).contains(&structure_bytes(&structure)), "{}", structure_bytes(&structure));
         let mut plain = model;
-        plain.model.structure = None;
+        let Fields::Joint(field) = &mut plain.fields else { panic!("one model") };
+        field.structure = None;
         let without = encode(&plain).unwrap();
         assert_eq!(without[4], 1);
         assert!((bytes.len() - without.len()).abs_diff(structure_bytes(&structure)) <= 1);
@@ -120,7 +174,8 @@ mod tests {
                 let model = model(basis, color, marginals);
                 let back = decode(&encode(&model).unwrap(), &LIMITS).unwrap();
                 assert_eq!(back, model, "{basis:?} {color:?}");
-                let options = SheetOptions { origin: [-9, 3], size: Size::new(20, 10), seed: 3, tile: false };
+                let options =
+                    SheetOptions { origin: [-9, 3], size: Size::new(20, 10), seed: 3, period: None };
                 let made = model.synthesize(&options, &LIMITS).unwrap();
                 assert_eq!((made.basis(), made.color(), made.size()), (basis, color, options.size));
                 assert_eq!(back.synthesize(&options, &LIMITS).unwrap(), made);
@@ -128,9 +183,15 @@ mod tests {
         }
     }
 
+    /// A model of each kind.
+    fn examples() -> [FieldModel; 4] {
+        let plain = model(Basis::Constant, ColorModel::Rgb, true);
+        [plain, combined(), per_light(ColorModel::Luminance), heights(Some(0.1), false)]
+    }
+
     #[test]
     fn a_file_cut_anywhere_or_altered_in_any_byte_is_refused() {
-        for model in [model(Basis::Constant, ColorModel::Rgb, true), combined()] {
+        for model in examples() {
             let bytes = encode(&model).unwrap();
             for length in 0..bytes.len() {
                 assert!(decode(&bytes[..length], &LIMITS).is_err(), "cut at {length}");
@@ -158,7 +219,7 @@ mod tests {
             }
             let sum = checksum(&forged[9..]);
             forged[5..9].copy_from_slice(&sum.to_le_bytes());
-            let options = SheetOptions { origin: [0, 0], size: Size::new(3, 2), seed: 3, tile: false };
+            let options = SheetOptions { origin: [0, 0], size: Size::new(3, 2), seed: 3, period: None };
             let made = decode(&forged, &LIMITS).and_then(|model| model.synthesize(&options, &LIMITS));
             counts[usize::from(made.is_ok())] += 1;
         }
@@ -167,7 +228,7 @@ mod tests {
 
     #[test]
     fn forged_files_with_a_right_checksum_are_refused_or_make_something() {
-        for model in [model(Basis::Constant, ColorModel::Rgb, true), combined()] {
+        for model in examples() {
             let [refused, made] = forged(&encode(&model).unwrap());
             assert!(refused > 20 && made > 20, "{refused} refused, {made} made");
         }

@@ -13,7 +13,7 @@ use crate::random_field::mixing::Mixing;
 use crate::random_field::neighbourhood::{Offset, all_around, causal};
 use crate::random_field::stability::BURN_INS;
 use crate::random_field::structure::MOST_SCALES;
-use crate::random_field::{FieldModel, Model, Source, Structure};
+use crate::random_field::{FieldModel, Fields, Heights, LightModel, Model, Source, Structure};
 use crate::space::Space;
 
 /// The model in the bytes of a file.
@@ -23,7 +23,7 @@ use crate::space::Space;
 /// more memory than the limits allow.
 pub fn decode(bytes: &[u8], limits: &Limits) -> Result<FieldModel> {
     let mut bits = BitReader::new(body(bytes)?);
-    let has_structure = bytes[4] == VERSIONS[1];
+    let version = bytes[4];
     let basis = name(&mut bits, "basis", Basis::from_name)?;
     let color = name(&mut bits, "colour model", ColorModel::from_name)?;
     let space = name(&mut bits, "space", |name| {
@@ -32,23 +32,72 @@ pub fn decode(bytes: &[u8], limits: &Limits) -> Result<FieldModel> {
     let mut number = || bits.bits(32);
     let (width, height, photographs, channels) = (number()?, number()?, number()?, number()?);
     let source = Source { width, height, photographs, channels };
-    let mut model = read_model(&mut bits, limits)?;
-    if has_structure {
-        model.structure = Some(read_structure(&mut bits, model.mixing.components(), limits)?);
+    let kind = if version == VERSIONS[2] { read_kind(&mut bits)? } else { Kind::default() };
+    let mut fields = read_fields(&mut bits, &kind.lights, limits)?;
+    if let Fields::Joint(model) = &mut fields {
+        let has_structure = version == VERSIONS[1] || version == VERSIONS[2] && bits.bits(1)? == 1;
+        if has_structure {
+            model.structure = Some(read_structure(&mut bits, model.mixing.components(), limits)?);
+        }
     }
     if bits.left() >= 8 {
         return Err(Error::invalid(format!("{} bits follow the model's last number", bits.left())));
     }
-    let field = FieldModel { basis, color, space, source, model };
+    let field = FieldModel { basis, color, space, source, heights: kind.heights, fields };
     if !field.is_whole() {
+        let models = field.fields.models();
         return Err(Error::invalid(format!(
-            "the model has {} planes, which do not make a {} field of basis {}",
-            field.model.planes(),
+            "{} models, the first of {} planes, do not make a {} field of basis {}",
+            models.len(),
+            models[0].1.planes(),
             color.name(),
             basis.name()
         )));
     }
+    if kind.heights.is_some() && (basis, color) != (Basis::Constant, ColorModel::Luminance) {
+        return Err(Error::invalid(
+            "the model's values are heights, and it has more than one plane of constants",
+        ));
+    }
     Ok(field)
+}
+
+/// What values are, and the lights' places in the unit disk; none for a joint model.
+#[derive(Default)]
+struct Kind {
+    heights: Option<Heights>,
+    lights: Vec<[f32; 2]>,
+}
+
+fn read_kind(bits: &mut BitReader<'_>) -> Result<Kind> {
+    let heights = match bits.bits(2)? {
+        0 => None,
+        1 => Some(Heights { mm_per_texel: None }),
+        2 => {
+            let mm = f64::from_bits(u64::from(bits.bits(32)?) << 32 | u64::from(bits.bits(32)?));
+            if !(mm > 0.0 && mm.is_finite()) {
+                return Err(Error::invalid(format!(
+                    "the model's texels measure {mm} mm: expected more than 0"
+                )));
+            }
+            Some(Heights { mm_per_texel: Some(mm) })
+        }
+        other => {
+            return Err(Error::invalid(format!("the model's values are of kind {other}, which is none")));
+        }
+    };
+    let count = bits.bits(8)?;
+    let lights =
+        (0..count).map(|_| Ok([bits.float("light")?, bits.float("light")?])).collect::<Result<_>>()?;
+    Ok(Kind { heights, lights })
+}
+
+fn read_fields(bits: &mut BitReader<'_>, lights: &[[f32; 2]], limits: &Limits) -> Result<Fields> {
+    if lights.is_empty() {
+        return Ok(Fields::Joint(Box::new(read_model(bits, limits)?)));
+    }
+    let model = |&disk: &[f32; 2]| Ok(LightModel { disk, model: read_model(bits, limits)? });
+    lights.iter().map(model).collect::<Result<_>>().map(Fields::PerLight)
 }
 
 /// What follows the header, which is checked.
@@ -61,8 +110,8 @@ fn body(bytes: &[u8]) -> Result<&[u8]> {
     })?;
     if !VERSIONS.contains(&header[4]) {
         return Err(Error::unsupported(format!(
-            "the model is of version {}: this program reads versions {} and {}",
-            header[4], VERSIONS[0], VERSIONS[1]
+            "the model is of version {}: this program reads versions {} to {}",
+            header[4], VERSIONS[0], VERSIONS[2]
         )));
     }
     let word = |at: usize| u32::from_le_bytes([header[at], header[at + 1], header[at + 2], header[at + 3]]);

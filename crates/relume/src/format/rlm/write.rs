@@ -7,7 +7,7 @@ use crate::random_field::level::Level;
 use crate::random_field::marginal::Marginal;
 use crate::random_field::neighbourhood::{Offset, all_around, causal};
 use crate::random_field::stability::BURN_INS;
-use crate::random_field::{FieldModel, Structure};
+use crate::random_field::{FieldModel, Fields, LightModel, Model, Structure};
 
 /// The bytes of a model's file.
 ///
@@ -23,19 +23,59 @@ pub fn encode(field: &FieldModel) -> Result<Vec<u8>> {
     for number in [source.width, source.height, source.photographs, source.channels] {
         bits.bits(number, 32);
     }
-    let model = &field.model;
+    let version = version(field);
+    if version == VERSIONS[2] {
+        write_kind(&mut bits, field);
+    }
+    for (_, model) in field.fields.models() {
+        write_model(&mut bits, model)?;
+    }
+    if let Fields::Joint(model) = &field.fields {
+        if version == VERSIONS[2] {
+            bits.bits(u32::from(model.structure.is_some()), 1);
+        }
+        model.structure.as_ref().map_or(Ok(()), |structure| write_structure(&mut bits, structure))?;
+    }
+    Ok(with_header(version, &bits.into_bytes()))
+}
+
+/// The lowest version that can hold a model.
+fn version(field: &FieldModel) -> u8 {
+    match &field.fields {
+        Fields::Joint(model) if field.heights.is_none() => VERSIONS[usize::from(model.structure.is_some())],
+        _ => VERSIONS[2],
+    }
+}
+
+/// What values are, and the lights.
+fn write_kind(bits: &mut BitWriter, field: &FieldModel) {
+    let size = field.heights.map(|heights| heights.mm_per_texel);
+    bits.bits(
+        match size {
+            None => 0,
+            Some(None) => 1,
+            Some(Some(_)) => 2,
+        },
+        2,
+    );
+    if let Some(Some(mm)) = size {
+        let number = mm.to_bits();
+        [(number >> 32) as u32, number as u32].iter().for_each(|&half| bits.bits(half, 32));
+    }
+    let lights: &[LightModel] = if let Fields::PerLight(lights) = &field.fields { lights } else { &[] };
+    bits.bits(lights.len() as u32, 8);
+    lights.iter().flat_map(|light| light.disk).for_each(|number| bits.float(number));
+}
+
+fn write_model(bits: &mut BitWriter, model: &Model) -> Result<()> {
     bits.bits(model.planes() as u32, 16);
     bits.bits(model.kernel.factor() as u32, 8);
     bits.bits(model.levels.len() as u32, 8);
     model.mixing.own.iter().for_each(|&own| bits.bits(u32::from(own), 1));
     model.mixing.weights.iter().for_each(|&weight| bits.float(weight));
     model.gains.iter().for_each(|&gain| bits.half(gain));
-    model.marginals.iter().for_each(|marginal| write_marginal(&mut bits, marginal));
-    model.levels.iter().try_for_each(|level| write_level(&mut bits, level))?;
-    if let Some(structure) = &model.structure {
-        write_structure(&mut bits, structure)?;
-    }
-    Ok(with_header(VERSIONS[usize::from(model.structure.is_some())], &bits.into_bytes()))
+    model.marginals.iter().for_each(|marginal| write_marginal(bits, marginal));
+    model.levels.iter().try_for_each(|level| write_level(bits, level))
 }
 
 fn with_header(version: u8, body: &[u8]) -> Vec<u8> {

@@ -3,9 +3,11 @@
 //!
 //! A texture that copies the texels of a small one stores the same bytes for each of them, so the
 //! small one is encoded once, into [`Lane`]s: of each texel some bytes together, rows from the top.
-//! [`Streamed::write`] then asks for the rows of the large file, lane by lane, in the order in which
-//! the format needs them, and keeps a few rows at a time. A file of the small one's own size comes
+//! [`Streamed::write`] then asks for the rows of the large file, a row of all lanes at a time, from the top
+//! or from the bottom as the format has them, and keeps a few. A file of the small one's own size comes
 //! out as [`super::encode_field`] writes it, byte for byte but for how PNG files are cut into chunks.
+//!
+//! A texture that is computed is encoded in pieces by [`Streamed::made`], whose lanes belong together.
 //!
 //! - PNG: one lane; ptm: a lane for each block of the file, rows from the bottom; EXR: a lane for
 //!   each channel, blocks of 16 rows, or tiles ([`Streamed::in_tiles`]).
@@ -18,6 +20,7 @@ use std::io::{Read, Seek, Write};
 
 use super::exr::Head;
 use super::field_file::{Encoding, FieldFormat, constants, encode_field};
+use super::ptm::{self as ptm_file, PtmEncoding, Under};
 use super::{Depth, PictureFormat};
 use crate::error::{Error, Result};
 use crate::field::ReflectanceField;
@@ -73,8 +76,29 @@ impl Streamed {
         encoding: Option<&Encoding>,
         limits: &Limits,
     ) -> Result<Self> {
+        match format {
+            FieldFormat::Ptm => Self::ptm(&encode_field(field, format, encoding, limits)?, field.size()),
+            _ => Self::made(field, format, None, limits),
+        }
+    }
+
+    /// Encodes a field of new values, such as a piece of a large one: the functions of a `.ptm` under the given
+    /// scale, which all pieces share, or else under one chosen for this field.
+    ///
+    /// # Errors
+    /// As [`Streamed::new`].
+    pub fn made(
+        field: &ReflectanceField,
+        format: FieldFormat,
+        scale: Option<&PtmEncoding>,
+        limits: &Limits,
+    ) -> Result<Self> {
+        limits.check("writing the field", field.size(), 8 * field.coefficients().count() as u64)?;
         let (lanes, kind) = match format {
-            FieldFormat::Ptm => ptm::lanes(&encode_field(field, format, encoding, limits)?, field.size())?,
+            FieldFormat::Ptm => {
+                let bytes = ptm_file::encode(field, scale.map_or(Under::Chosen, Under::Given))?;
+                return Self::ptm(&bytes, field.size());
+            }
             FieldFormat::Exr(depth) => exr::lanes(field, depth)?,
             FieldFormat::Picture(PictureFormat::Png(depth)) => png::lanes(&constants(field)?, depth),
             FieldFormat::Picture(PictureFormat::Exr(depth)) => exr::lanes(field, depth)?,
@@ -107,6 +131,11 @@ impl Streamed {
             Kind::Exr(head) => head.block(size),
             Kind::Png { .. } | Kind::Ptm { .. } => Size::new(size.width, 1),
         }
+    }
+
+    fn ptm(file: &[u8], size: Size) -> Result<Self> {
+        let (lanes, kind) = ptm::lanes(file, size)?;
+        Ok(Self { lanes, kind })
     }
 
     /// The bytes of the field's texels.

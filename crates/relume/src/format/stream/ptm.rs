@@ -1,6 +1,6 @@
-//! Polynomial texture maps block by block, each from its last row to its first.
+//! Polynomial texture maps in rows, from the last one to the first.
 
-use std::io::{BufWriter, Write};
+use std::io::{Seek, SeekFrom, Write};
 
 use super::{Kind, Lane, Rows, unwritable};
 use crate::error::{Error, Result};
@@ -30,27 +30,45 @@ pub(super) fn lanes(file: &[u8], size: Size) -> Result<(Vec<Lane>, Kind)> {
     Ok((lanes, Kind::Ptm { header }))
 }
 
-/// Writes the file.
+/// Writes the file: row after row from the last one, each into all blocks, so that rows that are computed are
+/// computed once.
 pub(super) fn write(
     header: &[String],
     lanes: &[Lane],
     size: Size,
-    out: impl Write,
+    mut out: impl Write + Seek,
     rows: &mut Rows<'_>,
 ) -> Result<()> {
-    let mut out = BufWriter::new(out);
     let mut header = header.to_vec();
     for (line, side) in SIZE_LINES.into_iter().zip([size.width, size.height]) {
         header[line] = side.to_string();
     }
-    let mut put = |bytes: &[u8]| out.write_all(bytes).map_err(|e| unwritable(&e));
-    header.iter().try_for_each(|line| put(format!("{line}\n").as_bytes()))?;
-    for (number, lane) in lanes.iter().enumerate() {
-        let mut row = vec![0; size.width * lane.bytes_per_texel];
-        for y in (0..size.height).rev() {
-            rows(number, 0, y, &mut row)?;
-            put(&row)?;
+    let header = header.join("\n") + "\n";
+    out.write_all(header.as_bytes()).map_err(|e| unwritable(&e))?;
+    let mut blocks: Vec<Block> = Vec::new();
+    for lane in lanes {
+        let at = blocks.last().map_or(header.len() as u64, |block| block.end(size.height));
+        blocks.push(Block { at, row: vec![0; size.width * lane.bytes_per_texel] });
+    }
+    for (from_bottom, y) in (0..size.height).rev().enumerate() {
+        for (number, block) in blocks.iter_mut().enumerate() {
+            rows(number, 0, y, &mut block.row)?;
+            let place = SeekFrom::Start(block.end(from_bottom));
+            out.seek(place).and_then(|_| out.write_all(&block.row)).map_err(|e| unwritable(&e))?;
         }
     }
     out.flush().map_err(|e| unwritable(&e))
+}
+
+/// A block's place in the file, and one row of it.
+struct Block {
+    at: u64,
+    row: Vec<u8>,
+}
+
+impl Block {
+    /// Where so many rows end.
+    fn end(&self, rows: usize) -> u64 {
+        self.at + rows as u64 * self.row.len() as u64
+    }
 }

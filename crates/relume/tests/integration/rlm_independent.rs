@@ -1,0 +1,210 @@
+//! A second decoder of `.rlm` files, written from `docs/formats.md` alone, and what the first one finds beside it.
+
+use std::collections::VecDeque;
+
+use relume::field::{Basis, ColorModel};
+use relume::format::rlm;
+use relume::numeric::random::Stream;
+use relume::random_field::marginal::Marginal;
+use relume::random_field::neighbourhood::{all_around, causal};
+use relume::random_field::{
+    Budget, FieldModel, Fields, Heights, Model, ModelOptions, Structure, Tiles, combine_field, model_field,
+    model_lights,
+};
+use relume::render::relight;
+use relume::{Limits, Planes, ReflectanceField, Size, Space};
+
+/// The bits of a file's body, in order.
+struct Bits(VecDeque<u8>);
+
+impl Bits {
+    fn number(&mut self, count: usize) -> u64 {
+        (0..count).fold(0, |value, _| value << 1 | u64::from(self.0.pop_front().unwrap()))
+    }
+
+    fn float(&mut self) -> f32 {
+        f32::from_bits(self.number(32) as u32)
+    }
+
+    fn half(&mut self) -> f32 {
+        half::f16::from_bits(self.number(16) as u16).to_f32()
+    }
+
+    fn name(&mut self) -> String {
+        let length = self.number(8);
+        (0..length).map(|_| self.number(8) as u8 as char).collect()
+    }
+
+    /// A number of the adaptive Rice code with sum and count.
+    fn rice(&mut self, state: &mut (u64, u64)) -> i64 {
+        let k = (0..).find(|k| state.1 << k >= state.0).unwrap();
+        let mut zeros = 0;
+        while zeros < 24 && self.number(1) == 0 {
+            zeros += 1;
+        }
+        let u = if zeros == 24 { self.number(22) } else { zeros << k | self.number(k) };
+        *state = (state.0 + u, state.1 + 1);
+        if state.1 == 32 {
+            *state = (state.0.div_ceil(2), 16);
+        }
+        if u.is_multiple_of(2) { (u / 2) as i64 } else { -((u / 2) as i64) - 1 }
+    }
+}
+
+/// The bits after a header that is as it should be, and the version.
+fn body(bytes: &[u8]) -> (u8, Bits) {
+    assert_eq!(bytes[..4], *b"RLM\x1a");
+    let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
+    let mut sum = u32::MAX;
+    for byte in &bytes[9..] {
+        sum ^= u32::from(*byte);
+        for _ in 0..8 {
+            sum = if sum & 1 == 1 { sum >> 1 ^ 0xedb8_8320 } else { sum >> 1 };
+        }
+    }
+    assert_eq!((word(5), word(9) as usize), (!sum, bytes.len() - 13));
+    let bits = bytes[13..].iter().flat_map(|byte| (0..8).rev().map(move |i| byte >> i & 1));
+    (bytes[4], Bits(bits.collect()))
+}
+
+/// Checks the bits of one model against what it is.
+fn check_model(bits: &mut Bits, model: &Model) {
+    let (d, factor, levels) = (bits.number(16) as usize, bits.number(8), bits.number(8));
+    assert_eq!(
+        (d, factor, levels),
+        (model.planes(), model.kernel.factor() as u64, model.levels.len() as u64)
+    );
+    let own: Vec<bool> = (0..d).map(|_| bits.number(1) == 1).collect();
+    assert_eq!(own, model.mixing.own);
+    let mut m = 0;
+    let mut weights = Vec::new();
+    for own in own {
+        m += usize::from(own);
+        weights.extend((0..m).map(|_| bits.float()));
+    }
+    assert_eq!(weights, model.mixing.weights);
+    assert_eq!((0..d).map(|_| bits.half()).collect::<Vec<f32>>(), model.gains);
+    model.marginals.iter().for_each(|marginal| check_marginal(bits, marginal));
+    for level in &model.levels {
+        assert_eq!(8 << bits.number(3), level.burn_in);
+        assert_eq!((bits.float(), bits.number(32)), (level.log_evidence, u64::from(level.texels)));
+        for (family, offsets) in [(causal as fn(usize) -> _, &level.neighbours), (all_around, &level.coarse)]
+        {
+            let near: Vec<_> = family(bits.number(9) as usize);
+            let used: Vec<_> = near.into_iter().filter(|_| bits.number(1) == 1).collect();
+            assert_eq!(&used, offsets);
+        }
+        let noise: Vec<f32> = (0..m * (m + 1) / 2).map(|_| bits.float()).collect();
+        let rows: Vec<f32> = (0..2 * m).map(|_| bits.half()).collect();
+        let columns: Vec<f32> = (0..m).map(|_| bits.half()).collect();
+        assert_eq!((&noise, &rows, &columns), (&level.noise, &level.weights.rows, &level.weights.columns));
+        let mut states = [(4, 1); 2];
+        let neighbours = level.neighbours.len() + level.coarse.len();
+        for i in 0..neighbours * m * m {
+            let of_others = usize::from(i / m % m != i % m);
+            assert_eq!(bits.rice(&mut states[of_others]), i64::from(level.weights.codes[i]));
+        }
+    }
+}
+
+fn check_marginal(bits: &mut Bits, marginal: &Marginal) {
+    let is_curve = bits.number(1) == 1;
+    let (first, second) = (bits.float(), bits.float());
+    match marginal {
+        Marginal::Normal { mean, deviation } => {
+            assert_eq!((is_curve, first, second), (false, *mean, *deviation))
+        }
+        Marginal::Curve { low, high, codes } => {
+            assert_eq!((is_curve, first, second, codes[0]), (true, *low, *high, 0));
+            let mut state = (4, 1);
+            for pair in codes.windows(2) {
+                assert_eq!(bits.rice(&mut state), i64::from(pair[1]) - i64::from(pair[0]));
+            }
+        }
+    }
+}
+
+/// Checks all but the codes of a structure, which take as many bytes as are announced.
+fn check_structure(bits: &mut Bits, structure: &Structure) {
+    let numbers = [bits.number(16), bits.number(16), bits.number(16), bits.number(4)];
+    let Structure { tile, tiles, scales, .. } = *structure;
+    assert_eq!(numbers, [tile.width, tile.height, tiles, scales].map(|v| v as u64));
+    let steps: Vec<f32> = structure.steps.iter().map(|_| bits.half()).collect();
+    assert_eq!(steps, structure.steps);
+    let length = bits.number(32) as usize;
+    bits.0.drain(..8 * length);
+}
+
+/// Reads a file from its first byte to its last, and finds what the model holds.
+fn check(field: &FieldModel) -> u8 {
+    let (version, mut bits) = body(&rlm::encode(field).unwrap());
+    let names = [field.basis.name(), field.color.name(), &field.space.to_string()].map(str::to_owned);
+    assert_eq!([bits.name(), bits.name(), bits.name()], names);
+    let source = field.source;
+    for number in [source.width, source.height, source.photographs, source.channels] {
+        assert_eq!(bits.number(32), u64::from(number));
+    }
+    let mut lights = Vec::new();
+    if version == 3 {
+        let heights = match bits.number(2) {
+            0 => None,
+            1 => Some(None),
+            2 => Some(Some(f64::from_bits(bits.number(64)))),
+            other => panic!("kind {other}"),
+        };
+        assert_eq!(heights, field.heights.map(|heights| heights.mm_per_texel));
+        let count = bits.number(8);
+        lights = (0..count).map(|_| [bits.float(), bits.float()]).collect();
+    }
+    match &field.fields {
+        Fields::Joint(model) => {
+            assert!(lights.is_empty());
+            check_model(&mut bits, model);
+            let has_structure = version == 2 || version == 3 && bits.number(1) == 1;
+            assert_eq!(has_structure, model.structure.is_some());
+            model.structure.iter().for_each(|structure| check_structure(&mut bits, structure));
+        }
+        Fields::PerLight(models) => {
+            assert_eq!(lights, models.iter().map(|light| light.disk).collect::<Vec<_>>());
+            models.iter().for_each(|light| check_model(&mut bits, &light.model));
+        }
+    }
+    assert!(bits.0.len() < 8 && bits.0.iter().all(|&bit| bit == 0));
+    version
+}
+
+fn field(basis: Basis, color: ColorModel, space: Space) -> ReflectanceField {
+    let (size, mut stream) = (Size::new(32, 30), Stream::new(7, 0));
+    let count = color.planes(basis.len());
+    let data =
+        (0..size.texels() * count).map(|i| 0.1 + 0.1 * (i % 6) as f32 + stream.unit() as f32).collect();
+    ReflectanceField::new(basis, color, space, Planes::from_vec(size, count, data).unwrap()).unwrap()
+}
+
+#[test]
+fn every_kind_of_model_is_read_by_the_other_decoder() {
+    let limits = Limits::default();
+    let options = ModelOptions { levels: 2, candidates: 6, coarse: 5, ..ModelOptions::default() };
+    let plain = |field: &ReflectanceField, marginals| {
+        let options = ModelOptions { marginals, ..options };
+        model_field(field, &options, &limits, &()).unwrap().0
+    };
+    let combined = |field: &ReflectanceField| {
+        let tiles = Tiles { texels: field, size: Size::new(32, 15) };
+        let budget = Budget { bytes: 400, cost: &rlm::structure_bytes };
+        combine_field(field, tiles, &budget, &options, &limits, &()).unwrap().0
+    };
+    let colour = field(Basis::Constant, ColorModel::Rgb, Space::Srgb);
+    let functions = field(Basis::Ptm, ColorModel::Lrgb, Space::Srgb);
+    for marginals in [true, false] {
+        assert_eq!((check(&plain(&colour, marginals)), check(&plain(&functions, marginals))), (1, 1));
+    }
+    assert_eq!(check(&combined(&colour)), 2);
+    let relief = field(Basis::Constant, ColorModel::Luminance, Space::Linear);
+    for (mm_per_texel, model) in [(None, plain(&relief, true)), (Some(0.037), combined(&relief))] {
+        assert_eq!(check(&FieldModel { heights: Some(Heights { mm_per_texel }), ..model }), 3);
+    }
+    let lights = relume::capture::dome::lights(8);
+    let picture = |light| relight(&functions, light).planes;
+    assert_eq!(check(&model_lights(&functions, &lights, &picture, &options, &limits, &()).unwrap().0), 3);
+}

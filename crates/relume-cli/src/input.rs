@@ -57,6 +57,19 @@ pub fn height(path: &Path, limits: &Limits) -> Result<HeightMap> {
     format::read_height(path, limits)
 }
 
+/// The planes of a map that says what is where; it must have the size of what it lies over.
+pub fn guide(path: &Path, size: Size, limits: &Limits) -> Result<Planes> {
+    let guide = field(path, limits)?.field.coefficients().clone();
+    if guide.size() != size {
+        return Err(Error::usage(format!(
+            "the guide is {} texels, what it lies over {size}: they must be equally large",
+            guide.size()
+        ))
+        .at(path));
+    }
+    Ok(guide)
+}
+
 /// The texels of a mask that are brighter than half; it must have the size of what it masks.
 pub fn mask(path: &Path, size: Size, limits: &Limits) -> Result<Vec<bool>> {
     let mask = raster(path, limits)?;

@@ -8,7 +8,7 @@ use relume::field::{Domain, Metric};
 use relume::format::FieldFile;
 use relume::synthesis::fill::{FillMethod, FillOptions, fill};
 use relume::synthesis::pixel::Growth;
-use relume::synthesis::{Boundary, SourceMap};
+use relume::synthesis::{Boundary, Guidance, SourceMap};
 use serde_json::{Value, json};
 
 use crate::context::Context;
@@ -19,7 +19,8 @@ use crate::{args, gathered, input};
 
 /// Arguments of `relume fill`.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Example:\n  relume fill wool.ptm --mask label.png -o clean.ptm")]
+#[command(after_help = "Example:\n  relume fill wool.ptm --mask label.png -o clean.ptm\n  \
+                        relume fill meadow.png --mask car.png --guide labels.png -o clean.png")]
 pub struct Args {
     /// A .ptm, an .exr field, or a picture; - is standard input
     file: PathBuf,
@@ -49,6 +50,13 @@ pub struct How {
     /// patches, 0.1 for efros-leung]
     #[arg(long, value_name = "E")]
     epsilon: Option<f64>,
+    /// A map as large as the texture that says what is where, in the holes what is to be there: labels,
+    /// or a blurred or painted copy; windows are compared by it too, in the holes as well
+    #[arg(long, value_name = "IMAGE")]
+    guide: Option<PathBuf>,
+    /// What a difference of the map counts against one of the texture [default: 1]
+    #[arg(long, value_name = "W", requires = "guide")]
+    guide_weight: Option<f64>,
     /// Texels that may not be copied: white in a mask as large as the texture
     #[arg(long, value_name = "MASK")]
     exclude: Option<PathBuf>,
@@ -71,7 +79,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let boundary = if args.tile { Boundary::Torus } else { Boundary::Open };
     let texture = args.how.read(&args.file, applied, context)?;
     let holes = input::mask(&args.mask, texture.file[0].field.size(), &context.limits)?;
-    let options = args.how.options(boundary);
+    let options = args.how.options(boundary, &texture);
     let excluded = texture.excluded.as_deref();
     let (map, growth) = fill(&texture.index, &holes, excluded, &options, &context.limits, &context.progress)?;
     args.how.finish(&texture, &map, &growth, "of the holes", json!({ "tile": args.tile }), context)
@@ -85,6 +93,8 @@ pub struct Texture<'a> {
     pub index: relume::Planes,
     /// Its texels that may not be copied.
     pub excluded: Option<Vec<bool>>,
+    /// What is where in it, and is to be.
+    guide: Option<relume::Planes>,
     /// Images that are filled in the same way.
     applied: Vec<Applied<'a>>,
     images: Vec<Vec<FieldFile>>,
@@ -93,29 +103,38 @@ pub struct Texture<'a> {
 impl How {
     /// Refuses outputs before any work is done.
     pub fn check(&self, inputs: &[&Path], context: &Context) -> Result<Vec<Applied<'_>>> {
-        let inputs: Vec<&Path> = inputs.iter().copied().chain(self.exclude.as_deref()).collect();
+        let masks = self.exclude.as_deref().into_iter().chain(self.guide.as_deref());
+        let inputs: Vec<&Path> = inputs.iter().copied().chain(masks).collect();
         self.rearranged.check(&inputs, &[&self.output], 1, context)
     }
 
-    /// Reads a texture, its index planes, the texels that may not be copied, and the images that are
-    /// filled in the same way.
+    /// Reads a texture, its index planes, the texels that may not be copied, its guide, and the images
+    /// that are filled in the same way.
     pub fn read<'a>(&self, path: &Path, applied: Vec<Applied<'a>>, context: &Context) -> Result<Texture<'a>> {
         let file = [input::field(path, &context.limits)?];
         let index = gathered::index(&file, self.metric, self.domain, context)?.swap_remove(0);
         let mask = |path: &PathBuf| input::mask(path, index.size(), &context.limits);
         let excluded = self.exclude.as_ref().map(mask).transpose()?;
+        let guide = |path: &PathBuf| input::guide(path, index.size(), &context.limits);
+        let guide = self.guide.as_ref().map(guide).transpose()?;
         let images = read_registered(&applied, &file, context)?;
-        Ok(Texture { file, index, excluded, applied, images })
+        Ok(Texture { file, index, excluded, guide, applied, images })
     }
 
-    /// The library's options.
-    pub fn options(&self, boundary: Boundary) -> FillOptions {
+    /// The library's options. The guide of a texture is that of the filled one too.
+    pub fn options(&self, boundary: Boundary, texture: &Texture<'_>) -> FillOptions {
         let customary = if self.method == FillMethod::Texels { 0.1 } else { 0.0 };
+        let guidance = |guide: &relume::Planes| Guidance {
+            sources: vec![guide.clone()],
+            target: guide.clone(),
+            weight: self.guide_weight.unwrap_or(1.0),
+        };
         FillOptions {
             method: self.method,
             window: self.window,
             epsilon: self.epsilon.unwrap_or(customary),
             boundary,
+            guidance: texture.guide.as_ref().map(guidance),
             seed: self.seed,
         }
     }

@@ -181,6 +181,48 @@ fn outputs_follow_their_guide() {
 }
 
 #[test]
+fn holes_and_bands_follow_their_guide() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    // A stripe of the same noise that only the guide tells apart; it moves the stripe's border in the hole.
+    let size = Size::new(56, 40);
+    let in_hole = |x: usize, y: usize| (16..40).contains(&x) && (9..31).contains(&y);
+    let stripe = |x: usize| (14..42).contains(&x);
+    let asked = |x: usize, y: usize| stripe(x) && !(in_hole(x, y) && x < 24);
+    write_picture(&at("noise.png"), size, 1, |_, x, y| ((x * 7919 + y * 104_729 + x * y * 31) % 97) as u8);
+    write_picture(&at("where.png"), size, 3, |k, x, y| [x as u8, y as u8, 0][k]);
+    write_picture(&at("mask.png"), size, 1, |_, x, y| if in_hole(x, y) { 255 } else { 0 });
+    write_picture(&at("guide.png"), size, 1, |_, x, y| if asked(x, y) { 255 } else { 0 });
+    write_picture(&at("small.png"), Size::new(5, 5), 1, |_, _, _| 255);
+    let fill = ["fill", "noise.png", "--mask", "mask.png"];
+    for (verb, guided_at_least) in [(&fill[..], 0.85), (&["tileable", "noise.png", "--band", "9"], 0.8)] {
+        for method in ["patches", "efros-leung"] {
+            let arguments = ["-o", "o.png", "--apply", "where.png", "--force", "--neighbourhood", "7"];
+            let followed = |guide: &[&str]| {
+                run(folder.path(), &[verb, &arguments, &["--method", method], guide].concat());
+                let (_, places) = samples(&at("o_where.png"));
+                let moved = places.chunks_exact(3).enumerate().map(|(i, place)| (i % 56, i / 56, place));
+                let moved = moved.filter(|(x, y, from)| (*x as u32, *y as u32) != (from[0], from[1]));
+                let agree =
+                    moved.map(|(x, y, from)| asked(x, y) == stripe(from[0] as usize)).collect::<Vec<bool>>();
+                agree.iter().filter(|agree| **agree).count() as f64 / agree.len() as f64
+            };
+            let (guided, free) = (followed(&["--guide", "guide.png", "--guide-weight", "4"]), followed(&[]));
+            assert!(
+                guided > guided_at_least && free < 0.75,
+                "{verb:?} {method}: {guided} guided, {free} free"
+            );
+        }
+    }
+    let failed = |more: &[&str]| refused(folder.path(), &[&fill[..], &["-o", "new.png"], more].concat());
+    let text = failed(&["--guide", "small.png"]);
+    assert!(text.contains("small.png") && text.contains("5 x 5") && text.contains("56 x 40"), "{text}");
+    assert!(failed(&["--guide", "guide.png", "--guide-weight", "0"]).contains("above 0"));
+    assert!(failed(&["--guide-weight", "2"]).contains("--guide"));
+    assert!(failed(&["--guide", "guide.png", "--source-map", "guide.png"]).contains("guide.png"));
+}
+
+#[test]
 fn what_cannot_be_filled_is_said() {
     let folder = tempfile::tempdir().unwrap();
     prepare(folder.path());

@@ -7,17 +7,17 @@
 //!
 //! Texels outside the holes are their own sources, so everything there stays as it is bit by bit.
 //! What a hole holds does not matter, not even whether it is a number.
+//!
+//! A [`Guidance`] says what is to be in the holes: windows are compared by the guides too, also where the
+//! texture is not known yet.
 
 mod patches;
 
+use super::guidance::Guidance;
 use super::options::Boundary;
-use super::pixel::efros_leung::{check_epsilon, check_output};
-use super::pixel::grow::{Grower, Growth};
-use super::pixel::lattice::Lattice;
-use super::pixel::scan::Scan;
+use super::pixel::grow::{Growth, Task};
 use super::pixel::window::Window;
-use super::positions::Positions;
-use super::quantise::{Exemplar, Quantised};
+use super::quantise::Exemplar;
 use super::source_map::{SourceMap, Texel};
 use crate::error::{Error, Result};
 use crate::limits::Limits;
@@ -45,6 +45,8 @@ pub struct FillOptions {
     pub epsilon: f64,
     /// Whether the texture goes on at the opposite edge.
     pub boundary: Boundary,
+    /// What the filling is to follow: one guide over the texture as it is, one over what it is to be.
+    pub guidance: Option<Guidance>,
     /// Seed of the random choices.
     pub seed: u64,
 }
@@ -52,7 +54,14 @@ pub struct FillOptions {
 impl Default for FillOptions {
     /// By patches of 11 that fit best, open edges.
     fn default() -> Self {
-        Self { method: FillMethod::Patches, window: 11, epsilon: 0.0, boundary: Boundary::Open, seed: 0 }
+        Self {
+            method: FillMethod::Patches,
+            window: 11,
+            epsilon: 0.0,
+            boundary: Boundary::Open,
+            guidance: None,
+            seed: 0,
+        }
     }
 }
 
@@ -153,34 +162,29 @@ fn fill_from(
     progress: &dyn Progress,
 ) -> Result<(SourceMap, Growth)> {
     let size = exemplar.index.size();
-    check_output(size, options.window, options.boundary)?;
-    check_epsilon(options.epsilon)?;
     let exemplars = [exemplar];
-    let quantised = Quantised::new(&exemplars, limits)?;
-    let positions = Positions::of_windows(&exemplars, options.window)?;
-    let scan = Scan::new(&quantised, &positions, limits)?;
-    let mut lattice = Lattice::new(size, quantised.planes(), options.boundary, limits)?;
-    for texel in (0..size.texels()).filter(|&texel| !holes[texel]) {
-        let own = Texel { exemplar: 0, y: (texel / size.width) as u32, x: (texel % size.width) as u32 };
-        lattice.put(texel, own, &quantised);
-    }
-    let window = match options.method {
-        FillMethod::Texels => Window::gaussian(options.window),
-        FillMethod::Patches => Window::uniform(options.window),
-    };
-    let grower = Grower {
-        exemplars: &quantised,
-        positions: &positions,
-        window: &window,
+    let task = Task {
+        exemplars: &exemplars,
+        guidance: options.guidance.as_ref(),
+        size,
+        boundary: options.boundary,
+        window: match options.method {
+            FillMethod::Texels => Window::gaussian(options.window),
+            FillMethod::Patches => Window::uniform(options.window),
+        },
         epsilon: options.epsilon,
         seed: options.seed,
     };
-    let search = |query: &_, hints: &[_]| scan.matches(query, options.epsilon, hints);
-    let growth = match options.method {
-        FillMethod::Texels => grower.grow(&mut lattice, &search, progress),
-        FillMethod::Patches => patches::fill(&grower, &mut lattice, &search, progress),
-    };
-    Ok((lattice.into_map(&exemplars), growth))
+    task.run(limits, |grower, lattice, matches| {
+        for texel in (0..size.texels()).filter(|&texel| !holes[texel]) {
+            let own = Texel { exemplar: 0, y: (texel / size.width) as u32, x: (texel % size.width) as u32 };
+            lattice.put(texel, own, grower.exemplars);
+        }
+        match options.method {
+            FillMethod::Texels => grower.grow(lattice, matches, progress),
+            FillMethod::Patches => patches::fill(grower, lattice, matches, progress),
+        }
+    })
 }
 
 #[cfg(test)]

@@ -99,7 +99,7 @@ fn data(lattice: &Lattice, texel: usize) -> f64 {
 fn edge(lattice: &Lattice, texel: usize, along: (f64, f64)) -> f64 {
     let codes = |dx, dy| {
         let there = lattice.neighbour(texel, dx, dy).filter(|&there| lattice.is_known(there))?;
-        Some(lattice.codes(there))
+        Some(lattice.copied_codes(there))
     };
     let all = [codes(1, 0), codes(-1, 0), codes(0, 1), codes(0, -1)];
     let [Some(right), Some(left), Some(below), Some(above)] = all else { return 0.0 };

@@ -2,7 +2,11 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::numeric::random::Stream;
+use crate::synthesis::guidance::Guided;
+use crate::synthesis::pixel::grow::Grower;
+use crate::synthesis::pixel::lattice::Lattice;
 use crate::synthesis::pixel::plain;
+use crate::synthesis::positions::Positions;
 
 const METHODS: [FillMethod; 2] = [FillMethod::Texels, FillMethod::Patches];
 
@@ -21,7 +25,7 @@ fn disc(size: Size, x: f64, y: f64, radius: f64) -> Vec<bool> {
 }
 
 fn options(method: FillMethod, window: usize, boundary: Boundary, seed: u64) -> FillOptions {
-    FillOptions { method, window, epsilon: 0.1, boundary, seed }
+    FillOptions { method, window, epsilon: 0.1, boundary, guidance: None, seed }
 }
 
 fn place(texel: usize, size: Size) -> Texel {
@@ -62,32 +66,70 @@ proptest! {
     }
 
     #[test]
-    fn patches_are_those_of_the_plain_search(
-        (width, height, planes) in (14usize..25, 14usize..23, 1usize..4),
-        (torus, seed) in (any::<bool>(), any::<u64>()),
+    fn fillings_are_those_of_the_plain_search(
+        (width, height, planes, guides) in (14usize..25, 14usize..23, 1usize..4, 0usize..3),
+        (texels, torus, seed) in (any::<bool>(), any::<bool>(), any::<u64>()),
     ) {
-        let size = Size::new(width, height);
+        let (size, limits) = (Size::new(width, height), Limits::default());
         let index = noise(size, planes, seed);
+        let mut holes = disc(size, 9.0, 7.0, 2.5);
+        holes[0] = true;
+        let guidance = (guides > 0).then(|| Guidance {
+            sources: vec![noise(size, guides, seed ^ 3)],
+            target: noise(size, guides, seed ^ 4),
+            weight: 2.0,
+        });
+        let method = if texels { FillMethod::Texels } else { FillMethod::Patches };
         let boundary = if torus { Boundary::Torus } else { Boundary::Open };
-        let options = options(FillMethod::Patches, 5, boundary, seed);
-        let exemplar = [Exemplar { index: &index, excluded: None }];
-        let band = 3;
-        let fast = tileable(exemplar[0], band, &options, &Limits::default(), &()).unwrap().0;
-        let quantised = Quantised::new(&exemplar, &Limits::default()).unwrap();
-        let positions = Positions::new(&exemplar, 5).unwrap();
-        let mut lattice = Lattice::new(size, planes, Boundary::Torus, &Limits::default()).unwrap();
-        for texel in 0..size.texels() {
-            let (x, y) = (texel % width, texel / width);
-            if (band..width - band).contains(&x) && (band..height - band).contains(&y) {
-                lattice.put(texel, place(texel, size), &quantised);
-            }
+        let options = FillOptions { guidance, ..options(method, 5, boundary, seed) };
+        let fast = fill(&index, &holes, None, &options, &limits, &());
+        let blank = blanked(&index, &holes);
+        let exemplars = [Exemplar { index: &blank, excluded: Some(&holes) }];
+        let guided = Guided::new(&exemplars, options.guidance.as_ref(), size, &limits).unwrap();
+        let (quantised, target) = guided.quantised(&limits).unwrap();
+        let Ok(positions) = Positions::new(&exemplars, 5) else {
+            prop_assert!(fast.is_err());
+            return Ok(());
+        };
+        let mut lattice = Lattice::new(size, planes + guides, boundary, &limits).unwrap();
+        target.iter().for_each(|target| lattice.guide(target, guides));
+        for texel in (0..size.texels()).filter(|&texel| !holes[texel]) {
+            lattice.put(texel, place(texel, size), &quantised);
         }
-        let window = Window::uniform(5);
-        let grower =
-            Grower { exemplars: &quantised, positions: &positions, window: &window, epsilon: 0.1, seed };
+        let window = if texels { Window::gaussian(5) } else { Window::uniform(5) };
+        let grower = Grower { exemplars: &quantised, positions: &positions, window: &window, seed };
         let search = |query: &_, _: &[_]| plain::matches(&quantised, &positions, query, 0.1);
-        patches::fill(&grower, &mut lattice, &search, &());
-        prop_assert_eq!(lattice.into_map(&exemplar), fast);
+        match method {
+            FillMethod::Texels => grower.grow(&mut lattice, &search, &()),
+            FillMethod::Patches => patches::fill(&grower, &mut lattice, &search, &()),
+        };
+        prop_assert_eq!(lattice.into_map(&exemplars), fast.unwrap().0);
+    }
+}
+
+/// Two halves of one noise that only the guide tells apart, and a hole across their border.
+#[test]
+fn holes_follow_their_guide() {
+    let size = Size::new(48, 32);
+    let index = noise(size, 1, 2);
+    let holes: Vec<bool> =
+        (0..size.texels()).map(|t| (14..34).contains(&(t % 48)) && (8..24).contains(&(t / 48))).collect();
+    let half = |border: usize| {
+        Planes::from_vec(size, 1, (0..size.texels()).map(|t| f32::from(u8::from(t % 48 >= border))).collect())
+            .unwrap()
+    };
+    for (method, border) in METHODS.into_iter().flat_map(|method| [19, 29].map(|border| (method, border))) {
+        let agreement = |weight: Option<f64>| {
+            let guidance =
+                weight.map(|weight| Guidance { sources: vec![half(24)], target: half(border), weight });
+            let options = FillOptions { guidance, ..options(method, 5, Boundary::Open, 1) };
+            let map = fill(&index, &holes, None, &options, &Limits::default(), &()).unwrap().0;
+            let filled = map.copies().iter().enumerate().filter(|(texel, _)| holes[*texel]);
+            let agree = filled.filter(|(texel, from)| (texel % 48 >= border) == (from.x >= 24)).count();
+            agree as f64 / holes.iter().filter(|hole| **hole).count() as f64
+        };
+        let (guided, free) = (agreement(Some(4.0)), agreement(None));
+        assert!(guided > 0.85 && free < 0.75, "{method:?}, {border}: {guided} guided, {free} free");
     }
 }
 

@@ -11,20 +11,18 @@
 //! exemplar that does not lead out of it, and verbatim copying, when windows are so large that only
 //! one fits.
 
-use super::grow::{Grower, Growth};
+use super::grow::{Grower, Growth, Matcher, Task, check_epsilon, check_output};
 use super::lattice::Lattice;
-use super::scan::Scan;
 use super::window::Window;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::limits::Limits;
 use crate::numeric::random::Stream;
 use crate::planes::Size;
 use crate::progress::Progress;
-use crate::synthesis::guidance::{Guidance, Guided};
+use crate::synthesis::guidance::Guidance;
 use crate::synthesis::options::Boundary;
-use crate::synthesis::positions::Positions;
-use crate::synthesis::quantise::{Exemplar, Quantised};
-use crate::synthesis::source_map::{SourceMap, Texel};
+use crate::synthesis::quantise::Exemplar;
+use crate::synthesis::source_map::SourceMap;
 
 /// Side of the piece from which the output grows.
 const SEED_SIDE: usize = 3;
@@ -69,32 +67,6 @@ impl EfrosLeungOptions {
     }
 }
 
-/// Refuses outputs without texels, windows without a middle, and windows that see themselves
-/// around a torus.
-pub(in crate::synthesis) fn check_output(size: Size, window: usize, boundary: Boundary) -> Result<()> {
-    Window::check_side(window)?;
-    if size.width == 0 || size.height == 0 {
-        return Err(Error::usage(format!("an output of {size} texels: both sides must be at least 1")));
-    }
-    if boundary == Boundary::Torus && size.width.min(size.height) < window {
-        return Err(Error::usage(format!(
-            "an output of {size} texels cannot tile with windows of {window}: a window would see itself; \
-             choose a smaller window or a larger output"
-        )));
-    }
-    Ok(())
-}
-
-/// Refuses shares that are no numbers of at least 0.
-pub(in crate::synthesis) fn check_epsilon(epsilon: f64) -> Result<()> {
-    if !epsilon.is_finite() || epsilon < 0.0 {
-        return Err(Error::usage(format!(
-            "an epsilon of {epsilon} has no meaning: it must be a number of at least 0"
-        )));
-    }
-    Ok(())
-}
-
 /// Grows an output from a seed.
 ///
 /// The result depends on the exemplars and the options only, not on the number of threads.
@@ -108,52 +80,39 @@ pub fn efros_leung(
     progress: &dyn Progress,
 ) -> Result<(SourceMap, Growth)> {
     options.validate()?;
-    let guided = Guided::new(exemplars, options.guidance.as_ref(), options.size, limits)?;
-    let (quantised, target) = guided.quantised(limits)?;
-    let positions = Positions::of_windows(exemplars, options.window)?;
-    let scan = Scan::guided(&quantised, &positions, guided.guides(), limits)?;
-    let window = Window::gaussian(options.window);
-    let mut lattice = Lattice::new(options.size, quantised.planes(), options.boundary, limits)?;
-    let mut fitting = None;
-    if let Some(target) = &target {
-        lattice.guide(target, guided.guides());
-        let middle = options.size.index(options.size.width / 2, options.size.height / 2);
-        fitting = Some(scan.matches(&window.query(&lattice, middle), options.epsilon, &[]).positions);
-    }
-    plant(&mut lattice, &quantised, &positions, fitting.as_deref(), options);
-    let grower = Grower {
-        exemplars: &quantised,
-        positions: &positions,
-        window: &window,
+    let task = Task {
+        exemplars,
+        guidance: options.guidance.as_ref(),
+        size: options.size,
+        boundary: options.boundary,
+        window: Window::gaussian(options.window),
         epsilon: options.epsilon,
         seed: options.seed,
     };
-    let search = |query: &_, hints: &[_]| scan.matches(query, options.epsilon, hints);
-    let growth = grower.grow(&mut lattice, &search, progress);
-    Ok((lattice.into_map(exemplars), growth))
+    task.run(limits, |grower, lattice, matches| {
+        plant(grower, lattice, matches);
+        grower.grow(lattice, matches, progress)
+    })
 }
 
 /// Puts the middle of a window drawn at random in the middle of the output, one of those that fit the
 /// guide there where there is one.
-fn plant(
-    lattice: &mut Lattice,
-    quantised: &Quantised,
-    positions: &Positions,
-    fitting: Option<&[Texel]>,
-    options: &EfrosLeungOptions,
-) {
-    let mut stream = Stream::new(options.seed, u64::MAX);
-    let corner = match fitting {
-        Some(fitting) => fitting[stream.below(fitting.len())],
-        None => positions.nth(stream.below(positions.count())),
+fn plant(grower: &Grower<'_>, lattice: &mut Lattice, matches: &Matcher<'_>) {
+    let mut stream = Stream::new(grower.seed, u64::MAX);
+    let size = lattice.size();
+    let corner = if lattice.guides() > 0 {
+        let middle = size.index(size.width / 2, size.height / 2);
+        let fitting = matches(&grower.window.query(lattice, middle), &[]).positions;
+        fitting[stream.below(fitting.len())]
+    } else {
+        grower.positions.nth(stream.below(grower.positions.count()))
     };
-    let inset = (options.window - SEED_SIDE) / 2;
-    let size = options.size;
+    let inset = (grower.window.side() - SEED_SIDE) / 2;
     let (left, top) = (size.width.saturating_sub(SEED_SIDE) / 2, size.height.saturating_sub(SEED_SIDE) / 2);
     for dy in 0..SEED_SIDE.min(size.height) {
         for dx in 0..SEED_SIDE.min(size.width) {
             let source = corner.offset(inset + dx, inset + dy);
-            lattice.put(size.index(left + dx, top + dy), source, quantised);
+            lattice.put(size.index(left + dx, top + dy), source, grower.exemplars);
         }
     }
 }
@@ -163,6 +122,8 @@ mod tests {
     use super::*;
     use crate::planes::Planes;
     use crate::synthesis::pixel::plain;
+    use crate::synthesis::positions::Positions;
+    use crate::synthesis::quantise::Quantised;
     use proptest::prelude::*;
 
     fn noise(size: Size, planes: usize, seed: u64) -> Planes {
@@ -177,14 +138,17 @@ mod tests {
         let quantised = Quantised::new(exemplars, &limits).unwrap();
         let positions = Positions::new(exemplars, options.window).unwrap();
         let mut lattice = Lattice::new(options.size, quantised.planes(), options.boundary, &limits).unwrap();
-        plant(&mut lattice, &quantised, &positions, None, options);
         let window = Window::gaussian(options.window);
         let radius = window.radius();
+        let grower =
+            Grower { exemplars: &quantised, positions: &positions, window: &window, seed: options.seed };
+        let search = |query: &_, _: &[_]| plain::matches(&quantised, &positions, query, options.epsilon);
+        plant(&grower, &mut lattice, &search);
         while lattice.unknown().next().is_some() {
             let round = super::super::front::first(&lattice);
             for texel in super::super::front::ordered(&lattice, round, radius, options.seed) {
                 let query = window.query(&lattice, texel);
-                let fitting = plain::matches(&quantised, &positions, &query, options.epsilon).positions;
+                let fitting = search(&query, &[]).positions;
                 let place = (options.size.texels() + texel) as u64;
                 let drawn = fitting[Stream::new(options.seed, place).below(fitting.len())];
                 lattice.put(texel, drawn.offset(radius, radius), &quantised);

@@ -7,12 +7,18 @@ use serde::Serialize;
 use super::front;
 use super::lattice::Lattice;
 use super::plain::Matches;
+use super::scan::Scan;
 use super::window::{Query, Window};
+use crate::error::{Error, Result};
+use crate::limits::Limits;
 use crate::numeric::random::Stream;
+use crate::planes::Size;
 use crate::progress::Progress;
+use crate::synthesis::guidance::{Guidance, Guided};
+use crate::synthesis::options::Boundary;
 use crate::synthesis::positions::Positions;
-use crate::synthesis::quantise::Quantised;
-use crate::synthesis::source_map::Texel;
+use crate::synthesis::quantise::{Exemplar, Quantised};
+use crate::synthesis::source_map::{SourceMap, Texel};
 
 /// The nearest known texels whose continuations are tried as hints.
 const HINTS: usize = 12;
@@ -33,6 +39,80 @@ pub struct Growth {
     pub candidates: u64,
 }
 
+/// What is to be made of which exemplars: what growth from a seed and the filling of holes share.
+#[derive(Debug)]
+pub struct Task<'a> {
+    /// What is copied from.
+    pub exemplars: &'a [Exemplar<'a>],
+    /// What the output is to follow.
+    pub guidance: Option<&'a Guidance>,
+    /// Size of the output.
+    pub size: Size,
+    /// Whether it closes on itself.
+    pub boundary: Boundary,
+    /// What is compared.
+    pub window: Window,
+    /// How much farther than the best a window may be, as a share of the best squared distance.
+    pub epsilon: f64,
+    /// Seed of the random choices.
+    pub seed: u64,
+}
+
+impl Task<'_> {
+    /// Makes an output: `work` puts the texels of a lattice of which nothing is known but the guides.
+    ///
+    /// # Errors
+    /// When numbers mean nothing, no window fits the exemplars, guides do not fit, or the limits are
+    /// exceeded.
+    pub fn run(
+        &self,
+        limits: &Limits,
+        work: impl FnOnce(&Grower<'_>, &mut Lattice, &Matcher<'_>) -> Growth,
+    ) -> Result<(SourceMap, Growth)> {
+        check_output(self.size, self.window.side(), self.boundary)?;
+        check_epsilon(self.epsilon)?;
+        let guided = Guided::new(self.exemplars, self.guidance, self.size, limits)?;
+        let (quantised, target) = guided.quantised(limits)?;
+        let positions = Positions::of_windows(self.exemplars, self.window.side())?;
+        let scan = Scan::guided(&quantised, &positions, guided.guides(), limits)?;
+        let mut lattice = Lattice::new(self.size, quantised.planes(), self.boundary, limits)?;
+        if let Some(target) = &target {
+            lattice.guide(target, guided.guides());
+        }
+        let (window, seed) = (&self.window, self.seed);
+        let grower = Grower { exemplars: &quantised, positions: &positions, window, seed };
+        let search = |query: &_, hints: &[_]| scan.matches(query, self.epsilon, hints);
+        let growth = work(&grower, &mut lattice, &search);
+        Ok((lattice.into_map(self.exemplars), growth))
+    }
+}
+
+/// Refuses outputs without texels, windows without a middle, and windows that see themselves
+/// around a torus.
+pub(in crate::synthesis) fn check_output(size: Size, window: usize, boundary: Boundary) -> Result<()> {
+    Window::check_side(window)?;
+    if size.width == 0 || size.height == 0 {
+        return Err(Error::usage(format!("an output of {size} texels: both sides must be at least 1")));
+    }
+    if boundary == Boundary::Torus && size.width.min(size.height) < window {
+        return Err(Error::usage(format!(
+            "an output of {size} texels cannot tile with windows of {window}: a window would see itself; \
+             choose a smaller window or a larger output"
+        )));
+    }
+    Ok(())
+}
+
+/// Refuses shares that are no numbers of at least 0.
+pub(in crate::synthesis) fn check_epsilon(epsilon: f64) -> Result<()> {
+    if !epsilon.is_finite() || epsilon < 0.0 {
+        return Err(Error::usage(format!(
+            "an epsilon of {epsilon} has no meaning: it must be a number of at least 0"
+        )));
+    }
+    Ok(())
+}
+
 /// What every texel needs to know.
 #[derive(Debug, Clone, Copy)]
 pub struct Grower<'a> {
@@ -42,8 +122,6 @@ pub struct Grower<'a> {
     pub positions: &'a Positions,
     /// What is compared.
     pub window: &'a Window,
-    /// How much farther than the best a window may be.
-    pub epsilon: f64,
     /// Seed of the random choices.
     pub seed: u64,
 }

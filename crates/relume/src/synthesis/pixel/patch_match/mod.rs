@@ -23,7 +23,7 @@ pub mod votes;
 
 use serde::Serialize;
 
-use super::efros_leung::check_output;
+use super::grow::check_output;
 use super::lattice::Lattice;
 use super::pyramid::{guided_pyramid, halved_size};
 use crate::error::{Error, Result};

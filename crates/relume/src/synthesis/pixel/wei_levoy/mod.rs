@@ -19,7 +19,7 @@ pub mod neighbourhood;
 
 use serde::Serialize;
 
-use super::efros_leung::check_output;
+use super::grow::check_output;
 use super::lattice::Lattice;
 use super::pyramid::{Level, guided_pyramid, halved_size};
 use super::tsvq::Tsvq;

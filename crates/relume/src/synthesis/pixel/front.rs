@@ -28,7 +28,10 @@ pub fn next(lattice: &Lattice, made: &[usize]) -> Vec<usize> {
 /// A round's texels in the order of growth.
 pub fn ordered(lattice: &Lattice, front: Vec<usize>, radius: usize, seed: u64) -> Vec<usize> {
     let key = |&texel: &usize| {
-        let known = around(lattice, texel, radius).filter(|&there| lattice.is_known(there)).count();
+        let known = match lattice.inner_rows(texel, radius) {
+            Some(mut rows) => lattice.known_in(&mut rows),
+            None => around(lattice, texel, radius).filter(|&there| lattice.is_known(there)).count(),
+        };
         (Reverse(known), Stream::new(seed, texel as u64).below(1 << 32), texel)
     };
     let mut order = front;
@@ -41,7 +44,10 @@ pub fn ordered(lattice: &Lattice, front: Vec<usize>, radius: usize, seed: u64) -
 pub fn batches(lattice: &Lattice, order: &[usize], radius: usize, batch_of: &mut [usize]) -> Vec<Vec<usize>> {
     let mut batches: Vec<Vec<usize>> = Vec::new();
     for &texel in order {
-        let batch = around(lattice, texel, radius).map(|there| batch_of[there]).max().unwrap_or(0);
+        let batch = match lattice.inner_rows(texel, radius) {
+            Some(rows) => rows.flat_map(|row| &batch_of[row]).fold(0, |most, &batch| most.max(batch)),
+            None => around(lattice, texel, radius).map(|there| batch_of[there]).max().unwrap_or(0),
+        };
         batch_of[texel] = batch + 1;
         if batch == batches.len() {
             batches.push(Vec::new());

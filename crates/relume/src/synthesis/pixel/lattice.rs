@@ -1,5 +1,7 @@
 //! The output while texels are put into it one by one.
 
+use std::ops::Range;
+
 use crate::error::Result;
 use crate::limits::Limits;
 use crate::planes::Size;
@@ -82,11 +84,13 @@ impl Lattice {
     }
 
     /// The column and row of a texel.
+    #[inline]
     pub fn place(&self, texel: usize) -> (usize, usize) {
         (texel % self.size.width, texel / self.size.width)
     }
 
     /// As [`Lattice::neighbour`], from a column and row.
+    #[inline]
     pub fn beside(&self, (x, y): (usize, usize), dx: isize, dy: isize) -> Option<usize> {
         let Size { width, height } = self.size;
         let (x, y) = (step(x, dx, width, self.boundary)?, step(y, dy, height, self.boundary)?);
@@ -113,6 +117,26 @@ impl Lattice {
         } else {
             (dx..dx + length.cast_signed()).for_each(|dx| codes.extend_from_slice(self.codes(texel(dx))));
         }
+    }
+
+    /// The rows of the square of texels within `radius` of one; none where it goes beyond an edge.
+    pub fn inner_rows(
+        &self,
+        texel: usize,
+        radius: usize,
+    ) -> Option<impl Iterator<Item = Range<usize>> + use<>> {
+        let (x, y) = self.place(texel);
+        let Size { width, height } = self.size;
+        let inside = |at: usize, length: usize| at >= radius && at + radius < length;
+        (inside(x, width) && inside(y, height)).then(|| {
+            let starts = (y - radius..=y + radius).map(move |y| y * width + x - radius);
+            starts.map(move |start| start..start + 2 * radius + 1)
+        })
+    }
+
+    /// How many texels of ranges have been put.
+    pub fn known_in(&self, ranges: &mut dyn Iterator<Item = Range<usize>>) -> usize {
+        ranges.map(|range| self.known[range].iter().filter(|known| **known).count()).sum()
     }
 
     /// Whether a texel has been put.
@@ -186,6 +210,17 @@ mod tests {
                 truth.extend_from_slice(lattice.codes(lattice.beside((x, 1), dx, dy).unwrap()));
             }
             assert_eq!(row, truth);
+        }
+    }
+
+    #[test]
+    fn inner_rows_are_the_texels_around() {
+        let lattice = Lattice::new(Size::new(7, 6), 1, Boundary::Open, &Limits::default()).unwrap();
+        for (texel, radius) in (0..42).flat_map(|texel| [1, 2].map(|radius| (texel, radius))) {
+            let reach = -(radius as isize)..=radius as isize;
+            let places = reach.clone().flat_map(|dy| reach.clone().map(move |dx| (dx, dy)));
+            let truth: Option<Vec<usize>> = places.map(|(dx, dy)| lattice.neighbour(texel, dx, dy)).collect();
+            assert_eq!(lattice.inner_rows(texel, radius).map(|rows| rows.flatten().collect()), truth);
         }
     }
 

@@ -128,8 +128,13 @@ impl Window {
 
     /// The known texels around one of a lattice.
     pub fn query(&self, lattice: &Lattice, texel: usize) -> Query {
-        let mut query = Query { radius: self.radius(), ..Query::default() };
         let place = lattice.place(texel);
+        let mut query = Query {
+            radius: self.radius(),
+            taps: Vec::with_capacity(self.taps.len()),
+            codes: Vec::with_capacity(self.taps.len() * lattice.copied_codes(texel).len()),
+            ..Query::default()
+        };
         for tap in &self.taps {
             let there = lattice.beside(place, tap.dx, tap.dy);
             if let Some(there) = there.filter(|&there| lattice.is_known(there)) {

@@ -1,0 +1,245 @@
+//! The sieve before the exact search: lower bounds of distances from one or two numbers a texel.
+//!
+//! Planes of a texture go together: along the first principal axes of its texels' codes lies most of what
+//! tells them apart. The squared distance of two texels is at least the sum of the squared differences
+//! along orthonormal axes, so that a weighted sum of those bounds the distance of two windows from below
+//! with a fraction of the multiplications (the idea of projections, Hel-Or, Hel-Or, IEEE TPAMI 2005).
+//!
+//! Places along an axis are rounded down to whole steps, of which [`SPAN`] lie between the farthest two
+//! texels. By the triangle inequality of the weighted norm, rounding takes less than the root of the sum
+//! of weights off a length, which is added to the limit. Sums are of 32 bits and no floating-point number
+//! decides what is found: what passes is compared exactly.
+
+use super::kernel::Term;
+use super::window::{Query, Tap};
+use crate::numeric::{Matrix, eigen};
+use crate::planes::Size;
+use crate::synthesis::quantise::{IndexTexels, Quantised};
+
+/// Steps between the farthest two texels along an axis.
+pub const SPAN: i16 = 2047;
+
+/// Axes are added until they hold this part of the variance.
+const ENOUGH: f64 = 0.98;
+
+/// Axes at most.
+const MOST_AXES: usize = 2;
+
+/// More than what sums of floating-point numbers are off by, as a part of a length.
+const ROUNDING: f64 = 1e-6;
+
+/// The principal axes of exemplars' texels.
+#[derive(Debug)]
+pub struct Sieve {
+    /// Unit vectors as rows.
+    axes: Matrix,
+    /// The least place of a texel along each axis.
+    low: Vec<f64>,
+    /// Steps of a place along an axis for one code.
+    scale: f64,
+}
+
+impl Sieve {
+    /// The axes of the first `copied` planes of all texels.
+    pub fn new(exemplars: &Quantised, copied: usize) -> Self {
+        let texels =
+            || exemplars.texels().iter().flat_map(|t| codes(t, exemplars.planes()).map(|c| &c[..copied]));
+        let axes = principal_axes(texels, copied);
+        let along =
+            |codes: &[i16]| -> Vec<f64> { (0..axes.rows()).map(|k| place(&axes, k, codes)).collect() };
+        let first = texels().next().map(along).unwrap_or_else(|| vec![0.0; axes.rows()]);
+        let (mut low, mut high) = (first.clone(), first);
+        for there in texels().map(along) {
+            low.iter_mut().zip(&there).for_each(|(low, &at)| *low = low.min(at));
+            high.iter_mut().zip(&there).for_each(|(high, &at)| *high = high.max(at));
+        }
+        let widest = low.iter().zip(&high).map(|(low, high)| high - low).fold(0.0, f64::max);
+        let scale = if widest > 0.0 { f64::from(SPAN) / widest } else { 1.0 };
+        Self { axes, low, scale }
+    }
+
+    /// How many axes there are.
+    pub fn axes(&self) -> usize {
+        self.axes.rows()
+    }
+
+    /// The places of all texels of an exemplar of so many planes and of their right neighbours, axis after axis.
+    pub fn pairs(&self, texels: &IndexTexels, planes: usize) -> impl Iterator<Item = [i16; 2]> {
+        (0..self.axes()).flat_map(move |k| {
+            let here: Vec<i16> = codes(texels, planes).map(|codes| self.step(k, codes)).collect();
+            (0..here.len()).map(move |i| [here[i], here.get(i + 1).copied().unwrap_or(0)])
+        })
+    }
+
+    /// What is compared of a query with an exemplar of a size: its taps with the shift of the first one,
+    /// two neighbours at a time, the heaviest first; all along the first axis, then along the second.
+    /// Offsets are counted from the place of the position in the first axis.
+    pub(super) fn terms(&self, query: &Query, copied: usize, size: Size) -> Vec<Term> {
+        let twos = neighbours(&query.taps);
+        let term = |axis: usize, (left, right): (usize, Option<usize>)| {
+            let (x, y) = query.place(&query.taps[left]);
+            let at = |tap: usize| self.step(axis, &query.codes[tap * copied..][..copied]);
+            let factor = |tap: usize| query.taps[tap].weight.factor;
+            Term {
+                offset: axis * size.texels() + size.index(x, y),
+                codes: [at(left), right.map_or(0, at)],
+                factors: [factor(left), right.map_or(0, factor)],
+            }
+        };
+        (0..self.axes()).flat_map(|axis| twos.iter().map(move |&two| term(axis, two))).collect()
+    }
+
+    /// The largest sum of terms whose factors add up to `weights` that a window can have whose weighted
+    /// squared distance, in units of the weights' shift, is below `most` + 1.
+    pub(super) fn limit(&self, most: u64, weights: f64) -> u32 {
+        let length = self.scale * (most as f64 + 1.0).sqrt() + weights.sqrt();
+        (length * (1.0 + ROUNDING)).powi(2).min(f64::from(u32::MAX)) as u32
+    }
+
+    /// The place of a texel along an axis in whole steps, at the nearest end where it lies beyond all
+    /// texels of the exemplars: that takes it nearer to all of them.
+    fn step(&self, axis: usize, codes: &[i16]) -> i16 {
+        let steps = self.scale * (place(&self.axes, axis, codes) - self.low[axis]);
+        steps.floor().clamp(0.0, f64::from(SPAN)) as i16
+    }
+}
+
+/// The taps with the shift of the first one, by their numbers, in twos of which one lies to the right of the
+/// other, or alone.
+fn neighbours(taps: &[Tap]) -> Vec<(usize, Option<usize>)> {
+    let heavy = taps.iter().take_while(|tap| tap.weight.shift == taps[0].weight.shift).count();
+    let mut used = vec![false; heavy];
+    let mut twos = Vec::with_capacity(heavy);
+    for one in 0..heavy {
+        if std::mem::replace(&mut used[one], true) {
+            continue;
+        }
+        let free = |by: isize| {
+            let place = (taps[one].dx + by, taps[one].dy);
+            (one + 1..heavy).find(|&other| !used[other] && (taps[other].dx, taps[other].dy) == place)
+        };
+        let (right, left) = (free(1), free(-1));
+        let two = match (right, left) {
+            (None, Some(left)) => (left, Some(one)),
+            (right, _) => (one, right),
+        };
+        right.or(left).iter().for_each(|&other| used[other] = true);
+        twos.push(two);
+    }
+    twos
+}
+
+/// The codes of all texels, the planes of a texel together.
+fn codes(texels: &IndexTexels, planes: usize) -> impl Iterator<Item = &[i16]> {
+    texels.codes()[..texels.size().texels() * planes].chunks_exact(planes)
+}
+
+fn place(axes: &Matrix, axis: usize, codes: &[i16]) -> f64 {
+    axes.row(axis).iter().zip(codes).map(|(a, &code)| a * f64::from(code)).sum()
+}
+
+/// The first principal axes of texels as rows.
+fn principal_axes<'a, I: Iterator<Item = &'a [i16]>>(texels: impl Fn() -> I, planes: usize) -> Matrix {
+    let mut sums = vec![0i64; planes];
+    let mut products = vec![0i64; planes * planes];
+    let mut count = 0.0;
+    for codes in texels() {
+        count += 1.0;
+        for (j, &a) in codes.iter().enumerate() {
+            sums[j] += i64::from(a);
+            (0..=j).for_each(|k| products[j * planes + k] += i64::from(a) * i64::from(codes[k]));
+        }
+    }
+    let covariance = Matrix::from_fn(planes, planes, |j, k| {
+        let product = products[j.max(k) * planes + j.min(k)] as f64;
+        product - sums[j] as f64 * sums[k] as f64 / f64::max(count, 1.0)
+    });
+    let (variances, axes) = eigen::symmetric(&covariance);
+    let whole: f64 = variances.iter().sum();
+    let held = |axes: usize| variances[..axes].iter().sum::<f64>() >= ENOUGH * whole;
+    let most = MOST_AXES.min(planes);
+    let axes_kept = (1..most).find(|&axes| held(axes)).unwrap_or(most);
+    Matrix::from_fn(axes_kept, planes, |k, j| axes[(k, j)])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::plain::distance;
+    use super::super::window::Window;
+    use super::*;
+    use crate::limits::Limits;
+    use crate::numeric::random::Stream;
+    use crate::planes::Planes;
+    use crate::synthesis::quantise::Exemplar;
+    use crate::synthesis::source_map::Texel;
+    use proptest::prelude::*;
+
+    /// The sum of a query's terms at a position.
+    fn sum(terms: &[Term], pairs: &[[i16; 2]], position: usize) -> u64 {
+        let square = |a: i16, b: i16| u64::from(a.abs_diff(b)).pow(2);
+        let of = |term: &Term| {
+            let there = pairs[position + term.offset];
+            (0..2).map(|i| term.factors[i] as u64 * square(there[i], term.codes[i])).sum::<u64>()
+        };
+        terms.iter().map(of).sum()
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(60))]
+
+        /// Queries of the exemplar itself, where bounds are tightest, and of anything.
+        #[test]
+        fn no_bound_exceeds_a_distance(
+            (half, planes, seed) in (1usize..5, 1usize..7, any::<u64>()),
+            (extra, levels) in (0usize..14, prop_oneof![Just(1usize), Just(3), Just(100_000)]),
+            (gaussian, own, share) in (any::<bool>(), any::<bool>(), 1usize..5),
+        ) {
+            let mut stream = Stream::new(seed, 0);
+            let side = 2 * half + 1;
+            let size = Size::new(side + extra, side + extra / 2);
+            // Planes that go together, so that one axis holds most.
+            let common: Vec<usize> = (0..size.texels()).map(|_| 3 * stream.below(levels)).collect();
+            let data = (0..planes).flat_map(|_| common.clone()).map(|v| (v + stream.below(levels)) as f32).collect();
+            let index = Planes::from_vec(size, planes, data).unwrap();
+            let exemplar = [Exemplar { index: &index, excluded: None }];
+            let quantised = Quantised::new(&exemplar, &Limits::default()).unwrap();
+            let texels = &quantised.texels()[0];
+            let window = if gaussian { Window::gaussian(side) } else { Window::uniform(side) };
+            let mut query = Query { radius: half, ..Query::default() };
+            for tap in window.taps() {
+                if stream.below(4) >= share {
+                    continue;
+                }
+                let (x, y) = query.place(tap);
+                query.taps.push(*tap);
+                match own {
+                    true => query.codes.extend_from_slice(texels.run(extra / 2 + x, extra / 4 + y, 1)),
+                    false => query.codes.extend((0..planes).map(|_| stream.below(4096) as i16)),
+                }
+            }
+            let shift = query.taps.first().map_or(0, |tap| tap.weight.shift);
+            let sieve = Sieve::new(&quantised, planes);
+            let pairs: Vec<[i16; 2]> = sieve.pairs(texels, planes).collect();
+            let terms = sieve.terms(&query, planes, size);
+            for (x, y) in (0..=extra / 2).flat_map(|y| (0..=extra).map(move |x| (x, y))) {
+                let most = distance(&quantised, &query, Texel { exemplar: 0, y: y as u32, x: x as u32 }) >> shift;
+                let limit = sieve.limit(most, terms.iter().flat_map(|term| term.factors).map(f64::from).sum());
+                prop_assert!(sum(&terms, &pairs, size.index(x, y)) <= u64::from(limit));
+            }
+        }
+    }
+
+    #[test]
+    fn one_axis_is_enough_where_planes_go_together() {
+        let size = Size::new(9, 8);
+        let mut stream = Stream::new(5, 0);
+        let first: Vec<f32> = (0..72).map(|_| stream.below(200) as f32).collect();
+        let twice = Planes::from_vec(size, 2, [&first[..], &first].concat()).unwrap();
+        let apart = Planes::from_vec(size, 2, (0..144).map(|_| stream.below(200) as f32).collect()).unwrap();
+        let axes = |index: &Planes| {
+            let exemplar = [Exemplar { index, excluded: None }];
+            Sieve::new(&Quantised::new(&exemplar, &Limits::default()).unwrap(), 2).axes()
+        };
+        assert_eq!((axes(&twice), axes(&apart)), (1, 2));
+    }
+}

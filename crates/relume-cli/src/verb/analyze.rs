@@ -53,7 +53,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     }
     let taken = args.output.as_deref().is_some_and(output::is_stream);
     let mut json = json!(found);
-    let advice = advise(&found, planes.size());
+    let advice = advise(&[(&found, planes.size())]);
     json["advice"] = json!(advice);
     json["output"] = json!(args.output);
     let ways: Vec<String> = advice.ways.iter().map(|way| way_in_words(*way)).collect();
@@ -72,6 +72,7 @@ fn way_in_words(way: Way) -> String {
     match way {
         Way::Quilting { block, overlap } => format!("--block {block} --overlap {overlap}"),
         Way::PatchMatch => "--method patchmatch".to_owned(),
+        Way::Scanlines => "--method wei-levoy --coherence 1".to_owned(),
         Way::Roller { tiles } => format!("--method roller --tiles {tiles}"),
     }
 }

@@ -44,6 +44,25 @@ fn the_nearest_try_is_kept_and_its_options_make_it_again() {
 }
 
 #[test]
+fn all_of_several_exemplars_are_analysed() {
+    let folder = with_exemplars();
+    let synth = ["synth", "pebbles.png", "weave.png", "-o", "o.png", "--size", "100", "--method", "auto"];
+    let found = json(folder.path(), &[&synth[..], &["--tries", "3"]].concat());
+    let alone = |name| json(folder.path(), &["analyze", name]);
+    let (pebbles, weave) = (alone("pebbles.png"), alone("weave.png"));
+    let analyses = found["auto"]["analyses"].as_array().unwrap();
+    assert_eq!(
+        analyses.iter().map(|one| &one["periods"]).collect::<Vec<_>>(),
+        [&pebbles["periods"], &weave["periods"]]
+    );
+    let advice = &found["auto"]["advice"];
+    assert_eq!(advice["kind"], weave["advice"]["kind"]);
+    let reason = advice["reason"].as_str().unwrap();
+    assert!(reason.contains("exemplar 1: ") && reason.contains("exemplar 2: regular"), "{reason}");
+    assert!(!advice["ways"].to_string().contains("roller"), "tiles are made of one exemplar: {advice}");
+}
+
+#[test]
 fn the_choice_does_not_depend_on_threads() {
     let folder = with_exemplars();
     let made = |threads: &str| {

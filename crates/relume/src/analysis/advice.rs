@@ -7,7 +7,12 @@
 //! advised and the figures of the analysis bound them: a block holds three features, and a period
 //! where the texture is plainly regular. Where there is a period, tiles of whole periods are worth a
 //! try too, and optimisation by patches is worth one everywhere: it is the nearest on some pictures
-//! of stones. Methods that place texels one after another were never within a tenth of the best.
+//! of stones. Of the methods that place texels one after another only scanlines of continued pieces
+//! (Wei-Levoy with a coherence of 1) were ever within a tenth of the best, on textures without a period.
+//! Noise was not, and has no source map.
+//!
+//! Of several exemplars all are analysed: blocks fit the smallest, and hold three features, and a period,
+//! of each. Tiles are made of one exemplar only.
 
 use serde::Serialize;
 
@@ -30,8 +35,8 @@ const ORIENTED: f64 = 0.4;
 /// Up to this kurtosis its steps are nearly those of random phases.
 const RANDOM: f64 = 4.0;
 
-/// What kind of texture it is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+/// What kind of texture it is, from the one that asks most of a method.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Kind {
     /// It repeats in two directions.
@@ -40,10 +45,10 @@ pub enum Kind {
     Striped,
     /// It has a direction and no period.
     Oriented,
-    /// It has neither, nor edges.
-    Random,
     /// It has edges, and neither period nor direction.
     Irregular,
+    /// It has neither, nor edges.
+    Random,
 }
 
 /// A way to synthesise, with the parameters that matter.
@@ -59,6 +64,8 @@ pub enum Way {
     },
     /// The whole improved by matches of its patches.
     PatchMatch,
+    /// Texels in rows, coarse to fine, each continuing a piece beside it.
+    Scanlines,
     /// Tiles of whole periods.
     Roller {
         /// How many.
@@ -69,7 +76,7 @@ pub enum Way {
 /// What to do with an exemplar.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Advice {
-    /// What kind of texture it is.
+    /// What kind of texture it is; of several, the one that asks most of a method.
     pub kind: Kind,
     /// What was measured and what follows from it, in a sentence.
     pub reason: String,
@@ -77,14 +84,19 @@ pub struct Advice {
     pub ways: Vec<Way>,
 }
 
-/// The advice for an exemplar of a size; a function of its arguments alone.
-pub fn advise(found: &Analysis, size: Size) -> Advice {
-    let kind = kind(found);
-    Advice {
-        kind,
-        reason: format!("{}: {}", measured(found, kind), consequence(kind)),
-        ways: ways(found, size),
-    }
+/// The advice for exemplars, each an analysis and a size; a function of its arguments alone.
+///
+/// # Panics
+/// When there are none.
+pub fn advise(exemplars: &[(&Analysis, Size)]) -> Advice {
+    let kinds: Vec<Kind> = exemplars.iter().map(|(found, _)| kind(found)).collect();
+    let kind = *kinds.iter().min().expect("there is an exemplar");
+    let each = exemplars.iter().zip(&kinds).enumerate().map(|(number, ((found, _), kind))| {
+        let of = if exemplars.len() > 1 { format!("exemplar {}: ", number + 1) } else { String::new() };
+        of + &measured(found, *kind)
+    });
+    let each: Vec<String> = each.collect();
+    Advice { kind, reason: format!("{}: {}", each.join("; "), consequence(kind)), ways: ways(exemplars) }
 }
 
 fn kind(found: &Analysis) -> Kind {
@@ -130,9 +142,10 @@ fn consequence(kind: Kind) -> &'static str {
     }
 }
 
-fn ways(found: &Analysis, size: Size) -> Vec<Way> {
-    let side = size.width.min(size.height) as f64;
-    let least = least_block(found).min(side / 2.0);
+fn ways(exemplars: &[(&Analysis, Size)]) -> Vec<Way> {
+    let sides = exemplars.iter().map(|(_, size)| size.width.min(size.height));
+    let side = sides.min().unwrap_or(0) as f64;
+    let least = exemplars.iter().map(|(found, _)| least_block(found)).fold(0.0, f64::max).min(side / 2.0);
     let mut ways: Vec<Way> = Vec::new();
     for (part, overlap) in BLOCKS {
         let block = ((side / part).max(least).round() as usize).max(4);
@@ -142,7 +155,10 @@ fn ways(found: &Analysis, size: Size) -> Vec<Way> {
         }
     }
     ways.insert(1, Way::PatchMatch);
-    if found.periods.pattern != Pattern::None {
+    let repeats = |(found, _): &(&Analysis, Size)| found.periods.pattern != Pattern::None;
+    if !exemplars.iter().any(repeats) {
+        ways.insert(2, Way::Scanlines);
+    } else if exemplars.len() == 1 {
         ways.push(Way::Roller { tiles: TILES });
     }
     ways
@@ -187,44 +203,64 @@ mod tests {
 
     const SIDE: Size = Size::new(256, 300);
 
+    fn one(found: &Analysis) -> Advice {
+        advise(&[(found, SIDE)])
+    }
+
     fn blocks(advice: &Advice) -> Vec<(usize, usize)> {
         let of = |way: &Way| match *way {
             Way::Quilting { block, overlap } => Some((block, overlap)),
-            Way::PatchMatch | Way::Roller { .. } => None,
+            Way::PatchMatch | Way::Scanlines | Way::Roller { .. } => None,
         };
         advice.ways.iter().filter_map(of).collect()
     }
 
     #[test]
     fn small_features_leave_all_sizes_and_large_ones_bound_them() {
-        let small = advise(&found(Pattern::None, 0.1, Some(5.0)), SIDE);
+        let small = one(&found(Pattern::None, 0.1, Some(5.0)));
         assert_eq!(blocks(&small), [(64, 10), (43, 7), (32, 5), (23, 3), (64, 21)]);
         assert_eq!(small.kind, Kind::Irregular);
-        let large = advise(&found(Pattern::None, 0.1, Some(16.0)), SIDE);
+        let large = one(&found(Pattern::None, 0.1, Some(16.0)));
         assert_eq!(blocks(&large), [(64, 10), (48, 8), (64, 21)]);
-        let huge = advise(&found(Pattern::None, 0.1, None), SIDE);
+        let huge = one(&found(Pattern::None, 0.1, None));
         assert_eq!(blocks(&huge), [(128, 21), (128, 42)]);
     }
 
     #[test]
     fn periods_add_tiles_and_plain_ones_bound_the_blocks() {
         let lattice = Pattern::Lattice(Lattice::new([40.0, 0.0], [0.0, 50.0]).unwrap());
-        let plain = advise(&found(lattice, 0.8, Some(5.0)), SIDE);
+        let plain = one(&found(lattice, 0.8, Some(5.0)));
         assert_eq!(blocks(&plain), [(64, 10), (50, 8), (64, 21)]);
         assert!(plain.ways.contains(&Way::Roller { tiles: 4 }) && plain.kind == Kind::Regular);
-        let loose = advise(&found(lattice, 0.3, Some(5.0)), SIDE);
+        let loose = one(&found(lattice, 0.3, Some(5.0)));
         assert_eq!(blocks(&loose).len(), 5);
-        let stripes = advise(&found(Pattern::Stripes([0.0, 60.0]), 0.8, Some(5.0)), SIDE);
+        let stripes = one(&found(Pattern::Stripes([0.0, 60.0]), 0.8, Some(5.0)));
         assert_eq!((stripes.kind, blocks(&stripes)[1].0), (Kind::Striped, 60));
+    }
+
+    #[test]
+    fn all_of_several_exemplars_count() {
+        let plain = found(Pattern::None, 0.1, Some(5.0));
+        assert!(one(&plain).ways.contains(&Way::Scanlines));
+        let striped = found(Pattern::Stripes([0.0, 50.0]), 0.8, Some(4.0));
+        let both = |first, second| advise(&[(first, SIDE), (second, Size::new(200, 400))]);
+        let mixed = both(&plain, &striped);
+        // Sides of a quarter to an eleventh of 200, at least the period of 50, and no tiles of two.
+        assert_eq!(blocks(&mixed), [(50, 8), (50, 16)]);
+        assert_eq!((mixed.kind, &mixed.ways), (Kind::Striped, &both(&striped, &plain).ways));
+        assert!(!mixed.ways.iter().any(|way| matches!(way, Way::Roller { .. } | Way::Scanlines)));
+        assert!(
+            mixed.reason.contains("exemplar 1: irregular") && mixed.reason.contains("exemplar 2: striped")
+        );
     }
 
     #[test]
     fn kinds_follow_direction_and_edges() {
         let mut analysis = found(Pattern::None, 0.0, Some(4.0));
         analysis.kurtosis = 3.2;
-        assert_eq!(advise(&analysis, SIDE).kind, Kind::Random);
+        assert_eq!(one(&analysis).kind, Kind::Random);
         analysis.orientation.coherence = 0.5;
-        let advice = advise(&analysis, SIDE);
+        let advice = one(&analysis);
         assert_eq!(advice.kind, Kind::Oriented);
         assert!(advice.reason.contains("0.50") && advice.reason.contains("4.0 texels"), "{}", advice.reason);
     }
@@ -238,7 +274,7 @@ mod tests {
             period in prop::option::of(1.0..300.0f64),
         ) {
             let pattern = period.map_or(Pattern::None, |p| Pattern::Stripes([p, 0.0]));
-            let advice = advise(&found(pattern, share, feature), Size::new(width, height));
+            let advice = advise(&[(&found(pattern, share, feature), Size::new(width, height))]);
             prop_assert!(!blocks(&advice).is_empty());
             for (block, overlap) in blocks(&advice) {
                 prop_assert!(block <= width.min(height) && (1..=block / 2).contains(&overlap));

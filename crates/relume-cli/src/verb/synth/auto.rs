@@ -1,4 +1,4 @@
-//! `relume synth --method auto`: the exemplar is measured, textures are made in the ways that the
+//! `relume synth --method auto`: the exemplars are measured, textures are made in the ways that the
 //! analysis advises, and the one that is nearest to the exemplar is kept.
 //!
 //! Near is the multi-scale patch distance between index planes, so that of functions, over all
@@ -9,6 +9,7 @@
 
 use std::collections::VecDeque;
 use std::fmt::Write;
+use std::path::PathBuf;
 use std::time::Instant;
 
 use relume::analysis::advice::Way;
@@ -16,8 +17,8 @@ use relume::analysis::{Advice, Analysis, advise, analyze};
 use relume::field::IndexSpace;
 use relume::metric::texture::copying::copying;
 use relume::metric::texture::{SlicedOptions, Source, Sources, sliced};
-use relume::synthesis::pixel::PatchMatchOptions;
-use relume::synthesis::{Blend, BlockOptions, Exemplar, SourceMap, gather};
+use relume::synthesis::pixel::{NeighbourSearch, PatchMatchOptions, WeiLevoyOptions};
+use relume::synthesis::{Blend, BlockOptions, Boundary, Exemplar, SourceMap, gather};
 use relume::{Error, Limits, ReflectanceField, Result};
 use serde_json::{Value, json};
 
@@ -36,6 +37,8 @@ const LARGEST_PIECE: f64 = 0.5;
 /// By how much the seed of a try is raised that is made again because it was a copy: the first block
 /// came from a corner, where the exemplar goes on longest, and does so at any size of blocks.
 const COPIED_AGAIN: u64 = 1000;
+/// The search of scanlines that continue what is beside them: no other candidates, which need no tree.
+const CONTINUED: NeighbourSearch = NeighbourSearch::Coherence { candidates: 1, codewords: 4096 };
 /// Seed of the measure: another than that of `relume compare`, so that what is chosen by this is not
 /// flattered by that.
 const MEASURE_SEED: u64 = 1;
@@ -65,9 +68,12 @@ impl Auto {
         exemplars: &[Exemplar<'_>],
         context: &Context,
     ) -> Result<(SourceMap, Report)> {
-        let index = exemplars[0].index;
-        let found = analyze(index, &context.limits).map_err(|e| e.at(&args.exemplars[0]))?;
-        let advice = advise(&found, index.size());
+        let analyses = exemplars.iter().zip(&args.exemplars);
+        let found: Vec<Analysis> = analyses
+            .map(|(exemplar, path)| analyze(exemplar.index, &context.limits).map_err(|e| e.at(path)))
+            .collect::<Result<_>>()?;
+        let sizes = exemplars.iter().map(|exemplar| exemplar.index.size());
+        let advice = advise(&found.iter().zip(sizes).collect::<Vec<_>>());
         let space = IndexSpace::new(fields[0], args.metric, args.domain)?;
         let mut best: Option<(Score, usize, SourceMap, Report)> = None;
         let mut tries = Vec::new();
@@ -95,7 +101,7 @@ impl Auto {
             let reason = tries.into_iter().find_map(|one| one.outcome.err());
             return Err(reason.unwrap_or_else(|| Error::usage("there was nothing to try")));
         };
-        let choice = Choice { found, advice, tries, kept };
+        let choice = Choice { files: args.exemplars.clone(), found, advice, tries, kept };
         Ok((map, choice.report(report)))
     }
 
@@ -111,6 +117,9 @@ impl Auto {
                 Some(Attempt::Blocks(BlockOptions { block, overlap, ..self.blocks.clone() }))
             }
             Way::PatchMatch if !asked => Some(Attempt::Patches(self.blocks.clone())),
+            Way::Scanlines if !asked && self.blocks.boundary == Boundary::Open => {
+                Some(Attempt::Scanlines(self.blocks.clone()))
+            }
             Way::Roller { tiles } if !asked && !guided => Some(Attempt::Tiles(tiles, self.blocks.clone())),
             _ => None,
         });
@@ -155,13 +164,17 @@ impl Auto {
 enum Attempt {
     Blocks(BlockOptions),
     Patches(BlockOptions),
+    Scanlines(BlockOptions),
     Tiles(usize, BlockOptions),
 }
 
 impl Attempt {
     fn with_seed_after(&self, steps: u64) -> Self {
         let mut next = self.clone();
-        let (Self::Blocks(options) | Self::Patches(options) | Self::Tiles(_, options)) = &mut next;
+        let (Self::Blocks(options)
+        | Self::Patches(options)
+        | Self::Scanlines(options)
+        | Self::Tiles(_, options)) = &mut next;
         options.seed = options.seed.wrapping_add(steps);
         next
     }
@@ -174,6 +187,12 @@ impl Attempt {
                 let options = PatchMatchOptions { size, guidance, seed, ..PatchMatchOptions::default() };
                 options.validate().map(|()| Plan::PatchMatch(options))
             }
+            Self::Scanlines(o) => {
+                let (size, guidance, seed) = (o.size, o.guidance.clone(), o.seed);
+                let search = CONTINUED;
+                let options = WeiLevoyOptions { size, search, guidance, seed, ..WeiLevoyOptions::default() };
+                options.validate().map(|()| Plan::WeiLevoy(options))
+            }
             Self::Tiles(tiles, options) => Laid::new(*tiles, options).map(Plan::Roller),
         }
     }
@@ -183,6 +202,7 @@ impl Attempt {
         match self {
             Self::Blocks(o) => format!("--block {} --overlap {} --seed {}", o.block, o.overlap, o.seed),
             Self::Patches(o) => format!("--method patchmatch --seed {}", o.seed),
+            Self::Scanlines(o) => format!("--method wei-levoy --coherence 1 --seed {}", o.seed),
             Self::Tiles(tiles, o) => format!("--method roller --tiles {tiles} --seed {}", o.seed),
         }
     }
@@ -246,7 +266,9 @@ impl Try {
 
 /// What was measured, tried and kept.
 struct Choice {
-    found: Analysis,
+    /// The exemplars, and what was found of each.
+    files: Vec<PathBuf>,
+    found: Vec<Analysis>,
     advice: Advice,
     tries: Vec<Try>,
     kept: usize,
@@ -256,15 +278,20 @@ impl Choice {
     /// The report of the kept texture, and how it was chosen.
     fn report(&self, kept: Report) -> Report {
         let mut text = format!("{}\n{}", kept.text, self.advice.reason);
-        let _ = write!(text, "\n{}", analyze::describe(&self.found));
+        for (file, found) in self.files.iter().zip(&self.found) {
+            if self.files.len() > 1 {
+                let _ = write!(text, "\n{}", file.display());
+            }
+            let _ = write!(text, "\n{}", analyze::describe(found));
+        }
         let _ = write!(text, "\nmade {}, kept the nearest to the exemplar (*):", self.tries.len());
         for (number, one) in self.tries.iter().enumerate() {
             text.push_str(&one.line(number == self.kept));
         }
-        text.push_str(&analyze::warnings(&self.found));
+        self.found.iter().for_each(|found| text.push_str(&analyze::warnings(found)));
         let mut json = kept.json;
         json["auto"] = json!({
-            "analysis": self.found,
+            "analyses": self.found,
             "advice": self.advice,
             "tries": self.tries.iter().map(Try::json).collect::<Vec<_>>(),
             "kept": self.kept,

@@ -18,7 +18,7 @@ use relume::field::IndexSpace;
 use relume::metric::texture::copying::copying;
 use relume::metric::texture::{SlicedOptions, Source, Sources, sliced};
 use relume::synthesis::pixel::{NeighbourSearch, PatchMatchOptions, WeiLevoyOptions};
-use relume::synthesis::{Blend, BlockOptions, Boundary, Exemplar, SourceMap, gather};
+use relume::synthesis::{Blend, BlockOptions, Exemplar, SourceMap, gather};
 use relume::{Error, Limits, ReflectanceField, Result};
 use serde_json::{Value, json};
 
@@ -117,9 +117,7 @@ impl Auto {
                 Some(Attempt::Blocks(BlockOptions { block, overlap, ..self.blocks.clone() }))
             }
             Way::PatchMatch if !asked => Some(Attempt::Patches(self.blocks.clone())),
-            Way::Scanlines if !asked && self.blocks.boundary == Boundary::Open => {
-                Some(Attempt::Scanlines(self.blocks.clone()))
-            }
+            Way::Scanlines if !asked => Some(Attempt::Scanlines(self.blocks.clone())),
             Way::Roller { tiles } if !asked && !guided => Some(Attempt::Tiles(tiles, self.blocks.clone())),
             _ => None,
         });
@@ -191,7 +189,7 @@ impl Attempt {
                 let (size, guidance, seed) = (o.size, o.guidance.clone(), o.seed);
                 let search = CONTINUED;
                 let options = WeiLevoyOptions { size, search, guidance, seed, ..WeiLevoyOptions::default() };
-                options.validate().map(|()| Plan::WeiLevoy(options))
+                options.validate().map(|()| Plan::WeiLevoy(options, o.boundary))
             }
             Self::Tiles(tiles, options) => Laid::new(*tiles, options).map(Plan::Roller),
         }

@@ -1,6 +1,7 @@
 //! The methods of `relume synth`: their options, checked, and what they say when they are done.
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
+use relume::synthesis::fill::{FillOptions, close};
 use relume::synthesis::pixel::patch_match::Optimised;
 use relume::synthesis::pixel::wei_levoy::Scanned;
 use relume::synthesis::pixel::{
@@ -109,7 +110,7 @@ pub enum Plan {
     /// Growth from a seed.
     EfrosLeung(EfrosLeungOptions),
     /// Scanlines from noise, coarse to fine.
-    WeiLevoy(WeiLevoyOptions),
+    WeiLevoy(WeiLevoyOptions, Boundary),
     /// The whole improved by matches of its patches, coarse to fine.
     PatchMatch(PatchMatchOptions),
     /// Tiles of whole periods.
@@ -143,19 +144,13 @@ impl Plan {
             }
             Method::WeiLevoy => {
                 let default = WeiLevoyOptions::default();
-                if boundary == Boundary::Torus {
-                    return Err(Error::usage(
-                        "--method wei-levoy does not join its last rows to the first: leave --tile out and make \
-                         the result tile with relume tileable, or choose another method",
-                    ));
-                }
                 let search = args.neighbour_search(default.search);
                 let window = args.neighbourhood.unwrap_or(default.window);
                 let levels = args.levels.unwrap_or(default.levels);
                 let guidance = blocks.guidance;
                 let options = WeiLevoyOptions { size, window, levels, search, guidance, seed };
                 options.validate()?;
-                Ok(Self::WeiLevoy(options))
+                Ok(Self::WeiLevoy(options, boundary))
             }
             Method::PatchMatch => {
                 let default = PatchMatchOptions::default();
@@ -200,9 +195,13 @@ impl Plan {
                 let (map, growth) = efros_leung(exemplars, options, limits, progress)?;
                 (map, describe_growth(options, &growth))
             }
-            Self::WeiLevoy(options) => {
+            Self::WeiLevoy(options, boundary) => {
                 let (map, scanned) = wei_levoy(exemplars, options, limits, progress)?;
-                (map, describe_scan(options, &scanned))
+                let described = describe_scan(options, &scanned);
+                match boundary {
+                    Boundary::Open => (map, described),
+                    Boundary::Torus => (closed(&map, options, exemplars, context)?, described),
+                }
             }
             Self::PatchMatch(options) => {
                 let (map, optimised) = patch_match(exemplars, options, limits, progress)?;
@@ -214,6 +213,24 @@ impl Plan {
         let report = texel_report(args, map.size(), &how, json);
         Ok((map, report))
     }
+}
+
+/// Texels along each edge that are filled anew where scanlines are to tile: their last rows do not see
+/// the first.
+const CLOSED: usize = 16;
+
+/// The same texture, tiling.
+fn closed(
+    map: &SourceMap,
+    options: &WeiLevoyOptions,
+    exemplars: &[Exemplar<'_>],
+    context: &Context,
+) -> Result<SourceMap> {
+    let Size { width, height } = options.size;
+    let band = (width.min(height) / 8).clamp(1, CLOSED);
+    let guidance = options.guidance.clone();
+    let filling = FillOptions { guidance, seed: options.seed, ..FillOptions::default() };
+    Ok(close(map, exemplars, band, &filling, &context.limits, &context.progress)?.0)
 }
 
 fn describe_growth(options: &EfrosLeungOptions, growth: &Growth) -> (String, Value) {

@@ -3,7 +3,8 @@
 //!
 //! - [`fill()`] fills a mask's holes, from their edges inward: by texels, as the Efros-Leung method
 //!   grows ([`super::pixel::grow`]), or by patches in the order of `patches`;
-//! - [`tileable`] opens a band along the border and fills it on the torus.
+//! - [`tileable`] opens a band along the border and fills it on the torus, [`close`] that of an output
+//!   of copies.
 //!
 //! Texels outside the holes are their own sources, so everything there stays as it is bit by bit.
 //! What a hole holds does not matter, not even whether it is a number.
@@ -96,7 +97,13 @@ pub fn fill(
         Some(mask) => holes.iter().zip(mask).map(|(hole, excluded)| hole | excluded).collect(),
     };
     let source = Exemplar { index: &blank, excluded: Some(&unusable) };
-    fill_from(source, holes, options, limits, progress)
+    let known = |texel: usize| (!holes[texel]).then(|| place(texel, index.size()));
+    fill_from(&[source], index.size(), known, options, limits, progress)
+}
+
+/// A texel of the only exemplar.
+fn place(texel: usize, size: Size) -> Texel {
+    Texel { exemplar: 0, y: (texel / size.width) as u32, x: (texel % size.width) as u32 }
 }
 
 /// Fills a band of `band` texels along each edge on the torus, so that the texture tiles. The
@@ -112,6 +119,36 @@ pub fn tileable(
     progress: &dyn Progress,
 ) -> Result<(SourceMap, Growth)> {
     let size = exemplar.index.size();
+    let own = |texel: usize| place(texel, size);
+    fill_band(&[exemplar], size, own, band, options, limits, progress)
+}
+
+/// Fills a band of `band` texels along each edge of an output of copies anew, from its exemplars, so
+/// that it tiles. A guide's target lies over the output.
+///
+/// # Errors
+/// As [`tileable`].
+pub fn close(
+    map: &SourceMap,
+    exemplars: &[Exemplar<'_>],
+    band: usize,
+    options: &FillOptions,
+    limits: &Limits,
+    progress: &dyn Progress,
+) -> Result<(SourceMap, Growth)> {
+    fill_band(exemplars, map.size(), |texel| map.copies()[texel], band, options, limits, progress)
+}
+
+/// Fills a band along each edge on the torus; `source` says where the other texels come from.
+fn fill_band(
+    exemplars: &[Exemplar<'_>],
+    size: Size,
+    source: impl Fn(usize) -> Texel,
+    band: usize,
+    options: &FillOptions,
+    limits: &Limits,
+    progress: &dyn Progress,
+) -> Result<(SourceMap, Growth)> {
     if band == 0 || 2 * band >= size.width.min(size.height) {
         return Err(Error::usage(format!(
             "a band of {band} texels along each edge of {size} texels: choose 1 to {}",
@@ -119,10 +156,12 @@ pub fn tileable(
         )));
     }
     let middle = |at: usize, length: usize| (band..length - band).contains(&at);
-    let texels = (0..size.height).flat_map(|y| (0..size.width).map(move |x| (x, y)));
-    let holes: Vec<bool> = texels.map(|(x, y)| !(middle(x, size.width) && middle(y, size.height))).collect();
+    let known = |texel: usize| {
+        let (x, y) = (texel % size.width, texel / size.width);
+        (middle(x, size.width) && middle(y, size.height)).then(|| source(texel))
+    };
     let options = FillOptions { boundary: Boundary::Torus, ..options.clone() };
-    fill_from(exemplar, &holes, &options, limits, progress)
+    fill_from(exemplars, size, known, &options, limits, progress)
 }
 
 fn check_holes(holes: &[bool], size: Size) -> Result<()> {
@@ -153,18 +192,17 @@ fn blanked(index: &Planes, holes: &[bool]) -> Planes {
     blank
 }
 
-/// Fills holes with copies of the exemplar, which is as large as the texture.
+/// Fills the texels whose source is not known with copies of the exemplars.
 fn fill_from(
-    exemplar: Exemplar<'_>,
-    holes: &[bool],
+    exemplars: &[Exemplar<'_>],
+    size: Size,
+    known: impl Fn(usize) -> Option<Texel>,
     options: &FillOptions,
     limits: &Limits,
     progress: &dyn Progress,
 ) -> Result<(SourceMap, Growth)> {
-    let size = exemplar.index.size();
-    let exemplars = [exemplar];
     let task = Task {
-        exemplars: &exemplars,
+        exemplars,
         guidance: options.guidance.as_ref(),
         size,
         boundary: options.boundary,
@@ -176,9 +214,8 @@ fn fill_from(
         seed: options.seed,
     };
     task.run(limits, |grower, lattice, matches| {
-        for texel in (0..size.texels()).filter(|&texel| !holes[texel]) {
-            let own = Texel { exemplar: 0, y: (texel / size.width) as u32, x: (texel % size.width) as u32 };
-            lattice.put(texel, own, grower.exemplars);
+        for (texel, source) in (0..size.texels()).filter_map(|texel| Some((texel, known(texel)?))) {
+            lattice.put(texel, source, grower.exemplars);
         }
         match options.method {
             FillMethod::Texels => grower.grow(lattice, matches, progress),

@@ -28,10 +28,6 @@ fn options(method: FillMethod, window: usize, boundary: Boundary, seed: u64) -> 
     FillOptions { method, window, epsilon: 0.1, boundary, guidance: None, seed }
 }
 
-fn place(texel: usize, size: Size) -> Texel {
-    Texel { exemplar: 0, y: (texel / size.width) as u32, x: (texel % size.width) as u32 }
-}
-
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(40))]
 
@@ -162,6 +158,30 @@ fn a_periodic_texture_is_made_to_tile_by_its_own_period() {
             (from.x as usize % 6, from.y as usize % 5) == (texel % 36 % 6, texel / 36 % 5)
         };
         assert!(map.copies().iter().enumerate().all(exact));
+    }
+}
+
+/// An output out of step at its border is put in step; its middle stays.
+#[test]
+fn an_output_of_copies_is_closed_from_its_exemplars() {
+    let index = noise(Size::new(6, 5), 2, 8).repeated(6, 6);
+    let exemplars = [Exemplar { index: &index, excluded: None }; 2];
+    let size = Size::new(42, 40);
+    let inside = |texel: usize| (4..38).contains(&(texel % 42)) && (4..36).contains(&(texel / 42));
+    let source = |texel: usize| {
+        let out_of_step = u32::from(!inside(texel));
+        let Texel { x, y, .. } = place(texel, size);
+        Texel { exemplar: 1, x: x % 6 + out_of_step, y: y % 5 }
+    };
+    let map = SourceMap::new(size, &exemplars, (0..size.texels()).map(source).collect());
+    for method in METHODS {
+        let options = FillOptions { epsilon: 0.0, ..options(method, 7, Boundary::Open, 1) };
+        let (closed, growth) = close(&map, &exemplars, 4, &options, &Limits::default(), &()).unwrap();
+        assert_eq!(growth.texels, 42 * 40 - 34 * 32);
+        for (texel, from) in closed.copies().iter().enumerate() {
+            assert_eq!((from.x as usize % 6, from.y as usize % 5), (texel % 42 % 6, texel / 42 % 5));
+            assert!(!inside(texel) || *from == source(texel));
+        }
     }
 }
 

@@ -9,7 +9,7 @@
 //!
 //! The output is always treated as a torus, as in the paper. Its first rows are made beside noise
 //! and the last ones do not see the first, so that it tiles well only where the coarser levels
-//! carry the structure across.
+//! carry the structure across; `synthesis::fill::close` fills its border anew.
 //!
 //! Exemplars are never seen beyond their edges; the paper lets them wrap or pads them.
 

@@ -8,7 +8,7 @@ use std::time::Instant;
 use relume::field::ColorModel;
 use relume::fit::{FitOptions, fit};
 use relume::numeric::random::Stream;
-use relume::{Direction, Limits, Raster, Samples, Size, Space};
+use relume::{Direction, Job, Raster, Samples, Size, Space};
 
 const SIDE: usize = 1024;
 const PHOTOGRAPHS: usize = 116;
@@ -32,7 +32,7 @@ fn main() {
             let options = FitOptions { color, space, ..FitOptions::default() };
             let (name, load) = (space.to_string(), |i: usize| Ok(photographs[i % 8].clone()));
             let seconds = best(|| {
-                let fit = fit(&lights, &load, &options, &Limits::default(), &());
+                let fit = fit(&lights, &load, &options, &Job::default());
                 drop(black_box(fit.expect("the lights suffice")));
             });
             println!(

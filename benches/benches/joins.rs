@@ -10,12 +10,12 @@ use std::time::Instant;
 
 use relume::procedural::{Material, MaterialOptions};
 use relume::synthesis::{Blend, BlockOptions, Exemplar, SourceMap, Texel, synthesize};
-use relume::{Limits, Planes, Size};
+use relume::{Job, Planes, Size};
 
 fn main() {
     println!("{} threads", rayon::current_num_threads());
     for material in Material::ALL {
-        let maps = material.make(&MaterialOptions::default(), &Limits::default()).expect("valid options");
+        let maps = material.make(&MaterialOptions::default(), &Job::default()).expect("valid options");
         for (blend, feather) in
             [(Blend::Cut, 0), (Blend::GraphCut, 0), (Blend::Cut, 2), (Blend::GraphCut, 2), (Blend::Alpha, 0)]
         {
@@ -41,7 +41,7 @@ fn make(exemplar: &Planes, blend: Blend, feather: usize, seed: u64) -> (f64, Sou
     let options = BlockOptions { size, block: 32, overlap: 8, blend, feather, seed, ..Default::default() };
     let begun = Instant::now();
     let exemplar = [Exemplar { index: exemplar, excluded: None }];
-    let made = synthesize(&exemplar, &options, &Limits::default(), &()).expect("valid options");
+    let made = synthesize(&exemplar, &options, &Job::default()).expect("valid options");
     (begun.elapsed().as_secs_f64(), made.map)
 }
 

@@ -11,7 +11,7 @@ use relume::random_field::level::{Level, Weights};
 use relume::random_field::neighbourhood::causal;
 use relume::random_field::sheet::{Area, Sheet};
 use relume::random_field::{ModelOptions, Search, SheetOptions, estimate};
-use relume::{Limits, Planes, Size};
+use relume::{Job, Planes, Size};
 
 const ROUNDS: usize = 5;
 
@@ -58,21 +58,20 @@ fn level(planes: usize, neighbours: usize) -> Level {
 }
 
 fn estimation() {
-    let limits = Limits::default();
+    let job = Job::default();
     for side in [256, 1024] {
         let planes = colour(side);
         for search in [Search::Nested, Search::Forward, Search::Backward] {
             let options = ModelOptions { search, ..ModelOptions::default() };
-            let seconds =
-                best(|| drop(black_box(estimate(&planes, &options, &limits, &()).expect("it varies"))));
+            let seconds = best(|| drop(black_box(estimate(&planes, &options, &job).expect("it varies"))));
             println!(
                 "estimation, {side} x {side} colour, 4 levels, 40 neighbours, {search:?}: {seconds:.3} s"
             );
         }
     }
-    let (model, _) = estimate(&colour(256), &ModelOptions::default(), &limits, &()).expect("it varies");
+    let (model, _) = estimate(&colour(256), &ModelOptions::default(), &job).expect("it varies");
     let options = SheetOptions { origin: [0, 0], size: Size::new(2048, 2048), seed: 1, period: None };
-    let seconds = best(|| drop(black_box(model.synthesize(&options, &limits).expect("it fits"))));
+    let seconds = best(|| drop(black_box(model.synthesize(&options, &job).expect("it fits"))));
     let neighbours: Vec<_> =
         model.levels.iter().map(|l| (l.neighbours.len(), l.coarse.len(), l.burn_in)).collect();
     println!(
@@ -83,7 +82,7 @@ fn estimation() {
 
 fn colour(side: usize) -> Planes {
     let options = MaterialOptions { size: Size::new(side, side), ..MaterialOptions::default() };
-    let maps = Material::Bark.make(&options, &Limits::default()).expect("the size is allowed");
+    let maps = Material::Bark.make(&options, &Job::default()).expect("the size is allowed");
     let mut planes = maps.albedo;
     for plane in planes.iter_mut() {
         plane.iter_mut().zip(maps.height.plane(0)).for_each(|(v, h)| *v *= 1.0 + 0.02 * h);

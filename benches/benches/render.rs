@@ -7,7 +7,7 @@ use std::time::Instant;
 use relume::field::{Basis, ColorModel};
 use relume::numeric::random::Stream;
 use relume::render::{Primitive, RenderOptions, render};
-use relume::{Limits, Planes, ReflectanceField, Size, Space, surface};
+use relume::{Job, Planes, ReflectanceField, Size, Space, surface};
 
 const ROUNDS: usize = 5;
 
@@ -20,7 +20,7 @@ fn main() {
         let options = RenderOptions { tiling: primitive.default_tiling(), ..RenderOptions::default() };
         let seconds = (0..ROUNDS).map(|_| {
             let start = Instant::now();
-            render(&field, Some(&normals), &mesh, &options, &Limits::default(), &()).expect("it renders");
+            render(&field, Some(&normals), &mesh, &options, &Job::default()).expect("it renders");
             start.elapsed().as_secs_f64()
         });
         println!("{:8} {:.2} s", primitive.name(), seconds.fold(f64::INFINITY, f64::min));

@@ -11,12 +11,12 @@ use relume::procedural::{Material, MaterialOptions};
 use relume::synthesis::Exemplar;
 use relume::synthesis::noise::{Noise, NoiseOptions};
 use relume::synthesis::roller::{Endless, RollerOptions, roll};
-use relume::{Limits, Planes, Size};
+use relume::{Job, Planes, Size};
 
 fn main() {
-    let limits = Limits::default();
+    let job = Job::default();
     println!("{} threads", rayon::current_num_threads());
-    let maps = Material::Weave.make(&MaterialOptions::default(), &limits).expect("the options are valid");
+    let maps = Material::Weave.make(&MaterialOptions::default(), &job).expect("the options are valid");
     analyses("RGB, 3 planes", &maps.albedo);
     let many: Vec<f32> =
         (0..6).flat_map(|k| maps.albedo.as_slice().iter().map(move |v| v * (k + 1) as f32)).collect();
@@ -38,7 +38,7 @@ fn analyses(what: &str, index: &Planes) {
     let exemplar = Exemplar { index, excluded: None };
     for tiles in [1, 4] {
         let options = RollerOptions { tiles, ..RollerOptions::default() };
-        let seconds = best(|| roll(&exemplar, &options, &Limits::default()).expect("the weave has periods"));
+        let seconds = best(|| roll(&exemplar, &options, &Job::default()).expect("the weave has periods"));
         println!("analysis, {what}, {tiles} tiles: {seconds:.3} s");
     }
 }
@@ -49,7 +49,7 @@ fn windows() {
     let plane = Endless::new(tile, count, 1).expect("tiles");
     let size = Size::new(4096, 4096);
     let bytes = (size.texels() * 3 * 4) as f64;
-    let seconds = best(|| plane.window(&stacked, -5000, 777, size, &Limits::default()).expect("a window"));
+    let seconds = best(|| plane.window(&stacked, -5000, 777, size, &Job::default()).expect("a window"));
     println!("enlargement, 3 f32 planes, memory allocated each time: {:.2} GB/s", bytes / seconds / 1e9);
     let interleaved = vec![7u8; stacked.size().texels() * 3];
     let mut row = vec![0u8; 65536 * 3];
@@ -66,9 +66,9 @@ fn noise() {
     let size = Size::new(256, 256);
     let data = (0..3 * size.texels()).map(|_| stream.unit() as f32).collect();
     let index = Planes::from_vec(size, 3, data).expect("three planes");
-    let make = || Noise::new(&index, &NoiseOptions::default(), &Limits::default()).expect("noise suits");
+    let make = || Noise::new(&index, &NoiseOptions::default(), &Job::default()).expect("noise suits");
     println!("noise, model of 256 x 256 RGB: {:.3} s", best(make));
     let (model, size) = (make(), Size::new(1024, 1024));
-    let seconds = best(|| model.window(0, 0, size, &Limits::default()).expect("a window"));
+    let seconds = best(|| model.window(0, 0, size, &Job::default()).expect("a window"));
     println!("noise, 3 planes: {:.1} million texels a second", size.texels() as f64 / seconds / 1e6);
 }

@@ -7,7 +7,7 @@
 use relume::procedural::{Material, MaterialOptions};
 use relume::synthesis::search::{SearchMethod, SearchOptions};
 use relume::synthesis::{BlockOptions, Exemplar, Synthesis, synthesize};
-use relume::{Limits, Planes, Size};
+use relume::{Job, Planes, Size};
 
 fn main() {
     println!("{} threads", rayon::current_num_threads());
@@ -28,7 +28,7 @@ fn main() {
 
 fn albedo(material: Material, side: usize) -> Planes {
     let options = MaterialOptions { size: Size::new(side, side), ..MaterialOptions::default() };
-    material.make(&options, &Limits::default()).expect("the options are valid").albedo
+    material.make(&options, &Job::default()).expect("the options are valid").albedo
 }
 
 fn enlarged(exemplar: &Planes, side: usize, method: SearchMethod) -> Synthesis {
@@ -36,7 +36,7 @@ fn enlarged(exemplar: &Planes, side: usize, method: SearchMethod) -> Synthesis {
     let size = Size::new(side, side);
     let options = BlockOptions { size, block: 32, overlap: 8, search, ..BlockOptions::default() };
     let exemplars = [Exemplar { index: exemplar, excluded: None }];
-    synthesize(&exemplars, &options, &Limits::default(), &()).expect("the options are valid")
+    synthesize(&exemplars, &options, &Job::default()).expect("the options are valid")
 }
 
 fn print_times(what: &str, made: &Synthesis) {

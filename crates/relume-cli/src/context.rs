@@ -1,7 +1,9 @@
 //! What every verb shares: the common options, turned into limits, threads and progress.
 
+use std::sync::Arc;
+
 use clap::Args;
-use relume::{Error, Limits, Result};
+use relume::{Error, Job, Limits, Result};
 
 use crate::progress::Bar;
 
@@ -29,10 +31,10 @@ pub struct Context {
     pub json: bool,
     /// Whether existing outputs may be replaced.
     pub force: bool,
-    /// Bounds for readers and stages.
-    pub limits: Limits,
+    /// What readers and stages work within.
+    pub job: Job,
     /// A bar on standard error, silent unless that is a terminal.
-    pub progress: Bar,
+    pub bar: Arc<Bar>,
 }
 
 impl Context {
@@ -46,12 +48,9 @@ impl Context {
                 Error::new(relume::ErrorKind::Io, format!("cannot start {threads} threads: {e}"))
             })?;
         }
-        Ok(Self {
-            json: common.json,
-            force: common.force,
-            limits: limits(common.memory)?,
-            progress: Bar::default(),
-        })
+        let bar = Arc::new(Bar::default());
+        let job = Job::new(limits(common.memory)?).with_progress(bar.clone());
+        Ok(Self { json: common.json, force: common.force, job, bar })
     }
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use relume::field::{Basis, ColorModel};
 use relume::format::{HeightMap, HeightScale};
 use relume::random_field::{FieldModel, SheetOptions};
-use relume::{Error, Limits, ReflectanceField, Result, Size};
+use relume::{Error, Job, ReflectanceField, Result, Size};
 
 use crate::{args, input};
 
@@ -25,48 +25,48 @@ pub struct Args {
 
 impl Args {
     /// Reads a texture, or a model and makes one of it.
-    pub fn texture(&self, path: &Path, limits: &Limits) -> Result<ReflectanceField> {
-        Ok(self.texture_of(path, limits)?.0)
+    pub fn texture(&self, path: &Path, job: &Job) -> Result<ReflectanceField> {
+        Ok(self.texture_of(path, job)?.0)
     }
 
     /// A texture, and the size of what a model of it was made of, else its own.
-    pub fn texture_of(&self, path: &Path, limits: &Limits) -> Result<(ReflectanceField, Size)> {
-        let Some(model) = input::model(path, limits)? else {
-            let field = input::field(path, limits)?.field;
+    pub fn texture_of(&self, path: &Path, job: &Job) -> Result<(ReflectanceField, Size)> {
+        let Some(model) = input::model(path, job)? else {
+            let field = input::field(path, job)?.field;
             let size = field.size();
             return Ok((field, size));
         };
-        let field = self.tile(&model, limits).map_err(|e| e.at(path))?;
+        let field = self.tile(&model, job).map_err(|e| e.at(path))?;
         Ok((field, Size::new(model.source.width as usize, model.source.height as usize)))
     }
 
     /// Reads a height map, or the model of one.
-    pub fn height(&self, path: &Path, limits: &Limits) -> Result<HeightMap> {
-        let Some(model) = input::model(path, limits)? else { return input::height(path, limits) };
+    pub fn height(&self, path: &Path, job: &Job) -> Result<HeightMap> {
+        let Some(model) = input::model(path, job)? else { return input::height(path, job) };
         if model.basis != Basis::Constant || model.color != ColorModel::Luminance {
             return Err(Error::usage("is not the model of a height map, which has one plane").at(path));
         }
-        let samples = self.tile(&model, limits).map_err(|e| e.at(path))?.coefficients().clone();
+        let samples = self.tile(&model, job).map_err(|e| e.at(path))?.coefficients().clone();
         let mm_per_texel = model.heights.and_then(|heights| heights.mm_per_texel);
         Ok(HeightMap { samples, scale: Some(HeightScale { offset: 0.0, step: 1.0, mm_per_texel }) })
     }
 
     /// Refuses options of models where none of the inputs is one.
-    pub fn check(&self, inputs: &[&Path], limits: &Limits) -> Result<()> {
+    pub fn check(&self, inputs: &[&Path], job: &Job) -> Result<()> {
         if self.model_size.is_none() && self.model_seed.is_none() {
             return Ok(());
         }
         for path in inputs {
-            if input::model(path, limits)?.is_some() {
+            if input::model(path, job)?.is_some() {
                 return Ok(());
             }
         }
         Err(Error::usage("--model-size and --model-seed are for .rlm models, and no input is one"))
     }
 
-    fn tile(&self, model: &FieldModel, limits: &Limits) -> Result<ReflectanceField> {
+    fn tile(&self, model: &FieldModel, job: &Job) -> Result<ReflectanceField> {
         let size = self.model_size.unwrap_or(model.tile_size());
         let seed = self.model_seed.unwrap_or_default();
-        model.synthesize(&SheetOptions { origin: [0, 0], size, seed, period: Some(size) }, limits)
+        model.synthesize(&SheetOptions { origin: [0, 0], size, seed, period: Some(size) }, job)
     }
 }

@@ -16,7 +16,7 @@ pub fn index(files: &[FieldFile], metric: Metric, domain: Domain, context: &Cont
     let space = IndexSpace::new(&files[0].field, metric, domain)?;
     let bytes = 4 * space.planes() as u64;
     let planes = |file: &FieldFile| {
-        context.limits.check("the index of the exemplar", file.field.size(), bytes)?;
+        context.job.check("the index of the exemplar", file.field.size(), bytes)?;
         Ok(space.index_planes(&file.field))
     };
     files.iter().map(planes).collect()
@@ -30,7 +30,7 @@ pub fn check_map(path: &Path) -> Result<()> {
 /// The file that a map makes of registered fields, stored as the first one was.
 pub fn apply(map: &SourceMap, files: &[FieldFile], output: &Path, context: &Context) -> Result<Vec<u8>> {
     let fields: Vec<&ReflectanceField> = files.iter().map(|file| &file.field).collect();
-    let field = gather(map, &fields, &context.limits).map_err(|e| e.at(output))?;
+    let field = gather(map, &fields, &context.job).map_err(|e| e.at(output))?;
     let encoding = &files[0].encoding;
     let format = if output::is_stream(output) {
         match *encoding {
@@ -42,7 +42,7 @@ pub fn apply(map: &SourceMap, files: &[FieldFile], output: &Path, context: &Cont
         FieldFormat::from_path(output)?.in_depth_of(encoding)
     };
     let shared = files.iter().all(|file| file.encoding == *encoding).then_some(encoding);
-    encode_field(&field, format, shared, &context.limits).map_err(|e| e.at(output))
+    encode_field(&field, format, shared, &context.job).map_err(|e| e.at(output))
 }
 
 /// A file format of source maps.
@@ -63,7 +63,7 @@ impl MapFormat {
 
 /// x, y and exemplar of each texel's source; of blended texels the dominant one.
 pub fn source_map(map: &SourceMap, path: &Path, context: &Context) -> Result<Vec<u8>> {
-    context.limits.check("the source map", map.size(), 24)?;
+    context.job.check("the source map", map.size(), 24)?;
     let values = map.copies().iter().flat_map(|from| [from.x, from.y, from.exemplar]);
     match MapFormat::from_path(path)? {
         MapFormat::Npy => {

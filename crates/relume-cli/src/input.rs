@@ -5,42 +5,42 @@ use std::path::Path;
 
 use relume::format::{self, FieldFile, HeightMap, rlm};
 use relume::random_field::FieldModel;
-use relume::{Error, Limits, Planes, Raster, Result, Size};
+use relume::{Error, Job, Planes, Raster, Result, Size};
 
 use crate::output::is_stream;
 
 /// Reads a field: a `.ptm`, an EXR field, or any picture as a texture of constants.
-pub fn field(path: &Path, limits: &Limits) -> Result<FieldFile> {
+pub fn field(path: &Path, job: &Job) -> Result<FieldFile> {
     if is_stream(path) {
-        return format::decode_field(&stdin(limits)?, limits).map_err(|e| e.at("standard input"));
+        return format::decode_field(&stdin(job)?, job).map_err(|e| e.at("standard input"));
     }
-    format::read_field(path, limits)
+    format::read_field(path, job)
 }
 
 /// Reads a random-field model from a file; `None` where the file is another, or standard input.
-pub fn model(path: &Path, limits: &Limits) -> Result<Option<FieldModel>> {
+pub fn model(path: &Path, job: &Job) -> Result<Option<FieldModel>> {
     if is_stream(path) {
         return Ok(None);
     }
-    rlm::read_if_model(path, limits)
+    rlm::read_if_model(path, job)
 }
 
 /// Reads a picture as stored.
-pub fn raster(path: &Path, limits: &Limits) -> Result<Raster> {
+pub fn raster(path: &Path, job: &Job) -> Result<Raster> {
     if is_stream(path) {
-        return format::decode_raster(&stdin(limits)?, limits).map_err(|e| e.at("standard input"));
+        return format::decode_raster(&stdin(job)?, job).map_err(|e| e.at("standard input"));
     }
-    format::read_raster(path, limits)
+    format::read_raster(path, job)
 }
 
 /// Reads a file as it is.
-pub fn bytes(path: &Path, limits: &Limits) -> Result<Vec<u8>> {
+pub fn bytes(path: &Path, job: &Job) -> Result<Vec<u8>> {
     if is_stream(path) {
-        return stdin(limits);
+        return stdin(job);
     }
     let failed = |e: std::io::Error| Error::io("cannot read the file", &e).at(path);
     let length = std::fs::metadata(path).map_err(failed)?.len();
-    limits.check_bytes("the file", length).map_err(|e| e.at(path))?;
+    job.check_bytes("the file", length).map_err(|e| e.at(path))?;
     std::fs::read(path).map_err(failed)
 }
 
@@ -50,16 +50,16 @@ pub fn texels(map: &HeightMap) -> Planes {
 }
 
 /// Reads a height map with its recorded scale.
-pub fn height(path: &Path, limits: &Limits) -> Result<HeightMap> {
+pub fn height(path: &Path, job: &Job) -> Result<HeightMap> {
     if is_stream(path) {
-        return format::decode_height(&stdin(limits)?, limits).map_err(|e| e.at("standard input"));
+        return format::decode_height(&stdin(job)?, job).map_err(|e| e.at("standard input"));
     }
-    format::read_height(path, limits)
+    format::read_height(path, job)
 }
 
 /// The planes of a map that says what is where; it must have the size of what it lies over.
-pub fn guide(path: &Path, size: Size, limits: &Limits) -> Result<Planes> {
-    let guide = field(path, limits)?.field.coefficients().clone();
+pub fn guide(path: &Path, size: Size, job: &Job) -> Result<Planes> {
+    let guide = field(path, job)?.field.coefficients().clone();
     if guide.size() != size {
         return Err(Error::usage(format!(
             "the guide is {} texels, what it lies over {size}: they must be equally large",
@@ -71,8 +71,8 @@ pub fn guide(path: &Path, size: Size, limits: &Limits) -> Result<Planes> {
 }
 
 /// The texels of a mask that are brighter than half; it must have the size of what it masks.
-pub fn mask(path: &Path, size: Size, limits: &Limits) -> Result<Vec<bool>> {
-    let mask = raster(path, limits)?;
+pub fn mask(path: &Path, size: Size, job: &Job) -> Result<Vec<bool>> {
+    let mask = raster(path, job)?;
     if mask.size() != size {
         return Err(Error::usage(format!(
             "the mask is {} texels, what it masks {size}: they must be equally large",
@@ -85,13 +85,13 @@ pub fn mask(path: &Path, size: Size, limits: &Limits) -> Result<Vec<bool>> {
 }
 
 /// All of standard input, up to the memory limit.
-fn stdin(limits: &Limits) -> Result<Vec<u8>> {
+fn stdin(job: &Job) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     std::io::stdin()
         .lock()
-        .take(limits.max_bytes.saturating_add(1))
+        .take(job.limits().max_bytes.saturating_add(1))
         .read_to_end(&mut bytes)
         .map_err(|e| Error::io("cannot read standard input", &e))?;
-    limits.check_bytes("standard input", bytes.len() as u64)?;
+    job.check_bytes("standard input", bytes.len() as u64)?;
     Ok(bytes)
 }

@@ -139,7 +139,7 @@ pub fn read_all(paths: &[PathBuf], context: &Context) -> Result<Vec<FieldFile>> 
     let kind = |field: &ReflectanceField| {
         format!("{} {} in {} values", field.color().name(), field.basis().name(), field.space())
     };
-    let files = paths.iter().map(|path| input::field(path, &context.limits)).collect::<Result<Vec<_>>>()?;
+    let files = paths.iter().map(|path| input::field(path, &context.job)).collect::<Result<Vec<_>>>()?;
     for (file, path) in files.iter().zip(paths) {
         let (found, expected) = (kind(&file.field), kind(&files[0].field));
         if found != expected {

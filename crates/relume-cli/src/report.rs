@@ -33,7 +33,7 @@ impl Report {
 
     /// Prints it as the options ask.
     pub fn print(&self, context: &Context) -> Result<()> {
-        context.progress.clear();
+        context.bar.clear();
         let line = if context.json { format!("{:#}", self.json) } else { self.text.clone() };
         if line.is_empty() {
             return Ok(());

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use relume::format::{FieldFile, exr};
 use relume::numeric::cells::Cells;
 use relume::synthesis::roller::TileSet;
-use relume::{Error, Limits, Result, Size};
+use relume::{Error, Job, Result, Size};
 use serde_json::{Value, json};
 
 use crate::input;
@@ -65,16 +65,16 @@ pub fn sidecar(tiles: &TileSet) -> Vec<u8> {
 }
 
 /// Reads a set of tiles; none where a file is something else.
-pub fn open(path: &Path, limits: &Limits) -> Result<Option<TileSetFile>> {
+pub fn open(path: &Path, job: &Job) -> Result<Option<TileSetFile>> {
     if is_stream(path) {
         return Ok(None);
     }
     let found = match sidecar_path(path).filter(|path| path.is_file()) {
         Some(sidecar) => tiles_in(&sidecar)?,
-        None => exr::tiles_in(path, limits)?,
+        None => exr::tiles_in(path, job)?,
     };
     let Some((count, cells)) = found else { return Ok(None) };
-    let file = input::field(path, limits)?;
+    let file = input::field(path, job)?;
     let Size { width, height } = file.field.size();
     if count == 0 || !height.is_multiple_of(count) {
         return Err(Error::invalid(format!(

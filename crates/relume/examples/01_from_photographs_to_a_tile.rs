@@ -8,16 +8,16 @@ use relume::format::{Depth, PictureFormat, decode_raster, encode_picture};
 use relume::procedural::{Material, MaterialOptions};
 use relume::render::relight;
 use relume::synthesis::{BlockOptions, Boundary, Exemplar, gather, synthesize};
-use relume::{Direction, Limits, Result, Size, Space};
+use relume::{Direction, Job, Result, Size, Space};
 
 const PNG: PictureFormat = PictureFormat::Png(Depth::Eight);
 
 fn main() -> Result<()> {
-    let limits = Limits::default();
+    let job = Job::default();
 
     // Photographs of a built-in material, encoded as a camera would.
     let material = MaterialOptions { size: Size::new(96, 96), feature: 24.0, ..MaterialOptions::default() };
-    let dome = Dome::new(Material::Pebbles.make(&material, &limits)?, &DomeOptions::default(), &limits)?;
+    let dome = Dome::new(Material::Pebbles.make(&material, &job)?, &DomeOptions::default(), &job)?;
     let lamps: Vec<(String, Direction)> =
         lights(24).into_iter().enumerate().map(|(i, light)| (format!("photograph {i}"), light)).collect();
     let photographs = lamps
@@ -27,7 +27,7 @@ fn main() -> Result<()> {
 
     // A function for every texel.
     let options = FitOptions { color: ColorModel::Lrgb, space: Space::Srgb, ..FitOptions::default() };
-    let fitted = fit(&lamps, &|i| decode_raster(&photographs[i], &limits), &options, &limits, &())?;
+    let fitted = fit(&lamps, &|i| decode_raster(&photographs[i], &job), &options, &job)?;
     println!("fitted {} photographs: {:.2} dB", lamps.len(), fitted.report.error.psnr_db);
 
     // A larger texture that tiles: where each texel comes from, then the texels.
@@ -40,8 +40,8 @@ fn main() -> Result<()> {
         boundary: Boundary::Torus,
         ..BlockOptions::default()
     };
-    let made = synthesize(&[Exemplar { index: &index, excluded: None }], &blocks, &limits, &())?;
-    let large = gather(&made.map, &[&fitted.field], &limits)?;
+    let made = synthesize(&[Exemplar { index: &index, excluded: None }], &blocks, &job)?;
+    let large = gather(&made.map, &[&fitted.field], &job)?;
     println!("laid {} blocks", made.report.placements.len());
 
     // Pictures under one light.

@@ -20,6 +20,8 @@ pub enum ErrorKind {
     Limit,
     /// The operating system refused a read or a write.
     Io,
+    /// The job was stopped from outside before it was done.
+    Cancelled,
 }
 
 /// What went wrong, in one sentence, and in which file where one is concerned.

@@ -17,6 +17,7 @@
 // What everything stands on.
 pub mod direction;
 pub mod error;
+pub mod job;
 pub mod limits;
 pub mod maps;
 pub mod numeric;
@@ -24,6 +25,7 @@ pub mod picture;
 pub mod planes;
 pub mod progress;
 pub mod raster;
+pub mod size;
 pub mod space;
 
 // The central type.
@@ -48,9 +50,11 @@ pub mod render;
 pub use direction::Direction;
 pub use error::{Error, ErrorKind, Result};
 pub use field::ReflectanceField;
+pub use job::{Cancel, Held, Job};
 pub use limits::Limits;
 pub use picture::Picture;
-pub use planes::{Planes, Size};
+pub use planes::Planes;
 pub use progress::Progress;
 pub use raster::{Raster, Samples};
+pub use size::Size;
 pub use space::Space;

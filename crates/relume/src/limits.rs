@@ -1,7 +1,7 @@
 //! Bounds that are checked before any allocation whose size comes from input.
 
 use crate::error::{Error, Result};
-use crate::planes::Size;
+use crate::size::Size;
 
 /// How large a job may be. Readers and stages ask before they allocate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -40,13 +40,18 @@ impl Limits {
     /// Refuses `what` when it needs more than [`Limits::max_bytes`].
     pub fn check_bytes(&self, what: &str, bytes: u64) -> Result<()> {
         if bytes > self.max_bytes {
-            return Err(Error::limit(format!(
-                "{what} needs {} of memory and the limit is {}: choose a smaller size or raise the limit",
-                megabytes(bytes),
-                megabytes(self.max_bytes)
-            )));
+            return Err(self.refusal(what, bytes));
         }
         Ok(())
+    }
+
+    /// Why `what` does not fit.
+    pub(crate) fn refusal(&self, what: &str, bytes: u64) -> Error {
+        Error::limit(format!(
+            "{what} needs {} of memory and the limit is {}: choose a smaller size or raise the limit",
+            megabytes(bytes),
+            megabytes(self.max_bytes)
+        ))
     }
 }
 

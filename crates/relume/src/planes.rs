@@ -6,52 +6,8 @@
 //! are read and written.
 
 use crate::error::{Error, Result};
-use crate::limits::Limits;
-
-/// Width and height in texels.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct Size {
-    /// Texels along x.
-    pub width: usize,
-    /// Texels along y.
-    pub height: usize,
-}
-
-impl Size {
-    /// A size of `width` x `height` texels.
-    pub const fn new(width: usize, height: usize) -> Self {
-        Self { width, height }
-    }
-
-    /// The number of texels.
-    pub const fn texels(self) -> usize {
-        self.width * self.height
-    }
-
-    /// The index of texel (x, y) in a plane.
-    pub const fn index(self, x: usize, y: usize) -> usize {
-        y * self.width + x
-    }
-
-    /// Refuses a rectangle of `size` texels whose top-left texel is (x, y) when it is empty or
-    /// does not lie inside.
-    pub fn check_crop(self, x: usize, y: usize, size: Self) -> Result<()> {
-        let fits = x.checked_add(size.width).is_some_and(|end| end <= self.width)
-            && y.checked_add(size.height).is_some_and(|end| end <= self.height);
-        if !fits || size.texels() == 0 {
-            return Err(Error::usage(format!(
-                "a crop of {size} texels at ({x}, {y}) does not lie inside {self}"
-            )));
-        }
-        Ok(())
-    }
-}
-
-impl std::fmt::Display for Size {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{} x {}", self.width, self.height)
-    }
-}
+use crate::job::Job;
+pub use crate::size::Size;
 
 /// A stack of equally large planes.
 #[derive(Debug, Clone, PartialEq)]
@@ -68,8 +24,8 @@ impl Planes {
     }
 
     /// `count` planes of zeros, refused when they exceed the limits; `what` names them in the message.
-    pub fn zeros_within(limits: &Limits, what: &str, size: Size, count: usize) -> Result<Self> {
-        limits.check(what, size, 4 * count as u64)?;
+    pub fn zeros_within(job: &Job, what: &str, size: Size, count: usize) -> Result<Self> {
+        job.check(what, size, 4 * count as u64)?;
         Ok(Self::zeros(size, count))
     }
 

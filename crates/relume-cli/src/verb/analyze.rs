@@ -41,14 +41,14 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         Ok((path, format?))
     });
     let target = target.transpose()?;
-    args.evaluated.check(&[&args.file], &context.limits)?;
-    let field = args.evaluated.texture(&args.file, &context.limits)?;
+    args.evaluated.check(&[&args.file], &context.job)?;
+    let field = args.evaluated.texture(&args.file, &context.job)?;
     let space = IndexSpace::new(&field, Metric::Function, Domain::Hemisphere)?;
-    context.limits.check("the index of the texture", field.size(), 4 * space.planes() as u64)?;
+    context.job.check("the index of the texture", field.size(), 4 * space.planes() as u64)?;
     let planes = space.index_planes(&field);
-    let found = analyze(&planes, &context.limits).map_err(|e| e.at(&args.file))?;
+    let found = analyze(&planes, &context.job).map_err(|e| e.at(&args.file))?;
     if let Some((path, format)) = target {
-        let picture = draw(&relight(&field, Direction::ZENITH), &planes, &found, &context.limits)?;
+        let picture = draw(&relight(&field, Direction::ZENITH), &planes, &found, &context.job)?;
         output::write(path, &encode_picture(&picture, format)?, context)?;
     }
     let taken = args.output.as_deref().is_some_and(output::is_stream);

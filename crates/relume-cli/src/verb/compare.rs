@@ -12,7 +12,7 @@ use relume::metric::texture::{
 };
 use relume::metric::{psnr, rmse};
 use relume::render::{Sweep, relight};
-use relume::{Direction, Error, Limits, Planes, Progress, ReflectanceField, Result, Size, Space};
+use relume::{Direction, Error, Job, Planes, ReflectanceField, Result, Size, Space};
 use serde_json::json;
 
 use crate::context::Context;
@@ -57,8 +57,8 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     if inputs.into_iter().flatten().filter(|path| output::is_stream(path)).count() > 1 {
         return Err(Error::usage("standard input can be read only once: give - for one input at most"));
     }
-    args.evaluated.check(&[&args.reference, &args.other], &context.limits)?;
-    let read = |path: &Path| args.evaluated.texture(path, &context.limits);
+    args.evaluated.check(&[&args.reference, &args.other], &context.job)?;
+    let read = |path: &Path| args.evaluated.texture(path, &context.job);
     let pair = Pair { reference: read(&args.reference)?, other: read(&args.other)? };
     let lights = pair.lights(args.lights);
     if !args.texture {
@@ -157,17 +157,17 @@ impl Measured {
             seams: None,
             copying: sources.as_ref().map(copying),
         };
-        context.progress.start("comparing", lights.len() as u64);
+        context.job.start("comparing", lights.len() as u64);
         for &light in lights {
             for field in [&pair.reference, &pair.other] {
-                context.limits.check(
+                context.job.check(
                     "the texture under a light",
                     field.size(),
                     8 * field.color().channels() as u64,
                 )?;
             }
             let [a, b] = pair.under(light);
-            found.distances.push(distances(&a, &b, &options, &context.limits)?);
+            found.distances.push(distances(&a, &b, &options, &context.job)?);
             for (worst, wrap) in found.wraps.iter_mut().zip(wrap(&b)) {
                 *worst = if wrap.ratio > worst.ratio { wrap } else { *worst };
             }
@@ -175,7 +175,7 @@ impl Measured {
                 let seams = seams(&b, sources)?;
                 found.seams = found.seams.filter(|worst| worst.ratio >= seams.ratio).or(Some(seams));
             }
-            context.progress.advance(1);
+            context.job.advance(1)?;
         }
         Ok(found)
     }
@@ -260,13 +260,13 @@ struct SourceFile {
 
 impl SourceFile {
     fn read(path: &Path, context: &Context) -> Result<Self> {
-        let bytes = input::bytes(path, &context.limits)?;
+        let bytes = input::bytes(path, &context.job)?;
         let read = if bytes.starts_with(b"\x93NUMPY") { Self::of_npy } else { Self::of_exr };
-        read(&bytes, &context.limits).map_err(|e| e.at(path))
+        read(&bytes, &context.job).map_err(|e| e.at(path))
     }
 
-    fn of_npy(bytes: &[u8], limits: &Limits) -> Result<Self> {
-        let array = npy::decode_i32(bytes, limits)?;
+    fn of_npy(bytes: &[u8], job: &Job) -> Result<Self> {
+        let array = npy::decode_i32(bytes, job)?;
         if array.components != 3 {
             return Err(Error::invalid(format!(
                 "the array has {} numbers a texel: expected x, y and exemplar",
@@ -278,8 +278,8 @@ impl SourceFile {
         Ok(Self { size: array.size, texels })
     }
 
-    fn of_exr(bytes: &[u8], limits: &Limits) -> Result<Self> {
-        let (names, planes) = exr::decode_labelled(bytes, limits)?;
+    fn of_exr(bytes: &[u8], job: &Job) -> Result<Self> {
+        let (names, planes) = exr::decode_labelled(bytes, job)?;
         let place = |name: &str| {
             let missing =
                 || Error::invalid(format!("the picture has no channel '{name}': expected x, y and exemplar"));

@@ -78,10 +78,10 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let applied = args.how.check(&[&args.file, &args.mask], context)?;
     let boundary = if args.tile { Boundary::Torus } else { Boundary::Open };
     let texture = args.how.read(&args.file, applied, context)?;
-    let holes = input::mask(&args.mask, texture.file[0].field.size(), &context.limits)?;
+    let holes = input::mask(&args.mask, texture.file[0].field.size(), &context.job)?;
     let options = args.how.options(boundary, &texture);
     let excluded = texture.excluded.as_deref();
-    let (map, growth) = fill(&texture.index, &holes, excluded, &options, &context.limits, &context.progress)?;
+    let (map, growth) = fill(&texture.index, &holes, excluded, &options, &context.job)?;
     args.how.finish(&texture, &map, &growth, "of the holes", json!({ "tile": args.tile }), context)
 }
 
@@ -111,11 +111,11 @@ impl How {
     /// Reads a texture, its index planes, the texels that may not be copied, its guide, and the images
     /// that are filled in the same way.
     pub fn read<'a>(&self, path: &Path, applied: Vec<Applied<'a>>, context: &Context) -> Result<Texture<'a>> {
-        let file = [input::field(path, &context.limits)?];
+        let file = [input::field(path, &context.job)?];
         let index = gathered::index(&file, self.metric, self.domain, context)?.swap_remove(0);
-        let mask = |path: &PathBuf| input::mask(path, index.size(), &context.limits);
+        let mask = |path: &PathBuf| input::mask(path, index.size(), &context.job);
         let excluded = self.exclude.as_ref().map(mask).transpose()?;
-        let guide = |path: &PathBuf| input::guide(path, index.size(), &context.limits);
+        let guide = |path: &PathBuf| input::guide(path, index.size(), &context.job);
         let guide = self.guide.as_ref().map(guide).transpose()?;
         let images = read_registered(&applied, &file, context)?;
         Ok(Texture { file, index, excluded, guide, applied, images })

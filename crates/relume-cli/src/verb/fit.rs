@@ -74,13 +74,13 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let paths: Vec<&Path> = capture.photographs.iter().map(|p| p.path.as_path()).collect();
     output::check(&args.output, &paths, context)?;
     let load = |i: usize| {
-        let photograph = read_raster(paths[i], &context.limits)?;
+        let photograph = read_raster(paths[i], &context.job)?;
         let cropped = args.crop.map(|r| photograph.crop(r.x, r.y, r.size));
         cropped.unwrap_or(Ok(photograph)).map_err(|e| e.at(paths[i]))
     };
-    let fit = fit::fit(&capture.lights(), &load, &options, &context.limits, &context.progress)
-        .map_err(|e| e.at(&capture.light_file))?;
-    output::write(&args.output, &encode_field(&fit.field, format, None, &context.limits)?, context)?;
+    let fit =
+        fit::fit(&capture.lights(), &load, &options, &context.job).map_err(|e| e.at(&capture.light_file))?;
+    output::write(&args.output, &encode_field(&fit.field, format, None, &context.job)?, context)?;
     let json = json!({
         "output": args.output,
         "width": fit.field.size().width,

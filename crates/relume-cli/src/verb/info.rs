@@ -21,16 +21,16 @@ pub struct Args {
 
 /// Reads the file and describes it.
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
-    if let Some(model) = input::model(&args.file, &context.limits)? {
+    if let Some(model) = input::model(&args.file, &context.job)? {
         return super::model::describe(&model);
     }
-    if let Some(set) = tile_set::open(&args.file, &context.limits)? {
+    if let Some(set) = tile_set::open(&args.file, &context.job)? {
         let tiles = tile_set::in_words(set.count, &set.cells);
         let (text, mut value) = (text(&set.file), value(&set.file));
         value["tiles"] = json!({ "count": set.count, "cells": set.cells });
         return Ok(Report::new(format!("a set of {tiles}\n{text}"), value));
     }
-    let file = input::field(&args.file, &context.limits)?;
+    let file = input::field(&args.file, &context.job)?;
     Ok(Report::new(text(&file), value(&file)))
 }
 

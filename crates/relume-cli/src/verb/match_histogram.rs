@@ -42,23 +42,23 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     if args.ranks.as_ref() == Some(&args.output) {
         return Err(Error::usage("is named for two outputs of this command: choose another").at(&args.output));
     }
-    let file = input::field(&args.file, &context.limits)?;
-    let to = input::field(&args.to, &context.limits)?;
+    let file = input::field(&args.file, &context.job)?;
+    let to = input::field(&args.to, &context.job)?;
     let texels = file.field.size().texels();
     if args.ranks.is_some() && texels > MOST_RANKS {
         return Err(Error::usage(format!("--ranks holds at most {MOST_RANKS} ranks, found {texels} texels")));
     }
-    context.limits.check("the ranks", file.field.size(), 28 * file.field.coefficients().count() as u64)?;
+    context.job.check("the ranks", file.field.size(), 28 * file.field.coefficients().count() as u64)?;
     let (matched, ranks) = matched(&file.field, &to.field).map_err(|e| e.at(&args.file))?;
     let format = match output::is_stream(&args.output) {
         true => FieldFormat::Exr(ExrDepth::Float),
         false => FieldFormat::from_path(&args.output)?.in_depth_of(&to.encoding),
     };
-    let bytes = encode_field(&matched, format, Some(&to.encoding), &context.limits);
+    let bytes = encode_field(&matched, format, Some(&to.encoding), &context.job);
     output::write(&args.output, &bytes.map_err(|e| e.at(&args.output))?, context)?;
     if let Some(path) = &args.ranks {
         let format = FieldFormat::Exr(ExrDepth::Float);
-        let bytes = encode_field(&ranks, format, None, &context.limits).map_err(|e| e.at(path))?;
+        let bytes = encode_field(&ranks, format, None, &context.job).map_err(|e| e.at(path))?;
         output::write(path, &bytes, context)?;
     }
     let text = format!(

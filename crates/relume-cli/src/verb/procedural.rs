@@ -44,7 +44,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let tiling = if args.tile { Tiling::Torus } else { Tiling::Free };
     let options = args.options.options(tiling);
     let folder = Folder::stage(&args.output, context)?;
-    let maps = material.make(&options, &context.limits)?;
+    let maps = material.make(&options, &context.job)?;
     write(&maps, tiling, &folder)?;
     let json = description(args, material, &options, &maps);
     folder.add("material.json", format!("{json:#}\n").as_bytes())?;

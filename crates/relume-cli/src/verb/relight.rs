@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use relume::format::{Depth, PictureFormat, animation, encode_picture};
 use relume::render::{Sweep, relight};
-use relume::{Direction, Error, Picture, Progress, ReflectanceField, Result, surface};
+use relume::{Direction, Error, Picture, ReflectanceField, Result, surface};
 use serde_json::json;
 
 use crate::context::Context;
@@ -50,14 +50,14 @@ struct What {
 
 /// Reads the field, makes the pictures, writes them.
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
-    args.evaluated.check(&[&args.file], &context.limits)?;
+    args.evaluated.check(&[&args.file], &context.job)?;
     if let Some(sweep) = args.what.sweep {
         return run_sweep(args, sweep, context);
     }
     let format = still_format(&args.output)?;
     output::check(&args.output, &[&args.file], context)?;
-    let field = args.evaluated.texture(&args.file, &context.limits)?;
-    context.limits.check("the picture", field.size(), 24)?;
+    let field = args.evaluated.texture(&args.file, &context.job)?;
+    context.job.check("the picture", field.size(), 24)?;
     let (picture, format, what) = match args.what.light {
         Some(light) => (relight(&field, light), format, "picture"),
         None if args.what.albedo => (surface::albedo(&field), format, "albedo"),
@@ -113,7 +113,7 @@ fn run_sweep(args: &Args, sweep: Sweep, context: &Context) -> Result<Report> {
     if frames != Frames::Folder {
         output::check(&args.output, &[&args.file], context)?;
     }
-    let field = args.evaluated.texture(&args.file, &context.limits)?;
+    let field = args.evaluated.texture(&args.file, &context.job)?;
     if frames == Frames::Folder {
         write_folder(args, &field, &lights, context)?;
     } else {
@@ -139,11 +139,11 @@ fn write_folder(
     context: &Context,
 ) -> Result<()> {
     let folder = output::Folder::stage(&args.output, context)?;
-    context.progress.start("relighting", lights.len() as u64);
+    context.job.start("relighting", lights.len() as u64);
     for (i, &light) in lights.iter().enumerate() {
         let bytes = encode_picture(&relight(field, light), PictureFormat::Png(Depth::Eight))?;
         folder.add(format!("{i:04}.png"), &bytes)?;
-        context.progress.advance(1);
+        context.job.advance(1)?;
     }
     folder.commit()
 }
@@ -156,7 +156,7 @@ fn write_animation(
     context: &Context,
 ) -> Result<()> {
     let bytes_per_texel = (4 * field.color().channels() * lights.len()) as u64;
-    context.limits.check("the animation", field.size(), bytes_per_texel)?;
+    context.job.check("the animation", field.size(), bytes_per_texel)?;
     let pictures: Vec<Picture> = lights.iter().map(|&light| relight(field, light)).collect();
     let bytes = match frames {
         Frames::Gif => animation::encode_gif(&pictures, args.fps),

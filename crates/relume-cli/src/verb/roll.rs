@@ -65,7 +65,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         ..RollerOptions::default()
     };
     options.validate()?;
-    let file = input::field(&args.file, &context.limits)?;
+    let file = input::field(&args.file, &context.job)?;
     let images = read_registered(&applied, std::slice::from_ref(&file), context)?;
     let rolled = make(args, &file, &options, context)?;
     let mut files = tiles(&args.output, &rolled, &file, context)?;
@@ -109,24 +109,24 @@ fn tiles(
 fn make(args: &Args, file: &FieldFile, options: &RollerOptions, context: &Context) -> Result<Rolled> {
     let space = IndexSpace::new(&file.field, Metric::Function, Domain::Hemisphere)?;
     let bytes = 4 * space.planes() as u64;
-    context.limits.check("the index of the exemplar", file.field.size(), bytes)?;
+    context.job.check("the index of the exemplar", file.field.size(), bytes)?;
     let index = space.index_planes(&file.field);
-    let mask = |path: &PathBuf| input::mask(path, index.size(), &context.limits);
+    let mask = |path: &PathBuf| input::mask(path, index.size(), &context.job);
     let excluded = args.exclude.as_ref().map(mask).transpose()?;
-    roll(&Exemplar { index: &index, excluded: excluded.as_deref() }, options, &context.limits)
+    roll(&Exemplar { index: &index, excluded: excluded.as_deref() }, options, &context.job)
 }
 
 /// The file of the tiles, stored as the exemplar was.
 fn encode(rolled: &Rolled, file: &FieldFile, format: FieldFormat, context: &Context) -> Result<Vec<u8>> {
-    let field = gather(rolled.tiles.map(), &[&file.field], &context.limits)?;
+    let field = gather(rolled.tiles.map(), &[&file.field], &context.job)?;
     match format.in_depth_of(&file.encoding) {
         FieldFormat::Exr(depth) => {
             exr::encode_tiles(&field, rolled.tiles.count(), rolled.tiles.cells(), depth)
         }
         FieldFormat::Ptm if !matches!(file.encoding, Encoding::Ptm(_)) => {
-            encode_field(&field, format, None, &context.limits)
+            encode_field(&field, format, None, &context.job)
         }
-        format => encode_field(&field, format, Some(&file.encoding), &context.limits),
+        format => encode_field(&field, format, Some(&file.encoding), &context.job),
     }
 }
 

@@ -32,7 +32,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let band = args.band.unwrap_or_else(|| (size.width.min(size.height) / 8).max(1));
     let exemplar = Exemplar { index: &texture.index, excluded: texture.excluded.as_deref() };
     let options = args.how.options(Boundary::Torus, &texture);
-    let (map, growth) = tileable(exemplar, band, &options, &context.limits, &context.progress)?;
+    let (map, growth) = tileable(exemplar, band, &options, &context.job)?;
     let what = format!("of a band of {band} along the border");
     args.how.finish(&texture, &map, &growth, &what, json!({ "band": band }), context)
 }

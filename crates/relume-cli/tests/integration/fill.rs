@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use relume::format::{Depth, PictureFormat, encode_picture, read_raster};
-use relume::{Limits, Picture, Planes, Size, Space};
+use relume::{Job, Picture, Planes, Size, Space};
 
 use crate::support::{json, refused, run};
 
@@ -23,7 +23,7 @@ fn write_picture(path: &Path, size: Size, channels: usize, code: impl Fn(usize, 
 
 /// The samples of a picture, texel after texel.
 fn samples(path: &Path) -> (Size, Vec<u32>) {
-    let raster = read_raster(path, &Limits::default()).unwrap();
+    let raster = read_raster(path, &Job::default()).unwrap();
     let count = raster.size().texels() * raster.channels();
     (raster.size(), (0..count).map(|i| (raster.samples().value(i) * 255.0).round() as u32).collect())
 }

@@ -1,6 +1,6 @@
 //! `relume height` as a user runs it.
 
-use relume::Limits;
+use relume::Job;
 use relume::format::read_height;
 
 use crate::support::{failed, json};
@@ -45,7 +45,7 @@ fn heights_are_written_in_the_unit_that_is_known() {
     let folder = folder_with_capture();
     let heights = |out: &str, more: &[&str]| {
         json(folder.path(), &[&["height", "photos", "-o", out], more].concat());
-        read_height(&folder.path().join(out), &Limits::default()).unwrap()
+        read_height(&folder.path().join(out), &Job::default()).unwrap()
     };
     let texels = heights("a.exr", &["--threads", "1"]);
     let mm = heights("b.exr", &["--pixel-mm", "0.25"]);

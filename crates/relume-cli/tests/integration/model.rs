@@ -8,7 +8,7 @@ use relume::format::{
     FieldFormat, HeightFormat, PictureFormat, encode_field, encode_height, read_field, read_height,
 };
 use relume::procedural::{Material, MaterialOptions};
-use relume::{Limits, ReflectanceField, Size, Space};
+use relume::{Job, ReflectanceField, Size, Space};
 
 use crate::support::{failed, json, refused, run};
 
@@ -16,10 +16,10 @@ use crate::support::{failed, json, refused, run};
 fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let options = MaterialOptions { size: Size::new(64, 64), feature: 12.0, ..Default::default() };
-    let albedo = Material::Leather.make(&options, &Limits::default()).unwrap().albedo;
+    let albedo = Material::Leather.make(&options, &Job::default()).unwrap().albedo;
     let field = ReflectanceField::new(Basis::Constant, ColorModel::Rgb, Space::Srgb, albedo).unwrap();
     let format = FieldFormat::Picture(PictureFormat::from_path(Path::new("a.png")).unwrap());
-    let bytes = encode_field(&field, format, None, &Limits::default()).unwrap();
+    let bytes = encode_field(&field, format, None, &Job::default()).unwrap();
     fs::write(folder.path().join("leather.png"), bytes).unwrap();
     run(folder.path(), &["model", "leather.png", "-o", "leather.rlm", "--candidates", "12"]);
     folder
@@ -32,7 +32,7 @@ fn windows_of_a_model_fit_together_and_the_model_is_small() {
     assert!(fs::metadata(folder.join("leather.rlm")).unwrap().len() < 2000);
     run(folder, &["synth", "leather.rlm", "-o", "whole.png", "--window", "-30,-20,90,70"]);
     run(folder, &["synth", "leather.rlm", "-o", "part.png", "--window", "15,5,40,30", "--threads", "1"]);
-    let read = |name: &str| read_field(&folder.join(name), &Limits::default()).unwrap().field;
+    let read = |name: &str| read_field(&folder.join(name), &Job::default()).unwrap().field;
     let whole = read("whole.png").coefficients().crop(45, 25, Size::new(40, 30)).unwrap();
     assert_eq!(&whole, read("part.png").coefficients());
 }
@@ -43,7 +43,7 @@ fn windows_of_functions_hold_the_same_bytes_however_they_are_cut() {
     let folder = folder.path();
     run(folder, &["capture", "weave", "-o", "c", "--size", "80", "--lights", "12", "--feature", "10"]);
     run(folder, &["fit", "c", "-o", "weave.ptm"]);
-    let read = |name: &str| read_field(&folder.join(name), &Limits::default()).unwrap();
+    let read = |name: &str| read_field(&folder.join(name), &Job::default()).unwrap();
     for combine in ["always", "never"] {
         let model =
             ["model", "weave.ptm", "-o", "w.rlm", "--candidates", "6", "--combine", combine, "--force"];
@@ -77,7 +77,7 @@ fn a_window_larger_than_the_memory_allowed_is_drawn_in_bands() {
         // Files that are not written in rows are made at once, which takes 0.38 GiB.
         assert!(failed(folder, &[&draw("once.tif")[..], &least].concat(), 1).contains("memory"));
         run(folder, &draw("once.tif"));
-        let read = |name: &str| read_field(&folder.join(name), &Limits::default()).unwrap().field;
+        let read = |name: &str| read_field(&folder.join(name), &Job::default()).unwrap().field;
         assert_eq!(read("once.tif").coefficients(), read("large.png").coefficients(), "{size}");
         fs::remove_file(folder.join("once.tif")).unwrap();
     }
@@ -118,10 +118,10 @@ fn a_regular_material_is_combined_and_its_bytes_are_said() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     let options = MaterialOptions { size: Size::new(96, 96), feature: 12.0, ..Default::default() };
-    let albedo = Material::Weave.make(&options, &Limits::default()).unwrap().albedo;
+    let albedo = Material::Weave.make(&options, &Job::default()).unwrap().albedo;
     let field = ReflectanceField::new(Basis::Constant, ColorModel::Rgb, Space::Srgb, albedo).unwrap();
     let format = FieldFormat::Picture(PictureFormat::from_path(Path::new("a.png")).unwrap());
-    let bytes = encode_field(&field, format, None, &Limits::default()).unwrap();
+    let bytes = encode_field(&field, format, None, &Job::default()).unwrap();
     fs::write(folder.join("weave.png"), bytes).unwrap();
     let model = |name: &str, more: &[&str]| {
         run(folder, &[&["--json", "model", "weave.png", "--candidates", "12", "-o", name], more].concat())
@@ -134,7 +134,7 @@ fn a_regular_material_is_combined_and_its_bytes_are_said() {
     assert!(plain["structure"].is_null());
     run(folder, &["synth", "weave.rlm", "-o", "whole.png", "--window", "-30,-20,90,70"]);
     run(folder, &["synth", "weave.rlm", "-o", "part.png", "--window", "15,5,40,30", "--threads", "1"]);
-    let read = |name: &str| read_field(&folder.join(name), &Limits::default()).unwrap().field;
+    let read = |name: &str| read_field(&folder.join(name), &Job::default()).unwrap().field;
     let whole = read("whole.png").coefficients().crop(45, 25, Size::new(40, 30)).unwrap();
     assert_eq!(&whole, read("part.png").coefficients());
     assert!(run(folder, &["info", "weave.rlm"]).contains("structure: one tile"));
@@ -158,7 +158,7 @@ fn values_are_matched_exactly_and_taken_back() {
     let to = ["match", "made.png", "--to", "leather.png", "-o", "matched.png", "--ranks", "ranks.exr"];
     run(folder, &to);
     run(folder, &["match", "ranks.exr", "--to", "made.png", "-o", "again.png"]);
-    let read = |name: &str| read_field(&folder.join(name), &Limits::default()).unwrap().field;
+    let read = |name: &str| read_field(&folder.join(name), &Job::default()).unwrap().field;
     let sorted = |name: &str, plane: usize| {
         let mut values = read(name).coefficients().plane(plane).to_vec();
         values.sort_unstable_by(f32::total_cmp);
@@ -239,7 +239,7 @@ fn functions_are_modelled_for_each_of_some_lights() {
     let given = ["0,0,1", "0.6,0,0.8", "-0.6,0,0.8", "0,0.6,0.8", "0,-0.6,0.8", "0.5,0.5,0.7"];
     let lights: Vec<&str> = given.iter().flat_map(|light| ["--light", light]).collect();
     assert_eq!(json(folder, &[&model[..], &lights].concat())["lights"].as_array().unwrap().len(), 6);
-    let read = |name: &str| read_field(&folder.join(name), &Limits::default()).unwrap();
+    let read = |name: &str| read_field(&folder.join(name), &Job::default()).unwrap();
     for extension in ["ptm", "exr"] {
         let [whole, part] = ["whole", "part"].map(|name| format!("{name}.{extension}"));
         run(folder, &["synth", "s.rlm", "-o", &whole, "--window", "-30,-20,90,70"]);
@@ -262,7 +262,7 @@ fn a_modelled_height_map_keeps_its_millimetres() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     let options = MaterialOptions { size: Size::new(64, 64), feature: 12.0, ..Default::default() };
-    let relief = Material::Leather.make(&options, &Limits::default()).unwrap().height;
+    let relief = Material::Leather.make(&options, &Job::default()).unwrap().height;
     let (low, high) = relief.range(0);
     for (mm, extension) in [(Some(0.25), "exr"), (Some(0.25), "png"), (None, "png")] {
         let format = HeightFormat::from_path(Path::new(&format!("x.{extension}"))).unwrap();
@@ -273,7 +273,7 @@ fn a_modelled_height_map_keeps_its_millimetres() {
         assert_eq!(info["heights"]["mm_per_texel"].as_f64(), mm);
         for made in ["made.exr", "made.png"] {
             run(folder, &["synth", "r.rlm", "-o", made, "--size", "80", "--force"]);
-            let map = read_height(&folder.join(made), &Limits::default()).unwrap();
+            let map = read_height(&folder.join(made), &Job::default()).unwrap();
             assert_eq!(map.scale.unwrap().mm_per_texel, mm, "{name} {made}");
             let (least, greatest) = map.texels(1.0).range(0);
             assert!(

@@ -3,7 +3,7 @@
 use std::fs;
 
 use relume::format::{decode_raster, read_height};
-use relume::{Limits, Samples, Size};
+use relume::{Job, Samples, Size};
 
 use crate::support::{json, refused};
 
@@ -17,7 +17,7 @@ fn every_material_becomes_maps_whose_heights_are_recorded() {
         for file in ["albedo.png", "roughness.png", "normals_gl.png", "material.json"] {
             assert!(at.join(file).is_file(), "{name}: {file}");
         }
-        let heights = read_height(&at.join("height.png"), &Limits::default()).unwrap();
+        let heights = read_height(&at.join("height.png"), &Job::default()).unwrap();
         assert_eq!(heights.samples.size(), Size::new(40, 30));
         let (low, high) = heights.texels(f64::NAN).range(0);
         for (found, told) in [(low, "lowest"), (high, "highest")] {
@@ -51,7 +51,7 @@ fn slices_and_seeds_change_the_picture_and_wrong_parameters_are_refused() {
         let args = ["procedural", "marble", "-o", "m", "--size", "24", "--feature", "9", "--force"];
         json(folder.path(), &[&args[..], more].concat());
         let bytes = fs::read(folder.path().join("m/albedo.png")).unwrap();
-        match decode_raster(&bytes, &Limits::default()).unwrap().samples() {
+        match decode_raster(&bytes, &Job::default()).unwrap().samples() {
             Samples::U8(codes) => codes.clone(),
             _ => panic!("expected 8 bits"),
         }

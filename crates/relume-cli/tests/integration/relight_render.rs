@@ -5,7 +5,7 @@ use std::path::Path;
 
 use relume::field::{Basis, ColorModel};
 use relume::format::{decode_field, decode_raster};
-use relume::{Direction, Limits, Raster, ReflectanceField, Samples, Size};
+use relume::{Direction, Job, Raster, ReflectanceField, Samples, Size};
 
 use crate::support::{failed, refused, run};
 
@@ -20,7 +20,7 @@ fn folder_with_field() -> (tempfile::TempDir, ReflectanceField) {
         bytes.extend([90, 95, 128, 80 + wave, 100 + wave / 2, 140]);
     }
     (0..SIZE.texels()).for_each(|_| bytes.extend([230, 160, 90]));
-    let field = decode_field(&bytes, &Limits::default()).unwrap().field;
+    let field = decode_field(&bytes, &Job::default()).unwrap().field;
     assert_eq!((field.basis(), field.color(), field.size()), (Basis::Ptm, ColorModel::Lrgb, SIZE));
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("field.ptm"), bytes).unwrap();
@@ -28,7 +28,7 @@ fn folder_with_field() -> (tempfile::TempDir, ReflectanceField) {
 }
 
 fn picture(folder: &Path, name: &str) -> Raster {
-    decode_raster(&fs::read(folder.join(name)).unwrap(), &Limits::default()).unwrap()
+    decode_raster(&fs::read(folder.join(name)).unwrap(), &Job::default()).unwrap()
 }
 
 fn codes(raster: &Raster) -> &[u8] {

@@ -7,7 +7,7 @@ use relume::field::{Basis, ColorModel};
 use relume::format::{ExrDepth, FieldFormat, encode_field, read_field};
 use relume::numeric::cells::Cells;
 use relume::synthesis::roller::Endless;
-use relume::{Limits, Planes, ReflectanceField, Size, Space};
+use relume::{Job, Planes, ReflectanceField, Size, Space};
 use serde_json::Value;
 
 use crate::support::{failed, json, run};
@@ -33,11 +33,11 @@ fn regular(basis: Basis, color: ColorModel, space: Space) -> ReflectanceField {
 }
 
 fn write(field: &ReflectanceField, format: FieldFormat, path: &Path) {
-    fs::write(path, encode_field(field, format, None, &Limits::default()).unwrap()).unwrap();
+    fs::write(path, encode_field(field, format, None, &Job::default()).unwrap()).unwrap();
 }
 
 fn read(path: &Path) -> ReflectanceField {
-    read_field(path, &Limits::default()).unwrap().field
+    read_field(path, &Job::default()).unwrap().field
 }
 
 fn number(value: &Value, key: &str) -> usize {
@@ -66,8 +66,7 @@ fn windows_of_tiles_are_the_librarys_in_every_format() {
         run(folder, &["synth", tiles, "--window=-31,1000000,67,45", "--seed", "9", "-o", out]);
         let plane = Endless::new(tile, 3, 9).unwrap();
         let size = Size::new(67, 45);
-        let expected =
-            plane.window(stacked.coefficients(), -31, 1_000_000, size, &Limits::default()).unwrap();
+        let expected = plane.window(stacked.coefficients(), -31, 1_000_000, size, &Job::default()).unwrap();
         assert!(*read(&folder.join(out)).coefficients() == expected, "{out}");
     }
     // A tile set of one kind may be drawn as another file of that kind.

@@ -7,7 +7,7 @@ use std::process::{Command, Output};
 
 use relume::format::{Depth, PictureFormat, encode_picture};
 use relume::procedural::{Material, MaterialOptions};
-use relume::{Limits, Picture, Size, Space};
+use relume::{Job, Picture, Size, Space};
 use serde_json::Value;
 
 pub fn relume(folder: &Path, arguments: &[&str]) -> Output {
@@ -50,7 +50,7 @@ pub fn refused(folder: &Path, arguments: &[&str]) -> String {
 /// Writes the colours of a built-in material with features of `feature` texels.
 pub fn write_material(path: &Path, material: Material, size: Size, feature: f64) {
     let options = MaterialOptions { size, feature, ..MaterialOptions::default() };
-    let maps = material.make(&options, &Limits::default()).unwrap();
+    let maps = material.make(&options, &Job::default()).unwrap();
     let picture = Picture { planes: maps.albedo, space: Space::Linear };
     fs::write(path, encode_picture(&picture, PictureFormat::Png(Depth::Eight)).unwrap()).unwrap();
 }

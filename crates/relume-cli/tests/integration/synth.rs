@@ -6,7 +6,7 @@ use std::process::Output;
 
 use relume::field::{Basis, ColorModel};
 use relume::format::{ExrDepth, FieldFormat, encode_field, exr};
-use relume::{Limits, Planes, ReflectanceField, Size, Space};
+use relume::{Job, Planes, ReflectanceField, Size, Space};
 
 use crate::support::{done, read_png, refused};
 
@@ -75,8 +75,7 @@ fn pictures_keep_their_codes_and_registered_images_follow() {
     assert_copies(&map, &color, &made, 3);
     assert_copies(&map, &grey, &read_png(&at("b_height.png")).1, 2);
     synth(folder.path(), &["a.png", "-o", "c.png", "--tile", "--source-map", "map.exr"]);
-    let (names, planes) =
-        exr::decode_labelled(&fs::read(at("map.exr")).unwrap(), &Limits::default()).unwrap();
+    let (names, planes) = exr::decode_labelled(&fs::read(at("map.exr")).unwrap(), &Job::default()).unwrap();
     assert_eq!(names, ["exemplar", "x", "y"]);
     for (texel, from) in map.iter().enumerate() {
         assert_eq!([1, 2, 0].map(|k| planes.plane(k)[texel] as usize), *from);
@@ -118,11 +117,11 @@ fn exr_fields_keep_their_floats() {
         let values = bytes(size.texels() * 18, 4).into_iter().map(|b| f32::from(b) / 77.0 - 1.0);
         let planes = Planes::from_vec(size, 18, values.collect()).unwrap();
         let field = ReflectanceField::new(Basis::Ptm, ColorModel::Rgb, Space::Linear, planes).unwrap();
-        let file = encode_field(&field, FieldFormat::Exr(depth), None, &Limits::default()).unwrap();
+        let file = encode_field(&field, FieldFormat::Exr(depth), None, &Job::default()).unwrap();
         fs::write(folder.path().join("a.exr"), &file).unwrap();
         synth(folder.path(), &["a.exr", "-o", "b.exr", "--source-map", "map.npy", "--force"]);
         let made = fs::read(folder.path().join("b.exr")).unwrap();
-        let channels = |file: &[u8]| exr::decode_labelled(file, &Limits::default()).unwrap();
+        let channels = |file: &[u8]| exr::decode_labelled(file, &Job::default()).unwrap();
         let ((names, from), (new_names, to)) = (channels(&file), channels(&made));
         assert_eq!((names.len(), &names), (18, &new_names));
         let map = read_map(&folder.path().join("map.npy"));

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use super::{Analysis, trend};
 use crate::error::Result;
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::numeric::autocorrelation::Autocorrelation;
 use crate::numeric::fourier::{self, Fourier};
 use crate::numeric::lattice::{determinant, length};
@@ -30,14 +30,14 @@ const RANGE_DB: f64 = 60.0;
 ///
 /// # Panics
 /// When the picture and the planes differ in size.
-pub fn draw(picture: &Picture, planes: &Planes, analysis: &Analysis, limits: &Limits) -> Result<Picture> {
+pub fn draw(picture: &Picture, planes: &Planes, analysis: &Analysis, job: &Job) -> Result<Picture> {
     let size = picture.size();
     assert_eq!(size, planes.size(), "the picture of the analysed planes");
     let whole = Size::new(3 * size.width, size.height);
     let (even, _) = trend::removed(planes);
-    let correlation = Autocorrelation::new(&even, Autocorrelation::half(size), limits)?;
-    let power_db = power_db(&even, limits)?;
-    let mut out = Planes::zeros_within(limits, "the picture of the analysis", whole, 3)?;
+    let correlation = Autocorrelation::new(&even, Autocorrelation::half(size), job)?;
+    let power_db = power_db(&even, job)?;
+    let mut out = Planes::zeros_within(job, "the picture of the analysis", whole, 3)?;
     let encoded = picture.to_space(Space::Srgb).planes;
     let centre = [size.width / 2, size.height / 2];
     for (texel, (x, y)) in (0..size.texels()).map(|i| (i, (i % size.width, i / size.width))) {
@@ -74,9 +74,9 @@ fn is_on_line(pattern: &Pattern, place: [f64; 2]) -> bool {
 }
 
 /// The power of all planes under a Hann window, zero frequency in the middle, as greys.
-fn power_db(planes: &Planes, limits: &Limits) -> Result<Vec<f32>> {
+fn power_db(planes: &Planes, job: &Job) -> Result<Vec<f32>> {
     let size = planes.size();
-    limits.check("the spectrum", size, fourier::BYTES_PER_TEXEL + 16)?;
+    job.check("the spectrum", size, fourier::BYTES_PER_TEXEL + 16)?;
     let plan = Fourier::new(size);
     let hann = |i: usize, n: usize| 1.0 - (2.0 * PI * (i as f64 + 0.5) / n as f64).cos();
     let mut power = vec![0.0; plan.columns() * size.height];

@@ -24,7 +24,7 @@ pub use draw::draw;
 use serde::Serialize;
 
 use crate::error::{Error, Result};
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::numeric::autocorrelation::Autocorrelation;
 use crate::numeric::lattice::length;
 use crate::numeric::periods::{self, Pattern, Periods};
@@ -106,11 +106,11 @@ impl Warning {
 ///
 /// # Errors
 /// When a side is below [`LEAST_SIDE`], a value is not finite, or the limits are exceeded.
-pub fn analyze(planes: &Planes, limits: &Limits) -> Result<Analysis> {
+pub fn analyze(planes: &Planes, job: &Job) -> Result<Analysis> {
     check(planes)?;
-    limits.check("the texture without its trend", planes.size(), 8 * planes.count() as u64)?;
+    job.check("the texture without its trend", planes.size(), 8 * planes.count() as u64)?;
     let (even, trend) = trend::removed(planes);
-    let correlation = Autocorrelation::new(&even, Autocorrelation::half(even.size()), limits)?;
+    let correlation = Autocorrelation::new(&even, Autocorrelation::half(even.size()), job)?;
     let feature = feature::size(&correlation);
     let [scale, contrast] = blocks::drifts(&even, feature);
     let mut found = Analysis {

@@ -36,9 +36,8 @@ use serde::Serialize;
 use crate::direction::Direction;
 use crate::error::{Error, Result};
 use crate::field::{Basis, ColorModel, ReflectanceField};
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::planes::Planes;
-use crate::progress::Progress;
 use crate::raster::Raster;
 use crate::space::Space;
 use accumulate::accumulate;
@@ -120,24 +119,18 @@ pub type Load<'a> = dyn Fn(usize) -> Result<Raster> + Sync + 'a;
 /// Lights that do not determine the functions (before any photograph is read), whatever `load`
 /// refuses, photographs that differ in size or channels, samples that are not numbers, and sizes
 /// beyond `limits`.
-pub fn fit(
-    lights: &[(String, Direction)],
-    load: &Load,
-    options: &FitOptions,
-    limits: &Limits,
-    progress: &dyn Progress,
-) -> Result<Fit> {
+pub fn fit(lights: &[(String, Direction)], load: &Load, options: &FitOptions, job: &Job) -> Result<Fit> {
     options.validate()?;
     let directions: Vec<Direction> = lights.iter().map(|(_, light)| *light).collect();
     let design = Design::new(options.basis, &directions)?;
-    progress.start("fitting photographs", lights.len() as u64);
-    let stream = Stream::open(lights, load, options.basis.len(), limits)?;
+    job.start("fitting photographs", lights.len() as u64);
+    let stream = Stream::open(lights, load, options.basis.len(), job)?;
     let color = options.color_of(stream.channels())?;
     let grid = Grid::new(stream.size(), options.report_texels);
-    limits.check_bytes("the sample for the error report", stream.sample_bytes(&grid))?;
+    job.check_bytes("the sample for the error report", stream.sample_bytes(&grid))?;
     let levels = Levels::new(options.space);
 
-    let (sums, kept) = sum_photographs(&stream, &design, &levels, &grid, progress)?;
+    let (sums, kept) = sum_photographs(&stream, &design, &levels, &grid, job)?;
     let linear = options.leave_one_out.then(|| grid.planes(&sums));
     let coefficients = finish(sums, color, &design);
 
@@ -154,7 +147,7 @@ fn sum_photographs(
     design: &Design,
     levels: &Levels,
     grid: &Grid,
-    progress: &dyn Progress,
+    job: &Job,
 ) -> Result<(Planes, Vec<Raster>)> {
     let functions = design.functions();
     let channels = stream.channels();
@@ -167,7 +160,7 @@ fn sum_photographs(
         if grid.is_kept() {
             kept.extend(batch.iter().map(|photograph| grid.raster(photograph)));
         }
-        progress.advance(batch.len() as u64);
+        job.advance(batch.len() as u64)
     })?;
     Ok((sums, kept))
 }

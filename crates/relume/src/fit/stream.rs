@@ -8,7 +8,7 @@ use super::Load;
 use super::sample::Grid;
 use crate::direction::Direction;
 use crate::error::{Error, Result};
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::planes::Size;
 use crate::raster::{Raster, Samples};
 
@@ -38,7 +38,7 @@ impl<'a> Stream<'a> {
         lights: &'a [(String, Direction)],
         load: &'a Load<'a>,
         functions: usize,
-        limits: &Limits,
+        job: &Job,
     ) -> Result<Self> {
         let first = load(0)?;
         check_samples(&first, &lights[0].0)?;
@@ -51,7 +51,7 @@ impl<'a> Stream<'a> {
         // A batch takes no more memory than the sums, four bytes a function, or that of four.
         let batch = (4 * functions / depth).clamp(4, BATCH);
         let bytes = 4 * (functions * channels).max(functions + channels) + batch * channels * depth;
-        limits.check("the fit", size, bytes as u64)?;
+        job.check("the fit", size, bytes as u64)?;
         Ok(Self { lights, load, size, channels, depth, batch, first: Mutex::new(Some(first)) })
     }
 
@@ -92,12 +92,12 @@ impl<'a> Stream<'a> {
     /// Gives each batch, with the number of its first photograph, to `take`.
     ///
     /// # Errors
-    /// That of the first photograph, in order, that cannot be read.
-    pub fn for_each_batch(&self, mut take: impl FnMut(usize, &[Raster])) -> Result<()> {
+    /// That of the first photograph, in order, that cannot be read, and whatever `take` refuses.
+    pub fn for_each_batch(&self, mut take: impl FnMut(usize, &[Raster]) -> Result<()>) -> Result<()> {
         for start in (0..self.lights.len()).step_by(self.batch) {
             let end = (start + self.batch).min(self.lights.len());
             let read: Vec<Result<Raster>> = (start..end).into_par_iter().map(|i| self.read(i)).collect();
-            take(start, &read.into_iter().collect::<Result<Vec<_>>>()?);
+            take(start, &read.into_iter().collect::<Result<Vec<_>>>()?)?;
         }
         Ok(())
     }

@@ -3,6 +3,7 @@
 use proptest::prelude::*;
 
 use super::*;
+use crate::limits::Limits;
 use crate::numeric::random::Stream as Random;
 use crate::planes::Size;
 use crate::raster::Samples;
@@ -45,7 +46,7 @@ fn photographs(
 }
 
 fn run(lights: &[(String, Direction)], photographs: &[Raster], options: &FitOptions) -> Fit {
-    fit(lights, &|i| Ok(photographs[i].clone()), options, &Limits::default(), &()).unwrap()
+    fit(lights, &|i| Ok(photographs[i].clone()), options, &Job::default()).unwrap()
 }
 
 fn slow(lights: &[(String, Direction)], photographs: &[Raster], options: &FitOptions) -> ReflectanceField {
@@ -272,7 +273,7 @@ fn grids_too_large_to_keep_are_read_again() {
         Ok(photographs[i].clone())
     };
     let options = FitOptions { report_texels: usize::MAX, ..FitOptions::default() };
-    let Fit { field, report } = fit(&lights, &load, &options, &Limits::default(), &()).unwrap();
+    let Fit { field, report } = fit(&lights, &load, &options, &Job::default()).unwrap();
     assert_eq!((reads.into_inner(), report.texels_measured), (18, size.texels()));
     let rmse = slow_rmse(&field, lights[4].1, &photographs[4]);
     assert!((report.lights[4].error.rmse - rmse).abs() < 1e-6);
@@ -283,7 +284,7 @@ fn grids_too_large_to_keep_are_read_again() {
 
 fn failure(lights: &[(String, Direction)], photographs: &[Raster], options: &FitOptions) -> String {
     let load = |i: usize| Ok(photographs[i].clone());
-    fit(lights, &load, options, &Limits::default(), &()).unwrap_err().to_string()
+    fit(lights, &load, options, &Job::default()).unwrap_err().to_string()
 }
 
 #[test]
@@ -316,7 +317,7 @@ fn what_cannot_be_fitted_is_refused_before_reading() {
     let (lights, photographs) = capture(3, 20);
     let load = |_: usize| -> Result<Raster> { panic!("no photograph may be read") };
     let try_fit = |lights: &[(String, Direction)], options: &FitOptions| {
-        fit(lights, &load, options, &Limits::default(), &()).unwrap_err().to_string()
+        fit(lights, &load, options, &Job::default()).unwrap_err().to_string()
     };
     assert!(try_fit(&lights[..5], &FitOptions::default()).contains("found 5"));
     assert!(try_fit(&[], &FitOptions::default()).contains("found 0"));
@@ -324,9 +325,9 @@ fn what_cannot_be_fitted_is_refused_before_reading() {
     assert!(try_fit(&lights, &none).contains("at least 1 texel"));
     let grey = FitOptions { color: ColorModel::Luminance, ..FitOptions::default() };
     assert!(failure(&lights, &photographs, &grey).contains("coloured"));
-    let small = Limits { max_bytes: 200_000, ..Limits::default() };
+    let small = Job::new(Limits { max_bytes: 200_000, ..Limits::default() });
     let load = |i: usize| Ok(photographs[i].clone());
-    let refused = fit(&lights, &load, &FitOptions::default(), &small, &()).unwrap_err();
+    let refused = fit(&lights, &load, &FitOptions::default(), &small).unwrap_err();
     assert_eq!(refused.kind(), crate::ErrorKind::Limit);
 }
 

@@ -12,7 +12,7 @@ use super::ptm::{self, PtmEncoding, Under};
 use super::raster::decode_raster;
 use crate::error::{Error, Result};
 use crate::field::{Basis, ColorModel, ReflectanceField};
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::picture::Picture;
 use crate::raster::Samples;
 
@@ -96,32 +96,32 @@ impl FieldFormat {
 ///
 /// # Errors
 /// Names the file: one that cannot be read, is truncated, is of another kind or exceeds the limits.
-pub fn read_field(path: &Path, limits: &Limits) -> Result<FieldFile> {
-    let bytes = read_file(path, limits)?;
-    decode_field(&bytes, limits).map_err(|error| error.at(path))
+pub fn read_field(path: &Path, job: &Job) -> Result<FieldFile> {
+    let bytes = read_file(path, job)?;
+    decode_field(&bytes, job).map_err(|error| error.at(path))
 }
 
 /// The field in the bytes of a file; see [`read_field`].
 ///
 /// # Errors
 /// As [`read_field`], without a name.
-pub fn decode_field(bytes: &[u8], limits: &Limits) -> Result<FieldFile> {
+pub fn decode_field(bytes: &[u8], job: &Job) -> Result<FieldFile> {
     match Kind::of(bytes)? {
         Kind::Ptm => {
-            let (field, encoding) = ptm::decode(bytes, limits)?;
+            let (field, encoding) = ptm::decode(bytes, job)?;
             Ok(FieldFile { field, encoding: Encoding::Ptm(encoding) })
         }
         Kind::Exr => {
-            let (field, depth) = exr::decode_field(bytes, limits)?;
+            let (field, depth) = exr::decode_field(bytes, job)?;
             Ok(FieldFile { field, encoding: Encoding::Exr(depth) })
         }
-        Kind::Png | Kind::Jpeg | Kind::Tiff => decode_constants(bytes, limits),
+        Kind::Png | Kind::Jpeg | Kind::Tiff => decode_constants(bytes, job),
     }
 }
 
-fn decode_constants(bytes: &[u8], limits: &Limits) -> Result<FieldFile> {
-    let raster = decode_raster(bytes, limits)?;
-    limits.check("the picture as a field", raster.size(), 8 * raster.channels() as u64)?;
+fn decode_constants(bytes: &[u8], job: &Job) -> Result<FieldFile> {
+    let raster = decode_raster(bytes, job)?;
+    job.check("the picture as a field", raster.size(), 8 * raster.channels() as u64)?;
     let encoding = match raster.samples() {
         Samples::U8(_) => Encoding::Picture(Depth::Eight),
         Samples::U16(_) => Encoding::Picture(Depth::Sixteen),
@@ -144,11 +144,11 @@ pub fn encode_field(
     field: &ReflectanceField,
     format: FieldFormat,
     encoding: Option<&Encoding>,
-    limits: &Limits,
+    job: &Job,
 ) -> Result<Vec<u8>> {
     // A copy of the samples and the file itself.
     let bytes_per_texel = 8 * field.coefficients().count() as u64;
-    limits.check("writing the field", field.size(), bytes_per_texel)?;
+    job.check("writing the field", field.size(), bytes_per_texel)?;
     match (format, encoding) {
         (FieldFormat::Ptm, Some(Encoding::Ptm(stored))) => ptm::encode(field, Under::Stored(stored)),
         (FieldFormat::Ptm, _) => ptm::encode(field, Under::Chosen),

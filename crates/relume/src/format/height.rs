@@ -16,7 +16,7 @@ use super::input::{Kind, read_file};
 use super::picture::extension;
 use super::raster::decode_raster;
 use crate::error::{Error, Result};
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::planes::Planes;
 use crate::raster::Samples;
 
@@ -126,26 +126,26 @@ fn encode_png(height: &Planes, mm_per_texel: Option<f64>) -> Result<Vec<u8>> {
 ///
 /// # Errors
 /// Names the file: one that cannot be read, or whose record makes no sense.
-pub fn read_height(path: &Path, limits: &Limits) -> Result<HeightMap> {
-    decode_height(&read_file(path, limits)?, limits).map_err(|error| error.at(path))
+pub fn read_height(path: &Path, job: &Job) -> Result<HeightMap> {
+    decode_height(&read_file(path, job)?, job).map_err(|error| error.at(path))
 }
 
 /// The height map in the bytes of a file that records it as one; none where the file is another.
 ///
 /// # Errors
 /// As [`decode_height`], where there is a record.
-pub fn decode_recorded_height(bytes: &[u8], limits: &Limits) -> Result<Option<HeightMap>> {
-    if recorded(bytes, limits)?.is_none() {
+pub fn decode_recorded_height(bytes: &[u8], job: &Job) -> Result<Option<HeightMap>> {
+    if recorded(bytes, job)?.is_none() {
         return Ok(None);
     }
-    decode_height(bytes, limits).map(Some)
+    decode_height(bytes, job).map(Some)
 }
 
 /// What a file records of its heights.
-fn recorded(bytes: &[u8], limits: &Limits) -> Result<Option<HeightScale>> {
+fn recorded(bytes: &[u8], job: &Job) -> Result<Option<HeightScale>> {
     match Kind::of(bytes)? {
         Kind::Png => png_scale(bytes),
-        Kind::Exr => exr_scale(bytes, limits),
+        Kind::Exr => exr_scale(bytes, job),
         _ => Ok(None),
     }
 }
@@ -154,9 +154,9 @@ fn recorded(bytes: &[u8], limits: &Limits) -> Result<Option<HeightScale>> {
 ///
 /// # Errors
 /// As [`read_height`], without a name.
-pub fn decode_height(bytes: &[u8], limits: &Limits) -> Result<HeightMap> {
-    let raster = decode_raster(bytes, limits)?;
-    let recorded = recorded(bytes, limits)?;
+pub fn decode_height(bytes: &[u8], job: &Job) -> Result<HeightMap> {
+    let raster = decode_raster(bytes, job)?;
+    let recorded = recorded(bytes, job)?;
     let floats = matches!(raster.samples(), Samples::F32(_));
     let texels = floats.then_some(HeightScale { offset: 0.0, step: 1.0, mm_per_texel: None });
     let samples = raster.to_picture(raster.samples().space()).planes.truncated(1);
@@ -174,8 +174,8 @@ fn png_scale(bytes: &[u8]) -> Result<Option<HeightScale>> {
     scale(number(low)?, number(high)?, unit, texts.get(PIXEL).map(String::as_str))
 }
 
-fn exr_scale(bytes: &[u8], limits: &Limits) -> Result<Option<HeightScale>> {
-    let texts = exr::decode_texts(bytes, limits)?;
+fn exr_scale(bytes: &[u8], job: &Job) -> Result<Option<HeightScale>> {
+    let texts = exr::decode_texts(bytes, job)?;
     let Some(unit) = texts.get(EXR_UNIT) else { return Ok(None) };
     scale(0.0, 1.0, unit, texts.get(EXR_PIXEL).map(String::as_str))
 }
@@ -216,7 +216,7 @@ mod tests {
         for (format, tolerance) in [(HeightFormat::Png, 5.5 / 65535.0), (HeightFormat::Exr, 1e-6)] {
             for mm in [None, Some(0.125)] {
                 let bytes = encode_height(&heights(), mm, format).unwrap();
-                let map = decode_height(&bytes, &Limits::default()).unwrap();
+                let map = decode_height(&bytes, &Job::default()).unwrap();
                 assert_eq!(map.scale.unwrap().mm_per_texel, mm);
                 for (found, truth) in map.texels(99.0).as_slice().iter().zip(heights().as_slice()) {
                     assert!(
@@ -232,9 +232,9 @@ mod tests {
     fn a_level_map_and_one_without_a_record() {
         let level = Planes::from_vec(Size::new(2, 1), 1, vec![4.5; 2]).unwrap();
         let bytes = encode_height(&level, None, HeightFormat::Png).unwrap();
-        assert_eq!(decode_height(&bytes, &Limits::default()).unwrap().texels(1.0), level);
+        assert_eq!(decode_height(&bytes, &Job::default()).unwrap().texels(1.0), level);
         let plain = super::super::png::encode(Size::new(2, 1), 1, ::png::BitDepth::Eight, &[0, 255]).unwrap();
-        let map = decode_height(&plain, &Limits::default()).unwrap();
+        let map = decode_height(&plain, &Job::default()).unwrap();
         assert_eq!((map.scale, map.texels(8.0).as_slice()), (None, &[0.0, 8.0][..]));
     }
 
@@ -244,7 +244,7 @@ mod tests {
             let mut texts = vec![(RANGE, range.to_owned())];
             texts.extend(pixel.map(|p| (PIXEL, p.to_owned())));
             let bytes = super::super::png::encode_data16(Size::new(1, 1), &[0, 7], &texts).unwrap();
-            decode_height(&bytes, &Limits::default())
+            decode_height(&bytes, &Job::default())
         };
         assert!(with("0 1 texels", None).is_ok());
         for (range, pixel) in [

@@ -5,7 +5,7 @@ use std::io::Read;
 use std::path::Path;
 
 use crate::error::{Error, Result};
-use crate::limits::Limits;
+use crate::job::Job;
 
 /// The kinds of files that readers know by their first bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -62,22 +62,22 @@ fn unknown(bytes: &[u8]) -> Error {
 }
 
 /// All bytes of a file, refused when they exceed the limits.
-pub(super) fn read_file(path: &Path, limits: &Limits) -> Result<Vec<u8>> {
-    read_whole(path, limits).map_err(|error| error.at(path))
+pub(super) fn read_file(path: &Path, job: &Job) -> Result<Vec<u8>> {
+    read_whole(path, job).map_err(|error| error.at(path))
 }
 
-fn read_whole(path: &Path, limits: &Limits) -> Result<Vec<u8>> {
+fn read_whole(path: &Path, job: &Job) -> Result<Vec<u8>> {
     let io = |source: std::io::Error| Error::io("cannot read the file", &source);
     let file = File::open(path).map_err(io)?;
     let metadata = file.metadata().map_err(io)?;
     if metadata.is_dir() {
         return Err(Error::usage("this is a folder: expected a file"));
     }
-    limits.check_bytes("the file", metadata.len())?;
+    job.check_bytes("the file", metadata.len())?;
     // A pipe or a device has no length, so what is read is bounded as well.
     let mut bytes = Vec::with_capacity(metadata.len() as usize);
-    file.take(limits.max_bytes.saturating_add(1)).read_to_end(&mut bytes).map_err(io)?;
-    limits.check_bytes("the file", bytes.len() as u64)?;
+    file.take(job.limits().max_bytes.saturating_add(1)).read_to_end(&mut bytes).map_err(io)?;
+    job.check_bytes("the file", bytes.len() as u64)?;
     Ok(bytes)
 }
 

@@ -14,7 +14,7 @@
 //! | `.rlm` | [`rlm::decode`] | [`rlm::encode`] |
 //!
 //! Readers go by content, never by a file's name; writers are chosen by extension. Readers ask
-//! [`Limits`](crate::Limits) before they allocate. Writers return bytes: the caller decides where
+//! their [`Job`](crate::Job) before they allocate. Writers return bytes: the caller decides where
 //! they go. `docs/formats.md` has the layouts byte by byte.
 
 pub mod animation;

@@ -5,7 +5,7 @@
 //! the last index fastest. Rows run from the top.
 
 use crate::error::{Error, Result};
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::planes::Size;
 
 const MAGIC: &[u8] = b"\x93NUMPY\x01\x00";
@@ -52,7 +52,7 @@ pub fn encode_i32(size: Size, components: usize, values: &[i32]) -> Result<Vec<u
 ///
 /// # Errors
 /// Other versions, types and shapes; truncated or surplus bytes; sizes over the limits.
-pub fn decode_i32(bytes: &[u8], limits: &Limits) -> Result<Array> {
+pub fn decode_i32(bytes: &[u8], job: &Job) -> Result<Array> {
     let rest = bytes
         .strip_prefix(MAGIC)
         .ok_or_else(|| Error::unsupported("this is no NumPy array file of version 1.0"))?;
@@ -67,7 +67,7 @@ pub fn decode_i32(bytes: &[u8], limits: &Limits) -> Result<Array> {
         }
     }
     let (size, components) = shape(entry(&dictionary, "shape")?)?;
-    limits.check("the array", size, (components as u64).saturating_mul(4))?;
+    job.check("the array", size, (components as u64).saturating_mul(4))?;
     let expected = size.texels() * components * 4;
     if data.len() != expected {
         return Err(Error::invalid(format!(
@@ -114,21 +114,21 @@ mod tests {
         assert_eq!(&bytes[..10], b"\x93NUMPY\x01\x00\x76\x00");
         assert_eq!(&bytes[10..72], b"{'descr': '<i4', 'fortran_order': False, 'shape': (2, 3, 2), }");
         assert_eq!((bytes[127], &bytes[128..132]), (b'\n', &(-5i32).to_le_bytes()[..]));
-        assert_eq!(decode_i32(&bytes, &Limits::default()).unwrap(), Array { size, components: 2, values });
+        assert_eq!(decode_i32(&bytes, &Job::default()).unwrap(), Array { size, components: 2, values });
     }
 
     #[test]
     fn broken_arrays_are_refused() {
         let bytes = encode_i32(Size::new(2, 2), 1, &[1, 2, 3, 4]).unwrap();
         for length in 0..bytes.len() {
-            assert!(decode_i32(&bytes[..length], &Limits::default()).is_err(), "{length}");
+            assert!(decode_i32(&bytes[..length], &Job::default()).is_err(), "{length}");
         }
         let text = |from: &str, to: &str| {
             let header = String::from_utf8_lossy(&bytes[10..128]).replace(from, to);
             let mut changed = bytes[..10].to_vec();
             changed.extend_from_slice(&header.as_bytes()[..118]);
             changed.extend_from_slice(&bytes[128..]);
-            decode_i32(&changed, &Limits::default())
+            decode_i32(&changed, &Job::default())
         };
         assert!(text("zzz", "zzz").is_ok());
         assert!(text("<i4", ">i4").is_err());

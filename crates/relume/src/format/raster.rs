@@ -8,7 +8,7 @@ use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader};
 use super::input::{Kind, complaint, read_file};
 use super::{complete, exr};
 use crate::error::{Error, Result};
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::planes::Size;
 use crate::raster::{Raster, Samples};
 
@@ -18,53 +18,53 @@ use crate::raster::{Raster, Samples};
 ///
 /// # Errors
 /// Names the file: one that cannot be read, is truncated, is of another kind or exceeds the limits.
-pub fn read_raster(path: &Path, limits: &Limits) -> Result<Raster> {
-    let bytes = read_file(path, limits)?;
-    decode_raster(&bytes, limits).map_err(|error| error.at(path))
+pub fn read_raster(path: &Path, job: &Job) -> Result<Raster> {
+    let bytes = read_file(path, job)?;
+    decode_raster(&bytes, job).map_err(|error| error.at(path))
 }
 
 /// The picture in the bytes of a file; see [`read_raster`].
 ///
 /// # Errors
 /// As [`read_raster`], without a name.
-pub fn decode_raster(bytes: &[u8], limits: &Limits) -> Result<Raster> {
+pub fn decode_raster(bytes: &[u8], job: &Job) -> Result<Raster> {
     match Kind::of(bytes)? {
         Kind::Ptm => Err(Error::unsupported(
             "the file is a polynomial texture map: expected a picture; relight it to make one",
         )),
-        Kind::Exr => exr::decode_picture(bytes, limits),
+        Kind::Exr => exr::decode_picture(bytes, job),
         Kind::Png => {
             complete::check_png(bytes)?;
-            decode_with(bytes, ImageFormat::Png, limits)
+            decode_with(bytes, ImageFormat::Png, job)
         }
         Kind::Jpeg => {
             complete::check_jpeg(bytes)?;
-            decode_with(bytes, ImageFormat::Jpeg, limits)
+            decode_with(bytes, ImageFormat::Jpeg, job)
         }
-        Kind::Tiff => decode_with(bytes, ImageFormat::Tiff, limits),
+        Kind::Tiff => decode_with(bytes, ImageFormat::Tiff, job),
     }
 }
 
-fn decode_with(bytes: &[u8], format: ImageFormat, limits: &Limits) -> Result<Raster> {
+fn decode_with(bytes: &[u8], format: ImageFormat, job: &Job) -> Result<Raster> {
     let explain = |error| explain(format, &error);
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
-    reader.limits(decoder_limits(limits));
+    reader.limits(decoder_limits(job));
     let mut decoder = reader.into_decoder().map_err(explain)?;
     let (width, height) = decoder.dimensions();
     let bytes_per_texel = u64::from(decoder.color_type().bytes_per_pixel());
-    limits.check("the picture", Size::new(width as usize, height as usize), bytes_per_texel)?;
+    job.check("the picture", Size::new(width as usize, height as usize), bytes_per_texel)?;
     let orientation = decoder.orientation().map_err(explain)?;
     let mut image = DynamicImage::from_decoder(decoder).map_err(explain)?;
     image.apply_orientation(orientation);
     raster_from(image)
 }
 
-fn decoder_limits(limits: &Limits) -> image::Limits {
-    let side = u32::try_from(limits.max_side).unwrap_or(u32::MAX);
+fn decoder_limits(job: &Job) -> image::Limits {
+    let side = u32::try_from(job.limits().max_side).unwrap_or(u32::MAX);
     let mut bounds = image::Limits::default();
     bounds.max_image_width = Some(side);
     bounds.max_image_height = Some(side);
-    bounds.max_alloc = Some(limits.max_bytes);
+    bounds.max_alloc = Some(job.limits().max_bytes);
     bounds
 }
 

@@ -20,7 +20,7 @@ use realfft::num_complex::Complex64;
 
 use super::fourier::{self, Fourier, fast_length};
 use crate::error::Result;
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::planes::{Planes, Size};
 
 /// The correlation of planes with themselves at all shifts within reach.
@@ -43,13 +43,13 @@ impl Autocorrelation {
     ///
     /// # Errors
     /// When the transforms exceed the limits.
-    pub fn new(planes: &Planes, reach: Size, limits: &Limits) -> Result<Self> {
+    pub fn new(planes: &Planes, reach: Size, job: &Job) -> Result<Self> {
         let reach = within(planes.size(), reach);
         let padded = Size::new(
             fast_length(planes.size().width + reach.width),
             fast_length(planes.size().height + reach.height),
         );
-        limits.check("the autocorrelation", padded, fourier::BYTES_PER_TEXEL + 16)?;
+        job.check("the autocorrelation", padded, fourier::BYTES_PER_TEXEL + 16)?;
         let plan = Fourier::new(padded);
         let mut power = vec![0.0; plan.columns() * padded.height];
         let mut squares = vec![0.0; planes.size().texels()];
@@ -236,6 +236,7 @@ impl Energy {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::limits::Limits;
     use crate::numeric::random::Stream;
     use proptest::prelude::*;
 
@@ -246,7 +247,7 @@ mod tests {
     }
 
     fn correlate(planes: &Planes, reach: Size) -> Autocorrelation {
-        Autocorrelation::new(planes, reach, &Limits::default()).unwrap()
+        Autocorrelation::new(planes, reach, &Job::default()).unwrap()
     }
 
     #[test]
@@ -310,7 +311,7 @@ mod tests {
         let flat = Planes::from_vec(Size::new(9, 6), 1, vec![0.3; 54]).unwrap();
         let found = correlate(&flat, Size::new(4, 3));
         assert!(found.values.iter().all(|&v| v == 0.0));
-        let tight = Limits { max_bytes: 100, ..Limits::default() };
+        let tight = Job::new(Limits { max_bytes: 100, ..Limits::default() });
         assert!(Autocorrelation::new(&flat, Size::new(4, 3), &tight).is_err());
     }
 }

@@ -14,7 +14,7 @@
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::numeric::cells::Cells;
 use crate::numeric::hash;
 use crate::planes::{Planes, Size};
@@ -128,7 +128,7 @@ impl Endless {
     ///
     /// # Errors
     /// When the planes do not hold these tiles, or the window exceeds the limits.
-    pub fn window(&self, stacked: &Planes, x: i64, y: i64, size: Size, limits: &Limits) -> Result<Planes> {
+    pub fn window(&self, stacked: &Planes, x: i64, y: i64, size: Size, job: &Job) -> Result<Planes> {
         let expected = Size::new(self.tile().width, self.tile().height * self.tiles);
         if stacked.size() != expected {
             return Err(Error::usage(format!(
@@ -138,7 +138,7 @@ impl Endless {
                 stacked.size()
             )));
         }
-        let mut window = Planes::zeros_within(limits, "the window", size, stacked.count())?;
+        let mut window = Planes::zeros_within(job, "the window", size, stacked.count())?;
         let (width, height) = (size.width, size.height);
         window.as_mut_slice().par_chunks_exact_mut(width).enumerate().for_each(|(number, row)| {
             let (k, line) = (number / height, number % height);
@@ -151,6 +151,7 @@ impl Endless {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::limits::Limits;
     use crate::numeric::random::Stream;
     use proptest::prelude::*;
 
@@ -177,7 +178,7 @@ mod tests {
             let tile = plane.tile();
             let stacked = tiles(tile, count, planes);
             let (x, y) = (x + far, y - far);
-            let window = plane.window(&stacked, x, y, Size::new(width, height), &Limits::default()).unwrap();
+            let window = plane.window(&stacked, x, y, Size::new(width, height), &Job::default()).unwrap();
             for (i, j) in (0..height).flat_map(|j| (0..width).map(move |i| (i, j))) {
                 let from = plane.texel_at(x + i as i64, y + j as i64);
                 for k in 0..planes {
@@ -206,10 +207,10 @@ mod tests {
         assert!(Endless::new(Size::new(4, 4), 0, 0).is_err() && Endless::new(Size::new(0, 4), 1, 0).is_err());
         let plane = Endless::new(Size::new(4, 4), 2, 0).unwrap();
         let stacked = tiles(Size::new(4, 4), 2, 1);
-        let tight = Limits { max_bytes: 99, ..Limits::default() };
+        let tight = Job::new(Limits { max_bytes: 99, ..Limits::default() });
         assert!(plane.window(&stacked, 0, 0, Size::new(5, 5), &tight).is_err());
-        assert!(plane.window(&stacked, 0, 0, Size::new(0, 5), &Limits::default()).is_err());
-        let error = plane.window(&tiles(Size::new(4, 4), 3, 1), 0, 0, Size::new(5, 5), &Limits::default());
+        assert!(plane.window(&stacked, 0, 0, Size::new(0, 5), &Job::default()).is_err());
+        let error = plane.window(&tiles(Size::new(4, 4), 3, 1), 0, 0, Size::new(5, 5), &Job::default());
         assert!(error.unwrap_err().message().contains("4 x 8"));
     }
 }

@@ -27,7 +27,7 @@ pub use noise::Tiling;
 pub use parameters::{Cut, Parameters};
 
 use crate::error::{Error, Result};
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::maps::SurfaceMaps;
 use crate::planes::Size;
 use noise::Canvas;
@@ -147,10 +147,10 @@ impl Material {
     /// # Errors
     /// A feature size that is no length, a parameter that the material does not have or that is out
     /// of its range, or a size beyond the limits.
-    pub fn make(self, options: &MaterialOptions, limits: &Limits) -> Result<SurfaceMaps> {
+    pub fn make(self, options: &MaterialOptions, job: &Job) -> Result<SurfaceMaps> {
         options.validate()?;
         options.parameters.validate(self.name(), self.parameters())?;
-        limits.check("a material's maps", options.size, 5 * 4)?;
+        job.check("a material's maps", options.size, 5 * 4)?;
         let canvas = Canvas { size: options.size, tiling: options.tiling, seed: options.seed };
         Ok(paint(options.size, self.sampler(&canvas, options.feature, &options.parameters)))
     }
@@ -182,7 +182,7 @@ mod tests {
     }
 
     fn make(material: Material, options: &MaterialOptions) -> SurfaceMaps {
-        material.make(options, &Limits::default()).unwrap()
+        material.make(options, &Job::default()).unwrap()
     }
 
     fn all_planes(maps: &SurfaceMaps) -> Vec<Planes> {
@@ -260,7 +260,7 @@ mod tests {
     fn parameters_that_a_material_has_not_or_out_of_range_are_refused() {
         let refused = |material: Material, parameters| {
             let options = MaterialOptions { parameters, ..options(8, 8) };
-            material.make(&options, &Limits::default()).unwrap_err().to_string()
+            material.make(&options, &Job::default()).unwrap_err().to_string()
         };
         let text = refused(Material::Fire, Parameters { z: Some(1.0), ..Parameters::default() });
         assert_eq!(text, "fire has no parameter 'z': it has phi, turbulence, octaves");
@@ -280,15 +280,15 @@ mod tests {
 
     #[test]
     fn sizes_that_cannot_be_are_refused() {
-        let limits = Limits::default();
+        let job = Job::default();
         let sizes = [Size::new(0, 4), Size::new(1 << 18, 4)];
         for size in sizes {
             let options = MaterialOptions { size, ..Default::default() };
-            assert!(Material::Weave.make(&options, &limits).is_err());
+            assert!(Material::Weave.make(&options, &job).is_err());
         }
         for feature in [0.0, -3.0, f64::NAN, f64::INFINITY] {
             let options = MaterialOptions { feature, ..Default::default() };
-            assert!(Material::Sponge.make(&options, &limits).is_err());
+            assert!(Material::Sponge.make(&options, &job).is_err());
         }
         for (width, height) in [(1, 1), (1, 9), (3, 2)] {
             Material::ALL.into_iter().for_each(|m| make(m, &options(width, height)).validate().unwrap());

@@ -16,7 +16,7 @@ use super::neighbourhood::causal;
 use super::selection::posterior;
 use crate::error::Result;
 use crate::field::ReflectanceField;
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::numeric::autocorrelation::Autocorrelation;
 use crate::planes::{Planes, Size};
 
@@ -62,9 +62,9 @@ impl fmt::Display for Character {
 ///
 /// # Errors
 /// A field smaller than a small neighbourhood.
-pub fn character(field: &ReflectanceField, limits: &Limits) -> Result<Character> {
+pub fn character(field: &ReflectanceField, job: &Job) -> Result<Character> {
     let scores = luminance_scores(field);
-    Ok(Character { regularity: regularity(&scores, limits)?, edges: edges(&scores)? })
+    Ok(Character { regularity: regularity(&scores, job)?, edges: edges(&scores)? })
 }
 
 /// Normal scores of the sum of all index planes that stand for brightness: those of the function
@@ -85,9 +85,9 @@ fn luminance_scores(field: &ReflectanceField) -> Planes {
 
 /// The highest local maximum of the autocorrelation, 1 at the centre, between the first place along
 /// its direction where it has fallen below zero and a third of the sides.
-fn regularity(scores: &Planes, limits: &Limits) -> Result<f64> {
+fn regularity(scores: &Planes, job: &Job) -> Result<f64> {
     let third = Size::new(scores.size().width / 3, scores.size().height / 3);
-    let correlation = Autocorrelation::new(scores, third, limits)?;
+    let correlation = Autocorrelation::new(scores, third, job)?;
     Ok(highest_peak(|dx, dy| correlation.at(dx, dy), third.width as isize, third.height as isize))
 }
 
@@ -148,7 +148,7 @@ mod tests {
 
     fn of(planes: Planes) -> Character {
         let field = ReflectanceField::from_picture(Picture { planes, space: Space::Srgb });
-        character(&field, &Limits::default()).unwrap()
+        character(&field, &Job::default()).unwrap()
     }
 
     #[test]

@@ -7,10 +7,9 @@ use super::model::Model;
 use super::sheet::Area;
 use super::structure::{Structure, Tiles};
 use crate::error::{Error, Result};
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::numeric::pyramid;
 use crate::planes::{Planes, Size};
-use crate::progress::Progress;
 
 /// What the structure may take.
 #[derive(Clone, Copy)]
@@ -31,12 +30,11 @@ pub fn combine(
     tiles: Tiles<'_, Planes>,
     budget: &Budget<'_>,
     options: &ModelOptions,
-    limits: &Limits,
-    progress: &dyn Progress,
+    job: &Job,
 ) -> Result<(Model, Vec<LevelReport>)> {
     // The structure is coded in values: scores would stretch what lies between two modes.
     let straight = ModelOptions { marginals: false, ..*options };
-    let Scored { marginals, mixing, .. } = Scored::of(planes, &straight, limits)?;
+    let Scored { marginals, mixing, .. } = Scored::of(planes, &straight, job)?;
     let found = tiles.texels;
     if found.count() != planes.count() || !found.size().height.is_multiple_of(tiles.size.height.max(1)) {
         return Err(Error::usage(format!(
@@ -47,7 +45,7 @@ pub fn combine(
             planes.count()
         )));
     }
-    limits.check("the tiles to model", found.size(), 40 * planes.count() as u64)?;
+    job.check("the tiles to model", found.size(), 40 * planes.count() as u64)?;
     let scores = scores_of(found, &marginals);
     let deviations = scores.iter().map(root_mean_square).collect::<Vec<f64>>();
     let mut detail = mixing.components_of(&scores);
@@ -59,20 +57,20 @@ pub fn combine(
     );
     pyramid::subtract(&mut detail, &structure.decoded());
     let parts = Scored { marginals, mixing, components: detail };
-    let (mut model, reports) = completed(parts, Some(structure), &deviations, options, limits, progress)?;
+    let (mut model, reports) = completed(parts, Some(structure), &deviations, options, job)?;
     if options.marginals {
-        model.marginals = matched(planes, &model, tiles.size, limits)?;
+        model.marginals = matched(planes, &model, tiles.size, job)?;
     }
     Ok((model, reports))
 }
 
 /// Curves that give what the model makes the distributions of the planes.
-fn matched(planes: &Planes, model: &Model, tile: Size, limits: &Limits) -> Result<Vec<Marginal>> {
+fn matched(planes: &Planes, model: &Model, tile: Size, job: &Job) -> Result<Vec<Marginal>> {
     // Whole tiles, or each part of them would not have its share.
     let side = |tile: usize| GAUGE.next_multiple_of(tile);
     let area = Area { origin: [0, 0], size: Size::new(side(tile.width), side(tile.height)) };
-    limits.check("the sheet that distributions are measured on", area.size, 40 * planes.count() as u64)?;
-    let mut scores = model.scores(area, 0, None, limits)?;
+    job.check("the sheet that distributions are measured on", area.size, 40 * planes.count() as u64)?;
+    let mut scores = model.scores(area, 0, None, job)?;
     for (plane, gain) in scores.iter_mut().zip(&model.gains) {
         plane.iter_mut().for_each(|v| *v *= gain);
     }

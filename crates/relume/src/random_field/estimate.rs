@@ -14,11 +14,10 @@ use super::selection::{Choice, Search, posterior, search};
 use super::stability::{Stability, burn_in};
 use super::statistics::{Regressor, Window, inner_products};
 use crate::error::{Error, Result};
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::numeric::Matrix;
 use crate::numeric::pyramid::{self, Kernel};
 use crate::planes::{Planes, Size};
-use crate::progress::Progress;
 
 /// How a model is made.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -112,14 +111,9 @@ const LEAST_SHARE: f64 = 1e-4;
 /// # Errors
 /// Options out of range; planes that hold no numbers, do not vary, or are smaller than the
 /// neighbourhood; more memory than the limits allow.
-pub fn estimate(
-    planes: &Planes,
-    options: &ModelOptions,
-    limits: &Limits,
-    progress: &dyn Progress,
-) -> Result<(Model, Vec<LevelReport>)> {
-    let scored = Scored::of(planes, options, limits)?;
-    completed(scored, None, &vec![1.0; planes.count()], options, limits, progress)
+pub fn estimate(planes: &Planes, options: &ModelOptions, job: &Job) -> Result<(Model, Vec<LevelReport>)> {
+    let scored = Scored::of(planes, options, job)?;
+    completed(scored, None, &vec![1.0; planes.count()], options, job)
 }
 
 /// Planes made ready for modelling.
@@ -131,12 +125,12 @@ pub(super) struct Scored {
 }
 
 impl Scored {
-    pub(super) fn of(planes: &Planes, options: &ModelOptions, limits: &Limits) -> Result<Self> {
+    pub(super) fn of(planes: &Planes, options: &ModelOptions, job: &Job) -> Result<Self> {
         options.validate()?;
         // Scores, components, pyramid; of each level at once the expanded coarser one, and double precision for the
         // products: twice where the finest is fitted both with a coarser one and without.
         let bytes = if options.fewer { 96 } else { 56 };
-        limits.check("the planes to model", planes.size(), bytes * planes.count() as u64)?;
+        job.check("the planes to model", planes.size(), bytes * planes.count() as u64)?;
         if let Some(k) = (0..planes.count()).find(|&k| planes.plane(k).iter().any(|v| !v.is_finite())) {
             return Err(Error::invalid(format!("plane {k} holds values that are no finite numbers")));
         }

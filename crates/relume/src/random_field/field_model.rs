@@ -11,9 +11,8 @@ use super::structure::Tiles;
 use crate::direction::Direction;
 use crate::error::Result;
 use crate::field::{Basis, ColorModel, Domain, IndexSpace, Metric, ReflectanceField};
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::planes::{Planes, Size};
-use crate::progress::Progress;
 use crate::space::Space;
 
 /// A model and what its planes mean.
@@ -81,11 +80,10 @@ pub struct Source {
 pub fn model_field(
     field: &ReflectanceField,
     options: &ModelOptions,
-    limits: &Limits,
-    progress: &dyn Progress,
+    job: &Job,
 ) -> Result<(FieldModel, Vec<LevelReport>)> {
-    let space = checked_index_space(field, limits)?;
-    let (model, reports) = estimate(&space.index_planes(field), options, limits, progress)?;
+    let space = checked_index_space(field, job)?;
+    let (model, reports) = estimate(&space.index_planes(field), options, job)?;
     Ok((FieldModel::of(field, Fields::Joint(Box::new(model))), reports))
 }
 
@@ -99,20 +97,19 @@ pub fn combine_field(
     tiles: Tiles<'_, ReflectanceField>,
     budget: &Budget<'_>,
     options: &ModelOptions,
-    limits: &Limits,
-    progress: &dyn Progress,
+    job: &Job,
 ) -> Result<(FieldModel, Vec<LevelReport>)> {
-    let space = checked_index_space(field, limits)?;
-    limits.check("the index planes of the tiles", tiles.texels.size(), 4 * space.planes() as u64)?;
+    let space = checked_index_space(field, job)?;
+    job.check("the index planes of the tiles", tiles.texels.size(), 4 * space.planes() as u64)?;
     let laid = space.index_planes(tiles.texels);
     let tiles = Tiles { texels: &laid, size: tiles.size };
-    let (model, reports) = combine(&space.index_planes(field), tiles, budget, options, limits, progress)?;
+    let (model, reports) = combine(&space.index_planes(field), tiles, budget, options, job)?;
     Ok((FieldModel::of(field, Fields::Joint(Box::new(model))), reports))
 }
 
-fn checked_index_space(field: &ReflectanceField, limits: &Limits) -> Result<IndexSpace> {
+fn checked_index_space(field: &ReflectanceField, job: &Job) -> Result<IndexSpace> {
     let space = index_space(field)?;
-    limits.check("the index planes to model", field.size(), 4 * space.planes() as u64)?;
+    job.check("the index planes to model", field.size(), 4 * space.planes() as u64)?;
     Ok(space)
 }
 
@@ -124,11 +121,11 @@ pub fn index_space(field: &ReflectanceField) -> Result<IndexSpace> {
 }
 
 /// The field of functions of each channel: where it is LRGB, the nearest products of a luminance and a colour.
-fn like_functions(like: &ReflectanceField, functions: Planes, limits: &Limits) -> Result<ReflectanceField> {
+fn like_functions(like: &ReflectanceField, functions: Planes, job: &Job) -> Result<ReflectanceField> {
     if like.color() != ColorModel::Lrgb {
         return like.with_coefficients(functions);
     }
-    limits.check("the texture of the models", functions.size(), 12 * functions.count() as u64)?;
+    job.check("the texture of the models", functions.size(), 12 * functions.count() as u64)?;
     let channels = ReflectanceField::new(like.basis(), ColorModel::Rgb, like.space(), functions)?;
     let space = |field| IndexSpace::new(field, Metric::Function, Domain::Hemisphere);
     space(like)?.field(like, &space(&channels)?.index_planes(&channels))
@@ -153,16 +150,16 @@ impl FieldModel {
     ///
     /// # Errors
     /// As [`Model::synthesize`].
-    pub fn synthesize(&self, options: &SheetOptions, limits: &Limits) -> Result<ReflectanceField> {
+    pub fn synthesize(&self, options: &SheetOptions, job: &Job) -> Result<ReflectanceField> {
         let like = self.texel()?;
         match &self.fields {
             Fields::Joint(model) => {
-                let planes = model.synthesize(options, limits)?;
-                limits.check("the texture of the model", options.size, 8 * planes.count() as u64)?;
+                let planes = model.synthesize(options, job)?;
+                job.check("the texture of the model", options.size, 8 * planes.count() as u64)?;
                 index_space(&like)?.field(&like, &planes)
             }
             Fields::PerLight(lights) => {
-                like_functions(&like, per_light::functions(lights, self.basis, options, limits)?, limits)
+                like_functions(&like, per_light::functions(lights, self.basis, options, job)?, job)
             }
         }
     }
@@ -201,9 +198,9 @@ impl FieldModel {
     ///
     /// # Errors
     /// More memory than the limits allow.
-    pub fn gauge(&self, limits: &Limits) -> Result<ReflectanceField> {
+    pub fn gauge(&self, job: &Job) -> Result<ReflectanceField> {
         let size = Size::new(GAUGE, GAUGE);
-        self.synthesize(&SheetOptions { origin: [0, 0], size, seed: 0, period: None }, limits)
+        self.synthesize(&SheetOptions { origin: [0, 0], size, seed: 0, period: None }, job)
     }
 
     /// A field of one texel of the same kind.

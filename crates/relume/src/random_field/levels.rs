@@ -16,11 +16,10 @@ use super::model::Model;
 use super::sheet::{Area, Sheet};
 use super::structure::Structure;
 use crate::error::Result;
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::numeric::autocorrelation::Autocorrelation;
 use crate::numeric::pyramid::{self, Kernel};
 use crate::planes::{Planes, Size};
-use crate::progress::Progress;
 
 /// Coarsest levels have at least this many texels a side.
 const LEAST_SIDE: usize = 16;
@@ -39,18 +38,17 @@ pub(super) fn completed(
     structure: Option<Structure>,
     deviations: &[f64],
     options: &ModelOptions,
-    limits: &Limits,
-    progress: &dyn Progress,
+    job: &Job,
 ) -> Result<(Model, Vec<LevelReport>)> {
     let Scored { marginals, mixing, components } = scored;
     let kernel = Kernel::new(options.factor)?;
-    let fits = Fits::of(&components, &kernel, options, progress)?;
+    let fits = Fits::of(&components, &kernel, options, job)?;
     let gains = vec![1.0; marginals.len()];
     let mut model = Model { marginals, mixing, gains, kernel, levels: Vec::new(), structure };
-    let count = if options.fewer { nearest_count(&components, &fits, &model, limits)? } else { fits.most };
+    let count = if options.fewer { nearest_count(&components, &fits, &model, job)? } else { fits.most };
     let (levels, reports) = fits.levels(count);
     model.levels = levels;
-    model.gains = gains_of(&model, deviations, limits)?;
+    model.gains = gains_of(&model, deviations, job)?;
     Ok((model, reports))
 }
 
@@ -64,21 +62,16 @@ struct Fits {
 }
 
 impl Fits {
-    fn of(
-        components: &Planes,
-        kernel: &Kernel,
-        options: &ModelOptions,
-        progress: &dyn Progress,
-    ) -> Result<Self> {
+    fn of(components: &Planes, kernel: &Kernel, options: &ModelOptions, job: &Job) -> Result<Self> {
         let most = fitting_levels(components.size(), components.count(), options);
         let gaussian = pyramid::gaussian(components, kernel, most);
         let tried = if options.fewer { 1..=most } else { most..=most };
         let coarsest = tried.clone().map(|count| (count - 1, count));
         let jobs: Vec<(usize, usize)> = (0..most - 1).map(|k| (k, k + 2)).chain(coarsest).collect();
-        progress.start("estimating levels", jobs.len() as u64);
+        job.start("estimating levels", jobs.len() as u64);
         let fit = |&(k, count): &(usize, usize)| {
             let fitted = level(&gaussian[..count], k, kernel, options);
-            progress.advance(1);
+            job.advance(1)?;
             fitted
         };
         let fitted = jobs.par_iter().map(fit).collect::<Result<_>>()?;
@@ -93,12 +86,12 @@ impl Fits {
 }
 
 /// How many of some levels make the field whose autocorrelation is nearest to that of the components.
-fn nearest_count(components: &Planes, fits: &Fits, model: &Model, limits: &Limits) -> Result<usize> {
+fn nearest_count(components: &Planes, fits: &Fits, model: &Model, job: &Job) -> Result<usize> {
     let area = Area { origin: [0, 0], size: Size::new(GAUGE, GAUGE) };
     let half = Autocorrelation::half(components.size());
     let reach = Size::new(half.width.min(GAUGE / 2), half.height.min(GAUGE / 2));
     let resemblance =
-        |components: &Planes| Autocorrelation::new(&model.mixing.planes_of(components), reach, limits);
+        |components: &Planes| Autocorrelation::new(&model.mixing.planes_of(components), reach, job);
     let truth = resemblance(components)?;
     let mut best = (f64::INFINITY, 1);
     for count in fits.tried.clone() {
@@ -126,9 +119,9 @@ fn fitting_levels(mut size: Size, components: usize, options: &ModelOptions) -> 
 }
 
 /// What gives each plane's scores their deviation, measured on a sheet.
-fn gains_of(model: &Model, deviations: &[f64], limits: &Limits) -> Result<Vec<f32>> {
+fn gains_of(model: &Model, deviations: &[f64], job: &Job) -> Result<Vec<f32>> {
     let area = Area { origin: [0, 0], size: Size::new(GAUGE, GAUGE) };
-    let scores = model.scores(area, 0, None, limits)?;
+    let scores = model.scores(area, 0, None, job)?;
     let deviation = |plane: &[f32]| {
         let square: f64 = plane.iter().map(|&v| f64::from(v) * f64::from(v)).sum();
         (square / plane.len() as f64).sqrt()

@@ -9,7 +9,7 @@ use super::sheet::{Area, CELL, Sheet};
 use super::stability::BURN_INS;
 use super::structure::Structure;
 use crate::error::{Error, Result};
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::numeric::pyramid::{self, Kernel};
 use crate::planes::{Planes, Size};
 
@@ -65,11 +65,11 @@ impl Model {
     /// # Errors
     /// A period whose sides the pyramid does not divide, a place beyond 2^40 texels, or more memory
     /// than the limits allow.
-    pub fn synthesize(&self, options: &SheetOptions, limits: &Limits) -> Result<Planes> {
-        self.check(options, limits)?;
+    pub fn synthesize(&self, options: &SheetOptions, job: &Job) -> Result<Planes> {
+        self.check(options, job)?;
         let period = options.period.map(|period| [period.width as i64, period.height as i64]);
         let mut planes =
-            self.scores(Area { origin: options.origin, size: options.size }, options.seed, period, limits)?;
+            self.scores(Area { origin: options.origin, size: options.size }, options.seed, period, job)?;
         let texels = options.size.texels();
         for (k, plane) in planes.as_mut_slice().chunks_exact_mut(texels).enumerate() {
             let (gain, values) = (self.gains[k], self.marginals[k].values());
@@ -86,19 +86,19 @@ impl Model {
         area: Area,
         seed: u64,
         period: Option<[i64; 2]>,
-        limits: &Limits,
+        job: &Job,
     ) -> Result<Planes> {
         let mut field = match self.levels.is_empty() {
             true => Planes::zeros(area.size, self.mixing.components()),
             false => Sheet::new(&self.levels, &self.kernel, seed, period).field(area),
         };
         if let Some(structure) = &self.structure {
-            pyramid::add(&mut field, &structure.window(area, seed, period, limits)?);
+            pyramid::add(&mut field, &structure.window(area, seed, period, job)?);
         }
         Ok(self.mixing.planes_of(&field))
     }
 
-    fn check(&self, options: &SheetOptions, limits: &Limits) -> Result<()> {
+    fn check(&self, options: &SheetOptions, job: &Job) -> Result<()> {
         options.period.map_or(Ok(()), |period| self.check_period(period))?;
         if options.origin.iter().any(|v| v.abs() > FARTHEST) {
             return Err(Error::usage(format!(
@@ -110,8 +110,8 @@ impl Model {
         let around = CELL + 2 * BURN_INS[BURN_INS.len() - 1];
         let [width, height] =
             [options.size.width, options.size.height].map(|side| side.saturating_add(around));
-        limits.check("the texture", options.size, 4 * self.planes() as u64)?;
-        limits.check_bytes("making the texture", self.bytes_per_texel() * width as u64 * height as u64)
+        job.check("the texture", options.size, 4 * self.planes() as u64)?;
+        job.check_bytes("making the texture", self.bytes_per_texel() * width as u64 * height as u64)
     }
 
     /// Bytes that making a texel takes: the field, the expanded level, the drive and coarser levels.

@@ -16,11 +16,10 @@ use super::model::{Model, SheetOptions};
 use crate::direction::Direction;
 use crate::error::{Error, Result};
 use crate::field::{Basis, ReflectanceField};
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::numeric::Matrix;
 use crate::numeric::matrix::Qr;
 use crate::planes::Planes;
-use crate::progress::Progress;
 
 /// Light directions at most.
 pub const MOST_LIGHTS: usize = 255;
@@ -58,8 +57,7 @@ pub fn model_lights(
     lights: &[Direction],
     picture: &dyn Fn(Direction) -> Planes,
     options: &ModelOptions,
-    limits: &Limits,
-    progress: &dyn Progress,
+    job: &Job,
 ) -> Result<(FieldModel, Vec<Vec<LevelReport>>)> {
     let disks: Vec<[f32; 2]> = lights.iter().map(|light| [light.x() as f32, light.y() as f32]).collect();
     if !determine(&disks, field.basis()) {
@@ -71,10 +69,10 @@ pub fn model_lights(
             field.basis().name()
         )));
     }
-    limits.check("a picture to model", field.size(), 4 * field.color().channels() as u64)?;
+    job.check("a picture to model", field.size(), 4 * field.color().channels() as u64)?;
     let (mut models, mut reports) = (Vec::new(), Vec::new());
     for disk in disks {
-        let (model, levels) = estimate(&picture(direction(disk)), options, limits, progress)?;
+        let (model, levels) = estimate(&picture(direction(disk)), options, job)?;
         models.push(LightModel { disk, model });
         reports.push(levels);
     }
@@ -102,16 +100,15 @@ pub(super) fn functions(
     lights: &[LightModel],
     basis: Basis,
     options: &SheetOptions,
-    limits: &Limits,
+    job: &Job,
 ) -> Result<Planes> {
     let disks: Vec<[f32; 2]> = lights.iter().map(|light| light.disk).collect();
     let inverse = Qr::new(&values(&disks, basis)).pseudo_inverse();
     let (n, channels) = (basis.len(), lights.first().map_or(0, |light| light.model.planes()));
-    let mut functions =
-        Planes::zeros_within(limits, "the functions of the models", options.size, channels * n)?;
+    let mut functions = Planes::zeros_within(job, "the functions of the models", options.size, channels * n)?;
     let texels = options.size.texels();
     for (i, light) in lights.iter().enumerate() {
-        let picture = light.model.synthesize(options, limits)?;
+        let picture = light.model.synthesize(options, job)?;
         functions.as_mut_slice().par_chunks_exact_mut(texels).enumerate().for_each(|(p, function)| {
             let weight = inverse[(p % n, i)] as f32;
             function.iter_mut().zip(picture.plane(p / n)).for_each(|(f, value)| *f += weight * value);

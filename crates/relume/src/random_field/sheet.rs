@@ -114,7 +114,7 @@ impl<'a> Sheet<'a> {
         let m = self.levels[k].planes();
         let (columns, rows) = (cells.size.width / CELL, cells.size.height / CELL);
         let scale = (self.kernel.factor() as i64).pow(k as u32);
-        let job = Job {
+        let run = CellRun {
             recursion: &self.recursions[k],
             margin: self.levels[k].burn_in,
             drive,
@@ -136,7 +136,7 @@ impl<'a> Sheet<'a> {
                     at: (y * CELL) * cells.size.width + x * CELL,
                 })
                 .collect();
-            cells.chunks(LANES).for_each(|some| job.run(some, &mut planes, cells_width(columns)));
+            cells.chunks(LANES).for_each(|some| run.fill(some, &mut planes, cells_width(columns)));
         });
         band
     }
@@ -153,7 +153,7 @@ struct Cell {
 }
 
 /// What all cells of a level share.
-struct Job<'a> {
+struct CellRun<'a> {
     recursion: &'a Recursion,
     margin: usize,
     drive: Option<Drive<'a>>,
@@ -161,9 +161,9 @@ struct Job<'a> {
     period: Option<[i64; 2]>,
 }
 
-impl Job<'_> {
+impl CellRun<'_> {
     /// Runs up to sixteen cells and writes them into planes of `width` columns.
-    fn run(&self, cells: &[Cell], planes: &mut [&mut [f32]], width: usize) {
+    fn fill(&self, cells: &[Cell], planes: &mut [&mut [f32]], width: usize) {
         let margin = self.margin;
         // Lanes without a cell of their own repeat the last one.
         let origins =

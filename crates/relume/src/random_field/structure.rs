@@ -12,7 +12,7 @@
 
 use super::sheet::Area;
 use crate::error::Result;
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::numeric::endless::Endless;
 use crate::numeric::wavelet;
 use crate::planes::{Planes, Size};
@@ -161,12 +161,12 @@ impl Structure {
     ///
     /// # Errors
     /// More memory than the limits allow.
-    pub fn window(&self, area: Area, seed: u64, period: Option<[i64; 2]>, limits: &Limits) -> Result<Planes> {
+    pub fn window(&self, area: Area, seed: u64, period: Option<[i64; 2]>, job: &Job) -> Result<Planes> {
         let plane = Endless::new(self.tile, self.tiles, seed)?;
         let decoded = self.decoded();
         let [x, y] = area.origin;
-        let Some([across, down]) = period else { return plane.window(&decoded, x, y, area.size, limits) };
-        let mut window = Planes::zeros_within(limits, "the structure", area.size, self.components())?;
+        let Some([across, down]) = period else { return plane.window(&decoded, x, y, area.size, job) };
+        let mut window = Planes::zeros_within(job, "the structure", area.size, self.components())?;
         for (to, from) in window.iter_mut().zip(decoded.iter()) {
             for (j, row) in to.chunks_exact_mut(area.size.width).enumerate() {
                 let y = (y + j as i64).rem_euclid(down);
@@ -243,7 +243,7 @@ mod tests {
             let structure = Structure::nearest(Tiles { texels: &all, size: Size::new(w, h) }, vec![0.05; 2]);
             let cut = |x: i64, y: i64, width, height, period| {
                 let area = Area { origin: [x, y], size: Size::new(width, height) };
-                structure.window(area, seed, period, &Limits::default()).unwrap()
+                structure.window(area, seed, period, &Job::default()).unwrap()
             };
             let whole = cut(x, y, width + 5, height + 4, None);
             prop_assert_eq!(whole.crop(3, 2, Size::new(width, height)).unwrap(), cut(x + 3, y + 2, width, height, None));

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::field::{Basis, ColorModel, ReflectanceField};
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::planes::{Planes, Size};
 use crate::space::Space;
 
@@ -50,7 +50,7 @@ impl Material {
     ///
     /// # Errors
     /// When the normals do not fit the field, or memory is short.
-    pub fn new(field: &ReflectanceField, normals: Option<&Planes>, limits: &Limits) -> Result<Self> {
+    pub fn new(field: &ReflectanceField, normals: Option<&Planes>, job: &Job) -> Result<Self> {
         if let Some(normals) = normals
             && (normals.size() != field.size() || normals.count() != 3)
         {
@@ -64,7 +64,7 @@ impl Material {
         let channels = field.color().channels();
         let stride = channels * field.basis().len() + if normals.is_some() { 3 } else { 0 };
         // The pyramid above a level is a third of it.
-        limits.check("the texture's pyramid", field.size(), (4 * stride as u64 * 4).div_ceil(3))?;
+        job.check("the texture's pyramid", field.size(), (4 * stride as u64 * 4).div_ceil(3))?;
         let data = interleaved(field, normals, stride);
         let levels = pyramid(Level { size: field.size(), data }, stride);
         let has_normals = normals.is_some();
@@ -75,9 +75,9 @@ impl Material {
     ///
     /// # Errors
     /// When memory is short.
-    pub fn of_planes(planes: &Planes, limits: &Limits) -> Result<Self> {
+    pub fn of_planes(planes: &Planes, job: &Job) -> Result<Self> {
         let stride = planes.count();
-        limits.check("the pyramid of planes", planes.size(), (4 * stride as u64 * 4).div_ceil(3))?;
+        job.check("the pyramid of planes", planes.size(), (4 * stride as u64 * 4).div_ceil(3))?;
         let texels = 0..planes.size().texels();
         let data = texels.flat_map(|texel| planes.iter().map(move |plane| plane[texel])).collect();
         let levels = pyramid(Level { size: planes.size(), data }, stride);
@@ -243,7 +243,7 @@ mod tests {
         let data = (0..size.texels()).map(|i| value(i % size.width, i / size.width)).collect();
         let planes = Planes::from_vec(size, 1, data).unwrap();
         let field = ReflectanceField::from_picture(Picture { planes, space: Space::Linear });
-        Material::new(&field, None, &Limits::default()).unwrap()
+        Material::new(&field, None, &Job::default()).unwrap()
     }
 
     fn fetched(material: &Material, place: [f64; 2], footprint: f64) -> f64 {

@@ -14,10 +14,9 @@ use super::vector::Vec3;
 use super::view::View;
 use crate::error::Result;
 use crate::field::ReflectanceField;
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::picture::Picture;
 use crate::planes::{Planes, Size};
-use crate::progress::Progress;
 use crate::space::Space;
 
 /// Rows of pixels that one task renders.
@@ -32,10 +31,9 @@ pub fn render(
     normals: Option<&Planes>,
     mesh: &Mesh,
     options: &RenderOptions,
-    limits: &Limits,
-    progress: &dyn Progress,
+    job: &Job,
 ) -> Result<Picture> {
-    render_relief(field, normals, None, mesh, options, limits, progress)
+    render_relief(field, normals, None, mesh, options, job)
 }
 
 /// A linear RGB picture of `field` on `mesh`, bumped and displaced by a relief where one is given. `normals` are those of the field's texels and bring
@@ -50,25 +48,24 @@ pub fn render_relief(
     relief: Option<&Relief>,
     mesh: &Mesh,
     options: &RenderOptions,
-    limits: &Limits,
-    progress: &dyn Progress,
+    job: &Job,
 ) -> Result<Picture> {
     options.validate()?;
     relief.map_or(Ok(()), Relief::validate)?;
-    limits.check("the picture", options.size, 24)?;
+    job.check("the picture", options.size, 24)?;
     let shadow_bytes = ShadowMap::BYTES.saturating_mul(options.lights.len() as u64);
-    limits.check_bytes("the shadow maps", shadow_bytes)?;
+    job.check_bytes("the shadow maps", shadow_bytes)?;
     let material = match options.shading {
-        Shading::Reflectance => Material::new(field, normals, limits)?,
+        Shading::Reflectance => Material::new(field, normals, job)?,
         Shading::Plain { light } => {
             let photograph = relight(field, light).to_space(Space::Linear);
-            Material::new(&ReflectanceField::from_picture(photograph), None, limits)?
+            Material::new(&ReflectanceField::from_picture(photograph), None, job)?
         }
     };
-    let lookups = relief.map(|relief| relief.lookups(limits)).transpose()?;
+    let lookups = relief.map(|relief| relief.lookups(job)).transpose()?;
     let moved = match (relief, &lookups) {
         (Some(relief), Some(lookups)) if relief.displacement != 0.0 => {
-            Some(displaced(mesh, relief, lookups, options.tiling, limits)?)
+            Some(displaced(mesh, relief, lookups, options.tiling, job)?)
         }
         _ => None,
     };
@@ -94,7 +91,7 @@ pub fn render_relief(
         options,
         shadows,
     };
-    Ok(Picture { planes: all_bands(&shader, progress), space: Space::Linear })
+    Ok(Picture { planes: all_bands(&shader, job)?, space: Space::Linear })
 }
 
 /// How many times the slopes frames are tilted: a conventional texture is shaded as it is displaced.
@@ -105,26 +102,24 @@ fn tilt(relief: &Relief, shading: Shading) -> f64 {
     }
 }
 
-fn all_bands(shader: &Shader, progress: &dyn Progress) -> Planes {
+fn all_bands(shader: &Shader, job: &Job) -> Result<Planes> {
     let size = shader.options.size;
     let setups = Setup::all(shader.geometry(), &shader.view);
     let bands = raster::by_band(&setups, &shader.view, BAND * shader.options.samples);
-    progress.start("rendering", bands.len() as u64);
-    let colors: Vec<[f32; 3]> = bands
+    job.start("rendering", bands.len() as u64);
+    let colors: Vec<Vec<[f32; 3]>> = bands
         .par_iter()
         .enumerate()
-        .flat_map_iter(|(band, chosen)| {
-            let colors =
-                one_band(shader, &setups, chosen, (band * BAND, ((band + 1) * BAND).min(size.height)));
-            progress.advance(1);
-            colors
+        .map(|(band, chosen)| {
+            let rows = (band * BAND, ((band + 1) * BAND).min(size.height));
+            job.advance(1).map(|()| one_band(shader, &setups, chosen, rows))
         })
-        .collect();
+        .collect::<Result<_>>()?;
     let mut planes = Planes::zeros(size, 3);
     for (c, plane) in planes.iter_mut().enumerate() {
-        plane.iter_mut().zip(&colors).for_each(|(out, color)| *out = color[c]);
+        plane.iter_mut().zip(colors.iter().flatten()).for_each(|(out, color)| *out = color[c]);
     }
-    planes
+    Ok(planes)
 }
 
 /// The pixels of rows `rows.0..rows.1`: the mean of their samples.
@@ -155,6 +150,7 @@ mod tests {
     use super::*;
     use crate::direction::Direction;
     use crate::field::{Basis, ColorModel};
+    use crate::limits::Limits;
     use crate::numeric::random::Stream;
     use crate::render::mesh::Primitive;
     use crate::render::scene::{Camera, Light, Specular};
@@ -193,7 +189,7 @@ mod tests {
     }
 
     fn rendered(field: &ReflectanceField, mesh: &Mesh, options: &RenderOptions) -> Picture {
-        render(field, None, mesh, options, &Limits::default(), &()).unwrap()
+        render(field, None, mesh, options, &Job::default()).unwrap()
     }
 
     #[test]
@@ -301,7 +297,7 @@ mod tests {
         let options = RenderOptions { size: Size::new(61, 47), samples: 2, ..RenderOptions::default() };
         let run = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| render(&field, Some(&normals), &mesh, &options, &Limits::default(), &()).unwrap())
+            pool.install(|| render(&field, Some(&normals), &mesh, &options, &Job::default()).unwrap())
         };
         assert_eq!(run(1), run(3));
     }
@@ -328,7 +324,7 @@ mod tests {
         let brightest = |normals: Option<&Planes>, strength: f64| {
             let specular = Specular { strength, roughness: 0.4 };
             let options = RenderOptions { size: Size::new(60, 60), specular, ..RenderOptions::default() };
-            let picture = render(&field, normals, &mesh, &options, &Limits::default(), &()).unwrap();
+            let picture = render(&field, normals, &mesh, &options, &Job::default()).unwrap();
             picture.planes.range(0).1
         };
         assert!((brightest(None, 0.5) - 0.3).abs() < 1e-5);
@@ -356,8 +352,8 @@ mod tests {
         let relief = Relief { height, displacement, bump };
         let field = uniform_field([0.0, 0.0, 0.0, 0.0, 0.0, 0.5]);
         let options = RenderOptions { shadows, ..facing(Size::new(64, 64), [0.8, 0.0, 0.6]) };
-        let (mesh, limits) = (Primitive::Plane.mesh(), Limits::default());
-        let picture = render_relief(&field, None, Some(&relief), &mesh, &options, &limits, &()).unwrap();
+        let (mesh, job) = (Primitive::Plane.mesh(), Job::default());
+        let picture = render_relief(&field, None, Some(&relief), &mesh, &options, &job).unwrap();
         picture.planes.at(0, 21, 32)
     }
 
@@ -381,7 +377,7 @@ mod tests {
         let refused = |change: &dyn Fn(&mut RenderOptions)| {
             let mut options = RenderOptions::default();
             change(&mut options);
-            render(&field, None, &mesh, &options, &Limits::default(), &()).unwrap_err().to_string()
+            render(&field, None, &mesh, &options, &Job::default()).unwrap_err().to_string()
         };
         assert!(refused(&|o| o.samples = 0).contains("samples"));
         assert!(refused(&|o| o.lights.clear()).contains("lights"));
@@ -390,11 +386,8 @@ mod tests {
         assert!(refused(&|o| o.camera.distance_radii = -1.0).contains("distance"));
         assert!(refused(&|o| o.specular.roughness = f64::NAN).contains("roughness"));
         let normals = Planes::zeros(Size::new(3, 2), 3);
-        assert!(
-            render(&field, Some(&normals), &mesh, &RenderOptions::default(), &Limits::default(), &())
-                .is_err()
-        );
-        let small = Limits { max_bytes: 1000, ..Limits::default() };
-        assert!(render(&field, None, &mesh, &RenderOptions::default(), &small, &()).is_err());
+        assert!(render(&field, Some(&normals), &mesh, &RenderOptions::default(), &Job::default()).is_err());
+        let small = Job::new(Limits { max_bytes: 1000, ..Limits::default() });
+        assert!(render(&field, None, &mesh, &RenderOptions::default(), &small).is_err());
     }
 }

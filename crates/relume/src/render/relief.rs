@@ -14,7 +14,7 @@ use super::material::Material;
 use super::mesh::Mesh;
 use super::vector::{Vec3, length};
 use crate::error::{Error, Result};
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::planes::{Planes, Size};
 
 /// Most triangles that subdivision makes.
@@ -52,9 +52,9 @@ impl Relief {
     }
 
     /// Heights and their slopes dh/dx, dh/dy (y up), ready for lookups; the texture repeats.
-    pub(super) fn lookups(&self, limits: &Limits) -> Result<Material> {
+    pub(super) fn lookups(&self, job: &Job) -> Result<Material> {
         let size @ Size { width, height } = self.height.size();
-        let mut planes = Planes::zeros_within(limits, "the relief", size, 3)?;
+        let mut planes = Planes::zeros_within(job, "the relief", size, 3)?;
         planes.plane_mut(0).copy_from_slice(self.height.plane(0));
         for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
             let at = |x: usize, y: usize| self.height.at(0, x % width, y % height);
@@ -62,7 +62,7 @@ impl Relief {
             planes.plane_mut(1)[texel] = 0.5 * (at(x + 1, y) - at(left, y));
             planes.plane_mut(2)[texel] = 0.5 * (at(x, up) - at(x, y + 1));
         }
-        Material::of_planes(&planes, limits)
+        Material::of_planes(&planes, job)
     }
 }
 
@@ -90,7 +90,7 @@ pub(super) fn displaced(
     relief: &Relief,
     heights: &Material,
     tiling: [f64; 2],
-    limits: &Limits,
+    job: &Job,
 ) -> Result<Subdivided> {
     let size = relief.height.size();
     let texels = [tiling[0] * size.width as f64, tiling[1] * size.height as f64];
@@ -98,7 +98,7 @@ pub(super) fn displaced(
     let most = ((MOST_TRIANGLES / mesh.triangles().len()) as f64).sqrt().floor().max(1.0);
     let per_side = longest.ceil().clamp(1.0, most) as usize;
     let count = mesh.triangles().len() as u64 * (per_side * per_side) as u64;
-    limits.check_bytes("the displaced mesh", count * TRIANGLE_BYTES)?;
+    job.check_bytes("the displaced mesh", count * TRIANGLE_BYTES)?;
     let lift = Lift {
         heights,
         tiling,
@@ -219,6 +219,7 @@ fn blended<const N: usize>(corners: [[f32; N]; 3], weights: &[f64; 3], n: f64) -
 mod tests {
     use super::super::mesh::Primitive;
     use super::*;
+    use crate::limits::Limits;
 
     fn relief(size: Size, height: impl Fn(usize, usize) -> f32) -> Relief {
         let data = (0..size.texels()).map(|i| height(i % size.width, i / size.width)).collect();
@@ -226,8 +227,8 @@ mod tests {
     }
 
     fn displace(mesh: &Mesh, relief: &Relief, tiling: [f64; 2]) -> Subdivided {
-        let heights = relief.lookups(&Limits::default()).unwrap();
-        displaced(mesh, relief, &heights, tiling, &Limits::default()).unwrap()
+        let heights = relief.lookups(&Job::default()).unwrap();
+        displaced(mesh, relief, &heights, tiling, &Job::default()).unwrap()
     }
 
     #[test]
@@ -298,7 +299,7 @@ mod tests {
         assert!(Relief { bump: f64::NAN, ..good.clone() }.validate().is_err());
         assert!(Relief { height: Planes::zeros(Size::new(2, 2), 3), ..good.clone() }.validate().is_err());
         assert!(relief(Size::new(2, 2), |_, _| f32::INFINITY).validate().is_err());
-        let tight = Limits { max_bytes: 5000, ..Limits::default() };
+        let tight = Job::new(Limits { max_bytes: 5000, ..Limits::default() });
         let heights = good.lookups(&tight).unwrap();
         assert!(displaced(&Primitive::Plane.mesh(), &good, &heights, [9.0, 9.0], &tight).is_err());
     }

@@ -12,10 +12,9 @@ use super::luminance;
 use super::robust::{self, Ambient, Estimator, Scratch};
 use crate::direction::Direction;
 use crate::error::{Error, Result};
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::picture::Picture;
 use crate::planes::{Planes, Size};
-use crate::progress::Progress;
 use crate::raster::Raster;
 use crate::space::Space;
 
@@ -62,27 +61,26 @@ pub fn photometric_stereo(
     lights: &[(String, Direction)],
     load: &Load,
     options: &StereoOptions,
-    limits: &Limits,
-    progress: &dyn Progress,
+    job: &Job,
 ) -> Result<Stereo> {
     let directions: Vec<[f64; 3]> = lights.iter().map(|(_, light)| light.to_array()).collect();
     check_lights(&directions, options.ambient)?;
     let first = load(0)?;
     let (size, channels) = (first.size(), first.channels());
     let texel_bytes = 4 * (channels * lights.len()) as u64;
-    limits.check("the normals and albedo", size, 4 * (3 + channels) as u64)?;
+    job.check("the normals and albedo", size, 4 * (3 + channels) as u64)?;
     let row_bytes = texel_bytes * size.width as u64;
-    limits.check_bytes("a row of all photographs", row_bytes)?;
-    let rows = (BAND_BYTES.min(limits.max_bytes / 2) / row_bytes).clamp(1, size.height as u64) as usize;
+    job.check_bytes("a row of all photographs", row_bytes)?;
+    let rows = (BAND_BYTES.min(job.limits().max_bytes / 2) / row_bytes).clamp(1, size.height as u64) as usize;
 
-    progress.start("photometric stereo", (lights.len() * size.height.div_ceil(rows)) as u64);
+    job.start("photometric stereo", (lights.len() * size.height.div_ceil(rows)) as u64);
     let mut texels = Vec::with_capacity(size.texels());
     for top in (0..size.height).step_by(rows) {
         let band = Size::new(size.width, rows.min(size.height - top));
         let read = |i: usize| {
             let photograph = load(i)?;
             check_alike(&photograph, (size, channels), &lights[i].0)?;
-            progress.advance(1);
+            job.advance(1)?;
             Ok(photograph.crop(0, top, band)?.to_picture(Space::Linear).planes)
         };
         let values = (0..lights.len()).into_par_iter().map(read).collect::<Result<Vec<Planes>>>()?;
@@ -194,6 +192,7 @@ fn collect(size: Size, channels: usize, texels: &[Solved]) -> Stereo {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::limits::Limits;
     use crate::numeric::random::Stream;
     use crate::raster::Samples;
 
@@ -241,9 +240,9 @@ mod tests {
         planted: &Planted,
         lights: &[(String, Direction)],
         options: StereoOptions,
-        limits: Limits,
+        job: Job,
     ) -> Result<Stereo> {
-        photometric_stereo(lights, &|i| Ok(planted.photographs[i].clone()), &options, &limits, &())
+        photometric_stereo(lights, &|i| Ok(planted.photographs[i].clone()), &options, &job)
     }
 
     /// The largest angle in degrees and the largest error of albedo.
@@ -267,7 +266,7 @@ mod tests {
         let planted = planted(Size::new(7, 5), &lights, 0.0, false);
         for estimator in [Estimator::LeastSquares, Estimator::Trimmed, Estimator::Robust] {
             let options = StereoOptions { estimator, ..StereoOptions::default() };
-            let found = run(&planted, &lights, options, Limits::default()).unwrap();
+            let found = run(&planted, &lights, options, Job::default()).unwrap();
             let (angle, albedo) = errors(&planted, &found);
             assert!(angle < 0.1 && albedo < 1e-4, "{estimator:?} {angle} {albedo}");
             assert_eq!(found.undetermined, 0);
@@ -280,7 +279,7 @@ mod tests {
         let planted = planted(Size::new(9, 6), &lights, 0.0, true);
         let with = |estimator| {
             let options = StereoOptions { estimator, ..StereoOptions::default() };
-            errors(&planted, &run(&planted, &lights, options, Limits::default()).unwrap()).0
+            errors(&planted, &run(&planted, &lights, options, Job::default()).unwrap()).0
         };
         assert!(with(Estimator::Robust) < 0.5, "{}", with(Estimator::Robust));
         assert!(with(Estimator::LeastSquares) > 5.0);
@@ -292,7 +291,7 @@ mod tests {
         let planted = planted(Size::new(5, 4), &lights, 0.15, false);
         let with = |ambient| {
             let options = StereoOptions { ambient, ..StereoOptions::default() };
-            errors(&planted, &run(&planted, &lights, options, Limits::default()).unwrap())
+            errors(&planted, &run(&planted, &lights, options, Job::default()).unwrap())
         };
         let (angle, albedo) = with(Ambient::Constant);
         assert!(angle < 0.1 && albedo < 1e-3, "{angle} {albedo}");
@@ -303,9 +302,9 @@ mod tests {
     fn bands_and_threads_change_nothing() {
         let lights = lights(8);
         let planted = planted(Size::new(6, 11), &lights, 0.0, true);
-        let whole = run(&planted, &lights, StereoOptions::default(), Limits::default()).unwrap();
+        let whole = run(&planted, &lights, StereoOptions::default(), Job::default()).unwrap();
         // Twice the bytes of two rows of eight photographs in three channels.
-        let tight = Limits { max_bytes: 2 * 2 * 6 * 8 * 3 * 4, ..Limits::default() };
+        let tight = Job::new(Limits { max_bytes: 2 * 2 * 6 * 8 * 3 * 4, ..Limits::default() });
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
         assert_eq!(whole, pool.install(|| run(&planted, &lights, StereoOptions::default(), tight)).unwrap());
     }
@@ -316,7 +315,7 @@ mod tests {
         let planted = planted(Size::new(3, 3), &all, 0.0, false);
         let refused = |lights: &[(String, Direction)], ambient| {
             let options = StereoOptions { ambient, ..StereoOptions::default() };
-            run(&planted, lights, options, Limits::default()).unwrap_err().to_string()
+            run(&planted, lights, options, Job::default()).unwrap_err().to_string()
         };
         assert!(refused(&all[..2], Ambient::None).contains("at least 3 lights"));
         assert!(refused(&all[..3], Ambient::Constant).contains("at least 4 lights"));
@@ -325,10 +324,10 @@ mod tests {
         assert!(refused(&arc, Ambient::None).contains("in one plane"));
         let small = Raster::new(Size::new(1, 1), 3, Samples::F32(vec![0.0; 3])).unwrap();
         let load = |i: usize| Ok(if i == 4 { small.clone() } else { planted.photographs[i].clone() });
-        let odd = photometric_stereo(&all, &load, &StereoOptions::default(), &Limits::default(), &());
+        let odd = photometric_stereo(&all, &load, &StereoOptions::default(), &Job::default());
         assert!(odd.unwrap_err().to_string().contains("4.exr"));
         let black = |_: usize| Ok(small.clone());
-        let found = photometric_stereo(&all, &black, &StereoOptions::default(), &Limits::default(), &());
+        let found = photometric_stereo(&all, &black, &StereoOptions::default(), &Job::default());
         assert_eq!(found.unwrap().undetermined, 1);
     }
 }

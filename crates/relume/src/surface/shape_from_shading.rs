@@ -20,10 +20,9 @@ use super::integrate::{Border, project};
 use super::slopes::Slopes;
 use crate::direction::Direction;
 use crate::error::{Error, Result};
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::numeric::fourier::{BYTES_PER_TEXEL, Fourier};
 use crate::planes::{Planes, Size};
-use crate::progress::Progress;
 
 /// Values darker than this fraction of the albedo are shadow and move nothing.
 const SHADOW: f64 = 0.02;
@@ -99,24 +98,23 @@ pub fn shape_from_shading(
     luminance: &Planes,
     light: Direction,
     options: &ShadingOptions,
-    limits: &Limits,
-    progress: &dyn Progress,
+    job: &Job,
 ) -> Result<Shading> {
     options.validate()?;
     check_light(light)?;
     let mirrored = if options.border == Border::Open { 4 } else { 1 };
-    limits.check("shape from shading", luminance.size(), mirrored * (5 * BYTES_PER_TEXEL + 32))?;
+    job.check("shape from shading", luminance.size(), mirrored * (5 * BYTES_PER_TEXEL + 32))?;
     let albedo = options.albedo.map_or_else(|| level_albedo(luminance, light), Ok)?;
     let shades: Vec<f64> = luminance.plane(0).iter().map(|&v| f64::from(v) / albedo).collect();
     if !shades.iter().all(|e| e.is_finite()) {
         return Err(Error::invalid("the photograph holds values that are not finite"));
     }
     let mut slopes = linear_start(&shades, luminance.size(), light, options.border);
-    progress.start("shape from shading", options.rounds as u64);
+    job.start("shape from shading", options.rounds as u64);
     for _ in 0..options.rounds {
         step(&mut slopes, &shades, light);
         slopes = integrable(&slopes, options);
-        progress.advance(1);
+        job.advance(1)?;
     }
     let residual = residual(&slopes, &shades, light);
     Ok(Shading { slopes, albedo, residual })
@@ -268,10 +266,10 @@ mod tests {
             border: Border::Periodic,
             ..ShadingOptions::default()
         };
-        let found = shape_from_shading(&picture, light, &options, &Limits::default(), &()).unwrap();
+        let found = shape_from_shading(&picture, light, &options, &Job::default()).unwrap();
         assert!(found.residual < 0.01, "{}", found.residual);
         let integrated = IntegrateOptions { method: Method::FrankotChellappa, border: Border::Periodic };
-        let height = |s: &Slopes| integrate(s, &integrated, &Limits::default()).unwrap();
+        let height = |s: &Slopes| integrate(s, &integrated, &Job::default()).unwrap();
         let agreement = correlation(height(&found.slopes).as_slice(), height(&truth).as_slice());
         assert!(agreement > 0.95, "correlation {agreement:.3}");
     }
@@ -284,7 +282,7 @@ mod tests {
             // Nothing held down: this relief is one undulation of the picture's length.
             let options =
                 ShadingOptions { rounds, longest: Some(f64::INFINITY), ..ShadingOptions::default() };
-            shape_from_shading(&picture, light, &options, &Limits::default(), &()).unwrap().residual
+            shape_from_shading(&picture, light, &options, &Job::default()).unwrap().residual
         };
         assert!(residual(100) < 0.5 * residual(1), "{} {}", residual(100), residual(1));
     }
@@ -294,7 +292,7 @@ mod tests {
         let light = Direction::from_vector(0.8, 0.1, 0.6).unwrap();
         let picture = relief(Size::new(8, 8), light, 0.7).1;
         let run = |picture: &Planes, light: Direction, options: ShadingOptions| {
-            shape_from_shading(picture, light, &options, &Limits::default(), &()).map(|s| s.albedo)
+            shape_from_shading(picture, light, &options, &Job::default()).map(|s| s.albedo)
         };
         let default = ShadingOptions::default();
         assert!(run(&picture, light, default).is_ok());

@@ -24,10 +24,9 @@ use super::search::plan::{Recipe, plan};
 use super::search::{Acceptance, Effort, Found, Query, Search};
 use super::source_map::{SourceMap, Texel};
 use crate::error::Result;
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::numeric::random::Stream;
 use crate::planes::Size;
-use crate::progress::Progress;
 
 /// What synthesis gives.
 #[derive(Debug, Clone, PartialEq)]
@@ -116,34 +115,29 @@ pub struct Placement {
 ///
 /// # Errors
 /// When the options mean nothing, no block fits the exemplars, or the limits are exceeded.
-pub fn synthesize(
-    exemplars: &[Exemplar<'_>],
-    options: &BlockOptions,
-    limits: &Limits,
-    progress: &dyn Progress,
-) -> Result<Synthesis> {
+pub fn synthesize(exemplars: &[Exemplar<'_>], options: &BlockOptions, job: &Job) -> Result<Synthesis> {
     options.validate()?;
     let begun = Instant::now();
-    let guided = Guided::new(exemplars, options.guidance.as_ref(), options.size, limits)?;
-    let (all, target) = guided.quantised(limits)?;
+    let guided = Guided::new(exemplars, options.guidance.as_ref(), options.size, job)?;
+    let (all, target) = guided.quantised(job)?;
     let quantised =
         if target.is_some() { all.first_planes(all.planes() - guided.guides()) } else { all.clone() };
     let positions = Positions::new(exemplars, options.block)?;
-    let layout = Layout::new(options, limits)?;
+    let layout = Layout::new(options, job)?;
     let recipe = plan(&options.search, options, &layout, quantised.planes());
-    limits.check_bytes("preparing the search", recipe.bytes(&quantised))?;
+    job.check_bytes("preparing the search", recipe.bytes(&quantised))?;
     if options.blend == Blend::GraphCut {
         let at_once = BYTES_PER_TEXEL * rayon::current_num_threads() as u64;
-        limits.check("the graph of a block", Size::new(options.block, options.block), at_once)?;
+        job.check("the graph of a block", Size::new(options.block, options.block), at_once)?;
     }
     let wraps = options.boundary == Boundary::Torus;
     let guide = target.map(|target| BlockGuide::new(&all, &target, guided.guides(), options.block, wraps));
     let recipe = if guide.is_some() { Recipe::Brute } else { recipe };
     let search = recipe.prepare(&quantised, &positions);
-    let mut canvas = Canvas::new(layout.size, quantised.planes(), limits)?;
+    let mut canvas = Canvas::new(layout.size, quantised.planes(), job)?;
     let work = Work { options, quantised: &quantised, positions: &positions, search: &*search, guide };
     let prepare_s = begun.elapsed().as_secs_f64();
-    let (report, search_s) = work.fill(&layout, &mut canvas, progress);
+    let (report, search_s) = work.fill(&layout, &mut canvas, job)?;
     let times = Times { prepare_s, search_s, join_s: begun.elapsed().as_secs_f64() - prepare_s - search_s };
     Ok(Synthesis { map: canvas.into_map(options.size, exemplars), report, times })
 }
@@ -167,8 +161,8 @@ struct Decision {
 impl Work<'_> {
     /// Places all blocks, wave after wave: the blocks of a wave do not touch. Returns the seconds
     /// that the searches took beside the report.
-    fn fill(&self, layout: &Layout, canvas: &mut Canvas, progress: &dyn Progress) -> (Report, f64) {
-        progress.start("synthesising blocks", layout.sequence.len() as u64);
+    fn fill(&self, layout: &Layout, canvas: &mut Canvas, job: &Job) -> Result<(Report, f64)> {
+        job.start("synthesising blocks", layout.sequence.len() as u64);
         let mut placements: Vec<Option<Placement>> = vec![None; layout.sequence.len()];
         let mut effort = Effort::default();
         let mut search_s = 0.0;
@@ -191,7 +185,7 @@ impl Work<'_> {
             let jobs = blocks.par_iter().zip(&queries).zip(found);
             let decisions: Vec<Decision> =
                 jobs.map(|((block, query), found)| self.draw(block, query, found)).collect();
-            progress.advance(wave.len() as u64);
+            job.advance(wave.len() as u64)?;
             for (&index, decision) in wave.iter().zip(decisions) {
                 let source = decision.placement.source;
                 effort.add(&decision.effort);
@@ -210,7 +204,7 @@ impl Work<'_> {
             curve,
             placements,
         };
-        (report, search_s)
+        Ok((report, search_s))
     }
 
     /// The candidates of blocks that do not touch; none for the first block, which fits anything.
@@ -345,22 +339,22 @@ mod tests {
             let masks: Vec<Vec<bool>> = fields.iter().map(&mut mask).collect();
             let with_mask = |(index, mask)| Exemplar { index, excluded: Some(Vec::as_slice(mask)) };
             let exemplars: Vec<Exemplar<'_>> = fields.iter().zip(&masks).map(with_mask).collect();
-            let limits = Limits::default();
-            let quantised = Quantised::new(&exemplars, &limits).unwrap();
+            let job = Job::default();
+            let quantised = Quantised::new(&exemplars, &job).unwrap();
             let Ok(positions) = Positions::new(&exemplars, options.block) else { return Ok(()) };
-            let mut layout = Layout::new(&options, &limits).unwrap();
+            let mut layout = Layout::new(&options, &job).unwrap();
             layout.waves = (0..layout.sequence.len()).map(|index| vec![index]).collect();
-            let mut canvas = Canvas::new(layout.size, planes, &limits).unwrap();
+            let mut canvas = Canvas::new(layout.size, planes, &job).unwrap();
             let search = Plain { exemplars: &quantised, positions: &positions };
             let work = Work { options: &options, quantised: &quantised, positions: &positions, search: &search, guide: None };
-            let (report, _) = work.fill(&layout, &mut canvas, &());
+            let (report, _) = work.fill(&layout, &mut canvas, &Job::default()).unwrap();
             let map = canvas.into_map(options.size, &exemplars);
             for threads in [1, 2, 5] {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
                 for method in [SearchMethod::Projection, SearchMethod::Fft, SearchMethod::Brute] {
                     let search = SearchOptions { method, ..options.search };
                     let options = BlockOptions { search, ..options.clone() };
-                    let found = pool.install(|| synthesize(&exemplars, &options, &limits, &()).unwrap());
+                    let found = pool.install(|| synthesize(&exemplars, &options, &job).unwrap());
                     prop_assert_eq!(&found.map, &map, "{:?}, {} threads", method, threads);
                     prop_assert_eq!(&found.report.placements, &report.placements);
                 }

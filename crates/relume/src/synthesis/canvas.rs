@@ -6,7 +6,7 @@ use super::layout::Block;
 use super::quantise::{Exemplar, Quantised};
 use super::source_map::{Part, SourceMap, Texel};
 use crate::error::Result;
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::planes::Size;
 
 /// The output's codes and sources. Blocks that cross an edge go on at the opposite one.
@@ -20,9 +20,9 @@ pub struct Canvas {
 
 impl Canvas {
     /// An empty canvas.
-    pub fn new(size: Size, planes: usize, limits: &Limits) -> Result<Self> {
+    pub fn new(size: Size, planes: usize, job: &Job) -> Result<Self> {
         let bytes = (planes * size_of::<i16>() + size_of::<Texel>()) as u64;
-        limits.check("the synthesised output", size, bytes)?;
+        job.check("the synthesised output", size, bytes)?;
         Ok(Self {
             size,
             planes,

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::source_map::SourceMap;
 use crate::error::{Error, Result};
 use crate::field::{ColorModel, Domain, IndexSpace, Metric, ReflectanceField};
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::planes::{Planes, Size};
 
 /// The output that a map makes of fields, one for each exemplar of the map and as large as it.
@@ -17,10 +17,10 @@ use crate::planes::{Planes, Size};
 /// # Errors
 /// When the fields are not registered with the exemplars or not of one kind, or the output exceeds
 /// the limits.
-pub fn gather(map: &SourceMap, fields: &[&ReflectanceField], limits: &Limits) -> Result<ReflectanceField> {
+pub fn gather(map: &SourceMap, fields: &[&ReflectanceField], job: &Job) -> Result<ReflectanceField> {
     let first = check(map, fields)?;
     let count = first.coefficients().count();
-    let mut output = Planes::zeros_within(limits, "the synthesised field", map.size(), count)?;
+    let mut output = Planes::zeros_within(job, "the synthesised field", map.size(), count)?;
     output.as_mut_slice().par_chunks_exact_mut(map.size().texels()).enumerate().for_each(|(k, plane)| {
         for (value, from) in plane.iter_mut().zip(map.copies()) {
             *value = fields[from.exemplar as usize].coefficients().at(k, from.x as usize, from.y as usize);

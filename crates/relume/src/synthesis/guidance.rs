@@ -9,7 +9,7 @@
 
 use super::quantise::{Exemplar, IndexTexels, Quantised};
 use crate::error::{Error, Result};
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::planes::{Planes, Size};
 
 /// What an output is to follow.
@@ -108,7 +108,7 @@ impl<'a> Guided<'a> {
         exemplars: &'a [Exemplar<'a>],
         guidance: Option<&Guidance>,
         size: Size,
-        limits: &Limits,
+        job: &Job,
     ) -> Result<Self> {
         let (Some(guidance), [first, ..]) = (guidance, exemplars) else {
             return Ok(Self { exemplars, joined: Vec::new(), guides: 0 });
@@ -121,7 +121,7 @@ impl<'a> Guided<'a> {
         let index = exemplars.iter().map(|exemplar| exemplar.index).chain([&empty]);
         let mut joined = Vec::with_capacity(exemplars.len() + 1);
         for (index, guide) in index.zip(guidance.guides()) {
-            limits.check("an exemplar with its guide", guide.size(), 4 * count as u64)?;
+            job.check("an exemplar with its guide", guide.size(), 4 * count as u64)?;
             let mut planes = Planes::zeros(guide.size(), count);
             for (k, plane) in planes.iter_mut().enumerate() {
                 match k.checked_sub(count - guides) {
@@ -153,8 +153,8 @@ impl<'a> Guided<'a> {
     ///
     /// # Errors
     /// When the exemplars cannot be quantised.
-    pub fn quantised(&self, limits: &Limits) -> Result<(Quantised, Option<IndexTexels>)> {
-        let mut quantised = Quantised::new(&self.all(), limits)?;
+    pub fn quantised(&self, job: &Job) -> Result<(Quantised, Option<IndexTexels>)> {
+        let mut quantised = Quantised::new(&self.all(), job)?;
         let target = (self.guides > 0).then(|| quantised.pop());
         Ok((quantised, target))
     }
@@ -191,9 +191,9 @@ mod tests {
             target: noise(size, guides, seed ^ 7),
             weight: 1.5,
         };
-        let limits = Limits::default();
-        let guided = Guided::new(&exemplars, Some(&guidance), size, &limits).unwrap();
-        let (quantised, target) = guided.quantised(&limits).unwrap();
+        let job = Job::default();
+        let guided = Guided::new(&exemplars, Some(&guidance), size, &job).unwrap();
+        let (quantised, target) = guided.quantised(&job).unwrap();
         (quantised, target.unwrap())
     }
 
@@ -214,12 +214,12 @@ mod tests {
             (planes, guides, seed) in (1usize..5, 1usize..4, any::<u64>()),
             (width, height, half, torus, extra) in (9usize..20, 9usize..17, 1usize..5, any::<bool>(), 0usize..9),
         ) {
-            let (size, limits, window) = (Size::new(width, height), Limits::default(), 2 * half + 1);
+            let (size, job, window) = (Size::new(width, height), Job::default(), 2 * half + 1);
             let (quantised, target) = joined(planes, guides, window + extra, size, seed);
             let positions = positions(window + extra, window);
-            let scan = Scan::guided(&quantised, &positions, guides, &limits).unwrap();
+            let scan = Scan::guided(&quantised, &positions, guides, &job).unwrap();
             let boundary = if torus { Boundary::Torus } else { Boundary::Open };
-            let mut lattice = Lattice::new(size, planes + guides, boundary, &limits).unwrap();
+            let mut lattice = Lattice::new(size, planes + guides, boundary, &job).unwrap();
             lattice.guide(&target, guides);
             for texel in (0..size.texels()).step_by(3) {
                 lattice.put(texel, positions.nth(texel % positions.count()), &quantised);
@@ -246,7 +246,7 @@ mod tests {
             let guide = BlockGuide::new(&quantised, &target, guides, side, torus);
             let copied = quantised.first_planes(planes);
             let positions = positions(side + extra, side);
-            for block in &Layout::new(&options, &Limits::default()).unwrap().sequence {
+            for block in &Layout::new(&options, &Job::default()).unwrap().sequence {
                 let neighbourhood = block.neighbourhood;
                 let codes = noise(Size::new(side * planes, side), 1, seed ^ 9);
                 let query = Query {
@@ -267,14 +267,14 @@ mod tests {
 
     #[test]
     fn neighbourhoods_hold_the_guides_of_texels_to_come() {
-        let (size, limits) = (Size::new(9, 8), Limits::default());
+        let (size, job) = (Size::new(9, 8), Job::default());
         let index = noise(size, 2, 1);
         let exemplars = [Exemplar { index: &index, excluded: None }];
         let guide = noise(size, 1, 2);
         let guidance = Guidance { sources: vec![guide.clone()], target: guide, weight: 1.0 };
-        let guided = Guided::new(&exemplars, Some(&guidance), size, &limits).unwrap();
-        let (quantised, target) = guided.quantised(&limits).unwrap();
-        let mut lattice = Lattice::new(size, 3, Boundary::Torus, &limits).unwrap();
+        let guided = Guided::new(&exemplars, Some(&guidance), size, &job).unwrap();
+        let (quantised, target) = guided.quantised(&job).unwrap();
+        let mut lattice = Lattice::new(size, 3, Boundary::Torus, &job).unwrap();
         lattice.guide(&target.unwrap(), 1);
         let mut vector = Vec::new();
         Neighbourhood::new(3, false, 1).of_output(&lattice, None, size.index(4, 5), &mut vector);
@@ -292,15 +292,15 @@ mod tests {
             target: Planes::from_vec(Size::new(1, 3), 1, vec![0.5, 0.0, 0.25]).unwrap(),
             weight: 0.5,
         };
-        let limits = Limits::default();
-        let guided = Guided::new(&exemplars, Some(&guidance), Size::new(1, 3), &limits).unwrap();
+        let job = Job::default();
+        let guided = Guided::new(&exemplars, Some(&guidance), Size::new(1, 3), &job).unwrap();
         assert_eq!((guided.guides(), guided.all().len()), (1, 2));
-        let (quantised, target) = guided.quantised(&limits).unwrap();
+        let (quantised, target) = guided.quantised(&job).unwrap();
         let texels = &quantised.texels()[0];
         // The whole range of the guide counts half of the index plane's.
         assert_eq!(2 * texels.run(1, 0, 1)[1], texels.run(1, 0, 1)[0]);
         assert_eq!(target.unwrap().run(0, 0, 1)[1], texels.run(1, 0, 1)[1]);
-        assert!(Guided::new(&exemplars, Some(&guidance), Size::new(2, 3), &limits).is_err());
+        assert!(Guided::new(&exemplars, Some(&guidance), Size::new(2, 3), &job).is_err());
         let bad = [
             Guidance { weight: 0.0, ..guidance.clone() },
             Guidance { weight: f64::NAN, ..guidance.clone() },
@@ -310,8 +310,8 @@ mod tests {
             Guidance { target: Planes::from_vec(Size::new(1, 3), 1, vec![f32::NAN; 3]).unwrap(), ..guidance },
         ];
         for guidance in bad {
-            assert!(Guided::new(&exemplars, Some(&guidance), Size::new(1, 3), &limits).is_err());
+            assert!(Guided::new(&exemplars, Some(&guidance), Size::new(1, 3), &job).is_err());
         }
-        assert_eq!(Guided::new(&exemplars, None, Size::new(9, 9), &limits).unwrap().all().len(), 1);
+        assert_eq!(Guided::new(&exemplars, None, Size::new(9, 9), &job).unwrap().all().len(), 1);
     }
 }

@@ -16,7 +16,7 @@ use super::neighbourhood::{Margins, Neighbourhood};
 use super::options::{BlockOptions, Boundary};
 use super::source_map::Texel;
 use crate::error::Result;
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::planes::Size;
 
 /// One block of the output.
@@ -52,13 +52,13 @@ impl Layout {
     ///
     /// # Errors
     /// When the output or the number of its blocks exceeds the limits.
-    pub fn new(options: &BlockOptions, limits: &Limits) -> Result<Self> {
-        limits.check("the synthesised output", options.size, size_of::<Texel>() as u64)?;
+    pub fn new(options: &BlockOptions, job: &Job) -> Result<Self> {
+        job.check("the synthesised output", options.size, size_of::<Texel>() as u64)?;
         let columns = Axis::new(options.size.width, options);
         let rows = Axis::new(options.size.height, options);
         let bytes_per_block = (size_of::<Block>() + 3 * size_of::<usize>()) as u64;
         let bytes = (columns.count() as u64 * rows.count() as u64).saturating_mul(bytes_per_block);
-        limits.check_bytes("the plan of so many blocks", bytes)?;
+        job.check_bytes("the plan of so many blocks", bytes)?;
         let mut sequence = Vec::with_capacity(columns.count() * rows.count());
         for row in 0..rows.count() {
             let start = if options.boundary == Boundary::Torus { row % columns.count() } else { 0 };
@@ -171,10 +171,11 @@ fn near(i: usize, count: usize, boundary: Boundary) -> impl Iterator<Item = usiz
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::limits::Limits;
     use proptest::prelude::*;
 
     fn plan(options: &BlockOptions) -> Layout {
-        Layout::new(options, &Limits::default()).unwrap()
+        Layout::new(options, &Job::default()).unwrap()
     }
 
     fn texels(block: &Block, size: Size) -> impl Iterator<Item = (usize, bool)> + use<> {
@@ -265,8 +266,8 @@ mod tests {
     fn blocks_beyond_the_limits_are_refused() {
         let options =
             BlockOptions { size: Size::new(4000, 4000), block: 2, overlap: 1, ..Default::default() };
-        let limits = Limits { max_bytes: 1 << 29, ..Limits::default() };
-        assert!(limits.check("the output alone", options.size, 12).is_ok());
-        assert!(Layout::new(&options, &limits).unwrap_err().message().contains("blocks"));
+        let job = Job::new(Limits { max_bytes: 1 << 29, ..Limits::default() });
+        assert!(job.check("the output alone", options.size, 12).is_ok());
+        assert!(Layout::new(&options, &job).unwrap_err().message().contains("blocks"));
     }
 }

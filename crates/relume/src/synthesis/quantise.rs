@@ -9,7 +9,7 @@
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::planes::{Planes, Size};
 
 /// The largest code.
@@ -102,10 +102,10 @@ impl Quantised {
     ///
     /// # Errors
     /// When there are none, their planes differ in number, or a value is not finite.
-    pub fn new(exemplars: &[Exemplar<'_>], limits: &Limits) -> Result<Self> {
+    pub fn new(exemplars: &[Exemplar<'_>], job: &Job) -> Result<Self> {
         let planes = check(exemplars)?;
         let bytes = |e: &Exemplar<'_>| 2 * (e.index.size().texels() * planes + PADDING) as u64;
-        limits.check_bytes("the index of the exemplars", exemplars.iter().map(bytes).sum())?;
+        job.check_bytes("the index of the exemplars", exemplars.iter().map(bytes).sum())?;
         let ranges: Vec<(f64, f64)> = (0..planes).map(|k| common_range(exemplars, k)).collect();
         let widest = ranges.iter().map(|(low, high)| high - low).fold(0.0, f64::max);
         let lows: Vec<f64> = ranges.iter().map(|(low, _)| *low).collect();
@@ -261,7 +261,7 @@ mod tests {
     use crate::numeric::random::Stream;
 
     fn quantised(planes: &Planes) -> Quantised {
-        Quantised::new(&[Exemplar { index: planes, excluded: None }], &Limits::default()).unwrap()
+        Quantised::new(&[Exemplar { index: planes, excluded: None }], &Job::default()).unwrap()
     }
 
     #[test]
@@ -308,7 +308,7 @@ mod tests {
         let a = Planes::from_vec(Size::new(2, 1), 1, vec![0.0, 0.3]).unwrap();
         let b = Planes::from_vec(Size::new(3, 1), 1, vec![0.3, 1.0, std::f32::consts::FRAC_1_PI]).unwrap();
         let both = [Exemplar { index: &a, excluded: None }, Exemplar { index: &b, excluded: None }];
-        let q = Quantised::new(&both, &Limits::default()).unwrap();
+        let q = Quantised::new(&both, &Job::default()).unwrap();
         assert_eq!(q.texels()[0].run(1, 0, 1), q.texels()[1].run(0, 0, 1));
     }
 
@@ -319,7 +319,7 @@ mod tests {
         let other = Planes::zeros(size, 1);
         let nan = Planes::from_vec(size, 2, vec![0.0, 0.0, 0.0, 0.0, 0.0, f32::NAN, 0.0, 0.0]).unwrap();
         let plain = |index| Exemplar { index, excluded: None };
-        let refused = |e: &[Exemplar<'_>]| Quantised::new(e, &Limits::default()).unwrap_err();
+        let refused = |e: &[Exemplar<'_>]| Quantised::new(e, &Job::default()).unwrap_err();
         refused(&[]);
         refused(&[plain(&good), plain(&other)]);
         refused(&[Exemplar { index: &good, excluded: Some(&[true]) }]);

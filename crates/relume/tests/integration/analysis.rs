@@ -4,16 +4,16 @@ use relume::analysis::{Analysis, Warning, analyze, draw};
 use relume::numeric::periods::Pattern;
 use relume::numeric::random::Stream;
 use relume::procedural::{Material, MaterialOptions, Tiling};
-use relume::{Limits, Picture, Planes, Size, Space};
+use relume::{Job, Picture, Planes, Size, Space};
 
 fn material(material: Material, size: usize, feature: f64) -> Planes {
     let size = Size::new(size, size);
     let options = MaterialOptions { size, feature, tiling: Tiling::Free, ..MaterialOptions::default() };
-    material.make(&options, &Limits::default()).unwrap().albedo
+    material.make(&options, &Job::default()).unwrap().albedo
 }
 
 fn found(planes: &Planes) -> Analysis {
-    analyze(planes, &Limits::default()).unwrap()
+    analyze(planes, &Job::default()).unwrap()
 }
 
 /// Planes whose values are a function of plane, place and old value.
@@ -197,24 +197,24 @@ fn few_features_are_too_small_a_sample() {
 
 #[test]
 fn any_texture_is_analysed_or_refused() {
-    let limits = Limits::default();
+    let job = Job::default();
     for (width, height) in [(16, 16), (17, 40), (61, 16)] {
         let flat = Planes::zeros(Size::new(width, height), 2);
         assert_eq!(found(&flat).periods.pattern, Pattern::None);
     }
-    assert!(analyze(&Planes::zeros(Size::new(15, 40), 1), &limits).is_err());
+    assert!(analyze(&Planes::zeros(Size::new(15, 40), 1), &job).is_err());
     let broken = changed(
         &Planes::zeros(Size::new(20, 20), 1),
         |x, y, _| if (x, y) == (3, 4) { f32::NAN } else { 0.0 },
     );
-    assert!(analyze(&broken, &limits).unwrap_err().message().contains("(3, 4)"));
+    assert!(analyze(&broken, &job).unwrap_err().message().contains("(3, 4)"));
 }
 
 #[test]
 fn the_picture_shows_texture_correlation_and_spectrum() {
     let planes = material(Material::Weave, 64, 16.0);
     let picture = Picture { planes: planes.clone(), space: Space::Linear };
-    let drawn = draw(&picture, &planes, &found(&planes), &Limits::default()).unwrap();
+    let drawn = draw(&picture, &planes, &found(&planes), &Job::default()).unwrap();
     assert_eq!((drawn.size(), drawn.planes.count()), (Size::new(192, 64), 3));
     // The centre of the correlation is white, and the texture's panel has lines of the lattice.
     assert_eq!(drawn.planes.at(0, 64 + 32, 32), 1.0);

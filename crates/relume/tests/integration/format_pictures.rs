@@ -8,9 +8,9 @@ use relume::format::animation::{encode_apng, encode_gif};
 use relume::format::{
     Depth, PictureFormat, decode_field, decode_raster, encode_picture, read_field, read_raster,
 };
-use relume::{ErrorKind, Limits, Picture, Planes, Raster, Samples, Size, Space};
+use relume::{ErrorKind, Job, Limits, Picture, Planes, Raster, Samples, Size, Space};
 
-use crate::support::{LIMITS, data};
+use crate::support::{data, job};
 
 /// The EXIF block of a picture with an orientation: a TIFF header and a single entry.
 fn exif(orientation: u8) -> Vec<u8> {
@@ -42,7 +42,7 @@ fn png_pictures_are_turned_as_their_exif_says() {
         encoder.set_exif_metadata(exif(i as u8 + 1)).unwrap();
         encoder.write_image(&STORED, 3, 2, ExtendedColorType::L8).unwrap();
         let truth = Raster::new(Size::new(width, 6 / width), 1, Samples::U8(shown.to_vec())).unwrap();
-        assert_eq!(decode_raster(&file, &LIMITS).unwrap(), truth, "orientation {}", i + 1);
+        assert_eq!(decode_raster(&file, &job()).unwrap(), truth, "orientation {}", i + 1);
     }
 }
 
@@ -60,7 +60,7 @@ fn jpeg_pictures_are_turned_as_their_exif_says() {
         let length = (block.len() + 8) as u16;
         let segment = [&[0xff, 0xe1], &length.to_be_bytes()[..], b"Exif\0\0", &block].concat();
         let file = [&plain[..2], &segment, &plain[2..]].concat();
-        let raster = decode_raster(&file, &LIMITS).unwrap();
+        let raster = decode_raster(&file, &job()).unwrap();
         assert_eq!(raster.size(), Size::new(8 * width, 8 * (6 / width)));
         for (k, expected) in shown.into_iter().enumerate() {
             let (x, y) = (k % width * 8 + 4, k / width * 8 + 4);
@@ -74,7 +74,7 @@ fn jpeg_pictures_are_turned_as_their_exif_says() {
 fn tiff_pictures_are_turned_as_they_say() {
     for (i, (shown, width)) in SHOWN.into_iter().enumerate() {
         let truth = Raster::new(Size::new(width, 6 / width), 1, Samples::U8(shown.to_vec())).unwrap();
-        assert_eq!(decode_raster(&tiff(i as u16 + 1), &LIMITS).unwrap(), truth, "orientation {}", i + 1);
+        assert_eq!(decode_raster(&tiff(i as u16 + 1), &job()).unwrap(), truth, "orientation {}", i + 1);
     }
 }
 
@@ -101,12 +101,12 @@ fn alpha_is_dropped_and_palettes_are_expanded() {
     let texels = [1u8, 2, 3, 200, 4, 5, 6, 0];
     PngEncoder::new(&mut file).write_image(&texels, 2, 1, ExtendedColorType::Rgba8).unwrap();
     let truth = Raster::new(Size::new(2, 1), 3, Samples::U8(vec![1, 2, 3, 4, 5, 6])).unwrap();
-    assert_eq!(decode_raster(&file, &LIMITS).unwrap(), truth);
+    assert_eq!(decode_raster(&file, &job()).unwrap(), truth);
 
     let mut file = Vec::new();
     PngEncoder::new(&mut file).write_image(&[9, 255, 7, 3], 2, 1, ExtendedColorType::La8).unwrap();
     let truth = Raster::new(Size::new(2, 1), 1, Samples::U8(vec![9, 7])).unwrap();
-    assert_eq!(decode_raster(&file, &LIMITS).unwrap(), truth);
+    assert_eq!(decode_raster(&file, &job()).unwrap(), truth);
 
     let mut file = Vec::new();
     let mut encoder = png::Encoder::new(&mut file, 4, 1);
@@ -116,7 +116,7 @@ fn alpha_is_dropped_and_palettes_are_expanded() {
     encoder.write_header().unwrap().write_image_data(&[0b0110_0001]).unwrap();
     let truth = vec![10, 20, 30, 40, 50, 60, 0, 0, 0, 10, 20, 30];
     assert_eq!(
-        decode_raster(&file, &LIMITS).unwrap(),
+        decode_raster(&file, &job()).unwrap(),
         Raster::new(Size::new(4, 1), 3, Samples::U8(truth)).unwrap()
     );
 }
@@ -129,7 +129,7 @@ fn tiff_floats_are_linear() {
     image::codecs::tiff::TiffEncoder::new(&mut file)
         .write_image(&bytes, 2, 1, ExtendedColorType::Rgb32F)
         .unwrap();
-    let read = decode_raster(file.get_ref(), &LIMITS).unwrap();
+    let read = decode_raster(file.get_ref(), &job()).unwrap();
     assert_eq!(read, Raster::new(Size::new(2, 1), 3, Samples::F32(texels)).unwrap());
 }
 
@@ -137,17 +137,17 @@ fn tiff_floats_are_linear() {
 fn errors_name_the_file() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("photo.png");
-    let missing = read_raster(&path, &LIMITS).unwrap_err();
+    let missing = read_raster(&path, &job()).unwrap_err();
     assert_eq!((missing.kind(), missing.path()), (ErrorKind::Io, Some(path.as_path())));
     for (content, kind) in [(&b""[..], ErrorKind::Invalid), (b"GIF89a..", ErrorKind::Unsupported)] {
         std::fs::write(&path, content).unwrap();
-        let error = read_field(&path, &LIMITS).unwrap_err();
+        let error = read_field(&path, &job()).unwrap_err();
         assert_eq!((error.kind(), error.path()), (kind, Some(path.as_path())));
     }
-    let error = read_raster(folder.path(), &LIMITS).unwrap_err();
+    let error = read_raster(folder.path(), &job()).unwrap_err();
     assert!(error.message().contains("folder"), "{error}");
     std::fs::write(&path, [0; 100]).unwrap();
-    let error = read_raster(&path, &Limits { max_bytes: 99, max_side: 9 }).unwrap_err();
+    let error = read_raster(&path, &Job::new(Limits { max_bytes: 99, max_side: 9 })).unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Limit);
 }
 
@@ -157,7 +157,7 @@ fn contents_decide_not_extensions() {
     let path = folder.path().join("wrong.jpg");
     let picture = Picture { planes: Planes::zeros(Size::new(3, 3), 3), space: Space::Srgb };
     std::fs::write(&path, encode_picture(&picture, PictureFormat::Png(Depth::Sixteen)).unwrap()).unwrap();
-    assert!(matches!(read_raster(&path, &LIMITS).unwrap().samples(), Samples::U16(_)));
+    assert!(matches!(read_raster(&path, &job()).unwrap().samples(), Samples::U16(_)));
 }
 
 fn frames(channels: usize) -> Vec<Picture> {
@@ -183,10 +183,10 @@ fn animated_png_keeps_every_frame() {
             let delay = reader.info().frame_control().unwrap();
             assert_eq!((delay.delay_num, delay.delay_den), (1, 24));
             let truth = encode_picture(frame, PictureFormat::Png(Depth::Eight)).unwrap();
-            let truth = decode_raster(&truth, &LIMITS).unwrap();
+            let truth = decode_raster(&truth, &job()).unwrap();
             assert_eq!(truth.samples(), &Samples::U8(texels));
         }
-        let still = decode_raster(&file, &LIMITS).unwrap();
+        let still = decode_raster(&file, &job()).unwrap();
         assert_eq!(still.to_picture(Space::Srgb), frames[0], "readers of stills see the first frame");
     }
 }
@@ -235,7 +235,7 @@ fn animations_refuse_what_they_cannot_show() {
 #[test]
 fn a_compressed_texture_map_is_refused_by_name() {
     let Some(path) = data("ptm/tablet1.ptm") else { return };
-    let error = read_field(&path, &Limits::default()).unwrap_err();
+    let error = read_field(&path, &Job::default()).unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Unsupported);
     assert!(error.message().contains("PTM_FORMAT_JPEG_LRGB"), "{error}");
 }
@@ -255,10 +255,10 @@ fn photographs_are_read() {
             pictures.sort();
             path = pictures.swap_remove(0);
         }
-        let raster = read_raster(&path, &Limits::default()).unwrap();
+        let raster = read_raster(&path, &Job::default()).unwrap();
         assert_eq!((raster.size(), raster.channels()), (size, channels), "{}", path.display());
         assert!(matches!(raster.samples(), Samples::U8(_)));
-        let field = decode_field(&std::fs::read(&path).unwrap(), &Limits::default()).unwrap().field;
+        let field = decode_field(&std::fs::read(&path).unwrap(), &Job::default()).unwrap().field;
         assert_eq!((field.size(), field.space()), (size, Space::Srgb));
     }
 }

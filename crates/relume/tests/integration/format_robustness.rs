@@ -9,9 +9,9 @@ use relume::format::{
     npy,
 };
 use relume::numeric::random::Stream;
-use relume::{Error, ErrorKind, Limits, Picture, Planes, Size, Space};
+use relume::{Error, ErrorKind, Job, Limits, Picture, Planes, Size, Space};
 
-use crate::support::{LIMITS, random_field};
+use crate::support::{job, random_field};
 
 /// A small valid file of every kind that is read.
 fn small_files() -> Vec<(String, Vec<u8>)> {
@@ -22,7 +22,7 @@ fn small_files() -> Vec<(String, Vec<u8>)> {
         for format in [FieldFormat::Ptm, FieldFormat::Exr(ExrDepth::Half), FieldFormat::Exr(ExrDepth::Float)]
         {
             let name = format!("{color:?} {format:?}");
-            files.push((name, encode_field(&field, format, None, &LIMITS).unwrap()));
+            files.push((name, encode_field(&field, format, None, &job()).unwrap()));
         }
     }
     let formats = [
@@ -47,7 +47,7 @@ fn small_files() -> Vec<(String, Vec<u8>)> {
 
 /// Every reader on the same bytes; whether it read them.
 fn read(bytes: &[u8]) -> [Result<(), Error>; 2] {
-    [decode_field(bytes, &LIMITS).map(drop), decode_raster(bytes, &LIMITS).map(drop)]
+    [decode_field(bytes, &job()).map(drop), decode_raster(bytes, &job()).map(drop)]
 }
 
 fn assert_one_sentence(error: &Error) {
@@ -58,7 +58,7 @@ fn assert_one_sentence(error: &Error) {
 #[test]
 fn a_file_cut_at_any_byte_is_an_error() {
     for (name, file) in small_files() {
-        assert!(decode_field(&file, &LIMITS).is_ok(), "{name}");
+        assert!(decode_field(&file, &job()).is_ok(), "{name}");
         for length in 0..file.len() {
             for result in read(&file[..length]) {
                 let error = result.expect_err(&format!("{name} cut to {length} of {} bytes", file.len()));
@@ -86,7 +86,7 @@ fn changed_bytes_never_panic() {
                 };
             }
             let outcome = catch_unwind(|| {
-                read(&changed).into_iter().chain([npy::decode_i32(&changed, &LIMITS).map(drop)]).for_each(
+                read(&changed).into_iter().chain([npy::decode_i32(&changed, &job()).map(drop)]).for_each(
                     |result| {
                         if let Err(error) = result {
                             assert_one_sentence(&error);
@@ -102,7 +102,7 @@ fn changed_bytes_never_panic() {
 fn map_error(header: &str, payload: usize) -> Error {
     let mut file = header.as_bytes().to_vec();
     file.resize(file.len() + payload, 7);
-    decode_field(&file, &Limits::default()).unwrap_err()
+    decode_field(&file, &Job::default()).unwrap_err()
 }
 
 #[test]
@@ -162,7 +162,7 @@ fn other_kinds_of_texture_maps_are_refused_by_name() {
 
 #[test]
 fn sizes_are_refused_before_memory_is_taken() {
-    let tight = Limits { max_bytes: 1 << 20, max_side: 300 };
+    let tight = Job::new(Limits { max_bytes: 1 << 20, max_side: 300 });
     let wide = Picture { planes: Planes::zeros(Size::new(301, 1), 3), space: Space::Srgb };
     let large = Picture { planes: Planes::zeros(Size::new(299, 299), 3), space: Space::Srgb };
     let formats = [
@@ -183,7 +183,7 @@ fn sizes_are_refused_before_memory_is_taken() {
     bomb[16..24].copy_from_slice(&[0, 0, 0xff, 0xff, 0, 0, 0xff, 0xff]);
     let crc = crc32(&bomb[12..29]).to_be_bytes();
     bomb[29..33].copy_from_slice(&crc);
-    assert_eq!(decode_raster(&bomb, &Limits::default()).unwrap_err().kind(), ErrorKind::Limit);
+    assert_eq!(decode_raster(&bomb, &Job::default()).unwrap_err().kind(), ErrorKind::Limit);
 }
 
 /// The checksum of PNG chunks, bit by bit.
@@ -203,6 +203,6 @@ fn exr_files_without_a_picture_say_what_they_hold() {
         assert!(error.message().contains("depth, mask"), "{error}");
     }
     let field = random_field(Basis::Ptm, ColorModel::Rgb, Space::Linear, Size::new(4, 4), 1);
-    let file = encode_field(&field, FieldFormat::Exr(ExrDepth::Float), None, &LIMITS).unwrap();
-    assert!(decode_raster(&file, &LIMITS).unwrap_err().message().contains("relight"));
+    let file = encode_field(&field, FieldFormat::Exr(ExrDepth::Float), None, &job()).unwrap();
+    assert!(decode_raster(&file, &job()).unwrap_err().message().contains("relight"));
 }

@@ -9,7 +9,7 @@ use relume::format::{
 use relume::numeric::random::Stream;
 use relume::{Direction, ErrorKind, Picture, Planes, Raster, ReflectanceField, Samples, Size, Space};
 
-use crate::support::{LIMITS, random_field};
+use crate::support::{job, random_field};
 
 const SIZE: Size = Size { width: 13, height: 9 };
 const COLORS: [ColorModel; 3] = [ColorModel::Luminance, ColorModel::Rgb, ColorModel::Lrgb];
@@ -33,8 +33,8 @@ fn every_field_comes_back_from_exr_bit_by_bit() {
         let lights =
             vec![Direction::from_disk(0.3, -0.2), Direction::ZENITH, Direction::from_angles(1.0, 2.0)];
         field = field.with_coefficients(planes).unwrap().with_lights(lights);
-        let file = encode_field(&field, FLOAT, None, &LIMITS).unwrap();
-        let read = decode_field(&file, &LIMITS).unwrap();
+        let file = encode_field(&field, FLOAT, None, &job()).unwrap();
+        let read = decode_field(&file, &job()).unwrap();
         assert_eq!(read.encoding, Encoding::Exr(ExrDepth::Float));
         let same = |f: &ReflectanceField| (f.basis(), f.color(), f.space(), f.size());
         assert_eq!(same(&read.field), same(&field));
@@ -53,14 +53,13 @@ fn every_field_comes_back_from_exr_bit_by_bit() {
 fn halves_come_back_as_the_same_halves() {
     for field in all_fields() {
         let half = FieldFormat::Exr(ExrDepth::Half);
-        let first = decode_field(&encode_field(&field, half, None, &LIMITS).unwrap(), &LIMITS).unwrap();
+        let first = decode_field(&encode_field(&field, half, None, &job()).unwrap(), &job()).unwrap();
         for (a, b) in first.field.coefficients().as_slice().iter().zip(field.coefficients().as_slice()) {
             assert!((a - b).abs() <= b.abs() / 2048.0 + 1e-7);
         }
         assert_eq!(first.encoding, Encoding::Exr(ExrDepth::Half));
         assert_eq!(FLOAT.in_depth_of(&first.encoding), half);
-        let second =
-            decode_field(&encode_field(&first.field, half, None, &LIMITS).unwrap(), &LIMITS).unwrap();
+        let second = decode_field(&encode_field(&first.field, half, None, &job()).unwrap(), &job()).unwrap();
         assert_eq!(second, first);
     }
 }
@@ -70,14 +69,14 @@ fn a_file_is_a_function_of_its_content() {
     let field = random_field(Basis::Ptm, ColorModel::Rgb, Space::Linear, Size::new(64, 100), 4)
         .with_lights(vec![Direction::ZENITH]);
     let encoded = random_field(Basis::Ptm, ColorModel::Lrgb, Space::Srgb, Size::new(64, 100), 4);
-    let first = encode_field(&field, FLOAT, None, &LIMITS).unwrap();
-    let first_ptm = encode_field(&encoded, FieldFormat::Ptm, None, &LIMITS).unwrap();
+    let first = encode_field(&field, FLOAT, None, &job()).unwrap();
+    let first_ptm = encode_field(&encoded, FieldFormat::Ptm, None, &job()).unwrap();
     for threads in [1, 2, 3, 8] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             for _ in 0..4 {
-                assert_eq!(encode_field(&field, FLOAT, None, &LIMITS).unwrap(), first);
-                assert_eq!(encode_field(&encoded, FieldFormat::Ptm, None, &LIMITS).unwrap(), first_ptm);
+                assert_eq!(encode_field(&field, FLOAT, None, &job()).unwrap(), first);
+                assert_eq!(encode_field(&encoded, FieldFormat::Ptm, None, &job()).unwrap(), first_ptm);
             }
         });
     }
@@ -101,18 +100,18 @@ fn integer_pictures_keep_their_codes() {
             let truth = raster(channels, depth);
             for format in [PictureFormat::Png(depth), PictureFormat::Tiff(depth)] {
                 let encoded = encode_picture(&truth.to_picture(Space::Srgb), format).unwrap();
-                assert_eq!(decode_raster(&encoded, &LIMITS).unwrap(), truth, "{format:?}");
+                assert_eq!(decode_raster(&encoded, &job()).unwrap(), truth, "{format:?}");
                 let linear = encode_picture(&truth.to_picture(Space::Linear), format).unwrap();
                 assert_eq!(linear, encoded, "linear light is encoded again, {format:?}");
 
-                let file = decode_field(&encoded, &LIMITS).unwrap();
+                let file = decode_field(&encoded, &job()).unwrap();
                 assert_eq!((file.field.space(), file.encoding), (Space::Srgb, Encoding::Picture(depth)));
                 let eight = match format {
                     PictureFormat::Png(_) => PictureFormat::Png(Depth::Eight),
                     _ => PictureFormat::Tiff(Depth::Eight),
                 };
                 let again = FieldFormat::Picture(eight).in_depth_of(&file.encoding);
-                assert_eq!(encode_field(&file.field, again, Some(&file.encoding), &LIMITS).unwrap(), encoded);
+                assert_eq!(encode_field(&file.field, again, Some(&file.encoding), &job()).unwrap(), encoded);
             }
         }
     }
@@ -123,13 +122,13 @@ fn exr_pictures_are_linear_floats() {
     for channels in [1, 3] {
         let picture = raster(channels, Depth::Eight).to_picture(Space::Srgb);
         let file = encode_picture(&picture, PictureFormat::Exr(ExrDepth::Float)).unwrap();
-        let read = decode_raster(&file, &LIMITS).unwrap();
+        let read = decode_raster(&file, &job()).unwrap();
         assert_eq!(read.samples().space(), Space::Linear);
         assert_eq!(read.to_picture(Space::Linear), picture.to_space(Space::Linear));
-        let field = decode_field(&file, &LIMITS).unwrap().field;
+        let field = decode_field(&file, &job()).unwrap().field;
         assert_eq!((field.basis(), field.space()), (Basis::Constant, Space::Linear));
-        let as_field = encode_field(&field, FLOAT, None, &LIMITS).unwrap();
-        assert_eq!(decode_raster(&as_field, &LIMITS).unwrap(), read, "linear constants are a picture");
+        let as_field = encode_field(&field, FLOAT, None, &job()).unwrap();
+        assert_eq!(decode_raster(&as_field, &job()).unwrap(), read, "linear constants are a picture");
     }
 }
 
@@ -138,7 +137,7 @@ fn named_channels_come_back_in_alphabetical_order() {
     let planes =
         Planes::from_vec(Size::new(2, 2), 3, (0..12).map(|i| i as f32 * 1e4 + 0.5).collect()).unwrap();
     let file = encode_labelled(&["normal.X", "height_mm", "albedo.R"], &planes, ExrDepth::Float).unwrap();
-    let (names, read) = decode_labelled(&file, &LIMITS).unwrap();
+    let (names, read) = decode_labelled(&file, &job()).unwrap();
     assert_eq!(names, ["albedo.R", "height_mm", "normal.X"]);
     for (ours, theirs) in [(0, 2), (1, 1), (2, 0)] {
         assert_eq!(read.plane(ours), planes.plane(theirs));
@@ -152,7 +151,7 @@ fn named_channels_come_back_in_alphabetical_order() {
 fn formats_refuse_what_they_cannot_hold() {
     let field = |basis, space| random_field(basis, ColorModel::Rgb, space, SIZE, 1);
     let usage = |field: &ReflectanceField, format: FieldFormat, hint: &str| {
-        let error = encode_field(field, format, None, &LIMITS).unwrap_err();
+        let error = encode_field(field, format, None, &job()).unwrap_err();
         assert_eq!(error.kind(), ErrorKind::Usage);
         assert!(error.message().contains(hint), "{error}");
     };
@@ -164,7 +163,7 @@ fn formats_refuse_what_they_cannot_hold() {
     let mut planes = field(Basis::Ptm, Space::Srgb).coefficients().clone();
     planes.plane_mut(7)[SIZE.index(4, 2)] = f32::NAN;
     let broken = field(Basis::Ptm, Space::Srgb).with_coefficients(planes).unwrap();
-    let error = encode_field(&broken, FieldFormat::Ptm, None, &LIMITS).unwrap_err();
+    let error = encode_field(&broken, FieldFormat::Ptm, None, &job()).unwrap_err();
     assert!(error.message().contains("plane 7 is NaN at texel (4, 2)"), "{error}");
 }
 
@@ -188,7 +187,7 @@ fn jpeg_is_near_and_refuses_what_it_cannot_hold() {
     let planes = Planes::from_vec(size, 3, (0..3).flat_map(smooth).collect()).unwrap();
     let picture = Picture { planes, space: Space::Srgb };
     let file = encode_picture(&picture, PictureFormat::Jpeg { quality: 95 }).unwrap();
-    let read = decode_raster(&file, &LIMITS).unwrap().to_picture(Space::Srgb);
+    let read = decode_raster(&file, &job()).unwrap().to_picture(Space::Srgb);
     for (a, b) in read.planes.as_slice().iter().zip(picture.planes.as_slice()) {
         assert!((a - b).abs() < 0.03, "{a} {b}");
     }

@@ -12,7 +12,7 @@ use relume::format::{Depth, PictureFormat, decode_raster, encode_picture, read_r
 use relume::procedural::{Material, MaterialOptions};
 use relume::render::relight;
 use relume::synthesis::{BlockOptions, Boundary, Exemplar, gather, synthesize};
-use relume::{Direction, Limits, Picture, Planes, Raster, ReflectanceField, Result, Size, Space};
+use relume::{Direction, Job, Picture, Planes, Raster, ReflectanceField, Result, Size, Space};
 
 const PNG: PictureFormat = PictureFormat::Png(Depth::Eight);
 
@@ -20,17 +20,17 @@ const PNG: PictureFormat = PictureFormat::Png(Depth::Eight);
 const TOLERANCE: f32 = 1.0;
 
 fn fitted() -> Result<ReflectanceField> {
-    let limits = Limits::default();
+    let job = Job::default();
     let material = MaterialOptions { size: Size::new(48, 40), feature: 16.0, ..MaterialOptions::default() };
-    let dome = Dome::new(Material::Pebbles.make(&material, &limits)?, &DomeOptions::default(), &limits)?;
+    let dome = Dome::new(Material::Pebbles.make(&material, &job)?, &DomeOptions::default(), &job)?;
     let lamps: Vec<(String, Direction)> =
         lights(12).into_iter().enumerate().map(|(i, light)| (i.to_string(), light)).collect();
     let photographs = lamps
         .iter()
         .map(|(_, light)| encode_picture(&dome.photograph(*light)?, PNG))
         .collect::<Result<Vec<_>>>()?;
-    let load = |i: usize| decode_raster(&photographs[i], &limits);
-    Ok(fit(&lamps, &load, &FitOptions::default(), &limits, &())?.field)
+    let load = |i: usize| decode_raster(&photographs[i], &job);
+    Ok(fit(&lamps, &load, &FitOptions::default(), &job)?.field)
 }
 
 fn enlarged(field: &ReflectanceField) -> Result<ReflectanceField> {
@@ -42,9 +42,9 @@ fn enlarged(field: &ReflectanceField) -> Result<ReflectanceField> {
         boundary: Boundary::Torus,
         ..BlockOptions::default()
     };
-    let limits = Limits::default();
-    let made = synthesize(&[Exemplar { index: &index, excluded: None }], &options, &limits, &())?;
-    gather(&made.map, &[field], &limits)
+    let job = Job::default();
+    let made = synthesize(&[Exemplar { index: &index, excluded: None }], &options, &job)?;
+    gather(&made.map, &[field], &job)
 }
 
 /// Compares a picture with the kept one of that name.
@@ -55,8 +55,8 @@ fn check(name: &str, picture: &Picture) {
         std::fs::write(&path, bytes).unwrap();
         return;
     }
-    let limits = Limits::default();
-    let (kept, made) = (read_raster(&path, &limits).unwrap(), decode_raster(&bytes, &limits).unwrap());
+    let job = Job::default();
+    let (kept, made) = (read_raster(&path, &job).unwrap(), decode_raster(&bytes, &job).unwrap());
     assert_eq!(kept.size(), made.size(), "{name}");
     let differences = differences(&kept, &made);
     let largest = differences.as_slice().iter().fold(0.0f32, |a, &b| a.max(b));

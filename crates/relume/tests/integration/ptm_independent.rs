@@ -9,7 +9,7 @@ use relume::format::{Encoding, FieldFormat, PtmEncoding, decode_field, encode_fi
 use relume::numeric::random::Stream;
 use relume::{Direction, Size, Space};
 
-use crate::support::{LIMITS, data, random_field};
+use crate::support::{data, job, random_field};
 
 /// A texture map taken apart by hand.
 struct Map {
@@ -66,7 +66,7 @@ impl Map {
 /// Compares a file, as the library reads it, with the decoder above.
 fn assert_read_alike(file: &[u8]) {
     let map = take_apart(file);
-    let field = decode_field(file, &LIMITS).unwrap().field;
+    let field = decode_field(file, &job()).unwrap().field;
     assert_eq!((field.size(), field.space()), (Size::new(map.width, map.height), Space::Srgb));
     for (x, y) in (0..map.height).flat_map(|y| (0..map.width).map(move |x| (x, y))) {
         for (u, v) in [(0.0, 0.0), (0.6, -0.3), (-0.2, 0.9), (-0.7, -0.7)] {
@@ -122,7 +122,7 @@ fn what_is_written_is_read_by_the_other_decoder() {
     let size = Size::new(7, 5);
     for color in [ColorModel::Rgb, ColorModel::Lrgb, ColorModel::Luminance] {
         let field = random_field(Basis::Ptm, color, Space::Srgb, size, 3);
-        let file = encode_field(&field, FieldFormat::Ptm, None, &LIMITS).unwrap();
+        let file = encode_field(&field, FieldFormat::Ptm, None, &job()).unwrap();
         let map = take_apart(&file);
         assert_eq!((map.version.as_str(), map.width, map.height), ("PTM_1.2", 7, 5));
         assert!(map.bias.iter().all(|b| b.fract() == 0.0));
@@ -145,15 +145,15 @@ fn stored_bytes_are_written_as_they_were_read() {
     {
         for numbers in [NUMBERS, "1.7e-3 0.333333 -2 9 2.5 1\n-5000 7 1000000 128 3 -1\n"] {
             let file = made_by_hand(&format!("{header}{numbers}"), 256 * bytes, 9);
-            let read = decode_field(&file, &LIMITS).unwrap();
-            let again = encode_field(&read.field, FieldFormat::Ptm, Some(&read.encoding), &LIMITS).unwrap();
+            let read = decode_field(&file, &job()).unwrap();
+            let again = encode_field(&read.field, FieldFormat::Ptm, Some(&read.encoding), &job()).unwrap();
             let (before, after) = (take_apart(&file), take_apart(&again));
             assert_eq!(before.data, after.data);
             assert_eq!((before.format, before.scale.len()), (after.format, 6));
             for (a, b) in before.scale.iter().chain(&before.bias).zip(after.scale.iter().chain(&after.bias)) {
                 assert!((a - b).abs() <= 1e-7 * a.abs());
             }
-            assert_eq!(decode_field(&again, &LIMITS).unwrap(), read);
+            assert_eq!(decode_field(&again, &job()).unwrap(), read);
         }
     }
 }
@@ -162,7 +162,7 @@ fn stored_bytes_are_written_as_they_were_read() {
 fn values_beyond_a_given_encoding_are_clamped() {
     let field = random_field(Basis::Ptm, ColorModel::Rgb, Space::Srgb, Size::new(4, 4), 2);
     let encoding = Encoding::Ptm(PtmEncoding { scale: [0.1; 6], bias: [128.0; 6] });
-    let file = encode_field(&field, FieldFormat::Ptm, Some(&encoding), &LIMITS).unwrap();
+    let file = encode_field(&field, FieldFormat::Ptm, Some(&encoding), &job()).unwrap();
     let data = take_apart(&file).data;
     assert!(data.contains(&0) && data.contains(&255));
 }
@@ -171,11 +171,11 @@ fn values_beyond_a_given_encoding_are_clamped() {
 fn a_fit_of_measured_wool_is_read_by_the_other_decoder() {
     let Some(folder) = data("captures/wool") else { return };
     let capture = Capture::open(&folder, Pairing::ByName).unwrap();
-    let load = |i: usize| read_raster(&capture.photographs[i].path, &LIMITS);
+    let load = |i: usize| read_raster(&capture.photographs[i].path, &job());
     for color in [ColorModel::Rgb, ColorModel::Lrgb] {
         let options = FitOptions { color, ..FitOptions::default() };
-        let field = fit(&capture.lights(), &load, &options, &LIMITS, &()).unwrap().field;
-        let map = take_apart(&encode_field(&field, FieldFormat::Ptm, None, &LIMITS).unwrap());
+        let field = fit(&capture.lights(), &load, &options, &job()).unwrap().field;
+        let map = take_apart(&encode_field(&field, FieldFormat::Ptm, None, &job()).unwrap());
         let mut squares = 0.0;
         for photograph in &capture.photographs {
             let light = photograph.light;

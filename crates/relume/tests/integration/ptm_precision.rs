@@ -6,7 +6,7 @@ use relume::format::{FieldFormat, decode_field, encode_field};
 use relume::numeric::random::Stream;
 use relume::{Planes, ReflectanceField, Size, Space};
 
-use crate::support::{LIMITS, random_field};
+use crate::support::{job, random_field};
 
 /// The root of the mean squared error of relit values over lights, channels and texels.
 fn relit_rmse(a: &ReflectanceField, b: &ReflectanceField) -> f64 {
@@ -72,8 +72,8 @@ fn structured_field(color: ColorModel) -> ReflectanceField {
 }
 
 fn errors_of(field: &ReflectanceField) -> (f64, f64) {
-    let file = encode_field(field, FieldFormat::Ptm, None, &LIMITS).unwrap();
-    let ours = decode_field(&file, &LIMITS).unwrap().field;
+    let file = encode_field(field, FieldFormat::Ptm, None, &job()).unwrap();
+    let ours = decode_field(&file, &job()).unwrap().field;
     (relit_rmse(field, &ours), relit_rmse(field, &plainly_stored(field)))
 }
 

@@ -17,14 +17,16 @@ use relume::random_field::{
     Budget, ModelOptions, Search, SheetOptions, Structure, Tiles, combine, estimate, model_lights,
 };
 use relume::render::relight;
-use relume::{Direction, Limits, Planes, ReflectanceField, Size, Space};
+use relume::{Direction, Job, Limits, Planes, ReflectanceField, Size, Space};
 
-const LIMITS: Limits = Limits { max_bytes: 1 << 30, max_side: 1 << 15 };
+fn job() -> Job {
+    Job::new(Limits { max_bytes: 1 << 30, max_side: 1 << 15 })
+}
 
 /// The colours of a built-in material, darkened where its relief is low.
 fn material(material: Material, side: usize) -> Planes {
     let options = MaterialOptions { size: Size::new(side, side), feature: 24.0, ..Default::default() };
-    let maps = material.make(&options, &LIMITS).unwrap();
+    let maps = material.make(&options, &job()).unwrap();
     let (low, high) = maps.height.range(0);
     let mut planes = maps.albedo.clone();
     for plane in planes.iter_mut() {
@@ -142,17 +144,17 @@ fn a_planted_field_of_three_planes_is_found_again() {
 fn windows_of_the_endless_plane_are_the_same_however_they_are_cut() {
     let planes = material(Material::Bark, 96);
     let (model, _) =
-        estimate(&planes, &ModelOptions { candidates: 14, ..Default::default() }, &LIMITS, &()).unwrap();
-    let whole = model.synthesize(&sheet([-70, -40], 330, 190), &LIMITS).unwrap();
+        estimate(&planes, &ModelOptions { candidates: 14, ..Default::default() }, &job()).unwrap();
+    let whole = model.synthesize(&sheet([-70, -40], 330, 190), &job()).unwrap();
     for (x, y, width, height) in
         [(0, 0, 1, 1), (3, 5, 200, 120), (150, 60, 180, 130), (329, 0, 1, 190), (60, 30, 37, 101)]
     {
-        let part = model.synthesize(&sheet([x as i64 - 70, y as i64 - 40], width, height), &LIMITS).unwrap();
+        let part = model.synthesize(&sheet([x as i64 - 70, y as i64 - 40], width, height), &job()).unwrap();
         assert_eq!(part, whole.crop(x, y, Size::new(width, height)).unwrap(), "{x} {y}");
     }
     let single = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-    assert_eq!(single.install(|| model.synthesize(&sheet([-70, -40], 330, 190), &LIMITS).unwrap()), whole);
-    let other = model.synthesize(&SheetOptions { seed: 8, ..sheet([-70, -40], 330, 190) }, &LIMITS).unwrap();
+    assert_eq!(single.install(|| model.synthesize(&sheet([-70, -40], 330, 190), &job()).unwrap()), whole);
+    let other = model.synthesize(&SheetOptions { seed: 8, ..sheet([-70, -40], 330, 190) }, &job()).unwrap();
     assert_ne!(other, whole);
 }
 
@@ -170,15 +172,15 @@ fn seam(planes: &Planes, a: usize, b: usize) -> f64 {
 #[test]
 fn cells_meet_and_tiles_close_without_a_seam() {
     let planes = material(Material::Leather, 128);
-    let (model, _) = estimate(&planes, &ModelOptions::default(), &LIMITS, &()).unwrap();
-    let plane = model.synthesize(&sheet([0, 0], 300, 200), &LIMITS).unwrap();
+    let (model, _) = estimate(&planes, &ModelOptions::default(), &job()).unwrap();
+    let plane = model.synthesize(&sheet([0, 0], 300, 200), &job()).unwrap();
     let at_cells = seam(&plane, 127, 128);
     assert!((0.7..1.3).contains(&at_cells), "{at_cells}");
     let tile = closing(sheet([0, 0], 200, 136));
-    let tile = model.synthesize(&tile, &LIMITS).unwrap();
+    let tile = model.synthesize(&tile, &job()).unwrap();
     let joint = seam(&tile, 199, 0);
     assert!((0.7..1.3).contains(&joint), "{joint}");
-    let refused = model.synthesize(&closing(sheet([0, 0], 201, 136)), &LIMITS);
+    let refused = model.synthesize(&closing(sheet([0, 0], 201, 136)), &job());
     assert!(refused.unwrap_err().message().contains("204 x 136"));
 }
 
@@ -186,8 +188,8 @@ fn cells_meet_and_tiles_close_without_a_seam() {
 fn what_is_made_has_the_moments_of_what_was_modelled() {
     for kind in [Material::Bark, Material::Sponge, Material::Leather] {
         let planes = material(kind, 256);
-        let (model, _) = estimate(&planes, &ModelOptions::default(), &LIMITS, &()).unwrap();
-        let made = model.synthesize(&sheet([0, 0], 1024, 1024), &LIMITS).unwrap();
+        let (model, _) = estimate(&planes, &ModelOptions::default(), &job()).unwrap();
+        let made = model.synthesize(&sheet([0, 0], 1024, 1024), &job()).unwrap();
         for k in 0..planes.count() {
             let moments = |p: &[f32]| {
                 let n = p.len() as f64;
@@ -238,10 +240,9 @@ fn as_many_levels_are_taken_as_resemble_the_texture_most() {
     let fine = planted(1, &[(-1, 0, vec![0.4]), (0, -1, vec![0.3])], Size::new(128, 128), 4);
     let options = ModelOptions { candidates: 6, fewer: true, ..ModelOptions::default() };
     let count = |planes: &Planes| {
-        let (model, reports) = estimate(planes, &options, &LIMITS, &()).unwrap();
+        let (model, reports) = estimate(planes, &options, &job()).unwrap();
         assert_eq!(model.levels.len(), reports.len());
-        let (same, _) =
-            estimate(planes, &ModelOptions { levels: reports.len(), ..plain() }, &LIMITS, &()).unwrap();
+        let (same, _) = estimate(planes, &ModelOptions { levels: reports.len(), ..plain() }, &job()).unwrap();
         assert_eq!(same, model, "as if that number had been asked for");
         reports.len()
     };
@@ -269,25 +270,25 @@ fn what_repeats_is_kept_by_structure_and_its_grain_by_the_field() {
     let used = |s: &Structure| s.codes.iter().filter(|&&code| code != 0).count();
     let tiles = Tiles { texels: &planes, size: Size::new(120, 50) };
     let budget = Budget { bytes: 1500, cost: &used };
-    let (model, _) = combine(&planes, tiles, &budget, &options, &LIMITS, &()).unwrap();
-    let (plain, _) = estimate(&planes, &options, &LIMITS, &()).unwrap();
-    let whole = model.synthesize(&sheet([-300, 77], 480, 300), &LIMITS).unwrap();
-    let lost = plain.synthesize(&sheet([-300, 77], 480, 300), &LIMITS).unwrap();
+    let (model, _) = combine(&planes, tiles, &budget, &options, &job()).unwrap();
+    let (plain, _) = estimate(&planes, &options, &job()).unwrap();
+    let whole = model.synthesize(&sheet([-300, 77], 480, 300), &job()).unwrap();
+    let lost = plain.synthesize(&sheet([-300, 77], 480, 300), &job()).unwrap();
     assert!(repeats(&planes, 12) > 0.8 && repeats(&whole, 12) > 0.8, "{}", repeats(&whole, 12));
     assert!(repeats(&lost, 12) < 0.5, "{}", repeats(&lost, 12));
     // Tiles repeat and their grain does not.
     let same = (0..300).filter(|&x| whole.at(0, x, 9) == whole.at(0, x + 120, 9)).count();
     assert!(same < 30, "{same}");
-    let part = model.synthesize(&sheet([-250, 100], 133, 71), &LIMITS).unwrap();
+    let part = model.synthesize(&sheet([-250, 100], 133, 71), &job()).unwrap();
     assert_eq!(part, whole.crop(50, 23, Size::new(133, 71)).unwrap());
     let closed = closing(sheet([31, -9], 240, 200));
-    let closed = model.synthesize(&closed, &LIMITS).unwrap();
+    let closed = model.synthesize(&closed, &job()).unwrap();
     let seam = seam(&closed, 239, 0);
     assert!(seam < 2.0, "{seam}");
-    let refused = model.synthesize(&closing(sheet([0, 0], 208, 136)), &LIMITS);
+    let refused = model.synthesize(&closing(sheet([0, 0], 208, 136)), &job());
     assert!(refused.unwrap_err().message().contains("multiples of 120 and"));
     let wrong = Tiles { texels: &planes, size: Size::new(120, 33) };
-    assert!(combine(&planes, wrong, &budget, &options, &LIMITS, &()).is_err());
+    assert!(combine(&planes, wrong, &budget, &options, &job()).is_err());
 }
 
 /// A surface of dents under a light: its luminance functions, the slopes along x and y times u and v.
@@ -319,15 +320,15 @@ fn models_of_lights_show_one_surface_under_each_of_them() {
     let field = dented(96);
     let options = ModelOptions { levels: 2, candidates: 12, ..ModelOptions::default() };
     let picture = |light| relight(&field, light).planes;
-    let model = |lights: &[Direction]| model_lights(&field, lights, &picture, &options, &LIMITS, &());
+    let model = |lights: &[Direction]| model_lights(&field, lights, &picture, &options, &job());
     // Six lights and six functions: the functions go through the pictures that the models make.
     let lights = relume::capture::dome::lights(6);
     let (made, reports) = model(&lights).unwrap();
     assert_eq!(reports.len(), 6);
-    let whole = made.synthesize(&sheet([-40, 13], 190, 150), &LIMITS).unwrap();
+    let whole = made.synthesize(&sheet([-40, 13], 190, 150), &job()).unwrap();
     let mut pictures = Vec::new();
     for (light, model) in made.fields.models() {
-        let picture = model.synthesize(&sheet([-40, 13], 190, 150), &LIMITS).unwrap();
+        let picture = model.synthesize(&sheet([-40, 13], 190, 150), &job()).unwrap();
         let relit = relight(&whole, light.unwrap()).planes;
         let error = |(a, b): (&f32, &f32)| (a - b).abs();
         let worst = picture.as_slice().iter().zip(relit.as_slice()).map(error).fold(0.0, f32::max);
@@ -342,9 +343,9 @@ fn models_of_lights_show_one_surface_under_each_of_them() {
         assert!((truth(i, j) - found(i, j)).abs() < 0.25, "{i} {j}: {} {}", truth(i, j), found(i, j));
     }
     let other = SheetOptions { seed: 8, ..sheet([-40, 13], 190, 150) };
-    let other = pictures[1].1.synthesize(&other, &LIMITS).unwrap();
+    let other = pictures[1].1.synthesize(&other, &job()).unwrap();
     assert!(correlation(&pictures[0].0, &other).abs() < 0.1);
-    let part = made.synthesize(&sheet([3, 20], 77, 60), &LIMITS).unwrap();
+    let part = made.synthesize(&sheet([3, 20], 77, 60), &job()).unwrap();
     assert_eq!(part.coefficients(), &whole.coefficients().crop(43, 7, Size::new(77, 60)).unwrap());
     // A ring of lights, or too few, do not tell the functions apart.
     let ring: Vec<Direction> = (0..9).map(|i| Direction::from_angles(0.7, f64::from(i) * 0.7)).collect();
@@ -373,10 +374,10 @@ fn an_unstable_fit_is_caught_and_one_that_keeps_the_moments_is_taken() {
     // Checked.
     let options =
         ModelOptions { levels: 1, candidates: 2, search: Search::Nested, ..ModelOptions::default() };
-    let (model, reports) = estimate(&planes, &options, &LIMITS, &()).unwrap();
+    let (model, reports) = estimate(&planes, &options, &job()).unwrap();
     println!("unstable fit: {blown:.3e}, not {truth:.3e}; {} passed over", reports[0].unstable);
     assert!(model.levels.iter().all(|level| Stability::of(level).is_stable()));
-    let made = deviation(model.synthesize(&sheet([0, 0], 512, 512), &LIMITS).unwrap().plane(0));
+    let made = deviation(model.synthesize(&sheet([0, 0], 512, 512), &job()).unwrap().plane(0));
     assert!((made / truth - 1.0).abs() < 0.05, "{made} {truth}");
 }
 
@@ -384,7 +385,7 @@ fn an_unstable_fit_is_caught_and_one_that_keeps_the_moments_is_taken() {
 fn planes_that_cannot_be_modelled_are_refused() {
     let options = ModelOptions::default();
     let refused = |planes: &Planes, options: &ModelOptions| {
-        estimate(planes, options, &LIMITS, &()).unwrap_err().message().to_owned()
+        estimate(planes, options, &job()).unwrap_err().message().to_owned()
     };
     let flat = Planes::from_vec(Size::new(40, 40), 3, vec![0.25; 4800]).unwrap();
     assert!(refused(&flat, &options).contains("the same everywhere"));
@@ -398,7 +399,7 @@ fn planes_that_cannot_be_modelled_are_refused() {
         ModelOptions { candidates: 401, ..options },
         ModelOptions { prior: f64::NAN, ..options },
     ] {
-        assert!(estimate(&material(Material::Bark, 40), &bad, &LIMITS, &()).is_err());
+        assert!(estimate(&material(Material::Bark, 40), &bad, &job()).is_err());
     }
 }
 
@@ -412,9 +413,9 @@ fn planes_that_repeat_each_other_or_stand_still_are_modelled() {
     planes.plane_mut(1).fill(0.5);
     planes.plane_mut(3).copy_from_slice(colour.plane(2));
     let (model, _) =
-        estimate(&planes, &ModelOptions { candidates: 12, ..Default::default() }, &LIMITS, &()).unwrap();
+        estimate(&planes, &ModelOptions { candidates: 12, ..Default::default() }, &job()).unwrap();
     assert_eq!(model.mixing.own[..3], [true, false, false]);
-    let made = model.synthesize(&sheet([5, 5], 50, 40), &LIMITS).unwrap();
+    let made = model.synthesize(&sheet([5, 5], 50, 40), &job()).unwrap();
     assert!(made.plane(1).iter().all(|&v| v == 0.5));
     let error = made.plane(0).iter().zip(made.plane(2)).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
     assert!(error < 0.01, "{error}");

@@ -11,16 +11,18 @@ use relume::random_field::recursion::{Recursion, Run};
 use relume::random_field::selection::{posterior, search};
 use relume::random_field::stability::Stability;
 use relume::random_field::{ModelOptions, Search, SheetOptions, estimate};
-use relume::{Limits, Planes, Size};
+use relume::{Job, Limits, Planes, Size};
 
 use crate::support::data;
 
-const LIMITS: Limits = Limits { max_bytes: 1 << 30, max_side: 1 << 15 };
+fn job() -> Job {
+    Job::new(Limits { max_bytes: 1 << 30, max_side: 1 << 15 })
+}
 
 /// The frontal photograph of a fabric.
 fn fabric(name: &str) -> Option<Planes> {
     let path = data(&format!("captures/{name}/{name}_t00_p000.png"))?;
-    Some(read_field(&path, &LIMITS).unwrap().field.coefficients().clone())
+    Some(read_field(&path, &job()).unwrap().field.coefficients().clone())
 }
 
 /// Planes with their means taken off.
@@ -95,7 +97,7 @@ fn evidence_on_half_of_each_photograph_of_wool_predicts_the_other_better_than_si
     let found: Vec<_> = names
         .iter()
         .step_by(8)
-        .map(|path| read_field(path, &LIMITS).unwrap().field.coefficients().clone())
+        .map(|path| read_field(path, &job()).unwrap().field.coefficients().clone())
         .map(|planes| chosen_and_better(&centred(planes)))
         .collect();
     println!("wool, evidence of upper halves (eta, better than 6, than 112): {found:?}");
@@ -201,9 +203,9 @@ fn a_small_neighbourhood_of_corduroy_is_caught_and_moments_are_kept() {
     let Some(planes) = fabric("corduroy") else { return };
     for (levels, candidates) in [(1, 6), (1, 40), (4, 40)] {
         let options = ModelOptions { levels, candidates, search: Search::Nested, ..ModelOptions::default() };
-        let (model, reports) = estimate(&planes, &options, &LIMITS, &()).unwrap();
+        let (model, reports) = estimate(&planes, &options, &job()).unwrap();
         let sheet = SheetOptions { origin: [0, 0], size: Size::new(512, 512), seed: 1, period: None };
-        let made = model.synthesize(&sheet, &LIMITS).unwrap();
+        let made = model.synthesize(&sheet, &job()).unwrap();
         let moments = |p: &[f32]| {
             let n = p.len() as f64;
             let mean = p.iter().map(|&v| f64::from(v)).sum::<f64>() / n;

@@ -9,17 +9,17 @@ use relume::field::ColorModel;
 use relume::fit::{Fit, FitOptions, fit};
 use relume::format::read_raster;
 use relume::metric::psnr;
-use relume::{Limits, Planes, Raster, ReflectanceField, Result, Size, Space};
+use relume::{Job, Planes, Raster, ReflectanceField, Result, Size, Space};
 
 use crate::support::data;
 
 fn read(path: &Path) -> Result<Raster> {
-    read_raster(path, &Limits::default())
+    read_raster(path, &Job::default())
 }
 
 fn fitted(capture: &Capture, options: &FitOptions) -> Fit {
     let load = |i: usize| read(&capture.photographs[i].path);
-    fit(&capture.lights(), &load, options, &Limits::default(), &()).unwrap()
+    fit(&capture.lights(), &load, options, &Job::default()).unwrap()
 }
 
 /// The figures known for this capture have two decimals, so they are reached to half of the last one;

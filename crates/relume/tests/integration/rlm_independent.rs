@@ -12,7 +12,7 @@ use relume::random_field::{
     model_lights,
 };
 use relume::render::relight;
-use relume::{Limits, Planes, ReflectanceField, Size, Space};
+use relume::{Job, Planes, ReflectanceField, Size, Space};
 
 /// The bits of a file's body, in order.
 struct Bits(VecDeque<u8>);
@@ -183,16 +183,16 @@ fn field(basis: Basis, color: ColorModel, space: Space) -> ReflectanceField {
 
 #[test]
 fn every_kind_of_model_is_read_by_the_other_decoder() {
-    let limits = Limits::default();
+    let job = Job::default();
     let options = ModelOptions { levels: 2, candidates: 6, coarse: 5, ..ModelOptions::default() };
     let plain = |field: &ReflectanceField, marginals| {
         let options = ModelOptions { marginals, ..options };
-        model_field(field, &options, &limits, &()).unwrap().0
+        model_field(field, &options, &job).unwrap().0
     };
     let combined = |field: &ReflectanceField| {
         let tiles = Tiles { texels: field, size: Size::new(32, 15) };
         let budget = Budget { bytes: 400, cost: &rlm::structure_bytes };
-        combine_field(field, tiles, &budget, &options, &limits, &()).unwrap().0
+        combine_field(field, tiles, &budget, &options, &job).unwrap().0
     };
     let colour = field(Basis::Constant, ColorModel::Rgb, Space::Srgb);
     let functions = field(Basis::Ptm, ColorModel::Lrgb, Space::Srgb);
@@ -206,5 +206,5 @@ fn every_kind_of_model_is_read_by_the_other_decoder() {
     }
     let lights = relume::capture::dome::lights(8);
     let picture = |light| relight(&functions, light).planes;
-    assert_eq!(check(&model_lights(&functions, &lights, &picture, &options, &limits, &()).unwrap().0), 3);
+    assert_eq!(check(&model_lights(&functions, &lights, &picture, &options, &job).unwrap().0), 3);
 }

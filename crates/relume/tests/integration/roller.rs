@@ -7,7 +7,7 @@ use relume::numeric::periods::Pattern;
 use relume::numeric::random::Stream;
 use relume::synthesis::roller::{Endless, Rolled, RollerOptions, roll};
 use relume::synthesis::{Exemplar, gather};
-use relume::{Limits, Picture, Planes, ReflectanceField, Size, Space};
+use relume::{Job, Limits, Picture, Planes, ReflectanceField, Size, Space};
 
 fn noise(size: Size, planes: usize, seed: u64) -> Planes {
     let mut stream = Stream::new(seed, 0);
@@ -16,13 +16,13 @@ fn noise(size: Size, planes: usize, seed: u64) -> Planes {
 }
 
 fn make(index: &Planes, options: &RollerOptions) -> Rolled {
-    roll(&Exemplar { index, excluded: None }, options, &Limits::default()).unwrap()
+    roll(&Exemplar { index, excluded: None }, options, &Job::default()).unwrap()
 }
 
 /// The tiles of a picture as planes, one below the other.
 fn stacked(rolled: &Rolled, index: &Planes) -> Planes {
     let field = ReflectanceField::from_picture(Picture { planes: index.clone(), space: Space::Linear });
-    gather(rolled.tiles.map(), &[&field], &Limits::default()).unwrap().coefficients().clone()
+    gather(rolled.tiles.map(), &[&field], &Job::default()).unwrap().coefficients().clone()
 }
 
 #[test]
@@ -36,7 +36,7 @@ fn a_texture_that_repeats_exactly_goes_on_exactly() {
         assert!(rolled.report.is_acceptable());
         let plane = Endless::new(tile, 4, 5).unwrap();
         let tiles = stacked(&rolled, &index);
-        let window = plane.window(&tiles, -37, 211, Size::new(150, 140), &Limits::default()).unwrap();
+        let window = plane.window(&tiles, -37, 211, Size::new(150, 140), &Job::default()).unwrap();
         let (right, down) = (period.width, period.height);
         for (x, y) in (0..150 - right).flat_map(|x| (0..140 - down).map(move |y| (x, y))) {
             for k in 0..3 {
@@ -92,7 +92,7 @@ fn oblique_periods_that_meet_no_axis_go_on_exactly() {
             assert!(make(&index, &upright).report.mismatch > 0.2, "no rectangle repeats");
             let plane = Endless::of(cells, tiles, 5).unwrap();
             let made = stacked(&rolled, &index);
-            let window = plane.window(&made, -90, 211, Size::new(120, 110), &Limits::default()).unwrap();
+            let window = plane.window(&made, -90, 211, Size::new(120, 110), &Job::default()).unwrap();
             for [dx, dy] in [right, down] {
                 for (x, y) in (30..90).flat_map(|x| (30..80).map(move |y| (x, y))) {
                     let there = ((x as i64 + dx) as usize, (y as i64 + dy) as usize);
@@ -192,7 +192,7 @@ proptest! {
             pattern: Some(Pattern::None),
             ..RollerOptions::default()
         };
-        let rolled = roll(&exemplar, &options, &Limits::default()).unwrap();
+        let rolled = roll(&exemplar, &options, &Job::default()).unwrap();
         let tile = rolled.tiles.tile();
         prop_assert_eq!(rolled.tiles.count(), tiles);
         let first = rolled.tiles.sources(0);
@@ -209,7 +209,7 @@ proptest! {
         }
         for threads in [1, 3] {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            let again = pool.install(|| roll(&exemplar, &options, &Limits::default()).unwrap());
+            let again = pool.install(|| roll(&exemplar, &options, &Job::default()).unwrap());
             prop_assert_eq!(&again, &rolled);
         }
     }
@@ -220,7 +220,7 @@ fn what_has_no_room_or_no_meaning_is_refused() {
     let index = noise(Size::new(30, 24), 2, 1);
     let says = |options: RollerOptions, words: &str| {
         let exemplar = Exemplar { index: &index, excluded: None };
-        let error = roll(&exemplar, &options, &Limits::default()).unwrap_err();
+        let error = roll(&exemplar, &options, &Job::default()).unwrap_err();
         assert!(error.message().contains(words), "{error}");
     };
     says(RollerOptions { tiles: 9, overlap: Some(4), ..RollerOptions::default() }, "fewer tiles");
@@ -228,14 +228,14 @@ fn what_has_no_room_or_no_meaning_is_refused() {
     says(RollerOptions { tiles: 3, least_offset: 1.0, ..RollerOptions::default() }, "has room for");
     let all = vec![true; 30 * 24];
     let exemplar = Exemplar { index: &index, excluded: Some(&all) };
-    let error = roll(&exemplar, &RollerOptions::default(), &Limits::default()).unwrap_err();
+    let error = roll(&exemplar, &RollerOptions::default(), &Job::default()).unwrap_err();
     assert!(error.message().contains("mask"), "{error}");
-    let tight = Limits { max_bytes: 1000, ..Limits::default() };
+    let tight = Job::new(Limits { max_bytes: 1000, ..Limits::default() });
     assert!(roll(&Exemplar { index: &index, excluded: None }, &RollerOptions::default(), &tight).is_err());
     for tiny in [Size::new(1, 1), Size::new(2, 1), Size::new(3, 3)] {
         let index = noise(tiny, 1, 2);
         let made =
-            roll(&Exemplar { index: &index, excluded: None }, &RollerOptions::default(), &Limits::default());
+            roll(&Exemplar { index: &index, excluded: None }, &RollerOptions::default(), &Job::default());
         assert!(made.is_err(), "{tiny} leaves no room for an overlap of two and a tile larger than it");
     }
     // Periods that no tile can hold are said, and the tile is made nevertheless.

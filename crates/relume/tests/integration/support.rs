@@ -4,9 +4,11 @@ use std::path::PathBuf;
 
 use relume::field::{Basis, ColorModel};
 use relume::numeric::random::Stream;
-use relume::{Limits, Planes, ReflectanceField, Size, Space};
+use relume::{Job, Limits, Planes, ReflectanceField, Size, Space};
 
-pub const LIMITS: Limits = Limits { max_bytes: 1 << 26, max_side: 1 << 15 };
+pub fn job() -> Job {
+    Job::new(Limits { max_bytes: 1 << 26, max_side: 1 << 15 })
+}
 
 /// A file of the test data, or `None`, said plainly, where there is none.
 pub fn data(relative: &str) -> Option<PathBuf> {

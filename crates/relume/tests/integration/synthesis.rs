@@ -6,7 +6,7 @@ use relume::numeric::random::Stream;
 use relume::synthesis::{
     Blend, BlockOptions, Boundary, Exemplar, SourceMap, Synthesis, Tolerance, gather, synthesize,
 };
-use relume::{Direction, Limits, Planes, ReflectanceField, Size, Space};
+use relume::{Direction, Job, Limits, Planes, ReflectanceField, Size, Space};
 
 fn noise(size: Size, planes: usize, seed: u64) -> Planes {
     let mut stream = Stream::new(seed, 0);
@@ -22,7 +22,7 @@ fn field(basis: Basis, color: ColorModel, size: Size, seed: u64) -> ReflectanceF
 fn make(exemplars: &[&Planes], options: &BlockOptions) -> Synthesis {
     let exemplars: Vec<Exemplar<'_>> =
         exemplars.iter().map(|index| Exemplar { index, excluded: None }).collect();
-    synthesize(&exemplars, options, &Limits::default(), &()).unwrap()
+    synthesize(&exemplars, options, &Job::default()).unwrap()
 }
 
 fn small(size: Size, boundary: Boundary, blend: Blend) -> BlockOptions {
@@ -78,7 +78,7 @@ proptest! {
         for color in [ColorModel::Luminance, ColorModel::Rgb, ColorModel::Lrgb] {
             let exemplar = field(Basis::Ptm, color, Size::new(20, 15), seed);
             let map = make(&[exemplar.coefficients()], &options).map;
-            let output = gather(&map, &[&exemplar], &Limits::default()).unwrap();
+            let output = gather(&map, &[&exemplar], &Job::default()).unwrap();
             for (texel, from) in map.copies().iter().enumerate() {
                 for k in 0..output.coefficients().count() {
                     let stored = exemplar.coefficients().at(k, from.x as usize, from.y as usize);
@@ -152,7 +152,7 @@ fn excluded_texels_are_never_used() {
     let mask: Vec<bool> = (0..size.texels()).map(|t| t % 40 > 25 || (t % 40 == 3 && t / 40 == 4)).collect();
     let exemplars = [Exemplar { index: &index, excluded: Some(&mask) }];
     let options = small(Size::new(60, 50), Boundary::Torus, Blend::Alpha);
-    let made = synthesize(&exemplars, &options, &Limits::default(), &()).unwrap();
+    let made = synthesize(&exemplars, &options, &Job::default()).unwrap();
     let used = made.map.mixes().flat_map(|(_, parts)| parts.iter().map(|p| p.source));
     assert!(
         used.chain(made.map.copies().iter().copied()).all(|t| !mask[size.index(t.x as usize, t.y as usize)])
@@ -171,7 +171,7 @@ fn blended_texels_are_the_weighted_sum_of_the_functions() {
             exemplar = exemplar.with_coefficients(planes).unwrap();
         }
         let map = make(&[exemplar.coefficients()], &options).map;
-        let output = gather(&map, &[&exemplar], &Limits::default()).unwrap();
+        let output = gather(&map, &[&exemplar], &Job::default()).unwrap();
         assert!(map.mix_count() > 100);
         let light = Direction::from_angles(0.6, 1.1);
         for (texel, parts) in map.mixes() {
@@ -192,13 +192,13 @@ fn maps_apply_to_registered_fields_only() {
     let exemplar = noise(Size::new(20, 15), 3, 5);
     let map = make(&[&exemplar], &small(Size::new(12, 12), Boundary::Open, Blend::Cut)).map;
     let mask = field(Basis::Constant, ColorModel::Luminance, Size::new(20, 15), 6);
-    assert_eq!(gather(&map, &[&mask], &Limits::default()).unwrap().size(), Size::new(12, 12));
+    assert_eq!(gather(&map, &[&mask], &Job::default()).unwrap().size(), Size::new(12, 12));
     let other = field(Basis::Constant, ColorModel::Luminance, Size::new(21, 15), 6);
-    let error = gather(&map, &[&other], &Limits::default()).unwrap_err();
+    let error = gather(&map, &[&other], &Job::default()).unwrap_err();
     assert!(error.message().contains("21 x 15") && error.message().contains("20 x 15"));
-    assert!(gather(&map, &[], &Limits::default()).is_err());
-    assert!(gather(&map, &[&mask, &mask], &Limits::default()).is_err());
-    let tight = Limits { max_bytes: 100, ..Limits::default() };
+    assert!(gather(&map, &[], &Job::default()).is_err());
+    assert!(gather(&map, &[&mask, &mask], &Job::default()).is_err());
+    let tight = Job::new(Limits { max_bytes: 100, ..Limits::default() });
     assert!(gather(&map, &[&mask], &tight).is_err());
 }
 
@@ -208,6 +208,6 @@ fn outputs_beyond_the_limits_are_refused() {
     let exemplars = [Exemplar { index: &exemplar, excluded: None }];
     for size in [Size::new(1 << 40, 9), Size::new(1 << 17, 1 << 17)] {
         let options = small(size, Boundary::Open, Blend::Cut);
-        assert!(synthesize(&exemplars, &options, &Limits::default(), &()).is_err());
+        assert!(synthesize(&exemplars, &options, &Job::default()).is_err());
     }
 }

@@ -8,7 +8,7 @@ use relume::metric::texture::{Distances, SlicedOptions, Source, Sources, distanc
 use relume::numeric::random::Stream;
 use relume::procedural::{Material, MaterialOptions, Tiling};
 use relume::synthesis::{BlockOptions, Exemplar, synthesize};
-use relume::{Limits, Planes, Size, Space};
+use relume::{Job, Planes, Size, Space};
 
 use crate::support::data;
 
@@ -56,7 +56,7 @@ fn halves(planes: &Planes) -> [Planes; 2] {
 }
 
 fn measured(a: &Planes, b: &Planes) -> Distances {
-    distances(a, b, &SlicedOptions::default(), &Limits::default()).unwrap()
+    distances(a, b, &SlicedOptions::default(), &Job::default()).unwrap()
 }
 
 /// The distances from the first half: of the second half, then of the spoilt first half.
@@ -106,7 +106,7 @@ fn the_second_half_of_built_in_materials_is_nearest() {
             tiling: Tiling::Free,
             ..MaterialOptions::default()
         };
-        let albedo = material.make(&options, &Limits::default()).unwrap().albedo;
+        let albedo = material.make(&options, &Job::default()).unwrap().albedo;
         let failures = failures(&table(material.name(), &albedo));
         assert!(failures.is_empty(), "{}: {failures:?}", material.name());
     }
@@ -135,7 +135,7 @@ const REAL: [(&str, &[&str]); 9] = [
 fn the_second_half_of_real_textures_is_nearest_but_for_known_cases() {
     for (file, known) in REAL {
         let Some(path) = data(file) else { continue };
-        let whole = read_raster(&path, &Limits::default()).unwrap().to_picture(Space::Srgb).planes;
+        let whole = read_raster(&path, &Job::default()).unwrap().to_picture(Space::Srgb).planes;
         let size = Size::new(whole.size().width.min(512), whole.size().height.min(512));
         let failures = failures(&table(file, &whole.crop(0, 0, size).unwrap()));
         assert_eq!(failures, known, "{file}");
@@ -150,7 +150,7 @@ fn albedo(material: Material, side: usize, tiling: Tiling, seed: u64) -> Planes 
         seed,
         ..MaterialOptions::default()
     };
-    material.make(&options, &Limits::default()).unwrap().albedo
+    material.make(&options, &Job::default()).unwrap().albedo
 }
 
 #[test]
@@ -183,7 +183,7 @@ fn cuts_are_less_visible_than_blocks_laid_blindly() {
         let exemplar = albedo(material, 128, Tiling::Free, 0);
         let options = BlockOptions { size, block, overlap: 6, ..BlockOptions::default() };
         let exemplars = [Exemplar { index: &exemplar, excluded: None }];
-        let made = synthesize(&exemplars, &options, &Limits::default(), &()).unwrap();
+        let made = synthesize(&exemplars, &options, &Job::default()).unwrap();
         let cut: Vec<Source> =
             made.map.copies().iter().map(|t| Source { exemplar: t.exemplar, x: t.x, y: t.y }).collect();
         let mut random = Stream::new(3, 0);

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 use relume::format::HeightMap;
 use relume::maps::SurfaceMaps;
-use relume::{Error, Limits, Planes, Raster, Result, Samples, Space};
+use relume::{Error, Job, Planes, Raster, Result, Samples, Space};
 
 use crate::input;
 
@@ -83,19 +83,14 @@ impl MapFiles {
     ///
     /// # Errors
     /// No height or albedo, a file that cannot be read, or maps of differing sizes.
-    pub fn read(
-        &self,
-        height_scale: Option<f64>,
-        y: Option<NormalY>,
-        limits: &Limits,
-    ) -> Result<SurfaceMaps> {
+    pub fn read(&self, height_scale: Option<f64>, y: Option<NormalY>, job: &Job) -> Result<SurfaceMaps> {
         if let Some(scale) = height_scale.filter(|scale| !scale.is_finite()) {
             return Err(Error::usage(format!("--height-scale {scale}: expected a finite number of texels")));
         }
         let (height_file, albedo_file) = (wanted(&self.height, "height")?, wanted(&self.albedo, "albedo")?);
-        let height = height(&input::height(height_file, limits)?, height_scale);
+        let height = height(&input::height(height_file, job)?, height_scale);
         let same_size = |path: &Path| {
-            let raster = input::raster(path, limits)?;
+            let raster = input::raster(path, job)?;
             if raster.size() != height.size() {
                 return Err(Error::invalid(format!(
                     "is {} texels, but {} is {}: all maps must be equally large",

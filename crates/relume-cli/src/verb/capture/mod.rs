@@ -9,7 +9,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use relume::capture::dome::{Border, Bounce, Dome, DomeOptions, Surface, lights};
 use relume::maps::SurfaceMaps;
 use relume::procedural::{Material, Tiling};
-use relume::{Error, Progress, Result};
+use relume::{Error, Result};
 use serde_json::json;
 
 use super::material::MaterialArgs;
@@ -99,12 +99,12 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     options.validate()?;
     let mut folder = Folder::stage(&args.output, context)?;
     let (name, maps) = source(args, context)?;
-    let dome = Dome::new(maps, &options, &context.limits).map_err(|e| match &args.maps {
+    let dome = Dome::new(maps, &options, &context.job).map_err(|e| match &args.maps {
         Some(path) if material(path).is_none() => e.at(path),
         _ => e,
     })?;
     let lamps = lights(args.lights as usize);
-    context.progress.start("photographing", lamps.len() as u64);
+    context.job.start("photographing", lamps.len() as u64);
     let clipped = write::photographs(&dome, &lamps, args.format, &mut folder, context)?;
     write::truth(&dome, &mut folder)?;
     let (low, high) = dome.maps().height.range(0);
@@ -153,7 +153,7 @@ fn source(args: &Args, context: &Context) -> Result<(String, SurfaceMaps)> {
             let material = material(path).expect("the arm's condition");
             Ok((
                 material.name().to_owned(),
-                material.make(&args.material.options(Tiling::Torus), &context.limits)?,
+                material.make(&args.material.options(Tiling::Torus), &context.job)?,
             ))
         }
         folder => {
@@ -169,7 +169,7 @@ fn source(args: &Args, context: &Context) -> Result<(String, SurfaceMaps)> {
                 None => named,
             };
             let name = folder.unwrap_or(Path::new("the maps")).display().to_string();
-            Ok((name, files.read(args.files.height_scale, args.files.normal_y, &context.limits)?))
+            Ok((name, files.read(args.files.height_scale, args.files.normal_y, &context.job)?))
         }
     }
 }

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use relume::capture::dome::Dome;
 use relume::capture::lp;
 use relume::format::{Depth, ExrDepth, PictureFormat, encode_picture};
-use relume::{Direction, Picture, Planes, Progress, Result, Space};
+use relume::{Direction, Picture, Planes, Result, Space};
 
 use crate::context::Context;
 use crate::normals;
@@ -56,7 +56,7 @@ pub fn photographs(
         let picture = dome.photograph(*lamp)?;
         let bright = picture.planes.as_slice().iter().filter(|v| **v > 1.0).count();
         let bytes = encode_picture(&picture, format.picture_format())?;
-        context.progress.advance(1);
+        context.job.advance(1)?;
         Ok((bytes, bright))
     };
     let mut clipped = 0;

@@ -13,7 +13,7 @@ use relume::field::{ColorModel, Domain, IndexSpace, Metric};
 use relume::format::{Depth, PictureFormat, encode_picture, read_field};
 use relume::synthesis::noise::gaussian::REACH;
 use relume::synthesis::noise::{Noise, NoiseOptions};
-use relume::{Error, Limits, Picture, Planes, ReflectanceField, Result, Size, Space};
+use relume::{Error, Job, Picture, Planes, ReflectanceField, Result, Size, Space};
 use serde_json::{Value, json};
 
 use super::page::png_uri;
@@ -27,16 +27,16 @@ pub struct NoiseData {
 
 impl NoiseData {
     /// Models the functions in a file.
-    pub fn read(path: &Path, limits: &Limits) -> Result<Self> {
-        Self::new(&read_field(path, limits)?.field, limits).map_err(|e| e.at(path))
+    pub fn read(path: &Path, job: &Job) -> Result<Self> {
+        Self::new(&read_field(path, job)?.field, job).map_err(|e| e.at(path))
     }
 
-    fn new(field: &ReflectanceField, limits: &Limits) -> Result<Self> {
+    fn new(field: &ReflectanceField, job: &Job) -> Result<Self> {
         if field.color() != ColorModel::Rgb {
             return Err(Error::invalid("the page needs functions of red, green and blue"));
         }
         let space = IndexSpace::new(field, Metric::Function, Domain::Hemisphere)?;
-        let noise = Noise::new(&space.index_planes(field), &NoiseOptions::default(), limits)?;
+        let noise = Noise::new(&space.index_planes(field), &NoiseOptions::default(), job)?;
         let functions = functions(&noise, &space, field)?;
         Ok(Self { noise, functions })
     }
@@ -132,7 +132,7 @@ mod tests {
     impl Shader {
         fn new(data: Value) -> Self {
             let png = data["normals"].as_str().unwrap().strip_prefix("data:image/png;base64,").unwrap();
-            let normals = decode_raster(&STANDARD.decode(png).unwrap(), &Limits::default()).unwrap();
+            let normals = decode_raster(&STANDARD.decode(png).unwrap(), &Job::default()).unwrap();
             let bytes = STANDARD.decode(data["tables"].as_str().unwrap()).unwrap();
             let tables = bytes.chunks_exact(4).map(|b| f32::from_le_bytes(b.try_into().unwrap())).collect();
             Self { normals, tables, data }
@@ -213,14 +213,14 @@ mod tests {
 
     #[test]
     fn the_shader_draws_the_librarys_plane() {
-        let (field, limits) = (field(), Limits::default());
-        let data = NoiseData::new(&field, &limits).unwrap();
+        let (field, job) = (field(), Job::default());
+        let data = NoiseData::new(&field, &job).unwrap();
         let space = IndexSpace::new(&field, Metric::Function, Domain::Hemisphere).unwrap();
         let shader = Shader::new(data.to_json().unwrap());
         let light = Direction::from_vector(-0.5, 0.4, 0.7).unwrap();
         for corner in [[0, 0], [-17, 1234], [-987_654_321, 123_456_789]] {
             let size = Size::new(90, 50);
-            let index = data.noise.window(corner[0], corner[1], size, &limits).unwrap();
+            let index = data.noise.window(corner[0], corner[1], size, &job).unwrap();
             let made = space.field(&field, &index).unwrap();
             let (mut sum, mut most) = (0.0, 0.0f32);
             for (x, y) in (0..50).flat_map(|y| (0..90).map(move |x| (x, y))) {
@@ -242,6 +242,6 @@ mod tests {
         let lrgb = field().coefficients().crop(0, 0, Size::new(40, 40)).unwrap();
         let planes = Planes::from_vec(lrgb.size(), 9, lrgb.as_slice()[..9 * 1600].to_vec()).unwrap();
         let field = ReflectanceField::new(Basis::Ptm, ColorModel::Lrgb, Space::Srgb, planes).unwrap();
-        assert!(NoiseData::new(&field, &Limits::default()).is_err());
+        assert!(NoiseData::new(&field, &Job::default()).is_err());
     }
 }

@@ -31,8 +31,8 @@ pub fn write(
     commands: &[String],
     context: &Context,
 ) -> Result<String> {
-    let small = read_field(&folder.join("small.ptm"), &context.limits)?.field;
-    let large_file = read_field(&folder.join("large.ptm"), &context.limits)?;
+    let small = read_field(&folder.join("small.ptm"), &context.job)?.field;
+    let large_file = read_field(&folder.join("large.ptm"), &context.job)?;
     let large = &large_file.field;
     let decibels = |value: &Value| value.as_f64().map_or("no".to_owned(), |db| format!("{db:.1}"));
     let lights = fit["lights"].as_array().map(Vec::as_slice).unwrap_or_default();
@@ -88,14 +88,14 @@ pub fn write(
 /// The parts about endless planes, and all that the page's shaders draw.
 fn endless(folder: &Path, mut data: Value, context: &Context) -> Result<[(&'static str, String); 7]> {
     let path = folder.join("tiles.ptm");
-    let tiles = tile_set::open(&path, &context.limits)?;
+    let tiles = tile_set::open(&path, &context.job)?;
     let tiles = tiles.ok_or_else(|| Error::invalid("is no set of tiles").at(&path))?;
     data["endless"] = shader_data(&tiles.file)?;
     data["endless"]["tiles"] = tiles.count.into();
     data["endless"]["right"] = json!(tiles.cells.right());
     data["endless"]["down"] = json!(tiles.cells.down());
     data["endless"]["origin"] = json!(tiles.cells.origin());
-    let noise = NoiseData::read(&folder.join("noise.ptm"), &context.limits)?;
+    let noise = NoiseData::read(&folder.join("noise.ptm"), &context.job)?;
     data["noise"] = noise.to_json()?;
     Ok([
         ("endless", ENDLESS.to_owned()),
@@ -148,7 +148,7 @@ pub fn png_uri(bytes: &[u8]) -> String {
 fn source_picture(folder: &Path, exemplar: Size, context: &Context) -> Result<Vec<u8>> {
     let path = folder.join("source.npy");
     let bytes = fs::read(&path).map_err(|e| Error::io("cannot read", &e).at(&path))?;
-    let array = npy::decode_i32(&bytes, &context.limits).map_err(|e| e.at(&path))?;
+    let array = npy::decode_i32(&bytes, &context.job).map_err(|e| e.at(&path))?;
     let mut planes = Planes::zeros(array.size, 3);
     for (k, side) in [exemplar.width, exemplar.height].into_iter().enumerate() {
         let sources = array.values.iter().skip(k).step_by(array.components);

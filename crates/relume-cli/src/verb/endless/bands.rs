@@ -1,7 +1,7 @@
 //! Rows of a computed window, a band at a time, each band made of pieces beside each other.
 
 use relume::format::{Lane, Streamed};
-use relume::{Limits, Result, Size};
+use relume::{Job, Result, Size};
 
 use super::Window;
 
@@ -39,23 +39,16 @@ impl Cut {
     ///
     /// # Errors
     /// When a band is larger than the limits allow.
-    pub fn new(
-        window: &Window,
-        cell: usize,
-        tile: Option<Size>,
-        cost: Cost,
-        limits: &Limits,
-    ) -> Result<Self> {
+    pub fn new(window: &Window, cell: usize, tile: Option<Size>, cost: Cost, job: &Job) -> Result<Self> {
         let Cost { stored, made } = cost;
-        let room = PIECE_BYTES.min(limits.max_bytes / 4);
+        let room = PIECE_BYTES.min(job.limits().max_bytes / 4);
         let line = (window.size.width as u64).saturating_mul(stored as u64).max(1);
         // Pieces should be some cells wide, since what lies around them is made as well.
         let fitting = (BAND_BYTES / line).min(room / (made * 4 * cell as u64).max(1)).min(1024) as usize;
         let step = tile.map_or(cell, |tile| tile.height);
         let rows = (fitting / step * step).max(step);
         let columns = ((room / (made * rows as u64).max(1)) as usize / cell * cell).max(cell);
-        limits
-            .check_bytes("a band of the output", line.saturating_mul(rows.min(window.size.height) as u64))?;
+        job.check_bytes("a band of the output", line.saturating_mul(rows.min(window.size.height) as u64))?;
         let behind = |place: i64, step: usize| place.rem_euclid(step as i64) as usize;
         let above = if tile.is_some() { 0 } else { behind(window.y, rows) };
         Ok(Self { rows, columns, above, before: behind(window.x, columns) })
@@ -140,7 +133,7 @@ fn paste(piece: &Lane, columns: std::ops::Range<usize>, to: &mut Lane, width: us
 mod tests {
     use super::*;
     use relume::format::{Depth, FieldFormat, PictureFormat};
-    use relume::{Picture, Planes, ReflectanceField, Space};
+    use relume::{Limits, Picture, Planes, ReflectanceField, Space};
 
     /// A texture that is a function of the place.
     fn piece(part: &Window) -> Result<Streamed> {
@@ -151,7 +144,7 @@ mod tests {
         let planes = Planes::from_vec(part.size, 1, (0..part.size.texels()).map(value).collect())?;
         let field = ReflectanceField::from_picture(Picture { planes, space: Space::Srgb });
         let format = FieldFormat::Picture(PictureFormat::Png(Depth::Eight));
-        Streamed::made(&field, format, None, &Limits::default())
+        Streamed::made(&field, format, None, &Job::default())
     }
 
     #[test]
@@ -177,13 +170,13 @@ mod tests {
 
     #[test]
     fn wide_windows_are_cut_into_pieces_of_bounded_size() {
-        let limits = Limits { max_bytes: 1 << 50, ..Limits::default() };
+        let job = Job::new(Limits { max_bytes: 1 << 50, ..Limits::default() });
         for (width, stored, made) in [(1, 3, 120), (16_384, 3, 120), (131_072, 72, 720)] {
             let window = Window { x: -5, y: 900, size: Size::new(width, 9000) };
             let cost = Cost { stored, made };
             for (tile, step) in [(None, 128), (Some(Size::new(50, 70)), 70), (Some(Size::new(9, 4000)), 4000)]
             {
-                let cut = Cut::new(&window, 128, tile, cost, &limits).unwrap();
+                let cut = Cut::new(&window, 128, tile, cost, &job).unwrap();
                 assert!(cut.rows.is_multiple_of(step) && cut.columns.is_multiple_of(128), "{cut:?}");
                 let band = (cut.rows * width * stored) as u64;
                 assert!(cut.rows == step || band <= BAND_BYTES, "{cut:?}");
@@ -199,9 +192,9 @@ mod tests {
     fn bands_larger_than_the_memory_are_refused() {
         let window = Window { x: 0, y: 0, size: Size::new(100_000, 4000) };
         let cost = Cost { stored: 72, made: 720 };
-        let tight = Limits { max_bytes: 1 << 28, ..Limits::default() };
+        let tight = Job::new(Limits { max_bytes: 1 << 28, ..Limits::default() });
         let tall = Some(Size::new(64, 4000));
         assert!(Cut::new(&window, 128, tall, cost, &tight).unwrap_err().message().contains("memory"));
-        assert!(Cut::new(&window, 128, None, cost, &Limits::default()).is_ok());
+        assert!(Cut::new(&window, 128, None, cost, &Job::default()).is_ok());
     }
 }

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 use relume::format::{Encoding, FieldFormat, PictureFormat, Rows, Streamed};
 use relume::random_field::FieldModel;
-use relume::{Error, Progress, ReflectanceField, Result, Size};
+use relume::{Error, ReflectanceField, Result, Size};
 use serde_json::{Value, json};
 
 use crate::context::Context;
@@ -51,7 +51,7 @@ struct Window {
 }
 
 /// What `relume synth` was asked for.
-pub struct Job<'a> {
+pub struct Drawing<'a> {
     /// Arguments for endless textures.
     pub args: &'a EndlessArgs,
     /// The files to make a texture from.
@@ -71,25 +71,25 @@ pub struct Job<'a> {
 }
 
 /// Draws a window of an endless plane; none where blocks are to be laid instead.
-pub fn run(job: &Job<'_>, context: &Context) -> Result<Option<Report>> {
-    let Some(source) = source(job, context)? else {
-        return match job.args.exr_tile {
+pub fn run(drawing: &Drawing<'_>, context: &Context) -> Result<Option<Report>> {
+    let Some(source) = source(drawing, context)? else {
+        return match drawing.args.exr_tile {
             Some(_) => Err(Error::usage(
                 "--exr-tile stores endless textures, which tiles, a model or --method noise make: leave it out",
             )),
             None => Ok(None),
         };
     };
-    let unused = job.other_options.iter().find(|option| **option != "--tile" || !source.can_tile());
+    let unused = drawing.other_options.iter().find(|option| **option != "--tile" || !source.can_tile());
     if let Some(option) = unused {
         return Err(Error::usage(format!("{option} has no meaning for an endless plane: leave it out")));
     }
-    let inputs: Vec<&Path> = job.exemplars.iter().map(PathBuf::as_path).collect();
-    output::check(job.output, &inputs, context)?;
+    let inputs: Vec<&Path> = drawing.exemplars.iter().map(PathBuf::as_path).collect();
+    output::check(drawing.output, &inputs, context)?;
     let report = match source {
-        Source::Tiles(tiles) => tiles::draw(job, &tiles, context),
-        Source::Model(model) => model::draw(job, &model, context),
-        Source::Noise => noise::draw(job, context),
+        Source::Tiles(tiles) => tiles::draw(drawing, &tiles, context),
+        Source::Model(model) => model::draw(drawing, &model, context),
+        Source::Noise => noise::draw(drawing, context),
     };
     report.map(Some)
 }
@@ -108,21 +108,21 @@ impl Source {
     }
 }
 
-/// What the job draws from; none where blocks are to be laid.
-fn source(job: &Job<'_>, context: &Context) -> Result<Option<Source>> {
+/// What the drawing draws from; none where blocks are to be laid.
+fn source(drawing: &Drawing<'_>, context: &Context) -> Result<Option<Source>> {
     let mut own = None;
-    if let [path] = job.exemplars {
-        own = tile_set::open(path, &context.limits)?.map(Source::Tiles);
+    if let [path] = drawing.exemplars {
+        own = tile_set::open(path, &context.job)?.map(Source::Tiles);
         if own.is_none() {
-            own = input::model(path, &context.limits)?.map(|model| Source::Model(Box::new(model)));
+            own = input::model(path, &context.job)?.map(|model| Source::Model(Box::new(model)));
         }
     }
-    match (own, job.noise) {
+    match (own, drawing.noise) {
         (Some(_), true) => Err(Error::usage(
             "--method noise takes an exemplar, and this is a set of tiles or a model: leave it out",
         )),
         (None, true) => Ok(Some(Source::Noise)),
-        (None, false) if job.args.window.is_some() => Err(Error::usage(
+        (None, false) if drawing.args.window.is_some() => Err(Error::usage(
             "--window draws from a set of tiles made by relume roll, from a model, or with --method noise: \
              this is none of them",
         )),
@@ -130,7 +130,7 @@ fn source(job: &Job<'_>, context: &Context) -> Result<Option<Source>> {
     }
 }
 
-impl Job<'_> {
+impl Drawing<'_> {
     /// The part of the plane to draw.
     fn window(&self) -> Result<Window> {
         let from_origin = self.size.map(|size| Window { x: 0, y: 0, size });
@@ -158,7 +158,7 @@ impl Job<'_> {
         encoding: Option<&Encoding>,
         context: &Context,
     ) -> Result<Streamed> {
-        self.laid(Streamed::new(field, format, encoding, &context.limits))
+        self.laid(Streamed::new(field, format, encoding, &context.job))
     }
 
     /// In tiles where these are asked for.
@@ -173,19 +173,19 @@ impl Job<'_> {
     /// Writes the output, whose rows are copied by `rows`.
     fn write(&self, streamed: &Streamed, size: Size, context: &Context, rows: &mut Rows<'_>) -> Result<()> {
         let texel: usize = streamed.lanes().iter().map(|lane| lane.bytes_per_texel).sum();
-        context.limits.check("the output", size, 0)?;
-        context.limits.check_bytes("the rows of the output", streamed.working_bytes(size))?;
+        context.job.check("the output", size, 0)?;
+        context.job.check_bytes("the rows of the output", streamed.working_bytes(size))?;
         let across = size.width.div_ceil(streamed.block(size).width);
         let steps = size.height * streamed.lanes().len() * across;
-        context.progress.start("drawing rows", steps as u64);
+        context.job.start("drawing rows", steps as u64);
         let mut rows = |lane: usize, x: usize, y: usize, row: &mut [u8]| {
-            context.progress.advance(1);
+            context.job.advance(1)?;
             rows(lane, x, y, row)
         };
         if !output::is_stream(self.output) {
             return output::write_with(self.output, context, |out| streamed.write(size, out, &mut rows));
         }
-        context.limits.check("the output", size, texel as u64)?;
+        context.job.check("the output", size, texel as u64)?;
         let mut bytes = Cursor::new(Vec::new());
         streamed.write(size, &mut bytes, &mut rows)?;
         output::write(self.output, &bytes.into_inner(), context)

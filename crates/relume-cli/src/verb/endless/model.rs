@@ -10,69 +10,69 @@ use relume::{Error, ReflectanceField, Result, Size, Space};
 use serde_json::json;
 
 use super::bands::{Bands, Cost, Cut};
-use super::{Job, Window};
+use super::{Drawing, Window};
 use crate::context::Context;
 use crate::output;
 use crate::report::Report;
 
 /// Draws a window.
-pub fn draw(job: &Job<'_>, model: &FieldModel, context: &Context) -> Result<Report> {
-    let window = job.window()?;
-    let plane = Plane { model, seed: job.seed, period: job.tile.then_some(window.size), context };
+pub fn draw(drawing: &Drawing<'_>, model: &FieldModel, context: &Context) -> Result<Report> {
+    let window = drawing.window()?;
+    let plane = Plane { model, seed: drawing.seed, period: drawing.tile.then_some(window.size), context };
     match model.heights {
-        Some(heights) => draw_heights(job, &plane, window, heights)?,
-        None => draw_texture(job, &plane, window)?,
+        Some(heights) => draw_heights(drawing, &plane, window, heights)?,
+        None => draw_texture(drawing, &plane, window)?,
     }
-    let of = if job.tile { "of a model; tiles without a seam" } else { "of a model" };
-    Ok(job.report(window, of, json!({ "tile": job.tile })))
+    let of = if drawing.tile { "of a model; tiles without a seam" } else { "of a model" };
+    Ok(drawing.report(window, of, json!({ "tile": drawing.tile })))
 }
 
 /// Draws a window of a height map, with its record.
-fn draw_heights(job: &Job<'_>, plane: &Plane<'_>, window: Window, heights: Heights) -> Result<()> {
-    if job.args.exr_tile.is_some() {
+fn draw_heights(drawing: &Drawing<'_>, plane: &Plane<'_>, window: Window, heights: Heights) -> Result<()> {
+    if drawing.args.exr_tile.is_some() {
         return Err(Error::usage(
             "--exr-tile has no meaning for a height map, which is written at once: leave it out",
         ));
     }
-    let format = match output::is_stream(job.output) {
+    let format = match output::is_stream(drawing.output) {
         true => HeightFormat::Exr,
-        false => HeightFormat::from_path(job.output)?,
+        false => HeightFormat::from_path(drawing.output)?,
     };
     let field = plane.part(&window)?;
     let bytes = encode_height(field.coefficients(), heights.mm_per_texel, format);
-    output::write(job.output, &bytes.map_err(|e| e.at(job.output))?, plane.context)
+    output::write(drawing.output, &bytes.map_err(|e| e.at(drawing.output))?, plane.context)
 }
 
 /// Draws a window of what is no height map.
-fn draw_texture(job: &Job<'_>, plane: &Plane<'_>, window: Window) -> Result<()> {
-    match format(job, plane.model)? {
+fn draw_texture(drawing: &Drawing<'_>, plane: &Plane<'_>, window: Window) -> Result<()> {
+    match format(drawing, plane.model)? {
         // Files that are not written in rows.
         format @ FieldFormat::Picture(PictureFormat::Jpeg { .. } | PictureFormat::Tiff(_))
-            if job.args.exr_tile.is_none() =>
+            if drawing.args.exr_tile.is_none() =>
         {
-            let bytes = encode_field(&plane.part(&window)?, format, None, &plane.context.limits);
-            output::write(job.output, &bytes.map_err(|e| e.at(job.output))?, plane.context)
+            let bytes = encode_field(&plane.part(&window)?, format, None, &plane.context.job);
+            output::write(drawing.output, &bytes.map_err(|e| e.at(drawing.output))?, plane.context)
         }
-        format => stream(job, plane, format, window),
+        format => stream(drawing, plane, format, window),
     }
 }
 
 /// Writes the window in bands. The scale of a `.ptm` is that of the model's gauge, so that the same texel has the
 /// same bytes in every window.
-fn stream(job: &Job<'_>, plane: &Plane<'_>, format: FieldFormat, window: Window) -> Result<()> {
-    let (model, limits) = (plane.model, &plane.context.limits);
+fn stream(drawing: &Drawing<'_>, plane: &Plane<'_>, format: FieldFormat, window: Window) -> Result<()> {
+    let (model, job) = (plane.model, &plane.context.job);
     let scale = match format {
-        FieldFormat::Ptm => Some(PtmEncoding::chosen(&model.gauge(limits)?).map_err(|e| e.at(job.output))?),
+        FieldFormat::Ptm => Some(PtmEncoding::chosen(&model.gauge(job)?).map_err(|e| e.at(drawing.output))?),
         _ => None,
     };
-    let encoded = |field: &ReflectanceField| Streamed::made(field, format, scale.as_ref(), limits);
-    let head = job.laid(encoded(&model.texel()?))?;
+    let encoded = |field: &ReflectanceField| Streamed::made(field, format, scale.as_ref(), job);
+    let head = drawing.laid(encoded(&model.texel()?))?;
     let stored = head.lanes().iter().map(|lane| lane.bytes_per_texel).sum();
     let cost = Cost { stored, made: model.bytes_per_texel() };
-    let cut = Cut::new(&window, CELL, job.args.exr_tile, cost, limits).map_err(|e| e.at(job.output))?;
+    let cut = Cut::new(&window, CELL, drawing.args.exr_tile, cost, job).map_err(|e| e.at(drawing.output))?;
     let make = |part: &Window| encoded(&plane.part(part)?);
     let mut bands = Bands::new(window, cut, &make);
-    job.write(&head, window.size, plane.context, &mut |lane, x, y, row| bands.row(lane, x, y, row))
+    drawing.write(&head, window.size, plane.context, &mut |lane, x, y, row| bands.row(lane, x, y, row))
 }
 
 /// A model's plane.
@@ -87,14 +87,14 @@ impl Plane<'_> {
     fn part(&self, part: &Window) -> Result<ReflectanceField> {
         let Window { x, y, size } = *part;
         let options = SheetOptions { origin: [x, y], size, seed: self.seed, period: self.period };
-        self.model.synthesize(&options, &self.context.limits)
+        self.model.synthesize(&options, &self.context.job)
     }
 }
 
 /// By the output's name; to standard output a picture for constants, else the lossless form.
-fn format(job: &Job<'_>, model: &FieldModel) -> Result<FieldFormat> {
-    if !output::is_stream(job.output) {
-        return FieldFormat::from_path(job.output);
+fn format(drawing: &Drawing<'_>, model: &FieldModel) -> Result<FieldFormat> {
+    if !output::is_stream(drawing.output) {
+        return FieldFormat::from_path(drawing.output);
     }
     let is_picture = model.basis.len() == 1 && model.space == Space::Srgb;
     Ok(if is_picture {

@@ -7,38 +7,38 @@ use relume::{Error, Result};
 use serde_json::json;
 
 use super::bands::{Bands, Cost, Cut};
-use super::{Job, Window};
+use super::{Drawing, Window};
 use crate::context::Context;
 use crate::input;
 use crate::report::Report;
 
 /// Computes the window in bands of rows, or of the tiles of the file.
-pub fn draw(job: &Job<'_>, context: &Context) -> Result<Report> {
-    let [path] = job.exemplars else {
+pub fn draw(drawing: &Drawing<'_>, context: &Context) -> Result<Report> {
+    let [path] = drawing.exemplars else {
         return Err(Error::usage("--method noise makes a texture of one exemplar: give one"));
     };
-    let (window, limits) = (job.window()?, &context.limits);
-    let file = input::field(path, limits)?;
+    let (window, job) = (drawing.window()?, &context.job);
+    let file = input::field(path, job)?;
     let space = IndexSpace::new(&file.field, Metric::Function, Domain::Hemisphere)?;
-    limits.check("the index of the exemplar", file.field.size(), 4 * space.planes() as u64)?;
-    let options = NoiseOptions { side: job.args.triangle, seed: job.seed };
-    let noise = Noise::new(&space.index_planes(&file.field), &options, limits).map_err(|e| e.at(path))?;
-    let format = job.format(&file.encoding)?;
-    let scale = scale(&file, format).map_err(|e| e.at(job.output))?;
-    let head = job.laid(Streamed::made(&file.field, format, scale.as_ref(), limits))?;
+    job.check("the index of the exemplar", file.field.size(), 4 * space.planes() as u64)?;
+    let options = NoiseOptions { side: drawing.args.triangle, seed: drawing.seed };
+    let noise = Noise::new(&space.index_planes(&file.field), &options, job).map_err(|e| e.at(path))?;
+    let format = drawing.format(&file.encoding)?;
+    let scale = scale(&file, format).map_err(|e| e.at(drawing.output))?;
+    let head = drawing.laid(Streamed::made(&file.field, format, scale.as_ref(), job))?;
     let make = |part: &Window| {
-        let index = noise.window(part.x, part.y, part.size, limits)?;
-        Streamed::made(&space.field(&file.field, &index)?, format, scale.as_ref(), limits)
+        let index = noise.window(part.x, part.y, part.size, job)?;
+        Streamed::made(&space.field(&file.field, &index)?, format, scale.as_ref(), job)
     };
     let stored = head.lanes().iter().map(|lane| lane.bytes_per_texel).sum();
     // Index planes twice, and the field's.
     let made = 4 * (2 * space.planes() + file.field.coefficients().count()) as u64;
     let cost = Cost { stored, made };
-    let cut = Cut::new(&window, CELL, job.args.exr_tile, cost, limits).map_err(|e| e.at(job.output))?;
+    let cut = Cut::new(&window, CELL, drawing.args.exr_tile, cost, job).map_err(|e| e.at(drawing.output))?;
     let mut bands = Bands::new(window, cut, &make);
-    job.write(&head, window.size, context, &mut |lane, x, y, row| bands.row(lane, x, y, row))?;
+    drawing.write(&head, window.size, context, &mut |lane, x, y, row| bands.row(lane, x, y, row))?;
     let details = json!({ "triangle": noise.side(), "measured": noise.suitability() });
-    Ok(job.report(window, &format!("of noise in triangles of {:.1}", noise.side()), details))
+    Ok(drawing.report(window, &format!("of noise in triangles of {:.1}", noise.side()), details))
 }
 
 /// Rows of bands and columns of pieces are multiples of this.

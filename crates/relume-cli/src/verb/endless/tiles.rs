@@ -4,30 +4,30 @@ use relume::synthesis::roller::Endless;
 use relume::{Error, Result, Size};
 use serde_json::json;
 
-use super::Job;
+use super::Drawing;
 use crate::context::Context;
 use crate::report::Report;
 use crate::tile_set::{TileSetFile, in_words};
 
 /// Copies the tiles into place, in the bytes that the file stores.
-pub fn draw(job: &Job<'_>, tiles: &TileSetFile, context: &Context) -> Result<Report> {
-    if job.args.triangle.is_some() {
+pub fn draw(drawing: &Drawing<'_>, tiles: &TileSetFile, context: &Context) -> Result<Report> {
+    if drawing.args.triangle.is_some() {
         return Err(Error::usage(
             "--triangle belongs to --method noise, and this is a set of tiles: leave it out",
         ));
     }
-    let (window, file, cells) = (job.window()?, &tiles.file, tiles.cells);
-    let plane = Endless::of(cells, tiles.count, job.seed)?;
-    let format = job.format(&file.encoding)?;
-    let streamed = job.encoded(&file.field, format, Some(&file.encoding), context)?;
+    let (window, file, cells) = (drawing.window()?, &tiles.file, tiles.cells);
+    let plane = Endless::of(cells, tiles.count, drawing.seed)?;
+    let format = drawing.format(&file.encoding)?;
+    let streamed = drawing.encoded(&file.field, format, Some(&file.encoding), context)?;
     let lanes = streamed.lanes();
     let mut rows = |lane: usize, x: usize, y: usize, row: &mut [u8]| {
         let (lane, x, y) = (&lanes[lane], window.x + x as i64, window.y + y as i64);
         plane.copy_row(&lane.data, lane.bytes_per_texel, x, y, row);
         Ok(())
     };
-    job.write(&streamed, window.size, context, &mut rows)?;
+    drawing.write(&streamed, window.size, context, &mut rows)?;
     let Size { width, height } = cells.bounds();
     let details = json!({ "tiles": tiles.count, "tile_width": width, "tile_height": height, "cells": cells });
-    Ok(job.report(window, &format!("of {}", in_words(tiles.count, &cells)), details))
+    Ok(drawing.report(window, &format!("of {}", in_words(tiles.count, &cells)), details))
 }

@@ -69,15 +69,15 @@ impl Exemplar {
     /// Runs all methods on a file; `place` says which of the files it is.
     pub fn run(file: &Path, args: &Args, stage: &Path, place: &str, context: &Context) -> Result<Self> {
         let name = file.file_name().unwrap_or(file.as_os_str());
-        context.progress.set_part(format!("{place}{} ", name.to_string_lossy()));
-        let size = input::field(file, &context.limits).map(|read| read.field.size());
+        context.bar.set_part(format!("{place}{} ", name.to_string_lossy()));
+        let size = input::field(file, &context.job).map(|read| read.field.size());
         let folder = stage.join(name);
         fs::create_dir(&folder).map_err(|e| Error::io("cannot create the folder", &e).at(&folder))?;
         let scratch = tempfile::tempdir_in(stage)
             .map_err(|e| Error::io("cannot create a folder for a while", &e).at(stage))?;
         let doubled = |side: &Size| Size::new(2 * side.width, 2 * side.height);
         let output = args.size.or(size.as_ref().ok().map(doubled)).unwrap_or(Size::new(0, 0));
-        let job = Job {
+        let trial = Trial {
             file,
             name: name.to_string_lossy().into_owned(),
             folder: &folder,
@@ -88,19 +88,19 @@ impl Exemplar {
         };
         let analysis = run_typed(words(&["analyze", "--"], &[file]), context);
         let mut exemplar = Self {
-            name: job.name.clone(),
+            name: trial.name.clone(),
             width: size.as_ref().map_or(0, |size| size.width),
             height: size.as_ref().map_or(0, |size| size.height),
             output_width: output.width,
             output_height: output.height,
             analysis: analysis.map_or_else(|e| serde_json::json!({ "error": e.to_string() }), |r| r.json),
             entries: Vec::new(),
-            preview: job.preview(file).ok(),
+            preview: trial.preview(file).ok(),
         };
         for method in &args.methods {
-            context.progress.set_part(format!("{place}{} {method} ", job.name));
+            context.bar.set_part(format!("{place}{} {method} ", trial.name));
             let entry = match &size {
-                Ok(size) => job.entry(method, *size),
+                Ok(size) => trial.entry(method, *size),
                 Err(error) => Entry::failed(method, String::new(), error.to_string()),
             };
             exemplar.entries.push(entry);
@@ -146,7 +146,7 @@ impl Entry {
 }
 
 /// What all methods are run on.
-struct Job<'a> {
+struct Trial<'a> {
     file: &'a Path,
     name: String,
     folder: &'a Path,
@@ -156,7 +156,7 @@ struct Job<'a> {
     context: &'a Context,
 }
 
-impl Job<'_> {
+impl Trial<'_> {
     fn entry(&self, method: &str, exemplar: Size) -> Entry {
         let (size, seed) =
             (format!("{}x{}", self.output.width, self.output.height), self.args.seed.to_string());

@@ -62,7 +62,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         let place = format!("{}/{} ", number + 1, files.len());
         exemplars.push(Exemplar::run(file, args, folder.path(), &place, context)?);
     }
-    context.progress.set_part(String::new());
+    context.bar.set_part(String::new());
     let json = json!({
         "page": args.output.join("index.html"),
         "seed": args.seed,

@@ -35,11 +35,11 @@ impl Truth {
     /// Compares with what was named.
     pub fn compare(&self, height: &Planes, normals: &Planes, context: &Context) -> Result<Compared> {
         let height = self.truth_height.as_ref().map(|path| {
-            let truth = input::height(path, &context.limits)?.texels(self.truth_scale);
+            let truth = input::height(path, &context.job)?.texels(self.truth_scale);
             height_error(height, &truth).map_err(|e| e.at(path))
         });
         let normals = self.truth_normals.as_ref().map(|path| {
-            let truth = normals_of(&input::raster(path, &context.limits)?, NormalY::Up);
+            let truth = normals_of(&input::raster(path, &context.job)?, NormalY::Up);
             truth.and_then(|truth| angle_error(normals, &truth)).map_err(|e| e.at(path))
         });
         Ok(Compared { height: height.transpose()?, normals: normals.transpose()? })

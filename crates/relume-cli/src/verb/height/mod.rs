@@ -115,7 +115,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let shape = shape::find(args, context)?;
     let albedo = albedo_map(args, &shape)?;
     let options = IntegrateOptions { method: args.integration, border: args.border };
-    let height = integrate(&shape.slopes, &options, &context.limits)?;
+    let height = integrate(&shape.slopes, &options, &context.job)?;
     let compared = args.truth.compare(&height, &shape.normals, context)?;
 
     output::write(&args.output, &encode_height(&height, args.pixel_mm, format)?, context)?;

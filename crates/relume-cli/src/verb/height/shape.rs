@@ -79,7 +79,7 @@ pub fn find(args: &Args, context: &Context) -> Result<Shape> {
         Method::ShapeFromShading => shading(args, is_capture, context),
         Method::PtmNormals => field_normals(args, context),
         Method::NormalMap => {
-            let raster = input::raster(&args.input, &context.limits)?;
+            let raster = input::raster(&args.input, &context.job)?;
             let normals = normals_of(&raster, NormalY::Up).map_err(|e| e.at(&args.input))?;
             Shape::of_normals(method, normals, args.steepest).map_err(|e| e.at(&args.input))
         }
@@ -92,11 +92,11 @@ fn is_capture(path: &Path) -> bool {
 
 fn stereo(args: &Args, context: &Context) -> Result<Shape> {
     let capture = Capture::open(&args.input, args.stereo.pair)?;
-    let load = |i: usize| read_raster(&capture.photographs[i].path, &context.limits);
+    let load = |i: usize| read_raster(&capture.photographs[i].path, &context.job);
     let options = StereoOptions { estimator: args.stereo.estimator, ambient: args.stereo.ambient() };
     let lights = capture.lights();
-    let found = photometric_stereo(&lights, &load, &options, &context.limits, &context.progress)
-        .map_err(|e| e.at(&capture.light_file))?;
+    let found =
+        photometric_stereo(&lights, &load, &options, &context.job).map_err(|e| e.at(&capture.light_file))?;
     let mut shape = Shape::of_normals(Method::PhotometricStereo, found.normals, args.steepest)?;
     shape.albedo = Some(found.albedo);
     shape.facts =
@@ -111,7 +111,7 @@ fn stereo(args: &Args, context: &Context) -> Result<Shape> {
 
 fn shading(args: &Args, is_capture: bool, context: &Context) -> Result<Shape> {
     let photograph = photograph(args, is_capture)?;
-    let picture = input::raster(&photograph.path, &context.limits)?.to_picture(Space::Linear);
+    let picture = input::raster(&photograph.path, &context.job)?.to_picture(Space::Linear);
     let options = ShadingOptions {
         albedo: args.shading.albedo,
         rounds: args.shading.rounds,
@@ -119,9 +119,8 @@ fn shading(args: &Args, is_capture: bool, context: &Context) -> Result<Shape> {
         longest: args.shading.longest,
     };
     let luminance = surface::luminance(&picture.planes);
-    let found =
-        shape_from_shading(&luminance, photograph.light, &options, &context.limits, &context.progress)
-            .map_err(|e| e.at(&photograph.path))?;
+    let found = shape_from_shading(&luminance, photograph.light, &options, &context.job)
+        .map_err(|e| e.at(&photograph.path))?;
     Ok(Shape {
         method: Method::ShapeFromShading,
         normals: found.slopes.normals(),
@@ -165,7 +164,7 @@ fn photograph(args: &Args, is_capture: bool) -> Result<Photograph> {
 }
 
 fn field_normals(args: &Args, context: &Context) -> Result<Shape> {
-    let field = input::field(&args.input, &context.limits)?.field;
+    let field = input::field(&args.input, &context.job)?.field;
     if field.basis() == relume::field::Basis::Constant {
         return Err(Error::usage(
             "is a picture without functions of light: name --method shape-from-shading with --light, or \

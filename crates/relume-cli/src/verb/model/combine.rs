@@ -74,14 +74,13 @@ impl CombineArgs {
         context: &Context,
     ) -> Result<(FieldModel, Vec<LevelReport>, String)> {
         let space = IndexSpace::new(field, Metric::Function, Domain::Hemisphere)?;
-        context.limits.check("the index of the exemplar", field.size(), 4 * space.planes() as u64)?;
+        context.job.check("the index of the exemplar", field.size(), 4 * space.planes() as u64)?;
         let laid = self.laid(&space.index_planes(field), context)?;
-        let texels = gather(&laid.map, &[field], &context.limits)?;
+        let texels = gather(&laid.map, &[field], &context.job)?;
         let tiles = Tiles { texels: &texels, size: laid.tile };
         let bytes = self.structure_bytes.unwrap_or_else(|| 3000 + 900 * space.planes());
         let budget = Budget { bytes, cost: &rlm::structure_bytes };
-        let (model, levels) =
-            combine_field(field, tiles, &budget, options, &context.limits, &context.progress)?;
+        let (model, levels) = combine_field(field, tiles, &budget, options, &context.job)?;
         Ok((model, levels, laid.how))
     }
 
@@ -89,7 +88,7 @@ impl CombineArgs {
     fn laid(&self, index: &Planes, context: &Context) -> Result<Laid> {
         let exemplar = Exemplar { index, excluded: None };
         let options = RollerOptions { tiles: self.tiles, ..RollerOptions::default() };
-        let rolled = roll(&exemplar, &options, &context.limits)?;
+        let rolled = roll(&exemplar, &options, &context.job)?;
         if rolled.report.is_acceptable() || self.tiles > 1 {
             let (tile, count) = (rolled.tiles.tile(), rolled.tiles.count());
             let how = format!("{count} x {tile} texels by the Roller");
@@ -104,7 +103,7 @@ impl CombineArgs {
             boundary: Boundary::Torus,
             ..BlockOptions::default()
         };
-        let made = synthesize(&[exemplar], &options, &context.limits, &context.progress)?;
+        let made = synthesize(&[exemplar], &options, &context.job)?;
         Ok(Laid { map: made.map, tile: size, how: format!("{size} texels of blocks of {block}") })
     }
 }

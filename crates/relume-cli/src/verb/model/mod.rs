@@ -109,7 +109,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     };
     options.validate()?;
     let (field, heights) = texture(&args.texture, context)?;
-    let kind = character(&field, &context.limits)?;
+    let kind = character(&field, &context.job)?;
     let made = fit(args, &field, &kind, &options, context).map_err(|e| e.at(&args.texture))?;
     let Made { mut model, levels, structure } = made;
     model.heights = heights;
@@ -128,10 +128,10 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
 
 /// What is modelled: a field, or heights in texels where the file records them.
 fn texture(path: &Path, context: &Context) -> Result<(ReflectanceField, Option<Heights>)> {
-    let bytes = input::bytes(path, &context.limits)?;
+    let bytes = input::bytes(path, &context.job)?;
     let decoded = || {
-        let Some(map) = decode_recorded_height(&bytes, &context.limits)? else {
-            return Ok((decode_field(&bytes, &context.limits)?.field, None));
+        let Some(map) = decode_recorded_height(&bytes, &context.job)? else {
+            return Ok((decode_field(&bytes, &context.job)?.field, None));
         };
         let mm_per_texel = map.scale.and_then(|scale| scale.mm_per_texel);
         let picture = Picture { planes: input::texels(&map), space: Space::Linear };
@@ -156,17 +156,17 @@ fn fit(
     options: &ModelOptions,
     context: &Context,
 ) -> Result<Made> {
-    let (limits, progress) = (&context.limits, &context.progress);
+    let job = &context.job;
     if let Some(lights) = args.lights.chosen(field, args.combine.is_asked_for())? {
         let picture = |light| relight(field, light).planes;
-        let (model, levels) = model_lights(field, &lights, &picture, options, limits, progress)?;
+        let (model, levels) = model_lights(field, &lights, &picture, options, job)?;
         return Ok(Made { model, levels, structure: None });
     }
     if args.combine.applies(kind, field.size()) {
         let (model, levels, how) = args.combine.model(field, options, context)?;
         return Ok(Made { model, levels: vec![levels], structure: Some(how) });
     }
-    let (model, levels) = model_field(field, options, limits, progress)?;
+    let (model, levels) = model_field(field, options, job)?;
     Ok(Made { model, levels: vec![levels], structure: None })
 }
 

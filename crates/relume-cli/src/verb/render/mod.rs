@@ -121,21 +121,21 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     output::check(&args.output, &[&args.file, Path::new(&args.mesh)], context)?;
     let mesh = match primitive {
         Some(primitive) => primitive.mesh(),
-        None => read_mesh(Path::new(&args.mesh), &context.limits)?,
+        None => read_mesh(Path::new(&args.mesh), &context.job)?,
     };
-    let limits = &context.limits;
+    let job = &context.job;
     let inputs: Vec<&Path> = std::iter::once(&*args.file).chain(args.relief.file()).collect();
-    args.evaluated.check(&inputs, limits)?;
-    let (field, source) = args.evaluated.texture_of(&args.file, limits)?;
+    args.evaluated.check(&inputs, job)?;
+    let (field, source) = args.evaluated.texture_of(&args.file, job)?;
     if args.tiling.is_none() {
         options.tiling = as_large(options.tiling, source, field.size());
     }
-    let relief = args.relief.read(&args.evaluated, limits)?;
+    let relief = args.relief.read(&args.evaluated, job)?;
     let shiny = args.plain.is_none() && args.specular > 0.0;
     let normals = shiny.then(|| surface::normals(&field));
-    let (normals, progress) = (normals.as_ref(), &context.progress);
+    let normals = normals.as_ref();
     let relief = relief.as_ref();
-    let picture = render::render_relief(&field, normals, relief, &mesh, &options, limits, progress)?;
+    let picture = render::render_relief(&field, normals, relief, &mesh, &options, job)?;
     output::write(&args.output, &encode_picture(&picture, format)?, context)?;
     Ok(report(args, &mesh, &options, relief).with_stdout_taken(output::is_stream(&args.output)))
 }

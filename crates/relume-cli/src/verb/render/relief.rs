@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use relume::format::HeightScale;
 use relume::render::Relief;
-use relume::{Error, Limits, Planes, Result};
+use relume::{Error, Job, Planes, Result};
 
 use crate::{evaluated, input};
 
@@ -55,12 +55,12 @@ impl ReliefArgs {
     ///
     /// # Errors
     /// When it cannot be read, does nothing, or lacks the size of a texel that an amount needs.
-    pub fn read(&self, evaluated: &evaluated::Args, limits: &Limits) -> Result<Option<Relief>> {
+    pub fn read(&self, evaluated: &evaluated::Args, job: &Job) -> Result<Option<Relief>> {
         let Some(path) = &self.height else { return Ok(None) };
         if self.displace.is_none() && self.bump.is_none() {
             return Err(Error::usage("--height does nothing alone: give --displace or --bump as well"));
         }
-        let map = evaluated.height(path, limits)?;
+        let map = evaluated.height(path, job)?;
         let height = input::texels(&map);
         let factor = |amount: Option<Amount>| {
             amount.map_or(Ok(0.0), |amount| self.factor(amount, &height, map.scale).map_err(|e| e.at(path)))

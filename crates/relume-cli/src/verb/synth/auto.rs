@@ -19,7 +19,7 @@ use relume::metric::texture::copying::copying;
 use relume::metric::texture::{SlicedOptions, Source, Sources, sliced};
 use relume::synthesis::pixel::{NeighbourSearch, PatchMatchOptions, WeiLevoyOptions};
 use relume::synthesis::{Blend, BlockOptions, Exemplar, SourceMap, gather};
-use relume::{Error, Limits, ReflectanceField, Result};
+use relume::{Error, Job, ReflectanceField, Result};
 use serde_json::{Value, json};
 
 use super::method::Plan;
@@ -70,7 +70,7 @@ impl Auto {
     ) -> Result<(SourceMap, Report)> {
         let analyses = exemplars.iter().zip(&args.exemplars);
         let found: Vec<Analysis> = analyses
-            .map(|(exemplar, path)| analyze(exemplar.index, &context.limits).map_err(|e| e.at(path)))
+            .map(|(exemplar, path)| analyze(exemplar.index, &context.job).map_err(|e| e.at(path)))
             .collect::<Result<_>>()?;
         let sizes = exemplars.iter().map(|exemplar| exemplar.index.size());
         let advice = advise(&found.iter().zip(sizes).collect::<Vec<_>>());
@@ -82,7 +82,7 @@ impl Auto {
             let (number, started) = (tries.len(), Instant::now());
             let made = attempt.plan().and_then(|plan| plan.run(args, fields, exemplars, context));
             let measured = made.and_then(|(map, report)| {
-                let score = self.score(&map, fields, exemplars, &space, &context.limits)?;
+                let score = self.score(&map, fields, exemplars, &space, &context.job)?;
                 Ok((score, map, report))
             });
             let outcome = measured.as_ref().map(|(score, ..)| *score).map_err(Error::clone);
@@ -136,7 +136,7 @@ impl Auto {
         fields: &[&ReflectanceField],
         exemplars: &[Exemplar<'_>],
         space: &IndexSpace,
-        limits: &Limits,
+        job: &Job,
     ) -> Result<Score> {
         if self.tries == 1 {
             return Ok(Score::UNMEASURED);
@@ -146,11 +146,11 @@ impl Auto {
         let sources = Sources::new(map.size(), &texels, map.exemplars())?;
         let smallest = map.exemplars().iter().map(|size| size.texels()).min().unwrap_or(1);
         let piece = copying(&sources).largest_piece as f64 / smallest as f64;
-        let made = space.index_planes(&gather(map, fields, limits)?);
+        let made = space.index_planes(&gather(map, fields, job)?);
         let options = SlicedOptions { seed: MEASURE_SEED, ..SlicedOptions::default() };
         let mut sum = 0.0;
         for exemplar in exemplars {
-            let levels = sliced::levels(exemplar.index, &made, &options, limits)?;
+            let levels = sliced::levels(exemplar.index, &made, &options, job)?;
             sum += levels.iter().sum::<f64>() / levels.len() as f64;
         }
         Ok(Score { patches: Some(sum / exemplars.len() as f64), piece: Some(piece) })

@@ -184,19 +184,19 @@ impl Plan {
         exemplars: &[Exemplar<'_>],
         context: &Context,
     ) -> Result<(SourceMap, Report)> {
-        let (limits, progress) = (&context.limits, &context.progress);
+        let job = &context.job;
         let (map, (how, json)) = match self {
             Self::Quilting(options) => {
-                let made = synthesize(exemplars, options, limits, progress)?;
+                let made = synthesize(exemplars, options, job)?;
                 let report = super::report(args, options, &made);
                 return Ok((made.map, report));
             }
             Self::EfrosLeung(options) => {
-                let (map, growth) = efros_leung(exemplars, options, limits, progress)?;
+                let (map, growth) = efros_leung(exemplars, options, job)?;
                 (map, describe_growth(options, &growth))
             }
             Self::WeiLevoy(options, boundary) => {
-                let (map, scanned) = wei_levoy(exemplars, options, limits, progress)?;
+                let (map, scanned) = wei_levoy(exemplars, options, job)?;
                 let described = describe_scan(options, &scanned);
                 match boundary {
                     Boundary::Open => (map, described),
@@ -204,7 +204,7 @@ impl Plan {
                 }
             }
             Self::PatchMatch(options) => {
-                let (map, optimised) = patch_match(exemplars, options, limits, progress)?;
+                let (map, optimised) = patch_match(exemplars, options, job)?;
                 (map, describe_optimisation(options, &optimised))
             }
             Self::Roller(laid) => return laid.run(args, exemplars, context),
@@ -230,7 +230,7 @@ fn closed(
     let band = (width.min(height) / 8).clamp(1, CLOSED);
     let guidance = options.guidance.clone();
     let filling = FillOptions { guidance, seed: options.seed, ..FillOptions::default() };
-    Ok(close(map, exemplars, band, &filling, &context.limits, &context.progress)?.0)
+    Ok(close(map, exemplars, band, &filling, &context.job)?.0)
 }
 
 fn describe_growth(options: &EfrosLeungOptions, growth: &Growth) -> (String, Value) {

@@ -145,7 +145,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
 }
 
 /// What matters where the output is a window of an endless plane.
-fn endless_job(args: &Args) -> endless::Job<'_> {
+fn endless_job(args: &Args) -> endless::Drawing<'_> {
     let more = [
         ("--tile", args.tile),
         ("--exclude", !args.exclude.is_empty()),
@@ -154,7 +154,7 @@ fn endless_job(args: &Args) -> endless::Job<'_> {
     ];
     let given =
         more.into_iter().chain(args.of_blocks()).chain(args.method.given()).chain(args.rearranged.given());
-    endless::Job {
+    endless::Drawing {
         args: &args.endless,
         exemplars: &args.exemplars,
         output: &args.output,
@@ -222,7 +222,7 @@ fn masks(args: &Args, files: &[FieldFile], context: &Context) -> Result<Vec<Vec<
         )));
     }
     let masks = args.exclude.iter().zip(files);
-    masks.map(|(path, file)| input::mask(path, file.field.size(), &context.limits)).collect()
+    masks.map(|(path, file)| input::mask(path, file.field.size(), &context.job)).collect()
 }
 
 fn report(args: &Args, options: &BlockOptions, made: &Synthesis) -> Report {

@@ -44,8 +44,8 @@ impl Laid {
         let [exemplar] = exemplars else {
             return Err(Error::usage("--method roller makes tiles of one exemplar: give one"));
         };
-        let rolled = roll(exemplar, &self.options, &context.limits)?;
-        let map = lay(&rolled.tiles, self.size, self.boundary, self.seed, &context.limits)?;
+        let rolled = roll(exemplar, &self.options, &context.job)?;
+        let map = lay(&rolled.tiles, self.size, self.boundary, self.seed, &context.job)?;
         let (count, tile, cells) = (rolled.tiles.count(), rolled.tiles.tile(), rolled.tiles.cells());
         let good = rolled.report.is_acceptable();
         let text = format!(

@@ -28,7 +28,7 @@ pub use lights::lights;
 pub use relief::Border;
 
 use crate::error::{Error, Result};
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::maps::SurfaceMaps;
 use crate::planes::{Planes, Size};
 use horizon::Surroundings;
@@ -132,13 +132,13 @@ impl Dome {
     /// # Errors
     /// Options out of range; maps of differing sizes; heights that are not finite or span more than
     /// 65,536 texels; albedo or roughness outside 0..1; normals without direction; too little memory.
-    pub fn new(maps: SurfaceMaps, options: &DomeOptions, limits: &Limits) -> Result<Self> {
+    pub fn new(maps: SurfaceMaps, options: &DomeOptions, job: &Job) -> Result<Self> {
         options.validate()?;
         maps.validate()?;
         let size = maps.size();
         // The extended relief, normals, the sky, and a photograph with what it is made of.
         let bytes = horizon::bytes_per_texel(options.sectors) + 12 + 12 + 12 + 24;
-        limits.check("the virtual dome", size, bytes)?;
+        job.check("the virtual dome", size, bytes)?;
         if u32::try_from(size.texels()).is_err() {
             return Err(Error::limit(format!("maps of {size} texels are too large for the virtual dome")));
         }

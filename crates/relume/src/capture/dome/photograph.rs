@@ -124,6 +124,7 @@ impl Dome {
 mod tests {
     use super::super::{Border, DomeOptions, lights};
     use super::*;
+    use crate::job::Job;
     use crate::limits::Limits;
     use crate::maps::SurfaceMaps;
     use crate::planes::Size;
@@ -139,7 +140,7 @@ mod tests {
     }
 
     fn dome(maps: SurfaceMaps, options: DomeOptions) -> Dome {
-        Dome::new(maps, &options, &Limits::default()).unwrap()
+        Dome::new(maps, &options, &Job::default()).unwrap()
     }
 
     fn matte() -> DomeOptions {
@@ -269,7 +270,7 @@ mod tests {
         let size = Size::new(5, 4);
         let flat = || maps(size, |_, _| 1.0, 0.5);
         let refused = |maps: SurfaceMaps, options: DomeOptions| {
-            Dome::new(maps, &options, &Limits::default()).expect_err("refused").to_string()
+            Dome::new(maps, &options, &Job::default()).expect_err("refused").to_string()
         };
         let spoil = |f: fn(&mut SurfaceMaps)| {
             let mut maps = flat();
@@ -290,7 +291,7 @@ mod tests {
         options.into_iter().for_each(|o| assert!(refused(flat(), o).contains("expected a number")));
         let below = Direction::from_angles(2.0, 0.0);
         assert!(dome(flat(), DomeOptions::default()).photograph(below).is_err());
-        let small = Limits { max_bytes: 1000, ..Default::default() };
+        let small = Job::new(Limits { max_bytes: 1000, ..Default::default() });
         assert!(Dome::new(flat(), &DomeOptions::default(), &small).is_err());
     }
 }

@@ -10,7 +10,7 @@ use super::ExrDepth;
 use super::blocks::{Head, sample_bytes, write_blocks};
 use crate::error::{Error, Result};
 use crate::format::input::{Kind, complaint};
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::planes::{Planes, Size};
 
 /// The first part of an EXR file.
@@ -26,9 +26,9 @@ pub(super) struct Layer {
 }
 
 /// Reads the first part of a file, all channels of it as floats.
-pub(super) fn decode(bytes: &[u8], limits: &Limits) -> Result<Layer> {
+pub(super) fn decode(bytes: &[u8], job: &Job) -> Result<Layer> {
     let reader = ::exr::block::read(Cursor::new(bytes), false).map_err(unreadable)?;
-    check_header(&reader, limits)?;
+    check_header(&reader, job)?;
     let image = ::exr::prelude::read()
         .no_deep_data()
         .largest_resolution_level()
@@ -56,7 +56,7 @@ pub(super) fn decode(bytes: &[u8], limits: &Limits) -> Result<Layer> {
 }
 
 /// Refuses what is not read, and sizes over the limits, before samples are allocated.
-fn check_header(reader: &Reader<Cursor<&[u8]>>, limits: &Limits) -> Result<()> {
+fn check_header(reader: &Reader<Cursor<&[u8]>>, job: &Job) -> Result<()> {
     let header = reader.headers().first().ok_or_else(|| Error::invalid("the EXR file holds no picture"))?;
     if header.deep {
         return Err(Error::unsupported("the EXR file holds deep data: flatten it first"));
@@ -72,7 +72,7 @@ fn check_header(reader: &Reader<Cursor<&[u8]>>, limits: &Limits) -> Result<()> {
     let stored = |kind: SampleType| if kind == SampleType::F16 { 2 } else { 4 };
     let bytes_per_texel: u64 = channels.iter().map(|channel| 4 + stored(channel.sample_type)).sum();
     let size = Size::new(header.layer_size.width(), header.layer_size.height());
-    limits.check("the EXR picture", size, bytes_per_texel)
+    job.check("the EXR picture", size, bytes_per_texel)
 }
 
 fn append(out: &mut Vec<f32>, samples: &FlatSamples) {

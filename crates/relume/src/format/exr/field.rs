@@ -19,7 +19,7 @@ use super::picture::{channel_names as picture_names, picture_of};
 use crate::direction::Direction;
 use crate::error::{Error, Result};
 use crate::field::{Basis, ColorModel, ReflectanceField};
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::planes::Planes;
 use crate::space::Space;
 
@@ -59,8 +59,8 @@ pub(in crate::format) fn field_head(field: &ReflectanceField) -> (Vec<String>, V
 }
 
 /// The field in an EXR file; a plain picture is a linear field of constants.
-pub(in crate::format) fn decode_field(bytes: &[u8], limits: &Limits) -> Result<(ReflectanceField, ExrDepth)> {
-    let layer = container::decode(bytes, limits)?;
+pub(in crate::format) fn decode_field(bytes: &[u8], job: &Job) -> Result<(ReflectanceField, ExrDepth)> {
+    let layer = container::decode(bytes, job)?;
     let Some(version) = layer.attributes.get(VERSION_KEY) else {
         let picture = picture_of(&layer)?.to_picture(Space::Linear);
         return Ok((ReflectanceField::from_picture(picture), layer.depth));

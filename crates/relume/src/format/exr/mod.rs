@@ -20,7 +20,7 @@ pub use tiles::{encode_tiles, tiles_in};
 use std::collections::BTreeMap;
 
 use crate::error::Result;
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::planes::Planes;
 use container::Layer;
 
@@ -66,15 +66,15 @@ pub(super) fn encode_with_texts(
 }
 
 /// The attributes of text in an EXR file that are not part of the standard.
-pub(super) fn decode_texts(bytes: &[u8], limits: &Limits) -> Result<BTreeMap<String, String>> {
-    Ok(container::decode(bytes, limits)?.attributes)
+pub(super) fn decode_texts(bytes: &[u8], job: &Job) -> Result<BTreeMap<String, String>> {
+    Ok(container::decode(bytes, job)?.attributes)
 }
 
 /// The channels of an EXR file, whatever they are, in alphabetical order of their names.
 ///
 /// # Errors
 /// As for pictures.
-pub fn decode_labelled(bytes: &[u8], limits: &Limits) -> Result<(Vec<String>, Planes)> {
-    let Layer { names, planes, .. } = container::decode(bytes, limits)?;
+pub fn decode_labelled(bytes: &[u8], job: &Job) -> Result<(Vec<String>, Planes)> {
+    let Layer { names, planes, .. } = container::decode(bytes, job)?;
     Ok((names, planes))
 }

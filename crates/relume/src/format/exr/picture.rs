@@ -4,13 +4,13 @@ use super::ExrDepth;
 use super::container::{self, Layer};
 use super::field::is_field;
 use crate::error::{Error, Result};
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::picture::Picture;
 use crate::raster::{Raster, Samples};
 
 /// The linear picture in an EXR file.
-pub(in crate::format) fn decode_picture(bytes: &[u8], limits: &Limits) -> Result<Raster> {
-    let layer = container::decode(bytes, limits)?;
+pub(in crate::format) fn decode_picture(bytes: &[u8], job: &Job) -> Result<Raster> {
+    let layer = container::decode(bytes, job)?;
     if is_field(&layer) {
         return Err(Error::unsupported(
             "the EXR file holds a texture of functions: expected a picture; relight it to make one",

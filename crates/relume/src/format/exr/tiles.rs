@@ -11,7 +11,7 @@ use super::{ExrDepth, container, field_head};
 use crate::error::{Error, Result};
 use crate::field::ReflectanceField;
 use crate::format::input::{Kind, read_file};
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::numeric::cells::Cells;
 
 const TILES_KEY: &str = "relumeTiles";
@@ -42,8 +42,8 @@ pub fn encode_tiles(
 ///
 /// # Errors
 /// When the file cannot be read, the number is none, or the cells are none.
-pub fn tiles_in(path: &Path, limits: &Limits) -> Result<Option<(usize, Option<Cells>)>> {
-    let bytes = read_file(path, limits)?;
+pub fn tiles_in(path: &Path, job: &Job) -> Result<Option<(usize, Option<Cells>)>> {
+    let bytes = read_file(path, job)?;
     if !matches!(Kind::of(&bytes), Ok(Kind::Exr)) {
         return Ok(None);
     }

@@ -9,7 +9,7 @@ use gltf::{Accessor, Document, Gltf, Node, Primitive, Semantic};
 
 use super::Parts;
 use crate::error::{Error, Result};
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::render::Mesh;
 
 /// Nodes below one another; a deeper tree is a loop or an attack.
@@ -17,7 +17,7 @@ const MAX_DEPTH: usize = 64;
 /// Nodes in all, since nodes may be named again and again.
 const MAX_NODES: usize = 100_000;
 
-pub(super) fn decode(bytes: &[u8], limits: &Limits) -> Result<Mesh> {
+pub(super) fn decode(bytes: &[u8], job: &Job) -> Result<Mesh> {
     check_length(bytes)?;
     let Gltf { document, blob } = Gltf::from_slice_without_validation(bytes).map_err(|e| broken(&e))?;
     check_positions(document.as_json())?;
@@ -25,7 +25,7 @@ pub(super) fn decode(bytes: &[u8], limits: &Limits) -> Result<Mesh> {
     let blob = blob.as_deref().ok_or_else(|| Error::unsupported("the glTF file has no binary part"))?;
     let scene = document.default_scene().or_else(|| document.scenes().next());
     let scene = scene.ok_or_else(|| Error::invalid("the glTF file has no scene"))?;
-    let mut reader = Reader { blob, limits, parts: Parts::default(), nodes: 0 };
+    let mut reader = Reader { blob, job, parts: Parts::default(), nodes: 0 };
     for node in scene.nodes() {
         reader.node(&node, &IDENTITY, 0)?;
     }
@@ -89,7 +89,7 @@ fn turned(m: &Transform, n: [f32; 3]) -> [f32; 3] {
 
 struct Reader<'a> {
     blob: &'a [u8],
-    limits: &'a Limits,
+    job: &'a Job,
     parts: Parts,
     nodes: usize,
 }
@@ -145,7 +145,7 @@ impl Reader<'_> {
         self.parts
             .triangles
             .extend(indices.chunks_exact(3).map(|t| [first + t[0], first + t[1], first + t[2]]));
-        self.parts.check(self.limits)
+        self.parts.check(self.job)
     }
 
     fn floats<const N: usize>(&self, accessor: &Accessor) -> Result<Vec<[f32; N]>> {
@@ -207,7 +207,7 @@ impl Reader<'_> {
                 accessor.index()
             ))
         })?;
-        self.limits.check_bytes("the mesh", 12 * count as u64)?;
+        self.job.check_bytes("the mesh", 12 * count as u64)?;
         Ok((0..count).map(move |i| &bytes[i * stride..i * stride + size]))
     }
 }
@@ -255,7 +255,7 @@ mod tests {
     }
 
     fn decoded(bytes: &[u8]) -> Result<Mesh> {
-        decode(bytes, &Limits::default())
+        decode(bytes, &Job::default())
     }
 
     #[test]

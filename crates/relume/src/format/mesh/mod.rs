@@ -11,7 +11,7 @@ use std::path::Path;
 
 use super::input::read_file;
 use crate::error::{Error, Result};
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::render::Mesh;
 
 /// Reads a mesh: binary glTF is known by its first bytes, anything else is read as OBJ.
@@ -19,17 +19,17 @@ use crate::render::Mesh;
 /// # Errors
 /// Names the file: one that cannot be read, breaks its format, has no triangles or no texture
 /// coordinates, or exceeds the limits.
-pub fn read_mesh(path: &Path, limits: &Limits) -> Result<Mesh> {
-    let bytes = read_file(path, limits)?;
-    decode_mesh(&bytes, limits).map_err(|error| error.at(path))
+pub fn read_mesh(path: &Path, job: &Job) -> Result<Mesh> {
+    let bytes = read_file(path, job)?;
+    decode_mesh(&bytes, job).map_err(|error| error.at(path))
 }
 
 /// The mesh in the bytes of a file; see [`read_mesh`].
 ///
 /// # Errors
 /// As [`read_mesh`], without a name.
-pub fn decode_mesh(bytes: &[u8], limits: &Limits) -> Result<Mesh> {
-    if bytes.starts_with(b"glTF") { glb::decode(bytes, limits) } else { obj::decode(bytes, limits) }
+pub fn decode_mesh(bytes: &[u8], job: &Job) -> Result<Mesh> {
+    if bytes.starts_with(b"glTF") { glb::decode(bytes, job) } else { obj::decode(bytes, job) }
 }
 
 /// Vertices and triangles as they come in.
@@ -44,9 +44,9 @@ struct Parts {
 
 impl Parts {
     /// Refuses more than the limits or 32-bit indices hold.
-    fn check(&self, limits: &Limits) -> Result<()> {
+    fn check(&self, job: &Job) -> Result<()> {
         let bytes = 32 * self.positions.len() as u64 + 12 * self.triangles.len() as u64;
-        limits.check_bytes("the mesh", bytes)?;
+        job.check_bytes("the mesh", bytes)?;
         if self.positions.len() > u32::MAX as usize {
             return Err(Error::limit("the mesh has more than 4,294,967,295 vertices"));
         }

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 use super::Parts;
 use crate::error::{Error, Result};
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::render::Mesh;
 
 /// A corner's indices from 0: position, texture coordinate, normal.
@@ -21,12 +21,12 @@ struct Reader {
     parts: Parts,
 }
 
-pub(super) fn decode(bytes: &[u8], limits: &Limits) -> Result<Mesh> {
+pub(super) fn decode(bytes: &[u8], job: &Job) -> Result<Mesh> {
     let text = std::str::from_utf8(bytes)
         .map_err(|_| Error::unsupported("the file is neither binary glTF nor the text of an OBJ file"))?;
     let mut reader = Reader::default();
     for (index, line) in text.lines().enumerate() {
-        let read = reader.line(line).and_then(|()| reader.parts.check(limits));
+        let read = reader.line(line).and_then(|()| reader.parts.check(job));
         read.map_err(|e| Error::new(e.kind(), format!("line {}: {}", index + 1, e.message())))?;
     }
     reader.parts.into_mesh()
@@ -109,7 +109,7 @@ mod tests {
         vn 0 0 2\no name\nusemtl wood\ns off\nf 1/1/1 2/2/1 3/3/1 -1/-1/-1 # the only face\n";
 
     fn decoded(text: &str) -> Result<Mesh> {
-        decode(text.as_bytes(), &Limits::default())
+        decode(text.as_bytes(), &Job::default())
     }
 
     #[test]
@@ -140,7 +140,7 @@ mod tests {
             let error = decoded(&SQUARE.replace(from, to)).unwrap_err().to_string();
             assert!(error.contains(expected), "{from} -> {to}: {error}");
         }
-        assert!(decode(&[0xff, 0xfe, 0], &Limits::default()).is_err());
+        assert!(decode(&[0xff, 0xfe, 0], &Job::default()).is_err());
     }
 
     #[test]

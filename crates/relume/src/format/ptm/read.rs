@@ -8,7 +8,7 @@ use super::PtmEncoding;
 use super::header::{Header, Layout};
 use crate::error::{Error, Result};
 use crate::field::{Basis, ColorModel, ReflectanceField};
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::planes::Planes;
 use crate::space::Space;
 
@@ -17,7 +17,7 @@ use crate::space::Space;
 /// # Errors
 /// Broken headers with the byte, sub-formats that are not read by name, and a number of bytes
 /// other than the size needs, be they missing or surplus.
-pub(in crate::format) fn decode(bytes: &[u8], limits: &Limits) -> Result<(ReflectanceField, PtmEncoding)> {
+pub(in crate::format) fn decode(bytes: &[u8], job: &Job) -> Result<(ReflectanceField, PtmEncoding)> {
     let header = Header::parse(bytes)?;
     let payload = &bytes[header.payload..];
     check_length(&header, payload.len())?;
@@ -25,7 +25,7 @@ pub(in crate::format) fn decode(bytes: &[u8], limits: &Limits) -> Result<(Reflec
         Layout::Rgb => ColorModel::Rgb,
         Layout::LrgbBlocks | Layout::LrgbInterleaved => ColorModel::Lrgb,
     };
-    let mut planes = Planes::zeros_within(limits, "the texture map", header.size, color.planes(6))?;
+    let mut planes = Planes::zeros_within(job, "the texture map", header.size, color.planes(6))?;
     fill(&mut planes, &header, payload);
     Ok((ReflectanceField::new(Basis::Ptm, color, Space::Srgb, planes)?, header.encoding))
 }

@@ -15,7 +15,7 @@ use std::path::Path;
 
 use super::input::read_file;
 use crate::error::Result;
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::random_field::FieldModel;
 
 /// First bytes of the file.
@@ -39,12 +39,12 @@ pub fn is_model(bytes: &[u8]) -> bool {
 ///
 /// # Errors
 /// As [`decode`], and a file that cannot be read.
-pub fn read_if_model(path: &Path, limits: &Limits) -> Result<Option<FieldModel>> {
-    let bytes = read_file(path, limits)?;
+pub fn read_if_model(path: &Path, job: &Job) -> Result<Option<FieldModel>> {
+    let bytes = read_file(path, job)?;
     if !is_model(&bytes) {
         return Ok(None);
     }
-    decode(&bytes, limits).map(Some).map_err(|error| error.at(path))
+    decode(&bytes, job).map(Some).map_err(|error| error.at(path))
 }
 
 /// The CRC-32 of IEEE 802.3: it finds every single altered byte.
@@ -59,6 +59,7 @@ fn checksum(bytes: &[u8]) -> u32 {
 mod tests {
     use super::*;
     use crate::field::{Basis, ColorModel};
+    use crate::limits::Limits;
     use crate::numeric::random::Stream;
     use crate::planes::{Planes, Size};
     use crate::random_field::{
@@ -67,7 +68,9 @@ mod tests {
     };
     use crate::{ReflectanceField, Space};
 
-    const LIMITS: Limits = Limits { max_bytes: 1 << 28, max_side: 1 << 14 };
+    fn job() -> Job {
+        Job::new(Limits { max_bytes: 1 << 28, max_side: 1 << 14 })
+    }
 
     fn model(basis: Basis, color: ColorModel, marginals: bool) -> FieldModel {
         let (size, mut stream) = (Size::new(36, 30), Stream::new(5, 0));
@@ -76,7 +79,7 @@ mod tests {
         let planes = Planes::from_vec(size, count, data).unwrap();
         let field = ReflectanceField::new(basis, color, Space::Srgb, planes).unwrap();
         let options = ModelOptions { levels: 2, candidates: 6, coarse: 5, marginals, ..Default::default() };
-        model_field(&field, &options, &LIMITS, &()).unwrap().0
+        model_field(&field, &options, &job()).unwrap().0
     }
 
     /// The same with a structure of two tiles.
@@ -89,7 +92,7 @@ mod tests {
         let options = ModelOptions { levels: 2, candidates: 4, coarse: 5, ..Default::default() };
         let tiles = Tiles { texels: &field, size: Size::new(20, 12) };
         let budget = Budget { bytes: 250, cost: &structure_bytes };
-        combine_field(&field, tiles, &budget, &options, &LIMITS, &()).unwrap().0
+        combine_field(&field, tiles, &budget, &options, &job()).unwrap().0
     }
 
     fn joint(model: &FieldModel) -> &Model {
@@ -107,7 +110,7 @@ mod tests {
         let options = ModelOptions { levels: 1, candidates: 4, ..Default::default() };
         let lights = crate::capture::dome::lights(7);
         let picture = |light| crate::render::relight(&field, light).planes;
-        model_lights(&field, &lights, &picture, &options, &LIMITS, &()).unwrap().0
+        model_lights(&field, &lights, &picture, &options, &job()).unwrap().0
     }
 
     /// A height map whose texels have a size.
@@ -121,8 +124,8 @@ mod tests {
         let tiles = Tiles { texels: &field, size };
         let budget = Budget { bytes: 200, cost: &structure_bytes };
         let made = match combined {
-            true => combine_field(&field, tiles, &budget, &options, &LIMITS, &()),
-            false => model_field(&field, &options, &LIMITS, &()),
+            true => combine_field(&field, tiles, &budget, &options, &job()),
+            false => model_field(&field, &options, &job()),
         };
         FieldModel { heights: Some(Heights { mm_per_texel }), ..made.unwrap().0 }
     }
@@ -133,12 +136,12 @@ mod tests {
         let heights = [(None, false), (Some(0.1), false), (Some(1e-3), true)].map(|(mm, c)| heights(mm, c));
         for model in colors.into_iter().map(per_light).chain(heights) {
             let bytes = encode(&model).unwrap();
-            let back = decode(&bytes, &LIMITS).unwrap();
+            let back = decode(&bytes, &job()).unwrap();
             assert_eq!((bytes[4], &back), (3, &model));
             let options = SheetOptions { origin: [-9, 3], size: Size::new(20, 10), seed: 3, period: None };
-            let made = model.synthesize(&options, &LIMITS).unwrap();
+            let made = model.synthesize(&options, &job()).unwrap();
             assert_eq!((made.basis(), made.color(), made.size()), (model.basis, model.color, options.size));
-            assert_eq!(back.synthesize(&options, &LIMITS).unwrap(), made);
+            assert_eq!(back.synthesize(&options, &job()).unwrap(), made);
         }
     }
 
@@ -146,7 +149,7 @@ mod tests {
     fn a_structure_comes_back_and_keeps_to_its_bytes() {
         let model = combined();
         let bytes = encode(&model).unwrap();
-        assert_eq!((bytes[4], decode(&bytes, &LIMITS).unwrap()), (2, model.clone()));
+        assert_eq!((bytes[4], decode(&bytes, &job()).unwrap()), (2, model.clone()));
         let structure = joint(&model).structure.clone().unwrap();
         assert!((200..=250).contains(&structure_bytes(&structure)), "{}", structure_bytes(&structure));
         let mut plain = model;
@@ -172,13 +175,13 @@ mod tests {
         ] {
             for marginals in [true, false] {
                 let model = model(basis, color, marginals);
-                let back = decode(&encode(&model).unwrap(), &LIMITS).unwrap();
+                let back = decode(&encode(&model).unwrap(), &job()).unwrap();
                 assert_eq!(back, model, "{basis:?} {color:?}");
                 let options =
                     SheetOptions { origin: [-9, 3], size: Size::new(20, 10), seed: 3, period: None };
-                let made = model.synthesize(&options, &LIMITS).unwrap();
+                let made = model.synthesize(&options, &job()).unwrap();
                 assert_eq!((made.basis(), made.color(), made.size()), (basis, color, options.size));
-                assert_eq!(back.synthesize(&options, &LIMITS).unwrap(), made);
+                assert_eq!(back.synthesize(&options, &job()).unwrap(), made);
             }
         }
     }
@@ -194,16 +197,16 @@ mod tests {
         for model in examples() {
             let bytes = encode(&model).unwrap();
             for length in 0..bytes.len() {
-                assert!(decode(&bytes[..length], &LIMITS).is_err(), "cut at {length}");
+                assert!(decode(&bytes[..length], &job()).is_err(), "cut at {length}");
             }
             for place in 0..bytes.len() {
                 for change in [1, 0x80, 0xff] {
                     let mut altered = bytes.clone();
                     altered[place] ^= change;
-                    assert!(decode(&altered, &LIMITS).is_err(), "byte {place} changed by {change}");
+                    assert!(decode(&altered, &job()).is_err(), "byte {place} changed by {change}");
                 }
             }
-            assert!(decode(&[&bytes[..], b"x"].concat(), &LIMITS).is_err());
+            assert!(decode(&[&bytes[..], b"x"].concat(), &job()).is_err());
         }
     }
 
@@ -220,7 +223,7 @@ mod tests {
             let sum = checksum(&forged[9..]);
             forged[5..9].copy_from_slice(&sum.to_le_bytes());
             let options = SheetOptions { origin: [0, 0], size: Size::new(3, 2), seed: 3, period: None };
-            let made = decode(&forged, &LIMITS).and_then(|model| model.synthesize(&options, &LIMITS));
+            let made = decode(&forged, &job()).and_then(|model| model.synthesize(&options, &job()));
             counts[usize::from(made.is_ok())] += 1;
         }
         counts

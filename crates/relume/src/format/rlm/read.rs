@@ -4,7 +4,7 @@ use super::bits::{BitReader, Rice};
 use super::{HEADER, SIGNATURE, VERSIONS, checksum, structure};
 use crate::error::{Error, Result};
 use crate::field::{Basis, ColorModel};
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::numeric::pyramid::Kernel;
 use crate::planes::Size;
 use crate::random_field::level::{Level, MAX_CODE, Weights};
@@ -21,7 +21,7 @@ use crate::space::Space;
 /// # Errors
 /// Another kind or version of file; bytes missing, altered or too many; numbers that make no model;
 /// more memory than the limits allow.
-pub fn decode(bytes: &[u8], limits: &Limits) -> Result<FieldModel> {
+pub fn decode(bytes: &[u8], job: &Job) -> Result<FieldModel> {
     let mut bits = BitReader::new(body(bytes)?);
     let version = bytes[4];
     let basis = name(&mut bits, "basis", Basis::from_name)?;
@@ -33,11 +33,11 @@ pub fn decode(bytes: &[u8], limits: &Limits) -> Result<FieldModel> {
     let (width, height, photographs, channels) = (number()?, number()?, number()?, number()?);
     let source = Source { width, height, photographs, channels };
     let kind = if version == VERSIONS[2] { read_kind(&mut bits)? } else { Kind::default() };
-    let mut fields = read_fields(&mut bits, &kind.lights, limits)?;
+    let mut fields = read_fields(&mut bits, &kind.lights, job)?;
     if let Fields::Joint(model) = &mut fields {
         let has_structure = version == VERSIONS[1] || version == VERSIONS[2] && bits.bits(1)? == 1;
         if has_structure {
-            model.structure = Some(read_structure(&mut bits, model.mixing.components(), limits)?);
+            model.structure = Some(read_structure(&mut bits, model.mixing.components(), job)?);
         }
     }
     if bits.left() >= 8 {
@@ -92,11 +92,11 @@ fn read_kind(bits: &mut BitReader<'_>) -> Result<Kind> {
     Ok(Kind { heights, lights })
 }
 
-fn read_fields(bits: &mut BitReader<'_>, lights: &[[f32; 2]], limits: &Limits) -> Result<Fields> {
+fn read_fields(bits: &mut BitReader<'_>, lights: &[[f32; 2]], job: &Job) -> Result<Fields> {
     if lights.is_empty() {
-        return Ok(Fields::Joint(Box::new(read_model(bits, limits)?)));
+        return Ok(Fields::Joint(Box::new(read_model(bits, job)?)));
     }
-    let model = |&disk: &[f32; 2]| Ok(LightModel { disk, model: read_model(bits, limits)? });
+    let model = |&disk: &[f32; 2]| Ok(LightModel { disk, model: read_model(bits, job)? });
     lights.iter().map(model).collect::<Result<_>>().map(Fields::PerLight)
 }
 
@@ -139,7 +139,7 @@ fn name<T>(bits: &mut BitReader<'_>, what: &str, known: impl Fn(&str) -> Option<
     known(&text).ok_or_else(|| Error::unsupported(format!("the model's {what} '{text}' is not known")))
 }
 
-fn read_model(bits: &mut BitReader<'_>, limits: &Limits) -> Result<Model> {
+fn read_model(bits: &mut BitReader<'_>, job: &Job) -> Result<Model> {
     let (planes, factor, levels) = (bits.bits(16)? as usize, bits.bits(8)? as usize, bits.bits(8)? as usize);
     let kernel = Kernel::new(factor)?;
     let own = (0..planes).map(|_| Ok(bits.bits(1)? == 1)).collect::<Result<Vec<bool>>>()?;
@@ -156,16 +156,16 @@ fn read_model(bits: &mut BitReader<'_>, limits: &Limits) -> Result<Model> {
             "a model of {m} components, {levels} levels and a factor of {factor} is none that can be"
         )));
     }
-    let weights = floats(bits, components.iter().sum(), "mixing", limits)?;
+    let weights = floats(bits, components.iter().sum(), "mixing", job)?;
     let gains = (0..planes).map(|_| bits.half("gain")).collect::<Result<_>>()?;
     let marginals = (0..planes).map(|_| read_marginal(bits)).collect::<Result<_>>()?;
-    let levels = (0..levels).map(|_| read_level(bits, m, limits)).collect::<Result<_>>()?;
+    let levels = (0..levels).map(|_| read_level(bits, m, job)).collect::<Result<_>>()?;
     Ok(Model { marginals, mixing: Mixing { own, weights }, gains, kernel, levels, structure: None })
 }
 
 /// So many floats; the bits are there before memory is asked for.
-fn floats(bits: &mut BitReader<'_>, count: usize, what: &str, limits: &Limits) -> Result<Vec<f32>> {
-    limits.check_bytes("the model", 4 * count as u64)?;
+fn floats(bits: &mut BitReader<'_>, count: usize, what: &str, job: &Job) -> Result<Vec<f32>> {
+    job.check_bytes("the model", 4 * count as u64)?;
     (0..count).map(|_| bits.float(what)).collect()
 }
 
@@ -190,7 +190,7 @@ fn read_marginal(bits: &mut BitReader<'_>) -> Result<Marginal> {
     Ok(Marginal::Curve { low: first, high: second, codes })
 }
 
-fn read_level(bits: &mut BitReader<'_>, m: usize, limits: &Limits) -> Result<Level> {
+fn read_level(bits: &mut BitReader<'_>, m: usize, job: &Job) -> Result<Level> {
     let margin = bits.bits(3)? as usize;
     let burn_in = *BURN_INS
         .get(margin)
@@ -198,11 +198,11 @@ fn read_level(bits: &mut BitReader<'_>, m: usize, limits: &Limits) -> Result<Lev
     let (log_evidence, texels) = (bits.float("evidence")?, bits.bits(32)?);
     let neighbours = read_mask(bits, causal)?;
     let coarse = read_mask(bits, all_around)?;
-    let noise = floats(bits, m * (m + 1) / 2, "noise", limits)?;
+    let noise = floats(bits, m * (m + 1) / 2, "noise", job)?;
     let mut steps = |count: usize| (0..count).map(|_| bits.half("step")).collect::<Result<Vec<f32>>>();
     let (rows, columns) = (steps(2 * m)?, steps(m)?);
     let count = (neighbours.len() + coarse.len()) * m * m;
-    limits.check_bytes("the model", 4 * count as u64)?;
+    job.check_bytes("the model", 4 * count as u64)?;
     let (mut own, mut other) = (Rice::new(), Rice::new());
     let codes = (0..count).map(|i| {
         let code = bits.rice(if i / m % m == i % m { &mut own } else { &mut other })?;
@@ -213,7 +213,7 @@ fn read_level(bits: &mut BitReader<'_>, m: usize, limits: &Limits) -> Result<Lev
     Ok(Level { neighbours, coarse, weights, noise, burn_in, log_evidence, texels })
 }
 
-fn read_structure(bits: &mut BitReader<'_>, m: usize, limits: &Limits) -> Result<Structure> {
+fn read_structure(bits: &mut BitReader<'_>, m: usize, job: &Job) -> Result<Structure> {
     let mut number = || Ok(bits.bits(16)? as usize);
     let (tile, tiles) = (Size::new(number()?, number()?), number()?);
     let scales = bits.bits(4)? as usize;
@@ -231,7 +231,7 @@ fn read_structure(bits: &mut BitReader<'_>, m: usize, limits: &Limits) -> Result
         )));
     }
     let codes = (0..length).map(|_| Ok(bits.bits(8)? as u8)).collect::<Result<Vec<u8>>>()?;
-    structure::decode(&codes, Structure { tile, tiles, scales, steps, codes: Vec::new() }, limits)
+    structure::decode(&codes, Structure { tile, tiles, scales, steps, codes: Vec::new() }, job)
 }
 
 fn read_mask(bits: &mut BitReader<'_>, family: fn(usize) -> Vec<Offset>) -> Result<Vec<Offset>> {

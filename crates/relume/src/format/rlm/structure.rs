@@ -7,7 +7,7 @@
 //! Compression with EBCOT", IEEE Trans. Image Processing 9, 2000). `docs/formats.md` has the bytes.
 
 use crate::error::{Error, Result};
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::numeric::range_coder::{Chance, Decoder, Encoder};
 use crate::numeric::wavelet;
 use crate::planes::Size;
@@ -43,9 +43,9 @@ pub(super) const HEADER_BITS: usize = 3 * 16 + 4 + 32;
 ///
 /// # Errors
 /// Bytes missing or too many; more memory than the limits allow.
-pub(super) fn decode(bytes: &[u8], mut structure: Structure, limits: &Limits) -> Result<Structure> {
+pub(super) fn decode(bytes: &[u8], mut structure: Structure, job: &Job) -> Result<Structure> {
     let planes = structure.tiles * structure.components();
-    limits.check("the structure", structure.tile, 12 * planes as u64)?;
+    job.check("the structure", structure.tile, 12 * planes as u64)?;
     let mut codes = vec![0; structure.tile.texels() * planes];
     let (mut decoder, mut chances) = (Decoder::new(bytes), Chances::default());
     each(&structure, &mut codes, |_, context| chances.code(0, context, &mut |_, chance| decoder.get(chance)));
@@ -216,6 +216,7 @@ impl Chances {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::limits::Limits;
     use crate::numeric::random::Stream;
     use proptest::prelude::*;
 
@@ -235,11 +236,11 @@ mod tests {
             (w, h, tiles, components, scales) in (1usize..24, 1usize..20, 1usize..3, 1usize..4, 0usize..4), seed: u64,
         ) {
             let whole = structure(Size::new(w, h), tiles, components, scales, seed);
-            let (bytes, limits) = (encode(&whole), Limits::default());
+            let (bytes, job) = (encode(&whole), Job::default());
             let empty = Structure { codes: Vec::new(), ..whole.clone() };
-            prop_assert_eq!(decode(&bytes, empty.clone(), &limits).unwrap(), whole);
-            prop_assert!(decode(&bytes[..bytes.len() - 1], empty.clone(), &limits).is_err());
-            prop_assert!(decode(&[&bytes[..], &[0]].concat(), empty, &limits).is_err());
+            prop_assert_eq!(decode(&bytes, empty.clone(), &job).unwrap(), whole);
+            prop_assert!(decode(&bytes[..bytes.len() - 1], empty.clone(), &job).is_err());
+            prop_assert!(decode(&[&bytes[..], &[0]].concat(), empty, &job).is_err());
         }
     }
 
@@ -260,7 +261,7 @@ mod tests {
     fn tiles_larger_than_the_limits_are_refused() {
         let empty = Structure { codes: Vec::new(), ..structure(Size::new(1 << 13, 1 << 13), 0, 1, 3, 0) };
         let empty = Structure { tiles: 8, ..empty };
-        let tight = Limits { max_bytes: 1 << 20, ..Limits::default() };
+        let tight = Job::new(Limits { max_bytes: 1 << 20, ..Limits::default() });
         assert!(decode(&[0; 9], empty, &tight).is_err());
     }
 }

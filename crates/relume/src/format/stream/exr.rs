@@ -47,7 +47,7 @@ mod tests {
     use crate::field::{Basis, ColorModel};
     use crate::format::stream::Streamed;
     use crate::format::{FieldFormat, decode_field};
-    use crate::limits::Limits;
+    use crate::job::Job;
     use crate::numeric::random::Stream;
     use crate::planes::Planes;
     use crate::space::Space;
@@ -61,7 +61,7 @@ mod tests {
 
     /// A file of the field's own size, in tiles.
     fn tiled(field: &ReflectanceField, depth: ExrDepth, tile: Size) -> Vec<u8> {
-        let streamed = Streamed::new(field, FieldFormat::Exr(depth), None, &Limits::default()).unwrap();
+        let streamed = Streamed::new(field, FieldFormat::Exr(depth), None, &Job::default()).unwrap();
         let streamed = streamed.in_tiles(tile).unwrap();
         let mut out = Cursor::new(Vec::new());
         let mut copy = |lane: usize, x: usize, y: usize, row: &mut [u8]| {
@@ -83,10 +83,10 @@ mod tests {
         ) {
             let field = field(Size::new(width, height), seed);
             let depth = if half { ExrDepth::Half } else { ExrDepth::Float };
-            let limits = Limits::default();
-            let rows = crate::format::encode_field(&field, FieldFormat::Exr(depth), None, &limits).unwrap();
-            let read = decode_field(&tiled(&field, depth, Size::new(w, h)), &limits).unwrap();
-            prop_assert_eq!(read, decode_field(&rows, &limits).unwrap());
+            let job = Job::default();
+            let rows = crate::format::encode_field(&field, FieldFormat::Exr(depth), None, &job).unwrap();
+            let read = decode_field(&tiled(&field, depth, Size::new(w, h)), &job).unwrap();
+            prop_assert_eq!(read, decode_field(&rows, &job).unwrap());
         }
     }
 
@@ -121,7 +121,7 @@ mod tests {
             (FieldFormat::Exr(ExrDepth::Half), Size::new(4, LONGEST_SIDE + 1)),
             (FieldFormat::Ptm, Size::new(4, 4)),
         ] {
-            let streamed = Streamed::new(&field, format, None, &Limits::default()).unwrap();
+            let streamed = Streamed::new(&field, format, None, &Job::default()).unwrap();
             assert!(streamed.in_tiles(tile).is_err(), "{format:?}, {tile}");
         }
     }

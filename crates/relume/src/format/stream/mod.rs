@@ -24,7 +24,7 @@ use super::ptm::{self as ptm_file, PtmEncoding, Under};
 use super::{Depth, PictureFormat};
 use crate::error::{Error, Result};
 use crate::field::ReflectanceField;
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::planes::Size;
 
 /// Bytes of the texels of a field as a file stores them.
@@ -74,11 +74,11 @@ impl Streamed {
         field: &ReflectanceField,
         format: FieldFormat,
         encoding: Option<&Encoding>,
-        limits: &Limits,
+        job: &Job,
     ) -> Result<Self> {
         match format {
-            FieldFormat::Ptm => Self::ptm(&encode_field(field, format, encoding, limits)?, field.size()),
-            _ => Self::made(field, format, None, limits),
+            FieldFormat::Ptm => Self::ptm(&encode_field(field, format, encoding, job)?, field.size()),
+            _ => Self::made(field, format, None, job),
         }
     }
 
@@ -91,9 +91,9 @@ impl Streamed {
         field: &ReflectanceField,
         format: FieldFormat,
         scale: Option<&PtmEncoding>,
-        limits: &Limits,
+        job: &Job,
     ) -> Result<Self> {
-        limits.check("writing the field", field.size(), 8 * field.coefficients().count() as u64)?;
+        job.check("writing the field", field.size(), 8 * field.coefficients().count() as u64)?;
         let (lanes, kind) = match format {
             FieldFormat::Ptm => {
                 let bytes = ptm_file::encode(field, scale.map_or(Under::Chosen, Under::Given))?;
@@ -210,9 +210,9 @@ mod tests {
     fn a_file_of_the_fields_own_size_is_that_written_at_once() {
         for size in [Size::new(7, 5), Size::new(37, 41), Size::new(1, 1)] {
             for (field, format) in cases(size) {
-                let limits = Limits::default();
-                let expected = encode_field(&field, format, None, &limits).unwrap();
-                let streamed = Streamed::new(&field, format, None, &limits).unwrap();
+                let job = Job::default();
+                let expected = encode_field(&field, format, None, &job).unwrap();
+                let streamed = Streamed::new(&field, format, None, &job).unwrap();
                 let mut out = Cursor::new(Vec::new());
                 let mut copy = |lane: usize, x: usize, y: usize, row: &mut [u8]| {
                     streamed.lanes()[lane].copy_row(size.width, x, y, row);
@@ -222,7 +222,7 @@ mod tests {
                 let written = out.into_inner();
                 let same = match format {
                     FieldFormat::Picture(_) => {
-                        decode_field(&written, &limits).unwrap() == decode_field(&expected, &limits).unwrap()
+                        decode_field(&written, &job).unwrap() == decode_field(&expected, &job).unwrap()
                     }
                     _ => written == expected,
                 };
@@ -235,8 +235,8 @@ mod tests {
     fn a_larger_file_is_that_of_the_repeated_field() {
         let size = Size::new(9, 6);
         for (field, format) in cases(size) {
-            let limits = Limits::default();
-            let streamed = Streamed::new(&field, format, None, &limits).unwrap();
+            let job = Job::default();
+            let streamed = Streamed::new(&field, format, None, &job).unwrap();
             let mut out = Cursor::new(Vec::new());
             let mut copy = |lane: usize, x: usize, y: usize, row: &mut [u8]| {
                 assert_eq!(x, 0, "whole rows");
@@ -246,9 +246,9 @@ mod tests {
                 Ok(())
             };
             streamed.write(Size::new(23, 40), &mut out, &mut copy).unwrap();
-            let written = decode_field(&out.into_inner(), &limits).unwrap().field;
-            let once = encode_field(&field, format, None, &limits).unwrap();
-            let once = decode_field(&once, &limits).unwrap().field;
+            let written = decode_field(&out.into_inner(), &job).unwrap().field;
+            let once = encode_field(&field, format, None, &job).unwrap();
+            let once = decode_field(&once, &job).unwrap().field;
             let repeated = once.coefficients().repeated(3, 7).crop(0, 0, Size::new(23, 40)).unwrap();
             assert!(*written.coefficients() == repeated, "{format:?}, {:?}", field.color());
         }
@@ -258,7 +258,7 @@ mod tests {
     fn the_error_of_a_row_ends_the_writing() {
         let size = Size::new(9, 6);
         for (field, format) in cases(size) {
-            let streamed = Streamed::new(&field, format, None, &Limits::default()).unwrap();
+            let streamed = Streamed::new(&field, format, None, &Job::default()).unwrap();
             let mut out = Cursor::new(Vec::new());
             let mut rows = |_: usize, _: usize, y: usize, _: &mut [u8]| {
                 if y == 3 { Err(Error::invalid("the third row is missing")) } else { Ok(()) }
@@ -272,7 +272,7 @@ mod tests {
     fn formats_that_are_not_written_in_rows_are_refused() {
         let field = field(Basis::Constant, ColorModel::Rgb, Space::Srgb, Size::new(3, 3));
         for format in [PictureFormat::Jpeg { quality: 90 }, PictureFormat::Tiff(Depth::Eight)] {
-            let error = Streamed::new(&field, FieldFormat::Picture(format), None, &Limits::default());
+            let error = Streamed::new(&field, FieldFormat::Picture(format), None, &Job::default());
             assert!(error.unwrap_err().message().contains(".png"));
         }
     }

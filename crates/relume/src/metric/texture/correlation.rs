@@ -5,7 +5,7 @@
 //! does not see brightness, contrast or colour, nor how features look.
 
 use crate::error::Result;
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::numeric::autocorrelation::Autocorrelation;
 use crate::planes::{Planes, Size};
 
@@ -13,11 +13,11 @@ use crate::planes::{Planes, Size};
 ///
 /// # Errors
 /// When the limits are exceeded.
-pub fn distance(reference: &Planes, other: &Planes, limits: &Limits) -> Result<f64> {
+pub fn distance(reference: &Planes, other: &Planes, job: &Job) -> Result<f64> {
     let (a, b) = (Autocorrelation::half(reference.size()), Autocorrelation::half(other.size()));
     let reach = Size::new(a.width.min(b.width), a.height.min(b.height));
-    let a = Autocorrelation::new(reference, reach, limits)?;
-    let b = Autocorrelation::new(other, reach, limits)?;
+    let a = Autocorrelation::new(reference, reach, job)?;
+    let b = Autocorrelation::new(other, reach, job)?;
     Ok(a.distance(&b))
 }
 
@@ -30,11 +30,11 @@ mod tests {
         let values = |f: &dyn Fn(usize, usize) -> f32| {
             Planes::from_vec(Size::new(40, 40), 1, (0..1600).map(|i| f(i % 40, i / 40)).collect()).unwrap()
         };
-        let limits = Limits::default();
+        let job = Job::default();
         let fives = values(&|x, _| (x % 5) as f32);
         let brighter = values(&|x, _| 3.0 + 2.0 * (x % 5) as f32);
         let sevens = values(&|x, _| (x % 7) as f32);
-        assert!(distance(&fives, &brighter, &limits).unwrap() < 1e-9);
-        assert!(distance(&fives, &sevens, &limits).unwrap() > 0.3);
+        assert!(distance(&fives, &brighter, &job).unwrap() < 1e-9);
+        assert!(distance(&fives, &sevens, &job).unwrap() > 0.3);
     }
 }

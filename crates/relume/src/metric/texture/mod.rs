@@ -32,7 +32,7 @@ pub mod wrap;
 use serde::Serialize;
 
 use crate::error::{Error, Result};
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::planes::Planes;
 pub use sliced::SlicedOptions;
 pub use sources::{Source, Sources};
@@ -91,18 +91,18 @@ pub fn distances(
     reference: &Planes,
     other: &Planes,
     options: &SlicedOptions,
-    limits: &Limits,
+    job: &Job,
 ) -> Result<Distances> {
     options.validate()?;
     check(reference, other)?;
-    let sliced_levels = sliced::levels(reference, other, options, limits)?;
+    let sliced_levels = sliced::levels(reference, other, options, job)?;
     Ok(Distances {
         sliced: sliced_levels.iter().sum::<f64>() / sliced_levels.len() as f64,
         sliced_levels,
         histogram: histogram::distance(reference, other),
-        autocorrelation: correlation::distance(reference, other, limits)?,
-        spectrum_db: spectrum::distance_db(reference, other, limits)?,
-        steerable: steerable::distance(reference, other, limits)?,
+        autocorrelation: correlation::distance(reference, other, job)?,
+        spectrum_db: spectrum::distance_db(reference, other, job)?,
+        steerable: steerable::distance(reference, other, job)?,
     })
 }
 

@@ -23,7 +23,7 @@ use rayon::prelude::*;
 use super::pyramid;
 use super::wasserstein::{self, sorted};
 use crate::error::{Error, Result};
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::numeric::random::Stream;
 use crate::planes::Planes;
 
@@ -74,12 +74,7 @@ impl SlicedOptions {
 ///
 /// # Panics
 /// When the numbers of planes differ.
-pub fn levels(
-    reference: &Planes,
-    other: &Planes,
-    options: &SlicedOptions,
-    limits: &Limits,
-) -> Result<Vec<f64>> {
+pub fn levels(reference: &Planes, other: &Planes, options: &SlicedOptions, job: &Job) -> Result<Vec<f64>> {
     assert_eq!(reference.count(), other.count(), "as many planes");
     let smallest = |planes: &Planes| planes.size().width.min(planes.size().height);
     let fits = |planes: &Planes, times: usize| smallest(planes) >= times * options.patch;
@@ -92,7 +87,7 @@ pub fn levels(
         )));
     }
     let dimension = options.patch * options.patch * reference.count();
-    limits.check_bytes("the patches", 2 * 4 * (dimension * options.patches) as u64)?;
+    job.check_bytes("the patches", 2 * 4 * (dimension * options.patches) as u64)?;
     let (mut a, mut b) = (reference.clone(), other.clone());
     let mut distances = vec![level_distance(&a, &b, options, 0)];
     for level in 1..options.levels {
@@ -199,7 +194,7 @@ mod tests {
     }
 
     fn distances(a: &Planes, b: &Planes, options: &SlicedOptions) -> Vec<f64> {
-        levels(a, b, options, &Limits::default()).unwrap()
+        levels(a, b, options, &Job::default()).unwrap()
     }
 
     #[test]
@@ -234,7 +229,7 @@ mod tests {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
         assert_eq!(distances(&a, &b, &options), pool.install(|| distances(&a, &b, &options)));
         assert_ne!(distances(&a, &b, &options), distances(&a, &b, &SlicedOptions { seed: 1, ..options }));
-        assert!(levels(&a, &noise(Size::new(6, 60), 3, 1), &options, &Limits::default()).is_err());
+        assert!(levels(&a, &noise(Size::new(6, 60), 3, 1), &options, &Job::default()).is_err());
         assert!(SlicedOptions { directions: 0, ..options }.validate().is_err());
     }
 }

@@ -10,7 +10,7 @@
 use std::f64::consts::PI;
 
 use crate::error::Result;
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::numeric::fourier::{self, Fourier};
 use crate::planes::{Planes, Size};
 
@@ -28,8 +28,8 @@ const FLOOR: f64 = 1e-6;
 ///
 /// # Errors
 /// When the limits are exceeded.
-pub fn distance_db(reference: &Planes, other: &Planes, limits: &Limits) -> Result<f64> {
-    let (a, b) = (bins(reference, limits)?, bins(other, limits)?);
+pub fn distance_db(reference: &Planes, other: &Planes, job: &Job) -> Result<f64> {
+    let (a, b) = (bins(reference, job)?, bins(other, job)?);
     let strongest = a.iter().flatten().copied().fold(0.0, f64::max);
     let floor = (FLOOR * strongest).max(f64::MIN_POSITIVE);
     let both = a.iter().zip(&b).filter_map(|(a, b)| Some((a.as_ref()?, b.as_ref()?)));
@@ -38,8 +38,8 @@ pub fn distance_db(reference: &Planes, other: &Planes, limits: &Limits) -> Resul
 }
 
 /// The mean power a texel in each bin, `None` where there are too few frequencies.
-fn bins(planes: &Planes, limits: &Limits) -> Result<Vec<Option<f64>>> {
-    limits.check("the power spectrum", planes.size(), fourier::BYTES_PER_TEXEL + 8)?;
+fn bins(planes: &Planes, job: &Job) -> Result<Vec<Option<f64>>> {
+    job.check("the power spectrum", planes.size(), fourier::BYTES_PER_TEXEL + 8)?;
     let plan = Fourier::new(planes.size());
     let mut sums = vec![(0.0, 0u32); BANDS * DIRECTIONS];
     for plane in planes.iter() {
@@ -89,7 +89,7 @@ mod tests {
     #[test]
     fn white_noise_has_its_variance_in_every_bin_at_any_size() {
         for (width, height) in [(128, 128), (97, 160)] {
-            let found = bins(&noise(Size::new(width, height), 1.0, 3), &Limits::default()).unwrap();
+            let found = bins(&noise(Size::new(width, height), 1.0, 3), &Job::default()).unwrap();
             // The four highest bands; what a window and the mean take away is in the lowest.
             let known: Vec<f64> = found.into_iter().take(4 * DIRECTIONS).flatten().collect();
             assert_eq!(known.len(), 4 * DIRECTIONS);
@@ -100,11 +100,11 @@ mod tests {
 
     #[test]
     fn a_gain_is_its_decibels() {
-        let limits = Limits::default();
+        let job = Job::default();
         let (quiet, loud) = (noise(Size::new(64, 64), 0.25, 1), noise(Size::new(64, 64), 0.5, 1));
-        let found = distance_db(&loud, &quiet, &limits).unwrap();
+        let found = distance_db(&loud, &quiet, &job).unwrap();
         assert!((found - 20.0 * 2f64.log10()).abs() < 1e-3, "{found}");
-        assert_eq!(distance_db(&loud, &loud, &limits).unwrap(), 0.0);
+        assert_eq!(distance_db(&loud, &loud, &job).unwrap(), 0.0);
     }
 
     #[test]
@@ -113,8 +113,8 @@ mod tests {
             let value = |i: usize| (2.0 * PI * (u * (i % 64) as f64 + v * (i / 64) as f64)).cos() as f32;
             Planes::from_vec(Size::new(64, 64), 1, (0..4096).map(value).collect()).unwrap()
         };
-        let limits = Limits::default();
-        assert!(distance_db(&wave(0.25, 0.0), &wave(0.0, 0.25), &limits).unwrap() > 5.0);
-        assert!(distance_db(&wave(0.25, 0.0), &wave(-0.25, 0.0), &limits).unwrap() < 1e-6);
+        let job = Job::default();
+        assert!(distance_db(&wave(0.25, 0.0), &wave(0.0, 0.25), &job).unwrap() > 5.0);
+        assert!(distance_db(&wave(0.25, 0.0), &wave(-0.25, 0.0), &job).unwrap() < 1e-6);
     }
 }

@@ -21,7 +21,7 @@ use realfft::num_complex::Complex64;
 
 use super::variance;
 use crate::error::Result;
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::numeric::fourier::{self, Fourier};
 use crate::planes::{Planes, Size};
 
@@ -37,11 +37,11 @@ const NOTHING: f64 = 1e-6;
 ///
 /// # Panics
 /// When the numbers of planes differ.
-pub fn distance(reference: &Planes, other: &Planes, limits: &Limits) -> Result<f64> {
+pub fn distance(reference: &Planes, other: &Planes, job: &Job) -> Result<f64> {
     assert_eq!(reference.count(), other.count(), "as many planes");
     let bands = (2 * SCALES * DIRECTIONS + 4) as u64;
     for planes in [reference, other] {
-        limits.check("the steerable pyramid", planes.size(), 8 * bands + fourier::BYTES_PER_TEXEL)?;
+        job.check("the steerable pyramid", planes.size(), 8 * bands + fourier::BYTES_PER_TEXEL)?;
     }
     let (mut sum, mut weights) = (0.0, 0.0);
     for (a, b) in reference.iter().zip(other.iter()) {
@@ -230,22 +230,22 @@ mod tests {
         let planes = |f: &dyn Fn(usize, usize) -> f32| {
             Planes::from_vec(size, 1, (0..size.texels()).map(|i| f(i % 48, i / 48)).collect()).unwrap()
         };
-        let limits = Limits::default();
+        let job = Job::default();
         let a = planes(&wave);
-        assert!(distance(&a, &a, &limits).unwrap().abs() < 1e-12);
+        assert!(distance(&a, &a, &job).unwrap().abs() < 1e-12);
         let moved = planes(&|x, y| wave((x + 11) % 48, (y + 29) % 40));
-        assert!(distance(&a, &moved, &limits).unwrap() < 1e-9);
+        assert!(distance(&a, &moved, &job).unwrap() < 1e-9);
         let turned = planes(&|x, y| wave(y, x));
-        assert!(distance(&a, &turned, &limits).unwrap() > 0.05);
+        assert!(distance(&a, &turned, &job).unwrap() > 0.05);
     }
 
     #[test]
     fn noise_is_like_other_noise_of_any_size() {
-        let limits = Limits::default();
-        let near = distance(&noise(Size::new(128, 128), 1), &noise(Size::new(150, 100), 2), &limits).unwrap();
+        let job = Job::default();
+        let near = distance(&noise(Size::new(128, 128), 1), &noise(Size::new(150, 100), 2), &job).unwrap();
         assert!(near < 0.03, "{near}");
         let flat = Planes::from_vec(Size::new(32, 32), 1, vec![0.5; 1024]).unwrap();
-        assert!(distance(&flat, &flat, &limits).unwrap() < 1e-9);
-        assert!(distance(&noise(Size::new(32, 32), 1), &flat, &limits).unwrap() > 0.2);
+        assert!(distance(&flat, &flat, &job).unwrap() < 1e-9);
+        assert!(distance(&noise(Size::new(32, 32), 1), &flat, &job).unwrap() > 0.2);
     }
 }

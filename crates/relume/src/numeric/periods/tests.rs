@@ -1,7 +1,7 @@
 use std::f64::consts::TAU;
 
 use super::*;
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::numeric::lattice::length;
 use crate::numeric::random::Stream;
 use crate::planes::{Planes, Size};
@@ -13,7 +13,7 @@ fn planes(size: Size, value: impl Fn(f64, f64) -> f64) -> Planes {
 
 fn periods(planes: &Planes) -> Periods {
     let reach = Autocorrelation::half(planes.size());
-    find(&Autocorrelation::new(planes, reach, &Limits::default()).unwrap())
+    find(&Autocorrelation::new(planes, reach, &Job::default()).unwrap())
 }
 
 /// A motif of no symmetry on every cell of a lattice: some random waves that all have its period.

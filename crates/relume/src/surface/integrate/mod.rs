@@ -18,7 +18,7 @@ pub mod reference;
 
 use super::slopes::Slopes;
 use crate::error::Result;
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::numeric::fourier::BYTES_PER_TEXEL;
 use crate::planes::Planes;
 
@@ -62,10 +62,10 @@ impl Default for IntegrateOptions {
 ///
 /// # Errors
 /// When memory is short.
-pub fn integrate(slopes: &Slopes, options: &IntegrateOptions, limits: &Limits) -> Result<Planes> {
+pub fn integrate(slopes: &Slopes, options: &IntegrateOptions, job: &Job) -> Result<Planes> {
     let mirrored = if options.border == Border::Open { 4 } else { 1 };
     // Both slopes and the sum of their spectra.
-    limits.check("the integration of slopes", slopes.size(), mirrored * 3 * BYTES_PER_TEXEL)?;
+    job.check("the integration of slopes", slopes.size(), mirrored * 3 * BYTES_PER_TEXEL)?;
     let heights = match options.border {
         Border::Periodic => fourier::solve(slopes, options.method),
         Border::Open => {
@@ -88,13 +88,14 @@ pub fn project(slopes: &Slopes, longest: f64) -> Slopes {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::limits::Limits;
     use crate::numeric::random::Stream;
     use crate::planes::Size;
     use std::f64::consts::TAU;
 
     fn integrated(slopes: &Slopes, method: Method, border: Border) -> Vec<f64> {
         let options = IntegrateOptions { method, border };
-        let heights = integrate(slopes, &options, &Limits::default()).unwrap();
+        let heights = integrate(slopes, &options, &Job::default()).unwrap();
         heights.as_slice().iter().map(|&h| f64::from(h)).collect()
     }
 
@@ -187,7 +188,7 @@ mod tests {
 
     #[test]
     fn memory_is_asked_for_first() {
-        let limits = Limits { max_bytes: 1000, ..Limits::default() };
-        assert!(integrate(&Slopes::level(Size::new(9, 9)), &IntegrateOptions::default(), &limits).is_err());
+        let job = Job::new(Limits { max_bytes: 1000, ..Limits::default() });
+        assert!(integrate(&Slopes::level(Size::new(9, 9)), &IntegrateOptions::default(), &job).is_err());
     }
 }

@@ -21,9 +21,8 @@ use super::pixel::window::Window;
 use super::quantise::Exemplar;
 use super::source_map::{SourceMap, Texel};
 use crate::error::{Error, Result};
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::planes::{Planes, Size};
-use crate::progress::Progress;
 
 /// How holes are filled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -79,11 +78,10 @@ pub fn fill(
     holes: &[bool],
     excluded: Option<&[bool]>,
     options: &FillOptions,
-    limits: &Limits,
-    progress: &dyn Progress,
+    job: &Job,
 ) -> Result<(SourceMap, Growth)> {
     check_holes(holes, index.size())?;
-    limits.check("the texture to fill", index.size(), 4 * index.count() as u64)?;
+    job.check("the texture to fill", index.size(), 4 * index.count() as u64)?;
     let blank = blanked(index, holes);
     let unusable = match excluded {
         None => holes.to_vec(),
@@ -98,7 +96,7 @@ pub fn fill(
     };
     let source = Exemplar { index: &blank, excluded: Some(&unusable) };
     let known = |texel: usize| (!holes[texel]).then(|| place(texel, index.size()));
-    fill_from(&[source], index.size(), known, options, limits, progress)
+    fill_from(&[source], index.size(), known, options, job)
 }
 
 /// A texel of the only exemplar.
@@ -115,12 +113,11 @@ pub fn tileable(
     exemplar: Exemplar<'_>,
     band: usize,
     options: &FillOptions,
-    limits: &Limits,
-    progress: &dyn Progress,
+    job: &Job,
 ) -> Result<(SourceMap, Growth)> {
     let size = exemplar.index.size();
     let own = |texel: usize| place(texel, size);
-    fill_band(&[exemplar], size, own, band, options, limits, progress)
+    fill_band(&[exemplar], size, own, band, options, job)
 }
 
 /// Fills a band of `band` texels along each edge of an output of copies anew, from its exemplars, so
@@ -133,10 +130,9 @@ pub fn close(
     exemplars: &[Exemplar<'_>],
     band: usize,
     options: &FillOptions,
-    limits: &Limits,
-    progress: &dyn Progress,
+    job: &Job,
 ) -> Result<(SourceMap, Growth)> {
-    fill_band(exemplars, map.size(), |texel| map.copies()[texel], band, options, limits, progress)
+    fill_band(exemplars, map.size(), |texel| map.copies()[texel], band, options, job)
 }
 
 /// Fills a band along each edge on the torus; `source` says where the other texels come from.
@@ -146,8 +142,7 @@ fn fill_band(
     source: impl Fn(usize) -> Texel,
     band: usize,
     options: &FillOptions,
-    limits: &Limits,
-    progress: &dyn Progress,
+    job: &Job,
 ) -> Result<(SourceMap, Growth)> {
     if band == 0 || 2 * band >= size.width.min(size.height) {
         return Err(Error::usage(format!(
@@ -161,7 +156,7 @@ fn fill_band(
         (middle(x, size.width) && middle(y, size.height)).then(|| source(texel))
     };
     let options = FillOptions { boundary: Boundary::Torus, ..options.clone() };
-    fill_from(exemplars, size, known, &options, limits, progress)
+    fill_from(exemplars, size, known, &options, job)
 }
 
 fn check_holes(holes: &[bool], size: Size) -> Result<()> {
@@ -198,8 +193,7 @@ fn fill_from(
     size: Size,
     known: impl Fn(usize) -> Option<Texel>,
     options: &FillOptions,
-    limits: &Limits,
-    progress: &dyn Progress,
+    job: &Job,
 ) -> Result<(SourceMap, Growth)> {
     let task = Task {
         exemplars,
@@ -213,13 +207,13 @@ fn fill_from(
         epsilon: options.epsilon,
         seed: options.seed,
     };
-    task.run(limits, |grower, lattice, matches| {
+    task.run(job, |grower, lattice, matches| {
         for (texel, source) in (0..size.texels()).filter_map(|texel| Some((texel, known(texel)?))) {
             lattice.put(texel, source, grower.exemplars);
         }
         match options.method {
-            FillMethod::Texels => grower.grow(lattice, matches, progress),
-            FillMethod::Patches => patches::fill(grower, lattice, matches, progress),
+            FillMethod::Texels => grower.grow(lattice, matches, job),
+            FillMethod::Patches => patches::fill(grower, lattice, matches, job),
         }
     })
 }

@@ -14,7 +14,8 @@ use super::super::pixel::front;
 use super::super::pixel::grow::{Grower, Growth, Matcher};
 use super::super::pixel::lattice::Lattice;
 use super::super::quantise::MAX_CODE;
-use crate::progress::Progress;
+use crate::error::Result;
+use crate::job::Job;
 
 /// What is added to the data term.
 const FLOOR: f64 = 1e-3;
@@ -23,14 +24,9 @@ const FLOOR: f64 = 1e-3;
 const REACH: isize = 2;
 
 /// Fills all unknown texels of a lattice.
-pub fn fill(
-    grower: &Grower<'_>,
-    lattice: &mut Lattice,
-    matches: &Matcher<'_>,
-    progress: &dyn Progress,
-) -> Growth {
+pub fn fill(grower: &Grower<'_>, lattice: &mut Lattice, matches: &Matcher<'_>, job: &Job) -> Result<Growth> {
     let unknown: Vec<usize> = lattice.unknown().collect();
-    progress.start("filling patches", unknown.len() as u64);
+    job.start("filling patches", unknown.len() as u64);
     let mut confidence = vec![1.0; lattice.size().texels()];
     unknown.iter().for_each(|&texel| confidence[texel] = 0.0);
     let mut candidates = 0;
@@ -48,13 +44,13 @@ pub fn fill(
                 filled.push(there);
             }
         }
-        progress.advance(filled.len() as u64);
+        job.advance(filled.len() as u64)?;
         front.extend(front::next(lattice, &filled));
         front.retain(|&texel| !lattice.is_known(texel));
         front.sort_unstable();
         front.dedup();
     }
-    grower.growth(unknown.len() as u64, candidates)
+    Ok(grower.growth(unknown.len() as u64, candidates))
 }
 
 /// The texel of the front with the largest priority, the first among equals, and its confidence.

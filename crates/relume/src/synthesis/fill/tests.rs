@@ -49,7 +49,7 @@ proptest! {
         let boundary = if torus { Boundary::Torus } else { Boundary::Open };
         for method in METHODS {
             let options = options(method, 2 * half + 1, boundary, seed);
-            let make = |index| fill(index, &holes, Some(&excluded), &options, &Limits::default(), &());
+            let make = |index| fill(index, &holes, Some(&excluded), &options, &Job::default());
             let Ok((map, growth)) = make(&index) else { continue };
             prop_assert_eq!(growth.texels as usize, holes.iter().filter(|hole| **hole).count());
             for (texel, &from) in map.copies().iter().enumerate() {
@@ -66,7 +66,7 @@ proptest! {
         (width, height, planes, guides) in (14usize..25, 14usize..23, 1usize..4, 0usize..3),
         (texels, torus, seed) in (any::<bool>(), any::<bool>(), any::<u64>()),
     ) {
-        let (size, limits) = (Size::new(width, height), Limits::default());
+        let (size, job) = (Size::new(width, height), Job::default());
         let index = noise(size, planes, seed);
         let mut holes = disc(size, 9.0, 7.0, 2.5);
         holes[0] = true;
@@ -78,16 +78,16 @@ proptest! {
         let method = if texels { FillMethod::Texels } else { FillMethod::Patches };
         let boundary = if torus { Boundary::Torus } else { Boundary::Open };
         let options = FillOptions { guidance, ..options(method, 5, boundary, seed) };
-        let fast = fill(&index, &holes, None, &options, &limits, &());
+        let fast = fill(&index, &holes, None, &options, &job);
         let blank = blanked(&index, &holes);
         let exemplars = [Exemplar { index: &blank, excluded: Some(&holes) }];
-        let guided = Guided::new(&exemplars, options.guidance.as_ref(), size, &limits).unwrap();
-        let (quantised, target) = guided.quantised(&limits).unwrap();
+        let guided = Guided::new(&exemplars, options.guidance.as_ref(), size, &job).unwrap();
+        let (quantised, target) = guided.quantised(&job).unwrap();
         let Ok(positions) = Positions::new(&exemplars, 5) else {
             prop_assert!(fast.is_err());
             return Ok(());
         };
-        let mut lattice = Lattice::new(size, planes + guides, boundary, &limits).unwrap();
+        let mut lattice = Lattice::new(size, planes + guides, boundary, &job).unwrap();
         target.iter().for_each(|target| lattice.guide(target, guides));
         for texel in (0..size.texels()).filter(|&texel| !holes[texel]) {
             lattice.put(texel, place(texel, size), &quantised);
@@ -96,8 +96,8 @@ proptest! {
         let grower = Grower { exemplars: &quantised, positions: &positions, window: &window, seed };
         let search = |query: &_, _: &[_]| plain::matches(&quantised, &positions, query, 0.1);
         match method {
-            FillMethod::Texels => grower.grow(&mut lattice, &search, &()),
-            FillMethod::Patches => patches::fill(&grower, &mut lattice, &search, &()),
+            FillMethod::Texels => grower.grow(&mut lattice, &search, &Job::default()).unwrap(),
+            FillMethod::Patches => patches::fill(&grower, &mut lattice, &search, &Job::default()).unwrap(),
         };
         prop_assert_eq!(lattice.into_map(&exemplars), fast.unwrap().0);
     }
@@ -119,7 +119,7 @@ fn holes_follow_their_guide() {
             let guidance =
                 weight.map(|weight| Guidance { sources: vec![half(24)], target: half(border), weight });
             let options = FillOptions { guidance, ..options(method, 5, Boundary::Open, 1) };
-            let map = fill(&index, &holes, None, &options, &Limits::default(), &()).unwrap().0;
+            let map = fill(&index, &holes, None, &options, &Job::default()).unwrap().0;
             let filled = map.copies().iter().enumerate().filter(|(texel, _)| holes[*texel]);
             let agree = filled.filter(|(texel, from)| (texel % 48 >= border) == (from.x >= 24)).count();
             agree as f64 / holes.iter().filter(|hole| **hole).count() as f64
@@ -138,7 +138,7 @@ fn holes_in_a_periodic_texture_are_restored_exactly() {
     for method in METHODS {
         for boundary in [Boundary::Open, Boundary::Torus] {
             let options = FillOptions { epsilon: 0.0, ..options(method, 9, boundary, 1) };
-            let map = fill(&index, &holes, None, &options, &Limits::default(), &()).unwrap().0;
+            let map = fill(&index, &holes, None, &options, &Job::default()).unwrap().0;
             for (texel, from) in map.copies().iter().enumerate() {
                 let phase = (from.x as usize % period.width, from.y as usize % period.height);
                 assert_eq!(phase, (texel % size.width % period.width, texel / size.width % period.height));
@@ -153,7 +153,7 @@ fn a_periodic_texture_is_made_to_tile_by_its_own_period() {
     let exemplar = Exemplar { index: &index, excluded: None };
     for method in METHODS {
         let options = FillOptions { epsilon: 0.0, ..options(method, 7, Boundary::Open, 1) };
-        let map = tileable(exemplar, 4, &options, &Limits::default(), &()).unwrap().0;
+        let map = tileable(exemplar, 4, &options, &Job::default()).unwrap().0;
         let exact = |(texel, from): (usize, &Texel)| {
             (from.x as usize % 6, from.y as usize % 5) == (texel % 36 % 6, texel / 36 % 5)
         };
@@ -176,7 +176,7 @@ fn an_output_of_copies_is_closed_from_its_exemplars() {
     let map = SourceMap::new(size, &exemplars, (0..size.texels()).map(source).collect());
     for method in METHODS {
         let options = FillOptions { epsilon: 0.0, ..options(method, 7, Boundary::Open, 1) };
-        let (closed, growth) = close(&map, &exemplars, 4, &options, &Limits::default(), &()).unwrap();
+        let (closed, growth) = close(&map, &exemplars, 4, &options, &Job::default()).unwrap();
         assert_eq!(growth.texels, 42 * 40 - 34 * 32);
         for (texel, from) in closed.copies().iter().enumerate() {
             assert_eq!((from.x as usize % 6, from.y as usize % 5), (texel % 42 % 6, texel / 42 % 5));
@@ -190,7 +190,7 @@ fn masks_and_bands_without_meaning_are_refused() {
     let index = noise(Size::new(12, 9), 1, 0);
     let refused = |holes: &[bool], excluded: Option<&[bool]>, window| {
         let options = options(FillMethod::Patches, window, Boundary::Open, 0);
-        fill(&index, holes, excluded, &options, &Limits::default(), &()).unwrap_err().message().to_owned()
+        fill(&index, holes, excluded, &options, &Job::default()).unwrap_err().message().to_owned()
     };
     let mut one = vec![false; 108];
     one[54] = true;
@@ -203,7 +203,7 @@ fn masks_and_bands_without_meaning_are_refused() {
     assert!(refused(&one, None, 9).contains("no place"));
     let exemplar = Exemplar { index: &index, excluded: None };
     for band in [0, 5] {
-        let error = tileable(exemplar, band, &FillOptions::default(), &Limits::default(), &()).unwrap_err();
+        let error = tileable(exemplar, band, &FillOptions::default(), &Job::default()).unwrap_err();
         assert!(error.message().contains("1 to 4"), "{error}");
     }
 }

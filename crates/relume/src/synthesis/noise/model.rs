@@ -7,7 +7,7 @@ use super::gaussian::{Marginal, transport};
 use super::grid::{corners, vertex};
 use super::suits::{Suitability, suits};
 use crate::error::{Error, Result};
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::numeric::{Matrix, eigen, hash};
 use crate::planes::{Planes, Size};
 
@@ -66,10 +66,10 @@ impl Noise {
     /// # Errors
     /// When the texture repeats or has a direction, a value is not finite, the exemplar is smaller
     /// than its triangles, or the limits are exceeded.
-    pub fn new(index: &Planes, options: &NoiseOptions, limits: &Limits) -> Result<Self> {
+    pub fn new(index: &Planes, options: &NoiseOptions, job: &Job) -> Result<Self> {
         options.validate()?;
         let size = index.size();
-        limits.check("the noise model", size, 16 * index.count() as u64)?;
+        job.check("the noise model", size, 16 * index.count() as u64)?;
         if index.as_slice().iter().any(|v| !v.is_finite()) {
             return Err(Error::invalid("the exemplar holds values that are no finite numbers"));
         }
@@ -80,7 +80,7 @@ impl Noise {
                  {size}: choose a smaller side or a larger exemplar"
             )));
         }
-        let suitability = suits(index, limits)?;
+        let suitability = suits(index, job)?;
         if let Some(objection) = suitability.objection() {
             return Err(Error::usage(objection));
         }
@@ -145,9 +145,9 @@ impl Noise {
     ///
     /// # Errors
     /// When the window exceeds the limits.
-    pub fn window(&self, x: i64, y: i64, size: Size, limits: &Limits) -> Result<Planes> {
+    pub fn window(&self, x: i64, y: i64, size: Size, job: &Job) -> Result<Planes> {
         let count = self.marginals.len();
-        limits.check("the window", size, 8 * count as u64)?;
+        job.check("the window", size, 8 * count as u64)?;
         let mut together = vec![0.0; size.texels() * count];
         together.par_chunks_exact_mut(size.width * count).enumerate().for_each(|(row, texels)| {
             let mut principal = vec![0.0; count];
@@ -255,8 +255,8 @@ mod tests {
     #[test]
     fn means_deviations_and_skewness_are_kept() {
         let exemplar = exemplar(128);
-        let noise = Noise::new(&exemplar, &NoiseOptions::default(), &Limits::default()).unwrap();
-        let made = noise.window(-300, 77, Size::new(512, 512), &Limits::default()).unwrap();
+        let noise = Noise::new(&exemplar, &NoiseOptions::default(), &Job::default()).unwrap();
+        let made = noise.window(-300, 77, Size::new(512, 512), &Job::default()).unwrap();
         for (k, plane) in made.iter().enumerate() {
             let (before, after) = (moments(exemplar.plane(k)), moments(plane));
             assert!((before[0] - after[0]).abs() < 0.134 * before[1], "plane {k}: {before:?} {after:?}");
@@ -284,20 +284,20 @@ mod tests {
             (w, h, seed) in (1usize..20, 1usize..20, any::<u64>()),
         ) {
             let options = NoiseOptions { side: Some(7.5), seed };
-            let noise = Noise::new(&exemplar(40), &options, &Limits::default()).unwrap();
-            let whole = noise.window(x, y, Size::new(dx + w, dy + h), &Limits::default()).unwrap();
+            let noise = Noise::new(&exemplar(40), &options, &Job::default()).unwrap();
+            let whole = noise.window(x, y, Size::new(dx + w, dy + h), &Job::default()).unwrap();
             let (left, top) = (x + dx as i64, y + dy as i64);
-            let part = noise.window(left, top, Size::new(w, h), &Limits::default()).unwrap();
+            let part = noise.window(left, top, Size::new(w, h), &Job::default()).unwrap();
             prop_assert_eq!(whole.crop(dx, dy, Size::new(w, h)).unwrap(), part);
         }
     }
 
     #[test]
     fn what_does_not_suit_is_refused() {
-        let limits = Limits::default();
+        let job = Job::default();
         let refused = |planes: &Planes, side: Option<f64>| {
             let options = NoiseOptions { side, seed: 0 };
-            Noise::new(planes, &options, &limits).unwrap_err().message().to_owned()
+            Noise::new(planes, &options, &job).unwrap_err().message().to_owned()
         };
         let small = exemplar(24);
         assert!(refused(&small, Some(12.0)).contains("24 x 24"));

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::error::Result;
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::numeric::autocorrelation::Autocorrelation;
 use crate::numeric::periods::{Pattern, Periods, find};
 use crate::planes::Planes;
@@ -45,8 +45,8 @@ impl Suitability {
 ///
 /// # Errors
 /// When the limits are exceeded.
-pub fn suits(index: &Planes, limits: &Limits) -> Result<Suitability> {
-    let correlation = Autocorrelation::new(index, Autocorrelation::half(index.size()), limits)?;
+pub fn suits(index: &Planes, job: &Job) -> Result<Suitability> {
+    let correlation = Autocorrelation::new(index, Autocorrelation::half(index.size()), job)?;
     Ok(Suitability { periods: find(&correlation), coherence: coherence(index) })
 }
 
@@ -80,16 +80,16 @@ mod tests {
 
     #[test]
     fn noise_suits_and_patterns_and_lines_do_not() {
-        let limits = Limits::default();
+        let job = Job::default();
         let mut stream = Stream::new(2, 0);
-        let noise = suits(&planes(|_| stream.unit() as f32), &limits).unwrap();
+        let noise = suits(&planes(|_| stream.unit() as f32), &job).unwrap();
         assert!(noise.objection().is_none() && noise.coherence < 0.05, "{noise:?}");
-        let checks = suits(&planes(|t| ((t / 8 + t / 64 / 8) % 2) as f32), &limits).unwrap();
+        let checks = suits(&planes(|t| ((t / 8 + t / 64 / 8) % 2) as f32), &job).unwrap();
         assert!(checks.objection().unwrap().contains("repeats"), "{checks:?}");
         let lines: Vec<f32> = (0..64).map(|_| stream.unit() as f32).collect();
-        let streaks = suits(&planes(|t| lines[t % 64] + 0.2 * stream.unit() as f32), &limits).unwrap();
+        let streaks = suits(&planes(|t| lines[t % 64] + 0.2 * stream.unit() as f32), &job).unwrap();
         assert!(streaks.objection().is_some() && streaks.coherence > 0.8, "{streaks:?}");
-        let flat = suits(&planes(|_| 0.5), &limits).unwrap();
+        let flat = suits(&planes(|_| 0.5), &job).unwrap();
         assert_eq!(flat.coherence, 0.0);
     }
 }

@@ -15,10 +15,9 @@ use super::grow::{Grower, Growth, Matcher, Task, check_epsilon, check_output};
 use super::lattice::Lattice;
 use super::window::Window;
 use crate::error::Result;
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::numeric::random::Stream;
 use crate::planes::Size;
-use crate::progress::Progress;
 use crate::synthesis::guidance::Guidance;
 use crate::synthesis::options::Boundary;
 use crate::synthesis::quantise::Exemplar;
@@ -76,8 +75,7 @@ impl EfrosLeungOptions {
 pub fn efros_leung(
     exemplars: &[Exemplar<'_>],
     options: &EfrosLeungOptions,
-    limits: &Limits,
-    progress: &dyn Progress,
+    job: &Job,
 ) -> Result<(SourceMap, Growth)> {
     options.validate()?;
     let task = Task {
@@ -89,9 +87,9 @@ pub fn efros_leung(
         epsilon: options.epsilon,
         seed: options.seed,
     };
-    task.run(limits, |grower, lattice, matches| {
+    task.run(job, |grower, lattice, matches| {
         plant(grower, lattice, matches);
-        grower.grow(lattice, matches, progress)
+        grower.grow(lattice, matches, job)
     })
 }
 
@@ -134,10 +132,10 @@ mod tests {
 
     /// One texel after another in the order of growth, by the plain search.
     fn sequential(exemplars: &[Exemplar<'_>], options: &EfrosLeungOptions) -> SourceMap {
-        let limits = Limits::default();
-        let quantised = Quantised::new(exemplars, &limits).unwrap();
+        let job = Job::default();
+        let quantised = Quantised::new(exemplars, &job).unwrap();
         let positions = Positions::new(exemplars, options.window).unwrap();
-        let mut lattice = Lattice::new(options.size, quantised.planes(), options.boundary, &limits).unwrap();
+        let mut lattice = Lattice::new(options.size, quantised.planes(), options.boundary, &job).unwrap();
         let window = Window::gaussian(options.window);
         let radius = window.radius();
         let grower =
@@ -185,7 +183,7 @@ mod tests {
             let truth = sequential(&exemplars, &options);
             for threads in [1, 2, 5] {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-                let made = pool.install(|| efros_leung(&exemplars, &options, &Limits::default(), &()).unwrap());
+                let made = pool.install(|| efros_leung(&exemplars, &options, &Job::default()).unwrap());
                 prop_assert_eq!(&made.0, &truth, "{} threads", threads);
             }
         }
@@ -203,8 +201,7 @@ mod tests {
             seed: 5,
             ..EfrosLeungOptions::default()
         };
-        let made =
-            efros_leung(&[Exemplar { index: &index, excluded: None }], &options, &Limits::default(), &());
+        let made = efros_leung(&[Exemplar { index: &index, excluded: None }], &options, &Job::default());
         let map = made.unwrap().0;
         let phase = |texel: usize| {
             let from = map.copies()[texel];
@@ -228,7 +225,7 @@ mod tests {
         assert!(bad.iter().all(|options| options.validate().is_err()));
         let index = noise(Size::new(9, 30), 1, 0);
         let exemplar = [Exemplar { index: &index, excluded: None }];
-        let error = efros_leung(&exemplar, &EfrosLeungOptions::default(), &Limits::default(), &());
+        let error = efros_leung(&exemplar, &EfrosLeungOptions::default(), &Job::default());
         assert!(error.unwrap_err().message().contains("window of 11 x 11"));
     }
 }

@@ -10,10 +10,9 @@ use super::plain::Matches;
 use super::scan::Scan;
 use super::window::{Query, Window};
 use crate::error::{Error, Result};
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::numeric::random::Stream;
 use crate::planes::Size;
-use crate::progress::Progress;
 use crate::synthesis::guidance::{Guidance, Guided};
 use crate::synthesis::options::Boundary;
 use crate::synthesis::positions::Positions;
@@ -66,23 +65,23 @@ impl Task<'_> {
     /// exceeded.
     pub fn run(
         &self,
-        limits: &Limits,
-        work: impl FnOnce(&Grower<'_>, &mut Lattice, &Matcher<'_>) -> Growth,
+        job: &Job,
+        work: impl FnOnce(&Grower<'_>, &mut Lattice, &Matcher<'_>) -> Result<Growth>,
     ) -> Result<(SourceMap, Growth)> {
         check_output(self.size, self.window.side(), self.boundary)?;
         check_epsilon(self.epsilon)?;
-        let guided = Guided::new(self.exemplars, self.guidance, self.size, limits)?;
-        let (quantised, target) = guided.quantised(limits)?;
+        let guided = Guided::new(self.exemplars, self.guidance, self.size, job)?;
+        let (quantised, target) = guided.quantised(job)?;
         let positions = Positions::of_windows(self.exemplars, self.window.side())?;
-        let scan = Scan::guided(&quantised, &positions, guided.guides(), limits)?;
-        let mut lattice = Lattice::new(self.size, quantised.planes(), self.boundary, limits)?;
+        let scan = Scan::guided(&quantised, &positions, guided.guides(), job)?;
+        let mut lattice = Lattice::new(self.size, quantised.planes(), self.boundary, job)?;
         if let Some(target) = &target {
             lattice.guide(target, guided.guides());
         }
         let (window, seed) = (&self.window, self.seed);
         let grower = Grower { exemplars: &quantised, positions: &positions, window, seed };
         let search = |query: &_, hints: &[_]| scan.matches(query, self.epsilon, hints);
-        let growth = work(&grower, &mut lattice, &search);
+        let growth = work(&grower, &mut lattice, &search)?;
         Ok((lattice.into_map(self.exemplars), growth))
     }
 }
@@ -128,8 +127,8 @@ pub struct Grower<'a> {
 
 impl Grower<'_> {
     /// Makes every texel known, round after round.
-    pub fn grow(&self, lattice: &mut Lattice, matches: &Matcher<'_>, progress: &dyn Progress) -> Growth {
-        progress.start("growing texels", lattice.unknown().count() as u64);
+    pub fn grow(&self, lattice: &mut Lattice, matches: &Matcher<'_>, job: &Job) -> Result<Growth> {
+        job.start("growing texels", lattice.unknown().count() as u64);
         let radius = self.window.radius();
         let (mut texels, mut candidates) = (0, 0);
         let mut scratch = vec![0; lattice.size().texels()];
@@ -143,12 +142,12 @@ impl Grower<'_> {
                     lattice.put(texel, corner.offset(radius, radius), self.exemplars);
                     candidates += count as u64;
                 }
-                progress.advance(batch.len() as u64);
+                job.advance(batch.len() as u64)?;
             }
             texels += order.len() as u64;
             round = front::next(lattice, &order);
         }
-        self.growth(texels, candidates)
+        Ok(self.growth(texels, candidates))
     }
 
     /// The report of an output of which so many texels were grown.

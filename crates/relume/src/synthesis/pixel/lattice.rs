@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::error::Result;
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::planes::Size;
 use crate::synthesis::options::Boundary;
 use crate::synthesis::quantise::{Exemplar, IndexTexels, Quantised};
@@ -27,9 +27,9 @@ impl Lattice {
     ///
     /// # Errors
     /// When it exceeds the limits.
-    pub fn new(size: Size, planes: usize, boundary: Boundary, limits: &Limits) -> Result<Self> {
+    pub fn new(size: Size, planes: usize, boundary: Boundary, job: &Job) -> Result<Self> {
         let bytes = (planes * size_of::<i16>() + size_of::<Texel>() + size_of::<bool>()) as u64;
-        limits.check("the synthesised output", size, bytes)?;
+        job.check("the synthesised output", size, bytes)?;
         let texels = size.texels();
         Ok(Self {
             size,
@@ -196,8 +196,8 @@ mod tests {
         let index =
             crate::planes::Planes::from_vec(Size::new(4, 2), 2, (0..16).map(|v| v as f32).collect()).unwrap();
         let exemplars = [Exemplar { index: &index, excluded: None }];
-        let exemplars = Quantised::new(&exemplars, &Limits::default()).unwrap();
-        let mut lattice = Lattice::new(Size::new(5, 3), 2, Boundary::Torus, &Limits::default()).unwrap();
+        let exemplars = Quantised::new(&exemplars, &Job::default()).unwrap();
+        let mut lattice = Lattice::new(Size::new(5, 3), 2, Boundary::Torus, &Job::default()).unwrap();
         for texel in 0..15 {
             let source = Texel { exemplar: 0, y: (texel % 2) as u32, x: (texel % 4) as u32 };
             lattice.put(texel, source, &exemplars);
@@ -215,7 +215,7 @@ mod tests {
 
     #[test]
     fn inner_rows_are_the_texels_around() {
-        let lattice = Lattice::new(Size::new(7, 6), 1, Boundary::Open, &Limits::default()).unwrap();
+        let lattice = Lattice::new(Size::new(7, 6), 1, Boundary::Open, &Job::default()).unwrap();
         for (texel, radius) in (0..42).flat_map(|texel| [1, 2].map(|radius| (texel, radius))) {
             let reach = -(radius as isize)..=radius as isize;
             let places = reach.clone().flat_map(|dy| reach.clone().map(move |dx| (dx, dy)));
@@ -226,7 +226,7 @@ mod tests {
 
     #[test]
     fn neighbours_end_at_open_edges_and_go_on_around_a_torus() {
-        let at = |boundary| Lattice::new(Size::new(5, 3), 1, boundary, &Limits::default()).unwrap();
+        let at = |boundary| Lattice::new(Size::new(5, 3), 1, boundary, &Job::default()).unwrap();
         let (open, torus) = (at(Boundary::Open), at(Boundary::Torus));
         for texel in 0..15 {
             for (dx, dy) in (-3..=3).flat_map(|dy| (-5..=5).map(move |dx| (dx, dy))) {

@@ -1,7 +1,7 @@
 //! Exemplars at falling resolution.
 
 use crate::error::{Error, Result};
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::planes::Size;
 use crate::synthesis::guidance::Guided;
 use crate::synthesis::positions::Positions;
@@ -43,12 +43,7 @@ impl Level {
 /// # Errors
 /// When the exemplars cannot be quantised, a window does not fit the coarsest of them, or the
 /// limits are exceeded.
-pub fn pyramid(
-    exemplars: &[Exemplar<'_>],
-    levels: usize,
-    window: usize,
-    limits: &Limits,
-) -> Result<Vec<Level>> {
+pub fn pyramid(exemplars: &[Exemplar<'_>], levels: usize, window: usize, job: &Job) -> Result<Vec<Level>> {
     for (number, exemplar) in exemplars.iter().enumerate() {
         let size = exemplar.index.size();
         let coarsest = (1..levels).fold(size, |size, _| halved_size(size));
@@ -61,7 +56,7 @@ pub fn pyramid(
         }
     }
     let masks = exemplars.iter().map(|exemplar| exemplar.excluded.map(<[bool]>::to_vec)).collect();
-    let mut pyramid = vec![Level { exemplars: Quantised::new(exemplars, limits)?, masks }];
+    let mut pyramid = vec![Level { exemplars: Quantised::new(exemplars, job)?, masks }];
     for _ in 1..levels {
         let next = pyramid.last().expect("the finest is there").halved();
         pyramid.push(next);
@@ -77,9 +72,9 @@ pub(in crate::synthesis) fn guided_pyramid(
     guided: &Guided<'_>,
     levels: usize,
     window: usize,
-    limits: &Limits,
+    job: &Job,
 ) -> Result<(Vec<Level>, Vec<Option<IndexTexels>>)> {
-    let mut pyramid = pyramid(&guided.all(), levels, window, limits)?;
+    let mut pyramid = pyramid(&guided.all(), levels, window, job)?;
     let target = |level: &mut Level| (guided.guides() > 0).then(|| level.pop());
     let targets = pyramid.iter_mut().map(target).collect();
     Ok((pyramid, targets))
@@ -116,7 +111,7 @@ mod tests {
             let index = Planes::from_vec(size, planes, data).unwrap();
             let mask: Vec<bool> = (0..size.texels()).map(|_| stream.below(9) == 0).collect();
             let exemplars = [Exemplar { index: &index, excluded: Some(&mask) }];
-            let levels = pyramid(&exemplars, 2, 1, &Limits::default()).unwrap();
+            let levels = pyramid(&exemplars, 2, 1, &Job::default()).unwrap();
             let [fine, coarse] = [0, 1].map(|level| &levels[level].exemplars.texels()[0]);
             assert_eq!(coarse.size(), halved_size(size));
             for (x, y) in
@@ -145,8 +140,8 @@ mod tests {
     fn windows_that_do_not_fit_the_coarsest_level_are_refused() {
         let index = Planes::zeros(Size::new(40, 37), 1);
         let exemplars = [Exemplar { index: &index, excluded: None }];
-        let error = pyramid(&exemplars, 4, 7, &Limits::default()).unwrap_err();
+        let error = pyramid(&exemplars, 4, 7, &Job::default()).unwrap_err();
         assert!(error.message().contains("5 x 5") && error.message().contains("fewer levels"), "{error}");
-        assert_eq!(pyramid(&exemplars, 4, 5, &Limits::default()).unwrap().len(), 4);
+        assert_eq!(pyramid(&exemplars, 4, 5, &Job::default()).unwrap().len(), 4);
     }
 }

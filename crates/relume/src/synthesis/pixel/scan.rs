@@ -13,7 +13,7 @@ use super::sieve::Sieve;
 use super::target::{Near, Target};
 use super::window::Query;
 use crate::error::Result;
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::synthesis::positions::Positions;
 use crate::synthesis::quantise::{IndexTexels, Quantised};
 use crate::synthesis::source_map::Texel;
@@ -36,8 +36,8 @@ impl<'a> Scan<'a> {
     ///
     /// # Errors
     /// When that exceeds the limits.
-    pub fn new(exemplars: &'a Quantised, positions: &'a Positions, limits: &Limits) -> Result<Self> {
-        Self::guided(exemplars, positions, 0, limits)
+    pub fn new(exemplars: &'a Quantised, positions: &'a Positions, job: &Job) -> Result<Self> {
+        Self::guided(exemplars, positions, 0, job)
     }
 
     /// Prepares exemplars whose last `guides` planes are guides.
@@ -48,14 +48,14 @@ impl<'a> Scan<'a> {
         exemplars: &'a Quantised,
         positions: &'a Positions,
         guides: usize,
-        limits: &Limits,
+        job: &Job,
     ) -> Result<Self> {
         let copied = exemplars.planes() - guides;
         let sieve = Sieve::new(exemplars, copied);
         let count = copied.div_ceil(2) + guides.div_ceil(2) + sieve.axes();
         let length = |texels: &IndexTexels| texels.size().texels() * count + LANES;
         let pairs: usize = exemplars.texels().iter().map(length).sum();
-        limits.check_bytes("preparing the search", (pairs * size_of::<Pair>()) as u64)?;
+        job.check_bytes("preparing the search", (pairs * size_of::<Pair>()) as u64)?;
         let paired =
             exemplars.texels().iter().map(|texels| pair_up(texels, copied, guides, &sieve)).collect();
         let codes = exemplars.texels().iter().flat_map(|texels| texels.codes());
@@ -163,11 +163,11 @@ mod tests {
                 .collect();
             let exemplars: Vec<Exemplar<'_>> =
                 fields.iter().zip(&masks).map(|(index, mask)| Exemplar { index, excluded: Some(mask) }).collect();
-            let limits = Limits::default();
-            let quantised = Quantised::new(&exemplars, &limits).unwrap();
+            let job = Job::default();
+            let quantised = Quantised::new(&exemplars, &job).unwrap();
             let Ok(positions) = Positions::new(&exemplars, side) else { return Ok(()) };
             let window = if gaussian { Window::gaussian(side) } else { Window::uniform(side) };
-            let scan = Scan::new(&quantised, &positions, &limits).unwrap();
+            let scan = Scan::new(&quantised, &positions, &job).unwrap();
             for _ in 0..4 {
                 let query = query(&window, &quantised, &positions, &mut stream);
                 let hints: Vec<Texel> =

@@ -167,7 +167,7 @@ mod tests {
     use super::super::plain::distance;
     use super::super::window::Window;
     use super::*;
-    use crate::limits::Limits;
+    use crate::job::Job;
     use crate::numeric::random::Stream;
     use crate::planes::Planes;
     use crate::synthesis::quantise::Exemplar;
@@ -202,7 +202,7 @@ mod tests {
             let data = (0..planes).flat_map(|_| common.clone()).map(|v| (v + stream.below(levels)) as f32).collect();
             let index = Planes::from_vec(size, planes, data).unwrap();
             let exemplar = [Exemplar { index: &index, excluded: None }];
-            let quantised = Quantised::new(&exemplar, &Limits::default()).unwrap();
+            let quantised = Quantised::new(&exemplar, &Job::default()).unwrap();
             let texels = &quantised.texels()[0];
             let window = if gaussian { Window::gaussian(side) } else { Window::uniform(side) };
             let mut query = Query { radius: half, ..Query::default() };
@@ -238,7 +238,7 @@ mod tests {
         let apart = Planes::from_vec(size, 2, (0..144).map(|_| stream.below(200) as f32).collect()).unwrap();
         let axes = |index: &Planes| {
             let exemplar = [Exemplar { index, excluded: None }];
-            Sieve::new(&Quantised::new(&exemplar, &Limits::default()).unwrap(), 2).axes()
+            Sieve::new(&Quantised::new(&exemplar, &Job::default()).unwrap(), 2).axes()
         };
         assert_eq!((axes(&twice), axes(&apart)), (1, 2));
     }

@@ -4,7 +4,7 @@
 use super::Endless;
 use super::tile_set::TileSet;
 use crate::error::{Error, Result};
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::planes::Size;
 use crate::synthesis::options::Boundary;
 use crate::synthesis::source_map::{SourceMap, Texel};
@@ -14,8 +14,8 @@ use crate::synthesis::source_map::{SourceMap, Texel};
 /// # Errors
 /// When the output is to close on itself and does not hold whole tiles, has no texels, or exceeds
 /// the limits.
-pub fn lay(tiles: &TileSet, size: Size, boundary: Boundary, seed: u64, limits: &Limits) -> Result<SourceMap> {
-    limits.check("the source map", size, size_of::<Texel>() as u64)?;
+pub fn lay(tiles: &TileSet, size: Size, boundary: Boundary, seed: u64, job: &Job) -> Result<SourceMap> {
+    job.check("the source map", size, size_of::<Texel>() as u64)?;
     if size.texels() == 0 {
         return Err(Error::usage(format!("an output of {size} texels: both sides must be at least 1")));
     }
@@ -43,6 +43,7 @@ pub fn lay(tiles: &TileSet, size: Size, boundary: Boundary, seed: u64, limits: &
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::limits::Limits;
     use crate::planes::Planes;
     use crate::synthesis::quantise::Exemplar;
     use crate::synthesis::roller::{RollerOptions, roll};
@@ -52,13 +53,13 @@ mod tests {
         let wave = |i: usize| ((i % 48) as f32 * 0.785).sin() + ((i / 48) as f32 * 0.628).sin();
         let index = Planes::from_vec(size, 1, (0..size.texels()).map(wave).collect()).unwrap();
         let options = RollerOptions { tiles: 3, ..RollerOptions::default() };
-        roll(&Exemplar { index: &index, excluded: None }, &options, &Limits::default()).unwrap().tiles
+        roll(&Exemplar { index: &index, excluded: None }, &options, &Job::default()).unwrap().tiles
     }
 
     #[test]
     fn every_texel_is_that_of_the_endless_plane() {
         let (tiles, size) = (tiles(), Size::new(61, 53));
-        let map = lay(&tiles, size, Boundary::Open, 7, &Limits::default()).unwrap();
+        let map = lay(&tiles, size, Boundary::Open, 7, &Job::default()).unwrap();
         assert_eq!((map.size(), map.exemplars()), (size, &[Size::new(48, 40)][..]));
         let plane = Endless::new(tiles.tile(), tiles.count(), 7).unwrap();
         for (i, copy) in map.copies().iter().enumerate() {
@@ -69,14 +70,14 @@ mod tests {
 
     #[test]
     fn only_whole_tiles_close_on_themselves() {
-        let (tiles, limits) = (tiles(), Limits::default());
+        let (tiles, job) = (tiles(), Job::default());
         let Size { width, height } = tiles.tile();
-        let torus = |size| lay(&tiles, size, Boundary::Torus, 0, &limits);
+        let torus = |size| lay(&tiles, size, Boundary::Torus, 0, &job);
         assert!(torus(Size::new(3 * width, 2 * height)).is_ok());
         let error = torus(Size::new(3 * width + 1, 2 * height)).unwrap_err();
         assert!(error.message().contains(&Size::new(3 * width, 2 * height).to_string()), "{error}");
-        assert!(lay(&tiles, Size::new(0, 4), Boundary::Open, 0, &limits).is_err());
-        let tight = Limits { max_bytes: 99, ..limits };
+        assert!(lay(&tiles, Size::new(0, 4), Boundary::Open, 0, &job).is_err());
+        let tight = Job::new(Limits { max_bytes: 99, ..Limits::default() });
         assert!(lay(&tiles, Size::new(9, 9), Boundary::Open, 0, &tight).is_err());
     }
 }

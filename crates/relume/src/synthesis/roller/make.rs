@@ -13,7 +13,7 @@ use super::seams::Seams;
 use super::tile_set::TileSet;
 use super::toroidal::{Strip, closed_cuts};
 use crate::error::{Error, Result};
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::numeric::autocorrelation::Autocorrelation;
 use crate::numeric::cells::Cells;
 use crate::numeric::lattice::Lattice;
@@ -63,17 +63,17 @@ impl Report {
 /// # Errors
 /// When the options mean nothing, the exemplar has no room for such tiles, or the limits are
 /// exceeded.
-pub fn roll(exemplar: &Exemplar<'_>, options: &RollerOptions, limits: &Limits) -> Result<Rolled> {
+pub fn roll(exemplar: &Exemplar<'_>, options: &RollerOptions, job: &Job) -> Result<Rolled> {
     options.validate()?;
     // Tables of the shortlisted sides, and the spectra of the border's correlation.
     let tables = 2 * if options.lean { leaning::SHORTLIST } else { SHORTLIST };
-    limits.check("the Roller's tables", exemplar.index.size(), 8 * tables as u64 + 64)?;
-    let quantised = Quantised::new(std::slice::from_ref(exemplar), limits)?;
+    job.check("the Roller's tables", exemplar.index.size(), 8 * tables as u64 + 64)?;
+    let quantised = Quantised::new(std::slice::from_ref(exemplar), job)?;
     let size = exemplar.index.size();
     let overlap = options.overlap.unwrap_or_else(|| RollerOptions::customary_overlap(size));
     let periods = match options.pattern {
         Some(pattern) => Periods { pattern, share: 1.0 },
-        None => find(&Autocorrelation::new(exemplar.index, Autocorrelation::half(size), limits)?),
+        None => find(&Autocorrelation::new(exemplar.index, Autocorrelation::half(size), job)?),
     };
     let work = Work {
         texels: &quantised.texels()[0],

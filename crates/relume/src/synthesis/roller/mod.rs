@@ -43,7 +43,7 @@ pub use tile_set::TileSet;
 
 #[cfg(test)]
 mod tests {
-    use crate::limits::Limits;
+    use crate::job::Job;
     use crate::numeric::random::Stream;
     use crate::planes::{Planes, Size};
     use crate::synthesis::quantise::{Exemplar, Quantised};
@@ -53,6 +53,6 @@ mod tests {
         let mut stream = Stream::new(seed, 0);
         let data = (0..size.texels() * planes).map(|_| stream.unit() as f32).collect();
         let index = Planes::from_vec(size, planes, data).unwrap();
-        Quantised::new(&[Exemplar { index: &index, excluded: None }], &Limits::default()).unwrap()
+        Quantised::new(&[Exemplar { index: &index, excluded: None }], &Job::default()).unwrap()
     }
 }

@@ -109,14 +109,14 @@ fn distance(exemplar: &IndexTexels, a: Texel, b: Texel) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::limits::Limits;
+    use crate::job::Job;
     use crate::planes::{Planes, Size};
     use crate::synthesis::quantise::{Exemplar, Quantised};
 
     fn ramp(size: Size) -> Quantised {
         let values = (0..size.texels()).map(|t| (t % size.width) as f32).collect();
         let planes = Planes::from_vec(size, 1, values).unwrap();
-        Quantised::new(&[Exemplar { index: &planes, excluded: None }], &Limits::default()).unwrap()
+        Quantised::new(&[Exemplar { index: &planes, excluded: None }], &Job::default()).unwrap()
     }
 
     #[test]
@@ -143,7 +143,7 @@ mod tests {
         let values = (0..size.texels()).map(|t| heights[t % 13 % 4]).collect();
         let planes = Planes::from_vec(size, 1, values).unwrap();
         let exemplar = [Exemplar { index: &planes, excluded: None }];
-        let quantised = Quantised::new(&exemplar, &Limits::default()).unwrap();
+        let quantised = Quantised::new(&exemplar, &Job::default()).unwrap();
         let sources: Vec<Texel> = (0..20).map(|t| Texel { exemplar: 0, y: t / 4, x: 1 + t % 4 }).collect();
         let tile = Cells::upright(Size::new(4, 5)).unwrap();
         let seams = Seams::measure(&quantised.texels()[0], quantised.step(), &tile, &sources);

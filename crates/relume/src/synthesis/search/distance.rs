@@ -134,7 +134,7 @@ fn squares<P: Pairs>(pairs: P, groups: &[Group], block: &[i16]) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::limits::Limits;
+    use crate::job::Job;
     use crate::numeric::pairs::Portable;
     use crate::numeric::random::Stream;
     use crate::planes::{Planes, Size};
@@ -171,7 +171,7 @@ mod tests {
             let data = (0..size.texels() * planes).map(|_| stream.unit() as f32).collect();
             let index = Planes::from_vec(size, planes, data).unwrap();
             let exemplars =
-                Quantised::new(&[Exemplar { index: &index, excluded: None }], &Limits::default()).unwrap();
+                Quantised::new(&[Exemplar { index: &index, excluded: None }], &Job::default()).unwrap();
             let margins = Margins { left: 1 + planes % 5, top: 4, right: planes % 3, bottom: 2 };
             let neighbourhood = Neighbourhood { extent: Size::new(13, 11), margins };
             let codes: Vec<i16> = (0..13 * 11 * planes).map(|_| stream.below(4096) as i16).collect();
@@ -184,7 +184,7 @@ mod tests {
         let planes = 18;
         let index = Planes::zeros(Size::new(62, 61), planes);
         let mut exemplars =
-            Quantised::new(&[Exemplar { index: &index, excluded: None }], &Limits::default()).unwrap();
+            Quantised::new(&[Exemplar { index: &index, excluded: None }], &Job::default()).unwrap();
         exemplars.fill_for_tests(MAX_CODE);
         let margins = Margins { left: 30, top: 30, right: 30, bottom: 30 };
         let neighbourhood = Neighbourhood { extent: Size::new(60, 60), margins };

@@ -126,7 +126,7 @@ mod tests {
     use super::plan::Recipe;
     use super::projection::cells;
     use super::*;
-    use crate::limits::Limits;
+    use crate::job::Job;
     use crate::numeric::random::Stream;
     use crate::planes::{Planes, Size};
     use crate::synthesis::neighbourhood::Margins;
@@ -186,7 +186,7 @@ mod tests {
                 .collect();
             let exemplars: Vec<Exemplar<'_>> =
                 fields.iter().zip(&masks).map(|(index, mask)| Exemplar { index, excluded: Some(mask) }).collect();
-            let quantised = Quantised::new(&exemplars, &Limits::default()).unwrap();
+            let quantised = Quantised::new(&exemplars, &Job::default()).unwrap();
             let Ok(positions) = Positions::new(&exemplars, block) else { return Ok(()) };
             let narrow = narrow.min(block / 2);
             let wide = (narrow + 1).min(block / 2);
@@ -227,7 +227,7 @@ mod tests {
         let values = (0..size.texels() * planes).map(|i| if i == 0 { 0.0 } else { 1.0 });
         let field = Planes::from_vec(size, planes, values.collect()).unwrap();
         let exemplars = [Exemplar { index: &field, excluded: None }];
-        let mut quantised = Quantised::new(&exemplars, &Limits::default()).unwrap();
+        let mut quantised = Quantised::new(&exemplars, &Job::default()).unwrap();
         quantised.fill_for_tests(MAX_CODE);
         let positions = Positions::new(&exemplars, block).unwrap();
         let margins = Margins { left: 30, top: 30, right: 30, bottom: 30 };

@@ -81,7 +81,7 @@ impl Recipe {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::limits::Limits;
+    use crate::job::Job;
     use crate::planes::Size;
 
     #[test]
@@ -89,7 +89,7 @@ mod tests {
         let chosen = |side: usize, block: usize, overlap: usize, planes: usize| {
             let blocks =
                 BlockOptions { size: Size::new(side, side), block, overlap, ..BlockOptions::default() };
-            let layout = Layout::new(&blocks, &Limits::default()).unwrap();
+            let layout = Layout::new(&blocks, &Job::default()).unwrap();
             plan(&blocks.search, &blocks, &layout, planes)
         };
         assert_eq!(chosen(100, 32, 8, 3), Recipe::Brute);

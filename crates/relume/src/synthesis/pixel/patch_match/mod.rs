@@ -27,10 +27,9 @@ use super::grow::check_output;
 use super::lattice::Lattice;
 use super::pyramid::{guided_pyramid, halved_size};
 use crate::error::{Error, Result};
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::numeric::random::Stream;
 use crate::planes::Size;
-use crate::progress::Progress;
 use crate::synthesis::guidance::{Guidance, Guided};
 use crate::synthesis::options::Boundary;
 use crate::synthesis::quantise::Exemplar;
@@ -134,21 +133,20 @@ pub struct Optimised {
 pub fn patch_match(
     exemplars: &[Exemplar<'_>],
     options: &PatchMatchOptions,
-    limits: &Limits,
-    progress: &dyn Progress,
+    job: &Job,
 ) -> Result<(SourceMap, Optimised)> {
     options.validate()?;
     let levels = options.fitting_levels(exemplars);
-    let guided = Guided::new(exemplars, options.guidance.as_ref(), options.size, limits)?;
-    let (pyramid, targets) = guided_pyramid(&guided, levels, options.window, limits)?;
+    let guided = Guided::new(exemplars, options.guidance.as_ref(), options.size, job)?;
+    let (pyramid, targets) = guided_pyramid(&guided, levels, options.window, job)?;
     let sizes: Vec<Size> =
         std::iter::successors(Some(options.size), |size| Some(halved_size(*size))).take(levels).collect();
-    progress.start("improving matches", levels as u64);
+    job.start("improving matches", levels as u64);
     let mut optimised = Optimised { levels, positions: 0, patches: 0, distance: 0.0 };
     let mut done: Option<Lattice> = None;
     for (number, (level, size)) in pyramid.iter().zip(sizes).enumerate().rev() {
-        let patches = Patches::new(level, options.window, limits)?;
-        let mut lattice = Lattice::new(size, level.exemplars.planes(), Boundary::Torus, limits)?;
+        let patches = Patches::new(level, options.window, job)?;
+        let mut lattice = Lattice::new(size, level.exemplars.planes(), Boundary::Torus, job)?;
         if let Some(target) = &targets[number] {
             lattice.guide(target, guided.guides());
         }
@@ -161,8 +159,9 @@ pub fn patch_match(
             matching.improve(&lattice, &patches, how);
             let weights = votes::weights(&matching, &patches, number == 0);
             votes::cast(&mut lattice, &patches, &matching, &weights);
+            job.proceed()?;
         }
-        progress.advance(1);
+        job.advance(1)?;
         optimised.positions = patches.count();
         optimised.patches = matching.matches().len();
         let texels = (options.window * options.window) as f64;

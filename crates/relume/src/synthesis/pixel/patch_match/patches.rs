@@ -7,7 +7,7 @@ use super::super::lattice::Lattice;
 use super::super::pyramid::Level;
 use super::super::vectors::LANES;
 use crate::error::Result;
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::synthesis::positions::Positions;
 use crate::synthesis::quantise::{IndexTexels, MAX_CODE};
 use crate::synthesis::source_map::Texel;
@@ -68,11 +68,11 @@ impl<'a> Patches<'a> {
     ///
     /// # Errors
     /// When there is none, or the limits are exceeded.
-    pub fn new(level: &'a Level, window: usize, limits: &Limits) -> Result<Self> {
+    pub fn new(level: &'a Level, window: usize, job: &Job) -> Result<Self> {
         let positions = level.positions(window)?;
         let sizes: Vec<_> = level.exemplars.texels().iter().map(IndexTexels::size).collect();
         let texels = sizes.iter().map(|size| size.texels() as u64).sum();
-        limits.check_bytes("the places of the exemplars' patches", texels)?;
+        job.check_bytes("the places of the exemplars' patches", texels)?;
         let mut block_count = 0;
         let mut area = |size: &crate::planes::Size| {
             let (first_block, columns) = (block_count, size.width.div_ceil(BLOCK));

@@ -33,7 +33,7 @@ proptest! {
             seed,
             ..PatchMatchOptions::default()
         };
-        let make = || patch_match(&exemplars, &options, &Limits::default(), &()).unwrap();
+        let make = || patch_match(&exemplars, &options, &Job::default()).unwrap();
         let truth = make();
         for threads in [1, 5] {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -53,11 +53,11 @@ proptest! {
     ) {
         let index = noise(Size::new(23, 21), planes, seed);
         let exemplars = [Exemplar { index: &index, excluded: None }];
-        let limits = Limits::default();
-        let level = &pyramid(&exemplars, 1, 3, &limits).unwrap()[0];
-        let patches = Patches::new(level, 2 * half + 1, &limits).unwrap();
+        let job = Job::default();
+        let level = &pyramid(&exemplars, 1, 3, &job).unwrap()[0];
+        let patches = Patches::new(level, 2 * half + 1, &job).unwrap();
         let size = Size::new(width, height);
-        let mut lattice = Lattice::new(size, planes, Boundary::Torus, &limits).unwrap();
+        let mut lattice = Lattice::new(size, planes, Boundary::Torus, &job).unwrap();
         let mut matching = begin(&mut lattice, &patches, None, seed);
         let mut full = matching.clone();
         full.improve(&lattice, &patches, how(PatchSearch::Full, 0));
@@ -88,11 +88,11 @@ proptest! {
         // Few values give ties, many give large codes.
         fields.iter_mut().for_each(|f| f.as_mut_slice().iter_mut().for_each(|v| *v = (*v * 977.0) % spread as f32));
         let exemplars = fields.each_ref().map(|index| Exemplar { index, excluded: None });
-        let limits = Limits::default();
-        let level = &pyramid(&exemplars, 1, 3, &limits).unwrap()[0];
-        let patches = Patches::new(level, window, &limits).unwrap();
+        let job = Job::default();
+        let level = &pyramid(&exemplars, 1, 3, &job).unwrap()[0];
+        let patches = Patches::new(level, window, &job).unwrap();
         let size = Size::new(width, height);
-        let mut lattice = Lattice::new(size, planes, Boundary::Torus, &limits).unwrap();
+        let mut lattice = Lattice::new(size, planes, Boundary::Torus, &job).unwrap();
         let mut matching = begin(&mut lattice, &patches, None, seed);
         matching.improve(&lattice, &patches, how(PatchSearch::Propagation, seed));
         for (n, middle) in Matching::middles(size).enumerate() {
@@ -126,10 +126,10 @@ fn patches_of_the_exemplar_itself_are_found_by_propagation() {
     // On a torus of the exemplar's own content almost every patch has a match of distance zero.
     let index = noise(Size::new(64, 64), 3, 7);
     let exemplars = [Exemplar { index: &index, excluded: None }];
-    let limits = Limits::default();
-    let level = &pyramid(&exemplars, 1, 7, &limits).unwrap()[0];
-    let patches = Patches::new(level, 7, &limits).unwrap();
-    let mut lattice = Lattice::new(Size::new(64, 64), 3, Boundary::Torus, &limits).unwrap();
+    let job = Job::default();
+    let level = &pyramid(&exemplars, 1, 7, &job).unwrap()[0];
+    let patches = Patches::new(level, 7, &job).unwrap();
+    let mut lattice = Lattice::new(Size::new(64, 64), 3, Boundary::Torus, &job).unwrap();
     let mut matching = begin(&mut lattice, &patches, None, 3);
     for texel in 0..64 * 64 {
         lattice.put(
@@ -162,7 +162,7 @@ fn uniformity_spreads_the_use_of_the_exemplar() {
             uniformity,
             ..Default::default()
         };
-        let (map, _) = patch_match(&exemplars, &options, &Limits::default(), &()).unwrap();
+        let (map, _) = patch_match(&exemplars, &options, &Job::default()).unwrap();
         let mut counts = [0usize; 36];
         map.copies().iter().for_each(|from| counts[(from.y / 8 * 6 + from.x / 8) as usize] += 1);
         counts.into_iter().map(|count| count * count).sum::<usize>()

@@ -17,7 +17,7 @@ use super::super::tsvq::Tsvq;
 use super::super::vectors::{Vectors, squared_distance};
 use super::neighbourhood::Samples;
 use crate::error::Result;
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::numeric::random::Stream;
 use crate::planes::Size;
 use crate::synthesis::source_map::Texel;
@@ -67,11 +67,11 @@ impl<'a> Coherence<'a> {
         sizes: &[Size],
         (count, codewords): (usize, usize),
         seed: u64,
-        limits: &Limits,
+        job: &Job,
     ) -> Result<Self> {
         let texels: usize = sizes.iter().map(|size| size.texels()).sum();
         let bytes = 4 * (texels as u64 + count as u64 * samples.places.len() as u64);
-        limits.check_bytes("the candidates of the exemplars' neighbourhoods", bytes)?;
+        job.check_bytes("the candidates of the exemplars' neighbourhoods", bytes)?;
         let mut numbers: Vec<(Size, Vec<u32>)> = sizes.iter().map(|s| (*s, vec![NONE; s.texels()])).collect();
         for (number, place) in samples.places.iter().enumerate() {
             let (size, numbers) = &mut numbers[place.exemplar as usize];

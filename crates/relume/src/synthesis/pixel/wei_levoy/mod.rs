@@ -24,10 +24,9 @@ use super::lattice::Lattice;
 use super::pyramid::{Level, guided_pyramid, halved_size};
 use super::tsvq::Tsvq;
 use crate::error::{Error, Result};
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::numeric::random::Stream;
 use crate::planes::Size;
-use crate::progress::Progress;
 use crate::synthesis::guidance::{Guidance, Guided};
 use crate::synthesis::options::Boundary;
 use crate::synthesis::quantise::Exemplar;
@@ -133,26 +132,25 @@ pub struct Scanned {
 pub fn wei_levoy(
     exemplars: &[Exemplar<'_>],
     options: &WeiLevoyOptions,
-    limits: &Limits,
-    progress: &dyn Progress,
+    job: &Job,
 ) -> Result<(SourceMap, Scanned)> {
     options.validate()?;
-    let guided = Guided::new(exemplars, options.guidance.as_ref(), options.size, limits)?;
+    let guided = Guided::new(exemplars, options.guidance.as_ref(), options.size, job)?;
     let guides = guided.guides();
-    let (pyramid, targets) = guided_pyramid(&guided, options.levels, options.window, limits)?;
+    let (pyramid, targets) = guided_pyramid(&guided, options.levels, options.window, job)?;
     let sizes: Vec<Size> = std::iter::successors(Some(options.size), |size| Some(halved_size(*size)))
         .take(options.levels)
         .collect();
-    progress.start("synthesising rows", sizes.iter().map(|size| size.height as u64).sum());
+    job.start("synthesising rows", sizes.iter().map(|size| size.height as u64).sum());
     let mut scanned = Scanned { neighbourhoods: 0, codewords: 0, texels: 0, distance: 0 };
     let mut done: Option<Lattice> = None;
     for (number, (level, size)) in pyramid.iter().zip(sizes).enumerate().rev() {
         let neighbourhood = Neighbourhood::new(options.window, done.is_some(), guides);
-        let samples = Samples::new(&neighbourhood, level, pyramid.get(number + 1), limits)?;
+        let samples = Samples::new(&neighbourhood, level, pyramid.get(number + 1), job)?;
         let seed = options.seed.wrapping_add(number as u64);
         let causal = neighbourhood.causal();
-        let search = Prepared::new(options.search, &samples, &causal, level, seed, limits)?;
-        let mut lattice = noise(level, &samples, size, seed, limits)?;
+        let search = Prepared::new(options.search, &samples, &causal, level, seed, job)?;
+        let mut lattice = noise(level, &samples, size, seed, job)?;
         if let Some(target) = &targets[number] {
             lattice.guide(target, guides);
         }
@@ -165,7 +163,7 @@ pub fn wei_levoy(
             lattice.put(texel, samples.places[number], &level.exemplars);
             scanned.distance += distance;
             if (texel + 1).is_multiple_of(size.width) {
-                progress.advance(1);
+                job.advance(1)?;
             }
         }
         scanned.texels += size.texels() as u64;
@@ -191,7 +189,7 @@ impl<'a> Prepared<'a> {
         causal: &'a [(isize, isize)],
         level: &Level,
         seed: u64,
-        limits: &Limits,
+        job: &Job,
     ) -> Result<Self> {
         Ok(match search {
             NeighbourSearch::Full => Self::Full(Full { vectors: &samples.vectors }),
@@ -199,7 +197,7 @@ impl<'a> Prepared<'a> {
             NeighbourSearch::Coherence { candidates, codewords } => {
                 let sizes: Vec<Size> = level.exemplars.texels().iter().map(|texels| texels.size()).collect();
                 let sets = (candidates, codewords);
-                Self::Coherence(Coherence::new(samples, causal, &sizes, sets, seed, limits)?)
+                Self::Coherence(Coherence::new(samples, causal, &sizes, sets, seed, job)?)
             }
         })
     }
@@ -221,8 +219,8 @@ impl<'a> Prepared<'a> {
 }
 
 /// A torus of copies of random exemplar texels; each row has its own stream.
-fn noise(level: &Level, samples: &Samples, size: Size, seed: u64, limits: &Limits) -> Result<Lattice> {
-    let mut lattice = Lattice::new(size, level.exemplars.planes(), Boundary::Torus, limits)?;
+fn noise(level: &Level, samples: &Samples, size: Size, seed: u64, job: &Job) -> Result<Lattice> {
+    let mut lattice = Lattice::new(size, level.exemplars.planes(), Boundary::Torus, job)?;
     for y in 0..size.height {
         let mut stream = Stream::new(seed, y as u64);
         for x in 0..size.width {

@@ -5,7 +5,7 @@ use super::super::lattice::Lattice;
 use super::super::pyramid::Level;
 use super::super::vectors::{Vectors, padded};
 use crate::error::{Error, Result};
-use crate::limits::Limits;
+use crate::job::Job;
 use crate::synthesis::positions::Positions;
 use crate::synthesis::quantise::IndexTexels;
 use crate::synthesis::source_map::Texel;
@@ -121,13 +121,13 @@ impl Samples {
         neighbourhood: &Neighbourhood,
         level: &Level,
         coarser: Option<&Level>,
-        limits: &Limits,
+        job: &Job,
     ) -> Result<Self> {
         let radius = neighbourhood.window / 2;
         let positions = level.positions(neighbourhood.window)?;
         let length = neighbourhood.codes(level.exemplars.planes());
         let bytes = positions.count() * (padded(length) * size_of::<i16>() + size_of::<Texel>());
-        limits.check_bytes("the neighbourhoods of the exemplars and their tree", 3 * bytes as u64)?;
+        job.check_bytes("the neighbourhoods of the exemplars and their tree", 3 * bytes as u64)?;
         let parents = coarser.map(|level| level.positions(3)).transpose()?;
         let mut samples =
             Self { vectors: Vectors::with_capacity(length, positions.count()), places: Vec::new() };

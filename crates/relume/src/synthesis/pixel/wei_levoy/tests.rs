@@ -65,7 +65,7 @@ proptest! {
         let options =
             WeiLevoyOptions { size, window, levels: 1, search: NeighbourSearch::Full, guidance: None, seed: u64::from(seed) };
         let exemplars = [Exemplar { index: &index, excluded: None }];
-        let (map, _) = wei_levoy(&exemplars, &options, &Limits::default(), &()).unwrap();
+        let (map, _) = wei_levoy(&exemplars, &options, &Job::default()).unwrap();
         prop_assert_eq!(map.copies(), one_level_by_hand(&index, &options));
     }
 
@@ -80,7 +80,7 @@ proptest! {
         let size = Size::new(width, height);
         let with = |search| {
             let options = WeiLevoyOptions { size, window: 5, levels, search, guidance: None, seed: u64::from(seed) };
-            wei_levoy(&exemplars, &options, &Limits::default(), &()).unwrap()
+            wei_levoy(&exemplars, &options, &Job::default()).unwrap()
         };
         let full = with(NeighbourSearch::Full);
         let one = with(NeighbourSearch::Tsvq(1));
@@ -134,14 +134,14 @@ proptest! {
     ) {
         let index = noise_planes(Size::new(7 + extra, 8), planes, seed);
         let exemplars = [Exemplar { index: &index, excluded: None }];
-        let limits = Limits::default();
-        let level = &pyramid(&exemplars, 1, 5, &limits).unwrap()[0];
+        let job = Job::default();
+        let level = &pyramid(&exemplars, 1, 5, &job).unwrap()[0];
         let neighbourhood = Neighbourhood::new(5, false, 0);
-        let samples = Samples::new(&neighbourhood, level, None, &limits).unwrap();
+        let samples = Samples::new(&neighbourhood, level, None, &job).unwrap();
         let causal = neighbourhood.causal();
         let search =
-            Coherence::new(&samples, &causal, &[index.size()], (count, 0), seed, &limits).unwrap();
-        let lattice = noise(level, &samples, Size::new(width, height), seed, &limits).unwrap();
+            Coherence::new(&samples, &causal, &[index.size()], (count, 0), seed, &job).unwrap();
+        let lattice = noise(level, &samples, Size::new(width, height), seed, &job).unwrap();
         let mut query = Vec::new();
         for texel in 0..width * height {
             neighbourhood.of_output(&lattice, None, texel, &mut query);
@@ -162,7 +162,7 @@ proptest! {
         for codewords in [0, 7] {
             let search = NeighbourSearch::Coherence { candidates: count, codewords };
             let options = WeiLevoyOptions { size: Size::new(width, height), window: 5, levels, search, guidance: None, seed };
-            let make = || wei_levoy(&exemplars, &options, &Limits::default(), &()).unwrap();
+            let make = || wei_levoy(&exemplars, &options, &Job::default()).unwrap();
             let truth = make();
             let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();
             prop_assert_eq!(&pool.install(make), &truth);

@@ -272,7 +272,7 @@ fn rounds(positions: &Positions) -> Vec<Vec<Vec<Run>>> {
 mod tests {
     use super::second_look::SecondLook;
     use super::*;
-    use crate::limits::Limits;
+    use crate::job::Job;
     use crate::numeric::random::Stream;
     use crate::planes::{Planes, Size};
     use crate::synthesis::neighbourhood::Margins;
@@ -296,7 +296,7 @@ mod tests {
             let mut stream = Stream::new(planes as u64, 0);
             let field = streaked(Size::new(150, 21), planes, &mut stream);
             let exemplars = [Exemplar { index: &field, excluded: None }];
-            let quantised = Quantised::new(&exemplars, &Limits::default()).unwrap();
+            let quantised = Quantised::new(&exemplars, &Job::default()).unwrap();
             let positions = Positions::new(&exemplars, block).unwrap();
             let margins = Margins { left: side, top: side, ..Margins::default() };
             let neighbourhood = Neighbourhood { extent: Size::new(block, block), margins };
@@ -336,7 +336,7 @@ mod tests {
         let size = Size::new(150, 40);
         let field = streaked(size, planes, &mut stream);
         let exemplars = [Exemplar { index: &field, excluded: None }];
-        let quantised = Quantised::new(&exemplars, &Limits::default()).unwrap();
+        let quantised = Quantised::new(&exemplars, &Job::default()).unwrap();
         let positions = Positions::new(&exemplars, block).unwrap();
         for basis in [KernelBasis::Svd, KernelBasis::Dct, KernelBasis::WalshHadamard] {
             let search = Projection::new(&quantised, &positions, (block, 4), basis, 6);

@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use relume::field::ColorModel;
 use relume::fit::{FitOptions, fit};
-use relume::numeric::random::Stream;
+use relume::numeric::random::{Purpose, Stream};
 use relume::{Direction, Job, Raster, Samples, Size, Space};
 
 const SIDE: usize = 1024;
@@ -51,7 +51,7 @@ fn light(i: usize) -> Direction {
 }
 
 fn photograph(channels: usize, place: u64) -> Raster {
-    let mut stream = Stream::new(1, place);
+    let mut stream = Stream::new(1, Purpose::Sample, [place]);
     let codes = (0..SIDE * SIDE * channels).map(|_| stream.below(256) as u8).collect();
     Raster::new(Size::new(SIDE, SIDE), channels, Samples::U8(codes)).expect("as many samples as texels")
 }

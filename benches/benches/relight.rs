@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 use relume::field::{Basis, ColorModel};
-use relume::numeric::random::Stream;
+use relume::numeric::random::{Purpose, Stream};
 use relume::render::{relight, relight_srgb8};
 use relume::{Direction, Planes, ReflectanceField, Size, Space};
 
@@ -59,7 +59,7 @@ fn best(mut job: impl FnMut()) -> f64 {
 }
 
 fn random_field(color: ColorModel, space: Space) -> ReflectanceField {
-    let mut stream = Stream::new(1, 0);
+    let mut stream = Stream::new(1, Purpose::Sample, [0]);
     let size = Size::new(SIDE, SIDE);
     let count = color.planes(Basis::Ptm.len());
     let data = (0..size.texels() * count).map(|_| stream.unit() as f32).collect();

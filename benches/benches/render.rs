@@ -5,7 +5,7 @@
 use std::time::Instant;
 
 use relume::field::{Basis, ColorModel};
-use relume::numeric::random::Stream;
+use relume::numeric::random::{Purpose, Stream};
 use relume::render::{Primitive, RenderOptions, render};
 use relume::{Job, Planes, ReflectanceField, Size, Space, surface};
 
@@ -28,7 +28,7 @@ fn main() {
 }
 
 fn random_field(size: Size) -> ReflectanceField {
-    let mut stream = Stream::new(1, 0);
+    let mut stream = Stream::new(1, Purpose::Sample, [0]);
     let data = (0..size.texels() * 9).map(|_| stream.unit() as f32).collect();
     let planes = Planes::from_vec(size, 9, data).expect("the sizes agree");
     ReflectanceField::new(Basis::Ptm, ColorModel::Lrgb, Space::Linear, planes).expect("nine planes")

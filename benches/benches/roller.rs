@@ -6,7 +6,7 @@
 
 use std::time::Instant;
 
-use relume::numeric::random::Stream;
+use relume::numeric::random::{Purpose, Stream};
 use relume::procedural::{Material, MaterialOptions};
 use relume::synthesis::Exemplar;
 use relume::synthesis::noise::{Noise, NoiseOptions};
@@ -62,7 +62,7 @@ fn windows() {
 }
 
 fn noise() {
-    let mut stream = Stream::new(1, 0);
+    let mut stream = Stream::new(1, Purpose::Sample, [0]);
     let size = Size::new(256, 256);
     let data = (0..3 * size.texels()).map(|_| stream.unit() as f32).collect();
     let index = Planes::from_vec(size, 3, data).expect("three planes");

@@ -181,12 +181,12 @@ fn combine(weights: &[f64], planes: &Planes, first: usize, out: &mut [f32]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::random::Stream;
+    use crate::numeric::random::{Purpose, Stream};
     use crate::planes::Size;
     use crate::space::Space;
 
     fn random_field(basis: Basis, color: ColorModel, seed: u64) -> ReflectanceField {
-        let mut stream = Stream::new(seed, 0);
+        let mut stream = Stream::new(seed, Purpose::Sample, [0]);
         let size = Size::new(5, 3);
         let count = color.planes(basis.len());
         let data = (0..size.texels() * count).map(|_| stream.unit() as f32 * 2.0 - 0.7).collect();

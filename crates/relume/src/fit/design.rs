@@ -142,7 +142,7 @@ fn reason(basis: Basis, lights: &[Direction]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::random::Stream;
+    use crate::numeric::random::{Purpose, Stream};
 
     fn ring(n: usize, polar_deg: f64) -> Vec<Direction> {
         (0..n)
@@ -196,7 +196,7 @@ mod tests {
 
     #[test]
     fn leverages_sum_to_the_number_of_functions() {
-        let mut stream = Stream::new(3, 0);
+        let mut stream = Stream::new(3, Purpose::Sample, [0]);
         let lights: Vec<_> = (0..17)
             .map(|_| Direction::from_disk(1.4 * stream.unit() - 0.7, 1.4 * stream.unit() - 0.7))
             .collect();

@@ -237,11 +237,11 @@ impl Energy {
 mod tests {
     use super::*;
     use crate::limits::Limits;
-    use crate::numeric::random::Stream;
+    use crate::numeric::random::{Purpose, Stream};
     use proptest::prelude::*;
 
     fn noise(size: Size, count: usize, seed: u64) -> Planes {
-        let mut stream = Stream::new(seed, 0);
+        let mut stream = Stream::new(seed, Purpose::Sample, [0]);
         let data = (0..size.texels() * count).map(|_| stream.unit() as f32 + 3.0).collect();
         Planes::from_vec(size, count, data).unwrap()
     }

@@ -62,12 +62,12 @@ fn sorted(a: &Matrix, vectors: &Matrix) -> (Vec<f64>, Matrix) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::random::Stream;
+    use crate::numeric::random::{Purpose, Stream};
 
     #[test]
     fn vectors_are_orthonormal_and_turn_the_matrix_diagonal() {
         for n in 1..20 {
-            let mut stream = Stream::new(n as u64, 0);
+            let mut stream = Stream::new(n as u64, Purpose::Sample, [0]);
             let half = Matrix::from_fn(n, n, |_, _| stream.unit() - 0.5);
             let matrix = half.times(&half.transposed());
             let (values, vectors) = symmetric(&matrix);

@@ -152,11 +152,11 @@ impl Endless {
 mod tests {
     use super::*;
     use crate::limits::Limits;
-    use crate::numeric::random::Stream;
+    use crate::numeric::random::{Purpose, Stream};
     use proptest::prelude::*;
 
     fn tiles(tile: Size, count: usize, planes: usize) -> Planes {
-        let mut stream = Stream::new(8, 0);
+        let mut stream = Stream::new(8, Purpose::Sample, [0]);
         let size = Size::new(tile.width, tile.height * count);
         let data = (0..size.texels() * planes).map(|_| stream.unit() as f32).collect();
         Planes::from_vec(size, planes, data).unwrap()

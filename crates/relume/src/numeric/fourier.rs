@@ -143,13 +143,13 @@ pub fn fast_length(n: usize) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::random::Stream;
+    use crate::numeric::random::{Purpose, Stream};
 
     const SIZES: [(usize, usize); 9] =
         [(1, 1), (2, 1), (1, 3), (5, 2), (4, 4), (7, 11), (12, 9), (16, 6), (13, 17)];
 
     fn noise(size: Size) -> Vec<f64> {
-        let mut stream = Stream::new(9, size.texels() as u64);
+        let mut stream = Stream::new(9, Purpose::Sample, [size.texels() as u64]);
         (0..size.texels()).map(|_| stream.unit() - 0.3).collect()
     }
 

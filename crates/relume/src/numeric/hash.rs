@@ -3,24 +3,29 @@
 //! `pcg4d` of Jarzynski, Olano, "Hash Functions for GPU Rendering", Journal of Computer Graphics
 //! Techniques 9(3), 2020. All arithmetic is modulo 2^32, so GLSL's `uvec4` gives the same numbers.
 
-/// Four well-mixed integers from four integers.
+/// Four well-mixed integers from four integers: a linear congruential step, then two rounds of mixing
+/// products. Written out so that loops over many places become vector instructions.
+#[inline(always)]
 pub fn hash4(v: [u32; 4]) -> [u32; 4] {
-    let mut v = v.map(|n| n.wrapping_mul(1_664_525).wrapping_add(1_013_904_223));
-    mix(&mut v);
-    v = v.map(|n| n ^ (n >> 16));
-    mix(&mut v);
-    v
+    let [mut x, mut y, mut z, mut w] = v.map(|v| v.wrapping_mul(1_664_525).wrapping_add(1_013_904_223));
+    x = x.wrapping_add(y.wrapping_mul(w));
+    y = y.wrapping_add(z.wrapping_mul(x));
+    z = z.wrapping_add(x.wrapping_mul(y));
+    w = w.wrapping_add(y.wrapping_mul(z));
+    [x, y, z, w] = [x ^ (x >> 16), y ^ (y >> 16), z ^ (z >> 16), w ^ (w >> 16)];
+    x = x.wrapping_add(y.wrapping_mul(w));
+    y = y.wrapping_add(z.wrapping_mul(x));
+    z = z.wrapping_add(x.wrapping_mul(y));
+    w = w.wrapping_add(y.wrapping_mul(z));
+    [x, y, z, w]
 }
 
-fn mix(v: &mut [u32; 4]) {
-    for (to, a, b) in [(0, 1, 3), (1, 2, 0), (2, 0, 1), (3, 1, 2)] {
-        v[to] = v[to].wrapping_add(v[a].wrapping_mul(v[b]));
-    }
-}
-
-/// The hash of a place of a plane under a seed. Places repeat after 2^32 steps along either axis.
-pub fn of_place(seed: u64, x: i64, y: i64) -> [u32; 4] {
-    hash4([x as u32, y as u32, seed as u32, (seed >> 32) as u32])
+/// The hash of a place of a plane under a key. Places repeat after 2^32 steps along either axis.
+///
+/// A key belongs to one purpose ([`crate::numeric::random::key`]), but for the tiles of an endless plane,
+/// whose key is the seed itself: `docs/formats.md` promises that to readers of tile sets and models.
+pub fn of_place(key: u64, x: i64, y: i64) -> [u32; 4] {
+    hash4([x as u32, y as u32, key as u32, (key >> 32) as u32])
 }
 
 #[cfg(test)]

@@ -202,7 +202,7 @@ mod x86 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::random::Stream;
+    use crate::numeric::random::{Purpose, Stream};
     #[cfg(target_arch = "x86_64")]
     use archmage::SimdToken;
 
@@ -214,7 +214,7 @@ mod tests {
 
         #[inline(always)]
         fn with<P: Pairs>(self, pairs: P) -> Self::Output {
-            let mut stream = Stream::new(self.0, 0);
+            let mut stream = Stream::new(self.0, Purpose::Sample, [0]);
             let mut sums = [0; SUMS];
             for _ in 0..3 {
                 let mut factors = || std::array::from_fn(|_| stream.below(1 << 16) as u16 as i16);

@@ -1,17 +1,76 @@
-//! Random streams that depend on the seed and a place, never on the order of work.
+//! Random numbers from a seed, a purpose and a place: the one way in which they are derived.
+//!
+//! A stream is ChaCha with 8 rounds (D. J. Bernstein, "ChaCha, a variant of Salsa20", 2008). Its 256-bit
+//! key is the seed followed by the integers of the place, its 64-bit nonce the [`Purpose`] and how many
+//! integers the place has. So different (seed, purpose, place) are different inputs of the cipher by
+//! construction, whatever their values: level 1 under seed 0 has nothing in common with level 0 under seed
+//! 1. Nothing depends on the order of work.
+//!
+//! Where numbers must be had at any place of a plane at once, or in a shader, [`key`] gives the seed of an
+//! integer hash ([`crate::numeric::hash`]) for one purpose.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
+
+/// What random numbers are for. Each has its own numbers under the same seed.
+///
+/// The discriminants are part of what a seed means: append new ones, never renumber.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[repr(u32)]
+pub enum Purpose {
+    /// Data of tests, benchmarks and examples. Place: any.
+    Sample = 0,
+    /// Which candidate a block of image quilting takes. Place: the block's number.
+    Block = 1,
+    /// The first texels of growth. Place: none.
+    FirstTexels = 2,
+    /// Ties in the order of growth. Place: the texel.
+    GrowthOrder = 3,
+    /// Which fitting window a growing texel copies. Place: the texel.
+    GrownTexel = 4,
+    /// The random beginning of PatchMatch. Place: level, texel.
+    FirstPatch = 5,
+    /// The random search of PatchMatch, by [`key`]. Place: level, round.
+    PatchSearch = 6,
+    /// The noise from which scanlines are made. Place: level, row.
+    ScanlineNoise = 7,
+    /// Candidates of a scanline's texel that continues nothing. Place: level, texel.
+    ScanlineCandidates = 8,
+    /// Cells from which projection kernels are learned. Place: the side of a cell.
+    KernelSamples = 9,
+    /// The vectors from which the iteration for singular vectors starts. Place: their length.
+    KernelStart = 10,
+    /// The part of the exemplar at each vertex of blended noise, by [`key`]. Place: none.
+    NoiseVertices = 11,
+    /// The Gaussian noise of a random field, by [`key`]. Place: level, group of components.
+    FieldNoise = 12,
+    /// Where the patches of the sliced Wasserstein distance lie. Place: level.
+    MeasuredPatches = 13,
+    /// The directions of the sliced Wasserstein distance. Place: level, direction.
+    MeasuredDirections = 14,
+    /// The seeds of further rounds of tries, by [`key`]. Place: the round.
+    Tries = 15,
+    /// The seed with which a texture is made again that was a copy, by [`key`]. Place: none.
+    CopiedAgain = 16,
+}
+
+/// The most integers of a place.
+const PARTS: usize = 3;
 
 /// A stream of random numbers that belongs to one place of the work, such as a block.
 #[derive(Debug, Clone)]
 pub struct Stream(ChaCha8Rng);
 
 impl Stream {
-    /// The stream of `place` under `seed`.
-    pub fn new(seed: u64, place: u64) -> Self {
-        let mut generator = ChaCha8Rng::seed_from_u64(seed);
-        generator.set_stream(place);
+    /// The stream of a purpose at a place, of at most three integers, under a seed.
+    pub fn new<const N: usize>(seed: u64, purpose: Purpose, place: [u64; N]) -> Self {
+        const { assert!(N <= PARTS, "a place has at most three integers") };
+        let mut bytes = [0; 8 * (1 + PARTS)];
+        for (bytes, part) in bytes.chunks_exact_mut(8).zip(std::iter::once(seed).chain(place)) {
+            bytes.copy_from_slice(&part.to_le_bytes());
+        }
+        let mut generator = ChaCha8Rng::from_seed(bytes);
+        generator.set_stream((N as u64) << 32 | u64::from(purpose as u32));
         Self(generator)
     }
 
@@ -30,24 +89,99 @@ impl Stream {
     }
 }
 
+/// The first 64 bits of a stream: the seed of a hash that serves one purpose.
+pub fn key<const N: usize>(seed: u64, purpose: Purpose, place: [u64; N]) -> u64 {
+    Stream::new(seed, purpose, place).0.next_u64()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
+    use std::collections::HashSet;
 
     #[test]
-    fn streams_depend_on_seed_and_place_only() {
-        let draw = |seed, place| {
-            (0..4)
-                .map({
-                    let mut s = Stream::new(seed, place);
-                    move |_| s.below(1000)
-                })
-                .collect::<Vec<_>>()
+    fn streams_depend_on_seed_purpose_and_place_only() {
+        let draw = |seed, purpose, place| {
+            let mut stream = Stream::new(seed, purpose, [place]);
+            (0..4).map(|_| stream.below(1000)).collect::<Vec<_>>()
         };
-        assert_eq!(draw(1, 2), draw(1, 2));
-        assert_ne!(draw(1, 2), draw(1, 3));
-        assert_ne!(draw(1, 2), draw(2, 2));
-        assert!((0..100).all(|place| Stream::new(0, place).below(3) < 3));
-        assert!((0..100).all(|place| (0.0..1.0).contains(&Stream::new(0, place).unit())));
+        assert_eq!(draw(1, Purpose::Block, 2), draw(1, Purpose::Block, 2));
+        assert_ne!(draw(1, Purpose::Block, 2), draw(1, Purpose::Block, 3));
+        assert_ne!(draw(1, Purpose::Block, 2), draw(2, Purpose::Block, 2));
+        assert_ne!(draw(1, Purpose::Block, 2), draw(1, Purpose::GrownTexel, 2));
+        assert!((0..100).all(|place| Stream::new(0, Purpose::Block, [place]).below(3) < 3));
+        assert!((0..100).all(|place| (0.0..1.0).contains(&Stream::new(0, Purpose::Block, [place]).unit())));
+    }
+
+    /// A named fault: seeds and levels were added, so that both had the same numbers.
+    #[test]
+    fn level_1_of_seed_0_is_not_level_0_of_seed_1() {
+        assert_ne!(key(0, Purpose::ScanlineNoise, [1, 7]), key(1, Purpose::ScanlineNoise, [0, 7]));
+        assert_ne!(key(0, Purpose::PatchSearch, [1, 0]), key(0, Purpose::PatchSearch, [0, 1]));
+        assert_ne!(key(0, Purpose::Tries, [1]), key(1, Purpose::Tries, [0]));
+    }
+
+    /// A named fault: the noise of scanline 7 and the candidates of texel 7 were the same numbers.
+    #[test]
+    fn places_of_different_lengths_and_purposes_are_different() {
+        let seeds = [0, 1, 2, u64::MAX];
+        let purposes = [Purpose::Sample, Purpose::Block, Purpose::ScanlineNoise, Purpose::ScanlineCandidates];
+        let mut all = HashSet::new();
+        let mut count = 0;
+        for (seed, purpose) in seeds.iter().flat_map(|s| purposes.map(|p| (*s, p))) {
+            count += 1;
+            all.insert(key(seed, purpose, []));
+            for a in 0..8 {
+                count += 1;
+                all.insert(key(seed, purpose, [a]));
+                for b in 0..8 {
+                    count += 2;
+                    all.insert(key(seed, purpose, [a, b]));
+                    all.insert(key(seed, purpose, [a, b, 0]));
+                }
+            }
+        }
+        assert_eq!(all.len(), count);
+    }
+
+    proptest! {
+        #[test]
+        fn different_derivations_have_different_keys(
+            (a, b) in (any::<(u64, [u64; 3])>(), any::<(u64, [u64; 3])>()),
+            part in 0usize..4,
+            bit in 0u32..64,
+        ) {
+            let of = |(seed, place): (u64, [u64; 3])| key(seed, Purpose::Sample, place);
+            prop_assert_eq!(a == b, of(a) == of(b));
+            // One bit apart.
+            let mut near = a;
+            match part {
+                0 => near.0 ^= 1 << bit,
+                k => near.1[k - 1] ^= 1 << bit,
+            }
+            let flipped = (of(a) ^ of(near)).count_ones();
+            // Seven standard deviations of 64 fair coins.
+            prop_assert!((4..=60).contains(&flipped), "{flipped} bits differ");
+        }
+    }
+
+    #[test]
+    fn neighbouring_seeds_purposes_and_places_are_uncorrelated() {
+        const N: u64 = 4096;
+        let unit = |seed, purpose, place: [u64; 2]| Stream::new(seed, purpose, place).unit() - 0.5;
+        let here: Vec<f64> = (0..N).map(|i| unit(0, Purpose::Block, [i, 0])).collect();
+        let beside: [&dyn Fn(u64) -> f64; 4] = [
+            &|i| unit(0, Purpose::Block, [i + 1, 0]),
+            &|i| unit(0, Purpose::Block, [i, 1]),
+            &|i| unit(1, Purpose::Block, [i, 0]),
+            &|i| unit(0, Purpose::GrowthOrder, [i, 0]),
+        ];
+        for there in beside {
+            let products = here.iter().zip(0..).map(|(here, i)| 12.0 * here * there(i));
+            let correlation = products.sum::<f64>() / N as f64;
+            // Five standard errors.
+            assert!(correlation.abs() < 5.0 / (N as f64).sqrt(), "{correlation}");
+        }
     }
 }

@@ -149,7 +149,7 @@ impl<'a> Decoder<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::random::Stream;
+    use crate::numeric::random::{Purpose, Stream};
     use proptest::prelude::*;
 
     fn coded(bits: &[(bool, usize)]) -> Vec<u8> {
@@ -174,7 +174,7 @@ mod tests {
 
     #[test]
     fn rare_decisions_take_little_more_than_their_entropy() {
-        let mut stream = Stream::new(3, 0);
+        let mut stream = Stream::new(3, Purpose::Sample, [0]);
         let bits: Vec<(bool, usize)> = (0..80_000).map(|_| (stream.unit() < 0.05, 0)).collect();
         let entropy = 80_000.0 / 8.0 * -(0.05 * 0.05f64.log2() + 0.95 * 0.95f64.log2());
         let bytes = coded(&bits).len() as f64;

@@ -48,11 +48,11 @@ impl SummedArea {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::random::Stream;
+    use crate::numeric::random::{Purpose, Stream};
 
     #[test]
     fn every_rectangle_has_its_sum() {
-        let mut stream = Stream::new(3, 0);
+        let mut stream = Stream::new(3, Purpose::Sample, [0]);
         for size in [Size::new(1, 1), Size::new(7, 5), Size::new(1, 6), Size::new(4, 1)] {
             let values: Vec<u64> = (0..size.texels()).map(|_| stream.below(1000) as u64).collect();
             let table = SummedArea::new(size, &values);

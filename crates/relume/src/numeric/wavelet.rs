@@ -102,11 +102,11 @@ fn inverse_line(line: &mut [f32], buffer: &mut [f32]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::random::Stream;
+    use crate::numeric::random::{Purpose, Stream};
     use proptest::prelude::*;
 
     fn random(size: Size, seed: u64) -> Planes {
-        let mut stream = Stream::new(seed, 0);
+        let mut stream = Stream::new(seed, Purpose::Sample, [0]);
         Planes::from_vec(size, 2, (0..2 * size.texels()).map(|_| stream.unit() as f32 - 0.5).collect())
             .unwrap()
     }

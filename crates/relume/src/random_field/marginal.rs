@@ -165,12 +165,12 @@ pub fn normal_cdf(x: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::random::Stream;
+    use crate::numeric::random::{Purpose, Stream};
     use proptest::prelude::*;
 
     /// Values whose distribution is far from normal.
     fn skewed(n: usize, levels: f32, seed: u64) -> Vec<f32> {
-        let mut stream = Stream::new(seed, 0);
+        let mut stream = Stream::new(seed, Purpose::Sample, [0]);
         (0..n).map(|_| (stream.unit().powi(3) as f32 * levels).round() / levels * 0.8 + 0.1).collect()
     }
 

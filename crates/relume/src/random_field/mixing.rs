@@ -107,12 +107,12 @@ impl Mixing {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::random::Stream;
+    use crate::numeric::random::{Purpose, Stream};
     use crate::planes::Size;
 
     #[test]
     fn components_are_uncorrelated_and_lead_back_to_the_planes() {
-        let (size, mut stream) = (Size::new(40, 30), Stream::new(8, 0));
+        let (size, mut stream) = (Size::new(40, 30), Stream::new(8, Purpose::Sample, [0]));
         let mut planes = Planes::zeros(size, 5);
         for t in 0..size.texels() {
             let [a, b, c] = [(); 3].map(|()| stream.unit() as f32 * 3.0 - 1.5);

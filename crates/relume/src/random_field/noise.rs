@@ -1,10 +1,11 @@
 //! Gaussian noise as a function of a place: the same numbers however a plane is cut or shared out.
 //!
-//! Four coordinates are hashed to four numbers by `pcg4d` (Jarzynski and Olano, "Hash Functions for
-//! GPU Rendering", Journal of Computer Graphics Techniques 9(3), 2020), and each pair of them made
-//! normal by Box and Muller's transform (1958). Logarithm, sine and cosine are polynomials in single
+//! A place and a key, that of a seed, a level and a group of components, are hashed to four numbers
+//! ([`crate::numeric::hash`]), and each pair of them made normal by Box and Muller's transform (1958). Logarithm, sine and cosine are polynomials in single
 //! precision with fused multiply-adds and square roots, all of which IEEE 754 rounds exactly: every
 //! processor gives the same bits.
+
+use crate::numeric::hash::hash4;
 
 /// Places worked on at a time: enough that compilers turn the loops over them into vector instructions.
 pub const BLOCK: usize = 256;
@@ -15,12 +16,13 @@ pub type Block<T> = [T; BLOCK];
 /// Independent standard normal numbers a place gives at once.
 pub const NUMBERS: usize = 4;
 
-/// Four standard normal numbers for each place.
+/// Four standard normal numbers for each place under a key.
 #[inline(always)]
-pub fn normals(xs: &Block<u32>, ys: &Block<u32>, stream: u32, seed: u32) -> [Block<f32>; NUMBERS] {
+pub fn normals(xs: &Block<u32>, ys: &Block<u32>, key: u64) -> [Block<f32>; NUMBERS] {
     let [mut a, mut b, mut c, mut d] = [[0u32; BLOCK]; 4];
+    let (low, high) = (key as u32, (key >> 32) as u32);
     for i in 0..BLOCK {
-        [a[i], b[i], c[i], d[i]] = pcg4d([xs[i], ys[i], stream, seed]);
+        [a[i], b[i], c[i], d[i]] = hash4([xs[i], ys[i], low, high]);
     }
     let (mut first, mut second) = ([0.0; BLOCK], [0.0; BLOCK]);
     let (mut third, mut fourth) = ([0.0; BLOCK], [0.0; BLOCK]);
@@ -31,22 +33,6 @@ pub fn normals(xs: &Block<u32>, ys: &Block<u32>, stream: u32, seed: u32) -> [Blo
         (third[i], fourth[i]) = box_muller(c[i], d[i]);
     }
     [first, second, third, fourth]
-}
-
-/// The hash: a linear congruential step, then two rounds of mixing products.
-#[inline(always)]
-fn pcg4d(v: [u32; 4]) -> [u32; 4] {
-    let [mut x, mut y, mut z, mut w] = v.map(|v| v.wrapping_mul(1_664_525).wrapping_add(1_013_904_223));
-    x = x.wrapping_add(y.wrapping_mul(w));
-    y = y.wrapping_add(z.wrapping_mul(x));
-    z = z.wrapping_add(x.wrapping_mul(y));
-    w = w.wrapping_add(y.wrapping_mul(z));
-    [x, y, z, w] = [x ^ (x >> 16), y ^ (y >> 16), z ^ (z >> 16), w ^ (w >> 16)];
-    x = x.wrapping_add(y.wrapping_mul(w));
-    y = y.wrapping_add(z.wrapping_mul(x));
-    z = z.wrapping_add(x.wrapping_mul(y));
-    w = w.wrapping_add(y.wrapping_mul(z));
-    [x, y, z, w]
 }
 
 /// Two normal numbers from two hashes.
@@ -95,6 +81,7 @@ fn sin_cos_quarter(turn: f32) -> (f32, f32) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numeric::random::{Purpose, key};
 
     #[test]
     fn elementary_functions_are_near_the_exact_ones() {
@@ -111,12 +98,13 @@ mod tests {
     }
 
     /// A square of noise: four numbers a place.
-    fn square(side: u32, stream: u32, seed: u32) -> Vec<[f64; 4]> {
+    fn square(side: u32, seed: u64, group: u64) -> Vec<[f64; 4]> {
+        let key = key(seed, Purpose::FieldNoise, [0, group]);
         let mut numbers = Vec::new();
         for y in 0..side {
             for x in (0..side).step_by(BLOCK) {
                 let xs = std::array::from_fn(|i| x + i as u32);
-                let four = normals(&xs, &[y; BLOCK], stream, seed);
+                let four = normals(&xs, &[y; BLOCK], key);
                 numbers.extend((0..BLOCK).map(|i| four.map(|block| f64::from(block[i]))));
             }
         }
@@ -126,7 +114,7 @@ mod tests {
     #[test]
     fn numbers_are_standard_normal_and_independent_of_each_other_and_their_neighbours() {
         const SIDE: usize = 256;
-        let (here, there) = (square(SIDE as u32, 0, 1), square(SIDE as u32, 1, 1));
+        let (here, there) = (square(SIDE as u32, 0, 0), square(SIDE as u32, 0, 1));
         let n = here.len() as f64;
         let correlation = |f: &dyn Fn(usize) -> f64| (0..here.len()).map(f).sum::<f64>() / n;
         // Five standard errors of a mean of n products.
@@ -158,7 +146,7 @@ mod tests {
         let mut edges: Vec<f64> = quantiles.iter().map(|q| -q).chain([0.0]).collect();
         edges.extend(quantiles.iter().rev());
         let mut counts = [0.0f64; 16];
-        let numbers = square(256, 3, 9);
+        let numbers = square(256, 9, 3);
         numbers.iter().flatten().for_each(|v| counts[edges.partition_point(|e| e < v)] += 1.0);
         let expected = 4.0 * numbers.len() as f64 / 16.0;
         let chi_square: f64 = counts.iter().map(|c| (c - expected).powi(2) / expected).sum();

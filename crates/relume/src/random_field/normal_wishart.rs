@@ -261,12 +261,12 @@ impl Recursive {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::random::Stream;
+    use crate::numeric::random::{Purpose, Stream};
     use proptest::prelude::*;
 
     /// Random texels [y; x], with some dependence between them.
     fn texels(d: usize, q: usize, n: usize, seed: u64) -> Vec<Vec<f64>> {
-        let mut stream = Stream::new(seed, 0);
+        let mut stream = Stream::new(seed, Purpose::Sample, [0]);
         let mut texel = || {
             let mut values: Vec<f64> = (0..d + q).map(|_| stream.unit() - 0.45).collect();
             (1..d + q).for_each(|i| values[i] += 0.6 * values[i - 1]);

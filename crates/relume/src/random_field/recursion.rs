@@ -10,6 +10,7 @@ use super::level::Level;
 use super::neighbourhood::{Offset, Reach};
 use super::noise::{BLOCK, NUMBERS, normals};
 use super::octets::{OCTET, Octets, Portable};
+use crate::numeric::random::{Purpose, key};
 use crate::planes::{Planes, Size};
 
 /// Rectangles that run side by side.
@@ -97,8 +98,9 @@ impl Recursion {
         let kept = self.reach.up + 1;
         let mut state = vec![0.0f32; kept * length];
         let mut input = vec![0.0f32; run.size.width * texel];
+        let keys = self.keys(run.seed);
         for y in 0..run.size.height {
-            self.input(origins, run, y, &mut input);
+            self.input(origins, run, &keys, y, &mut input);
             // Where the neighbours of the row's first texel begin.
             let start = |o: &Offset| {
                 let row = (y + kept).wrapping_add_signed(o.dy as isize) % kept;
@@ -126,13 +128,18 @@ impl Recursion {
         }
     }
 
+    /// The keys of the noise, one for each [`NUMBERS`] components.
+    fn keys(&self, seed: u64) -> Vec<u64> {
+        let groups = 0..self.planes.div_ceil(NUMBERS) as u64;
+        groups.map(|group| key(seed, Purpose::FieldNoise, [u64::from(self.number), group])).collect()
+    }
+
     /// Noise and drive of a row: plane after plane, each texel's lanes together.
     #[inline(always)]
-    fn input(&self, origins: &[[i64; 2]; LANES], run: &Run<'_>, y: usize, input: &mut [f32]) {
+    fn input(&self, origins: &[[i64; 2]; LANES], run: &Run<'_>, keys: &[u64], y: usize, input: &mut [f32]) {
         let row = run.size.width * LANES;
         let wrap = |v: i64, axis: usize| run.period.map_or(v, |p| v.rem_euclid(p[axis])) as u32;
         let ys: [u32; BLOCK] = std::array::from_fn(|i| wrap(origins[i % LANES][1] + y as i64, 1));
-        let (low, high) = (run.seed as u32, (run.seed >> 32) as u32);
         input.fill(0.0);
         for start in (0..row).step_by(BLOCK) {
             let mut xs = [0; BLOCK];
@@ -140,9 +147,8 @@ impl Recursion {
                 let x = (start / LANES + x) as i64;
                 xs.iter_mut().zip(origins).for_each(|(out, origin)| *out = wrap(origin[0] + x, 0));
             }
-            for first in (0..self.planes).step_by(NUMBERS) {
-                let stream = (self.number << 16 | (first / NUMBERS) as u32) ^ high.wrapping_mul(0x9e37_79b9);
-                let numbers = normals(&xs, &ys, stream, low);
+            for (first, key) in (0..self.planes).step_by(NUMBERS).zip(keys) {
+                let numbers = normals(&xs, &ys, *key);
                 for (k, numbers) in (first..self.planes).zip(&numbers) {
                     self.colour(k, &numbers[..BLOCK.min(row - start)], start, row, input);
                 }
@@ -170,8 +176,9 @@ impl Recursion {
         let m = self.planes;
         let mut out = Planes::zeros(run.size, m);
         let mut input = vec![0.0f32; run.size.width * m * LANES];
+        let keys = self.keys(run.seed);
         for y in 0..run.size.height {
-            self.input(&[origin; LANES], run, y, &mut input);
+            self.input(&[origin; LANES], run, &keys, y, &mut input);
             for x in 0..run.size.width {
                 for j in 0..m {
                     let (weights, width) = (&self.weights[j / GROUP], (m - j / GROUP * GROUP).min(GROUP));
@@ -263,7 +270,7 @@ pub(super) mod tests {
 
     /// A stable level: weights whose sizes add to less than one.
     pub fn random_level(m: usize, neighbours: usize, seed: u64) -> Level {
-        let mut stream = Stream::new(seed, 1);
+        let mut stream = Stream::new(seed, Purpose::Sample, [1]);
         let most = 0.9 / (neighbours * m).max(1) as f64;
         let weights: Vec<f64> = (0..neighbours * m * m).map(|_| most * (2.0 * stream.unit() - 1.0)).collect();
         let noise = (0..m * (m + 1) / 2).map(|_| stream.unit() as f32 + 0.2).collect();
@@ -287,7 +294,7 @@ pub(super) mod tests {
         ) {
             let recursion = Recursion::new(&random_level(m, neighbours, seed), 2);
             let size = Size::new(width, height);
-            let mut stream = Stream::new(seed, 2);
+            let mut stream = Stream::new(seed, Purpose::Sample, [2]);
             let origins: [[i64; 2]; LANES] = std::array::from_fn(|_| [stream.below(60) as i64 - 30, stream.below(60) as i64 - 30]);
             let area = Size::new(60 + width, 60 + height);
             let data = (0..m * area.texels()).map(|_| stream.unit() as f32).collect();

@@ -260,12 +260,12 @@ fn singular() -> Error {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::random::Stream;
+    use crate::numeric::random::{Purpose, Stream};
     use proptest::prelude::*;
 
     /// Statistics of random values in which the texel depends on candidates 1 and 3.
     fn statistics(d: usize, candidates: usize, n: usize, seed: u64) -> Statistics {
-        let mut stream = Stream::new(seed, 0);
+        let mut stream = Stream::new(seed, Purpose::Sample, [0]);
         let size = d * (candidates + 1);
         let mut products = Matrix::zeros(size, size);
         for _ in 0..n {

@@ -206,11 +206,11 @@ fn code(value: f32) -> i32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::random::Stream;
+    use crate::numeric::random::{Purpose, Stream};
     use proptest::prelude::*;
 
     fn random(size: Size, count: usize, seed: u64) -> Planes {
-        let mut stream = Stream::new(seed, 0);
+        let mut stream = Stream::new(seed, Purpose::Sample, [0]);
         let data = (0..size.texels() * count).map(|_| stream.unit() as f32 - 0.5).collect();
         Planes::from_vec(size, count, data).unwrap()
     }

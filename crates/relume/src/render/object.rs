@@ -151,13 +151,13 @@ mod tests {
     use crate::direction::Direction;
     use crate::field::{Basis, ColorModel};
     use crate::limits::Limits;
-    use crate::numeric::random::Stream;
+    use crate::numeric::random::{Purpose, Stream};
     use crate::render::mesh::Primitive;
     use crate::render::scene::{Camera, Light, Specular};
 
     /// Positive at any light: the constant outweighs the other coefficients.
     fn random_field(color: ColorModel, space: Space, side: usize) -> ReflectanceField {
-        let mut stream = Stream::new(11, 0);
+        let mut stream = Stream::new(11, Purpose::Sample, [0]);
         let size = Size::new(side, side);
         let count = color.planes(6);
         let mut planes = Planes::zeros(size, count);

@@ -188,14 +188,14 @@ fn interleave([red, green, blue]: [&[u8]; 3], out: &mut [u8]) {
 mod tests {
     use super::*;
     use crate::field::Basis;
-    use crate::numeric::random::Stream;
+    use crate::numeric::random::{Purpose, Stream};
     use crate::planes::Size;
     use crate::space::Space;
 
     const COLORS: [ColorModel; 3] = [ColorModel::Luminance, ColorModel::Rgb, ColorModel::Lrgb];
 
     fn random_field(basis: Basis, color: ColorModel, space: Space, size: Size) -> ReflectanceField {
-        let mut stream = Stream::new(5, size.texels() as u64);
+        let mut stream = Stream::new(5, Purpose::Sample, [size.texels() as u64]);
         let count = color.planes(basis.len());
         let data = (0..size.texels() * count).map(|_| stream.unit() as f32 * 1.6 - 0.4).collect();
         let planes = Planes::from_vec(size, count, data).unwrap();

@@ -132,7 +132,7 @@ pub fn maximum_by_search(value: impl Fn(f64, f64) -> f64) -> (f64, f64) {
 mod tests {
     use super::*;
     use crate::field::Basis;
-    use crate::numeric::random::Stream;
+    use crate::numeric::random::{Purpose, Stream};
 
     fn value(coefficients: [f64; 6], (u, v): (f64, f64)) -> f64 {
         Basis::Ptm.weights_at(u, v).iter().zip(coefficients).map(|(w, c)| w * c).sum()
@@ -148,7 +148,7 @@ mod tests {
 
     #[test]
     fn no_point_of_the_disk_is_brighter() {
-        let mut stream = Stream::new(3, 0);
+        let mut stream = Stream::new(3, Purpose::Sample, [0]);
         for case in 0..400 {
             let mut coefficients: [f64; 6] = std::array::from_fn(|_| 2.0 * stream.unit() - 1.0);
             if case % 4 == 1 {

@@ -193,7 +193,7 @@ fn collect(size: Size, channels: usize, texels: &[Solved]) -> Stereo {
 mod tests {
     use super::*;
     use crate::limits::Limits;
-    use crate::numeric::random::Stream;
+    use crate::numeric::random::{Purpose, Stream};
     use crate::raster::Samples;
 
     /// Lights on three rings.
@@ -212,7 +212,7 @@ mod tests {
     }
 
     fn planted(size: Size, lights: &[(String, Direction)], ambient: f64, spoilt: bool) -> Planted {
-        let mut stream = Stream::new(3, 1);
+        let mut stream = Stream::new(3, Purpose::Sample, [1]);
         let normals: Vec<Direction> = (0..size.texels())
             .map(|_| Direction::from_angles(0.6 * stream.unit(), 6.25 * stream.unit()))
             .collect();

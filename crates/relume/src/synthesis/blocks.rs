@@ -25,7 +25,7 @@ use super::search::{Acceptance, Effort, Found, Query, Search};
 use super::source_map::{SourceMap, Texel};
 use crate::error::Result;
 use crate::job::Job;
-use crate::numeric::random::Stream;
+use crate::numeric::random::{Purpose, Stream};
 use crate::planes::Size;
 
 /// What synthesis gives.
@@ -243,7 +243,7 @@ impl Work<'_> {
 
     /// Draws one of the candidates; one of all positions where there is nothing to fit.
     fn draw(&self, block: &Block, query: &Query, found: Option<Found>) -> Decision {
-        let mut stream = Stream::new(self.options.seed, block.number as u64);
+        let mut stream = Stream::new(self.options.seed, Purpose::Block, [block.number as u64]);
         let (source, candidates, best, effort) = match found {
             None => {
                 let count = self.positions.count();
@@ -313,7 +313,7 @@ mod tests {
     }
 
     fn noise(size: Size, planes: usize, seed: u64) -> Planes {
-        let mut stream = Stream::new(seed, 1);
+        let mut stream = Stream::new(seed, Purpose::Sample, [1]);
         let data = (0..size.texels() * planes).map(|_| stream.unit() as f32).collect();
         Planes::from_vec(size, planes, data).unwrap()
     }
@@ -332,7 +332,7 @@ mod tests {
             let fields: Vec<Planes> = (0..several)
                 .map(|e| noise(Size::new(side + e, side + 2 * e), planes, options.seed ^ e as u64))
                 .collect();
-            let mut stream = Stream::new(options.seed, u64::MAX);
+            let mut stream = Stream::new(options.seed, Purpose::Sample, [u64::MAX]);
             let mut mask = |field: &Planes| -> Vec<bool> {
                 (0..field.size().texels()).map(|_| masked && stream.below(300) == 0).collect()
             };

@@ -163,7 +163,7 @@ impl<'a> Guided<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::random::Stream;
+    use crate::numeric::random::{Purpose, Stream};
     use crate::synthesis::block_guide::BlockGuide;
     use crate::synthesis::layout::Layout;
     use crate::synthesis::options::{BlockOptions, Boundary, Tolerance};
@@ -177,7 +177,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn noise(size: Size, planes: usize, seed: u64) -> Planes {
-        let mut stream = Stream::new(seed, 3);
+        let mut stream = Stream::new(seed, Purpose::Sample, [3]);
         let data = (0..size.texels() * planes).map(|_| stream.below(90) as f32).collect();
         Planes::from_vec(size, planes, data).unwrap()
     }

@@ -168,14 +168,14 @@ impl<'a> Rejected<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::random::Stream;
+    use crate::numeric::random::{Purpose, Stream};
     use crate::planes::Planes;
 
     #[test]
     fn positions_are_those_that_cover_no_excluded_texel() {
         let sizes = [Size::new(9, 7), Size::new(5, 11)];
         for seed in 0..20 {
-            let mut stream = Stream::new(seed, 0);
+            let mut stream = Stream::new(seed, Purpose::Sample, [0]);
             let planes = sizes.map(|size| Planes::zeros(size, 1));
             let masks: Vec<Vec<bool>> =
                 sizes.iter().map(|s| (0..s.texels()).map(|_| stream.below(12) == 0).collect()).collect();

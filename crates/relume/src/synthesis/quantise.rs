@@ -258,7 +258,7 @@ fn interleave(index: &Planes, lows: &[f64], step: f64) -> IndexTexels {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::random::Stream;
+    use crate::numeric::random::{Purpose, Stream};
 
     fn quantised(planes: &Planes) -> Quantised {
         Quantised::new(&[Exemplar { index: planes, excluded: None }], &Job::default()).unwrap()
@@ -266,7 +266,7 @@ mod tests {
 
     #[test]
     fn eight_bit_pictures_keep_their_codes_in_any_scale() {
-        let mut stream = Stream::new(1, 0);
+        let mut stream = Stream::new(1, Purpose::Sample, [0]);
         let size = Size::new(31, 17);
         let picture: Vec<u8> = (0..size.texels() * 3).map(|_| stream.below(200) as u8 + 7).collect();
         for scale in [1.0, 2.0, std::f64::consts::TAU.sqrt(), std::f64::consts::PI.sqrt()] {
@@ -286,7 +286,7 @@ mod tests {
 
     #[test]
     fn other_values_are_off_by_half_a_step_at_most() {
-        let mut stream = Stream::new(2, 0);
+        let mut stream = Stream::new(2, Purpose::Sample, [0]);
         let size = Size::new(40, 9);
         let values: Vec<f32> =
             (0..size.texels() * 4).map(|i| (stream.unit() * (1 + i % 7) as f64) as f32).collect();

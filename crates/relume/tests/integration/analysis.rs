@@ -2,7 +2,7 @@
 
 use relume::analysis::{Analysis, Warning, analyze, draw};
 use relume::numeric::periods::Pattern;
-use relume::numeric::random::Stream;
+use relume::numeric::random::{Purpose, Stream};
 use relume::procedural::{Material, MaterialOptions, Tiling};
 use relume::{Job, Picture, Planes, Size, Space};
 
@@ -169,7 +169,7 @@ fn a_half_that_is_another_texture_is_named() {
 /// Squares of random shades.
 fn squares(side: usize) -> Planes {
     let size = Size::new(160, 160);
-    let mut random = Stream::new(2, 0);
+    let mut random = Stream::new(2, Purpose::Sample, [0]);
     let shades: Vec<f32> = (0..160 * 160).map(|_| random.unit() as f32).collect();
     let value = |i: usize| shades[i / 160 / side * 160 + i % 160 / side];
     Planes::from_vec(size, 1, (0..size.texels()).map(value).collect()).unwrap()

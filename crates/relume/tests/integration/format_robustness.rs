@@ -8,7 +8,7 @@ use relume::format::{
     Depth, ExrDepth, FieldFormat, PictureFormat, decode_field, decode_raster, encode_field, encode_picture,
     npy,
 };
-use relume::numeric::random::Stream;
+use relume::numeric::random::{Purpose, Stream};
 use relume::{Error, ErrorKind, Job, Limits, Picture, Planes, Size, Space};
 
 use crate::support::{job, random_field};
@@ -34,7 +34,7 @@ fn small_files() -> Vec<(String, Vec<u8>)> {
         PictureFormat::Exr(ExrDepth::Float),
     ];
     for channels in [1, 3] {
-        let mut random = Stream::new(2, channels as u64);
+        let mut random = Stream::new(2, Purpose::Sample, [channels as u64]);
         let values = (0..size.texels() * channels).map(|_| random.unit() as f32).collect();
         let picture =
             Picture { planes: Planes::from_vec(size, channels, values).unwrap(), space: Space::Srgb };
@@ -71,7 +71,7 @@ fn a_file_cut_at_any_byte_is_an_error() {
 #[test]
 fn changed_bytes_never_panic() {
     let arrays = npy::encode_i32(Size::new(3, 2), 2, &[7; 12]).unwrap();
-    let mut random = Stream::new(77, 0);
+    let mut random = Stream::new(77, Purpose::Sample, [0]);
     for (name, file) in small_files().into_iter().chain([("npy".to_owned(), arrays)]) {
         for round in 0..600 {
             let mut changed = file.clone();

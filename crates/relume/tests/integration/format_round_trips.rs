@@ -6,7 +6,7 @@ use relume::format::{
     Depth, Encoding, ExrDepth, FieldFormat, PictureFormat, decode_field, decode_raster, encode_field,
     encode_picture,
 };
-use relume::numeric::random::Stream;
+use relume::numeric::random::{Purpose, Stream};
 use relume::{Direction, ErrorKind, Picture, Planes, Raster, ReflectanceField, Samples, Size, Space};
 
 use crate::support::{job, random_field};
@@ -84,7 +84,7 @@ fn a_file_is_a_function_of_its_content() {
 
 /// A raster with every kind of code.
 fn raster(channels: usize, depth: Depth) -> Raster {
-    let mut random = Stream::new(6, channels as u64);
+    let mut random = Stream::new(6, Purpose::Sample, [channels as u64]);
     let n = SIZE.texels() * channels;
     let samples = match depth {
         Depth::Eight => Samples::U8((0..n).map(|_| random.below(256) as u8).collect()),

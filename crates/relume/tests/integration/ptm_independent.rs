@@ -6,7 +6,7 @@ use relume::capture::{Capture, Pairing};
 use relume::field::{Basis, ColorModel};
 use relume::fit::{FitOptions, fit};
 use relume::format::{Encoding, FieldFormat, PtmEncoding, decode_field, encode_field, read_raster};
-use relume::numeric::random::Stream;
+use relume::numeric::random::{Purpose, Stream};
 use relume::{Direction, Size, Space};
 
 use crate::support::{data, job, random_field};
@@ -84,7 +84,7 @@ fn assert_read_alike(file: &[u8]) {
 
 /// A file of random bytes.
 fn made_by_hand(header: &str, payload: usize, seed: u64) -> Vec<u8> {
-    let mut random = Stream::new(seed, 0);
+    let mut random = Stream::new(seed, Purpose::Sample, [0]);
     let mut file = header.as_bytes().to_vec();
     file.extend((0..payload).map(|_| random.below(256) as u8));
     file

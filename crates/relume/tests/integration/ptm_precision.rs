@@ -3,7 +3,7 @@
 
 use relume::field::{Basis, ColorModel, Domain};
 use relume::format::{FieldFormat, decode_field, encode_field};
-use relume::numeric::random::Stream;
+use relume::numeric::random::{Purpose, Stream};
 use relume::{Planes, ReflectanceField, Size, Space};
 
 use crate::support::{job, random_field};
@@ -51,7 +51,7 @@ fn plainly_stored(field: &ReflectanceField) -> ReflectanceField {
 /// Bumps with a few bright texels, as real captures have: smooth slopes and rare extremes.
 fn structured_field(color: ColorModel) -> ReflectanceField {
     let size = Size::new(96, 64);
-    let mut random = Stream::new(21, 0);
+    let mut random = Stream::new(21, Purpose::Sample, [0]);
     let mut planes = Planes::zeros(size, color.planes(6));
     for (i, texel) in (0..size.texels()).map(|i| (i, (i % 96, i / 96))) {
         let (x, y) = (texel.0 as f64 * 0.37, texel.1 as f64 * 0.29);

@@ -4,7 +4,7 @@
 use relume::field::{Basis, ColorModel};
 use relume::numeric::Matrix;
 use relume::numeric::pyramid::{self, Kernel};
-use relume::numeric::random::Stream;
+use relume::numeric::random::{Purpose, Stream};
 use relume::procedural::{Material, MaterialOptions};
 use relume::random_field::estimate::Candidates;
 use relume::random_field::level::{Level, Weights};
@@ -212,7 +212,7 @@ fn what_is_made_has_the_moments_of_what_was_modelled() {
 
 /// A weave of 12 x 10 texels a period, with grain.
 fn woven(size: Size) -> Planes {
-    let mut stream = Stream::new(6, 0);
+    let mut stream = Stream::new(6, Purpose::Sample, [0]);
     let mut planes = Planes::zeros(size, 2);
     for (i, k) in (0..size.texels()).flat_map(|i| (0..2).map(move |k| (i, k))) {
         let (x, y) = (i % size.width, i / size.width);

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use relume::field::{Basis, ColorModel};
 use relume::format::rlm;
-use relume::numeric::random::Stream;
+use relume::numeric::random::{Purpose, Stream};
 use relume::random_field::marginal::Marginal;
 use relume::random_field::neighbourhood::{all_around, causal};
 use relume::random_field::{
@@ -174,7 +174,7 @@ fn check(field: &FieldModel) -> u8 {
 }
 
 fn field(basis: Basis, color: ColorModel, space: Space) -> ReflectanceField {
-    let (size, mut stream) = (Size::new(32, 30), Stream::new(7, 0));
+    let (size, mut stream) = (Size::new(32, 30), Stream::new(7, Purpose::Sample, [0]));
     let count = color.planes(basis.len());
     let data =
         (0..size.texels() * count).map(|i| 0.1 + 0.1 * (i % 6) as f32 + stream.unit() as f32).collect();

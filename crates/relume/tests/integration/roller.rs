@@ -4,13 +4,13 @@ use proptest::prelude::*;
 use relume::numeric::cells::Cells;
 use relume::numeric::lattice::Lattice;
 use relume::numeric::periods::Pattern;
-use relume::numeric::random::Stream;
+use relume::numeric::random::{Purpose, Stream};
 use relume::synthesis::roller::{Endless, Rolled, RollerOptions, roll};
 use relume::synthesis::{Exemplar, gather};
 use relume::{Job, Limits, Picture, Planes, ReflectanceField, Size, Space};
 
 fn noise(size: Size, planes: usize, seed: u64) -> Planes {
-    let mut stream = Stream::new(seed, 0);
+    let mut stream = Stream::new(seed, Purpose::Sample, [0]);
     let data = (0..size.texels() * planes).map(|_| stream.unit() as f32).collect();
     Planes::from_vec(size, planes, data).unwrap()
 }

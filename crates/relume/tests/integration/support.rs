@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use relume::field::{Basis, ColorModel};
-use relume::numeric::random::Stream;
+use relume::numeric::random::{Purpose, Stream};
 use relume::{Job, Limits, Planes, ReflectanceField, Size, Space};
 
 pub fn job() -> Job {
@@ -32,7 +32,7 @@ pub fn random_field(
     size: Size,
     seed: u64,
 ) -> ReflectanceField {
-    let mut random = Stream::new(seed, 0);
+    let mut random = Stream::new(seed, Purpose::Sample, [0]);
     let count = color.planes(basis.len());
     let first_color = if color == ColorModel::Lrgb { basis.len() } else { count };
     let mut planes = Planes::zeros(size, count);

@@ -2,14 +2,14 @@
 
 use proptest::prelude::*;
 use relume::field::{Basis, ColorModel};
-use relume::numeric::random::Stream;
+use relume::numeric::random::{Purpose, Stream};
 use relume::synthesis::{
     Blend, BlockOptions, Boundary, Exemplar, SourceMap, Synthesis, Tolerance, gather, synthesize,
 };
 use relume::{Direction, Job, Limits, Planes, ReflectanceField, Size, Space};
 
 fn noise(size: Size, planes: usize, seed: u64) -> Planes {
-    let mut stream = Stream::new(seed, 0);
+    let mut stream = Stream::new(seed, Purpose::Sample, [0]);
     let data = (0..size.texels() * planes).map(|_| stream.unit() as f32).collect();
     Planes::from_vec(size, planes, data).unwrap()
 }

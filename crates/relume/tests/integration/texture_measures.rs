@@ -5,7 +5,7 @@ use relume::metric::texture::copying::copying;
 use relume::metric::texture::seams::seams;
 use relume::metric::texture::wrap::wrap;
 use relume::metric::texture::{Distances, SlicedOptions, Source, Sources, distances};
-use relume::numeric::random::Stream;
+use relume::numeric::random::{Purpose, Stream};
 use relume::procedural::{Material, MaterialOptions, Tiling};
 use relume::synthesis::{BlockOptions, Exemplar, synthesize};
 use relume::{Job, Planes, Size, Space};
@@ -43,7 +43,7 @@ fn tiled(planes: &Planes) -> Planes {
 /// The same texels in random places.
 fn scrambled(planes: &Planes) -> Planes {
     let mut order: Vec<usize> = (0..planes.size().texels()).collect();
-    let mut random = Stream::new(7, 0);
+    let mut random = Stream::new(7, Purpose::Sample, [0]);
     (1..order.len()).rev().for_each(|i| order.swap(i, random.below(i + 1)));
     let moved = planes.iter().flat_map(|plane| order.iter().map(|&i| plane[i])).collect();
     Planes::from_vec(planes.size(), planes.count(), moved).unwrap()
@@ -186,7 +186,7 @@ fn cuts_are_less_visible_than_blocks_laid_blindly() {
         let made = synthesize(&exemplars, &options, &Job::default()).unwrap();
         let cut: Vec<Source> =
             made.map.copies().iter().map(|t| Source { exemplar: t.exemplar, x: t.x, y: t.y }).collect();
-        let mut random = Stream::new(3, 0);
+        let mut random = Stream::new(3, Purpose::Sample, [0]);
         let corners: Vec<[usize; 2]> =
             (0..36).map(|_| [0, 1].map(|_| random.below(128 - block + 1))).collect();
         let blind = |i: usize| {

@@ -9,7 +9,7 @@ uniform sampler2DArray normals;
 uniform sampler2D tables;
 uniform vec2 size, offset, fraction;
 uniform ivec2 base, exemplar;
-uniform uvec2 seed;
+uniform uvec2 key;
 uniform vec3 mean, weights[${planes}];
 uniform float side, scale, reach;
 uniform int plain, grid;
@@ -25,7 +25,7 @@ int among(uint hash, int room) {
 ivec2 sourceOf(ivec2 vertex, ivec2 p) {
   vec2 place = side * vec2(float(vertex.x) + 0.5 * float(vertex.y), HEIGHT * float(vertex.y));
   ivec2 middle = ivec2(floor(place + fraction + 0.5));
-  uvec4 hash = hash4(uvec4(uvec2(base + vertex), seed));
+  uvec4 hash = hash4(uvec4(uvec2(base + vertex), key));
   int margin = int(side) + 1;
   ivec2 room = exemplar - 2 * margin;
   return margin + ivec2(among(hash.x, room.x), among(hash.y, room.y)) + p - middle;
@@ -80,7 +80,7 @@ const startNoise = (noise) => startPlane("noise", {
     gl.uniform1f(at("side"), noise.side);
     gl.uniform1f(at("reach"), noise.reach);
     gl.uniform2iv(at("exemplar"), noise.size);
-    gl.uniform2ui(at("seed"), 0, 0);
+    gl.uniform2ui(at("key"), noise.key[0], noise.key[1]);
     // The values under a light of functions R, G and B, six coefficients each.
     const value = (functions, [u, v]) => {
       const basis = [u * u, v * v, u * v, u, v, 1];

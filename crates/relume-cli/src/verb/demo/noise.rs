@@ -62,6 +62,7 @@ impl NoiseData {
             "entries": self.noise.marginals()[0].table().len(),
             "planes": self.planes(),
             "reach": REACH,
+            "key": [self.noise.key() as u32, (self.noise.key() >> 32) as u32],
             "side": self.noise.side(),
             "size": [self.size().width, self.size().height],
             "mean": self.functions[0],
@@ -107,12 +108,12 @@ mod tests {
     use relume::field::Basis;
     use relume::format::decode_raster;
     use relume::numeric::hash;
-    use relume::numeric::random::Stream;
+    use relume::numeric::random::{Purpose, Stream};
 
     /// Functions that vary from texel to texel about a common one.
     fn field() -> ReflectanceField {
         let size = Size::new(64, 60);
-        let mut stream = Stream::new(5, 0);
+        let mut stream = Stream::new(5, Purpose::Sample, [0]);
         let rough: Vec<f32> = (0..size.texels()).map(|_| stream.unit().powi(2) as f32).collect();
         let data = (0..18 * size.texels()).map(|i| {
             let own = 0.08 * stream.unit() as f32;
@@ -151,7 +152,9 @@ mod tests {
             let side = self.number("side") as f32;
             let [i, j] = vertex.map(|n| n as f32);
             let place = [side * (i + 0.5 * j), side * 0.866_025_4 * j];
-            let hash = hash::of_place(0, base[0] + i64::from(vertex[0]), base[1] + i64::from(vertex[1]));
+            let key = [0, 1].map(|half| self.data["key"][half].as_u64().unwrap() as u32);
+            let [x, y] = [0, 1].map(|axis| (base[axis] + i64::from(vertex[axis])) as u32);
+            let hash = hash::hash4([x, y, key[0], key[1]]);
             let margin = side as i32 + 1;
             [0, 1].map(|axis| {
                 let room = (self.data["size"][axis].as_u64().unwrap() as i32 - 2 * margin) as u32;

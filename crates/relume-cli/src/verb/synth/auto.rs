@@ -17,6 +17,7 @@ use relume::analysis::{Advice, Analysis, advise, analyze};
 use relume::field::IndexSpace;
 use relume::metric::texture::copying::copying;
 use relume::metric::texture::{SlicedOptions, Source, Sources, sliced};
+use relume::numeric::random::{self, Purpose};
 use relume::synthesis::pixel::{NeighbourSearch, PatchMatchOptions, WeiLevoyOptions};
 use relume::synthesis::{Blend, BlockOptions, Exemplar, SourceMap, gather};
 use relume::{Error, Job, ReflectanceField, Result};
@@ -34,9 +35,6 @@ const TRIES: usize = 7;
 const MOST_TRIES: usize = 1000;
 /// The largest piece that a texture may copy as it stands, as a part of the smallest exemplar.
 const LARGEST_PIECE: f64 = 0.5;
-/// By how much the seed of a try is raised that is made again because it was a copy: the first block
-/// came from a corner, where the exemplar goes on longest, and does so at any size of blocks.
-const COPIED_AGAIN: u64 = 1000;
 /// The search of scanlines that continue what is beside them: no other candidates, which need no tree.
 const CONTINUED: NeighbourSearch = NeighbourSearch::Coherence { candidates: 1, codewords: 4096 };
 /// Seed of the measure: another than that of `relume compare`, so that what is chosen by this is not
@@ -87,7 +85,13 @@ impl Auto {
             });
             let outcome = measured.as_ref().map(|(score, ..)| *score).map_err(Error::clone);
             if outcome.as_ref().is_ok_and(Score::is_copy) && number < self.tries {
-                waiting.push_back(attempt.with_seed_after(COPIED_AGAIN));
+                // The first block came from a corner, where the exemplar goes on longest, and does so at
+                // any size of blocks: another seed.
+                waiting.push_back(attempt.with_seed(further_seed(
+                    attempt.blocks().seed,
+                    Purpose::CopiedAgain,
+                    [],
+                )));
             }
             tries.push(Try { command: attempt.command(), outcome, seconds: started.elapsed().as_secs_f64() });
             if let Ok((score, map, report)) = measured
@@ -125,8 +129,12 @@ impl Auto {
         if args.block.is_some() {
             ways.push(Attempt::Blocks(self.blocks.clone()));
         }
-        let count = ways.len();
-        (0..self.tries).map(|n| ways[n % count].with_seed_after((n / count) as u64)).collect()
+        let (count, seed) = (ways.len(), self.blocks.seed);
+        let seed_of = |round: usize| match round {
+            0 => seed,
+            _ => further_seed(seed, Purpose::Tries, [round as u64]),
+        };
+        (0..self.tries).map(|n| ways[n % count].with_seed(seed_of(n / count))).collect()
     }
 
     /// How near a texture is to the exemplars, and whether it is a copy of one.
@@ -166,15 +174,30 @@ enum Attempt {
     Tiles(usize, BlockOptions),
 }
 
+/// The seed of another try, printed so that it makes the texture again: 32 bits, which are short to type
+/// and exact in any JSON reader.
+fn further_seed<const N: usize>(seed: u64, purpose: Purpose, place: [u64; N]) -> u64 {
+    random::key(seed, purpose, place) >> 32
+}
+
 impl Attempt {
-    fn with_seed_after(&self, steps: u64) -> Self {
-        let mut next = self.clone();
-        let (Self::Blocks(options)
-        | Self::Patches(options)
-        | Self::Scanlines(options)
-        | Self::Tiles(_, options)) = &mut next;
-        options.seed = options.seed.wrapping_add(steps);
-        next
+    fn blocks(&self) -> &BlockOptions {
+        match self {
+            Self::Blocks(options)
+            | Self::Patches(options)
+            | Self::Scanlines(options)
+            | Self::Tiles(_, options) => options,
+        }
+    }
+
+    fn with_seed(&self, seed: u64) -> Self {
+        let options = BlockOptions { seed, ..self.blocks().clone() };
+        match self {
+            Self::Blocks(_) => Self::Blocks(options),
+            Self::Patches(_) => Self::Patches(options),
+            Self::Scanlines(_) => Self::Scanlines(options),
+            Self::Tiles(tiles, _) => Self::Tiles(*tiles, options),
+        }
     }
 
     fn plan(&self) -> Result<Plan> {

@@ -124,7 +124,7 @@ fn nearest(colors: &[[u8; 3]], color: [u8; 3]) -> u8 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::random::Stream;
+    use crate::numeric::random::{Purpose, Stream};
 
     fn squared_errors(texels: &[[u8; 3]]) -> Vec<u32> {
         let palette = Palette::of_colors(texels.iter());
@@ -145,7 +145,7 @@ mod tests {
 
     #[test]
     fn many_colours_are_near() {
-        let mut random = Stream::new(1, 0);
+        let mut random = Stream::new(1, Purpose::Sample, [0]);
         let texels: Vec<[u8; 3]> =
             (0..60_000).map(|_| std::array::from_fn(|_| random.below(256) as u8)).collect();
         let errors = squared_errors(&texels);

@@ -47,11 +47,11 @@ fn nearest_byte(position: f64) -> u8 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::random::Stream;
+    use crate::numeric::random::{Purpose, Stream};
 
     #[test]
     fn every_byte_comes_back_under_any_scale_and_bias() {
-        let mut random = Stream::new(5, 0);
+        let mut random = Stream::new(5, Purpose::Sample, [0]);
         for _ in 0..2000 {
             let sign = if random.unit() < 0.2 { -1.0 } else { 1.0 };
             let scale = (sign * 10f64.powf(24.0 * random.unit() - 12.0)) as f32;

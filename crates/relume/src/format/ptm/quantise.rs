@@ -106,7 +106,7 @@ impl Histogram {
 mod tests {
     use super::*;
     use crate::format::ptm::{PtmEncoding, nearest_byte};
-    use crate::numeric::random::Stream;
+    use crate::numeric::random::{Purpose, Stream};
 
     fn squared_error(values: &[f32], (scale, bias): (f32, f32)) -> f64 {
         let encoding = PtmEncoding { scale: [scale; 6], bias: [bias; 6] };
@@ -128,7 +128,7 @@ mod tests {
 
     #[test]
     fn tails_are_clipped_where_that_errs_less() {
-        let mut random = Stream::new(3, 0);
+        let mut random = Stream::new(3, Purpose::Sample, [0]);
         let mut bell = || (0..12).map(|_| random.unit() as f32).sum::<f32>() - 6.0;
         let mut values: Vec<f32> = (0..400_000).map(|_| 0.05 * bell()).collect();
         values[17] = 0.8;
@@ -142,7 +142,7 @@ mod tests {
 
     #[test]
     fn no_whole_range_is_better_than_the_choice() {
-        let mut random = Stream::new(4, 0);
+        let mut random = Stream::new(4, Purpose::Sample, [0]);
         for (offset, width) in [(0.0, 1.0), (-0.7, 0.3), (5.0, 0.01), (-80.0, 0.2)] {
             let values: Vec<f32> = (0..5000).map(|_| (offset + width * random.unit()) as f32).collect();
             let (ours, plain) = (chosen(&values), whole_range(&values));

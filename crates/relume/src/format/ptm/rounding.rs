@@ -90,7 +90,7 @@ fn permutations() -> Vec<[usize; 6]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::random::Stream;
+    use crate::numeric::random::{Purpose, Stream};
 
     #[test]
     fn there_are_720_different_orders() {
@@ -111,7 +111,7 @@ mod tests {
                 std::array::from_fn(|k| 255.0 * f64::from(coefficients[k] - encoding.value(k, bytes[k])));
             (0..36).map(|i| e[i / 6] * gram[(i / 6, i % 6)] * e[i % 6]).sum()
         };
-        let mut random = Stream::new(8, 0);
+        let mut random = Stream::new(8, Purpose::Sample, [0]);
         let (mut each, mut successive) = (0.0, 0.0);
         let texels = 20_000;
         for _ in 0..texels {

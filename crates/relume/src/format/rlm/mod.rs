@@ -60,7 +60,7 @@ mod tests {
     use super::*;
     use crate::field::{Basis, ColorModel};
     use crate::limits::Limits;
-    use crate::numeric::random::Stream;
+    use crate::numeric::random::{Purpose, Stream};
     use crate::planes::{Planes, Size};
     use crate::random_field::{
         Budget, Fields, Heights, Model, ModelOptions, SheetOptions, Tiles, combine_field, model_field,
@@ -73,7 +73,7 @@ mod tests {
     }
 
     fn model(basis: Basis, color: ColorModel, marginals: bool) -> FieldModel {
-        let (size, mut stream) = (Size::new(36, 30), Stream::new(5, 0));
+        let (size, mut stream) = (Size::new(36, 30), Stream::new(5, Purpose::Sample, [0]));
         let count = color.planes(basis.len());
         let data = (0..size.texels() * count).map(|_| stream.unit() as f32 + 0.1).collect();
         let planes = Planes::from_vec(size, count, data).unwrap();
@@ -84,7 +84,7 @@ mod tests {
 
     /// The same with a structure of two tiles.
     fn combined() -> FieldModel {
-        let (size, mut stream) = (Size::new(20, 24), Stream::new(9, 0));
+        let (size, mut stream) = (Size::new(20, 24), Stream::new(9, Purpose::Sample, [0]));
         let data =
             (0..size.texels() * 3).map(|i| 0.3 + (i % 5) as f32 * 0.1 + 0.1 * stream.unit() as f32).collect();
         let planes = Planes::from_vec(size, 3, data).unwrap();
@@ -102,7 +102,7 @@ mod tests {
 
     /// A field with a model for each of seven lights.
     fn per_light(color: ColorModel) -> FieldModel {
-        let (size, mut stream) = (Size::new(30, 24), Stream::new(6, 0));
+        let (size, mut stream) = (Size::new(30, 24), Stream::new(6, Purpose::Sample, [0]));
         let count = color.planes(Basis::Ptm.len());
         let data = (0..size.texels() * count).map(|_| stream.unit() as f32 + 0.1).collect();
         let planes = Planes::from_vec(size, count, data).unwrap();
@@ -115,7 +115,7 @@ mod tests {
 
     /// A height map whose texels have a size.
     fn heights(mm_per_texel: Option<f64>, combined: bool) -> FieldModel {
-        let (size, mut stream) = (Size::new(24, 24), Stream::new(2, 0));
+        let (size, mut stream) = (Size::new(24, 24), Stream::new(2, Purpose::Sample, [0]));
         let data = (0..size.texels()).map(|_| stream.unit() as f32).collect();
         let planes = Planes::from_vec(size, 1, data).unwrap();
         let field =
@@ -212,7 +212,7 @@ mod tests {
 
     /// How many of 400 files altered at random, their checksums made right, are refused, and make something.
     fn forged(bytes: &[u8]) -> [usize; 2] {
-        let mut stream = Stream::new(1, 0);
+        let mut stream = Stream::new(1, Purpose::Sample, [0]);
         let mut counts = [0; 2];
         for _ in 0..400 {
             let mut forged = bytes.to_vec();

@@ -217,11 +217,11 @@ impl Chances {
 mod tests {
     use super::*;
     use crate::limits::Limits;
-    use crate::numeric::random::Stream;
+    use crate::numeric::random::{Purpose, Stream};
     use proptest::prelude::*;
 
     fn structure(tile: Size, tiles: usize, components: usize, scales: usize, seed: u64) -> Structure {
-        let mut stream = Stream::new(seed, 0);
+        let mut stream = Stream::new(seed, Purpose::Sample, [0]);
         let code = |_| {
             let size = stream.unit().powi(12) * f64::from(MOST_CODE);
             (if stream.unit() < 0.5 { size } else { -size }) as i32

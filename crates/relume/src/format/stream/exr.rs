@@ -48,12 +48,12 @@ mod tests {
     use crate::format::stream::Streamed;
     use crate::format::{FieldFormat, decode_field};
     use crate::job::Job;
-    use crate::numeric::random::Stream;
+    use crate::numeric::random::{Purpose, Stream};
     use crate::planes::Planes;
     use crate::space::Space;
 
     fn field(size: Size, seed: u64) -> ReflectanceField {
-        let mut stream = Stream::new(seed, 0);
+        let mut stream = Stream::new(seed, Purpose::Sample, [0]);
         let data = (0..size.texels() * 9).map(|_| stream.unit() as f32).collect();
         let planes = Planes::from_vec(size, 9, data).unwrap();
         ReflectanceField::new(Basis::Ptm, ColorModel::Lrgb, Space::Srgb, planes).unwrap()

@@ -174,13 +174,13 @@ mod tests {
     use super::*;
     use crate::field::{Basis, ColorModel};
     use crate::format::{ExrDepth, decode_field};
-    use crate::numeric::random::Stream;
+    use crate::numeric::random::{Purpose, Stream};
     use crate::planes::Planes;
     use crate::space::Space;
     use std::io::Cursor;
 
     fn field(basis: Basis, color: ColorModel, space: Space, size: Size) -> ReflectanceField {
-        let mut stream = Stream::new(4, 0);
+        let mut stream = Stream::new(4, Purpose::Sample, [0]);
         let count = color.planes(basis.len());
         let data = (0..size.texels() * count).map(|_| stream.unit() as f32).collect();
         ReflectanceField::new(basis, color, space, Planes::from_vec(size, count, data).unwrap()).unwrap()

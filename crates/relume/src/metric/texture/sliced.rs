@@ -24,7 +24,7 @@ use super::pyramid;
 use super::wasserstein::{self, sorted};
 use crate::error::{Error, Result};
 use crate::job::Job;
-use crate::numeric::random::Stream;
+use crate::numeric::random::{Purpose, Stream};
 use crate::planes::Planes;
 
 /// How patches are compared.
@@ -103,10 +103,13 @@ pub fn levels(reference: &Planes, other: &Planes, options: &SlicedOptions, job: 
 fn level_distance(a: &Planes, b: &Planes, options: &SlicedOptions, level: u64) -> f64 {
     // Both textures are looked at in the same places as far as they are equally large, so that a
     // texture is at distance 0 from itself.
-    let gather = |planes: &Planes| patches(planes, options, &mut Stream::new(options.seed, level << 32));
+    let gather = |planes: &Planes| {
+        patches(planes, options, &mut Stream::new(options.seed, Purpose::MeasuredPatches, [level]))
+    };
     let (a, b) = (gather(a), gather(b));
     let along = |k: u64| {
-        let direction = unit_vector(a.dimension, &mut Stream::new(options.seed, (level << 32) + 1 + k));
+        let direction =
+            unit_vector(a.dimension, &mut Stream::new(options.seed, Purpose::MeasuredDirections, [level, k]));
         wasserstein::distance(&a.projected(&direction), &b.projected(&direction))
     };
     let distances: Vec<f64> = (0..options.directions as u64).into_par_iter().map(along).collect();
@@ -188,7 +191,7 @@ mod tests {
     use crate::planes::Size;
 
     fn noise(size: Size, count: usize, seed: u64) -> Planes {
-        let mut random = Stream::new(seed, 0);
+        let mut random = Stream::new(seed, Purpose::Sample, [0]);
         let data = (0..size.texels() * count).map(|_| random.unit() as f32).collect();
         Planes::from_vec(size, count, data).unwrap()
     }

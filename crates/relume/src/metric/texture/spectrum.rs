@@ -79,10 +79,10 @@ fn windowed(plane: &[f32], size: Size) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::random::Stream;
+    use crate::numeric::random::{Purpose, Stream};
 
     fn noise(size: Size, gain: f32, seed: u64) -> Planes {
-        let mut random = Stream::new(seed, 0);
+        let mut random = Stream::new(seed, Purpose::Sample, [0]);
         Planes::from_vec(size, 1, (0..size.texels()).map(|_| gain * random.unit() as f32).collect()).unwrap()
     }
 

@@ -199,10 +199,10 @@ fn correlation(a: &[f64], b: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::random::Stream;
+    use crate::numeric::random::{Purpose, Stream};
 
     fn noise(size: Size, seed: u64) -> Planes {
-        let mut random = Stream::new(seed, 0);
+        let mut random = Stream::new(seed, Purpose::Sample, [0]);
         Planes::from_vec(size, 1, (0..size.texels()).map(|_| random.unit() as f32).collect()).unwrap()
     }
 

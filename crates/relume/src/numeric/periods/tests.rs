@@ -3,7 +3,7 @@ use std::f64::consts::TAU;
 use super::*;
 use crate::job::Job;
 use crate::numeric::lattice::length;
-use crate::numeric::random::Stream;
+use crate::numeric::random::{Purpose, Stream};
 use crate::planes::{Planes, Size};
 
 fn planes(size: Size, value: impl Fn(f64, f64) -> f64) -> Planes {
@@ -18,7 +18,7 @@ fn periods(planes: &Planes) -> Periods {
 
 /// A motif of no symmetry on every cell of a lattice: some random waves that all have its period.
 fn motif(lattice: Lattice, seed: u64) -> impl Fn(f64, f64) -> f64 {
-    let mut random = Stream::new(seed, 0);
+    let mut random = Stream::new(seed, Purpose::Sample, [0]);
     let mut wave = |i: i32, j: i32| (f64::from(i), f64::from(j), TAU * random.unit(), 0.4 + random.unit());
     let waves: Vec<_> =
         (-2..=2).flat_map(|i| (0..=2).map(move |j| (i, j))).map(|(i, j)| wave(i, j)).collect();
@@ -31,7 +31,7 @@ fn motif(lattice: Lattice, seed: u64) -> impl Fn(f64, f64) -> f64 {
 /// A random field that is smooth over about `scale` texels: waves of all directions and lengths from
 /// there on.
 fn noise(size: Size, scale: f64, seed: u64) -> Planes {
-    let mut random = Stream::new(seed, 1);
+    let mut random = Stream::new(seed, Purpose::Sample, [1]);
     let waves: Vec<[f64; 3]> = (0..150)
         .map(|_| {
             let (length, angle) = (0.5 * random.unit().sqrt() / scale, TAU * random.unit());
@@ -141,7 +141,7 @@ fn what_does_not_repeat_has_no_period() {
 fn tiny_and_flat_textures_are_no_trouble() {
     for (width, height) in [(1, 1), (1, 40), (2, 2), (3, 7), (5, 4), (33, 2)] {
         for seed in 0..4 {
-            let mut random = Stream::new(seed, 0);
+            let mut random = Stream::new(seed, Purpose::Sample, [0]);
             let data = (0..width * height).map(|_| random.unit() as f32).collect();
             let found = periods(&Planes::from_vec(Size::new(width, height), 1, data).unwrap());
             assert!((0.0..=1.0 + 1e-9).contains(&found.share), "{found:?}");

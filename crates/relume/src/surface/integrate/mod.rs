@@ -89,7 +89,7 @@ pub fn project(slopes: &Slopes, longest: f64) -> Slopes {
 mod tests {
     use super::*;
     use crate::limits::Limits;
-    use crate::numeric::random::Stream;
+    use crate::numeric::random::{Purpose, Stream};
     use crate::planes::Size;
     use std::f64::consts::TAU;
 
@@ -100,7 +100,7 @@ mod tests {
     }
 
     fn random_slopes(size: Size) -> Slopes {
-        let mut stream = Stream::new(5, size.texels() as u64);
+        let mut stream = Stream::new(5, Purpose::Sample, [size.texels() as u64]);
         let mut slopes = Slopes::level(size);
         slopes.p.iter_mut().chain(&mut slopes.q).for_each(|s| *s = 2.0 * stream.unit() - 1.0);
         slopes

@@ -291,7 +291,7 @@ impl Forest {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::random::Stream;
+    use crate::numeric::random::{Purpose, Stream};
 
     /// Capacities from 0 to `most` on all arcs of a grid, as drawn from a stream.
     struct Arcs {
@@ -304,7 +304,7 @@ mod tests {
 
     impl Arcs {
         fn random(size: Size, most: usize, seed: u64) -> Self {
-            let mut stream = Stream::new(seed, 0);
+            let mut stream = Stream::new(seed, Purpose::Sample, [0]);
             let mut draw = || (0..size.texels()).map(|_| stream.below(most + 1) as u64).collect();
             Self { size, right: draw(), down: draw(), source: draw(), sink: draw() }
         }

@@ -49,12 +49,12 @@ pub fn least_error_of_all_paths(length: usize, width: usize, error: &impl Fn(usi
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::random::Stream;
+    use crate::numeric::random::{Purpose, Stream};
 
     #[test]
     fn no_path_has_less_error() {
         for seed in 0..200 {
-            let mut stream = Stream::new(seed, 0);
+            let mut stream = Stream::new(seed, Purpose::Sample, [0]);
             let (length, width) = (1 + stream.below(7), 1 + stream.below(5));
             let errors: Vec<u64> = (0..length * width).map(|_| stream.below(20) as u64).collect();
             let error = |along: usize, across: usize| errors[along * width + across];

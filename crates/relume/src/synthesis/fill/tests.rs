@@ -1,7 +1,7 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::numeric::random::Stream;
+use crate::numeric::random::{Purpose, Stream};
 use crate::synthesis::guidance::Guided;
 use crate::synthesis::pixel::grow::Grower;
 use crate::synthesis::pixel::lattice::Lattice;
@@ -11,7 +11,7 @@ use crate::synthesis::positions::Positions;
 const METHODS: [FillMethod; 2] = [FillMethod::Texels, FillMethod::Patches];
 
 fn noise(size: Size, planes: usize, seed: u64) -> Planes {
-    let mut stream = Stream::new(seed, 1);
+    let mut stream = Stream::new(seed, Purpose::Sample, [1]);
     let data = (0..size.texels() * planes).map(|_| stream.below(50) as f32).collect();
     Planes::from_vec(size, planes, data).unwrap()
 }

@@ -66,11 +66,11 @@ impl Marginal {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::random::Stream;
+    use crate::numeric::random::{Purpose, Stream};
 
     #[test]
     fn values_become_normal_and_come_back() {
-        let mut stream = Stream::new(5, 0);
+        let mut stream = Stream::new(5, Purpose::Sample, [0]);
         let plane: Vec<f32> = (0..40_000).map(|_| stream.unit().powi(3) as f32).collect();
         let (normal, back) = transport(&plane);
         let moment = |p: i32| normal.iter().map(|&g| f64::from(g).powi(p)).sum::<f64>() / 40_000.0;

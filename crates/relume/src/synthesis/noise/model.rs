@@ -49,7 +49,7 @@ impl Default for NoiseOptions {
 #[derive(Debug, Clone)]
 pub struct Noise {
     side: f64,
-    seed: u64,
+    key: u64,
     /// Principal planes as normal values, the planes of a texel together.
     normal: Vec<f32>,
     size: Size,
@@ -84,10 +84,11 @@ impl Noise {
         if let Some(objection) = suitability.objection() {
             return Err(Error::usage(objection));
         }
-        Ok(Self::of(index, side, options.seed, suitability))
+        let key = key(options.seed, Purpose::NoiseVertices, []);
+        Ok(Self::of(index, side, key, suitability))
     }
 
-    fn of(index: &Planes, side: f64, seed: u64, suitability: Suitability) -> Self {
+    fn of(index: &Planes, side: f64, key: u64, suitability: Suitability) -> Self {
         let (size, count) = (index.size(), index.count());
         let (means, axes) = principal_axes(index);
         let along = |k: usize| -> Vec<f32> {
@@ -105,7 +106,7 @@ impl Noise {
             normal[k..].iter_mut().step_by(count).zip(plane).for_each(|(out, v)| *out = *v);
         }
         let marginals = planes.into_iter().map(|(_, marginal)| marginal).collect();
-        Self { side, seed, normal, size, marginals, means, axes, suitability }
+        Self { side, key, normal, size, marginals, means, axes, suitability }
     }
 
     /// What was measured of the exemplar.
@@ -123,8 +124,13 @@ impl Noise {
         self.side
     }
 
+    /// The key under which vertices are hashed ([`crate::numeric::hash::of_place`]); the seed decides it.
+    pub fn key(&self) -> u64 {
+        self.key
+    }
+
     /// The principal planes of the exemplar as normal values: with [`Noise::marginals`] and
-    /// [`Noise::axes`] all that a shader needs besides the triangles' side.
+    /// [`Noise::axes`] all that a shader needs besides the triangles' side and the key.
     pub fn normal_planes(&self) -> Planes {
         self.planes_of(self.size, &self.normal)
     }
@@ -185,7 +191,7 @@ impl Noise {
     /// The exemplar texel that a vertex shows at (x, y).
     fn source(&self, i: i64, j: i64, x: i64, y: i64) -> usize {
         let (vx, vy) = vertex(i, j, self.side);
-        let hash = hash::of_place(self.seed, i, j);
+        let hash = hash::of_place(self.key, i, j);
         // A part reaches one side and a rounding around its middle.
         let margin = self.side as i64 + 1;
         let place = |hash: u32, side: usize| {
@@ -221,12 +227,12 @@ fn principal_axes(index: &Planes) -> (Vec<f32>, Matrix) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::random::Stream;
+    use crate::numeric::random::{Purpose, Stream};
     use proptest::prelude::*;
 
     /// Smoothed noise in correlated planes with lopsided histograms.
     fn exemplar(side: usize) -> Planes {
-        let mut stream = Stream::new(6, 0);
+        let mut stream = Stream::new(6, Purpose::Sample, [0]);
         let raw: Vec<f32> = (0..2 * side * side).map(|_| stream.unit() as f32).collect();
         let smooth = |k: usize, t: usize| {
             let (x, y) = (t % side, t / side);

@@ -70,7 +70,7 @@ fn coherence(index: &Planes) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::random::Stream;
+    use crate::numeric::random::{Purpose, Stream};
     use crate::planes::Size;
 
     fn planes(value: impl FnMut(usize) -> f32) -> Planes {
@@ -81,7 +81,7 @@ mod tests {
     #[test]
     fn noise_suits_and_patterns_and_lines_do_not() {
         let job = Job::default();
-        let mut stream = Stream::new(2, 0);
+        let mut stream = Stream::new(2, Purpose::Sample, [0]);
         let noise = suits(&planes(|_| stream.unit() as f32), &job).unwrap();
         assert!(noise.objection().is_none() && noise.coherence < 0.05, "{noise:?}");
         let checks = suits(&planes(|t| ((t / 8 + t / 64 / 8) % 2) as f32), &job).unwrap();

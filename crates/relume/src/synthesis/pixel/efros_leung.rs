@@ -16,7 +16,7 @@ use super::lattice::Lattice;
 use super::window::Window;
 use crate::error::Result;
 use crate::job::Job;
-use crate::numeric::random::Stream;
+use crate::numeric::random::{Purpose, Stream};
 use crate::planes::Size;
 use crate::synthesis::guidance::Guidance;
 use crate::synthesis::options::Boundary;
@@ -96,7 +96,7 @@ pub fn efros_leung(
 /// Puts the middle of a window drawn at random in the middle of the output, one of those that fit the
 /// guide there where there is one.
 fn plant(grower: &Grower<'_>, lattice: &mut Lattice, matches: &Matcher<'_>) {
-    let mut stream = Stream::new(grower.seed, u64::MAX);
+    let mut stream = Stream::new(grower.seed, Purpose::FirstTexels, []);
     let size = lattice.size();
     let corner = if lattice.guides() > 0 {
         let middle = size.index(size.width / 2, size.height / 2);
@@ -125,7 +125,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn noise(size: Size, planes: usize, seed: u64) -> Planes {
-        let mut stream = Stream::new(seed, 1);
+        let mut stream = Stream::new(seed, Purpose::Sample, [1]);
         let data = (0..size.texels() * planes).map(|_| stream.below(40) as f32).collect();
         Planes::from_vec(size, planes, data).unwrap()
     }
@@ -147,8 +147,8 @@ mod tests {
             for texel in super::super::front::ordered(&lattice, round, radius, options.seed) {
                 let query = window.query(&lattice, texel);
                 let fitting = search(&query, &[]).positions;
-                let place = (options.size.texels() + texel) as u64;
-                let drawn = fitting[Stream::new(options.seed, place).below(fitting.len())];
+                let mut stream = Stream::new(options.seed, Purpose::GrownTexel, [texel as u64]);
+                let drawn = fitting[stream.below(fitting.len())];
                 lattice.put(texel, drawn.offset(radius, radius), &quantised);
             }
         }

@@ -8,7 +8,7 @@
 use std::cmp::Reverse;
 
 use super::lattice::Lattice;
-use crate::numeric::random::Stream;
+use crate::numeric::random::{Purpose, Stream};
 
 /// The unknown texels that touch known ones.
 pub fn first(lattice: &Lattice) -> Vec<usize> {
@@ -32,7 +32,7 @@ pub fn ordered(lattice: &Lattice, front: Vec<usize>, radius: usize, seed: u64) -
             Some(mut rows) => lattice.known_in(&mut rows),
             None => around(lattice, texel, radius).filter(|&there| lattice.is_known(there)).count(),
         };
-        (Reverse(known), Stream::new(seed, texel as u64).below(1 << 32), texel)
+        (Reverse(known), Stream::new(seed, Purpose::GrowthOrder, [texel as u64]).below(1 << 32), texel)
     };
     let mut order = front;
     order.sort_by_cached_key(key);

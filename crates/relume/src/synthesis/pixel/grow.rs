@@ -11,7 +11,7 @@ use super::scan::Scan;
 use super::window::{Query, Window};
 use crate::error::{Error, Result};
 use crate::job::Job;
-use crate::numeric::random::Stream;
+use crate::numeric::random::{Purpose, Stream};
 use crate::planes::Size;
 use crate::synthesis::guidance::{Guidance, Guided};
 use crate::synthesis::options::Boundary;
@@ -159,10 +159,8 @@ impl Grower<'_> {
     pub fn draw(&self, lattice: &Lattice, texel: usize, matches: &Matcher<'_>) -> (Texel, usize) {
         let query = self.window.query(lattice, texel);
         let fitting = matches(&query, &self.hints(lattice, texel)).positions;
-        // The first number of a texel's own stream has settled its place in the order.
-        let place = lattice.size().texels() + texel;
-        let drawn = fitting[Stream::new(self.seed, place as u64).below(fitting.len())];
-        (drawn, fitting.len())
+        let mut stream = Stream::new(self.seed, Purpose::GrownTexel, [texel as u64]);
+        (fitting[stream.below(fitting.len())], fitting.len())
     }
 
     /// The windows that continue those from which the nearest known texels come.

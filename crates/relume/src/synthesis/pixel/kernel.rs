@@ -75,7 +75,7 @@ pub fn portable(sums: &mut [u32; LANES], term: &Term, there: &[Pair; LANES]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::random::Stream;
+    use crate::numeric::random::{Purpose, Stream};
     use crate::synthesis::quantise::MAX_CODE;
 
     /// Terms whose sum must fit 32 bits.
@@ -83,7 +83,7 @@ mod tests {
 
     #[test]
     fn processors_without_these_instructions_get_the_same_sums() {
-        let mut stream = Stream::new(3, 0);
+        let mut stream = Stream::new(3, Purpose::Sample, [0]);
         let mut code = || stream.below(4096) as i16;
         let pairs: Vec<Pair> = (0..200).map(|_| [code(), code()]).collect();
         let terms: Vec<Term> =

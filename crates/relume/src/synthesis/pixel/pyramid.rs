@@ -99,14 +99,14 @@ fn halved_mask(mask: &[bool], size: Size) -> Vec<bool> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::random::Stream;
+    use crate::numeric::random::{Purpose, Stream};
     use crate::planes::Planes;
 
     #[test]
     fn coarser_texels_are_rounded_means_and_masks_grow_with_them() {
         for (width, height, planes) in [(8, 6, 3), (7, 5, 2), (1, 9, 1)] {
             let size = Size::new(width, height);
-            let mut stream = Stream::new(4, (width * height) as u64);
+            let mut stream = Stream::new(4, Purpose::Sample, [(width * height) as u64]);
             let data = (0..size.texels() * planes).map(|_| stream.below(256) as f32).collect();
             let index = Planes::from_vec(size, planes, data).unwrap();
             let mask: Vec<bool> = (0..size.texels()).map(|_| stream.below(9) == 0).collect();

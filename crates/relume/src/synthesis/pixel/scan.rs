@@ -109,7 +109,7 @@ fn pair_up(texels: &IndexTexels, copied: usize, guides: usize, sieve: &Sieve) ->
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::random::Stream;
+    use crate::numeric::random::{Purpose, Stream};
     use crate::planes::{Planes, Size};
     use crate::synthesis::pixel::plain;
     use crate::synthesis::pixel::window::Window;
@@ -152,7 +152,7 @@ mod tests {
             epsilon in prop_oneof![Just(0.0), Just(0.1), Just(3.0)],
         ) {
             let side = 2 * half + 1;
-            let mut stream = Stream::new(seed, 0);
+            let mut stream = Stream::new(seed, Purpose::Sample, [0]);
             let levels = if few { 3 } else { 100_000 };
             let fields: Vec<Planes> = (0..several)
                 .map(|e| noise(Size::new(side + extra_x + e, side + extra_y), planes, levels, &mut stream))

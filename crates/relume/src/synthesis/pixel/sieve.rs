@@ -168,7 +168,7 @@ mod tests {
     use super::super::window::Window;
     use super::*;
     use crate::job::Job;
-    use crate::numeric::random::Stream;
+    use crate::numeric::random::{Purpose, Stream};
     use crate::planes::Planes;
     use crate::synthesis::quantise::Exemplar;
     use crate::synthesis::source_map::Texel;
@@ -194,7 +194,7 @@ mod tests {
             (extra, levels) in (0usize..14, prop_oneof![Just(1usize), Just(3), Just(100_000)]),
             (gaussian, own, share) in (any::<bool>(), any::<bool>(), 1usize..5),
         ) {
-            let mut stream = Stream::new(seed, 0);
+            let mut stream = Stream::new(seed, Purpose::Sample, [0]);
             let side = 2 * half + 1;
             let size = Size::new(side + extra, side + extra / 2);
             // Planes that go together, so that one axis holds most.
@@ -232,7 +232,7 @@ mod tests {
     #[test]
     fn one_axis_is_enough_where_planes_go_together() {
         let size = Size::new(9, 8);
-        let mut stream = Stream::new(5, 0);
+        let mut stream = Stream::new(5, Purpose::Sample, [0]);
         let first: Vec<f32> = (0..72).map(|_| stream.below(200) as f32).collect();
         let twice = Planes::from_vec(size, 2, [&first[..], &first].concat()).unwrap();
         let apart = Planes::from_vec(size, 2, (0..144).map(|_| stream.below(200) as f32).collect()).unwrap();

@@ -291,12 +291,12 @@ impl<'a> Growing<'a> {
 mod tests {
     use super::super::vectors::squared_distance;
     use super::*;
-    use crate::numeric::random::Stream;
+    use crate::numeric::random::{Purpose, Stream};
     use proptest::prelude::*;
 
     /// Vectors around a few centres, with repetitions.
     fn clustered(count: usize, length: usize, seed: u64) -> Vectors {
-        let mut stream = Stream::new(seed, 0);
+        let mut stream = Stream::new(seed, Purpose::Sample, [0]);
         let mut vectors = Vectors::with_capacity(length, count);
         let centres: Vec<usize> = (0..5 * length).map(|_| stream.below(3000)).collect();
         for _ in 0..count {

@@ -125,11 +125,11 @@ fn add_moments(vectors: &Vectors, rows: &[u32], sums: &mut [u32], squares: &mut 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::random::Stream;
+    use crate::numeric::random::{Purpose, Stream};
 
     #[test]
     fn distances_are_exact_at_any_length() {
-        let mut stream = Stream::new(1, 0);
+        let mut stream = Stream::new(1, Purpose::Sample, [0]);
         for length in [1, 15, 16, 17, 63, 500, BLOCK, 2 * BLOCK + 5] {
             let mut vectors = Vectors::with_capacity(length, 2);
             let rows: [Vec<i16>; 2] =

@@ -150,7 +150,7 @@ impl<'a> Border<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::random::Stream;
+    use crate::numeric::random::{Purpose, Stream};
     use crate::synthesis::roller::tests::noise;
     use proptest::prelude::*;
 
@@ -166,7 +166,7 @@ mod tests {
             let tile = cells.bounds();
             let size = Size::new(tile.width + extra_w, tile.height + extra_h);
             let exemplar = noise(size, planes, seed);
-            let mut stream = Stream::new(seed, 1);
+            let mut stream = Stream::new(seed, Purpose::Sample, [1]);
             let codes: Vec<i16> = (0..tile.texels() * planes).map(|_| stream.below(4096) as i16).collect();
             let border = Border::new(&exemplar.texels()[0], planes, cells, band, &codes);
             let allowed = |x: usize, y: usize| (x + 2 * y) % 3 != 1;

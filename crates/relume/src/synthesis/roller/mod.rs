@@ -44,13 +44,13 @@ pub use tile_set::TileSet;
 #[cfg(test)]
 mod tests {
     use crate::job::Job;
-    use crate::numeric::random::Stream;
+    use crate::numeric::random::{Purpose, Stream};
     use crate::planes::{Planes, Size};
     use crate::synthesis::quantise::{Exemplar, Quantised};
 
     /// Random texels as codes.
     pub fn noise(size: Size, planes: usize, seed: u64) -> Quantised {
-        let mut stream = Stream::new(seed, 0);
+        let mut stream = Stream::new(seed, Purpose::Sample, [0]);
         let data = (0..size.texels() * planes).map(|_| stream.unit() as f32).collect();
         let index = Planes::from_vec(size, planes, data).unwrap();
         Quantised::new(&[Exemplar { index: &index, excluded: None }], &Job::default()).unwrap()

@@ -203,7 +203,7 @@ pub fn least_of_all(cells: &Cells, band: usize, errors: &[u64]) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::random::Stream;
+    use crate::numeric::random::{Purpose, Stream};
     use crate::planes::Size;
 
     fn upright(width: usize, height: usize) -> Cells {
@@ -211,7 +211,7 @@ mod tests {
     }
 
     fn random(cells: &Cells, most: usize, seed: u64) -> Vec<u64> {
-        let mut stream = Stream::new(seed, 0);
+        let mut stream = Stream::new(seed, Purpose::Sample, [0]);
         (0..cells.bounds().texels()).map(|_| stream.below(most) as u64).collect()
     }
 
@@ -239,7 +239,7 @@ mod tests {
     #[test]
     fn a_ring_keeps_the_border_old_and_the_middle_new() {
         for seed in 0..80 {
-            let mut stream = Stream::new(seed, 9);
+            let mut stream = Stream::new(seed, Purpose::Sample, [9]);
             let band = 1 + stream.below(5);
             let lean = |s: &mut Stream| s.below(7) as i64 - 3;
             let side = |s: &mut Stream| (least_side(band) + 3 + s.below(12)) as i64;

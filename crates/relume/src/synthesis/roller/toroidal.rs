@@ -178,12 +178,12 @@ pub fn least_of_all(upright: &Strip, level: &Strip) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::random::Stream;
+    use crate::numeric::random::{Purpose, Stream};
     use crate::planes::Size;
     use proptest::prelude::*;
 
     fn random(period: usize, width: usize, seed: u64) -> Strip {
-        let mut stream = Stream::new(seed, 0);
+        let mut stream = Stream::new(seed, Purpose::Sample, [0]);
         let errors: Vec<u64> = (0..(period + width) * width).map(|_| stream.below(30) as u64).collect();
         Strip::new(period, width, |along, across| errors[along * width + across])
     }

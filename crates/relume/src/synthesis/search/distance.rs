@@ -136,7 +136,7 @@ mod tests {
     use super::*;
     use crate::job::Job;
     use crate::numeric::pairs::Portable;
-    use crate::numeric::random::Stream;
+    use crate::numeric::random::{Purpose, Stream};
     use crate::planes::{Planes, Size};
     use crate::synthesis::neighbourhood::Margins;
     use crate::synthesis::quantise::Exemplar;
@@ -166,7 +166,7 @@ mod tests {
     #[test]
     fn kernels_equal_the_plain_loop() {
         for planes in 1..20 {
-            let mut stream = Stream::new(planes as u64, 0);
+            let mut stream = Stream::new(planes as u64, Purpose::Sample, [0]);
             let size = Size::new(17 + planes, 19);
             let data = (0..size.texels() * planes).map(|_| stream.unit() as f32).collect();
             let index = Planes::from_vec(size, planes, data).unwrap();

@@ -127,7 +127,7 @@ mod tests {
     use super::projection::cells;
     use super::*;
     use crate::job::Job;
-    use crate::numeric::random::Stream;
+    use crate::numeric::random::{Purpose, Stream};
     use crate::planes::{Planes, Size};
     use crate::synthesis::neighbourhood::Margins;
     use crate::synthesis::positions::Positions;
@@ -176,7 +176,7 @@ mod tests {
             tolerance in prop_oneof![Just(Tolerance::Relative(0.0)), Just(Tolerance::Relative(0.1)), Just(Tolerance::Absolute(0.6))],
             (masked, copied, count) in (any::<bool>(), any::<bool>(), 1usize..12),
         ) {
-            let mut stream = Stream::new(seed, 0);
+            let mut stream = Stream::new(seed, Purpose::Sample, [0]);
             let fields: Vec<Planes> = (0..several)
                 .map(|e| smooth_noise(Size::new(block + extra_x + e, block + extra_y), planes, &mut stream))
                 .collect();

@@ -28,7 +28,7 @@ use super::lattice::Lattice;
 use super::pyramid::{guided_pyramid, halved_size};
 use crate::error::{Error, Result};
 use crate::job::Job;
-use crate::numeric::random::Stream;
+use crate::numeric::random::{Purpose, Stream, key};
 use crate::planes::Size;
 use crate::synthesis::guidance::{Guidance, Guided};
 use crate::synthesis::options::Boundary;
@@ -150,12 +150,12 @@ pub fn patch_match(
         if let Some(target) = &targets[number] {
             lattice.guide(target, guided.guides());
         }
-        let seed = options.seed.wrapping_mul(31).wrapping_add((number * options.rounds) as u64);
-        let mut matching = begin(&mut lattice, &patches, done.as_ref(), seed);
+        let place = number as u64;
+        let mut matching = begin(&mut lattice, &patches, done.as_ref(), (options.seed, place));
         let rounds = if number == 0 { options.rounds.min(FINEST_ROUNDS) } else { options.rounds };
         for round in 0..rounds {
-            let seed = seed.wrapping_add(round as u64);
-            let how = Improvement { search: options.search, uniformity: options.uniformity, seed };
+            let key = key(options.seed, Purpose::PatchSearch, [place, round as u64]);
+            let how = Improvement { search: options.search, uniformity: options.uniformity, key };
             matching.improve(&lattice, &patches, how);
             let weights = votes::weights(&matching, &patches, number == 0);
             votes::cast(&mut lattice, &patches, &matching, &weights);
@@ -172,10 +172,18 @@ pub fn patch_match(
 }
 
 /// The first texels and matches of a level: those of the coarser one at twice the resolution, or
-/// random patches side by side.
-fn begin(lattice: &mut Lattice, patches: &Patches<'_>, coarser: Option<&Lattice>, seed: u64) -> Matching {
+/// random patches side by side, drawn for the level of that number.
+fn begin(
+    lattice: &mut Lattice,
+    patches: &Patches<'_>,
+    coarser: Option<&Lattice>,
+    (seed, level): (u64, u64),
+) -> Matching {
     let (size, radius) = (lattice.size(), patches.radius());
-    let random = |texel: usize| patches.nth(Stream::new(seed, texel as u64).below(patches.count()));
+    let random = |texel: usize| {
+        let mut stream = Stream::new(seed, Purpose::FirstPatch, [level, texel as u64]);
+        patches.nth(stream.below(patches.count()))
+    };
     let finer = |coarser: &Lattice, x: usize, y: usize| {
         let source = coarser.source(coarser.size().index(x / 2, y / 2));
         let place = Texel { x: 2 * source.x, y: 2 * source.y, ..source }.offset(x % 2, y % 2);

@@ -18,7 +18,7 @@ use super::super::lattice::Lattice;
 use super::super::vectors::LANES;
 use super::SPACING;
 use super::patches::{self, Patches};
-use crate::numeric::hash::hash4;
+use crate::numeric::hash;
 use crate::planes::Size;
 use crate::synthesis::source_map::Texel;
 
@@ -39,8 +39,8 @@ pub struct Improvement {
     pub search: PatchSearch,
     /// How much more than evenly used parts of the exemplars are avoided.
     pub uniformity: f64,
-    /// Seed of the random search.
-    pub seed: u64,
+    /// Key of the random search's hash: another in each round.
+    pub key: u64,
 }
 
 /// A patch of the exemplars, and how far it is from one of the output.
@@ -180,7 +180,7 @@ impl Matching {
         }
         let mut reach = patches.reach();
         while reach > 0 {
-            let [a, b, ..] = hash4([cell as u32, reach as u32, how.seed as u32, (how.seed >> 32) as u32]);
+            let [a, b, ..] = hash::of_place(how.key, cell as i64, reach as i64);
             let (dx, dy) = (step(a, reach), step(b, reach));
             if let Some(corner) = patches.moved(contest.best.corner, dx, dy) {
                 contest.attempt(corner);

@@ -5,14 +5,14 @@ use super::*;
 use crate::planes::Planes;
 
 fn noise(size: Size, planes: usize, seed: u64) -> Planes {
-    let mut stream = Stream::new(seed, 1);
+    let mut stream = Stream::new(seed, Purpose::Sample, [1]);
     let data = (0..size.texels() * planes).map(|_| stream.below(60) as f32).collect();
     Planes::from_vec(size, planes, data).unwrap()
 }
 
 /// A round that does not care how often patches are used.
-fn how(search: PatchSearch, seed: u64) -> Improvement {
-    Improvement { search, uniformity: 0.0, seed }
+fn how(search: PatchSearch, key: u64) -> Improvement {
+    Improvement { search, uniformity: 0.0, key }
 }
 
 proptest! {
@@ -58,7 +58,7 @@ proptest! {
         let patches = Patches::new(level, 2 * half + 1, &job).unwrap();
         let size = Size::new(width, height);
         let mut lattice = Lattice::new(size, planes, Boundary::Torus, &job).unwrap();
-        let mut matching = begin(&mut lattice, &patches, None, seed);
+        let mut matching = begin(&mut lattice, &patches, None, (seed, 0));
         let mut full = matching.clone();
         full.improve(&lattice, &patches, how(PatchSearch::Full, 0));
         for (middle, least) in Matching::middles(size).zip(full.matches()) {
@@ -93,7 +93,7 @@ proptest! {
         let patches = Patches::new(level, window, &job).unwrap();
         let size = Size::new(width, height);
         let mut lattice = Lattice::new(size, planes, Boundary::Torus, &job).unwrap();
-        let mut matching = begin(&mut lattice, &patches, None, seed);
+        let mut matching = begin(&mut lattice, &patches, None, (seed, 0));
         matching.improve(&lattice, &patches, how(PatchSearch::Propagation, seed));
         for (n, middle) in Matching::middles(size).enumerate() {
             let corner = patches.nth(n * 7 % patches.count());
@@ -130,7 +130,7 @@ fn patches_of_the_exemplar_itself_are_found_by_propagation() {
     let level = &pyramid(&exemplars, 1, 7, &job).unwrap()[0];
     let patches = Patches::new(level, 7, &job).unwrap();
     let mut lattice = Lattice::new(Size::new(64, 64), 3, Boundary::Torus, &job).unwrap();
-    let mut matching = begin(&mut lattice, &patches, None, 3);
+    let mut matching = begin(&mut lattice, &patches, None, (3, 0));
     for texel in 0..64 * 64 {
         lattice.put(
             texel,

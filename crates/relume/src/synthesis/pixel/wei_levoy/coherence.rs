@@ -18,7 +18,7 @@ use super::super::vectors::{Vectors, squared_distance};
 use super::neighbourhood::Samples;
 use crate::error::Result;
 use crate::job::Job;
-use crate::numeric::random::Stream;
+use crate::numeric::random::{Purpose, Stream};
 use crate::planes::Size;
 use crate::synthesis::source_map::Texel;
 
@@ -40,8 +40,16 @@ pub struct Coherence<'a> {
     sets: Vec<u32>,
     /// The size of each exemplar, and the number of each of its texels.
     numbers: Vec<(Size, Vec<u32>)>,
-    /// Seed of the random draws.
-    seed: u64,
+    draws: Draws,
+}
+
+/// What random draws at one level depend on, besides the texel.
+#[derive(Debug, Clone, Copy)]
+pub struct Draws {
+    /// The seed of the output.
+    pub seed: u64,
+    /// The number of the level, 0 the finest.
+    pub level: u64,
 }
 
 /// Where the output is at.
@@ -78,7 +86,7 @@ impl<'a> Coherence<'a> {
             numbers[size.index(place.x as usize, place.y as usize)] = number as u32;
         }
         let sets = sets(&samples.vectors, count, codewords);
-        Ok(Self { samples, causal, count, sets, numbers, seed })
+        Ok(Self { samples, causal, count, sets, numbers, draws })
     }
 
     /// The number of the nearest candidate, the first among equals, and its squared distance.
@@ -87,7 +95,8 @@ impl<'a> Coherence<'a> {
         candidates.sort_unstable();
         candidates.dedup();
         if candidates.is_empty() {
-            let mut stream = Stream::new(self.seed, here.texel as u64);
+            let Draws { seed, level } = self.draws;
+            let mut stream = Stream::new(seed, Purpose::ScanlineCandidates, [level, here.texel as u64]);
             candidates.extend((0..DRAWN).map(|_| stream.below(self.samples.places.len()) as u32));
         }
         let distance = |&number: &u32| {

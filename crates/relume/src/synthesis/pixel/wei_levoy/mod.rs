@@ -25,13 +25,13 @@ use super::pyramid::{Level, guided_pyramid, halved_size};
 use super::tsvq::Tsvq;
 use crate::error::{Error, Result};
 use crate::job::Job;
-use crate::numeric::random::Stream;
+use crate::numeric::random::{Purpose, Stream};
 use crate::planes::Size;
 use crate::synthesis::guidance::{Guidance, Guided};
 use crate::synthesis::options::Boundary;
 use crate::synthesis::quantise::Exemplar;
 use crate::synthesis::source_map::SourceMap;
-use coherence::{Coherence, Here};
+use coherence::{Coherence, Draws, Here};
 use full::Full;
 use neighbourhood::{Neighbourhood, Samples};
 
@@ -147,7 +147,7 @@ pub fn wei_levoy(
     for (number, (level, size)) in pyramid.iter().zip(sizes).enumerate().rev() {
         let neighbourhood = Neighbourhood::new(options.window, done.is_some(), guides);
         let samples = Samples::new(&neighbourhood, level, pyramid.get(number + 1), job)?;
-        let seed = options.seed.wrapping_add(number as u64);
+        let draws = Draws { seed: options.seed, level: number as u64 };
         let causal = neighbourhood.causal();
         let search = Prepared::new(options.search, &samples, &causal, level, seed, job)?;
         let mut lattice = noise(level, &samples, size, seed, job)?;
@@ -188,7 +188,7 @@ impl<'a> Prepared<'a> {
         samples: &'a Samples,
         causal: &'a [(isize, isize)],
         level: &Level,
-        seed: u64,
+        draws: Draws,
         job: &Job,
     ) -> Result<Self> {
         Ok(match search {
@@ -222,7 +222,7 @@ impl<'a> Prepared<'a> {
 fn noise(level: &Level, samples: &Samples, size: Size, seed: u64, job: &Job) -> Result<Lattice> {
     let mut lattice = Lattice::new(size, level.exemplars.planes(), Boundary::Torus, job)?;
     for y in 0..size.height {
-        let mut stream = Stream::new(seed, y as u64);
+        let mut stream = Stream::new(draws.seed, Purpose::ScanlineNoise, [draws.level, y as u64]);
         for x in 0..size.width {
             let source = samples.places[stream.below(samples.places.len())];
             lattice.put(size.index(x, y), source, &level.exemplars);

@@ -7,7 +7,7 @@ use crate::synthesis::pixel::vectors::squared_distance;
 use crate::synthesis::source_map::Texel;
 
 fn noise_planes(size: Size, planes: usize, seed: u64) -> Planes {
-    let mut stream = Stream::new(seed, 1);
+    let mut stream = Stream::new(seed, Purpose::Sample, [1]);
     let data = (0..size.texels() * planes).map(|_| stream.below(60) as f32).collect();
     Planes::from_vec(size, planes, data).unwrap()
 }
@@ -23,7 +23,7 @@ fn one_level_by_hand(index: &Planes, options: &WeiLevoyOptions) -> Vec<Texel> {
         .collect();
     let mut out: Vec<(usize, usize)> = Vec::new();
     for y in 0..size.height {
-        let mut stream = Stream::new(options.seed, y as u64);
+        let mut stream = Stream::new(options.seed, Purpose::ScanlineNoise, [0, y as u64]);
         out.extend((0..size.width).map(|_| places[stream.below(places.len())]));
     }
     for texel in 0..size.texels() {
@@ -173,7 +173,7 @@ proptest! {
 
 #[test]
 fn the_full_search_finds_the_first_of_the_nearest() {
-    let mut stream = Stream::new(2, 0);
+    let mut stream = Stream::new(2, Purpose::Sample, [0]);
     let mut vectors = super::super::vectors::Vectors::with_capacity(70, 9000);
     (0..9000).for_each(|_| vectors.push(&std::array::from_fn::<i16, 70, _>(|_| stream.below(3) as i16)));
     for n in [0, 5, 4095, 4096, 8999] {

@@ -10,7 +10,7 @@
 use pulp::Arch;
 
 use super::coordinates::WIDE;
-use crate::numeric::random::Stream;
+use crate::numeric::random::{Purpose, Stream};
 use crate::synthesis::quantise::{MAX_CODE, Quantised};
 use crate::synthesis::search::KernelBasis;
 
@@ -110,7 +110,7 @@ fn enough(energies: &[f64], total: f64) -> usize {
 
 /// Cells at random places of the exemplars, less their mean.
 fn centred_samples(exemplars: &Quantised, side: usize) -> Vec<Vec<f32>> {
-    let mut stream = Stream::new(0, side as u64);
+    let mut stream = Stream::new(0, Purpose::KernelSamples, [side as u64]);
     let mut samples: Vec<Vec<f32>> = (0..SAMPLES)
         .map(|_| {
             let texels = &exemplars.texels()[stream.below(exemplars.texels().len())];
@@ -175,7 +175,7 @@ impl Covariance {
     #[inline(always)]
     fn iterated(&self, count: usize) -> Vec<Vec<f32>> {
         let length = self.rows.len();
-        let mut stream = Stream::new(1, length as u64);
+        let mut stream = Stream::new(0, Purpose::KernelStart, [length as u64]);
         let mut vectors: Vec<Vec<f32>> =
             (0..count).map(|_| (0..length).map(|_| stream.unit() as f32 - 0.5).collect()).collect();
         for _ in 0..ROUNDS {

@@ -273,7 +273,7 @@ mod tests {
     use super::second_look::SecondLook;
     use super::*;
     use crate::job::Job;
-    use crate::numeric::random::Stream;
+    use crate::numeric::random::{Purpose, Stream};
     use crate::planes::{Planes, Size};
     use crate::synthesis::neighbourhood::Margins;
     use crate::synthesis::options::Tolerance;
@@ -293,7 +293,7 @@ mod tests {
     #[test]
     fn no_bound_is_larger_than_the_distance() {
         for (planes, block, side) in [(1, 9, 4), (3, 16, 8), (18, 10, 5)] {
-            let mut stream = Stream::new(planes as u64, 0);
+            let mut stream = Stream::new(planes as u64, Purpose::Sample, [0]);
             let field = streaked(Size::new(150, 21), planes, &mut stream);
             let exemplars = [Exemplar { index: &field, excluded: None }];
             let quantised = Quantised::new(&exemplars, &Job::default()).unwrap();
@@ -332,7 +332,7 @@ mod tests {
     #[test]
     fn the_rejection_curve_falls_to_no_less_than_the_candidates() {
         let (block, planes) = (8, 3);
-        let mut stream = Stream::new(3, 0);
+        let mut stream = Stream::new(3, Purpose::Sample, [0]);
         let size = Size::new(150, 40);
         let field = streaked(size, planes, &mut stream);
         let exemplars = [Exemplar { index: &field, excluded: None }];

@@ -180,12 +180,12 @@ impl Work for Product<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::random::Stream;
+    use crate::numeric::random::{Purpose, Stream};
 
     #[test]
     fn sums_are_those_of_a_plain_loop() {
         for sets in 1..=MOST {
-            let mut stream = Stream::new(sets as u64, 0);
+            let mut stream = Stream::new(sets as u64, Purpose::Sample, [0]);
             let (pairs, quads) = (1 + stream.below(2), stream.below(3));
             let (width, height) = (40 + stream.below(60), 9);
             let mut values = WordPlanes::zeros(pairs, quads, width, height);

@@ -4,7 +4,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::limits::Limits;
-use crate::numeric::random::Stream as Random;
+use crate::numeric::random::{Purpose, Stream as Random};
 use crate::planes::Size;
 use crate::raster::Samples;
 
@@ -86,7 +86,7 @@ proptest! {
         grey in any::<bool>(),
         seed in any::<u64>(),
     ) {
-        let mut random = Random::new(seed, 0);
+        let mut random = Random::new(seed, Purpose::Sample, [0]);
         let lights = lights(count, &mut random);
         let channels = if grey { 1 } else { 3 };
         let photographs = photographs(Size::new(width, height), channels, &lights, &mut random);
@@ -98,7 +98,7 @@ proptest! {
 
 /// A capture whose size is odd, spans several bands and fills a vector only in part.
 fn capture(channels: usize, count: usize) -> (Vec<(String, Direction)>, Vec<Raster>) {
-    let mut random = Random::new(5, channels as u64);
+    let mut random = Random::new(5, Purpose::Sample, [channels as u64]);
     let lights = lights(count, &mut random);
     let photographs = photographs(Size::new(67, 49), channels, &lights, &mut random);
     (lights, photographs)
@@ -209,7 +209,7 @@ fn a_light_that_the_others_need_has_no_leave_one_out_error() {
     let ring = |i: usize| Direction::from_angles(0.8, f64::from(i as u32));
     let mut lights: Vec<_> = (0..9).map(|i| (format!("{i}"), ring(i))).collect();
     lights.push(("top".into(), Direction::ZENITH));
-    let photographs = photographs(Size::new(5, 5), 1, &lights, &mut Random::new(1, 1));
+    let photographs = photographs(Size::new(5, 5), 1, &lights, &mut Random::new(1, Purpose::Sample, [1]));
     let options = FitOptions { leave_one_out: true, ..FitOptions::default() };
     let report = run(&lights, &photographs, &options).report;
     assert!(report.lights[9].leave_one_out.is_none() && report.lights[9].leverage > 0.999);
@@ -262,7 +262,7 @@ fn with_mean_colors(
 
 #[test]
 fn grids_too_large_to_keep_are_read_again() {
-    let mut random = Random::new(9, 9);
+    let mut random = Random::new(9, Purpose::Sample, [9]);
     let lights = lights(9, &mut random);
     let size = Size::new(331, 211);
     assert!(size.texels() > sample::KEPT_TEXELS);
@@ -335,7 +335,7 @@ fn what_cannot_be_fitted_is_refused_before_reading() {
 fn warnings_name_poor_conditions() {
     let close = |i: usize| Direction::from_angles(0.7 + 0.02 * (i % 3) as f64, i as f64);
     let lights: Vec<_> = (0..20).map(|i| (format!("{i}"), close(i))).collect();
-    let photographs = photographs(Size::new(4, 4), 1, &lights, &mut Random::new(1, 2));
+    let photographs = photographs(Size::new(4, 4), 1, &lights, &mut Random::new(1, Purpose::Sample, [2]));
     let report = run(&lights, &photographs, &FitOptions::default()).report;
     assert!(report.warnings.len() == 1 && report.warnings[0].contains("condition number"));
     let (lights, photographs) = capture(1, 6);

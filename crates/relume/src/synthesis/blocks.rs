@@ -11,16 +11,15 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::alpha::ramps;
-use super::block_guide::BlockGuide;
 use super::canvas::Canvas;
 use super::cut::graph::{BYTES_PER_TEXEL, inside_seam};
 use super::cut::{feather, inside_cuts};
 use super::guidance::Guided;
 use super::layout::{Block, Layout};
-use super::options::{Blend, BlockOptions, Boundary};
+use super::options::{Blend, BlockOptions};
 use super::positions::Positions;
 use super::quantise::{Exemplar, Quantised};
-use super::search::plan::{Recipe, plan};
+use super::search::plan::plan;
 use super::search::{Acceptance, Effort, Found, Query, Search};
 use super::source_map::{SourceMap, Texel};
 use crate::error::Result;
@@ -119,23 +118,18 @@ pub fn synthesize(exemplars: &[Exemplar<'_>], options: &BlockOptions, job: &Job)
     options.validate()?;
     let begun = Instant::now();
     let guided = Guided::new(exemplars, options.guidance.as_ref(), options.size, job)?;
-    let (all, target) = guided.quantised(job)?;
-    let quantised =
-        if target.is_some() { all.first_planes(all.planes() - guided.guides()) } else { all.clone() };
+    let (quantised, guides) = guided.apart(job)?;
     let positions = Positions::new(exemplars, options.block)?;
     let layout = Layout::new(options, job)?;
-    let recipe = plan(&options.search, options, &layout, quantised.planes());
-    job.check_bytes("preparing the search", recipe.bytes(&quantised))?;
+    let recipe = plan(options, &layout, quantised.planes());
+    job.check_bytes("preparing the search", recipe.bytes(&quantised, guides.as_ref()))?;
     if options.blend == Blend::GraphCut {
         let at_once = BYTES_PER_TEXEL * rayon::current_num_threads() as u64;
         job.check("the graph of a block", Size::new(options.block, options.block), at_once)?;
     }
-    let wraps = options.boundary == Boundary::Torus;
-    let guide = target.map(|target| BlockGuide::new(&all, &target, guided.guides(), options.block, wraps));
-    let recipe = if guide.is_some() { Recipe::Brute } else { recipe };
-    let search = recipe.prepare(&quantised, &positions);
+    let search = recipe.prepare(&quantised, &positions, guides.as_ref());
     let mut canvas = Canvas::new(layout.size, quantised.planes(), job)?;
-    let work = Work { options, quantised: &quantised, positions: &positions, search: &*search, guide };
+    let work = Work { options, quantised: &quantised, positions: &positions, search: &*search };
     let prepare_s = begun.elapsed().as_secs_f64();
     let (report, search_s) = work.fill(&layout, &mut canvas, job)?;
     let times = Times { prepare_s, search_s, join_s: begun.elapsed().as_secs_f64() - prepare_s - search_s };
@@ -148,7 +142,6 @@ struct Work<'a> {
     quantised: &'a Quantised,
     positions: &'a Positions,
     search: &'a dyn Search,
-    guide: Option<BlockGuide>,
 }
 
 /// A block's choice and its share in each texel.
@@ -172,7 +165,7 @@ impl Work<'_> {
             let blocks: Vec<&Block> = wave.iter().map(|&index| &layout.sequence[index]).collect();
             let queries: Vec<Query> = blocks.par_iter().map(|block| self.query(block, canvas)).collect();
             let begun = Instant::now();
-            let found = self.search(&blocks, &queries);
+            let found = self.search(&queries);
             search_s += begun.elapsed().as_secs_f64();
             if self.options.search.curve {
                 let chosen = wave.iter().map(|index| index % sampled == sampled / 2);
@@ -207,17 +200,11 @@ impl Work<'_> {
         Ok((report, search_s))
     }
 
-    /// The candidates of blocks that do not touch; none for the first block, which fits anything.
-    fn search(&self, blocks: &[&Block], queries: &[Query]) -> Vec<Option<Found>> {
-        if let Some(guide) = &self.guide {
-            let jobs = blocks.par_iter().zip(queries);
-            let look = |(block, query): (&&Block, &Query)| {
-                Some(guide.candidates(query, block, self.quantised, self.positions))
-            };
-            return jobs.map(look).collect();
-        }
+    /// The candidates of blocks that do not touch; none for the first block, which fits anything where it
+    /// follows no guide.
+    fn search(&self, queries: &[Query]) -> Vec<Option<Found>> {
         match queries {
-            [first] if first.neighbourhood.is_empty() => vec![None],
+            [first] if first.neighbourhood.is_empty() && self.options.guidance.is_none() => vec![None],
             _ => self.search.candidates(queries).into_iter().map(Some).collect(),
         }
     }
@@ -235,6 +222,7 @@ impl Work<'_> {
         let (texels, step) = (block.neighbourhood.texels(), self.quantised.step());
         Query {
             neighbourhood: block.neighbourhood,
+            place: [block.x, block.y],
             codes: canvas.patch(block),
             acceptance: Acceptance::new(self.options.tolerance, texels, step),
             likely: canvas.continuations(block),
@@ -346,7 +334,7 @@ mod tests {
             layout.waves = (0..layout.sequence.len()).map(|index| vec![index]).collect();
             let mut canvas = Canvas::new(layout.size, planes, &job).unwrap();
             let search = Plain { exemplars: &quantised, positions: &positions };
-            let work = Work { options: &options, quantised: &quantised, positions: &positions, search: &search, guide: None };
+            let work = Work { options: &options, quantised: &quantised, positions: &positions, search: &search };
             let (report, _) = work.fill(&layout, &mut canvas, &Job::default()).unwrap();
             let map = canvas.into_map(options.size, &exemplars);
             for threads in [1, 2, 5] {

@@ -7,7 +7,7 @@
 //! range counts the given weight times the whole range of the widest index plane. Where the methods
 //! compare texels of the output that are not known yet, they compare the guides alone.
 
-use super::quantise::{Exemplar, IndexTexels, Quantised};
+use super::quantise::{Channels, Exemplar, IndexTexels, Quantised, Scale, check};
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::planes::{Planes, Size};
@@ -90,13 +90,28 @@ impl Guidance {
     }
 }
 
-/// Exemplars whose index planes are followed by those of their guides, where there are guides.
+/// Exemplars, and the guides of them and of the output where there are any.
 #[derive(Debug)]
 pub(in crate::synthesis) struct Guided<'a> {
     exemplars: &'a [Exemplar<'a>],
-    /// The planes of each exemplar, and last those of the output, whose index planes mean nothing.
-    joined: Vec<Planes>,
-    guides: usize,
+    guides: Option<ScaledGuides>,
+}
+
+/// Guides multiplied so that their values count like those of index planes.
+#[derive(Debug)]
+struct ScaledGuides {
+    /// One for each exemplar.
+    sources: Vec<Planes>,
+    target: Planes,
+}
+
+/// Guides as codes in the step of the exemplars.
+#[derive(Debug)]
+pub(in crate::synthesis) struct GuideCodes {
+    /// One for each exemplar.
+    pub sources: Vec<IndexTexels>,
+    /// The output's.
+    pub target: IndexTexels,
 }
 
 impl<'a> Guided<'a> {
@@ -110,70 +125,88 @@ impl<'a> Guided<'a> {
         size: Size,
         job: &Job,
     ) -> Result<Self> {
-        let (Some(guidance), [first, ..]) = (guidance, exemplars) else {
-            return Ok(Self { exemplars, joined: Vec::new(), guides: 0 });
-        };
+        check(exemplars)?;
+        let Some(guidance) = guidance else { return Ok(Self { exemplars, guides: None }) };
         guidance.validate(exemplars, size)?;
-        let guides = guidance.target.count();
-        let count = first.index.count() + guides;
+        let samples = guidance.guides().map(|guide| (guide.size().texels() * guide.count()) as u64);
+        job.check_bytes("the guides", 4 * samples.sum::<u64>())?;
         let scale = guidance.scale(exemplars);
-        let empty = Planes::zeros(Size::new(0, 0), 0);
-        let index = exemplars.iter().map(|exemplar| exemplar.index).chain([&empty]);
-        let mut joined = Vec::with_capacity(exemplars.len() + 1);
-        for (index, guide) in index.zip(guidance.guides()) {
-            job.check("an exemplar with its guide", guide.size(), 4 * count as u64)?;
-            let mut planes = Planes::zeros(guide.size(), count);
-            for (k, plane) in planes.iter_mut().enumerate() {
-                match k.checked_sub(count - guides) {
-                    Some(k) => plane.iter_mut().zip(guide.plane(k)).for_each(|(to, from)| *to = scale * from),
-                    None if k < index.count() => plane.copy_from_slice(index.plane(k)),
-                    None => plane.fill(first.index.plane(k)[0]),
-                }
-            }
-            joined.push(planes);
-        }
-        Ok(Self { exemplars, joined, guides })
+        let scaled = |guide: &Planes| {
+            let mut guide = guide.clone();
+            guide.as_mut_slice().iter_mut().for_each(|value| *value *= scale);
+            let finite = guide.as_slice().iter().all(|value| value.is_finite());
+            finite.then_some(guide).ok_or_else(|| {
+                Error::usage(format!("a guide's weight of {} is too large for its values", guidance.weight))
+            })
+        };
+        let sources = guidance.sources.iter().map(scaled).collect::<Result<_>>()?;
+        Ok(Self { exemplars, guides: Some(ScaledGuides { sources, target: scaled(&guidance.target)? }) })
     }
 
-    /// How many of the planes are guides.
+    /// The exemplars themselves.
+    pub fn exemplars(&self) -> &'a [Exemplar<'a>] {
+        self.exemplars
+    }
+
+    /// How many planes a guide has; none without guides.
     pub fn guides(&self) -> usize {
-        self.guides
+        self.guides.as_ref().map_or(0, |guides| guides.target.count())
     }
 
-    /// The exemplars, and last the output where there are guides.
-    pub fn all(&self) -> Vec<Exemplar<'_>> {
-        if self.joined.is_empty() {
-            return self.exemplars.to_vec();
-        }
-        let masks = self.exemplars.iter().map(|exemplar| exemplar.excluded).chain([None]);
-        self.joined.iter().zip(masks).map(|(index, excluded)| Exemplar { index, excluded }).collect()
-    }
-
-    /// The quantised exemplars, and the output's guide.
+    /// The codes of exemplars whose index planes are followed by their guides, and of the output's guide.
     ///
     /// # Errors
-    /// When the exemplars cannot be quantised.
-    pub fn quantised(&self, job: &Job) -> Result<(Quantised, Option<IndexTexels>)> {
-        let mut quantised = Quantised::new(&self.all(), job)?;
-        let target = (self.guides > 0).then(|| quantised.pop());
-        Ok((quantised, target))
+    /// When the limits are exceeded.
+    pub fn interleaved(&self, job: &Job) -> Result<(Quantised, Option<IndexTexels>)> {
+        let Some(guides) = &self.guides else { return Ok((Quantised::new(self.exemplars, job)?, None)) };
+        let mut joined: Vec<Channels<'_>> = self.exemplars.iter().map(Channels::of).collect();
+        let first = joined[0].planes.len();
+        joined.iter_mut().zip(&guides.sources).for_each(|(own, guide)| own.planes.extend(guide.iter()));
+        joined.push(of_guide(&guides.target, first));
+        let (mut codes, step) = codes(&joined, job)?;
+        let target = codes.pop();
+        Ok((Quantised::of(codes, first + self.guides(), step), target))
     }
+
+    /// The codes of the exemplars, and of the guides by themselves, in one step.
+    ///
+    /// # Errors
+    /// When the limits are exceeded.
+    pub fn apart(&self, job: &Job) -> Result<(Quantised, Option<GuideCodes>)> {
+        let Some(guides) = &self.guides else { return Ok((Quantised::new(self.exemplars, job)?, None)) };
+        let mut all: Vec<Channels<'_>> = self.exemplars.iter().map(Channels::of).collect();
+        let (count, first) = (all.len(), all[0].planes.len());
+        all.extend(guides.sources.iter().chain([&guides.target]).map(|guide| of_guide(guide, first)));
+        let (mut exemplars, step) = codes(&all, job)?;
+        let mut sources = exemplars.split_off(count);
+        let target = sources.pop().expect("the output has a guide");
+        Ok((Quantised::of(exemplars, first, step), Some(GuideCodes { sources, target })))
+    }
+}
+
+/// A guide's planes alone, numbered after `first` index planes.
+fn of_guide(guide: &Planes, first: usize) -> Channels<'_> {
+    Channels { size: guide.size(), first, planes: guide.iter().collect() }
+}
+
+/// All codes in one step, and that step.
+fn codes(all: &[Channels<'_>], job: &Job) -> Result<(Vec<IndexTexels>, f64)> {
+    limits
+        .check_bytes("the index of the exemplars and guides", all.iter().map(Channels::code_bytes).sum())?;
+    let scale = Scale::common(all);
+    Ok((all.iter().map(|channels| scale.codes(channels)).collect(), scale.step))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::numeric::random::{Purpose, Stream};
-    use crate::synthesis::block_guide::BlockGuide;
-    use crate::synthesis::layout::Layout;
-    use crate::synthesis::options::{BlockOptions, Boundary, Tolerance};
+    use crate::synthesis::options::Boundary;
     use crate::synthesis::pixel::lattice::Lattice;
     use crate::synthesis::pixel::scan::Scan;
     use crate::synthesis::pixel::window::Window;
     use crate::synthesis::pixel::{plain, wei_levoy::neighbourhood::Neighbourhood};
     use crate::synthesis::positions::Positions;
-    use crate::synthesis::search::plain::squared_distance;
-    use crate::synthesis::search::{Acceptance, Candidates, Query};
     use proptest::prelude::*;
 
     fn noise(size: Size, planes: usize, seed: u64) -> Planes {
@@ -193,7 +226,7 @@ mod tests {
         };
         let job = Job::default();
         let guided = Guided::new(&exemplars, Some(&guidance), size, &job).unwrap();
-        let (quantised, target) = guided.quantised(&job).unwrap();
+        let (quantised, target) = guided.interleaved(&job).unwrap();
         (quantised, target.unwrap())
     }
 
@@ -220,47 +253,16 @@ mod tests {
             let scan = Scan::guided(&quantised, &positions, guides, &job).unwrap();
             let boundary = if torus { Boundary::Torus } else { Boundary::Open };
             let mut lattice = Lattice::new(size, planes + guides, boundary, &job).unwrap();
-            lattice.guide(&target, guides);
+            lattice.guide(&target);
             for texel in (0..size.texels()).step_by(3) {
                 lattice.put(texel, positions.nth(texel % positions.count()), &quantised);
-                let given = &target.run(texel % width, texel / width, 1)[planes..];
+                let given = target.run(texel % width, texel / width, 1);
                 prop_assert_eq!(lattice.guide_codes(texel), given);
             }
             for texel in (0..size.texels()).step_by(7) {
                 let query = Window::gaussian(window).query(&lattice, texel);
                 let truth = plain::matches(&quantised, &positions, &query, 0.1);
                 prop_assert_eq!(scan.matches(&query, 0.1, &[]), truth);
-            }
-        }
-
-        #[test]
-        fn guided_blocks_are_those_of_the_plain_loops(
-            (planes, guides, seed) in (1usize..5, 1usize..4, any::<u64>()),
-            (width, height, side, torus, extra) in (4usize..30, 4usize..30, 3usize..10, any::<bool>(), 0usize..9),
-        ) {
-            let size = Size::new(width.max(side), height.max(side));
-            let (quantised, target) = joined(planes, guides, side + extra, size, seed);
-            let boundary = if torus { Boundary::Torus } else { Boundary::Open };
-            let overlap = (side / 4).max(1);
-            let options = BlockOptions { size, block: side, overlap, boundary, ..BlockOptions::default() };
-            let guide = BlockGuide::new(&quantised, &target, guides, side, torus);
-            let copied = quantised.first_planes(planes);
-            let positions = positions(side + extra, side);
-            for block in &Layout::new(&options, &Job::default()).unwrap().sequence {
-                let neighbourhood = block.neighbourhood;
-                let codes = noise(Size::new(side * planes, side), 1, seed ^ 9);
-                let query = Query {
-                    neighbourhood,
-                    codes: codes.as_slice().iter().map(|v| *v as i16).collect(),
-                    acceptance: Acceptance::new(Tolerance::Relative(0.1), 1, 1.0),
-                    likely: Vec::new(),
-                };
-                let distance = |at| {
-                    let overlap = squared_distance(&copied, &neighbourhood, &query.codes, at);
-                    (at, overlap + guide.plain_distance(block, at))
-                };
-                let truth = Candidates::within(positions.iter().map(distance).collect(), query.acceptance);
-                prop_assert_eq!(guide.candidates(&query, block, &copied, &positions).candidates, truth);
             }
         }
     }
@@ -273,9 +275,9 @@ mod tests {
         let guide = noise(size, 1, 2);
         let guidance = Guidance { sources: vec![guide.clone()], target: guide, weight: 1.0 };
         let guided = Guided::new(&exemplars, Some(&guidance), size, &job).unwrap();
-        let (quantised, target) = guided.quantised(&job).unwrap();
+        let (quantised, target) = guided.interleaved(&job).unwrap();
         let mut lattice = Lattice::new(size, 3, Boundary::Torus, &job).unwrap();
-        lattice.guide(&target.unwrap(), 1);
+        lattice.guide(&target.unwrap());
         let mut vector = Vec::new();
         Neighbourhood::new(3, false, 1).of_output(&lattice, None, size.index(4, 5), &mut vector);
         let own = |x, y| quantised.texels()[0].run(x, y, 1)[2];
@@ -294,16 +296,26 @@ mod tests {
         };
         let job = Job::default();
         let guided = Guided::new(&exemplars, Some(&guidance), Size::new(1, 3), &job).unwrap();
-        assert_eq!((guided.guides(), guided.all().len()), (1, 2));
-        let (quantised, target) = guided.quantised(&job).unwrap();
+        assert_eq!((guided.guides(), guided.exemplars().len()), (1, 1));
+        let (quantised, target) = guided.interleaved(&job).unwrap();
         let texels = &quantised.texels()[0];
         // The whole range of the guide counts half of the index plane's.
         assert_eq!(2 * texels.run(1, 0, 1)[1], texels.run(1, 0, 1)[0]);
-        assert_eq!(target.unwrap().run(0, 0, 1)[1], texels.run(1, 0, 1)[1]);
+        assert_eq!(target.as_ref().unwrap().run(0, 0, 1), &texels.run(1, 0, 1)[1..]);
+        // By themselves, the codes are the same.
+        let (own, guides) = guided.apart(&job).unwrap();
+        let guides = guides.unwrap();
+        assert_eq!((own.planes(), own.step(), quantised.planes()), (1, quantised.step(), 2));
+        assert_eq!(Some(guides.target), target);
+        for x in 0..2 {
+            assert_eq!(own.texels()[0].run(x, 0, 1), &texels.run(x, 0, 1)[..1]);
+            assert_eq!(guides.sources[0].run(x, 0, 1), &texels.run(x, 0, 1)[1..]);
+        }
         assert!(Guided::new(&exemplars, Some(&guidance), Size::new(2, 3), &job).is_err());
         let bad = [
             Guidance { weight: 0.0, ..guidance.clone() },
             Guidance { weight: f64::NAN, ..guidance.clone() },
+            Guidance { weight: 1e300, ..guidance.clone() },
             Guidance { sources: Vec::new(), ..guidance.clone() },
             Guidance { sources: vec![Planes::zeros(Size::new(3, 1), 1)], ..guidance.clone() },
             Guidance { sources: vec![Planes::zeros(Size::new(2, 1), 2)], ..guidance.clone() },

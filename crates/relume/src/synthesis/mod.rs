@@ -10,7 +10,7 @@
 //! - [`quantise`]: exemplars as integers; [`positions`]: where blocks may be taken from;
 //! - [`layout`]: where blocks go and in which order; [`neighbourhood`]: what is there already;
 //! - [`search`]: a family of exact searches;
-//! - [`guidance`]: maps that an output follows; [`block_guide`]: how blocks do;
+//! - [`guidance`]: maps that an output follows; [`search::guided`]: how blocks do;
 //! - [`cut`] and [`alpha`]: joining a block to what is there;
 //! - [`pixel`]: methods that place one texel after another;
 //! - [`fill`]: holes and borders replaced by copies;
@@ -22,7 +22,6 @@
 //! does not depend on threads or processors.
 
 pub mod alpha;
-pub mod block_guide;
 mod blocks;
 mod canvas;
 pub mod cut;

@@ -51,9 +51,15 @@ impl IndexTexels {
         &self.codes
     }
 
+    /// The number of planes.
+    pub fn planes(&self) -> usize {
+        self.planes
+    }
+
     /// Half the size, rounded up: rounded means of 4 x 4 texels, weighted 1 3 3 1 either way; beyond
     /// an edge its texels go on.
-    fn halved(&self, planes: usize) -> Self {
+    pub(super) fn halved(&self) -> Self {
+        let planes = self.planes;
         let (fine, size) = (self.size, Size::new(self.size.width.div_ceil(2), self.size.height.div_ceil(2)));
         let near = |at: usize, length: usize| -> [usize; 4] {
             std::array::from_fn(|i| (2 * at + i).saturating_sub(1).min(length - 1))
@@ -74,13 +80,6 @@ impl IndexTexels {
         }
         codes.resize(codes.len() + PADDING, 0);
         Self { size, planes, codes }
-    }
-
-    fn first_planes(&self, planes: usize) -> Self {
-        let all = self.codes[..self.size.texels() * self.planes].chunks_exact(self.planes);
-        let mut codes: Vec<i16> = all.flat_map(|texel| &texel[..planes]).copied().collect();
-        codes.resize(codes.len() + PADDING, 0);
-        Self { size: self.size, planes, codes }
     }
 
     /// The codes of `width` texels from (x, y) to the right.
@@ -104,15 +103,16 @@ impl Quantised {
     /// When there are none, their planes differ in number, or a value is not finite.
     pub fn new(exemplars: &[Exemplar<'_>], job: &Job) -> Result<Self> {
         let planes = check(exemplars)?;
-        let bytes = |e: &Exemplar<'_>| 2 * (e.index.size().texels() * planes + PADDING) as u64;
-        job.check_bytes("the index of the exemplars", exemplars.iter().map(bytes).sum())?;
-        let ranges: Vec<(f64, f64)> = (0..planes).map(|k| common_range(exemplars, k)).collect();
-        let widest = ranges.iter().map(|(low, high)| high - low).fold(0.0, f64::max);
-        let lows: Vec<f64> = ranges.iter().map(|(low, _)| *low).collect();
-        let levels = even_levels(exemplars, &lows, widest).unwrap_or(u32::from(MAX_CODE.unsigned_abs()));
-        let step = if widest > 0.0 { widest / f64::from(levels) } else { 1.0 };
-        let texels = exemplars.iter().map(|e| interleave(e.index, &lows, step)).collect();
-        Ok(Self { texels, planes, step })
+        let channels: Vec<Channels<'_>> = exemplars.iter().map(Channels::of).collect();
+        job.check_bytes("the index of the exemplars", channels.iter().map(Channels::code_bytes).sum())?;
+        let scale = Scale::common(&channels);
+        let texels = channels.iter().map(|channels| scale.codes(channels)).collect();
+        Ok(Self::of(texels, planes, scale.step))
+    }
+
+    /// Codes of so many planes in a common step.
+    pub(super) fn of(texels: Vec<IndexTexels>, planes: usize, step: f64) -> Self {
+        Self { texels, planes, step }
     }
 
     /// The exemplars in order.
@@ -127,22 +127,8 @@ impl Quantised {
 
     /// The same exemplars at half the size.
     pub(super) fn halved(&self) -> Self {
-        let texels = self.texels.iter().map(|texels| texels.halved(self.planes)).collect();
+        let texels = self.texels.iter().map(IndexTexels::halved).collect();
         Self { texels, ..*self }
-    }
-
-    /// Takes the last exemplar off.
-    ///
-    /// # Panics
-    /// When there is none.
-    pub(super) fn pop(&mut self) -> IndexTexels {
-        self.texels.pop().expect("there is an exemplar")
-    }
-
-    /// The first `planes` planes alone.
-    pub(super) fn first_planes(&self, planes: usize) -> Self {
-        let texels = self.texels.iter().map(|texels| texels.first_planes(planes)).collect();
-        Self { texels, planes, step: self.step }
     }
 
     /// Sets every code, for tests at the limit of the range.
@@ -168,7 +154,7 @@ pub fn squared_lengths(codes: &[i16], planes: usize) -> Vec<u64> {
 }
 
 /// Checks that exemplars can be compared, and returns their number of planes.
-fn check(exemplars: &[Exemplar<'_>]) -> Result<usize> {
+pub(super) fn check(exemplars: &[Exemplar<'_>]) -> Result<usize> {
     let Some(first) = exemplars.first() else {
         return Err(Error::usage("synthesis needs at least one exemplar"));
     };
@@ -203,20 +189,79 @@ fn check(exemplars: &[Exemplar<'_>]) -> Result<usize> {
     Ok(planes)
 }
 
-/// Smallest and largest value of plane `k` over all exemplars.
-fn common_range(exemplars: &[Exemplar<'_>], k: usize) -> (f64, f64) {
-    let widen = |(low, high): (f64, f64), e: &Exemplar<'_>| {
-        let (least, most) = e.index.range(k);
-        (low.min(f64::from(least)), high.max(f64::from(most)))
-    };
-    exemplars.iter().fold((f64::INFINITY, f64::NEG_INFINITY), widen)
+/// Planes that become codes together, the planes of a texel side by side.
+#[derive(Debug, Clone)]
+pub(super) struct Channels<'a> {
+    pub size: Size,
+    /// The number of the first plane: those of a guide alone come after all index planes.
+    pub first: usize,
+    pub planes: Vec<&'a [f32]>,
+}
+
+impl<'a> Channels<'a> {
+    /// The index planes of an exemplar.
+    pub fn of(exemplar: &Exemplar<'a>) -> Self {
+        Self { size: exemplar.index.size(), first: 0, planes: exemplar.index.iter().collect() }
+    }
+
+    /// Memory of their codes.
+    pub fn code_bytes(&self) -> u64 {
+        2 * (self.size.texels() * self.planes.len() + PADDING) as u64
+    }
+
+    /// Each plane with its number.
+    fn numbered(&self) -> impl Iterator<Item = (usize, &'a [f32])> {
+        (self.first..).zip(self.planes.iter().copied())
+    }
+}
+
+/// How values become codes: each plane is shifted by its minimum, and all are divided by one step.
+#[derive(Debug)]
+pub(super) struct Scale {
+    lows: Vec<f64>,
+    /// The difference that one code stands for.
+    pub step: f64,
+}
+
+impl Scale {
+    /// The scale of all planes: those of a number share their shift.
+    pub fn common(all: &[Channels<'_>]) -> Self {
+        let planes = all.iter().map(|channels| channels.first + channels.planes.len()).max().unwrap_or(0);
+        let mut ranges = vec![(f64::INFINITY, f64::NEG_INFINITY); planes];
+        for (k, plane) in all.iter().flat_map(Channels::numbered) {
+            let widen = |(low, high): (f64, f64), value: &f32| {
+                (low.min(f64::from(*value)), high.max(f64::from(*value)))
+            };
+            ranges[k] = plane.iter().fold(ranges[k], widen);
+        }
+        let widest = ranges.iter().map(|(low, high)| high - low).fold(0.0, f64::max);
+        let lows: Vec<f64> = ranges.iter().map(|(low, _)| *low).collect();
+        let levels = even_levels(all, &lows, widest).unwrap_or(u32::from(MAX_CODE.unsigned_abs()));
+        Self { lows, step: if widest > 0.0 { widest / f64::from(levels) } else { 1.0 } }
+    }
+
+    /// The codes of planes.
+    pub fn codes(&self, channels: &Channels<'_>) -> IndexTexels {
+        let (size, planes) = (channels.size, channels.planes.len());
+        let length = size.texels() * planes;
+        let mut codes = vec![0i16; length + PADDING];
+        codes[..length].par_chunks_exact_mut(size.width * planes).enumerate().for_each(|(y, row)| {
+            for (at, (k, plane)) in channels.numbered().enumerate() {
+                let values = &plane[size.index(0, y)..][..size.width];
+                for (code, value) in row[at..].iter_mut().step_by(planes).zip(values) {
+                    *code = ((f64::from(*value) - self.lows[k]) / self.step + 0.5) as i16;
+                }
+            }
+        });
+        IndexTexels { size, planes, codes }
+    }
 }
 
 /// The number n of even steps in the widest range such that every value is a whole number of them
 /// above its plane's minimum; none when that needs more than 255. Values may be off by a thousandth
 /// of 1/255 of the range: less than two fractions with denominators up to 255 differ by, and more
 /// than rounding to `f32` costs.
-fn even_levels(exemplars: &[Exemplar<'_>], lows: &[f64], widest: f64) -> Option<u32> {
+fn even_levels(all: &[Channels<'_>], lows: &[f64], widest: f64) -> Option<u32> {
     if widest <= 0.0 {
         return None;
     }
@@ -225,34 +270,16 @@ fn even_levels(exemplars: &[Exemplar<'_>], lows: &[f64], widest: f64) -> Option<
         (place - (place + 0.5).floor()).abs() > f64::from(n) / 255.0 * 0.001
     };
     let mut n = 1;
-    for exemplar in exemplars {
-        for (plane, low) in exemplar.index.iter().zip(lows) {
-            let scale = 1.0 / widest;
-            for value in plane {
-                let fraction = (f64::from(*value) - low) * scale;
-                if off(fraction, n) {
-                    n = (2..=255 / n).map(|times| times * n).find(|&finer| !off(fraction, finer))?;
-                }
+    for (k, plane) in all.iter().flat_map(Channels::numbered) {
+        let (low, scale) = (lows[k], 1.0 / widest);
+        for value in plane {
+            let fraction = (f64::from(*value) - low) * scale;
+            if off(fraction, n) {
+                n = (2..=255 / n).map(|times| times * n).find(|&finer| !off(fraction, finer))?;
             }
         }
     }
     Some(n)
-}
-
-/// The codes of one exemplar's planes.
-fn interleave(index: &Planes, lows: &[f64], step: f64) -> IndexTexels {
-    let (size, planes) = (index.size(), index.count());
-    let mut codes = vec![0i16; size.texels() * planes + PADDING];
-    let length = size.texels() * planes;
-    codes[..length].par_chunks_exact_mut(size.width * planes).enumerate().for_each(|(y, row)| {
-        for (k, low) in lows.iter().enumerate() {
-            let values = &index.plane(k)[size.index(0, y)..][..size.width];
-            for (code, value) in row[k..].iter_mut().step_by(planes).zip(values) {
-                *code = ((f64::from(*value) - low) / step + 0.5) as i16;
-            }
-        }
-    });
-    IndexTexels { size, planes, codes }
 }
 
 #[cfg(test)]

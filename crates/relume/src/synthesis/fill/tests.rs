@@ -82,13 +82,13 @@ proptest! {
         let blank = blanked(&index, &holes);
         let exemplars = [Exemplar { index: &blank, excluded: Some(&holes) }];
         let guided = Guided::new(&exemplars, options.guidance.as_ref(), size, &job).unwrap();
-        let (quantised, target) = guided.quantised(&job).unwrap();
+        let (quantised, target) = guided.interleaved(&job).unwrap();
         let Ok(positions) = Positions::new(&exemplars, 5) else {
             prop_assert!(fast.is_err());
             return Ok(());
         };
         let mut lattice = Lattice::new(size, planes + guides, boundary, &job).unwrap();
-        target.iter().for_each(|target| lattice.guide(target, guides));
+        target.iter().for_each(|target| lattice.guide(target));
         for texel in (0..size.texels()).filter(|&texel| !holes[texel]) {
             lattice.put(texel, place(texel, size), &quantised);
         }

@@ -71,12 +71,12 @@ impl Task<'_> {
         check_output(self.size, self.window.side(), self.boundary)?;
         check_epsilon(self.epsilon)?;
         let guided = Guided::new(self.exemplars, self.guidance, self.size, job)?;
-        let (quantised, target) = guided.quantised(job)?;
+        let (quantised, target) = guided.interleaved(job)?;
         let positions = Positions::of_windows(self.exemplars, self.window.side())?;
         let scan = Scan::guided(&quantised, &positions, guided.guides(), job)?;
         let mut lattice = Lattice::new(self.size, quantised.planes(), self.boundary, job)?;
         if let Some(target) = &target {
-            lattice.guide(target, guided.guides());
+            lattice.guide(target);
         }
         let (window, seed) = (&self.window, self.seed);
         let grower = Grower { exemplars: &quantised, positions: &positions, window, seed };

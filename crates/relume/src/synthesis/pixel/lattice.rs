@@ -42,16 +42,15 @@ impl Lattice {
         })
     }
 
-    /// Gives the last `guides` planes of every texel their codes, for good.
-    pub fn guide(&mut self, target: &IndexTexels, guides: usize) {
+    /// Gives the last planes of every texel the codes of the output's guide, for good.
+    pub fn guide(&mut self, target: &IndexTexels) {
         assert_eq!(target.size(), self.size, "a guide is as large as the output");
+        let guides = target.planes();
         self.guides = guides;
         for (y, row) in self.codes.chunks_exact_mut(self.size.width * self.planes).enumerate() {
             let theirs = target.run(0, y, self.size.width);
-            let texels = row.chunks_exact_mut(self.planes).zip(theirs.chunks_exact(self.planes));
-            texels.for_each(|(to, from)| {
-                to[self.planes - guides..].copy_from_slice(&from[self.planes - guides..])
-            });
+            let texels = row.chunks_exact_mut(self.planes).zip(theirs.chunks_exact(guides));
+            texels.for_each(|(to, from)| to[self.planes - guides..].copy_from_slice(from));
         }
     }
 

@@ -24,12 +24,6 @@ impl Level {
         Positions::of_areas(&areas, window, "window")
     }
 
-    /// Takes the last exemplar off: the guide of the output.
-    pub(in crate::synthesis) fn pop(&mut self) -> IndexTexels {
-        self.masks.pop();
-        self.exemplars.pop()
-    }
-
     fn halved(&self) -> Self {
         let sizes = self.exemplars.texels().iter().map(|texels| texels.size());
         let masks = self.masks.iter().zip(sizes);
@@ -44,6 +38,11 @@ impl Level {
 /// When the exemplars cannot be quantised, a window does not fit the coarsest of them, or the
 /// limits are exceeded.
 pub fn pyramid(exemplars: &[Exemplar<'_>], levels: usize, window: usize, job: &Job) -> Result<Vec<Level>> {
+    Ok(guided_pyramid(&Guided::new(exemplars, None, Size::new(0, 0), job)?, levels, window, job)?.0)
+}
+
+/// Refuses exemplars whose coarsest level a window does not fit.
+fn check_levels(exemplars: &[Exemplar<'_>], levels: usize, window: usize) -> Result<()> {
     for (number, exemplar) in exemplars.iter().enumerate() {
         let size = exemplar.index.size();
         let coarsest = (1..levels).fold(size, |size, _| halved_size(size));
@@ -55,13 +54,7 @@ pub fn pyramid(exemplars: &[Exemplar<'_>], levels: usize, window: usize, job: &J
             )));
         }
     }
-    let masks = exemplars.iter().map(|exemplar| exemplar.excluded.map(<[bool]>::to_vec)).collect();
-    let mut pyramid = vec![Level { exemplars: Quantised::new(exemplars, job)?, masks }];
-    for _ in 1..levels {
-        let next = pyramid.last().expect("the finest is there").halved();
-        pyramid.push(next);
-    }
-    Ok(pyramid)
+    Ok(())
 }
 
 /// The resolutions of exemplars with guides, and of the output's guide.
@@ -74,9 +67,16 @@ pub(in crate::synthesis) fn guided_pyramid(
     window: usize,
     job: &Job,
 ) -> Result<(Vec<Level>, Vec<Option<IndexTexels>>)> {
-    let mut pyramid = pyramid(&guided.all(), levels, window, job)?;
-    let target = |level: &mut Level| (guided.guides() > 0).then(|| level.pop());
-    let targets = pyramid.iter_mut().map(target).collect();
+    check_levels(guided.exemplars(), levels, window)?;
+    let (exemplars, target) = guided.interleaved(job)?;
+    let masks = guided.exemplars().iter().map(|exemplar| exemplar.excluded.map(<[bool]>::to_vec)).collect();
+    let (mut pyramid, mut targets) = (vec![Level { exemplars, masks }], vec![target]);
+    for level in 1..levels {
+        let (exemplars, target) = (pyramid[level - 1].halved(), &targets[level - 1]);
+        let target = target.as_ref().map(IndexTexels::halved);
+        pyramid.push(exemplars);
+        targets.push(target);
+    }
     Ok((pyramid, targets))
 }
 

@@ -3,14 +3,16 @@
 //! - [`brute`]: every position, many codes at a time;
 //! - [`projection`]: lower bounds from a few projections reject most positions;
 //! - [`fft`]: all distances at once by correlation;
-//! - [`plain`]: every position, one texel after another: the slow truth.
+//! - [`plain`]: every position, one texel after another: the slow truth;
+//! - [`guided`]: every position, where blocks follow a guide as well.
 //!
-//! All members give identical candidates: distances are exact integers ([`distance`]), thresholds
+//! All but the last give identical candidates: distances are exact integers ([`distance`]), thresholds
 //! are integers, and candidates come in the order of exemplar, row, column. [`plan`] chooses.
 
 pub mod brute;
 pub mod distance;
 pub mod fft;
+pub mod guided;
 mod options;
 pub mod plain;
 pub mod plan;
@@ -29,6 +31,8 @@ use super::source_map::Texel;
 pub struct Query {
     /// Which of its texels are filled.
     pub neighbourhood: Neighbourhood,
+    /// The column and row of its first texel in the output, where a guide has its say.
+    pub place: [usize; 2],
     /// The codes of the whole extent, the planes of a texel together, row after row; those of
     /// texels that are not filled have no meaning.
     pub codes: Vec<i16>,
@@ -202,7 +206,7 @@ mod tests {
             };
             let acceptance = Acceptance::new(tolerance, neighbourhood.texels(), quantised.step());
             let likely = vec![Texel { exemplar: 0, y: 1, x: 2 }, Texel { exemplar: 7, y: 0, x: 0 }];
-            let query = Query { neighbourhood, codes, acceptance, likely };
+            let query = Query { neighbourhood, place: [0, 0], codes, acceptance, likely };
             // Others with it: some of its shape, one of another.
             let mut queries = vec![query; count];
             for (i, query) in queries.iter_mut().enumerate().skip(1) {
@@ -211,7 +215,7 @@ mod tests {
             }
             let truth = Plain { exemplars: &quantised, positions: &positions }.candidates(&queries);
             for recipe in recipes(block, narrow) {
-                let found = recipe.prepare(&quantised, &positions).candidates(&queries);
+                let found = recipe.prepare(&quantised, &positions, None).candidates(&queries);
                 prop_assert_eq!(found.len(), count);
                 for (found, truth) in found.iter().zip(&truth) {
                     prop_assert_eq!(&found.candidates, &truth.candidates, "{:?}", recipe);
@@ -234,9 +238,9 @@ mod tests {
         let neighbourhood = Neighbourhood { extent: Size::new(block, block), margins };
         let acceptance = Acceptance::new(Tolerance::Relative(0.0), block * block, 1.0);
         let codes = vec![0; block * block * planes];
-        let query = [Query { neighbourhood, codes, acceptance, likely: Vec::new() }];
+        let query = [Query { neighbourhood, place: [0, 0], codes, acceptance, likely: Vec::new() }];
         for recipe in recipes(block, 29) {
-            let found = &recipe.prepare(&quantised, &positions).candidates(&query)[0].candidates;
+            let found = &recipe.prepare(&quantised, &positions, None).candidates(&query)[0].candidates;
             assert_eq!(found.best, 3600 * planes as u64 * 4095 * 4095, "{recipe:?}");
             assert_eq!(found.positions.len(), 31, "{recipe:?}");
         }

@@ -2,10 +2,12 @@
 
 use super::brute::Brute;
 use super::fft::Fft;
+use super::guided::GuidedSearch;
 use super::projection::{Projection, cells};
 use super::{KernelBasis, Search, SearchMethod, SearchOptions};
+use crate::synthesis::guidance::GuideCodes;
 use crate::synthesis::layout::Layout;
-use crate::synthesis::options::BlockOptions;
+use crate::synthesis::options::{BlockOptions, Boundary};
 use crate::synthesis::positions::Positions;
 use crate::synthesis::quantise::Quantised;
 
@@ -27,6 +29,13 @@ pub enum Recipe {
         /// Kernels for each cell at most.
         kernels: usize,
     },
+    /// Every position in full, and its guide.
+    Guided {
+        /// Texels along a side of a block.
+        block: usize,
+        /// Whether the output goes on at the opposite edge.
+        wraps: bool,
+    },
 }
 
 /// Cells above which correlation is faster, for each of its transforms: one a plane and one back.
@@ -34,14 +43,18 @@ pub enum Recipe {
 /// on 18 planes those of 28 cells six tenths.
 const CELLS_A_TRANSFORM: usize = 12;
 
-/// Decides for a layout of blocks and exemplars of so many planes.
-pub fn plan(options: &SearchOptions, blocks: &BlockOptions, layout: &Layout, planes: usize) -> Recipe {
+/// Decides for a layout of blocks and exemplars of so many planes. A guide decides alone: distances from
+/// it have no bounds or transforms yet, so all positions are looked at whatever method is asked for.
+pub fn plan(blocks: &BlockOptions, layout: &Layout, planes: usize) -> Recipe {
+    if blocks.guidance.is_some() {
+        return Recipe::Guided { block: blocks.block, wraps: blocks.boundary == Boundary::Torus };
+    }
     let shapes = layout.sequence.iter().map(|block| block.neighbourhood);
     let margins = shapes.clone().map(|shape| shape.margins);
     let sides = margins.flat_map(|m| [m.left, m.top, m.right, m.bottom]).filter(|side| *side > 0);
     let side = cells::side(sides.min().unwrap_or(blocks.overlap));
     let cells = shapes.map(|shape| shape.texels() / side.pow(2)).max().unwrap_or(0);
-    let SearchOptions { method, basis, kernels, .. } = *options;
+    let SearchOptions { method, basis, kernels, .. } = blocks.search;
     match method {
         SearchMethod::Brute => Recipe::Brute,
         SearchMethod::Fft => Recipe::Fft,
@@ -55,24 +68,37 @@ pub fn plan(options: &SearchOptions, blocks: &BlockOptions, layout: &Layout, pla
 }
 
 impl Recipe {
-    /// Memory that preparing it takes.
-    pub fn bytes(self, exemplars: &Quantised) -> u64 {
+    /// Memory that preparing it takes, of exemplars and the guides of a guided one.
+    pub(in crate::synthesis) fn bytes(self, exemplars: &Quantised, guides: Option<&GuideCodes>) -> u64 {
         let texels: usize = exemplars.texels().iter().map(|texels| texels.size().texels()).sum();
         match self {
             Self::Brute => 0,
             // Half a complex number for each plane, and the sums of squares.
             Self::Fft => texels as u64 * (8 * exemplars.planes() as u64 + 8),
             Self::Projection { kernels, .. } => Projection::bytes(exemplars, kernels),
+            Self::Guided { .. } => guides.map_or(0, GuidedSearch::bytes),
         }
     }
 
     /// Prepares the search.
-    pub fn prepare<'a>(self, exemplars: &'a Quantised, positions: &'a Positions) -> Box<dyn Search + 'a> {
+    ///
+    /// # Panics
+    /// When a guided one gets no guides.
+    pub(in crate::synthesis) fn prepare<'a>(
+        self,
+        exemplars: &'a Quantised,
+        positions: &'a Positions,
+        guides: Option<&GuideCodes>,
+    ) -> Box<dyn Search + 'a> {
         match self {
             Self::Brute => Box::new(Brute { exemplars, positions }),
             Self::Fft => Box::new(Fft::new(exemplars, positions)),
             Self::Projection { block, side, basis, kernels } => {
                 Box::new(Projection::new(exemplars, positions, (block, side), basis, kernels))
+            }
+            Self::Guided { block, wraps } => {
+                let guides = guides.expect("a guided search has guides");
+                Box::new(GuidedSearch::new(exemplars, positions, guides, block, wraps))
             }
         }
     }
@@ -82,7 +108,9 @@ impl Recipe {
 mod tests {
     use super::*;
     use crate::job::Job;
-    use crate::planes::Size;
+    use crate::planes::{Planes, Size};
+    use crate::synthesis::guidance::{Guidance, Guided};
+    use crate::synthesis::quantise::Exemplar;
 
     #[test]
     fn few_blocks_are_searched_plainly_and_wide_overlaps_by_correlation() {
@@ -90,12 +118,38 @@ mod tests {
             let blocks =
                 BlockOptions { size: Size::new(side, side), block, overlap, ..BlockOptions::default() };
             let layout = Layout::new(&blocks, &Job::default()).unwrap();
-            plan(&blocks.search, &blocks, &layout, planes)
+            plan(&blocks, &layout, planes)
         };
         assert_eq!(chosen(100, 32, 8, 3), Recipe::Brute);
         assert!(matches!(chosen(512, 32, 8, 3), Recipe::Projection { side: 8, .. }));
         assert!(matches!(chosen(512, 48, 12, 18), Recipe::Projection { side: 6, .. }));
         assert_eq!(chosen(512, 96, 32, 3), Recipe::Fft);
         assert!(matches!(chosen(512, 96, 32, 18), Recipe::Projection { side: 8, .. }));
+    }
+
+    /// A named fault: guided searches were planned and charged as projections, then replaced.
+    #[test]
+    fn guided_searches_are_planned_and_charged_as_such() {
+        let job = Job::default();
+        let (exemplar, size) = (Planes::zeros(Size::new(64, 64), 3), Size::new(512, 512));
+        let guidance = Guidance {
+            sources: vec![Planes::zeros(exemplar.size(), 2)],
+            target: Planes::zeros(size, 2),
+            weight: 1.0,
+        };
+        for method in [SearchMethod::Auto, SearchMethod::Projection, SearchMethod::Fft, SearchMethod::Brute] {
+            let search = SearchOptions { method, ..SearchOptions::default() };
+            let guidance = Some(guidance.clone());
+            let blocks = BlockOptions { size, search, guidance, ..BlockOptions::default() };
+            let layout = Layout::new(&blocks, &job).unwrap();
+            let recipe = plan(&blocks, &layout, 3);
+            assert_eq!(recipe, Recipe::Guided { block: blocks.block, wraps: false });
+            let exemplars = [Exemplar { index: &exemplar, excluded: None }];
+            let guided = Guided::new(&exemplars, blocks.guidance.as_ref(), size, &job).unwrap();
+            let (quantised, guides) = guided.apart(&job).unwrap();
+            // Two planes of 32-bit means over the exemplar and over the output.
+            let bytes = recipe.bytes(&quantised, guides.as_ref());
+            assert_eq!(bytes, 2 * 4 * (64 * 64 + 512 * 512));
+        }
     }
 }

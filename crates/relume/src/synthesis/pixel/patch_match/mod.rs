@@ -148,7 +148,7 @@ pub fn patch_match(
         let patches = Patches::new(level, options.window, job)?;
         let mut lattice = Lattice::new(size, level.exemplars.planes(), Boundary::Torus, job)?;
         if let Some(target) = &targets[number] {
-            lattice.guide(target, guided.guides());
+            lattice.guide(target);
         }
         let place = number as u64;
         let mut matching = begin(&mut lattice, &patches, done.as_ref(), (options.seed, place));

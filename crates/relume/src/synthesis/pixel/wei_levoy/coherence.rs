@@ -74,7 +74,7 @@ impl<'a> Coherence<'a> {
         causal: &'a [(isize, isize)],
         sizes: &[Size],
         (count, codewords): (usize, usize),
-        seed: u64,
+        draws: Draws,
         job: &Job,
     ) -> Result<Self> {
         let texels: usize = sizes.iter().map(|size| size.texels()).sum();

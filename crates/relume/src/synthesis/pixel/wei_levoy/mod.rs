@@ -149,10 +149,10 @@ pub fn wei_levoy(
         let samples = Samples::new(&neighbourhood, level, pyramid.get(number + 1), job)?;
         let draws = Draws { seed: options.seed, level: number as u64 };
         let causal = neighbourhood.causal();
-        let search = Prepared::new(options.search, &samples, &causal, level, seed, job)?;
-        let mut lattice = noise(level, &samples, size, seed, job)?;
+        let search = Prepared::new(options.search, &samples, &causal, level, draws, job)?;
+        let mut lattice = noise(level, &samples, size, draws, job)?;
         if let Some(target) = &targets[number] {
-            lattice.guide(target, guides);
+            lattice.guide(target);
         }
         let mut query = Vec::new();
         scanned.distance = 0;
@@ -197,7 +197,7 @@ impl<'a> Prepared<'a> {
             NeighbourSearch::Coherence { candidates, codewords } => {
                 let sizes: Vec<Size> = level.exemplars.texels().iter().map(|texels| texels.size()).collect();
                 let sets = (candidates, codewords);
-                Self::Coherence(Coherence::new(samples, causal, &sizes, sets, seed, job)?)
+                Self::Coherence(Coherence::new(samples, causal, &sizes, sets, draws, job)?)
             }
         })
     }
@@ -219,7 +219,7 @@ impl<'a> Prepared<'a> {
 }
 
 /// A torus of copies of random exemplar texels; each row has its own stream.
-fn noise(level: &Level, samples: &Samples, size: Size, seed: u64, job: &Job) -> Result<Lattice> {
+fn noise(level: &Level, samples: &Samples, size: Size, draws: Draws, job: &Job) -> Result<Lattice> {
     let mut lattice = Lattice::new(size, level.exemplars.planes(), Boundary::Torus, job)?;
     for y in 0..size.height {
         let mut stream = Stream::new(draws.seed, Purpose::ScanlineNoise, [draws.level, y as u64]);

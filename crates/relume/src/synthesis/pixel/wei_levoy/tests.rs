@@ -139,9 +139,10 @@ proptest! {
         let neighbourhood = Neighbourhood::new(5, false, 0);
         let samples = Samples::new(&neighbourhood, level, None, &job).unwrap();
         let causal = neighbourhood.causal();
+        let draws = Draws { seed, level: 0 };
         let search =
-            Coherence::new(&samples, &causal, &[index.size()], (count, 0), seed, &job).unwrap();
-        let lattice = noise(level, &samples, Size::new(width, height), seed, &job).unwrap();
+            Coherence::new(&samples, &causal, &[index.size()], (count, 0), draws, &job).unwrap();
+        let lattice = noise(level, &samples, Size::new(width, height), draws, &job).unwrap();
         let mut query = Vec::new();
         for texel in 0..width * height {
             neighbourhood.of_output(&lattice, None, texel, &mut query);

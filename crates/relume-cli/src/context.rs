@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use clap::Args;
-use relume::{Error, Job, Limits, Result};
+use relume::{Cancel, Error, Job, Limits, Result};
 
 use crate::progress::Bar;
 
@@ -38,8 +38,8 @@ pub struct Context {
 }
 
 impl Context {
-    /// Checks the options and sets the number of threads.
-    pub fn new(common: Common) -> Result<Self> {
+    /// Checks the options and sets the number of threads; `cancel` stops the work.
+    pub fn new(common: Common, cancel: Cancel) -> Result<Self> {
         if let Some(threads) = common.threads {
             if !(1..=1024).contains(&threads) {
                 return Err(Error::usage(format!("--threads {threads}: expected a number from 1 to 1024")));
@@ -49,7 +49,7 @@ impl Context {
             })?;
         }
         let bar = Arc::new(Bar::default());
-        let job = Job::new(limits(common.memory)?).with_progress(bar.clone());
+        let job = Job::new(limits(common.memory)?).with_progress(bar.clone()).with_cancel(cancel);
         Ok(Self { json: common.json, force: common.force, job, bar })
     }
 }

@@ -11,16 +11,18 @@ mod gathered;
 mod input;
 mod normals;
 mod output;
+mod paths;
 mod progress;
 mod rearranged;
 mod report;
+mod signals;
 mod tile_set;
 mod verb;
 
 use std::process::ExitCode;
 
 use clap::Parser;
-use relume::{Error, ErrorKind};
+use relume::{Cancel, Error, ErrorKind};
 
 use context::{Common, Context};
 use verb::Verb;
@@ -38,10 +40,11 @@ struct Cli {
 fn main() -> ExitCode {
     let cli = Cli::parse();
     let json = cli.common.json;
-    let result = Context::new(cli.common).and_then(|context| {
+    let result = watch().and_then(|cancel| Context::new(cli.common, cancel)).and_then(|context| {
         let report = verb::run(cli.verb, &context)?;
         report.print(&context)
     });
+    signals::end_if_received();
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
@@ -49,6 +52,14 @@ fn main() -> ExitCode {
             exit_code(&error)
         }
     }
+}
+
+/// What signals tell the work to stop by.
+fn watch() -> relume::Result<Cancel> {
+    let cancel = Cancel::default();
+    let told = cancel.clone();
+    signals::watch(move || told.cancel()).map_err(|e| Error::io("cannot watch for signals", &e))?;
+    Ok(cancel)
 }
 
 fn exit_code(error: &Error) -> ExitCode {

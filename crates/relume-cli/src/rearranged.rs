@@ -9,6 +9,7 @@ use relume::synthesis::SourceMap;
 use relume::{Error, ReflectanceField, Result};
 
 use crate::context::Context;
+use crate::output::Outputs;
 use crate::{gathered, input, output};
 
 /// Options for source maps and registered images.
@@ -40,33 +41,28 @@ impl Args {
         [("--source-map", self.source_map.is_some()), ("--apply", !self.apply.is_empty())]
     }
 
-    /// Names all outputs of a command that reads `inputs` and also writes `outputs`, of which the
-    /// first is the texture, and refuses them before any work is done.
-    pub fn check(
+    /// Claims all outputs of a command that reads `inputs` and also writes `named`, of which the first is
+    /// the texture, before any work is done.
+    pub fn claim(
         &self,
         inputs: &[&Path],
-        outputs: &[&Path],
+        named: &[&Path],
         exemplars: usize,
-        context: &Context,
+        outputs: &mut Outputs,
     ) -> Result<Vec<Applied<'_>>> {
         let inputs: Vec<&Path> = inputs.iter().copied().chain(self.apply.iter().map(|p| &**p)).collect();
         if inputs.iter().filter(|path| output::is_stream(path)).count() > 1 {
             return Err(Error::usage("standard input can be read only once: give - for one input at most"));
         }
-        let jobs = self.jobs(outputs[0], exemplars)?;
-        let mut named = outputs.to_vec();
-        named.extend(self.source_map.as_deref());
-        named.extend(jobs.iter().map(|job| job.output.as_path()));
-        for (i, path) in named.iter().enumerate() {
-            output::check(path, &inputs, context)?;
-            if named[..i].contains(path) {
-                return Err(Error::usage("is named for two outputs of this command: choose another").at(path));
-            }
+        let jobs = self.jobs(named[0], exemplars)?;
+        let all = named.iter().copied().chain(self.source_map.as_deref());
+        for path in all.chain(jobs.iter().map(|job| job.output.as_path())) {
+            outputs.file(path, &inputs)?;
         }
         if let Some(path) = &self.source_map {
             gathered::check_map(path)?;
         }
-        let textures = jobs.iter().map(|job| job.output.as_path()).chain([outputs[0]]);
+        let textures = jobs.iter().map(|job| job.output.as_path()).chain([named[0]]);
         for path in textures.filter(|path| !output::is_stream(path)) {
             FieldFormat::from_path(path)?;
         }

@@ -1,11 +1,13 @@
 //! What a verb says when it is done: a text for people and the same as JSON.
 
-use std::io::{ErrorKind as IoErrorKind, Write};
+use std::io::Write;
+use std::path::PathBuf;
 
 use relume::{Error, Result};
 use serde_json::{Value, json};
 
 use crate::context::Context;
+use crate::output::is_stream;
 
 /// The result of a verb.
 #[derive(Debug)]
@@ -14,20 +16,20 @@ pub struct Report {
     pub text: String,
     /// For programs.
     pub json: Value,
-    /// Whether standard output already carries the verb's output, so the report must not.
-    pub stdout_taken: bool,
+    /// What was written. Where standard output carries one of them, the report goes to standard error.
+    pub outputs: Vec<PathBuf>,
 }
 
 impl Report {
     /// A report for standard output.
     pub fn new(text: impl Into<String>, json: Value) -> Self {
-        Self { text: text.into(), json, stdout_taken: false }
+        Self { text: text.into(), json, outputs: Vec::new() }
     }
 
-    /// Sends the report to standard error when `taken`.
+    /// Names what was written.
     #[must_use]
-    pub fn with_stdout_taken(mut self, taken: bool) -> Self {
-        self.stdout_taken = taken;
+    pub fn with_outputs(mut self, outputs: Vec<PathBuf>) -> Self {
+        self.outputs = outputs;
         self
     }
 
@@ -38,7 +40,7 @@ impl Report {
         if line.is_empty() {
             return Ok(());
         }
-        if self.stdout_taken {
+        if self.outputs.iter().any(|path| is_stream(path)) {
             eprintln!("{line}");
             return Ok(());
         }
@@ -46,15 +48,14 @@ impl Report {
     }
 }
 
-/// Writes to standard output; a reader that has gone away is no error.
+/// Writes to standard output.
+///
+/// # Errors
+/// Also when its reader has gone away: what it has got is cut off.
 pub fn write_stdout(bytes: &[u8]) -> Result<()> {
     let mut stdout = std::io::stdout().lock();
-    match stdout.write_all(bytes).and_then(|()| stdout.flush()) {
-        Err(error) if error.kind() != IoErrorKind::BrokenPipe => {
-            Err(Error::io("cannot write to standard output", &error))
-        }
-        _ => Ok(()),
-    }
+    let written = stdout.write_all(bytes).and_then(|()| stdout.flush());
+    written.map_err(|error| Error::io("cannot write all of the standard output", &error))
 }
 
 /// Prints an error as one sentence on standard error, and as JSON on standard output when asked.

@@ -1,16 +1,16 @@
 //! Files of tiles: a texture in which tiles of equal height lie one below the other.
 //!
 //! An EXR file says by itself how many, and how they lean where they do; beside any other file lies
-//! `FILE.json` that says it.
+//! `FILE.json` that says it, with the stamp of the file it belongs to.
 
 use std::ffi::OsString;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use relume::format::{FieldFile, exr};
+use relume::format::{FieldFile, decode_field, exr};
 use relume::numeric::cells::Cells;
 use relume::synthesis::roller::TileSet;
-use relume::{Error, Job, Result, Size};
+use relume::{Error, Job, Result, Size, Stamp};
 use serde_json::{Value, json};
 
 use crate::input;
@@ -40,6 +40,7 @@ pub fn in_words(count: usize, cells: &Cells) -> String {
 /// The keys of both kinds of file.
 const KEY: &str = "relumeTiles";
 const CELL_KEY: &str = "cell";
+const STAMP_KEY: &str = "file";
 
 /// The largest file beside the tiles that is read: it holds a few numbers.
 const LARGEST_SIDECAR: u64 = 1 << 16;
@@ -54,13 +55,14 @@ pub fn sidecar_path(tiles: &Path) -> Option<PathBuf> {
     Some(PathBuf::from(name))
 }
 
-/// What that file holds.
-pub fn sidecar(tiles: &TileSet) -> Vec<u8> {
+/// What that file holds, beside a file of these bytes.
+pub fn sidecar(tiles: &TileSet, file: &[u8]) -> Vec<u8> {
     let (tile, cells) = (tiles.tile(), tiles.cells());
     let mut value = json!({ KEY: tiles.count(), "tile_width": tile.width, "tile_height": tile.height });
     if !cells.are_upright() {
         value[CELL_KEY] = json!([cells.right(), cells.down()]);
     }
+    value[STAMP_KEY] = json!(Stamp::of(file));
     format!("{value:#}\n").into_bytes()
 }
 
@@ -70,11 +72,13 @@ pub fn open(path: &Path, job: &Job) -> Result<Option<TileSetFile>> {
         return Ok(None);
     }
     let found = match sidecar_path(path).filter(|path| path.is_file()) {
-        Some(sidecar) => tiles_in(&sidecar)?,
-        None => exr::tiles_in(path, job)?,
+        Some(sidecar) => Sidecar::read(&sidecar)?,
+        None => exr::tiles_in(path, job)?.map(|(count, cells)| Sidecar { count, cells, stamp: None }),
     };
-    let Some((count, cells)) = found else { return Ok(None) };
-    let file = input::field(path, job)?;
+    let Some(Sidecar { count, cells, stamp }) = found else { return Ok(None) };
+    let bytes = input::bytes(path, job)?;
+    refuse_other(stamp, Stamp::of(&bytes)).map_err(|e| e.at(path))?;
+    let file = decode_field(&bytes, job).map_err(|e| e.at(path))?;
     let Size { width, height } = file.field.size();
     if count == 0 || !height.is_multiple_of(count) {
         return Err(Error::invalid(format!(
@@ -94,28 +98,60 @@ pub fn open(path: &Path, job: &Job) -> Result<Option<TileSetFile>> {
     Ok(Some(TileSetFile { file, count, cells }))
 }
 
-/// What a file beside tiles says; none where it is some other JSON file.
-fn tiles_in(path: &Path) -> Result<Option<(usize, Option<Cells>)>> {
-    let failed = |e: &std::io::Error| Error::io("cannot read the file", e).at(path);
-    if fs::metadata(path).map_err(|e| failed(&e))?.len() > LARGEST_SIDECAR {
-        return Ok(None);
+/// Refuses tiles that are not those of the file beside them; one by hand may leave the stamp out.
+fn refuse_other(said: Option<Stamp>, found: Stamp) -> Result<()> {
+    match said.filter(|said| *said != found) {
+        Some(said) => Err(Error::invalid(format!(
+            "is {found}, and the .json beside it belongs to a file of {said}: make the tiles anew, or delete the \
+             .json to use the file as a picture"
+        ))),
+        None => Ok(()),
     }
-    let text = fs::read(path).map_err(|e| failed(&e))?;
-    let value: Value = match serde_json::from_slice(&text) {
-        Ok(value) => value,
-        Err(_) => return Ok(None),
-    };
-    let Some(count) = value.get(KEY) else { return Ok(None) };
-    let number = count.as_u64().and_then(|count| usize::try_from(count).ok()).ok_or_else(|| {
-        Error::invalid(format!("'{KEY}' is {count}: expected the number of tiles")).at(path)
-    })?;
-    let Some(cell) = value.get(CELL_KEY) else { return Ok(Some((number, None))) };
-    let steps = serde_json::from_value::<[[i64; 2]; 2]>(cell.clone()).ok();
-    let cells = steps.and_then(|[right, down]| Cells::new(right, down)).ok_or_else(|| {
-        Error::invalid(format!(
-            "'{CELL_KEY}' is {cell}: expected two steps that lean less than they are long"
-        ))
-        .at(path)
-    })?;
-    Ok(Some((number, Some(cells))))
+}
+
+/// What a file beside tiles says.
+struct Sidecar {
+    count: usize,
+    cells: Option<Cells>,
+    stamp: Option<Stamp>,
+}
+
+impl Sidecar {
+    /// Reads it; none where it is JSON of another kind.
+    ///
+    /// # Errors
+    /// What is no JSON, or says something else than the numbers expected.
+    fn read(path: &Path) -> Result<Option<Self>> {
+        let failed = |e: &std::io::Error| Error::io("cannot read the file", e).at(path);
+        if fs::metadata(path).map_err(|e| failed(&e))?.len() > LARGEST_SIDECAR {
+            return Ok(None);
+        }
+        let text = fs::read(path).map_err(|e| failed(&e))?;
+        let value: Value = serde_json::from_slice(&text).map_err(|e| {
+            let message = "is damaged and may have said that the file beside it holds tiles: delete it to use that \
+                           file as a picture";
+            Error::invalid(format!("{message} ({e})")).at(path)
+        })?;
+        let said = Self::of(&value).map_err(|message| Error::invalid(message).at(path));
+        value.get(KEY).map(|_| said).transpose()
+    }
+
+    fn of(value: &Value) -> Result<Self, String> {
+        let count = &value[KEY];
+        let count = count.as_u64().and_then(|count| usize::try_from(count).ok()).filter(|count| *count > 0);
+        let count =
+            count.ok_or_else(|| format!("'{KEY}' is {}: expected the number of tiles", value[KEY]))?;
+        let steps = |cell: &Value| {
+            let steps = serde_json::from_value::<[[i64; 2]; 2]>(cell.clone()).ok();
+            steps.and_then(|[right, down]| Cells::new(right, down)).ok_or_else(|| {
+                format!("'{CELL_KEY}' is {cell}: expected two steps that lean less than they are long")
+            })
+        };
+        let stamp = |stamp: &Value| {
+            serde_json::from_value(stamp.clone())
+                .map_err(|_| format!("'{STAMP_KEY}' is {stamp}: expected 'bytes' and 'crc32'"))
+        };
+        let cells = value.get(CELL_KEY).map(steps).transpose()?;
+        Ok(Self { count, cells, stamp: value.get(STAMP_KEY).map(stamp).transpose()? })
+    }
 }

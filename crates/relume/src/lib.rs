@@ -27,6 +27,7 @@ pub mod progress;
 pub mod raster;
 pub mod size;
 pub mod space;
+pub mod stamp;
 
 // The central type.
 pub mod field;
@@ -58,3 +59,4 @@ pub use progress::Progress;
 pub use raster::{Raster, Samples};
 pub use size::Size;
 pub use space::Space;
+pub use stamp::Stamp;

@@ -13,6 +13,7 @@ use relume::{Direction, Result};
 use serde_json::json;
 
 use crate::context::Context;
+use crate::output::Outputs;
 use crate::report::Report;
 use crate::{evaluated, output};
 
@@ -33,8 +34,9 @@ pub struct Args {
 
 /// Analyses the texture and reports.
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
+    let mut outputs = Outputs::new(context);
     let target = args.output.as_deref().map(|path| {
-        output::check(path, &[&args.file], context)?;
+        outputs.file(path, &[&args.file])?;
         let stream = output::is_stream(path);
         let format =
             if stream { Ok(PictureFormat::Png(Depth::Eight)) } else { PictureFormat::from_path(path) };
@@ -49,13 +51,12 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let found = analyze(&planes, &context.job).map_err(|e| e.at(&args.file))?;
     if let Some((path, format)) = target {
         let picture = draw(&relight(&field, Direction::ZENITH), &planes, &found, &context.job)?;
-        output::write(path, &encode_picture(&picture, format)?, context)?;
+        outputs.write(path, encode_picture(&picture, format)?)?;
     }
-    let taken = args.output.as_deref().is_some_and(output::is_stream);
+    let written = outputs.commit()?;
     let mut json = json!(found);
     let advice = advise(&[(&found, planes.size())]);
     json["advice"] = json!(advice);
-    json["output"] = json!(args.output);
     let ways: Vec<String> = advice.ways.iter().map(|way| way_in_words(*way)).collect();
     let text = format!(
         "{}: {}\n{}\n  to try       {} (--method auto does)",
@@ -64,7 +65,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         describe(&found),
         ways.join(", ")
     );
-    Ok(Report::new(text + &warnings(&found), json).with_stdout_taken(taken))
+    Ok(Report::new(text + &warnings(&found), json).with_outputs(written))
 }
 
 /// A way of synthesis as options of `relume synth`.

@@ -12,7 +12,7 @@ use relume::synthesis::{Boundary, Guidance, SourceMap};
 use serde_json::{Value, json};
 
 use crate::context::Context;
-use crate::output;
+use crate::output::Outputs;
 use crate::rearranged::{self, Applied, read_registered};
 use crate::report::Report;
 use crate::{args, gathered, input};
@@ -75,14 +75,15 @@ pub struct How {
 
 /// Fills the holes and writes all that was asked for.
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
-    let applied = args.how.check(&[&args.file, &args.mask], context)?;
+    let mut outputs = Outputs::new(context);
+    let applied = args.how.claim(&[&args.file, &args.mask], &mut outputs)?;
     let boundary = if args.tile { Boundary::Torus } else { Boundary::Open };
     let texture = args.how.read(&args.file, applied, context)?;
     let holes = input::mask(&args.mask, texture.file[0].field.size(), &context.job)?;
     let options = args.how.options(boundary, &texture);
     let excluded = texture.excluded.as_deref();
     let (map, growth) = fill(&texture.index, &holes, excluded, &options, &context.job)?;
-    args.how.finish(&texture, &map, &growth, "of the holes", json!({ "tile": args.tile }), context)
+    args.how.finish(&texture, &map, &growth, "of the holes", json!({ "tile": args.tile }), outputs, context)
 }
 
 /// A texture ready to be filled.
@@ -101,11 +102,11 @@ pub struct Texture<'a> {
 }
 
 impl How {
-    /// Refuses outputs before any work is done.
-    pub fn check(&self, inputs: &[&Path], context: &Context) -> Result<Vec<Applied<'_>>> {
+    /// Claims the outputs before any work is done.
+    pub fn claim(&self, inputs: &[&Path], outputs: &mut Outputs) -> Result<Vec<Applied<'_>>> {
         let masks = self.exclude.as_deref().into_iter().chain(self.guide.as_deref());
         let inputs: Vec<&Path> = inputs.iter().copied().chain(masks).collect();
-        self.rearranged.check(&inputs, &[&self.output], 1, context)
+        self.rearranged.claim(&inputs, &[&self.output], 1, outputs)
     }
 
     /// Reads a texture, its index planes, the texels that may not be copied, its guide, and the images
@@ -147,6 +148,7 @@ impl How {
         growth: &Growth,
         what: &str,
         special: Value,
+        mut outputs: Outputs,
         context: &Context,
     ) -> Result<Report> {
         let made = gathered::apply(map, &texture.file, &self.output, context)?;
@@ -155,9 +157,10 @@ impl How {
             files.push((job.output.clone(), gathered::apply(map, images, &job.output, context)?));
         }
         files.extend(self.rearranged.source_map(map, context)?);
-        for (path, bytes) in &files {
-            output::write(path, bytes, context)?;
+        for (path, bytes) in files {
+            outputs.write(&path, bytes)?;
         }
+        let written = outputs.commit()?;
         let text = format!(
             "{}: {} texels {what} filled from windows of {}, drawn from {} positions",
             self.output.display(),
@@ -165,17 +168,15 @@ impl How {
             self.window,
             growth.positions
         );
-        let outputs: Vec<&Path> = files.iter().map(|(path, _)| &**path).collect();
         let mut json = json!({
             "width": map.size().width,
             "height": map.size().height,
             "window": self.window,
             "seed": self.seed,
             "filling": growth,
-            "outputs": outputs,
         });
         special.as_object().into_iter().flatten().for_each(|(name, value)| json[name] = value.clone());
-        Ok(Report::new(text, json).with_stdout_taken(output::is_stream(&self.output)))
+        Ok(Report::new(text, json).with_outputs(written))
     }
 }
 

@@ -6,12 +6,12 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use relume::capture::{Capture, Pairing};
 use relume::field::{Basis, ColorModel};
 use relume::fit::{self, FitOptions, FitReport};
-use relume::format::{ExrDepth, FieldFormat, encode_field, read_raster};
+use relume::format::{ExrDepth, FieldFormat, encode_field};
 use relume::{Error, ReflectanceField, Result, Size, Space};
 use serde_json::json;
 
 use crate::context::Context;
-use crate::output;
+use crate::output::{self, CaptureFiles, Outputs};
 use crate::report::Report;
 
 /// Arguments of `relume fit`.
@@ -61,7 +61,8 @@ struct Rectangle {
 
 /// Fits a capture and writes the field.
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
-    output::check(&args.output, &[&args.capture], context)?;
+    let mut outputs = Outputs::new(context);
+    outputs.file(&args.output, &[&args.capture])?;
     let format = output_format(args)?;
     let options = FitOptions {
         basis: args.basis,
@@ -72,17 +73,18 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     };
     let capture = Capture::open(&args.capture, args.pair)?;
     let paths: Vec<&Path> = capture.photographs.iter().map(|p| p.path.as_path()).collect();
-    output::check(&args.output, &paths, context)?;
+    output::refuse_input(&args.output, &paths)?;
+    let files = CaptureFiles::of(&capture)?;
     let load = |i: usize| {
-        let photograph = read_raster(paths[i], &context.job)?;
+        let photograph = files.raster(paths[i], &context.job)?;
         let cropped = args.crop.map(|r| photograph.crop(r.x, r.y, r.size));
         cropped.unwrap_or(Ok(photograph)).map_err(|e| e.at(paths[i]))
     };
     let fit =
         fit::fit(&capture.lights(), &load, &options, &context.job).map_err(|e| e.at(&capture.light_file))?;
-    output::write(&args.output, &encode_field(&fit.field, format, None, &context.job)?, context)?;
+    outputs.write(&args.output, encode_field(&fit.field, format, None, &context.job)?)?;
+    let written = outputs.commit()?;
     let json = json!({
-        "output": args.output,
         "width": fit.field.size().width,
         "height": fit.field.size().height,
         "basis": fit.field.basis(),
@@ -90,7 +92,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         "report": fit.report,
     });
     let text = summary(&args.output, &fit.field, &fit.report);
-    Ok(Report::new(text, json).with_stdout_taken(output::is_stream(&args.output)))
+    Ok(Report::new(text, json).with_outputs(written))
 }
 
 fn output_format(args: &Args) -> Result<FieldFormat> {

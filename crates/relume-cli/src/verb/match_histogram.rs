@@ -8,6 +8,7 @@ use relume::{Error, Planes, ReflectanceField, Result};
 use serde_json::json;
 
 use crate::context::Context;
+use crate::output::Outputs;
 use crate::report::Report;
 use crate::{input, output};
 
@@ -36,12 +37,14 @@ const MOST_RANKS: usize = 1 << 24;
 
 /// Matches and writes.
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
+    let mut outputs = Outputs::new(context);
     for path in std::iter::once(&args.output).chain(&args.ranks) {
-        output::check(path, &[&args.file, &args.to], context)?;
+        outputs.file(path, &[&args.file, &args.to])?;
     }
-    if args.ranks.as_ref() == Some(&args.output) {
-        return Err(Error::usage("is named for two outputs of this command: choose another").at(&args.output));
-    }
+    let format = match output::is_stream(&args.output) {
+        true => FieldFormat::Exr(ExrDepth::Float),
+        false => FieldFormat::from_path(&args.output)?,
+    };
     let file = input::field(&args.file, &context.job)?;
     let to = input::field(&args.to, &context.job)?;
     let texels = file.field.size().texels();
@@ -50,25 +53,23 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     }
     context.job.check("the ranks", file.field.size(), 28 * file.field.coefficients().count() as u64)?;
     let (matched, ranks) = matched(&file.field, &to.field).map_err(|e| e.at(&args.file))?;
-    let format = match output::is_stream(&args.output) {
-        true => FieldFormat::Exr(ExrDepth::Float),
-        false => FieldFormat::from_path(&args.output)?.in_depth_of(&to.encoding),
-    };
+    let format = if output::is_stream(&args.output) { format } else { format.in_depth_of(&to.encoding) };
     let bytes = encode_field(&matched, format, Some(&to.encoding), &context.job);
-    output::write(&args.output, &bytes.map_err(|e| e.at(&args.output))?, context)?;
+    outputs.write(&args.output, bytes.map_err(|e| e.at(&args.output))?)?;
     if let Some(path) = &args.ranks {
         let format = FieldFormat::Exr(ExrDepth::Float);
         let bytes = encode_field(&ranks, format, None, &context.job).map_err(|e| e.at(path))?;
-        output::write(path, &bytes, context)?;
+        outputs.write(path, bytes)?;
     }
+    let written = outputs.commit()?;
     let text = format!(
         "{}: {} texels with the values of {}",
         args.output.display(),
         matched.size(),
         args.to.display()
     );
-    let json = json!({ "output": args.output, "ranks": args.ranks });
-    Ok(Report::new(text, json).with_stdout_taken(output::is_stream(&args.output)))
+    let json = json!({ "width": matched.size().width, "height": matched.size().height });
+    Ok(Report::new(text, json).with_outputs(written))
 }
 
 /// The field with the other one's values, plane by plane, and its ranks.

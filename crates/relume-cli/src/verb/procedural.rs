@@ -43,12 +43,12 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     })?;
     let tiling = if args.tile { Tiling::Torus } else { Tiling::Free };
     let options = args.options.options(tiling);
-    let folder = Folder::stage(&args.output, context)?;
+    let folder = Folder::stage(&args.output, &[], context)?;
     let maps = material.make(&options, &context.job)?;
     write(&maps, tiling, &folder)?;
     let json = description(args, material, &options, &maps);
     folder.add("material.json", format!("{json:#}\n").as_bytes())?;
-    folder.commit()?;
+    let written = folder.commit()?;
     let (low, high) = maps.height.range(0);
     let text = format!(
         "{}: {}, {} texels, heights {low:.2} to {high:.2} texels",
@@ -56,7 +56,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         material.name(),
         maps.size()
     );
-    Ok(Report::new(text, json))
+    Ok(Report::new(text, json).with_outputs(written))
 }
 
 fn write(maps: &SurfaceMaps, tiling: Tiling, folder: &Folder) -> Result<()> {
@@ -83,7 +83,6 @@ fn description(args: &Args, material: Material, options: &MaterialOptions, maps:
     let (low, high) = maps.height.range(0);
     json!({
         "material": material.name(),
-        "output": args.output,
         "width": options.size.width,
         "height": options.size.height,
         "seed": options.seed,

@@ -2,12 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use relume::format::{Depth, PictureFormat, animation, encode_picture};
+use relume::format::{Depth, PictureFormat, animation as encode, encode_picture};
 use relume::render::{Sweep, relight};
 use relume::{Direction, Error, Picture, ReflectanceField, Result, surface};
 use serde_json::json;
 
 use crate::context::Context;
+use crate::output::{Folder, Outputs};
 use crate::report::Report;
 use crate::{args, evaluated, normals, output};
 
@@ -55,7 +56,8 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         return run_sweep(args, sweep, context);
     }
     let format = still_format(&args.output)?;
-    output::check(&args.output, &[&args.file], context)?;
+    let mut outputs = Outputs::new(context);
+    outputs.file(&args.output, &[&args.file])?;
     let field = args.evaluated.texture(&args.file, &context.job)?;
     context.job.check("the picture", field.size(), 24)?;
     let (picture, format, what) = match args.what.light {
@@ -67,16 +69,16 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
             "normals (+Y)",
         ),
     };
-    output::write(&args.output, &encode_picture(&picture, format)?, context)?;
+    outputs.write(&args.output, encode_picture(&picture, format)?)?;
+    let written = outputs.commit()?;
     let text = format!("{}: {what}, {}", args.output.display(), picture.size());
     let json = json!({
-        "output": args.output,
         "what": what,
         "width": picture.size().width,
         "height": picture.size().height,
         "light": args.what.light.map(Direction::to_array),
     });
-    Ok(Report::new(text, json).with_stdout_taken(output::is_stream(&args.output)))
+    Ok(Report::new(text, json).with_outputs(written))
 }
 
 fn still_format(path: &Path) -> Result<PictureFormat> {
@@ -110,35 +112,37 @@ impl Frames {
 fn run_sweep(args: &Args, sweep: Sweep, context: &Context) -> Result<Report> {
     let lights = sweep.directions();
     let frames = Frames::of(&args.output);
-    if frames != Frames::Folder {
-        output::check(&args.output, &[&args.file], context)?;
-    }
-    let field = args.evaluated.texture(&args.file, &context.job)?;
-    if frames == Frames::Folder {
-        write_folder(args, &field, &lights, context)?;
+    let read = || args.evaluated.texture(&args.file, &context.job);
+    let (field, written) = if frames == Frames::Folder {
+        let folder = Folder::stage(&args.output, &[&args.file], context)?;
+        let field = read()?;
+        let written = write_folder(folder, &field, &lights, context)?;
+        (field, written)
     } else {
-        write_animation(args, frames, &field, &lights, context)?;
-    }
+        let mut outputs = Outputs::new(context);
+        outputs.file(&args.output, &[&args.file])?;
+        let field = read()?;
+        outputs.write(&args.output, animation(args, frames, &field, &lights, context)?)?;
+        (field, outputs.commit()?)
+    };
     let directions: Vec<[f64; 3]> = lights.iter().map(|light| light.to_array()).collect();
     let text = format!("{}: {} pictures, {}", args.output.display(), lights.len(), field.size());
     let json = json!({
-        "output": args.output,
         "what": "sweep",
         "width": field.size().width,
         "height": field.size().height,
         "lights": directions,
     });
-    Ok(Report::new(text, json).with_stdout_taken(output::is_stream(&args.output)))
+    Ok(Report::new(text, json).with_outputs(written))
 }
 
 /// Numbered PNG files, one after another in memory.
 fn write_folder(
-    args: &Args,
+    folder: Folder,
     field: &ReflectanceField,
     lights: &[Direction],
     context: &Context,
-) -> Result<()> {
-    let folder = output::Folder::stage(&args.output, context)?;
+) -> Result<Vec<PathBuf>> {
     context.job.start("relighting", lights.len() as u64);
     for (i, &light) in lights.iter().enumerate() {
         let bytes = encode_picture(&relight(field, light), PictureFormat::Png(Depth::Eight))?;
@@ -148,20 +152,20 @@ fn write_folder(
     folder.commit()
 }
 
-fn write_animation(
+fn animation(
     args: &Args,
     frames: Frames,
     field: &ReflectanceField,
     lights: &[Direction],
     context: &Context,
-) -> Result<()> {
+) -> Result<Vec<u8>> {
     let bytes_per_texel = (4 * field.color().channels() * lights.len()) as u64;
     context.job.check("the animation", field.size(), bytes_per_texel)?;
     let pictures: Vec<Picture> = lights.iter().map(|&light| relight(field, light)).collect();
     let bytes = match frames {
-        Frames::Gif => animation::encode_gif(&pictures, args.fps),
-        Frames::Apng => animation::encode_apng(&pictures, args.fps),
+        Frames::Gif => encode::encode_gif(&pictures, args.fps),
+        Frames::Apng => encode::encode_apng(&pictures, args.fps),
         Frames::Folder => Err(Error::usage("a folder is no animation")),
     };
-    output::write(&args.output, &bytes.map_err(|e| e.at(&args.output))?, context)
+    bytes.map_err(|e| e.at(&args.output))
 }

@@ -12,6 +12,7 @@ use relume::{Error, Result};
 use serde_json::json;
 
 use crate::context::Context;
+use crate::output::Outputs;
 use crate::rearranged::{self, read_registered};
 use crate::report::Report;
 use crate::tile_set::{in_words, sidecar, sidecar_path};
@@ -53,9 +54,10 @@ pub struct Args {
 /// Makes tiles and writes them.
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let inputs: Vec<&Path> = std::iter::once(&*args.file).chain(args.exclude.as_deref()).collect();
-    let applied = args.rearranged.check(&inputs, &[&args.output], 1, context)?;
+    let mut outputs = Outputs::new(context);
+    let applied = args.rearranged.claim(&inputs, &[&args.output], 1, &mut outputs)?;
     for path in std::iter::once(&*args.output).chain(applied.iter().map(|job| &*job.output)) {
-        check_tiles(path, &inputs, context)?;
+        claim_tiles(path, &inputs, &mut outputs)?;
     }
     let options = RollerOptions {
         tiles: args.tiles,
@@ -73,19 +75,20 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         files.extend(tiles(&job.output, &rolled, &image[0], context)?);
     }
     files.extend(args.rearranged.source_map(rolled.tiles.map(), context)?);
-    for (path, bytes) in &files {
-        output::write(path, bytes, context)?;
+    for (path, bytes) in files {
+        outputs.write(&path, bytes)?;
     }
-    Ok(report(&args.output, &options, &rolled))
+    let written = outputs.commit()?;
+    Ok(report(&args.output, &options, &rolled).with_outputs(written))
 }
 
-/// Refuses a file that cannot hold tiles.
-fn check_tiles(path: &Path, inputs: &[&Path], context: &Context) -> Result<()> {
+/// Refuses a file that cannot hold tiles, and claims the one beside it.
+fn claim_tiles(path: &Path, inputs: &[&Path], outputs: &mut Outputs) -> Result<()> {
     if output::is_stream(path) {
         return Err(Error::usage("a set of tiles is one or two files: name one instead of -"));
     }
     if let Some(beside) = sidecar_path(path) {
-        output::check(&beside, inputs, context)?;
+        outputs.file(&beside, inputs)?;
     }
     if matches!(FieldFormat::from_path(path)?, FieldFormat::Picture(PictureFormat::Jpeg { .. })) {
         let message = "JPEG changes texels, so tiles would not share a border: name the file .png";
@@ -102,7 +105,7 @@ fn tiles(
     context: &Context,
 ) -> Result<Vec<(PathBuf, Vec<u8>)>> {
     let bytes = encode(rolled, from, FieldFormat::from_path(path)?, context).map_err(|e| e.at(path))?;
-    let beside = sidecar_path(path).map(|beside| (beside, sidecar(&rolled.tiles)));
+    let beside = sidecar_path(path).map(|beside| (beside, sidecar(&rolled.tiles, &bytes)));
     Ok(std::iter::once((path.to_owned(), bytes)).chain(beside).collect())
 }
 
@@ -139,7 +142,6 @@ fn report(output: &Path, options: &RollerOptions, rolled: &Rolled) -> Report {
         quality(how, options.lean)
     );
     let json = json!({
-        "output": output,
         "tiles": tiles.count(),
         "tile_width": tiles.tile().width,
         "tile_height": tiles.tile().height,

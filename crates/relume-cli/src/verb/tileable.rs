@@ -9,6 +9,7 @@ use serde_json::json;
 
 use super::fill::How;
 use crate::context::Context;
+use crate::output::Outputs;
 use crate::report::Report;
 
 /// Arguments of `relume tileable`.
@@ -26,7 +27,8 @@ pub struct Args {
 
 /// Fills the band and writes all that was asked for.
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
-    let applied = args.how.check(&[&args.file], context)?;
+    let mut outputs = Outputs::new(context);
+    let applied = args.how.claim(&[&args.file], &mut outputs)?;
     let texture = args.how.read(&args.file, applied, context)?;
     let size = texture.index.size();
     let band = args.band.unwrap_or_else(|| (size.width.min(size.height) / 8).max(1));
@@ -34,5 +36,5 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let options = args.how.options(Boundary::Torus, &texture);
     let (map, growth) = tileable(exemplar, band, &options, &context.job)?;
     let what = format!("of a band of {band} along the border");
-    args.how.finish(&texture, &map, &growth, &what, json!({ "band": band }), context)
+    args.how.finish(&texture, &map, &growth, &what, json!({ "band": band }), outputs, context)
 }

@@ -70,7 +70,7 @@ fn every_method_has_its_entry_and_the_page_needs_nothing_else() {
     let stored = fs::read_to_string(folder.path().join("out/gallery.json")).unwrap();
     assert_eq!(serde_json::from_str::<Value>(&stored).unwrap(), found);
     let left: Vec<_> = fs::read_dir(folder.path().join("out")).unwrap().collect();
-    assert_eq!(left.len(), 6, "nothing else is left: {left:?}");
+    assert_eq!(left.len(), 7, "nothing else is left: {left:?}");
 }
 
 #[test]

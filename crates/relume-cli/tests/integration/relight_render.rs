@@ -163,7 +163,7 @@ fn wrong_usage_has_status_2() {
         &["relight", "field.ptm", "--normals", "--albedo", "-o", "x.png"],
         &["relight", "field.ptm", "--light", "0,0,-1", "-o", "x.png"],
         &["relight", "field.ptm", "--sweep", "spiral:3", "-o", "x.png"],
-        &["relight", "field.ptm", "--light", "0,0,1", "-o", "field.png/x.png"],
+        &["relight", "field.ptm", "--light", "0,0,1", "-o", "field.ptm/x.png"],
         &["render", "field.ptm", "--light", "0,0,0", "-o", "x.png"],
         &["render", "field.ptm", "--samples", "0", "-o", "x.png"],
         &["render", "field.ptm", "--camera", "0,95", "-o", "x.png"],

@@ -10,6 +10,7 @@ use serde::Serialize;
 use super::lp::{self, Entry, excerpt};
 use crate::direction::Direction;
 use crate::error::{Error, Result};
+use crate::stamp::Stamp;
 
 /// Light files are a few kilobytes; what is larger than this is something else.
 const MAX_LIGHT_FILE_BYTES: u64 = 16 << 20;
@@ -44,6 +45,8 @@ pub struct Photograph {
 pub struct Capture {
     /// The light-position file it was opened from.
     pub light_file: PathBuf,
+    /// The stamp of that file.
+    pub light_stamp: Stamp,
     /// In the order of the light file.
     pub photographs: Vec<Photograph>,
 }
@@ -57,7 +60,8 @@ impl Capture {
     /// whose photograph is missing or not the only one.
     pub fn open(path: &Path, pairing: Pairing) -> Result<Self> {
         let light_file = if path.is_dir() { only_light_file(path)? } else { path.to_path_buf() };
-        let entries = lp::parse(&read_light_file(&light_file)?).map_err(|e| e.at(&light_file))?;
+        let bytes = read_light_file(&light_file)?;
+        let entries = lp::parse(&bytes).map_err(|e| e.at(&light_file))?;
         let folder = match light_file.parent() {
             Some(parent) if parent != Path::new("") => parent,
             _ => Path::new("."),
@@ -69,7 +73,7 @@ impl Capture {
         let paths = paths.map_err(|e| e.at(&light_file))?;
         let pairs = paths.into_iter().zip(&entries);
         let photographs = pairs.map(|(path, entry)| Photograph { path, light: entry.light }).collect();
-        Ok(Self { light_file, photographs })
+        Ok(Self { light_file, light_stamp: Stamp::of(&bytes), photographs })
     }
 
     /// The file name and the light of every photograph: what fitting asks for.

@@ -97,7 +97,9 @@ struct DomeArgs {
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let options = args.dome.options();
     options.validate()?;
-    let mut folder = Folder::stage(&args.output, context)?;
+    let inputs: Vec<&Path> =
+        args.maps.as_deref().filter(|path| material(path).is_none()).into_iter().collect();
+    let mut folder = Folder::stage(&args.output, &inputs, context)?;
     let (name, maps) = source(args, context)?;
     let dome = Dome::new(maps, &options, &context.job).map_err(|e| match &args.maps {
         Some(path) if material(path).is_none() => e.at(path),
@@ -110,7 +112,6 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let (low, high) = dome.maps().height.range(0);
     let json = json!({
         "source": name,
-        "output": args.output,
         "width": dome.size().width,
         "height": dome.size().height,
         "lights": lamps.len(),
@@ -128,8 +129,8 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         },
     });
     folder.add("capture.json", format!("{json:#}\n").as_bytes())?;
-    folder.commit()?;
-    Ok(Report::new(summary(args, &name, &dome, clipped), json))
+    let written = folder.commit()?;
+    Ok(Report::new(summary(args, &name, &dome, clipped), json).with_outputs(written))
 }
 
 fn summary(args: &Args, name: &str, dome: &Dome, clipped: f64) -> String {

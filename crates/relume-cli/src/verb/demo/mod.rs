@@ -11,6 +11,7 @@ use serde_json::json;
 
 use crate::context::Context;
 use crate::output::Folder;
+use crate::paths;
 use crate::report::Report;
 
 /// Arguments of `relume demo`.
@@ -53,7 +54,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         let names = Material::ALL.map(Material::name).join(", ");
         return Err(Error::usage(format!("there is no material '{}': choose one of {names}", args.material)));
     }
-    let folder = Folder::stage(&args.output, context)?;
+    let folder = Folder::stage(&args.output, &[], context)?;
     let reports = COMMANDS
         .iter()
         .map(|command| super::run_typed(words(command, args, folder.path()), context))
@@ -62,10 +63,10 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         COMMANDS.iter().map(|c| format!("relume {}", words(c, args, &args.output).join(" "))).collect();
     let page = page::write(folder.path(), args, &reports[1].json["report"], &shown, context)?;
     folder.add("index.html", page.as_bytes())?;
-    folder.commit()?;
+    let written = folder.commit()?;
     let index = args.output.join("index.html");
     let text = format!("{}\nOpen {} in a browser and drag the light.", shown.join("\n"), index.display());
-    Ok(Report::new(text, json!({ "page": index, "commands": shown })))
+    Ok(Report::new(text, json!({ "page": paths::text(&index), "commands": shown })).with_outputs(written))
 }
 
 /// The words of a command with its places filled in.

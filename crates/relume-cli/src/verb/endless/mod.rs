@@ -15,6 +15,7 @@ use relume::{Error, ReflectanceField, Result, Size};
 use serde_json::{Value, json};
 
 use crate::context::Context;
+use crate::output::Outputs;
 use crate::report::Report;
 use crate::tile_set::{self, TileSetFile};
 use crate::{args, input, output};
@@ -85,13 +86,14 @@ pub fn run(drawing: &Drawing<'_>, context: &Context) -> Result<Option<Report>> {
         return Err(Error::usage(format!("{option} has no meaning for an endless plane: leave it out")));
     }
     let inputs: Vec<&Path> = drawing.exemplars.iter().map(PathBuf::as_path).collect();
-    output::check(drawing.output, &inputs, context)?;
+    let mut outputs = Outputs::new(context);
+    outputs.file(drawing.output, &inputs)?;
     let report = match source {
-        Source::Tiles(tiles) => tiles::draw(drawing, &tiles, context),
-        Source::Model(model) => model::draw(drawing, &model, context),
-        Source::Noise => noise::draw(drawing, context),
-    };
-    report.map(Some)
+        Source::Tiles(tiles) => tiles::draw(drawing, &tiles, &mut outputs, context),
+        Source::Model(model) => model::draw(drawing, &model, &mut outputs, context),
+        Source::Noise => noise::draw(drawing, &mut outputs, context),
+    }?;
+    Ok(Some(report.with_outputs(outputs.commit()?)))
 }
 
 /// What makes an endless plane.
@@ -171,7 +173,14 @@ impl Drawing<'_> {
     }
 
     /// Writes the output, whose rows are copied by `rows`.
-    fn write(&self, streamed: &Streamed, size: Size, context: &Context, rows: &mut Rows<'_>) -> Result<()> {
+    fn write(
+        &self,
+        streamed: &Streamed,
+        size: Size,
+        outputs: &mut Outputs,
+        context: &Context,
+        rows: &mut Rows<'_>,
+    ) -> Result<()> {
         let texel: usize = streamed.lanes().iter().map(|lane| lane.bytes_per_texel).sum();
         context.job.check("the output", size, 0)?;
         context.job.check_bytes("the rows of the output", streamed.working_bytes(size))?;
@@ -183,12 +192,12 @@ impl Drawing<'_> {
             rows(lane, x, y, row)
         };
         if !output::is_stream(self.output) {
-            return output::write_with(self.output, context, |out| streamed.write(size, out, &mut rows));
+            return outputs.write_with(self.output, |out| streamed.write(size, out, &mut rows));
         }
         context.job.check("the output", size, texel as u64)?;
         let mut bytes = Cursor::new(Vec::new());
         streamed.write(size, &mut bytes, &mut rows)?;
-        output::write(self.output, &bytes.into_inner(), context)
+        outputs.write(self.output, bytes.into_inner())
     }
 
     /// What was drawn, of what.
@@ -196,7 +205,6 @@ impl Drawing<'_> {
         let Window { x, y, size } = window;
         let text = format!("{}: {size} texels of the plane from ({x}, {y}), {of}", self.output.display());
         let mut json = json!({
-            "outputs": [self.output],
             "x": x,
             "y": y,
             "width": size.width,
@@ -206,7 +214,7 @@ impl Drawing<'_> {
         if let (Some(all), Value::Object(details)) = (json.as_object_mut(), details) {
             all.extend(details);
         }
-        Report::new(text, json).with_stdout_taken(output::is_stream(self.output))
+        Report::new(text, json)
     }
 }
 

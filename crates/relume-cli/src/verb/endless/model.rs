@@ -12,23 +12,34 @@ use serde_json::json;
 use super::bands::{Bands, Cost, Cut};
 use super::{Drawing, Window};
 use crate::context::Context;
-use crate::output;
+use crate::output::{self, Outputs};
 use crate::report::Report;
 
 /// Draws a window.
-pub fn draw(drawing: &Drawing<'_>, model: &FieldModel, context: &Context) -> Result<Report> {
+pub fn draw(
+    drawing: &Drawing<'_>,
+    model: &FieldModel,
+    outputs: &mut Outputs,
+    context: &Context,
+) -> Result<Report> {
     let window = drawing.window()?;
     let plane = Plane { model, seed: drawing.seed, period: drawing.tile.then_some(window.size), context };
     match model.heights {
-        Some(heights) => draw_heights(drawing, &plane, window, heights)?,
-        None => draw_texture(drawing, &plane, window)?,
+        Some(heights) => draw_heights(drawing, &plane, window, heights, outputs)?,
+        None => draw_texture(drawing, &plane, window, outputs)?,
     }
     let of = if drawing.tile { "of a model; tiles without a seam" } else { "of a model" };
     Ok(drawing.report(window, of, json!({ "tile": drawing.tile })))
 }
 
 /// Draws a window of a height map, with its record.
-fn draw_heights(drawing: &Drawing<'_>, plane: &Plane<'_>, window: Window, heights: Heights) -> Result<()> {
+fn draw_heights(
+    drawing: &Drawing<'_>,
+    plane: &Plane<'_>,
+    window: Window,
+    heights: Heights,
+    outputs: &mut Outputs,
+) -> Result<()> {
     if drawing.args.exr_tile.is_some() {
         return Err(Error::usage(
             "--exr-tile has no meaning for a height map, which is written at once: leave it out",
@@ -40,26 +51,37 @@ fn draw_heights(drawing: &Drawing<'_>, plane: &Plane<'_>, window: Window, height
     };
     let field = plane.part(&window)?;
     let bytes = encode_height(field.coefficients(), heights.mm_per_texel, format);
-    output::write(drawing.output, &bytes.map_err(|e| e.at(drawing.output))?, plane.context)
+    outputs.write(drawing.output, bytes.map_err(|e| e.at(drawing.output))?)
 }
 
 /// Draws a window of what is no height map.
-fn draw_texture(drawing: &Drawing<'_>, plane: &Plane<'_>, window: Window) -> Result<()> {
+fn draw_texture(
+    drawing: &Drawing<'_>,
+    plane: &Plane<'_>,
+    window: Window,
+    outputs: &mut Outputs,
+) -> Result<()> {
     match format(drawing, plane.model)? {
         // Files that are not written in rows.
         format @ FieldFormat::Picture(PictureFormat::Jpeg { .. } | PictureFormat::Tiff(_))
             if drawing.args.exr_tile.is_none() =>
         {
             let bytes = encode_field(&plane.part(&window)?, format, None, &plane.context.job);
-            output::write(drawing.output, &bytes.map_err(|e| e.at(drawing.output))?, plane.context)
+            outputs.write(drawing.output, bytes.map_err(|e| e.at(drawing.output))?)
         }
-        format => stream(drawing, plane, format, window),
+        format => stream(drawing, plane, format, window, outputs),
     }
 }
 
 /// Writes the window in bands. The scale of a `.ptm` is that of the model's gauge, so that the same texel has the
 /// same bytes in every window.
-fn stream(drawing: &Drawing<'_>, plane: &Plane<'_>, format: FieldFormat, window: Window) -> Result<()> {
+fn stream(
+    drawing: &Drawing<'_>,
+    plane: &Plane<'_>,
+    format: FieldFormat,
+    window: Window,
+    outputs: &mut Outputs,
+) -> Result<()> {
     let (model, job) = (plane.model, &plane.context.job);
     let scale = match format {
         FieldFormat::Ptm => Some(PtmEncoding::chosen(&model.gauge(job)?).map_err(|e| e.at(drawing.output))?),
@@ -72,7 +94,8 @@ fn stream(drawing: &Drawing<'_>, plane: &Plane<'_>, format: FieldFormat, window:
     let cut = Cut::new(&window, CELL, drawing.args.exr_tile, cost, job).map_err(|e| e.at(drawing.output))?;
     let make = |part: &Window| encoded(&plane.part(part)?);
     let mut bands = Bands::new(window, cut, &make);
-    drawing.write(&head, window.size, plane.context, &mut |lane, x, y, row| bands.row(lane, x, y, row))
+    let mut rows = |lane: usize, x: usize, y: usize, row: &mut [u8]| bands.row(lane, x, y, row);
+    drawing.write(&head, window.size, outputs, plane.context, &mut rows)
 }
 
 /// A model's plane.

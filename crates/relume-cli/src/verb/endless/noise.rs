@@ -10,10 +10,11 @@ use super::bands::{Bands, Cost, Cut};
 use super::{Drawing, Window};
 use crate::context::Context;
 use crate::input;
+use crate::output::Outputs;
 use crate::report::Report;
 
 /// Computes the window in bands of rows, or of the tiles of the file.
-pub fn draw(drawing: &Drawing<'_>, context: &Context) -> Result<Report> {
+pub fn draw(drawing: &Drawing<'_>, outputs: &mut Outputs, context: &Context) -> Result<Report> {
     let [path] = drawing.exemplars else {
         return Err(Error::usage("--method noise makes a texture of one exemplar: give one"));
     };
@@ -36,7 +37,7 @@ pub fn draw(drawing: &Drawing<'_>, context: &Context) -> Result<Report> {
     let cost = Cost { stored, made };
     let cut = Cut::new(&window, CELL, drawing.args.exr_tile, cost, job).map_err(|e| e.at(drawing.output))?;
     let mut bands = Bands::new(window, cut, &make);
-    drawing.write(&head, window.size, context, &mut |lane, x, y, row| bands.row(lane, x, y, row))?;
+    drawing.write(&head, window.size, outputs, context, &mut |lane, x, y, row| bands.row(lane, x, y, row))?;
     let details = json!({ "triangle": noise.side(), "measured": noise.suitability() });
     Ok(drawing.report(window, &format!("of noise in triangles of {:.1}", noise.side()), details))
 }

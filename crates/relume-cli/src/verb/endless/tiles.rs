@@ -6,11 +6,17 @@ use serde_json::json;
 
 use super::Drawing;
 use crate::context::Context;
+use crate::output::Outputs;
 use crate::report::Report;
 use crate::tile_set::{TileSetFile, in_words};
 
 /// Copies the tiles into place, in the bytes that the file stores.
-pub fn draw(drawing: &Drawing<'_>, tiles: &TileSetFile, context: &Context) -> Result<Report> {
+pub fn draw(
+    drawing: &Drawing<'_>,
+    tiles: &TileSetFile,
+    outputs: &mut Outputs,
+    context: &Context,
+) -> Result<Report> {
     if drawing.args.triangle.is_some() {
         return Err(Error::usage(
             "--triangle belongs to --method noise, and this is a set of tiles: leave it out",
@@ -26,7 +32,7 @@ pub fn draw(drawing: &Drawing<'_>, tiles: &TileSetFile, context: &Context) -> Re
         plane.copy_row(&lane.data, lane.bytes_per_texel, x, y, row);
         Ok(())
     };
-    drawing.write(&streamed, window.size, context, &mut rows)?;
+    drawing.write(&streamed, window.size, outputs, context, &mut rows)?;
     let Size { width, height } = cells.bounds();
     let details = json!({ "tiles": tiles.count, "tile_width": width, "tile_height": height, "cells": cells });
     Ok(drawing.report(window, &format!("of {}", in_words(tiles.count, &cells)), details))

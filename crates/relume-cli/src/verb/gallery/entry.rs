@@ -14,6 +14,7 @@ use super::Args;
 use crate::clock::{Times, timed};
 use crate::context::Context;
 use crate::input;
+use crate::output::Folder;
 use crate::verb::run_typed;
 
 /// The light of the pictures on the page: from the upper left, so that relief shows.
@@ -67,14 +68,13 @@ pub struct Entry {
 
 impl Exemplar {
     /// Runs all methods on a file; `place` says which of the files it is.
-    pub fn run(file: &Path, args: &Args, stage: &Path, place: &str, context: &Context) -> Result<Self> {
+    pub fn run(file: &Path, args: &Args, stage: &Folder, place: &str, context: &Context) -> Result<Self> {
         let name = file.file_name().unwrap_or(file.as_os_str());
         context.bar.set_part(format!("{place}{} ", name.to_string_lossy()));
         let size = input::field(file, &context.job).map(|read| read.field.size());
-        let folder = stage.join(name);
+        let folder = stage.path().join(name);
         fs::create_dir(&folder).map_err(|e| Error::io("cannot create the folder", &e).at(&folder))?;
-        let scratch = tempfile::tempdir_in(stage)
-            .map_err(|e| Error::io("cannot create a folder for a while", &e).at(stage))?;
+        let scratch = stage.scratch()?;
         let doubled = |side: &Size| Size::new(2 * side.width, 2 * side.height);
         let output = args.size.or(size.as_ref().ok().map(doubled)).unwrap_or(Size::new(0, 0));
         let trial = Trial {

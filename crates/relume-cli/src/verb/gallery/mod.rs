@@ -16,6 +16,7 @@ use serde_json::json;
 use crate::args;
 use crate::context::Context;
 use crate::output::{self, Folder};
+use crate::paths;
 use crate::report::Report;
 use entry::Exemplar;
 
@@ -56,25 +57,25 @@ pub struct Args {
 /// Makes everything, and writes the page and the tables.
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let files = files(&args.folder)?;
-    let folder = Folder::stage(&args.output, context)?;
+    let folder = Folder::stage(&args.output, &[&args.folder], context)?;
     let mut exemplars = Vec::new();
     for (number, file) in files.iter().enumerate() {
         let place = format!("{}/{} ", number + 1, files.len());
-        exemplars.push(Exemplar::run(file, args, folder.path(), &place, context)?);
+        exemplars.push(Exemplar::run(file, args, &folder, &place, context)?);
     }
     context.bar.set_part(String::new());
     let json = json!({
-        "page": args.output.join("index.html"),
+        "page": paths::text(args.output.join("index.html")),
         "seed": args.seed,
         "exemplars": exemplars,
     });
     folder.add("gallery.json", format!("{json:#}\n").as_bytes())?;
     folder.add("gallery.csv", table::csv(&exemplars).as_bytes())?;
     folder.add("index.html", page::html(&exemplars, args).as_bytes())?;
-    folder.commit()?;
+    let written = folder.commit()?;
     let index = args.output.join("index.html");
     let text = format!("{}Open {} in a browser.", table::text(&exemplars), index.display());
-    Ok(Report::new(text, json))
+    Ok(Report::new(text, json).with_outputs(written))
 }
 
 /// The exemplars of a folder, by name.

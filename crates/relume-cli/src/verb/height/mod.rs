@@ -15,8 +15,9 @@ use relume::{Direction, Error, Planes, Result};
 use serde_json::{Value, json};
 
 use crate::context::Context;
+use crate::output::Outputs;
 use crate::report::Report;
-use crate::{args, normals, output};
+use crate::{args, normals};
 use shape::{Method, Shape};
 
 /// Arguments of `relume height`.
@@ -109,8 +110,12 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     if let Some(deg) = args.steepest.filter(|deg| !(*deg > 0.0 && *deg < 90.0)) {
         return Err(Error::usage(format!("--steepest {deg}: expected degrees between 0 and 90")));
     }
+    let mut outputs = Outputs::new(context);
     for path in [Some(&args.output), args.normals.as_ref(), args.albedo_map.as_ref()].into_iter().flatten() {
-        output::check(path, &[&args.input], context)?;
+        outputs.file(path, &[&args.input])?;
+    }
+    for path in args.normals.iter().chain(&args.albedo_map) {
+        PictureFormat::from_path(path)?;
     }
     let shape = shape::find(args, context)?;
     let albedo = albedo_map(args, &shape)?;
@@ -118,14 +123,14 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let height = integrate(&shape.slopes, &options, &context.job)?;
     let compared = args.truth.compare(&height, &shape.normals, context)?;
 
-    output::write(&args.output, &encode_height(&height, args.pixel_mm, format)?, context)?;
+    outputs.write(&args.output, encode_height(&height, args.pixel_mm, format)?)?;
     if let Some(path) = &args.normals {
-        output::write(path, &normals::encode(&shape.normals, PictureFormat::from_path(path)?)?, context)?;
+        outputs.write(path, normals::encode(&shape.normals, PictureFormat::from_path(path)?)?)?;
     }
     if let (Some(path), Some(bytes)) = (&args.albedo_map, albedo) {
-        output::write(path, &bytes, context)?;
+        outputs.write(path, bytes)?;
     }
-    Ok(report(args, &shape, &height, compared))
+    Ok(report(args, &shape, &height, compared).with_outputs(outputs.commit()?))
 }
 
 /// The bytes of the albedo map, where one is asked for.
@@ -156,7 +161,6 @@ fn report(args: &Args, shape: &Shape, height: &Planes, compared: compare::Compar
         text.push_str(line);
     }
     let json = json!({
-        "output": args.output,
         "width": size.width,
         "height": size.height,
         "method": shape.method.name(),

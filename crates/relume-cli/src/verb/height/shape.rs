@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use relume::capture::{Capture, Photograph};
-use relume::format::read_raster;
 use relume::surface::photometric_stereo::{StereoOptions, photometric_stereo};
 use relume::surface::shape_from_shading::{ShadingOptions, shape_from_shading};
 use relume::surface::{self, STEEPEST, Slopes};
@@ -12,8 +11,9 @@ use serde_json::{Value, json};
 
 use super::{Args, no_facts};
 use crate::context::Context;
-use crate::input;
+use crate::output::CaptureFiles;
 use crate::verb::capture::{NormalY, normals_of};
+use crate::{input, paths};
 
 /// The slope of 50 degrees: steeper normals of a polynomial keep their azimuth only.
 const PTM_STEEPEST: f64 = 1.19;
@@ -92,7 +92,8 @@ fn is_capture(path: &Path) -> bool {
 
 fn stereo(args: &Args, context: &Context) -> Result<Shape> {
     let capture = Capture::open(&args.input, args.stereo.pair)?;
-    let load = |i: usize| read_raster(&capture.photographs[i].path, &context.job);
+    let files = CaptureFiles::of(&capture)?;
+    let load = |i: usize| files.raster(&capture.photographs[i].path, &context.job);
     let options = StereoOptions { estimator: args.stereo.estimator, ambient: args.stereo.ambient() };
     let lights = capture.lights();
     let found =
@@ -133,7 +134,7 @@ fn shading(args: &Args, is_capture: bool, context: &Context) -> Result<Shape> {
             found.residual
         )],
         facts: json!({
-            "photograph": photograph.path,
+            "photograph": paths::text(&photograph.path),
             "light": photograph.light.to_array(),
             "albedo": found.albedo,
             "rounds": options.rounds,

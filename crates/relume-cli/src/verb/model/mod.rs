@@ -21,8 +21,9 @@ use serde_json::json;
 pub use describe::describe;
 
 use crate::context::Context;
+use crate::input;
+use crate::output::Outputs;
 use crate::report::Report;
-use crate::{input, output};
 
 /// Arguments of `relume model`.
 #[derive(Debug, clap::Args)]
@@ -87,11 +88,9 @@ fn search() -> impl TypedValueParser<Value = Search> {
 
 /// Fits the model, writes it, and says what kind of material it is for.
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
+    let mut outputs = Outputs::new(context);
     for path in std::iter::once(&args.output).chain(&args.curve) {
-        output::check(path, &[&args.texture], context)?;
-    }
-    if args.curve.as_ref() == Some(&args.output) {
-        return Err(Error::usage("is named for two outputs of this command: choose another").at(&args.output));
+        outputs.file(path, &[&args.texture])?;
     }
     let options = ModelOptions {
         levels: match args.levels {
@@ -114,16 +113,16 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let Made { mut model, levels, structure } = made;
     model.heights = heights;
     let bytes = rlm::encode(&model)?;
-    output::write(&args.output, &bytes, context)?;
+    outputs.write(&args.output, bytes)?;
     if let Some(path) = &args.curve {
-        output::write(path, curves::svg(&levels.concat()).as_bytes(), context)?;
+        outputs.write(path, curves::svg(&levels.concat()).into_bytes())?;
     }
+    let written = outputs.commit()?;
     let mut report = describe(&model)?;
     let _ = write!(report.text, "\n{}", advice(&kind, &levels, structure.as_deref()));
     report.json["character"] = json!(kind);
     report.json["estimation"] = if let [joint] = &levels[..] { json!(joint) } else { json!(levels) };
-    report.json["output"] = json!(args.output);
-    Ok(report.with_stdout_taken(output::is_stream(&args.output)))
+    Ok(report.with_outputs(written))
 }
 
 /// What is modelled: a field, or heights in texels where the file records them.

@@ -12,6 +12,7 @@ use relume::{Direction, Result, Size, Space, surface};
 use serde_json::json;
 
 use crate::context::Context;
+use crate::output::Outputs;
 use crate::report::Report;
 use crate::{args, evaluated, output};
 
@@ -118,7 +119,10 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let primitive = Primitive::from_name(&args.mesh);
     let mut options = options(args, primitive);
     options.validate()?;
-    output::check(&args.output, &[&args.file, Path::new(&args.mesh)], context)?;
+    let inputs: Vec<&Path> =
+        [&*args.file, Path::new(&args.mesh)].into_iter().chain(args.relief.file()).collect();
+    let mut outputs = Outputs::new(context);
+    outputs.file(&args.output, &inputs)?;
     let mesh = match primitive {
         Some(primitive) => primitive.mesh(),
         None => read_mesh(Path::new(&args.mesh), &context.job)?,
@@ -136,8 +140,8 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let normals = normals.as_ref();
     let relief = relief.as_ref();
     let picture = render::render_relief(&field, normals, relief, &mesh, &options, job)?;
-    output::write(&args.output, &encode_picture(&picture, format)?, context)?;
-    Ok(report(args, &mesh, &options, relief).with_stdout_taken(output::is_stream(&args.output)))
+    outputs.write(&args.output, encode_picture(&picture, format)?)?;
+    Ok(report(args, &mesh, &options, relief).with_outputs(outputs.commit()?))
 }
 
 /// The tiling with which a texture made of a model shows its features as large as `tiling` shows those
@@ -184,7 +188,6 @@ fn report(args: &Args, mesh: &Mesh, options: &RenderOptions, relief: Option<&Rel
         lights.len()
     );
     let json = json!({
-        "output": args.output,
         "width": args.size.width,
         "height": args.size.height,
         "mesh": args.mesh,

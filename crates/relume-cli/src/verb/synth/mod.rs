@@ -20,7 +20,7 @@ use serde_json::json;
 
 use super::endless;
 use crate::context::Context;
-use crate::output;
+use crate::output::Outputs;
 use crate::rearranged::{self, Applied, read_all, read_registered};
 use crate::report::Report;
 use crate::{args, gathered, input};
@@ -119,7 +119,8 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     if let Some(report) = endless::run(&endless_job(args), context)? {
         return Ok(report);
     }
-    let applied = check_outputs(args, context)?;
+    let mut outputs = Outputs::new(context);
+    let applied = claim_outputs(args, &mut outputs)?;
     let guidance = args.guide.read(args.exemplars.len(), context)?;
     let plan = Plan::new(args, BlockOptions { guidance, ..options(args) })?;
     let files = read_all(&args.exemplars, context)?;
@@ -135,13 +136,10 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     if let Some(path) = &args.report {
         bytes.push((path.clone(), format!("{:#}\n", report.json).into_bytes()));
     }
-    for (path, bytes) in &bytes {
-        output::write(path, bytes, context)?;
+    for (path, bytes) in bytes {
+        outputs.write(&path, bytes)?;
     }
-    let outputs: Vec<&Path> = bytes.iter().map(|(path, _)| path.as_path()).collect();
-    let mut report = report.with_stdout_taken(output::is_stream(&args.output));
-    report.json["outputs"] = json!(outputs);
-    Ok(report)
+    Ok(report.with_outputs(outputs.commit()?))
 }
 
 /// What matters where the output is a window of an endless plane.
@@ -189,12 +187,12 @@ fn options(args: &Args) -> BlockOptions {
     }
 }
 
-/// Names all outputs and refuses them before any work is done.
-fn check_outputs<'a>(args: &'a Args, context: &Context) -> Result<Vec<Applied<'a>>> {
+/// Claims all outputs before any work is done.
+fn claim_outputs<'a>(args: &'a Args, outputs: &mut Outputs) -> Result<Vec<Applied<'a>>> {
     let inputs = [&args.exemplars, &args.exclude].into_iter().flatten().map(PathBuf::as_path);
     let inputs: Vec<&Path> = inputs.chain(args.guide.inputs()).collect();
-    let outputs: Vec<&Path> = std::iter::once(&*args.output).chain(args.report.as_deref()).collect();
-    args.rearranged.check(&inputs, &outputs, args.exemplars.len(), context)
+    let named: Vec<&Path> = std::iter::once(&*args.output).chain(args.report.as_deref()).collect();
+    args.rearranged.claim(&inputs, &named, args.exemplars.len(), outputs)
 }
 
 fn synthesise(

@@ -1,0 +1,63 @@
+//! Paths as text: for people and programs, also where they are not UTF-8.
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+
+/// A path as text, with U+FFFD for what is not UTF-8.
+pub fn text(path: impl AsRef<Path>) -> String {
+    path.as_ref().to_string_lossy().into_owned()
+}
+
+/// A path with `%` and every byte that is not UTF-8 as `%XX`: no two paths have the same such text.
+pub fn percent_encoded(path: &Path) -> String {
+    let mut encoded = String::new();
+    for chunk in path.as_os_str().as_encoded_bytes().utf8_chunks() {
+        encoded.push_str(&chunk.valid().replace('%', "%25"));
+        chunk.invalid().iter().for_each(|byte| encoded.push_str(&format!("%{byte:02X}")));
+    }
+    encoded
+}
+
+/// The path of [`percent_encoded`] text.
+pub fn percent_decoded(text: &str) -> PathBuf {
+    let mut bytes = Vec::new();
+    let mut rest = text.as_bytes();
+    while let [first, after @ ..] = rest {
+        let code = after.get(..2).and_then(|code| std::str::from_utf8(code).ok());
+        let code = code.and_then(|code| u8::from_str_radix(code, 16).ok()).filter(|_| *first == b'%');
+        bytes.push(code.unwrap_or(*first));
+        rest = if code.is_some() { &after[2..] } else { after };
+    }
+    PathBuf::from(of_bytes(bytes))
+}
+
+#[cfg(unix)]
+fn of_bytes(bytes: Vec<u8>) -> OsString {
+    std::os::unix::ffi::OsStringExt::from_vec(bytes)
+}
+
+#[cfg(not(unix))]
+fn of_bytes(bytes: Vec<u8>) -> OsString {
+    String::from_utf8_lossy(&bytes).into_owned().into()
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn any_path_has_a_text_of_its_own() {
+        for (bytes, expected) in [
+            (&b"wool.png"[..], "wool.png"),
+            (b"a\xffb/c", "a%FFb/c"),
+            (b"100%", "100%25"),
+            ("größe".as_bytes(), "größe"),
+            (b"%\xc3", "%25%C3"),
+        ] {
+            let path = PathBuf::from(of_bytes(bytes.to_vec()));
+            assert_eq!(percent_encoded(&path), expected);
+            assert_eq!(percent_decoded(expected), path);
+        }
+        assert_eq!(percent_decoded("50% off, %"), PathBuf::from("50% off, %"));
+    }
+}

@@ -191,8 +191,7 @@ fn of_guide(guide: &Planes, first: usize) -> Channels<'_> {
 
 /// All codes in one step, and that step.
 fn codes(all: &[Channels<'_>], job: &Job) -> Result<(Vec<IndexTexels>, f64)> {
-    limits
-        .check_bytes("the index of the exemplars and guides", all.iter().map(Channels::code_bytes).sum())?;
+    job.check_bytes("the index of the exemplars and guides", all.iter().map(Channels::code_bytes).sum())?;
     let scale = Scale::common(all);
     Ok((all.iter().map(|channels| scale.codes(channels)).collect(), scale.step))
 }
@@ -324,6 +323,6 @@ mod tests {
         for guidance in bad {
             assert!(Guided::new(&exemplars, Some(&guidance), Size::new(1, 3), &job).is_err());
         }
-        assert_eq!(Guided::new(&exemplars, None, Size::new(9, 9), &job).unwrap().all().len(), 1);
+        assert_eq!(Guided::new(&exemplars, None, Size::new(9, 9), &job).unwrap().exemplars().len(), 1);
     }
 }

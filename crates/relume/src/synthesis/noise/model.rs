@@ -8,6 +8,7 @@ use super::grid::{corners, vertex};
 use super::suits::{Suitability, suits};
 use crate::error::{Error, Result};
 use crate::job::Job;
+use crate::numeric::random::{Purpose, key};
 use crate::numeric::{Matrix, eigen, hash};
 use crate::planes::{Planes, Size};
 
@@ -227,7 +228,7 @@ fn principal_axes(index: &Planes) -> (Vec<f32>, Matrix) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::random::{Purpose, Stream};
+    use crate::numeric::random::Stream;
     use proptest::prelude::*;
 
     /// Smoothed noise in correlated planes with lopsided histograms.

@@ -20,6 +20,7 @@ pub mod error;
 pub mod job;
 pub mod limits;
 pub mod maps;
+pub mod microfacet;
 pub mod numeric;
 pub mod picture;
 pub mod planes;

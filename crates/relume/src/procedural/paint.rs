@@ -2,6 +2,7 @@
 //! colours that materials share.
 
 use crate::maps::SurfaceMaps;
+use crate::microfacet::LEAST_ROUGHNESS;
 use crate::planes::{Planes, Size};
 use crate::space::linear_from_srgb;
 use rayon::prelude::*;
@@ -16,7 +17,7 @@ pub struct Texel {
     pub height: f64,
     /// Linear diffuse reflectance; kept within 0.01 and 0.95, the range of real matter.
     pub albedo: Color,
-    /// GGX roughness; kept within 0.05 and 1.
+    /// GGX roughness; kept within [`LEAST_ROUGHNESS`] and 1.
     pub roughness: f64,
 }
 
@@ -41,7 +42,7 @@ pub fn paint(size: Size, sample: Box<Sampler>) -> SurfaceMaps {
         height: plane(1, &|t, _| t.height),
         albedo: plane(3, &|t, k| t.albedo[k].clamp(0.01, 0.95)),
         normal: None,
-        roughness: Some(plane(1, &|t, _| t.roughness.clamp(0.05, 1.0))),
+        roughness: Some(plane(1, &|t, _| t.roughness.clamp(LEAST_ROUGHNESS, 1.0))),
     }
 }
 

@@ -3,6 +3,7 @@
 pub mod mesh;
 
 mod material;
+mod mip_map;
 mod object;
 mod raster;
 mod relief;

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::material::{Material, Texel};
+use super::material::Material;
 use super::mesh::{Mesh, Tangents};
 use super::raster::{self, Hit, Setup};
 use super::relief::{Relief, displaced};
@@ -56,10 +56,10 @@ pub fn render_relief(
     let shadow_bytes = ShadowMap::BYTES.saturating_mul(options.lights.len() as u64);
     job.check_bytes("the shadow maps", shadow_bytes)?;
     let material = match options.shading {
-        Shading::Reflectance => Material::new(field, normals, job)?,
+        Shading::Reflectance => Material::of_field(field, normals, job)?,
         Shading::Plain { light } => {
             let photograph = relight(field, light).to_space(Space::Linear);
-            Material::new(&ReflectanceField::from_picture(photograph), None, job)?
+            Material::of_colors(&photograph.planes, job)?
         }
     };
     let lookups = relief.map(|relief| relief.lookups(job)).transpose()?;
@@ -128,14 +128,14 @@ fn one_band(shader: &Shader, setups: &[Setup], chosen: &[u32], rows: (usize, usi
     let hits = raster::scan(setups, chosen, &shader.view, (rows.0 * n, rows.1 * n));
     let background = shader.options.background.map(f64::from);
     let mut sums = vec![[0.0f64; 3]; width * (rows.1 - rows.0)];
-    let mut texel = Texel::default();
+    let mut values = Vec::new();
     for (line, hits) in hits.chunks_exact(width * n).enumerate() {
         for (column, hit) in hits.iter().enumerate() {
             let color = if *hit == Hit::NOTHING {
                 background
             } else {
                 let (x, y) = (column as f64 + 0.5, (rows.0 * n + line) as f64 + 0.5);
-                shader.color(&setups[hit.setup as usize], x, y, &mut texel)
+                shader.color(&setups[hit.setup as usize], x, y, &mut values)
             };
             let sum = &mut sums[line / n * width + column / n];
             sum.iter_mut().zip(color).for_each(|(s, c)| *s += c);

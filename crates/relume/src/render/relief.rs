@@ -10,8 +10,8 @@
 //! the slopes of what it is displaced by. Heights are in texels; a texel's size on the object is the
 //! root of the object's area over that of its texture, the same everywhere.
 
-use super::material::Material;
 use super::mesh::Mesh;
+use super::mip_map::MipMap;
 use super::vector::{Vec3, length};
 use crate::error::{Error, Result};
 use crate::job::Job;
@@ -52,7 +52,7 @@ impl Relief {
     }
 
     /// Heights and their slopes dh/dx, dh/dy (y up), ready for lookups; the texture repeats.
-    pub(super) fn lookups(&self, job: &Job) -> Result<Material> {
+    pub(super) fn lookups(&self, job: &Job) -> Result<MipMap> {
         let size @ Size { width, height } = self.height.size();
         let mut planes = Planes::zeros_within(job, "the relief", size, 3)?;
         planes.plane_mut(0).copy_from_slice(self.height.plane(0));
@@ -62,7 +62,7 @@ impl Relief {
             planes.plane_mut(1)[texel] = 0.5 * (at(x + 1, y) - at(left, y));
             planes.plane_mut(2)[texel] = 0.5 * (at(x, up) - at(x, y + 1));
         }
-        Material::of_planes(&planes, job)
+        MipMap::of_planes("the pyramid of the relief", &planes, job)
     }
 }
 
@@ -88,7 +88,7 @@ impl Subdivided {
 pub(super) fn displaced(
     mesh: &Mesh,
     relief: &Relief,
-    heights: &Material,
+    heights: &MipMap,
     tiling: [f64; 2],
     job: &Job,
 ) -> Result<Subdivided> {
@@ -135,7 +135,7 @@ fn texel_size(mesh: &Mesh, texels: [f64; 2]) -> f64 {
 
 /// How far a place of the texture is lifted.
 struct Lift<'a> {
-    heights: &'a Material,
+    heights: &'a MipMap,
     tiling: [f64; 2],
     /// Texels between neighbouring vertices.
     footprint: f64,
@@ -145,10 +145,10 @@ struct Lift<'a> {
 
 impl Lift<'_> {
     fn at(&self, texcoord: [f64; 2]) -> f64 {
-        let mut texel = Default::default();
+        let mut values = Vec::new();
         let place = [texcoord[0] * self.tiling[0], texcoord[1] * self.tiling[1]];
-        self.heights.fetch(place, self.footprint, &mut texel);
-        self.scale * f64::from(texel.values()[0])
+        self.heights.fetch(place, self.footprint, &mut values);
+        self.scale * f64::from(values[0])
     }
 
     /// The lift of each vertex. Vertices at one place, at the poles and seams of a mesh, share the mean,

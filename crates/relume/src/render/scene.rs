@@ -4,6 +4,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use crate::direction::Direction;
 use crate::error::{Error, Result};
+use crate::microfacet::LEAST_ROUGHNESS;
 use crate::planes::Size;
 
 /// A camera on an orbit around the object, looking at the centre of its bounding sphere.
@@ -79,7 +80,7 @@ pub enum Shading {
 pub struct Specular {
     /// Reflectance at normal incidence, 0 to 1; 0.04 is that of plastic, 0 turns highlights off.
     pub strength: f64,
-    /// The square root of the GGX alpha, 0.05 to 1.
+    /// The square root of the GGX alpha, [`LEAST_ROUGHNESS`] to 1.
     pub roughness: f64,
 }
 
@@ -157,7 +158,7 @@ impl RenderOptions {
         within("number of samples along a pixel's side", self.samples as f64, 1.0, 16.0)?;
         within("number of lights", self.lights.len() as f64, 1.0, 64.0)?;
         within("specular strength", self.specular.strength, 0.0, 1.0)?;
-        within("roughness", self.specular.roughness, 0.05, 1.0)?;
+        within("roughness", self.specular.roughness, LEAST_ROUGHNESS, 1.0)?;
         for tiling in self.tiling {
             within("tiling factor", tiling, 1e-3, 1e4)?;
         }

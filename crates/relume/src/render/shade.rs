@@ -7,12 +7,12 @@
 //! fade over the last few degrees above its horizon (attached shadow); and a shadow map tells
 //! which points the rest of the object hides (cast shadow). Highlights, which a function of light
 //! alone cannot move with the viewer, are put back from the texture's normals (Hel-Or, Malzbender,
-//! Gelb, HPL-2003-16, section 2) by a GGX lobe (Walter, Marschner, Li, Torrance, EGSR 2007) with
-//! Smith's height-correlated shadowing and Schlick's Fresnel term. Everything adds up in linear
+//! Gelb, HPL-2003-16, section 2) by a GGX lobe ([`crate::microfacet`]). Everything adds up in linear
 //! light.
 
-use super::material::{Material, Texel};
+use super::material::Material;
 use super::mesh::{Mesh, Tangents};
+use super::mip_map::MipMap;
 use super::raster::Setup;
 use super::relief::Subdivided;
 use super::scene::{Light, RenderOptions, Shading, Specular};
@@ -20,6 +20,7 @@ use super::shadow::ShadowMap;
 use super::vector::{Vec3, length};
 use super::view::View;
 use crate::direction::Direction;
+use crate::microfacet;
 use crate::planes::Size;
 
 /// The cosine of light and object below which the attached shadow begins: six degrees.
@@ -31,7 +32,7 @@ pub struct Shader<'a> {
     /// The mesh that is seen, where it is displaced.
     pub moved: Option<&'a Subdivided>,
     /// Heights with their slopes, and how many times frames are tilted by them.
-    pub slopes: Option<(&'a Material, f64)>,
+    pub slopes: Option<(&'a MipMap, f64)>,
     pub tangents: Tangents,
     pub material: &'a Material,
     pub view: View,
@@ -65,7 +66,7 @@ impl Point {
 
 impl Shader<'_> {
     /// Linear colour of the triangle's point seen at sample position (x, y).
-    pub fn color(&self, setup: &Setup, x: f64, y: f64, texel: &mut Texel) -> [f64; 3] {
+    pub fn color(&self, setup: &Setup, x: f64, y: f64, values: &mut Vec<f32>) -> [f64; 3] {
         let Some(barycentric) = setup.barycentric(x, y) else { return [0.0; 3] };
         let place = self.origin(setup, barycentric);
         let point = self.tilted(self.point(setup, barycentric, place), setup, (x, y), place);
@@ -77,11 +78,11 @@ impl Shader<'_> {
                 continue;
             }
             if !fetched {
-                let footprint = self.footprint(setup, (x, y), place, self.material.size());
-                self.material.fetch(self.coordinates(place), footprint, texel);
+                let footprint = self.footprint(setup, (x, y), place, self.material.texels().size());
+                self.material.texels().fetch(self.coordinates(place), footprint, values);
                 fetched = true;
             }
-            let color = self.reflected(&point, light, texel);
+            let color = self.reflected(&point, light, values);
             (0..3).for_each(|c| sum[c] += lit * f64::from(light.color[c]) * color[c]);
         }
         sum
@@ -148,10 +149,10 @@ impl Shader<'_> {
     /// The point with its frame tilted by the relief's slopes and made orthonormal again.
     fn tilted(&self, point: Point, setup: &Setup, sample: (f64, f64), place: Place) -> Point {
         let Some((slopes, factor)) = self.slopes else { return point };
-        let mut texel = Texel::default();
+        let mut values = Vec::new();
         let footprint = self.footprint(setup, sample, place, slopes.size());
-        slopes.fetch(self.coordinates(place), footprint, &mut texel);
-        let [p, q] = [1, 2].map(|k| factor * f64::from(texel.values()[k]));
+        slopes.fetch(self.coordinates(place), footprint, &mut values);
+        let [p, q] = [1, 2].map(|k| factor * f64::from(values[k]));
         let tilted = point.normal - point.tangent * p - point.bitangent * q;
         let normal = tilted.unit().unwrap_or(point.normal);
         let flat = |v: Vec3, n: Vec3| v - n * n.dot(v);
@@ -173,23 +174,22 @@ impl Shader<'_> {
     }
 
     /// What the texture sends to the viewer under a unit light from above its horizon.
-    fn reflected(&self, point: &Point, light: &Light, texel: &Texel) -> [f64; 3] {
+    fn reflected(&self, point: &Point, light: &Light, values: &[f32]) -> [f64; 3] {
         let local = point.in_tangent_frame(light.direction.into());
-        let weights = self.material.basis().weights(Direction::from_disk(local.x, local.y));
-        let color = self.material.color(texel, &weights);
+        let color = self.material.color(values, Direction::from_disk(local.x, local.y));
         match self.options.shading {
             Shading::Plain { .. } => color.map(|c| c * local.z),
             Shading::Reflectance => {
-                let highlight = self.highlight(point, local, texel);
+                let highlight = self.highlight(point, local, values);
                 color.map(|c| c + highlight)
             }
         }
     }
 
-    fn highlight(&self, point: &Point, light: Vec3, texel: &Texel) -> f64 {
-        match self.material.normal(texel).and_then(|n| Vec3::from(n).unit()) {
+    fn highlight(&self, point: &Point, light: Vec3, values: &[f32]) -> f64 {
+        match self.material.normal(values).and_then(|n| Vec3::from(n).unit()) {
             Some(normal) if self.options.specular.strength > 0.0 => {
-                ggx(&self.options.specular, normal, light, point.in_tangent_frame(point.to_viewer))
+                lobe(&self.options.specular, normal, light, point.in_tangent_frame(point.to_viewer))
             }
             _ => 0.0,
         }
@@ -204,22 +204,16 @@ fn smooth_step(t: f64) -> f64 {
 
 /// The light a GGX surface sends to the viewer under a unit light, where a white matt one sends
 /// the cosine: pi D V F cos.
-fn ggx(specular: &Specular, normal: Vec3, to_light: Vec3, to_viewer: Vec3) -> f64 {
-    let (light_cosine, view_cosine) = (normal.dot(to_light), normal.dot(to_viewer));
+fn lobe(specular: &Specular, normal: Vec3, to_light: Vec3, to_viewer: Vec3) -> f64 {
+    let (n_l, n_v) = (normal.dot(to_light), normal.dot(to_viewer));
     let half = to_light + to_viewer;
-    if light_cosine <= 0.0 || view_cosine <= 0.0 || length(half) < 1e-9 {
+    if n_l <= 0.0 || n_v <= 0.0 || length(half) < 1e-9 {
         return 0.0;
     }
     let half = half * (1.0 / length(half));
-    let alpha_squared = specular.roughness.powi(4);
-    let half_cosine = normal.dot(half);
-    let spread = half_cosine * half_cosine * (alpha_squared - 1.0) + 1.0;
-    let pi_d = alpha_squared / (spread * spread);
-    let smith = |a: f64, b: f64| a * (b * b * (1.0 - alpha_squared) + alpha_squared).sqrt();
-    let visible = 0.5 / (smith(light_cosine, view_cosine) + smith(view_cosine, light_cosine));
-    let fresnel =
-        specular.strength + (1.0 - specular.strength) * (1.0 - to_light.dot(half).clamp(0.0, 1.0)).powi(5);
-    pi_d * visible * fresnel * light_cosine
+    let (n_h, l_h) = (normal.dot(half), to_light.dot(half));
+    let alpha = microfacet::alpha(specular.roughness);
+    microfacet::specular(n_l, n_v, n_h, l_h, alpha, specular.strength) * n_l
 }
 
 #[cfg(test)]
@@ -235,15 +229,15 @@ mod tests {
             let mirror = Specular { strength: 1.0, roughness };
             let viewer = Vec3::new(0.5, 0.2, 0.8).unit().unwrap();
             let light = Vec3::new(-0.3, 0.6, 0.4).unit().unwrap();
-            let (there, back) = (ggx(&mirror, UP, light, viewer), ggx(&mirror, UP, viewer, light));
+            let (there, back) = (lobe(&mirror, UP, light, viewer), lobe(&mirror, UP, viewer, light));
             assert!((there / light.z - back / viewer.z).abs() < 1e-9);
             let reflected =
-                integrate_hemisphere(64, |w| ggx(&mirror, UP, w.into(), viewer)) / std::f64::consts::PI;
+                integrate_hemisphere(64, |w| lobe(&mirror, UP, w.into(), viewer)) / std::f64::consts::PI;
             assert!(reflected < 1.0, "roughness {roughness}: {reflected}");
         }
         // With alpha 1 and the viewer straight above, the integral is that of l / (1 + l).
         let mirror = Specular { strength: 1.0, roughness: 1.0 };
-        let reflected = integrate_hemisphere(64, |w| ggx(&mirror, UP, w.into(), UP)) / std::f64::consts::PI;
+        let reflected = integrate_hemisphere(64, |w| lobe(&mirror, UP, w.into(), UP)) / std::f64::consts::PI;
         assert!((reflected - (1.0 - 2f64.ln())).abs() < 1e-9, "{reflected}");
     }
 
@@ -253,10 +247,10 @@ mod tests {
         let viewer = Vec3::new(0.3, 0.0, 0.9).unit().unwrap();
         let mirrored = Vec3::new(-viewer.x, 0.0, viewer.z);
         let beside = (mirrored + Vec3::new(0.0, 0.3, 0.0)).unit().unwrap();
-        assert!(ggx(&specular, UP, mirrored, viewer) > 10.0 * ggx(&specular, UP, beside, viewer));
-        assert_eq!(ggx(&specular, UP, Vec3::new(0.0, 0.6, -0.8), viewer), 0.0);
+        assert!(lobe(&specular, UP, mirrored, viewer) > 10.0 * lobe(&specular, UP, beside, viewer));
+        assert_eq!(lobe(&specular, UP, Vec3::new(0.0, 0.6, -0.8), viewer), 0.0);
         // Straight on, the lobe has the height F / (4 alpha^2), a white matt surface 1.
-        let top = ggx(&specular, UP, UP, UP);
+        let top = lobe(&specular, UP, UP, UP);
         assert!((top - 0.04 / (4.0 * 0.2f64.powi(4))).abs() < 1e-9, "{top}");
     }
 }

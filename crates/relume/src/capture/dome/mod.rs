@@ -5,7 +5,6 @@
 //! - [`relief`]: the height field and its borders; [`march`]: its horizons, fast and slow;
 //! - [`shadow`]: cast shadows with penumbra;
 //! - [`horizon`]: open sky and visible surface for each texel, shared by all lamps;
-//! - [`ggx`]: the reflectance of a point.
 //!
 //! The camera is orthographic and straight above, so a texel of the maps is a pixel. Light reaches
 //! a texel from the lamp; from a uniform sky, dimmed where the relief hides it; and after **one**
@@ -16,7 +15,6 @@
 //! Exposure is fixed: **a white Lambertian that faces the lamp is 1.0**, so photographs of all
 //! lamps compare and nothing is normalised. Highlights may exceed 1.
 
-pub mod ggx;
 pub mod horizon;
 pub mod lights;
 pub mod march;
@@ -30,6 +28,7 @@ pub use relief::Border;
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::maps::SurfaceMaps;
+use crate::microfacet;
 use crate::planes::{Planes, Size};
 use horizon::Surroundings;
 use relief::Relief;
@@ -54,7 +53,7 @@ pub enum Bounce {
 pub enum Surface {
     /// Nothing: a Lambertian.
     Matte,
-    /// A rough dielectric with this reflectance at normal incidence; see [`ggx`].
+    /// A rough dielectric with this reflectance at normal incidence; see [`crate::microfacet`].
     Ggx {
         /// Reflectance at normal incidence, 0 to 1.
         f0: f64,
@@ -85,7 +84,7 @@ impl Default for DomeOptions {
             border: Border::Wrap,
             ambient: 0.04,
             bounce: Bounce::Once,
-            surface: Surface::Ggx { f0: ggx::DIELECTRIC_F0 },
+            surface: Surface::Ggx { f0: microfacet::DIELECTRIC_F0 },
             lamp_radius_rad: 1f64.to_radians(),
             sectors: 16,
         }

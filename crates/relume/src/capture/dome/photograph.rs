@@ -1,8 +1,9 @@
 //! One photograph: light from the lamp, the sky and one bounce, reflected by each texel.
 
-use super::{Bounce, Dome, Surface, ggx, shadow};
+use super::{Bounce, Dome, Surface, shadow};
 use crate::direction::Direction;
 use crate::error::{Error, Result};
+use crate::microfacet;
 use crate::picture::Picture;
 use crate::planes::Planes;
 use crate::space::Space;
@@ -94,13 +95,14 @@ impl Dome {
         let dot = |v: [f64; 3]| normal[0] * v[0] + normal[1] * v[1] + normal[2] * v[2];
         let (n_l, n_v) = (dot(light.to_array()).max(0.0), normal[2]);
         // The mean over all directions of Schlick's term weighted with the cosine is f0 + (1 - f0) / 21.
-        let around = (1.0 - ggx::fresnel(n_v, f0)) * (1.0 - f0) * 20.0 / 21.0;
-        let body = (f64::from(lamp) * ggx::body_share(n_l, n_v, f0)) as f32;
+        let around = (1.0 - microfacet::fresnel(n_v, f0)) * (1.0 - f0) * 20.0 / 21.0;
+        let body = (f64::from(lamp) * microfacet::body_share(n_l, n_v, f0)) as f32;
         let glossy = if lamp > 0.0 {
             // Halfway between the light and the camera, which is straight above.
             let l_h = (0.5 * (1.0 + light.z())).sqrt();
             let n_h = (n_l + n_v) / (2.0 * l_h);
-            f64::from(lamp) * ggx::specular(n_l, n_v, n_h, l_h, ggx::alpha(self.roughness(texel)), f0)
+            f64::from(lamp)
+                * microfacet::specular(n_l, n_v, n_h, l_h, microfacet::alpha(self.roughness(texel)), f0)
         } else {
             0.0
         };

@@ -1,4 +1,6 @@
-//! The reflectance of one point: a Lambertian body under a rough dielectric surface.
+//! The reflectance of rough surfaces: microfacets, and a Lambertian body under them.
+//!
+//! What the virtual dome photographs and the highlights of rendering are made of.
 //!
 //! Surface: Cook-Torrance with the GGX distribution (B. Walter et al., Microfacet models for
 //! refraction through rough surfaces, EGSR 2007, eq. 33), Smith's height-correlated shadowing (E.
@@ -13,10 +15,11 @@
 /// Reflectance at normal incidence of a dielectric of refractive index 1.5.
 pub const DIELECTRIC_F0: f64 = 0.04;
 
-/// Smoother surfaces would show a lamp as a point; a lamp of a dome is a few degrees wide.
-const LEAST_ROUGHNESS: f64 = 0.1;
+/// The least roughness, everywhere: a lobe a third of a degree wide. The light of a point lamp from a
+/// smoother surface falls between texels and samples, as sparkles that depend on where these lie.
+pub const LEAST_ROUGHNESS: f64 = 0.05;
 
-/// The distribution's parameter of a roughness in 0..1.
+/// The distribution's parameter of a roughness in 0..1; less than [`LEAST_ROUGHNESS`] counts as that.
 pub fn alpha(roughness: f64) -> f64 {
     let roughness = roughness.max(LEAST_ROUGHNESS);
     roughness * roughness

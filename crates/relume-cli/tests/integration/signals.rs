@@ -27,13 +27,10 @@ fn signal(child: &Child, name: &str) {
     assert!(sent.success());
 }
 
-/// All names in a folder and in those within it.
 fn names(folder: &Path) -> Vec<String> {
-    let mut names = Vec::new();
-    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
-        names.push(entry.path().strip_prefix(folder).unwrap().to_string_lossy().into_owned());
-        names.extend(self::names(&entry.path()).iter().map(|inner| format!("{}/{inner}", names[0])));
-    }
+    let entries = fs::read_dir(folder).unwrap();
+    let mut names: Vec<String> =
+        entries.map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned()).collect();
     names.sort();
     names
 }
@@ -80,7 +77,18 @@ fn every_long_verb_is_interrupted_within_a_second_and_leaves_nothing() {
         &["synth", "t.png", "-o", "new/o.png", "--size", "30000x60000"],
         &["synth", "m.rlm", "-o", "new/o.png", "--size", "9000x9000"],
         &["synth", "in/a.png", "-o", "new/o.png", "--size", "2048", "--method", "auto", "--tries", "20"],
-        &["fill", "in/a.png", "--mask", "in/a.png", "-o", "new/o.png", "--neighbourhood", "41"],
+        &[
+            "tileable",
+            "in/a.png",
+            "-o",
+            "new/o.png",
+            "--band",
+            "60",
+            "--method",
+            "efros-leung",
+            "--neighbourhood",
+            "15",
+        ],
         &[
             "model",
             "in/a.png",
@@ -135,10 +143,6 @@ fn what_a_kill_left_is_removed_by_the_next_run_and_never_what_lives() {
     killed.wait().unwrap();
     assert!(has_temporary(at), "a kill cannot be caught");
     let mut living = start(at, &["capture", "weave", "-o", "living", "--size", "512", "--lights", "400"]);
-    let started = Instant::now();
-    while names(at).len() > 500 || !has_temporary(at) {
-        assert!(started.elapsed() < Duration::from_secs(60));
-    }
     std::thread::sleep(Duration::from_millis(300));
     done(at, &["capture", "sponge", "-o", "small", "--size", "16", "--lights", "3"]);
     let temporaries = || {

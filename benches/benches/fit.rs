@@ -5,7 +5,7 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use relume::field::ColorModel;
+use relume::field::PlaneLayout;
 use relume::fit::{FitOptions, fit};
 use relume::numeric::random::{Purpose, Stream};
 use relume::{Direction, Job, Raster, Samples, Size, Space};
@@ -25,11 +25,11 @@ fn main() {
         let copies = best(|| (0..PHOTOGRAPHS).for_each(|i| drop(black_box(photographs[i % 8].clone()))));
         println!("{channels} channels, copies alone      {copies:6.3} s");
         for (color, space) in [
-            (ColorModel::Rgb, Space::Srgb),
-            (ColorModel::Lrgb, Space::Srgb),
-            (ColorModel::Lrgb, Space::Linear),
+            (PlaneLayout::RGB, Space::Srgb),
+            (PlaneLayout::LRGB, Space::Srgb),
+            (PlaneLayout::LRGB, Space::Linear),
         ] {
-            let options = FitOptions { color, space, ..FitOptions::default() };
+            let options = FitOptions { layout: color.clone(), space, ..FitOptions::default() };
             let (name, load) = (space.to_string(), |i: usize| Ok(photographs[i % 8].clone()));
             let seconds = best(|| {
                 let fit = fit(&lights, &load, &options, &Job::default());

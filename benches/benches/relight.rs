@@ -6,7 +6,7 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use rayon::prelude::*;
-use relume::field::{Basis, ColorModel};
+use relume::field::{Basis, PlaneLayout};
 use relume::numeric::random::{Purpose, Stream};
 use relume::render::{relight, relight_srgb8};
 use relume::{Direction, Planes, ReflectanceField, Size, Space};
@@ -20,9 +20,9 @@ fn main() {
     println!("memory read          {:6.2} GB/s", read / 1e9);
     println!("memory copy (r + w)  {:6.2} GB/s", copy_bandwidth() / 1e9);
     let light = Direction::from_disk(0.4, 0.3);
-    for color in [ColorModel::Luminance, ColorModel::Lrgb, ColorModel::Rgb] {
+    for color in [PlaneLayout::LUMINANCE, PlaneLayout::LRGB, PlaneLayout::RGB] {
         for space in [Space::Linear, Space::Srgb] {
-            let field = random_field(color, space);
+            let field = random_field(color.clone(), space);
             let planes = field.coefficients().count();
             let mut codes = vec![0u8; 3 * SIDE * SIDE];
             let seconds = best(|| relight_srgb8(&field, light, &mut codes));
@@ -58,7 +58,7 @@ fn best(mut job: impl FnMut()) -> f64 {
     times.fold(f64::INFINITY, f64::min)
 }
 
-fn random_field(color: ColorModel, space: Space) -> ReflectanceField {
+fn random_field(color: PlaneLayout, space: Space) -> ReflectanceField {
     let mut stream = Stream::new(1, Purpose::Sample, [0]);
     let size = Size::new(SIDE, SIDE);
     let count = color.planes(Basis::Ptm.len());

@@ -4,7 +4,7 @@
 
 use std::time::Instant;
 
-use relume::field::{Basis, ColorModel};
+use relume::field::{Basis, PlaneLayout};
 use relume::numeric::random::{Purpose, Stream};
 use relume::render::{Primitive, RenderOptions, render};
 use relume::{Job, Planes, ReflectanceField, Size, Space, surface};
@@ -31,5 +31,5 @@ fn random_field(size: Size) -> ReflectanceField {
     let mut stream = Stream::new(1, Purpose::Sample, [0]);
     let data = (0..size.texels() * 9).map(|_| stream.unit() as f32).collect();
     let planes = Planes::from_vec(size, 9, data).expect("the sizes agree");
-    ReflectanceField::new(Basis::Ptm, ColorModel::Lrgb, Space::Linear, planes).expect("nine planes")
+    ReflectanceField::new(Basis::Ptm, PlaneLayout::LRGB, Space::Linear, planes).expect("nine planes")
 }

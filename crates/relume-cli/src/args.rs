@@ -1,8 +1,8 @@
 //! Values on the command line: sizes, lights, names.
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use relume::field::{Domain, Metric};
-use relume::{Direction, Size};
+use relume::field::{Domain, IndexSpace, Metric};
+use relume::{Direction, ReflectanceField, Size};
 
 /// `512x512` or `512` for a square.
 pub fn size(text: &str) -> Result<Size, String> {
@@ -34,12 +34,30 @@ pub fn numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
 }
 
 /// The names of metrics.
-pub fn metric() -> impl TypedValueParser<Value = Metric> {
-    PossibleValuesParser::new(["function", "legendre9", "legendre6"]).map(|name| match name.as_str() {
-        "legendre9" => Metric::Legendre9,
-        "legendre6" => Metric::Legendre6,
-        _ => Metric::Function,
+pub fn metric() -> impl TypedValueParser<Value = NamedMetric> {
+    let names = ["function", "luminance-color", "luminance", "legendre9", "legendre6"];
+    PossibleValuesParser::new(names).map(|name| match name.as_str() {
+        "luminance-color" => NamedMetric { metric: Metric::LuminanceAndColor, is_of_documents: false },
+        "luminance" => NamedMetric { metric: Metric::Luminance, is_of_documents: false },
+        "legendre9" => NamedMetric { metric: Metric::LuminanceAndColor, is_of_documents: true },
+        "legendre6" => NamedMetric { metric: Metric::Luminance, is_of_documents: true },
+        _ => NamedMetric { metric: Metric::Function, is_of_documents: false },
     })
+}
+
+/// A metric as a person names it.
+#[derive(Debug, Clone, Copy)]
+pub struct NamedMetric {
+    metric: Metric,
+    is_of_documents: bool,
+}
+
+impl NamedMetric {
+    /// The index space of fields like this one. The documents' coordinates are those over the square,
+    /// whatever the domain.
+    pub fn space(self, field: &ReflectanceField, domain: Domain) -> relume::Result<IndexSpace> {
+        IndexSpace::new(field, self.metric, if self.is_of_documents { Domain::Square } else { domain })
+    }
 }
 
 /// The names of domains.

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use relume::field::{Basis, ColorModel};
+use relume::field::{Basis, PlaneLayout};
 use relume::format::{HeightMap, HeightScale};
 use relume::random_field::{FieldModel, SheetOptions};
 use relume::{Error, Job, ReflectanceField, Result, Size};
@@ -43,7 +43,7 @@ impl Args {
     /// Reads a height map, or the model of one.
     pub fn height(&self, path: &Path, job: &Job) -> Result<HeightMap> {
         let Some(model) = input::model(path, job)? else { return input::height(path, job) };
-        if model.basis != Basis::Constant || model.color != ColorModel::Luminance {
+        if model.basis != Basis::Constant || model.layout != PlaneLayout::LUMINANCE {
             return Err(Error::usage("is not the model of a height map, which has one plane").at(path));
         }
         let samples = self.tile(&model, job).map_err(|e| e.at(path))?.coefficients().clone();

@@ -133,7 +133,7 @@ pub fn read_registered(
 /// Reads fields that must be of one kind.
 pub fn read_all(paths: &[PathBuf], context: &Context) -> Result<Vec<FieldFile>> {
     let kind = |field: &ReflectanceField| {
-        format!("{} {} in {} values", field.color().name(), field.basis().name(), field.space())
+        format!("{} {} in {} values", field.layout().name(), field.basis().name(), field.space())
     };
     let files = paths.iter().map(|path| input::field(path, &context.job)).collect::<Result<Vec<_>>>()?;
     for (file, path) in files.iter().zip(paths) {

@@ -2,7 +2,7 @@
 //! and two pictures of it. Writes `01_small.png` and `01_large.png` into the current folder.
 
 use relume::capture::dome::{Dome, DomeOptions, lights};
-use relume::field::{ColorModel, Domain, IndexSpace, Metric};
+use relume::field::{Domain, IndexSpace, Metric, PlaneLayout};
 use relume::fit::{FitOptions, fit};
 use relume::format::{Depth, PictureFormat, decode_raster, encode_picture};
 use relume::procedural::{Material, MaterialOptions};
@@ -26,7 +26,7 @@ fn main() -> Result<()> {
         .collect::<Result<Vec<_>>>()?;
 
     // A function for every texel.
-    let options = FitOptions { color: ColorModel::Lrgb, space: Space::Srgb, ..FitOptions::default() };
+    let options = FitOptions { layout: PlaneLayout::LRGB, space: Space::Srgb, ..FitOptions::default() };
     let fitted = fit(&lamps, &|i| decode_raster(&photographs[i], &job), &options, &job)?;
     println!("fitted {} photographs: {:.2} dB", lamps.len(), fitted.report.error.psnr_db);
 

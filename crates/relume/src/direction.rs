@@ -28,6 +28,20 @@ impl Direction {
         Ok(Self { x: x / length, y: y / length, z: z / length })
     }
 
+    /// The direction of a vector of length 1, whose components are kept to the bit.
+    ///
+    /// # Errors
+    /// When the length differs from 1 by more than 1e-9.
+    pub fn from_unit_vector(x: f64, y: f64, z: f64) -> Result<Self> {
+        let length = (x * x + y * y + z * z).sqrt();
+        if !((length - 1.0).abs() <= 1e-9) {
+            return Err(Error::invalid(format!(
+                "({x}, {y}, {z}) is no direction: expected a vector of length 1"
+            )));
+        }
+        Ok(Self { x, y, z })
+    }
+
     /// The direction at a polar angle from the zenith and an azimuth counted from x towards y.
     pub fn from_angles(polar_rad: f64, azimuth_rad: f64) -> Self {
         let (sin_polar, z) = polar_rad.sin_cos();
@@ -65,6 +79,36 @@ impl Direction {
     /// The cosine between two directions.
     pub fn dot(self, other: Self) -> f64 {
         self.x * other.x + self.y * other.y + self.z * other.z
+    }
+}
+
+/// The light and the view that a texture's functions depend on: towards the light, and towards
+/// whoever looks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Directions {
+    /// Towards the light.
+    pub light: Direction,
+    /// Towards the viewer.
+    pub view: Direction,
+}
+
+impl Directions {
+    /// Lit from a direction and seen from straight above, as photographs for textures of light are.
+    pub const fn lit_from(light: Direction) -> Self {
+        Self { light, view: Direction::ZENITH }
+    }
+
+    /// The components of the light, then those of the view.
+    pub fn to_array(self) -> [f64; 6] {
+        let ([a, b, c], [d, e, f]) = (self.light.to_array(), self.view.to_array());
+        [a, b, c, d, e, f]
+    }
+}
+
+/// A light alone is seen from straight above.
+impl From<Direction> for Directions {
+    fn from(light: Direction) -> Self {
+        Self::lit_from(light)
     }
 }
 

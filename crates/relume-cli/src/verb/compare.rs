@@ -78,7 +78,7 @@ struct Pair {
 impl Pair {
     /// The lights to compare under: one is enough for two pictures.
     fn lights(&self, count: u16) -> Vec<Direction> {
-        if self.reference.basis() == Basis::Constant && self.other.basis() == Basis::Constant {
+        if [&self.reference, &self.other].iter().all(|field| *field.basis() == Basis::Constant) {
             return vec![Direction::ZENITH];
         }
         let ring = Sweep::Orbit { lights: usize::from(count) - 1, polar_rad: FRAC_PI_4 };
@@ -163,7 +163,7 @@ impl Measured {
                 context.job.check(
                     "the texture under a light",
                     field.size(),
-                    8 * field.color().channels() as u64,
+                    8 * field.layout().channels() as u64,
                 )?;
             }
             let [a, b] = pair.under(light);

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use relume::Result;
-use relume::field::{Domain, Metric};
+use relume::field::Domain;
 use relume::format::FieldFile;
 use relume::synthesis::fill::{FillMethod, FillOptions, fill};
 use relume::synthesis::pixel::Growth;
@@ -62,7 +62,7 @@ pub struct How {
     exclude: Option<PathBuf>,
     /// What the distance of two texels means, as in relume synth
     #[arg(long, default_value = "function", value_parser = args::metric())]
-    metric: Metric,
+    metric: args::NamedMetric,
     /// The light directions over which functions are compared
     #[arg(long, default_value = "hemisphere", value_parser = args::domain())]
     domain: Domain,

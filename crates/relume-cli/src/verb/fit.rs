@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use relume::capture::{Capture, Pairing};
-use relume::field::{Basis, ColorModel};
+use relume::field::{Basis, PlaneLayout};
 use relume::fit::{self, FitOptions, FitReport};
 use relume::format::{ExrDepth, FieldFormat, encode_field};
 use relume::{Error, ReflectanceField, Result, Size, Space};
@@ -29,7 +29,7 @@ pub struct Args {
     /// One function times a colour (lrgb), or a function for each channel (rgb); grey photographs
     /// need neither
     #[arg(long, default_value = "lrgb", value_parser = color())]
-    color: ColorModel,
+    color: PlaneLayout,
     /// Fit values as they are encoded (srgb) or proportional to light (linear) [default: srgb
     /// for .ptm, linear for .exr]
     #[arg(long, value_parser = space())]
@@ -65,8 +65,8 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     outputs.file(&args.output, &[&args.capture])?;
     let format = output_format(args)?;
     let options = FitOptions {
-        basis: args.basis,
-        color: args.color,
+        basis: args.basis.clone(),
+        layout: args.color.clone(),
         space: args.space.unwrap_or(if format == FieldFormat::Ptm { Space::Srgb } else { Space::Linear }),
         report_texels: args.report_texels,
         leave_one_out: args.leave_one_out,
@@ -88,7 +88,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         "width": fit.field.size().width,
         "height": fit.field.size().height,
         "basis": fit.field.basis(),
-        "color": fit.field.color(),
+        "color": fit.field.layout(),
         "report": fit.report,
     });
     let text = summary(&args.output, &fit.field, &fit.report);
@@ -118,7 +118,7 @@ fn summary(output: &Path, field: &ReflectanceField, report: &FitReport) -> Strin
             "{}: {} texels, {} {}, {} values, from {} photographs",
             output.display(),
             field.size(),
-            field.color().name(),
+            field.layout().name(),
             field.basis().name(),
             report.space,
             report.lights.len()
@@ -138,13 +138,13 @@ fn summary(output: &Path, field: &ReflectanceField, report: &FitReport) -> Strin
 }
 
 fn basis() -> impl TypedValueParser<Value = Basis> {
-    PossibleValuesParser::new([Basis::Ptm.name()])
+    PossibleValuesParser::new([Basis::Ptm.name(), Basis::Harmonics.name()])
         .map(|name| Basis::from_name(&name).expect("a possible value is a basis"))
 }
 
-fn color() -> impl TypedValueParser<Value = ColorModel> {
-    PossibleValuesParser::new([ColorModel::Lrgb.name(), ColorModel::Rgb.name()])
-        .map(|name| ColorModel::from_name(&name).expect("a possible value is a colour model"))
+fn color() -> impl TypedValueParser<Value = PlaneLayout> {
+    PossibleValuesParser::new([PlaneLayout::LRGB.name(), PlaneLayout::RGB.name()])
+        .map(|name| PlaneLayout::from_name(&name).expect("a possible value is a layout"))
 }
 
 fn space() -> impl TypedValueParser<Value = Space> {

@@ -50,7 +50,7 @@ fn value(file: &FieldFile) -> Value {
         "width": field.size().width,
         "height": field.size().height,
         "basis": field.basis(),
-        "color": field.color(),
+        "color": field.layout(),
         "space": field.space(),
         "encoding": file.encoding,
         "planes": planes,
@@ -64,7 +64,7 @@ fn text(file: &FieldFile) -> String {
         "{} texels, basis {}, colour {}, {} values, {}\n",
         field.size(),
         field.basis().name(),
-        field.color().name(),
+        field.layout().name(),
         field.space(),
         file.encoding
     );

@@ -74,12 +74,12 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
 
 /// The field with the other one's values, plane by plane, and its ranks.
 fn matched(field: &ReflectanceField, to: &ReflectanceField) -> Result<(ReflectanceField, ReflectanceField)> {
-    if (field.basis(), field.color()) != (to.basis(), to.color()) {
+    if (field.basis(), field.layout()) != (to.basis(), to.layout()) {
         return Err(Error::usage(format!(
             "holds {} {} and the texture that gives the values {} {}: they must be of one kind",
-            field.color().name(),
+            field.layout().name(),
             field.basis().name(),
-            to.color().name(),
+            to.layout().name(),
             to.basis().name()
         )));
     }
@@ -94,7 +94,7 @@ fn matched(field: &ReflectanceField, to: &ReflectanceField) -> Result<(Reflectan
     let count = field.coefficients().count();
     let made = |data: Vec<f32>| {
         let planes = Planes::from_vec(field.size(), count, data)?;
-        ReflectanceField::new(to.basis(), to.color(), to.space(), planes)
+        ReflectanceField::new(to.basis().clone(), to.layout().clone(), to.space(), planes)
     };
     Ok((made(values)?, made(order)?))
 }

@@ -159,7 +159,7 @@ fn animation(
     lights: &[Direction],
     context: &Context,
 ) -> Result<Vec<u8>> {
-    let bytes_per_texel = (4 * field.color().channels() * lights.len()) as u64;
+    let bytes_per_texel = (4 * field.layout().channels() * lights.len()) as u64;
     context.job.check("the animation", field.size(), bytes_per_texel)?;
     let pictures: Vec<Picture> = lights.iter().map(|&light| relight(field, light)).collect();
     let bytes = match frames {

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use relume::field::{Basis, ColorModel};
+use relume::field::{Basis, PlaneLayout};
 use relume::format::{
     FieldFormat, HeightFormat, PictureFormat, encode_field, encode_height, read_field, read_height,
 };
@@ -17,7 +17,7 @@ fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let options = MaterialOptions { size: Size::new(64, 64), feature: 12.0, ..Default::default() };
     let albedo = Material::Leather.make(&options, &Job::default()).unwrap().albedo;
-    let field = ReflectanceField::new(Basis::Constant, ColorModel::Rgb, Space::Srgb, albedo).unwrap();
+    let field = ReflectanceField::new(Basis::Constant, PlaneLayout::RGB, Space::Srgb, albedo).unwrap();
     let format = FieldFormat::Picture(PictureFormat::from_path(Path::new("a.png")).unwrap());
     let bytes = encode_field(&field, format, None, &Job::default()).unwrap();
     fs::write(folder.path().join("leather.png"), bytes).unwrap();
@@ -119,7 +119,7 @@ fn a_regular_material_is_combined_and_its_bytes_are_said() {
     let folder = folder.path();
     let options = MaterialOptions { size: Size::new(96, 96), feature: 12.0, ..Default::default() };
     let albedo = Material::Weave.make(&options, &Job::default()).unwrap().albedo;
-    let field = ReflectanceField::new(Basis::Constant, ColorModel::Rgb, Space::Srgb, albedo).unwrap();
+    let field = ReflectanceField::new(Basis::Constant, PlaneLayout::RGB, Space::Srgb, albedo).unwrap();
     let format = FieldFormat::Picture(PictureFormat::from_path(Path::new("a.png")).unwrap());
     let bytes = encode_field(&field, format, None, &Job::default()).unwrap();
     fs::write(folder.join("weave.png"), bytes).unwrap();

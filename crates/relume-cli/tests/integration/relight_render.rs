@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use relume::field::{Basis, ColorModel};
+use relume::field::{Basis, PlaneLayout};
 use relume::format::{decode_field, decode_raster};
 use relume::{Direction, Job, Raster, ReflectanceField, Samples, Size};
 
@@ -21,7 +21,7 @@ fn folder_with_field() -> (tempfile::TempDir, ReflectanceField) {
     }
     (0..SIZE.texels()).for_each(|_| bytes.extend([230, 160, 90]));
     let field = decode_field(&bytes, &Job::default()).unwrap().field;
-    assert_eq!((field.basis(), field.color(), field.size()), (Basis::Ptm, ColorModel::Lrgb, SIZE));
+    assert_eq!((field.basis(), field.layout(), field.size()), (&Basis::Ptm, &PlaneLayout::LRGB, SIZE));
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("field.ptm"), bytes).unwrap();
     (folder, field)

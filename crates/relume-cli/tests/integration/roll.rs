@@ -3,7 +3,7 @@
 use std::fs::{self, File};
 use std::path::Path;
 
-use relume::field::{Basis, ColorModel};
+use relume::field::{Basis, PlaneLayout};
 use relume::format::{ExrDepth, FieldFormat, encode_field, read_field};
 use relume::numeric::cells::Cells;
 use relume::synthesis::roller::Endless;
@@ -13,7 +13,7 @@ use serde_json::Value;
 use crate::support::{failed, json, run};
 
 /// A texture that repeats after 13 x 11 texels, with a little noise of its own everywhere.
-fn regular(basis: Basis, color: ColorModel, space: Space) -> ReflectanceField {
+fn regular(basis: Basis, color: PlaneLayout, space: Space) -> ReflectanceField {
     let size = Size::new(90, 80);
     let count = color.planes(basis.len());
     let mut planes = Planes::zeros(size, count);
@@ -48,10 +48,10 @@ fn number(value: &Value, key: &str) -> usize {
 fn windows_of_tiles_are_the_librarys_in_every_format() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    let lrgb = regular(Basis::Ptm, ColorModel::Lrgb, Space::Srgb);
+    let lrgb = regular(Basis::Ptm, PlaneLayout::LRGB, Space::Srgb);
     write(&lrgb, FieldFormat::Ptm, &folder.join("a.ptm"));
     write(&lrgb, FieldFormat::Exr(ExrDepth::Float), &folder.join("b.exr"));
-    let picture = regular(Basis::Constant, ColorModel::Rgb, Space::Srgb);
+    let picture = regular(Basis::Constant, PlaneLayout::RGB, Space::Srgb);
     let png = FieldFormat::from_path(Path::new("c.png")).unwrap();
     write(&picture, png, &folder.join("c.png"));
     for (exemplar, tiles, out) in
@@ -87,7 +87,7 @@ fn tiles_lean_where_periods_are_oblique() {
             *value = ((x * x + 3 * x * y + 5 * y + 7 * k as i64).rem_euclid(31) * 8) as f32 / 255.0;
         }
     }
-    let field = ReflectanceField::new(Basis::Constant, ColorModel::Rgb, Space::Srgb, planes).unwrap();
+    let field = ReflectanceField::new(Basis::Constant, PlaneLayout::RGB, Space::Srgb, planes).unwrap();
     write(&field, FieldFormat::from_path(Path::new("a.png")).unwrap(), &folder.join("a.png"));
     write(&field, FieldFormat::Exr(ExrDepth::Half), &folder.join("a.exr"));
     for (exemplar, tiles, out) in [("a.png", "t.png", "o.png"), ("a.exr", "t.exr", "o.exr")] {
@@ -118,7 +118,7 @@ fn tiles_lean_where_periods_are_oblique() {
 fn exr_files_in_tiles_hold_the_same_texels() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    let lrgb = regular(Basis::Ptm, ColorModel::Lrgb, Space::Srgb);
+    let lrgb = regular(Basis::Ptm, PlaneLayout::LRGB, Space::Srgb);
     write(&lrgb, FieldFormat::Exr(ExrDepth::Half), &folder.join("a.exr"));
     spots(folder);
     run(folder, &["roll", "a.exr", "-k", "2", "-o", "t.exr"]);
@@ -145,12 +145,12 @@ fn exr_files_in_tiles_hold_the_same_texels() {
 fn masks_are_kept_out_of_tiles_and_registered_images_follow() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    let picture = regular(Basis::Constant, ColorModel::Rgb, Space::Srgb);
+    let picture = regular(Basis::Constant, PlaneLayout::RGB, Space::Srgb);
     let size = picture.size();
     let png = |name: &str| FieldFormat::from_path(Path::new(name)).unwrap();
     write(&picture, png("c.png"), &folder.join("c.png"));
     let texels = |value: fn(usize, usize, usize) -> f32, channels: usize| {
-        let color = if channels == 1 { ColorModel::Luminance } else { ColorModel::Rgb };
+        let color = if channels == 1 { PlaneLayout::LUMINANCE } else { PlaneLayout::RGB };
         let mut planes = Planes::zeros(size, channels);
         for (k, plane) in planes.iter_mut().enumerate() {
             plane.iter_mut().enumerate().for_each(|(t, v)| *v = value(k, t % 90, t / 90));
@@ -184,7 +184,7 @@ fn outputs_do_not_depend_on_threads() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     write(
-        &regular(Basis::Ptm, ColorModel::Rgb, Space::Linear),
+        &regular(Basis::Ptm, PlaneLayout::RGB, Space::Linear),
         FieldFormat::Exr(ExrDepth::Half),
         &folder.join("a.exr"),
     );
@@ -203,7 +203,7 @@ fn outputs_do_not_depend_on_threads() {
 fn what_cannot_be_done_is_said_in_one_sentence() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    let picture = regular(Basis::Constant, ColorModel::Rgb, Space::Srgb);
+    let picture = regular(Basis::Constant, PlaneLayout::RGB, Space::Srgb);
     write(&picture, FieldFormat::from_path(Path::new("c.png")).unwrap(), &folder.join("c.png"));
     let says = |arguments: &[&str], words: &str| {
         let text = failed(folder, arguments, 2);

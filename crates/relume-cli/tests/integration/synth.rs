@@ -4,7 +4,7 @@ use std::fs::{self, File};
 use std::path::Path;
 use std::process::Output;
 
-use relume::field::{Basis, ColorModel};
+use relume::field::{Basis, PlaneLayout};
 use relume::format::{ExrDepth, FieldFormat, encode_field, exr};
 use relume::{Job, Planes, ReflectanceField, Size, Space};
 
@@ -116,7 +116,7 @@ fn exr_fields_keep_their_floats() {
     for depth in [ExrDepth::Float, ExrDepth::Half] {
         let values = bytes(size.texels() * 18, 4).into_iter().map(|b| f32::from(b) / 77.0 - 1.0);
         let planes = Planes::from_vec(size, 18, values.collect()).unwrap();
-        let field = ReflectanceField::new(Basis::Ptm, ColorModel::Rgb, Space::Linear, planes).unwrap();
+        let field = ReflectanceField::new(Basis::Ptm, PlaneLayout::RGB, Space::Linear, planes).unwrap();
         let file = encode_field(&field, FieldFormat::Exr(depth), None, &Job::default()).unwrap();
         fs::write(folder.path().join("a.exr"), &file).unwrap();
         synth(folder.path(), &["a.exr", "-o", "b.exr", "--source-map", "map.npy", "--force"]);

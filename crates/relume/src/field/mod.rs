@@ -1,31 +1,32 @@
-//! The central type: a texture of functions of light direction.
+//! The central type: a texture of functions of light and view.
 //!
 //! R(x, w) = sum_k c_k(x) b_k(w): a [`Basis`] of functions b_k, and planes of coefficients c_k.
 //! Photographs, polynomial texture maps and plain pictures are all of this form; a picture is a
 //! field of constants. Every stage maps a field to a field or to a picture.
 
 pub mod basis;
-mod color;
+mod coordinates;
 mod index;
+mod layout;
 pub mod lrgb;
 
-pub use basis::{Basis, Domain};
-pub use color::ColorModel;
+pub use basis::{Basis, Domain, Gram, Learned};
 pub use index::{IndexSpace, Metric};
+pub use layout::{PlaneLayout, PlaneRole};
 
-use crate::direction::Direction;
+use crate::direction::{Direction, Directions};
 use crate::error::{Error, Result};
 use crate::picture::Picture;
 use crate::planes::{Planes, Size};
 use crate::space::Space;
 
-/// A texture of functions: basis, colour model, space, and coefficient planes.
+/// A texture of functions: basis, layout of planes, space, and coefficient planes.
 ///
-/// Values are 1 at white. The order of the planes is that of [`ColorModel`].
+/// Values are 1 at white. The order of the planes is that of [`PlaneLayout`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReflectanceField {
     basis: Basis,
-    color: ColorModel,
+    layout: PlaneLayout,
     space: Space,
     coefficients: Planes,
     lights: Vec<Direction>,
@@ -35,25 +36,25 @@ impl ReflectanceField {
     /// A field from its parts.
     ///
     /// # Errors
-    /// When the number of planes is not what the basis and the colour model need.
-    pub fn new(basis: Basis, color: ColorModel, space: Space, coefficients: Planes) -> Result<Self> {
-        let expected = color.planes(basis.len());
+    /// When the number of planes is not what the basis and the layout need.
+    pub fn new(basis: Basis, layout: PlaneLayout, space: Space, coefficients: Planes) -> Result<Self> {
+        let expected = layout.planes(basis.len());
         if coefficients.count() != expected || coefficients.size().texels() == 0 {
             return Err(Error::invalid(format!(
                 "a {} field of basis {} has {expected} planes, found {} of {} texels",
-                color.name(),
+                layout.name(),
                 basis.name(),
                 coefficients.count(),
                 coefficients.size()
             )));
         }
-        Ok(Self { basis, color, space, coefficients, lights: Vec::new() })
+        Ok(Self { basis, layout, space, coefficients, lights: Vec::new() })
     }
 
     /// A picture as a field of constants: grey becomes luminance, colour RGB.
     pub fn from_picture(picture: Picture) -> Self {
-        let color = if picture.planes.count() == 1 { ColorModel::Luminance } else { ColorModel::Rgb };
-        Self::new(Basis::Constant, color, picture.space, picture.planes)
+        let layout = if picture.planes.count() == 1 { PlaneLayout::LUMINANCE } else { PlaneLayout::RGB };
+        Self::new(Basis::Constant, layout, picture.space, picture.planes)
             .expect("a picture has one or three planes")
     }
 
@@ -69,18 +70,18 @@ impl ReflectanceField {
     /// # Errors
     /// When the number of planes differs.
     pub fn with_coefficients(&self, coefficients: Planes) -> Result<Self> {
-        let field = Self::new(self.basis, self.color, self.space, coefficients)?;
+        let field = Self::new(self.basis.clone(), self.layout.clone(), self.space, coefficients)?;
         Ok(field.with_lights(self.lights.clone()))
     }
 
     /// The functions b_k.
-    pub fn basis(&self) -> Basis {
-        self.basis
+    pub fn basis(&self) -> &Basis {
+        &self.basis
     }
 
-    /// How the planes make colours.
-    pub fn color(&self) -> ColorModel {
-        self.color
+    /// How the planes make channels.
+    pub fn layout(&self) -> &PlaneLayout {
+        &self.layout
     }
 
     /// What the function values mean.
@@ -106,27 +107,66 @@ impl ReflectanceField {
     /// A name for each coefficient plane, in order: `L.u2`, `G.1`, and `R`, `G`, `B` for the
     /// unscaled colour of an LRGB field.
     pub fn plane_names(&self) -> Vec<String> {
-        let functions = |channel: &'static str| {
-            self.basis.function_names().iter().map(move |function| format!("{channel}.{function}"))
+        let functions = self.basis.function_names();
+        let name = |role: PlaneRole<'_>| match role {
+            PlaneRole::Coefficient { channel, function } => format!("{channel}.{}", functions[function]),
+            PlaneRole::Color { channel } => channel.to_owned(),
         };
-        match self.color {
-            ColorModel::Luminance => functions("L").collect(),
-            ColorModel::Rgb => ["R", "G", "B"].into_iter().flat_map(functions).collect(),
-            ColorModel::Lrgb => functions("L").chain(["R", "G", "B"].map(str::to_owned)).collect(),
-        }
+        self.layout.roles(functions.len()).into_iter().map(name).collect()
     }
 
-    /// The colour of one texel under one light, in the field's space: the slow truth of relighting.
-    /// Grey fields give three equal channels.
-    pub fn value(&self, x: usize, y: usize, light: Direction) -> [f32; 3] {
-        let weights = self.basis.weights(light);
+    /// A channel of one texel, given the functions' values: the slow truth of relighting.
+    ///
+    /// # Panics
+    /// When `channel` is none of the layout's.
+    pub fn channel_value(&self, channel: usize, x: usize, y: usize, weights: &[f64]) -> f32 {
+        assert!(channel < self.layout.channels(), "a channel of the layout");
         let n = weights.len();
         let coefficient = |k: usize| f64::from(self.coefficients.at(k, x, y));
-        let function = |first: usize| -> f64 { (0..n).map(|k| weights[k] * coefficient(first + k)).sum() };
-        match self.color {
-            ColorModel::Luminance => [function(0) as f32; 3],
-            ColorModel::Rgb => std::array::from_fn(|c| function(c * n) as f32),
-            ColorModel::Lrgb => std::array::from_fn(|c| (function(0) * coefficient(n + c)) as f32),
+        let first = self.layout.function_plane(channel, n);
+        let function: f64 = (0..n).map(|k| weights[k] * coefficient(first + k)).sum();
+        (function * self.layout.color_plane(channel, n).map_or(1.0, coefficient)) as f32
+    }
+
+    /// The channels of one texel under a light, or for a light and a view, in the field's space.
+    pub fn values(&self, x: usize, y: usize, directions: impl Into<Directions>) -> Vec<f32> {
+        let weights = self.basis.weights(directions);
+        (0..self.layout.channels()).map(|c| self.channel_value(c, x, y, &weights)).collect()
+    }
+
+    /// The colour of one texel under a light, or for a light and a view, in the field's space. Grey
+    /// fields give three equal channels.
+    ///
+    /// # Panics
+    /// When the channels have names of their own and make no colour.
+    pub fn value(&self, x: usize, y: usize, directions: impl Into<Directions>) -> [f32; 3] {
+        assert!(!self.layout.is_named(), "named channels make no colour");
+        let values = self.values(x, y, directions);
+        std::array::from_fn(|c| values[c.min(values.len() - 1)])
+    }
+
+    /// The field of some of the channels, in the order named; of a colour, `L`, or `R`, `G` and `B`
+    /// for a picture. Of LRGB fields each channel's function is multiplied out.
+    ///
+    /// # Errors
+    /// A channel that the field does not have, or one named twice.
+    pub fn of_channels(&self, names: &[&str]) -> Result<Self> {
+        let layout = PlaneLayout::of_channels(names.iter().copied())?;
+        let channels = self.layout.channel_names();
+        let n = self.basis.len();
+        let mut planes = Planes::zeros(self.size(), layout.planes(n));
+        for (name, out) in names.iter().zip(planes.as_mut_slice().chunks_exact_mut(n * self.size().texels()))
+        {
+            let channel = channels.iter().position(|channel| channel == name).ok_or_else(|| {
+                Error::usage(format!("the texture has no channel '{name}': it has {}", channels.join(", ")))
+            })?;
+            let first = self.layout.function_plane(channel, n) * self.size().texels();
+            out.copy_from_slice(&self.coefficients.as_slice()[first..][..out.len()]);
+            if let Some(color) = self.layout.color_plane(channel, n) {
+                let colors = self.coefficients.plane(color);
+                out.iter_mut().zip(colors.iter().cycle()).for_each(|(value, color)| *value *= color);
+            }
         }
+        Ok(Self::new(self.basis.clone(), layout, self.space, planes)?.with_lights(self.lights.clone()))
     }
 }

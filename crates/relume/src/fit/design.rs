@@ -31,7 +31,7 @@ impl Design {
     ///
     /// # Errors
     /// When the lights do not determine the functions: says what is missing.
-    pub fn new(basis: Basis, lights: &[Direction]) -> Result<Self> {
+    pub fn new(basis: &Basis, lights: &[Direction]) -> Result<Self> {
         let missing = |reason: String| {
             Error::invalid(format!(
                 "the lights do not determine a {basis} fit: {reason}",
@@ -51,14 +51,14 @@ impl Design {
             return Err(missing(reason(basis, lights)));
         }
         let pseudo_inverse = qr.pseudo_inverse();
-        Ok(Self { basis, lights: lights.to_vec(), values, qr, pseudo_inverse })
+        Ok(Self { basis: basis.clone(), lights: lights.to_vec(), values, qr, pseudo_inverse })
     }
 
     /// The design without light `i`, where the others suffice.
     pub fn without(&self, i: usize) -> Option<Self> {
         let mut lights = self.lights.clone();
         lights.remove(i);
-        Self::new(self.basis, &lights).ok()
+        Self::new(&self.basis, &lights).ok()
     }
 
     /// The number of functions.
@@ -113,7 +113,7 @@ fn is_dependent(qr: &Qr) -> bool {
 }
 
 /// Why lights that are many enough do not determine the functions.
-fn reason(basis: Basis, lights: &[Direction]) -> String {
+fn reason(basis: &Basis, lights: &[Direction]) -> String {
     let key = |light: &Direction| light.to_array().map(|x| (x / SAME_DIRECTION).round() as i64);
     let distinct = lights.iter().map(key).collect::<BTreeSet<_>>().len();
     let dependent =
@@ -162,7 +162,7 @@ mod tests {
     }
 
     fn message(lights: &[Direction]) -> String {
-        Design::new(Basis::Ptm, lights).unwrap_err().to_string()
+        Design::new(&Basis::Ptm, lights).unwrap_err().to_string()
     }
 
     #[test]
@@ -186,12 +186,12 @@ mod tests {
         for extra in [Direction::ZENITH, Direction::from_angles(0.7, 0.1)] {
             let mut lights = rounded(ring(8, 45.0));
             lights.push(extra);
-            assert!(Design::new(Basis::Ptm, &lights).is_ok());
+            assert!(Design::new(&Basis::Ptm, &lights).is_ok());
         }
         let two_rings = [ring(12, 44.0), ring(12, 45.0)].concat();
-        assert!(Design::new(Basis::Ptm, &rounded(two_rings)).is_ok());
-        assert!(Design::new(Basis::Constant, &[Direction::ZENITH]).is_ok());
-        assert!(Design::new(Basis::Constant, &[]).is_err());
+        assert!(Design::new(&Basis::Ptm, &rounded(two_rings)).is_ok());
+        assert!(Design::new(&Basis::Constant, &[Direction::ZENITH]).is_ok());
+        assert!(Design::new(&Basis::Constant, &[]).is_err());
     }
 
     #[test]
@@ -200,7 +200,7 @@ mod tests {
         let lights: Vec<_> = (0..17)
             .map(|_| Direction::from_disk(1.4 * stream.unit() - 0.7, 1.4 * stream.unit() - 0.7))
             .collect();
-        let design = Design::new(Basis::Ptm, &lights).unwrap();
+        let design = Design::new(&Basis::Ptm, &lights).unwrap();
         let sum: f64 = (0..17).map(|i| design.leverage(i)).sum();
         assert!((sum - 6.0).abs() < 1e-9);
         assert!(design.condition_number() >= 6.0);

@@ -2,10 +2,10 @@
 //!
 //! With g = (A'A)^-1 a_i, the residual e of texel p under light i and the leverage h = a_i' g, the
 //! least-squares coefficients without photograph i are c - g e / (1 - h) (Cook, Weisberg,
-//! "Residuals and Influence in Regression", 1982, appendix A.2). The colour model is then applied
+//! "Residuals and Influence in Regression", 1982, appendix A.2). The layout of luminance and colour is then made
 //! as in the fit, with the factor of the remaining lights.
 
-use crate::field::ColorModel;
+use crate::field::PlaneLayout;
 use crate::planes::Planes;
 use crate::raster::Raster;
 
@@ -19,7 +19,7 @@ pub(super) fn coefficients_without(
     i: usize,
     photograph: &Raster,
     linear: &Planes,
-    color: ColorModel,
+    layout: &PlaneLayout,
     design: &Design,
     levels: &Levels,
 ) -> Option<Planes> {
@@ -30,7 +30,7 @@ pub(super) fn coefficients_without(
     let (mut predicted, mut residual) = (vec![0.0f32; texels], vec![0.0f32; texels]);
     let mut planes = linear.clone();
     for channel in 0..photograph.channels() {
-        relight_channel(linear, ColorModel::Rgb, &weights, channel, 0, &mut predicted);
+        relight_channel(linear, &PlaneLayout::RGB, &weights, channel, 0, &mut predicted);
         levels.channel(photograph, channel, 0, &mut residual);
         residual.iter_mut().zip(&predicted).for_each(|(p, r)| *p -= r);
         for k in 0..n {
@@ -39,5 +39,5 @@ pub(super) fn coefficients_without(
             plane.iter_mut().zip(&residual).for_each(|(c, e)| *c -= share * e);
         }
     }
-    Some(super::finish(planes, color, &remaining))
+    Some(super::finish(planes, layout, &remaining))
 }

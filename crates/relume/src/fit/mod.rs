@@ -35,7 +35,7 @@ use serde::Serialize;
 
 use crate::direction::Direction;
 use crate::error::{Error, Result};
-use crate::field::{Basis, ColorModel, ReflectanceField};
+use crate::field::{Basis, PlaneLayout, ReflectanceField};
 use crate::job::Job;
 use crate::planes::Planes;
 use crate::raster::Raster;
@@ -47,13 +47,13 @@ use sample::Grid;
 use stream::Stream;
 
 /// What to fit.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FitOptions {
     /// The functions of light direction.
     pub basis: Basis,
-    /// [`ColorModel::Lrgb`] or [`ColorModel::Rgb`]. Grey photographs always give
-    /// [`ColorModel::Luminance`].
-    pub color: ColorModel,
+    /// [`PlaneLayout::LRGB`] or [`PlaneLayout::RGB`]. Grey photographs always give
+    /// [`PlaneLayout::LUMINANCE`].
+    pub layout: PlaneLayout,
     /// The space of the fitted values. Integer samples are encoded and are decoded for
     /// [`Space::Linear`]; floating-point samples are linear and are encoded for [`Space::Srgb`].
     pub space: Space,
@@ -68,7 +68,7 @@ impl Default for FitOptions {
     fn default() -> Self {
         Self {
             basis: Basis::Ptm,
-            color: ColorModel::Lrgb,
+            layout: PlaneLayout::LRGB,
             space: Space::Srgb,
             report_texels: sample::KEPT_TEXELS,
             leave_one_out: false,
@@ -88,15 +88,18 @@ impl FitOptions {
         Ok(())
     }
 
-    /// The colour model for photographs of that many channels.
-    fn color_of(&self, channels: usize) -> Result<ColorModel> {
-        match (channels, self.color) {
-            (1, _) => Ok(ColorModel::Luminance),
-            (_, ColorModel::Luminance) => {
-                Err(Error::usage("the photographs are coloured: fit them as lrgb or rgb, not as luminance"))
-            }
-            (_, color) => Ok(color),
+    /// The layout for photographs of that many channels.
+    fn layout_for(&self, channels: usize) -> Result<PlaneLayout> {
+        if channels == 1 {
+            return Ok(PlaneLayout::LUMINANCE);
         }
+        if self.layout == PlaneLayout::RGB || self.layout == PlaneLayout::LRGB {
+            return Ok(self.layout.clone());
+        }
+        Err(Error::usage(format!(
+            "the photographs are coloured: fit them as lrgb or rgb, not as {}",
+            self.layout.name()
+        )))
     }
 }
 
@@ -122,21 +125,22 @@ pub type Load<'a> = dyn Fn(usize) -> Result<Raster> + Sync + 'a;
 pub fn fit(lights: &[(String, Direction)], load: &Load, options: &FitOptions, job: &Job) -> Result<Fit> {
     options.validate()?;
     let directions: Vec<Direction> = lights.iter().map(|(_, light)| *light).collect();
-    let design = Design::new(options.basis, &directions)?;
+    let design = Design::new(&options.basis, &directions)?;
     job.start("fitting photographs", lights.len() as u64);
     let stream = Stream::open(lights, load, options.basis.len(), job)?;
-    let color = options.color_of(stream.channels())?;
+    let layout = options.layout_for(stream.channels())?;
     let grid = Grid::new(stream.size(), options.report_texels);
     job.check_bytes("the sample for the error report", stream.sample_bytes(&grid))?;
     let levels = Levels::new(options.space);
 
     let (sums, kept) = sum_photographs(&stream, &design, &levels, &grid, job)?;
     let linear = options.leave_one_out.then(|| grid.planes(&sums));
-    let coefficients = finish(sums, color, &design);
+    let coefficients = finish(sums, &layout, &design);
 
-    let measured = report::Measured { color, grid: &grid, levels: &levels, design: &design, kept: &kept };
+    let measured =
+        report::Measured { layout: &layout, grid: &grid, levels: &levels, design: &design, kept: &kept };
     let report = measured.report(&stream, &grid.planes(&coefficients), linear.as_ref())?;
-    let field = ReflectanceField::new(options.basis, color, options.space, coefficients)?;
+    let field = ReflectanceField::new(options.basis.clone(), layout, options.space, coefficients)?;
     Ok(Fit { field: field.with_lights(directions), report })
 }
 
@@ -165,12 +169,12 @@ fn sum_photographs(
     Ok((sums, kept))
 }
 
-/// The coefficient planes of a colour model from those of every channel.
-fn finish(mut sums: Planes, color: ColorModel, design: &Design) -> Planes {
-    if color == ColorModel::Lrgb {
+/// The coefficient planes of a layout from those of every channel.
+fn finish(mut sums: Planes, layout: &PlaneLayout, design: &Design) -> Planes {
+    if layout.is_product() {
         product::to_products(&mut sums, design);
     }
-    sums.truncated(color.planes(design.functions()))
+    sums.truncated(layout.planes(design.functions()))
 }
 
 #[cfg(test)]

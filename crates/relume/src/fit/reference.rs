@@ -6,7 +6,7 @@
 
 use crate::direction::Direction;
 use crate::error::{Error, Result};
-use crate::field::{Basis, ColorModel, ReflectanceField};
+use crate::field::{Basis, PlaneLayout, ReflectanceField};
 use crate::numeric::Matrix;
 use crate::picture::Picture;
 use crate::planes::Planes;
@@ -14,41 +14,40 @@ use crate::planes::Planes;
 /// Rounds of alternating least squares.
 const ROUNDS: usize = 300;
 
-/// Fits pictures under lights. `color` is luminance for grey pictures, rgb or lrgb for others;
+/// Fits pictures under lights. `layout` is luminance for grey pictures, rgb or lrgb for others;
 /// all pictures are equally large and in one space, which becomes the field's.
 ///
 /// # Errors
 /// When the lights do not determine the functions.
 ///
 /// # Panics
-/// When there is not one picture a light, or the pictures' channels are not those of `color`.
+/// When there is not one picture a light, or the pictures' channels are not those of `layout`.
 pub fn fit(
-    basis: Basis,
-    color: ColorModel,
+    basis: &Basis,
+    layout: &PlaneLayout,
     lights: &[Direction],
     pictures: &[Picture],
 ) -> Result<ReflectanceField> {
     assert_eq!(lights.len(), pictures.len(), "one picture a light");
     let first = pictures.first().ok_or_else(|| Error::usage("a fit needs at least one photograph"))?;
-    assert!(pictures.iter().all(|p| p.planes.count() == color.channels()), "channels of the colour model");
+    assert!(pictures.iter().all(|p| p.planes.count() == layout.channels()), "channels of the layout");
     let rows: Vec<Vec<f64>> = lights.iter().map(|&light| basis.weights(light)).collect();
     let n = basis.len();
-    let mut planes = Planes::zeros(first.size(), color.planes(n));
+    let mut planes = Planes::zeros(first.size(), layout.planes(n));
     for texel in 0..first.size().texels() {
         let channel =
             |c: usize| -> Vec<f64> { pictures.iter().map(|p| f64::from(p.planes.plane(c)[texel])).collect() };
-        let channels: Vec<Vec<f64>> = (0..color.channels()).map(channel).collect();
-        let solution = match color {
-            ColorModel::Lrgb => product(&rows, &channels)?,
-            _ => channels
-                .iter()
-                .map(|values| least_squares(&rows, values))
-                .collect::<Result<Vec<_>>>()?
-                .concat(),
+        let channels: Vec<Vec<f64>> = (0..layout.channels()).map(channel).collect();
+        let solution = if layout.is_product() {
+            product(&rows, &channels)?
+        } else {
+            let functions = channels.iter().map(|values| least_squares(&rows, values));
+            functions.collect::<Result<Vec<_>>>()?.concat()
         };
         (0..solution.len()).for_each(|k| planes.plane_mut(k)[texel] = solution[k] as f32);
     }
-    ReflectanceField::new(basis, color, first.space, planes).map(|field| field.with_lights(lights.to_vec()))
+    ReflectanceField::new(basis.clone(), layout.clone(), first.space, planes)
+        .map(|field| field.with_lights(lights.to_vec()))
 }
 
 /// The solution of the normal equations A'A x = A'b.

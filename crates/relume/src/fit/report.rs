@@ -10,7 +10,7 @@ use super::residual::squared_error;
 use super::sample::Grid;
 use super::stream::Stream;
 use crate::error::Result;
-use crate::field::ColorModel;
+use crate::field::PlaneLayout;
 use crate::numeric::decibel::psnr_db;
 use crate::planes::Planes;
 use crate::raster::Raster;
@@ -79,7 +79,7 @@ impl FitReport {
 
 /// What the errors are measured with.
 pub(super) struct Measured<'a> {
-    pub color: ColorModel,
+    pub layout: &'a PlaneLayout,
     pub grid: &'a Grid,
     pub levels: &'a Levels,
     pub design: &'a Design,
@@ -135,10 +135,10 @@ impl Measured<'_> {
         let read = if self.kept.is_empty() { Some(read(i)?) } else { None };
         let photograph = read.as_ref().unwrap_or_else(|| &self.kept[i]);
         let error = |planes: &Planes| {
-            squared_error(planes, self.color, self.design.values(i), photograph, self.levels)
+            squared_error(planes, self.layout, self.design.values(i), photograph, self.levels)
         };
         let without =
-            |linear| coefficients_without(i, photograph, linear, self.color, self.design, self.levels);
+            |linear| coefficients_without(i, photograph, linear, self.layout, self.design, self.levels);
         Ok(Errors { fit: error(field), leave_one_out: linear.and_then(without).as_ref().map(error) })
     }
 

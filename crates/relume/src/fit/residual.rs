@@ -1,6 +1,6 @@
 //! How far a relit field is from a photograph.
 
-use crate::field::ColorModel;
+use crate::field::PlaneLayout;
 use crate::planes::Planes;
 use crate::raster::Raster;
 
@@ -13,7 +13,7 @@ const BAND: usize = 4096;
 /// texels and channels, both clamped to 0..1 as on a display.
 pub(super) fn squared_error(
     coefficients: &Planes,
-    color: ColorModel,
+    layout: &PlaneLayout,
     weights: &[f64],
     photograph: &Raster,
     levels: &Levels,
@@ -26,7 +26,7 @@ pub(super) fn squared_error(
         for first in (0..texels).step_by(BAND) {
             let relit = &mut relit[..BAND.min(texels - first)];
             let truth = &mut truth[..relit.len()];
-            relight_channel(coefficients, color, &weights, channel, first, relit);
+            relight_channel(coefficients, layout, &weights, channel, first, relit);
             levels.channel(photograph, channel, first, truth);
             let pairs = relit.iter().zip(&*truth);
             sum += pairs.map(|(a, b)| f64::from(a.clamp(0.0, 1.0) - b.clamp(0.0, 1.0)).powi(2)).sum::<f64>();
@@ -38,21 +38,21 @@ pub(super) fn squared_error(
 /// One channel of neighbouring texels, `first` and those after it, not clamped.
 pub(super) fn relight_channel(
     coefficients: &Planes,
-    color: ColorModel,
+    layout: &PlaneLayout,
     weights: &[f32],
     channel: usize,
     first: usize,
     out: &mut [f32],
 ) {
     let (n, texels) = (weights.len(), out.len());
-    let function = if color == ColorModel::Lrgb { 0 } else { channel * n };
+    let function = layout.function_plane(channel, n);
     out.fill(0.0);
     for (k, weight) in weights.iter().enumerate() {
         let plane = &coefficients.plane(function + k)[first..][..texels];
         out.iter_mut().zip(plane).for_each(|(o, c)| *o += weight * c);
     }
-    if color == ColorModel::Lrgb {
-        let plane = &coefficients.plane(n + channel)[first..][..texels];
+    if let Some(color) = layout.color_plane(channel, n) {
+        let plane = &coefficients.plane(color)[first..][..texels];
         out.iter_mut().zip(plane).for_each(|(o, c)| *o *= c);
     }
 }

@@ -52,23 +52,23 @@ fn run(lights: &[(String, Direction)], photographs: &[Raster], options: &FitOpti
 fn slow(lights: &[(String, Direction)], photographs: &[Raster], options: &FitOptions) -> ReflectanceField {
     let directions: Vec<_> = lights.iter().map(|l| l.1).collect();
     let pictures: Vec<_> = photographs.iter().map(|p| p.to_picture(options.space)).collect();
-    let color = if photographs[0].channels() == 1 { ColorModel::Luminance } else { options.color };
-    reference::fit(options.basis, color, &directions, &pictures).unwrap()
+    let color = if photographs[0].channels() == 1 { PlaneLayout::LUMINANCE } else { options.layout.clone() };
+    reference::fit(&options.basis, &color, &directions, &pictures).unwrap()
 }
 
 fn largest_difference(a: &ReflectanceField, b: &ReflectanceField) -> f32 {
-    assert_eq!((a.color(), a.space(), a.size(), a.lights()), (b.color(), b.space(), b.size(), b.lights()));
+    assert_eq!((a.layout(), a.space(), a.size(), a.lights()), (b.layout(), b.space(), b.size(), b.lights()));
     let pairs = a.coefficients().as_slice().iter().zip(b.coefficients().as_slice());
     pairs.map(|(x, y)| (x - y).abs()).fold(0.0, f32::max)
 }
 
 fn all_options() -> impl Strategy<Value = FitOptions> {
-    let bases = prop::sample::select(Basis::ALL.to_vec());
-    let colors = prop::sample::select(vec![ColorModel::Rgb, ColorModel::Lrgb]);
+    let bases = prop::sample::select(Basis::NAMED.to_vec());
+    let colors = prop::sample::select(vec![PlaneLayout::RGB, PlaneLayout::LRGB]);
     let spaces = prop::sample::select(vec![Space::Srgb, Space::Linear]);
     (bases, colors, spaces).prop_map(|(basis, color, space)| FitOptions {
         basis,
-        color,
+        layout: color,
         space,
         ..FitOptions::default()
     })
@@ -106,9 +106,9 @@ fn capture(channels: usize, count: usize) -> (Vec<(String, Direction)>, Vec<Rast
 
 #[test]
 fn several_bands_and_batches_equal_the_slow_fit() {
-    for (channels, color) in [(1, ColorModel::Lrgb), (3, ColorModel::Rgb), (3, ColorModel::Lrgb)] {
+    for (channels, color) in [(1, PlaneLayout::LRGB), (3, PlaneLayout::RGB), (3, PlaneLayout::LRGB)] {
         let (lights, photographs) = capture(channels, 37);
-        let options = FitOptions { color, ..FitOptions::default() };
+        let options = FitOptions { layout: color.clone(), ..FitOptions::default() };
         let fitted = run(&lights, &photographs, &options);
         let difference = largest_difference(&fitted.field, &slow(&lights, &photographs, &options));
         assert!(difference < 1e-4, "{channels} {color:?}: {difference}");
@@ -165,10 +165,10 @@ fn slow_rmse(field: &ReflectanceField, light: Direction, photograph: &Raster) ->
 
 #[test]
 fn reported_errors_are_those_of_relighting() {
-    for (channels, color) in [(1, ColorModel::Lrgb), (3, ColorModel::Rgb), (3, ColorModel::Lrgb)] {
+    for (channels, color) in [(1, PlaneLayout::LRGB), (3, PlaneLayout::RGB), (3, PlaneLayout::LRGB)] {
         let (lights, photographs) = capture(channels, 20);
         let Fit { field, report } =
-            run(&lights, &photographs, &FitOptions { color, ..FitOptions::default() });
+            run(&lights, &photographs, &FitOptions { layout: color.clone(), ..FitOptions::default() });
         assert_eq!((report.texels, report.texels_measured), (67 * 49, 67 * 49));
         let mut worst = 0;
         for (i, light) in report.lights.iter().enumerate() {
@@ -187,9 +187,9 @@ fn reported_errors_are_those_of_relighting() {
 
 #[test]
 fn leave_one_out_is_refitting_without_the_light() {
-    for (channels, color) in [(1, ColorModel::Lrgb), (3, ColorModel::Rgb), (3, ColorModel::Lrgb)] {
+    for (channels, color) in [(1, PlaneLayout::LRGB), (3, PlaneLayout::RGB), (3, PlaneLayout::LRGB)] {
         let (lights, photographs) = capture(channels, 14);
-        let options = FitOptions { color, leave_one_out: true, ..FitOptions::default() };
+        let options = FitOptions { layout: color.clone(), leave_one_out: true, ..FitOptions::default() };
         let report = run(&lights, &photographs, &options).report;
         for i in 0..lights.len() {
             let (mut other_lights, mut others) = (lights.clone(), photographs.clone());
@@ -220,7 +220,7 @@ fn a_light_that_the_others_need_has_no_leave_one_out_error() {
 fn the_colour_is_better_than_the_mean_colour() {
     let (lights, photographs) = capture(3, 30);
     let Fit { field, report } = run(&lights, &photographs, &FitOptions::default());
-    let rgb = run(&lights, &photographs, &FitOptions { color: ColorModel::Rgb, ..FitOptions::default() });
+    let rgb = run(&lights, &photographs, &FitOptions { layout: PlaneLayout::RGB, ..FitOptions::default() });
     let naive = with_mean_colors(&field, &photographs, &lights);
     let squares = |field: &ReflectanceField| -> f64 {
         lights.iter().zip(&photographs).map(|(l, p)| slow_rmse(field, l.1, p).powi(2)).sum::<f64>()
@@ -255,7 +255,7 @@ fn with_mean_colors(
         })
         .collect();
     let directions: Vec<_> = lights.iter().map(|l| l.1).collect();
-    let luminance = reference::fit(Basis::Ptm, ColorModel::Luminance, &directions, &grey).unwrap();
+    let luminance = reference::fit(&Basis::Ptm, &PlaneLayout::LUMINANCE, &directions, &grey).unwrap();
     let data = [luminance.coefficients().as_slice(), mean.as_slice()].concat();
     like.with_coefficients(Planes::from_vec(size, 9, data).unwrap()).unwrap()
 }
@@ -323,7 +323,7 @@ fn what_cannot_be_fitted_is_refused_before_reading() {
     assert!(try_fit(&[], &FitOptions::default()).contains("found 0"));
     let none = FitOptions { report_texels: 0, ..FitOptions::default() };
     assert!(try_fit(&lights, &none).contains("at least 1 texel"));
-    let grey = FitOptions { color: ColorModel::Luminance, ..FitOptions::default() };
+    let grey = FitOptions { layout: PlaneLayout::LUMINANCE, ..FitOptions::default() };
     assert!(failure(&lights, &photographs, &grey).contains("coloured"));
     let small = Job::new(Limits { max_bytes: 200_000, ..Limits::default() });
     let load = |i: usize| Ok(photographs[i].clone());

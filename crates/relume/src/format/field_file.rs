@@ -11,7 +11,7 @@ use super::picture::{Depth, PictureFormat, encode_picture, extension};
 use super::ptm::{self, PtmEncoding, Under};
 use super::raster::decode_raster;
 use crate::error::{Error, Result};
-use crate::field::{Basis, ColorModel, ReflectanceField};
+use crate::field::{Basis, ReflectanceField};
 use crate::job::Job;
 use crate::picture::Picture;
 use crate::raster::Samples;
@@ -159,10 +159,10 @@ pub fn encode_field(
 
 /// A field of constants as the picture it is.
 pub(super) fn constants(field: &ReflectanceField) -> Result<Picture> {
-    if field.basis() != Basis::Constant || field.color() == ColorModel::Lrgb {
+    if *field.basis() != Basis::Constant || !field.layout().is_picture() {
         return Err(Error::usage(format!(
             "a texture of {} {} functions is no picture: write .ptm or .exr, or relight it",
-            field.color().name(),
+            field.layout().name(),
             field.basis().name()
         )));
     }

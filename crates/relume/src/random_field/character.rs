@@ -72,9 +72,8 @@ pub fn character(field: &ReflectanceField, job: &Job) -> Result<Character> {
 fn luminance_scores(field: &ReflectanceField) -> Planes {
     let n = field.basis().len();
     let constant = field.basis().graded_order()[0];
-    let channels = field.coefficients().count() / n;
     let mut sum = Planes::zeros(field.size(), 1);
-    for c in 0..channels.max(1) {
+    for c in 0..field.layout().functions() {
         let plane = field.coefficients().plane(c * n + constant);
         sum.as_mut_slice().iter_mut().zip(plane).for_each(|(s, v)| *s += v);
     }

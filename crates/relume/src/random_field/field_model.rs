@@ -10,7 +10,7 @@ use super::per_light::{self, LightModel};
 use super::structure::Tiles;
 use crate::direction::Direction;
 use crate::error::Result;
-use crate::field::{Basis, ColorModel, Domain, IndexSpace, Metric, ReflectanceField};
+use crate::field::{Basis, PlaneLayout, Domain, IndexSpace, Metric, ReflectanceField};
 use crate::job::Job;
 use crate::planes::{Planes, Size};
 use crate::space::Space;
@@ -20,8 +20,8 @@ use crate::space::Space;
 pub struct FieldModel {
     /// The functions of light direction.
     pub basis: Basis,
-    /// How planes make colours.
-    pub color: ColorModel,
+    /// How planes make channels.
+    pub layout: PlaneLayout,
     /// What values mean.
     pub space: Space,
     /// What was modelled.
@@ -116,17 +116,22 @@ fn checked_index_space(field: &ReflectanceField, job: &Job) -> Result<IndexSpace
 /// The index planes that are modelled: the functions' coordinates over the hemisphere, and of LRGB
 /// fields the luminance's and the colour, so that what is made is LRGB again.
 pub fn index_space(field: &ReflectanceField) -> Result<IndexSpace> {
-    let metric = if field.color() == ColorModel::Lrgb { Metric::Legendre9 } else { Metric::Function };
-    IndexSpace::new(field, metric, Domain::Hemisphere)
+    if !field.layout().is_product() {
+        return IndexSpace::new(field, Metric::Function, Domain::Hemisphere);
+    }
+    // Models of polynomials have had the documents' nine numbers from the start.
+    let square = field.basis().is_defined_over(Domain::Square);
+    let domain = if square { Domain::Square } else { Domain::Hemisphere };
+    IndexSpace::new(field, Metric::LuminanceAndColor, domain)
 }
 
 /// The field of functions of each channel: where it is LRGB, the nearest products of a luminance and a colour.
 fn like_functions(like: &ReflectanceField, functions: Planes, job: &Job) -> Result<ReflectanceField> {
-    if like.color() != ColorModel::Lrgb {
+    if !like.layout().is_product() {
         return like.with_coefficients(functions);
     }
     job.check("the texture of the models", functions.size(), 12 * functions.count() as u64)?;
-    let channels = ReflectanceField::new(like.basis(), ColorModel::Rgb, like.space(), functions)?;
+    let channels = ReflectanceField::new(like.basis().clone(), PlaneLayout::RGB, like.space(), functions)?;
     let space = |field| IndexSpace::new(field, Metric::Function, Domain::Hemisphere);
     space(like)?.field(like, &space(&channels)?.index_planes(&channels))
 }
@@ -140,10 +145,10 @@ impl FieldModel {
             width: width as u32,
             height: height as u32,
             photographs: if field.basis().len() == 1 { 1 } else { field.lights().len() as u32 },
-            channels: field.color().channels() as u32,
+            channels: field.layout().channels() as u32,
         };
-        let (basis, color, space) = (field.basis(), field.color(), field.space());
-        Self { basis, color, space, source, heights: None, fields }
+        let (basis, layout, space) = (field.basis().clone(), field.layout().clone(), field.space());
+        Self { basis, layout, space, source, heights: None, fields }
     }
 
     /// A part of the model's endless field.
@@ -159,7 +164,7 @@ impl FieldModel {
                 index_space(&like)?.field(&like, &planes)
             }
             Fields::PerLight(lights) => {
-                like_functions(&like, per_light::functions(lights, self.basis, options, job)?, job)
+                like_functions(&like, per_light::functions(lights, &self.basis, options, job)?, job)
             }
         }
     }
@@ -170,7 +175,7 @@ impl FieldModel {
         match &self.fields {
             Fields::Joint(_) => one,
             // The functions, their index planes and the field.
-            Fields::PerLight(_) => one + 12 * (self.basis.len() * self.color.channels()) as u64,
+            Fields::PerLight(_) => one + 12 * (self.basis.len() * self.layout.channels()) as u64,
         }
     }
 
@@ -187,7 +192,7 @@ impl FieldModel {
     pub fn source_bytes(&self) -> u64 {
         let Source { width, height, photographs, channels } = self.source;
         let samples = match photographs {
-            0 => self.color.planes(self.basis.len()) as u64,
+            0 => self.layout.planes(self.basis.len()) as u64,
             _ => u64::from(photographs) * u64::from(channels),
         };
         u64::from(width) * u64::from(height) * samples
@@ -208,8 +213,8 @@ impl FieldModel {
     /// # Errors
     /// When there is none, which a model that was read or made rules out.
     pub fn texel(&self) -> Result<ReflectanceField> {
-        let planes = Planes::zeros(Size::new(1, 1), self.color.planes(self.basis.len()));
-        ReflectanceField::new(self.basis, self.color, self.space, planes)
+        let planes = Planes::zeros(Size::new(1, 1), self.layout.planes(self.basis.len()));
+        ReflectanceField::new(self.basis.clone(), self.layout.clone(), self.space, planes)
     }
 
     /// Whether there are as many planes as fields of the model's kind have, and enough lights.
@@ -221,8 +226,8 @@ impl FieldModel {
             }
             Fields::PerLight(lights) => {
                 let disks: Vec<[f32; 2]> = lights.iter().map(|light| light.disk).collect();
-                lights.iter().all(|light| light.model.planes() == self.color.channels())
-                    && per_light::determine(&disks, self.basis)
+                lights.iter().all(|light| light.model.planes() == self.layout.channels())
+                    && per_light::determine(&disks, &self.basis)
             }
         }
     }

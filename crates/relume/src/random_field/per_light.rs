@@ -69,7 +69,7 @@ pub fn model_lights(
             field.basis().name()
         )));
     }
-    job.check("a picture to model", field.size(), 4 * field.color().channels() as u64)?;
+    job.check("a picture to model", field.size(), 4 * field.layout().channels() as u64)?;
     let (mut models, mut reports) = (Vec::new(), Vec::new());
     for disk in disks {
         let (model, levels) = estimate(&picture(direction(disk)), options, job)?;
@@ -80,13 +80,13 @@ pub fn model_lights(
 }
 
 /// The functions' values, a row for each light.
-fn values(disks: &[[f32; 2]], basis: Basis) -> Matrix {
+fn values(disks: &[[f32; 2]], basis: &Basis) -> Matrix {
     let rows: Vec<Vec<f64>> = disks.iter().map(|&disk| basis.weights(direction(disk))).collect();
     Matrix::from_fn(disks.len(), basis.len(), |i, k| rows[i][k])
 }
 
 /// Whether functions of a basis are known from their values under these lights.
-pub(super) fn determine(disks: &[[f32; 2]], basis: Basis) -> bool {
+pub(super) fn determine(disks: &[[f32; 2]], basis: &Basis) -> bool {
     (basis.len()..=MOST_LIGHTS).contains(&disks.len())
         && Qr::new(&values(disks, basis)).pivot_ratio() > LEAST_PIVOT
 }
@@ -98,7 +98,7 @@ pub(super) fn determine(disks: &[[f32; 2]], basis: Basis) -> bool {
 /// As [`Model::synthesize`].
 pub(super) fn functions(
     lights: &[LightModel],
-    basis: Basis,
+    basis: &Basis,
     options: &SheetOptions,
     job: &Job,
 ) -> Result<Planes> {

@@ -8,9 +8,9 @@
 use rayon::prelude::*;
 
 use super::mip_map::MipMap;
-use crate::direction::Direction;
+use crate::direction::Directions;
 use crate::error::{Error, Result};
-use crate::field::{Basis, ColorModel, ReflectanceField};
+use crate::field::{Basis, ReflectanceField};
 use crate::job::Job;
 use crate::planes::Planes;
 use crate::space::Space;
@@ -31,11 +31,20 @@ enum Shown {
     Colors { channels: usize },
 }
 
+/// What is looked up at one place, and room for what is computed from it.
+#[derive(Debug, Default)]
+pub struct Lookup {
+    /// The numbers of the place, in the order of the texels' numbers.
+    pub values: Vec<f32>,
+    /// The functions' values for the directions at hand.
+    weights: Vec<f64>,
+}
+
 impl Material {
     /// From a field and, for highlights, the normals of its texels.
     ///
     /// # Errors
-    /// When the normals do not fit the field, or memory is short.
+    /// When the normals do not fit the field, its channels make no colour, or memory is short.
     pub fn of_field(field: &ReflectanceField, normals: Option<&Planes>, job: &Job) -> Result<Self> {
         if let Some(normals) = normals
             && (normals.size() != field.size() || normals.count() != 3)
@@ -47,11 +56,17 @@ impl Material {
                 normals.size()
             )));
         }
-        let channels = field.color().channels();
+        if field.layout().is_named() {
+            return Err(Error::usage(format!(
+                "a texture of the channels {} has no colour to render: choose red, green and blue, or one",
+                field.layout().channel_names().join(", ")
+            )));
+        }
+        let channels = field.layout().channels();
         let stride = channels * field.basis().len() + if normals.is_some() { 3 } else { 0 };
         let data = || interleaved(field, normals, stride);
         let texels = MipMap::new("the texture's pyramid", field.size(), stride, job, data)?;
-        let (basis, space, has_normals) = (field.basis(), field.space(), normals.is_some());
+        let (basis, space, has_normals) = (field.basis().clone(), field.space(), normals.is_some());
         Ok(Self { texels, shown: Shown::Functions { basis, space, channels, has_normals } })
     }
 
@@ -69,11 +84,13 @@ impl Material {
         &self.texels
     }
 
-    /// The linear colour of looked-up values under a light.
-    pub fn color(&self, values: &[f32], light: Direction) -> [f64; 3] {
+    /// The linear colour of what was looked up, for a light and a view.
+    pub fn color(&self, lookup: &mut Lookup, directions: Directions) -> [f64; 3] {
+        let Lookup { values, weights } = lookup;
         match &self.shown {
             Shown::Functions { basis, space, channels, .. } => {
-                let weights = basis.weights(light);
+                weights.resize(basis.len(), 0.0);
+                basis.weights_into(directions, weights);
                 let function = |coefficients: &[f32]| {
                     let terms = weights.iter().zip(coefficients);
                     let value: f64 = terms.map(|(w, &v)| w * f64::from(v)).sum();
@@ -104,16 +121,14 @@ fn of_channels(channels: usize, value: impl Fn(usize) -> f64) -> [f64; 3] {
 
 /// All numbers of each texel side by side; LRGB texels as three functions.
 fn interleaved(field: &ReflectanceField, normals: Option<&Planes>, stride: usize) -> Vec<f32> {
-    let (n, planes) = (field.basis().len(), field.coefficients());
-    let functions = field.color().channels() * n;
+    let (n, layout, planes) = (field.basis().len(), field.layout(), field.coefficients());
+    let functions = layout.channels() * n;
     let mut data = vec![0.0; field.size().texels() * stride];
     data.par_chunks_exact_mut(stride).enumerate().for_each(|(texel, out)| {
         let (functions, normal) = out.split_at_mut(functions);
         for (k, value) in functions.iter_mut().enumerate() {
-            *value = match field.color() {
-                ColorModel::Lrgb => planes.plane(k % n)[texel] * planes.plane(n + k / n)[texel],
-                ColorModel::Luminance | ColorModel::Rgb => planes.plane(k)[texel],
-            };
+            let function = planes.plane(layout.function_plane(k / n, n) + k % n)[texel];
+            *value = layout.color_plane(k / n, n).map_or(function, |color| function * planes.plane(color)[texel]);
         }
         if let Some(normals) = normals {
             normal.iter_mut().enumerate().for_each(|(k, value)| *value = normals.plane(k)[texel]);

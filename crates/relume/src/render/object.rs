@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::material::Material;
+use super::material::{Lookup, Material};
 use super::mesh::{Mesh, Tangents};
 use super::raster::{self, Hit, Setup};
 use super::relief::{Relief, displaced};
@@ -128,14 +128,14 @@ fn one_band(shader: &Shader, setups: &[Setup], chosen: &[u32], rows: (usize, usi
     let hits = raster::scan(setups, chosen, &shader.view, (rows.0 * n, rows.1 * n));
     let background = shader.options.background.map(f64::from);
     let mut sums = vec![[0.0f64; 3]; width * (rows.1 - rows.0)];
-    let mut values = Vec::new();
+    let mut lookup = Lookup::default();
     for (line, hits) in hits.chunks_exact(width * n).enumerate() {
         for (column, hit) in hits.iter().enumerate() {
             let color = if *hit == Hit::NOTHING {
                 background
             } else {
                 let (x, y) = (column as f64 + 0.5, (rows.0 * n + line) as f64 + 0.5);
-                shader.color(&setups[hit.setup as usize], x, y, &mut values)
+                shader.color(&setups[hit.setup as usize], x, y, &mut lookup)
             };
             let sum = &mut sums[line / n * width + column / n];
             sum.iter_mut().zip(color).for_each(|(s, c)| *s += c);
@@ -149,20 +149,20 @@ fn one_band(shader: &Shader, setups: &[Setup], chosen: &[u32], rows: (usize, usi
 mod tests {
     use super::*;
     use crate::direction::Direction;
-    use crate::field::{Basis, ColorModel};
+    use crate::field::{Basis, PlaneLayout};
     use crate::limits::Limits;
     use crate::numeric::random::{Purpose, Stream};
     use crate::render::mesh::Primitive;
     use crate::render::scene::{Camera, Light, Specular};
 
     /// Positive at any light: the constant outweighs the other coefficients.
-    fn random_field(color: ColorModel, space: Space, side: usize) -> ReflectanceField {
+    fn random_field(color: PlaneLayout, space: Space, side: usize) -> ReflectanceField {
         let mut stream = Stream::new(11, Purpose::Sample, [0]);
         let size = Size::new(side, side);
         let count = color.planes(6);
         let mut planes = Planes::zeros(size, count);
         for (k, plane) in planes.iter_mut().enumerate() {
-            let is_color = color == ColorModel::Lrgb && k >= 6;
+            let is_color = color == PlaneLayout::LRGB && k >= 6;
             let (least, range) = if is_color || k % 6 == 5 { (0.4, 0.4) } else { (-0.05, 0.1) };
             plane.iter_mut().for_each(|v| *v = least + range * stream.unit() as f32);
         }
@@ -173,7 +173,7 @@ mod tests {
     fn uniform_field(coefficients: [f32; 6]) -> ReflectanceField {
         let data = coefficients.iter().flat_map(|&c| [c; 4]).collect();
         let planes = Planes::from_vec(Size::new(2, 2), 6, data).unwrap();
-        ReflectanceField::new(Basis::Ptm, ColorModel::Luminance, Space::Linear, planes).unwrap()
+        ReflectanceField::new(Basis::Ptm, PlaneLayout::LUMINANCE, Space::Linear, planes).unwrap()
     }
 
     /// Options under which the plane fills the picture.
@@ -194,14 +194,14 @@ mod tests {
 
     #[test]
     fn a_plane_that_faces_the_camera_shows_the_relit_picture() {
-        for color in [ColorModel::Luminance, ColorModel::Rgb, ColorModel::Lrgb] {
+        for color in [PlaneLayout::LUMINANCE, PlaneLayout::RGB, PlaneLayout::LRGB] {
             for space in [Space::Linear, Space::Srgb] {
-                let field = random_field(color, space, 33);
+                let field = random_field(color.clone(), space, 33);
                 let options = facing(field.size(), [0.5, -0.3, 0.6]);
                 let picture = rendered(&field, &Primitive::Plane.mesh(), &options);
                 let truth = relight(&field, options.lights[0].direction).to_space(Space::Linear);
                 for c in 0..3 {
-                    let truth = truth.planes.plane(if color == ColorModel::Luminance { 0 } else { c });
+                    let truth = truth.planes.plane(if color == PlaneLayout::LUMINANCE { 0 } else { c });
                     for (i, (a, b)) in picture.planes.plane(c).iter().zip(truth).enumerate() {
                         assert!((a - b).abs() < 1e-5, "{color:?} {space:?} texel {i}: {a} instead of {b}");
                     }
@@ -212,7 +212,7 @@ mod tests {
 
     #[test]
     fn lights_add_up_in_their_colours() {
-        let (field, mesh) = (random_field(ColorModel::Rgb, Space::Linear, 16), Primitive::Plane.mesh());
+        let (field, mesh) = (random_field(PlaneLayout::RGB, Space::Linear, 16), Primitive::Plane.mesh());
         let mut options = facing(field.size(), [0.5, 0.0, 0.8]);
         let first = rendered(&field, &mesh, &options);
         options.lights = vec![light_from([0.0, -0.4, 0.9])];
@@ -277,7 +277,7 @@ mod tests {
 
     #[test]
     fn a_pixel_is_the_mean_of_its_samples() {
-        let field = random_field(ColorModel::Rgb, Space::Linear, 16);
+        let field = random_field(PlaneLayout::RGB, Space::Linear, 16);
         let mesh = Primitive::Sphere.mesh();
         let coarse = RenderOptions { size: Size::new(24, 20), samples: 3, ..RenderOptions::default() };
         let fine = RenderOptions { size: Size::new(72, 60), samples: 1, ..RenderOptions::default() };
@@ -290,7 +290,7 @@ mod tests {
 
     #[test]
     fn thread_counts_do_not_change_a_bit() {
-        let field = random_field(ColorModel::Lrgb, Space::Srgb, 16);
+        let field = random_field(PlaneLayout::LRGB, Space::Srgb, 16);
         let normals =
             Planes::from_vec(field.size(), 3, [[0.0; 256], [0.0; 256], [1.0; 256]].concat()).unwrap();
         let mesh = Primitive::Torus.mesh();
@@ -304,7 +304,7 @@ mod tests {
 
     #[test]
     fn a_plain_texture_is_a_matt_surface_with_the_photograph_s_colours() {
-        let field = random_field(ColorModel::Lrgb, Space::Srgb, 9);
+        let field = random_field(PlaneLayout::LRGB, Space::Srgb, 9);
         let photographed = Direction::from_disk(0.2, 0.1);
         let mut options = facing(field.size(), [0.3, 0.4, 0.8]);
         options.shading = Shading::Plain { light: photographed };

@@ -9,8 +9,8 @@ use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 
 use super::srgb8;
-use crate::direction::Direction;
-use crate::field::{ColorModel, ReflectanceField};
+use crate::direction::Directions;
+use crate::field::ReflectanceField;
 use crate::picture::Picture;
 use crate::planes::Planes;
 
@@ -19,24 +19,26 @@ const BLOCK: usize = 1024;
 /// Blocks a task: enough work to hide the cost of handing it to a thread.
 const TASK: usize = 16 * BLOCK;
 
-/// The field under a light, in the field's space and not clamped: one plane for a luminance
-/// field, otherwise red, green and blue.
-pub fn relight(field: &ReflectanceField, light: Direction) -> Picture {
-    let job = Relighting::new(field, light);
+/// The field under a light seen from straight above, or for a light and a view, in the field's
+/// space and not clamped: a plane for each channel. One plane of luminance, or red, green and blue,
+/// are a picture; of channels with names of their own, [`ReflectanceField::of_channels`] chooses
+/// those that are.
+pub fn relight(field: &ReflectanceField, directions: impl Into<Directions>) -> Picture {
+    let job = Relighting::new(field, directions.into());
     let texels = field.size().texels();
-    let mut planes = Planes::zeros(field.size(), field.color().channels());
-    match field.color() {
-        ColorModel::Luminance => {
-            let tasks = planes.as_mut_slice().par_chunks_mut(TASK).enumerate();
-            tasks.for_each(|(i, out)| job.run(i * TASK, [out, &mut [], &mut []]));
-        }
-        ColorModel::Rgb | ColorModel::Lrgb => {
-            let (red, rest) = planes.as_mut_slice().split_at_mut(texels);
-            let (green, blue) = rest.split_at_mut(texels);
-            let tasks = (red.par_chunks_mut(TASK), green.par_chunks_mut(TASK), blue.par_chunks_mut(TASK));
-            let tasks = tasks.into_par_iter().enumerate();
-            tasks.for_each(|(i, (r, g, b))| job.run(i * TASK, [r, g, b]));
-        }
+    let mut planes = Planes::zeros(field.size(), field.layout().channels());
+    if field.layout().is_product() {
+        let (red, rest) = planes.as_mut_slice().split_at_mut(texels);
+        let (green, blue) = rest.split_at_mut(texels);
+        let tasks = (red.par_chunks_mut(TASK), green.par_chunks_mut(TASK), blue.par_chunks_mut(TASK));
+        let tasks = tasks.into_par_iter().enumerate();
+        tasks.for_each(|(i, (r, g, b))| job.run_product(i * TASK, [r, g, b]));
+    } else {
+        let channels = planes.as_mut_slice().par_chunks_mut(texels).enumerate();
+        let tasks = channels.flat_map(|(c, channel)| {
+            channel.par_chunks_mut(TASK).enumerate().map(move |(i, out)| (c, i * TASK, out))
+        });
+        tasks.for_each(|(c, first, out)| job.run(c, first, out));
     }
     Picture { planes, space: field.space() }
 }
@@ -45,12 +47,14 @@ pub fn relight(field: &ReflectanceField, light: Direction) -> Picture {
 /// clamped, and linear fields are encoded within 0.501 of a code (see [`srgb8_from_linear`]).
 ///
 /// # Panics
-/// When `out` does not hold three bytes for each texel.
+/// When `out` does not hold three bytes for each texel, or the channels have names of their own
+/// and make no colour.
 ///
 /// [`srgb8_from_linear`]: super::srgb8_from_linear
-pub fn relight_srgb8(field: &ReflectanceField, light: Direction, out: &mut [u8]) {
+pub fn relight_srgb8(field: &ReflectanceField, directions: impl Into<Directions>, out: &mut [u8]) {
     assert_eq!(out.len(), 3 * field.size().texels(), "three bytes a texel");
-    let job = Relighting::new(field, light);
+    assert!(!field.layout().is_named(), "named channels make no colour");
+    let job = Relighting::new(field, directions.into());
     let tasks = out.par_chunks_mut(3 * TASK).enumerate();
     tasks.for_each(|(i, codes)| job.run_srgb8(i * TASK, codes));
 }
@@ -63,41 +67,47 @@ struct Relighting<'a> {
 }
 
 impl<'a> Relighting<'a> {
-    fn new(field: &'a ReflectanceField, light: Direction) -> Self {
-        let weights = field.basis().weights(light).into_iter().map(|w| w as f32).collect();
+    fn new(field: &'a ReflectanceField, directions: Directions) -> Self {
+        let weights = field.basis().weights(directions).into_iter().map(|w| w as f32).collect();
         Self { field, weights, arch: pulp::Arch::new() }
     }
 
-    /// Fills channels of the texels from `first` on; absent channels are empty.
-    fn run(&self, first: usize, channels: [&mut [f32]; 3]) {
-        self.arch.dispatch(FillTask { job: self, first, channels });
+    /// Fills a channel that is a function of its own, from texel `first` on.
+    fn run(&self, channel: usize, first: usize, out: &mut [f32]) {
+        self.arch.dispatch(ChannelTask { job: self, channel, first, out });
+    }
+
+    /// Fills the three channels of a function times a colour, from texel `first` on.
+    fn run_product(&self, first: usize, channels: [&mut [f32]; 3]) {
+        self.arch.dispatch(ProductTask { job: self, first, channels });
     }
 
     fn run_srgb8(&self, first: usize, codes: &mut [u8]) {
         self.arch.dispatch(EncodeTask { job: self, first, codes });
     }
 
-    /// One block of at most [`BLOCK`] texels.
+    /// One block of at most [`BLOCK`] texels; of grey fields the first channel only.
     #[inline(always)]
-    fn block(&self, first: usize, [red, green, blue]: [&mut [f32]; 3]) {
+    fn block(&self, first: usize, channels: [&mut [f32]; 3]) {
+        if self.field.layout().is_product() {
+            return self.product_block(first, channels);
+        }
+        for (c, out) in channels.into_iter().take(self.field.layout().channels()).enumerate() {
+            self.combine(c * self.weights.len(), first, out);
+        }
+    }
+
+    /// One block of a function times a colour.
+    #[inline(always)]
+    fn product_block(&self, first: usize, channels: [&mut [f32]; 3]) {
         let n = self.weights.len();
-        match self.field.color() {
-            ColorModel::Luminance => self.combine(0, first, red),
-            ColorModel::Rgb => {
-                self.combine(0, first, red);
-                self.combine(n, first, green);
-                self.combine(2 * n, first, blue);
-            }
-            ColorModel::Lrgb => {
-                let mut luminance = [0.0f32; BLOCK];
-                let luminance = &mut luminance[..red.len()];
-                self.combine(0, first, luminance);
-                for (c, out) in [red, green, blue].into_iter().enumerate() {
-                    let color = &self.field.coefficients().plane(n + c)[first..][..out.len()];
-                    let product = luminance.iter().zip(color);
-                    out.iter_mut().zip(product).for_each(|(o, (l, c))| *o = l * c);
-                }
-            }
+        let mut luminance = [0.0f32; BLOCK];
+        let luminance = &mut luminance[..channels[0].len()];
+        self.combine(0, first, luminance);
+        for (c, out) in channels.into_iter().enumerate() {
+            let color = &self.field.coefficients().plane(n + c)[first..][..out.len()];
+            let product = luminance.iter().zip(color);
+            out.iter_mut().zip(product).for_each(|(o, (l, c))| *o = l * c);
         }
     }
 
@@ -124,14 +134,34 @@ impl<'a> Relighting<'a> {
     }
 }
 
-/// The texels of one thread's task, as values.
-struct FillTask<'a> {
+/// The texels of one channel in one thread's task, as values.
+struct ChannelTask<'a> {
+    job: &'a Relighting<'a>,
+    channel: usize,
+    first: usize,
+    out: &'a mut [f32],
+}
+
+impl WithSimd for ChannelTask<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) {
+        let plane = self.channel * self.job.weights.len();
+        for (i, out) in self.out.chunks_mut(BLOCK).enumerate() {
+            self.job.combine(plane, self.first + i * BLOCK, out);
+        }
+    }
+}
+
+/// The texels of one thread's task, a function times a colour, as values.
+struct ProductTask<'a> {
     job: &'a Relighting<'a>,
     first: usize,
     channels: [&'a mut [f32]; 3],
 }
 
-impl WithSimd for FillTask<'_> {
+impl WithSimd for ProductTask<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -140,7 +170,7 @@ impl WithSimd for FillTask<'_> {
         let (mut greens, mut blues) = (green.chunks_mut(BLOCK), blue.chunks_mut(BLOCK));
         for (i, r) in red.chunks_mut(BLOCK).enumerate() {
             let (g, b) = (greens.next().unwrap_or_default(), blues.next().unwrap_or_default());
-            self.job.block(self.first + i * BLOCK, [r, g, b]);
+            self.job.product_block(self.first + i * BLOCK, [r, g, b]);
         }
     }
 }
@@ -157,7 +187,7 @@ impl WithSimd for EncodeTask<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _simd: S) {
-        let grey = self.job.field.color() == ColorModel::Luminance;
+        let grey = self.job.field.layout().channels() == 1;
         let mut values = [[0.0f32; BLOCK]; 3];
         let mut codes = [[0u8; BLOCK]; 3];
         for (i, out) in self.codes.chunks_mut(3 * BLOCK).enumerate() {
@@ -187,14 +217,13 @@ fn interleave([red, green, blue]: [&[u8]; 3], out: &mut [u8]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::field::Basis;
+    use crate::direction::Direction;
+    use crate::field::{Basis, PlaneLayout};
     use crate::numeric::random::{Purpose, Stream};
     use crate::planes::Size;
     use crate::space::Space;
 
-    const COLORS: [ColorModel; 3] = [ColorModel::Luminance, ColorModel::Rgb, ColorModel::Lrgb];
-
-    fn random_field(basis: Basis, color: ColorModel, space: Space, size: Size) -> ReflectanceField {
+    fn random_field(basis: Basis, color: PlaneLayout, space: Space, size: Size) -> ReflectanceField {
         let mut stream = Stream::new(5, Purpose::Sample, [size.texels() as u64]);
         let count = color.planes(basis.len());
         let data = (0..size.texels() * count).map(|_| stream.unit() as f32 * 1.6 - 0.4).collect();
@@ -205,11 +234,13 @@ mod tests {
     /// All bases, colour models and spaces at sizes around the block and task boundaries.
     fn fields() -> impl Iterator<Item = ReflectanceField> {
         let sizes = [(1, 1), (7, 3), (1023, 1), (1, 1025), (129, 130)].map(|(w, h)| Size::new(w, h));
-        Basis::ALL.into_iter().flat_map(move |basis| {
-            COLORS.into_iter().flat_map(move |color| {
-                [Space::Linear, Space::Srgb].into_iter().flat_map(move |space| {
-                    sizes.into_iter().map(move |size| random_field(basis, color, space, size))
-                })
+        let kinds = Basis::examples()
+            .into_iter()
+            .flat_map(|basis| PlaneLayout::COLORS.into_iter().map(move |layout| (basis.clone(), layout)));
+        kinds.flat_map(move |(basis, layout)| {
+            [Space::Linear, Space::Srgb].into_iter().flat_map(move |space| {
+                let kind = (basis.clone(), layout.clone());
+                sizes.into_iter().map(move |size| random_field(kind.0.clone(), kind.1.clone(), space, size))
             })
         })
     }
@@ -253,7 +284,7 @@ mod tests {
 
     #[test]
     fn values_that_are_not_numbers_stay_in_their_texel() {
-        let mut field = random_field(Basis::Ptm, ColorModel::Lrgb, Space::Linear, Size::new(5, 1));
+        let mut field = random_field(Basis::Ptm, PlaneLayout::LRGB, Space::Linear, Size::new(5, 1));
         let mut planes = field.coefficients().clone();
         planes.plane_mut(2)[3] = f32::NAN;
         planes.plane_mut(7)[1] = f32::INFINITY;
@@ -267,7 +298,7 @@ mod tests {
 
     #[test]
     fn thread_counts_do_not_change_a_bit() {
-        let field = random_field(Basis::Ptm, ColorModel::Rgb, Space::Linear, Size::new(301, 203));
+        let field = random_field(Basis::Ptm, PlaneLayout::RGB, Space::Linear, Size::new(301, 203));
         let run = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| relight(&field, lights()[2]))

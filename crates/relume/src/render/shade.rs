@@ -10,7 +10,7 @@
 //! Gelb, HPL-2003-16, section 2) by a GGX lobe ([`crate::microfacet`]). Everything adds up in linear
 //! light.
 
-use super::material::Material;
+use super::material::{Lookup, Material};
 use super::mesh::{Mesh, Tangents};
 use super::mip_map::MipMap;
 use super::raster::Setup;
@@ -19,7 +19,7 @@ use super::scene::{Light, RenderOptions, Shading, Specular};
 use super::shadow::ShadowMap;
 use super::vector::{Vec3, length};
 use super::view::View;
-use crate::direction::Direction;
+use crate::direction::{Direction, Directions};
 use crate::microfacet;
 use crate::planes::Size;
 
@@ -66,7 +66,7 @@ impl Point {
 
 impl Shader<'_> {
     /// Linear colour of the triangle's point seen at sample position (x, y).
-    pub fn color(&self, setup: &Setup, x: f64, y: f64, values: &mut Vec<f32>) -> [f64; 3] {
+    pub fn color(&self, setup: &Setup, x: f64, y: f64, lookup: &mut Lookup) -> [f64; 3] {
         let Some(barycentric) = setup.barycentric(x, y) else { return [0.0; 3] };
         let place = self.origin(setup, barycentric);
         let point = self.tilted(self.point(setup, barycentric, place), setup, (x, y), place);
@@ -79,10 +79,10 @@ impl Shader<'_> {
             }
             if !fetched {
                 let footprint = self.footprint(setup, (x, y), place, self.material.texels().size());
-                self.material.texels().fetch(self.coordinates(place), footprint, values);
+                self.material.texels().fetch(self.coordinates(place), footprint, &mut lookup.values);
                 fetched = true;
             }
-            let color = self.reflected(&point, light, values);
+            let color = self.reflected(&point, light, lookup);
             (0..3).for_each(|c| sum[c] += lit * f64::from(light.color[c]) * color[c]);
         }
         sum
@@ -174,13 +174,18 @@ impl Shader<'_> {
     }
 
     /// What the texture sends to the viewer under a unit light from above its horizon.
-    fn reflected(&self, point: &Point, light: &Light, values: &[f32]) -> [f64; 3] {
+    fn reflected(&self, point: &Point, light: &Light, lookup: &mut Lookup) -> [f64; 3] {
         let local = point.in_tangent_frame(light.direction.into());
-        let color = self.material.color(values, Direction::from_disk(local.x, local.y));
+        let view = point.in_tangent_frame(point.to_viewer);
+        let directions = Directions {
+            light: Direction::from_disk(local.x, local.y),
+            view: Direction::from_disk(view.x, view.y),
+        };
+        let color = self.material.color(lookup, directions);
         match self.options.shading {
             Shading::Plain { .. } => color.map(|c| c * local.z),
             Shading::Reflectance => {
-                let highlight = self.highlight(point, local, values);
+                let highlight = self.highlight(point, local, &lookup.values);
                 color.map(|c| c + highlight)
             }
         }

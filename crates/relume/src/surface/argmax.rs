@@ -131,11 +131,12 @@ pub fn maximum_by_search(value: impl Fn(f64, f64) -> f64) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::direction::Direction;
     use crate::field::Basis;
     use crate::numeric::random::{Purpose, Stream};
 
     fn value(coefficients: [f64; 6], (u, v): (f64, f64)) -> f64 {
-        Basis::Ptm.weights_at(u, v).iter().zip(coefficients).map(|(w, c)| w * c).sum()
+        Basis::Ptm.weights(Direction::from_disk(u, v)).iter().zip(coefficients).map(|(w, c)| w * c).sum()
     }
 
     #[test]

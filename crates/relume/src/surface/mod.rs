@@ -9,6 +9,7 @@
 //! | `integrate` | slopes to heights: Frankot and Chellappa, Poisson, and the slow truth |
 
 pub mod argmax;
+mod brightest;
 pub mod integrate;
 mod luminance;
 mod normals;

@@ -13,62 +13,88 @@
 use rayon::prelude::*;
 
 use super::argmax::ptm_maximum;
+use super::brightest::Search;
 use super::luminance::LUMINANCE;
-use crate::direction::Direction;
-use crate::field::{Basis, ColorModel, ReflectanceField};
+use crate::direction::{Direction, Directions};
+use crate::field::{Basis, ReflectanceField};
 use crate::picture::Picture;
 use crate::planes::Planes;
 
 /// Three planes of unit normals (x right, y up, z to the viewer): the direction of maximal
 /// luminance of each texel's function. Fields of constants have the normal (0, 0, 1).
 pub fn normals(field: &ReflectanceField) -> Planes {
-    let directions: Vec<[f32; 3]> = (0..field.size().texels())
-        .into_par_iter()
-        .map(|texel| brightest(field, texel).to_array().map(|v| v as f32))
-        .collect();
-    planes_of(field, 3, &directions)
-}
-
-/// The value of each texel's function at its maximum, in the field's space and not clamped: for
-/// a matt surface its diffuse reflectance, since the light then stands along the normal.
-pub fn albedo(field: &ReflectanceField) -> Picture {
-    let width = field.size().width;
-    let values: Vec<[f32; 3]> = (0..field.size().texels())
-        .into_par_iter()
-        .map(|texel| field.value(texel % width, texel / width, brightest(field, texel)))
-        .collect();
-    Picture { planes: planes_of(field, field.color().channels(), &values), space: field.space() }
-}
-
-fn planes_of(field: &ReflectanceField, count: usize, values: &[[f32; 3]]) -> Planes {
-    let mut planes = Planes::zeros(field.size(), count);
+    let directions: Vec<[f32; 3]> =
+        brightest(field).into_par_iter().map(|direction| direction.to_array().map(|v| v as f32)).collect();
+    let mut planes = Planes::zeros(field.size(), 3);
     for (c, plane) in planes.iter_mut().enumerate() {
-        plane.iter_mut().zip(values).for_each(|(out, value)| *out = value[c]);
+        plane.iter_mut().zip(&directions).for_each(|(out, direction)| *out = direction[c]);
     }
     planes
 }
 
-fn brightest(field: &ReflectanceField, texel: usize) -> Direction {
-    let (u, v) = match field.basis() {
-        Basis::Constant => (0.0, 0.0),
-        Basis::Ptm => ptm_maximum(std::array::from_fn(|k| luminance_coefficient(field, k, texel))),
-    };
-    Direction::from_disk(u, v)
+/// The value of each texel's function at its maximum, in the field's space and not clamped: for
+/// a matt surface its diffuse reflectance, since the light then stands along the normal. A plane for
+/// each channel.
+pub fn albedo(field: &ReflectanceField) -> Picture {
+    let width = field.size().width;
+    let directions = brightest(field);
+    let mut planes = Planes::zeros(field.size(), field.layout().channels());
+    let texels = field.size().texels();
+    planes.as_mut_slice().par_chunks_exact_mut(texels).enumerate().for_each(|(channel, plane)| {
+        plane.par_iter_mut().enumerate().for_each_init(
+            || vec![0.0; field.basis().len()],
+            |weights, (texel, out)| {
+                field.basis().weights_into(Directions::lit_from(directions[texel]), weights);
+                *out = field.channel_value(channel, texel % width, texel / width, weights);
+            },
+        );
+    });
+    Picture { planes, space: field.space() }
+}
+
+/// The light under which each texel is brightest.
+fn brightest(field: &ReflectanceField) -> Vec<Direction> {
+    let texels = (0..field.size().texels()).into_par_iter();
+    match field.basis() {
+        Basis::Constant => vec![Direction::ZENITH; field.size().texels()],
+        Basis::Ptm => texels
+            .map(|texel| {
+                let (u, v) = ptm_maximum(std::array::from_fn(|k| luminance_coefficient(field, k, texel)));
+                Direction::from_disk(u, v)
+            })
+            .collect(),
+        basis @ (Basis::Harmonics | Basis::Learned(_)) => {
+            let search = Search::new(basis);
+            let scratch = || (vec![0.0; basis.len()], vec![0.0; basis.len()]);
+            let one = |(coefficients, weights): &mut (Vec<f64>, Vec<f64>), texel: usize| {
+                (0..basis.len()).for_each(|k| coefficients[k] = luminance_coefficient(field, k, texel));
+                let (u, v) = search.maximum(coefficients, weights);
+                Direction::from_disk(u, v)
+            };
+            texels.map_init(scratch, one).collect()
+        }
+    }
 }
 
 /// Coefficient `k` of a texel's luminance. The colour of an LRGB texel scales its function and
-/// is not negative, so the function itself serves, even where the colour is black.
+/// is not negative, so the function itself serves, even where the colour is black. Channels with
+/// names of their own count equally.
 fn luminance_coefficient(field: &ReflectanceField, k: usize, texel: usize) -> f64 {
-    let coefficient = |plane: usize| f64::from(field.coefficients().plane(plane)[texel]);
-    match field.color() {
-        ColorModel::Luminance | ColorModel::Lrgb => coefficient(k),
-        ColorModel::Rgb => (0..3).map(|c| LUMINANCE[c] * coefficient(c * field.basis().len() + k)).sum(),
+    let (layout, n) = (field.layout(), field.basis().len());
+    let functions = layout.functions();
+    let coefficient =
+        |c: usize| f64::from(field.coefficients().plane(layout.function_plane(c, n) + k)[texel]);
+    match functions {
+        1 => coefficient(0),
+        3 if !layout.is_named() => (0..3).map(|c| LUMINANCE[c] * coefficient(c)).sum(),
+        _ => (0..functions).map(coefficient).sum::<f64>() / functions as f64,
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::field::PlaneLayout;
     use crate::numeric::matrix::{Matrix, Qr};
     use crate::planes::Size;
     use crate::space::Space;
@@ -91,7 +117,7 @@ mod tests {
         let data = (0..6).flat_map(|k| coefficients.row(k).iter().map(|&c| c as f32).collect::<Vec<_>>());
         let size = Size::new(normals.len(), 1);
         let planes = Planes::from_vec(size, 6, data.collect()).unwrap();
-        ReflectanceField::new(Basis::Ptm, ColorModel::Luminance, Space::Linear, planes).unwrap()
+        ReflectanceField::new(Basis::Ptm, PlaneLayout::LUMINANCE, Space::Linear, planes).unwrap()
     }
 
     fn errors_deg(truth: &[Direction], found: &Planes) -> Vec<f64> {
@@ -131,7 +157,7 @@ mod tests {
         let size = Size::new(3, 2);
         let data: Vec<f32> = (0..18 * 6).map(|i| ((i * 37 + 11) % 23) as f32 / 11.0 - 1.0).collect();
         let planes = Planes::from_vec(size, 18, data).unwrap();
-        let field = ReflectanceField::new(Basis::Ptm, ColorModel::Rgb, Space::Linear, planes).unwrap();
+        let field = ReflectanceField::new(Basis::Ptm, PlaneLayout::RGB, Space::Linear, planes).unwrap();
         let (found, colors) = (normals(&field), albedo(&field));
         for (x, y) in [(0, 0), (1, 0), (2, 0), (0, 1), (1, 1), (2, 1)] {
             let luminance = |u: f64, v: f64| {

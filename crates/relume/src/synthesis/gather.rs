@@ -4,9 +4,10 @@ use rayon::prelude::*;
 
 use super::source_map::SourceMap;
 use crate::error::{Error, Result};
-use crate::field::{ColorModel, Domain, IndexSpace, Metric, ReflectanceField};
+use crate::field::{Basis, PlaneLayout, Domain, IndexSpace, Metric, ReflectanceField};
 use crate::job::Job;
 use crate::planes::{Planes, Size};
+use crate::space::Space;
 
 /// The output that a map makes of fields, one for each exemplar of the map and as large as it.
 ///
@@ -45,7 +46,9 @@ fn check<'a>(map: &SourceMap, fields: &[&'a ReflectanceField]) -> Result<&'a Ref
         )));
     }
     let first = *fields.first().ok_or_else(|| Error::usage("a source map needs a field to be applied to"))?;
-    let kind = |field: &ReflectanceField| (field.basis(), field.color(), field.space());
+    fn kind(field: &ReflectanceField) -> (&Basis, &PlaneLayout, Space) {
+        (field.basis(), field.layout(), field.space())
+    }
     for (number, (field, size)) in fields.iter().zip(map.exemplars()).enumerate() {
         if field.size() != *size {
             return Err(Error::usage(format!(
@@ -56,8 +59,8 @@ fn check<'a>(map: &SourceMap, fields: &[&'a ReflectanceField]) -> Result<&'a Ref
             )));
         }
         if kind(field) != kind(first) {
-            let describe = |(basis, color, space): (crate::field::Basis, ColorModel, crate::space::Space)| {
-                format!("{} {} in {space} values", color.name(), basis.name())
+            let describe = |(basis, layout, space): (&Basis, &PlaneLayout, Space)| {
+                format!("{} {} in {space} values", layout.name(), basis.name())
             };
             return Err(Error::usage(format!(
                 "field {} is {}, the first is {}: fields must be of one kind",
@@ -72,7 +75,7 @@ fn check<'a>(map: &SourceMap, fields: &[&'a ReflectanceField]) -> Result<&'a Ref
 
 /// The coefficients of the blended texels alone, in their order, as planes of one row.
 fn blend(map: &SourceMap, fields: &[&ReflectanceField]) -> Result<Planes> {
-    if fields[0].color() != ColorModel::Lrgb {
+    if !fields[0].layout().is_product() {
         let planes: Vec<&Planes> = fields.iter().map(|field| field.coefficients()).collect();
         return Ok(weighted_sums(map, &planes));
     }

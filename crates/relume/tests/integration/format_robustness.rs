@@ -2,7 +2,7 @@
 
 use std::panic::catch_unwind;
 
-use relume::field::{Basis, ColorModel};
+use relume::field::{Basis, PlaneLayout};
 use relume::format::exr::encode_labelled;
 use relume::format::{
     Depth, ExrDepth, FieldFormat, PictureFormat, decode_field, decode_raster, encode_field, encode_picture,
@@ -17,8 +17,8 @@ use crate::support::{job, random_field};
 fn small_files() -> Vec<(String, Vec<u8>)> {
     let size = Size::new(9, 6);
     let mut files = Vec::new();
-    for color in [ColorModel::Rgb, ColorModel::Lrgb] {
-        let field = random_field(Basis::Ptm, color, Space::Srgb, size, 1);
+    for color in [PlaneLayout::RGB, PlaneLayout::LRGB] {
+        let field = random_field(Basis::Ptm, color.clone(), Space::Srgb, size, 1);
         for format in [FieldFormat::Ptm, FieldFormat::Exr(ExrDepth::Half), FieldFormat::Exr(ExrDepth::Float)]
         {
             let name = format!("{color:?} {format:?}");
@@ -202,7 +202,7 @@ fn exr_files_without_a_picture_say_what_they_hold() {
         assert_eq!(error.kind(), ErrorKind::Unsupported);
         assert!(error.message().contains("depth, mask"), "{error}");
     }
-    let field = random_field(Basis::Ptm, ColorModel::Rgb, Space::Linear, Size::new(4, 4), 1);
+    let field = random_field(Basis::Ptm, PlaneLayout::RGB, Space::Linear, Size::new(4, 4), 1);
     let file = encode_field(&field, FieldFormat::Exr(ExrDepth::Float), None, &job()).unwrap();
     assert!(decode_raster(&file, &job()).unwrap_err().message().contains("relight"));
 }

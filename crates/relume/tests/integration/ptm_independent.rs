@@ -3,7 +3,7 @@
 //! bottom, one relit value at a time.
 
 use relume::capture::{Capture, Pairing};
-use relume::field::{Basis, ColorModel};
+use relume::field::{Basis, PlaneLayout};
 use relume::fit::{FitOptions, fit};
 use relume::format::{Encoding, FieldFormat, PtmEncoding, decode_field, encode_field, read_raster};
 use relume::numeric::random::{Purpose, Stream};
@@ -120,8 +120,8 @@ fn coefficients_that_look_like_white_space_are_kept() {
 #[test]
 fn what_is_written_is_read_by_the_other_decoder() {
     let size = Size::new(7, 5);
-    for color in [ColorModel::Rgb, ColorModel::Lrgb, ColorModel::Luminance] {
-        let field = random_field(Basis::Ptm, color, Space::Srgb, size, 3);
+    for color in [PlaneLayout::RGB, PlaneLayout::LRGB, PlaneLayout::LUMINANCE] {
+        let field = random_field(Basis::Ptm, color.clone(), Space::Srgb, size, 3);
         let file = encode_field(&field, FieldFormat::Ptm, None, &job()).unwrap();
         let map = take_apart(&file);
         assert_eq!((map.version.as_str(), map.width, map.height), ("PTM_1.2", 7, 5));
@@ -160,7 +160,7 @@ fn stored_bytes_are_written_as_they_were_read() {
 
 #[test]
 fn values_beyond_a_given_encoding_are_clamped() {
-    let field = random_field(Basis::Ptm, ColorModel::Rgb, Space::Srgb, Size::new(4, 4), 2);
+    let field = random_field(Basis::Ptm, PlaneLayout::RGB, Space::Srgb, Size::new(4, 4), 2);
     let encoding = Encoding::Ptm(PtmEncoding { scale: [0.1; 6], bias: [128.0; 6] });
     let file = encode_field(&field, FieldFormat::Ptm, Some(&encoding), &job()).unwrap();
     let data = take_apart(&file).data;
@@ -172,8 +172,8 @@ fn a_fit_of_measured_wool_is_read_by_the_other_decoder() {
     let Some(folder) = data("captures/wool") else { return };
     let capture = Capture::open(&folder, Pairing::ByName).unwrap();
     let load = |i: usize| read_raster(&capture.photographs[i].path, &job());
-    for color in [ColorModel::Rgb, ColorModel::Lrgb] {
-        let options = FitOptions { color, ..FitOptions::default() };
+    for color in [PlaneLayout::RGB, PlaneLayout::LRGB] {
+        let options = FitOptions { layout: color.clone(), ..FitOptions::default() };
         let field = fit(&capture.lights(), &load, &options, &job()).unwrap().field;
         let map = take_apart(&encode_field(&field, FieldFormat::Ptm, None, &job()).unwrap());
         let mut squares = 0.0;

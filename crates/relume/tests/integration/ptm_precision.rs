@@ -1,7 +1,7 @@
 //! The bytes of a `.ptm` lose less of the relit values than the plain way of storing them: the
 //! range from the least to the largest coefficient, each rounded by itself.
 
-use relume::field::{Basis, ColorModel, Domain};
+use relume::field::{Basis, Domain, PlaneLayout};
 use relume::format::{FieldFormat, decode_field, encode_field};
 use relume::numeric::random::{Purpose, Stream};
 use relume::{Planes, ReflectanceField, Size, Space};
@@ -10,21 +10,19 @@ use crate::support::{job, random_field};
 
 /// The root of the mean squared error of relit values over lights, channels and texels.
 fn relit_rmse(a: &ReflectanceField, b: &ReflectanceField) -> f64 {
-    let gram = Basis::Ptm.gram(Domain::Hemisphere);
+    let gram = Basis::Ptm.gram(Domain::Hemisphere).unwrap();
     let texels = a.size().texels();
     let coefficient = |field: &ReflectanceField, channel: usize, k: usize, i: usize| {
         let planes = field.coefficients();
-        match field.color() {
-            ColorModel::Rgb => f64::from(planes.plane(6 * channel + k)[i]),
-            ColorModel::Lrgb => f64::from(planes.plane(k)[i]) * f64::from(planes.plane(6 + channel)[i]),
-            ColorModel::Luminance => f64::from(planes.plane(k)[i]),
-        }
+        let layout = field.layout();
+        let function = f64::from(planes.plane(layout.function_plane(channel, 6) + k)[i]);
+        function * layout.color_plane(channel, 6).map_or(1.0, |color| f64::from(planes.plane(color)[i]))
     };
     let mut sum = 0.0;
     for (i, channel) in (0..texels).flat_map(|i| (0..3).map(move |channel| (i, channel))) {
         let e: [f64; 6] =
             std::array::from_fn(|k| coefficient(a, channel, k, i) - coefficient(b, channel, k, i));
-        sum += (0..36).map(|jk| e[jk / 6] * gram[(jk / 6, jk % 6)] * e[jk % 6]).sum::<f64>();
+        sum += (0..36).map(|jk| e[jk / 6] * gram.at(jk / 6, jk % 6) * e[jk % 6]).sum::<f64>();
     }
     (sum / (3 * texels) as f64 / std::f64::consts::TAU).sqrt()
 }
@@ -32,7 +30,7 @@ fn relit_rmse(a: &ReflectanceField, b: &ReflectanceField) -> f64 {
 /// What the plain way makes of a field.
 fn plainly_stored(field: &ReflectanceField) -> ReflectanceField {
     let mut planes = field.coefficients().clone();
-    let functions = if field.color() == ColorModel::Rgb { 3 } else { 1 };
+    let functions = field.layout().functions();
     for k in 0..6 {
         let ranges = (0..functions).map(|c| field.coefficients().range(6 * c + k));
         let (lo, hi) = ranges.fold((f32::MAX, f32::MIN), |(a, b), (lo, hi)| (a.min(lo), b.max(hi)));
@@ -49,7 +47,7 @@ fn plainly_stored(field: &ReflectanceField) -> ReflectanceField {
 }
 
 /// Bumps with a few bright texels, as real captures have: smooth slopes and rare extremes.
-fn structured_field(color: ColorModel) -> ReflectanceField {
+fn structured_field(color: PlaneLayout) -> ReflectanceField {
     let size = Size::new(96, 64);
     let mut random = Stream::new(21, Purpose::Sample, [0]);
     let mut planes = Planes::zeros(size, color.planes(6));
@@ -62,8 +60,8 @@ fn structured_field(color: ColorModel) -> ReflectanceField {
         let color_of = [1.0, 0.8 + 0.1 * (y * 0.2).sin(), 0.5 + 0.1 * random.unit()];
         for (k, plane) in planes.iter_mut().enumerate() {
             plane[i] = match color {
-                ColorModel::Lrgb if k >= 6 => color_of[k - 6],
-                ColorModel::Rgb => function[k % 6] * bright * color_of[k / 6],
+                PlaneLayout::LRGB if k >= 6 => color_of[k - 6],
+                PlaneLayout::RGB => function[k % 6] * bright * color_of[k / 6],
                 _ => function[k % 6] * bright,
             } as f32;
         }
@@ -80,12 +78,12 @@ fn errors_of(field: &ReflectanceField) -> (f64, f64) {
 #[test]
 fn relit_values_err_less_than_with_plain_rounding() {
     let size = Size::new(96, 64);
-    for color in [ColorModel::Rgb, ColorModel::Lrgb] {
-        let random = random_field(Basis::Ptm, color, Space::Srgb, size, 5);
+    for color in [PlaneLayout::RGB, PlaneLayout::LRGB] {
+        let random = random_field(Basis::Ptm, color.clone(), Space::Srgb, size, 5);
         let (ours, plain) = errors_of(&random);
         println!("random {color:?}: {:.3} of 255 against {:.3}", 255.0 * ours, 255.0 * plain);
         assert!(ours < 0.93 * plain, "random {color:?}: {ours} against {plain}");
-        let (ours, plain) = errors_of(&structured_field(color));
+        let (ours, plain) = errors_of(&structured_field(color.clone()));
         println!("structured {color:?}: {:.3} of 255 against {:.3}", 255.0 * ours, 255.0 * plain);
         assert!(ours < 0.85 * plain, "structured {color:?}: {ours} against {plain}");
     }

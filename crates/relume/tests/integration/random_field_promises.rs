@@ -1,7 +1,7 @@
 //! The promises of the whole: planted fields are found again, planes do not depend on how they are
 //! cut, and what is made has the statistics of what was modelled.
 
-use relume::field::{Basis, ColorModel};
+use relume::field::{Basis, PlaneLayout};
 use relume::numeric::Matrix;
 use relume::numeric::pyramid::{self, Kernel};
 use relume::numeric::random::{Purpose, Stream};
@@ -301,7 +301,7 @@ fn dented(side: usize) -> ReflectanceField {
         planes.plane_mut(4)[i] = at(x, y + 1) - at(x, y);
         planes.plane_mut(5)[i] = 0.2 + at(x, y);
     }
-    ReflectanceField::new(Basis::Ptm, ColorModel::Luminance, Space::Linear, planes).unwrap()
+    ReflectanceField::new(Basis::Ptm, PlaneLayout::LUMINANCE, Space::Linear, planes).unwrap()
 }
 
 /// The correlation of two pictures' first planes.

@@ -5,7 +5,7 @@
 use std::path::Path;
 
 use relume::capture::{Capture, Pairing};
-use relume::field::ColorModel;
+use relume::field::PlaneLayout;
 use relume::fit::{Fit, FitOptions, fit};
 use relume::format::read_raster;
 use relume::metric::psnr;
@@ -47,8 +47,8 @@ fn lights_never_seen_are_predicted_as_well_as_polynomials_can() {
     let dome = Capture::open(&folder.join("Dome"), Pairing::ByName).unwrap();
     let test = Capture::open(&folder.join("Test"), Pairing::ByName).unwrap();
     assert_eq!((dome.photographs.len(), test.photographs.len()), (49, 20));
-    for (color, known) in [(ColorModel::Rgb, 20.18), (ColorModel::Lrgb, 19.96)] {
-        let options = FitOptions { color, leave_one_out: true, ..FitOptions::default() };
+    for (color, known) in [(PlaneLayout::RGB, 20.18), (PlaneLayout::LRGB, 19.96)] {
+        let options = FitOptions { layout: color.clone(), leave_one_out: true, ..FitOptions::default() };
         let Fit { field, report } = fitted(&dome, &options);
         let held_out = mean_psnr(&field, &test);
         println!(
@@ -69,11 +69,11 @@ fn measured_fabrics_are_fitted() {
         let capture = Capture::open(&folder, Pairing::ByName).unwrap();
         assert_eq!(capture.photographs.len(), 81);
         for (color, space) in [
-            (ColorModel::Lrgb, Space::Srgb),
-            (ColorModel::Rgb, Space::Srgb),
-            (ColorModel::Lrgb, Space::Linear),
+            (PlaneLayout::LRGB, Space::Srgb),
+            (PlaneLayout::RGB, Space::Srgb),
+            (PlaneLayout::LRGB, Space::Linear),
         ] {
-            let options = FitOptions { color, space, leave_one_out: true, ..FitOptions::default() };
+            let options = FitOptions { layout: color.clone(), space, leave_one_out: true, ..FitOptions::default() };
             let Fit { field, report } = fitted(&capture, &options);
             let worst = report.worst_light();
             println!(

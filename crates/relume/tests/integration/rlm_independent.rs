@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use relume::field::{Basis, ColorModel};
+use relume::field::{Basis, PlaneLayout};
 use relume::format::rlm;
 use relume::numeric::random::{Purpose, Stream};
 use relume::random_field::marginal::Marginal;
@@ -138,7 +138,7 @@ fn check_structure(bits: &mut Bits, structure: &Structure) {
 /// Reads a file from its first byte to its last, and finds what the model holds.
 fn check(field: &FieldModel) -> u8 {
     let (version, mut bits) = body(&rlm::encode(field).unwrap());
-    let names = [field.basis.name(), field.color.name(), &field.space.to_string()].map(str::to_owned);
+    let names = [field.basis.name(), field.layout.name(), &field.space.to_string()].map(str::to_owned);
     assert_eq!([bits.name(), bits.name(), bits.name()], names);
     let source = field.source;
     for number in [source.width, source.height, source.photographs, source.channels] {
@@ -173,7 +173,7 @@ fn check(field: &FieldModel) -> u8 {
     version
 }
 
-fn field(basis: Basis, color: ColorModel, space: Space) -> ReflectanceField {
+fn field(basis: Basis, color: PlaneLayout, space: Space) -> ReflectanceField {
     let (size, mut stream) = (Size::new(32, 30), Stream::new(7, Purpose::Sample, [0]));
     let count = color.planes(basis.len());
     let data =
@@ -194,13 +194,13 @@ fn every_kind_of_model_is_read_by_the_other_decoder() {
         let budget = Budget { bytes: 400, cost: &rlm::structure_bytes };
         combine_field(field, tiles, &budget, &options, &job).unwrap().0
     };
-    let colour = field(Basis::Constant, ColorModel::Rgb, Space::Srgb);
-    let functions = field(Basis::Ptm, ColorModel::Lrgb, Space::Srgb);
+    let colour = field(Basis::Constant, PlaneLayout::RGB, Space::Srgb);
+    let functions = field(Basis::Ptm, PlaneLayout::LRGB, Space::Srgb);
     for marginals in [true, false] {
         assert_eq!((check(&plain(&colour, marginals)), check(&plain(&functions, marginals))), (1, 1));
     }
     assert_eq!(check(&combined(&colour)), 2);
-    let relief = field(Basis::Constant, ColorModel::Luminance, Space::Linear);
+    let relief = field(Basis::Constant, PlaneLayout::LUMINANCE, Space::Linear);
     for (mm_per_texel, model) in [(None, plain(&relief, true)), (Some(0.037), combined(&relief))] {
         assert_eq!(check(&FieldModel { heights: Some(Heights { mm_per_texel }), ..model }), 3);
     }

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use relume::field::{Basis, ColorModel};
+use relume::field::{Basis, PlaneLayout};
 use relume::numeric::random::{Purpose, Stream};
 use relume::{Job, Limits, Planes, ReflectanceField, Size, Space};
 
@@ -27,14 +27,14 @@ pub fn data(relative: &str) -> Option<PathBuf> {
 /// A field of random coefficients: colours between 0 and 1, functions between -1 and 1.
 pub fn random_field(
     basis: Basis,
-    color: ColorModel,
+    color: PlaneLayout,
     space: Space,
     size: Size,
     seed: u64,
 ) -> ReflectanceField {
     let mut random = Stream::new(seed, Purpose::Sample, [0]);
     let count = color.planes(basis.len());
-    let first_color = if color == ColorModel::Lrgb { basis.len() } else { count };
+    let first_color = if color == PlaneLayout::LRGB { basis.len() } else { count };
     let mut planes = Planes::zeros(size, count);
     for (k, plane) in planes.iter_mut().enumerate() {
         let is_plain = k >= first_color || basis == Basis::Constant;

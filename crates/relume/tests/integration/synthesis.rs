@@ -1,7 +1,7 @@
 //! Block-based synthesis: what the source map promises, and that gathering keeps it.
 
 use proptest::prelude::*;
-use relume::field::{Basis, ColorModel};
+use relume::field::{Basis, PlaneLayout};
 use relume::numeric::random::{Purpose, Stream};
 use relume::synthesis::{
     Blend, BlockOptions, Boundary, Exemplar, SourceMap, Synthesis, Tolerance, gather, synthesize,
@@ -14,7 +14,7 @@ fn noise(size: Size, planes: usize, seed: u64) -> Planes {
     Planes::from_vec(size, planes, data).unwrap()
 }
 
-fn field(basis: Basis, color: ColorModel, size: Size, seed: u64) -> ReflectanceField {
+fn field(basis: Basis, color: PlaneLayout, size: Size, seed: u64) -> ReflectanceField {
     let planes = noise(size, color.planes(basis.len()), seed);
     ReflectanceField::new(basis, color, Space::Linear, planes).unwrap()
 }
@@ -75,8 +75,8 @@ proptest! {
         let boundary = if torus { Boundary::Torus } else { Boundary::Open };
         let blend = if graph { Blend::GraphCut } else { Blend::Cut };
         let options = BlockOptions { seed, ..small(Size::new(width, height), boundary, blend) };
-        for color in [ColorModel::Luminance, ColorModel::Rgb, ColorModel::Lrgb] {
-            let exemplar = field(Basis::Ptm, color, Size::new(20, 15), seed);
+        for color in [PlaneLayout::LUMINANCE, PlaneLayout::RGB, PlaneLayout::LRGB] {
+            let exemplar = field(Basis::Ptm, color.clone(), Size::new(20, 15), seed);
             let map = make(&[exemplar.coefficients()], &options).map;
             let output = gather(&map, &[&exemplar], &Job::default()).unwrap();
             for (texel, from) in map.copies().iter().enumerate() {
@@ -162,9 +162,9 @@ fn excluded_texels_are_never_used() {
 #[test]
 fn blended_texels_are_the_weighted_sum_of_the_functions() {
     let options = small(Size::new(30, 24), Boundary::Open, Blend::Alpha);
-    for color in [ColorModel::Luminance, ColorModel::Rgb, ColorModel::Lrgb] {
-        let mut exemplar = field(Basis::Ptm, color, Size::new(20, 15), 5);
-        if color == ColorModel::Lrgb {
+    for color in [PlaneLayout::LUMINANCE, PlaneLayout::RGB, PlaneLayout::LRGB] {
+        let mut exemplar = field(Basis::Ptm, color.clone(), Size::new(20, 15), 5);
+        if color == PlaneLayout::LRGB {
             // One colour everywhere, so that the sum of functions is a product again.
             let mut planes = exemplar.coefficients().clone();
             (6..9).for_each(|k| planes.plane_mut(k).fill(0.2 * (k - 4) as f32));
@@ -191,9 +191,9 @@ fn blended_texels_are_the_weighted_sum_of_the_functions() {
 fn maps_apply_to_registered_fields_only() {
     let exemplar = noise(Size::new(20, 15), 3, 5);
     let map = make(&[&exemplar], &small(Size::new(12, 12), Boundary::Open, Blend::Cut)).map;
-    let mask = field(Basis::Constant, ColorModel::Luminance, Size::new(20, 15), 6);
+    let mask = field(Basis::Constant, PlaneLayout::LUMINANCE, Size::new(20, 15), 6);
     assert_eq!(gather(&map, &[&mask], &Job::default()).unwrap().size(), Size::new(12, 12));
-    let other = field(Basis::Constant, ColorModel::Luminance, Size::new(21, 15), 6);
+    let other = field(Basis::Constant, PlaneLayout::LUMINANCE, Size::new(21, 15), 6);
     let error = gather(&map, &[&other], &Job::default()).unwrap_err();
     assert!(error.message().contains("21 x 15") && error.message().contains("20 x 15"));
     assert!(gather(&map, &[], &Job::default()).is_err());

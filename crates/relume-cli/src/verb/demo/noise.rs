@@ -9,7 +9,7 @@ use std::path::Path;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use relume::field::{ColorModel, Domain, IndexSpace, Metric};
+use relume::field::{Domain, IndexSpace, Metric, PlaneLayout};
 use relume::format::{Depth, PictureFormat, encode_picture, read_field};
 use relume::synthesis::noise::gaussian::REACH;
 use relume::synthesis::noise::{Noise, NoiseOptions};
@@ -32,7 +32,7 @@ impl NoiseData {
     }
 
     fn new(field: &ReflectanceField, job: &Job) -> Result<Self> {
-        if field.color() != ColorModel::Rgb {
+        if *field.layout() != PlaneLayout::RGB {
             return Err(Error::invalid("the page needs functions of red, green and blue"));
         }
         let space = IndexSpace::new(field, Metric::Function, Domain::Hemisphere)?;
@@ -120,7 +120,7 @@ mod tests {
             if i / size.texels() % 6 == 5 { 0.2 + 0.4 * rough[i % size.texels()] + own } else { own }
         });
         let planes = Planes::from_vec(size, 18, data.collect()).unwrap();
-        ReflectanceField::new(Basis::Ptm, ColorModel::Rgb, Space::Srgb, planes).unwrap()
+        ReflectanceField::new(Basis::Ptm, PlaneLayout::RGB, Space::Srgb, planes).unwrap()
     }
 
     /// The page's shader in Rust, from what the page holds, with its arithmetic of single precision.
@@ -244,7 +244,7 @@ mod tests {
     fn only_functions_of_three_channels_are_taken() {
         let lrgb = field().coefficients().crop(0, 0, Size::new(40, 40)).unwrap();
         let planes = Planes::from_vec(lrgb.size(), 9, lrgb.as_slice()[..9 * 1600].to_vec()).unwrap();
-        let field = ReflectanceField::new(Basis::Ptm, ColorModel::Lrgb, Space::Srgb, planes).unwrap();
+        let field = ReflectanceField::new(Basis::Ptm, PlaneLayout::LRGB, Space::Srgb, planes).unwrap();
         assert!(NoiseData::new(&field, &Job::default()).is_err());
     }
 }

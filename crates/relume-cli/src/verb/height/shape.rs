@@ -166,7 +166,7 @@ fn photograph(args: &Args, is_capture: bool) -> Result<Photograph> {
 
 fn field_normals(args: &Args, context: &Context) -> Result<Shape> {
     let field = input::field(&args.input, &context.job)?.field;
-    if field.basis() == relume::field::Basis::Constant {
+    if *field.basis() == relume::field::Basis::Constant {
         return Err(Error::usage(
             "is a picture without functions of light: name --method shape-from-shading with --light, or \
              --method normal-map",

@@ -18,7 +18,7 @@ pub fn describe(field: &FieldModel) -> Result<Report> {
     let text = format!(
         "random field, basis {}, colour {}, {} values{}{}\n{bytes} bytes; {} are {} bytes: 1 to {:.0}",
         field.basis.name(),
-        field.color.name(),
+        field.layout.name(),
         field.space,
         heights(field),
         models_text(&models),
@@ -28,7 +28,7 @@ pub fn describe(field: &FieldModel) -> Result<Report> {
     );
     let mut json = json!({
         "basis": field.basis.name(),
-        "color": field.color.name(),
+        "color": field.layout.name(),
         "space": field.space,
         "heights": field.heights,
         "bytes": bytes,

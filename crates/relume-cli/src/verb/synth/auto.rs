@@ -72,7 +72,7 @@ impl Auto {
             .collect::<Result<_>>()?;
         let sizes = exemplars.iter().map(|exemplar| exemplar.index.size());
         let advice = advise(&found.iter().zip(sizes).collect::<Vec<_>>());
-        let space = IndexSpace::new(fields[0], args.metric, args.domain)?;
+        let space = args.metric.space(fields[0], args.domain)?;
         let mut best: Option<(Score, usize, SourceMap, Report)> = None;
         let mut tries = Vec::new();
         let mut waiting = VecDeque::from(self.ways(args, &advice));

@@ -11,7 +11,7 @@ mod roller;
 use std::path::{Path, PathBuf};
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use relume::field::{Domain, Metric};
+use relume::field::Domain;
 use relume::format::FieldFile;
 use relume::synthesis::search::{KernelBasis, SearchMethod, SearchOptions};
 use relume::synthesis::{Blend, BlockOptions, Boundary, Exemplar, SourceMap, Synthesis, Tolerance};
@@ -69,10 +69,10 @@ pub struct Args {
     /// Make the output tile without a seam
     #[arg(long)]
     tile: bool,
-    /// What the distance of two texels means: that of their functions, or the documents' nine or
-    /// six numbers for luminance polynomials
+    /// What the distance of two texels means: that of their functions, of luminance and colour, or of
+    /// luminance alone; legendre9 and legendre6 are the last two over the square, as in the documents
     #[arg(long, default_value = "function", value_parser = args::metric())]
-    metric: Metric,
+    metric: args::NamedMetric,
     /// The light directions over which functions are compared
     #[arg(long, default_value = "hemisphere", value_parser = args::domain())]
     domain: Domain,

@@ -4,10 +4,6 @@ use super::Domain;
 use super::moments::moment;
 use crate::numeric::Matrix;
 
-pub(super) fn weights() -> [f64; 1] {
-    [1.0]
-}
-
 pub(super) fn gram(domain: Domain) -> Matrix {
     Matrix::from_fn(1, 1, |_, _| moment(domain, 0, 0))
 }

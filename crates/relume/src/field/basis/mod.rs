@@ -1,96 +1,196 @@
-//! Bases of functions of light direction. A closed family: each member knows its weights for a
-//! direction and its Gram matrix over a domain; the tests run over all of them.
+//! Bases of functions of light and view. A closed family: each member knows its weights for a
+//! pair of directions and its Gram matrix over the domains where it is defined; the tests run over
+//! all of them.
+//!
+//! | name | functions | of | defined over |
+//! |---|---|---|---|
+//! | `constant` | 1 | nothing: a plain picture | hemisphere, cosine, square |
+//! | `ptm` | 6 | light | hemisphere, cosine, square |
+//! | `hsh9` | 9 | light | hemisphere (orthonormal), cosine |
+//! | `learned` | any number | light and view | hemisphere (orthonormal), by its own weights |
 
 mod constant;
+mod examples;
+mod gram;
+mod harmonics;
+mod learned;
 mod moments;
 mod ptm;
 
-use serde::Serialize;
+pub use gram::Gram;
+pub use learned::Learned;
 
-use crate::direction::Direction;
-use crate::numeric::Matrix;
+use serde::{Serialize, Serializer};
 
-/// A family of functions b_k(w).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
+use crate::direction::Directions;
+use crate::error::{Error, Result};
+
+/// A family of functions b_k(light, view). What a member holds is shared: a copy costs nothing.
+#[derive(Debug, Clone, PartialEq)]
 pub enum Basis {
     /// The constant 1: a plain picture.
     Constant,
     /// The six monomials of a polynomial texture map.
     Ptm,
+    /// Nine hemispherical harmonics, in the convention of RTI files.
+    Harmonics,
+    /// Functions of light and view known at measured pairs of directions.
+    Learned(Learned),
 }
 
 /// The set of directions, and the measure on it, over which functions are compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Domain {
-    /// The upper hemisphere, by solid angle: every light direction counts equally.
+    /// The upper hemisphere, by solid angle: every light direction counts equally. Every basis is
+    /// defined there; a learned one has weights of its own.
     Hemisphere,
     /// The upper hemisphere weighted by the cosine, which is the unit disk of (u, v) by area.
     Cosine,
-    /// The square [-1, 1]^2 of (u, v): the documents' domain. Its corners are no directions.
+    /// The square [-1, 1]^2 of (u, v): the documents' domain. Its corners are no directions, so
+    /// only polynomials in u and v are defined there.
     Square,
 }
 
 impl Basis {
-    /// All members.
-    pub const ALL: [Self; 2] = [Self::Constant, Self::Ptm];
+    /// The members that are known by their names alone.
+    pub const NAMED: [Self; 3] = [Self::Constant, Self::Ptm, Self::Harmonics];
+
+    /// One member of each kind, for tests that run over the family.
+    pub fn examples() -> Vec<Self> {
+        examples::all()
+    }
 
     /// The number of functions.
     #[expect(clippy::len_without_is_empty, reason = "no basis is empty")]
-    pub fn len(self) -> usize {
-        self.graded_order().len()
+    pub fn len(&self) -> usize {
+        match self {
+            Self::Constant => 1,
+            Self::Ptm => ptm::NAMES.len(),
+            Self::Harmonics => harmonics::COUNT,
+            Self::Learned(learned) => learned.functions(),
+        }
     }
 
     /// The name used in files, options and messages.
-    pub fn name(self) -> &'static str {
+    pub fn name(&self) -> &'static str {
         match self {
             Self::Constant => "constant",
             Self::Ptm => "ptm",
+            Self::Harmonics => "hsh9",
+            Self::Learned(_) => "learned",
         }
     }
 
-    /// The basis of that name.
+    /// The basis of that name; none for bases with data of their own.
     pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|basis| basis.name() == name)
+        Self::NAMED.into_iter().find(|basis| basis.name() == name)
     }
 
     /// A short name for each function: `1`, `u`, `u2`.
-    pub fn function_names(self) -> &'static [&'static str] {
+    pub fn function_names(&self) -> Vec<String> {
         match self {
-            Self::Constant => &["1"],
-            Self::Ptm => &ptm::NAMES,
+            Self::Constant => vec!["1".to_owned()],
+            Self::Ptm => ptm::NAMES.map(str::to_owned).to_vec(),
+            Self::Harmonics => (0..harmonics::COUNT).map(|k| format!("h{k}")).collect(),
+            Self::Learned(learned) => (0..learned.functions()).map(|k| format!("f{k}")).collect(),
         }
     }
 
-    /// The values of the functions in one direction.
-    pub fn weights(self, light: Direction) -> Vec<f64> {
-        self.weights_at(light.x(), light.y())
-    }
-
-    /// The values of the functions over the point (u, v), inside the unit disk or not.
-    pub fn weights_at(self, u: f64, v: f64) -> Vec<f64> {
+    /// The values of the functions for a light and a view, without an allocation.
+    ///
+    /// # Panics
+    /// When `out` does not hold [`Basis::len`] numbers.
+    pub fn weights_into(&self, directions: Directions, out: &mut [f64]) {
+        let light = directions.light;
         match self {
-            Self::Constant => constant::weights().to_vec(),
-            Self::Ptm => ptm::weights(u, v).to_vec(),
+            Self::Constant => out.copy_from_slice(&[1.0]),
+            Self::Ptm => out.copy_from_slice(&ptm::weights(light.x(), light.y())),
+            Self::Harmonics => out.copy_from_slice(&harmonics::weights(light)),
+            Self::Learned(learned) => {
+                assert_eq!(out.len(), learned.functions(), "a number for each function");
+                learned.weights_into(directions, out);
+            }
         }
     }
 
-    /// The inner products of the functions over a domain, in closed form.
-    pub fn gram(self, domain: Domain) -> Matrix {
-        match self {
-            Self::Constant => constant::gram(domain),
-            Self::Ptm => ptm::gram(domain),
+    /// The values of the functions for a light and a view; a light alone is seen from straight
+    /// above. Where many directions are asked for, [`Basis::weights_into`] saves the allocations.
+    pub fn weights(&self, directions: impl Into<Directions>) -> Vec<f64> {
+        let mut out = vec![0.0; self.len()];
+        self.weights_into(directions.into(), &mut out);
+        out
+    }
+
+    /// Whether the functions can be compared over a domain.
+    pub fn is_defined_over(&self, domain: Domain) -> bool {
+        match (self, domain) {
+            (Self::Constant | Self::Ptm, _) | (_, Domain::Hemisphere) => true,
+            (Self::Harmonics, Domain::Cosine) => true,
+            (Self::Harmonics, Domain::Square) | (Self::Learned(_), _) => false,
         }
+    }
+
+    /// The inner products of the functions over a domain: in closed form, and for harmonics over
+    /// the cosine by a quadrature that is exact for their degree.
+    ///
+    /// # Errors
+    /// When the basis is not defined over the domain.
+    pub fn gram(&self, domain: Domain) -> Result<Gram> {
+        let gram = match self {
+            Self::Constant => Some(Gram::Dense(constant::gram(domain))),
+            Self::Ptm => Some(Gram::Dense(ptm::gram(domain))),
+            Self::Harmonics => harmonics::gram(domain),
+            Self::Learned(learned) if domain == Domain::Hemisphere => {
+                Some(Gram::Diagonal(vec![1.0; learned.functions()]))
+            }
+            Self::Learned(_) => None,
+        };
+        gram.ok_or_else(|| self.undefined(domain))
     }
 
     /// The functions from the smoothest to the most detailed: the order in which they are made
     /// orthonormal, so that the first index plane is the mean.
-    pub fn graded_order(self) -> &'static [usize] {
+    pub fn graded_order(&self) -> Vec<usize> {
         match self {
-            Self::Constant => &[0],
-            Self::Ptm => &ptm::GRADED_ORDER,
+            Self::Ptm => ptm::GRADED_ORDER.to_vec(),
+            Self::Constant | Self::Harmonics | Self::Learned(_) => (0..self.len()).collect(),
         }
+    }
+
+    /// Integrates a function of the functions' values over a domain numerically, with `nodes` nodes
+    /// a dimension, or over the measured pairs: the slow truth of every Gram matrix.
+    ///
+    /// # Errors
+    /// When the basis is not defined over the domain.
+    pub fn integrate(&self, domain: Domain, nodes: usize, mut f: impl FnMut(&[f64]) -> f64) -> Result<f64> {
+        use crate::numeric::quadrature::{integrate_hemisphere, integrate_square};
+        match (self, domain) {
+            (Self::Learned(learned), Domain::Hemisphere) => Ok(learned.integrate(f)),
+            (Self::Learned(_), _) | (Self::Harmonics, Domain::Square) => Err(self.undefined(domain)),
+            (_, Domain::Hemisphere) => Ok(integrate_hemisphere(nodes, |w| f(&self.weights(w)))),
+            (_, Domain::Cosine) => Ok(integrate_hemisphere(nodes, |w| w.z() * f(&self.weights(w)))),
+            (Self::Ptm, Domain::Square) => Ok(integrate_square(nodes, |u, v| f(&ptm::weights(u, v)))),
+            (Self::Constant, Domain::Square) => Ok(integrate_square(nodes, |_, _| f(&[1.0]))),
+        }
+    }
+
+    fn undefined(&self, domain: Domain) -> Error {
+        let defined: Vec<&str> =
+            Domain::ALL.iter().filter(|d| self.is_defined_over(**d)).map(|d| d.name()).collect();
+        Error::usage(format!(
+            "functions of the basis {} cannot be compared over the {}: choose the {}",
+            self.name(),
+            domain.name(),
+            defined.join(" or the ")
+        ))
+    }
+}
+
+/// As [`Basis::name`].
+impl Serialize for Basis {
+    fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
     }
 }
 
@@ -98,13 +198,12 @@ impl Domain {
     /// All members.
     pub const ALL: [Self; 3] = [Self::Hemisphere, Self::Cosine, Self::Square];
 
-    /// Integrates numerically with `n` nodes a dimension: the slow truth of every Gram matrix.
-    pub fn integrate(self, n: usize, f: impl Fn(f64, f64) -> f64) -> f64 {
-        use crate::numeric::quadrature::{integrate_hemisphere, integrate_square};
+    /// The name used in options and messages.
+    pub fn name(self) -> &'static str {
         match self {
-            Self::Hemisphere => integrate_hemisphere(n, |w| f(w.x(), w.y())),
-            Self::Cosine => integrate_hemisphere(n, |w| w.z() * f(w.x(), w.y())),
-            Self::Square => integrate_square(n, f),
+            Self::Hemisphere => "hemisphere",
+            Self::Cosine => "cosine",
+            Self::Square => "square",
         }
     }
 }
@@ -112,35 +211,71 @@ impl Domain {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::direction::Direction;
 
     #[test]
     fn every_gram_matrix_equals_its_numerical_integral() {
-        for basis in Basis::ALL {
-            for domain in Domain::ALL {
-                let gram = basis.gram(domain);
-                for j in 0..basis.len() {
-                    for k in 0..basis.len() {
-                        let truth = domain.integrate(12, |u, v| {
-                            let weights = basis.weights_at(u, v);
-                            weights[j] * weights[k]
-                        });
-                        let error = (gram[(j, k)] - truth).abs();
-                        assert!(error < 1e-12, "{basis:?} over {domain:?} ({j}, {k}): off by {error:.1e}");
-                    }
-                }
+        for (basis, domain) in Basis::examples().into_iter().flat_map(|b| Domain::ALL.map(|d| (b.clone(), d)))
+        {
+            let Ok(gram) = basis.gram(domain) else {
+                assert!(!basis.is_defined_over(domain));
+                assert!(basis.integrate(domain, 4, |_| 1.0).is_err(), "{basis:?} over {domain:?}");
+                continue;
+            };
+            assert!(basis.is_defined_over(domain));
+            // The sums of a learned basis are as exact as its values.
+            let tolerance = if matches!(basis, Basis::Learned(_)) { 1e-6 } else { 1e-12 };
+            for (j, k) in (0..basis.len()).flat_map(|j| (0..basis.len()).map(move |k| (j, k))) {
+                let truth = basis.integrate(domain, 12, |weights| weights[j] * weights[k]).unwrap();
+                let error = (gram.at(j, k) - truth).abs();
+                assert!(error < tolerance, "{} over {domain:?} ({j}, {k}): off by {error:.1e}", basis.name());
             }
         }
     }
 
     #[test]
+    fn domains_without_a_basis_are_refused_in_a_sentence() {
+        let message = |basis: &Basis, domain| basis.gram(domain).unwrap_err().to_string();
+        let harmonics = message(&Basis::Harmonics, Domain::Square);
+        assert!(harmonics.contains("hsh9 cannot be compared over the square"), "{harmonics}");
+        assert!(harmonics.contains("choose the hemisphere or the cosine"), "{harmonics}");
+        let learned = Basis::examples().pop().unwrap();
+        assert!(message(&learned, Domain::Cosine).ends_with("choose the hemisphere"));
+    }
+
+    #[test]
     fn graded_orders_are_permutations_and_names_are_unique() {
-        for basis in Basis::ALL {
-            let mut order = basis.graded_order().to_vec();
+        for basis in Basis::examples() {
+            let mut order = basis.graded_order();
             order.sort_unstable();
             assert_eq!(order, (0..basis.len()).collect::<Vec<_>>());
-            assert_eq!(Basis::from_name(basis.name()), Some(basis));
-            assert_eq!(basis.function_names().len(), basis.len());
+            let found = Basis::from_name(basis.name());
+            assert_eq!(found, (!matches!(basis, Basis::Learned(_))).then_some(basis.clone()));
+            let mut names = basis.function_names();
+            names.sort();
+            names.dedup();
+            assert_eq!(names.len(), basis.len());
             assert_eq!(basis.weights(Direction::ZENITH).len(), basis.len());
         }
+    }
+
+    #[test]
+    fn bases_of_light_ignore_the_view_and_learned_ones_do_not() {
+        let light = Direction::from_angles(0.5, 1.0);
+        let aside = Directions { light, view: Direction::from_angles(1.0, -2.0) };
+        for basis in Basis::examples() {
+            let same = basis.weights(light) == basis.weights(aside);
+            assert_eq!(same, !matches!(basis, Basis::Learned(_)), "{}", basis.name());
+        }
+    }
+
+    /// A copy of a basis shares its table, however large.
+    #[test]
+    fn the_basis_of_6561_pairs_is_copied_without_its_table() {
+        let basis = Basis::Learned(examples::learned(81, 81, 6));
+        let copy = basis.clone();
+        let (Basis::Learned(a), Basis::Learned(b)) = (&basis, &copy) else { panic!("learned bases") };
+        assert_eq!(a.pairs().len(), 6561);
+        assert!(std::ptr::eq(a.values(), b.values()));
     }
 }

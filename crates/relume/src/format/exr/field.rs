@@ -3,29 +3,35 @@
 //! | attribute | value |
 //! |---|---|
 //! | `relumeField` | `1`, the version of this layout |
-//! | `relumeBasis` | the basis: `ptm`, `constant` |
-//! | `relumeColor` | the colour model: `luminance`, `rgb`, `lrgb` |
+//! | `relumeBasis` | the basis: `constant`, `ptm`, `hsh9`, `learned` |
+//! | `relumeLearned` | of a learned basis, its table: see [`learned`] |
+//! | `relumeColor` | the layout of planes: `luminance`, `rgb`, `lrgb`, `channels` |
+//! | `relumeChannels` | of `channels`, their names in order, separated by `;` |
 //! | `relumeSpace` | `linear` or `srgb` |
 //! | `relumeLights` | directions `x y z`, separated by `;`, where known |
 //!
 //! A channel is named `basis.function.colour`, so that viewers show each function as a layer:
 //! `ptm.u2.R`; `ptm.u2.Y` for luminance; `color.R` for the colour of an LRGB field. Files hold
 //! channels in alphabetical order, so planes are found by name, never by position. A linear field
-//! of constants has the plain names `R`, `G`, `B` or `Y` and is a picture to every program.
+//! of constants has the plain names of its channels, such as `R`, `G`, `B` or `Y`, and is a picture
+//! to every program.
 
 use super::ExrDepth;
 use super::container::{self, Layer};
-use super::picture::{channel_names as picture_names, picture_of};
+use super::learned;
+use super::picture::picture_of;
 use crate::direction::Direction;
 use crate::error::{Error, Result};
-use crate::field::{Basis, ColorModel, ReflectanceField};
+use crate::field::{Basis, PlaneLayout, PlaneRole, ReflectanceField};
 use crate::job::Job;
 use crate::planes::Planes;
 use crate::space::Space;
 
 const VERSION_KEY: &str = "relumeField";
 const BASIS_KEY: &str = "relumeBasis";
+const LEARNED_KEY: &str = "relumeLearned";
 const COLOR_KEY: &str = "relumeColor";
+const CHANNELS_KEY: &str = "relumeChannels";
 const SPACE_KEY: &str = "relumeSpace";
 const LIGHTS_KEY: &str = "relumeLights";
 
@@ -44,13 +50,19 @@ pub(in crate::format) fn encode_field(field: &ReflectanceField, depth: ExrDepth)
 
 /// The name of each plane's channel, and the attributes of a field.
 pub(in crate::format) fn field_head(field: &ReflectanceField) -> (Vec<String>, Vec<(&'static str, String)>) {
-    let names = channel_names(field.basis(), field.color(), field.space());
+    let names = channel_names(field.basis(), field.layout(), field.space());
     let mut attributes = vec![
         (VERSION_KEY, VERSION.to_owned()),
         (BASIS_KEY, field.basis().name().to_owned()),
-        (COLOR_KEY, field.color().name().to_owned()),
+        (COLOR_KEY, field.layout().name().to_owned()),
         (SPACE_KEY, field.space().to_string()),
     ];
+    if let Basis::Learned(learned) = field.basis() {
+        attributes.push((LEARNED_KEY, learned::text_of(learned)));
+    }
+    if field.layout().is_named() {
+        attributes.push((CHANNELS_KEY, field.layout().channel_names().join(";")));
+    }
     if !field.lights().is_empty() {
         let lights = field.lights().iter().map(|d| format!("{} {} {}", d.x(), d.y(), d.z()));
         attributes.push((LIGHTS_KEY, lights.collect::<Vec<_>>().join(";")));
@@ -70,36 +82,52 @@ pub(in crate::format) fn decode_field(bytes: &[u8], job: &Job) -> Result<(Reflec
             "the field's layout has version '{version}' and this program reads version {VERSION}: update it"
         )));
     }
-    let basis = named(&layer, BASIS_KEY, Basis::from_name)?;
-    let color = named(&layer, COLOR_KEY, ColorModel::from_name)?;
+    let basis = basis_of(&layer)?;
+    let layout = layout_of(&layer)?;
     let space = named(&layer, SPACE_KEY, space_from_name)?;
-    let planes = ordered(&layer, &channel_names(basis, color, space))?;
-    let field = ReflectanceField::new(basis, color, space, planes)?;
+    let planes = ordered(&layer, &channel_names(&basis, &layout, space))?;
+    let field = ReflectanceField::new(basis, layout, space, planes)?;
     Ok((field.with_lights(lights_of(&layer)?), layer.depth))
 }
 
-/// The channel names of a field in the order of its planes.
-fn channel_names(basis: Basis, color: ColorModel, space: Space) -> Vec<String> {
-    if basis == Basis::Constant && space == Space::Linear && color != ColorModel::Lrgb {
-        return picture_names(color.channels());
-    }
-    let functions = |channel: &'static str| {
-        basis.function_names().iter().map(move |function| format!("{}.{function}.{channel}", basis.name()))
-    };
-    match color {
-        ColorModel::Luminance => functions("Y").collect(),
-        ColorModel::Rgb => ["R", "G", "B"].into_iter().flat_map(functions).collect(),
-        ColorModel::Lrgb => {
-            functions("Y").chain(["R", "G", "B"].map(|channel| format!("color.{channel}"))).collect()
-        }
+fn basis_of(layer: &Layer) -> Result<Basis> {
+    match layer.attributes.get(BASIS_KEY).map(String::as_str) {
+        Some("learned") => learned::from_text(attribute(layer, LEARNED_KEY)?).map(Basis::Learned),
+        _ => named(layer, BASIS_KEY, Basis::from_name),
     }
 }
 
+fn layout_of(layer: &Layer) -> Result<PlaneLayout> {
+    match layer.attributes.get(COLOR_KEY).map(String::as_str) {
+        Some("channels") => PlaneLayout::of_channels(attribute(layer, CHANNELS_KEY)?.split(';')),
+        _ => named(layer, COLOR_KEY, PlaneLayout::from_name),
+    }
+}
+
+/// The channel names of a field in the order of its planes.
+fn channel_names(basis: &Basis, layout: &PlaneLayout, space: Space) -> Vec<String> {
+    // `Y` is what other programs call luminance; channels with names of their own keep them.
+    let of_exr = |channel: &str| if channel == "L" && !layout.is_named() { "Y" } else { channel }.to_owned();
+    if *basis == Basis::Constant && space == Space::Linear && !layout.is_product() {
+        return layout.channel_names().into_iter().map(of_exr).collect();
+    }
+    let functions = basis.function_names();
+    let name = |role: PlaneRole<'_>| match role {
+        PlaneRole::Coefficient { channel, function } => {
+            format!("{}.{}.{}", basis.name(), functions[function], of_exr(channel))
+        }
+        PlaneRole::Color { channel } => format!("color.{channel}"),
+    };
+    layout.roles(functions.len()).into_iter().map(name).collect()
+}
+
+fn attribute<'a>(layer: &'a Layer, key: &str) -> Result<&'a str> {
+    let value = layer.attributes.get(key).map(String::as_str);
+    value.ok_or_else(|| Error::invalid(format!("the EXR field has no attribute '{key}'")))
+}
+
 fn named<T>(layer: &Layer, key: &str, parse: impl Fn(&str) -> Option<T>) -> Result<T> {
-    let value = layer
-        .attributes
-        .get(key)
-        .ok_or_else(|| Error::invalid(format!("the EXR field has no attribute '{key}'")))?;
+    let value = attribute(layer, key)?;
     parse(value).ok_or_else(|| {
         Error::unsupported(format!("the EXR field's attribute '{key}' has the unknown value '{value}'"))
     })

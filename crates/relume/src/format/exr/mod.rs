@@ -8,6 +8,7 @@ mod attributes;
 mod blocks;
 mod container;
 mod field;
+mod learned;
 mod picture;
 mod tiles;
 

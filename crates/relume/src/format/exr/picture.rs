@@ -47,7 +47,7 @@ pub(in crate::format) fn encode_picture(linear: &Picture, depth: ExrDepth) -> Re
 }
 
 /// The channels of a plain picture.
-pub(super) fn channel_names(channels: usize) -> Vec<String> {
+fn channel_names(channels: usize) -> Vec<String> {
     let names: &[&str] = if channels == 1 { &["Y"] } else { &["R", "G", "B"] };
     names.iter().map(|&name| name.to_owned()).collect()
 }

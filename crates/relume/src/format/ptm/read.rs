@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::PtmEncoding;
 use super::header::{Header, Layout};
 use crate::error::{Error, Result};
-use crate::field::{Basis, ColorModel, ReflectanceField};
+use crate::field::{Basis, PlaneLayout, ReflectanceField};
 use crate::job::Job;
 use crate::planes::Planes;
 use crate::space::Space;
@@ -22,8 +22,8 @@ pub(in crate::format) fn decode(bytes: &[u8], job: &Job) -> Result<(ReflectanceF
     let payload = &bytes[header.payload..];
     check_length(&header, payload.len())?;
     let color = match header.layout {
-        Layout::Rgb => ColorModel::Rgb,
-        Layout::LrgbBlocks | Layout::LrgbInterleaved => ColorModel::Lrgb,
+        Layout::Rgb => PlaneLayout::RGB,
+        Layout::LrgbBlocks | Layout::LrgbInterleaved => PlaneLayout::LRGB,
     };
     let mut planes = Planes::zeros_within(job, "the texture map", header.size, color.planes(6))?;
     fill(&mut planes, &header, payload);

@@ -32,10 +32,10 @@ impl Rounding {
 
     /// All six for the least error over the hemisphere.
     pub(super) fn successive(encoding: &PtmEncoding) -> Result<Self> {
-        let gram = Basis::Ptm.gram(Domain::Hemisphere);
+        let gram = Basis::Ptm.gram(Domain::Hemisphere)?;
         let mut best: Option<(f64, [usize; 6], Matrix)> = None;
         for order in permutations() {
-            let factor = Matrix::from_fn(6, 6, |p, q| gram[(order[p], order[q])]).cholesky()?;
+            let factor = Matrix::from_fn(6, 6, |p, q| gram.at(order[p], order[q])).cholesky()?;
             let leaves = |p: usize| (factor[(p, p)] * f64::from(encoding.scale[order[p]])).powi(2);
             let error = (0..6).map(leaves).sum::<f64>();
             if best.as_ref().is_none_or(|(least, ..)| error < *least) {
@@ -105,11 +105,11 @@ mod tests {
         let encoding = PtmEncoding { scale: [1.1, 0.7, 0.9, 2.0, -1.3, 0.8], bias: [128.0; 6] };
         let nearest = Rounding::nearest(&encoding);
         let rounding = Rounding::successive(&encoding).unwrap();
-        let gram = Basis::Ptm.gram(Domain::Hemisphere);
+        let gram = Basis::Ptm.gram(Domain::Hemisphere).unwrap();
         let error = |coefficients: &[f32; 6], bytes: [u8; 6]| -> f64 {
             let e: [f64; 6] =
                 std::array::from_fn(|k| 255.0 * f64::from(coefficients[k] - encoding.value(k, bytes[k])));
-            (0..36).map(|i| e[i / 6] * gram[(i / 6, i % 6)] * e[i % 6]).sum()
+            (0..36).map(|i| e[i / 6] * gram.at(i / 6, i % 6) * e[i % 6]).sum()
         };
         let mut random = Stream::new(8, Purpose::Sample, [0]);
         let (mut each, mut successive) = (0.0, 0.0);
@@ -119,10 +119,11 @@ mod tests {
             each += error(&coefficients, nearest.bytes(coefficients));
             successive += error(&coefficients, rounding.bytes(coefficients));
         }
-        let predicted: f64 = (0..6).map(|k| gram[(k, k)] * f64::from(encoding.scale[k]).powi(2) / 12.0).sum();
+        let predicted: f64 =
+            (0..6).map(|k| gram.at(k, k) * f64::from(encoding.scale[k]).powi(2) / 12.0).sum();
         assert!((each / f64::from(texels) / predicted - 1.0).abs() < 0.05);
         let order = rounding.order;
-        let factor = Matrix::from_fn(6, 6, |p, q| gram[(order[p], order[q])]).cholesky().unwrap();
+        let factor = Matrix::from_fn(6, 6, |p, q| gram.at(order[p], order[q])).cholesky().unwrap();
         let leaves = |p: usize| (factor[(p, p)] * f64::from(encoding.scale[order[p]])).powi(2) / 12.0;
         let predicted: f64 = (0..6).map(leaves).sum();
         assert!((successive / f64::from(texels) / predicted - 1.0).abs() < 0.05);

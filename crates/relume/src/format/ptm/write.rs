@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::rounding::Rounding;
 use super::{PtmEncoding, header, quantise};
 use crate::error::{Error, Result};
-use crate::field::{Basis, ColorModel, ReflectanceField};
+use crate::field::{Basis, ReflectanceField};
 use crate::format::codes::code8;
 use crate::planes::{Planes, Size};
 use crate::space::Space;
@@ -28,7 +28,7 @@ pub(in crate::format) enum Under<'a> {
 /// luminance.
 ///
 /// # Errors
-/// Fields of another basis, linear fields, and values that are not finite.
+/// Fields of another basis or with other channels, linear fields, and values that are not finite.
 pub(in crate::format) fn encode(field: &ReflectanceField, under: Under<'_>) -> Result<Vec<u8>> {
     check(field)?;
     let parts = Parts::of(field, matches!(under, Under::Stored(_)));
@@ -52,10 +52,16 @@ impl PtmEncoding {
 }
 
 fn check(field: &ReflectanceField) -> Result<()> {
-    if field.basis() != Basis::Ptm {
+    if *field.basis() != Basis::Ptm {
         return Err(Error::usage(format!(
             "a .ptm file holds functions of the basis ptm, not {}: write .exr instead",
             field.basis().name()
+        )));
+    }
+    if field.layout().is_named() {
+        return Err(Error::usage(format!(
+            "a .ptm file holds luminance or red, green and blue, not the channels {}: write .exr instead",
+            field.layout().channel_names().join(", ")
         )));
     }
     if field.space() != Space::Srgb {
@@ -88,13 +94,14 @@ impl<'a> Parts<'a> {
     fn of(field: &'a ReflectanceField, copies: bool) -> Self {
         let planes = field.coefficients();
         let functions = Cow::Borrowed(planes);
-        match (field.color(), copies) {
-            (ColorModel::Rgb, _) => Self { functions, colors: None },
-            (ColorModel::Luminance, _) => {
-                Self { functions, colors: Some(vec![255; 3 * field.size().texels()]) }
+        match (field.layout().is_product(), copies) {
+            (false, _) => {
+                let white = || vec![255; 3 * field.size().texels()];
+                let colors = (field.layout().channels() == 1).then(white);
+                Self { functions, colors }
             }
-            (ColorModel::Lrgb, true) => Self { functions, colors: Some(nearest_colors(planes)) },
-            (ColorModel::Lrgb, false) => {
+            (true, true) => Self { functions, colors: Some(nearest_colors(planes)) },
+            (true, false) => {
                 let (luminance, colors) = rounded_products(planes);
                 Self { functions: Cow::Owned(luminance), colors: Some(colors) }
             }

@@ -58,7 +58,7 @@ fn checksum(bytes: &[u8]) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::field::{Basis, ColorModel};
+    use crate::field::{Basis, PlaneLayout};
     use crate::limits::Limits;
     use crate::numeric::random::{Purpose, Stream};
     use crate::planes::{Planes, Size};
@@ -72,7 +72,7 @@ mod tests {
         Job::new(Limits { max_bytes: 1 << 28, max_side: 1 << 14 })
     }
 
-    fn model(basis: Basis, color: ColorModel, marginals: bool) -> FieldModel {
+    fn model(basis: Basis, color: PlaneLayout, marginals: bool) -> FieldModel {
         let (size, mut stream) = (Size::new(36, 30), Stream::new(5, Purpose::Sample, [0]));
         let count = color.planes(basis.len());
         let data = (0..size.texels() * count).map(|_| stream.unit() as f32 + 0.1).collect();
@@ -88,7 +88,7 @@ mod tests {
         let data =
             (0..size.texels() * 3).map(|i| 0.3 + (i % 5) as f32 * 0.1 + 0.1 * stream.unit() as f32).collect();
         let planes = Planes::from_vec(size, 3, data).unwrap();
-        let field = ReflectanceField::new(Basis::Constant, ColorModel::Rgb, Space::Srgb, planes).unwrap();
+        let field = ReflectanceField::new(Basis::Constant, PlaneLayout::RGB, Space::Srgb, planes).unwrap();
         let options = ModelOptions { levels: 2, candidates: 4, coarse: 5, ..Default::default() };
         let tiles = Tiles { texels: &field, size: Size::new(20, 12) };
         let budget = Budget { bytes: 250, cost: &structure_bytes };
@@ -101,7 +101,7 @@ mod tests {
     }
 
     /// A field with a model for each of seven lights.
-    fn per_light(color: ColorModel) -> FieldModel {
+    fn per_light(color: PlaneLayout) -> FieldModel {
         let (size, mut stream) = (Size::new(30, 24), Stream::new(6, Purpose::Sample, [0]));
         let count = color.planes(Basis::Ptm.len());
         let data = (0..size.texels() * count).map(|_| stream.unit() as f32 + 0.1).collect();
@@ -119,7 +119,7 @@ mod tests {
         let data = (0..size.texels()).map(|_| stream.unit() as f32).collect();
         let planes = Planes::from_vec(size, 1, data).unwrap();
         let field =
-            ReflectanceField::new(Basis::Constant, ColorModel::Luminance, Space::Linear, planes).unwrap();
+            ReflectanceField::new(Basis::Constant, PlaneLayout::LUMINANCE, Space::Linear, planes).unwrap();
         let options = ModelOptions { levels: 1, candidates: 4, ..Default::default() };
         let tiles = Tiles { texels: &field, size };
         let budget = Budget { bytes: 200, cost: &structure_bytes };
@@ -132,7 +132,7 @@ mod tests {
 
     #[test]
     fn models_of_lights_and_of_heights_come_back_equal_and_make_the_same() {
-        let colors = [ColorModel::Luminance, ColorModel::Rgb, ColorModel::Lrgb];
+        let colors = [PlaneLayout::LUMINANCE, PlaneLayout::RGB, PlaneLayout::LRGB];
         let heights = [(None, false), (Some(0.1), false), (Some(1e-3), true)].map(|(mm, c)| heights(mm, c));
         for model in colors.into_iter().map(per_light).chain(heights) {
             let bytes = encode(&model).unwrap();
@@ -140,7 +140,7 @@ mod tests {
             assert_eq!((bytes[4], &back), (3, &model));
             let options = SheetOptions { origin: [-9, 3], size: Size::new(20, 10), seed: 3, period: None };
             let made = model.synthesize(&options, &job()).unwrap();
-            assert_eq!((made.basis(), made.color(), made.size()), (model.basis, model.color, options.size));
+            assert_eq!((made.basis(), made.layout(), made.size()), (&model.basis, &model.layout, options.size));
             assert_eq!(back.synthesize(&options, &job()).unwrap(), made);
         }
     }
@@ -168,19 +168,19 @@ mod tests {
     #[test]
     fn models_come_back_equal_and_make_the_same() {
         for (basis, color) in [
-            (Basis::Constant, ColorModel::Rgb),
-            (Basis::Constant, ColorModel::Luminance),
-            (Basis::Ptm, ColorModel::Lrgb),
-            (Basis::Ptm, ColorModel::Rgb),
+            (Basis::Constant, PlaneLayout::RGB),
+            (Basis::Constant, PlaneLayout::LUMINANCE),
+            (Basis::Ptm, PlaneLayout::LRGB),
+            (Basis::Ptm, PlaneLayout::RGB),
         ] {
             for marginals in [true, false] {
-                let model = model(basis, color, marginals);
+                let model = model(basis.clone(), color.clone(), marginals);
                 let back = decode(&encode(&model).unwrap(), &job()).unwrap();
                 assert_eq!(back, model, "{basis:?} {color:?}");
                 let options =
                     SheetOptions { origin: [-9, 3], size: Size::new(20, 10), seed: 3, period: None };
                 let made = model.synthesize(&options, &job()).unwrap();
-                assert_eq!((made.basis(), made.color(), made.size()), (basis, color, options.size));
+                assert_eq!((made.basis(), made.layout(), made.size()), (&basis, &color, options.size));
                 assert_eq!(back.synthesize(&options, &job()).unwrap(), made);
             }
         }
@@ -188,8 +188,8 @@ mod tests {
 
     /// A model of each kind.
     fn examples() -> [FieldModel; 4] {
-        let plain = model(Basis::Constant, ColorModel::Rgb, true);
-        [plain, combined(), per_light(ColorModel::Luminance), heights(Some(0.1), false)]
+        let plain = model(Basis::Constant, PlaneLayout::RGB, true);
+        [plain, combined(), per_light(PlaneLayout::LUMINANCE), heights(Some(0.1), false)]
     }
 
     #[test]

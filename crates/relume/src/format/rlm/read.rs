@@ -3,7 +3,7 @@
 use super::bits::{BitReader, Rice};
 use super::{HEADER, SIGNATURE, VERSIONS, checksum, structure};
 use crate::error::{Error, Result};
-use crate::field::{Basis, ColorModel};
+use crate::field::{Basis, PlaneLayout};
 use crate::job::Job;
 use crate::numeric::pyramid::Kernel;
 use crate::planes::Size;
@@ -25,7 +25,7 @@ pub fn decode(bytes: &[u8], job: &Job) -> Result<FieldModel> {
     let mut bits = BitReader::new(body(bytes)?);
     let version = bytes[4];
     let basis = name(&mut bits, "basis", Basis::from_name)?;
-    let color = name(&mut bits, "colour model", ColorModel::from_name)?;
+    let layout = name(&mut bits, "colour model", PlaneLayout::from_name)?;
     let space = name(&mut bits, "space", |name| {
         [Space::Linear, Space::Srgb].into_iter().find(|space| space.to_string() == name)
     })?;
@@ -43,18 +43,19 @@ pub fn decode(bytes: &[u8], job: &Job) -> Result<FieldModel> {
     if bits.left() >= 8 {
         return Err(Error::invalid(format!("{} bits follow the model's last number", bits.left())));
     }
-    let field = FieldModel { basis, color, space, source, heights: kind.heights, fields };
+    let field = FieldModel { basis, layout, space, source, heights: kind.heights, fields };
     if !field.is_whole() {
         let models = field.fields.models();
         return Err(Error::invalid(format!(
             "{} models, the first of {} planes, do not make a {} field of basis {}",
             models.len(),
             models[0].1.planes(),
-            color.name(),
-            basis.name()
+            field.layout.name(),
+            field.basis.name()
         )));
     }
-    if kind.heights.is_some() && (basis, color) != (Basis::Constant, ColorModel::Luminance) {
+    if kind.heights.is_some() && (&field.basis, &field.layout) != (&Basis::Constant, &PlaneLayout::LUMINANCE)
+    {
         return Err(Error::invalid(
             "the model's values are heights, and it has more than one plane of constants",
         ));

@@ -3,6 +3,7 @@
 use super::bits::{BitWriter, Rice};
 use super::{HEADER, MOST_CANDIDATES, SIGNATURE, VERSIONS, checksum, structure};
 use crate::error::{Error, Result};
+use crate::field::Basis;
 use crate::random_field::level::Level;
 use crate::random_field::marginal::Marginal;
 use crate::random_field::neighbourhood::{Offset, all_around, causal};
@@ -12,10 +13,18 @@ use crate::random_field::{FieldModel, Fields, LightModel, Model, Structure};
 /// The bytes of a model's file.
 ///
 /// # Errors
-/// When a neighbourhood reaches farther than the file can say, which no fitted model's does.
+/// A model of a learned basis or of channels with names of their own; a neighbourhood that reaches
+/// farther than the file can say, which no fitted model's does.
 pub fn encode(field: &FieldModel) -> Result<Vec<u8>> {
+    if Basis::from_name(field.basis.name()).is_none() || field.layout.is_named() {
+        return Err(Error::unsupported(format!(
+            "a .rlm file holds models of named bases and of luminance or colour, not of {} {} functions",
+            field.layout.name(),
+            field.basis.name()
+        )));
+    }
     let mut bits = BitWriter::default();
-    for name in [field.basis.name(), field.color.name(), &field.space.to_string()] {
+    for name in [field.basis.name(), field.layout.name(), &field.space.to_string()] {
         bits.bits(name.len() as u32, 8);
         name.bytes().for_each(|byte| bits.bits(u32::from(byte), 8));
     }

@@ -44,7 +44,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::field::{Basis, ColorModel};
+    use crate::field::{Basis, PlaneLayout};
     use crate::format::stream::Streamed;
     use crate::format::{FieldFormat, decode_field};
     use crate::job::Job;
@@ -56,7 +56,7 @@ mod tests {
         let mut stream = Stream::new(seed, Purpose::Sample, [0]);
         let data = (0..size.texels() * 9).map(|_| stream.unit() as f32).collect();
         let planes = Planes::from_vec(size, 9, data).unwrap();
-        ReflectanceField::new(Basis::Ptm, ColorModel::Lrgb, Space::Srgb, planes).unwrap()
+        ReflectanceField::new(Basis::Ptm, PlaneLayout::LRGB, Space::Srgb, planes).unwrap()
     }
 
     /// A file of the field's own size, in tiles.

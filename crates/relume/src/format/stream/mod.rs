@@ -172,14 +172,14 @@ fn unwritable(error: &std::io::Error) -> Error {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::field::{Basis, ColorModel};
+    use crate::field::{Basis, PlaneLayout};
     use crate::format::{ExrDepth, decode_field};
     use crate::numeric::random::{Purpose, Stream};
     use crate::planes::Planes;
     use crate::space::Space;
     use std::io::Cursor;
 
-    fn field(basis: Basis, color: ColorModel, space: Space, size: Size) -> ReflectanceField {
+    fn field(basis: Basis, color: PlaneLayout, space: Space, size: Size) -> ReflectanceField {
         let mut stream = Stream::new(4, Purpose::Sample, [0]);
         let count = color.planes(basis.len());
         let data = (0..size.texels() * count).map(|_| stream.unit() as f32).collect();
@@ -189,17 +189,17 @@ mod tests {
     /// Every field with every format that can hold it.
     fn cases(size: Size) -> Vec<(ReflectanceField, FieldFormat)> {
         let mut cases = Vec::new();
-        for color in [ColorModel::Luminance, ColorModel::Rgb, ColorModel::Lrgb] {
-            cases.push((field(Basis::Ptm, color, Space::Srgb, size), FieldFormat::Ptm));
+        for color in [PlaneLayout::LUMINANCE, PlaneLayout::RGB, PlaneLayout::LRGB] {
+            cases.push((field(Basis::Ptm, color.clone(), Space::Srgb, size), FieldFormat::Ptm));
             for depth in [ExrDepth::Half, ExrDepth::Float] {
-                cases.push((field(Basis::Ptm, color, Space::Linear, size), FieldFormat::Exr(depth)));
+                cases.push((field(Basis::Ptm, color.clone(), Space::Linear, size), FieldFormat::Exr(depth)));
             }
-            if color != ColorModel::Lrgb {
+            if color != PlaneLayout::LRGB {
                 for depth in [Depth::Eight, Depth::Sixteen] {
                     let format = FieldFormat::Picture(PictureFormat::Png(depth));
-                    cases.push((field(Basis::Constant, color, Space::Srgb, size), format));
+                    cases.push((field(Basis::Constant, color.clone(), Space::Srgb, size), format));
                 }
-                let linear = field(Basis::Constant, color, Space::Linear, size);
+                let linear = field(Basis::Constant, color.clone(), Space::Linear, size);
                 cases.push((linear, FieldFormat::Exr(ExrDepth::Float)));
             }
         }
@@ -226,7 +226,7 @@ mod tests {
                     }
                     _ => written == expected,
                 };
-                assert!(same, "{format:?}, {:?}, {size}", field.color());
+                assert!(same, "{format:?}, {:?}, {size}", field.layout());
             }
         }
     }
@@ -250,7 +250,7 @@ mod tests {
             let once = encode_field(&field, format, None, &job).unwrap();
             let once = decode_field(&once, &job).unwrap().field;
             let repeated = once.coefficients().repeated(3, 7).crop(0, 0, Size::new(23, 40)).unwrap();
-            assert!(*written.coefficients() == repeated, "{format:?}, {:?}", field.color());
+            assert!(*written.coefficients() == repeated, "{format:?}, {:?}", field.layout());
         }
     }
 
@@ -270,7 +270,7 @@ mod tests {
 
     #[test]
     fn formats_that_are_not_written_in_rows_are_refused() {
-        let field = field(Basis::Constant, ColorModel::Rgb, Space::Srgb, Size::new(3, 3));
+        let field = field(Basis::Constant, PlaneLayout::RGB, Space::Srgb, Size::new(3, 3));
         for format in [PictureFormat::Jpeg { quality: 90 }, PictureFormat::Tiff(Depth::Eight)] {
             let error = Streamed::new(&field, FieldFormat::Picture(format), None, &Job::default());
             assert!(error.unwrap_err().message().contains(".png"));

@@ -1,0 +1,55 @@
+//! One basis of each kind, for tests that run over the family.
+
+use std::f64::consts::TAU;
+
+use super::{Basis, Learned};
+use crate::direction::{Direction, Directions};
+
+/// The named bases, and a small learned one with a view.
+pub(super) fn all() -> Vec<Basis> {
+    Basis::NAMED.into_iter().chain([Basis::Learned(learned(12, 5, 4))]).collect()
+}
+
+/// A learned basis of smooth functions of every pair of `lights` and `views`.
+pub(super) fn learned(lights: usize, views: usize, functions: usize) -> Learned {
+    let pairs: Vec<Directions> = spread(lights)
+        .into_iter()
+        .flat_map(|light| spread(views).into_iter().map(move |view| Directions { light, view }))
+        .collect();
+    let weight = TAU * TAU / pairs.len() as f64;
+    let smooth = |k: usize, pair: &Directions| {
+        let [x, y, z] = pair.light.to_array();
+        let half = pair.light.dot(pair.view);
+        // A frequency that grows with the number, in a direction of its own.
+        let angle = 1.3 * k as f64;
+        1.0 / (k + 1) as f64 + (0.5 * k as f64 * (x * angle.cos() + y * angle.sin()) + half + 0.2 * z).sin()
+    };
+    let mut columns: Vec<Vec<f64>> =
+        (0..functions).map(|k| pairs.iter().map(|pair| smooth(k, pair)).collect()).collect();
+    make_orthonormal(&mut columns, weight);
+    let values = (0..pairs.len()).flat_map(|i| columns.iter().map(move |column| column[i] as f32)).collect();
+    let weights = vec![weight; pairs.len()];
+    Learned::new(pairs, weights, values).expect("orthonormal functions are a basis")
+}
+
+/// Directions spread evenly over the hemisphere: a Fibonacci lattice.
+fn spread(count: usize) -> Vec<Direction> {
+    let golden = std::f64::consts::PI * (3.0 - 5f64.sqrt());
+    let polar = |i: usize| (1.0 - (i as f64 + 0.5) / count as f64).acos();
+    (0..count).map(|i| Direction::from_angles(polar(i), golden * i as f64)).collect()
+}
+
+/// Modified Gram-Schmidt under one weight for all pairs, twice for full precision.
+fn make_orthonormal(columns: &mut [Vec<f64>], weight: f64) {
+    let dot = |a: &[f64], b: &[f64]| weight * a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
+    for k in 0..columns.len() {
+        let (before, rest) = columns.split_at_mut(k);
+        let column = &mut rest[0];
+        for other in before.iter().chain(before.iter()) {
+            let share = dot(column, other);
+            column.iter_mut().zip(other).for_each(|(c, o)| *c -= share * o);
+        }
+        let norm = dot(column, column).sqrt();
+        column.iter_mut().for_each(|c| *c /= norm);
+    }
+}

@@ -1,0 +1,23 @@
+//! Inner products of a basis's functions.
+
+use crate::numeric::Matrix;
+
+/// The inner products `G_jk` = ∫ b_j b_k dw of `n` functions over a domain.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Gram {
+    /// All of them, n x n.
+    Dense(Matrix),
+    /// The functions are orthogonal: the `n` squared norms.
+    Diagonal(Vec<f64>),
+}
+
+impl Gram {
+    /// The inner product of functions `j` and `k`.
+    pub fn at(&self, j: usize, k: usize) -> f64 {
+        match self {
+            Self::Dense(matrix) => matrix[(j, k)],
+            Self::Diagonal(norms) if j == k => norms[j],
+            Self::Diagonal(_) => 0.0,
+        }
+    }
+}

@@ -1,0 +1,258 @@
+//! A basis learned from measurements: the functions' values for each measured pair of light and
+//! view.
+//!
+//! Between measured pairs the functions are interpolated by the modified inverse distances of
+//! Franke, Nielson, "Smooth Interpolation of Large Sets of Scattered Data" (International Journal
+//! for Numerical Methods in Engineering 15, 1980, equation 2.2), after Shepard, "A
+//! two-dimensional interpolation function for irregularly-spaced data" (1968): of the 16 nearest
+//! pairs, one at distance d has the weight ((R - d) / (R d))^2, R being the distance of the 17th,
+//! and weights are divided by their sum. The distance is that of the six components of both unit
+//! vectors. So measured pairs keep their values, and weights fade to zero before a pair is
+//! exchanged for another. The slope is zero at measured pairs: curves have flat spots there.
+//! Nothing is assumed of how pairs are laid out; reciprocity is not used.
+//!
+//! The inner product over the hemisphere is the sum over measured pairs by their own weights, under
+//! which the functions are orthonormal. Other domains have none.
+
+mod nearest;
+
+use std::sync::Arc;
+
+use crate::direction::Directions;
+use crate::error::{Error, Result};
+use nearest::{MOST, Tree};
+
+/// How far sums over measured pairs may be from those of orthonormal functions: values are `f32`.
+const ORTHONORMAL_TO: f64 = 1e-4;
+
+/// A pair this near, in squared distance, to a measured one has its values.
+const SAME: f64 = 1e-18;
+
+/// By how much the radius of the weights exceeds the distance of the first pair left out, so that
+/// pairs that are all equally far count alike instead of not at all.
+const MARGIN: f64 = 1e-6;
+
+/// Functions of light and view known at measured pairs. A copy shares them.
+#[derive(Debug, Clone)]
+pub struct Learned(Arc<Table>);
+
+#[derive(Debug)]
+struct Table {
+    pairs: Vec<Directions>,
+    weights: Vec<f64>,
+    functions: usize,
+    values: Vec<f32>,
+    tree: Tree,
+}
+
+impl Learned {
+    /// Functions from their values: `values[i * n + k]` is that of function `k` of `n` for pair `i`.
+    /// The `weights` of pairs are their shares of the measure over lights and views, such as solid
+    /// angles.
+    ///
+    /// # Errors
+    /// No pair or function; numbers of weights and values that do not fit; numbers that are not
+    /// finite, weights that are not positive; functions that are not orthonormal to 1e-4 under the
+    /// weights.
+    pub fn new(pairs: Vec<Directions>, weights: Vec<f64>, values: Vec<f32>) -> Result<Self> {
+        let functions = values.len().checked_div(pairs.len()).unwrap_or(0);
+        if functions == 0 || values.len() != functions * pairs.len() || weights.len() != pairs.len() {
+            return Err(Error::invalid(format!(
+                "a learned basis needs a weight and the values of all functions for each pair of directions, found \
+                 {} pairs, {} weights and {} values",
+                pairs.len(),
+                weights.len(),
+                values.len()
+            )));
+        }
+        let is_sound = weights.iter().all(|w| w.is_finite() && *w > 0.0);
+        if !is_sound || values.iter().any(|v| !v.is_finite()) {
+            return Err(Error::invalid(
+                "a learned basis has finite values and positive weights, and others are among those given",
+            ));
+        }
+        check_orthonormal(&weights, &values, functions)?;
+        let points: Vec<[f64; 6]> = pairs.iter().map(|pair| pair.to_array()).collect();
+        Ok(Self(Arc::new(Table { tree: Tree::new(&points), pairs, weights, functions, values })))
+    }
+
+    /// The number of functions.
+    pub(super) fn functions(&self) -> usize {
+        self.0.functions
+    }
+
+    /// The measured pairs of directions.
+    pub fn pairs(&self) -> &[Directions] {
+        &self.0.pairs
+    }
+
+    /// The weight of each pair.
+    pub fn weights(&self) -> &[f64] {
+        &self.0.weights
+    }
+
+    /// The values, all functions of a pair side by side.
+    pub fn values(&self) -> &[f32] {
+        &self.0.values
+    }
+
+    /// The values of the functions for pair `i`.
+    fn row(&self, i: usize) -> &[f32] {
+        &self.0.values[i * self.0.functions..][..self.0.functions]
+    }
+
+    /// The functions for any pair of directions.
+    pub(super) fn weights_into(&self, directions: Directions, out: &mut [f64]) {
+        let found = self.0.tree.nearest(&directions.to_array());
+        let neighbours = found.neighbours();
+        if neighbours[0].0 <= SAME {
+            let row = self.row(neighbours[0].1 as usize);
+            return out.iter_mut().zip(row).for_each(|(o, &v)| *o = f64::from(v));
+        }
+        // Where all pairs are neighbours, the radius is large and the weights are inverse squares.
+        let radius = match neighbours.len() {
+            MOST => neighbours[MOST - 1].0.sqrt() * (1.0 + MARGIN),
+            _ => 1.0 / MARGIN,
+        };
+        let mut sum = 0.0;
+        out.fill(0.0);
+        for &(square, pair) in &neighbours[..neighbours.len().min(MOST - 1)] {
+            let distance = square.sqrt();
+            let weight = ((radius - distance) / (radius * distance)).powi(2);
+            sum += weight;
+            out.iter_mut().zip(self.row(pair as usize)).for_each(|(o, &v)| *o += weight * f64::from(v));
+        }
+        out.iter_mut().for_each(|o| *o /= sum);
+    }
+
+    /// The sum of f(values) over the measured pairs by their weights.
+    pub(super) fn integrate(&self, mut f: impl FnMut(&[f64]) -> f64) -> f64 {
+        let row = |i: usize| self.row(i).iter().map(|&v| f64::from(v)).collect::<Vec<f64>>();
+        self.0.weights.iter().enumerate().map(|(i, weight)| weight * f(&row(i))).sum()
+    }
+}
+
+/// Shared tables are equal, others where all numbers are.
+impl PartialEq for Learned {
+    fn eq(&self, other: &Self) -> bool {
+        let all = |t: &Self| (t.pairs().to_vec(), t.weights().to_vec(), t.values().to_vec());
+        Arc::ptr_eq(&self.0, &other.0) || all(self) == all(other)
+    }
+}
+
+fn check_orthonormal(weights: &[f64], values: &[f32], n: usize) -> Result<()> {
+    let mut products = vec![0.0f64; n * n];
+    for (weight, row) in weights.iter().zip(values.chunks_exact(n)) {
+        for (j, sums) in products.chunks_exact_mut(n).enumerate() {
+            let factor = weight * f64::from(row[j]);
+            sums.iter_mut().zip(row).for_each(|(sum, &v)| *sum += factor * f64::from(v));
+        }
+    }
+    for (i, product) in products.into_iter().enumerate() {
+        let expected = f64::from(u8::from(i / n == i % n));
+        if !((product - expected).abs() <= ORTHONORMAL_TO) {
+            return Err(Error::invalid(format!(
+                "functions {} and {} of the learned basis have the inner product {product:.6} and orthonormal ones \
+                 {expected}: make them orthonormal under the weights of the pairs",
+                i / n,
+                i % n
+            )));
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::direction::Direction;
+    use crate::field::basis::examples;
+
+    #[test]
+    fn measured_pairs_keep_their_values() {
+        let learned = examples::learned(7, 5, 4);
+        let mut out = [0.0; 4];
+        for (pair, row) in learned.pairs().iter().zip(learned.values().chunks_exact(4)) {
+            learned.weights_into(*pair, &mut out);
+            assert_eq!(out.map(|v| v as f32), row);
+        }
+    }
+
+    #[test]
+    fn values_between_pairs_are_between_theirs_and_continuous() {
+        let learned = examples::learned(9, 6, 3);
+        let range = |k: usize| {
+            let values = learned.values().iter().skip(k).step_by(3).map(|&v| f64::from(v));
+            values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)))
+        };
+        let place = |t: f64| Directions {
+            light: Direction::from_angles(0.2 + t, 3.0 * t),
+            view: Direction::from_angles(1.1 - t, 0.5 - 2.0 * t),
+        };
+        let (mut before, mut out) = ([0.0; 3], [0.0; 3]);
+        learned.weights_into(place(0.0), &mut before);
+        let steps = 20_000;
+        for i in 1..=steps {
+            learned.weights_into(place(f64::from(i) / f64::from(steps)), &mut out);
+            for k in 0..3 {
+                let (low, high) = range(k);
+                assert!(out[k] >= low - 1e-9 && out[k] <= high + 1e-9, "outside the measured values");
+                let step = (out[k] - before[k]).abs();
+                assert!(step < 0.002 * (high - low), "a jump of {step} at step {i}");
+            }
+            before = out;
+        }
+    }
+
+    /// The slow truth: all pairs sorted by distance.
+    fn slow(learned: &Learned, directions: Directions) -> Vec<f64> {
+        let n = learned.functions();
+        let far = |i: usize| {
+            nearest::square_distance(&learned.pairs()[i].to_array(), &directions.to_array()).sqrt()
+        };
+        let mut order: Vec<usize> = (0..learned.pairs().len()).collect();
+        order.sort_by(|&a, &b| far(a).total_cmp(&far(b)));
+        let radius = far(order[MOST - 1]) * (1.0 + MARGIN);
+        let shares: Vec<f64> =
+            order[..MOST - 1].iter().map(|&i| (1.0 / far(i) - 1.0 / radius).powi(2)).collect();
+        let sum: f64 = shares.iter().sum();
+        let value = |k| {
+            order.iter().zip(&shares).map(|(&i, s)| s / sum * f64::from(learned.values()[i * n + k])).sum()
+        };
+        (0..n).map(value).collect()
+    }
+
+    #[test]
+    fn interpolation_equals_its_definition() {
+        let learned = examples::learned(8, 8, 5);
+        let mut out = [0.0; 5];
+        for i in 0..100 {
+            let t = f64::from(i);
+            let light = Direction::from_angles(0.011 * t + 0.07, 2.1 * t);
+            let directions = Directions { light, view: Direction::from_angles(1.2 - 0.009 * t, 0.7 * t) };
+            learned.weights_into(directions, &mut out);
+            for (a, b) in out.iter().zip(slow(&learned, directions)) {
+                assert!((a - b).abs() < 1e-9, "{a} and {b}");
+            }
+        }
+    }
+
+    #[test]
+    fn tables_that_are_no_basis_are_refused() {
+        let good = examples::learned(4, 3, 2);
+        let (pairs, weights, values) =
+            (good.pairs().to_vec(), good.weights().to_vec(), good.values().to_vec());
+        let refused = |p: &[Directions], w: &[f64], v: &[f32]| {
+            Learned::new(p.to_vec(), w.to_vec(), v.to_vec()).unwrap_err().to_string()
+        };
+        assert!(refused(&[], &[], &[]).contains("0 pairs"));
+        assert!(refused(&pairs, &weights[1..], &values).contains("11 weights"));
+        assert!(refused(&pairs, &weights, &values[1..]).contains("23 values"));
+        let doubled: Vec<f32> = values.iter().map(|v| 2.0 * v).collect();
+        assert!(refused(&pairs, &weights, &doubled).contains("orthonormal"));
+        let mut broken = values.clone();
+        broken[3] = f32::NAN;
+        assert!(refused(&pairs, &weights, &broken).contains("finite"));
+        assert_eq!(Learned::new(pairs, weights, values).unwrap(), good);
+    }
+}

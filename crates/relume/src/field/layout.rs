@@ -1,0 +1,224 @@
+//! How coefficient planes make the channels of a texel.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use serde::{Serialize, Serializer};
+
+use crate::error::{Error, Result};
+
+/// The order and the meaning of a field's planes; `n` stands for the length of its basis.
+///
+/// | layout | channels | planes |
+/// |---|---|---|
+/// | [`LUMINANCE`](Self::LUMINANCE) | `L` | `n` |
+/// | [`RGB`](Self::RGB) | `R`, `G`, `B` | 3 n: the `n` of red first, then green, then blue |
+/// | [`LRGB`](Self::LRGB) | `R`, `G`, `B` | n + 3: one function, then the colour that multiplies it |
+/// | [`of_channels`](Self::of_channels) | any names | `n` for each channel in order |
+///
+/// Names behind an `Arc`: a copy costs nothing.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PlaneLayout(Arrangement);
+
+#[derive(Debug, Clone, PartialEq, Eq)]
+enum Arrangement {
+    Luminance,
+    Rgb,
+    Lrgb,
+    Named(Arc<[String]>),
+}
+
+/// What one plane of a field holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PlaneRole<'a> {
+    /// The coefficient of a function of a channel, `L` being that of luminance.
+    Coefficient {
+        /// The channel's name.
+        channel: &'a str,
+        /// The place of the function in the basis.
+        function: usize,
+    },
+    /// A channel of the colour that multiplies the luminance's function.
+    Color {
+        /// The channel's name.
+        channel: &'a str,
+    },
+}
+
+const RED_GREEN_BLUE: [&str; 3] = ["R", "G", "B"];
+
+impl PlaneLayout {
+    /// One function a texel: `n` planes.
+    pub const LUMINANCE: Self = Self(Arrangement::Luminance);
+    /// A function for each of red, green and blue: 3 n planes.
+    pub const RGB: Self = Self(Arrangement::Rgb);
+    /// One function times a colour: `n` planes of luminance, then red, green, blue.
+    pub const LRGB: Self = Self(Arrangement::Lrgb);
+
+    /// The layouts whose relit channels are grey or a colour.
+    pub const COLORS: [Self; 3] = [Self::LUMINANCE, Self::RGB, Self::LRGB];
+
+    /// A function for each of the named channels: the maps of a material, spectral bands. `L` alone
+    /// is [`PlaneLayout::LUMINANCE`], and `R`, `G`, `B` in this order [`PlaneLayout::RGB`].
+    ///
+    /// # Errors
+    /// No name, an empty or repeated one, and letters other than printable ASCII without `;`, which
+    /// files could not hold.
+    pub fn of_channels<S: Into<String>>(names: impl IntoIterator<Item = S>) -> Result<Self> {
+        let names: Vec<String> = names.into_iter().map(Into::into).collect();
+        let unfit = |name: &&String| {
+            name.is_empty() || name.chars().any(|c| c == ';' || !(c.is_ascii_graphic() || c == ' '))
+        };
+        if let Some(name) = names.iter().find(unfit) {
+            return Err(Error::usage(format!(
+                "the channel name '{}' cannot be stored: use printable ASCII letters without ';'",
+                name.escape_default()
+            )));
+        }
+        let distinct = names.iter().collect::<BTreeSet<_>>().len();
+        if names.is_empty() || distinct < names.len() {
+            return Err(Error::usage(format!(
+                "a texture has channels of different names, found {}: {}",
+                names.len(),
+                names.join(", ")
+            )));
+        }
+        Ok(Self(match names.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+            ["L"] => Arrangement::Luminance,
+            ["R", "G", "B"] => Arrangement::Rgb,
+            _ => Arrangement::Named(names.into()),
+        }))
+    }
+
+    /// The name used in files, options and messages; `channels` where they have names of their own.
+    pub fn name(&self) -> &'static str {
+        match self.0 {
+            Arrangement::Luminance => "luminance",
+            Arrangement::Rgb => "rgb",
+            Arrangement::Lrgb => "lrgb",
+            Arrangement::Named(_) => "channels",
+        }
+    }
+
+    /// The layout of that name, which says nothing of named channels.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::COLORS.into_iter().find(|layout| layout.name() == name)
+    }
+
+    /// The names of a relit texel's channels, in order.
+    pub fn channel_names(&self) -> Vec<&str> {
+        match &self.0 {
+            Arrangement::Luminance => vec!["L"],
+            Arrangement::Rgb | Arrangement::Lrgb => RED_GREEN_BLUE.to_vec(),
+            Arrangement::Named(names) => names.iter().map(String::as_str).collect(),
+        }
+    }
+
+    /// Channels of a relit texel.
+    pub fn channels(&self) -> usize {
+        match &self.0 {
+            Arrangement::Luminance => 1,
+            Arrangement::Rgb | Arrangement::Lrgb => 3,
+            Arrangement::Named(names) => names.len(),
+        }
+    }
+
+    /// Whether the channels have names that do not make them a colour.
+    pub fn is_named(&self) -> bool {
+        matches!(self.0, Arrangement::Named(_))
+    }
+
+    /// Whether the planes of a field of constants are a picture: grey, or red, green and blue.
+    pub fn is_picture(&self) -> bool {
+        matches!(self.0, Arrangement::Luminance | Arrangement::Rgb)
+    }
+
+    /// Whether the channels are one function times a colour.
+    pub fn is_product(&self) -> bool {
+        self.0 == Arrangement::Lrgb
+    }
+
+    /// Functions of a texel: one for each channel, or one for all of them.
+    pub fn functions(&self) -> usize {
+        if self.is_product() { 1 } else { self.channels() }
+    }
+
+    /// The number of planes with a basis of `n` functions.
+    pub fn planes(&self, n: usize) -> usize {
+        self.functions() * n + if self.is_product() { self.channels() } else { 0 }
+    }
+
+    /// The first of the `n` planes of a channel's function.
+    pub fn function_plane(&self, channel: usize, n: usize) -> usize {
+        if self.is_product() { 0 } else { channel * n }
+    }
+
+    /// The plane that multiplies a channel's function; none where nothing does.
+    pub fn color_plane(&self, channel: usize, n: usize) -> Option<usize> {
+        self.is_product().then_some(n + channel)
+    }
+
+    /// What each plane holds, in order.
+    pub fn roles(&self, n: usize) -> Vec<PlaneRole<'_>> {
+        let channels = self.channel_names();
+        let functions = if self.is_product() { vec!["L"] } else { channels.clone() };
+        let coefficients = functions
+            .into_iter()
+            .flat_map(|channel| (0..n).map(move |function| PlaneRole::Coefficient { channel, function }));
+        let colors = channels.into_iter().filter(|_| self.is_product());
+        coefficients.chain(colors.map(|channel| PlaneRole::Color { channel })).collect()
+    }
+}
+
+/// As [`PlaneLayout::name`].
+impl Serialize for PlaneLayout {
+    fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn layouts() -> Vec<PlaneLayout> {
+        let named = PlaneLayout::of_channels(["base", "metallic", "roughness", "height", "L"]).unwrap();
+        PlaneLayout::COLORS.into_iter().chain([named]).collect()
+    }
+
+    #[test]
+    fn every_plane_has_one_role_and_the_questions_agree_with_it() {
+        for layout in layouts() {
+            let n = 6;
+            let roles = layout.roles(n);
+            assert_eq!(roles.len(), layout.planes(n), "{layout:?}");
+            assert_eq!(layout.channel_names().len(), layout.channels());
+            for (c, &name) in layout.channel_names().iter().enumerate() {
+                let of = if layout.is_product() { "L" } else { name };
+                for function in 0..n {
+                    let plane = layout.function_plane(c, n) + function;
+                    assert_eq!(roles[plane], PlaneRole::Coefficient { channel: of, function });
+                }
+                let color = layout.color_plane(c, n).map(|plane| roles[plane]);
+                assert_eq!(color, layout.is_product().then_some(PlaneRole::Color { channel: name }));
+            }
+        }
+    }
+
+    #[test]
+    fn names_of_layouts_and_channels_come_back() {
+        for layout in PlaneLayout::COLORS {
+            assert_eq!(PlaneLayout::from_name(layout.name()), Some(layout));
+        }
+        for layout in layouts().into_iter().filter(|layout| !layout.is_product()) {
+            assert_eq!(PlaneLayout::of_channels(layout.channel_names()).unwrap(), layout);
+        }
+    }
+
+    #[test]
+    fn channels_that_no_file_could_hold_are_refused() {
+        for names in [&[][..], &["a", "a"], &[""], &["a;b"], &["höhe"], &["a\n"]] {
+            assert!(PlaneLayout::of_channels(names.iter().copied()).is_err(), "{names:?}");
+        }
+    }
+}

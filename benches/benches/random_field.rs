@@ -9,9 +9,9 @@ use relume::numeric::pyramid::Kernel;
 use relume::procedural::{Material, MaterialOptions};
 use relume::random_field::level::{Level, Weights};
 use relume::random_field::neighbourhood::causal;
-use relume::random_field::sheet::{Area, Sheet};
-use relume::random_field::{ModelOptions, Search, SheetOptions, estimate};
-use relume::{Job, Planes, Size};
+use relume::random_field::realisation::Realisation;
+use relume::random_field::{ModelOptions, RealisationOptions, SelectionOrder, estimate};
+use relume::{Job, Planes, Rect, Size};
 
 const ROUNDS: usize = 5;
 
@@ -31,8 +31,8 @@ fn recursion(threads: usize) {
         let level = [level(planes, neighbours)];
         let kernel = Kernel::new(2).expect("two is a factor");
         let side = if planes > 3 { side / 4 } else { side };
-        let area = Area { origin: [0, 0], size: Size::new(side, side) };
-        let seconds = best(|| drop(black_box(Sheet::new(&level, &kernel, 1, None).field(area))));
+        let area = Rect::new(0, 0, Size::new(side, side));
+        let seconds = best(|| drop(black_box(Realisation::new(&level, &kernel, 1, None).field(area))));
         let rate = (side * side) as f64 / seconds;
         let operations = 2.0 * (planes * planes * neighbours) as f64;
         println!(
@@ -61,7 +61,7 @@ fn estimation() {
     let job = Job::default();
     for side in [256, 1024] {
         let planes = colour(side);
-        for search in [Search::Nested, Search::Forward, Search::Backward] {
+        for search in [SelectionOrder::Nested, SelectionOrder::Forward, SelectionOrder::Backward] {
             let options = ModelOptions { search, ..ModelOptions::default() };
             let seconds = best(|| drop(black_box(estimate(&planes, &options, &job).expect("it varies"))));
             println!(
@@ -70,7 +70,7 @@ fn estimation() {
         }
     }
     let (model, _) = estimate(&colour(256), &ModelOptions::default(), &job).expect("it varies");
-    let options = SheetOptions { origin: [0, 0], size: Size::new(2048, 2048), seed: 1, period: None };
+    let options = RealisationOptions { origin: [0, 0], size: Size::new(2048, 2048), seed: 1, period: None };
     let seconds = best(|| drop(black_box(model.synthesize(&options, &job).expect("it fits"))));
     let neighbours: Vec<_> =
         model.levels.iter().map(|l| (l.neighbours.len(), l.coarse.len(), l.burn_in)).collect();

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use relume::field::{Basis, PlaneLayout};
 use relume::format::{HeightMap, HeightScale};
-use relume::random_field::{FieldModel, SheetOptions};
+use relume::random_field::{FieldModel, RealisationOptions};
 use relume::{Error, Job, ReflectanceField, Result, Size};
 
 use crate::{args, input};
@@ -67,6 +67,6 @@ impl Args {
     fn tile(&self, model: &FieldModel, job: &Job) -> Result<ReflectanceField> {
         let size = self.model_size.unwrap_or(model.tile_size());
         let seed = self.model_seed.unwrap_or_default();
-        model.synthesize(&SheetOptions { origin: [0, 0], size, seed, period: Some(size) }, job)
+        model.synthesize(&RealisationOptions { origin: [0, 0], size, seed, period: Some(size) }, job)
     }
 }

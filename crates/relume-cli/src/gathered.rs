@@ -13,7 +13,12 @@ use crate::context::Context;
 use crate::output;
 
 /// The index planes of fields of one kind.
-pub fn index(files: &[FieldFile], metric: NamedMetric, domain: Domain, context: &Context) -> Result<Vec<Planes>> {
+pub fn index(
+    files: &[FieldFile],
+    metric: NamedMetric,
+    domain: Domain,
+    context: &Context,
+) -> Result<Vec<Planes>> {
     let space = metric.space(&files[0].field, domain)?;
     let bytes = 4 * space.planes() as u64;
     let planes = |file: &FieldFile| {

@@ -1,6 +1,6 @@
 //! Files of tiles: a texture in which tiles of equal height lie one below the other.
 //!
-//! An EXR file says by itself how many, and how they lean where they do; beside any other file lies
+//! An EXR file says by itself how many, and their steps where they are oblique; beside any other file lies
 //! `FILE.json` that says it, with the stamp of the file it belongs to.
 
 use std::ffi::OsString;
@@ -26,7 +26,7 @@ pub struct TileSetFile {
     pub cells: Cells,
 }
 
-/// Tiles in words: `4 tiles of 86 x 85`, `one leaning tile with steps of (219, 25) and (-5, 150)`.
+/// Tiles in words: `4 tiles of 86 x 85`, `one oblique tile with steps of (219, 25) and (-5, 150)`.
 pub fn in_words(count: usize, cells: &Cells) -> String {
     let number = if count == 1 { "one".to_owned() } else { count.to_string() };
     let plural = if count == 1 { "" } else { "s" };
@@ -34,7 +34,7 @@ pub fn in_words(count: usize, cells: &Cells) -> String {
         return format!("{number} tile{plural} of {}", cells.bounds());
     }
     let ([w, t], [s, h]) = (cells.right(), cells.down());
-    format!("{number} leaning tile{plural} with steps of ({w}, {t}) and ({s}, {h})")
+    format!("{number} oblique tile{plural} with steps of ({w}, {t}) and ({s}, {h})")
 }
 
 /// The keys of both kinds of file.

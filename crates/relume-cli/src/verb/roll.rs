@@ -6,7 +6,7 @@ use relume::field::{Domain, IndexSpace, Metric};
 use relume::format::{Encoding, FieldFile, FieldFormat, PictureFormat, encode_field, exr};
 use relume::numeric::lattice::Lattice;
 use relume::numeric::periods::Pattern;
-use relume::synthesis::roller::{Report as RollReport, Rolled, RollerOptions, roll};
+use relume::synthesis::roller::{RollReport, Rolled, RollerOptions, roll};
 use relume::synthesis::{Exemplar, gather};
 use relume::{Error, Result};
 use serde_json::json;
@@ -40,7 +40,7 @@ pub struct Args {
     /// and down
     #[arg(long, value_name = "W,H", value_parser = lattice, allow_hyphen_values = true)]
     period: Option<Lattice>,
-    /// Make rectangles, which other programs can repeat as well, even where leaning tiles follow
+    /// Make rectangles, which other programs can repeat as well, even where oblique tiles follow
     /// oblique periods better
     #[arg(long)]
     upright: bool,
@@ -63,7 +63,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         tiles: args.tiles,
         overlap: args.overlap,
         pattern: args.period.map(Pattern::Lattice),
-        lean: !args.upright,
+        oblique: !args.upright,
         ..RollerOptions::default()
     };
     options.validate()?;
@@ -139,7 +139,7 @@ fn report(output: &Path, options: &RollerOptions, rolled: &Rolled) -> Report {
         "{}: {} texels; {}",
         output.display(),
         in_words(tiles.count(), tiles.cells()),
-        quality(how, options.lean)
+        quality(how, options.oblique)
     );
     let json = json!({
         "tiles": tiles.count(),
@@ -154,7 +154,7 @@ fn report(output: &Path, options: &RollerOptions, rolled: &Rolled) -> Report {
 }
 
 /// How the texture repeats and how well the tiles go together, in words.
-fn quality(how: &RollReport, lean: bool) -> String {
+fn quality(how: &RollReport, oblique: bool) -> String {
     let worst = how.seams.iter().map(|seams| seams.ratio()).fold(0.0, f64::max);
     let large = how.seams.iter().map(|seams| seams.large).fold(0.0, f64::max);
     let mut text = format!(
@@ -171,7 +171,7 @@ fn quality(how: &RollReport, lean: bool) -> String {
         );
     } else if !how.whole_periods {
         text.push_str("\nNo whole periods fit: give a larger exemplar");
-        text.push_str(if lean { "" } else { ", or leave --upright out" });
+        text.push_str(if oblique { "" } else { ", or leave --upright out" });
     }
     text
 }

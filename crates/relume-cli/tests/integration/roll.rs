@@ -74,9 +74,9 @@ fn windows_of_tiles_are_the_librarys_in_every_format() {
     assert_eq!(read(&folder.join("oa.exr")).size(), Size::new(40, 40));
 }
 
-/// A texture whose periods meet no axis becomes tiles that lean, in both kinds of tile sets.
+/// A texture whose periods meet no axis becomes oblique tiles, in both kinds of tile sets.
 #[test]
-fn tiles_lean_where_periods_are_oblique() {
+fn tiles_are_oblique_where_periods_are() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     let lattice = Cells::new([23, 7], [-5, 26]).unwrap();

@@ -53,19 +53,19 @@ pub fn drifts(planes: &Planes, feature: Option<f64>) -> [[Drift; 2]; 2] {
     if grid < GRID.1 {
         return [[Drift::NONE; 2]; 2];
     }
-    let blocks = (0..grid * grid).map(|i| Block::of(&planes, grid, i % grid, i / grid));
+    let blocks = (0..grid * grid).map(|i| MeasuredBlock::of(&planes, grid, i % grid, i / grid));
     let Some(blocks) = blocks.collect::<Option<Vec<_>>>() else { return [[Drift::NONE; 2]; 2] };
     let scale: Vec<f64> = blocks.iter().map(|b| -b.frequency.ln()).collect();
     let contrast: Vec<f64> = blocks.iter().map(|b| b.contrast.ln()).collect();
     [scale, contrast].map(|values| fitted(&values, grid))
 }
 
-struct Block {
+struct MeasuredBlock {
     contrast: f64,
     frequency: f64,
 }
 
-impl Block {
+impl MeasuredBlock {
     /// The block in column i and row j; `None` where it has no contrast.
     fn of(planes: &Planes, grid: usize, i: usize, j: usize) -> Option<Self> {
         let size = planes.size();

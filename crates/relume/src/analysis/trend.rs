@@ -14,7 +14,7 @@ const POWERS: [(i32, i32); 6] = [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)]
 /// that the trends were.
 pub fn removed(planes: &Planes) -> (Planes, f64) {
     let size = planes.size();
-    let basis = Basis::new(size);
+    let basis = TrendBasis::new(size);
     let (mut even, mut slow, mut all) = (planes.clone(), 0.0, 0.0);
     for plane in even.iter_mut() {
         let mean = plane.iter().map(|&v| f64::from(v)).sum::<f64>() / plane.len() as f64;
@@ -31,13 +31,13 @@ pub fn removed(planes: &Planes) -> (Planes, f64) {
 }
 
 /// Six polynomials that are orthonormal over the texels.
-struct Basis {
+struct TrendBasis {
     size: Size,
     /// Columns of the powers' combinations: polynomial p is sum_k combine[(k, p)] power_k.
     combine: Matrix,
 }
 
-impl Basis {
+impl TrendBasis {
     fn new(size: Size) -> Self {
         // Sums of products over all texels factor into sums over columns and over rows.
         let moments = |n: usize| -> Vec<f64> {

@@ -2,7 +2,7 @@
 //!
 //! With the steps u = (w, t) to the cell at the right and v = (s, h) to the cell below, the cell at
 //! i u + j v holds the texels p for which p - i u - j v lies in the parallelogram of u and v:
-//! i = floor((p x v) / (u x v)), j = floor((u x p) / (u x v)), in whole numbers. Cells that lean
+//! i = floor((p x v) / (u x v)), j = floor((u x p) / (u x v)), in whole numbers. Oblique cells
 //! follow oblique periods to half a texel; upright ones (s = t = 0) are rectangles.
 
 use serde::Serialize;

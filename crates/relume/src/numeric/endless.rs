@@ -1,6 +1,6 @@
 //! The endless plane of a tile set: any window of it at once, identical however it is cut.
 //!
-//! Cells are rectangles, or lean to follow oblique periods ([`crate::numeric::cells`]). The tile of each
+//! Cells are rectangles, or oblique to follow oblique periods ([`crate::numeric::cells`]). The tile of each
 //! cell is chosen by a hash of the seed and the cell's column and row ([`crate::numeric::hash`]), so
 //! nothing has to be computed before a window and nothing is kept. Texels are copied row by row in
 //! runs of a tile's width. A shader chooses the same tiles:
@@ -30,7 +30,7 @@ pub struct Endless {
 
 /// Neighbouring texels of one row of one tile.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Run {
+pub struct TileRun {
     /// The number of the tile.
     pub tile: usize,
     /// The first texel's column in the tile's rectangle.
@@ -76,10 +76,10 @@ impl Endless {
 
     /// The tile and the texel in it that (x, y) of the plane shows: the slow truth of
     /// [`Endless::runs`].
-    pub fn texel_at(&self, x: i64, y: i64) -> Run {
+    pub fn texel_at(&self, x: i64, y: i64) -> TileRun {
         let place = self.cells.place([x, y]);
         let ([left, top], [column, row]) = (self.cells.origin(), place.cell);
-        Run {
+        TileRun {
             tile: self.tile_at(column, row),
             x: (place.texel[0] - left) as usize,
             y: (place.texel[1] - top) as usize,
@@ -88,12 +88,12 @@ impl Endless {
     }
 
     /// The runs of `width` texels from (x, y) to the right.
-    pub fn runs(&self, x: i64, y: i64, width: usize) -> impl Iterator<Item = Run> {
+    pub fn runs(&self, x: i64, y: i64, width: usize) -> impl Iterator<Item = TileRun> {
         let (plane, mut done) = (*self, 0);
         std::iter::from_fn(move || {
             (done < width).then(|| {
                 let first = plane.texel_at(x + done as i64, y);
-                let run = Run { length: plane.rest_of_row(&first).min(width - done), ..first };
+                let run = TileRun { length: plane.rest_of_row(&first).min(width - done), ..first };
                 done += run.length;
                 run
             })
@@ -101,7 +101,7 @@ impl Endless {
     }
 
     /// How many texels there are from the first one of a run to the end of its cell's row.
-    fn rest_of_row(&self, run: &Run) -> usize {
+    fn rest_of_row(&self, run: &TileRun) -> usize {
         let [left, top] = self.cells.origin();
         (self.cells.end_of_row(run.y as i64 + top) - left) as usize - run.x
     }

@@ -2,7 +2,7 @@
 //! searches spend their time.
 //!
 //! Processors have instructions for it: VPDPWSSD and VPDPBUSD (AVX-512 VNNI) for 32 products of
-//! words or 64 of bytes at a time, VPMADDWD (AVX2) for 16 of words. A piece of [`Work`] is written
+//! words or 64 of bytes at a time, VPMADDWD (AVX2) for 16 of words. A piece of [`PairsWork`] is written
 //! once over [`Pairs`] and [`dispatch`] compiles it for each of them and portably; being integers,
 //! all give the same sums.
 
@@ -38,7 +38,7 @@ pub trait Pairs: Copy + Sync {
 }
 
 /// Something to do with whichever [`Pairs`] the processor has.
-pub trait Work {
+pub trait PairsWork {
     /// What it gives.
     type Output;
 
@@ -48,7 +48,7 @@ pub trait Work {
 
 /// Does a piece of work in the best instructions there are.
 #[inline]
-pub fn dispatch<W: Work>(work: W) -> W::Output {
+pub fn dispatch<W: PairsWork>(work: W) -> W::Output {
     #[cfg(target_arch = "x86_64")]
     {
         if let Some(vnni) = X64V4xToken::summon() {
@@ -58,14 +58,14 @@ pub fn dispatch<W: Work>(work: W) -> W::Output {
             return x86::with_avx2(avx2, work);
         }
     }
-    work.with(Portable)
+    work.with(PortablePairs)
 }
 
 /// Plain Rust, for any processor; the truth of the others.
 #[derive(Debug, Clone, Copy)]
-pub struct Portable;
+pub struct PortablePairs;
 
-impl Pairs for Portable {
+impl Pairs for PortablePairs {
     #[inline(always)]
     fn multiply_add(self, mut sums: Sums, a: &[i16; FACTORS], b: &[i16; FACTORS]) -> Sums {
         for (i, sum) in sums.iter_mut().enumerate() {
@@ -101,17 +101,17 @@ mod x86 {
     use archmage::{X64V3Token, X64V4xToken, arcane};
     use pulp::cast;
 
-    use super::{BYTES, FACTORS, Pairs, SUMS, Sums, Work};
+    use super::{BYTES, FACTORS, Pairs, PairsWork, SUMS, Sums};
 
     /// Does a piece of work in AVX-512 with VNNI.
     #[arcane]
-    pub fn with_vnni<W: Work>(vnni: X64V4xToken, work: W) -> W::Output {
+    pub fn with_vnni<W: PairsWork>(vnni: X64V4xToken, work: W) -> W::Output {
         work.with(vnni)
     }
 
     /// Does a piece of work in AVX2.
     #[arcane]
-    pub fn with_avx2<W: Work>(avx2: X64V3Token, work: W) -> W::Output {
+    pub fn with_avx2<W: PairsWork>(avx2: X64V3Token, work: W) -> W::Output {
         work.with(avx2)
     }
 
@@ -209,7 +209,7 @@ mod tests {
     /// Sums and their comparison for random factors.
     struct Sample(u64);
 
-    impl Work for &Sample {
+    impl PairsWork for &Sample {
         type Output = (Sums, u16);
 
         #[inline(always)]
@@ -231,7 +231,7 @@ mod tests {
     #[test]
     fn all_instructions_give_the_same_sums() {
         for seed in 0..100 {
-            let truth = Sample(seed).with(Portable);
+            let truth = Sample(seed).with(PortablePairs);
             assert_eq!(dispatch(&Sample(seed)), truth);
             #[cfg(target_arch = "x86_64")]
             if let Some(avx2) = archmage::X64V3Token::summon() {

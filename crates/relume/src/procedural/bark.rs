@@ -1,14 +1,14 @@
 //! Bark: long plates along the trunk (y) between fissures, which run where a stretched and bent
 //! noise passes through zero; cross cracks, layered ridges on the plates, patches of lichen.
 
-use super::noise::{Canvas, Fractal, Lattice};
-use super::paint::{Color, Sampler, Texel, blend, scale, smoothstep, srgb};
+use super::noise::{Canvas, Fractal, NoiseLattice};
+use super::paint::{Color, PaintedTexel, Sampler, blend, scale, smoothstep, srgb};
 
 /// Bark of one seed.
 pub struct Bark {
     feature: f64,
     plates: Fractal,
-    cracks: Lattice,
+    cracks: NoiseLattice,
     bend: [Fractal; 2],
     ridges: Fractal,
     grain: Fractal,
@@ -42,7 +42,7 @@ impl Bark {
         Box::new(move |texel| self.sample(texel))
     }
 
-    fn sample(&self, texel: [f64; 2]) -> Texel {
+    fn sample(&self, texel: [f64; 2]) -> PaintedTexel {
         let bend = self.bend.each_ref().map(|noise| noise.at(texel));
         let bent = [texel[0] + 0.2 * self.feature * bend[0], texel[1] + 0.35 * self.feature * bend[1]];
         let plate = self.plates.at(bent).abs();
@@ -61,6 +61,6 @@ impl Bark {
         let wood = blend(bared, self.outer, 0.85 * weathered * (0.75 + 0.25 * split));
         let patch = smoothstep(0.25, 0.5, self.moss.at(texel) + 0.12 * grain) * weathered;
         let albedo = scale(blend(wood, self.lichen, 0.7 * patch), 1.0 + 0.16 * grain + 0.12 * ridges);
-        Texel { height, albedo, roughness: 0.85 + 0.08 * grain }
+        PaintedTexel { height, albedo, roughness: 0.85 + 0.08 * grain }
     }
 }

@@ -1,9 +1,9 @@
 //! Clouds, f = sum over i = 1..4 of 2^-i n(2^i x, 2^i y, 2^i z): white where f is high, the sky where
 //! it is low. Heights are f itself: a bank of clouds seen from above.
 
-use super::paint::{Color, Sampler, Texel, blend, smoothstep, srgb};
+use super::paint::{Color, PaintedTexel, Sampler, blend, smoothstep, srgb};
 use super::parameters::Parameters;
-use super::solid::{Block, SolidFractal};
+use super::solid::{SolidBlock, SolidFractal};
 
 /// Clouds of one seed.
 pub struct Clouds {
@@ -16,7 +16,7 @@ pub struct Clouds {
 
 impl Clouds {
     /// Sets up the noise; the octave i = 1 has cells of a feature size.
-    pub fn new(block: &Block, parameters: &Parameters) -> Self {
+    pub fn new(block: &SolidBlock, parameters: &Parameters) -> Self {
         let feature = block.feature;
         Self {
             feature,
@@ -32,11 +32,11 @@ impl Clouds {
         Box::new(move |texel| self.sample(texel))
     }
 
-    fn sample(&self, texel: [f64; 2]) -> Texel {
+    fn sample(&self, texel: [f64; 2]) -> PaintedTexel {
         let f = self.density.at(texel);
         let cloud = blend(self.shade, self.white, smoothstep(0.0, 0.35, f));
         let albedo = blend(self.sky, cloud, smoothstep(-0.14, 0.16, f));
-        Texel { height: self.feature * f, albedo, roughness: 0.85 - 0.2 * f }
+        PaintedTexel { height: self.feature * f, albedo, roughness: 0.85 - 0.2 * f }
     }
 }
 
@@ -50,7 +50,7 @@ mod tests {
     #[test]
     fn heights_are_the_sum_of_four_octaves() {
         let canvas = Canvas { size: Size::new(64, 48), tiling: Tiling::Free, seed: 2 };
-        let block = Block { canvas, feature: 10.0, depth: 1.3, depth_period: None };
+        let block = SolidBlock { canvas, feature: 10.0, depth: 1.3, depth_period: None };
         let clouds = Clouds::new(&block, &Parameters::default());
         assert_eq!(clouds.density.octaves().count(), 4);
         for k in 0..200 {

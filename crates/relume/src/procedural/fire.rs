@@ -6,9 +6,9 @@
 //! one row of flames before the next.
 
 use super::noise::Tiling;
-use super::paint::{Color, Sampler, Texel, blend, smoothstep, srgb};
+use super::paint::{Color, PaintedTexel, Sampler, blend, smoothstep, srgb};
 use super::parameters::Parameters;
-use super::solid::{Block, SolidFractal};
+use super::solid::{SolidBlock, SolidFractal};
 
 /// Where z begins to fall back on the torus.
 const FALL: f64 = 0.875;
@@ -26,7 +26,7 @@ pub struct Fire {
 
 impl Fire {
     /// Sets up the noise: cells of a feature size along x and of the picture along z, for i = 0.
-    pub fn new(block: &Block, parameters: &Parameters) -> Self {
+    pub fn new(block: &SolidBlock, parameters: &Parameters) -> Self {
         let height = block.canvas.size.height as f64;
         let cell = [2.0 * block.feature, height, 2.0 * block.feature];
         Self {
@@ -72,11 +72,11 @@ impl Fire {
         self.turbulence * terms.sum::<f64>()
     }
 
-    fn sample(&self, texel: [f64; 2]) -> Texel {
+    fn sample(&self, texel: [f64; 2]) -> PaintedTexel {
         let flicker = self.flicker(texel);
         let f = self.z(texel).1 + flicker;
         let albedo = self.color(1.0 - f);
-        Texel { height: -0.6 * self.feature * flicker, albedo, roughness: 0.8 + 0.3 * flicker }
+        PaintedTexel { height: -0.6 * self.feature * flicker, albedo, roughness: 0.8 + 0.3 * flicker }
     }
 
     /// The colour of a heat: black at 0, white at 1.
@@ -101,7 +101,7 @@ mod tests {
 
     fn fire(tiling: Tiling, phi: f64) -> Fire {
         let canvas = Canvas { size: Size::new(60, 50), tiling, seed: 6 };
-        let block = Block { canvas, feature: 15.0, depth: 0.0, depth_period: None };
+        let block = SolidBlock { canvas, feature: 15.0, depth: 0.0, depth_period: None };
         Fire::new(&block, &Parameters { phi: Some(phi), ..Parameters::default() })
     }
 

@@ -2,15 +2,15 @@
 //! noise on a bent plane), hair pores, and a few long folds. The grain is worn lighter and
 //! smoother where it stands high.
 
-use super::noise::{Canvas, Fractal, Lattice};
-use super::paint::{Color, Sampler, Texel, blend, dome, scale, smoothstep, srgb};
+use super::noise::{Canvas, Fractal, NoiseLattice};
+use super::paint::{Color, PaintedTexel, Sampler, blend, dome, scale, smoothstep, srgb};
 
 /// Leather of one seed.
 pub struct Leather {
     feature: f64,
-    grain: Lattice,
-    fine: Lattice,
-    pores: Lattice,
+    grain: NoiseLattice,
+    fine: NoiseLattice,
+    pores: NoiseLattice,
     bend: [Fractal; 2],
     folds: Fractal,
     tint: Fractal,
@@ -43,7 +43,7 @@ impl Leather {
         Box::new(move |texel| self.sample(texel))
     }
 
-    fn sample(&self, texel: [f64; 2]) -> Texel {
+    fn sample(&self, texel: [f64; 2]) -> PaintedTexel {
         let bend = self.bend.each_ref().map(|noise| 0.13 * self.feature * noise.at(texel));
         let bent = [texel[0] + bend[0], texel[1] + bend[1]];
         let grain = self.grain.nearest(bent);
@@ -61,7 +61,7 @@ impl Leather {
         let base = blend(self.dark, self.brown, 0.15 + 0.95 * raised + 0.12 * tint);
         let worn = smoothstep(0.55, 1.1, raised + 0.35 * tint);
         let albedo = scale(blend(base, self.worn, 0.75 * worn), 1.0 + 0.08 * skin);
-        Texel { height, albedo, roughness: 0.6 - 0.2 * raised + 0.06 * skin + 0.06 * tint }
+        PaintedTexel { height, albedo, roughness: 0.6 - 0.2 * raised + 0.06 * skin + 0.06 * tint }
     }
 
     /// Hair pores: 1 in the middle of a pore.

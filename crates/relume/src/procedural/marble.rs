@@ -1,9 +1,9 @@
 //! Marble, f = sin^n(x + t(x, y, z)): bands across x, folded by turbulence t, the sum of 2^-i |n|.
 //! The power n narrows the bands to veins. Feature size: from band to band for even n.
 
-use super::paint::{Color, Sampler, Texel, blend, scale, srgb};
+use super::paint::{Color, PaintedTexel, Sampler, blend, scale, srgb};
 use super::parameters::Parameters;
-use super::solid::{Block, SolidFractal, SolidLattice};
+use super::solid::{SolidBlock, SolidFractal, SolidLattice};
 use std::f64::consts::TAU;
 
 /// Marble of one seed.
@@ -22,7 +22,7 @@ pub struct Marble {
 
 impl Marble {
     /// Sets up the noise. On the torus a whole number of periods of the sine crosses the picture.
-    pub fn new(block: &Block, parameters: &Parameters) -> Self {
+    pub fn new(block: &SolidBlock, parameters: &Parameters) -> Self {
         let feature = block.feature;
         Self {
             feature,
@@ -49,14 +49,14 @@ impl Marble {
         (x + self.turbulence * self.folds.turbulence(texel)).sin().powi(self.power)
     }
 
-    fn sample(&self, texel: [f64; 2]) -> Texel {
+    fn sample(&self, texel: [f64; 2]) -> PaintedTexel {
         let f = self.bands(texel);
         let clouding = self.clouding.at(texel);
         let grain = self.grain.at(texel);
         let stone = blend(self.white, self.grey, 0.45 + 1.3 * clouding);
         let albedo = scale(blend(stone, self.vein, f.abs() * (0.7 + 0.9 * clouding)), 1.0 + 0.05 * grain);
         let height = self.feature * (0.02 * grain + 0.04 * clouding - 0.14 * f);
-        Texel { height, albedo, roughness: 0.22 + 0.25 * f.abs() + 0.06 * grain }
+        PaintedTexel { height, albedo, roughness: 0.22 + 0.25 * f.abs() + 0.06 * grain }
     }
 }
 
@@ -70,7 +70,7 @@ mod tests {
     #[test]
     fn bands_are_the_power_of_the_sine_of_x_plus_turbulence() {
         let canvas = Canvas { size: Size::new(64, 48), tiling: Tiling::Free, seed: 9 };
-        let block = Block { canvas, feature: 11.0, depth: 0.7, depth_period: None };
+        let block = SolidBlock { canvas, feature: 11.0, depth: 0.7, depth_period: None };
         let parameters =
             Parameters { power: Some(5), turbulence: Some(3.5), octaves: Some(2), ..Parameters::default() };
         let marble = Marble::new(&block, &parameters);

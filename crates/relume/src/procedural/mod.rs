@@ -32,7 +32,7 @@ use crate::maps::SurfaceMaps;
 use crate::planes::Size;
 use noise::Canvas;
 use paint::{Sampler, paint};
-use solid::Block;
+use solid::SolidBlock;
 
 /// The built-in materials.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -157,7 +157,7 @@ impl Material {
 
     fn sampler(self, canvas: &Canvas, feature: f64, parameters: &Parameters) -> Box<Sampler> {
         let depth = parameters.z.unwrap_or(0.0);
-        let block = Block { canvas: *canvas, feature, depth, depth_period: parameters.z_period };
+        let block = SolidBlock { canvas: *canvas, feature, depth, depth_period: parameters.z_period };
         match self {
             Self::Sponge => sponge::Sponge::new(canvas, feature).sampler(),
             Self::Weave => weave::Weave::new(canvas, feature).sampler(),

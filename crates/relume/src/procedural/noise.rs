@@ -36,12 +36,12 @@ pub struct Canvas {
 impl Canvas {
     /// A lattice of cells of about `cell` x `cell` texels; `layer` separates its random numbers
     /// from those of the material's other lattices.
-    pub fn lattice(&self, cell: f64, layer: u64) -> Lattice {
+    pub fn lattice(&self, cell: f64, layer: u64) -> NoiseLattice {
         self.stretched_lattice([cell, cell], layer)
     }
 
     /// A lattice of cells of about `cell[0]` x `cell[1]` texels.
-    pub fn stretched_lattice(&self, cell: [f64; 2], layer: u64) -> Lattice {
+    pub fn stretched_lattice(&self, cell: [f64; 2], layer: u64) -> NoiseLattice {
         let sides = [self.size.width as f64, self.size.height as f64];
         let whole = |i: usize| (sides[i] / cell[i]).round().max(1.0);
         let (cells_per_texel, period) = match self.tiling {
@@ -51,7 +51,7 @@ impl Canvas {
             }
             Tiling::Free => ([1.0 / cell[0], 1.0 / cell[1]], None),
         };
-        Lattice { cells_per_texel, period, seed: mix(self.seed ^ mix(layer)) }
+        NoiseLattice { cells_per_texel, period, seed: mix(self.seed ^ mix(layer)) }
     }
 
     /// The random number `k`, in [0, 1), of the thing numbered `index`.
@@ -76,7 +76,7 @@ impl Canvas {
 
 /// A lattice of cells over the texels, periodic on the torus.
 #[derive(Debug, Clone, Copy)]
-pub struct Lattice {
+pub struct NoiseLattice {
     cells_per_texel: [f64; 2],
     period: Option<[i64; 2]>,
     seed: u64,
@@ -113,7 +113,7 @@ pub struct Nearest {
     pub border: f64,
 }
 
-impl Lattice {
+impl NoiseLattice {
     /// The place in cells.
     pub fn cells(&self, texel: [f64; 2]) -> [f64; 2] {
         [texel[0] * self.cells_per_texel[0], texel[1] * self.cells_per_texel[1]]
@@ -203,7 +203,7 @@ impl Lattice {
 /// Octaves of gradient noise, each of half the cell and half the height of the one before.
 #[derive(Debug, Clone)]
 pub struct Fractal {
-    octaves: Vec<Lattice>,
+    octaves: Vec<NoiseLattice>,
 }
 
 impl Fractal {

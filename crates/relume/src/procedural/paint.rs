@@ -12,7 +12,7 @@ pub type Color = [f64; 3];
 
 /// What a material is at one place.
 #[derive(Debug, Clone, Copy)]
-pub struct Texel {
+pub struct PaintedTexel {
     /// In texels.
     pub height: f64,
     /// Linear diffuse reflectance; kept within 0.01 and 0.95, the range of real matter.
@@ -22,16 +22,16 @@ pub struct Texel {
 }
 
 /// A material as a function of the place, in texels from the middle of the top left texel.
-pub type Sampler = dyn Fn([f64; 2]) -> Texel + Sync;
+pub type Sampler = dyn Fn([f64; 2]) -> PaintedTexel + Sync;
 
 /// The maps of a function of the texel's place, computed row by row in parallel.
 pub fn paint(size: Size, sample: Box<Sampler>) -> SurfaceMaps {
-    let texels: Vec<Texel> = (0..size.texels())
+    let texels: Vec<PaintedTexel> = (0..size.texels())
         .into_par_iter()
         .with_min_len(size.width)
         .map(|i| sample([(i % size.width) as f64, (i / size.width) as f64]))
         .collect();
-    let plane = |count: usize, value: &dyn Fn(&Texel, usize) -> f64| {
+    let plane = |count: usize, value: &dyn Fn(&PaintedTexel, usize) -> f64| {
         let mut planes = Planes::zeros(size, count);
         for (k, plane) in planes.iter_mut().enumerate() {
             plane.iter_mut().zip(&texels).for_each(|(out, texel)| *out = value(texel, k) as f32);

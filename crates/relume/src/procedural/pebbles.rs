@@ -1,12 +1,12 @@
 //! A bed of rounded stones over sand: ellipsoids of three sizes about the feature points of
 //! cellular noise, the highest seen. Each stone has its own outline, tilt, colour and polish.
 
-use super::noise::{Canvas, Fractal, Lattice, Site};
-use super::paint::{Color, Sampler, Texel, blend, dome, scale, smoothstep, srgb};
+use super::noise::{Canvas, Fractal, NoiseLattice, Site};
+use super::paint::{Color, PaintedTexel, Sampler, blend, dome, scale, smoothstep, srgb};
 
 /// Stones of one size.
 struct Stones {
-    lattice: Lattice,
+    lattice: NoiseLattice,
     /// Side of a cell in texels.
     cell: f64,
     /// Height of the stones' middles in texels.
@@ -62,7 +62,7 @@ impl Pebbles {
         Box::new(move |texel| self.sample(texel))
     }
 
-    fn sample(&self, texel: [f64; 2]) -> Texel {
+    fn sample(&self, texel: [f64; 2]) -> PaintedTexel {
         let bend = self.outline.each_ref().map(|noise| 0.05 * self.feature * noise.at(texel));
         let bent = [texel[0] + bend[0], texel[1] + bend[1]];
         let sand = self.sand.at(texel);
@@ -71,13 +71,15 @@ impl Pebbles {
         let top = stones.max_by(|a, b| a.height.total_cmp(&b.height));
         match top.filter(|stone| stone.height > floor) {
             Some(stone) => self.stone(texel, &stone),
-            None => {
-                Texel { height: floor, albedo: scale(self.sand_color, 0.8 + 0.3 * sand), roughness: 0.95 }
-            }
+            None => PaintedTexel {
+                height: floor,
+                albedo: scale(self.sand_color, 0.8 + 0.3 * sand),
+                roughness: 0.95,
+            },
         }
     }
 
-    fn stone(&self, texel: [f64; 2], stone: &Seen) -> Texel {
+    fn stone(&self, texel: [f64; 2], stone: &Seen) -> PaintedTexel {
         let lumps = self.lumps.at(texel);
         let speckle = self.speckle.at(texel);
         let site = &stone.site;
@@ -91,7 +93,7 @@ impl Pebbles {
         let dusty = smoothstep(0.7, 1.0, stone.q);
         let albedo = blend(scale(color, grain * (0.8 + 0.4 * site.random(15))), self.sand_color, 0.5 * dusty);
         let polish = 0.35 + 0.35 * site.random(16);
-        Texel {
+        PaintedTexel {
             height: stone.height + self.feature * (0.022 * lumps + 0.004 * speckle),
             albedo,
             roughness: polish + 0.25 * dusty + 0.06 * speckle,

@@ -9,11 +9,11 @@
 //! Octave i is n(2^i x, 2^i y, 2^i z) on a lattice of its own: taken from one lattice, the finer
 //! octaves would repeat 2^i times within a tile, and all would vanish together at its corner.
 
-use super::noise::{Canvas, Lattice, fade, lerp};
+use super::noise::{Canvas, NoiseLattice, fade, lerp};
 
 /// A block of matter and where the picture cuts it.
 #[derive(Debug, Clone, Copy)]
-pub struct Block {
+pub struct SolidBlock {
     /// The picture's lattices.
     pub canvas: Canvas,
     /// The unit of depth, in texels.
@@ -27,7 +27,7 @@ pub struct Block {
 /// A lattice of cells in space over the texels.
 #[derive(Debug, Clone, Copy)]
 pub struct SolidLattice {
-    plane: Lattice,
+    plane: NoiseLattice,
     depth: f64,
     depth_period: Option<i64>,
 }
@@ -38,7 +38,7 @@ pub struct SolidFractal {
     octaves: Vec<(f64, SolidLattice)>,
 }
 
-impl Block {
+impl SolidBlock {
     /// A lattice of cells of about `cell` texels along x, y and the depth.
     pub fn lattice(&self, cell: [f64; 3], layer: u64) -> SolidLattice {
         let plane = self.canvas.stretched_lattice([cell[0], cell[1]], layer);
@@ -126,8 +126,8 @@ mod tests {
     use crate::planes::Size;
     use crate::procedural::Tiling;
 
-    pub fn block(tiling: Tiling, depth: f64, depth_period: Option<u32>) -> Block {
-        Block {
+    pub fn block(tiling: Tiling, depth: f64, depth_period: Option<u32>) -> SolidBlock {
+        SolidBlock {
             canvas: Canvas { size: Size::new(50, 30), tiling, seed: 3 },
             feature: 7.0,
             depth,

@@ -2,12 +2,12 @@
 //! as deep as they are wide and sit in what the larger layers left, so small holes open in the
 //! walls of large ones. Lengths are fractions of the feature size, the distance of large pores.
 
-use super::noise::{Canvas, Fractal, Lattice};
-use super::paint::{Color, Sampler, Texel, blend, dome, scale, smoothstep, srgb};
+use super::noise::{Canvas, Fractal, NoiseLattice};
+use super::paint::{Color, PaintedTexel, Sampler, blend, dome, scale, smoothstep, srgb};
 
 /// Pores of one size.
 struct Pores {
-    lattice: Lattice,
+    lattice: NoiseLattice,
     /// Side of a cell in texels.
     cell: f64,
     /// Fraction of the cells that have a pore.
@@ -53,7 +53,7 @@ impl Sponge {
         Box::new(move |texel| self.sample(texel))
     }
 
-    fn sample(&self, texel: [f64; 2]) -> Texel {
+    fn sample(&self, texel: [f64; 2]) -> PaintedTexel {
         let bend = self.bend.each_ref().map(|noise| 0.06 * self.feature * noise.at(texel));
         let bent = [texel[0] + bend[0], texel[1] + bend[1]];
         let sunk: f64 = self.layers.iter().map(|pores| pores.depth(bent)).sum();
@@ -63,7 +63,7 @@ impl Sponge {
         let depth = smoothstep(0.0, 0.45, sunk / self.feature);
         let body = blend(self.ochre, self.pale, 0.5 + 0.35 * self.tint.at(texel) + 0.2 * fibres);
         let albedo = scale(blend(body, self.deep, 0.75 * depth), 1.0 + 0.08 * fibres);
-        Texel { height, albedo, roughness: 0.82 + 0.1 * fibres }
+        PaintedTexel { height, albedo, roughness: 0.82 + 0.1 * fibres }
     }
 }
 

@@ -3,7 +3,7 @@
 //! sections, and carry the twist of their fibres; the higher yarn is the one that is seen.
 
 use super::noise::{Canvas, Fractal, Tiling};
-use super::paint::{Color, Sampler, Texel, blend, scale, smoothstep, srgb};
+use super::paint::{Color, PaintedTexel, Sampler, blend, scale, smoothstep, srgb};
 use std::f64::consts::{PI, TAU};
 
 /// Where no yarn is: the depth of the gaps between yarns, in pitches below the middle of the cloth.
@@ -67,7 +67,7 @@ impl Weave {
         Box::new(move |texel| self.sample(texel))
     }
 
-    fn sample(&self, texel: [f64; 2]) -> Texel {
+    fn sample(&self, texel: [f64; 2]) -> PaintedTexel {
         let sway = self.sway.each_ref().map(|noise| 0.09 * noise.at(texel));
         let u = texel[0] * self.yarns_per_texel[0] + sway[0];
         let v = texel[1] * self.yarns_per_texel[1] + sway[1];
@@ -81,7 +81,7 @@ impl Weave {
         let buried = smoothstep(0.0, 0.38, top.height);
         let shade = top.shade * (0.9 + 0.12 * top.twist + 0.08 * fuzz) * (0.4 + 0.6 * buried);
         let albedo = blend(scale(color, shade), [0.6, 0.58, 0.54], 0.03 + 0.05 * fuzz.max(0.0));
-        Texel { height, albedo, roughness: 0.62 + 0.1 * fuzz }
+        PaintedTexel { height, albedo, roughness: 0.62 + 0.1 * fuzz }
     }
 
     /// The yarn whose column is `across`, at `along`; lengths in pitches.

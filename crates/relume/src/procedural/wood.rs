@@ -7,9 +7,9 @@
 //! board, or one trunk, beside the next.
 
 use super::noise::Tiling;
-use super::paint::{Color, Sampler, Texel, blend, scale, smoothstep, srgb};
+use super::paint::{Color, PaintedTexel, Sampler, blend, scale, smoothstep, srgb};
 use super::parameters::{Cut, Parameters};
-use super::solid::{Block, SolidFractal, SolidLattice};
+use super::solid::{SolidBlock, SolidFractal, SolidLattice};
 use std::f64::consts::PI;
 
 /// Rings to a feature size.
@@ -38,7 +38,7 @@ pub struct Wood {
 
 impl Wood {
     /// Sets up the noise.
-    pub fn new(block: &Block, parameters: &Parameters) -> Self {
+    pub fn new(block: &SolidBlock, parameters: &Parameters) -> Self {
         let (feature, size) = (block.feature, block.canvas.size);
         let (ring, cut) = (feature / RINGS, parameters.cut.unwrap_or(Cut::Plank));
         // Along the grain everything is longer.
@@ -88,7 +88,7 @@ impl Wood {
         }
     }
 
-    fn sample(&self, texel: [f64; 2]) -> Texel {
+    fn sample(&self, texel: [f64; 2]) -> PaintedTexel {
         let age = self.field(texel).max(0.0).sqrt();
         let fibres = self.fibres.at(texel);
         let tint = self.tint.at(texel);
@@ -102,7 +102,7 @@ impl Wood {
         let albedo = blend(ground, self.pore, 0.55 * pore);
         // Summer wood is hard and stands out where the surface is worn.
         let height = 4.0 * self.ring * (0.05 * late + 0.018 * fibres - 0.05 * pore + 0.02 * tint);
-        Texel { height, albedo, roughness: 0.5 + 0.2 * pore - 0.1 * late + 0.1 * fibres }
+        PaintedTexel { height, albedo, roughness: 0.5 + 0.2 * pore - 0.1 * late + 0.1 * fibres }
     }
 }
 
@@ -114,7 +114,7 @@ mod tests {
 
     fn wood(tiling: Tiling, cut: Cut) -> Wood {
         let canvas = Canvas { size: Size::new(64, 48), tiling, seed: 4 };
-        let block = Block { canvas, feature: 20.0, depth: 0.3, depth_period: None };
+        let block = SolidBlock { canvas, feature: 20.0, depth: 0.3, depth_period: None };
         let parameters = Parameters { cut: Some(cut), turbulence: Some(6.0), ..Parameters::default() };
         Wood::new(&block, &parameters)
     }

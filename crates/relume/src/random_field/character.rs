@@ -10,7 +10,7 @@ use std::fmt;
 
 use serde::Serialize;
 
-use super::estimate::Candidates;
+use super::estimate::NeighbourCandidates;
 use super::marginal::Marginal;
 use super::neighbourhood::causal;
 use super::selection::posterior;
@@ -113,7 +113,7 @@ fn highest_peak(at: impl Fn(isize, isize) -> f64, across: isize, down: isize) ->
 
 /// Excess kurtosis of the errors of prediction from the twelve nearest causal neighbours.
 fn edges(scores: &Planes) -> Result<f64> {
-    let set = Candidates { near: causal(12), coarse: Vec::new() };
+    let set = NeighbourCandidates { near: causal(12), coarse: Vec::new() };
     let statistics = set.statistics(scores, 1)?;
     let all: Vec<usize> = (0..set.near.len()).collect();
     let weights = posterior(&statistics, &statistics.prior(1.0), &all)?.weights;
@@ -139,7 +139,7 @@ fn edges(scores: &Planes) -> Result<f64> {
 #[cfg(test)]
 mod tests {
     use super::super::recursion::Recursion;
-    use super::super::recursion::Run;
+    use super::super::recursion::RecursionRun;
     use super::super::recursion::tests::random_level;
     use super::*;
     use crate::picture::Picture;
@@ -152,7 +152,7 @@ mod tests {
 
     #[test]
     fn a_gaussian_field_is_neither_regular_nor_structured() {
-        let run = Run { size: Size::new(128, 128), drive: None, seed: 4, period: None };
+        let run = RecursionRun { size: Size::new(128, 128), drive: None, seed: 4, period: None };
         let kind = of(Recursion::new(&random_level(1, 6, 3), 0).run_slow([0, 0], &run));
         assert!(!kind.is_regular() && !kind.is_structured(), "{kind}");
         assert!(kind.edges.abs() < 0.3, "{kind}");

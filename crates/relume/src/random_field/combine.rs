@@ -1,15 +1,15 @@
 //! From planes and tiles of them to a model of structure and detail.
 
 use super::estimate::{LevelReport, ModelOptions, Scored, scores_of};
-use super::levels::{GAUGE, completed};
+use super::levels::{REFERENCE_WINDOW, completed};
 use super::marginal::Marginal;
 use super::model::Model;
-use super::sheet::Area;
 use super::structure::{Structure, Tiles};
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::numeric::pyramid;
 use crate::planes::{Planes, Size};
+use crate::rect::Rect;
 
 /// What the structure may take.
 #[derive(Clone, Copy)]
@@ -67,9 +67,13 @@ pub fn combine(
 /// Curves that give what the model makes the distributions of the planes.
 fn matched(planes: &Planes, model: &Model, tile: Size, job: &Job) -> Result<Vec<Marginal>> {
     // Whole tiles, or each part of them would not have its share.
-    let side = |tile: usize| GAUGE.next_multiple_of(tile);
-    let area = Area { origin: [0, 0], size: Size::new(side(tile.width), side(tile.height)) };
-    job.check("the sheet that distributions are measured on", area.size, 40 * planes.count() as u64)?;
+    let side = |tile: usize| REFERENCE_WINDOW.next_multiple_of(tile);
+    let area = Rect::new(0, 0, Size::new(side(tile.width), side(tile.height)));
+    job.check(
+        "the reference window that distributions are measured on",
+        area.size,
+        40 * planes.count() as u64,
+    )?;
     let mut scores = model.scores(area, 0, None, job)?;
     for (plane, gain) in scores.iter_mut().zip(&model.gains) {
         plane.iter_mut().for_each(|v| *v *= gain);

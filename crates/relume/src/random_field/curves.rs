@@ -29,7 +29,7 @@ pub fn svg(reports: &[LevelReport]) -> String {
 
 fn panel(text: &mut String, number: usize, report: &LevelReport) {
     let curve = best_by_size(&report.path);
-    let axes = Axes::of(&curve);
+    let axes = CurveAxes::of(&curve);
     let _ = writeln!(
         text,
         "<g transform=\"translate({} 0)\">\n<text x=\"{}\" y=\"20\">level {number}: {} x {} texels</text>",
@@ -62,12 +62,12 @@ fn best_by_size(path: &[(usize, f64)]) -> Vec<(usize, f64)> {
 }
 
 /// What a panel's sides stand for.
-struct Axes {
+struct CurveAxes {
     most: f64,
     range: [f64; 2],
 }
 
-impl Axes {
+impl CurveAxes {
     /// From no neighbour to the most, and from the evidence of few neighbours to the highest: that of none lies
     /// far below.
     fn of(curve: &[(usize, f64)]) -> Self {

@@ -9,10 +9,10 @@ use super::marginal::Marginal;
 use super::mixing::Mixing;
 use super::model::Model;
 use super::neighbourhood::{Offset, Reach, all_around, causal};
-use super::normal_wishart::{Posterior, Statistics};
-use super::selection::{Choice, Search, posterior, search};
+use super::normal_wishart::{Posterior, SufficientStatistics};
+use super::selection::{Selected, SelectionOrder, posterior, search};
 use super::stability::{Stability, burn_in};
-use super::statistics::{Regressor, Window, inner_products};
+use super::statistics::{Regressor, inner_products, inside};
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::numeric::Matrix;
@@ -37,7 +37,7 @@ pub struct ModelOptions {
     /// Neighbours that a level may have.
     pub most: usize,
     /// How neighbours are chosen.
-    pub search: Search,
+    pub search: SelectionOrder,
     /// What the prior is worth, in texels.
     pub prior: f64,
     /// Whether the distributions of values are kept, or normal ones assumed.
@@ -53,7 +53,7 @@ impl Default for ModelOptions {
             candidates: 40,
             coarse: 13,
             most: 40,
-            search: Search::Forward,
+            search: SelectionOrder::Forward,
             prior: 1.0,
             marginals: true,
         }
@@ -187,7 +187,7 @@ pub(super) fn level(
     if let Some(expanded) = &expanded {
         pyramid::subtract(&mut band, expanded);
     }
-    let candidates = Candidates::of(band.size(), k, expanded.is_some(), options);
+    let candidates = NeighbourCandidates::of(band.size(), k, expanded.is_some(), options);
     let stack = match &expanded {
         Some(expanded) if !candidates.coarse.is_empty() => stacked(&band, expanded),
         _ => band,
@@ -221,7 +221,7 @@ fn stacked(first: &Planes, second: &Planes) -> Planes {
 }
 
 /// The mean over planes of the share of variance that is predicted.
-fn predicted(posterior: &Posterior, statistics: &Statistics) -> f64 {
+fn predicted(posterior: &Posterior, statistics: &SufficientStatistics) -> f64 {
     let d = statistics.planes;
     let left = |j: usize| posterior.scatter[(j, j)] / statistics.products[(j, j)].max(f64::MIN_POSITIVE);
     1.0 - (0..d).map(left).sum::<f64>() / d as f64
@@ -229,14 +229,14 @@ fn predicted(posterior: &Posterior, statistics: &Statistics) -> f64 {
 
 /// The neighbours among which a level's are chosen: causal ones first.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Candidates {
+pub struct NeighbourCandidates {
     /// In the level itself.
     pub near: Vec<Offset>,
     /// In the expanded coarser level.
     pub coarse: Vec<Offset>,
 }
 
-impl Candidates {
+impl NeighbourCandidates {
     fn of(size: Size, number: usize, has_coarser: bool, options: &ModelOptions) -> Self {
         // Coarse levels may be too small for far neighbours; the texture itself may not.
         let reach = if number == 0 { usize::MAX } else { size.width.min(size.height) / 6 };
@@ -253,9 +253,9 @@ impl Candidates {
     ///
     /// # Errors
     /// When the planes are smaller than the candidates reach.
-    pub fn statistics(&self, stack: &Planes, m: usize) -> Result<Statistics> {
+    pub fn statistics(&self, stack: &Planes, m: usize) -> Result<SufficientStatistics> {
         let all: Vec<Offset> = self.near.iter().chain(&self.coarse).copied().collect();
-        let window = Window::inside(stack.size(), Reach::of(&all))?;
+        let window = inside(stack.size(), Reach::of(&all))?;
         let here = [Offset::new(0, 0)];
         let own = here
             .iter()
@@ -265,16 +265,16 @@ impl Candidates {
             self.coarse.iter().flat_map(|&offset| (m..2 * m).map(move |plane| Regressor { plane, offset }));
         let regressors: Vec<Regressor> = own.chain(coarse).collect();
         let products = inner_products(stack, &regressors, window);
-        Ok(Statistics { products, planes: m, texels: window.size.texels() })
+        Ok(SufficientStatistics { products, planes: m, texels: window.size.texels() })
     }
 
     /// The level that a choice makes, rounded as it will be stored, and the bound of its spectral
     /// radius; `None` if it is unstable.
     fn stable_level(
         &self,
-        choice: &Choice,
+        choice: &Selected,
         posterior: &Posterior,
-        statistics: &Statistics,
+        statistics: &SufficientStatistics,
     ) -> Result<Option<(Level, f64)>> {
         let m = statistics.planes;
         // Causal neighbours first, each set in the order of the candidates.
@@ -308,7 +308,7 @@ impl Candidates {
     /// spent on precision balance bits lost in likelihood (Wallace and Freeman, "Estimation and
     /// Inference by Compact Coding", J. Royal Statistical Society B 49, 1987): sqrt(12 / (V_ii P_jj)),
     /// P = Sigma^-1.
-    fn steps(&self, statistics: &Statistics, covariance: &Matrix) -> Result<(Vec<f32>, Vec<f32>)> {
+    fn steps(&self, statistics: &SufficientStatistics, covariance: &Matrix) -> Result<(Vec<f32>, Vec<f32>)> {
         let m = statistics.planes;
         let root = covariance.cholesky()?.lower_inverse();
         let precision = |j: usize| (0..m).map(|i| root[(i, j)].powi(2)).sum::<f64>();

@@ -4,13 +4,13 @@ use serde::Serialize;
 
 use super::combine::{Budget, combine};
 use super::estimate::{LevelReport, ModelOptions, estimate};
-use super::levels::GAUGE;
-use super::model::{Model, SheetOptions};
+use super::levels::REFERENCE_WINDOW;
+use super::model::{Model, RealisationOptions};
 use super::per_light::{self, LightModel};
 use super::structure::Tiles;
 use crate::direction::Direction;
 use crate::error::Result;
-use crate::field::{Basis, PlaneLayout, Domain, IndexSpace, Metric, ReflectanceField};
+use crate::field::{Basis, Domain, IndexSpace, Metric, PlaneLayout, ReflectanceField};
 use crate::job::Job;
 use crate::planes::{Planes, Size};
 use crate::space::Space;
@@ -25,7 +25,7 @@ pub struct FieldModel {
     /// What values mean.
     pub space: Space,
     /// What was modelled.
-    pub source: Source,
+    pub source: ModelSource,
     /// Where values are heights in texels, what a texel measures.
     pub heights: Option<Heights>,
     /// The random fields.
@@ -62,7 +62,7 @@ impl Fields {
 
 /// What a model was made of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-pub struct Source {
+pub struct ModelSource {
     /// Texels along x.
     pub width: u32,
     /// Texels along y.
@@ -141,7 +141,7 @@ impl FieldModel {
     pub(super) fn of(field: &ReflectanceField, fields: Fields) -> Self {
         let Size { width, height } = field.size();
         // Planes within the limits have sides below 2^32.
-        let source = Source {
+        let source = ModelSource {
             width: width as u32,
             height: height as u32,
             photographs: if field.basis().len() == 1 { 1 } else { field.lights().len() as u32 },
@@ -155,7 +155,7 @@ impl FieldModel {
     ///
     /// # Errors
     /// As [`Model::synthesize`].
-    pub fn synthesize(&self, options: &SheetOptions, job: &Job) -> Result<ReflectanceField> {
+    pub fn synthesize(&self, options: &RealisationOptions, job: &Job) -> Result<ReflectanceField> {
         let like = self.texel()?;
         match &self.fields {
             Fields::Joint(model) => {
@@ -183,14 +183,14 @@ impl FieldModel {
     pub fn tile_size(&self) -> Size {
         let steps = self.fields.models().into_iter().map(|(_, model)| model.tile_steps());
         let [across, down] = steps.reduce(|a, b| [a[0].max(b[0]), a[1].max(b[1])]).unwrap_or([1; 2]);
-        let Source { width, height, .. } = self.source;
+        let ModelSource { width, height, .. } = self.source;
         Size::new((width as usize).next_multiple_of(across), (height as usize).next_multiple_of(down))
     }
 
     /// The bytes of what was modelled, one a sample: of the photographs, or where their number is not known of
     /// the functions' coefficients. The base of compression ratios.
     pub fn source_bytes(&self) -> u64 {
-        let Source { width, height, photographs, channels } = self.source;
+        let ModelSource { width, height, photographs, channels } = self.source;
         let samples = match photographs {
             0 => self.layout.planes(self.basis.len()) as u64,
             _ => u64::from(photographs) * u64::from(channels),
@@ -198,14 +198,14 @@ impl FieldModel {
         u64::from(width) * u64::from(height) * samples
     }
 
-    /// The sheet that says what the whole plane is like, a function of the model alone: whatever windows of a plane
+    /// The window that says what the whole plane is like, a function of the model alone: whatever windows of a plane
     /// must have in common, such as the scale of their bytes, is taken from it.
     ///
     /// # Errors
     /// More memory than the limits allow.
-    pub fn gauge(&self, job: &Job) -> Result<ReflectanceField> {
-        let size = Size::new(GAUGE, GAUGE);
-        self.synthesize(&SheetOptions { origin: [0, 0], size, seed: 0, period: None }, job)
+    pub fn reference_window(&self, job: &Job) -> Result<ReflectanceField> {
+        let size = Size::new(REFERENCE_WINDOW, REFERENCE_WINDOW);
+        self.synthesize(&RealisationOptions { origin: [0, 0], size, seed: 0, period: None }, job)
     }
 
     /// A field of one texel of the same kind.

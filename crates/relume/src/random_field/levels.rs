@@ -13,13 +13,14 @@ use rayon::prelude::*;
 use super::estimate::{LevelReport, ModelOptions, Scored, level};
 use super::level::Level;
 use super::model::Model;
-use super::sheet::{Area, Sheet};
+use super::realisation::Realisation;
 use super::structure::Structure;
 use crate::error::Result;
 use crate::job::Job;
 use crate::numeric::autocorrelation::Autocorrelation;
 use crate::numeric::pyramid::{self, Kernel};
 use crate::planes::{Planes, Size};
+use crate::rect::Rect;
 
 /// Coarsest levels have at least this many texels a side.
 const LEAST_SIDE: usize = 16;
@@ -28,8 +29,8 @@ const LEAST_SIDE: usize = 16;
 /// a coarse level shows as a grid.
 const LEAST_TEXELS: usize = 200;
 
-/// Texels a side of the sheet on which the gains are measured.
-pub(super) const GAUGE: usize = 512;
+/// Texels a side of the reference window, on which the gains are measured.
+pub(super) const REFERENCE_WINDOW: usize = 512;
 
 /// The model of some components, besides what a structure makes of them already, whose planes' scores have
 /// the given deviations.
@@ -87,16 +88,16 @@ impl Fits {
 
 /// How many of some levels make the field whose autocorrelation is nearest to that of the components.
 fn nearest_count(components: &Planes, fits: &Fits, model: &Model, job: &Job) -> Result<usize> {
-    let area = Area { origin: [0, 0], size: Size::new(GAUGE, GAUGE) };
+    let area = Rect::new(0, 0, Size::new(REFERENCE_WINDOW, REFERENCE_WINDOW));
     let half = Autocorrelation::half(components.size());
-    let reach = Size::new(half.width.min(GAUGE / 2), half.height.min(GAUGE / 2));
+    let reach = Size::new(half.width.min(REFERENCE_WINDOW / 2), half.height.min(REFERENCE_WINDOW / 2));
     let resemblance =
         |components: &Planes| Autocorrelation::new(&model.mixing.planes_of(components), reach, job);
     let truth = resemblance(components)?;
     let mut best = (f64::INFINITY, 1);
     for count in fits.tried.clone() {
         let (levels, _) = fits.levels(count);
-        let made = Sheet::new(&levels, &model.kernel, 0, None).field(area);
+        let made = Realisation::new(&levels, &model.kernel, 0, None).field(area);
         let distance = resemblance(&made)?.distance(&truth);
         if distance < best.0 {
             best = (distance, count);
@@ -118,9 +119,9 @@ fn fitting_levels(mut size: Size, components: usize, options: &ModelOptions) -> 
     levels
 }
 
-/// What gives each plane's scores their deviation, measured on a sheet.
+/// What gives each plane's scores their deviation, measured on the reference window.
 fn gains_of(model: &Model, deviations: &[f64], job: &Job) -> Result<Vec<f32>> {
-    let area = Area { origin: [0, 0], size: Size::new(GAUGE, GAUGE) };
+    let area = Rect::new(0, 0, Size::new(REFERENCE_WINDOW, REFERENCE_WINDOW));
     let scores = model.scores(area, 0, None, job)?;
     let deviation = |plane: &[f32]| {
         let square: f64 = plane.iter().map(|&v| f64::from(v) * f64::from(v)).sum();

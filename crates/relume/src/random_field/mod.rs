@@ -3,7 +3,7 @@
 //! ```text
 //! planes --marginal--> normal scores --mixing--> components --pyramid--> bands
 //!        bands --statistics, selection--> levels --stability--> Model        (estimate)
-//! Model  --noise, recursion, sheet--> bands --pyramid, mixing, marginal--> planes of any size
+//! Model  --noise, recursion, realisation--> bands --pyramid, mixing, marginal--> planes of any size
 //! ```
 //!
 //! After Haindl, Filip, Arnold, "BTF Image Space Utmost Compression and Modelling Method" (2004): a
@@ -30,7 +30,7 @@
 //! | [`structure`] | tiles of what repeats, compressed |
 //! | [`estimate`](mod@estimate), [`combine`](mod@combine), [`field_model`], [`per_light`] | making one |
 //! | [`curves`] | the evidence as a picture |
-//! | [`noise`], [`recursion`], [`sheet`] | running one |
+//! | [`noise`], [`recursion`], [`realisation`] | running one |
 //! | [`character`](mod@character) | whether a material is one for a random field |
 //!
 //! A fifth way is for materials that repeat: [`combine`](fn@combine) takes tiles of them, made by any method
@@ -56,9 +56,9 @@ pub mod noise;
 pub mod normal_wishart;
 mod octets;
 pub mod per_light;
+pub mod realisation;
 pub mod recursion;
 pub mod selection;
-pub mod sheet;
 pub mod stability;
 pub mod statistics;
 pub mod structure;
@@ -66,8 +66,8 @@ pub mod structure;
 pub use character::{Character, character};
 pub use combine::{Budget, combine};
 pub use estimate::{LevelReport, ModelOptions, estimate};
-pub use field_model::{FieldModel, Fields, Heights, Source, combine_field, model_field};
-pub use model::{Model, SheetOptions};
+pub use field_model::{FieldModel, Fields, Heights, ModelSource, combine_field, model_field};
+pub use model::{Model, RealisationOptions};
 pub use per_light::{LightModel, model_lights};
-pub use selection::Search;
+pub use selection::SelectionOrder;
 pub use structure::{Structure, Tiles};

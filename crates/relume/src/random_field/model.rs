@@ -5,13 +5,14 @@ use rayon::prelude::*;
 use super::level::Level;
 use super::marginal::Marginal;
 use super::mixing::Mixing;
-use super::sheet::{Area, CELL, Sheet};
+use super::realisation::{CELL, Realisation};
 use super::stability::BURN_INS;
 use super::structure::Structure;
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::numeric::pyramid::{self, Kernel};
 use crate::planes::{Planes, Size};
+use crate::rect::Rect;
 
 /// A random field of d planes.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,7 +33,7 @@ pub struct Model {
 
 /// What to make of a model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct SheetOptions {
+pub struct RealisationOptions {
     /// The top left texel of the endless plane that is made.
     pub origin: [i64; 2],
     /// Columns and rows.
@@ -65,11 +66,15 @@ impl Model {
     /// # Errors
     /// A period whose sides the pyramid does not divide, a place beyond 2^40 texels, or more memory
     /// than the limits allow.
-    pub fn synthesize(&self, options: &SheetOptions, job: &Job) -> Result<Planes> {
+    pub fn synthesize(&self, options: &RealisationOptions, job: &Job) -> Result<Planes> {
         self.check(options, job)?;
         let period = options.period.map(|period| [period.width as i64, period.height as i64]);
-        let mut planes =
-            self.scores(Area { origin: options.origin, size: options.size }, options.seed, period, job)?;
+        let mut planes = self.scores(
+            Rect::new(options.origin[0], options.origin[1], options.size),
+            options.seed,
+            period,
+            job,
+        )?;
         let texels = options.size.texels();
         for (k, plane) in planes.as_mut_slice().chunks_exact_mut(texels).enumerate() {
             let (gain, values) = (self.gains[k], self.marginals[k].values());
@@ -83,14 +88,14 @@ impl Model {
     /// Normal scores, their variance not yet exactly one.
     pub(super) fn scores(
         &self,
-        area: Area,
+        area: Rect,
         seed: u64,
         period: Option<[i64; 2]>,
         job: &Job,
     ) -> Result<Planes> {
         let mut field = match self.levels.is_empty() {
             true => Planes::zeros(area.size, self.mixing.components()),
-            false => Sheet::new(&self.levels, &self.kernel, seed, period).field(area),
+            false => Realisation::new(&self.levels, &self.kernel, seed, period).field(area),
         };
         if let Some(structure) = &self.structure {
             pyramid::add(&mut field, &structure.window(area, seed, period, job)?);
@@ -98,7 +103,7 @@ impl Model {
         Ok(self.mixing.planes_of(&field))
     }
 
-    fn check(&self, options: &SheetOptions, job: &Job) -> Result<()> {
+    fn check(&self, options: &RealisationOptions, job: &Job) -> Result<()> {
         options.period.map_or(Ok(()), |period| self.check_period(period))?;
         if options.origin.iter().any(|v| v.abs() > FARTHEST) {
             return Err(Error::usage(format!(

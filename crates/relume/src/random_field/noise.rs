@@ -8,28 +8,28 @@
 use crate::numeric::hash::hash4;
 
 /// Places worked on at a time: enough that compilers turn the loops over them into vector instructions.
-pub const BLOCK: usize = 256;
+pub const BATCH: usize = 256;
 
 /// One number for each place of a block.
-pub type Block<T> = [T; BLOCK];
+pub type Batch<T> = [T; BATCH];
 
 /// Independent standard normal numbers a place gives at once.
 pub const NUMBERS: usize = 4;
 
 /// Four standard normal numbers for each place under a key.
 #[inline(always)]
-pub fn normals(xs: &Block<u32>, ys: &Block<u32>, key: u64) -> [Block<f32>; NUMBERS] {
-    let [mut a, mut b, mut c, mut d] = [[0u32; BLOCK]; 4];
+pub fn normals(xs: &Batch<u32>, ys: &Batch<u32>, key: u64) -> [Batch<f32>; NUMBERS] {
+    let [mut a, mut b, mut c, mut d] = [[0u32; BATCH]; 4];
     let (low, high) = (key as u32, (key >> 32) as u32);
-    for i in 0..BLOCK {
+    for i in 0..BATCH {
         [a[i], b[i], c[i], d[i]] = hash4([xs[i], ys[i], low, high]);
     }
-    let (mut first, mut second) = ([0.0; BLOCK], [0.0; BLOCK]);
-    let (mut third, mut fourth) = ([0.0; BLOCK], [0.0; BLOCK]);
-    for i in 0..BLOCK {
+    let (mut first, mut second) = ([0.0; BATCH], [0.0; BATCH]);
+    let (mut third, mut fourth) = ([0.0; BATCH], [0.0; BATCH]);
+    for i in 0..BATCH {
         (first[i], second[i]) = box_muller(a[i], b[i]);
     }
-    for i in 0..BLOCK {
+    for i in 0..BATCH {
         (third[i], fourth[i]) = box_muller(c[i], d[i]);
     }
     [first, second, third, fourth]
@@ -102,10 +102,10 @@ mod tests {
         let key = key(seed, Purpose::FieldNoise, [0, group]);
         let mut numbers = Vec::new();
         for y in 0..side {
-            for x in (0..side).step_by(BLOCK) {
+            for x in (0..side).step_by(BATCH) {
                 let xs = std::array::from_fn(|i| x + i as u32);
-                let four = normals(&xs, &[y; BLOCK], key);
-                numbers.extend((0..BLOCK).map(|i| four.map(|block| f64::from(block[i]))));
+                let four = normals(&xs, &[y; BATCH], key);
+                numbers.extend((0..BATCH).map(|i| four.map(|block| f64::from(block[i]))));
             }
         }
         numbers

@@ -22,7 +22,7 @@ use crate::numeric::Matrix;
 
 /// Inner products of d predicted planes and q regressors over n texels.
 #[derive(Debug, Clone)]
-pub struct Statistics {
+pub struct SufficientStatistics {
     /// [Y; X][Y; X]', the d predicted planes first.
     pub products: Matrix,
     /// Predicted planes d.
@@ -31,7 +31,7 @@ pub struct Statistics {
     pub texels: usize,
 }
 
-impl Statistics {
+impl SufficientStatistics {
     /// The number of regressors q.
     pub fn regressors(&self) -> usize {
         self.products.rows() - self.planes
@@ -74,7 +74,7 @@ impl Posterior {
     ///
     /// # Errors
     /// When V is not positive definite.
-    pub fn closed_form(statistics: &Statistics, prior: &[f64]) -> Result<Self> {
+    pub fn closed_form(statistics: &SufficientStatistics, prior: &[f64]) -> Result<Self> {
         let (d, q) = (statistics.planes, statistics.regressors());
         let v = |a: usize, b: usize| statistics.products[(a, b)] + if a == b { prior[a] } else { 0.0 };
         let factor = Matrix::from_fn(q, q, |a, b| v(d + a, d + b)).cholesky()?;
@@ -108,7 +108,7 @@ impl Posterior {
     ///
     /// # Panics
     /// When the data have other planes or regressors.
-    pub fn prediction_scatter(&self, data: &Statistics) -> Matrix {
+    pub fn prediction_scatter(&self, data: &SufficientStatistics) -> Matrix {
         let (d, q) = (data.planes, data.regressors());
         assert_eq!((self.weights.rows(), self.weights.cols()), (q, d), "planes and regressors of the data");
         // e = [I, -gamma] [Y; X].
@@ -122,7 +122,7 @@ impl Posterior {
     ///
     /// # Errors
     /// When the noise covariance is singular.
-    pub fn log_likelihood(&self, data: &Statistics) -> Result<f64> {
+    pub fn log_likelihood(&self, data: &SufficientStatistics) -> Result<f64> {
         let d = data.planes;
         let factor = self.noise_covariance().cholesky()?;
         let inverse = factor.lower_inverse();
@@ -275,10 +275,14 @@ mod tests {
         (0..n).map(|_| texel()).collect()
     }
 
-    fn statistics(d: usize, texels: &[Vec<f64>]) -> Statistics {
+    fn statistics(d: usize, texels: &[Vec<f64>]) -> SufficientStatistics {
         let size = texels[0].len();
         let product = |a: usize, b: usize| texels.iter().map(|t| t[a] * t[b]).sum();
-        Statistics { products: Matrix::from_fn(size, size, product), planes: d, texels: texels.len() }
+        SufficientStatistics {
+            products: Matrix::from_fn(size, size, product),
+            planes: d,
+            texels: texels.len(),
+        }
     }
 
     fn near(a: f64, b: f64) -> bool {

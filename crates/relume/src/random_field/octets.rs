@@ -20,9 +20,9 @@ pub trait Octets: Copy {
 
 /// Without particular instructions.
 #[derive(Clone, Copy)]
-pub struct Portable;
+pub struct PortableOctets;
 
-impl Octets for Portable {
+impl Octets for PortableOctets {
     type Vector = [f32; OCTET];
 
     fn splat(self, value: f32) -> Self::Vector {

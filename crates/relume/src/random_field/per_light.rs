@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use super::estimate::{LevelReport, ModelOptions, estimate};
 use super::field_model::{FieldModel, Fields};
-use super::model::{Model, SheetOptions};
+use super::model::{Model, RealisationOptions};
 use crate::direction::Direction;
 use crate::error::{Error, Result};
 use crate::field::{Basis, ReflectanceField};
@@ -99,7 +99,7 @@ pub(super) fn determine(disks: &[[f32; 2]], basis: &Basis) -> bool {
 pub(super) fn functions(
     lights: &[LightModel],
     basis: &Basis,
-    options: &SheetOptions,
+    options: &RealisationOptions,
     job: &Job,
 ) -> Result<Planes> {
     let disks: Vec<[f32; 2]> = lights.iter().map(|light| light.disk).collect();

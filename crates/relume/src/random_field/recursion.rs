@@ -8,8 +8,8 @@
 
 use super::level::Level;
 use super::neighbourhood::{Offset, Reach};
-use super::noise::{BLOCK, NUMBERS, normals};
-use super::octets::{OCTET, Octets, Portable};
+use super::noise::{BATCH, NUMBERS, normals};
+use super::octets::{OCTET, Octets, PortableOctets};
 use crate::numeric::random::{Purpose, key};
 use crate::planes::{Planes, Size};
 
@@ -34,7 +34,7 @@ pub struct Recursion {
 
 /// What rectangles have in common besides the level.
 #[derive(Debug, Clone, Copy)]
-pub struct Run<'a> {
+pub struct RecursionRun<'a> {
     /// Columns and rows of the rectangles.
     pub size: Size,
     /// Added to the noise where there is a coarser level.
@@ -74,7 +74,12 @@ impl Recursion {
 
     /// Runs over sixteen rectangles whose top left texels are `origins`, and hands over each row: its
     /// number, and for each texel and plane the lanes' values together.
-    pub fn run(&self, origins: &[[i64; 2]; LANES], run: &Run<'_>, mut row: impl FnMut(usize, &[f32])) {
+    pub fn run(
+        &self,
+        origins: &[[i64; 2]; LANES],
+        run: &RecursionRun<'_>,
+        mut row: impl FnMut(usize, &[f32]),
+    ) {
         #[cfg(target_arch = "x86_64")]
         if let Some(simd) = pulp::x86::V3::try_new() {
             return simd.vectorize(
@@ -82,7 +87,7 @@ impl Recursion {
                 || self.rows(simd, origins, run, &mut row),
             );
         }
-        self.rows(Portable, origins, run, &mut row);
+        self.rows(PortableOctets, origins, run, &mut row);
     }
 
     #[inline(always)]
@@ -90,7 +95,7 @@ impl Recursion {
         &self,
         simd: impl Octets,
         origins: &[[i64; 2]; LANES],
-        run: &Run<'_>,
+        run: &RecursionRun<'_>,
         emit: &mut impl FnMut(usize, &[f32]),
     ) {
         let texel = self.planes * LANES;
@@ -110,7 +115,7 @@ impl Recursion {
             let own = (y % kept) * length + self.reach.left * texel;
             for x in 0..run.size.width {
                 for (g, weights) in self.weights.iter().enumerate() {
-                    let place = Place {
+                    let place = Slot {
                         shift: x * texel,
                         texel,
                         input: (g * GROUP * run.size.width + x) * LANES,
@@ -136,13 +141,20 @@ impl Recursion {
 
     /// Noise and drive of a row: plane after plane, each texel's lanes together.
     #[inline(always)]
-    fn input(&self, origins: &[[i64; 2]; LANES], run: &Run<'_>, keys: &[u64], y: usize, input: &mut [f32]) {
+    fn input(
+        &self,
+        origins: &[[i64; 2]; LANES],
+        run: &RecursionRun<'_>,
+        keys: &[u64],
+        y: usize,
+        input: &mut [f32],
+    ) {
         let row = run.size.width * LANES;
         let wrap = |v: i64, axis: usize| run.period.map_or(v, |p| v.rem_euclid(p[axis])) as u32;
-        let ys: [u32; BLOCK] = std::array::from_fn(|i| wrap(origins[i % LANES][1] + y as i64, 1));
+        let ys: [u32; BATCH] = std::array::from_fn(|i| wrap(origins[i % LANES][1] + y as i64, 1));
         input.fill(0.0);
-        for start in (0..row).step_by(BLOCK) {
-            let mut xs = [0; BLOCK];
+        for start in (0..row).step_by(BATCH) {
+            let mut xs = [0; BATCH];
             for (x, xs) in xs.chunks_exact_mut(LANES).enumerate() {
                 let x = (start / LANES + x) as i64;
                 xs.iter_mut().zip(origins).for_each(|(out, origin)| *out = wrap(origin[0] + x, 0));
@@ -150,7 +162,7 @@ impl Recursion {
             for (first, key) in (0..self.planes).step_by(NUMBERS).zip(keys) {
                 let numbers = normals(&xs, &ys, *key);
                 for (k, numbers) in (first..self.planes).zip(&numbers) {
-                    self.colour(k, &numbers[..BLOCK.min(row - start)], start, row, input);
+                    self.colour(k, &numbers[..BATCH.min(row - start)], start, row, input);
                 }
             }
         }
@@ -172,7 +184,7 @@ impl Recursion {
     }
 
     /// One rectangle, texel after texel: the slow truth. Planes of the rectangle's size.
-    pub fn run_slow(&self, origin: [i64; 2], run: &Run<'_>) -> Planes {
+    pub fn run_slow(&self, origin: [i64; 2], run: &RecursionRun<'_>) -> Planes {
         let m = self.planes;
         let mut out = Planes::zeros(run.size, m);
         let mut input = vec![0.0f32; run.size.width * m * LANES];
@@ -201,7 +213,7 @@ impl Recursion {
 
 /// Where a group of planes of one texel is predicted from and to.
 #[derive(Clone, Copy)]
-struct Place {
+struct Slot {
     /// From the first texel's neighbours to this one's.
     shift: usize,
     /// Numbers a texel.
@@ -222,7 +234,7 @@ fn predict<const J: usize, S: Octets>(
     starts: &[usize],
     weights: &[f32],
     input: &[f32],
-    place: Place,
+    place: Slot,
 ) {
     let mut sums = [[simd.splat(0.0); 2]; J];
     for (j, sum) in sums.iter_mut().enumerate() {
@@ -285,6 +297,17 @@ pub(super) mod tests {
         }
     }
 
+    /// A named fault: the upper half of a seed was mixed into the number of the level, so that this seed's
+    /// finest level had the noise of the second level of seed 0.
+    #[test]
+    fn no_level_has_the_noise_of_another_level_and_seed() {
+        let level = random_level(5, 3, 1);
+        let [finest, second] = [0, 1].map(|number| Recursion::new(&level, number));
+        assert_ne!(finest.keys(0xbc890000 << 32), second.keys(0));
+        assert_ne!(finest.keys(1), second.keys(0));
+        assert_eq!(finest.keys(7).len(), 2);
+    }
+
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(40))]
         #[test]
@@ -300,7 +323,7 @@ pub(super) mod tests {
             let data = (0..m * area.texels()).map(|_| stream.unit() as f32).collect();
             let planes = Planes::from_vec(area, m, data).unwrap();
             let drive = driven.then_some(Drive { planes: &planes, origin: [-30, -30] });
-            let run = Run { size, drive, seed, period: periodic.then_some([24, 17]) };
+            let run = RecursionRun { size, drive, seed, period: periodic.then_some([24, 17]) };
             let mut rows = Vec::new();
             recursion.run(&origins, &run, |y, row| { assert_eq!(y * width * m * LANES, rows.len()); rows.extend_from_slice(row); });
             for (l, origin) in origins.iter().enumerate() {

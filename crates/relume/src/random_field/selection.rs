@@ -12,14 +12,14 @@
 
 use rayon::prelude::*;
 
-use super::normal_wishart::{Evidence, Posterior, Statistics, log_determinant};
+use super::normal_wishart::{Evidence, Posterior, SufficientStatistics, log_determinant};
 use crate::error::{Error, Result};
 use crate::numeric::Matrix;
 
 /// The neighbourhoods that are compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Search {
+pub enum SelectionOrder {
     /// The first candidates in their order, for every number of them.
     Nested,
     /// From none, always adding the candidate that the evidence gains most by, while it gains.
@@ -30,7 +30,7 @@ pub enum Search {
 
 /// A set of candidates and how probable it is.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Choice {
+pub struct Selected {
     /// Candidates by number, in the order in which they were added.
     pub candidates: Vec<usize>,
     /// ln p(Y | candidates), in nats.
@@ -46,19 +46,24 @@ pub struct Choice {
 ///
 /// # Errors
 /// When the inner products are not those of finite, linearly independent regressors.
-pub fn search(statistics: &Statistics, prior: &[f64], how: Search, most: usize) -> Result<Vec<Choice>> {
+pub fn search(
+    statistics: &SufficientStatistics,
+    prior: &[f64],
+    how: SelectionOrder,
+    most: usize,
+) -> Result<Vec<Selected>> {
     let candidates = statistics.regressors() / statistics.planes;
-    let mut sweep = Sweep::new(statistics, prior);
+    let mut sweep = CandidateSweep::new(statistics, prior);
     let mut path = vec![sweep.choice(how)?];
     match how {
-        Search::Nested => {
+        SelectionOrder::Nested => {
             for c in 0..candidates.min(most) {
                 sweep.toggle(c)?;
                 path.push(sweep.choice(how)?);
             }
         }
-        Search::Forward => greedy(&mut sweep, &mut path, how, most)?,
-        Search::Backward => {
+        SelectionOrder::Forward => greedy(&mut sweep, &mut path, how, most)?,
+        SelectionOrder::Backward => {
             (0..candidates).try_for_each(|c| sweep.toggle(c))?;
             path.push(sweep.choice(how)?);
             greedy(&mut sweep, &mut path, how, most)?;
@@ -71,10 +76,15 @@ pub fn search(statistics: &Statistics, prior: &[f64], how: Search, most: usize) 
 
 /// Toggles the best candidate as long as the last set on the path becomes more probable by it, or is
 /// larger than allowed.
-fn greedy(sweep: &mut Sweep, path: &mut Vec<Choice>, how: Search, most: usize) -> Result<()> {
+fn greedy(
+    sweep: &mut CandidateSweep,
+    path: &mut Vec<Selected>,
+    how: SelectionOrder,
+    most: usize,
+) -> Result<()> {
     loop {
         let current = path[path.len() - 1].log_posterior;
-        let (size, adding) = (sweep.inside.len(), how == Search::Forward);
+        let (size, adding) = (sweep.inside.len(), how == SelectionOrder::Forward);
         if (adding && size >= most) || (!adding && size == 0) {
             return Ok(());
         }
@@ -94,9 +104,9 @@ fn greedy(sweep: &mut Sweep, path: &mut Vec<Choice>, how: Search, most: usize) -
 }
 
 /// ln of the probability of one set of `size` out of `candidates`, up to what all sets share.
-fn log_prior(how: Search, candidates: usize, size: usize) -> f64 {
+fn log_prior(how: SelectionOrder, candidates: usize, size: usize) -> f64 {
     match how {
-        Search::Nested => 0.0,
+        SelectionOrder::Nested => 0.0,
         // 1 / binomial(candidates, size).
         _ => (0..size).map(|i| ((i + 1) as f64 / (candidates - i) as f64).ln()).sum(),
     }
@@ -106,22 +116,26 @@ fn log_prior(how: Search, candidates: usize, size: usize) -> f64 {
 ///
 /// # Errors
 /// As [`search`].
-pub fn posterior(statistics: &Statistics, prior: &[f64], candidates: &[usize]) -> Result<Posterior> {
+pub fn posterior(
+    statistics: &SufficientStatistics,
+    prior: &[f64],
+    candidates: &[usize],
+) -> Result<Posterior> {
     let d = statistics.planes;
     let regressors: Vec<usize> = candidates.iter().flat_map(|c| d * c..d * (c + 1)).collect();
     let prior: Vec<f64> = prior[..d].iter().copied().chain(regressors.iter().map(|r| prior[d + r])).collect();
-    let mut sweep = Sweep::new(&statistics.subset(&regressors), &prior);
+    let mut sweep = CandidateSweep::new(&statistics.subset(&regressors), &prior);
     (0..candidates.len()).try_for_each(|c| sweep.toggle(c))?;
     Ok(Posterior {
         weights: Matrix::from_fn(regressors.len(), d, |r, j| sweep.a[(d + r) * sweep.n + j]),
         scatter: sweep.block(0, 0),
         texels: statistics.texels,
-        log_evidence: sweep.choice(Search::Nested)?.log_evidence,
+        log_evidence: sweep.choice(SelectionOrder::Nested)?.log_evidence,
     })
 }
 
 /// V with some blocks swept.
-struct Sweep {
+struct CandidateSweep {
     n: usize,
     d: usize,
     texels: usize,
@@ -136,8 +150,8 @@ struct Sweep {
     log_prior_scatter: f64,
 }
 
-impl Sweep {
-    fn new(statistics: &Statistics, prior: &[f64]) -> Self {
+impl CandidateSweep {
+    fn new(statistics: &SufficientStatistics, prior: &[f64]) -> Self {
         let (n, d) = (statistics.products.rows(), statistics.planes);
         let mut a: Vec<f64> = (0..n).flat_map(|r| statistics.products.row(r).iter().copied()).collect();
         (0..n).for_each(|i| a[i * n + i] += prior[i]);
@@ -197,10 +211,10 @@ impl Sweep {
         )
     }
 
-    fn choice(&self, how: Search) -> Result<Choice> {
+    fn choice(&self, how: SelectionOrder) -> Result<Selected> {
         let log_evidence = self.evidence(&self.block(0, 0), self.log_determinant_ratio)?;
         let log_posterior = log_evidence + log_prior(how, self.candidates(), self.inside.len());
-        Ok(Choice { candidates: self.inside.clone(), log_evidence, log_posterior })
+        Ok(Selected { candidates: self.inside.clone(), log_evidence, log_posterior })
     }
 
     /// Makes a candidate a regressor, or takes it back.
@@ -264,7 +278,7 @@ mod tests {
     use proptest::prelude::*;
 
     /// Statistics of random values in which the texel depends on candidates 1 and 3.
-    fn statistics(d: usize, candidates: usize, n: usize, seed: u64) -> Statistics {
+    fn statistics(d: usize, candidates: usize, n: usize, seed: u64) -> SufficientStatistics {
         let mut stream = Stream::new(seed, Purpose::Sample, [0]);
         let size = d * (candidates + 1);
         let mut products = Matrix::zeros(size, size);
@@ -277,7 +291,7 @@ mod tests {
                 (0..size).for_each(|b| products[(a, b)] += t[a] * t[b]);
             }
         }
-        Statistics { products, planes: d, texels: n }
+        SufficientStatistics { products, planes: d, texels: n }
     }
 
     proptest! {
@@ -288,7 +302,7 @@ mod tests {
         ) {
             let statistics = statistics(d, candidates, n, seed);
             let prior = statistics.prior(1.0);
-            for how in [Search::Nested, Search::Forward, Search::Backward] {
+            for how in [SelectionOrder::Nested, SelectionOrder::Forward, SelectionOrder::Backward] {
                 for choice in search(&statistics, &prior, how, candidates).unwrap() {
                     let swept = posterior(&statistics, &prior, &choice.candidates).unwrap();
                     let regressors: Vec<usize> = choice.candidates.iter().flat_map(|c| d * c..d * (c + 1)).collect();
@@ -310,14 +324,14 @@ mod tests {
     fn both_greedy_searches_find_what_the_texel_depends_on() {
         let statistics = statistics(2, 12, 2000, 5);
         let prior = statistics.prior(1.0);
-        for how in [Search::Forward, Search::Backward] {
+        for how in [SelectionOrder::Forward, SelectionOrder::Backward] {
             let path = search(&statistics, &prior, how, 12).unwrap();
             let mut best = path[0].candidates.clone();
             best.sort_unstable();
             assert_eq!(best, [1, 3], "{how:?}");
-            assert!(path.iter().any(|choice| choice.candidates.is_empty()) || how == Search::Forward);
+            assert!(path.iter().any(|choice| choice.candidates.is_empty()) || how == SelectionOrder::Forward);
         }
-        let nested = search(&statistics, &prior, Search::Nested, 12).unwrap();
+        let nested = search(&statistics, &prior, SelectionOrder::Nested, 12).unwrap();
         assert_eq!(nested[0].candidates, [0, 1, 2, 3]);
     }
 
@@ -325,7 +339,7 @@ mod tests {
     fn the_number_of_neighbours_is_bounded() {
         let statistics = statistics(1, 8, 500, 2);
         let prior = statistics.prior(1.0);
-        for how in [Search::Nested, Search::Forward, Search::Backward] {
+        for how in [SelectionOrder::Nested, SelectionOrder::Forward, SelectionOrder::Backward] {
             let path = search(&statistics, &prior, how, 1).unwrap();
             assert!(path.iter().all(|choice| choice.candidates.len() <= 1), "{how:?}");
         }
@@ -336,6 +350,6 @@ mod tests {
         let mut statistics = statistics(1, 3, 50, 2);
         statistics.products[(2, 2)] = f64::NAN;
         let prior = vec![1.0; 4];
-        assert!(search(&statistics, &prior, Search::Nested, 3).is_err());
+        assert!(search(&statistics, &prior, SelectionOrder::Nested, 3).is_err());
     }
 }

@@ -13,7 +13,7 @@ use rustfft::num_complex::Complex64;
 
 use super::level::Level;
 use super::neighbourhood::Offset;
-use super::recursion::{LANES, Recursion, Run};
+use super::recursion::{LANES, Recursion, RecursionRun};
 use crate::planes::Size;
 
 /// Frequencies tried between 0 and pi; narrower resonances show in [`burn_in`].
@@ -189,7 +189,7 @@ fn corner(recursion: &Recursion, margin: usize) -> Vec<f64> {
     // Squares far from each other, so that their noise is independent; the same for every margin.
     let origins: [[i64; 2]; LANES] = std::array::from_fn(|l| [1000 * l as i64 - start, -start]);
     let size = Size::new(SIDE + margin + margin, SIDE + margin);
-    let run = Run { size, drive: None, seed: 0, period: None };
+    let run = RecursionRun { size, drive: None, seed: 0, period: None };
     let mut values = Vec::new();
     recursion.run(&origins, &run, |y, row| {
         if y >= margin {

@@ -15,6 +15,7 @@ use super::neighbourhood::{Offset, Reach};
 use crate::error::{Error, Result};
 use crate::numeric::Matrix;
 use crate::planes::{Planes, Size};
+use crate::rect::Rect;
 
 /// A plane seen through an offset: its value at texel r is that of the plane at r + offset.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -25,44 +26,31 @@ pub struct Regressor {
     pub offset: Offset,
 }
 
-/// The rectangle of texels over which products are summed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Window {
-    /// First column.
-    pub x: usize,
-    /// First row.
-    pub y: usize,
-    /// Columns and rows.
-    pub size: Size,
-}
-
-impl Window {
-    /// The texels of a plane from which all neighbours within `reach` are inside it.
-    ///
-    /// # Errors
-    /// When there are none.
-    pub fn inside(size: Size, reach: Reach) -> Result<Self> {
-        let width = size.width.saturating_sub(reach.left + reach.right);
-        let height = size.height.saturating_sub(reach.up + reach.down);
-        if width == 0 || height == 0 {
-            return Err(Error::invalid(format!(
-                "planes of {size} texels are smaller than the neighbourhood, which spans {} x {}: take a larger \
-                 texture, fewer levels or a smaller neighbourhood",
-                reach.left + reach.right + 1,
-                reach.up + reach.down + 1
-            )));
-        }
-        Ok(Self { x: reach.left, y: reach.up, size: Size::new(width, height) })
+/// The texels of a plane from which all neighbours within `reach` are inside it.
+///
+/// # Errors
+/// When there are none.
+pub fn inside(size: Size, reach: Reach) -> Result<Rect<usize>> {
+    let width = size.width.saturating_sub(reach.left + reach.right);
+    let height = size.height.saturating_sub(reach.up + reach.down);
+    if width == 0 || height == 0 {
+        return Err(Error::invalid(format!(
+            "planes of {size} texels are smaller than the neighbourhood, which spans {} x {}: take a larger \
+             texture, fewer levels or a smaller neighbourhood",
+            reach.left + reach.right + 1,
+            reach.up + reach.down + 1
+        )));
     }
+    Ok(Rect::new(reach.left, reach.up, Size::new(width, height)))
 }
 
 /// The sums over the window of the products of all pairs of regressors.
 ///
 /// # Panics
 /// When a regressor leaves the planes from inside the window.
-pub fn inner_products(planes: &Planes, regressors: &[Regressor], window: Window) -> Matrix {
-    let rows = Rows::new(planes, window);
-    let groups: Vec<(Lag, Vec<Pair>)> = grouped(regressors).into_iter().collect();
+pub fn inner_products(planes: &Planes, regressors: &[Regressor], window: Rect<usize>) -> Matrix {
+    let rows = SummedRows::new(planes, window);
+    let groups: Vec<(Lag, Vec<RegressorPair>)> = grouped(regressors).into_iter().collect();
     let sums: Vec<Vec<f64>> = groups.par_iter().map(|(lag, pairs)| rows.sums(*lag, pairs)).collect();
     let mut gram = Matrix::zeros(regressors.len(), regressors.len());
     for ((_, pairs), sums) in groups.iter().zip(sums) {
@@ -75,7 +63,7 @@ pub fn inner_products(planes: &Planes, regressors: &[Regressor], window: Window)
 }
 
 /// The same sums, one product after another: the slow truth.
-pub fn inner_products_slow(planes: &Planes, regressors: &[Regressor], window: Window) -> Matrix {
+pub fn inner_products_slow(planes: &Planes, regressors: &[Regressor], window: Rect<usize>) -> Matrix {
     let value = |r: Regressor, x: usize, y: usize| {
         let (x, y) = (x as i64 + i64::from(r.offset.dx), y as i64 + i64::from(r.offset.dy));
         f64::from(planes.at(r.plane, x as usize, y as usize))
@@ -91,7 +79,7 @@ pub fn inner_products_slow(planes: &Planes, regressors: &[Regressor], window: Wi
 type Lag = (usize, usize, Offset);
 
 /// Two regressors, and the offset of the first.
-struct Pair {
+struct RegressorPair {
     a: usize,
     b: usize,
     shift: Offset,
@@ -99,8 +87,8 @@ struct Pair {
 
 /// All pairs of regressors by lag. A product is the same both ways round: the smaller plane comes
 /// first, and of one plane the lag that points down or right.
-fn grouped(regressors: &[Regressor]) -> BTreeMap<Lag, Vec<Pair>> {
-    let mut groups: BTreeMap<Lag, Vec<Pair>> = BTreeMap::new();
+fn grouped(regressors: &[Regressor]) -> BTreeMap<Lag, Vec<RegressorPair>> {
+    let mut groups: BTreeMap<Lag, Vec<RegressorPair>> = BTreeMap::new();
     for a in 0..regressors.len() {
         for b in a..regressors.len() {
             let (mut p, mut q) = (regressors[a], regressors[b]);
@@ -110,27 +98,31 @@ fn grouped(regressors: &[Regressor]) -> BTreeMap<Lag, Vec<Pair>> {
             if p.plane > q.plane || (p.plane == q.plane && lag(p, q).is_causal()) {
                 (p, q) = (q, p);
             }
-            groups.entry((p.plane, q.plane, lag(p, q))).or_default().push(Pair { a, b, shift: p.offset });
+            groups.entry((p.plane, q.plane, lag(p, q))).or_default().push(RegressorPair {
+                a,
+                b,
+                shift: p.offset,
+            });
         }
     }
     groups
 }
 
 /// Planes in double precision, and the window over them.
-struct Rows {
+struct SummedRows {
     size: Size,
     planes: Vec<Vec<f64>>,
-    window: Window,
+    window: Rect<usize>,
 }
 
-impl Rows {
-    fn new(planes: &Planes, window: Window) -> Self {
+impl SummedRows {
+    fn new(planes: &Planes, window: Rect<usize>) -> Self {
         let planes64 = planes.iter().map(|p| p.iter().map(|&v| f64::from(v)).collect()).collect();
         Self { size: planes.size(), planes: planes64, window }
     }
 
     /// For each pair the sum of products at the pairs' common lag.
-    fn sums(&self, (p, q, lag): Lag, pairs: &[Pair]) -> Vec<f64> {
+    fn sums(&self, (p, q, lag): Lag, pairs: &[RegressorPair]) -> Vec<f64> {
         let mut shifts: Vec<i32> = pairs.iter().map(|pair| pair.shift.dx).collect();
         shifts.sort_unstable();
         shifts.dedup();
@@ -145,7 +137,7 @@ impl Rows {
             let row = self.row_sums(p, q, lag, first + i, &shifts);
             cumulative.iter_mut().zip(row).for_each(|(c, sum)| c[i + 1] = c[i] + sum);
         }
-        let sum = |pair: &Pair| {
+        let sum = |pair: &RegressorPair| {
             let s = shifts.binary_search(&pair.shift.dx).expect("every shift was listed");
             let skipped = (pair.shift.dy - top) as usize;
             cumulative[s][skipped + self.window.size.height] - cumulative[s][skipped]
@@ -227,7 +219,7 @@ mod tests {
             let size = Size::new(width + reach.left + reach.right, height + reach.up + reach.down);
             let data = (0..3 * size.texels()).map(|_| stream.unit() as f32 - 0.4).collect();
             let planes = Planes::from_vec(size, 3, data).unwrap();
-            let window = Window::inside(size, reach).unwrap();
+            let window = inside(size, reach).unwrap();
             prop_assert_eq!(window.size, Size::new(width, height));
             let fast = inner_products(&planes, &regressors, window);
             let slow = inner_products_slow(&planes, &regressors, window);
@@ -241,7 +233,7 @@ mod tests {
 
     #[test]
     fn planes_smaller_than_the_neighbourhood_are_refused() {
-        let error = Window::inside(Size::new(8, 3), Reach::of(&causal(40))).unwrap_err();
+        let error = inside(Size::new(8, 3), Reach::of(&causal(40))).unwrap_err();
         assert!(error.message().contains("10 x 6"), "{error}");
     }
 }

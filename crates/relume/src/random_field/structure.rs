@@ -10,12 +10,12 @@
 //! Of k tiles with one border the first is stored as it is and the others as differences from it, which are
 //! nothing at the border: so all are altered there in nearly the same way, and still lie beside each other.
 
-use super::sheet::Area;
 use crate::error::Result;
 use crate::job::Job;
 use crate::numeric::endless::Endless;
 use crate::numeric::wavelet;
 use crate::planes::{Planes, Size};
+use crate::rect::Rect;
 
 /// The least side of the coarsest averages.
 const LEAST_SIDE: usize = 6;
@@ -161,10 +161,10 @@ impl Structure {
     ///
     /// # Errors
     /// More memory than the limits allow.
-    pub fn window(&self, area: Area, seed: u64, period: Option<[i64; 2]>, job: &Job) -> Result<Planes> {
+    pub fn window(&self, area: Rect, seed: u64, period: Option<[i64; 2]>, job: &Job) -> Result<Planes> {
         let plane = Endless::new(self.tile, self.tiles, seed)?;
         let decoded = self.decoded();
-        let [x, y] = area.origin;
+        let [x, y] = area.origin();
         let Some([across, down]) = period else { return plane.window(&decoded, x, y, area.size, job) };
         let mut window = Planes::zeros_within(job, "the structure", area.size, self.components())?;
         for (to, from) in window.iter_mut().zip(decoded.iter()) {
@@ -242,7 +242,7 @@ mod tests {
             let all = random(Size::new(w, h * count), 2, 3);
             let structure = Structure::nearest(Tiles { texels: &all, size: Size::new(w, h) }, vec![0.05; 2]);
             let cut = |x: i64, y: i64, width, height, period| {
-                let area = Area { origin: [x, y], size: Size::new(width, height) };
+                let area = Rect::new(x, y, Size::new(width, height));
                 structure.window(area, seed, period, &Job::default()).unwrap()
             };
             let whole = cut(x, y, width + 5, height + 4, None);

@@ -17,7 +17,7 @@ use crate::space::Space;
 
 /// What the texels of an object show.
 #[derive(Debug)]
-pub struct Material {
+pub struct LitTexture {
     texels: MipMap,
     shown: Shown,
 }
@@ -40,7 +40,7 @@ pub struct Lookup {
     weights: Vec<f64>,
 }
 
-impl Material {
+impl LitTexture {
     /// From a field and, for highlights, the normals of its texels.
     ///
     /// # Errors
@@ -128,7 +128,8 @@ fn interleaved(field: &ReflectanceField, normals: Option<&Planes>, stride: usize
         let (functions, normal) = out.split_at_mut(functions);
         for (k, value) in functions.iter_mut().enumerate() {
             let function = planes.plane(layout.function_plane(k / n, n) + k % n)[texel];
-            *value = layout.color_plane(k / n, n).map_or(function, |color| function * planes.plane(color)[texel]);
+            *value =
+                layout.color_plane(k / n, n).map_or(function, |color| function * planes.plane(color)[texel]);
         }
         if let Some(normals) = normals {
             normal.iter_mut().enumerate().for_each(|(k, value)| *value = normals.plane(k)[texel]);

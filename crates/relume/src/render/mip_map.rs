@@ -15,19 +15,18 @@ use crate::planes::{Planes, Size};
 pub struct MipMap {
     /// Values a texel.
     stride: usize,
-    levels: Vec<Level>,
+    levels: Vec<MipLevel>,
 }
 
 #[derive(Debug)]
-struct Level {
+struct MipLevel {
     size: Size,
     /// Texel after texel.
     data: Vec<f32>,
 }
 
 impl MipMap {
-    /// From `stride` values for each texel of the size, made only if errors that call them `what` need not
-    /// be raised.
+    /// From `stride` values for each texel, which errors call `what`; they are made once memory is checked.
     ///
     /// # Errors
     /// When memory is short.
@@ -40,7 +39,7 @@ impl MipMap {
     ) -> Result<Self> {
         // The pyramid above a level is a third of it.
         job.check(what, size, (4 * stride as u64 * 4).div_ceil(3))?;
-        let mut levels = vec![Level { size, data: data() }];
+        let mut levels = vec![MipLevel { size, data: data() }];
         while let Some(next) = levels.last().and_then(|level| level.reduced(stride)) {
             levels.push(next);
         }
@@ -79,7 +78,7 @@ impl MipMap {
     }
 }
 
-impl Level {
+impl MipLevel {
     /// Adds `weight` times the bilinear interpolation at (s, t).
     fn accumulate(&self, s: f64, t: f64, weight: f64, values: &mut [f32]) {
         let Size { width, height } = self.size;
@@ -200,7 +199,7 @@ mod tests {
     fn every_level_has_the_mean_of_the_texture() {
         let size = Size::new(13, 6);
         let texture = mip_map(size, |x, y| ((x * 7 + y * 5) % 11) as f32);
-        let mean = |level: &Level| level.data.iter().sum::<f32>() / level.data.len() as f32;
+        let mean = |level: &MipLevel| level.data.iter().sum::<f32>() / level.data.len() as f32;
         let truth = mean(&texture.levels[0]);
         assert_eq!(texture.levels.last().unwrap().size, Size::new(1, 1));
         for level in &texture.levels {

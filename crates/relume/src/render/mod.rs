@@ -18,9 +18,9 @@ mod view;
 
 pub use mesh::{Mesh, Primitive};
 pub use object::{render, render_relief};
-pub use relief::Relief;
+pub use relief::MeshRelief;
 pub use relight::{relight, relight_srgb8};
-pub use scene::{Camera, CastShadows, Light, RenderOptions, Shading, Specular};
+pub use scene::{Camera, CastShadows, Light, RenderOptions, Specular, TexelShading};
 pub use srgb8::srgb8_from_linear;
 pub use sweep::Sweep;
 pub use vector::Vec3;

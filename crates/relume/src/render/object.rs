@@ -2,12 +2,12 @@
 
 use rayon::prelude::*;
 
-use super::material::{Lookup, Material};
+use super::material::{LitTexture, Lookup};
 use super::mesh::{Mesh, Tangents};
 use super::raster::{self, Hit, Setup};
-use super::relief::{Relief, displaced};
+use super::relief::{MeshRelief, displaced};
 use super::relight::relight;
-use super::scene::{CastShadows, RenderOptions, Shading};
+use super::scene::{CastShadows, RenderOptions, TexelShading};
 use super::shade::Shader;
 use super::shadow::ShadowMap;
 use super::vector::Vec3;
@@ -45,21 +45,21 @@ pub fn render(
 pub fn render_relief(
     field: &ReflectanceField,
     normals: Option<&Planes>,
-    relief: Option<&Relief>,
+    relief: Option<&MeshRelief>,
     mesh: &Mesh,
     options: &RenderOptions,
     job: &Job,
 ) -> Result<Picture> {
     options.validate()?;
-    relief.map_or(Ok(()), Relief::validate)?;
+    relief.map_or(Ok(()), MeshRelief::validate)?;
     job.check("the picture", options.size, 24)?;
     let shadow_bytes = ShadowMap::BYTES.saturating_mul(options.lights.len() as u64);
     job.check_bytes("the shadow maps", shadow_bytes)?;
     let material = match options.shading {
-        Shading::Reflectance => Material::of_field(field, normals, job)?,
-        Shading::Plain { light } => {
+        TexelShading::Reflectance => LitTexture::of_field(field, normals, job)?,
+        TexelShading::Plain { light } => {
             let photograph = relight(field, light).to_space(Space::Linear);
-            Material::of_colors(&photograph.planes, job)?
+            LitTexture::of_colors(&photograph.planes, job)?
         }
     };
     let lookups = relief.map(|relief| relief.lookups(job)).transpose()?;
@@ -95,10 +95,10 @@ pub fn render_relief(
 }
 
 /// How many times the slopes frames are tilted: a conventional texture is shaded as it is displaced.
-fn tilt(relief: &Relief, shading: Shading) -> f64 {
+fn tilt(relief: &MeshRelief, shading: TexelShading) -> f64 {
     match shading {
-        Shading::Plain { .. } => relief.bump + relief.displacement,
-        Shading::Reflectance => relief.bump,
+        TexelShading::Plain { .. } => relief.bump + relief.displacement,
+        TexelShading::Reflectance => relief.bump,
     }
 }
 
@@ -307,7 +307,7 @@ mod tests {
         let field = random_field(PlaneLayout::LRGB, Space::Srgb, 9);
         let photographed = Direction::from_disk(0.2, 0.1);
         let mut options = facing(field.size(), [0.3, 0.4, 0.8]);
-        options.shading = Shading::Plain { light: photographed };
+        options.shading = TexelShading::Plain { light: photographed };
         let picture = rendered(&field, &Primitive::Plane.mesh(), &options);
         let photograph = relight(&field, photographed).to_space(Space::Linear);
         let cosine = options.lights[0].direction.z() as f32;
@@ -349,7 +349,7 @@ mod tests {
         let size = Size::new(32, 32);
         let heights = (0..size.texels()).map(|i| if (14..18).contains(&(i % 32)) { 6.0 } else { 0.0 });
         let height = Planes::from_vec(size, 1, heights.collect()).unwrap();
-        let relief = Relief { height, displacement, bump };
+        let relief = MeshRelief { height, displacement, bump };
         let field = uniform_field([0.0, 0.0, 0.0, 0.0, 0.0, 0.5]);
         let options = RenderOptions { shadows, ..facing(Size::new(64, 64), [0.8, 0.0, 0.6]) };
         let (mesh, job) = (Primitive::Plane.mesh(), Job::default());

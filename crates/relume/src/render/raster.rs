@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use super::mesh::Mesh;
 use super::vector::Vec3;
-use super::view::{Projection, View};
+use super::view::{View, ViewProjection};
 
 /// Barycentric coordinates down to this below zero are inside: rounding leaves no gaps between
 /// neighbours.
@@ -64,8 +64,8 @@ impl Setup {
         let (columns, lines) = bounds([a, b, c], view)?;
         let rows = [b.cross(c), c.cross(a), a.cross(b)].map(|row| row * (1.0 / volume));
         let nearness = match view.projection() {
-            Projection::Perspective { .. } => rows[0] + rows[1] + rows[2],
-            Projection::Parallel => {
+            ViewProjection::Perspective { .. } => rows[0] + rows[1] + rows[2],
+            ViewProjection::Parallel => {
                 let heights = corners.map(|p| view.height(p));
                 rows[0] * heights[0] + rows[1] * heights[1] + rows[2] * heights[2]
             }
@@ -98,8 +98,8 @@ impl Setup {
 fn bounds(corners: [Vec3; 3], view: &View) -> Option<((usize, usize), (usize, usize))> {
     let size = view.size();
     let near = match view.projection() {
-        Projection::Perspective { near } => near,
-        Projection::Parallel => 0.0,
+        ViewProjection::Perspective { near } => near,
+        ViewProjection::Parallel => 0.0,
     };
     if corners.iter().all(|c| c.z < near) {
         return None;
@@ -133,8 +133,8 @@ pub fn scan(setups: &[Setup], chosen: &[u32], view: &View, lines: (usize, usize)
     let width = view.size().width;
     let mut hits = vec![Hit::NOTHING; width * (lines.1 - lines.0)];
     let most = match view.projection() {
-        Projection::Perspective { near } => 1.0 / near,
-        Projection::Parallel => f64::INFINITY,
+        ViewProjection::Perspective { near } => 1.0 / near,
+        ViewProjection::Parallel => f64::INFINITY,
     };
     for &index in chosen {
         let setup = &setups[index as usize];

@@ -24,7 +24,7 @@ const TRIANGLE_BYTES: u64 = 512;
 
 /// A height map and how it is used.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Relief {
+pub struct MeshRelief {
     /// One plane of the texture's proportions: heights in texels above the object's surface.
     pub height: Planes,
     /// The surface is moved by this many times the height; 0 leaves it.
@@ -33,7 +33,7 @@ pub struct Relief {
     pub bump: f64,
 }
 
-impl Relief {
+impl MeshRelief {
     /// Checks the heights and both factors.
     ///
     /// # Errors
@@ -87,7 +87,7 @@ impl Subdivided {
 /// The mesh moved along its normals by the relief, repeated `tiling` times.
 pub(super) fn displaced(
     mesh: &Mesh,
-    relief: &Relief,
+    relief: &MeshRelief,
     heights: &MipMap,
     tiling: [f64; 2],
     job: &Job,
@@ -221,12 +221,12 @@ mod tests {
     use super::*;
     use crate::limits::Limits;
 
-    fn relief(size: Size, height: impl Fn(usize, usize) -> f32) -> Relief {
+    fn relief(size: Size, height: impl Fn(usize, usize) -> f32) -> MeshRelief {
         let data = (0..size.texels()).map(|i| height(i % size.width, i / size.width)).collect();
-        Relief { height: Planes::from_vec(size, 1, data).unwrap(), displacement: 1.0, bump: 0.0 }
+        MeshRelief { height: Planes::from_vec(size, 1, data).unwrap(), displacement: 1.0, bump: 0.0 }
     }
 
-    fn displace(mesh: &Mesh, relief: &Relief, tiling: [f64; 2]) -> Subdivided {
+    fn displace(mesh: &Mesh, relief: &MeshRelief, tiling: [f64; 2]) -> Subdivided {
         let heights = relief.lookups(&Job::default()).unwrap();
         displaced(mesh, relief, &heights, tiling, &Job::default()).unwrap()
     }
@@ -296,8 +296,8 @@ mod tests {
     fn what_is_no_relief_is_refused() {
         let good = relief(Size::new(3, 2), |x, _| x as f32);
         assert!(good.validate().is_ok());
-        assert!(Relief { bump: f64::NAN, ..good.clone() }.validate().is_err());
-        assert!(Relief { height: Planes::zeros(Size::new(2, 2), 3), ..good.clone() }.validate().is_err());
+        assert!(MeshRelief { bump: f64::NAN, ..good.clone() }.validate().is_err());
+        assert!(MeshRelief { height: Planes::zeros(Size::new(2, 2), 3), ..good.clone() }.validate().is_err());
         assert!(relief(Size::new(2, 2), |_, _| f32::INFINITY).validate().is_err());
         let tight = Job::new(Limits { max_bytes: 5000, ..Limits::default() });
         let heights = good.lookups(&tight).unwrap();

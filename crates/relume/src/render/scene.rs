@@ -64,7 +64,7 @@ pub struct Light {
 
 /// How texels answer to light.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Shading {
+pub enum TexelShading {
     /// By their functions of the light's direction in the tangent frame.
     Reflectance,
     /// As a conventional texture: the field's picture under one light of its own frame, taken
@@ -116,8 +116,8 @@ pub struct RenderOptions {
     /// Linear colour where there is no object.
     pub background: [f32; 3],
     /// How texels answer to light.
-    pub shading: Shading,
-    /// Highlights; only where normals are given, and not for [`Shading::Plain`].
+    pub shading: TexelShading,
+    /// Highlights; only where normals are given, and not for [`TexelShading::Plain`].
     pub specular: Specular,
     /// Shadows of the object on itself.
     pub shadows: CastShadows,
@@ -133,7 +133,7 @@ impl Default for RenderOptions {
             lights: vec![Light { direction, color: [1.0; 3] }],
             tiling: [1.0, 1.0],
             background: [0.0; 3],
-            shading: Shading::Reflectance,
+            shading: TexelShading::Reflectance,
             specular: Specular::default(),
             shadows: CastShadows::On,
         }

@@ -10,12 +10,12 @@
 //! Gelb, HPL-2003-16, section 2) by a GGX lobe ([`crate::microfacet`]). Everything adds up in linear
 //! light.
 
-use super::material::{Lookup, Material};
+use super::material::{LitTexture, Lookup};
 use super::mesh::{Mesh, Tangents};
 use super::mip_map::MipMap;
 use super::raster::Setup;
 use super::relief::Subdivided;
-use super::scene::{Light, RenderOptions, Shading, Specular};
+use super::scene::{Light, RenderOptions, Specular, TexelShading};
 use super::shadow::ShadowMap;
 use super::vector::{Vec3, length};
 use super::view::View;
@@ -34,7 +34,7 @@ pub struct Shader<'a> {
     /// Heights with their slopes, and how many times frames are tilted by them.
     pub slopes: Option<(&'a MipMap, f64)>,
     pub tangents: Tangents,
-    pub material: &'a Material,
+    pub material: &'a LitTexture,
     pub view: View,
     pub options: &'a RenderOptions,
     /// One for each light, or none.
@@ -42,7 +42,7 @@ pub struct Shader<'a> {
 }
 
 /// A triangle of the mesh as it was given, and barycentric coordinates in it.
-type Place = (usize, [f64; 3]);
+type MeshPlace = (usize, [f64; 3]);
 
 /// A point of the object with the texture's frame there, on the side that is seen.
 struct Point {
@@ -94,7 +94,7 @@ impl Shader<'_> {
     }
 
     /// The triangle of the mesh as it was given, and the barycentric coordinates in it.
-    fn origin(&self, setup: &Setup, barycentric: [f64; 3]) -> Place {
+    fn origin(&self, setup: &Setup, barycentric: [f64; 3]) -> MeshPlace {
         match self.moved {
             Some(moved) => moved.origin(setup.triangle, barycentric),
             None => (setup.triangle as usize, barycentric),
@@ -102,7 +102,7 @@ impl Shader<'_> {
     }
 
     /// Texture coordinates of a place, tiling included.
-    fn coordinates(&self, (triangle, barycentric): Place) -> [f64; 2] {
+    fn coordinates(&self, (triangle, barycentric): MeshPlace) -> [f64; 2] {
         let corners = self.mesh.triangles()[triangle].map(|i| self.mesh.texcoords()[i as usize]);
         std::array::from_fn(|k| {
             let along: f64 = corners.iter().zip(barycentric).map(|(c, b)| f64::from(c[k]) * b).sum();
@@ -111,7 +111,7 @@ impl Shader<'_> {
     }
 
     /// The longer distance to the neighbouring samples' places on a texture of `size`, in texels.
-    fn footprint(&self, setup: &Setup, (x, y): (f64, f64), place: Place, size: Size) -> f64 {
+    fn footprint(&self, setup: &Setup, (x, y): (f64, f64), place: MeshPlace, size: Size) -> f64 {
         let here = self.coordinates(place);
         let square_distance = |x: f64, y: f64| {
             setup.barycentric(x, y).map_or(f64::INFINITY, |barycentric| {
@@ -125,7 +125,7 @@ impl Shader<'_> {
     }
 
     /// The point that is seen, with the frame of the mesh as it was given.
-    fn point(&self, setup: &Setup, seen: [f64; 3], (triangle, barycentric): Place) -> Point {
+    fn point(&self, setup: &Setup, seen: [f64; 3], (triangle, barycentric): MeshPlace) -> Point {
         let mix = |v: [Vec3; 3], b: [f64; 3]| v[0] * b[0] + v[1] * b[1] + v[2] * b[2];
         let geometry = self.geometry();
         let corners = geometry.corners(geometry.triangles()[setup.triangle as usize]);
@@ -147,7 +147,7 @@ impl Shader<'_> {
     }
 
     /// The point with its frame tilted by the relief's slopes and made orthonormal again.
-    fn tilted(&self, point: Point, setup: &Setup, sample: (f64, f64), place: Place) -> Point {
+    fn tilted(&self, point: Point, setup: &Setup, sample: (f64, f64), place: MeshPlace) -> Point {
         let Some((slopes, factor)) = self.slopes else { return point };
         let mut values = Vec::new();
         let footprint = self.footprint(setup, sample, place, slopes.size());
@@ -183,8 +183,8 @@ impl Shader<'_> {
         };
         let color = self.material.color(lookup, directions);
         match self.options.shading {
-            Shading::Plain { .. } => color.map(|c| c * local.z),
-            Shading::Reflectance => {
+            TexelShading::Plain { .. } => color.map(|c| c * local.z),
+            TexelShading::Reflectance => {
                 let highlight = self.highlight(point, local, &lookup.values);
                 color.map(|c| c + highlight)
             }

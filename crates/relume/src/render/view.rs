@@ -16,12 +16,12 @@ pub struct View {
     back: Vec3,
     /// Samples a unit length: at unit depth (perspective) or at any depth.
     scale: f64,
-    projection: Projection,
+    projection: ViewProjection,
 }
 
 /// How depth enters.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Projection {
+pub enum ViewProjection {
     /// Rays through one eye; nothing nearer than `near` is seen.
     Perspective {
         /// In world units.
@@ -46,7 +46,7 @@ impl View {
             up: back.cross(right),
             back,
             scale: 0.5 * size.height as f64 / (0.5 * camera.field_of_view_rad).tan(),
-            projection: Projection::Perspective { near: 1e-3 * distance.min(radius) },
+            projection: ViewProjection::Perspective { near: 1e-3 * distance.min(radius) },
         }
     }
 
@@ -61,7 +61,7 @@ impl View {
             back: towards,
             // Two samples stay free around it for filtering.
             scale: (0.5 * side as f64 - 2.0).max(0.5) / radius,
-            projection: Projection::Parallel,
+            projection: ViewProjection::Parallel,
         }
     }
 
@@ -71,7 +71,7 @@ impl View {
     }
 
     /// How depth enters.
-    pub fn projection(&self) -> Projection {
+    pub fn projection(&self) -> ViewProjection {
         self.projection
     }
 
@@ -83,8 +83,8 @@ impl View {
     /// The unit vector from a point towards the viewer.
     pub fn towards_viewer(&self, point: Vec3) -> Vec3 {
         match self.projection {
-            Projection::Perspective { .. } => (self.origin - point).unit().unwrap_or(self.back),
-            Projection::Parallel => self.back,
+            ViewProjection::Perspective { .. } => (self.origin - point).unit().unwrap_or(self.back),
+            ViewProjection::Parallel => self.back,
         }
     }
 
@@ -93,8 +93,8 @@ impl View {
     pub fn project(&self, point: Vec3) -> Vec3 {
         let p = point - self.origin;
         let w = match self.projection {
-            Projection::Perspective { .. } => -p.dot(self.back),
-            Projection::Parallel => 1.0,
+            ViewProjection::Perspective { .. } => -p.dot(self.back),
+            ViewProjection::Parallel => 1.0,
         };
         let (half_width, half_height) = (0.5 * self.size.width as f64, 0.5 * self.size.height as f64);
         Vec3::new(

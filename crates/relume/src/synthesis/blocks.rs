@@ -11,16 +11,16 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::alpha::ramps;
-use super::canvas::Canvas;
+use super::canvas::BlockCanvas;
 use super::cut::graph::{BYTES_PER_TEXEL, inside_seam};
 use super::cut::{feather, inside_cuts};
 use super::guidance::Guided;
-use super::layout::{Block, Layout};
+use super::layout::{BlockLayout, PlacedBlock};
 use super::options::{Blend, BlockOptions};
 use super::positions::Positions;
 use super::quantise::{Exemplar, Quantised};
 use super::search::plan::plan;
-use super::search::{Acceptance, Effort, Found, Query, Search};
+use super::search::{Acceptance, BlockQuery, Effort, Found, Search};
 use super::source_map::{SourceMap, Texel};
 use crate::error::Result;
 use crate::job::Job;
@@ -33,14 +33,14 @@ pub struct Synthesis {
     /// Where each texel comes from.
     pub map: SourceMap,
     /// How it came about.
-    pub report: Report,
+    pub report: SynthesisReport,
     /// How long it took.
-    pub times: Times,
+    pub times: StageTimes,
 }
 
 /// Wall-clock seconds of each stage; the only part of a result that differs between runs.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Times {
+pub struct StageTimes {
     /// Quantising the exemplars and preparing the search.
     pub prepare_s: f64,
     /// Searching for all blocks.
@@ -51,7 +51,7 @@ pub struct Times {
 
 /// How an output came about.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Report {
+pub struct SynthesisReport {
     /// Blocks in each row.
     pub columns: usize,
     /// Rows of blocks.
@@ -120,7 +120,7 @@ pub fn synthesize(exemplars: &[Exemplar<'_>], options: &BlockOptions, job: &Job)
     let guided = Guided::new(exemplars, options.guidance.as_ref(), options.size, job)?;
     let (quantised, guides) = guided.apart(job)?;
     let positions = Positions::new(exemplars, options.block)?;
-    let layout = Layout::new(options, job)?;
+    let layout = BlockLayout::new(options, job)?;
     let recipe = plan(options, &layout, quantised.planes());
     job.check_bytes("preparing the search", recipe.bytes(&quantised, guides.as_ref()))?;
     if options.blend == Blend::GraphCut {
@@ -128,16 +128,17 @@ pub fn synthesize(exemplars: &[Exemplar<'_>], options: &BlockOptions, job: &Job)
         job.check("the graph of a block", Size::new(options.block, options.block), at_once)?;
     }
     let search = recipe.prepare(&quantised, &positions, guides.as_ref());
-    let mut canvas = Canvas::new(layout.size, quantised.planes(), job)?;
-    let work = Work { options, quantised: &quantised, positions: &positions, search: &*search };
+    let mut canvas = BlockCanvas::new(layout.size, quantised.planes(), job)?;
+    let work = BlockWork { options, quantised: &quantised, positions: &positions, search: &*search };
     let prepare_s = begun.elapsed().as_secs_f64();
     let (report, search_s) = work.fill(&layout, &mut canvas, job)?;
-    let times = Times { prepare_s, search_s, join_s: begun.elapsed().as_secs_f64() - prepare_s - search_s };
+    let times =
+        StageTimes { prepare_s, search_s, join_s: begun.elapsed().as_secs_f64() - prepare_s - search_s };
     Ok(Synthesis { map: canvas.into_map(options.size, exemplars), report, times })
 }
 
 /// What every block needs to know.
-struct Work<'a> {
+struct BlockWork<'a> {
     options: &'a BlockOptions,
     quantised: &'a Quantised,
     positions: &'a Positions,
@@ -151,10 +152,15 @@ struct Decision {
     effort: Effort,
 }
 
-impl Work<'_> {
+impl BlockWork<'_> {
     /// Places all blocks, wave after wave: the blocks of a wave do not touch. Returns the seconds
     /// that the searches took beside the report.
-    fn fill(&self, layout: &Layout, canvas: &mut Canvas, job: &Job) -> Result<(Report, f64)> {
+    fn fill(
+        &self,
+        layout: &BlockLayout,
+        canvas: &mut BlockCanvas,
+        job: &Job,
+    ) -> Result<(SynthesisReport, f64)> {
         job.start("synthesising blocks", layout.sequence.len() as u64);
         let mut placements: Vec<Option<Placement>> = vec![None; layout.sequence.len()];
         let mut effort = Effort::default();
@@ -162,8 +168,8 @@ impl Work<'_> {
         let mut curve = None;
         let sampled = layout.sequence.len().div_ceil(CURVE_BLOCKS);
         for wave in &layout.waves {
-            let blocks: Vec<&Block> = wave.iter().map(|&index| &layout.sequence[index]).collect();
-            let queries: Vec<Query> = blocks.par_iter().map(|block| self.query(block, canvas)).collect();
+            let blocks: Vec<&PlacedBlock> = wave.iter().map(|&index| &layout.sequence[index]).collect();
+            let queries: Vec<BlockQuery> = blocks.par_iter().map(|block| self.query(block, canvas)).collect();
             let begun = Instant::now();
             let found = self.search(&queries);
             search_s += begun.elapsed().as_secs_f64();
@@ -187,7 +193,7 @@ impl Work<'_> {
             }
         }
         let placements: Vec<Placement> = placements.into_iter().flatten().collect();
-        let report = Report {
+        let report = SynthesisReport {
             columns: layout.columns,
             rows: layout.rows,
             positions: self.positions.count(),
@@ -202,7 +208,7 @@ impl Work<'_> {
 
     /// The candidates of blocks that do not touch; none for the first block, which fits anything where it
     /// follows no guide.
-    fn search(&self, queries: &[Query]) -> Vec<Option<Found>> {
+    fn search(&self, queries: &[BlockQuery]) -> Vec<Option<Found>> {
         match queries {
             [first] if first.neighbourhood.is_empty() && self.options.guidance.is_none() => vec![None],
             _ => self.search.candidates(queries).into_iter().map(Some).collect(),
@@ -210,7 +216,7 @@ impl Work<'_> {
     }
 
     /// Adds a block to the rejection curve.
-    fn measure(&self, query: &Query, found: Option<&Found>, curve: &mut Option<RejectionCurve>) {
+    fn measure(&self, query: &BlockQuery, found: Option<&Found>, curve: &mut Option<RejectionCurve>) {
         let remaining = found.and_then(|found| self.search.rejection_curve(query, found.candidates.best));
         let Some(remaining) = remaining else { return };
         let empty = || RejectionCurve { blocks: 0, positions: 0, remaining: vec![0; remaining.len()] };
@@ -218,9 +224,9 @@ impl Work<'_> {
     }
 
     /// What a block has to fit.
-    fn query(&self, block: &Block, canvas: &Canvas) -> Query {
+    fn query(&self, block: &PlacedBlock, canvas: &BlockCanvas) -> BlockQuery {
         let (texels, step) = (block.neighbourhood.texels(), self.quantised.step());
-        Query {
+        BlockQuery {
             neighbourhood: block.neighbourhood,
             place: [block.x, block.y],
             codes: canvas.patch(block),
@@ -230,7 +236,7 @@ impl Work<'_> {
     }
 
     /// Draws one of the candidates; one of all positions where there is nothing to fit.
-    fn draw(&self, block: &Block, query: &Query, found: Option<Found>) -> Decision {
+    fn draw(&self, block: &PlacedBlock, query: &BlockQuery, found: Option<Found>) -> Decision {
         let mut stream = Stream::new(self.options.seed, Purpose::Block, [block.number as u64]);
         let (source, candidates, best, effort) = match found {
             None => {
@@ -252,7 +258,7 @@ impl Work<'_> {
     }
 
     /// The share of the block from `source` in each texel.
-    fn weights(&self, query: &Query, source: Texel) -> Vec<f32> {
+    fn weights(&self, query: &BlockQuery, source: Texel) -> Vec<f32> {
         let shape = &query.neighbourhood;
         let from = &self.quantised.texels()[source.exemplar as usize];
         let planes = self.quantised.planes();
@@ -330,11 +336,11 @@ mod tests {
             let job = Job::default();
             let quantised = Quantised::new(&exemplars, &job).unwrap();
             let Ok(positions) = Positions::new(&exemplars, options.block) else { return Ok(()) };
-            let mut layout = Layout::new(&options, &job).unwrap();
+            let mut layout = BlockLayout::new(&options, &job).unwrap();
             layout.waves = (0..layout.sequence.len()).map(|index| vec![index]).collect();
-            let mut canvas = Canvas::new(layout.size, planes, &job).unwrap();
+            let mut canvas = BlockCanvas::new(layout.size, planes, &job).unwrap();
             let search = Plain { exemplars: &quantised, positions: &positions };
-            let work = Work { options: &options, quantised: &quantised, positions: &positions, search: &search };
+            let work = BlockWork { options: &options, quantised: &quantised, positions: &positions, search: &search };
             let (report, _) = work.fill(&layout, &mut canvas, &Job::default()).unwrap();
             let map = canvas.into_map(options.size, &exemplars);
             for threads in [1, 2, 5] {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::layout::Block;
+use super::layout::PlacedBlock;
 use super::quantise::{Exemplar, Quantised};
 use super::source_map::{Part, SourceMap, Texel};
 use crate::error::Result;
@@ -10,7 +10,7 @@ use crate::job::Job;
 use crate::planes::Size;
 
 /// The output's codes and sources. Blocks that cross an edge go on at the opposite one.
-pub struct Canvas {
+pub struct BlockCanvas {
     size: Size,
     planes: usize,
     codes: Vec<i16>,
@@ -18,7 +18,7 @@ pub struct Canvas {
     mixes: BTreeMap<usize, Vec<Part>>,
 }
 
-impl Canvas {
+impl BlockCanvas {
     /// An empty canvas.
     pub fn new(size: Size, planes: usize, job: &Job) -> Result<Self> {
         let bytes = (planes * size_of::<i16>() + size_of::<Texel>()) as u64;
@@ -33,14 +33,14 @@ impl Canvas {
     }
 
     /// The output texels of row `dy` of a block, in order.
-    fn row(&self, block: &Block, dy: usize) -> impl Iterator<Item = usize> + use<> {
+    fn row(&self, block: &PlacedBlock, dy: usize) -> impl Iterator<Item = usize> + use<> {
         let (size, x) = (self.size, block.x);
         let y = (block.y + dy) % size.height;
         (0..block.neighbourhood.extent.width).map(move |dx| size.index((x + dx) % size.width, y))
     }
 
     /// The codes under a block, row after row; zeros where nothing is yet.
-    pub fn patch(&self, block: &Block) -> Vec<i16> {
+    pub fn patch(&self, block: &PlacedBlock) -> Vec<i16> {
         let extent = block.neighbourhood.extent;
         let mut patch = Vec::with_capacity(extent.texels() * self.planes);
         for texel in (0..extent.height).flat_map(|dy| self.row(block, dy)) {
@@ -51,7 +51,7 @@ impl Canvas {
 
     /// Positions from which what lies at the middles of a block's filled sides, and in its first
     /// corner, would be continued.
-    pub fn continuations(&self, block: &Block) -> Vec<Texel> {
+    pub fn continuations(&self, block: &PlacedBlock) -> Vec<Texel> {
         let (shape, size) = (block.neighbourhood, self.size);
         let Size { width, height } = shape.extent;
         let (across, down) = (width / 2, height / 2);
@@ -70,7 +70,7 @@ impl Canvas {
 
     /// Puts the exemplar block at `position` into its place; `weights` are its shares, texel by
     /// texel: 1 copies, 0 keeps what is there, anything between blends.
-    pub fn paste(&mut self, block: &Block, exemplars: &Quantised, position: Texel, weights: &[f32]) {
+    pub fn paste(&mut self, block: &PlacedBlock, exemplars: &Quantised, position: Texel, weights: &[f32]) {
         let extent = block.neighbourhood.extent;
         let from = &exemplars.texels()[position.exemplar as usize];
         for dy in 0..extent.height {

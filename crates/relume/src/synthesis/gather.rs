@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::source_map::SourceMap;
 use crate::error::{Error, Result};
-use crate::field::{Basis, PlaneLayout, Domain, IndexSpace, Metric, ReflectanceField};
+use crate::field::{Basis, Domain, IndexSpace, Metric, PlaneLayout, ReflectanceField};
 use crate::job::Job;
 use crate::planes::{Planes, Size};
 use crate::space::Space;

@@ -201,10 +201,10 @@ mod tests {
     use super::*;
     use crate::numeric::random::{Purpose, Stream};
     use crate::synthesis::options::Boundary;
-    use crate::synthesis::pixel::lattice::Lattice;
+    use crate::synthesis::pixel::canvas::PixelCanvas;
     use crate::synthesis::pixel::scan::Scan;
-    use crate::synthesis::pixel::window::Window;
-    use crate::synthesis::pixel::{plain, wei_levoy::neighbourhood::Neighbourhood};
+    use crate::synthesis::pixel::window::ComparedWindow;
+    use crate::synthesis::pixel::{plain, wei_levoy::neighbourhood::ScanNeighbourhood};
     use crate::synthesis::positions::Positions;
     use proptest::prelude::*;
 
@@ -251,15 +251,15 @@ mod tests {
             let positions = positions(window + extra, window);
             let scan = Scan::guided(&quantised, &positions, guides, &job).unwrap();
             let boundary = if torus { Boundary::Torus } else { Boundary::Open };
-            let mut lattice = Lattice::new(size, planes + guides, boundary, &job).unwrap();
-            lattice.guide(&target);
+            let mut canvas = PixelCanvas::new(size, planes + guides, boundary, &job).unwrap();
+            canvas.guide(&target);
             for texel in (0..size.texels()).step_by(3) {
-                lattice.put(texel, positions.nth(texel % positions.count()), &quantised);
+                canvas.put(texel, positions.nth(texel % positions.count()), &quantised);
                 let given = target.run(texel % width, texel / width, 1);
-                prop_assert_eq!(lattice.guide_codes(texel), given);
+                prop_assert_eq!(canvas.guide_codes(texel), given);
             }
             for texel in (0..size.texels()).step_by(7) {
-                let query = Window::gaussian(window).query(&lattice, texel);
+                let query = ComparedWindow::gaussian(window).query(&canvas, texel);
                 let truth = plain::matches(&quantised, &positions, &query, 0.1);
                 prop_assert_eq!(scan.matches(&query, 0.1, &[]), truth);
             }
@@ -275,10 +275,10 @@ mod tests {
         let guidance = Guidance { sources: vec![guide.clone()], target: guide, weight: 1.0 };
         let guided = Guided::new(&exemplars, Some(&guidance), size, &job).unwrap();
         let (quantised, target) = guided.interleaved(&job).unwrap();
-        let mut lattice = Lattice::new(size, 3, Boundary::Torus, &job).unwrap();
-        lattice.guide(&target.unwrap());
+        let mut canvas = PixelCanvas::new(size, 3, Boundary::Torus, &job).unwrap();
+        canvas.guide(&target.unwrap());
         let mut vector = Vec::new();
-        Neighbourhood::new(3, false, 1).of_output(&lattice, None, size.index(4, 5), &mut vector);
+        ScanNeighbourhood::new(3, false, 1).of_output(&canvas, None, size.index(4, 5), &mut vector);
         let own = |x, y| quantised.texels()[0].run(x, y, 1)[2];
         // Four known texels of three planes, then five guides.
         assert_eq!(vector[12..17], [own(4, 5), own(5, 5), own(3, 6), own(4, 6), own(5, 6)]);

@@ -21,7 +21,7 @@ use crate::planes::Size;
 
 /// One block of the output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Block {
+pub struct PlacedBlock {
     /// Its place counted row after row; its random stream.
     pub number: usize,
     /// Left column in the output.
@@ -34,7 +34,7 @@ pub struct Block {
 
 /// All blocks of an output.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Layout {
+pub struct BlockLayout {
     /// Texels that the blocks cover: the output's, and with open edges perhaps more.
     pub size: Size,
     /// Blocks in each row.
@@ -42,21 +42,21 @@ pub struct Layout {
     /// Rows of blocks.
     pub rows: usize,
     /// The blocks in sequential order.
-    pub sequence: Vec<Block>,
+    pub sequence: Vec<PlacedBlock>,
     /// Indices into the sequence, in waves of blocks that do not depend on each other.
     pub waves: Vec<Vec<usize>>,
 }
 
-impl Layout {
+impl BlockLayout {
     /// The blocks of valid options.
     ///
     /// # Errors
     /// When the output or the number of its blocks exceeds the limits.
     pub fn new(options: &BlockOptions, job: &Job) -> Result<Self> {
         job.check("the synthesised output", options.size, size_of::<Texel>() as u64)?;
-        let columns = Axis::new(options.size.width, options);
-        let rows = Axis::new(options.size.height, options);
-        let bytes_per_block = (size_of::<Block>() + 3 * size_of::<usize>()) as u64;
+        let columns = BlockSpacing::new(options.size.width, options);
+        let rows = BlockSpacing::new(options.size.height, options);
+        let bytes_per_block = (size_of::<PlacedBlock>() + 3 * size_of::<usize>()) as u64;
         let bytes = (columns.count() as u64 * rows.count() as u64).saturating_mul(bytes_per_block);
         job.check_bytes("the plan of so many blocks", bytes)?;
         let mut sequence = Vec::with_capacity(columns.count() * rows.count());
@@ -66,7 +66,7 @@ impl Layout {
                 let column = (start + order) % columns.count();
                 let (left, right) = columns.margins(column, order);
                 let (top, bottom) = rows.margins(row, row);
-                sequence.push(Block {
+                sequence.push(PlacedBlock {
                     number: row * columns.count() + column,
                     x: columns.starts[column],
                     y: rows.starts[row],
@@ -84,14 +84,14 @@ impl Layout {
 }
 
 /// The blocks along one side of the output.
-struct Axis {
+struct BlockSpacing {
     side: usize,
     block: usize,
     boundary: Boundary,
     starts: Vec<usize>,
 }
 
-impl Axis {
+impl BlockSpacing {
     fn new(side: usize, options: &BlockOptions) -> Self {
         let BlockOptions { block, overlap, boundary, .. } = *options;
         let step = block - overlap;
@@ -141,7 +141,7 @@ fn torus_count(side: usize, block: usize, step: usize) -> usize {
 }
 
 /// Groups the sequence by the length of the longest chain of overlapping earlier blocks.
-fn waves(sequence: &[Block], columns: usize, rows: usize, boundary: Boundary) -> Vec<Vec<usize>> {
+fn waves(sequence: &[PlacedBlock], columns: usize, rows: usize, boundary: Boundary) -> Vec<Vec<usize>> {
     let mut level: Vec<Option<usize>> = vec![None; columns * rows];
     let mut waves: Vec<Vec<usize>> = Vec::new();
     for (index, block) in sequence.iter().enumerate() {
@@ -174,11 +174,11 @@ mod tests {
     use crate::limits::Limits;
     use proptest::prelude::*;
 
-    fn plan(options: &BlockOptions) -> Layout {
-        Layout::new(options, &Job::default()).unwrap()
+    fn plan(options: &BlockOptions) -> BlockLayout {
+        BlockLayout::new(options, &Job::default()).unwrap()
     }
 
-    fn texels(block: &Block, size: Size) -> impl Iterator<Item = (usize, bool)> + use<> {
+    fn texels(block: &PlacedBlock, size: Size) -> impl Iterator<Item = (usize, bool)> + use<> {
         let block = *block;
         let shape = block.neighbourhood;
         let at =
@@ -268,6 +268,6 @@ mod tests {
             BlockOptions { size: Size::new(4000, 4000), block: 2, overlap: 1, ..Default::default() };
         let job = Job::new(Limits { max_bytes: 1 << 29, ..Limits::default() });
         assert!(job.check("the output alone", options.size, 12).is_ok());
-        assert!(Layout::new(&options, &job).unwrap_err().message().contains("blocks"));
+        assert!(BlockLayout::new(&options, &job).unwrap_err().message().contains("blocks"));
     }
 }

@@ -39,7 +39,7 @@ pub mod roller;
 pub mod search;
 pub mod source_map;
 
-pub use blocks::{Placement, RejectionCurve, Report, Synthesis, Times, synthesize};
+pub use blocks::{Placement, RejectionCurve, StageTimes, Synthesis, SynthesisReport, synthesize};
 pub use gather::gather;
 pub use guidance::Guidance;
 pub use options::{Blend, BlockOptions, Boundary, Tolerance};

@@ -1,6 +1,7 @@
 //! The part of a block that is there already, as data that any search can sum over.
 
 use crate::planes::Size;
+use crate::rect::Rect;
 
 /// Widths of the strips along a block's four sides that earlier blocks have filled; 0 for none.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -13,19 +14,6 @@ pub struct Margins {
     pub right: usize,
     /// Texels from the bottom edge.
     pub bottom: usize,
-}
-
-/// A rectangle of texels inside a block.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Rect {
-    /// Left column.
-    pub x: usize,
-    /// Top row.
-    pub y: usize,
-    /// Texels along x.
-    pub width: usize,
-    /// Texels along y.
-    pub height: usize,
 }
 
 /// A block's extent (clipped by the output's edges) and the margins that are filled. Opposite
@@ -55,22 +43,22 @@ impl Neighbourhood {
 
     /// The number of filled texels.
     pub fn texels(&self) -> usize {
-        self.rects().map(|r| r.width * r.height).sum()
+        self.rects().map(|rect| rect.size.texels()).sum()
     }
 
     /// The filled texels as disjoint rectangles from top to bottom: the whole top strip, left and
     /// right strips between the others, the whole bottom strip. Empty ones are left out.
-    pub fn rects(&self) -> impl Iterator<Item = Rect> {
+    pub fn rects(&self) -> impl Iterator<Item = Rect<usize>> {
         let Size { width, height } = self.extent;
         let Margins { left, top, right, bottom } = self.margins;
         let between = height - top - bottom;
         let rects = [
-            Rect { x: 0, y: 0, width, height: top },
-            Rect { x: 0, y: top, width: left, height: between },
-            Rect { x: width - right, y: top, width: right, height: between },
-            Rect { x: 0, y: height - bottom, width, height: bottom },
+            Rect::new(0, 0, Size::new(width, top)),
+            Rect::new(0, top, Size::new(left, between)),
+            Rect::new(width - right, top, Size::new(right, between)),
+            Rect::new(0, height - bottom, Size::new(width, bottom)),
         ];
-        rects.into_iter().filter(|r| r.width * r.height > 0)
+        rects.into_iter().filter(|rect| rect.size.texels() > 0)
     }
 }
 
@@ -86,7 +74,9 @@ mod tests {
             let shape = Neighbourhood { extent: Size::new(7, 6), margins };
             let mut covered = [0; 42];
             for r in shape.rects() {
-                for (y, x) in (r.y..r.y + r.height).flat_map(|y| (r.x..r.x + r.width).map(move |x| (y, x))) {
+                for (y, x) in
+                    (r.y..r.y + r.size.height).flat_map(|y| (r.x..r.x + r.size.width).map(move |x| (y, x)))
+                {
                     covered[shape.extent.index(x, y)] += 1;
                 }
             }

@@ -8,7 +8,7 @@ use crate::planes::Size;
 
 /// Neighbouring positions in one row of an exemplar.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Run {
+pub struct PositionRun {
     /// The leftmost position.
     pub first: Texel,
     /// How many there are.
@@ -18,7 +18,7 @@ pub struct Run {
 /// The valid positions of a block's top-left texel, in the order of exemplar, row, column.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Positions {
-    runs: Vec<Run>,
+    runs: Vec<PositionRun>,
     /// The number of each run's first position.
     starts: Vec<usize>,
     count: usize,
@@ -42,7 +42,7 @@ impl Positions {
     }
 
     /// The positions of blocks that errors call `what` in areas of which some texels are excluded.
-    pub(in crate::synthesis) fn of_areas(areas: &[Area<'_>], block: usize, what: &str) -> Result<Self> {
+    pub(in crate::synthesis) fn of_areas(areas: &[MaskedArea<'_>], block: usize, what: &str) -> Result<Self> {
         let mut runs = Vec::new();
         for (number, &(size, mask)) in areas.iter().enumerate() {
             if size.width < block || size.height < block {
@@ -62,7 +62,7 @@ impl Positions {
                     let end = (x..=size.width - block).find(|&x| rejected.covers(x));
                     let end = end.unwrap_or(size.width - block + 1);
                     if end > x {
-                        runs.push(Run { first: at(x), length: end - x });
+                        runs.push(PositionRun { first: at(x), length: end - x });
                     }
                     x = end + 1;
                 }
@@ -84,7 +84,7 @@ impl Positions {
     }
 
     /// The positions as runs along rows.
-    pub fn runs(&self) -> &[Run] {
+    pub fn runs(&self) -> &[PositionRun] {
         &self.runs
     }
 
@@ -106,7 +106,7 @@ impl Positions {
     /// The number of a position.
     pub fn number(&self, texel: Texel) -> Option<usize> {
         let run = self.runs.partition_point(|run| run.first <= texel).checked_sub(1)?;
-        let Run { first, length } = self.runs[run];
+        let PositionRun { first, length } = self.runs[run];
         let along = texel.x.checked_sub(first.x)? as usize;
         let inside = (first.exemplar, first.y) == (texel.exemplar, texel.y) && along < length;
         inside.then(|| self.starts[run] + along)
@@ -129,9 +129,9 @@ impl Positions {
 }
 
 /// The size of an exemplar, and its excluded texels.
-pub(in crate::synthesis) type Area<'a> = (Size, Option<&'a [bool]>);
+pub(in crate::synthesis) type MaskedArea<'a> = (Size, Option<&'a [bool]>);
 
-fn areas<'a>(exemplars: &[Exemplar<'a>]) -> Vec<Area<'a>> {
+fn areas<'a>(exemplars: &[Exemplar<'a>]) -> Vec<MaskedArea<'a>> {
     exemplars.iter().map(|exemplar| (exemplar.index.size(), exemplar.excluded)).collect()
 }
 

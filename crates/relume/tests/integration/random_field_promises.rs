@@ -6,15 +6,16 @@ use relume::numeric::Matrix;
 use relume::numeric::pyramid::{self, Kernel};
 use relume::numeric::random::{Purpose, Stream};
 use relume::procedural::{Material, MaterialOptions};
-use relume::random_field::estimate::Candidates;
+use relume::random_field::estimate::NeighbourCandidates;
 use relume::random_field::level::{Level, Weights};
 use relume::random_field::neighbourhood::{Offset, causal};
-use relume::random_field::normal_wishart::{Posterior, Statistics};
-use relume::random_field::recursion::{Recursion, Run};
+use relume::random_field::normal_wishart::{Posterior, SufficientStatistics};
+use relume::random_field::recursion::{Recursion, RecursionRun};
 use relume::random_field::selection::{posterior, search};
 use relume::random_field::stability::Stability;
 use relume::random_field::{
-    Budget, ModelOptions, Search, SheetOptions, Structure, Tiles, combine, estimate, model_lights,
+    Budget, ModelOptions, RealisationOptions, SelectionOrder, Structure, Tiles, combine, estimate,
+    model_lights,
 };
 use relume::render::relight;
 use relume::{Direction, Job, Limits, Planes, ReflectanceField, Size, Space};
@@ -38,13 +39,13 @@ fn material(material: Material, side: usize) -> Planes {
     planes
 }
 
-fn sheet(origin: [i64; 2], width: usize, height: usize) -> SheetOptions {
-    SheetOptions { origin, size: Size::new(width, height), seed: 7, period: None }
+fn realisation(origin: [i64; 2], width: usize, height: usize) -> RealisationOptions {
+    RealisationOptions { origin, size: Size::new(width, height), seed: 7, period: None }
 }
 
 /// The same as a tile.
-fn closing(sheet: SheetOptions) -> SheetOptions {
-    SheetOptions { period: Some(sheet.size), ..sheet }
+fn closing(window: RealisationOptions) -> RealisationOptions {
+    RealisationOptions { period: Some(window.size), ..window }
 }
 
 /// A field of `m` planes with given neighbours, weights and identity noise.
@@ -61,17 +62,18 @@ fn planted(m: usize, parts: &[(i32, i32, Vec<f64>)], size: Size, seed: u64) -> P
     };
     let margin = 64;
     let area = Size::new(size.width + 2 * margin, size.height + margin);
-    let run = Run { size: area, drive: None, seed, period: None };
+    let run = RecursionRun { size: area, drive: None, seed, period: None };
     Recursion::new(&level, 0).run_slow([0, 0], &run).crop(margin, margin, size).unwrap()
 }
 
 /// Statistics of all candidates, forward choice, and the standard error of each weight.
 fn found(planes: &Planes, candidates: usize) -> (Vec<Offset>, Posterior, Matrix) {
     let m = planes.count();
-    let set = Candidates { near: causal(candidates), coarse: Vec::new() };
+    let set = NeighbourCandidates { near: causal(candidates), coarse: Vec::new() };
     let statistics = set.statistics(planes, m).unwrap();
     let prior = statistics.prior(1.0);
-    let mut best = search(&statistics, &prior, Search::Forward, candidates).unwrap()[0].candidates.clone();
+    let mut best =
+        search(&statistics, &prior, SelectionOrder::Forward, candidates).unwrap()[0].candidates.clone();
     best.sort_unstable();
     let posterior = posterior(&statistics, &prior, &best).unwrap();
     let regressors: Vec<usize> = best.iter().flat_map(|c| m * c..m * (c + 1)).collect();
@@ -80,7 +82,7 @@ fn found(planes: &Planes, candidates: usize) -> (Vec<Offset>, Posterior, Matrix)
 }
 
 /// sqrt(Sigma_jj (V_xx^-1)_rr).
-fn standard_errors(statistics: &Statistics, posterior: &Posterior) -> Matrix {
+fn standard_errors(statistics: &SufficientStatistics, posterior: &Posterior) -> Matrix {
     let (d, q) = (statistics.planes, statistics.regressors());
     let factor = Matrix::from_fn(q, q, |a, b| statistics.products[(d + a, d + b)]).cholesky().unwrap();
     let inverse = factor.lower_inverse();
@@ -145,16 +147,22 @@ fn windows_of_the_endless_plane_are_the_same_however_they_are_cut() {
     let planes = material(Material::Bark, 96);
     let (model, _) =
         estimate(&planes, &ModelOptions { candidates: 14, ..Default::default() }, &job()).unwrap();
-    let whole = model.synthesize(&sheet([-70, -40], 330, 190), &job()).unwrap();
+    let whole = model.synthesize(&realisation([-70, -40], 330, 190), &job()).unwrap();
     for (x, y, width, height) in
         [(0, 0, 1, 1), (3, 5, 200, 120), (150, 60, 180, 130), (329, 0, 1, 190), (60, 30, 37, 101)]
     {
-        let part = model.synthesize(&sheet([x as i64 - 70, y as i64 - 40], width, height), &job()).unwrap();
+        let part =
+            model.synthesize(&realisation([x as i64 - 70, y as i64 - 40], width, height), &job()).unwrap();
         assert_eq!(part, whole.crop(x, y, Size::new(width, height)).unwrap(), "{x} {y}");
     }
     let single = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-    assert_eq!(single.install(|| model.synthesize(&sheet([-70, -40], 330, 190), &job()).unwrap()), whole);
-    let other = model.synthesize(&SheetOptions { seed: 8, ..sheet([-70, -40], 330, 190) }, &job()).unwrap();
+    assert_eq!(
+        single.install(|| model.synthesize(&realisation([-70, -40], 330, 190), &job()).unwrap()),
+        whole
+    );
+    let other = model
+        .synthesize(&RealisationOptions { seed: 8, ..realisation([-70, -40], 330, 190) }, &job())
+        .unwrap();
     assert_ne!(other, whole);
 }
 
@@ -173,14 +181,14 @@ fn seam(planes: &Planes, a: usize, b: usize) -> f64 {
 fn cells_meet_and_tiles_close_without_a_seam() {
     let planes = material(Material::Leather, 128);
     let (model, _) = estimate(&planes, &ModelOptions::default(), &job()).unwrap();
-    let plane = model.synthesize(&sheet([0, 0], 300, 200), &job()).unwrap();
+    let plane = model.synthesize(&realisation([0, 0], 300, 200), &job()).unwrap();
     let at_cells = seam(&plane, 127, 128);
     assert!((0.7..1.3).contains(&at_cells), "{at_cells}");
-    let tile = closing(sheet([0, 0], 200, 136));
+    let tile = closing(realisation([0, 0], 200, 136));
     let tile = model.synthesize(&tile, &job()).unwrap();
     let joint = seam(&tile, 199, 0);
     assert!((0.7..1.3).contains(&joint), "{joint}");
-    let refused = model.synthesize(&closing(sheet([0, 0], 201, 136)), &job());
+    let refused = model.synthesize(&closing(realisation([0, 0], 201, 136)), &job());
     assert!(refused.unwrap_err().message().contains("204 x 136"));
 }
 
@@ -189,7 +197,7 @@ fn what_is_made_has_the_moments_of_what_was_modelled() {
     for kind in [Material::Bark, Material::Sponge, Material::Leather] {
         let planes = material(kind, 256);
         let (model, _) = estimate(&planes, &ModelOptions::default(), &job()).unwrap();
-        let made = model.synthesize(&sheet([0, 0], 1024, 1024), &job()).unwrap();
+        let made = model.synthesize(&realisation([0, 0], 1024, 1024), &job()).unwrap();
         for k in 0..planes.count() {
             let moments = |p: &[f32]| {
                 let n = p.len() as f64;
@@ -272,20 +280,20 @@ fn what_repeats_is_kept_by_structure_and_its_grain_by_the_field() {
     let budget = Budget { bytes: 1500, cost: &used };
     let (model, _) = combine(&planes, tiles, &budget, &options, &job()).unwrap();
     let (plain, _) = estimate(&planes, &options, &job()).unwrap();
-    let whole = model.synthesize(&sheet([-300, 77], 480, 300), &job()).unwrap();
-    let lost = plain.synthesize(&sheet([-300, 77], 480, 300), &job()).unwrap();
+    let whole = model.synthesize(&realisation([-300, 77], 480, 300), &job()).unwrap();
+    let lost = plain.synthesize(&realisation([-300, 77], 480, 300), &job()).unwrap();
     assert!(repeats(&planes, 12) > 0.8 && repeats(&whole, 12) > 0.8, "{}", repeats(&whole, 12));
     assert!(repeats(&lost, 12) < 0.5, "{}", repeats(&lost, 12));
     // Tiles repeat and their grain does not.
     let same = (0..300).filter(|&x| whole.at(0, x, 9) == whole.at(0, x + 120, 9)).count();
     assert!(same < 30, "{same}");
-    let part = model.synthesize(&sheet([-250, 100], 133, 71), &job()).unwrap();
+    let part = model.synthesize(&realisation([-250, 100], 133, 71), &job()).unwrap();
     assert_eq!(part, whole.crop(50, 23, Size::new(133, 71)).unwrap());
-    let closed = closing(sheet([31, -9], 240, 200));
+    let closed = closing(realisation([31, -9], 240, 200));
     let closed = model.synthesize(&closed, &job()).unwrap();
     let seam = seam(&closed, 239, 0);
     assert!(seam < 2.0, "{seam}");
-    let refused = model.synthesize(&closing(sheet([0, 0], 208, 136)), &job());
+    let refused = model.synthesize(&closing(realisation([0, 0], 208, 136)), &job());
     assert!(refused.unwrap_err().message().contains("multiples of 120 and"));
     let wrong = Tiles { texels: &planes, size: Size::new(120, 33) };
     assert!(combine(&planes, wrong, &budget, &options, &job()).is_err());
@@ -325,10 +333,10 @@ fn models_of_lights_show_one_surface_under_each_of_them() {
     let lights = relume::capture::dome::lights(6);
     let (made, reports) = model(&lights).unwrap();
     assert_eq!(reports.len(), 6);
-    let whole = made.synthesize(&sheet([-40, 13], 190, 150), &job()).unwrap();
+    let whole = made.synthesize(&realisation([-40, 13], 190, 150), &job()).unwrap();
     let mut pictures = Vec::new();
     for (light, model) in made.fields.models() {
-        let picture = model.synthesize(&sheet([-40, 13], 190, 150), &job()).unwrap();
+        let picture = model.synthesize(&realisation([-40, 13], 190, 150), &job()).unwrap();
         let relit = relight(&whole, light.unwrap()).planes;
         let error = |(a, b): (&f32, &f32)| (a - b).abs();
         let worst = picture.as_slice().iter().zip(relit.as_slice()).map(error).fold(0.0, f32::max);
@@ -342,10 +350,10 @@ fn models_of_lights_show_one_surface_under_each_of_them() {
         println!("lights {i} and {j}: correlation {:.2}, made {:.2}", truth(i, j), found(i, j));
         assert!((truth(i, j) - found(i, j)).abs() < 0.25, "{i} {j}: {} {}", truth(i, j), found(i, j));
     }
-    let other = SheetOptions { seed: 8, ..sheet([-40, 13], 190, 150) };
+    let other = RealisationOptions { seed: 8, ..realisation([-40, 13], 190, 150) };
     let other = pictures[1].1.synthesize(&other, &job()).unwrap();
     assert!(correlation(&pictures[0].0, &other).abs() < 0.1);
-    let part = made.synthesize(&sheet([3, 20], 77, 60), &job()).unwrap();
+    let part = made.synthesize(&realisation([3, 20], 77, 60), &job()).unwrap();
     assert_eq!(part.coefficients(), &whole.coefficients().crop(43, 7, Size::new(77, 60)).unwrap());
     // A ring of lights, or too few, do not tell the functions apart.
     let ring: Vec<Direction> = (0..9).map(|i| Direction::from_angles(0.7, f64::from(i) * 0.7)).collect();
@@ -359,7 +367,7 @@ fn an_unstable_fit_is_caught_and_one_that_keeps_the_moments_is_taken() {
     let wild: Vec<(i32, i32, Vec<f64>)> = vec![(-1, 0, vec![0.55]), (0, -1, vec![0.5])];
     let planes = planted(1, &wild, Size::new(64, 64), 3);
     // Unchecked: two neighbours fitted to the values as they are.
-    let set = Candidates { near: causal(2), coarse: Vec::new() };
+    let set = NeighbourCandidates { near: causal(2), coarse: Vec::new() };
     let statistics = set.statistics(&planes, 1).unwrap();
     let fitted = posterior(&statistics, &statistics.prior(1.0), &[0, 1]).unwrap();
     let weight = |r: usize| vec![fitted.weights[(r, 0)]];
@@ -373,11 +381,11 @@ fn an_unstable_fit_is_caught_and_one_that_keeps_the_moments_is_taken() {
     assert!(blown > 6.0 * truth, "{blown} {truth}");
     // Checked.
     let options =
-        ModelOptions { levels: 1, candidates: 2, search: Search::Nested, ..ModelOptions::default() };
+        ModelOptions { levels: 1, candidates: 2, search: SelectionOrder::Nested, ..ModelOptions::default() };
     let (model, reports) = estimate(&planes, &options, &job()).unwrap();
     println!("unstable fit: {blown:.3e}, not {truth:.3e}; {} passed over", reports[0].unstable);
     assert!(model.levels.iter().all(|level| Stability::of(level).is_stable()));
-    let made = deviation(model.synthesize(&sheet([0, 0], 512, 512), &job()).unwrap().plane(0));
+    let made = deviation(model.synthesize(&realisation([0, 0], 512, 512), &job()).unwrap().plane(0));
     assert!((made / truth - 1.0).abs() < 0.05, "{made} {truth}");
 }
 
@@ -415,7 +423,7 @@ fn planes_that_repeat_each_other_or_stand_still_are_modelled() {
     let (model, _) =
         estimate(&planes, &ModelOptions { candidates: 12, ..Default::default() }, &job()).unwrap();
     assert_eq!(model.mixing.own[..3], [true, false, false]);
-    let made = model.synthesize(&sheet([5, 5], 50, 40), &job()).unwrap();
+    let made = model.synthesize(&realisation([5, 5], 50, 40), &job()).unwrap();
     assert!(made.plane(1).iter().all(|&v| v == 0.5));
     let error = made.plane(0).iter().zip(made.plane(2)).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
     assert!(error < 0.01, "{error}");

@@ -2,15 +2,15 @@
 
 use relume::format::read_field;
 use relume::numeric::pyramid::{Kernel, gaussian};
-use relume::random_field::estimate::Candidates;
+use relume::random_field::estimate::NeighbourCandidates;
 use relume::random_field::level::{Level, Weights};
 use relume::random_field::marginal::Marginal;
 use relume::random_field::neighbourhood::{causal, half_disks};
-use relume::random_field::normal_wishart::{Posterior, Statistics};
-use relume::random_field::recursion::{Recursion, Run};
+use relume::random_field::normal_wishart::{Posterior, SufficientStatistics};
+use relume::random_field::recursion::{Recursion, RecursionRun};
 use relume::random_field::selection::{posterior, search};
 use relume::random_field::stability::Stability;
-use relume::random_field::{ModelOptions, Search, SheetOptions, estimate};
+use relume::random_field::{ModelOptions, RealisationOptions, SelectionOrder, estimate};
 use relume::{Job, Limits, Planes, Size};
 
 use crate::support::data;
@@ -36,7 +36,7 @@ fn centred(mut planes: Planes) -> Planes {
 }
 
 /// One-step prediction errors of a model of the first `count` candidates: the root mean square.
-fn held_out(train: &Statistics, test: &Statistics, count: usize) -> (f64, f64) {
+fn held_out(train: &SufficientStatistics, test: &SufficientStatistics, count: usize) -> (f64, f64) {
     let chosen: Vec<usize> = (0..count).collect();
     let fitted: Posterior = posterior(train, &train.prior(1.0), &chosen).unwrap();
     let regressors: Vec<usize> = (0..count * train.planes).collect();
@@ -51,9 +51,9 @@ fn held_out(train: &Statistics, test: &Statistics, count: usize) -> (f64, f64) {
 fn evidence_chooses_a_neighbourhood_of_wool_that_predicts_what_it_has_not_seen() {
     let Some(planes) = fabric("wool") else { return };
     let planes = centred(planes);
-    let set = Candidates { near: causal(112), coarse: Vec::new() };
+    let set = NeighbourCandidates { near: causal(112), coarse: Vec::new() };
     let whole = set.statistics(&planes, 3).unwrap();
-    let path = search(&whole, &whole.prior(1.0), Search::Nested, 112).unwrap();
+    let path = search(&whole, &whole.prior(1.0), SelectionOrder::Nested, 112).unwrap();
     let disks = half_disks(112);
     let best = path.iter().find(|c| disks.contains(&c.candidates.len())).unwrap().candidates.len();
     let Size { width, height } = planes.size();
@@ -77,11 +77,11 @@ fn evidence_chooses_a_neighbourhood_of_wool_that_predicts_what_it_has_not_seen()
 /// What evidence chooses on the upper half of a photograph, and whether it predicts the lower half better than
 /// 6 and 112 neighbours.
 fn chosen_and_better(planes: &Planes) -> (usize, bool, bool) {
-    let set = Candidates { near: causal(112), coarse: Vec::new() };
+    let set = NeighbourCandidates { near: causal(112), coarse: Vec::new() };
     let Size { width, height } = planes.size();
     let half = |y| set.statistics(&planes.crop(0, y, Size::new(width, height / 2)).unwrap(), 3).unwrap();
     let (top, bottom) = (half(0), half(height / 2));
-    let path = search(&top, &top.prior(1.0), Search::Nested, 112).unwrap();
+    let path = search(&top, &top.prior(1.0), SelectionOrder::Nested, 112).unwrap();
     let disks = half_disks(112);
     let best = path.iter().find(|c| disks.contains(&c.candidates.len())).unwrap().candidates.len();
     let score = |count: usize| held_out(&top, &bottom, count).1;
@@ -119,13 +119,13 @@ fn scored(planes: &Planes, rows: usize) -> Planes {
 /// The neighbours that evidence chooses on the first `rows` rows, and the nats a texel by which they predict the lower
 /// half better than 6 and than 112.
 fn gained(planes: &Planes, rows: usize) -> (usize, f64, f64) {
-    let set = Candidates { near: causal(112), coarse: Vec::new() };
+    let set = NeighbourCandidates { near: causal(112), coarse: Vec::new() };
     let Size { width, height } = planes.size();
     let part = |y, rows| {
         set.statistics(&planes.crop(0, y, Size::new(width, rows)).unwrap(), planes.count()).unwrap()
     };
     let (train, test) = (part(0, rows), part(height / 2, height / 2));
-    let path = search(&train, &train.prior(1.0), Search::Nested, 112).unwrap();
+    let path = search(&train, &train.prior(1.0), SelectionOrder::Nested, 112).unwrap();
     let disks = half_disks(112);
     let best = path.iter().find(|c| disks.contains(&c.candidates.len())).unwrap().candidates.len();
     let score = |count: usize| held_out(&train, &test, count).1;
@@ -150,7 +150,7 @@ fn what_evidence_chooses_on_a_small_part_of_wool_predicts_the_rest_better_than_6
 /// A fit of the nearest `count` neighbours to values as they are, unchecked.
 fn unchecked(planes: &Planes, count: usize) -> Level {
     let m = planes.count();
-    let set = Candidates { near: causal(count), coarse: Vec::new() };
+    let set = NeighbourCandidates { near: causal(count), coarse: Vec::new() };
     let statistics = set.statistics(planes, m).unwrap();
     let chosen: Vec<usize> = (0..count).collect();
     let fitted = posterior(&statistics, &statistics.prior(1.0), &chosen).unwrap();
@@ -169,7 +169,7 @@ fn unchecked(planes: &Planes, count: usize) -> Level {
 
 /// The deviation that a level makes when it is run from nothing, relative to that of some planes.
 fn deviation_made(level: &Level, planes: &Planes) -> f64 {
-    let run = Run { size: Size::new(512, 512), drive: None, seed: 2, period: None };
+    let run = RecursionRun { size: Size::new(512, 512), drive: None, seed: 2, period: None };
     let made = Recursion::new(level, 0).run_slow([0, 0], &run);
     let power = |p: &Planes| {
         p.as_slice().iter().map(|&v| f64::from(v).powi(2)).sum::<f64>() / p.as_slice().len() as f64
@@ -202,10 +202,11 @@ fn unchecked_fits_of_corduroy_are_run_and_their_stability_is_known() {
 fn a_small_neighbourhood_of_corduroy_is_caught_and_moments_are_kept() {
     let Some(planes) = fabric("corduroy") else { return };
     for (levels, candidates) in [(1, 6), (1, 40), (4, 40)] {
-        let options = ModelOptions { levels, candidates, search: Search::Nested, ..ModelOptions::default() };
+        let options =
+            ModelOptions { levels, candidates, search: SelectionOrder::Nested, ..ModelOptions::default() };
         let (model, reports) = estimate(&planes, &options, &job()).unwrap();
-        let sheet = SheetOptions { origin: [0, 0], size: Size::new(512, 512), seed: 1, period: None };
-        let made = model.synthesize(&sheet, &job()).unwrap();
+        let window = RealisationOptions { origin: [0, 0], size: Size::new(512, 512), seed: 1, period: None };
+        let made = model.synthesize(&window, &job()).unwrap();
         let moments = |p: &[f32]| {
             let n = p.len() as f64;
             let mean = p.iter().map(|&v| f64::from(v)).sum::<f64>() / n;

@@ -73,7 +73,8 @@ fn measured_fabrics_are_fitted() {
             (PlaneLayout::RGB, Space::Srgb),
             (PlaneLayout::LRGB, Space::Linear),
         ] {
-            let options = FitOptions { layout: color.clone(), space, leave_one_out: true, ..FitOptions::default() };
+            let options =
+                FitOptions { layout: color.clone(), space, leave_one_out: true, ..FitOptions::default() };
             let Fit { field, report } = fitted(&capture, &options);
             let worst = report.worst_light();
             println!(

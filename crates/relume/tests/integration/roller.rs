@@ -78,14 +78,14 @@ fn cellular(cells: &Cells, size: Size, planes: usize, seed: u64) -> Planes {
     Planes::from_vec(size, planes, data.map(|(k, t)| value(k, t)).collect()).unwrap()
 }
 
-/// Neither axis meets a period within the exemplar, so no rectangle repeats; cells that lean do.
+/// Neither axis meets a period within the exemplar, so no rectangle repeats; oblique cells do.
 #[test]
 fn oblique_periods_that_meet_no_axis_go_on_exactly() {
     for (right, down, seed) in [([23, 7], [-5, 26], 1), ([19, -4], [6, 22], 2), ([13, 5], [-8, 17], 3)] {
         let index = cellular(&Cells::new(right, down).unwrap(), Size::new(160, 150), 3, seed);
         for tiles in [1, 2, 4] {
             let upright = RollerOptions { tiles, ..RollerOptions::default() };
-            let options = RollerOptions { lean: true, ..upright.clone() };
+            let options = RollerOptions { oblique: true, ..upright.clone() };
             let rolled = make(&index, &options);
             let cells = *rolled.tiles.cells();
             assert!(!cells.are_upright() && rolled.report.mismatch == 0.0, "{cells:?}: {:?}", rolled.report);
@@ -110,7 +110,7 @@ fn oblique_periods_that_meet_no_axis_go_on_exactly() {
 #[test]
 fn a_rectangle_one_texel_off_its_periods_is_not_whole() {
     let index = cellular(&Cells::new([15, 3], [0, 19]).unwrap(), Size::new(110, 100), 2, 1);
-    let options = RollerOptions { overlap: Some(1), lean: true, ..RollerOptions::default() };
+    let options = RollerOptions { overlap: Some(1), oblique: true, ..RollerOptions::default() };
     let report = make(&index, &options).report;
     assert!(!report.region.cells.are_upright() && report.mismatch == 0.0, "{report:?}");
 }
@@ -128,20 +128,21 @@ fn cells_lean_where_that_follows_the_periods_better() {
         (waves + 0.5 * (tau * (2.0 * i - j) + 1.0).cos()) as f32
     };
     let index = Planes::from_vec(size, 1, (0..size.texels()).map(value).collect()).unwrap();
-    let (upright, leaning) = (RollerOptions::default(), RollerOptions { lean: true, ..Default::default() });
-    let (upright, leaning) = (make(&index, &upright).report, make(&index, &leaning).report);
-    assert!(leaning.mismatch < 0.25 * upright.mismatch, "{} against {}", leaning.mismatch, upright.mismatch);
-    assert!(leaning.is_acceptable() && leaning.whole_periods && leaning.region.cells.texels() > 9000);
-    // Where a rectangle repeats, nothing leans.
+    let (upright, oblique) =
+        (RollerOptions::default(), RollerOptions { oblique: true, ..Default::default() });
+    let (upright, oblique) = (make(&index, &upright).report, make(&index, &oblique).report);
+    assert!(oblique.mismatch < 0.25 * upright.mismatch, "{} against {}", oblique.mismatch, upright.mismatch);
+    assert!(oblique.is_acceptable() && oblique.whole_periods && oblique.region.cells.texels() > 9000);
+    // Where a rectangle repeats, nothing is oblique.
     let straight = noise(Size::new(13, 9), 2, 1).repeated(8, 9);
-    let report = make(&straight, &RollerOptions { lean: true, ..Default::default() }).report;
+    let report = make(&straight, &RollerOptions { oblique: true, ..Default::default() }).report;
     assert!(report.region.cells.are_upright(), "{report:?}");
 }
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
-    /// Tiles that lean: copies from inside the exemplar, one border, the same at any number of threads.
+    /// Tiles that oblique: copies from inside the exemplar, one border, the same at any number of threads.
     /// The cells are small enough for some vectors of their lattice to be steps of tiles.
     #[test]
     fn any_leaning_tile_may_lie_beside_any(
@@ -157,7 +158,7 @@ proptest! {
             overlap: Some(overlap),
             least_offset: 0.02,
             pattern,
-            lean: true,
+            oblique: true,
             ..RollerOptions::default()
         };
         let rolled = make(&index, &options);

@@ -124,13 +124,13 @@ mod tests {
     }
 
     /// The page's shader in Rust, from what the page holds, with its arithmetic of single precision.
-    struct Shader {
+    struct ShaderTwin {
         normals: relume::Raster,
         tables: Vec<f32>,
         data: Value,
     }
 
-    impl Shader {
+    impl ShaderTwin {
         fn new(data: Value) -> Self {
             let png = data["normals"].as_str().unwrap().strip_prefix("data:image/png;base64,").unwrap();
             let normals = decode_raster(&STANDARD.decode(png).unwrap(), &Job::default()).unwrap();
@@ -219,7 +219,7 @@ mod tests {
         let (field, job) = (field(), Job::default());
         let data = NoiseData::new(&field, &job).unwrap();
         let space = IndexSpace::new(&field, Metric::Function, Domain::Hemisphere).unwrap();
-        let shader = Shader::new(data.to_json().unwrap());
+        let shader = ShaderTwin::new(data.to_json().unwrap());
         let light = Direction::from_vector(-0.5, 0.4, 0.7).unwrap();
         for corner in [[0, 0], [-17, 1234], [-987_654_321, 123_456_789]] {
             let size = Size::new(90, 50);

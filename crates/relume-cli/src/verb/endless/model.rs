@@ -4,8 +4,8 @@ use relume::format::{
     Depth, ExrDepth, FieldFormat, HeightFormat, PictureFormat, PtmEncoding, Streamed, encode_field,
     encode_height,
 };
-use relume::random_field::sheet::CELL;
-use relume::random_field::{FieldModel, Heights, SheetOptions};
+use relume::random_field::realisation::CELL;
+use relume::random_field::{FieldModel, Heights, RealisationOptions};
 use relume::{Error, ReflectanceField, Result, Size, Space};
 use serde_json::json;
 
@@ -73,7 +73,7 @@ fn draw_texture(
     }
 }
 
-/// Writes the window in bands. The scale of a `.ptm` is that of the model's gauge, so that the same texel has the
+/// Writes the window in bands. The scale of a `.ptm` is that of the model's reference window, so that the same texel has the
 /// same bytes in every window.
 fn stream(
     drawing: &Drawing<'_>,
@@ -84,7 +84,9 @@ fn stream(
 ) -> Result<()> {
     let (model, job) = (plane.model, &plane.context.job);
     let scale = match format {
-        FieldFormat::Ptm => Some(PtmEncoding::chosen(&model.gauge(job)?).map_err(|e| e.at(drawing.output))?),
+        FieldFormat::Ptm => {
+            Some(PtmEncoding::chosen(&model.reference_window(job)?).map_err(|e| e.at(drawing.output))?)
+        }
         _ => None,
     };
     let encoded = |field: &ReflectanceField| Streamed::made(field, format, scale.as_ref(), job);
@@ -109,7 +111,7 @@ struct Plane<'a> {
 impl Plane<'_> {
     fn part(&self, part: &Window) -> Result<ReflectanceField> {
         let Window { x, y, size } = *part;
-        let options = SheetOptions { origin: [x, y], size, seed: self.seed, period: self.period };
+        let options = RealisationOptions { origin: [x, y], size, seed: self.seed, period: self.period };
         self.model.synthesize(&options, &self.context.job)
     }
 }

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use relume::format::rlm;
 use relume::random_field::level::Level;
 use relume::random_field::neighbourhood::Offset;
-use relume::random_field::{FieldModel, Fields, Model, Source, Structure};
+use relume::random_field::{FieldModel, Fields, Model, ModelSource, Structure};
 use relume::{Direction, Result};
 use serde_json::{Value, json};
 
@@ -119,8 +119,8 @@ fn model_value(light: Option<Direction>, model: &Model) -> Value {
 }
 
 /// What the model was made of: the base of its ratio.
-fn base(source: &Source) -> String {
-    let Source { width, height, photographs, channels } = source;
+fn base(source: &ModelSource) -> String {
+    let ModelSource { width, height, photographs, channels } = source;
     match photographs {
         0 => format!("the coefficients of the {width} x {height} texels it is made of, a byte each,"),
         1 => format!("the samples of the picture of {width} x {height} texels it is made of"),

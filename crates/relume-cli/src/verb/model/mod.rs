@@ -11,8 +11,8 @@ use std::path::{Path, PathBuf};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use relume::format::{decode_field, decode_recorded_height, rlm};
 use relume::random_field::{
-    Character, FieldModel, Heights, LevelReport, ModelOptions, Search, character, curves, model_field,
-    model_lights,
+    Character, FieldModel, Heights, LevelReport, ModelOptions, SelectionOrder, character, curves,
+    model_field, model_lights,
 };
 use relume::render::relight;
 use relume::{Error, Picture, ReflectanceField, Result, Space};
@@ -53,7 +53,7 @@ pub struct Args {
     most: usize,
     /// How neighbours are chosen: those nearest, or freely by adding or by taking away
     #[arg(long, default_value = "forward", value_parser = search())]
-    search: Search,
+    search: SelectionOrder,
     /// Take values to be normally distributed instead of keeping their distribution
     #[arg(long)]
     normal: bool,
@@ -78,11 +78,11 @@ fn levels(text: &str) -> Result<Levels, String> {
     if text == "auto" { Ok(Levels::Auto) } else { number().map(Levels::Most) }
 }
 
-fn search() -> impl TypedValueParser<Value = Search> {
+fn search() -> impl TypedValueParser<Value = SelectionOrder> {
     PossibleValuesParser::new(["nested", "forward", "backward"]).map(|name| match name.as_str() {
-        "nested" => Search::Nested,
-        "backward" => Search::Backward,
-        _ => Search::Forward,
+        "nested" => SelectionOrder::Nested,
+        "backward" => SelectionOrder::Backward,
+        _ => SelectionOrder::Forward,
     })
 }
 

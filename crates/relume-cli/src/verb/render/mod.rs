@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use relume::format::{Depth, PictureFormat, encode_picture, read_mesh};
 use relume::render::{
-    self, Camera, CastShadows, Light, Mesh, Primitive, Relief, RenderOptions, Shading, Specular,
+    self, Camera, CastShadows, Light, Mesh, MeshRelief, Primitive, RenderOptions, Specular, TexelShading,
 };
 use relume::{Direction, Result, Size, Space, surface};
 use serde_json::json;
@@ -168,13 +168,13 @@ fn options(args: &Args, primitive: Option<Primitive>) -> RenderOptions {
         lights: args.light.clone(),
         tiling: args.tiling.unwrap_or(primitive.map_or([1.0; 2], Primitive::default_tiling)),
         background: args.background,
-        shading: args.plain.map_or(Shading::Reflectance, |light| Shading::Plain { light }),
+        shading: args.plain.map_or(TexelShading::Reflectance, |light| TexelShading::Plain { light }),
         specular: Specular { strength: args.specular, roughness: args.roughness },
         shadows: if args.no_cast_shadows { CastShadows::Off } else { CastShadows::On },
     }
 }
 
-fn report(args: &Args, mesh: &Mesh, options: &RenderOptions, relief: Option<&Relief>) -> Report {
+fn report(args: &Args, mesh: &Mesh, options: &RenderOptions, relief: Option<&MeshRelief>) -> Report {
     let lights: Vec<_> = options
         .lights
         .iter()

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use relume::format::HeightScale;
-use relume::render::Relief;
+use relume::render::MeshRelief;
 use relume::{Error, Job, Planes, Result};
 
 use crate::{evaluated, input};
@@ -55,7 +55,7 @@ impl ReliefArgs {
     ///
     /// # Errors
     /// When it cannot be read, does nothing, or lacks the size of a texel that an amount needs.
-    pub fn read(&self, evaluated: &evaluated::Args, job: &Job) -> Result<Option<Relief>> {
+    pub fn read(&self, evaluated: &evaluated::Args, job: &Job) -> Result<Option<MeshRelief>> {
         let Some(path) = &self.height else { return Ok(None) };
         if self.displace.is_none() && self.bump.is_none() {
             return Err(Error::usage("--height does nothing alone: give --displace or --bump as well"));
@@ -66,7 +66,7 @@ impl ReliefArgs {
             amount.map_or(Ok(0.0), |amount| self.factor(amount, &height, map.scale).map_err(|e| e.at(path)))
         };
         let (displacement, bump) = (factor(self.displace)?, factor(self.bump)?);
-        Ok(Some(Relief { height, displacement, bump }))
+        Ok(Some(MeshRelief { height, displacement, bump }))
     }
 
     /// How many times as high as the map says.

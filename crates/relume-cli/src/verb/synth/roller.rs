@@ -25,8 +25,8 @@ impl Laid {
     /// So many tiles in a texture of the blocks' size, boundary and seed.
     pub fn new(tiles: usize, blocks: &BlockOptions) -> Result<Self> {
         // Only rectangles close on the output's own sides.
-        let lean = blocks.boundary == Boundary::Open;
-        let options = RollerOptions { tiles, lean, ..RollerOptions::default() };
+        let oblique = blocks.boundary == Boundary::Open;
+        let options = RollerOptions { tiles, oblique, ..RollerOptions::default() };
         options.validate()?;
         if blocks.guidance.is_some() {
             return Err(Error::usage("--method roller lays tiles in random order and follows no guides"));

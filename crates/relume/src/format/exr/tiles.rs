@@ -3,7 +3,7 @@
 //! | attribute | value |
 //! |---|---|
 //! | `relumeTiles` | how many tiles of equal height there are |
-//! | `relumeCell` | where tiles lean, `w t s h`: the steps (w, t) to the cell at the right and (s, h) to the one below |
+//! | `relumeCell` | where tiles are oblique, `w t s h`: the steps (w, t) to the cell at the right and (s, h) to the one below |
 
 use std::path::Path;
 
@@ -37,7 +37,7 @@ pub fn encode_tiles(
     container::encode(&names, field.coefficients(), depth, &attributes)
 }
 
-/// How many tiles a file says that it holds, and the cells they fill where they lean; none where it
+/// How many tiles a file says that it holds, and the cells they fill where they are oblique; none where it
 /// is no EXR file or holds no tiles.
 ///
 /// # Errors

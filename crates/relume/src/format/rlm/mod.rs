@@ -63,7 +63,7 @@ mod tests {
     use crate::numeric::random::{Purpose, Stream};
     use crate::planes::{Planes, Size};
     use crate::random_field::{
-        Budget, Fields, Heights, Model, ModelOptions, SheetOptions, Tiles, combine_field, model_field,
+        Budget, Fields, Heights, Model, ModelOptions, RealisationOptions, Tiles, combine_field, model_field,
         model_lights,
     };
     use crate::{ReflectanceField, Space};
@@ -138,9 +138,13 @@ mod tests {
             let bytes = encode(&model).unwrap();
             let back = decode(&bytes, &job()).unwrap();
             assert_eq!((bytes[4], &back), (3, &model));
-            let options = SheetOptions { origin: [-9, 3], size: Size::new(20, 10), seed: 3, period: None };
+            let options =
+                RealisationOptions { origin: [-9, 3], size: Size::new(20, 10), seed: 3, period: None };
             let made = model.synthesize(&options, &job()).unwrap();
-            assert_eq!((made.basis(), made.layout(), made.size()), (&model.basis, &model.layout, options.size));
+            assert_eq!(
+                (made.basis(), made.layout(), made.size()),
+                (&model.basis, &model.layout, options.size)
+            );
             assert_eq!(back.synthesize(&options, &job()).unwrap(), made);
         }
     }
@@ -178,7 +182,7 @@ mod tests {
                 let back = decode(&encode(&model).unwrap(), &job()).unwrap();
                 assert_eq!(back, model, "{basis:?} {color:?}");
                 let options =
-                    SheetOptions { origin: [-9, 3], size: Size::new(20, 10), seed: 3, period: None };
+                    RealisationOptions { origin: [-9, 3], size: Size::new(20, 10), seed: 3, period: None };
                 let made = model.synthesize(&options, &job()).unwrap();
                 assert_eq!((made.basis(), made.layout(), made.size()), (&basis, &color, options.size));
                 assert_eq!(back.synthesize(&options, &job()).unwrap(), made);
@@ -222,7 +226,7 @@ mod tests {
             }
             let sum = checksum(&forged[9..]);
             forged[5..9].copy_from_slice(&sum.to_le_bytes());
-            let options = SheetOptions { origin: [0, 0], size: Size::new(3, 2), seed: 3, period: None };
+            let options = RealisationOptions { origin: [0, 0], size: Size::new(3, 2), seed: 3, period: None };
             let made = decode(&forged, &job()).and_then(|model| model.synthesize(&options, &job()));
             counts[usize::from(made.is_ok())] += 1;
         }

@@ -13,7 +13,7 @@ use crate::random_field::mixing::Mixing;
 use crate::random_field::neighbourhood::{Offset, all_around, causal};
 use crate::random_field::stability::BURN_INS;
 use crate::random_field::structure::MOST_SCALES;
-use crate::random_field::{FieldModel, Fields, Heights, LightModel, Model, Source, Structure};
+use crate::random_field::{FieldModel, Fields, Heights, LightModel, Model, ModelSource, Structure};
 use crate::space::Space;
 
 /// The model in the bytes of a file.
@@ -31,7 +31,7 @@ pub fn decode(bytes: &[u8], job: &Job) -> Result<FieldModel> {
     })?;
     let mut number = || bits.bits(32);
     let (width, height, photographs, channels) = (number()?, number()?, number()?, number()?);
-    let source = Source { width, height, photographs, channels };
+    let source = ModelSource { width, height, photographs, channels };
     let kind = if version == VERSIONS[2] { read_kind(&mut bits)? } else { Kind::default() };
     let mut fields = read_fields(&mut bits, &kind.lights, job)?;
     if let Fields::Joint(model) = &mut fields {

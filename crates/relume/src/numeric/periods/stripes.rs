@@ -19,14 +19,14 @@ const STRETCH: f64 = 0.25;
 
 /// A period across stripes.
 #[derive(Debug, Clone, Copy)]
-pub struct Found {
+pub struct StripePeriod {
     pub period: [f64; 2],
     pub share: f64,
     pub points: usize,
 }
 
 /// The best period across the stripes, if there is any to judge.
-pub fn best(correlation: &Autocorrelation) -> Option<Found> {
+pub fn best(correlation: &Autocorrelation) -> Option<StripePeriod> {
     let [ux, uy] = across(correlation);
     let profile = Profile::new(correlation, [ux, uy]);
     let judged: Vec<(f64, f64, usize)> = profile
@@ -39,7 +39,7 @@ pub fn best(correlation: &Autocorrelation) -> Option<Found> {
     // Multiples of a period are periods too: the shortest of the good ones.
     let (at, share, points) = judged.into_iter().find(|(_, share, _)| *share >= NEARLY_BEST * best)?;
     let length = profile.refined(at);
-    Some(Found { period: [length * ux, length * uy], share, points })
+    Some(StripePeriod { period: [length * ux, length * uy], share, points })
 }
 
 /// The unit vector along which the correlation changes most, pointing right.

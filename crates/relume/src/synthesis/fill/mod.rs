@@ -17,7 +17,7 @@ mod patches;
 use super::guidance::Guidance;
 use super::options::Boundary;
 use super::pixel::grow::{Growth, Task};
-use super::pixel::window::Window;
+use super::pixel::window::ComparedWindow;
 use super::quantise::Exemplar;
 use super::source_map::{SourceMap, Texel};
 use crate::error::{Error, Result};
@@ -201,19 +201,19 @@ fn fill_from(
         size,
         boundary: options.boundary,
         window: match options.method {
-            FillMethod::Texels => Window::gaussian(options.window),
-            FillMethod::Patches => Window::uniform(options.window),
+            FillMethod::Texels => ComparedWindow::gaussian(options.window),
+            FillMethod::Patches => ComparedWindow::uniform(options.window),
         },
         epsilon: options.epsilon,
         seed: options.seed,
     };
-    task.run(job, |grower, lattice, matches| {
+    task.run(job, |grower, canvas, matches| {
         for (texel, source) in (0..size.texels()).filter_map(|texel| Some((texel, known(texel)?))) {
-            lattice.put(texel, source, grower.exemplars);
+            canvas.put(texel, source, grower.exemplars);
         }
         match options.method {
-            FillMethod::Texels => grower.grow(lattice, matches, job),
-            FillMethod::Patches => patches::fill(grower, lattice, matches, job),
+            FillMethod::Texels => grower.grow(canvas, matches, job),
+            FillMethod::Patches => patches::fill(grower, canvas, matches, job),
         }
     })
 }

@@ -10,9 +10,9 @@
 //! over all index planes, taken within two texels; and a thousandth is added to D, so that
 //! confidence decides where nothing leads in.
 
+use super::super::pixel::canvas::PixelCanvas;
 use super::super::pixel::front;
 use super::super::pixel::grow::{Grower, Growth, Matcher};
-use super::super::pixel::lattice::Lattice;
 use super::super::quantise::MAX_CODE;
 use crate::error::Result;
 use crate::job::Job;
@@ -23,30 +23,35 @@ const FLOOR: f64 = 1e-3;
 /// Texels from the front within which an edge is looked for.
 const REACH: isize = 2;
 
-/// Fills all unknown texels of a lattice.
-pub fn fill(grower: &Grower<'_>, lattice: &mut Lattice, matches: &Matcher<'_>, job: &Job) -> Result<Growth> {
-    let unknown: Vec<usize> = lattice.unknown().collect();
+/// Fills all unknown texels of a canvas.
+pub fn fill(
+    grower: &Grower<'_>,
+    canvas: &mut PixelCanvas,
+    matches: &Matcher<'_>,
+    job: &Job,
+) -> Result<Growth> {
+    let unknown: Vec<usize> = canvas.unknown().collect();
     job.start("filling patches", unknown.len() as u64);
-    let mut confidence = vec![1.0; lattice.size().texels()];
+    let mut confidence = vec![1.0; canvas.size().texels()];
     unknown.iter().for_each(|&texel| confidence[texel] = 0.0);
     let mut candidates = 0;
-    let mut front = front::first(lattice);
-    while let Some((texel, sure)) = most_urgent(grower, lattice, &front, &confidence) {
-        let (corner, count) = grower.draw(lattice, texel, matches);
+    let mut front = front::first(canvas);
+    while let Some((texel, sure)) = most_urgent(grower, canvas, &front, &confidence) {
+        let (corner, count) = grower.draw(canvas, texel, matches);
         candidates += count as u64;
         let mut filled = Vec::new();
         for tap in grower.window.taps() {
-            let there = lattice.neighbour(texel, tap.dx, tap.dy);
-            if let Some(there) = there.filter(|&there| !lattice.is_known(there)) {
+            let there = canvas.neighbour(texel, tap.dx, tap.dy);
+            if let Some(there) = there.filter(|&there| !canvas.is_known(there)) {
                 let (x, y) = grower.window.place(tap);
-                lattice.put(there, corner.offset(x, y), grower.exemplars);
+                canvas.put(there, corner.offset(x, y), grower.exemplars);
                 confidence[there] = sure;
                 filled.push(there);
             }
         }
         job.advance(filled.len() as u64)?;
-        front.extend(front::next(lattice, &filled));
-        front.retain(|&texel| !lattice.is_known(texel));
+        front.extend(front::next(canvas, &filled));
+        front.retain(|&texel| !canvas.is_known(texel));
         front.sort_unstable();
         front.dedup();
     }
@@ -56,15 +61,15 @@ pub fn fill(grower: &Grower<'_>, lattice: &mut Lattice, matches: &Matcher<'_>, j
 /// The texel of the front with the largest priority, the first among equals, and its confidence.
 fn most_urgent(
     grower: &Grower<'_>,
-    lattice: &Lattice,
+    canvas: &PixelCanvas,
     front: &[usize],
     confidence: &[f64],
 ) -> Option<(usize, f64)> {
     let taps = grower.window.taps();
     let priority = |&texel: &usize| {
-        let patch = taps.iter().filter_map(|tap| lattice.neighbour(texel, tap.dx, tap.dy));
+        let patch = taps.iter().filter_map(|tap| canvas.neighbour(texel, tap.dx, tap.dy));
         let sure = patch.map(|there| confidence[there]).sum::<f64>() / taps.len() as f64;
-        (sure * (data(lattice, texel) + FLOOR), texel, sure)
+        (sure * (data(canvas, texel) + FLOOR), texel, sure)
     };
     let first_largest = |a: (f64, usize, f64), b: (f64, usize, f64)| if a.0 >= b.0 { a } else { b };
     let most = front.iter().map(priority).reduce(first_largest);
@@ -73,9 +78,9 @@ fn most_urgent(
 
 /// The largest length, over the texels nearby, of the gradient's part along the front, as a share
 /// of the largest code.
-fn data(lattice: &Lattice, texel: usize) -> f64 {
-    let known = |dx, dy| match lattice.neighbour(texel, dx, dy) {
-        Some(there) => f64::from(u8::from(lattice.is_known(there))),
+fn data(canvas: &PixelCanvas, texel: usize) -> f64 {
+    let known = |dx, dy| match canvas.neighbour(texel, dx, dy) {
+        Some(there) => f64::from(u8::from(canvas.is_known(there))),
         None => 0.0,
     };
     let (nx, ny) = (known(1, 0) - known(-1, 0), known(0, 1) - known(0, -1));
@@ -85,17 +90,17 @@ fn data(lattice: &Lattice, texel: usize) -> f64 {
     }
     let along = (-ny / length, nx / length);
     let places = (-REACH..=REACH).flat_map(|dy| (-REACH..=REACH).map(move |dx| (dx, dy)));
-    let nearby = places.filter_map(|(dx, dy)| lattice.neighbour(texel, dx, dy));
-    let strongest = nearby.map(|there| edge(lattice, there, along)).fold(0.0, f64::max);
+    let nearby = places.filter_map(|(dx, dy)| canvas.neighbour(texel, dx, dy));
+    let strongest = nearby.map(|there| edge(canvas, there, along)).fold(0.0, f64::max);
     strongest.sqrt() / (2.0 * f64::from(MAX_CODE))
 }
 
 /// The squared length of the part of a texel's central differences that lies across the isophote
 /// which runs into the hole: that along the front. Zero where a neighbour is not known.
-fn edge(lattice: &Lattice, texel: usize, along: (f64, f64)) -> f64 {
+fn edge(canvas: &PixelCanvas, texel: usize, along: (f64, f64)) -> f64 {
     let codes = |dx, dy| {
-        let there = lattice.neighbour(texel, dx, dy).filter(|&there| lattice.is_known(there))?;
-        Some(lattice.copied_codes(there))
+        let there = canvas.neighbour(texel, dx, dy).filter(|&there| canvas.is_known(there))?;
+        Some(canvas.copied_codes(there))
     };
     let all = [codes(1, 0), codes(-1, 0), codes(0, 1), codes(0, -1)];
     let [Some(right), Some(left), Some(below), Some(above)] = all else { return 0.0 };

@@ -3,8 +3,8 @@ use proptest::prelude::*;
 use super::*;
 use crate::numeric::random::{Purpose, Stream};
 use crate::synthesis::guidance::Guided;
+use crate::synthesis::pixel::canvas::PixelCanvas;
 use crate::synthesis::pixel::grow::Grower;
-use crate::synthesis::pixel::lattice::Lattice;
 use crate::synthesis::pixel::plain;
 use crate::synthesis::positions::Positions;
 
@@ -87,19 +87,19 @@ proptest! {
             prop_assert!(fast.is_err());
             return Ok(());
         };
-        let mut lattice = Lattice::new(size, planes + guides, boundary, &job).unwrap();
-        target.iter().for_each(|target| lattice.guide(target));
+        let mut canvas = PixelCanvas::new(size, planes + guides, boundary, &job).unwrap();
+        target.iter().for_each(|target| canvas.guide(target));
         for texel in (0..size.texels()).filter(|&texel| !holes[texel]) {
-            lattice.put(texel, place(texel, size), &quantised);
+            canvas.put(texel, place(texel, size), &quantised);
         }
-        let window = if texels { Window::gaussian(5) } else { Window::uniform(5) };
+        let window = if texels { ComparedWindow::gaussian(5) } else { ComparedWindow::uniform(5) };
         let grower = Grower { exemplars: &quantised, positions: &positions, window: &window, seed };
         let search = |query: &_, _: &[_]| plain::matches(&quantised, &positions, query, 0.1);
         match method {
-            FillMethod::Texels => grower.grow(&mut lattice, &search, &Job::default()).unwrap(),
-            FillMethod::Patches => patches::fill(&grower, &mut lattice, &search, &Job::default()).unwrap(),
+            FillMethod::Texels => grower.grow(&mut canvas, &search, &Job::default()).unwrap(),
+            FillMethod::Patches => patches::fill(&grower, &mut canvas, &search, &Job::default()).unwrap(),
         };
-        prop_assert_eq!(lattice.into_map(&exemplars), fast.unwrap().0);
+        prop_assert_eq!(canvas.into_map(&exemplars), fast.unwrap().0);
     }
 }
 

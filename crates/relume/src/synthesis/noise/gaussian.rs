@@ -14,12 +14,12 @@ pub const REACH: f64 = 4.0;
 
 /// The way back from normal values to a plane's own.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Marginal {
+pub struct GaussianTransport {
     table: Vec<f32>,
 }
 
 /// Normal values for a plane's own, with the way back. The plane's values are finite.
-pub fn transport(plane: &[f32]) -> (Vec<f32>, Marginal) {
+pub fn transport(plane: &[f32]) -> (Vec<f32>, GaussianTransport) {
     let mut order: Vec<usize> = (0..plane.len()).collect();
     order.sort_by(|&a, &b| plane[a].total_cmp(&plane[b]));
     let mut normal = vec![0.0; plane.len()];
@@ -33,10 +33,10 @@ pub fn transport(plane: &[f32]) -> (Vec<f32>, Marginal) {
         start = end;
     }
     let sorted: Vec<f32> = order.iter().map(|&i| plane[i]).collect();
-    (normal, Marginal::of_sorted(&sorted))
+    (normal, GaussianTransport::of_sorted(&sorted))
 }
 
-impl Marginal {
+impl GaussianTransport {
     fn of_sorted(sorted: &[f32]) -> Self {
         let last = sorted.len() - 1;
         let entry = |i: usize| {

@@ -2,7 +2,7 @@
 
 /// A vertex of the grid by its numbers along the two axes, and the weight it has at a texel.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Corner {
+pub struct GridCorner {
     /// Number along the first axis, which points to the right.
     pub i: i64,
     /// Number along the second, which points to the right and down at 60 degrees.
@@ -15,7 +15,7 @@ pub struct Corner {
 const HEIGHT: f64 = 0.866_025_403_784_438_6;
 
 /// The corners of the triangle that holds (x, y), for triangles of the given side.
-pub fn corners(x: f64, y: f64, side: f64) -> [Corner; 3] {
+pub fn corners(x: f64, y: f64, side: f64) -> [GridCorner; 3] {
     let down = y / (side * HEIGHT);
     let across = x / side - 0.5 * down;
     let (i, j) = (across.floor(), down.floor());
@@ -23,15 +23,15 @@ pub fn corners(x: f64, y: f64, side: f64) -> [Corner; 3] {
     let (i, j) = (i as i64, j as i64);
     if s + t < 1.0 {
         return [
-            Corner { i, j, weight: 1.0 - s - t },
-            Corner { i: i + 1, j, weight: s },
-            Corner { i, j: j + 1, weight: t },
+            GridCorner { i, j, weight: 1.0 - s - t },
+            GridCorner { i: i + 1, j, weight: s },
+            GridCorner { i, j: j + 1, weight: t },
         ];
     }
     [
-        Corner { i: i + 1, j: j + 1, weight: s + t - 1.0 },
-        Corner { i, j: j + 1, weight: 1.0 - s },
-        Corner { i: i + 1, j, weight: 1.0 - t },
+        GridCorner { i: i + 1, j: j + 1, weight: s + t - 1.0 },
+        GridCorner { i, j: j + 1, weight: 1.0 - s },
+        GridCorner { i: i + 1, j, weight: 1.0 - t },
     ]
 }
 
@@ -52,7 +52,8 @@ mod tests {
         for side in [3.0, 17.3, 74.0] {
             for (x, y) in (-60..60).flat_map(|y| (-60..60).map(move |x| (f64::from(x), f64::from(y)))) {
                 let corners = corners(x, y, side);
-                let sum = |f: &dyn Fn(&Corner) -> f64| corners.iter().map(|c| c.weight * f(c)).sum::<f64>();
+                let sum =
+                    |f: &dyn Fn(&GridCorner) -> f64| corners.iter().map(|c| c.weight * f(c)).sum::<f64>();
                 assert!(corners.iter().all(|c| (-1e-12..=1.0).contains(&c.weight)));
                 assert!((sum(&|_| 1.0) - 1.0).abs() < 1e-12);
                 assert!((sum(&|c| side * (c.i as f64 + 0.5 * c.j as f64)) - x).abs() < 1e-9);

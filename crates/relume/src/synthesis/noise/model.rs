@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::gaussian::{Marginal, transport};
+use super::gaussian::{GaussianTransport, transport};
 use super::grid::{corners, vertex};
 use super::suits::{Suitability, suits};
 use crate::error::{Error, Result};
@@ -54,7 +54,7 @@ pub struct Noise {
     /// Principal planes as normal values, the planes of a texel together.
     normal: Vec<f32>,
     size: Size,
-    marginals: Vec<Marginal>,
+    marginals: Vec<GaussianTransport>,
     /// The mean of each index plane, and the principal axes as rows.
     means: Vec<f32>,
     axes: Matrix,
@@ -100,7 +100,7 @@ impl Noise {
             }
             plane
         };
-        let planes: Vec<(Vec<f32>, Marginal)> =
+        let planes: Vec<(Vec<f32>, GaussianTransport)> =
             (0..count).into_par_iter().map(|k| transport(&along(k))).collect();
         let mut normal = vec![0.0; size.texels() * count];
         for (k, (plane, _)) in planes.iter().enumerate() {
@@ -137,7 +137,7 @@ impl Noise {
     }
 
     /// The way back from normal values for each principal plane.
-    pub fn marginals(&self) -> &[Marginal] {
+    pub fn marginals(&self) -> &[GaussianTransport] {
         &self.marginals
     }
 

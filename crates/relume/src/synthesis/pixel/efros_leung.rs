@@ -11,9 +11,9 @@
 //! exemplar that does not lead out of it, and verbatim copying, when windows are so large that only
 //! one fits.
 
+use super::canvas::PixelCanvas;
 use super::grow::{Grower, Growth, Matcher, Task, check_epsilon, check_output};
-use super::lattice::Lattice;
-use super::window::Window;
+use super::window::ComparedWindow;
 use crate::error::Result;
 use crate::job::Job;
 use crate::numeric::random::{Purpose, Stream};
@@ -83,24 +83,24 @@ pub fn efros_leung(
         guidance: options.guidance.as_ref(),
         size: options.size,
         boundary: options.boundary,
-        window: Window::gaussian(options.window),
+        window: ComparedWindow::gaussian(options.window),
         epsilon: options.epsilon,
         seed: options.seed,
     };
-    task.run(job, |grower, lattice, matches| {
-        plant(grower, lattice, matches);
-        grower.grow(lattice, matches, job)
+    task.run(job, |grower, canvas, matches| {
+        plant(grower, canvas, matches);
+        grower.grow(canvas, matches, job)
     })
 }
 
 /// Puts the middle of a window drawn at random in the middle of the output, one of those that fit the
 /// guide there where there is one.
-fn plant(grower: &Grower<'_>, lattice: &mut Lattice, matches: &Matcher<'_>) {
+fn plant(grower: &Grower<'_>, canvas: &mut PixelCanvas, matches: &Matcher<'_>) {
     let mut stream = Stream::new(grower.seed, Purpose::FirstTexels, []);
-    let size = lattice.size();
-    let corner = if lattice.guides() > 0 {
+    let size = canvas.size();
+    let corner = if canvas.guides() > 0 {
         let middle = size.index(size.width / 2, size.height / 2);
-        let fitting = matches(&grower.window.query(lattice, middle), &[]).positions;
+        let fitting = matches(&grower.window.query(canvas, middle), &[]).positions;
         fitting[stream.below(fitting.len())]
     } else {
         grower.positions.nth(stream.below(grower.positions.count()))
@@ -110,7 +110,7 @@ fn plant(grower: &Grower<'_>, lattice: &mut Lattice, matches: &Matcher<'_>) {
     for dy in 0..SEED_SIDE.min(size.height) {
         for dx in 0..SEED_SIDE.min(size.width) {
             let source = corner.offset(inset + dx, inset + dy);
-            lattice.put(size.index(left + dx, top + dy), source, grower.exemplars);
+            canvas.put(size.index(left + dx, top + dy), source, grower.exemplars);
         }
     }
 }
@@ -135,24 +135,24 @@ mod tests {
         let job = Job::default();
         let quantised = Quantised::new(exemplars, &job).unwrap();
         let positions = Positions::new(exemplars, options.window).unwrap();
-        let mut lattice = Lattice::new(options.size, quantised.planes(), options.boundary, &job).unwrap();
-        let window = Window::gaussian(options.window);
+        let mut canvas = PixelCanvas::new(options.size, quantised.planes(), options.boundary, &job).unwrap();
+        let window = ComparedWindow::gaussian(options.window);
         let radius = window.radius();
         let grower =
             Grower { exemplars: &quantised, positions: &positions, window: &window, seed: options.seed };
         let search = |query: &_, _: &[_]| plain::matches(&quantised, &positions, query, options.epsilon);
-        plant(&grower, &mut lattice, &search);
-        while lattice.unknown().next().is_some() {
-            let round = super::super::front::first(&lattice);
-            for texel in super::super::front::ordered(&lattice, round, radius, options.seed) {
-                let query = window.query(&lattice, texel);
+        plant(&grower, &mut canvas, &search);
+        while canvas.unknown().next().is_some() {
+            let round = super::super::front::first(&canvas);
+            for texel in super::super::front::ordered(&canvas, round, radius, options.seed) {
+                let query = window.query(&canvas, texel);
                 let fitting = search(&query, &[]).positions;
                 let mut stream = Stream::new(options.seed, Purpose::GrownTexel, [texel as u64]);
                 let drawn = fitting[stream.below(fitting.len())];
-                lattice.put(texel, drawn.offset(radius, radius), &quantised);
+                canvas.put(texel, drawn.offset(radius, radius), &quantised);
             }
         }
-        lattice.into_map(exemplars)
+        canvas.into_map(exemplars)
     }
 
     proptest! {

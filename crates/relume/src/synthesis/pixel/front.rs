@@ -7,30 +7,30 @@
 
 use std::cmp::Reverse;
 
-use super::lattice::Lattice;
+use super::canvas::PixelCanvas;
 use crate::numeric::random::{Purpose, Stream};
 
 /// The unknown texels that touch known ones.
-pub fn first(lattice: &Lattice) -> Vec<usize> {
-    let touches = |&texel: &usize| around(lattice, texel, 1).any(|there| lattice.is_known(there));
-    lattice.unknown().filter(touches).collect()
+pub fn first(canvas: &PixelCanvas) -> Vec<usize> {
+    let touches = |&texel: &usize| around(canvas, texel, 1).any(|there| canvas.is_known(there));
+    canvas.unknown().filter(touches).collect()
 }
 
 /// The unknown texels that touch those which a round has just made known.
-pub fn next(lattice: &Lattice, made: &[usize]) -> Vec<usize> {
-    let touched = made.iter().flat_map(|&texel| around(lattice, texel, 1));
-    let mut front: Vec<usize> = touched.filter(|&texel| !lattice.is_known(texel)).collect();
+pub fn next(canvas: &PixelCanvas, made: &[usize]) -> Vec<usize> {
+    let touched = made.iter().flat_map(|&texel| around(canvas, texel, 1));
+    let mut front: Vec<usize> = touched.filter(|&texel| !canvas.is_known(texel)).collect();
     front.sort_unstable();
     front.dedup();
     front
 }
 
 /// A round's texels in the order of growth.
-pub fn ordered(lattice: &Lattice, front: Vec<usize>, radius: usize, seed: u64) -> Vec<usize> {
+pub fn ordered(canvas: &PixelCanvas, front: Vec<usize>, radius: usize, seed: u64) -> Vec<usize> {
     let key = |&texel: &usize| {
-        let known = match lattice.inner_rows(texel, radius) {
-            Some(mut rows) => lattice.known_in(&mut rows),
-            None => around(lattice, texel, radius).filter(|&there| lattice.is_known(there)).count(),
+        let known = match canvas.inner_rows(texel, radius) {
+            Some(mut rows) => canvas.known_in(&mut rows),
+            None => around(canvas, texel, radius).filter(|&there| canvas.is_known(there)).count(),
         };
         (Reverse(known), Stream::new(seed, Purpose::GrowthOrder, [texel as u64]).below(1 << 32), texel)
     };
@@ -40,13 +40,18 @@ pub fn ordered(lattice: &Lattice, front: Vec<usize>, radius: usize, seed: u64) -
 }
 
 /// The order split into batches whose texels do not see each other. `batch_of` holds a zero for
-/// each texel of the lattice, before and after.
-pub fn batches(lattice: &Lattice, order: &[usize], radius: usize, batch_of: &mut [usize]) -> Vec<Vec<usize>> {
+/// each texel of the canvas, before and after.
+pub fn batches(
+    canvas: &PixelCanvas,
+    order: &[usize],
+    radius: usize,
+    batch_of: &mut [usize],
+) -> Vec<Vec<usize>> {
     let mut batches: Vec<Vec<usize>> = Vec::new();
     for &texel in order {
-        let batch = match lattice.inner_rows(texel, radius) {
+        let batch = match canvas.inner_rows(texel, radius) {
             Some(rows) => rows.flat_map(|row| &batch_of[row]).fold(0, |most, &batch| most.max(batch)),
-            None => around(lattice, texel, radius).map(|there| batch_of[there]).max().unwrap_or(0),
+            None => around(canvas, texel, radius).map(|there| batch_of[there]).max().unwrap_or(0),
         };
         batch_of[texel] = batch + 1;
         if batch == batches.len() {
@@ -59,9 +64,9 @@ pub fn batches(lattice: &Lattice, order: &[usize], radius: usize, batch_of: &mut
 }
 
 /// The texels within `radius` columns and rows of one, itself left out.
-fn around(lattice: &Lattice, texel: usize, radius: usize) -> impl Iterator<Item = usize> {
-    let (place, radius) = (lattice.place(texel), radius.cast_signed());
+fn around(canvas: &PixelCanvas, texel: usize, radius: usize) -> impl Iterator<Item = usize> {
+    let (place, radius) = (canvas.place(texel), radius.cast_signed());
     let places = (-radius..=radius).flat_map(move |dy| (-radius..=radius).map(move |dx| (dx, dy)));
     let others = places.filter(|place| *place != (0, 0));
-    others.filter_map(move |(dx, dy)| lattice.beside(place, dx, dy))
+    others.filter_map(move |(dx, dy)| canvas.beside(place, dx, dy))
 }

@@ -4,11 +4,11 @@
 use rayon::prelude::*;
 use serde::Serialize;
 
+use super::canvas::PixelCanvas;
 use super::front;
-use super::lattice::Lattice;
 use super::plain::Matches;
 use super::scan::Scan;
-use super::window::{Query, Window};
+use super::window::{ComparedWindow, WindowQuery};
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::numeric::random::{Purpose, Stream};
@@ -23,7 +23,7 @@ use crate::synthesis::source_map::{SourceMap, Texel};
 const HINTS: usize = 12;
 
 /// A search, told what to fit and where that is likely to be found.
-pub type Matcher<'a> = dyn Fn(&Query, &[Texel]) -> Matches + Sync + 'a;
+pub type Matcher<'a> = dyn Fn(&WindowQuery, &[Texel]) -> Matches + Sync + 'a;
 
 /// How an output came about.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -50,7 +50,7 @@ pub struct Task<'a> {
     /// Whether it closes on itself.
     pub boundary: Boundary,
     /// What is compared.
-    pub window: Window,
+    pub window: ComparedWindow,
     /// How much farther than the best a window may be, as a share of the best squared distance.
     pub epsilon: f64,
     /// Seed of the random choices.
@@ -58,7 +58,7 @@ pub struct Task<'a> {
 }
 
 impl Task<'_> {
-    /// Makes an output: `work` puts the texels of a lattice of which nothing is known but the guides.
+    /// Makes an output: `work` puts the texels of a canvas of which nothing is known but the guides.
     ///
     /// # Errors
     /// When numbers mean nothing, no window fits the exemplars, guides do not fit, or the limits are
@@ -66,7 +66,7 @@ impl Task<'_> {
     pub fn run(
         &self,
         job: &Job,
-        work: impl FnOnce(&Grower<'_>, &mut Lattice, &Matcher<'_>) -> Result<Growth>,
+        work: impl FnOnce(&Grower<'_>, &mut PixelCanvas, &Matcher<'_>) -> Result<Growth>,
     ) -> Result<(SourceMap, Growth)> {
         check_output(self.size, self.window.side(), self.boundary)?;
         check_epsilon(self.epsilon)?;
@@ -74,22 +74,22 @@ impl Task<'_> {
         let (quantised, target) = guided.interleaved(job)?;
         let positions = Positions::of_windows(self.exemplars, self.window.side())?;
         let scan = Scan::guided(&quantised, &positions, guided.guides(), job)?;
-        let mut lattice = Lattice::new(self.size, quantised.planes(), self.boundary, job)?;
+        let mut canvas = PixelCanvas::new(self.size, quantised.planes(), self.boundary, job)?;
         if let Some(target) = &target {
-            lattice.guide(target);
+            canvas.guide(target);
         }
         let (window, seed) = (&self.window, self.seed);
         let grower = Grower { exemplars: &quantised, positions: &positions, window, seed };
         let search = |query: &_, hints: &[_]| scan.matches(query, self.epsilon, hints);
-        let growth = work(&grower, &mut lattice, &search)?;
-        Ok((lattice.into_map(self.exemplars), growth))
+        let growth = work(&grower, &mut canvas, &search)?;
+        Ok((canvas.into_map(self.exemplars), growth))
     }
 }
 
 /// Refuses outputs without texels, windows without a middle, and windows that see themselves
 /// around a torus.
 pub(in crate::synthesis) fn check_output(size: Size, window: usize, boundary: Boundary) -> Result<()> {
-    Window::check_side(window)?;
+    ComparedWindow::check_side(window)?;
     if size.width == 0 || size.height == 0 {
         return Err(Error::usage(format!("an output of {size} texels: both sides must be at least 1")));
     }
@@ -120,32 +120,32 @@ pub struct Grower<'a> {
     /// Where windows may lie in them.
     pub positions: &'a Positions,
     /// What is compared.
-    pub window: &'a Window,
+    pub window: &'a ComparedWindow,
     /// Seed of the random choices.
     pub seed: u64,
 }
 
 impl Grower<'_> {
     /// Makes every texel known, round after round.
-    pub fn grow(&self, lattice: &mut Lattice, matches: &Matcher<'_>, job: &Job) -> Result<Growth> {
-        job.start("growing texels", lattice.unknown().count() as u64);
+    pub fn grow(&self, canvas: &mut PixelCanvas, matches: &Matcher<'_>, job: &Job) -> Result<Growth> {
+        job.start("growing texels", canvas.unknown().count() as u64);
         let radius = self.window.radius();
         let (mut texels, mut candidates) = (0, 0);
-        let mut scratch = vec![0; lattice.size().texels()];
-        let mut round = front::first(lattice);
+        let mut scratch = vec![0; canvas.size().texels()];
+        let mut round = front::first(canvas);
         while !round.is_empty() {
-            let order = front::ordered(lattice, round, radius, self.seed);
-            for batch in front::batches(lattice, &order, radius, &mut scratch) {
-                let draw = |&texel: &usize| self.draw(lattice, texel, matches);
+            let order = front::ordered(canvas, round, radius, self.seed);
+            for batch in front::batches(canvas, &order, radius, &mut scratch) {
+                let draw = |&texel: &usize| self.draw(canvas, texel, matches);
                 let drawn: Vec<(Texel, usize)> = batch.par_iter().map(draw).collect();
                 for (&texel, (corner, count)) in batch.iter().zip(drawn) {
-                    lattice.put(texel, corner.offset(radius, radius), self.exemplars);
+                    canvas.put(texel, corner.offset(radius, radius), self.exemplars);
                     candidates += count as u64;
                 }
                 job.advance(batch.len() as u64)?;
             }
             texels += order.len() as u64;
-            round = front::next(lattice, &order);
+            round = front::next(canvas, &order);
         }
         Ok(self.growth(texels, candidates))
     }
@@ -156,20 +156,20 @@ impl Grower<'_> {
     }
 
     /// The top-left texel of a window that fits around a texel, and among how many it was drawn.
-    pub fn draw(&self, lattice: &Lattice, texel: usize, matches: &Matcher<'_>) -> (Texel, usize) {
-        let query = self.window.query(lattice, texel);
-        let fitting = matches(&query, &self.hints(lattice, texel)).positions;
+    pub fn draw(&self, canvas: &PixelCanvas, texel: usize, matches: &Matcher<'_>) -> (Texel, usize) {
+        let query = self.window.query(canvas, texel);
+        let fitting = matches(&query, &self.hints(canvas, texel)).positions;
         let mut stream = Stream::new(self.seed, Purpose::GrownTexel, [texel as u64]);
         (fitting[stream.below(fitting.len())], fitting.len())
     }
 
     /// The windows that continue those from which the nearest known texels come.
-    fn hints(&self, lattice: &Lattice, texel: usize) -> Vec<Texel> {
+    fn hints(&self, canvas: &PixelCanvas, texel: usize) -> Vec<Texel> {
         let radius = self.window.radius().cast_signed();
         let taps = self.window.taps().iter().filter(|tap| (tap.dx, tap.dy) != (0, 0));
         let known = taps.filter_map(|tap| {
-            let there = lattice.neighbour(texel, tap.dx, tap.dy).filter(|&there| lattice.is_known(there))?;
-            lattice.source(there).moved(-tap.dx - radius, -tap.dy - radius)
+            let there = canvas.neighbour(texel, tap.dx, tap.dy).filter(|&there| canvas.is_known(there))?;
+            canvas.source(there).moved(-tap.dx - radius, -tap.dy - radius)
         });
         let mut hints: Vec<Texel> =
             known.take(HINTS).filter(|&position| self.positions.contains(position)).collect();

@@ -8,7 +8,7 @@ use super::window::MAX_FACTOR;
 pub const LANES: usize = 16;
 
 /// Two planes' codes of one texel, or those of one axis of two texels.
-pub type Pair = [i16; 2];
+pub type CodePair = [i16; 2];
 
 /// The largest weighted square of a pair whose codes are at most `peak`, before its shift.
 pub const fn largest_term(peak: i16) -> u64 {
@@ -21,9 +21,9 @@ pub struct Term {
     /// Where they are compared, counted from the pair of the position.
     pub offset: usize,
     /// What is there in the query.
-    pub codes: Pair,
+    pub codes: CodePair,
     /// What the squared differences count; 0 where a texel is not compared.
-    pub factors: Pair,
+    pub factors: CodePair,
 }
 
 /// Whether any sum is at most a limit: a fold of all, for a search that ends early is none of vectors.
@@ -37,8 +37,8 @@ pub fn reaches(sums: &[u32; LANES], limit: u32) -> bool {
 pub fn add_all(
     sums: &mut [u32; LANES],
     terms: &[Term],
-    pairs: &[Pair],
-    add: impl Fn(&mut [u32; LANES], &Term, &[Pair; LANES]),
+    pairs: &[CodePair],
+    add: impl Fn(&mut [u32; LANES], &Term, &[CodePair; LANES]),
 ) {
     for term in terms {
         let there = pairs[term.offset..].first_chunk().expect("pairs are followed by more");
@@ -49,7 +49,7 @@ pub fn add_all(
 /// Adds the weighted squares of a term at [`LANES`] positions, in AVX2 instructions.
 #[cfg(target_arch = "x86_64")]
 #[inline(always)]
-pub fn avx2(simd: pulp::x86::V3, sums: &mut [u32; LANES], term: &Term, there: &[Pair; LANES]) {
+pub fn avx2(simd: pulp::x86::V3, sums: &mut [u32; LANES], term: &Term, there: &[CodePair; LANES]) {
     use std::arch::x86_64::__m256i;
     let mut totals: [__m256i; 2] = pulp::cast(*sums);
     let there: [__m256i; 2] = pulp::cast(*there);
@@ -63,7 +63,7 @@ pub fn avx2(simd: pulp::x86::V3, sums: &mut [u32; LANES], term: &Term, there: &[
 }
 
 /// The same without particular instructions.
-pub fn portable(sums: &mut [u32; LANES], term: &Term, there: &[Pair; LANES]) {
+pub fn portable(sums: &mut [u32; LANES], term: &Term, there: &[CodePair; LANES]) {
     for (sum, there) in sums.iter_mut().zip(there) {
         for ((a, b), factor) in there.iter().zip(term.codes).zip(term.factors) {
             let difference = i32::from(a - b);
@@ -85,7 +85,7 @@ mod tests {
     fn processors_without_these_instructions_get_the_same_sums() {
         let mut stream = Stream::new(3, Purpose::Sample, [0]);
         let mut code = || stream.below(4096) as i16;
-        let pairs: Vec<Pair> = (0..200).map(|_| [code(), code()]).collect();
+        let pairs: Vec<CodePair> = (0..200).map(|_| [code(), code()]).collect();
         let terms: Vec<Term> =
             (0..TERMS).map(|i| Term { offset: i * 20, codes: [code(), code()], factors: [8, 3] }).collect();
         let (far, near) =

@@ -11,17 +11,17 @@
 //!   [`tsvq`]: a tree that finds near [`vectors`]; or few candidates, which continue what is around;
 //! - [`mod@patch_match`]: the output improved as a whole, coarse to fine, by matches of its patches;
 //! - [`grow`]: the growth itself, which hole filling shares; [`front`]: its order;
-//! - [`lattice`]: the output while it is being made; [`window`]: which surroundings count how much;
+//! - [`canvas`]: the output while it is being made; [`window`]: which surroundings count how much;
 //! - [`scan`]: the search, many positions at a time, by a `target` for each query and exemplar whose sums
 //!   are in `kernel`; [`sieve`]: its lower bounds; [`plain`]: its slow truth.
 //!
 //! All decisions are made on integers, as in block synthesis.
 
+pub mod canvas;
 pub mod efros_leung;
 pub mod front;
 pub mod grow;
 mod kernel;
-pub mod lattice;
 pub mod patch_match;
 pub mod plain;
 pub mod pyramid;

@@ -1,6 +1,6 @@
 //! The slow truth of the search: every position, tap after tap, plane after plane.
 
-use super::window::Query;
+use super::window::WindowQuery;
 use crate::synthesis::positions::Positions;
 use crate::synthesis::quantise::Quantised;
 use crate::synthesis::source_map::Texel;
@@ -30,7 +30,7 @@ pub fn limit(best: u64, epsilon: f64) -> u64 {
 }
 
 /// Compares every position.
-pub fn matches(exemplars: &Quantised, positions: &Positions, query: &Query, epsilon: f64) -> Matches {
+pub fn matches(exemplars: &Quantised, positions: &Positions, query: &WindowQuery, epsilon: f64) -> Matches {
     let all = (0..positions.count()).map(|number| positions.nth(number));
     let near: Vec<(Texel, u64)> =
         all.map(|position| (position, distance(exemplars, query, position))).collect();
@@ -39,7 +39,7 @@ pub fn matches(exemplars: &Quantised, positions: &Positions, query: &Query, epsi
 
 /// The weighted squared distance, in codes, of a query and the window whose top-left texel is
 /// `position`.
-pub fn distance(exemplars: &Quantised, query: &Query, position: Texel) -> u64 {
+pub fn distance(exemplars: &Quantised, query: &WindowQuery, position: Texel) -> u64 {
     let exemplar = &exemplars.texels()[position.exemplar as usize];
     let guides = query.guide_codes.len() / query.guide_taps.len().max(1);
     let copied = exemplars.planes() - guides;

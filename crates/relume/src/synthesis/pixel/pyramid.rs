@@ -9,14 +9,14 @@ use crate::synthesis::quantise::{Exemplar, IndexTexels, Quantised};
 
 /// One resolution of the exemplars.
 #[derive(Debug)]
-pub struct Level {
+pub struct ExemplarLevel {
     /// Their codes.
     pub exemplars: Quantised,
     /// Their excluded texels.
     pub masks: Vec<Option<Vec<bool>>>,
 }
 
-impl Level {
+impl ExemplarLevel {
     /// Where windows may lie at this resolution.
     pub fn positions(&self, window: usize) -> Result<Positions> {
         let sizes = self.exemplars.texels().iter().map(|texels| texels.size());
@@ -37,7 +37,12 @@ impl Level {
 /// # Errors
 /// When the exemplars cannot be quantised, a window does not fit the coarsest of them, or the
 /// limits are exceeded.
-pub fn pyramid(exemplars: &[Exemplar<'_>], levels: usize, window: usize, job: &Job) -> Result<Vec<Level>> {
+pub fn pyramid(
+    exemplars: &[Exemplar<'_>],
+    levels: usize,
+    window: usize,
+    job: &Job,
+) -> Result<Vec<ExemplarLevel>> {
     Ok(guided_pyramid(&Guided::new(exemplars, None, Size::new(0, 0), job)?, levels, window, job)?.0)
 }
 
@@ -66,11 +71,11 @@ pub(in crate::synthesis) fn guided_pyramid(
     levels: usize,
     window: usize,
     job: &Job,
-) -> Result<(Vec<Level>, Vec<Option<IndexTexels>>)> {
+) -> Result<(Vec<ExemplarLevel>, Vec<Option<IndexTexels>>)> {
     check_levels(guided.exemplars(), levels, window)?;
     let (exemplars, target) = guided.interleaved(job)?;
     let masks = guided.exemplars().iter().map(|exemplar| exemplar.excluded.map(<[bool]>::to_vec)).collect();
-    let (mut pyramid, mut targets) = (vec![Level { exemplars, masks }], vec![target]);
+    let (mut pyramid, mut targets) = (vec![ExemplarLevel { exemplars, masks }], vec![target]);
     for level in 1..levels {
         let (exemplars, target) = (pyramid[level - 1].halved(), &targets[level - 1]);
         let target = target.as_ref().map(IndexTexels::halved);

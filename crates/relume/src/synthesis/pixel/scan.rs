@@ -7,11 +7,11 @@
 //! for as many terms as the exemplars' largest code allows, then 64. The result is that of
 //! [`super::plain`].
 
-use super::kernel::{LANES, Pair};
+use super::kernel::{CodePair, LANES};
 use super::plain::{Matches, distance};
 use super::sieve::Sieve;
-use super::target::{Near, Target};
-use super::window::Query;
+use super::target::{NearWindows, WindowTarget};
+use super::window::WindowQuery;
 use crate::error::Result;
 use crate::job::Job;
 use crate::synthesis::positions::Positions;
@@ -24,7 +24,7 @@ pub struct Scan<'a> {
     exemplars: &'a Quantised,
     positions: &'a Positions,
     sieve: Sieve,
-    paired: Vec<Vec<Pair>>,
+    paired: Vec<Vec<CodePair>>,
     /// The last planes, which are guides.
     guides: usize,
     /// The largest code.
@@ -55,7 +55,7 @@ impl<'a> Scan<'a> {
         let count = copied.div_ceil(2) + guides.div_ceil(2) + sieve.axes();
         let length = |texels: &IndexTexels| texels.size().texels() * count + LANES;
         let pairs: usize = exemplars.texels().iter().map(length).sum();
-        job.check_bytes("preparing the search", (pairs * size_of::<Pair>()) as u64)?;
+        job.check_bytes("preparing the search", (pairs * size_of::<CodePair>()) as u64)?;
         let paired =
             exemplars.texels().iter().map(|texels| pair_up(texels, copied, guides, &sieve)).collect();
         let codes = exemplars.texels().iter().flat_map(|texels| texels.codes());
@@ -65,23 +65,23 @@ impl<'a> Scan<'a> {
 
     /// All positions within (1 + `epsilon`) of the nearest; `hints` are positions that are likely
     /// to be near, whatever they are they change the time only.
-    pub fn matches(&self, query: &Query, epsilon: f64, hints: &[Texel]) -> Matches {
+    pub fn matches(&self, query: &WindowQuery, epsilon: f64, hints: &[Texel]) -> Matches {
         let known = hints.iter().map(|&hint| distance(self.exemplars, query, hint)).min();
-        let mut near = Near::new(known, epsilon);
-        let targets: Vec<Target<'_>> = self.targets(query);
+        let mut near = NearWindows::new(known, epsilon);
+        let targets: Vec<WindowTarget<'_>> = self.targets(query);
         for runs in self.positions.runs().chunk_by(|a, b| a.first.exemplar == b.first.exemplar) {
             targets[runs[0].first.exemplar as usize].scan(runs, &mut near);
         }
         Matches::within(near.found(), epsilon)
     }
 
-    fn targets(&'a self, query: &Query) -> Vec<Target<'a>> {
+    fn targets(&'a self, query: &WindowQuery) -> Vec<WindowTarget<'a>> {
         let codes = query.codes.iter().chain(&query.guide_codes);
         let peak = codes.fold(self.peak, |peak, &code| peak.max(code)).max(1);
         let texels = self.exemplars.texels().iter().zip(&self.paired);
-        let target = |(texels, pairs): (&'a IndexTexels, &'a Vec<Pair>)| {
+        let target = |(texels, pairs): (&'a IndexTexels, &'a Vec<CodePair>)| {
             let planes = (self.exemplars.planes() - self.guides, self.guides);
-            Target::new(query, texels.size(), planes, pairs, (&self.sieve, peak))
+            WindowTarget::new(query, texels.size(), planes, pairs, (&self.sieve, peak))
         };
         texels.map(target).collect()
     }
@@ -90,7 +90,7 @@ impl<'a> Scan<'a> {
 /// The copied planes of an exemplar in pairs, the last one alone where their number is odd, and those
 /// of its guides likewise; pair after pair, then those of the sieve, followed by [`LANES`] that are read
 /// and not used.
-fn pair_up(texels: &IndexTexels, copied: usize, guides: usize, sieve: &Sieve) -> Vec<Pair> {
+fn pair_up(texels: &IndexTexels, copied: usize, guides: usize, sieve: &Sieve) -> Vec<CodePair> {
     let (size, planes) = (texels.size(), copied + guides);
     let codes = &texels.codes()[..size.texels() * planes];
     let count = copied.div_ceil(2) + guides.div_ceil(2) + sieve.axes();
@@ -112,7 +112,7 @@ mod tests {
     use crate::numeric::random::{Purpose, Stream};
     use crate::planes::{Planes, Size};
     use crate::synthesis::pixel::plain;
-    use crate::synthesis::pixel::window::Window;
+    use crate::synthesis::pixel::window::ComparedWindow;
     use crate::synthesis::quantise::Exemplar;
     use proptest::prelude::*;
 
@@ -122,10 +122,15 @@ mod tests {
     }
 
     /// A query of the window's taps, some left out, of random codes or of a window of the exemplar.
-    fn query(window: &Window, q: &Quantised, positions: &Positions, stream: &mut Stream) -> Query {
+    fn query(
+        window: &ComparedWindow,
+        q: &Quantised,
+        positions: &Positions,
+        stream: &mut Stream,
+    ) -> WindowQuery {
         let copied = (stream.below(2) == 0).then(|| positions.nth(stream.below(positions.count())));
         let share = 1 + stream.below(4);
-        let mut query = Query { radius: window.radius(), ..Query::default() };
+        let mut query = WindowQuery { radius: window.radius(), ..WindowQuery::default() };
         for tap in window.taps() {
             if stream.below(4) >= share {
                 continue;
@@ -166,7 +171,7 @@ mod tests {
             let job = Job::default();
             let quantised = Quantised::new(&exemplars, &job).unwrap();
             let Ok(positions) = Positions::new(&exemplars, side) else { return Ok(()) };
-            let window = if gaussian { Window::gaussian(side) } else { Window::uniform(side) };
+            let window = if gaussian { ComparedWindow::gaussian(side) } else { ComparedWindow::uniform(side) };
             let scan = Scan::new(&quantised, &positions, &job).unwrap();
             for _ in 0..4 {
                 let query = query(&window, &quantised, &positions, &mut stream);

@@ -11,7 +11,7 @@
 //! decides what is found: what passes is compared exactly.
 
 use super::kernel::Term;
-use super::window::{Query, Tap};
+use super::window::{Tap, WindowQuery};
 use crate::numeric::{Matrix, eigen};
 use crate::planes::Size;
 use crate::synthesis::quantise::{IndexTexels, Quantised};
@@ -74,7 +74,7 @@ impl Sieve {
     /// What is compared of a query with an exemplar of a size: its taps with the shift of the first one,
     /// two neighbours at a time, the heaviest first; all along the first axis, then along the second.
     /// Offsets are counted from the place of the position in the first axis.
-    pub(super) fn terms(&self, query: &Query, copied: usize, size: Size) -> Vec<Term> {
+    pub(super) fn terms(&self, query: &WindowQuery, copied: usize, size: Size) -> Vec<Term> {
         let twos = neighbours(&query.taps);
         let term = |axis: usize, (left, right): (usize, Option<usize>)| {
             let (x, y) = query.place(&query.taps[left]);
@@ -165,7 +165,7 @@ fn principal_axes<'a, I: Iterator<Item = &'a [i16]>>(texels: impl Fn() -> I, pla
 #[cfg(test)]
 mod tests {
     use super::super::plain::distance;
-    use super::super::window::Window;
+    use super::super::window::ComparedWindow;
     use super::*;
     use crate::job::Job;
     use crate::numeric::random::{Purpose, Stream};
@@ -204,8 +204,8 @@ mod tests {
             let exemplar = [Exemplar { index: &index, excluded: None }];
             let quantised = Quantised::new(&exemplar, &Job::default()).unwrap();
             let texels = &quantised.texels()[0];
-            let window = if gaussian { Window::gaussian(side) } else { Window::uniform(side) };
-            let mut query = Query { radius: half, ..Query::default() };
+            let window = if gaussian { ComparedWindow::gaussian(side) } else { ComparedWindow::uniform(side) };
+            let mut query = WindowQuery { radius: half, ..WindowQuery::default() };
             for tap in window.taps() {
                 if stream.below(4) >= share {
                     continue;

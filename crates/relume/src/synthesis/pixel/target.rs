@@ -1,11 +1,11 @@
 //! A query made ready for one exemplar: positions go first by the sieve, then by groups of terms.
 
-use super::kernel::{LANES, Pair, Term, add_all, largest_term, portable, reaches};
+use super::kernel::{CodePair, LANES, Term, add_all, largest_term, portable, reaches};
 use super::plain::limit;
 use super::sieve::{self, Sieve};
-use super::window::Query;
+use super::window::WindowQuery;
 use crate::planes::Size;
-use crate::synthesis::positions::Run;
+use crate::synthesis::positions::PositionRun;
 use crate::synthesis::quantise::MAX_CODE;
 use crate::synthesis::source_map::Texel;
 
@@ -25,13 +25,13 @@ const SIEVED_AT_MOST: usize = (u32::MAX as u64 / largest_term(sieve::SPAN)) as u
 const NOWHERE: u64 = 1 << 62;
 
 /// What has been found near enough so far.
-pub struct Near {
+pub struct NearWindows {
     best: u64,
     epsilon: f64,
     found: Vec<(Texel, u64)>,
 }
 
-impl Near {
+impl NearWindows {
     /// Nothing yet, but that a position so far away is known.
     pub fn new(known: Option<u64>, epsilon: f64) -> Self {
         Self { best: known.unwrap_or(NOWHERE / 2), epsilon, found: Vec::new() }
@@ -58,15 +58,15 @@ impl Near {
 }
 
 /// Terms whose factors count 2 to the power of `shift`.
-struct Group {
+struct TapGroup {
     shift: u32,
     terms: Vec<Term>,
 }
 
 /// A query made ready for one exemplar.
-pub struct Target<'a> {
+pub struct WindowTarget<'a> {
     width: usize,
-    pairs: &'a [Pair],
+    pairs: &'a [CodePair],
     sieve: &'a Sieve,
     /// The first terms of the sieve, and the others.
     first_terms: [Term; FIRST],
@@ -75,14 +75,14 @@ pub struct Target<'a> {
     weights: f64,
     /// That of the first groups and of the sieve.
     shift: u32,
-    groups: Vec<Group>,
+    groups: Vec<TapGroup>,
     /// The first groups, of one shift, whose sum fits 32 bits.
     light: usize,
 }
 
 /// The terms of a query in an exemplar of a size with so many planes that are copied and guide, in groups.
-fn groups(query: &Query, size: Size, (copied, guides): (usize, usize)) -> Vec<Group> {
-    let mut groups: Vec<Group> = Vec::new();
+fn groups(query: &WindowQuery, size: Size, (copied, guides): (usize, usize)) -> Vec<TapGroup> {
+    let mut groups: Vec<TapGroup> = Vec::new();
     let known = query.taps.iter().zip(query.codes.chunks_exact(copied)).map(|(t, c)| (t, c, 0));
     let guided = query.guide_taps.iter().zip(query.guide_codes.chunks_exact(guides.max(1)));
     let guided = guided.map(|(tap, codes)| (tap, codes, copied.div_ceil(2)));
@@ -92,13 +92,14 @@ fn groups(query: &Query, size: Size, (copied, guides): (usize, usize)) -> Vec<Gr
             let codes = [pair[0], pair.get(1).copied().unwrap_or(0)];
             let offset = (first_pair + p) * size.texels() + size.index(x, y);
             let term = Term { offset, codes, factors: [tap.weight.factor; 2] };
-            let open = |group: &&mut Group| group.shift == tap.weight.shift && group.terms.len() < PATIENCE;
+            let open =
+                |group: &&mut TapGroup| group.shift == tap.weight.shift && group.terms.len() < PATIENCE;
             match groups.last_mut().filter(open) {
                 Some(group) => group.terms.push(term),
                 None => {
                     let mut terms = Vec::with_capacity(PATIENCE);
                     terms.push(term);
-                    groups.push(Group { shift: tap.weight.shift, terms });
+                    groups.push(TapGroup { shift: tap.weight.shift, terms });
                 }
             }
         }
@@ -106,14 +107,14 @@ fn groups(query: &Query, size: Size, (copied, guides): (usize, usize)) -> Vec<Gr
     groups
 }
 
-impl<'a> Target<'a> {
+impl<'a> WindowTarget<'a> {
     /// A query for an exemplar of a size with so many planes that are copied and guide, whose codes, like
     /// the query's, are at most `peak`.
     pub fn new(
-        query: &Query,
+        query: &WindowQuery,
         size: Size,
         (copied, guides): (usize, usize),
-        pairs: &'a [Pair],
+        pairs: &'a [CodePair],
         (sieve, peak): (&'a Sieve, i16),
     ) -> Self {
         let groups = groups(query, size, (copied, guides));
@@ -133,7 +134,7 @@ impl<'a> Target<'a> {
     }
 
     /// Looks at all positions of runs in this exemplar.
-    pub fn scan(&self, runs: &[Run], near: &mut Near) {
+    pub fn scan(&self, runs: &[PositionRun], near: &mut NearWindows) {
         #[cfg(target_arch = "x86_64")]
         if let Some(simd) = pulp::x86::V3::try_new() {
             return simd.vectorize(
@@ -151,15 +152,15 @@ impl<'a> Target<'a> {
     #[inline(always)]
     fn scan_with(
         &self,
-        runs: &[Run],
-        near: &mut Near,
-        add: impl Fn(&mut [u32; LANES], &Term, &[Pair; LANES]),
+        runs: &[PositionRun],
+        near: &mut NearWindows,
+        add: impl Fn(&mut [u32; LANES], &Term, &[CodePair; LANES]),
     ) {
         let mut most = near.limit();
         let mut bound = self.bound(most);
         // Kept in registers.
         let first_terms: [Term; FIRST] = self.first_terms;
-        for &Run { first, length } in runs {
+        for &PositionRun { first, length } in runs {
             let start = first.y as usize * self.width + first.x as usize;
             let [one, two] = first_terms.map(|term| self.row(start + term.offset, length));
             for (number, (one, two)) in one.iter().zip(two).enumerate() {
@@ -186,7 +187,7 @@ impl<'a> Target<'a> {
 
     /// What lies at `length` neighbouring places, [`LANES`] at a time, of which the last may be others.
     #[inline(always)]
-    fn row(&self, start: usize, length: usize) -> &[[Pair; LANES]] {
+    fn row(&self, start: usize, length: usize) -> &[[CodePair; LANES]] {
         self.pairs[start..][..length.next_multiple_of(LANES)].as_chunks().0
     }
 
@@ -195,9 +196,9 @@ impl<'a> Target<'a> {
     fn passes(
         &self,
         bounds: &mut [u32; LANES],
-        pairs: &[Pair],
+        pairs: &[CodePair],
         bound: u32,
-        add: impl Fn(&mut [u32; LANES], &Term, &[Pair; LANES]),
+        add: impl Fn(&mut [u32; LANES], &Term, &[CodePair; LANES]),
     ) -> bool {
         self.sieved.chunks(SIEVED).all(|terms| {
             add_all(bounds, terms, pairs, &add);
@@ -209,10 +210,10 @@ impl<'a> Target<'a> {
     #[inline(always)]
     fn distances(
         &self,
-        pairs: &[Pair],
+        pairs: &[CodePair],
         lanes: usize,
         most: u64,
-        add: impl Fn(&mut [u32; LANES], &Term, &[Pair; LANES]),
+        add: impl Fn(&mut [u32; LANES], &Term, &[CodePair; LANES]),
     ) -> Option<[u64; LANES]> {
         let light = u32::try_from(most >> self.shift).unwrap_or(u32::MAX);
         let mut sums = [0; LANES];
@@ -238,9 +239,9 @@ impl<'a> Target<'a> {
     fn add_rest(
         &self,
         distances: &mut [u64; LANES],
-        pairs: &[Pair],
+        pairs: &[CodePair],
         most: u64,
-        add: impl Fn(&mut [u32; LANES], &Term, &[Pair; LANES]),
+        add: impl Fn(&mut [u32; LANES], &Term, &[CodePair; LANES]),
     ) -> bool {
         self.groups[self.light..].iter().all(|group| {
             let mut sums = [0; LANES];

@@ -6,7 +6,7 @@
 //! 1 up to 8 and of 8 beyond, so that each is a number of at most 8 times 1 or 8. Texels whose
 //! weight rounds to zero are not compared: the corners and edges of the window.
 
-use super::lattice::Lattice;
+use super::canvas::PixelCanvas;
 use crate::error::{Error, Result};
 
 /// What the centre of a Gaussian window would count.
@@ -65,12 +65,12 @@ impl Tap {
 
 /// A square window of odd side around a texel: its taps in the order of falling weight.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Window {
+pub struct ComparedWindow {
     side: usize,
     taps: Vec<Tap>,
 }
 
-impl Window {
+impl ComparedWindow {
     /// All texels but the centre, by the Gaussian of Efros and Leung.
     pub fn gaussian(side: usize) -> Self {
         let sigma = side as f64 / SIDE_IN_SIGMAS;
@@ -126,37 +126,37 @@ impl Window {
         Ok(())
     }
 
-    /// The known texels around one of a lattice.
-    pub fn query(&self, lattice: &Lattice, texel: usize) -> Query {
-        let place = lattice.place(texel);
-        let mut query = Query {
+    /// The known texels around one of a canvas.
+    pub fn query(&self, canvas: &PixelCanvas, texel: usize) -> WindowQuery {
+        let place = canvas.place(texel);
+        let mut query = WindowQuery {
             radius: self.radius(),
             taps: Vec::with_capacity(self.taps.len()),
-            codes: Vec::with_capacity(self.taps.len() * lattice.copied_codes(texel).len()),
-            ..Query::default()
+            codes: Vec::with_capacity(self.taps.len() * canvas.copied_codes(texel).len()),
+            ..WindowQuery::default()
         };
         for tap in &self.taps {
-            let there = lattice.beside(place, tap.dx, tap.dy);
-            if let Some(there) = there.filter(|&there| lattice.is_known(there)) {
+            let there = canvas.beside(place, tap.dx, tap.dy);
+            if let Some(there) = there.filter(|&there| canvas.is_known(there)) {
                 query.taps.push(*tap);
-                query.codes.extend_from_slice(lattice.copied_codes(there));
+                query.codes.extend_from_slice(canvas.copied_codes(there));
             }
         }
-        if lattice.guides() > 0 {
-            self.add_guide(lattice, place, &mut query);
+        if canvas.guides() > 0 {
+            self.add_guide(canvas, place, &mut query);
         }
         query
     }
 
     /// The guides of all texels around one, and its own as if it lay beside.
-    fn add_guide(&self, lattice: &Lattice, place: (usize, usize), query: &mut Query) {
+    fn add_guide(&self, canvas: &PixelCanvas, place: (usize, usize), query: &mut WindowQuery) {
         let heaviest = self.taps.first().map_or(Weight::ONE, |tap| tap.weight);
         let middle = Tap { dx: 0, dy: 0, weight: heaviest };
         let around = self.taps.iter().filter(|tap| (tap.dx, tap.dy) != (0, 0));
         for tap in std::iter::once(&middle).chain(around) {
-            if let Some(there) = lattice.beside(place, tap.dx, tap.dy) {
+            if let Some(there) = canvas.beside(place, tap.dx, tap.dy) {
                 query.guide_taps.push(*tap);
-                query.guide_codes.extend_from_slice(lattice.guide_codes(there));
+                query.guide_codes.extend_from_slice(canvas.guide_codes(there));
             }
         }
     }
@@ -164,7 +164,7 @@ impl Window {
 
 /// What a window of an exemplar has to fit: the known texels around one of the output.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Query {
+pub struct WindowQuery {
     /// Texels from the centre to an edge of the window.
     pub radius: usize,
     /// The known texels in the window's order.
@@ -177,7 +177,7 @@ pub struct Query {
     pub guide_codes: Vec<i16>,
 }
 
-impl Query {
+impl WindowQuery {
     /// Column and row of a tap, counted from the window's top left.
     pub fn place(&self, tap: &Tap) -> (usize, usize) {
         tap.place(self.radius)
@@ -191,7 +191,7 @@ mod tests {
     #[test]
     fn gaussian_weights_are_near_the_formula_and_fall() {
         for side in [3, 5, 11, 23] {
-            let window = Window::gaussian(side);
+            let window = ComparedWindow::gaussian(side);
             let sigma = side as f64 / 6.4;
             assert!(window.taps().iter().any(|tap| (tap.dx, tap.dy) == (1, 1)), "neighbours count");
             assert!(window.taps().windows(2).all(|two| two[0].weight.value() >= two[1].weight.value()));
@@ -202,12 +202,12 @@ mod tests {
                 assert!((1..=MAX_FACTOR).contains(&tap.weight.factor));
             }
         }
-        assert_eq!(Window::uniform(5).taps().len(), 25);
+        assert_eq!(ComparedWindow::uniform(5).taps().len(), 25);
     }
 
     #[test]
     fn windows_without_a_middle_are_refused() {
-        assert!(Window::check_side(11).is_ok() && Window::check_side(3).is_ok());
-        assert!([0, 1, 2, 10].into_iter().all(|side| Window::check_side(side).is_err()));
+        assert!(ComparedWindow::check_side(11).is_ok() && ComparedWindow::check_side(3).is_ok());
+        assert!([0, 1, 2, 10].into_iter().all(|side| ComparedWindow::check_side(side).is_err()));
     }
 }

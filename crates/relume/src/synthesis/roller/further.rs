@@ -3,7 +3,7 @@
 //! The error of a part is the sum of squared differences with the first tile over its border band.
 //! All parts at once by correlation, |t - s|^2 = |t|^2 + |s|^2 - 2 t.s, in 64-bit floating point
 //! with a stated error; those that could be the best within it are settled by their exact sums.
-//! [`Border::direct`] is the slow truth.
+//! [`SharedBorder::direct`] is the slow truth.
 
 use realfft::num_complex::Complex64;
 use serde::Serialize;
@@ -21,7 +21,7 @@ const RELATIVE_ERROR: f64 = 1e-13;
 
 /// A part of the exemplar of the size of a tile's rectangle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-pub struct Part {
+pub struct TilePart {
     /// Left column.
     pub x: usize,
     /// Top row.
@@ -31,7 +31,7 @@ pub struct Part {
 }
 
 /// The first tile's border band against all parts of the exemplar.
-pub struct Border<'a> {
+pub struct SharedBorder<'a> {
     exemplar: &'a IndexTexels,
     planes: usize,
     cells: Cells,
@@ -43,7 +43,7 @@ pub struct Border<'a> {
     margin: f64,
 }
 
-impl<'a> Border<'a> {
+impl<'a> SharedBorder<'a> {
     /// Compares the outermost `band` + 1 texels of a tile with all parts of the exemplar. The codes of
     /// the rectangle that holds the tile lie texel by texel.
     pub fn new(
@@ -127,7 +127,7 @@ impl<'a> Border<'a> {
     }
 
     /// The allowed part that fits best; the topmost, then leftmost of equals.
-    pub fn best(&self, allowed: impl Fn(usize, usize) -> bool) -> Option<Part> {
+    pub fn best(&self, allowed: impl Fn(usize, usize) -> bool) -> Option<TilePart> {
         let (size, tile) = (self.exemplar.size(), self.cells.bounds());
         let rows = 0..(size.height + 1).saturating_sub(tile.height);
         let places = rows.flat_map(|y| (0..(size.width + 1).saturating_sub(tile.width)).map(move |x| (x, y)));
@@ -135,7 +135,7 @@ impl<'a> Border<'a> {
         let approximate = |&(x, y): &(usize, usize)| self.errors[size.index(x, y)];
         let least = places.iter().map(approximate).min_by(f64::total_cmp)?;
         let near = places.iter().filter(|place| approximate(place) <= least + 2.0 * self.margin);
-        near.map(|&(x, y)| Part { x, y, border_error: self.direct(x, y) })
+        near.map(|&(x, y)| TilePart { x, y, border_error: self.direct(x, y) })
             .min_by_key(|part| (part.border_error, part.y, part.x))
     }
 
@@ -168,7 +168,7 @@ mod tests {
             let exemplar = noise(size, planes, seed);
             let mut stream = Stream::new(seed, Purpose::Sample, [1]);
             let codes: Vec<i16> = (0..tile.texels() * planes).map(|_| stream.below(4096) as i16).collect();
-            let border = Border::new(&exemplar.texels()[0], planes, cells, band, &codes);
+            let border = SharedBorder::new(&exemplar.texels()[0], planes, cells, band, &codes);
             let allowed = |x: usize, y: usize| (x + 2 * y) % 3 != 1;
             let places = (0..=extra_h).flat_map(|y| (0..=extra_w).map(move |x| (x, y)));
             let sums = places.filter(|&(x, y)| allowed(x, y)).map(|(x, y)| (border.direct(x, y), y, x));

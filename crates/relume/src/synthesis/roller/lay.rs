@@ -20,7 +20,7 @@ pub fn lay(tiles: &TileSet, size: Size, boundary: Boundary, seed: u64, job: &Job
         return Err(Error::usage(format!("an output of {size} texels: both sides must be at least 1")));
     }
     if boundary == Boundary::Torus && !tiles.cells().are_upright() {
-        return Err(Error::usage("tiles that lean do not close on a rectangle: make upright ones"));
+        return Err(Error::usage("oblique tiles do not close on a rectangle: make upright ones"));
     }
     let Size { width, height } = tiles.tile();
     let whole = size.width.is_multiple_of(width) && size.height.is_multiple_of(height);

@@ -3,13 +3,13 @@
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::further::{Border, Part};
-use super::leaning::{self, misfit, pairs};
+use super::closed_cut::{has_room, least_closed_cut, least_side};
+use super::further::{SharedBorder, TilePart};
+use super::oblique::{self, misfit, pairs};
 use super::options::RollerOptions;
 use super::profile::{Axis, profile, squared_distance, squared_step};
 use super::region::{Region, SHORTLIST, Strips, is_whole, largest, sides};
-use super::ring::{has_room, least_ring, least_side};
-use super::seams::Seams;
+use super::seams::TileSeams;
 use super::tile_set::TileSet;
 use super::toroidal::{Strip, closed_cuts};
 use crate::error::{Error, Result};
@@ -28,12 +28,12 @@ pub struct Rolled {
     /// The tiles.
     pub tiles: TileSet,
     /// How they came about.
-    pub report: Report,
+    pub report: RollReport,
 }
 
 /// How a set of tiles came about, and how good it is.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Report {
+pub struct RollReport {
     /// The part of the exemplar that became the first tile.
     pub region: Region,
     /// How the texture repeats.
@@ -46,15 +46,15 @@ pub struct Report {
     /// texture repeats exactly, about 1 where it does not.
     pub mismatch: f64,
     /// The parts that became the further tiles.
-    pub parts: Vec<Part>,
+    pub parts: Vec<TilePart>,
     /// The seams of each tile.
-    pub seams: Vec<Seams>,
+    pub seams: Vec<TileSeams>,
 }
 
-impl Report {
+impl RollReport {
     /// Whether no tile's seams are expected to be seen.
     pub fn is_acceptable(&self) -> bool {
-        self.seams.iter().all(Seams::are_acceptable)
+        self.seams.iter().all(TileSeams::are_acceptable)
     }
 }
 
@@ -66,7 +66,7 @@ impl Report {
 pub fn roll(exemplar: &Exemplar<'_>, options: &RollerOptions, job: &Job) -> Result<Rolled> {
     options.validate()?;
     // Tables of the shortlisted sides, and the spectra of the border's correlation.
-    let tables = 2 * if options.lean { leaning::SHORTLIST } else { SHORTLIST };
+    let tables = 2 * if options.oblique { oblique::SHORTLIST } else { SHORTLIST };
     job.check("the Roller's tables", exemplar.index.size(), 8 * tables as u64 + 64)?;
     let quantised = Quantised::new(std::slice::from_ref(exemplar), job)?;
     let size = exemplar.index.size();
@@ -75,7 +75,7 @@ pub fn roll(exemplar: &Exemplar<'_>, options: &RollerOptions, job: &Job) -> Resu
         Some(pattern) => Periods { pattern, share: 1.0 },
         None => find(&Autocorrelation::new(exemplar.index, Autocorrelation::half(size), job)?),
     };
-    let work = Work {
+    let work = RollWork {
         texels: &quantised.texels()[0],
         planes: quantised.planes(),
         options,
@@ -89,8 +89,8 @@ pub fn roll(exemplar: &Exemplar<'_>, options: &RollerOptions, job: &Job) -> Resu
     let further = parts.par_iter().map(|part| work.further_tile(&region, &first, part));
     let tiles: Vec<Vec<Texel>> = rayon::iter::once(first.clone()).chain(further).collect();
     let measure =
-        |sources: &Vec<Texel>| Seams::measure(work.texels, quantised.step(), &region.cells, sources);
-    let report = Report {
+        |sources: &Vec<Texel>| TileSeams::measure(work.texels, quantised.step(), &region.cells, sources);
+    let report = RollReport {
         region,
         periods,
         whole_periods,
@@ -105,16 +105,16 @@ pub fn roll(exemplar: &Exemplar<'_>, options: &RollerOptions, job: &Job) -> Resu
     Ok(Rolled { tiles: TileSet::new(region.cells, map), report })
 }
 
-/// How far from whole periods the sides of a rectangle may be, in texels, before cells that lean are
+/// How far from whole periods the sides of a rectangle may be, in texels, before oblique cells are
 /// tried: as far as rounding brings the steps of those, half a texel along both axes.
 const NEARLY_WHOLE: f64 = 0.71;
 
 /// A rectangle is kept unless its overlaps differ by more than this times the error of a cell that
-/// leans: it can be used without this program's planes.
+/// is oblique: it can be used without this program's planes.
 const CLEARLY_WORSE: f64 = 1.25;
 
 /// What every step needs to know.
-struct Work<'a> {
+struct RollWork<'a> {
     texels: &'a IndexTexels,
     planes: usize,
     options: &'a RollerOptions,
@@ -122,12 +122,12 @@ struct Work<'a> {
     pattern: Pattern,
 }
 
-impl Work<'_> {
+impl RollWork<'_> {
     /// The part that becomes the first tile, and whether it holds whole periods.
     fn region(&self, strips: &Strips<'_>) -> Result<(Region, bool)> {
         let (upright, whole) = self.upright_region(strips)?;
-        Ok(match self.leaning_region(strips, &upright) {
-            Some(leaning) => (leaning, true),
+        Ok(match self.oblique_region(strips, &upright) {
+            Some(oblique) => (oblique, true),
             None => (upright, whole),
         })
     }
@@ -146,18 +146,18 @@ impl Work<'_> {
         Ok((region, whole_x && whole_y))
     }
 
-    /// A cell that leans, where the lattice is oblique and it is clearly better than a rectangle.
-    fn leaning_region(&self, strips: &Strips<'_>, upright: &Region) -> Option<Region> {
+    /// An oblique cell, where the lattice is oblique and it is clearly better than a rectangle.
+    fn oblique_region(&self, strips: &Strips<'_>, upright: &Region) -> Option<Region> {
         let Pattern::Lattice(lattice) = self.pattern else { return None };
-        if !self.options.lean || misfit(&upright.cells, &lattice) <= NEARLY_WHOLE {
+        if !self.options.oblique || misfit(&upright.cells, &lattice) <= NEARLY_WHOLE {
             return None;
         }
-        let cells = self.leaning_pairs(strips, &lattice)?;
+        let cells = self.oblique_pairs(strips, &lattice)?;
         let region = largest(&strips.best_origins(&cells), self.options.slack)?;
         (upright.mean_error() > CLEARLY_WORSE * region.mean_error()).then_some(region)
     }
 
-    fn leaning_pairs(&self, strips: &Strips<'_>, lattice: &Lattice) -> Option<Vec<Cells>> {
+    fn oblique_pairs(&self, strips: &Strips<'_>, lattice: &Lattice) -> Option<Vec<Cells>> {
         let lengths = [Axis::X, Axis::Y].map(|axis| self.lengths(axis).ok());
         let [across, down] = [lengths[0]?, lengths[1]?];
         let has_inside = |cells: &Cells| self.options.tiles == 1 || has_room(cells, self.overlap);
@@ -233,14 +233,14 @@ impl Work<'_> {
     }
 
     /// The parts that become the further tiles, each the best that lies apart from all before it.
-    fn parts(&self, region: &Region, first: &[Texel], strips: &Strips<'_>) -> Result<Vec<Part>> {
+    fn parts(&self, region: &Region, first: &[Texel], strips: &Strips<'_>) -> Result<Vec<TilePart>> {
         let tile = region.tile();
-        let mut parts: Vec<Part> = Vec::new();
+        let mut parts: Vec<TilePart> = Vec::new();
         if self.options.tiles == 1 {
             return Ok(parts);
         }
         let codes: Vec<i16> = first.iter().flat_map(|&t| self.run(t)).copied().collect();
-        let border = Border::new(self.texels, self.planes, region.cells, self.overlap, &codes);
+        let border = SharedBorder::new(self.texels, self.planes, region.cells, self.overlap, &codes);
         let offset = |side: usize| (self.options.least_offset * side as f64).ceil().max(1.0) as usize;
         let (least_x, least_y) = (offset(tile.width), offset(tile.height));
         while parts.len() + 1 < self.options.tiles {
@@ -267,13 +267,13 @@ impl Work<'_> {
     }
 
     /// The first tile with another part of the exemplar inside its border.
-    fn further_tile(&self, region: &Region, first: &[Texel], part: &Part) -> Vec<Texel> {
+    fn further_tile(&self, region: &Region, first: &[Texel], part: &TilePart) -> Vec<Texel> {
         let tile = region.tile();
         let other = |t: usize| texel(part.x + t % tile.width, part.y + t / tile.width);
         let error = |t: usize| squared_distance(self.run(first[t]), self.run(other(t)));
         let errors: Vec<u64> = (0..tile.texels()).map(error).collect();
-        let ring = least_ring(&region.cells, self.overlap, &errors);
-        (0..tile.texels()).map(|t| if ring.inside[t] { other(t) } else { first[t] }).collect()
+        let cut = least_closed_cut(&region.cells, self.overlap, &errors);
+        (0..tile.texels()).map(|t| if cut.inside[t] { other(t) } else { first[t] }).collect()
     }
 
     fn run(&self, texel: Texel) -> &[i16] {

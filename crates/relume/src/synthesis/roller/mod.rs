@@ -11,34 +11,34 @@
 //!
 //! - periods are found in the autocorrelation of all planes ([`crate::numeric::periods`]);
 //! - [`profile`]: how much the exemplar differs from itself under each shift along an axis;
-//! - [`leaning`]: cells that lean to follow oblique periods;
+//! - [`oblique`]: cells that follow oblique periods;
 //! - [`region`]: the part of the exemplar whose overlaps with its own shifts differ least;
 //! - [`toroidal`]: two closed cuts through one corner make a tile of it that continues itself;
 //! - [`further`]: other parts that fit the border of the first tile;
-//! - [`ring`]: a closed cut puts each of them inside that border;
+//! - [`closed_cut`]: a closed cut puts each of them inside that border;
 //! - [`seams`]: how steps across the cuts compare with those inside;
 //! - [`Endless`]: the plane of tiles, each chosen by a hash of the seed and its cell;
 //! - [`lay()`]: a part of it as a source map.
 //!
 //! Deciding errors are sums of integers; the result does not depend on threads.
 
+pub mod closed_cut;
 pub mod further;
 mod lay;
-pub mod leaning;
 mod make;
+pub mod oblique;
 pub mod options;
 pub mod profile;
 pub mod region;
-pub mod ring;
 pub mod seams;
 mod tile_set;
 pub mod toroidal;
 
 pub use crate::numeric::endless::Endless;
 pub use lay::lay;
-pub use make::{Report, Rolled, roll};
+pub use make::{RollReport, Rolled, roll};
 pub use options::RollerOptions;
-pub use seams::Seams;
+pub use seams::TileSeams;
 pub use tile_set::TileSet;
 
 #[cfg(test)]

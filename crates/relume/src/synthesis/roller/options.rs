@@ -25,8 +25,8 @@ pub struct RollerOptions {
     /// How far, as a share of the tile's side along x or y, the parts of the exemplar from which two
     /// tiles come lie apart at least.
     pub least_offset: f64,
-    /// Whether tiles may lean, where that follows oblique periods better than rectangles do.
-    pub lean: bool,
+    /// Whether tiles may be oblique, where that follows oblique periods better than rectangles do.
+    pub oblique: bool,
 }
 
 impl RollerOptions {
@@ -70,7 +70,7 @@ impl Default for RollerOptions {
             least_side: 0.6,
             slack: 0.1,
             least_offset: 0.25,
-            lean: false,
+            oblique: false,
         }
     }
 }

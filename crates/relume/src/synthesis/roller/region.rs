@@ -5,7 +5,7 @@
 //! from there. Its two strips are compared with themselves one side further: the left one of
 //! d x (h + d) texels with that w to the right, the top one of (w + d) x d with that h down. For each
 //! side the squared differences go into a summed-area table, so an origin costs eight look-ups; all
-//! origins of all pairs of sides are looked at. Where cells lean, the strips do: they are so many
+//! origins of all pairs of sides are looked at. Where cells are oblique, the strips are: they are so many
 //! rectangles more as the sides have steps. [`Strips::direct`] is the slow truth of one of them.
 
 use rayon::prelude::*;

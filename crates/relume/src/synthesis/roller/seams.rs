@@ -15,7 +15,7 @@ use crate::synthesis::source_map::Texel;
 
 /// Steps across the cuts of one tile, and those of the exemplar in the same places.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Seams {
+pub struct TileSeams {
     /// How many pairs of neighbours cross a cut.
     pub pairs: usize,
     /// Root mean square step across cuts, in index space.
@@ -27,7 +27,7 @@ pub struct Seams {
     pub large: f64,
 }
 
-impl Seams {
+impl TileSeams {
     /// The largest ratio of steps across cuts to natural ones, and the largest share of large steps,
     /// of a tile whose seams are not expected to be seen. Tiles in which no seam was seen (the
     /// built-in weave, wool, corduroy, a tiled facade, gravel) have ratios up to 1.37 and shares up to
@@ -45,7 +45,7 @@ impl Seams {
                 if there == here.offset(by.0, by.1) {
                     inside.push(distance(exemplar, here, there));
                 } else {
-                    crossings.push(Crossing::new(exemplar, here, there, by));
+                    crossings.push(SeamCrossing::new(exemplar, here, there, by));
                 }
             }
         }
@@ -67,7 +67,7 @@ impl Seams {
         if self.across > 0.0 { self.across / self.natural } else { 0.0 }
     }
 
-    /// Whether the cuts are not expected to be seen; see [`Seams::ACCEPTABLE`].
+    /// Whether the cuts are not expected to be seen; see [`TileSeams::ACCEPTABLE`].
     pub fn are_acceptable(&self) -> bool {
         let (ratio, large) = Self::ACCEPTABLE;
         self.ratio() <= ratio && self.large <= large
@@ -75,12 +75,12 @@ impl Seams {
 }
 
 /// Two texels on either side of a cut: their squared step and the natural ones.
-struct Crossing {
+struct SeamCrossing {
     step: u64,
     natural: [u64; 2],
 }
 
-impl Crossing {
+impl SeamCrossing {
     /// `by` is the way from the first to the second texel. Where the exemplar ends, both natural
     /// steps are the one that there is.
     fn new(exemplar: &IndexTexels, here: Texel, there: Texel, by: (usize, usize)) -> Self {
@@ -126,7 +126,7 @@ mod tests {
         // The tile is the ramp's part at (2, 1): its wrap steps back by five, its rows are equal.
         let sources: Vec<Texel> =
             (0..30).map(|t| Texel { exemplar: 0, y: 1 + t / 6, x: 2 + t % 6 }).collect();
-        let seams = Seams::measure(&ramp.texels()[0], ramp.step(), &tile, &sources);
+        let seams = TileSeams::measure(&ramp.texels()[0], ramp.step(), &tile, &sources);
         // Five rows step back across the wrap, and the lower edge meets the upper one six times.
         assert_eq!(seams.pairs, 11);
         assert!((seams.across - (5.0f64 * 25.0 / 11.0).sqrt()).abs() < 1e-6);
@@ -146,7 +146,7 @@ mod tests {
         let quantised = Quantised::new(&exemplar, &Job::default()).unwrap();
         let sources: Vec<Texel> = (0..20).map(|t| Texel { exemplar: 0, y: t / 4, x: 1 + t % 4 }).collect();
         let tile = Cells::upright(Size::new(4, 5)).unwrap();
-        let seams = Seams::measure(&quantised.texels()[0], quantised.step(), &tile, &sources);
+        let seams = TileSeams::measure(&quantised.texels()[0], quantised.step(), &tile, &sources);
         assert!((seams.ratio() - 1.0).abs() < 1e-9 && seams.are_acceptable(), "{seams:?}");
     }
 }

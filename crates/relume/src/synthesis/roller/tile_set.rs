@@ -28,7 +28,7 @@ impl TileSet {
         Self { cells, map }
     }
 
-    /// The size of a tile, or of the rectangle that holds it where it leans. What lies beside the
+    /// The size of a tile, or of the rectangle that holds it where it is oblique. What lies beside the
     /// tile there is the first one's continuation.
     pub fn tile(&self) -> Size {
         self.cells.bounds()

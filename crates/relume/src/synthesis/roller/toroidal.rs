@@ -13,7 +13,7 @@
 //! |dx| <= |dy| and the level one within |dy| <= |dx|. So their errors add, and the least sum over
 //! all d x d corners is the least of all such pairs of cuts: exact. [`least_of_all`] tries them.
 //!
-//! In cells that lean, places across a strip are counted from the cell's side in their row or column
+//! In oblique cells, places across a strip are counted from the cell's side in their row or column
 //! ([`Cells::left_side`]). The rest is the same, but that a side's own steps add to those of a cut, so
 //! near their corner cuts may meet again: what is made still closes, and its error is at most the sum.
 
@@ -109,10 +109,10 @@ pub struct ClosedCuts {
 /// among equals that of the topmost, then the leftmost corner.
 pub fn closed_cuts(cells: &Cells, upright: &Strip, level: &Strip) -> ClosedCuts {
     let corners = corners(cells, upright.width);
-    let sum = |c: &Corner| upright.least_sum(c.y, c.from_left) + level.least_sum(c.x, c.from_top);
+    let sum = |c: &CellCorner| upright.least_sum(c.y, c.from_left) + level.least_sum(c.x, c.from_top);
     let sums: Vec<u64> = corners.par_iter().map(sum).collect();
     let best = (0..sums.len()).min_by_key(|&i| sums[i]).expect("a strip has corners");
-    let Corner { x: p, y: q, from_left, from_top } = corners[best];
+    let CellCorner { x: p, y: q, from_left, from_top } = corners[best];
     let turned = |path: Vec<usize>, start: usize, period: usize| -> Vec<usize> {
         (0..period).map(|along| path[(along + period - start) % period]).collect()
     };
@@ -126,7 +126,7 @@ pub fn closed_cuts(cells: &Cells, upright: &Strip, level: &Strip) -> ClosedCuts 
 }
 
 /// A texel that lies in both strips, and how far across each of them.
-struct Corner {
+struct CellCorner {
     x: usize,
     y: usize,
     from_left: usize,
@@ -134,12 +134,12 @@ struct Corner {
 }
 
 /// The corners among the first `width` columns and rows of a cell.
-fn corners(cells: &Cells, width: usize) -> Vec<Corner> {
+fn corners(cells: &Cells, width: usize) -> Vec<CellCorner> {
     let across = |place: i64| usize::try_from(place).ok().filter(|&place| place < width);
     let corner = |x: usize, y: usize| {
         let from_left = across(x as i64 - cells.left_side(y as i64))?;
         let from_top = across(y as i64 - cells.upper_side(x as i64))?;
-        Some(Corner { x, y, from_left, from_top })
+        Some(CellCorner { x, y, from_left, from_top })
     };
     (0..width * width).filter_map(|i| corner(i % width, i / width)).collect()
 }

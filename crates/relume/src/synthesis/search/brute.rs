@@ -2,9 +2,9 @@
 
 use rayon::prelude::*;
 
-use super::distance::Target;
-use super::{Candidates, Effort, Found, Query, Search};
-use crate::synthesis::positions::{Positions, Run};
+use super::distance::BlockTarget;
+use super::{BlockQuery, Candidates, Effort, Found, Search};
+use crate::synthesis::positions::{PositionRun, Positions};
 use crate::synthesis::quantise::Quantised;
 use crate::synthesis::source_map::Texel;
 
@@ -18,16 +18,16 @@ pub struct Brute<'a> {
 }
 
 impl Search for Brute<'_> {
-    fn candidates(&self, queries: &[Query]) -> Vec<Found> {
+    fn candidates(&self, queries: &[BlockQuery]) -> Vec<Found> {
         queries.par_iter().map(|query| self.look(query)).collect()
     }
 }
 
 impl Brute<'_> {
-    fn look(&self, query: &Query) -> Found {
+    fn look(&self, query: &BlockQuery) -> Found {
         let acceptance = query.acceptance;
-        let targets = Target::all(query, self.exemplars);
-        let near = |run: &Run| -> Vec<(Texel, u64)> {
+        let targets = BlockTarget::all(query, self.exemplars);
+        let near = |run: &PositionRun| -> Vec<(Texel, u64)> {
             let Texel { exemplar, y, x } = run.first;
             let distances = targets[exemplar as usize].distances(x as usize, y as usize, run.length);
             let limit = acceptance.limit(distances.iter().copied().min().unwrap_or(u64::MAX));

@@ -5,10 +5,10 @@
 //! difference, mask, squares added in pairs in 32 bits. Partial sums go to 64 bits before 32 can
 //! overflow. All processors give the same integer.
 
-use crate::numeric::pairs::{FACTORS, Pairs, SUMS, Work, dispatch};
+use crate::numeric::pairs::{FACTORS, Pairs, PairsWork, SUMS, dispatch};
 use crate::synthesis::neighbourhood::Neighbourhood;
 use crate::synthesis::quantise::{IndexTexels, MAX_CODE, PADDING, Quantised};
-use crate::synthesis::search::Query;
+use crate::synthesis::search::BlockQuery;
 
 /// Groups whose squares 32 bits can hold: a partial sum takes two squares of each.
 const GROUPS: usize = (u32::MAX / (2 * (MAX_CODE as u32).pow(2))) as usize;
@@ -20,7 +20,7 @@ const _: () = assert!(PATIENCE <= GROUPS && FACTORS <= PADDING);
 
 /// Some neighbouring codes of a query.
 #[repr(align(64))]
-struct Group {
+struct CodeGroup {
     codes: [i16; FACTORS],
     /// All ones where there is a code, zero past the end of the row.
     mask: [i16; FACTORS],
@@ -29,28 +29,29 @@ struct Group {
 }
 
 /// A query made ready for one exemplar.
-pub struct Target<'a> {
+pub struct BlockTarget<'a> {
     exemplar: &'a IndexTexels,
     planes: usize,
-    groups: Vec<Group>,
+    groups: Vec<CodeGroup>,
 }
 
-impl<'a> Target<'a> {
+impl<'a> BlockTarget<'a> {
     /// Prepares a query for all exemplars.
-    pub fn all(query: &Query, exemplars: &'a Quantised) -> Vec<Self> {
+    pub fn all(query: &BlockQuery, exemplars: &'a Quantised) -> Vec<Self> {
         let ready = |texels| Self::new(&query.neighbourhood, &query.codes, texels, exemplars.planes());
         exemplars.texels().iter().map(ready).collect()
     }
 
     /// Prepares the filled texels of a block's codes.
     pub fn new(shape: &Neighbourhood, codes: &[i16], exemplar: &'a IndexTexels, planes: usize) -> Self {
-        let rows = shape.rects().flat_map(|r| (r.y..r.y + r.height).map(move |y| (r.x, y, r.width)));
+        let rows =
+            shape.rects().flat_map(|r| (r.y..r.y + r.size.height).map(move |y| (r.x, y, r.size.width)));
         let mut groups = Vec::new();
         for (x, y, width) in rows {
             let row = &codes[shape.extent.index(x, y) * planes..][..width * planes];
             for (i, part) in row.chunks(FACTORS).enumerate() {
                 let offset = exemplar.start(x, y) + i * FACTORS;
-                let mut group = Group { codes: [0; FACTORS], mask: [0; FACTORS], offset };
+                let mut group = CodeGroup { codes: [0; FACTORS], mask: [0; FACTORS], offset };
                 group.codes[..part.len()].copy_from_slice(part);
                 group.mask[..part.len()].fill(-1);
                 groups.push(group);
@@ -78,17 +79,17 @@ impl<'a> Target<'a> {
 
 /// The distances of neighbouring blocks.
 struct RowOfDistances<'a> {
-    target: &'a Target<'a>,
+    target: &'a BlockTarget<'a>,
     start: usize,
     distances: &'a mut [u64],
 }
 
-impl Work for RowOfDistances<'_> {
+impl PairsWork for RowOfDistances<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with<P: Pairs>(self, pairs: P) {
-        let Target { exemplar, planes, groups } = self.target;
+        let BlockTarget { exemplar, planes, groups } = self.target;
         for (i, distance) in self.distances.iter_mut().enumerate() {
             let block = &exemplar.codes()[self.start + i * planes..];
             *distance = groups.chunks(GROUPS).map(|part| squares(pairs, part, block)).sum();
@@ -98,12 +99,12 @@ impl Work for RowOfDistances<'_> {
 
 /// One distance, given up when it exceeds the limit.
 struct DistanceWithin<'a> {
-    target: &'a Target<'a>,
+    target: &'a BlockTarget<'a>,
     start: usize,
     limit: u64,
 }
 
-impl Work for DistanceWithin<'_> {
+impl PairsWork for DistanceWithin<'_> {
     type Output = Option<u64>;
 
     #[inline(always)]
@@ -122,9 +123,9 @@ impl Work for DistanceWithin<'_> {
 
 /// The squares of at most [`GROUPS`] groups.
 #[inline(always)]
-fn squares<P: Pairs>(pairs: P, groups: &[Group], block: &[i16]) -> u64 {
+fn squares<P: Pairs>(pairs: P, groups: &[CodeGroup], block: &[i16]) -> u64 {
     let mut sums = [0; SUMS];
-    for Group { codes, mask, offset } in groups {
+    for CodeGroup { codes, mask, offset } in groups {
         let there = block[*offset..].first_chunk().expect("exemplars are padded");
         sums = pairs.add_squares(sums, there, codes, mask);
     }
@@ -135,7 +136,7 @@ fn squares<P: Pairs>(pairs: P, groups: &[Group], block: &[i16]) -> u64 {
 mod tests {
     use super::*;
     use crate::job::Job;
-    use crate::numeric::pairs::Portable;
+    use crate::numeric::pairs::PortablePairs;
     use crate::numeric::random::{Purpose, Stream};
     use crate::planes::{Planes, Size};
     use crate::synthesis::neighbourhood::Margins;
@@ -147,7 +148,7 @@ mod tests {
     /// against the plain loop.
     fn compare(exemplars: &Quantised, shape: &Neighbourhood, codes: &[i16]) {
         let exemplar = &exemplars.texels()[0];
-        let target = Target::new(shape, codes, exemplar, exemplars.planes());
+        let target = BlockTarget::new(shape, codes, exemplar, exemplars.planes());
         let (size, extent) = (exemplar.size(), shape.extent);
         for y in 0..=size.height - extent.height {
             let length = size.width - extent.width + 1;
@@ -157,7 +158,7 @@ mod tests {
                 let truth = squared_distance(exemplars, shape, codes, place);
                 assert_eq!(found, truth);
                 let block = &exemplar.codes()[exemplar.start(x, y)..];
-                let parts = target.groups.chunks(GROUPS).map(|part| squares(Portable, part, block));
+                let parts = target.groups.chunks(GROUPS).map(|part| squares(PortablePairs, part, block));
                 assert_eq!(parts.sum::<u64>(), truth);
             }
         }

@@ -10,8 +10,8 @@ use pulp::Arch;
 use rayon::prelude::*;
 use realfft::num_complex::Complex64;
 
-use super::distance::Target;
-use super::{Candidates, Effort, Found, Query, Search};
+use super::distance::BlockTarget;
+use super::{BlockQuery, Candidates, Effort, Found, Search};
 use crate::numeric::fourier::Fourier;
 use crate::numeric::summed_area::SummedArea;
 use crate::synthesis::positions::Positions;
@@ -52,14 +52,14 @@ impl<'a> Fft<'a> {
 
     /// The approximate squared distances of all places of one exemplar, row after row, and their
     /// error.
-    fn distances(&self, query: &Query, spectra: &Spectra) -> (Vec<f64>, f64) {
+    fn distances(&self, query: &BlockQuery, spectra: &Spectra) -> (Vec<f64>, f64) {
         let (shape, planes) = (query.neighbourhood, self.exemplars.planes());
         let size = spectra.transform.size();
         let rects: Vec<_> = shape.rects().collect();
         let filled = |x: usize, y: usize| shape.contains(x, y);
         let own: u64 = rects
             .iter()
-            .flat_map(|r| (r.y..r.y + r.height).map(move |y| (r.x, y, r.width)))
+            .flat_map(|r| (r.y..r.y + r.size.height).map(move |y| (r.x, y, r.size.width)))
             .map(|(x, y, w)| squared_length(&query.codes[shape.extent.index(x, y) * planes..][..w * planes]))
             .sum();
         let mut product = vec![Complex64::ZERO; spectra.planes[0].len()];
@@ -84,8 +84,10 @@ impl<'a> Fft<'a> {
         let mut distances = spectra.transform.inverse(product);
         for (i, value) in distances.iter_mut().enumerate() {
             let (x, y) = (i % size.width, i / size.width);
-            let there: u64 =
-                rects.iter().map(|r| spectra.squares.sum(x + r.x, y + r.y, r.width, r.height)).sum();
+            let there: u64 = rects
+                .iter()
+                .map(|r| spectra.squares.sum(x + r.x, y + r.y, r.size.width, r.size.height))
+                .sum();
             *value = (own + there) as f64 - 2.0 * *value;
         }
         let error = 2.0 * RELATIVE_ERROR * spectra.norm * (own as f64).sqrt() * (planes as f64).sqrt();
@@ -94,17 +96,17 @@ impl<'a> Fft<'a> {
 }
 
 impl Search for Fft<'_> {
-    fn candidates(&self, queries: &[Query]) -> Vec<Found> {
+    fn candidates(&self, queries: &[BlockQuery]) -> Vec<Found> {
         queries.par_iter().map(|query| self.correlate(query)).collect()
     }
 }
 
 impl Fft<'_> {
-    fn correlate(&self, query: &Query) -> Found {
+    fn correlate(&self, query: &BlockQuery) -> Found {
         let acceptance = query.acceptance;
         let approximate: Vec<(Vec<f64>, f64)> =
             self.spectra.par_iter().map(|spectra| self.distances(query, spectra)).collect();
-        let targets = Target::all(query, self.exemplars);
+        let targets = BlockTarget::all(query, self.exemplars);
         let all = || {
             self.positions.runs().iter().flat_map(|run| (0..run.length).map(|i| run.first.offset(i, 0))).map(
                 |p| {

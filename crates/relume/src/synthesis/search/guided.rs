@@ -8,11 +8,11 @@
 
 use rayon::prelude::*;
 
-use super::distance::Target;
-use super::{Candidates, Effort, Found, Query, Search};
+use super::distance::BlockTarget;
+use super::{BlockQuery, Candidates, Effort, Found, Search};
 use crate::planes::Size;
 use crate::synthesis::guidance::GuideCodes;
-use crate::synthesis::positions::{Positions, Run};
+use crate::synthesis::positions::{PositionRun, Positions};
 use crate::synthesis::quantise::{IndexTexels, Quantised};
 use crate::synthesis::source_map::Texel;
 
@@ -39,17 +39,17 @@ impl<'a> GuidedSearch<'a> {
         Self { exemplars, positions, guide: BlockGuide::new(guides, block, wraps) }
     }
 
-    /// Memory that preparing so many texels of guides takes, those of the exemplars and the output.
+    /// Memory of the means that are prepared: 32 bits for each texel and plane of all guides.
     pub(in crate::synthesis) fn bytes(guides: &GuideCodes) -> u64 {
         let all = guides.sources.iter().chain([&guides.target]);
         all.map(|guide| (size_of::<i32>() * guide.size().texels() * guide.planes()) as u64).sum()
     }
 
     /// All positions whose blocks fit what is filled and the guide well enough.
-    fn look(&self, query: &Query) -> Found {
+    fn look(&self, query: &BlockQuery) -> Found {
         let acceptance = query.acceptance;
-        let targets = Target::all(query, self.exemplars);
-        let near = |run: &Run| -> Vec<(Texel, u64)> {
+        let targets = BlockTarget::all(query, self.exemplars);
+        let near = |run: &PositionRun| -> Vec<(Texel, u64)> {
             let Texel { exemplar, y, x } = run.first;
             let mut distances = targets[exemplar as usize].distances(x as usize, y as usize, run.length);
             self.guide.add(query.place, run, &mut distances);
@@ -67,7 +67,7 @@ impl<'a> GuidedSearch<'a> {
 }
 
 impl Search for GuidedSearch<'_> {
-    fn candidates(&self, queries: &[Query]) -> Vec<Found> {
+    fn candidates(&self, queries: &[BlockQuery]) -> Vec<Found> {
         queries.par_iter().map(|query| self.look(query)).collect()
     }
 }
@@ -141,7 +141,7 @@ impl BlockGuide {
     }
 
     /// Adds the guides' distances of a run of positions to a block at a place of the output.
-    fn add(&self, place: [usize; 2], run: &Run, distances: &mut [u64]) {
+    fn add(&self, place: [usize; 2], run: &PositionRun, distances: &mut [u64]) {
         let source = &self.sources[run.first.exemplar as usize];
         let count = (self.side * self.side) as u64;
         for (dx, dy) in self.starts.iter().flat_map(|&dy| self.starts.iter().map(move |&dx| (dx, dy))) {
@@ -179,7 +179,7 @@ mod tests {
     use crate::numeric::random::{Purpose, Stream};
     use crate::planes::Planes;
     use crate::synthesis::guidance::{Guidance, Guided};
-    use crate::synthesis::layout::Layout;
+    use crate::synthesis::layout::BlockLayout;
     use crate::synthesis::options::{BlockOptions, Boundary, Tolerance};
     use crate::synthesis::quantise::Exemplar;
     use crate::synthesis::search::Acceptance;
@@ -216,10 +216,10 @@ mod tests {
             let options = BlockOptions { size, block: side, overlap, boundary, ..BlockOptions::default() };
             let positions = Positions::new(&exemplars, side).unwrap();
             let search = GuidedSearch::new(&quantised, &positions, &codes.unwrap(), side, torus);
-            for block in &Layout::new(&options, &job).unwrap().sequence {
+            for block in &BlockLayout::new(&options, &job).unwrap().sequence {
                 let neighbourhood = block.neighbourhood;
                 let codes = noise(Size::new(side * planes, side), 1, seed ^ 9);
-                let query = Query {
+                let query = BlockQuery {
                     neighbourhood,
                     place: [block.x, block.y],
                     codes: codes.as_slice().iter().map(|v| *v as i16).collect(),

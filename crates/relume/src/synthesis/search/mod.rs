@@ -28,7 +28,7 @@ use super::source_map::Texel;
 
 /// What a block has to fit.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Query {
+pub struct BlockQuery {
     /// Which of its texels are filled.
     pub neighbourhood: Neighbourhood,
     /// The column and row of its first texel in the output, where a guide has its say.
@@ -115,11 +115,11 @@ impl Acceptance {
 /// A way to find candidates.
 pub trait Search: Sync {
     /// For each query all positions whose squared distance is accepted, and the smallest distance.
-    fn candidates(&self, queries: &[Query]) -> Vec<Found>;
+    fn candidates(&self, queries: &[BlockQuery]) -> Vec<Found>;
 
     /// How many positions remain after each projection of a query whose smallest distance is `best`;
     /// nothing where a search has no projections.
-    fn rejection_curve(&self, _query: &Query, _best: u64) -> Option<Vec<u64>> {
+    fn rejection_curve(&self, _query: &BlockQuery, _best: u64) -> Option<Vec<u64>> {
         None
     }
 }
@@ -206,7 +206,7 @@ mod tests {
             };
             let acceptance = Acceptance::new(tolerance, neighbourhood.texels(), quantised.step());
             let likely = vec![Texel { exemplar: 0, y: 1, x: 2 }, Texel { exemplar: 7, y: 0, x: 0 }];
-            let query = Query { neighbourhood, place: [0, 0], codes, acceptance, likely };
+            let query = BlockQuery { neighbourhood, place: [0, 0], codes, acceptance, likely };
             // Others with it: some of its shape, one of another.
             let mut queries = vec![query; count];
             for (i, query) in queries.iter_mut().enumerate().skip(1) {
@@ -238,7 +238,7 @@ mod tests {
         let neighbourhood = Neighbourhood { extent: Size::new(block, block), margins };
         let acceptance = Acceptance::new(Tolerance::Relative(0.0), block * block, 1.0);
         let codes = vec![0; block * block * planes];
-        let query = [Query { neighbourhood, place: [0, 0], codes, acceptance, likely: Vec::new() }];
+        let query = [BlockQuery { neighbourhood, place: [0, 0], codes, acceptance, likely: Vec::new() }];
         for recipe in recipes(block, 29) {
             let found = &recipe.prepare(&quantised, &positions, None).candidates(&query)[0].candidates;
             assert_eq!(found.best, 3600 * planes as u64 * 4095 * 4095, "{recipe:?}");

@@ -1,6 +1,6 @@
 //! The slow truth of every search: texel after texel, plane after plane, in 64 bits.
 
-use super::{Candidates, Effort, Found, Query, Search};
+use super::{BlockQuery, Candidates, Effort, Found, Search};
 use crate::synthesis::neighbourhood::Neighbourhood;
 use crate::synthesis::positions::Positions;
 use crate::synthesis::quantise::Quantised;
@@ -16,13 +16,13 @@ pub struct Plain<'a> {
 }
 
 impl Search for Plain<'_> {
-    fn candidates(&self, queries: &[Query]) -> Vec<Found> {
+    fn candidates(&self, queries: &[BlockQuery]) -> Vec<Found> {
         queries.iter().map(|query| self.look(query)).collect()
     }
 }
 
 impl Plain<'_> {
-    fn look(&self, query: &Query) -> Found {
+    fn look(&self, query: &BlockQuery) -> Found {
         let all: Vec<(Texel, u64)> = (0..self.positions.count())
             .map(|number| self.positions.nth(number))
             .map(|position| {

@@ -6,7 +6,7 @@ use super::guided::GuidedSearch;
 use super::projection::{Projection, cells};
 use super::{KernelBasis, Search, SearchMethod, SearchOptions};
 use crate::synthesis::guidance::GuideCodes;
-use crate::synthesis::layout::Layout;
+use crate::synthesis::layout::BlockLayout;
 use crate::synthesis::options::{BlockOptions, Boundary};
 use crate::synthesis::positions::Positions;
 use crate::synthesis::quantise::Quantised;
@@ -45,7 +45,7 @@ const CELLS_A_TRANSFORM: usize = 12;
 
 /// Decides for a layout of blocks and exemplars of so many planes. A guide decides alone: distances from
 /// it have no bounds or transforms yet, so all positions are looked at whatever method is asked for.
-pub fn plan(blocks: &BlockOptions, layout: &Layout, planes: usize) -> Recipe {
+pub fn plan(blocks: &BlockOptions, layout: &BlockLayout, planes: usize) -> Recipe {
     if blocks.guidance.is_some() {
         return Recipe::Guided { block: blocks.block, wraps: blocks.boundary == Boundary::Torus };
     }
@@ -117,7 +117,7 @@ mod tests {
         let chosen = |side: usize, block: usize, overlap: usize, planes: usize| {
             let blocks =
                 BlockOptions { size: Size::new(side, side), block, overlap, ..BlockOptions::default() };
-            let layout = Layout::new(&blocks, &Job::default()).unwrap();
+            let layout = BlockLayout::new(&blocks, &Job::default()).unwrap();
             plan(&blocks, &layout, planes)
         };
         assert_eq!(chosen(100, 32, 8, 3), Recipe::Brute);
@@ -141,7 +141,7 @@ mod tests {
             let search = SearchOptions { method, ..SearchOptions::default() };
             let guidance = Some(guidance.clone());
             let blocks = BlockOptions { size, search, guidance, ..BlockOptions::default() };
-            let layout = Layout::new(&blocks, &job).unwrap();
+            let layout = BlockLayout::new(&blocks, &job).unwrap();
             let recipe = plan(&blocks, &layout, 3);
             assert_eq!(recipe, Recipe::Guided { block: blocks.block, wraps: false });
             let exemplars = [Exemplar { index: &exemplar, excluded: None }];

@@ -23,8 +23,8 @@ pub mod votes;
 
 use serde::Serialize;
 
+use super::canvas::PixelCanvas;
 use super::grow::check_output;
-use super::lattice::Lattice;
 use super::pyramid::{guided_pyramid, halved_size};
 use crate::error::{Error, Result};
 use crate::job::Job;
@@ -34,7 +34,7 @@ use crate::synthesis::guidance::{Guidance, Guided};
 use crate::synthesis::options::Boundary;
 use crate::synthesis::quantise::Exemplar;
 use crate::synthesis::source_map::{SourceMap, Texel};
-use patches::Patches;
+use patches::ExemplarPatches;
 use search::{Improvement, Matching};
 
 pub use search::PatchSearch;
@@ -143,22 +143,22 @@ pub fn patch_match(
         std::iter::successors(Some(options.size), |size| Some(halved_size(*size))).take(levels).collect();
     job.start("improving matches", levels as u64);
     let mut optimised = Optimised { levels, positions: 0, patches: 0, distance: 0.0 };
-    let mut done: Option<Lattice> = None;
+    let mut done: Option<PixelCanvas> = None;
     for (number, (level, size)) in pyramid.iter().zip(sizes).enumerate().rev() {
-        let patches = Patches::new(level, options.window, job)?;
-        let mut lattice = Lattice::new(size, level.exemplars.planes(), Boundary::Torus, job)?;
+        let patches = ExemplarPatches::new(level, options.window, job)?;
+        let mut canvas = PixelCanvas::new(size, level.exemplars.planes(), Boundary::Torus, job)?;
         if let Some(target) = &targets[number] {
-            lattice.guide(target);
+            canvas.guide(target);
         }
         let place = number as u64;
-        let mut matching = begin(&mut lattice, &patches, done.as_ref(), (options.seed, place));
+        let mut matching = begin(&mut canvas, &patches, done.as_ref(), (options.seed, place));
         let rounds = if number == 0 { options.rounds.min(FINEST_ROUNDS) } else { options.rounds };
         for round in 0..rounds {
             let key = key(options.seed, Purpose::PatchSearch, [place, round as u64]);
             let how = Improvement { search: options.search, uniformity: options.uniformity, key };
-            matching.improve(&lattice, &patches, how);
+            matching.improve(&canvas, &patches, how);
             let weights = votes::weights(&matching, &patches, number == 0);
-            votes::cast(&mut lattice, &patches, &matching, &weights);
+            votes::cast(&mut canvas, &patches, &matching, &weights);
             job.proceed()?;
         }
         job.advance(1)?;
@@ -166,7 +166,7 @@ pub fn patch_match(
         optimised.patches = matching.matches().len();
         let texels = (options.window * options.window) as f64;
         optimised.distance = (matching.mean_distance() / texels).sqrt() * level.exemplars.step();
-        done = Some(lattice);
+        done = Some(canvas);
     }
     Ok((done.expect("there is at least one level").into_map(exemplars), optimised))
 }
@@ -174,17 +174,17 @@ pub fn patch_match(
 /// The first texels and matches of a level: those of the coarser one at twice the resolution, or
 /// random patches side by side, drawn for the level of that number.
 fn begin(
-    lattice: &mut Lattice,
-    patches: &Patches<'_>,
-    coarser: Option<&Lattice>,
+    canvas: &mut PixelCanvas,
+    patches: &ExemplarPatches<'_>,
+    coarser: Option<&PixelCanvas>,
     (seed, level): (u64, u64),
 ) -> Matching {
-    let (size, radius) = (lattice.size(), patches.radius());
+    let (size, radius) = (canvas.size(), patches.radius());
     let random = |texel: usize| {
         let mut stream = Stream::new(seed, Purpose::FirstPatch, [level, texel as u64]);
         patches.nth(stream.below(patches.count()))
     };
-    let finer = |coarser: &Lattice, x: usize, y: usize| {
+    let finer = |coarser: &PixelCanvas, x: usize, y: usize| {
         let source = coarser.source(coarser.size().index(x / 2, y / 2));
         let place = Texel { x: 2 * source.x, y: 2 * source.y, ..source }.offset(x % 2, y % 2);
         patches.moved(place, -radius.cast_signed(), -radius.cast_signed())
@@ -195,10 +195,10 @@ fn begin(
     };
     let matching = Matching::new(size, Matching::middles(size).map(corner).collect());
     for texel in 0..size.texels() {
-        let (x, y) = lattice.place(texel);
+        let (x, y) = canvas.place(texel);
         let middle = (x / SPACING * SPACING, y / SPACING * SPACING);
         let source = matching.at(middle).corner.offset(radius + x - middle.0, radius + y - middle.1);
-        lattice.put(texel, source, &patches.level().exemplars);
+        canvas.put(texel, source, &patches.level().exemplars);
     }
     matching
 }

@@ -3,8 +3,8 @@
 //! Nothing is copied out of the exemplars: their codes fit the caches, a table of patches would not.
 //! Distances are exact; they are given up as soon as they reach a limit.
 
-use super::super::lattice::Lattice;
-use super::super::pyramid::Level;
+use super::super::canvas::PixelCanvas;
+use super::super::pyramid::ExemplarLevel;
 use super::super::vectors::LANES;
 use crate::error::Result;
 use crate::job::Job;
@@ -41,7 +41,7 @@ impl Piece {
 
 /// One exemplar: where patches may lie, and its blocks.
 #[derive(Debug)]
-struct Area {
+struct PatchArea {
     /// Whether a patch may begin at each texel.
     allowed: Vec<bool>,
     /// The number of its first block.
@@ -52,23 +52,23 @@ struct Area {
 
 /// The patches of the exemplars at one level, named by their top-left texels.
 #[derive(Debug)]
-pub struct Patches<'a> {
-    level: &'a Level,
+pub struct ExemplarPatches<'a> {
+    level: &'a ExemplarLevel,
     window: usize,
     positions: Positions,
-    areas: Vec<Area>,
+    areas: Vec<PatchArea>,
     pieces: Vec<Piece>,
     block_count: usize,
     blocks_in_use: usize,
     reach: usize,
 }
 
-impl<'a> Patches<'a> {
+impl<'a> ExemplarPatches<'a> {
     /// All patches that lie inside the exemplars and hold nothing excluded.
     ///
     /// # Errors
     /// When there is none, or the limits are exceeded.
-    pub fn new(level: &'a Level, window: usize, job: &Job) -> Result<Self> {
+    pub fn new(level: &'a ExemplarLevel, window: usize, job: &Job) -> Result<Self> {
         let positions = level.positions(window)?;
         let sizes: Vec<_> = level.exemplars.texels().iter().map(IndexTexels::size).collect();
         let texels = sizes.iter().map(|size| size.texels() as u64).sum();
@@ -77,7 +77,7 @@ impl<'a> Patches<'a> {
         let mut area = |size: &crate::planes::Size| {
             let (first_block, columns) = (block_count, size.width.div_ceil(BLOCK));
             block_count += columns * size.height.div_ceil(BLOCK);
-            Area { allowed: vec![false; size.texels()], first_block, columns }
+            PatchArea { allowed: vec![false; size.texels()], first_block, columns }
         };
         let areas = sizes.iter().map(&mut area).collect();
         let reach = sizes.iter().map(|size| size.width.max(size.height)).max().expect("there is an exemplar");
@@ -116,7 +116,7 @@ impl<'a> Patches<'a> {
     }
 
     /// The level of whose exemplars these are patches.
-    pub fn level(&self) -> &'a Level {
+    pub fn level(&self) -> &'a ExemplarLevel {
         self.level
     }
 
@@ -160,12 +160,12 @@ impl<'a> Patches<'a> {
     }
 
     /// Makes `patch` the patch of the output around a place, on a torus.
-    pub fn of_output(&self, lattice: &Lattice, place: (usize, usize), patch: &mut Vec<i16>) {
+    pub fn of_output(&self, canvas: &PixelCanvas, place: (usize, usize), patch: &mut Vec<i16>) {
         patch.clear();
         let radius = self.radius().cast_signed();
         let planes = self.level.exemplars.planes();
         for dy in -radius..=radius {
-            lattice.append_row(place, (-radius, dy), self.window, patch);
+            canvas.append_row(place, (-radius, dy), self.window, patch);
             let row = patch.len() - self.window * planes;
             patch.resize(row + (self.window * planes).next_multiple_of(LANES), 0);
         }

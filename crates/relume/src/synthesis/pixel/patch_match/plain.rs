@@ -1,18 +1,23 @@
 //! The slow truths: distances of patches texel by texel, and votes texel by texel.
 
-use super::super::lattice::Lattice;
-use super::patches::Patches;
+use super::super::canvas::PixelCanvas;
+use super::patches::ExemplarPatches;
 use super::search::Matching;
 use crate::synthesis::source_map::Texel;
 
 /// The squared distance of the patch of the output around a place and one of the exemplars.
-pub fn distance(lattice: &Lattice, patches: &Patches<'_>, middle: (usize, usize), corner: Texel) -> u64 {
+pub fn distance(
+    canvas: &PixelCanvas,
+    patches: &ExemplarPatches<'_>,
+    middle: (usize, usize),
+    corner: Texel,
+) -> u64 {
     let exemplar = &patches.level().exemplars.texels()[corner.exemplar as usize];
     let radius = patches.radius().cast_signed();
     let mut sum = 0;
     for (dx, dy) in (0..patches.window()).flat_map(|dy| (0..patches.window()).map(move |dx| (dx, dy))) {
-        let beside = lattice.beside(middle, dx.cast_signed() - radius, dy.cast_signed() - radius);
-        let ours = lattice.codes(beside.expect("a torus has no edge"));
+        let beside = canvas.beside(middle, dx.cast_signed() - radius, dy.cast_signed() - radius);
+        let ours = canvas.codes(beside.expect("a torus has no edge"));
         let theirs = exemplar.run(corner.x as usize + dx, corner.y as usize + dy, 1);
         sum += ours.iter().zip(theirs).map(|(a, b)| u64::from(a.abs_diff(*b)).pow(2)).sum::<u64>();
     }
@@ -21,8 +26,8 @@ pub fn distance(lattice: &Lattice, patches: &Patches<'_>, middle: (usize, usize)
 
 /// What the matches of the patches over a texel put there, each with the weight of its match.
 fn wanted(
-    lattice: &Lattice,
-    patches: &Patches<'_>,
+    canvas: &PixelCanvas,
+    patches: &ExemplarPatches<'_>,
     matching: &Matching,
     weights: &[u32],
     texel: usize,
@@ -30,9 +35,9 @@ fn wanted(
     let mut wanted = Vec::new();
     let window = 0..patches.window();
     let radius = patches.radius().cast_signed();
-    for (number, middle) in Matching::middles(lattice.size()).enumerate() {
+    for (number, middle) in Matching::middles(canvas.size()).enumerate() {
         for (dx, dy) in window.clone().flat_map(|dy| window.clone().map(move |dx| (dx, dy))) {
-            let there = lattice.beside(middle, dx.cast_signed() - radius, dy.cast_signed() - radius);
+            let there = canvas.beside(middle, dx.cast_signed() - radius, dy.cast_signed() - radius);
             if there == Some(texel) {
                 wanted.push((matching.at(middle).corner.offset(dx, dy), weights[number]));
             }
@@ -44,20 +49,20 @@ fn wanted(
 /// The source of a texel: of all that are wanted there the nearest to their weighted mean, the first
 /// of the exemplars' texels among equals.
 pub fn elect(
-    lattice: &Lattice,
-    patches: &Patches<'_>,
+    canvas: &PixelCanvas,
+    patches: &ExemplarPatches<'_>,
     matching: &Matching,
     weights: &[u32],
     texel: usize,
 ) -> Texel {
-    let wanted = wanted(lattice, patches, matching, weights, texel);
+    let wanted = wanted(canvas, patches, matching, weights, texel);
     let code = |source: &Texel, k: usize| {
         let exemplar = &patches.level().exemplars.texels()[source.exemplar as usize];
         i128::from(exemplar.run(source.x as usize, source.y as usize, 1)[k])
     };
     let total: i128 = wanted.iter().map(|(_, weight)| i128::from(*weight)).sum();
     let distance = |source: &Texel| -> i128 {
-        let planes = 0..patches.level().exemplars.planes() - lattice.guides();
+        let planes = 0..patches.level().exemplars.planes() - canvas.guides();
         let sum = |k: usize| wanted.iter().map(|(s, w)| i128::from(*w) * code(s, k)).sum::<i128>();
         planes.map(|k| (code(source, k) * total - sum(k)).pow(2)).sum()
     };

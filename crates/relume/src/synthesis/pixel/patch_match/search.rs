@@ -14,10 +14,10 @@
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::super::lattice::Lattice;
+use super::super::canvas::PixelCanvas;
 use super::super::vectors::LANES;
 use super::SPACING;
-use super::patches::{self, Patches};
+use super::patches::{self, ExemplarPatches};
 use crate::numeric::hash;
 use crate::planes::Size;
 use crate::synthesis::source_map::Texel;
@@ -101,21 +101,21 @@ impl Matching {
         sum as f64 / self.matches.len() as f64
     }
 
-    /// Improves all matches for the texels of a lattice.
-    pub fn improve(&mut self, lattice: &Lattice, patches: &Patches<'_>, how: Improvement) {
+    /// Improves all matches for the texels of a canvas.
+    pub fn improve(&mut self, canvas: &PixelCanvas, patches: &ExemplarPatches<'_>, how: Improvement) {
         let costs = self.costs(patches, how.uniformity);
         for color in 0..2 {
             let cells: Vec<usize> =
                 (0..self.matches.len()).filter(|&cell| self.color(cell) == color).collect();
             let better =
-                |patch: &mut Vec<i16>, &cell: &usize| self.better(cell, lattice, patches, &costs, how, patch);
+                |patch: &mut Vec<i16>, &cell: &usize| self.better(cell, canvas, patches, &costs, how, patch);
             let found: Vec<Match> = cells.par_iter().with_min_len(64).map_init(Vec::new, better).collect();
             cells.into_iter().zip(found).for_each(|(cell, found)| self.matches[cell] = found);
         }
     }
 
     /// What a match in each block of the exemplars costs besides its distance.
-    fn costs(&self, patches: &Patches<'_>, uniformity: f64) -> Vec<u64> {
+    fn costs(&self, patches: &ExemplarPatches<'_>, uniformity: f64) -> Vec<u64> {
         let (blocks, in_use) = patches.blocks();
         let mut used = vec![0u64; blocks];
         self.matches.iter().for_each(|found| used[patches.block(found.corner)] += 1);
@@ -136,13 +136,13 @@ impl Matching {
     fn better(
         &self,
         cell: usize,
-        lattice: &Lattice,
-        patches: &Patches<'_>,
+        canvas: &PixelCanvas,
+        patches: &ExemplarPatches<'_>,
         costs: &[u64],
         how: Improvement,
         patch: &mut Vec<i16>,
     ) -> Match {
-        patches.of_output(lattice, self.middle(cell), patch);
+        patches.of_output(canvas, self.middle(cell), patch);
         #[cfg(target_arch = "x86_64")]
         if let Some(simd) = pulp::x86::V3::try_new() {
             return simd.vectorize(
@@ -161,7 +161,7 @@ impl Matching {
     fn better_with(
         &self,
         cell: usize,
-        patches: &Patches<'_>,
+        patches: &ExemplarPatches<'_>,
         costs: &[u64],
         how: Improvement,
         patch: &[i16],
@@ -192,7 +192,7 @@ impl Matching {
 
     /// The matches that continue those of the four neighbours.
     #[inline(always)]
-    fn of_neighbours(&self, (x, y): (usize, usize), patches: &Patches<'_>) -> [Option<Texel>; 4] {
+    fn of_neighbours(&self, (x, y): (usize, usize), patches: &ExemplarPatches<'_>) -> [Option<Texel>; 4] {
         let Size { width, height } = self.size;
         let (left, right) = (away(x, width, true), away(x, width, false));
         let (above, below) = (away(y, height, true), away(y, height, false));
@@ -212,7 +212,7 @@ fn step(random: u32, reach: usize) -> isize {
 
 /// A search for the match of least cost of one patch.
 struct Contest<'a, S> {
-    patches: &'a Patches<'a>,
+    patches: &'a ExemplarPatches<'a>,
     costs: &'a [u64],
     patch: &'a [i16],
     squares: S,
@@ -222,7 +222,13 @@ struct Contest<'a, S> {
 
 impl<'a, S: Fn(&mut [u32; LANES / 2], &[i16], &[i16], usize) + Copy> Contest<'a, S> {
     #[inline(always)]
-    fn new(patches: &'a Patches<'a>, costs: &'a [u64], patch: &'a [i16], squares: S, present: Texel) -> Self {
+    fn new(
+        patches: &'a ExemplarPatches<'a>,
+        costs: &'a [u64],
+        patch: &'a [i16],
+        squares: S,
+        present: Texel,
+    ) -> Self {
         let distance = patches.distance(patch, present, u64::MAX, squares).expect("nothing is that far");
         let cost = distance + costs[patches.block(present)];
         Self { patches, costs, patch, squares, best: Match { corner: present, distance }, cost }

@@ -55,21 +55,21 @@ proptest! {
         let exemplars = [Exemplar { index: &index, excluded: None }];
         let job = Job::default();
         let level = &pyramid(&exemplars, 1, 3, &job).unwrap()[0];
-        let patches = Patches::new(level, 2 * half + 1, &job).unwrap();
+        let patches = ExemplarPatches::new(level, 2 * half + 1, &job).unwrap();
         let size = Size::new(width, height);
-        let mut lattice = Lattice::new(size, planes, Boundary::Torus, &job).unwrap();
-        let mut matching = begin(&mut lattice, &patches, None, (seed, 0));
+        let mut canvas = PixelCanvas::new(size, planes, Boundary::Torus, &job).unwrap();
+        let mut matching = begin(&mut canvas, &patches, None, (seed, 0));
         let mut full = matching.clone();
-        full.improve(&lattice, &patches, how(PatchSearch::Full, 0));
+        full.improve(&canvas, &patches, how(PatchSearch::Full, 0));
         for (middle, least) in Matching::middles(size).zip(full.matches()) {
-            let truth = patches.iter().map(|corner| plain::distance(&lattice, &patches, middle, corner)).min();
+            let truth = patches.iter().map(|corner| plain::distance(&canvas, &patches, middle, corner)).min();
             prop_assert_eq!(Some(least.distance), truth);
         }
         let mut before = vec![u64::MAX; matching.matches().len()];
         for round in 0..4 {
-            matching.improve(&lattice, &patches, how(PatchSearch::Propagation, round));
+            matching.improve(&canvas, &patches, how(PatchSearch::Propagation, round));
             for (middle, found) in Matching::middles(size).zip(matching.matches()) {
-                prop_assert_eq!(found.distance, plain::distance(&lattice, &patches, middle, found.corner));
+                prop_assert_eq!(found.distance, plain::distance(&canvas, &patches, middle, found.corner));
             }
             let now: Vec<u64> = matching.matches().iter().map(|found| found.distance).collect();
             prop_assert!(now.iter().zip(&before).all(|(now, before)| now <= before));
@@ -90,16 +90,16 @@ proptest! {
         let exemplars = fields.each_ref().map(|index| Exemplar { index, excluded: None });
         let job = Job::default();
         let level = &pyramid(&exemplars, 1, 3, &job).unwrap()[0];
-        let patches = Patches::new(level, window, &job).unwrap();
+        let patches = ExemplarPatches::new(level, window, &job).unwrap();
         let size = Size::new(width, height);
-        let mut lattice = Lattice::new(size, planes, Boundary::Torus, &job).unwrap();
-        let mut matching = begin(&mut lattice, &patches, None, (seed, 0));
-        matching.improve(&lattice, &patches, how(PatchSearch::Propagation, seed));
+        let mut canvas = PixelCanvas::new(size, planes, Boundary::Torus, &job).unwrap();
+        let mut matching = begin(&mut canvas, &patches, None, (seed, 0));
+        matching.improve(&canvas, &patches, how(PatchSearch::Propagation, seed));
         for (n, middle) in Matching::middles(size).enumerate() {
             let corner = patches.nth(n * 7 % patches.count());
-            let truth = plain::distance(&lattice, &patches, middle, corner);
+            let truth = plain::distance(&canvas, &patches, middle, corner);
             let mut patch = Vec::new();
-            patches.of_output(&lattice, middle, &mut patch);
+            patches.of_output(&canvas, middle, &mut patch);
             for limit in [truth, truth + 1, u64::MAX] {
                 let kept = (truth < limit).then_some(truth);
                 prop_assert_eq!(patches.distance(&patch, corner, limit, patches::portable), kept);
@@ -113,10 +113,10 @@ proptest! {
         for squared in [false, true] {
             let weights = votes::weights(&matching, &patches, squared);
             let truth: Vec<Texel> = (0..size.texels())
-                .map(|texel| plain::elect(&lattice, &patches, &matching, &weights, texel))
+                .map(|texel| plain::elect(&canvas, &patches, &matching, &weights, texel))
                 .collect();
-            votes::cast(&mut lattice, &patches, &matching, &weights);
-            prop_assert!((0..size.texels()).all(|texel| lattice.source(texel) == truth[texel]));
+            votes::cast(&mut canvas, &patches, &matching, &weights);
+            prop_assert!((0..size.texels()).all(|texel| canvas.source(texel) == truth[texel]));
         }
     }
 }
@@ -128,18 +128,18 @@ fn patches_of_the_exemplar_itself_are_found_by_propagation() {
     let exemplars = [Exemplar { index: &index, excluded: None }];
     let job = Job::default();
     let level = &pyramid(&exemplars, 1, 7, &job).unwrap()[0];
-    let patches = Patches::new(level, 7, &job).unwrap();
-    let mut lattice = Lattice::new(Size::new(64, 64), 3, Boundary::Torus, &job).unwrap();
-    let mut matching = begin(&mut lattice, &patches, None, (3, 0));
+    let patches = ExemplarPatches::new(level, 7, &job).unwrap();
+    let mut canvas = PixelCanvas::new(Size::new(64, 64), 3, Boundary::Torus, &job).unwrap();
+    let mut matching = begin(&mut canvas, &patches, None, (3, 0));
     for texel in 0..64 * 64 {
-        lattice.put(
+        canvas.put(
             texel,
             Texel { exemplar: 0, y: (texel / 64) as u32, x: (texel % 64) as u32 },
             &level.exemplars,
         );
     }
     for round in 0..20 {
-        matching.improve(&lattice, &patches, how(PatchSearch::Propagation, round));
+        matching.improve(&canvas, &patches, how(PatchSearch::Propagation, round));
     }
     let exact = matching.matches().iter().filter(|found| found.distance == 0).count();
     // Those that cross the border, at most 4 of 32 cells either way, have none.

@@ -7,9 +7,9 @@
 
 use rayon::prelude::*;
 
-use super::super::lattice::Lattice;
+use super::super::canvas::PixelCanvas;
 use super::SPACING;
-use super::patches::Patches;
+use super::patches::ExemplarPatches;
 use super::search::{Match, Matching};
 use crate::synthesis::quantise::MAX_CODE;
 use crate::synthesis::source_map::Texel;
@@ -22,7 +22,7 @@ const UNIT: f64 = 16.0;
 const SOFTNESS: f64 = 0.05;
 
 /// What each match weighs: the mean distance over its own, or the square of that.
-pub fn weights(matching: &Matching, patches: &Patches<'_>, squared: bool) -> Vec<u32> {
+pub fn weights(matching: &Matching, patches: &ExemplarPatches<'_>, squared: bool) -> Vec<u32> {
     let mean = matching.mean_distance().max(1.0);
     let votes = patches.window().div_ceil(SPACING).pow(2) as u32;
     let most = i32::MAX.unsigned_abs() / u32::from(MAX_CODE.unsigned_abs()) / votes;
@@ -35,18 +35,18 @@ pub fn weights(matching: &Matching, patches: &Patches<'_>, squared: bool) -> Vec
 }
 
 /// Puts every texel anew; each match has a vote of the given weight.
-pub fn cast(lattice: &mut Lattice, patches: &Patches<'_>, matching: &Matching, weights: &[u32]) {
-    let size = lattice.size();
-    let row = |y: usize| Row::new(lattice, patches, matching, weights, y).elect();
+pub fn cast(canvas: &mut PixelCanvas, patches: &ExemplarPatches<'_>, matching: &Matching, weights: &[u32]) {
+    let size = canvas.size();
+    let row = |y: usize| VoteRow::new(canvas, patches, matching, weights, y).elect();
     let sources: Vec<Vec<Texel>> = (0..size.height).into_par_iter().with_min_len(4).map(row).collect();
     for (texel, source) in sources.into_iter().flatten().enumerate() {
-        lattice.put(texel, source, &patches.level().exemplars);
+        canvas.put(texel, source, &patches.level().exemplars);
     }
 }
 
 /// One row of the output: the rows of patches that reach it.
-struct Row<'a> {
-    patches: &'a Patches<'a>,
+struct VoteRow<'a> {
+    patches: &'a ExemplarPatches<'a>,
     width: usize,
     planes: usize,
     /// The first planes, which are copied.
@@ -55,15 +55,15 @@ struct Row<'a> {
     reaching: Vec<(&'a [Match], &'a [u32], usize)>,
 }
 
-impl<'a> Row<'a> {
+impl<'a> VoteRow<'a> {
     fn new(
-        lattice: &Lattice,
-        patches: &'a Patches<'a>,
+        canvas: &PixelCanvas,
+        patches: &'a ExemplarPatches<'a>,
         matching: &'a Matching,
         weights: &'a [u32],
         y: usize,
     ) -> Self {
-        let size = lattice.size();
+        let size = canvas.size();
         let middle = |dy: usize| (y + size.height + patches.radius() - dy) % size.height;
         let rows =
             (0..patches.window()).map(|dy| (dy, middle(dy))).filter(|(_, y)| y.is_multiple_of(SPACING));
@@ -72,7 +72,7 @@ impl<'a> Row<'a> {
             |(dy, y): (usize, usize)| (matching.row(y), &weights[y / SPACING * columns..][..columns], dy);
         let reaching = rows.map(row).collect();
         let planes = patches.level().exemplars.planes();
-        Self { patches, width: size.width, planes, copied: planes - lattice.guides(), reaching }
+        Self { patches, width: size.width, planes, copied: planes - canvas.guides(), reaching }
     }
 
     /// The sources of the row's texels.

@@ -12,10 +12,10 @@
 
 use rayon::prelude::*;
 
-use super::super::lattice::Lattice;
+use super::super::canvas::PixelCanvas;
 use super::super::tsvq::Tsvq;
 use super::super::vectors::{Vectors, squared_distance};
-use super::neighbourhood::Samples;
+use super::neighbourhood::ScanSamples;
 use crate::error::Result;
 use crate::job::Job;
 use crate::numeric::random::{Purpose, Stream};
@@ -31,7 +31,7 @@ const NONE: u32 = u32::MAX;
 /// Candidates for every neighbourhood of the exemplars at one level.
 #[derive(Debug)]
 pub struct Coherence<'a> {
-    samples: &'a Samples,
+    samples: &'a ScanSamples,
     /// The offsets of the known neighbours.
     causal: &'a [(isize, isize)],
     /// How many candidates each neighbourhood has.
@@ -56,9 +56,9 @@ pub struct Draws {
 #[derive(Debug, Clone, Copy)]
 pub struct Here<'a> {
     /// The output at this level.
-    pub lattice: &'a Lattice,
+    pub canvas: &'a PixelCanvas,
     /// The output at the coarser level.
-    pub coarser: Option<&'a Lattice>,
+    pub coarser: Option<&'a PixelCanvas>,
     /// The texel to make.
     pub texel: usize,
 }
@@ -70,7 +70,7 @@ impl<'a> Coherence<'a> {
     /// # Errors
     /// When that exceeds the limits.
     pub fn new(
-        samples: &'a Samples,
+        samples: &'a ScanSamples,
         causal: &'a [(isize, isize)],
         sizes: &[Size],
         (count, codewords): (usize, usize),
@@ -108,10 +108,10 @@ impl<'a> Coherence<'a> {
 
     /// The candidates of all that continues a neighbour or the parent, some more than once.
     fn continued(&self, here: Here<'_>) -> impl Iterator<Item = u32> {
-        let (x, y) = here.lattice.place(here.texel);
+        let (x, y) = here.canvas.place(here.texel);
         let neighbours = self.causal.iter().filter_map(move |&(dx, dy)| {
-            let there = here.lattice.beside((x, y), dx, dy)?;
-            here.lattice.source(there).moved(-dx, -dy)
+            let there = here.canvas.beside((x, y), dx, dy)?;
+            here.canvas.source(there).moved(-dx, -dy)
         });
         let parent = here.coarser.map(|coarser| {
             let source = coarser.source(coarser.size().index(x / 2, y / 2));

@@ -19,9 +19,9 @@ pub mod neighbourhood;
 
 use serde::Serialize;
 
+use super::canvas::PixelCanvas;
 use super::grow::check_output;
-use super::lattice::Lattice;
-use super::pyramid::{Level, guided_pyramid, halved_size};
+use super::pyramid::{ExemplarLevel, guided_pyramid, halved_size};
 use super::tsvq::Tsvq;
 use crate::error::{Error, Result};
 use crate::job::Job;
@@ -33,7 +33,7 @@ use crate::synthesis::quantise::Exemplar;
 use crate::synthesis::source_map::SourceMap;
 use coherence::{Coherence, Draws, Here};
 use full::Full;
-use neighbourhood::{Neighbourhood, Samples};
+use neighbourhood::{ScanNeighbourhood, ScanSamples};
 
 /// How the most similar neighbourhood is looked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -143,24 +143,24 @@ pub fn wei_levoy(
         .collect();
     job.start("synthesising rows", sizes.iter().map(|size| size.height as u64).sum());
     let mut scanned = Scanned { neighbourhoods: 0, codewords: 0, texels: 0, distance: 0 };
-    let mut done: Option<Lattice> = None;
+    let mut done: Option<PixelCanvas> = None;
     for (number, (level, size)) in pyramid.iter().zip(sizes).enumerate().rev() {
-        let neighbourhood = Neighbourhood::new(options.window, done.is_some(), guides);
-        let samples = Samples::new(&neighbourhood, level, pyramid.get(number + 1), job)?;
+        let neighbourhood = ScanNeighbourhood::new(options.window, done.is_some(), guides);
+        let samples = ScanSamples::new(&neighbourhood, level, pyramid.get(number + 1), job)?;
         let draws = Draws { seed: options.seed, level: number as u64 };
         let causal = neighbourhood.causal();
-        let search = Prepared::new(options.search, &samples, &causal, level, draws, job)?;
-        let mut lattice = noise(level, &samples, size, draws, job)?;
+        let search = PreparedSearch::new(options.search, &samples, &causal, level, draws, job)?;
+        let mut canvas = noise(level, &samples, size, draws, job)?;
         if let Some(target) = &targets[number] {
-            lattice.guide(target);
+            canvas.guide(target);
         }
         let mut query = Vec::new();
         scanned.distance = 0;
         for texel in 0..size.texels() {
-            neighbourhood.of_output(&lattice, done.as_ref(), texel, &mut query);
+            neighbourhood.of_output(&canvas, done.as_ref(), texel, &mut query);
             let (number, distance) =
-                search.near(&query, Here { lattice: &lattice, coarser: done.as_ref(), texel });
-            lattice.put(texel, samples.places[number], &level.exemplars);
+                search.near(&query, Here { canvas: &canvas, coarser: done.as_ref(), texel });
+            canvas.put(texel, samples.places[number], &level.exemplars);
             scanned.distance += distance;
             if (texel + 1).is_multiple_of(size.width) {
                 job.advance(1)?;
@@ -169,25 +169,25 @@ pub fn wei_levoy(
         scanned.texels += size.texels() as u64;
         scanned.neighbourhoods = samples.places.len();
         scanned.codewords = search.codewords();
-        done = Some(lattice);
+        done = Some(canvas);
     }
-    let lattice = done.expect("there is at least one level");
-    Ok((lattice.into_map(exemplars), scanned))
+    let canvas = done.expect("there is at least one level");
+    Ok((canvas.into_map(exemplars), scanned))
 }
 
 /// A search over the neighbourhoods of one level.
-enum Prepared<'a> {
+enum PreparedSearch<'a> {
     Full(Full<'a>),
     Tsvq(Tsvq),
     Coherence(Coherence<'a>),
 }
 
-impl<'a> Prepared<'a> {
+impl<'a> PreparedSearch<'a> {
     fn new(
         search: NeighbourSearch,
-        samples: &'a Samples,
+        samples: &'a ScanSamples,
         causal: &'a [(isize, isize)],
-        level: &Level,
+        level: &ExemplarLevel,
         draws: Draws,
         job: &Job,
     ) -> Result<Self> {
@@ -219,16 +219,22 @@ impl<'a> Prepared<'a> {
 }
 
 /// A torus of copies of random exemplar texels; each row has its own stream.
-fn noise(level: &Level, samples: &Samples, size: Size, draws: Draws, job: &Job) -> Result<Lattice> {
-    let mut lattice = Lattice::new(size, level.exemplars.planes(), Boundary::Torus, job)?;
+fn noise(
+    level: &ExemplarLevel,
+    samples: &ScanSamples,
+    size: Size,
+    draws: Draws,
+    job: &Job,
+) -> Result<PixelCanvas> {
+    let mut canvas = PixelCanvas::new(size, level.exemplars.planes(), Boundary::Torus, job)?;
     for y in 0..size.height {
         let mut stream = Stream::new(draws.seed, Purpose::ScanlineNoise, [draws.level, y as u64]);
         for x in 0..size.width {
             let source = samples.places[stream.below(samples.places.len())];
-            lattice.put(size.index(x, y), source, &level.exemplars);
+            canvas.put(size.index(x, y), source, &level.exemplars);
         }
     }
-    Ok(lattice)
+    Ok(canvas)
 }
 
 #[cfg(test)]

@@ -1,8 +1,8 @@
 //! Neighbourhoods as vectors: the causal half of a window at one level, and 3 x 3 texels around the
 //! parent at the next coarser one.
 
-use super::super::lattice::Lattice;
-use super::super::pyramid::Level;
+use super::super::canvas::PixelCanvas;
+use super::super::pyramid::ExemplarLevel;
 use super::super::vectors::{Vectors, padded};
 use crate::error::{Error, Result};
 use crate::job::Job;
@@ -11,20 +11,20 @@ use crate::synthesis::quantise::IndexTexels;
 use crate::synthesis::source_map::Texel;
 
 /// Neighbouring texels of one row: offset in columns and rows of the first, and how many.
-type Row = ((isize, isize), usize);
+type TapRow = ((isize, isize), usize);
 
 /// Which texels are compared.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Neighbourhood {
+pub struct ScanNeighbourhood {
     window: usize,
-    causal: Vec<Row>,
-    coarser: Vec<Row>,
+    causal: Vec<TapRow>,
+    coarser: Vec<TapRow>,
     /// The texel itself and those to come beside it, of which the guides are compared.
-    ahead: Vec<Row>,
+    ahead: Vec<TapRow>,
     guides: usize,
 }
 
-impl Neighbourhood {
+impl ScanNeighbourhood {
     /// The causal half of a window, and the parent's surroundings where there is a parent; where there
     /// are guides, theirs also of the texel itself and those to come around it.
     pub fn new(window: usize, has_parent: bool, guides: usize) -> Self {
@@ -38,7 +38,7 @@ impl Neighbourhood {
 
     /// The offsets of the texels that are done before one.
     pub fn causal(&self) -> Vec<(isize, isize)> {
-        let row = |&((dx, dy), length): &Row| (dx..dx + length.cast_signed()).map(move |dx| (dx, dy));
+        let row = |&((dx, dy), length): &TapRow| (dx..dx + length.cast_signed()).map(move |dx| (dx, dy));
         self.causal.iter().flat_map(row).collect()
     }
 
@@ -52,15 +52,15 @@ impl Neighbourhood {
     /// Makes `vector` that of an output texel, on tori.
     pub fn of_output(
         &self,
-        lattice: &Lattice,
-        coarser: Option<&Lattice>,
+        canvas: &PixelCanvas,
+        coarser: Option<&PixelCanvas>,
         texel: usize,
         vector: &mut Vec<i16>,
     ) {
         vector.clear();
-        let (x, y) = lattice.place(texel);
+        let (x, y) = canvas.place(texel);
         for &(offset, length) in &self.causal {
-            lattice.append_row((x, y), offset, length, vector);
+            canvas.append_row((x, y), offset, length, vector);
         }
         if let Some(coarser) = coarser {
             for &(offset, length) in &self.coarser {
@@ -69,8 +69,8 @@ impl Neighbourhood {
         }
         for &((dx, dy), length) in &self.ahead {
             for dx in dx..dx + length.cast_signed() {
-                let there = lattice.beside((x, y), dx, dy).expect("a torus has no edge");
-                vector.extend_from_slice(lattice.guide_codes(there));
+                let there = canvas.beside((x, y), dx, dy).expect("a torus has no edge");
+                vector.extend_from_slice(canvas.guide_codes(there));
             }
         }
         vector.resize(padded(vector.len()), 0);
@@ -84,7 +84,7 @@ impl Neighbourhood {
         (x, y): (usize, usize),
     ) -> Vec<i16> {
         let mut vector = Vec::new();
-        let mut append = |texels: &IndexTexels, (x, y): (usize, usize), rows: &[Row]| {
+        let mut append = |texels: &IndexTexels, (x, y): (usize, usize), rows: &[TapRow]| {
             for &((dx, dy), length) in rows {
                 let (x, y) = (x.wrapping_add_signed(dx), y.wrapping_add_signed(dy));
                 vector.extend_from_slice(texels.run(x, y, length));
@@ -104,23 +104,23 @@ impl Neighbourhood {
 
 /// All neighbourhoods of the exemplars at one level.
 #[derive(Debug)]
-pub struct Samples {
+pub struct ScanSamples {
     /// The vectors.
     pub vectors: Vectors,
     /// The texels around which they lie.
     pub places: Vec<Texel>,
 }
 
-impl Samples {
+impl ScanSamples {
     /// The neighbourhoods of the texels whose windows lie inside and hold nothing excluded, at this
     /// level and the coarser one.
     ///
     /// # Errors
     /// When there is none, or the limits are exceeded.
     pub fn new(
-        neighbourhood: &Neighbourhood,
-        level: &Level,
-        coarser: Option<&Level>,
+        neighbourhood: &ScanNeighbourhood,
+        level: &ExemplarLevel,
+        coarser: Option<&ExemplarLevel>,
         job: &Job,
     ) -> Result<Self> {
         let radius = neighbourhood.window / 2;
@@ -149,7 +149,13 @@ impl Samples {
         Ok(samples)
     }
 
-    fn push(&mut self, neighbourhood: &Neighbourhood, level: &Level, coarser: Option<&Level>, place: Texel) {
+    fn push(
+        &mut self,
+        neighbourhood: &ScanNeighbourhood,
+        level: &ExemplarLevel,
+        coarser: Option<&ExemplarLevel>,
+        place: Texel,
+    ) {
         let exemplar = place.exemplar as usize;
         let texels = &level.exemplars.texels()[exemplar];
         let coarser = coarser.map(|level| &level.exemplars.texels()[exemplar]);

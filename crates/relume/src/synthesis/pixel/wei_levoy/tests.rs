@@ -99,18 +99,18 @@ proptest! {
 
 /// One level by candidates, as Tong et al. describe it: plain loops, no tables.
 fn coherent_by_hand(
-    samples: &Samples,
-    lattice: &Lattice,
+    samples: &ScanSamples,
+    canvas: &PixelCanvas,
     texel: usize,
     count: usize,
 ) -> Option<(u64, usize)> {
-    let (x, y) = lattice.place(texel);
+    let (x, y) = canvas.place(texel);
     let causal = (-2..=0).flat_map(|dy| (-2..=2).map(move |dx| (dx, dy))).filter(|at| at.1 < 0 || at.0 < 0);
     let mut nearest = None;
     let mut query = Vec::new();
-    Neighbourhood::new(5, false, 0).of_output(lattice, None, texel, &mut query);
+    ScanNeighbourhood::new(5, false, 0).of_output(canvas, None, texel, &mut query);
     for (dx, dy) in causal {
-        let from = lattice.source(lattice.beside((x, y), dx, dy).unwrap());
+        let from = canvas.source(canvas.beside((x, y), dx, dy).unwrap());
         let continued = from.moved(-dx, -dy);
         let Some(own) = samples.places.iter().position(|place| Some(*place) == continued) else { continue };
         let alike = |n: usize| squared_distance(samples.vectors.row(own), samples.vectors.row(n));
@@ -136,18 +136,18 @@ proptest! {
         let exemplars = [Exemplar { index: &index, excluded: None }];
         let job = Job::default();
         let level = &pyramid(&exemplars, 1, 5, &job).unwrap()[0];
-        let neighbourhood = Neighbourhood::new(5, false, 0);
-        let samples = Samples::new(&neighbourhood, level, None, &job).unwrap();
+        let neighbourhood = ScanNeighbourhood::new(5, false, 0);
+        let samples = ScanSamples::new(&neighbourhood, level, None, &job).unwrap();
         let causal = neighbourhood.causal();
         let draws = Draws { seed, level: 0 };
         let search =
             Coherence::new(&samples, &causal, &[index.size()], (count, 0), draws, &job).unwrap();
-        let lattice = noise(level, &samples, Size::new(width, height), draws, &job).unwrap();
+        let canvas = noise(level, &samples, Size::new(width, height), draws, &job).unwrap();
         let mut query = Vec::new();
         for texel in 0..width * height {
-            neighbourhood.of_output(&lattice, None, texel, &mut query);
-            let (number, distance) = search.near(&query, Here { lattice: &lattice, coarser: None, texel });
-            if let Some(truth) = coherent_by_hand(&samples, &lattice, texel, count) {
+            neighbourhood.of_output(&canvas, None, texel, &mut query);
+            let (number, distance) = search.near(&query, Here { canvas: &canvas, coarser: None, texel });
+            if let Some(truth) = coherent_by_hand(&samples, &canvas, texel, count) {
                 prop_assert_eq!((distance, number), truth);
             }
         }

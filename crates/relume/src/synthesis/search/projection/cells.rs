@@ -4,7 +4,8 @@
 //! all strips of all neighbourhoods, whichever sides are filled. Distances of disjoint cells add up;
 //! texels that no whole cell covers count for nothing in a bound.
 
-use crate::synthesis::neighbourhood::{Neighbourhood, Rect};
+use crate::rect::Rect;
+use crate::synthesis::neighbourhood::Neighbourhood;
 
 /// The longest side of a cell. Longer cells hold more than a few kernels can tell; on the stones
 /// and fabrics of the benchmarks sides of 6 to 8 texels reject most.
@@ -22,8 +23,8 @@ pub fn cells(shape: &Neighbourhood, side: usize) -> Vec<(usize, usize)> {
 }
 
 /// Squares from the upper left corner on.
-fn paved(strip: Rect, side: usize) -> impl Iterator<Item = (usize, usize)> {
-    let (across, down) = (strip.width / side, strip.height / side);
+fn paved(strip: Rect<usize>, side: usize) -> impl Iterator<Item = (usize, usize)> {
+    let (across, down) = (strip.size.width / side, strip.size.height / side);
     (0..across * down).map(move |i| (strip.x + i % across * side, strip.y + i / across * side))
 }
 

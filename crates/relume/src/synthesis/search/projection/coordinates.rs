@@ -31,7 +31,7 @@ const LONGEST: f64 = 32_000.0;
 /// The further coordinates have at most so much finer a unit: enough where they are all small.
 const FINEST: f64 = 64.0;
 
-/// The coordinates of one cell that the first look leaves out, the rest among them, 128 more than they
+/// The coordinates of one cell that the first look leaves out, the residual among them, 128 more than they
 /// are; and in the last four bytes their squared length.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(align(64))]
@@ -50,7 +50,7 @@ impl Further {
     /// Nothing.
     pub const ZERO: Self = Self([0; 64]);
 
-    /// A coordinate, or the rest for [`FURTHER`].
+    /// A coordinate, or the residual for [`FURTHER`].
     pub fn coordinate(&self, number: usize) -> i16 {
         i16::from(self.0[number]) - 128
     }
@@ -81,8 +81,8 @@ pub struct Units {
     codes: f64,
     /// The length of the longest cell of the exemplars, in codes.
     radius: f64,
-    /// The usual length of the rest, in codes.
-    rest: f64,
+    /// The usual length of the residual, in codes.
+    residual: f64,
     /// Units of the first coordinates for one code.
     pub first: f64,
     /// Units of the further ones for one code.
@@ -96,7 +96,7 @@ impl Units {
         let first = first.min(MOST / kernels.usual_narrow.max(f64::MIN_POSITIVE));
         let further = (MOST / kernels.usual_further.max(f64::MIN_POSITIVE)).min(FINEST * first);
         let codes = kernels.lambda.sqrt().recip();
-        Self { kernels: kernels.first, codes, radius, rest: kernels.usual_rest, first, further }
+        Self { kernels: kernels.first, codes, radius, residual: kernels.usual_residual, first, further }
     }
 
     /// The coordinates of some cells, from the exact projections, kernel after kernel, and the exact
@@ -119,17 +119,17 @@ impl Units {
         let codes: Vec<f64> = inwards.map(|inwards| inwards * self.codes).collect();
         let lengths =
             squares.iter().zip(&codes).map(|(&square, codes)| square as f64 * (codes / self.codes).powi(2));
-        let mut rest: Vec<f64> = lengths.collect();
+        let mut residuals: Vec<f64> = lengths.collect();
         let mut values = vec![0.0; cells];
         let mut places = vec![0.0; cells];
         let mut further_square = vec![0.0; cells];
         let mut first_square = vec![0.0; cells];
         for (kernel, projections) in projections.chunks_exact(cells.max(1)).enumerate() {
-            for (((value, rest), &projection), codes) in
-                values.iter_mut().zip(&mut rest).zip(projections).zip(&codes)
+            for (((value, residual), &projection), codes) in
+                values.iter_mut().zip(&mut residuals).zip(projections).zip(&codes)
             {
                 *value = f64::from(projection) * codes;
-                *rest -= *value * *value;
+                *residual -= *value * *value;
             }
             if kernel < self.kernels {
                 let most = if kernel < WIDE { f64::from(i16::MAX) } else { MOST };
@@ -141,8 +141,8 @@ impl Units {
                 out.set_further(kernel - self.kernels, &places);
             }
         }
-        rest.iter_mut().for_each(|rest| *rest = rest.max(0.0).sqrt() - self.rest);
-        clip(&rest, self.further, MOST, &mut places, &mut out.further_errors, &mut further_square);
+        residuals.iter_mut().for_each(|length| *length = length.max(0.0).sqrt() - self.residual);
+        clip(&residuals, self.further, MOST, &mut places, &mut out.further_errors, &mut further_square);
         out.set_further(FURTHER, &places);
         out.first_squares.extend(first_square.iter().map(|square| *square as i32));
         for (further, square) in out.further.iter_mut().zip(&further_square) {

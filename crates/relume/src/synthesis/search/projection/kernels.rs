@@ -30,7 +30,7 @@ const ENOUGH: f64 = 0.8;
 /// Kernels of the first look at most.
 pub const MOST_FIRST: usize = 32;
 
-/// Kernels beyond those of the first look, which with the rest of a cell and their squared length
+/// Kernels beyond those of the first look, which with the residual of a cell and their squared length
 /// fill one vector register.
 pub const FURTHER: usize = 59;
 
@@ -54,7 +54,7 @@ pub struct Kernels {
     /// The same along the first kernel that the first look leaves out.
     pub usual_further: f64,
     /// The root mean square length of what the kernels leave of a cell.
-    pub usual_rest: f64,
+    pub usual_residual: f64,
 }
 
 impl Kernels {
@@ -85,7 +85,7 @@ impl Kernels {
             lambda,
             usual_narrow: vectors.get(WIDE).map_or(0.0, |vector| usual(&samples, vector)),
             usual_further: vectors.get(first).map_or(0.0, |vector| usual(&samples, vector)),
-            usual_rest: left.max(0.0).sqrt(),
+            usual_residual: left.max(0.0).sqrt(),
         }
     }
 }

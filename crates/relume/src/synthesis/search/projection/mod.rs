@@ -7,7 +7,7 @@
 //! - **Cells instead of shapes.** Every neighbourhood is a union of strips along a block's sides, and
 //!   all strips are paved with square [`mod@cells`], so one [`table`] of cells serves every shape, on the
 //!   torus too. The bounds of disjoint cells add up.
-//! - **The rest counts.** What the kernels leave of a cell bounds the distance further ([`table`]).
+//! - **The residual counts.** What the kernels leave of a cell bounds the distance further ([`table`]).
 //! - **All projections at once, for many blocks at once.** Processors multiply faster than they
 //!   branch, and coordinates that are loaded serve all blocks of a wave (`product`).
 //! - **Nothing is lost to rounding.** Coordinates are small integers ([`coordinates`]) that are off
@@ -29,16 +29,16 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use super::{Candidates, Effort, Found, KernelBasis, Query, Search};
+use super::{BlockQuery, Candidates, Effort, Found, KernelBasis, Search};
 use crate::numeric::pairs::SUMS;
 use crate::synthesis::neighbourhood::Neighbourhood;
-use crate::synthesis::positions::{Positions, Run};
+use crate::synthesis::positions::{PositionRun, Positions};
 use crate::synthesis::quantise::Quantised;
 use crate::synthesis::source_map::Texel;
 use cells::cells;
 use kernels::Kernels;
 use product::{MOST, Product, STRETCH, Stretch};
-use query::Prepared;
+use query::PreparedQuery;
 use survivors::Survivors;
 use table::Table;
 
@@ -57,7 +57,7 @@ pub struct Projection<'a> {
     positions: &'a Positions,
     table: Table,
     /// For each round its tiles.
-    rounds: Vec<Vec<Vec<Run>>>,
+    rounds: Vec<Vec<Vec<PositionRun>>>,
 }
 
 impl<'a> Projection<'a> {
@@ -80,9 +80,9 @@ impl<'a> Projection<'a> {
         exemplars.texels().iter().map(|texels| Table::bytes(texels.size(), exemplars.planes(), most)).sum()
     }
 
-    fn prepare<'q>(&'q self, query: &'q Query) -> Prepared<'q> {
+    fn prepare<'q>(&'q self, query: &'q BlockQuery) -> PreparedQuery<'q> {
         let cells = cells(&query.neighbourhood, self.table.side());
-        let mut prepared = Prepared::new(query, cells, &self.table, self.exemplars);
+        let mut prepared = PreparedQuery::new(query, cells, &self.table, self.exemplars);
         for &position in query.likely.iter().filter(|position| self.positions.contains(**position)) {
             prepared.near = prepared.nearer(position, prepared.near);
         }
@@ -91,7 +91,7 @@ impl<'a> Projection<'a> {
 
     /// What a tile leaves of each query, all of one shape and at most [`MOST`]; `best` are the smallest
     /// distances so far.
-    fn look(&self, tile: &[Run], queries: &[&Prepared<'_>], best: &[u64]) -> Vec<Survivors> {
+    fn look(&self, tile: &[PositionRun], queries: &[&PreparedQuery<'_>], best: &[u64]) -> Vec<Survivors> {
         let mut found: Vec<Survivors> =
             queries.iter().zip(best).map(|(query, &best)| Survivors::new(query, best)).collect();
         let factors = side_by_side(queries);
@@ -109,8 +109,8 @@ impl<'a> Projection<'a> {
     /// The first look at a run of at most [`STRETCH`] positions.
     fn nearness(
         &self,
-        run: &Run,
-        queries: &[&Prepared<'_>],
+        run: &PositionRun,
+        queries: &[&PreparedQuery<'_>],
         factors: &[[i32; MOST]],
         nearness: &mut Stretch,
     ) {
@@ -129,7 +129,7 @@ impl<'a> Projection<'a> {
 
     /// Of the survivors of a tile those that may be accepted, with their exact distances; `best` is
     /// the smallest distance in any tile so far.
-    fn settle(&self, query: &Prepared<'_>, survivors: &Survivors, mut best: u64) -> Settled {
+    fn settle(&self, query: &PreparedQuery<'_>, survivors: &Survivors, mut best: u64) -> Settled {
         let mut settled = Settled { near: Vec::new(), verified: 0 };
         let longest = query.longest(query.limit(best));
         for &(position, _) in survivors.positions.iter().filter(|(_, length)| *length <= longest) {
@@ -143,12 +143,12 @@ impl<'a> Projection<'a> {
     }
 
     /// How many positions each further kernel of every cell leaves for a query whose nearest position
-    /// is at the squared distance `best`, without the help of the rest: the rejection curve.
-    fn remaining(&self, query: &Query, best: u64) -> Vec<u64> {
+    /// is at the squared distance `best`, without the help of the residual: the rejection curve.
+    fn remaining(&self, query: &BlockQuery, best: u64) -> Vec<u64> {
         let query = self.prepare(query);
         let longest = query.longest(query.limit(best));
         let kernels = self.table.kernels();
-        let left = |run: &Run| -> Vec<u64> {
+        let left = |run: &PositionRun| -> Vec<u64> {
             let mut left = vec![0; kernels];
             for position in (0..run.length).map(|i| run.first.offset(i, 0)) {
                 let mut length = 0.0;
@@ -166,12 +166,12 @@ impl<'a> Projection<'a> {
 
     /// The candidates of queries in groups of one shape. All groups look at a tile in turn, while it is
     /// in the processor's caches.
-    fn search(&self, groups: &[Vec<&Prepared<'_>>]) -> Vec<Found> {
+    fn search(&self, groups: &[Vec<&PreparedQuery<'_>>]) -> Vec<Found> {
         let queries = groups.concat();
         let mut best: Vec<u64> = queries.iter().map(|query| query.near).collect();
         let mut survivors: Vec<Vec<Survivors>> = Vec::new();
         for tiles in &self.rounds {
-            let look = |tile: &Vec<Run>| -> Vec<Survivors> {
+            let look = |tile: &Vec<PositionRun>| -> Vec<Survivors> {
                 let mut begun = best.as_slice();
                 let each = groups.iter().flat_map(|group| {
                     let own = begun.split_off(..group.len()).expect("one for each query");
@@ -210,8 +210,8 @@ struct Settled {
 }
 
 impl Search for Projection<'_> {
-    fn candidates(&self, queries: &[Query]) -> Vec<Found> {
-        let prepared: Vec<Prepared<'_>> = queries.par_iter().map(|query| self.prepare(query)).collect();
+    fn candidates(&self, queries: &[BlockQuery]) -> Vec<Found> {
+        let prepared: Vec<PreparedQuery<'_>> = queries.par_iter().map(|query| self.prepare(query)).collect();
         let groups = by_shape(queries);
         let members = |group: &Vec<usize>| group.iter().map(|&i| &prepared[i]).collect();
         let found = self.search(&groups.iter().map(members).collect::<Vec<_>>());
@@ -220,13 +220,13 @@ impl Search for Projection<'_> {
         numbered.into_iter().map(|(_, found)| found).collect()
     }
 
-    fn rejection_curve(&self, query: &Query, best: u64) -> Option<Vec<u64>> {
+    fn rejection_curve(&self, query: &BlockQuery, best: u64) -> Option<Vec<u64>> {
         Some(self.remaining(query, best))
     }
 }
 
 /// The factors of queries of one shape, those of each word together.
-fn side_by_side(queries: &[&Prepared<'_>]) -> Vec<[i32; MOST]> {
+fn side_by_side(queries: &[&PreparedQuery<'_>]) -> Vec<[i32; MOST]> {
     let mut factors = vec![[0; MOST]; queries[0].factors.len()];
     for (q, query) in queries.iter().enumerate() {
         factors.iter_mut().zip(&query.factors).for_each(|(all, own)| all[q] = *own);
@@ -235,7 +235,7 @@ fn side_by_side(queries: &[&Prepared<'_>]) -> Vec<[i32; MOST]> {
 }
 
 /// Numbers of the queries in groups of one shape, each of at most [`MOST`].
-fn by_shape(queries: &[Query]) -> Vec<Vec<usize>> {
+fn by_shape(queries: &[BlockQuery]) -> Vec<Vec<usize>> {
     let mut shapes: Vec<(Neighbourhood, Vec<usize>)> = Vec::new();
     for (number, query) in queries.iter().enumerate() {
         let shape = query.neighbourhood;
@@ -250,9 +250,9 @@ fn by_shape(queries: &[Query]) -> Vec<Vec<usize>> {
 
 /// The runs of all positions in rounds, cut into tiles of [`STRETCH`] columns and [`TILE_HEIGHT`] rows,
 /// whose coordinates stay in the processor's second cache.
-fn rounds(positions: &Positions) -> Vec<Vec<Vec<Run>>> {
-    let mut rounds: [BTreeMap<(u32, usize, usize), Vec<Run>>; ROUNDS.len()] = Default::default();
-    for &Run { first: Texel { exemplar, y, x }, length } in positions.runs() {
+fn rounds(positions: &Positions) -> Vec<Vec<Vec<PositionRun>>> {
+    let mut rounds: [BTreeMap<(u32, usize, usize), Vec<PositionRun>>; ROUNDS.len()] = Default::default();
+    for &PositionRun { first: Texel { exemplar, y, x }, length } in positions.runs() {
         let round = ROUNDS.iter().position(|&step| (y as usize).is_multiple_of(step));
         let tiles = &mut rounds[round.expect("one divides all numbers")];
         let (mut start, end) = (x as usize, x as usize + length);
@@ -261,7 +261,7 @@ fn rounds(positions: &Positions) -> Vec<Vec<Vec<Run>>> {
             let next = end.min((column + 1) * STRETCH);
             let first = Texel { exemplar, y, x: start as u32 };
             let tile = tiles.entry((exemplar, y as usize / TILE_HEIGHT, column)).or_default();
-            tile.push(Run { first, length: next - start });
+            tile.push(PositionRun { first, length: next - start });
             start = next;
         }
     }
@@ -309,7 +309,8 @@ mod tests {
                     (if spread < 4096 { *code } else { 0 } + stream.below(spread) as i16).min(MAX_CODE)
                 };
                 let codes = rows.map(noisy).collect();
-                let query = Query { neighbourhood, place: [0, 0], codes, acceptance, likely: Vec::new() };
+                let query =
+                    BlockQuery { neighbourhood, place: [0, 0], codes, acceptance, likely: Vec::new() };
                 let query = search.prepare(&query);
                 let mut nearness: Box<Stretch> = Box::new([[[0; SUMS]; STRETCH / SUMS]; MOST]);
                 for run in search.rounds.iter().flatten().flatten() {
@@ -349,7 +350,7 @@ mod tests {
             // A block of the exemplar with some noise.
             let rows = (9..9 + block).flat_map(|y| quantised.texels()[0].run(17, y, block));
             let codes = rows.map(|code| code + stream.below(100) as i16).collect();
-            let query = Query { neighbourhood, place: [0, 0], codes, acceptance, likely: Vec::new() };
+            let query = BlockQuery { neighbourhood, place: [0, 0], codes, acceptance, likely: Vec::new() };
             let found = &search.candidates(std::slice::from_ref(&query))[0].candidates;
             let curve = search.remaining(&query, found.best);
             assert!(curve.len() > 6 && curve[0] <= positions.count() as u64);

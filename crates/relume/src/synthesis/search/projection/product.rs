@@ -4,7 +4,7 @@
 //! The projections of an exemplar's cells on all kernels are such sums, over codes; and so are the
 //! bounds of all positions for the queries of a wave, over coordinates.
 
-use crate::numeric::pairs::{Pairs, SUMS, Sums, Work, dispatch};
+use crate::numeric::pairs::{Pairs, PairsWork, SUMS, Sums, dispatch};
 
 /// Sets of factors that share the loads of values.
 pub const MOST: usize = 16;
@@ -159,7 +159,7 @@ impl Product<'_> {
     }
 }
 
-impl Work for Product<'_> {
+impl PairsWork for Product<'_> {
     type Output = ();
 
     #[inline(always)]

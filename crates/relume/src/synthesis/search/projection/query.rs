@@ -3,17 +3,17 @@
 use super::coordinates::{Coordinates, FurtherFactors};
 use super::table::Table;
 use crate::synthesis::quantise::Quantised;
-use crate::synthesis::search::Query;
-use crate::synthesis::search::distance::Target;
+use crate::synthesis::search::BlockQuery;
+use crate::synthesis::search::distance::BlockTarget;
 use crate::synthesis::source_map::Texel;
 
 /// A query with all that is known of it before positions are looked at.
 ///
 /// The *nearness* of a position is, up to a constant, half the squared length of the query's first
 /// coordinates less half that of their difference to the position's: the sum that a product yields.
-pub struct Prepared<'a> {
+pub struct PreparedQuery<'a> {
     /// What it is prepared of.
-    pub query: &'a Query,
+    pub query: &'a BlockQuery,
     /// Where the cells lie in the block.
     pub cells: Vec<(usize, usize)>,
     /// Their coordinates.
@@ -37,15 +37,15 @@ pub struct Prepared<'a> {
     /// Codes squared for one squared unit of the first coordinates, and of the further ones.
     codes: [f64; 2],
     /// The query for exact distances, for each exemplar.
-    targets: Vec<Target<'a>>,
+    targets: Vec<BlockTarget<'a>>,
     /// The smallest distance of the positions that were expected to be near.
     pub near: u64,
 }
 
-impl<'a> Prepared<'a> {
+impl<'a> PreparedQuery<'a> {
     /// Prepares a query whose neighbourhood has cells at these places of its block.
     pub fn new(
-        query: &'a Query,
+        query: &'a BlockQuery,
         cells: Vec<(usize, usize)>,
         table: &Table,
         exemplars: &'a Quantised,
@@ -57,7 +57,7 @@ impl<'a> Prepared<'a> {
         let sum = |factors: &FurtherFactors| factors.0.iter().map(|&f| i32::from(f)).sum::<i32>();
         let units = table.units();
         let codes = [units.first, units.further].map(|unit| unit.powi(-2));
-        let [first, rest] = table.largest_errors().map(|error| error * cells.len() as f64);
+        let [first, residual] = table.largest_errors().map(|error| error * cells.len() as f64);
         let own =
             [&coordinates.first_errors, &coordinates.further_errors].map(|errors| errors.iter().sum::<f64>());
         Self {
@@ -67,9 +67,9 @@ impl<'a> Prepared<'a> {
             bias: f64::from(table.bias(&coordinates)),
             first_error: (own[0] * codes[0]).sqrt() + (first * codes[0]).sqrt(),
             error: (own[0] * codes[0] + own[1] * codes[1]).sqrt()
-                + (first * codes[0] + rest * codes[1]).sqrt(),
+                + (first * codes[0] + residual * codes[1]).sqrt(),
             codes,
-            targets: Target::all(query, exemplars),
+            targets: BlockTarget::all(query, exemplars),
             near: u64::MAX,
             query,
             cells,

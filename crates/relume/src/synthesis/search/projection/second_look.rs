@@ -1,25 +1,25 @@
 //! The second look: the coordinates that the first left out, and what they leave of its survivors.
 
-use super::query::Prepared;
-use super::table::Grid;
-use crate::numeric::pairs::{Pairs, SUMS, Work, dispatch};
+use super::query::PreparedQuery;
+use super::table::CoordinateGrid;
+use crate::numeric::pairs::{Pairs, PairsWork, SUMS, dispatch};
 use crate::synthesis::source_map::Texel;
 
 /// A position with the squared length, in codes, of the difference of its rounded coordinates.
-pub type Measured = (Texel, f64);
+pub type BoundedPosition = (Texel, f64);
 
 /// Survivors of the first look to be looked at again.
 pub struct SecondLook<'a, I> {
     /// The exemplar's coordinates.
-    pub grid: &'a Grid,
+    pub grid: &'a CoordinateGrid,
     /// What they are compared with.
-    pub query: &'a Prepared<'a>,
+    pub query: &'a PreparedQuery<'a>,
     /// The survivors with their nearness.
     pub survivors: I,
     /// The longest difference of those that may still be accepted.
     pub longest: f64,
     /// Where those go.
-    pub kept: &'a mut Vec<Measured>,
+    pub kept: &'a mut Vec<BoundedPosition>,
 }
 
 impl<I: Iterator<Item = (Texel, i32)>> SecondLook<'_, I> {
@@ -29,7 +29,7 @@ impl<I: Iterator<Item = (Texel, i32)>> SecondLook<'_, I> {
     }
 }
 
-impl<I: Iterator<Item = (Texel, i32)>> Work for SecondLook<'_, I> {
+impl<I: Iterator<Item = (Texel, i32)>> PairsWork for SecondLook<'_, I> {
     type Output = ();
 
     #[inline(always)]
@@ -46,7 +46,12 @@ impl<I: Iterator<Item = (Texel, i32)>> Work for SecondLook<'_, I> {
 
 /// The squared distance of a position's further coordinates to the query's.
 #[inline(always)]
-fn further_distance<P: Pairs>(pairs: P, grid: &Grid, query: &Prepared<'_>, position: Texel) -> i32 {
+fn further_distance<P: Pairs>(
+    pairs: P,
+    grid: &CoordinateGrid,
+    query: &PreparedQuery<'_>,
+    position: Texel,
+) -> i32 {
     let (x, y) = (position.x as usize, position.y as usize);
     let (mut sums, mut squares) = ([0; SUMS], query.further_square);
     for (&(dx, dy), wanted) in query.cells.iter().zip(&query.further) {

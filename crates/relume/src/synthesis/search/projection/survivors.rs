@@ -1,18 +1,18 @@
 //! What both looks leave of a tile of positions.
 
 use super::product::STRETCH;
-use super::query::Prepared;
-use super::second_look::{Measured, SecondLook};
-use super::table::Grid;
-use crate::numeric::pairs::{Pairs, SUMS, Sums, Work, dispatch};
-use crate::synthesis::positions::Run;
+use super::query::PreparedQuery;
+use super::second_look::{BoundedPosition, SecondLook};
+use super::table::CoordinateGrid;
+use crate::numeric::pairs::{Pairs, PairsWork, SUMS, Sums, dispatch};
+use crate::synthesis::positions::PositionRun;
 
 /// The positions of a tile that may be accepted for a query.
 pub struct Survivors {
     /// The smallest distance so far.
     pub best: u64,
     /// The positions.
-    pub positions: Vec<Measured>,
+    pub positions: Vec<BoundedPosition>,
     /// Positions that were measured on the way.
     pub verified: u64,
     /// The least nearness of positions that may be accepted.
@@ -23,13 +23,13 @@ pub struct Survivors {
 
 impl Survivors {
     /// None so far, when `best` is the smallest distance.
-    pub fn new(query: &Prepared<'_>, best: u64) -> Self {
+    pub fn new(query: &PreparedQuery<'_>, best: u64) -> Self {
         let mut empty = Self { best: 0, positions: Vec::new(), verified: 0, least: 0, longest: 0.0 };
         empty.set_best(query, best);
         empty
     }
 
-    fn set_best(&mut self, query: &Prepared<'_>, best: u64) {
+    fn set_best(&mut self, query: &PreparedQuery<'_>, best: u64) {
         let limit = query.limit(best);
         self.best = best;
         self.least = query.least_nearness(limit);
@@ -37,8 +37,14 @@ impl Survivors {
     }
 
     /// Takes the positions of a stretch that may be accepted, and measures the most promising one.
-    pub fn take(&mut self, query: &Prepared<'_>, grid: &Grid, run: &Run, nearness: &[Sums; STRETCH / SUMS]) {
-        let near = dispatch(Near { nearness, length: run.length, least: self.least });
+    pub fn take(
+        &mut self,
+        query: &PreparedQuery<'_>,
+        grid: &CoordinateGrid,
+        run: &PositionRun,
+        nearness: &[Sums; STRETCH / SUMS],
+    ) {
+        let near = dispatch(NearStretch { nearness, length: run.length, least: self.least });
         if near == 0 {
             return;
         }
@@ -73,13 +79,13 @@ fn ones(mut bits: u128) -> impl Iterator<Item = usize> {
 const _: () = assert!(STRETCH == u128::BITS as usize);
 
 /// Which positions of a stretch are near enough, a bit for each.
-struct Near<'a> {
+struct NearStretch<'a> {
     nearness: &'a [Sums; STRETCH / SUMS],
     length: usize,
     least: i32,
 }
 
-impl Work for Near<'_> {
+impl PairsWork for NearStretch<'_> {
     type Output = u128;
 
     #[inline(always)]
@@ -102,7 +108,8 @@ mod tests {
         let nearness: [Sums; STRETCH / SUMS] =
             std::array::from_fn(|g| std::array::from_fn(|i| ((g * SUMS + i) * 37 % 101) as i32 - 50));
         for (length, least) in [(1, -50), (17, 0), (128, 10), (128, 51), (100, i32::MIN)] {
-            let found: Vec<usize> = ones(dispatch(Near { nearness: &nearness, length, least })).collect();
+            let found: Vec<usize> =
+                ones(dispatch(NearStretch { nearness: &nearness, length, least })).collect();
             let truth = (0..length).filter(|&i| nearness.as_flattened()[i] >= least);
             assert_eq!(found, truth.collect::<Vec<_>>());
         }

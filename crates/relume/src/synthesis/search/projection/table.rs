@@ -19,7 +19,7 @@ use crate::numeric::pairs::SUMS;
 use crate::numeric::summed_area::SummedArea;
 use crate::planes::Size;
 use crate::synthesis::quantise::{IndexTexels, Quantised, squared_length, squared_lengths};
-use crate::synthesis::search::Query;
+use crate::synthesis::search::BlockQuery;
 use crate::synthesis::source_map::Texel;
 
 /// Coordinates of all cells of one size.
@@ -33,7 +33,7 @@ pub struct Table {
     /// The shift of each plane.
     means: Vec<i16>,
     units: Units,
-    grids: Vec<Grid>,
+    grids: Vec<CoordinateGrid>,
     /// The largest squared lengths of what rounding did to the first and the further coordinates of a
     /// cell.
     largest_errors: [f64; 2],
@@ -41,7 +41,7 @@ pub struct Table {
 
 /// The coordinates of one exemplar's cells.
 #[derive(Debug)]
-pub struct Grid {
+pub struct CoordinateGrid {
     places: Size,
     /// Those of the first look: pairs of 16 bits, then four of 8 bits, 128 too large; added to their
     /// products is minus half their squared length.
@@ -50,7 +50,7 @@ pub struct Grid {
     further: Vec<Further>,
 }
 
-impl Grid {
+impl CoordinateGrid {
     /// The first coordinates.
     pub fn first(&self) -> &WordPlanes {
         &self.first
@@ -155,11 +155,11 @@ impl Table {
     }
 
     /// The coordinates of an exemplar's cells, and the largest squared errors of one.
-    fn grid(&self, shifted: &Shifted) -> (Grid, [f64; 2]) {
+    fn grid(&self, shifted: &Shifted) -> (CoordinateGrid, [f64; 2]) {
         let size = shifted.size;
         let places = Size::new(size.width + 1 - self.kernels.side, size.height + 1 - self.kernels.side);
         let (pairs, quads) = words(self.kernels.first);
-        let mut grid = Grid {
+        let mut grid = CoordinateGrid {
             places,
             first: WordPlanes::zeros(pairs, quads, places.width, places.height),
             further: vec![Further::ZERO; places.texels()],
@@ -230,12 +230,12 @@ impl Table {
     }
 
     /// The grids, one for each exemplar.
-    pub fn grids(&self) -> &[Grid] {
+    pub fn grids(&self) -> &[CoordinateGrid] {
         &self.grids
     }
 
     /// The coordinates of a query's cells.
-    pub fn project(&self, query: &Query, cells: &[(usize, usize)]) -> Coordinates {
+    pub fn project(&self, query: &BlockQuery, cells: &[(usize, usize)]) -> Coordinates {
         let shifted: Vec<Vec<i16>> = cells.iter().map(|&cell| self.shifted(query, cell)).collect();
         let product = |weights: &[i16], codes: &[i16]| {
             let terms = weights.iter().zip(codes);
@@ -249,7 +249,7 @@ impl Table {
     }
 
     /// The codes of a query's cell less the planes' means.
-    fn shifted(&self, query: &Query, (x, y): (usize, usize)) -> Vec<i16> {
+    fn shifted(&self, query: &BlockQuery, (x, y): (usize, usize)) -> Vec<i16> {
         let planes = self.means.len();
         let mut shifted = Vec::with_capacity(self.kernels.side.pow(2) * planes);
         for y in y..y + self.kernels.side {

@@ -10,60 +10,44 @@ use rayon::prelude::*;
 
 use super::level::Level;
 use super::neighbourhood::Reach;
-use super::recursion::{Drive, LANES, Recursion, Run};
+use super::recursion::{Drive, LANES, Recursion, RecursionRun};
 use crate::numeric::pyramid::{self, Kernel};
 use crate::planes::{Planes, Size};
+use crate::rect::Rect;
 
 /// Side of a cell, in texels of its level.
 pub const CELL: usize = 128;
 
-/// A rectangle of the plane.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Area {
-    /// The top left texel.
-    pub origin: [i64; 2],
-    /// Columns and rows.
-    pub size: Size,
+/// The rectangle and so many texels around it.
+fn grown(rect: Rect, reach: Reach) -> Rect {
+    let width = rect.size.width + reach.left + reach.right;
+    let height = rect.size.height + reach.up + reach.down;
+    Rect::new(rect.x - reach.left as i64, rect.y - reach.up as i64, Size::new(width, height))
 }
 
-impl Area {
-    fn grown(self, reach: Reach) -> Self {
-        let [x, y] = self.origin;
-        Self {
-            origin: [x - reach.left as i64, y - reach.up as i64],
-            size: Size::new(
-                self.size.width + reach.left + reach.right,
-                self.size.height + reach.up + reach.down,
-            ),
-        }
-    }
+/// The cells that a rectangle touches.
+fn cells(rect: Rect) -> Rect {
+    let cell = CELL as i64;
+    let along = |start: i64, length: usize| {
+        let first = start.div_euclid(cell) * cell;
+        (first, ((start + length as i64 - first) as usize).next_multiple_of(CELL))
+    };
+    let ((x, width), (y, height)) = (along(rect.x, rect.size.width), along(rect.y, rect.size.height));
+    Rect::new(x, y, Size::new(width, height))
+}
 
-    /// The cells that the area touches.
-    fn cells(self) -> Self {
-        let cell = CELL as i64;
-        let along = |start: i64, length: usize| {
-            let first = start.div_euclid(cell) * cell;
-            (first, (start + length as i64 - first) as usize)
-        };
-        let (x, width) = along(self.origin[0], self.size.width);
-        let (y, height) = along(self.origin[1], self.size.height);
-        let whole = Size::new(width.next_multiple_of(CELL), height.next_multiple_of(CELL));
-        Self { origin: [x, y], size: whole }
+/// The part of planes over `whole` that lies over `part`, which is inside.
+fn cut(planes: Planes, whole: Rect, part: Rect) -> Planes {
+    if part == whole {
+        return planes;
     }
-
-    /// The part of planes over `self` that lies over `part`, which is inside.
-    fn cut(self, planes: Planes, part: Self) -> Planes {
-        if part == self {
-            return planes;
-        }
-        let place = |axis: usize| (part.origin[axis] - self.origin[axis]) as usize;
-        planes.crop(place(0), place(1), part.size).expect("the part lies inside")
-    }
+    let (x, y) = ((part.x - whole.x) as usize, (part.y - whole.y) as usize);
+    planes.crop(x, y, part.size).expect("the part lies inside")
 }
 
 /// The levels of an endless plane, ready to run.
 #[derive(Debug)]
-pub struct Sheet<'a> {
+pub struct Realisation<'a> {
     levels: &'a [Level],
     recursions: Vec<Recursion>,
     kernel: &'a Kernel,
@@ -71,7 +55,7 @@ pub struct Sheet<'a> {
     period: Option<[i64; 2]>,
 }
 
-impl<'a> Sheet<'a> {
+impl<'a> Realisation<'a> {
     /// The plane of these levels, the finest first, under a seed. With a period it repeats after as many
     /// texels of the finest level along x and y: multiples of the factor to the number of levels less one.
     pub fn new(levels: &'a [Level], kernel: &'a Kernel, seed: u64, period: Option<[i64; 2]>) -> Self {
@@ -81,36 +65,36 @@ impl<'a> Sheet<'a> {
     }
 
     /// The field over an area of the finest level.
-    pub fn field(&self, area: Area) -> Planes {
+    pub fn field(&self, area: Rect) -> Planes {
         self.level(0, area)
     }
 
     /// A level of the Gaussian pyramid over an area: the expanded coarser level and the band upon it.
-    fn level(&self, k: usize, area: Area) -> Planes {
-        let (level, cells) = (&self.levels[k], area.cells());
+    fn level(&self, k: usize, area: Rect) -> Planes {
+        let (level, cells) = (&self.levels[k], cells(area));
         if k + 1 == self.levels.len() {
-            return cells.cut(self.band(k, cells, None), area);
+            return cut(self.band(k, cells, None), cells, area);
         }
-        let run = cells.grown(margin(level));
-        let seen = run.grown(Reach::of(&level.coarse));
+        let run = grown(cells, margin(level));
+        let seen = grown(run, Reach::of(&level.coarse));
         let expanded = self.expanded(k, seen);
         let drive = (!level.coarse.is_empty()).then(|| drive(level, &expanded, run.size));
-        let drive = drive.as_ref().map(|planes| Drive { planes, origin: run.origin });
-        let mut field = cells.cut(self.band(k, cells, drive), area);
-        pyramid::add(&mut field, &seen.cut(expanded, area));
+        let drive = drive.as_ref().map(|planes| Drive { planes, origin: run.origin() });
+        let mut field = cut(self.band(k, cells, drive), cells, area);
+        pyramid::add(&mut field, &cut(expanded, seen, area));
         field
     }
 
     /// The coarser level than `k`, expanded over an area of level `k`.
-    fn expanded(&self, k: usize, area: Area) -> Planes {
-        let (x, width) = pyramid::window_for(self.kernel, area.origin[0], area.size.width);
-        let (y, height) = pyramid::window_for(self.kernel, area.origin[1], area.size.height);
-        let coarse = self.level(k + 1, Area { origin: [x, y], size: Size::new(width, height) });
-        pyramid::expand_window(&coarse, self.kernel, [x, y], area.origin, area.size)
+    fn expanded(&self, k: usize, area: Rect) -> Planes {
+        let (x, width) = pyramid::window_for(self.kernel, area.x, area.size.width);
+        let (y, height) = pyramid::window_for(self.kernel, area.y, area.size.height);
+        let coarse = self.level(k + 1, Rect::new(x, y, Size::new(width, height)));
+        pyramid::expand_window(&coarse, self.kernel, [x, y], area.origin(), area.size)
     }
 
     /// The band of a level over whole cells.
-    fn band(&self, k: usize, cells: Area, drive: Option<Drive<'_>>) -> Planes {
+    fn band(&self, k: usize, cells: Rect, drive: Option<Drive<'_>>) -> Planes {
         let m = self.levels[k].planes();
         let (columns, rows) = (cells.size.width / CELL, cells.size.height / CELL);
         let scale = (self.kernel.factor() as i64).pow(k as u32);
@@ -129,10 +113,7 @@ impl<'a> Sheet<'a> {
             let cells: Vec<Cell> = (0..planes[0].len() / (CELL * CELL))
                 .map(|c| (c % columns, c / columns))
                 .map(|(x, y)| Cell {
-                    origin: [
-                        cells.origin[0] + (x * CELL) as i64,
-                        cells.origin[1] + ((part * together + y) * CELL) as i64,
-                    ],
+                    origin: [cells.x + (x * CELL) as i64, cells.y + ((part * together + y) * CELL) as i64],
                     at: (y * CELL) * cells.size.width + x * CELL,
                 })
                 .collect();
@@ -168,7 +149,7 @@ impl CellRun<'_> {
         // Lanes without a cell of their own repeat the last one.
         let origins =
             std::array::from_fn(|l| cells[l.min(cells.len() - 1)].origin.map(|v| v - margin as i64));
-        let run = Run {
+        let run = RecursionRun {
             size: Size::new(margin + CELL + margin, margin + CELL),
             drive: self.drive,
             seed: self.seed,

@@ -1,7 +1,7 @@
-//! Cells that lean: steps that are vectors of an oblique lattice, to half a texel.
+//! Oblique cells: steps that are vectors of an oblique lattice, to half a texel.
 //!
 //! Both sides of a rectangle must be whole periods along the axes, and an oblique lattice has few
-//! vectors near them; the steps of a leaning cell may be any two. Of all vectors of the lattice that
+//! vectors near them; the steps of an oblique cell may be any two. Of all vectors of the lattice that
 //! lean by at most a third of their length those are measured whose rounding to texels costs least,
 //! and of all pairs of them for which the exemplar has room those are tried whose shifts the exemplar
 //! bears best.
@@ -19,7 +19,7 @@ pub const SHORTLIST: usize = 18;
 
 /// How far a step may lean, as a part of its length along its axis: the rectangle that holds a cell
 /// is then at most twice as large.
-const LEAN: f64 = 1.0 / 3.0;
+const MOST_OBLIQUE: f64 = 1.0 / 3.0;
 
 /// How far the steps of cells lie from the nearest vectors of a lattice, the farther one, in texels.
 pub fn misfit(cells: &Cells, lattice: &Lattice) -> f64 {
@@ -62,7 +62,8 @@ fn steps(lattice: &Lattice, axis: Axis, (least, longest): (usize, usize)) -> Vec
             let step = place.map(|c| c.round() as i64);
             let (along, aside) = if axis == Axis::X { (step[0], step[1]) } else { (step[1], step[0]) };
             let in_reach = (least as i64..=longest as i64).contains(&along);
-            (in_reach && aside.abs() as f64 <= LEAN * along as f64).then(|| (rounding(step, place), step))
+            (in_reach && aside.abs() as f64 <= MOST_OBLIQUE * along as f64)
+                .then(|| (rounding(step, place), step))
         })
         .collect();
     steps.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));

@@ -1,9 +1,9 @@
 //! The closed cut of least error around the border of a tile, inside which another part of the
 //! exemplar takes the first tile's place.
 //!
-//! A ring goes through texels one beside or one diagonal of the other that lie 1 to `band` texels
-//! inside the tile, which may lean, once around; its own texels are new, the outermost texels always
-//! old. Its error is the sum of the squared differences of old and new on it. A ring crosses the
+//! A closed cut goes through texels one beside or one diagonal of the other that lie 1 to `band` texels
+//! inside the tile, which may be oblique, once around; its own texels are new, the outermost texels always
+//! old. Its error is the sum of the squared differences of old and new on it. A closed cut crosses the
 //! column in the middle of the upper band, so the least one is the least over that column's texels of
 //! the shortest path from the texel once around to itself: Dijkstra's algorithm ("A note on two
 //! problems in connexion with graphs", 1959) on the band unrolled, where each turn has its own copy
@@ -15,12 +15,12 @@ use std::collections::BinaryHeap;
 
 use crate::numeric::cells::Cells;
 
-/// A ring of least error.
+/// A closed cut of least error.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Ring {
-    /// For each texel of the rectangle that holds the tile, whether it is on or inside the ring.
+pub struct ClosedCut {
+    /// For each texel of the rectangle that holds the tile, whether it is on or inside the cut.
     pub inside: Vec<bool>,
-    /// The sum of the errors along the ring.
+    /// The sum of the errors along the cut.
     pub error: u64,
     /// How many texels it goes through.
     pub length: usize,
@@ -37,12 +37,12 @@ pub fn has_room(cells: &Cells, band: usize) -> bool {
     free(cells.right()[0], cells.down()[0]) && free(cells.down()[1], cells.right()[1])
 }
 
-/// The ring of least error; `errors` are those of the texels of the tile's rectangle, row after row.
+/// The closed cut of least error; `errors` are those of the texels of the tile's rectangle, row after row.
 ///
 /// # Panics
 /// When `band` is zero, it leaves nothing inside ([`has_room`]), or there is not one error for each
 /// texel.
-pub fn least_ring(cells: &Cells, band: usize, errors: &[u64]) -> Ring {
+pub fn least_closed_cut(cells: &Cells, band: usize, errors: &[u64]) -> ClosedCut {
     assert!(band > 0 && has_room(cells, band), "a band of the tile");
     assert_eq!(errors.len(), cells.bounds().texels(), "one error for each texel");
     let annulus = Annulus { cells, band, errors };
@@ -53,8 +53,8 @@ pub fn least_ring(cells: &Cells, band: usize, errors: &[u64]) -> Ring {
         let start = cells.index([middle, cells.upper_side(middle) + below]);
         best = annulus.once_around(start, limit).or(best);
     }
-    let (error, path) = best.expect("the band has a ring");
-    Ring { inside: annulus.inside(&path), error, length: path.len() }
+    let (error, path) = best.expect("the band has a closed cut");
+    ClosedCut { inside: annulus.inside(&path), error, length: path.len() }
 }
 
 /// The turns that paths know: one back, the one they begin in, and the one they end in.
@@ -67,7 +67,7 @@ struct Annulus<'a> {
 }
 
 impl Annulus<'_> {
-    /// The column in which a ring crosses the upper band.
+    /// The column in which a closed cut crosses the upper band.
     fn middle(&self) -> i64 {
         self.cells.right()[0] / 2
     }
@@ -83,7 +83,7 @@ impl Annulus<'_> {
         [left + (texel % width) as i64, top + (texel / width) as i64]
     }
 
-    /// Whether a ring may go through a texel.
+    /// Whether a closed cut may go through a texel.
     fn is_band(&self, place: [i64; 2]) -> bool {
         self.cells.depth(place).is_some_and(|depth| (1..=self.band).contains(&depth))
     }
@@ -146,11 +146,11 @@ impl Annulus<'_> {
         }
     }
 
-    /// What cannot be reached from outside without crossing the ring.
-    fn inside(&self, ring: &[usize]) -> Vec<bool> {
+    /// What cannot be reached from outside without crossing the cut.
+    fn inside(&self, cut: &[usize]) -> Vec<bool> {
         let mut inside = vec![true; self.texels()];
-        let mut is_ring = vec![false; inside.len()];
-        ring.iter().for_each(|&texel| is_ring[texel] = true);
+        let mut is_cut = vec![false; inside.len()];
+        cut.iter().for_each(|&texel| is_cut[texel] = true);
         let is_inner = |place: [i64; 2]| self.cells.depth(place).is_some_and(|depth| depth > 0);
         let mut waiting: Vec<[i64; 2]> = self.cells.rectangle().filter(|&place| !is_inner(place)).collect();
         waiting.iter().for_each(|&place| inside[self.cells.index(place)] = false);
@@ -158,7 +158,7 @@ impl Annulus<'_> {
             for next in [[x + 1, y], [x, y + 1], [x - 1, y], [x, y - 1]].into_iter().filter(|&p| is_inner(p))
             {
                 let texel = self.cells.index(next);
-                if !is_ring[texel] && std::mem::take(&mut inside[texel]) {
+                if !is_cut[texel] && std::mem::take(&mut inside[texel]) {
                     waiting.push(next);
                 }
             }
@@ -167,9 +167,9 @@ impl Annulus<'_> {
     }
 }
 
-/// The least error of any ring, by trying every set of the band's texels together with all that lies
+/// The least error of any closed cut, by trying every set of the band's texels together with all that lies
 /// further inside: the errors of its texels that have one outside beside them. The slow truth of
-/// [`least_ring`], for bands of up to 24 texels.
+/// [`least_closed_cut`], for bands of up to 24 texels.
 pub fn least_of_all(cells: &Cells, band: usize, errors: &[u64]) -> u64 {
     let annulus = Annulus { cells, band, errors };
     let width = cells.bounds().width;
@@ -187,12 +187,12 @@ pub fn least_of_all(cells: &Cells, band: usize, errors: &[u64]) -> u64 {
         })
         .collect();
     let error = |set: u32| -> u64 {
-        let on_ring = |(own, beside, is_outermost, _): &&(Option<usize>, u32, bool, u64)| {
+        let on_cut = |(own, beside, is_outermost, _): &&(Option<usize>, u32, bool, u64)| {
             own.is_none_or(|place| set >> place & 1 == 1) && (*is_outermost || set & beside != *beside)
         };
-        ways.iter().filter(on_ring).map(|(.., error)| error).sum()
+        ways.iter().filter(on_cut).map(|(.., error)| error).sum()
     };
-    // Texels further inside are no place for a ring.
+    // Texels further inside are no place for a cut.
     let allowed = |set: &u32| {
         let inner = ways.iter().filter(|(own, ..)| own.is_none());
         inner.into_iter().all(|(_, beside, ..)| set & beside == *beside)
@@ -216,47 +216,51 @@ mod tests {
     }
 
     #[test]
-    fn no_ring_has_less_error() {
-        let leaning = Cells::new([7, 1], [-1, 6]).unwrap();
+    fn no_closed_cut_has_less_error() {
+        let oblique = Cells::new([7, 1], [-1, 6]).unwrap();
         for seed in 0..60 {
-            for cells in [upright(5, 5), upright(6, 7), upright(5, 9), leaning] {
+            for cells in [upright(5, 5), upright(6, 7), upright(5, 9), oblique] {
                 let errors = random(&cells, 1 + 9 * seed as usize, seed);
-                let ring = least_ring(&cells, 1, &errors);
-                assert_eq!(ring.error, least_of_all(&cells, 1, &errors), "{cells:?}, seed {seed}");
+                let cut = least_closed_cut(&cells, 1, &errors);
+                assert_eq!(cut.error, least_of_all(&cells, 1, &errors), "{cells:?}, seed {seed}");
             }
         }
     }
 
     #[test]
-    fn no_ring_of_a_wider_band_has_less_error() {
+    fn no_closed_cut_of_a_wider_band_has_less_error() {
         let cells = upright(7, 7);
         for seed in 0..3 {
             let errors = random(&cells, 20, 100 + seed);
-            assert_eq!(least_ring(&cells, 2, &errors).error, least_of_all(&cells, 2, &errors), "seed {seed}");
+            assert_eq!(
+                least_closed_cut(&cells, 2, &errors).error,
+                least_of_all(&cells, 2, &errors),
+                "seed {seed}"
+            );
         }
     }
 
     #[test]
-    fn a_ring_keeps_the_border_old_and_the_middle_new() {
+    fn a_closed_cut_keeps_the_border_old_and_the_middle_new() {
         for seed in 0..80 {
             let mut stream = Stream::new(seed, Purpose::Sample, [9]);
             let band = 1 + stream.below(5);
-            let lean = |s: &mut Stream| s.below(7) as i64 - 3;
+            let aside = |s: &mut Stream| s.below(7) as i64 - 3;
             let side = |s: &mut Stream| (least_side(band) + 3 + s.below(12)) as i64;
             let (right, down) = (side(&mut stream), side(&mut stream));
-            let cells = Cells::new([right, lean(&mut stream)], [lean(&mut stream), down]).unwrap();
+            let cells = Cells::new([right, aside(&mut stream)], [aside(&mut stream), down]).unwrap();
             let errors = random(&cells, 50, seed);
-            let ring = least_ring(&cells, band, &errors);
-            for (place, &inside) in cells.rectangle().zip(&ring.inside) {
+            let cut = least_closed_cut(&cells, band, &errors);
+            for (place, &inside) in cells.rectangle().zip(&cut.inside) {
                 let depth = cells.depth(place).unwrap_or(0);
                 assert!(if depth == 0 { !inside } else { depth <= band || inside }, "{cells:?}, band {band}");
             }
-            // The ring's texels are those inside with an old one beside them, up to corners it cuts.
+            // The closed cut's texels are those inside with an old one beside them, up to corners it cuts.
             let width = cells.bounds().width;
             let beside = |t: usize| [t - 1, t + 1, t - width, t + width];
-            let is_edge = |t: &usize| ring.inside[*t] && beside(*t).into_iter().any(|n| !ring.inside[n]);
+            let is_edge = |t: &usize| cut.inside[*t] && beside(*t).into_iter().any(|n| !cut.inside[n]);
             let edge: u64 = (0..errors.len()).filter(is_edge).map(|t| errors[t]).sum();
-            assert!(edge <= ring.error);
+            assert!(edge <= cut.error);
         }
     }
 
@@ -271,6 +275,6 @@ mod tests {
                 || (x == 12 && (2..11).contains(&y))
         };
         let errors: Vec<u64> = (0..15 * 13).map(|t| u64::from(!free(t % 15, t / 15))).collect();
-        assert_eq!(least_ring(&cells, 4, &errors).error, 0);
+        assert_eq!(least_closed_cut(&cells, 4, &errors).error, 0);
     }
 }

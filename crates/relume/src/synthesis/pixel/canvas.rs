@@ -11,7 +11,7 @@ use crate::synthesis::source_map::{SourceMap, Texel};
 
 /// Codes and sources of the texels that are known, on an open rectangle or a torus.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Lattice {
+pub struct PixelCanvas {
     size: Size,
     planes: usize,
     /// The last planes, which are given and not copied.
@@ -22,8 +22,8 @@ pub struct Lattice {
     known: Vec<bool>,
 }
 
-impl Lattice {
-    /// A lattice of which nothing is known.
+impl PixelCanvas {
+    /// A canvas of which nothing is known.
     ///
     /// # Errors
     /// When it exceeds the limits.
@@ -88,7 +88,7 @@ impl Lattice {
         (texel % self.size.width, texel / self.size.width)
     }
 
-    /// As [`Lattice::neighbour`], from a column and row.
+    /// As [`PixelCanvas::neighbour`], from a column and row.
     #[inline]
     pub fn beside(&self, (x, y): (usize, usize), dx: isize, dy: isize) -> Option<usize> {
         let Size { width, height } = self.size;
@@ -196,17 +196,17 @@ mod tests {
             crate::planes::Planes::from_vec(Size::new(4, 2), 2, (0..16).map(|v| v as f32).collect()).unwrap();
         let exemplars = [Exemplar { index: &index, excluded: None }];
         let exemplars = Quantised::new(&exemplars, &Job::default()).unwrap();
-        let mut lattice = Lattice::new(Size::new(5, 3), 2, Boundary::Torus, &Job::default()).unwrap();
+        let mut canvas = PixelCanvas::new(Size::new(5, 3), 2, Boundary::Torus, &Job::default()).unwrap();
         for texel in 0..15 {
             let source = Texel { exemplar: 0, y: (texel % 2) as u32, x: (texel % 4) as u32 };
-            lattice.put(texel, source, &exemplars);
+            canvas.put(texel, source, &exemplars);
         }
         for (x, dx, dy) in (0..5).flat_map(|x| (-5..3).flat_map(move |dx| (-2..3).map(move |dy| (x, dx, dy))))
         {
             let (mut row, mut truth) = (vec![7], vec![7]);
-            lattice.append_row((x, 1), (dx, dy), 3, &mut row);
+            canvas.append_row((x, 1), (dx, dy), 3, &mut row);
             for dx in dx..dx + 3 {
-                truth.extend_from_slice(lattice.codes(lattice.beside((x, 1), dx, dy).unwrap()));
+                truth.extend_from_slice(canvas.codes(canvas.beside((x, 1), dx, dy).unwrap()));
             }
             assert_eq!(row, truth);
         }
@@ -214,18 +214,18 @@ mod tests {
 
     #[test]
     fn inner_rows_are_the_texels_around() {
-        let lattice = Lattice::new(Size::new(7, 6), 1, Boundary::Open, &Job::default()).unwrap();
+        let canvas = PixelCanvas::new(Size::new(7, 6), 1, Boundary::Open, &Job::default()).unwrap();
         for (texel, radius) in (0..42).flat_map(|texel| [1, 2].map(|radius| (texel, radius))) {
             let reach = -(radius as isize)..=radius as isize;
             let places = reach.clone().flat_map(|dy| reach.clone().map(move |dx| (dx, dy)));
-            let truth: Option<Vec<usize>> = places.map(|(dx, dy)| lattice.neighbour(texel, dx, dy)).collect();
-            assert_eq!(lattice.inner_rows(texel, radius).map(|rows| rows.flatten().collect()), truth);
+            let truth: Option<Vec<usize>> = places.map(|(dx, dy)| canvas.neighbour(texel, dx, dy)).collect();
+            assert_eq!(canvas.inner_rows(texel, radius).map(|rows| rows.flatten().collect()), truth);
         }
     }
 
     #[test]
     fn neighbours_end_at_open_edges_and_go_on_around_a_torus() {
-        let at = |boundary| Lattice::new(Size::new(5, 3), 1, boundary, &Job::default()).unwrap();
+        let at = |boundary| PixelCanvas::new(Size::new(5, 3), 1, boundary, &Job::default()).unwrap();
         let (open, torus) = (at(Boundary::Open), at(Boundary::Torus));
         for texel in 0..15 {
             for (dx, dy) in (-3..=3).flat_map(|dy| (-5..=5).map(move |dx| (dx, dy))) {

@@ -244,8 +244,6 @@ fn repeats(planes: &Planes, period: usize) -> f64 {
 
 #[test]
 fn as_many_levels_are_taken_as_resemble_the_texture_most() {
-    // A field of one level, and one whose coarse grain only a coarse level can remember.
-    let fine = planted(1, &[(-1, 0, vec![0.4]), (0, -1, vec![0.3])], Size::new(128, 128), 4);
     let options = ModelOptions { candidates: 6, fewer: true, ..ModelOptions::default() };
     let count = |planes: &Planes| {
         let (model, reports) = estimate(planes, &options, &job()).unwrap();
@@ -254,16 +252,22 @@ fn as_many_levels_are_taken_as_resemble_the_texture_most() {
         assert_eq!(same, model, "as if that number had been asked for");
         reports.len()
     };
-    let blurred = pyramid::gaussian(&fine, &Kernel::new(2).unwrap(), 4).pop().unwrap();
-    let coarse = (0..3).fold(blurred, |planes, _| {
-        let size = planes.size();
-        pyramid::expand(&planes, &Kernel::new(2).unwrap(), Size::new(2 * size.width, 2 * size.height))
-    });
-    let mut mixed = fine.clone();
-    mixed.as_mut_slice().iter_mut().zip(coarse.as_slice()).for_each(|(v, c)| *v = 0.3 * *v + 6.0 * c);
-    let (of_fine, of_mixed) = (count(&fine), count(&mixed));
-    println!("levels: {of_fine} of a field of one, {of_mixed} with coarse grain");
-    assert!(of_fine < of_mixed && of_mixed >= 3, "{of_fine} {of_mixed}");
+    // A field of one level, and one whose coarse grain only a coarse level can remember.
+    let levels = |seed: u64| {
+        let fine = planted(1, &[(-1, 0, vec![0.4]), (0, -1, vec![0.3])], Size::new(128, 128), seed);
+        let blurred = pyramid::gaussian(&fine, &Kernel::new(2).unwrap(), 4).pop().unwrap();
+        let coarse = (0..3).fold(blurred, |planes, _| {
+            let size = planes.size();
+            pyramid::expand(&planes, &Kernel::new(2).unwrap(), Size::new(2 * size.width, 2 * size.height))
+        });
+        let mut mixed = fine.clone();
+        mixed.as_mut_slice().iter_mut().zip(coarse.as_slice()).for_each(|(v, c)| *v = 0.3 * *v + 6.0 * c);
+        (count(&fine), count(&mixed))
+    };
+    let found: Vec<(usize, usize)> = (0..5).map(levels).collect();
+    println!("levels of fields of one, and with coarse grain: {found:?}");
+    assert!(found.iter().all(|(fine, mixed)| fine < mixed), "{found:?}");
+    assert!(found.iter().map(|(_, mixed)| mixed).sum::<usize>() >= 13, "{found:?}");
 }
 
 /// The options of that test for a given number of levels.

@@ -176,38 +176,46 @@ fn gathered(exemplar: &Planes, size: Size, sources: &[Source]) -> Planes {
     Planes::from_vec(size, exemplar.count(), data).unwrap()
 }
 
+/// Blocks of a side laid where a seed puts them.
+fn laid_blindly(size: Size, block: usize, exemplar: Size, seed: u64) -> Vec<Source> {
+    let mut random = Stream::new(seed, Purpose::Sample, [0]);
+    let columns = size.width / block;
+    let corners: Vec<[usize; 2]> = (0..columns * size.height / block)
+        .map(|_| [exemplar.width, exemplar.height].map(|side| random.below(side - block + 1)))
+        .collect();
+    let source = |i: usize| {
+        let (x, y) = (i % size.width, i / size.width);
+        let [left, top] = corners[y / block * columns + x / block];
+        Source { exemplar: 0, x: (left + x % block) as u32, y: (top + y % block) as u32 }
+    };
+    (0..size.texels()).map(source).collect()
+}
+
+/// The ratios are means over three seeds: of one seed a ratio differs by a tenth.
 #[test]
 fn cuts_are_less_visible_than_blocks_laid_blindly() {
     let (size, block) = (Size::new(144, 144), 24);
     for material in Material::ALL {
         let exemplar = albedo(material, 128, Tiling::Free, 0);
-        let options = BlockOptions { size, block, overlap: 6, ..BlockOptions::default() };
         let exemplars = [Exemplar { index: &exemplar, excluded: None }];
-        let made = synthesize(&exemplars, &options, &Job::default()).unwrap();
-        let cut: Vec<Source> =
-            made.map.copies().iter().map(|t| Source { exemplar: t.exemplar, x: t.x, y: t.y }).collect();
-        let mut random = Stream::new(3, Purpose::Sample, [0]);
-        let corners: Vec<[usize; 2]> =
-            (0..36).map(|_| [0, 1].map(|_| random.below(128 - block + 1))).collect();
-        let blind = |i: usize| {
-            let (x, y) = (i % 144, i / 144);
-            let [left, top] = corners[y / block * 6 + x / block];
-            Source { exemplar: 0, x: (left + x % block) as u32, y: (top + y % block) as u32 }
+        let sizes = [exemplar.size()];
+        let ratio = |texels: &[Source]| {
+            let sources = Sources::new(size, texels, &sizes).unwrap();
+            seams(&gathered(&exemplar, size, texels), &sources).unwrap().ratio
         };
-        let blind: Vec<Source> = (0..size.texels()).map(blind).collect();
-        let [cut, blind] = [cut, blind].map(|texels| {
-            let sizes = [exemplar.size()];
-            let sources = Sources::new(size, &texels, &sizes).unwrap();
-            (seams(&gathered(&exemplar, size, &texels), &sources).unwrap(), copying(&sources))
-        });
-        println!("{}: cut {cut:?}, blind {blind:?}", material.name());
-        assert!(
-            cut.0.ratio < 0.7 * blind.0.ratio,
-            "{}: {} and {}",
-            material.name(),
-            cut.0.ratio,
-            blind.0.ratio
-        );
-        assert_eq!((blind.1.largest_piece, blind.1.longest_run), (block * block, block));
+        let (mut cut, mut blind) = (0.0, 0.0);
+        for seed in 0..3 {
+            let options = BlockOptions { size, block, overlap: 6, seed, ..BlockOptions::default() };
+            let made = synthesize(&exemplars, &options, &Job::default()).unwrap();
+            let texels: Vec<Source> =
+                made.map.copies().iter().map(|t| Source { exemplar: t.exemplar, x: t.x, y: t.y }).collect();
+            cut += ratio(&texels) / 3.0;
+            let texels = laid_blindly(size, block, exemplar.size(), seed);
+            blind += ratio(&texels) / 3.0;
+            let copied = copying(&Sources::new(size, &texels, &sizes).unwrap());
+            assert_eq!((copied.largest_piece, copied.longest_run), (block * block, block));
+        }
+        println!("{}: cut {cut:.3}, blind {blind:.3}", material.name());
+        assert!(cut < 0.7 * blind, "{}: {cut} and {blind}", material.name());
     }
 }

@@ -23,7 +23,7 @@ pub struct Args {
     /// The texture to write: .ptm or .exr; `-` writes a .ptm to standard output
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// The functions of light direction
+    /// The functions of light direction: six polynomials (ptm), or nine hemispherical harmonics (hsh9)
     #[arg(long, default_value = "ptm", value_parser = basis())]
     basis: Basis,
     /// One function times a colour (lrgb), or a function for each channel (rgb); grey photographs
@@ -64,6 +64,13 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let mut outputs = Outputs::new(context);
     outputs.file(&args.output, &[&args.capture])?;
     let format = output_format(args)?;
+    if format == FieldFormat::Ptm && args.basis != Basis::Ptm {
+        return Err(Error::usage(format!(
+            "a .ptm file holds functions of the basis ptm, not {}: name an .exr to write",
+            args.basis.name()
+        ))
+        .at(&args.output));
+    }
     let options = FitOptions {
         basis: args.basis.clone(),
         layout: args.color.clone(),

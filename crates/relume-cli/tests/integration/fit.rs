@@ -5,7 +5,7 @@ use std::fs;
 use crate::support::{done, failed, json, write_grey};
 
 /// Polar angle in units of a right angle and azimuth in turns of each light.
-const LIGHTS: [(f64, f64); 9] = [
+const LIGHTS: [(f64, f64); 12] = [
     (0.0, 0.0),
     (0.3, 0.0),
     (0.35, 0.3),
@@ -15,6 +15,9 @@ const LIGHTS: [(f64, f64); 9] = [
     (0.6, 0.55),
     (0.75, 0.8),
     (0.6, 0.95),
+    (0.5, 0.8),
+    (0.15, 0.5),
+    (0.85, 0.3),
 ];
 
 /// A folder with `count` grey photographs of 7 x 5 texels and `lights.lp`.
@@ -43,6 +46,25 @@ fn a_folder_becomes_a_texture_and_a_report() {
         assert!(result["report"]["error"]["psnr_db"].as_f64().unwrap() > 30.0);
         assert!(folder.path().join(name).is_file());
     }
+}
+
+#[test]
+fn harmonics_are_fitted_shown_relit_rendered_and_synthesised() {
+    let folder = capture(12);
+    let path = folder.path();
+    let result = json(path, &["fit", ".", "-o", "h.exr", "--basis", "hsh9"]);
+    assert_eq!(result["basis"], "hsh9");
+    let info = json(path, &["info", "h.exr"]);
+    assert_eq!((&info["basis"], &info["planes"][0]["name"]), (&"hsh9".into(), &"L.h0".into()));
+    done(path, &["relight", "h.exr", "--light", "0.3,0.2,0.9", "-o", "relit.png"]);
+    done(path, &["render", "h.exr", "--size", "16", "-o", "rendered.png"]);
+    done(path, &["synth", "h.exr", "--size", "12", "--block", "4", "--overlap", "1", "-o", "s.exr"]);
+    assert_eq!(json(path, &["info", "s.exr"])["basis"], "hsh9");
+    // Nine functions are no polynomial, and the square holds none of their directions.
+    let ptm = failed(path, &["fit", ".", "-o", "h.ptm", "--basis", "hsh9"], 2);
+    assert!(ptm.contains("not hsh9"), "{ptm}");
+    let square = failed(path, &["synth", "h.exr", "--size", "12", "--domain", "square", "-o", "t.exr"], 2);
+    assert!(square.contains("cannot be compared over the square"), "{square}");
 }
 
 #[test]

@@ -211,6 +211,32 @@ mod tests {
     }
 
     #[test]
+    fn the_middle_of_a_plane_is_seen_from_straight_above_with_any_basis() {
+        for basis in Basis::examples() {
+            let light = Direction::from_vector(0.5, -0.3, 0.6).unwrap();
+            // The functions' own values as coefficients: a sum of squares is positive.
+            let weights = basis.weights(light);
+            let data = weights.iter().flat_map(|&w| [w as f32; 9]).collect();
+            let planes = Planes::from_vec(Size::new(3, 3), basis.len(), data).unwrap();
+            let field =
+                ReflectanceField::new(basis.clone(), PlaneLayout::LUMINANCE, Space::Linear, planes).unwrap();
+            let picture = rendered(&field, &Primitive::Plane.mesh(), &facing(field.size(), [0.5, -0.3, 0.6]));
+            let truth = field.value(1, 1, light)[0];
+            assert!((picture.planes.at(0, 1, 1) / truth - 1.0).abs() < 1e-5, "{}", basis.name());
+        }
+    }
+
+    #[test]
+    fn channels_that_make_no_colour_are_refused() {
+        let layout = PlaneLayout::of_channels(["metallic", "roughness"]).unwrap();
+        let planes = Planes::zeros(Size::new(2, 2), 2);
+        let field = ReflectanceField::new(Basis::Constant, layout, Space::Linear, planes).unwrap();
+        let options = facing(field.size(), [0.0, 0.0, 1.0]);
+        let error = render(&field, None, &Primitive::Plane.mesh(), &options, &Job::default()).unwrap_err();
+        assert!(error.to_string().contains("metallic, roughness"), "{error}");
+    }
+
+    #[test]
     fn lights_add_up_in_their_colours() {
         let (field, mesh) = (random_field(PlaneLayout::RGB, Space::Linear, 16), Primitive::Plane.mesh());
         let mut options = facing(field.size(), [0.5, 0.0, 0.8]);

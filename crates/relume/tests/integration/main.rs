@@ -3,6 +3,7 @@
 mod layering;
 
 mod analysis;
+mod bases_and_channels;
 mod format_pictures;
 mod format_robustness;
 mod format_round_trips;

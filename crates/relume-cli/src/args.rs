@@ -1,8 +1,7 @@
 //! Values on the command line: sizes, lights, names.
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use relume::field::{Domain, IndexSpace, Metric};
-use relume::{Direction, ReflectanceField, Size};
+use relume::{Direction, Named, Size};
 
 /// `512x512` or `512` for a square.
 pub fn size(text: &str) -> Result<Size, String> {
@@ -33,40 +32,10 @@ pub fn numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
     parsed?.try_into().ok()
 }
 
-/// The names of metrics.
-pub fn metric() -> impl TypedValueParser<Value = NamedMetric> {
-    let names = ["function", "luminance-color", "luminance", "legendre9", "legendre6"];
-    PossibleValuesParser::new(names).map(|name| match name.as_str() {
-        "luminance-color" => NamedMetric { metric: Metric::LuminanceAndColor, is_of_documents: false },
-        "luminance" => NamedMetric { metric: Metric::Luminance, is_of_documents: false },
-        "legendre9" => NamedMetric { metric: Metric::LuminanceAndColor, is_of_documents: true },
-        "legendre6" => NamedMetric { metric: Metric::Luminance, is_of_documents: true },
-        _ => NamedMetric { metric: Metric::Function, is_of_documents: false },
-    })
-}
-
-/// A metric as a person names it.
-#[derive(Debug, Clone, Copy)]
-pub struct NamedMetric {
-    metric: Metric,
-    is_of_documents: bool,
-}
-
-impl NamedMetric {
-    /// The index space of fields like this one. The documents' coordinates are those over the square,
-    /// whatever the domain.
-    pub fn space(self, field: &ReflectanceField, domain: Domain) -> relume::Result<IndexSpace> {
-        IndexSpace::new(field, self.metric, if self.is_of_documents { Domain::Square } else { domain })
-    }
-}
-
-/// The names of domains.
-pub fn domain() -> impl TypedValueParser<Value = Domain> {
-    PossibleValuesParser::new(["hemisphere", "cosine", "square"]).map(|name| match name.as_str() {
-        "cosine" => Domain::Cosine,
-        "square" => Domain::Square,
-        _ => Domain::Hemisphere,
-    })
+/// One of a family, by its name.
+pub fn named<T: Named + Send + Sync>() -> impl TypedValueParser<Value = T> {
+    PossibleValuesParser::new(T::ALL.iter().map(|member| member.name()))
+        .map(|name| T::from_name(&name).expect("a possible value is a member's name"))
 }
 
 #[cfg(test)]

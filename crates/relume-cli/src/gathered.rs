@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use relume::field::Domain;
+use relume::field::IndexSpace;
 use relume::format::{Encoding, ExrDepth, FieldFile, FieldFormat, PictureFormat, encode_field, exr, npy};
 use relume::synthesis::{SourceMap, gather};
 use relume::{Error, Planes, ReflectanceField, Result};
@@ -13,13 +13,7 @@ use crate::context::Context;
 use crate::output;
 
 /// The index planes of fields of one kind.
-pub fn index(
-    files: &[FieldFile],
-    metric: NamedMetric,
-    domain: Domain,
-    context: &Context,
-) -> Result<Vec<Planes>> {
-    let space = metric.space(&files[0].field, domain)?;
+pub fn index(files: &[FieldFile], space: &IndexSpace, context: &Context) -> Result<Vec<Planes>> {
     let bytes = 4 * space.planes() as u64;
     let planes = |file: &FieldFile| {
         context.job.check("the index of the exemplar", file.field.size(), bytes)?;

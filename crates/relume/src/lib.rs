@@ -21,6 +21,7 @@ pub mod job;
 pub mod limits;
 pub mod maps;
 pub mod microfacet;
+pub mod names;
 pub mod numeric;
 pub mod picture;
 pub mod planes;
@@ -50,11 +51,15 @@ pub mod format;
 pub mod metric;
 pub mod render;
 
+// What joins the stages.
+pub mod workflow;
+
 pub use direction::Direction;
 pub use error::{Error, ErrorKind, Result};
 pub use field::ReflectanceField;
 pub use job::{Cancel, Held, Job};
 pub use limits::Limits;
+pub use names::Named;
 pub use picture::Picture;
 pub use planes::Planes;
 pub use progress::Progress;

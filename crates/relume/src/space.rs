@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use crate::names::{Named, named};
+
 /// Whether values are proportional to light or carry the sRGB encoding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -11,6 +13,8 @@ pub enum Space {
     /// Encoded for display; what 8-bit photographs and `.ptm` files hold.
     Srgb,
 }
+
+named!(Space { Srgb => "srgb", Linear => "linear" });
 
 impl Space {
     /// A value of this space as linear light.
@@ -40,10 +44,7 @@ impl Space {
 
 impl std::fmt::Display for Space {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Linear => "linear",
-            Self::Srgb => "srgb",
-        })
+        f.write_str(self.name())
     }
 }
 

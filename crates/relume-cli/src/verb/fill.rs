@@ -2,13 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::builder::{PossibleValuesParser, TypedValueParser};
 use relume::Result;
 use relume::field::Domain;
 use relume::format::FieldFile;
 use relume::synthesis::fill::{FillMethod, FillOptions, fill};
 use relume::synthesis::pixel::Growth;
 use relume::synthesis::{Boundary, Guidance, SourceMap};
+use relume::workflow::NamedMetric;
 use serde_json::{Value, json};
 
 use crate::context::Context;
@@ -41,7 +41,7 @@ pub struct How {
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
     /// Fill patch after patch, or texel after texel
-    #[arg(long, default_value = "patches", value_parser = method())]
+    #[arg(long, default_value = "patches", value_parser = args::named::<FillMethod>())]
     method: FillMethod,
     /// Side of the patches, or of the window of texels that is compared: odd
     #[arg(long = "neighbourhood", value_name = "N", default_value_t = 11)]
@@ -61,10 +61,10 @@ pub struct How {
     #[arg(long, value_name = "MASK")]
     exclude: Option<PathBuf>,
     /// What the distance of two texels means, as in relume synth
-    #[arg(long, default_value = "function", value_parser = args::metric())]
-    metric: args::NamedMetric,
+    #[arg(long, default_value = "function", value_parser = args::named::<NamedMetric>())]
+    metric: NamedMetric,
     /// The light directions over which functions are compared
-    #[arg(long, default_value = "hemisphere", value_parser = args::domain())]
+    #[arg(long, default_value = "hemisphere", value_parser = args::named::<Domain>())]
     domain: Domain,
     /// Another seed gives another filling, where several fit
     #[arg(long, value_name = "N", default_value_t = 0)]
@@ -113,7 +113,8 @@ impl How {
     /// that are filled in the same way.
     pub fn read<'a>(&self, path: &Path, applied: Vec<Applied<'a>>, context: &Context) -> Result<Texture<'a>> {
         let file = [input::field(path, &context.job)?];
-        let index = gathered::index(&file, self.metric, self.domain, context)?.swap_remove(0);
+        let space = self.metric.space(&file[0].field, self.domain)?;
+        let index = gathered::index(&file, &space, context)?.swap_remove(0);
         let mask = |path: &PathBuf| input::mask(path, index.size(), &context.job);
         let excluded = self.exclude.as_ref().map(mask).transpose()?;
         let guide = |path: &PathBuf| input::guide(path, index.size(), &context.job);
@@ -178,9 +179,4 @@ impl How {
         special.as_object().into_iter().flatten().for_each(|(name, value)| json[name] = value.clone());
         Ok(Report::new(text, json).with_outputs(written))
     }
-}
-
-fn method() -> impl TypedValueParser<Value = FillMethod> {
-    PossibleValuesParser::new(["patches", "efros-leung"])
-        .map(|name| if name == "patches" { FillMethod::Patches } else { FillMethod::Texels })
 }

@@ -10,6 +10,7 @@ use relume::format::{ExrDepth, FieldFormat, encode_field};
 use relume::{Error, ReflectanceField, Result, Size, Space};
 use serde_json::json;
 
+use crate::args;
 use crate::context::Context;
 use crate::output::{self, CaptureFiles, Outputs};
 use crate::report::Report;
@@ -32,13 +33,13 @@ pub struct Args {
     color: PlaneLayout,
     /// Fit values as they are encoded (srgb) or proportional to light (linear) [default: srgb
     /// for .ptm, linear for .exr]
-    #[arg(long, value_parser = space())]
+    #[arg(long, value_parser = args::named::<Space>())]
     space: Option<Space>,
     /// Store an .exr in 16-bit floats
     #[arg(long)]
     half: bool,
     /// Pair lights and photographs by name, or in order of sorted names
-    #[arg(long, default_value = "name", value_parser = pairing())]
+    #[arg(long, default_value = "name", value_parser = args::named::<Pairing>())]
     pair: Pairing,
     /// Also measure how well each photograph is predicted from all others
     #[arg(long)]
@@ -152,16 +153,6 @@ fn basis() -> impl TypedValueParser<Value = Basis> {
 fn color() -> impl TypedValueParser<Value = PlaneLayout> {
     PossibleValuesParser::new([PlaneLayout::LRGB.name(), PlaneLayout::RGB.name()])
         .map(|name| PlaneLayout::from_name(&name).expect("a possible value is a layout"))
-}
-
-fn space() -> impl TypedValueParser<Value = Space> {
-    PossibleValuesParser::new(["srgb", "linear"])
-        .map(|name| if name == "srgb" { Space::Srgb } else { Space::Linear })
-}
-
-fn pairing() -> impl TypedValueParser<Value = Pairing> {
-    PossibleValuesParser::new(["name", "order"])
-        .map(|name| if name == "name" { Pairing::ByName } else { Pairing::ByOrder })
 }
 
 fn texels(text: &str) -> std::result::Result<usize, String> {

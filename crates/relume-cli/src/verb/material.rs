@@ -1,6 +1,5 @@
 //! The options that make a built-in material, shared by the verbs that make one.
 
-use clap::builder::{PossibleValuesParser, TypedValueParser};
 use relume::procedural::{Cut, MaterialOptions, Parameters, Tiling};
 use relume::{Error, Result, Size};
 
@@ -36,7 +35,7 @@ pub struct MaterialArgs {
     #[arg(long, value_name = "N")]
     octaves: Option<u32>,
     /// Wood: a plank sawn along the trunk, or its end [default: plank]
-    #[arg(long, value_parser = cut())]
+    #[arg(long, value_parser = args::named::<Cut>())]
     cut: Option<Cut>,
     /// Fire: how far the noise has moved; as it falls, flames rise [default: 0]
     #[arg(long, value_name = "CELLS", allow_hyphen_values = true)]
@@ -89,8 +88,4 @@ impl MaterialArgs {
             None => Ok(()),
         }
     }
-}
-
-fn cut() -> impl TypedValueParser<Value = Cut> {
-    PossibleValuesParser::new(["plank", "end"]).map(|name| if name == "end" { Cut::End } else { Cut::Plank })
 }

@@ -141,7 +141,7 @@ fn what_auto_cannot_do_is_said() {
     let folder = with_exemplars();
     let auto = ["synth", "weave.png", "-o", "o.png", "--size", "64", "--method", "auto"];
     let more = |options: &[&str]| refused(folder.path(), &[&auto[..], options].concat());
-    assert!(more(&["--tries", "0"]).contains("--tries 0"));
+    assert!(more(&["--tries", "0"]).contains("0 tries cannot be made: choose 1 to 1000"));
     assert!(more(&["--levels", "3"]).contains("--levels"));
     assert!(more(&["--block", "90"]).contains("at most 80"));
     assert!(more(&["--overlap", "60"]).contains("overlap"));

@@ -10,6 +10,7 @@ use serde::Serialize;
 use super::lp::{self, Entry, excerpt};
 use crate::direction::Direction;
 use crate::error::{Error, Result};
+use crate::names::named;
 use crate::stamp::Stamp;
 
 /// Light files are a few kilobytes; what is larger than this is something else.
@@ -30,6 +31,8 @@ pub enum Pairing {
     /// compared as numbers.
     ByOrder,
 }
+
+named!(Pairing { ByName => "name", ByOrder => "order" });
 
 /// A photograph and the light it was taken under.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,6 +1,7 @@
 //! What can be chosen about single materials, beyond what all have in common.
 
 use crate::error::{Error, Result};
+use crate::names::named;
 
 /// How wood is sawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -10,6 +11,8 @@ pub enum Cut {
     /// Across the trunk: rings about the pith.
     End,
 }
+
+named!(Cut { Plank => "plank", End => "end" });
 
 /// Choices that only some materials have; `None` is a material's own value.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

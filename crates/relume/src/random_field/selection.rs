@@ -14,6 +14,7 @@ use rayon::prelude::*;
 
 use super::normal_wishart::{Evidence, Posterior, SufficientStatistics, log_determinant};
 use crate::error::{Error, Result};
+use crate::names::named;
 use crate::numeric::Matrix;
 
 /// The neighbourhoods that are compared.
@@ -27,6 +28,8 @@ pub enum SelectionOrder {
     /// From all, always taking away the one that the evidence gains most by, while it gains.
     Backward,
 }
+
+named!(SelectionOrder { Nested => "nested", Forward => "forward", Backward => "backward" });
 
 /// A set of candidates and how probable it is.
 #[derive(Debug, Clone, PartialEq)]

@@ -9,6 +9,7 @@
 //! reconstruction, 1987), 1 / (1 + r^2 / s^2)^2, s from the median of the residuals r; lights behind
 //! the surface have no weight.
 
+use crate::names::named;
 use crate::numeric::small::solve_spd;
 
 /// How values that do not fit are treated.
@@ -22,6 +23,8 @@ pub enum Estimator {
     /// From the trimmed solution on, values count by how well they fit.
     Robust,
 }
+
+named!(Estimator { Robust => "robust", Trimmed => "trimmed", LeastSquares => "least-squares" });
 
 /// Whether a constant light that comes with every photograph is estimated for each texel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]

@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::guidance::Guidance;
 use super::search::SearchOptions;
 use crate::error::{Error, Result};
+use crate::names::named;
 use crate::planes::Size;
 
 /// Which blocks of the exemplar are good enough to be drawn from.
@@ -34,6 +35,8 @@ pub enum Blend {
     Alpha,
 }
 
+named!(Blend { Cut => "cut", GraphCut => "graphcut", Alpha => "alpha" });
+
 /// What lies beyond the output's edges.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -43,6 +46,8 @@ pub enum Boundary {
     /// The opposite edge: the output tiles without a seam.
     Torus,
 }
+
+named!(Boundary { Open => "open", Torus => "torus" });
 
 /// Options of [`super::synthesize`].
 #[derive(Debug, Clone, PartialEq)]

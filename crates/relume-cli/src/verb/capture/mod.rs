@@ -13,6 +13,7 @@ use relume::{Error, Result};
 use serde_json::json;
 
 use super::material::MaterialArgs;
+use crate::args;
 use crate::context::Context;
 use crate::output::Folder;
 use crate::report::Report;
@@ -77,7 +78,7 @@ struct Files {
 #[command(next_help_heading = "Light")]
 struct DomeArgs {
     /// Whether maps repeat beyond their borders or end there
-    #[arg(long, default_value = "wrap", value_parser = border())]
+    #[arg(long, default_value = "wrap", value_parser = args::named::<Border>())]
     border: Border,
     /// Radiance of the sky, as a fraction of a white matte surface's that faces the lamp
     #[arg(long, value_name = "FRACTION", default_value_t = DomeOptions::default().ambient)]
@@ -221,9 +222,4 @@ fn format() -> impl TypedValueParser<Value = PhotographFormat> {
 fn normal_y() -> impl TypedValueParser<Value = NormalY> {
     PossibleValuesParser::new(["up", "down"])
         .map(|name| if name == "up" { NormalY::Up } else { NormalY::Down })
-}
-
-fn border() -> impl TypedValueParser<Value = Border> {
-    PossibleValuesParser::new(["wrap", "clamp"])
-        .map(|name| if name == "wrap" { Border::Wrap } else { Border::Clamp })
 }

@@ -68,7 +68,7 @@ pub struct Drawing<'a> {
     /// Whether the output is to continue itself, which only a model can make it do.
     pub tile: bool,
     /// Options given that have no meaning for an endless plane.
-    pub other_options: Vec<&'static str>,
+    pub other_options: Vec<String>,
 }
 
 /// Draws a window of an endless plane; none where blocks are to be laid instead.
@@ -81,7 +81,7 @@ pub fn run(drawing: &Drawing<'_>, context: &Context) -> Result<Option<Report>> {
             None => Ok(None),
         };
     };
-    let unused = drawing.other_options.iter().find(|option| **option != "--tile" || !source.can_tile());
+    let unused = drawing.other_options.iter().find(|option| *option != "--tile" || !source.can_tile());
     if let Some(option) = unused {
         return Err(Error::usage(format!("{option} has no meaning for an endless plane: leave it out")));
     }

@@ -38,11 +38,11 @@ pub struct Args {
     #[arg(long, value_parser = method())]
     method: Option<Method>,
     /// Whether the surface repeats beyond its borders
-    #[arg(long, default_value = "open", value_parser = border())]
+    #[arg(long, default_value = "open", value_parser = args::named::<Border>())]
     border: Border,
     /// How slopes become heights: differences of neighbours, or derivatives in the Fourier domain
     /// (Frankot and Chellappa)
-    #[arg(long, default_value = "poisson", value_parser = integration())]
+    #[arg(long, default_value = "poisson", value_parser = args::named::<Integration>())]
     integration: Integration,
     /// The steepest slope to believe, in degrees, below 90 [default: 87; 50 for ptm-normals]
     #[arg(long, value_name = "DEG")]
@@ -69,13 +69,13 @@ pub struct Args {
 #[command(next_help_heading = "Photometric stereo")]
 struct StereoArgs {
     /// How shadows and highlights are treated: weighted down, left out, or not at all
-    #[arg(long, default_value = "robust", value_parser = estimator())]
+    #[arg(long, default_value = "robust", value_parser = args::named::<Estimator>())]
     estimator: Estimator,
     /// Estimate a constant light that every photograph has besides its own
     #[arg(long)]
     ambient: bool,
     /// Pair lights and photographs by name, or in order of sorted names
-    #[arg(long, default_value = "name", value_parser = pairing())]
+    #[arg(long, default_value = "name", value_parser = args::named::<Pairing>())]
     pair: Pairing,
 }
 
@@ -191,26 +191,6 @@ fn one_of<T: Copy + Send + Sync + 'static, const N: usize>(
 
 fn method() -> impl TypedValueParser<Value = Method> {
     one_of(Method::ALL.map(|method| (method.name(), method)))
-}
-
-fn border() -> impl TypedValueParser<Value = Border> {
-    one_of([("open", Border::Open), ("periodic", Border::Periodic)])
-}
-
-fn integration() -> impl TypedValueParser<Value = Integration> {
-    one_of([("poisson", Integration::Poisson), ("frankot-chellappa", Integration::FrankotChellappa)])
-}
-
-fn estimator() -> impl TypedValueParser<Value = Estimator> {
-    one_of([
-        ("robust", Estimator::Robust),
-        ("trimmed", Estimator::Trimmed),
-        ("least-squares", Estimator::LeastSquares),
-    ])
-}
-
-fn pairing() -> impl TypedValueParser<Value = Pairing> {
-    one_of([("name", Pairing::ByName), ("order", Pairing::ByOrder)])
 }
 
 impl StereoArgs {

@@ -8,7 +8,6 @@ mod lights;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-use clap::builder::{PossibleValuesParser, TypedValueParser};
 use relume::format::{decode_field, decode_recorded_height, rlm};
 use relume::random_field::{
     Character, FieldModel, Heights, LevelReport, ModelOptions, SelectionOrder, character, curves,
@@ -21,9 +20,9 @@ use serde_json::json;
 pub use describe::describe;
 
 use crate::context::Context;
-use crate::input;
 use crate::output::Outputs;
 use crate::report::Report;
+use crate::{args, input};
 
 /// Arguments of `relume model`.
 #[derive(Debug, clap::Args)]
@@ -52,7 +51,7 @@ pub struct Args {
     #[arg(long, value_name = "N", default_value_t = ModelOptions::default().most)]
     most: usize,
     /// How neighbours are chosen: those nearest, or freely by adding or by taking away
-    #[arg(long, default_value = "forward", value_parser = search())]
+    #[arg(long, default_value = "forward", value_parser = args::named::<SelectionOrder>())]
     search: SelectionOrder,
     /// Take values to be normally distributed instead of keeping their distribution
     #[arg(long)]
@@ -76,14 +75,6 @@ enum Levels {
 fn levels(text: &str) -> Result<Levels, String> {
     let number = || text.parse().map_err(|_| "expected a number such as 4, or auto".to_owned());
     if text == "auto" { Ok(Levels::Auto) } else { number().map(Levels::Most) }
-}
-
-fn search() -> impl TypedValueParser<Value = SelectionOrder> {
-    PossibleValuesParser::new(["nested", "forward", "backward"]).map(|name| match name.as_str() {
-        "nested" => SelectionOrder::Nested,
-        "backward" => SelectionOrder::Backward,
-        _ => SelectionOrder::Forward,
-    })
 }
 
 /// Fits the model, writes it, and says what kind of material it is for.

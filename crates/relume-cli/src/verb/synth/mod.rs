@@ -1,22 +1,20 @@
 //! `relume synth`: a new texture of any size from blocks or texels of exemplars, or any part of the
 //! endless plane that tiles, noise or a model make.
 //!
-//! [`method`] holds what differs between the methods; [`auto`] chooses among them by measuring.
+//! [`method`] holds the options of the methods; [`describe`](mod@describe) says what they did.
 
-mod auto;
+mod describe;
 mod guide;
 mod method;
-mod roller;
 
 use std::path::{Path, PathBuf};
 
-use clap::builder::{PossibleValuesParser, TypedValueParser};
 use relume::field::Domain;
 use relume::format::FieldFile;
-use relume::synthesis::search::{KernelBasis, SearchMethod, SearchOptions};
-use relume::synthesis::{Blend, BlockOptions, Boundary, Exemplar, SourceMap, Synthesis, Tolerance};
+use relume::synthesis::search::{KernelBasis, SearchMethod};
+use relume::synthesis::{Blend, Boundary, Exemplar, Guidance, Tolerance};
+use relume::workflow::{Approach, Exemplars, NamedMetric, Outcome, SynthOptions};
 use relume::{Error, ReflectanceField, Result, Size};
-use serde_json::json;
 
 use super::endless;
 use crate::context::Context;
@@ -24,7 +22,7 @@ use crate::output::Outputs;
 use crate::rearranged::{self, Applied, read_all, read_registered};
 use crate::report::Report;
 use crate::{args, gathered, input};
-use method::Plan;
+use describe::describe;
 
 /// Arguments of `relume synth`.
 #[derive(Debug, clap::Args)]
@@ -60,7 +58,7 @@ pub struct Args {
     delta: Option<f64>,
     /// Join blocks along cuts, one for each overlap or one seam through all of them at once, which
     /// copies every texel, or by ramps [default: cut]
-    #[arg(long, value_parser = blend())]
+    #[arg(long, value_parser = args::named::<Blend>())]
     blend: Option<Blend>,
     /// Blend the functions within N texels of a cut on either side, at most the overlap; 0 copies
     /// every texel [default: 0]
@@ -71,16 +69,16 @@ pub struct Args {
     tile: bool,
     /// What the distance of two texels means: that of their functions, of luminance and colour, or of
     /// luminance alone; legendre9 and legendre6 are the last two over the square, as in the documents
-    #[arg(long, default_value = "function", value_parser = args::metric())]
-    metric: args::NamedMetric,
+    #[arg(long, default_value = "function", value_parser = args::named::<NamedMetric>())]
+    metric: NamedMetric,
     /// The light directions over which functions are compared
-    #[arg(long, default_value = "hemisphere", value_parser = args::domain())]
+    #[arg(long, default_value = "hemisphere", value_parser = args::named::<Domain>())]
     domain: Domain,
     /// How blocks are searched for; all ways give the same texture [default: auto]
-    #[arg(long, value_parser = search())]
+    #[arg(long, value_parser = args::named::<SearchMethod>())]
     search: Option<SearchMethod>,
     /// The basis of --search projection [default: svd]
-    #[arg(long, value_name = "BASIS", value_parser = kernels())]
+    #[arg(long, value_name = "BASIS", value_parser = args::named::<KernelBasis>())]
     kernels: Option<KernelBasis>,
     /// Exemplar texels that may not be used: white in a mask as large as the exemplar; with several
     /// exemplars, one mask for each in turn
@@ -99,18 +97,32 @@ pub struct Args {
 }
 
 impl Args {
-    /// Options of blocks, and whether they are given.
-    fn of_blocks(&self) -> [(&'static str, bool); 8] {
-        [
-            ("--block", self.block.is_some()),
-            ("--overlap", self.overlap.is_some()),
-            ("--tolerance", self.tolerance.is_some()),
-            ("--delta", self.delta.is_some()),
-            ("--blend", self.blend.is_some()),
-            ("--feather", self.feather.is_some()),
-            ("--search", self.search.is_some()),
-            ("--kernels", self.kernels.is_some()),
-        ]
+    /// The options asked for, checked, and what they come to.
+    fn options(&self, guidance: Option<Guidance>) -> Result<(SynthOptions, Approach)> {
+        let options = SynthOptions { guidance, ..self.unguided() };
+        method::refuse_strangers(&options)?;
+        let approach = options.approach()?;
+        Ok((options, approach))
+    }
+
+    fn unguided(&self) -> SynthOptions {
+        let options = self.method.options();
+        SynthOptions {
+            size: self.size.unwrap_or(options.size),
+            boundary: if self.tile { Boundary::Torus } else { Boundary::Open },
+            metric: self.metric,
+            domain: self.domain,
+            seed: self.seed,
+            block: self.block,
+            overlap: self.overlap,
+            tolerance: self.delta.map(Tolerance::Absolute).or(self.tolerance.map(Tolerance::Relative)),
+            blend: self.blend,
+            feather: self.feather,
+            search: self.search,
+            kernels: self.kernels,
+            curve: self.report.is_some(),
+            ..options
+        }
     }
 }
 
@@ -122,17 +134,18 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let mut outputs = Outputs::new(context);
     let applied = claim_outputs(args, &mut outputs)?;
     let guidance = args.guide.read(args.exemplars.len(), context)?;
-    let plan = Plan::new(args, BlockOptions { guidance, ..options(args) })?;
+    let (options, approach) = args.options(guidance)?;
     let files = read_all(&args.exemplars, context)?;
     let images = read_registered(&applied, &files, context)?;
-    let (map, report) = synthesise(args, &files, &plan, context)?;
-    let output = gathered::apply(&map, &files, &args.output, context)?;
+    let outcome = synthesise(args, &files, &approach, context)?;
+    let (map, report) = (&outcome.made.map, describe(&args.output, &options, &outcome, &args.exemplars));
+    let output = gathered::apply(map, &files, &args.output, context)?;
     let mut bytes = vec![(args.output.clone(), output)];
     for (job, images) in applied.into_iter().zip(&images) {
-        let image = gathered::apply(&map, images, &job.output, context)?;
+        let image = gathered::apply(map, images, &job.output, context)?;
         bytes.push((job.output, image));
     }
-    bytes.extend(args.rearranged.source_map(&map, context)?);
+    bytes.extend(args.rearranged.source_map(map, context)?);
     if let Some(path) = &args.report {
         bytes.push((path.clone(), format!("{:#}\n", report.json).into_bytes()));
     }
@@ -150,8 +163,8 @@ fn endless_job(args: &Args) -> endless::Drawing<'_> {
         ("--report", args.report.is_some()),
         args.guide.given(),
     ];
-    let given =
-        more.into_iter().chain(args.of_blocks()).chain(args.method.given()).chain(args.rearranged.given());
+    let special = args.unguided().special().into_iter().filter(|one| one.is_given);
+    let given = more.into_iter().chain(args.rearranged.given()).filter(|(_, given)| *given);
     endless::Drawing {
         args: &args.endless,
         exemplars: &args.exemplars,
@@ -160,30 +173,10 @@ fn endless_job(args: &Args) -> endless::Drawing<'_> {
         seed: args.seed,
         tile: args.tile,
         noise: args.method.is_noise(),
-        other_options: given.filter(|(_, given)| *given).map(|(name, _)| name).collect(),
-    }
-}
-
-fn options(args: &Args) -> BlockOptions {
-    let default = BlockOptions::default();
-    let block = args.block.unwrap_or(default.block);
-    let relative = args.tolerance.map_or(default.tolerance, Tolerance::Relative);
-    BlockOptions {
-        size: args.size.unwrap_or(default.size),
-        block,
-        overlap: args.overlap.unwrap_or_else(|| BlockOptions::customary_overlap(block)),
-        tolerance: args.delta.map_or(relative, Tolerance::Absolute),
-        blend: args.blend.unwrap_or(default.blend),
-        feather: args.feather.unwrap_or(default.feather),
-        boundary: if args.tile { Boundary::Torus } else { Boundary::Open },
-        guidance: None,
-        seed: args.seed,
-        search: SearchOptions {
-            method: args.search.unwrap_or_default(),
-            basis: args.kernels.unwrap_or_default(),
-            curve: args.report.is_some(),
-            ..SearchOptions::default()
-        },
+        other_options: special
+            .map(|one| format!("--{}", one.name))
+            .chain(given.map(|(name, _)| name.to_owned()))
+            .collect(),
     }
 }
 
@@ -195,19 +188,16 @@ fn claim_outputs<'a>(args: &'a Args, outputs: &mut Outputs) -> Result<Vec<Applie
     args.rearranged.claim(&inputs, &named, args.exemplars.len(), outputs)
 }
 
-fn synthesise(
-    args: &Args,
-    files: &[FieldFile],
-    plan: &Plan,
-    context: &Context,
-) -> Result<(SourceMap, Report)> {
-    let index = gathered::index(files, args.metric, args.domain, context)?;
+fn synthesise(args: &Args, files: &[FieldFile], approach: &Approach, context: &Context) -> Result<Outcome> {
+    let space = args.metric.space(&files[0].field, args.domain)?;
+    let index = gathered::index(files, &space, context)?;
     let masks = masks(args, files, context)?;
     let excluded = (0..index.len()).map(|i| masks.get(i).map(Vec::as_slice));
-    let exemplars: Vec<Exemplar<'_>> =
+    let planes: Vec<Exemplar<'_>> =
         index.iter().zip(excluded).map(|(index, excluded)| Exemplar { index, excluded }).collect();
     let fields: Vec<&ReflectanceField> = files.iter().map(|file| &file.field).collect();
-    plan.run(args, &fields, &exemplars, context)
+    let exemplars = Exemplars { fields: &fields, planes: &planes, space: &space, files: &args.exemplars };
+    approach.run(&exemplars, &context.job)
 }
 
 /// The excluded texels of each exemplar: those whose mask is brighter than half.
@@ -221,61 +211,4 @@ fn masks(args: &Args, files: &[FieldFile], context: &Context) -> Result<Vec<Vec<
     }
     let masks = args.exclude.iter().zip(files);
     masks.map(|(path, file)| input::mask(path, file.field.size(), &context.job)).collect()
-}
-
-fn report(args: &Args, options: &BlockOptions, made: &Synthesis) -> Report {
-    let (map, how) = (&made.map, &made.report);
-    let drawn = how.placements.len().saturating_sub(1).max(1);
-    let candidates = how.candidates as f64 / drawn as f64;
-    let text = format!(
-        "{}: {} texels from {} x {} blocks of {}, drawn from {} positions, {candidates:.1} candidates a \
-         block{}",
-        args.output.display(),
-        map.size(),
-        how.columns,
-        how.rows,
-        options.block,
-        how.positions,
-        if args.tile { "; tiles without a seam" } else { "" }
-    );
-    let json = json!({
-        "width": map.size().width,
-        "height": map.size().height,
-        "block": options.block,
-        "overlap": options.overlap,
-        "blend": options.blend,
-        "feather": options.feather,
-        "tile": args.tile,
-        "seed": options.seed,
-        "blended_texels": map.mix_count(),
-        "search": options.search,
-        "times": made.times,
-        "synthesis": how,
-    });
-    Report::new(text, json)
-}
-
-fn blend() -> impl TypedValueParser<Value = Blend> {
-    PossibleValuesParser::new(["cut", "graphcut", "alpha"]).map(|name| match name.as_str() {
-        "graphcut" => Blend::GraphCut,
-        "alpha" => Blend::Alpha,
-        _ => Blend::Cut,
-    })
-}
-
-fn search() -> impl TypedValueParser<Value = SearchMethod> {
-    PossibleValuesParser::new(["auto", "projection", "fft", "brute"]).map(|name| match name.as_str() {
-        "projection" => SearchMethod::Projection,
-        "fft" => SearchMethod::Fft,
-        "brute" => SearchMethod::Brute,
-        _ => SearchMethod::Auto,
-    })
-}
-
-fn kernels() -> impl TypedValueParser<Value = KernelBasis> {
-    PossibleValuesParser::new(["svd", "dct", "walsh-hadamard"]).map(|name| match name.as_str() {
-        "dct" => KernelBasis::Dct,
-        "walsh-hadamard" => KernelBasis::WalshHadamard,
-        _ => KernelBasis::Svd,
-    })
 }

@@ -1,5 +1,6 @@
 //! The height field under the dome: what lies beyond its borders, its slopes and its normals.
 
+use crate::names::named;
 use crate::planes::{Planes, Size};
 
 /// What lies beyond the borders of the maps.
@@ -10,6 +11,8 @@ pub enum Border {
     /// The height of the border texels, on and on.
     Clamp,
 }
+
+named!(Border { Wrap => "wrap", Clamp => "clamp" });
 
 /// Heights with their border. Rows are stored three times as long as they are, so that a row
 /// shifted by any number of texels is one slice.

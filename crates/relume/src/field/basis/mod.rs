@@ -24,6 +24,7 @@ use serde::{Serialize, Serializer};
 
 use crate::direction::Directions;
 use crate::error::{Error, Result};
+use crate::names::named;
 
 /// A family of functions b_k(light, view). What a member holds is shared: a copy costs nothing.
 #[derive(Debug, Clone, PartialEq)]
@@ -51,6 +52,8 @@ pub enum Domain {
     /// only polynomials in u and v are defined there.
     Square,
 }
+
+named!(Domain { Hemisphere => "hemisphere", Cosine => "cosine", Square => "square" });
 
 impl Basis {
     /// The members that are known by their names alone.

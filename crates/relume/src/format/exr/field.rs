@@ -24,6 +24,7 @@ use crate::direction::Direction;
 use crate::error::{Error, Result};
 use crate::field::{Basis, PlaneLayout, PlaneRole, ReflectanceField};
 use crate::job::Job;
+use crate::names::Named;
 use crate::planes::Planes;
 use crate::space::Space;
 
@@ -84,7 +85,7 @@ pub(in crate::format) fn decode_field(bytes: &[u8], job: &Job) -> Result<(Reflec
     }
     let basis = basis_of(&layer)?;
     let layout = layout_of(&layer)?;
-    let space = named(&layer, SPACE_KEY, space_from_name)?;
+    let space = named(&layer, SPACE_KEY, Space::from_name)?;
     let planes = ordered(&layer, &channel_names(&basis, &layout, space))?;
     let field = ReflectanceField::new(basis, layout, space, planes)?;
     Ok((field.with_lights(lights_of(&layer)?), layer.depth))
@@ -131,10 +132,6 @@ fn named<T>(layer: &Layer, key: &str, parse: impl Fn(&str) -> Option<T>) -> Resu
     parse(value).ok_or_else(|| {
         Error::unsupported(format!("the EXR field's attribute '{key}' has the unknown value '{value}'"))
     })
-}
-
-fn space_from_name(name: &str) -> Option<Space> {
-    [Space::Linear, Space::Srgb].into_iter().find(|space| space.to_string() == name)
 }
 
 /// The planes of the named channels in this order.

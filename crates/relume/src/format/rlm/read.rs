@@ -5,6 +5,7 @@ use super::{HEADER, SIGNATURE, VERSIONS, checksum, structure};
 use crate::error::{Error, Result};
 use crate::field::{Basis, PlaneLayout};
 use crate::job::Job;
+use crate::names::Named;
 use crate::numeric::pyramid::Kernel;
 use crate::planes::Size;
 use crate::random_field::level::{Level, MAX_CODE, Weights};
@@ -26,9 +27,7 @@ pub fn decode(bytes: &[u8], job: &Job) -> Result<FieldModel> {
     let version = bytes[4];
     let basis = name(&mut bits, "basis", Basis::from_name)?;
     let layout = name(&mut bits, "colour model", PlaneLayout::from_name)?;
-    let space = name(&mut bits, "space", |name| {
-        [Space::Linear, Space::Srgb].into_iter().find(|space| space.to_string() == name)
-    })?;
+    let space = name(&mut bits, "space", Space::from_name)?;
     let mut number = || bits.bits(32);
     let (width, height, photographs, channels) = (number()?, number()?, number()?, number()?);
     let source = ModelSource { width, height, photographs, channels };

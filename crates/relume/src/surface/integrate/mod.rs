@@ -19,6 +19,7 @@ pub mod reference;
 use super::slopes::Slopes;
 use crate::error::Result;
 use crate::job::Job;
+use crate::names::named;
 use crate::numeric::fourier::BYTES_PER_TEXEL;
 use crate::planes::Planes;
 
@@ -32,6 +33,8 @@ pub enum Method {
     Poisson,
 }
 
+named!(Method { Poisson => "poisson", FrankotChellappa => "frankot-chellappa" });
+
 /// What lies beyond the borders.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -41,6 +44,8 @@ pub enum Border {
     /// Nothing is known.
     Open,
 }
+
+named!(Border { Open => "open", Periodic => "periodic" });
 
 /// How to integrate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]

@@ -22,6 +22,7 @@ use super::quantise::Exemplar;
 use super::source_map::{SourceMap, Texel};
 use crate::error::{Error, Result};
 use crate::job::Job;
+use crate::names::named;
 use crate::planes::{Planes, Size};
 
 /// How holes are filled.
@@ -32,6 +33,8 @@ pub enum FillMethod {
     /// Patch after patch, where the edges of things lead into the hole first.
     Patches,
 }
+
+named!(FillMethod { Patches => "patches", Texels => "efros-leung" });
 
 /// Options of [`fill()`] and [`tileable`].
 #[derive(Debug, Clone, PartialEq)]

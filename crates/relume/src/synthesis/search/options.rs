@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use crate::names::named;
+
 /// A way to search; all give identical candidates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -17,6 +19,8 @@ pub enum SearchMethod {
     Brute,
 }
 
+named!(SearchMethod { Auto => "auto", Projection => "projection", Fft => "fft", Brute => "brute" });
+
 /// Where projection kernels come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -29,6 +33,8 @@ pub enum KernelBasis {
     /// Walsh-Hadamard functions, a plane at a time.
     WalshHadamard,
 }
+
+named!(KernelBasis { Svd => "svd", Dct => "dct", WalshHadamard => "walsh-hadamard" });
 
 /// Options of the search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]

@@ -1,0 +1,234 @@
+//! What `relume synth` says when it is done: what the method did, and how it was chosen.
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+use relume::synthesis::pixel::patch_match::Optimised;
+use relume::synthesis::pixel::wei_levoy::Scanned;
+use relume::synthesis::pixel::{
+    EfrosLeungOptions, Growth, NeighbourSearch, PatchMatchOptions, WeiLevoyOptions,
+};
+use relume::synthesis::roller::Rolled;
+use relume::synthesis::{BlockOptions, Boundary, Report as BlockReport, SourceMap, Times};
+use relume::workflow::auto::{Choice, Score, Try};
+use relume::workflow::method::LaidTiles;
+use relume::workflow::{How, Method, Outcome, Plan, SynthOptions};
+use relume::{Named, Size};
+use serde_json::{Value, json};
+
+use crate::report::Report;
+use crate::tile_set::in_words;
+use crate::verb::analyze;
+
+/// What was made into `output` as `asked`, of these files.
+pub fn describe(output: &Path, asked: &SynthOptions, outcome: &Outcome, files: &[PathBuf]) -> Report {
+    let map = &outcome.made.map;
+    let texels = |how: String, special: Value| texel_report(output, asked, map.size(), &how, &special);
+    let report = match (&outcome.plan, &outcome.made.how) {
+        (Plan::Quilting(options), How::Quilting(report, times)) => {
+            block_report(output, options, map, report, times)
+        }
+        (Plan::EfrosLeung(options), How::EfrosLeung(growth)) => {
+            texels(growth_in_words(options, growth), growth_as_json(options, growth))
+        }
+        (Plan::WeiLevoy(options, _), How::WeiLevoy(scanned)) => {
+            texels(scan_in_words(options, scanned), scan_as_json(options, scanned))
+        }
+        (Plan::PatchMatch(options), How::PatchMatch(optimised)) => {
+            texels(optimisation_in_words(options, optimised), optimisation_as_json(options, optimised))
+        }
+        (Plan::Roller(laid), How::Roller(rolled)) => roller_report(output, laid, rolled),
+        _ => unreachable!("a plan's result is of its own method"),
+    };
+    match &outcome.choice {
+        Some(choice) => with_choice(report, choice, files),
+        None => report,
+    }
+}
+
+fn block_report(
+    output: &Path,
+    options: &BlockOptions,
+    map: &SourceMap,
+    how: &BlockReport,
+    times: &Times,
+) -> Report {
+    let drawn = how.placements.len().saturating_sub(1).max(1);
+    let candidates = how.candidates as f64 / drawn as f64;
+    let is_closed = options.boundary == Boundary::Torus;
+    let text = format!(
+        "{}: {} texels from {} x {} blocks of {}, drawn from {} positions, {candidates:.1} candidates a \
+         block{}",
+        output.display(),
+        map.size(),
+        how.columns,
+        how.rows,
+        options.block,
+        how.positions,
+        if is_closed { "; tiles without a seam" } else { "" }
+    );
+    let json = json!({
+        "width": map.size().width,
+        "height": map.size().height,
+        "block": options.block,
+        "overlap": options.overlap,
+        "blend": options.blend,
+        "feather": options.feather,
+        "tile": is_closed,
+        "seed": options.seed,
+        "blended_texels": map.mix_count(),
+        "search": options.search,
+        "times": times,
+        "synthesis": how,
+    });
+    Report::new(text, json)
+}
+
+fn growth_in_words(options: &EfrosLeungOptions, growth: &Growth) -> String {
+    format!(
+        "grown texel by texel from windows of {}, drawn from {} positions, {:.1} candidates a texel",
+        options.window,
+        growth.positions,
+        growth.candidates as f64 / growth.texels.max(1) as f64
+    )
+}
+
+fn growth_as_json(options: &EfrosLeungOptions, growth: &Growth) -> Value {
+    json!({ "window": options.window, "epsilon": options.epsilon, "synthesis": growth })
+}
+
+fn scan_in_words(options: &WeiLevoyOptions, scanned: &Scanned) -> String {
+    format!(
+        "row by row at {} levels from windows of {}, near ones of {} neighbourhoods",
+        options.levels, options.window, scanned.neighbourhoods
+    )
+}
+
+fn scan_as_json(options: &WeiLevoyOptions, scanned: &Scanned) -> Value {
+    let WeiLevoyOptions { window, levels, search, .. } = *options;
+    json!({ "window": window, "levels": levels, "search": search, "synthesis": scanned })
+}
+
+fn optimisation_in_words(options: &PatchMatchOptions, optimised: &Optimised) -> String {
+    format!(
+        "improved up to {} times at {} levels by patches of {}, matched to {} positions",
+        options.rounds, optimised.levels, options.window, optimised.positions
+    )
+}
+
+fn optimisation_as_json(options: &PatchMatchOptions, optimised: &Optimised) -> Value {
+    json!({
+        "window": options.window,
+        "levels": optimised.levels,
+        "rounds": options.rounds,
+        "uniformity": options.uniformity,
+        "synthesis": optimised,
+    })
+}
+
+/// What a pixel method says of itself.
+fn texel_report(output: &Path, asked: &SynthOptions, size: Size, how: &str, special: &Value) -> Report {
+    let closed = asked.boundary == Boundary::Torus || asked.method == Method::PatchMatch;
+    let tiles = if closed { "; tiles without a seam" } else { "" };
+    let text = format!("{}: {size} texels {how}{tiles}", output.display());
+    let mut json = json!({
+        "width": size.width,
+        "height": size.height,
+        "method": asked.method.name(),
+        "tile": closed,
+        "seed": asked.seed,
+    });
+    for (name, value) in special.as_object().into_iter().flatten() {
+        json[name] = value.clone();
+    }
+    Report::new(text, json)
+}
+
+fn roller_report(output: &Path, laid: &LaidTiles, rolled: &Rolled) -> Report {
+    let (count, tile, cells) = (rolled.tiles.count(), rolled.tiles.tile(), rolled.tiles.cells());
+    let good = rolled.report.is_acceptable();
+    let text = format!(
+        "{}: {} texels of {} in random order; {}",
+        output.display(),
+        laid.size,
+        in_words(count, cells),
+        if good { "seams are acceptable" } else { "seams may be seen" }
+    );
+    let json = json!({
+        "width": laid.size.width,
+        "height": laid.size.height,
+        "method": "roller",
+        "tile": laid.boundary == Boundary::Torus,
+        "seed": laid.seed,
+        "tiles": count,
+        "tile_width": tile.width,
+        "tile_height": tile.height,
+        "cells": cells,
+        "acceptable": good,
+        "roller": rolled.report,
+    });
+    Report::new(text, json)
+}
+
+/// The report of the kept texture, and how it was chosen.
+fn with_choice(kept: Report, choice: &Choice, files: &[PathBuf]) -> Report {
+    let mut text = format!("{}\n{}", kept.text, choice.advice.reason);
+    for (file, found) in files.iter().zip(&choice.analyses) {
+        if files.len() > 1 {
+            let _ = write!(text, "\n{}", file.display());
+        }
+        let _ = write!(text, "\n{}", analyze::describe(found));
+    }
+    let _ = write!(text, "\nmade {}, kept the nearest to the exemplar (*):", choice.tries.len());
+    for (number, one) in choice.tries.iter().enumerate() {
+        text.push_str(&line(one, number == choice.kept));
+    }
+    choice.analyses.iter().for_each(|found| text.push_str(&analyze::warnings(found)));
+    let mut json = kept.json;
+    json["auto"] = json!({
+        "analyses": choice.analyses,
+        "advice": choice.advice,
+        "tries": choice.tries.iter().map(try_as_json).collect::<Vec<_>>(),
+        "kept": choice.kept,
+        "options": command(&choice.tries[choice.kept].plan),
+    });
+    Report::new(text, json)
+}
+
+/// The options that make the texture of an advised plan at once.
+fn command(plan: &Plan) -> String {
+    let seed = plan.seed();
+    match plan {
+        Plan::Quilting(o) => format!("--block {} --overlap {} --seed {seed}", o.block, o.overlap),
+        Plan::Roller(laid) => format!("--method roller --tiles {} --seed {seed}", laid.options.tiles),
+        Plan::WeiLevoy(WeiLevoyOptions { search: NeighbourSearch::Coherence { candidates, .. }, .. }, _) => {
+            format!("--method wei-levoy --coherence {candidates} --seed {seed}")
+        }
+        Plan::EfrosLeung(_) | Plan::WeiLevoy(..) | Plan::PatchMatch(_) => {
+            format!("--method {} --seed {seed}", plan.method().name())
+        }
+    }
+}
+
+fn try_as_json(one: &Try) -> Value {
+    let score = one.outcome.as_ref().ok();
+    json!({
+        "options": command(&one.plan),
+        "patches": score.and_then(|s| s.patches),
+        "largest_piece": score.and_then(|s| s.largest_piece),
+        "error": one.outcome.as_ref().err().map(ToString::to_string),
+        "seconds": one.seconds,
+    })
+}
+
+fn line(one: &Try, is_kept: bool) -> String {
+    let what = match &one.outcome {
+        Ok(Score { patches: Some(patches), largest_piece: Some(piece) }) => {
+            format!("patch distance {patches:.4}, largest piece {:.0} % of the exemplar", 100.0 * piece)
+        }
+        Ok(_) => "not measured".to_owned(),
+        Err(error) => error.to_string(),
+    };
+    let mark = if is_kept { "*" } else { " " };
+    format!("\n {mark} {:<38} {what}, {:.1} s", command(&one.plan), one.seconds)
+}

@@ -1,0 +1,257 @@
+//! Choosing a method by measuring: exemplars are analysed, textures are made in the ways that the
+//! analysis advises, and the one that is nearest to the exemplar is kept.
+//!
+//! Near is the multi-scale patch distance between index planes, so that of functions, over all
+//! exemplars. Such a measure is best for a verbatim copy: textures in which one piece is larger than
+//! half of an exemplar are made again with another seed, and taken only where all are so. When the
+//! advised ways are through, they come again with other seeds, for the seed alone changes the distance
+//! by a tenth to a third. The cost is that of all textures and their measures.
+
+use std::collections::VecDeque;
+use std::path::PathBuf;
+use std::time::Instant;
+
+use super::method::{LaidTiles, Made, Plan};
+use crate::analysis::advice::Way;
+use crate::analysis::{Advice, Analysis, advise, analyze};
+use crate::error::{Error, Result};
+use crate::field::{IndexSpace, ReflectanceField};
+use crate::job::Job;
+use crate::metric::texture::copying::copying;
+use crate::metric::texture::{SlicedOptions, Source, Sources, sliced};
+use crate::numeric::random::{self, Purpose};
+use crate::synthesis::pixel::{NeighbourSearch, PatchMatchOptions, WeiLevoyOptions};
+use crate::synthesis::{Blend, BlockOptions, Exemplar, SourceMap, Tolerance, gather};
+
+/// The largest piece that a texture may copy as it stands, as a part of the smallest exemplar.
+const LARGEST_PIECE: f64 = 0.5;
+/// The search of scanlines that continue what is beside them: no other candidates, which need no tree.
+const CONTINUED: NeighbourSearch = NeighbourSearch::Coherence { candidates: 1, codewords: 4096 };
+/// Seed of the measure: another than the one textures are customarily compared with, so that what is
+/// chosen by this is not flattered by that.
+const MEASURE_SEED: u64 = 1;
+
+/// How many textures to choose from, and what all of them share.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Auto {
+    tries: usize,
+    blocks: BlockOptions,
+    asked: Asked,
+}
+
+/// What of the blocks is asked for, and so not to be chosen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Asked {
+    /// The side.
+    pub block: Option<usize>,
+    /// The overlap.
+    pub overlap: Option<usize>,
+}
+
+/// What textures are made of and measured against.
+#[derive(Debug, Clone, Copy)]
+pub struct Exemplars<'a> {
+    /// The exemplars' fields.
+    pub fields: &'a [&'a ReflectanceField],
+    /// Their index planes.
+    pub planes: &'a [Exemplar<'a>],
+    /// The space of these.
+    pub space: &'a IndexSpace,
+    /// Their files, by which errors call them; as many as there are fields, or none.
+    pub files: &'a [PathBuf],
+}
+
+/// The texture that was kept, and how it was chosen.
+#[derive(Debug, Clone)]
+pub struct Chosen {
+    /// The texture.
+    pub made: Made,
+    /// The choice.
+    pub choice: Choice,
+}
+
+/// What was measured, tried and kept.
+#[derive(Debug, Clone)]
+pub struct Choice {
+    /// What was found of each exemplar.
+    pub analyses: Vec<Analysis>,
+    /// What that advises.
+    pub advice: Advice,
+    /// What was made, in order.
+    pub tries: Vec<Try>,
+    /// The number of the kept one.
+    pub kept: usize,
+}
+
+/// One texture that was made, or why it was not.
+#[derive(Debug, Clone)]
+pub struct Try {
+    /// How it is made.
+    pub plan: Plan,
+    /// How near it is.
+    pub outcome: Result<Score>,
+    /// The time that making and measuring took.
+    pub seconds: f64,
+}
+
+/// What was measured of a texture; nothing where it is the only one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Score {
+    /// The patch distance to the exemplars, the mean.
+    pub patches: Option<f64>,
+    /// The largest piece copied, as a part of the smallest exemplar.
+    pub largest_piece: Option<f64>,
+}
+
+impl Auto {
+    /// Textures made unless asked otherwise: all that is advised at most.
+    pub const TRIES: usize = 7;
+    /// The most textures that may be asked for.
+    pub const MOST_TRIES: usize = 1000;
+
+    /// Checks the number of tries; what the blocks' size and overlap mean shows with the exemplar.
+    ///
+    /// # Errors
+    /// Numbers of tries other than 1 to [`Auto::MOST_TRIES`].
+    pub fn new(tries: Option<usize>, blocks: BlockOptions, asked: Asked) -> Result<Self> {
+        let tries = tries.unwrap_or(Self::TRIES);
+        if !(1..=Self::MOST_TRIES).contains(&tries) {
+            let most = Self::MOST_TRIES;
+            return Err(Error::usage(format!("{tries} tries cannot be made: choose 1 to {most}")));
+        }
+        Ok(Self { tries, blocks, asked })
+    }
+
+    /// Makes all textures and keeps the best.
+    ///
+    /// # Errors
+    /// Exemplars that cannot be analysed; where no texture could be made, why the first could not.
+    pub fn run(&self, exemplars: &Exemplars<'_>, job: &Job) -> Result<Chosen> {
+        let analyses = exemplars.analyses(job)?;
+        let sizes = exemplars.planes.iter().map(|exemplar| exemplar.index.size());
+        let advice = advise(&analyses.iter().zip(sizes).collect::<Vec<_>>());
+        let mut best: Option<(Score, usize, Made)> = None;
+        let mut tries = Vec::new();
+        let mut waiting = VecDeque::from(self.plans(&advice));
+        while let Some(plan) = waiting.pop_front() {
+            let (number, started) = (tries.len(), Instant::now());
+            let made = plan.validate().and_then(|()| plan.run(exemplars.planes, job));
+            let measured = made.and_then(|made| Ok((self.score(&made.map, exemplars, job)?, made)));
+            let outcome = measured.as_ref().map(|(score, _)| *score).map_err(Error::clone);
+            if outcome.as_ref().is_ok_and(Score::is_copy) && number < self.tries {
+                // The first block came from a corner, where the exemplar goes on longest, and does so at
+                // any size of blocks: another seed.
+                waiting.push_back(plan.with_seed(further_seed(plan.seed(), Purpose::CopiedAgain, [])));
+            }
+            tries.push(Try { plan, outcome, seconds: started.elapsed().as_secs_f64() });
+            if let Ok((score, made)) = measured
+                && best.as_ref().is_none_or(|(least, ..)| score.is_better_than(least))
+            {
+                best = Some((score, number, made));
+            }
+        }
+        let Some((_, kept, made)) = best else {
+            // Nothing was made: the first reason speaks for all.
+            let reason = tries.into_iter().find_map(|one| one.outcome.err());
+            return Err(reason.unwrap_or_else(|| Error::usage("there was nothing to try")));
+        };
+        Ok(Chosen { made, choice: Choice { analyses, advice, tries, kept } })
+    }
+
+    /// What to try, in order. Blocks as they are asked for; else all that is advised, and where there
+    /// are tries left the same again with other seeds.
+    fn plans(&self, advice: &Advice) -> Vec<Plan> {
+        let mut plans: Vec<Plan> = advice.ways.iter().filter_map(|way| self.plan(*way)).collect();
+        if self.asked.block.is_some() {
+            plans.push(Plan::Quilting(self.blocks.clone()));
+        }
+        let (count, seed) = (plans.len(), self.blocks.seed);
+        let seed_of = |round: usize| match round {
+            0 => seed,
+            _ => further_seed(seed, Purpose::Tries, [round as u64]),
+        };
+        (0..self.tries).map(|n| plans[n % count].with_seed(seed_of(n / count))).collect()
+    }
+
+    /// The plan of an advised way; none where what is asked for rules it out.
+    fn plan(&self, way: Way) -> Option<Plan> {
+        let BlockOptions { size, boundary, ref guidance, seed, .. } = self.blocks;
+        let is_joined_otherwise = self.blocks.blend != Blend::Cut || self.blocks.feather > 0;
+        let is_about_blocks = is_joined_otherwise
+            || self.asked != Asked::default()
+            || matches!(self.blocks.tolerance, Tolerance::Absolute(_));
+        match way {
+            Way::Quilting { block, overlap } if self.asked.block.is_none() => {
+                let overlap = self.asked.overlap.unwrap_or(overlap);
+                Some(Plan::Quilting(BlockOptions { block, overlap, ..self.blocks.clone() }))
+            }
+            Way::PatchMatch if !is_about_blocks => {
+                let guidance = guidance.clone();
+                let options = PatchMatchOptions { size, guidance, seed, ..PatchMatchOptions::default() };
+                Some(Plan::PatchMatch(options))
+            }
+            Way::Scanlines if !is_about_blocks => {
+                let (guidance, search) = (guidance.clone(), CONTINUED);
+                let options = WeiLevoyOptions { size, search, guidance, seed, ..WeiLevoyOptions::default() };
+                Some(Plan::WeiLevoy(options, boundary))
+            }
+            Way::Roller { tiles } if !is_about_blocks && guidance.is_none() => {
+                Some(Plan::Roller(LaidTiles::new(tiles, size, boundary, seed)))
+            }
+            _ => None,
+        }
+    }
+
+    /// How near a texture is to the exemplars, and whether it is a copy of one.
+    fn score(&self, map: &SourceMap, exemplars: &Exemplars<'_>, job: &Job) -> Result<Score> {
+        if self.tries == 1 {
+            return Ok(Score::UNMEASURED);
+        }
+        let texels: Vec<Source> =
+            map.copies().iter().map(|t| Source { exemplar: t.exemplar, x: t.x, y: t.y }).collect();
+        let sources = Sources::new(map.size(), &texels, map.exemplars())?;
+        let smallest = map.exemplars().iter().map(|size| size.texels()).min().unwrap_or(1);
+        let piece = copying(&sources).largest_piece as f64 / smallest as f64;
+        let made = exemplars.space.index_planes(&gather(map, exemplars.fields, job)?);
+        let options = SlicedOptions { seed: MEASURE_SEED, ..SlicedOptions::default() };
+        let mut sum = 0.0;
+        for exemplar in exemplars.planes {
+            let levels = sliced::levels(exemplar.index, &made, &options, job)?;
+            sum += levels.iter().sum::<f64>() / levels.len() as f64;
+        }
+        Ok(Score { patches: Some(sum / exemplars.planes.len() as f64), largest_piece: Some(piece) })
+    }
+}
+
+/// The seed of another try, printed so that it makes the texture again: 32 bits, which are short to type
+/// and exact in any JSON reader.
+fn further_seed<const N: usize>(seed: u64, purpose: Purpose, place: [u64; N]) -> u64 {
+    random::key(seed, purpose, place) >> 32
+}
+
+impl Exemplars<'_> {
+    fn analyses(&self, job: &Job) -> Result<Vec<Analysis>> {
+        let analysis = |(number, exemplar): (usize, &Exemplar<'_>)| {
+            analyze(exemplar.index, job).map_err(|e| match self.files.get(number) {
+                Some(file) => e.at(file),
+                None => e,
+            })
+        };
+        self.planes.iter().enumerate().map(analysis).collect()
+    }
+}
+
+impl Score {
+    const UNMEASURED: Self = Self { patches: None, largest_piece: None };
+
+    /// Textures that are no verbatim copies first, then the nearest.
+    fn is_better_than(&self, other: &Self) -> bool {
+        let key = |score: &Self| (score.is_copy(), score.patches.unwrap_or(0.0));
+        key(self) < key(other)
+    }
+
+    /// Whether most of an exemplar is copied as it stands.
+    pub fn is_copy(&self) -> bool {
+        self.largest_piece.is_some_and(|piece| piece > LARGEST_PIECE)
+    }
+}

@@ -1,0 +1,230 @@
+//! Methods of synthesis as plans: which one, with all its options, before anything is made.
+
+use crate::error::{Error, Result};
+use crate::job::Job;
+use crate::names::named;
+use crate::size::Size;
+use crate::synthesis::fill::{FillOptions, close};
+use crate::synthesis::pixel::patch_match::Optimised;
+use crate::synthesis::pixel::wei_levoy::Scanned;
+use crate::synthesis::pixel::{
+    EfrosLeungOptions, Growth, PatchMatchOptions, WeiLevoyOptions, efros_leung, patch_match, wei_levoy,
+};
+use crate::synthesis::roller::{Rolled, RollerOptions, lay, roll};
+use crate::synthesis::{BlockOptions, Boundary, Exemplar, Report, SourceMap, Times, synthesize};
+
+/// What makes a texture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Method {
+    /// Blocks joined along cuts or by ramps.
+    #[default]
+    Quilting,
+    /// Growth from a seed, texel by texel.
+    EfrosLeung,
+    /// Scanlines from noise, coarse to fine.
+    WeiLevoy,
+    /// The whole improved by matches of its patches.
+    PatchMatch,
+    /// Tiles of whole periods in random order.
+    Roller,
+    /// An endless plane of blended noise, which has no source map.
+    Noise,
+    /// The one that measures best of those an analysis advises.
+    Auto,
+}
+
+named!(Method {
+    Quilting => "quilting",
+    EfrosLeung => "efros-leung",
+    WeiLevoy => "wei-levoy",
+    PatchMatch => "patchmatch",
+    Roller => "roller",
+    Noise => "noise",
+    Auto => "auto",
+});
+
+/// A method with all its options.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Plan {
+    /// Blocks joined along cuts or by ramps.
+    Quilting(BlockOptions),
+    /// Growth from a seed.
+    EfrosLeung(EfrosLeungOptions),
+    /// Scanlines from noise; where the output is to tile, a band along its border is filled anew.
+    WeiLevoy(WeiLevoyOptions, Boundary),
+    /// The whole improved by matches of its patches; it always tiles.
+    PatchMatch(PatchMatchOptions),
+    /// Tiles of whole periods in random order.
+    Roller(LaidTiles),
+}
+
+/// Tiles to make, and the texture to lay of them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LaidTiles {
+    /// How the tiles are made.
+    pub options: RollerOptions,
+    /// Size of the texture in texels.
+    pub size: Size,
+    /// Whether it closes on itself.
+    pub boundary: Boundary,
+    /// Seed of the order of tiles.
+    pub seed: u64,
+}
+
+impl LaidTiles {
+    /// Tiles of a set unless asked otherwise: each holds about a quarter of the exemplar.
+    pub const TILES: usize = 4;
+
+    /// So many tiles in a texture of that size, boundary and seed.
+    pub fn new(tiles: usize, size: Size, boundary: Boundary, seed: u64) -> Self {
+        // Only rectangles close on the output's own sides.
+        let oblique = boundary == Boundary::Open;
+        Self { options: RollerOptions { tiles, oblique, ..RollerOptions::default() }, size, boundary, seed }
+    }
+}
+
+/// A texture as a map of where its texels come from, and how it came about.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Made {
+    /// Where each texel comes from.
+    pub map: SourceMap,
+    /// What the method says of itself.
+    pub how: How,
+}
+
+/// What a method says of its work.
+#[derive(Debug, Clone, PartialEq)]
+pub enum How {
+    /// Blocks, and what they took.
+    Quilting(Report, Times),
+    /// Texels one after another.
+    EfrosLeung(Growth),
+    /// Rows.
+    WeiLevoy(Scanned),
+    /// Rounds of improvement.
+    PatchMatch(Optimised),
+    /// The tiles.
+    Roller(Box<Rolled>),
+}
+
+impl Plan {
+    /// The method.
+    pub fn method(&self) -> Method {
+        match self {
+            Self::Quilting(_) => Method::Quilting,
+            Self::EfrosLeung(_) => Method::EfrosLeung,
+            Self::WeiLevoy(..) => Method::WeiLevoy,
+            Self::PatchMatch(_) => Method::PatchMatch,
+            Self::Roller(_) => Method::Roller,
+        }
+    }
+
+    /// Seed of the random choices.
+    pub fn seed(&self) -> u64 {
+        match self {
+            Self::Quilting(options) => options.seed,
+            Self::EfrosLeung(options) => options.seed,
+            Self::WeiLevoy(options, _) => options.seed,
+            Self::PatchMatch(options) => options.seed,
+            Self::Roller(laid) => laid.seed,
+        }
+    }
+
+    /// The same with another seed.
+    #[must_use]
+    pub fn with_seed(&self, seed: u64) -> Self {
+        let mut plan = self.clone();
+        match &mut plan {
+            Self::Quilting(options) => options.seed = seed,
+            Self::EfrosLeung(options) => options.seed = seed,
+            Self::WeiLevoy(options, _) => options.seed = seed,
+            Self::PatchMatch(options) => options.seed = seed,
+            Self::Roller(laid) => laid.seed = seed,
+        }
+        plan
+    }
+
+    /// Whether the texture tiles.
+    pub fn tiles(&self) -> bool {
+        match self {
+            Self::Quilting(BlockOptions { boundary, .. })
+            | Self::EfrosLeung(EfrosLeungOptions { boundary, .. })
+            | Self::WeiLevoy(_, boundary)
+            | Self::Roller(LaidTiles { boundary, .. }) => *boundary == Boundary::Torus,
+            Self::PatchMatch(_) => true,
+        }
+    }
+
+    /// Checks the options by themselves; whether they fit the exemplars shows when these are met.
+    ///
+    /// # Errors
+    /// Options without meaning.
+    pub fn validate(&self) -> Result<()> {
+        match self {
+            Self::Quilting(options) => options.validate(),
+            Self::EfrosLeung(options) => options.validate(),
+            Self::WeiLevoy(options, _) => options.validate(),
+            Self::PatchMatch(options) => options.validate(),
+            Self::Roller(laid) => laid.options.validate(),
+        }
+    }
+
+    /// Makes the texture. The result depends on the exemplars and the plan only.
+    ///
+    /// # Errors
+    /// Options without meaning, exemplars that the method cannot work with, and limits exceeded.
+    pub fn run(&self, exemplars: &[Exemplar<'_>], job: &Job) -> Result<Made> {
+        match self {
+            Self::Quilting(options) => {
+                let made = synthesize(exemplars, options, job)?;
+                Ok(Made { map: made.map, how: How::Quilting(made.report, made.times) })
+            }
+            Self::EfrosLeung(options) => {
+                let (map, growth) = efros_leung(exemplars, options, job)?;
+                Ok(Made { map, how: How::EfrosLeung(growth) })
+            }
+            Self::WeiLevoy(options, boundary) => {
+                let (map, scanned) = wei_levoy(exemplars, options, job)?;
+                let map = match boundary {
+                    Boundary::Open => map,
+                    Boundary::Torus => closed(&map, options, exemplars, job)?,
+                };
+                Ok(Made { map, how: How::WeiLevoy(scanned) })
+            }
+            Self::PatchMatch(options) => {
+                let (map, optimised) = patch_match(exemplars, options, job)?;
+                Ok(Made { map, how: How::PatchMatch(optimised) })
+            }
+            Self::Roller(laid) => laid.run(exemplars, job),
+        }
+    }
+}
+
+impl LaidTiles {
+    fn run(&self, exemplars: &[Exemplar<'_>], job: &Job) -> Result<Made> {
+        let [exemplar] = exemplars else {
+            return Err(Error::usage("the method roller makes tiles of one exemplar: give one"));
+        };
+        let rolled = roll(exemplar, &self.options, job)?;
+        let map = lay(&rolled.tiles, self.size, self.boundary, self.seed, job)?;
+        Ok(Made { map, how: How::Roller(Box::new(rolled)) })
+    }
+}
+
+/// Texels along each edge that are filled anew where scanlines are to tile: their last rows do not see
+/// the first.
+const CLOSED: usize = 16;
+
+/// The same texture, tiling.
+fn closed(
+    map: &SourceMap,
+    options: &WeiLevoyOptions,
+    exemplars: &[Exemplar<'_>],
+    job: &Job,
+) -> Result<SourceMap> {
+    let Size { width, height } = options.size;
+    let band = (width.min(height) / 8).clamp(1, CLOSED);
+    let guidance = options.guidance.clone();
+    let filling = FillOptions { guidance, seed: options.seed, ..FillOptions::default() };
+    Ok(close(map, exemplars, band, &filling, job)?.0)
+}

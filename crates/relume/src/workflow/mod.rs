@@ -1,0 +1,19 @@
+//! Workflows: what joins the stages. The top floor of the library, which may name every stage and
+//! [`mod@format`](crate::format), and is named by nothing in the library.
+//!
+//! | file | does |
+//! |---|---|
+//! | [`options`] | what a synthesis can be asked for, and the plan that it comes to |
+//! | [`method`] | methods of synthesis as plans, with one way to run them |
+//! | [`metric`] | metrics by the names that people know |
+//! | [`auto`] | textures made in several ways, of which the nearest to the exemplar is kept |
+
+pub mod auto;
+pub mod method;
+pub mod metric;
+pub mod options;
+
+pub use auto::Exemplars;
+pub use method::{How, Made, Method, Plan};
+pub use metric::NamedMetric;
+pub use options::{Approach, Outcome, SynthOptions};

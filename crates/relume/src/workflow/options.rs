@@ -1,0 +1,334 @@
+//! What a synthesis can be asked for, whatever the method, and the plan that it comes to.
+
+use super::auto::{Asked, Auto, Choice, Chosen, Exemplars};
+use super::method::{LaidTiles, Made, Method, Plan};
+use super::metric::NamedMetric;
+use crate::error::{Error, Result};
+use crate::field::Domain;
+use crate::job::Job;
+use crate::names::Named;
+use crate::size::Size;
+use crate::synthesis::pixel::{EfrosLeungOptions, NeighbourSearch, PatchMatchOptions, WeiLevoyOptions};
+use crate::synthesis::search::{KernelBasis, SearchMethod, SearchOptions};
+use crate::synthesis::{Blend, BlockOptions, Boundary, Guidance, Tolerance};
+
+/// Options of a synthesis. What is none is left to the method; what belongs to other methods than
+/// the chosen one is refused by [`SynthOptions::approach`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct SynthOptions {
+    /// What makes the texture.
+    pub method: Method,
+    /// Its size in texels.
+    pub size: Size,
+    /// Whether it closes on itself.
+    pub boundary: Boundary,
+    /// What the distance of two texels means.
+    pub metric: NamedMetric,
+    /// The light directions over which functions are compared.
+    pub domain: Domain,
+    /// What the texture is to follow.
+    pub guidance: Option<Guidance>,
+    /// Seed of the random choices.
+    pub seed: u64,
+    /// Side of the blocks in texels.
+    pub block: Option<usize>,
+    /// Texels by which blocks overlap; none for [`BlockOptions::customary_overlap`].
+    pub overlap: Option<usize>,
+    /// Which blocks are good enough to be drawn from.
+    pub tolerance: Option<Tolerance>,
+    /// How blocks are joined.
+    pub blend: Option<Blend>,
+    /// Texels on either side of a cut within which blocks are blended.
+    pub feather: Option<usize>,
+    /// How blocks are searched for: hints, which affect speed only.
+    pub search: Option<SearchMethod>,
+    /// The basis of the projection search.
+    pub kernels: Option<KernelBasis>,
+    /// Whether the rejection curve of the projection search is measured, which takes time.
+    pub curve: bool,
+    /// Side of the window of texels that pixel methods compare, odd.
+    pub neighbourhood: Option<usize>,
+    /// How much farther than the best a window may be that is drawn from, as a share of the best
+    /// squared distance.
+    pub epsilon: Option<f64>,
+    /// Resolutions, each half the one before.
+    pub levels: Option<usize>,
+    /// Leaves of the tree in which neighbourhoods are looked for; 0 looks at all of them instead.
+    pub codewords: Option<usize>,
+    /// Candidates for each continuation of a neighbour, which are all that is looked at.
+    pub coherence: Option<usize>,
+    /// How often matches and texels are improved at each level.
+    pub rounds: Option<usize>,
+    /// How much parts of the exemplars are avoided that are used more than evenly.
+    pub uniformity: Option<f64>,
+    /// Tiles of the Roller; none for [`LaidTiles::TILES`].
+    pub tiles: Option<usize>,
+    /// Textures to choose from; none for [`Auto::TRIES`].
+    pub tries: Option<usize>,
+}
+
+impl Default for SynthOptions {
+    /// Blocks of 32 joined along cuts into 256 x 256 texels with open edges, compared as functions
+    /// over the hemisphere.
+    fn default() -> Self {
+        Self {
+            method: Method::Quilting,
+            size: BlockOptions::default().size,
+            boundary: Boundary::Open,
+            metric: NamedMetric::Function,
+            domain: Domain::Hemisphere,
+            guidance: None,
+            seed: 0,
+            block: None,
+            overlap: None,
+            tolerance: None,
+            blend: None,
+            feather: None,
+            search: None,
+            kernels: None,
+            curve: false,
+            neighbourhood: None,
+            epsilon: None,
+            levels: None,
+            codewords: None,
+            coherence: None,
+            rounds: None,
+            uniformity: None,
+            tiles: None,
+            tries: None,
+        }
+    }
+}
+
+/// How a texture is to be made.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Approach {
+    /// In one way.
+    Plan(Plan),
+    /// In several, of which the best is kept.
+    Auto(Auto),
+}
+
+/// A texture, by which plan it was made, and how that was chosen.
+#[derive(Debug, Clone)]
+pub struct Outcome {
+    /// The plan.
+    pub plan: Plan,
+    /// The texture.
+    pub made: Made,
+    /// How the plan was chosen, where several were tried.
+    pub choice: Option<Choice>,
+}
+
+impl Approach {
+    /// Makes the texture.
+    ///
+    /// # Errors
+    /// As [`Plan::run`] and [`Auto::run`].
+    pub fn run(&self, exemplars: &Exemplars<'_>, job: &Job) -> Result<Outcome> {
+        match self {
+            Self::Plan(plan) => {
+                let made = plan.run(exemplars.planes, job)?;
+                Ok(Outcome { plan: plan.clone(), made, choice: None })
+            }
+            Self::Auto(auto) => {
+                let Chosen { made, choice } = auto.run(exemplars, job)?;
+                Ok(Outcome { plan: choice.tries[choice.kept].plan.clone(), made, choice: Some(choice) })
+            }
+        }
+    }
+}
+
+/// An option that belongs to some methods only.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Special {
+    /// Its name.
+    pub name: &'static str,
+    /// Whether it is given.
+    pub is_given: bool,
+    /// The methods that it belongs to.
+    pub methods: &'static [Method],
+}
+
+impl SynthOptions {
+    /// The options that belong to some methods only.
+    pub fn special(&self) -> [Special; 16] {
+        use Method::{Auto, EfrosLeung, PatchMatch, Quilting, Roller, WeiLevoy};
+        const BLOCKS: &[Method] = &[Quilting, Auto];
+        let tolerance = match self.tolerance {
+            Some(Tolerance::Absolute(_)) => "delta",
+            _ => "tolerance",
+        };
+        let special = |name, is_given, methods| Special { name, is_given, methods };
+        [
+            special("block", self.block.is_some(), BLOCKS),
+            special("overlap", self.overlap.is_some(), BLOCKS),
+            special(tolerance, self.tolerance.is_some(), BLOCKS),
+            special("blend", self.blend.is_some(), BLOCKS),
+            special("feather", self.feather.is_some(), BLOCKS),
+            special("search", self.search.is_some(), BLOCKS),
+            special("kernels", self.kernels.is_some(), BLOCKS),
+            special("tiles", self.tiles.is_some(), &[Roller]),
+            special("tries", self.tries.is_some(), &[Auto]),
+            special("neighbourhood", self.neighbourhood.is_some(), &[EfrosLeung, WeiLevoy, PatchMatch]),
+            special("epsilon", self.epsilon.is_some(), &[EfrosLeung]),
+            special("levels", self.levels.is_some(), &[WeiLevoy, PatchMatch]),
+            special("codewords", self.codewords.is_some(), &[WeiLevoy]),
+            special("coherence", self.coherence.is_some(), &[WeiLevoy]),
+            special("rounds", self.rounds.is_some(), &[PatchMatch]),
+            special("uniformity", self.uniformity.is_some(), &[PatchMatch]),
+        ]
+    }
+
+    /// The first given option that the chosen method does not have.
+    pub fn stranger(&self) -> Option<Special> {
+        self.special().into_iter().find(|one| one.is_given && !one.methods.contains(&self.method))
+    }
+
+    /// The chosen method with its options, checked.
+    ///
+    /// # Errors
+    /// Options without meaning, and options of another method than the chosen one.
+    pub fn approach(&self) -> Result<Approach> {
+        if let Some(Special { name, methods, .. }) = self.stranger() {
+            let names: Vec<&str> = methods.iter().map(|method| method.name()).collect();
+            return Err(Error::usage(format!(
+                "{name} means nothing to the method {}: it is an option of {}",
+                self.method.name(),
+                names.join(" and ")
+            )));
+        }
+        let plan = match self.method {
+            Method::Quilting => Plan::Quilting(self.blocks()),
+            Method::EfrosLeung => Plan::EfrosLeung(self.efros_leung()),
+            Method::WeiLevoy => Plan::WeiLevoy(self.wei_levoy(), self.boundary),
+            Method::PatchMatch => Plan::PatchMatch(self.patch_match()),
+            Method::Roller => Plan::Roller(self.laid_tiles()?),
+            Method::Auto => {
+                let asked = Asked { block: self.block, overlap: self.overlap };
+                return Ok(Approach::Auto(Auto::new(self.tries, self.blocks(), asked)?));
+            }
+            Method::Noise => {
+                return Err(Error::usage("the method noise makes windows of an endless plane only"));
+            }
+        };
+        plan.validate()?;
+        Ok(Approach::Plan(plan))
+    }
+
+    fn blocks(&self) -> BlockOptions {
+        let default = BlockOptions::default();
+        let block = self.block.unwrap_or(default.block);
+        BlockOptions {
+            size: self.size,
+            block,
+            overlap: self.overlap.unwrap_or_else(|| BlockOptions::customary_overlap(block)),
+            tolerance: self.tolerance.unwrap_or(default.tolerance),
+            blend: self.blend.unwrap_or(default.blend),
+            feather: self.feather.unwrap_or(default.feather),
+            boundary: self.boundary,
+            guidance: self.guidance.clone(),
+            seed: self.seed,
+            search: SearchOptions {
+                method: self.search.unwrap_or_default(),
+                basis: self.kernels.unwrap_or_default(),
+                curve: self.curve,
+                ..SearchOptions::default()
+            },
+        }
+    }
+
+    fn efros_leung(&self) -> EfrosLeungOptions {
+        let default = EfrosLeungOptions::default();
+        EfrosLeungOptions {
+            size: self.size,
+            window: self.neighbourhood.unwrap_or(default.window),
+            epsilon: self.epsilon.unwrap_or(default.epsilon),
+            boundary: self.boundary,
+            guidance: self.guidance.clone(),
+            seed: self.seed,
+        }
+    }
+
+    fn wei_levoy(&self) -> WeiLevoyOptions {
+        let default = WeiLevoyOptions::default();
+        WeiLevoyOptions {
+            size: self.size,
+            window: self.neighbourhood.unwrap_or(default.window),
+            levels: self.levels.unwrap_or(default.levels),
+            search: self.neighbour_search(default.search),
+            guidance: self.guidance.clone(),
+            seed: self.seed,
+        }
+    }
+
+    /// How Wei-Levoy searches.
+    fn neighbour_search(&self, default: NeighbourSearch) -> NeighbourSearch {
+        let customary = match default {
+            NeighbourSearch::Tsvq(codewords) => codewords,
+            _ => 0,
+        };
+        match (self.coherence, self.codewords.unwrap_or(customary)) {
+            (Some(candidates), codewords) => NeighbourSearch::Coherence { candidates, codewords },
+            (None, 0) => NeighbourSearch::Full,
+            (None, codewords) => NeighbourSearch::Tsvq(codewords),
+        }
+    }
+
+    fn patch_match(&self) -> PatchMatchOptions {
+        let default = PatchMatchOptions::default();
+        PatchMatchOptions {
+            size: self.size,
+            window: self.neighbourhood.unwrap_or(default.window),
+            levels: self.levels.unwrap_or(default.levels),
+            rounds: self.rounds.unwrap_or(default.rounds),
+            uniformity: self.uniformity.unwrap_or(default.uniformity),
+            guidance: self.guidance.clone(),
+            seed: self.seed,
+            ..default
+        }
+    }
+
+    fn laid_tiles(&self) -> Result<LaidTiles> {
+        if self.guidance.is_some() {
+            return Err(Error::usage("the method roller lays tiles in random order and follows no guides"));
+        }
+        let tiles = self.tiles.unwrap_or(LaidTiles::TILES);
+        Ok(LaidTiles::new(tiles, self.size, self.boundary, self.seed))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn options_decide_the_plan_before_anything_is_made() {
+        let approach = |options: SynthOptions| options.approach();
+        let plan = |options| match approach(options).unwrap() {
+            Approach::Plan(plan) => plan,
+            Approach::Auto(_) => panic!("one way was asked for"),
+        };
+        let blocks = SynthOptions { block: Some(48), ..SynthOptions::default() };
+        assert_eq!(
+            plan(blocks),
+            Plan::Quilting(BlockOptions { block: 48, overlap: 8, ..Default::default() })
+        );
+        let scanlines = SynthOptions { method: Method::WeiLevoy, codewords: Some(0), ..Default::default() };
+        let full = WeiLevoyOptions { search: NeighbourSearch::Full, ..Default::default() };
+        assert_eq!(plan(scanlines), Plan::WeiLevoy(full, Boundary::Open));
+        let closed = SynthOptions { method: Method::Roller, boundary: Boundary::Torus, ..Default::default() };
+        assert!(matches!(plan(closed), Plan::Roller(laid) if !laid.options.oblique && laid.options.tiles == 4));
+    }
+
+    #[test]
+    fn options_of_other_methods_are_refused_by_name() {
+        let strange = SynthOptions { method: Method::Roller, rounds: Some(3), ..Default::default() };
+        let message = strange.approach().unwrap_err().to_string();
+        assert_eq!(message, "rounds means nothing to the method roller: it is an option of patchmatch");
+        let noise = SynthOptions { method: Method::Noise, ..Default::default() };
+        assert!(noise.approach().unwrap_err().to_string().contains("endless"));
+        let none = SynthOptions { method: Method::Auto, tries: Some(0), ..Default::default() };
+        assert!(none.approach().unwrap_err().to_string().contains("0 tries"));
+    }
+}

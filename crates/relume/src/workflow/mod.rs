@@ -7,8 +7,10 @@
 //! | [`method`] | methods of synthesis as plans, with one way to run them |
 //! | [`metric`] | metrics by the names that people know |
 //! | [`auto`] | textures made in several ways, of which the nearest to the exemplar is kept |
+//! | [`endless`] | windows of endless planes, of any size, written row by row |
 
 pub mod auto;
+pub mod endless;
 pub mod method;
 pub mod metric;
 pub mod options;

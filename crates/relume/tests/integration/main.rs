@@ -1,6 +1,7 @@
 //! One test binary; each module holds one promise of the library.
 
 mod layering;
+mod names;
 
 mod analysis;
 mod bases_and_channels;

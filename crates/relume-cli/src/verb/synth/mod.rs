@@ -156,7 +156,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
 }
 
 /// What matters where the output is a window of an endless plane.
-fn endless_job(args: &Args) -> endless::Drawing<'_> {
+fn endless_job(args: &Args) -> endless::Request<'_> {
     let more = [
         ("--tile", args.tile),
         ("--exclude", !args.exclude.is_empty()),
@@ -165,7 +165,7 @@ fn endless_job(args: &Args) -> endless::Drawing<'_> {
     ];
     let special = args.unguided().special().into_iter().filter(|one| one.is_given);
     let given = more.into_iter().chain(args.rearranged.given()).filter(|(_, given)| *given);
-    endless::Drawing {
+    endless::Request {
         args: &args.endless,
         exemplars: &args.exemplars,
         output: &args.output,

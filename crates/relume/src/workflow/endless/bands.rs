@@ -1,9 +1,10 @@
 //! Rows of a computed window, a band at a time, each band made of pieces beside each other.
 
-use relume::format::{Lane, Streamed};
-use relume::{Job, Result, Size};
-
 use super::Window;
+use crate::error::Result;
+use crate::format::{Lane, Streamed};
+use crate::job::Job;
+use crate::size::Size;
 
 /// Bytes of the rows of a band as the file stores them.
 const BAND_BYTES: u64 = 64 << 20;
@@ -67,14 +68,14 @@ pub type Make<'a> = dyn Fn(&Window) -> Result<Streamed> + 'a;
 pub struct Bands<'a> {
     window: Window,
     cut: Cut,
-    make: &'a Make<'a>,
+    make: Box<Make<'a>>,
     /// The number of the band at hand, and its bytes.
     current: Option<(usize, Vec<Lane>)>,
 }
 
 impl<'a> Bands<'a> {
     /// Nothing is made yet.
-    pub fn new(window: Window, cut: Cut, make: &'a Make<'a>) -> Self {
+    pub fn new(window: Window, cut: Cut, make: Box<Make<'a>>) -> Self {
         Self { window, cut, make, current: None }
     }
 
@@ -132,8 +133,12 @@ fn paste(piece: &Lane, columns: std::ops::Range<usize>, to: &mut Lane, width: us
 #[cfg(test)]
 mod tests {
     use super::*;
-    use relume::format::{Depth, FieldFormat, PictureFormat};
-    use relume::{Limits, Picture, Planes, ReflectanceField, Space};
+    use crate::field::ReflectanceField;
+    use crate::format::{Depth, FieldFormat, PictureFormat};
+    use crate::limits::Limits;
+    use crate::picture::Picture;
+    use crate::planes::Planes;
+    use crate::space::Space;
 
     /// A texture that is a function of the place.
     fn piece(part: &Window) -> Result<Streamed> {
@@ -155,7 +160,7 @@ mod tests {
                 let behind = |place: i64, step: usize| place.rem_euclid(step as i64) as usize;
                 let cut = Cut { rows, columns, above: behind(y, rows), before: behind(x, columns) };
                 let whole = piece(&window).unwrap();
-                let mut bands = Bands::new(window, cut, &piece);
+                let mut bands = Bands::new(window, cut, Box::new(piece));
                 for y in (0..17).rev().chain(0..17) {
                     let mut row = vec![0; 23];
                     bands.row(0, 0, y, &mut row).unwrap();

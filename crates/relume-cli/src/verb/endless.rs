@@ -1,0 +1,236 @@
+//! `relume synth` where the output is any window of an endless plane: from a set of tiles, by noise, or from a
+//! random-field model, written row by row.
+
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use relume::format::{Encoding, FieldFormat, HeightFormat, PictureFormat};
+use relume::random_field::FieldModel;
+use relume::synthesis::noise::NoiseOptions;
+use relume::workflow::endless::{Drawing, Modelled, Noisy, Target, Tiled, Window};
+use relume::{Error, Result, Size};
+use serde_json::{Value, json};
+
+use crate::context::Context;
+use crate::output::Outputs;
+use crate::report::Report;
+use crate::tile_set::{self, TileSetFile, in_words};
+use crate::{args, input, output};
+
+/// Arguments for endless textures.
+#[derive(Debug, clap::Args)]
+#[group(skip)]
+pub struct EndlessArgs {
+    /// Draw this part of the endless plane that tiles, noise or a model make: left, top, width and height in
+    /// texels. Parts are identical however the plane is cut; --size draws from 0,0
+    #[arg(
+        long,
+        value_name = "X,Y,W,H",
+        value_parser = <Window as FromStr>::from_str,
+        allow_hyphen_values = true,
+        conflicts_with = "size"
+    )]
+    window: Option<Window>,
+    /// Store the .exr output in tiles of this size instead of in rows, so that readers can take any
+    /// part of it without the rest: 256x256, or 256 for squares
+    #[arg(long, value_name = "WxH", value_parser = args::size)]
+    exr_tile: Option<Size>,
+    /// Side of the triangles of noise in texels [default: 0.29 of the exemplar's smaller side]
+    #[arg(long, value_name = "N")]
+    triangle: Option<f64>,
+}
+
+/// What `relume synth` was asked for.
+pub struct Request<'a> {
+    /// Arguments for endless textures.
+    pub args: &'a EndlessArgs,
+    /// The files to make a texture from.
+    pub exemplars: &'a [PathBuf],
+    /// The file to write.
+    pub output: &'a Path,
+    /// The size asked for.
+    pub size: Option<Size>,
+    /// The seed of the random choices.
+    pub seed: u64,
+    /// Whether noise is asked for.
+    pub noise: bool,
+    /// Whether the output is to continue itself, which only a model can make it do.
+    pub tile: bool,
+    /// Options given that have no meaning for an endless plane.
+    pub other_options: Vec<String>,
+}
+
+/// Draws a window of an endless plane; none where blocks are to be laid instead.
+pub fn run(request: &Request<'_>, context: &Context) -> Result<Option<Report>> {
+    let Some(source) = source(request, context)? else {
+        return match request.args.exr_tile {
+            Some(_) => Err(Error::usage(
+                "--exr-tile stores endless textures, which tiles, a model or --method noise make: leave it out",
+            )),
+            None => Ok(None),
+        };
+    };
+    let unused = request.other_options.iter().find(|option| *option != "--tile" || !source.can_tile());
+    if let Some(option) = unused {
+        return Err(Error::usage(format!("{option} has no meaning for an endless plane: leave it out")));
+    }
+    let inputs: Vec<&Path> = request.exemplars.iter().map(PathBuf::as_path).collect();
+    let mut outputs = Outputs::new(context);
+    outputs.file(request.output, &inputs)?;
+    let report = match source {
+        Source::Tiles(tiles) => request.draw_tiles(&tiles, &mut outputs, context),
+        Source::Model(model) => request.draw_model(&model, &mut outputs, context),
+        Source::Noise => request.draw_noise(&mut outputs, context),
+    }?;
+    Ok(Some(report.with_outputs(outputs.commit()?)))
+}
+
+/// What makes an endless plane.
+enum Source {
+    Tiles(TileSetFile),
+    Model(Box<FieldModel>),
+    Noise,
+}
+
+impl Source {
+    /// Whether a part of the plane can be made to continue itself.
+    fn can_tile(&self) -> bool {
+        matches!(self, Self::Model(_))
+    }
+}
+
+/// What the request is to be drawn from; none where blocks are to be laid.
+fn source(request: &Request<'_>, context: &Context) -> Result<Option<Source>> {
+    let mut own = None;
+    if let [path] = request.exemplars {
+        own = tile_set::open(path, &context.job)?.map(Source::Tiles);
+        if own.is_none() {
+            own = input::model(path, &context.job)?.map(|model| Source::Model(Box::new(model)));
+        }
+    }
+    match (own, request.noise) {
+        (Some(_), true) => Err(Error::usage(
+            "--method noise takes an exemplar, and this is a set of tiles or a model: leave it out",
+        )),
+        (None, true) => Ok(Some(Source::Noise)),
+        (None, false) if request.args.window.is_some() => Err(Error::usage(
+            "--window draws from a set of tiles made by relume roll, from a model, or with --method noise: \
+             this is none of them",
+        )),
+        (own, false) => Ok(own),
+    }
+}
+
+impl Request<'_> {
+    /// The part of the plane to draw.
+    fn window(&self) -> Result<Window> {
+        let from_origin = self.size.map(Window::of_size);
+        let window = self.args.window.or(from_origin);
+        window.ok_or_else(|| Error::usage("the output has no size: give --size or --window"))
+    }
+
+    /// The format of the output; on standard output that of the input.
+    fn format(&self, encoding: &Encoding) -> Result<FieldFormat> {
+        if !output::is_stream(self.output) {
+            return Ok(FieldFormat::from_path(self.output)?.in_depth_of(encoding));
+        }
+        Ok(match *encoding {
+            Encoding::Ptm(_) => FieldFormat::Ptm,
+            Encoding::Picture(depth) => FieldFormat::Picture(PictureFormat::Png(depth)),
+            Encoding::Exr(depth) => FieldFormat::Exr(depth),
+        })
+    }
+
+    /// The file to write, of a format.
+    fn target(&self, format: FieldFormat) -> Target {
+        Target { format, tile: self.args.exr_tile }
+    }
+
+    /// Tiles copied into place.
+    fn draw_tiles(&self, tiles: &TileSetFile, outputs: &mut Outputs, context: &Context) -> Result<Report> {
+        if self.args.triangle.is_some() {
+            return Err(Error::usage(
+                "--triangle belongs to --method noise, and this is a set of tiles: leave it out",
+            ));
+        }
+        let (window, TileSetFile { file, count, cells }) = (self.window()?, tiles);
+        let plane = Tiled { file, count: *count, cells: *cells, seed: self.seed };
+        let target = self.target(self.format(&file.encoding)?);
+        self.write(plane.drawing(window, &target, &context.job), outputs)?;
+        let Size { width, height } = cells.bounds();
+        let details = json!({ "tiles": count, "tile_width": width, "tile_height": height, "cells": cells });
+        Ok(self.report(window, &format!("of {}", in_words(*count, cells)), details))
+    }
+
+    /// Noise like the exemplar.
+    fn draw_noise(&self, outputs: &mut Outputs, context: &Context) -> Result<Report> {
+        let [path] = self.exemplars else {
+            return Err(Error::usage("--method noise makes a texture of one exemplar: give one"));
+        };
+        let window = self.window()?;
+        let file = input::field(path, &context.job)?;
+        let options = NoiseOptions { side: self.args.triangle, seed: self.seed };
+        let plane = Noisy::new(&file, &options, &context.job).map_err(|e| e.at(path))?;
+        let target = self.target(self.format(&file.encoding)?);
+        self.write(plane.drawing(window, &target, &context.job), outputs)?;
+        let noise = plane.noise();
+        let details = json!({ "triangle": noise.side(), "measured": noise.suitability() });
+        Ok(self.report(window, &format!("of noise in triangles of {:.1}", noise.side()), details))
+    }
+
+    /// A model's plane.
+    fn draw_model(&self, model: &FieldModel, outputs: &mut Outputs, context: &Context) -> Result<Report> {
+        let window = self.window()?;
+        let plane = Modelled { model, seed: self.seed, period: self.tile.then_some(window.size) };
+        let drawing = match model.heights {
+            Some(_) => plane.height_drawing(window, self.height_format()?, &context.job),
+            None => {
+                let is_named = !output::is_stream(self.output);
+                let named = is_named.then(|| FieldFormat::from_path(self.output)).transpose()?;
+                let target = self.target(named.unwrap_or(plane.customary_format()));
+                plane.drawing(window, &target, &context.job)
+            }
+        };
+        self.write(drawing, outputs)?;
+        let of = if self.tile { "of a model; tiles without a seam" } else { "of a model" };
+        Ok(self.report(window, of, json!({ "tile": self.tile })))
+    }
+
+    fn height_format(&self) -> Result<HeightFormat> {
+        if self.args.exr_tile.is_some() {
+            return Err(Error::usage(
+                "--exr-tile has no meaning for a height map, which is written at once: leave it out",
+            ));
+        }
+        match output::is_stream(self.output) {
+            true => Ok(HeightFormat::Exr),
+            false => HeightFormat::from_path(self.output),
+        }
+    }
+
+    /// Writes the output.
+    fn write(&self, drawing: Result<Drawing<'_>>, outputs: &mut Outputs) -> Result<()> {
+        let drawing = drawing.map_err(|e| e.at(self.output))?;
+        if output::is_stream(self.output) {
+            return outputs.write(self.output, drawing.into_bytes()?);
+        }
+        outputs.write_with(self.output, |out| drawing.write(out))
+    }
+
+    /// What was drawn, of what.
+    fn report(&self, window: Window, of: &str, details: Value) -> Report {
+        let Window { x, y, size } = window;
+        let text = format!("{}: {size} texels of the plane from ({x}, {y}), {of}", self.output.display());
+        let mut json = json!({
+            "x": x,
+            "y": y,
+            "width": size.width,
+            "height": size.height,
+            "seed": self.seed,
+        });
+        if let (Some(all), Value::Object(details)) = (json.as_object_mut(), details) {
+            all.extend(details);
+        }
+        Report::new(text, json)
+    }
+}

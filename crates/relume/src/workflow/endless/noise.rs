@@ -1,0 +1,70 @@
+//! Windows of the plane that noise makes of an exemplar.
+
+use std::sync::Arc;
+
+use super::bands::{Bands, Cost, Cut};
+use super::{Drawing, Target, Window};
+use crate::error::Result;
+use crate::field::{Domain, IndexSpace, Metric};
+use crate::format::{Encoding, FieldFile, FieldFormat, PtmEncoding, Streamed};
+use crate::job::Job;
+use crate::synthesis::noise::{Noise, NoiseOptions};
+
+/// Rows of bands and columns of pieces are multiples of this.
+const CELL: usize = 64;
+
+/// The plane of noise like an exemplar.
+#[derive(Debug)]
+pub struct Noisy<'a> {
+    file: &'a FieldFile,
+    space: IndexSpace,
+    noise: Noise,
+}
+
+impl<'a> Noisy<'a> {
+    /// Models an exemplar.
+    ///
+    /// # Errors
+    /// Options without meaning, an exemplar that noise cannot be made of, and limits exceeded.
+    pub fn new(file: &'a FieldFile, options: &NoiseOptions, job: &Job) -> Result<Self> {
+        let space = IndexSpace::new(&file.field, Metric::Function, Domain::Hemisphere)?;
+        job.check("the index of the exemplar", file.field.size(), 4 * space.planes() as u64)?;
+        let noise = Noise::new(&space.index_planes(&file.field), options, job)?;
+        Ok(Self { file, space, noise })
+    }
+
+    /// The model.
+    pub fn noise(&self) -> &Noise {
+        &self.noise
+    }
+
+    /// A window of the plane, in bands of rows or of the tiles of the file.
+    ///
+    /// # Errors
+    /// A format that cannot hold the functions, and bands beyond the limits.
+    pub fn drawing<'b>(&'b self, window: Window, target: &Target, job: &'b Job) -> Result<Drawing<'b>> {
+        let (field, format) = (&self.file.field, target.format);
+        let scale = self.scale(format)?;
+        let head = target.laid(Streamed::made(field, format, scale.as_ref(), job)?)?;
+        let stored = head.lanes().iter().map(|lane| lane.bytes_per_texel).sum();
+        // Index planes twice, and the field's.
+        let made = 4 * (2 * self.space.planes() + field.coefficients().count()) as u64;
+        let cut = Cut::new(&window, CELL, target.tile, Cost { stored, made }, job)?;
+        let make = move |part: &Window| {
+            let index = self.noise.window(part.x, part.y, part.size, job)?;
+            Streamed::made(&self.space.field(field, &index)?, format, scale.as_ref(), job)
+        };
+        let mut bands = Bands::new(window, cut, Box::new(make));
+        let rows = move |lane: usize, x: usize, y: usize, row: &mut [u8]| bands.row(lane, x, y, row);
+        Ok(Drawing::of_rows(Arc::new(head), window.size, job, Box::new(rows)))
+    }
+
+    /// The scale of a `.ptm`: the exemplar's, or what is chosen for it. The same for all bands.
+    fn scale(&self, format: FieldFormat) -> Result<Option<PtmEncoding>> {
+        match (format, self.file.encoding) {
+            (FieldFormat::Ptm, Encoding::Ptm(stored)) => Ok(Some(stored)),
+            (FieldFormat::Ptm, _) => PtmEncoding::chosen(&self.file.field).map(Some),
+            _ => Ok(None),
+        }
+    }
+}

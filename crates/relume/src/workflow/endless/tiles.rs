@@ -1,0 +1,43 @@
+//! Windows of the plane that a set of tiles makes.
+
+use std::sync::Arc;
+
+use super::{Drawing, Target, Window};
+use crate::error::Result;
+use crate::format::{FieldFile, Streamed};
+use crate::job::Job;
+use crate::numeric::cells::Cells;
+use crate::synthesis::roller::Endless;
+
+/// The plane of a set of tiles.
+#[derive(Debug)]
+pub struct Tiled<'a> {
+    /// All tiles, one below the other.
+    pub file: &'a FieldFile,
+    /// How many there are.
+    pub count: usize,
+    /// The cells that they fill.
+    pub cells: Cells,
+    /// Seed of the order of tiles.
+    pub seed: u64,
+}
+
+impl<'a> Tiled<'a> {
+    /// A window of the plane: tiles copied into place, in the bytes that the file stores.
+    ///
+    /// # Errors
+    /// A number of tiles that cannot be laid, and a format that cannot hold them.
+    pub fn drawing(&self, window: Window, target: &Target, job: &'a Job) -> Result<Drawing<'a>> {
+        let plane = Endless::of(self.cells, self.count, self.seed)?;
+        let encoding = Some(&self.file.encoding);
+        let streamed =
+            Arc::new(target.laid(Streamed::new(&self.file.field, target.format, encoding, job)?)?);
+        let source = Arc::clone(&streamed);
+        let rows = move |lane: usize, x: usize, y: usize, row: &mut [u8]| {
+            let (lane, x, y) = (&source.lanes()[lane], window.x + x as i64, window.y + y as i64);
+            plane.copy_row(&lane.data, lane.bytes_per_texel, x, y, row);
+            Ok(())
+        };
+        Ok(Drawing::of_rows(streamed, window.size, job, Box::new(rows)))
+    }
+}

@@ -1,0 +1,41 @@
+//! Members of closed families are found by their names.
+
+use relume::{Named, Space};
+use relume::capture::Pairing;
+use relume::capture::dome;
+use relume::field::Domain;
+use relume::procedural::Cut;
+use relume::random_field::SelectionOrder;
+use relume::surface::{Estimator, integrate};
+use relume::synthesis::fill::FillMethod;
+use relume::synthesis::search::{KernelBasis, SearchMethod};
+use relume::synthesis::{Blend, Boundary};
+use relume::workflow::{Method, NamedMetric};
+
+fn check<T: Named + PartialEq + std::fmt::Debug>() {
+    for (k, member) in T::ALL.iter().enumerate() {
+        assert_eq!(T::from_name(member.name()), Some(*member));
+        assert!(!T::ALL[..k].contains(member), "{member:?} is listed twice");
+    }
+    assert_eq!(T::from_name(""), None);
+}
+
+#[test]
+fn every_member_is_found_by_its_name() {
+    check::<NamedMetric>();
+    check::<Method>();
+    check::<Domain>();
+    check::<SearchMethod>();
+    check::<KernelBasis>();
+    check::<Blend>();
+    check::<Boundary>();
+    check::<FillMethod>();
+    check::<SelectionOrder>();
+    check::<Pairing>();
+    check::<Space>();
+    check::<Cut>();
+    check::<Estimator>();
+    check::<dome::Border>();
+    check::<integrate::Border>();
+    check::<integrate::Method>();
+}

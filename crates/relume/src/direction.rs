@@ -34,7 +34,7 @@ impl Direction {
     /// When the length differs from 1 by more than 1e-9.
     pub fn from_unit_vector(x: f64, y: f64, z: f64) -> Result<Self> {
         let length = (x * x + y * y + z * z).sqrt();
-        if !((length - 1.0).abs() <= 1e-9) {
+        if length.is_nan() || (length - 1.0).abs() > 1e-9 {
             return Err(Error::invalid(format!(
                 "({x}, {y}, {z}) is no direction: expected a vector of length 1"
             )));

@@ -99,6 +99,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     };
     options.validate()?;
     let (field, heights) = texture(&args.texture, context)?;
+    rlm::check_kind(field.basis(), field.layout()).map_err(|e| e.at(&args.texture))?;
     let kind = character(&field, &context.job)?;
     let made = fit(args, &field, &kind, &options, context).map_err(|e| e.at(&args.texture))?;
     let Made { mut model, levels, structure } = made;

@@ -11,7 +11,7 @@ pub(super) fn all() -> Vec<Basis> {
 }
 
 /// A learned basis of smooth functions of every pair of `lights` and `views`.
-pub(super) fn learned(lights: usize, views: usize, functions: usize) -> Learned {
+pub(crate) fn learned(lights: usize, views: usize, functions: usize) -> Learned {
     let pairs: Vec<Directions> = spread(lights)
         .into_iter()
         .flat_map(|light| spread(views).into_iter().map(move |view| Directions { light, view }))

@@ -17,6 +17,8 @@ mod learned;
 mod moments;
 mod ptm;
 
+#[cfg(test)]
+pub(crate) use examples::learned as learned_example;
 pub use gram::Gram;
 pub use learned::Learned;
 

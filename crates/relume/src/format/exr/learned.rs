@@ -63,7 +63,12 @@ pub(super) fn from_text(text: &str) -> Result<Learned> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::field::Basis;
+    use crate::field::basis::learned_example;
+    use crate::field::{Basis, PlaneLayout, ReflectanceField};
+    use crate::format::{ExrDepth, FieldFormat, decode_field, encode_field};
+    use crate::job::Job;
+    use crate::planes::{Planes, Size};
+    use crate::space::Space;
 
     fn example() -> Learned {
         match Basis::examples().pop() {
@@ -75,6 +80,16 @@ mod tests {
     #[test]
     fn a_table_comes_back_to_the_bit() {
         assert_eq!(from_text(&text_of(&example())).unwrap(), example());
+    }
+
+    /// The directions of the usual BTF samples, 81 x 81, in a file.
+    #[test]
+    fn a_basis_of_6561_pairs_comes_back_from_a_file() {
+        let basis = Basis::Learned(learned_example(81, 81, 8));
+        let planes = Planes::zeros(Size::new(2, 1), basis.len());
+        let field = ReflectanceField::new(basis, PlaneLayout::LUMINANCE, Space::Linear, planes).unwrap();
+        let file = encode_field(&field, FieldFormat::Exr(ExrDepth::Float), None, &Job::default()).unwrap();
+        assert!(decode_field(&file, &Job::default()).unwrap().field == field);
     }
 
     #[test]

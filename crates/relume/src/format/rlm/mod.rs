@@ -9,7 +9,7 @@ mod write;
 
 pub use read::decode;
 pub use structure::structure_bytes;
-pub use write::encode;
+pub use write::{check_kind, encode};
 
 use std::path::Path;
 
@@ -165,6 +165,15 @@ mod tests {
     }
 
     #[test]
+    fn models_that_the_file_has_no_name_for_are_refused() {
+        let channels = PlaneLayout::of_channels(["base", "height"]).unwrap();
+        let named = model(Basis::Constant, channels, true);
+        assert!(encode(&named).unwrap_err().to_string().contains("not of channels constant"));
+        let learned = model(Basis::examples().pop().unwrap(), PlaneLayout::LUMINANCE, true);
+        assert!(encode(&learned).unwrap_err().to_string().contains("not of luminance learned"));
+    }
+
+    #[test]
     fn the_checksum_is_the_usual_one() {
         assert_eq!(checksum(b"123456789"), 0xcbf4_3926);
     }
@@ -176,6 +185,7 @@ mod tests {
             (Basis::Constant, PlaneLayout::LUMINANCE),
             (Basis::Ptm, PlaneLayout::LRGB),
             (Basis::Ptm, PlaneLayout::RGB),
+            (Basis::Harmonics, PlaneLayout::LRGB),
         ] {
             for marginals in [true, false] {
                 let model = model(basis.clone(), color.clone(), marginals);

@@ -3,7 +3,7 @@
 use super::bits::{BitWriter, Rice};
 use super::{HEADER, MOST_CANDIDATES, SIGNATURE, VERSIONS, checksum, structure};
 use crate::error::{Error, Result};
-use crate::field::Basis;
+use crate::field::{Basis, PlaneLayout};
 use crate::random_field::level::Level;
 use crate::random_field::marginal::Marginal;
 use crate::random_field::neighbourhood::{Offset, all_around, causal};
@@ -16,13 +16,7 @@ use crate::random_field::{FieldModel, Fields, LightModel, Model, Structure};
 /// A model of a learned basis or of channels with names of their own; a neighbourhood that reaches
 /// farther than the file can say, which no fitted model's does.
 pub fn encode(field: &FieldModel) -> Result<Vec<u8>> {
-    if Basis::from_name(field.basis.name()).is_none() || field.layout.is_named() {
-        return Err(Error::unsupported(format!(
-            "a .rlm file holds models of named bases and of luminance or colour, not of {} {} functions",
-            field.layout.name(),
-            field.basis.name()
-        )));
-    }
+    check_kind(&field.basis, &field.layout)?;
     let mut bits = BitWriter::default();
     for name in [field.basis.name(), field.layout.name(), &field.space.to_string()] {
         bits.bits(name.len() as u32, 8);
@@ -46,6 +40,21 @@ pub fn encode(field: &FieldModel) -> Result<Vec<u8>> {
         model.structure.as_ref().map_or(Ok(()), |structure| write_structure(&mut bits, structure))?;
     }
     Ok(with_header(version, &bits.into_bytes()))
+}
+
+/// Refuses models of textures that the file has no names for.
+///
+/// # Errors
+/// A learned basis, and channels with names of their own.
+pub fn check_kind(basis: &Basis, layout: &PlaneLayout) -> Result<()> {
+    if Basis::from_name(basis.name()).is_none() || layout.is_named() {
+        return Err(Error::unsupported(format!(
+            "a .rlm file holds models of the bases constant, ptm and hsh9 with luminance or colour, not of {} {}",
+            layout.name(),
+            basis.name()
+        )));
+    }
+    Ok(())
 }
 
 /// The lowest version that can hold a model.

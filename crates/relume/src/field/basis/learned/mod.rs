@@ -135,8 +135,8 @@ impl Learned {
 /// Shared tables are equal, others where all numbers are.
 impl PartialEq for Learned {
     fn eq(&self, other: &Self) -> bool {
-        let all = |t: &Self| (t.pairs().to_vec(), t.weights().to_vec(), t.values().to_vec());
-        Arc::ptr_eq(&self.0, &other.0) || all(self) == all(other)
+        let (a, b) = (&self.0, &other.0);
+        Arc::ptr_eq(a, b) || (&a.pairs, &a.weights, &a.values) == (&b.pairs, &b.weights, &b.values)
     }
 }
 
@@ -150,7 +150,7 @@ fn check_orthonormal(weights: &[f64], values: &[f32], n: usize) -> Result<()> {
     }
     for (i, product) in products.into_iter().enumerate() {
         let expected = f64::from(u8::from(i / n == i % n));
-        if !((product - expected).abs() <= ORTHONORMAL_TO) {
+        if product.is_nan() || (product - expected).abs() > ORTHONORMAL_TO {
             return Err(Error::invalid(format!(
                 "functions {} and {} of the learned basis have the inner product {product:.6} and orthonormal ones \
                  {expected}: make them orthonormal under the weights of the pairs",

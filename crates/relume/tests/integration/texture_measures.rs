@@ -216,6 +216,7 @@ fn cuts_are_less_visible_than_blocks_laid_blindly() {
             assert_eq!((copied.largest_piece, copied.longest_run), (block * block, block));
         }
         println!("{}: cut {cut:.3}, blind {blind:.3}", material.name());
-        assert!(cut < 0.7 * blind, "{}: {cut} and {blind}", material.name());
+        // At 1 the steps across cuts are those of the texture itself: what is above is seen.
+        assert!(cut - 1.0 < 0.4 * (blind - 1.0), "{}: {cut} and {blind}", material.name());
     }
 }

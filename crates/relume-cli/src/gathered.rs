@@ -8,7 +8,6 @@ use relume::format::{Encoding, ExrDepth, FieldFile, FieldFormat, PictureFormat, 
 use relume::synthesis::{SourceMap, gather};
 use relume::{Error, Planes, ReflectanceField, Result};
 
-use crate::args::NamedMetric;
 use crate::context::Context;
 use crate::output;
 

@@ -7,7 +7,7 @@ use std::str::FromStr;
 use relume::format::{Encoding, FieldFormat, HeightFormat, PictureFormat};
 use relume::random_field::FieldModel;
 use relume::synthesis::noise::NoiseOptions;
-use relume::workflow::endless::{Drawing, Modelled, Noisy, Target, Tiled, Window};
+use relume::workflow::endless::{Drawing, FileTarget, ModelPlane, NoisePlane, PlaneWindow, TilePlane};
 use relume::{Error, Result, Size};
 use serde_json::{Value, json};
 
@@ -26,11 +26,11 @@ pub struct EndlessArgs {
     #[arg(
         long,
         value_name = "X,Y,W,H",
-        value_parser = <Window as FromStr>::from_str,
+        value_parser = <PlaneWindow as FromStr>::from_str,
         allow_hyphen_values = true,
         conflicts_with = "size"
     )]
-    window: Option<Window>,
+    window: Option<PlaneWindow>,
     /// Store the .exr output in tiles of this size instead of in rows, so that readers can take any
     /// part of it without the rest: 256x256, or 256 for squares
     #[arg(long, value_name = "WxH", value_parser = args::size)]
@@ -123,8 +123,8 @@ fn source(request: &Request<'_>, context: &Context) -> Result<Option<Source>> {
 
 impl Request<'_> {
     /// The part of the plane to draw.
-    fn window(&self) -> Result<Window> {
-        let from_origin = self.size.map(Window::of_size);
+    fn window(&self) -> Result<PlaneWindow> {
+        let from_origin = self.size.map(PlaneWindow::of_size);
         let window = self.args.window.or(from_origin);
         window.ok_or_else(|| Error::usage("the output has no size: give --size or --window"))
     }
@@ -142,8 +142,8 @@ impl Request<'_> {
     }
 
     /// The file to write, of a format.
-    fn target(&self, format: FieldFormat) -> Target {
-        Target { format, tile: self.args.exr_tile }
+    fn target(&self, format: FieldFormat) -> FileTarget {
+        FileTarget { format, tile: self.args.exr_tile }
     }
 
     /// Tiles copied into place.
@@ -154,7 +154,7 @@ impl Request<'_> {
             ));
         }
         let (window, TileSetFile { file, count, cells }) = (self.window()?, tiles);
-        let plane = Tiled { file, count: *count, cells: *cells, seed: self.seed };
+        let plane = TilePlane { file, count: *count, cells: *cells, seed: self.seed };
         let target = self.target(self.format(&file.encoding)?);
         self.write(plane.drawing(window, &target, &context.job), outputs)?;
         let Size { width, height } = cells.bounds();
@@ -170,7 +170,7 @@ impl Request<'_> {
         let window = self.window()?;
         let file = input::field(path, &context.job)?;
         let options = NoiseOptions { side: self.args.triangle, seed: self.seed };
-        let plane = Noisy::new(&file, &options, &context.job).map_err(|e| e.at(path))?;
+        let plane = NoisePlane::new(&file, &options, &context.job).map_err(|e| e.at(path))?;
         let target = self.target(self.format(&file.encoding)?);
         self.write(plane.drawing(window, &target, &context.job), outputs)?;
         let noise = plane.noise();
@@ -181,7 +181,7 @@ impl Request<'_> {
     /// A model's plane.
     fn draw_model(&self, model: &FieldModel, outputs: &mut Outputs, context: &Context) -> Result<Report> {
         let window = self.window()?;
-        let plane = Modelled { model, seed: self.seed, period: self.tile.then_some(window.size) };
+        let plane = ModelPlane { model, seed: self.seed, period: self.tile.then_some(window.size) };
         let drawing = match model.heights {
             Some(_) => plane.height_drawing(window, self.height_format()?, &context.job),
             None => {
@@ -218,8 +218,8 @@ impl Request<'_> {
     }
 
     /// What was drawn, of what.
-    fn report(&self, window: Window, of: &str, details: Value) -> Report {
-        let Window { x, y, size } = window;
+    fn report(&self, window: PlaneWindow, of: &str, details: Value) -> Report {
+        let PlaneWindow { x, y, size } = window;
         let text = format!("{}: {size} texels of the plane from ({x}, {y}), {of}", self.output.display());
         let mut json = json!({
             "x": x,

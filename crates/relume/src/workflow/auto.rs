@@ -11,7 +11,7 @@ use std::collections::VecDeque;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use super::method::{LaidTiles, Made, Plan};
+use super::method::{LaidTiles, MadeTexture, Plan};
 use crate::analysis::advice::Way;
 use crate::analysis::{Advice, Analysis, advise, analyze};
 use crate::error::{Error, Result};
@@ -65,7 +65,7 @@ pub struct Exemplars<'a> {
 #[derive(Debug, Clone)]
 pub struct Chosen {
     /// The texture.
-    pub made: Made,
+    pub made: MadeTexture,
     /// The choice.
     pub choice: Choice,
 }
@@ -130,7 +130,7 @@ impl Auto {
         let analyses = exemplars.analyses(job)?;
         let sizes = exemplars.planes.iter().map(|exemplar| exemplar.index.size());
         let advice = advise(&analyses.iter().zip(sizes).collect::<Vec<_>>());
-        let mut best: Option<(Score, usize, Made)> = None;
+        let mut best: Option<(Score, usize, MadeTexture)> = None;
         let mut tries = Vec::new();
         let mut waiting = VecDeque::from(self.plans(&advice));
         while let Some(plan) = waiting.pop_front() {

@@ -11,11 +11,13 @@ use crate::synthesis::pixel::{
     EfrosLeungOptions, Growth, PatchMatchOptions, WeiLevoyOptions, efros_leung, patch_match, wei_levoy,
 };
 use crate::synthesis::roller::{Rolled, RollerOptions, lay, roll};
-use crate::synthesis::{BlockOptions, Boundary, Exemplar, Report, SourceMap, Times, synthesize};
+use crate::synthesis::{
+    BlockOptions, Boundary, Exemplar, SourceMap, StageTimes, SynthesisReport, synthesize,
+};
 
 /// What makes a texture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Method {
+pub enum SynthesisMethod {
     /// Blocks joined along cuts or by ramps.
     #[default]
     Quilting,
@@ -33,7 +35,7 @@ pub enum Method {
     Auto,
 }
 
-named!(Method {
+named!(SynthesisMethod {
     Quilting => "quilting",
     EfrosLeung => "efros-leung",
     WeiLevoy => "wei-levoy",
@@ -85,18 +87,18 @@ impl LaidTiles {
 
 /// A texture as a map of where its texels come from, and how it came about.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Made {
+pub struct MadeTexture {
     /// Where each texel comes from.
     pub map: SourceMap,
     /// What the method says of itself.
-    pub how: How,
+    pub how: MethodReport,
 }
 
 /// What a method says of its work.
 #[derive(Debug, Clone, PartialEq)]
-pub enum How {
+pub enum MethodReport {
     /// Blocks, and what they took.
-    Quilting(Report, Times),
+    Quilting(SynthesisReport, StageTimes),
     /// Texels one after another.
     EfrosLeung(Growth),
     /// Rows.
@@ -109,13 +111,13 @@ pub enum How {
 
 impl Plan {
     /// The method.
-    pub fn method(&self) -> Method {
+    pub fn method(&self) -> SynthesisMethod {
         match self {
-            Self::Quilting(_) => Method::Quilting,
-            Self::EfrosLeung(_) => Method::EfrosLeung,
-            Self::WeiLevoy(..) => Method::WeiLevoy,
-            Self::PatchMatch(_) => Method::PatchMatch,
-            Self::Roller(_) => Method::Roller,
+            Self::Quilting(_) => SynthesisMethod::Quilting,
+            Self::EfrosLeung(_) => SynthesisMethod::EfrosLeung,
+            Self::WeiLevoy(..) => SynthesisMethod::WeiLevoy,
+            Self::PatchMatch(_) => SynthesisMethod::PatchMatch,
+            Self::Roller(_) => SynthesisMethod::Roller,
         }
     }
 
@@ -173,15 +175,15 @@ impl Plan {
     ///
     /// # Errors
     /// Options without meaning, exemplars that the method cannot work with, and limits exceeded.
-    pub fn run(&self, exemplars: &[Exemplar<'_>], job: &Job) -> Result<Made> {
+    pub fn run(&self, exemplars: &[Exemplar<'_>], job: &Job) -> Result<MadeTexture> {
         match self {
             Self::Quilting(options) => {
                 let made = synthesize(exemplars, options, job)?;
-                Ok(Made { map: made.map, how: How::Quilting(made.report, made.times) })
+                Ok(MadeTexture { map: made.map, how: MethodReport::Quilting(made.report, made.times) })
             }
             Self::EfrosLeung(options) => {
                 let (map, growth) = efros_leung(exemplars, options, job)?;
-                Ok(Made { map, how: How::EfrosLeung(growth) })
+                Ok(MadeTexture { map, how: MethodReport::EfrosLeung(growth) })
             }
             Self::WeiLevoy(options, boundary) => {
                 let (map, scanned) = wei_levoy(exemplars, options, job)?;
@@ -189,11 +191,11 @@ impl Plan {
                     Boundary::Open => map,
                     Boundary::Torus => closed(&map, options, exemplars, job)?,
                 };
-                Ok(Made { map, how: How::WeiLevoy(scanned) })
+                Ok(MadeTexture { map, how: MethodReport::WeiLevoy(scanned) })
             }
             Self::PatchMatch(options) => {
                 let (map, optimised) = patch_match(exemplars, options, job)?;
-                Ok(Made { map, how: How::PatchMatch(optimised) })
+                Ok(MadeTexture { map, how: MethodReport::PatchMatch(optimised) })
             }
             Self::Roller(laid) => laid.run(exemplars, job),
         }
@@ -201,13 +203,13 @@ impl Plan {
 }
 
 impl LaidTiles {
-    fn run(&self, exemplars: &[Exemplar<'_>], job: &Job) -> Result<Made> {
+    fn run(&self, exemplars: &[Exemplar<'_>], job: &Job) -> Result<MadeTexture> {
         let [exemplar] = exemplars else {
             return Err(Error::usage("the method roller makes tiles of one exemplar: give one"));
         };
         let rolled = roll(exemplar, &self.options, job)?;
         let map = lay(&rolled.tiles, self.size, self.boundary, self.seed, job)?;
-        Ok(Made { map, how: How::Roller(Box::new(rolled)) })
+        Ok(MadeTexture { map, how: MethodReport::Roller(Box::new(rolled)) })
     }
 }
 

@@ -16,6 +16,6 @@ pub mod metric;
 pub mod options;
 
 pub use auto::Exemplars;
-pub use method::{How, Made, Method, Plan};
+pub use method::{MadeTexture, MethodReport, Plan, SynthesisMethod};
 pub use metric::NamedMetric;
 pub use options::{Approach, Outcome, SynthOptions};

@@ -1,7 +1,7 @@
 //! What a synthesis can be asked for, whatever the method, and the plan that it comes to.
 
 use super::auto::{Asked, Auto, Choice, Chosen, Exemplars};
-use super::method::{LaidTiles, Made, Method, Plan};
+use super::method::{LaidTiles, MadeTexture, Plan, SynthesisMethod};
 use super::metric::NamedMetric;
 use crate::error::{Error, Result};
 use crate::field::Domain;
@@ -17,7 +17,7 @@ use crate::synthesis::{Blend, BlockOptions, Boundary, Guidance, Tolerance};
 #[derive(Debug, Clone, PartialEq)]
 pub struct SynthOptions {
     /// What makes the texture.
-    pub method: Method,
+    pub method: SynthesisMethod,
     /// Its size in texels.
     pub size: Size,
     /// Whether it closes on itself.
@@ -72,7 +72,7 @@ impl Default for SynthOptions {
     /// over the hemisphere.
     fn default() -> Self {
         Self {
-            method: Method::Quilting,
+            method: SynthesisMethod::Quilting,
             size: BlockOptions::default().size,
             boundary: Boundary::Open,
             metric: NamedMetric::Function,
@@ -115,7 +115,7 @@ pub struct Outcome {
     /// The plan.
     pub plan: Plan,
     /// The texture.
-    pub made: Made,
+    pub made: MadeTexture,
     /// How the plan was chosen, where several were tried.
     pub choice: Option<Choice>,
 }
@@ -147,14 +147,14 @@ pub struct Special {
     /// Whether it is given.
     pub is_given: bool,
     /// The methods that it belongs to.
-    pub methods: &'static [Method],
+    pub methods: &'static [SynthesisMethod],
 }
 
 impl SynthOptions {
     /// The options that belong to some methods only.
     pub fn special(&self) -> [Special; 16] {
-        use Method::{Auto, EfrosLeung, PatchMatch, Quilting, Roller, WeiLevoy};
-        const BLOCKS: &[Method] = &[Quilting, Auto];
+        use SynthesisMethod::{Auto, EfrosLeung, PatchMatch, Quilting, Roller, WeiLevoy};
+        const BLOCKS: &[SynthesisMethod] = &[Quilting, Auto];
         let tolerance = match self.tolerance {
             Some(Tolerance::Absolute(_)) => "delta",
             _ => "tolerance",
@@ -199,16 +199,16 @@ impl SynthOptions {
             )));
         }
         let plan = match self.method {
-            Method::Quilting => Plan::Quilting(self.blocks()),
-            Method::EfrosLeung => Plan::EfrosLeung(self.efros_leung()),
-            Method::WeiLevoy => Plan::WeiLevoy(self.wei_levoy(), self.boundary),
-            Method::PatchMatch => Plan::PatchMatch(self.patch_match()),
-            Method::Roller => Plan::Roller(self.laid_tiles()?),
-            Method::Auto => {
+            SynthesisMethod::Quilting => Plan::Quilting(self.blocks()),
+            SynthesisMethod::EfrosLeung => Plan::EfrosLeung(self.efros_leung()),
+            SynthesisMethod::WeiLevoy => Plan::WeiLevoy(self.wei_levoy(), self.boundary),
+            SynthesisMethod::PatchMatch => Plan::PatchMatch(self.patch_match()),
+            SynthesisMethod::Roller => Plan::Roller(self.laid_tiles()?),
+            SynthesisMethod::Auto => {
                 let asked = Asked { block: self.block, overlap: self.overlap };
                 return Ok(Approach::Auto(Auto::new(self.tries, self.blocks(), asked)?));
             }
-            Method::Noise => {
+            SynthesisMethod::Noise => {
                 return Err(Error::usage("the method noise makes windows of an endless plane only"));
             }
         };
@@ -314,21 +314,25 @@ mod tests {
             plan(blocks),
             Plan::Quilting(BlockOptions { block: 48, overlap: 8, ..Default::default() })
         );
-        let scanlines = SynthOptions { method: Method::WeiLevoy, codewords: Some(0), ..Default::default() };
+        let scanlines =
+            SynthOptions { method: SynthesisMethod::WeiLevoy, codewords: Some(0), ..Default::default() };
         let full = WeiLevoyOptions { search: NeighbourSearch::Full, ..Default::default() };
         assert_eq!(plan(scanlines), Plan::WeiLevoy(full, Boundary::Open));
-        let closed = SynthOptions { method: Method::Roller, boundary: Boundary::Torus, ..Default::default() };
-        assert!(matches!(plan(closed), Plan::Roller(laid) if !laid.options.oblique && laid.options.tiles == 4));
+        let closed =
+            SynthOptions { method: SynthesisMethod::Roller, boundary: Boundary::Torus, ..Default::default() };
+        assert!(
+            matches!(plan(closed), Plan::Roller(laid) if !laid.options.oblique && laid.options.tiles == 4)
+        );
     }
 
     #[test]
     fn options_of_other_methods_are_refused_by_name() {
-        let strange = SynthOptions { method: Method::Roller, rounds: Some(3), ..Default::default() };
+        let strange = SynthOptions { method: SynthesisMethod::Roller, rounds: Some(3), ..Default::default() };
         let message = strange.approach().unwrap_err().to_string();
         assert_eq!(message, "rounds means nothing to the method roller: it is an option of patchmatch");
-        let noise = SynthOptions { method: Method::Noise, ..Default::default() };
+        let noise = SynthOptions { method: SynthesisMethod::Noise, ..Default::default() };
         assert!(noise.approach().unwrap_err().to_string().contains("endless"));
-        let none = SynthOptions { method: Method::Auto, tries: Some(0), ..Default::default() };
+        let none = SynthOptions { method: SynthesisMethod::Auto, tries: Some(0), ..Default::default() };
         assert!(none.approach().unwrap_err().to_string().contains("0 tries"));
     }
 }

@@ -1,6 +1,5 @@
 //! Members of closed families are found by their names.
 
-use relume::{Named, Space};
 use relume::capture::Pairing;
 use relume::capture::dome;
 use relume::field::Domain;
@@ -10,7 +9,8 @@ use relume::surface::{Estimator, integrate};
 use relume::synthesis::fill::FillMethod;
 use relume::synthesis::search::{KernelBasis, SearchMethod};
 use relume::synthesis::{Blend, Boundary};
-use relume::workflow::{Method, NamedMetric};
+use relume::workflow::{NamedMetric, SynthesisMethod};
+use relume::{Named, Space};
 
 fn check<T: Named + PartialEq + std::fmt::Debug>() {
     for (k, member) in T::ALL.iter().enumerate() {
@@ -23,7 +23,7 @@ fn check<T: Named + PartialEq + std::fmt::Debug>() {
 #[test]
 fn every_member_is_found_by_its_name() {
     check::<NamedMetric>();
-    check::<Method>();
+    check::<SynthesisMethod>();
     check::<Domain>();
     check::<SearchMethod>();
     check::<KernelBasis>();

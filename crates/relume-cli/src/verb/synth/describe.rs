@@ -9,10 +9,10 @@ use relume::synthesis::pixel::{
     EfrosLeungOptions, Growth, NeighbourSearch, PatchMatchOptions, WeiLevoyOptions,
 };
 use relume::synthesis::roller::Rolled;
-use relume::synthesis::{BlockOptions, Boundary, Report as BlockReport, SourceMap, Times};
+use relume::synthesis::{BlockOptions, Boundary, SourceMap, StageTimes, SynthesisReport};
 use relume::workflow::auto::{Choice, Score, Try};
 use relume::workflow::method::LaidTiles;
-use relume::workflow::{How, Method, Outcome, Plan, SynthOptions};
+use relume::workflow::{MethodReport, Outcome, Plan, SynthOptions, SynthesisMethod};
 use relume::{Named, Size};
 use serde_json::{Value, json};
 
@@ -25,19 +25,19 @@ pub fn describe(output: &Path, asked: &SynthOptions, outcome: &Outcome, files: &
     let map = &outcome.made.map;
     let texels = |how: String, special: Value| texel_report(output, asked, map.size(), &how, &special);
     let report = match (&outcome.plan, &outcome.made.how) {
-        (Plan::Quilting(options), How::Quilting(report, times)) => {
+        (Plan::Quilting(options), MethodReport::Quilting(report, times)) => {
             block_report(output, options, map, report, times)
         }
-        (Plan::EfrosLeung(options), How::EfrosLeung(growth)) => {
+        (Plan::EfrosLeung(options), MethodReport::EfrosLeung(growth)) => {
             texels(growth_in_words(options, growth), growth_as_json(options, growth))
         }
-        (Plan::WeiLevoy(options, _), How::WeiLevoy(scanned)) => {
+        (Plan::WeiLevoy(options, _), MethodReport::WeiLevoy(scanned)) => {
             texels(scan_in_words(options, scanned), scan_as_json(options, scanned))
         }
-        (Plan::PatchMatch(options), How::PatchMatch(optimised)) => {
+        (Plan::PatchMatch(options), MethodReport::PatchMatch(optimised)) => {
             texels(optimisation_in_words(options, optimised), optimisation_as_json(options, optimised))
         }
-        (Plan::Roller(laid), How::Roller(rolled)) => roller_report(output, laid, rolled),
+        (Plan::Roller(laid), MethodReport::Roller(rolled)) => roller_report(output, laid, rolled),
         _ => unreachable!("a plan's result is of its own method"),
     };
     match &outcome.choice {
@@ -50,8 +50,8 @@ fn block_report(
     output: &Path,
     options: &BlockOptions,
     map: &SourceMap,
-    how: &BlockReport,
-    times: &Times,
+    how: &SynthesisReport,
+    times: &StageTimes,
 ) -> Report {
     let drawn = how.placements.len().saturating_sub(1).max(1);
     let candidates = how.candidates as f64 / drawn as f64;
@@ -128,7 +128,7 @@ fn optimisation_as_json(options: &PatchMatchOptions, optimised: &Optimised) -> V
 
 /// What a pixel method says of itself.
 fn texel_report(output: &Path, asked: &SynthOptions, size: Size, how: &str, special: &Value) -> Report {
-    let closed = asked.boundary == Boundary::Torus || asked.method == Method::PatchMatch;
+    let closed = asked.boundary == Boundary::Torus || asked.method == SynthesisMethod::PatchMatch;
     let tiles = if closed { "; tiles without a seam" } else { "" };
     let text = format!("{}: {size} texels {how}{tiles}", output.display());
     let mut json = json!({

@@ -2,7 +2,7 @@
 //! after texel.
 
 use relume::workflow::options::Special;
-use relume::workflow::{Method, SynthOptions};
+use relume::workflow::{SynthOptions, SynthesisMethod};
 use relume::{Error, Named, Result};
 
 use crate::args;
@@ -13,8 +13,8 @@ use crate::args;
 pub struct Args {
     /// How the texture is made: from blocks, texel by texel, of tiles of whole periods, as an endless
     /// plane of noise, or in the way that measures best of those an analysis advises
-    #[arg(long, default_value = "quilting", value_parser = args::named::<Method>())]
-    method: Method,
+    #[arg(long, default_value = "quilting", value_parser = args::named::<SynthesisMethod>())]
+    method: SynthesisMethod,
     /// Side of the window of texels that is compared, odd; alone it must hold the texture's largest
     /// thing, with several levels the coarsest one does [default: 11 for efros-leung, 5 for wei-levoy,
     /// 9 for patchmatch]
@@ -53,7 +53,7 @@ pub struct Args {
 impl Args {
     /// Whether noise is asked for.
     pub fn is_noise(&self) -> bool {
-        self.method == Method::Noise
+        self.method == SynthesisMethod::Noise
     }
 
     /// The options of the method, of which the caller adds its own.

@@ -1,6 +1,6 @@
 //! Rows of a computed window, a band at a time, each band made of pieces beside each other.
 
-use super::Window;
+use super::PlaneWindow;
 use crate::error::Result;
 use crate::format::{Lane, Streamed};
 use crate::job::Job;
@@ -23,7 +23,7 @@ pub struct Cost {
 
 /// How a window is cut.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Cut {
+pub struct BandLayout {
     /// Rows of a band.
     rows: usize,
     /// Columns of a piece.
@@ -34,13 +34,13 @@ pub struct Cut {
     before: usize,
 }
 
-impl Cut {
+impl BandLayout {
     /// Bands and pieces along the borders of cells of `cell` texels a side, or bands of whole tiles of the
     /// file, each texel of which has a cost.
     ///
     /// # Errors
     /// When a band is larger than the limits allow.
-    pub fn new(window: &Window, cell: usize, tile: Option<Size>, cost: Cost, job: &Job) -> Result<Self> {
+    pub fn new(window: &PlaneWindow, cell: usize, tile: Option<Size>, cost: Cost, job: &Job) -> Result<Self> {
         let Cost { stored, made } = cost;
         let room = PIECE_BYTES.min(job.limits().max_bytes / 4);
         let line = (window.size.width as u64).saturating_mul(stored as u64).max(1);
@@ -62,12 +62,12 @@ impl Cut {
 }
 
 /// Makes the texels of a window's part, as the file stores them.
-pub type Make<'a> = dyn Fn(&Window) -> Result<Streamed> + 'a;
+pub type Make<'a> = dyn Fn(&PlaneWindow) -> Result<Streamed> + 'a;
 
 /// The rows of a window, of which one band is kept.
 pub struct Bands<'a> {
-    window: Window,
-    cut: Cut,
+    window: PlaneWindow,
+    cut: BandLayout,
     make: Box<Make<'a>>,
     /// The number of the band at hand, and its bytes.
     current: Option<(usize, Vec<Lane>)>,
@@ -75,14 +75,14 @@ pub struct Bands<'a> {
 
 impl<'a> Bands<'a> {
     /// Nothing is made yet.
-    pub fn new(window: Window, cut: Cut, make: Box<Make<'a>>) -> Self {
+    pub fn new(window: PlaneWindow, cut: BandLayout, make: Box<Make<'a>>) -> Self {
         Self { window, cut, make, current: None }
     }
 
     /// Copies texels of a lane, from column `x` of row `y` on.
     pub fn row(&mut self, lane: usize, x: usize, y: usize, row: &mut [u8]) -> Result<()> {
         let number = (y + self.cut.above) / self.cut.rows;
-        let rows = Cut::part(number, self.cut.rows, self.cut.above, self.window.size.height);
+        let rows = BandLayout::part(number, self.cut.rows, self.cut.above, self.window.size.height);
         let lanes = match self.current.take() {
             Some((current, lanes)) if current == number => lanes,
             // What was at hand is dropped before more is made.
@@ -95,11 +95,11 @@ impl<'a> Bands<'a> {
 
     /// Makes some rows piece by piece.
     fn band(&self, rows: std::ops::Range<usize>) -> Result<Vec<Lane>> {
-        let Window { x, y, size } = self.window;
+        let PlaneWindow { x, y, size } = self.window;
         let mut band: Vec<Lane> = Vec::new();
         for number in 0..(size.width + self.cut.before).div_ceil(self.cut.columns) {
-            let columns = Cut::part(number, self.cut.columns, self.cut.before, size.width);
-            let part = Window {
+            let columns = BandLayout::part(number, self.cut.columns, self.cut.before, size.width);
+            let part = PlaneWindow {
                 x: x + columns.start as i64,
                 y: y + rows.start as i64,
                 size: Size::new(columns.len(), rows.len()),
@@ -141,7 +141,7 @@ mod tests {
     use crate::space::Space;
 
     /// A texture that is a function of the place.
-    fn piece(part: &Window) -> Result<Streamed> {
+    fn piece(part: &PlaneWindow) -> Result<Streamed> {
         let value = |i: usize| {
             let (i, j) = ((i % part.size.width) as i64, (i / part.size.width) as i64);
             ((part.x + i) * 37 + (part.y + j) * 101).rem_euclid(256) as f32 / 255.0
@@ -156,9 +156,9 @@ mod tests {
     fn bands_and_pieces_pave_the_window_whatever_its_place_and_order() {
         for (x, y) in [(0, 0), (-13, 5), (7, -22), (-1, -1)] {
             for (rows, columns) in [(1, 1), (4, 8), (8, 4), (64, 64), (5, 64)] {
-                let window = Window { x, y, size: Size::new(23, 17) };
+                let window = PlaneWindow { x, y, size: Size::new(23, 17) };
                 let behind = |place: i64, step: usize| place.rem_euclid(step as i64) as usize;
-                let cut = Cut { rows, columns, above: behind(y, rows), before: behind(x, columns) };
+                let cut = BandLayout { rows, columns, above: behind(y, rows), before: behind(x, columns) };
                 let whole = piece(&window).unwrap();
                 let mut bands = Bands::new(window, cut, Box::new(piece));
                 for y in (0..17).rev().chain(0..17) {
@@ -177,11 +177,11 @@ mod tests {
     fn wide_windows_are_cut_into_pieces_of_bounded_size() {
         let job = Job::new(Limits { max_bytes: 1 << 50, ..Limits::default() });
         for (width, stored, made) in [(1, 3, 120), (16_384, 3, 120), (131_072, 72, 720)] {
-            let window = Window { x: -5, y: 900, size: Size::new(width, 9000) };
+            let window = PlaneWindow { x: -5, y: 900, size: Size::new(width, 9000) };
             let cost = Cost { stored, made };
             for (tile, step) in [(None, 128), (Some(Size::new(50, 70)), 70), (Some(Size::new(9, 4000)), 4000)]
             {
-                let cut = Cut::new(&window, 128, tile, cost, &job).unwrap();
+                let cut = BandLayout::new(&window, 128, tile, cost, &job).unwrap();
                 assert!(cut.rows.is_multiple_of(step) && cut.columns.is_multiple_of(128), "{cut:?}");
                 let band = (cut.rows * width * stored) as u64;
                 assert!(cut.rows == step || band <= BAND_BYTES, "{cut:?}");
@@ -195,11 +195,11 @@ mod tests {
 
     #[test]
     fn bands_larger_than_the_memory_are_refused() {
-        let window = Window { x: 0, y: 0, size: Size::new(100_000, 4000) };
+        let window = PlaneWindow { x: 0, y: 0, size: Size::new(100_000, 4000) };
         let cost = Cost { stored: 72, made: 720 };
         let tight = Job::new(Limits { max_bytes: 1 << 28, ..Limits::default() });
         let tall = Some(Size::new(64, 4000));
-        assert!(Cut::new(&window, 128, tall, cost, &tight).unwrap_err().message().contains("memory"));
-        assert!(Cut::new(&window, 128, None, cost, &Job::default()).is_ok());
+        assert!(BandLayout::new(&window, 128, tall, cost, &tight).unwrap_err().message().contains("memory"));
+        assert!(BandLayout::new(&window, 128, None, cost, &Job::default()).is_ok());
     }
 }

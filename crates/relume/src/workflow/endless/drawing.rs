@@ -11,14 +11,14 @@ use crate::size::Size;
 
 /// The file that a window goes into.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Target {
+pub struct FileTarget {
     /// Its format.
     pub format: FieldFormat,
     /// Tiles in which an EXR file is stored, so that readers can take any part of it without the rest.
     pub tile: Option<Size>,
 }
 
-impl Target {
+impl FileTarget {
     /// In the tiles asked for.
     pub(super) fn laid(&self, streamed: Streamed) -> Result<Streamed> {
         match self.tile {

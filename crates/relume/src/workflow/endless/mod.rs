@@ -2,7 +2,7 @@
 //! random-field model. A window is the same however the plane is cut, and larger than memory if need be.
 //!
 //! ```text
-//! Tiled | Noisy | Modelled --drawing(window, target)--> Drawing --write--> file
+//! TilePlane | NoisePlane | ModelPlane --drawing(window, target)--> Drawing --write--> file
 //! ```
 //!
 //! - [`tiles`] copies tiles into place; [`noise`] and [`model`] compute [`bands`] of pieces;
@@ -16,17 +16,17 @@ pub mod tiles;
 
 use std::str::FromStr;
 
-pub use drawing::{Drawing, Target};
-pub use model::Modelled;
-pub use noise::Noisy;
-pub use tiles::Tiled;
+pub use drawing::{Drawing, FileTarget};
+pub use model::ModelPlane;
+pub use noise::NoisePlane;
+pub use tiles::TilePlane;
 
 use crate::error::Error;
 use crate::size::Size;
 
 /// A rectangle of an endless plane.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Window {
+pub struct PlaneWindow {
     /// Left column.
     pub x: i64,
     /// Top row.
@@ -35,7 +35,7 @@ pub struct Window {
     pub size: Size,
 }
 
-impl Window {
+impl PlaneWindow {
     /// The farthest that a window may lie from the origin: far beyond any picture, and without overflow.
     pub const FARTHEST: i64 = 1 << 52;
 
@@ -45,7 +45,7 @@ impl Window {
     }
 }
 
-impl FromStr for Window {
+impl FromStr for PlaneWindow {
     type Err = Error;
 
     /// `X,Y,W,H` in whole texels.
@@ -69,15 +69,15 @@ mod tests {
 
     #[test]
     fn windows_parse_or_say_what_they_expect() {
-        let expected = Window { x: -200, y: 1000, size: Size::new(512, 40) };
+        let expected = PlaneWindow { x: -200, y: 1000, size: Size::new(512, 40) };
         assert_eq!("-200,1000, 512,40".parse(), Ok(expected));
         for bad in ["", "1,2,3", "0,0,0,5", "0,0,5,-1", "1,2,3,4,5", "a,0,1,1", "4503599627370497,0,1,1"] {
-            assert!(bad.parse::<Window>().is_err(), "{bad}");
+            assert!(bad.parse::<PlaneWindow>().is_err(), "{bad}");
         }
     }
 
     #[test]
     fn a_window_at_the_end_of_all_integers_is_refused() {
-        assert!("-9223372036854775808,0,16,16".parse::<Window>().is_err());
+        assert!("-9223372036854775808,0,16,16".parse::<PlaneWindow>().is_err());
     }
 }

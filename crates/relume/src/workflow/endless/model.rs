@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use super::bands::{Bands, Cost, Cut};
-use super::{Drawing, Target, Window};
+use super::bands::{BandLayout, Bands, Cost};
+use super::{Drawing, FileTarget, PlaneWindow};
 use crate::error::{Error, Result};
 use crate::field::ReflectanceField;
 use crate::format::{
@@ -18,7 +18,7 @@ use crate::space::Space;
 
 /// The plane of a model.
 #[derive(Debug, Clone, Copy)]
-pub struct Modelled<'a> {
+pub struct ModelPlane<'a> {
     /// The model.
     pub model: &'a FieldModel,
     /// Seed of the random values.
@@ -27,7 +27,7 @@ pub struct Modelled<'a> {
     pub period: Option<Size>,
 }
 
-impl<'a> Modelled<'a> {
+impl<'a> ModelPlane<'a> {
     /// The format of files without a name: a picture for constants, else the lossless form.
     pub fn customary_format(&self) -> FieldFormat {
         if self.model.basis.len() == 1 && self.model.space == Space::Srgb {
@@ -41,8 +41,8 @@ impl<'a> Modelled<'a> {
     ///
     /// # Errors
     /// Windows beyond the limits, and periods that the model cannot have.
-    pub fn part(&self, window: &Window, job: &Job) -> Result<ReflectanceField> {
-        let Window { x, y, size } = *window;
+    pub fn part(&self, window: &PlaneWindow, job: &Job) -> Result<ReflectanceField> {
+        let PlaneWindow { x, y, size } = *window;
         let options = RealisationOptions { origin: [x, y], size, seed: self.seed, period: self.period };
         self.model.synthesize(&options, job)
     }
@@ -51,7 +51,12 @@ impl<'a> Modelled<'a> {
     ///
     /// # Errors
     /// A model of something else, and limits exceeded.
-    pub fn height_drawing(&self, window: Window, format: HeightFormat, job: &Job) -> Result<Drawing<'a>> {
+    pub fn height_drawing(
+        &self,
+        window: PlaneWindow,
+        format: HeightFormat,
+        job: &Job,
+    ) -> Result<Drawing<'a>> {
         let heights = self.model.heights.ok_or_else(|| Error::usage("is no model of a height map"))?;
         let field = self.part(&window, job)?;
         encode_height(field.coefficients(), heights.mm_per_texel, format).map(Drawing::whole)
@@ -61,7 +66,7 @@ impl<'a> Modelled<'a> {
     ///
     /// # Errors
     /// A format that cannot hold the functions, and limits exceeded.
-    pub fn drawing(self, window: Window, target: &Target, job: &'a Job) -> Result<Drawing<'a>> {
+    pub fn drawing(self, window: PlaneWindow, target: &FileTarget, job: &'a Job) -> Result<Drawing<'a>> {
         match (target.format, target.tile) {
             (FieldFormat::Picture(PictureFormat::Jpeg { .. } | PictureFormat::Tiff(_)), None) => {
                 encode_field(&self.part(&window, job)?, target.format, None, job).map(Drawing::whole)
@@ -72,7 +77,7 @@ impl<'a> Modelled<'a> {
 
     /// The scale of a `.ptm` is that of the model's reference window, so that the same texel has the same bytes in
     /// every window.
-    fn in_bands(self, window: Window, target: &Target, job: &'a Job) -> Result<Drawing<'a>> {
+    fn in_bands(self, window: PlaneWindow, target: &FileTarget, job: &'a Job) -> Result<Drawing<'a>> {
         let format = target.format;
         let scale = match format {
             FieldFormat::Ptm => Some(PtmEncoding::chosen(&self.model.reference_window(job)?)?),
@@ -82,8 +87,8 @@ impl<'a> Modelled<'a> {
         let head = target.laid(encoded(&self.model.texel()?)?)?;
         let stored = head.lanes().iter().map(|lane| lane.bytes_per_texel).sum();
         let cost = Cost { stored, made: self.model.bytes_per_texel() };
-        let cut = Cut::new(&window, CELL, target.tile, cost, job)?;
-        let make = move |part: &Window| encoded(&self.part(part, job)?);
+        let cut = BandLayout::new(&window, CELL, target.tile, cost, job)?;
+        let make = move |part: &PlaneWindow| encoded(&self.part(part, job)?);
         let mut bands = Bands::new(window, cut, Box::new(make));
         let rows = move |lane: usize, x: usize, y: usize, row: &mut [u8]| bands.row(lane, x, y, row);
         Ok(Drawing::of_rows(Arc::new(head), window.size, job, Box::new(rows)))

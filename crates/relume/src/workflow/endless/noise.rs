@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use super::bands::{Bands, Cost, Cut};
-use super::{Drawing, Target, Window};
+use super::bands::{BandLayout, Bands, Cost};
+use super::{Drawing, FileTarget, PlaneWindow};
 use crate::error::Result;
 use crate::field::{Domain, IndexSpace, Metric};
 use crate::format::{Encoding, FieldFile, FieldFormat, PtmEncoding, Streamed};
@@ -15,13 +15,13 @@ const CELL: usize = 64;
 
 /// The plane of noise like an exemplar.
 #[derive(Debug)]
-pub struct Noisy<'a> {
+pub struct NoisePlane<'a> {
     file: &'a FieldFile,
     space: IndexSpace,
     noise: Noise,
 }
 
-impl<'a> Noisy<'a> {
+impl<'a> NoisePlane<'a> {
     /// Models an exemplar.
     ///
     /// # Errors
@@ -42,15 +42,20 @@ impl<'a> Noisy<'a> {
     ///
     /// # Errors
     /// A format that cannot hold the functions, and bands beyond the limits.
-    pub fn drawing<'b>(&'b self, window: Window, target: &Target, job: &'b Job) -> Result<Drawing<'b>> {
+    pub fn drawing<'b>(
+        &'b self,
+        window: PlaneWindow,
+        target: &FileTarget,
+        job: &'b Job,
+    ) -> Result<Drawing<'b>> {
         let (field, format) = (&self.file.field, target.format);
         let scale = self.scale(format)?;
         let head = target.laid(Streamed::made(field, format, scale.as_ref(), job)?)?;
         let stored = head.lanes().iter().map(|lane| lane.bytes_per_texel).sum();
         // Index planes twice, and the field's.
         let made = 4 * (2 * self.space.planes() + field.coefficients().count()) as u64;
-        let cut = Cut::new(&window, CELL, target.tile, Cost { stored, made }, job)?;
-        let make = move |part: &Window| {
+        let cut = BandLayout::new(&window, CELL, target.tile, Cost { stored, made }, job)?;
+        let make = move |part: &PlaneWindow| {
             let index = self.noise.window(part.x, part.y, part.size, job)?;
             Streamed::made(&self.space.field(field, &index)?, format, scale.as_ref(), job)
         };

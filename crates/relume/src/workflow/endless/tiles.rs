@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Drawing, Target, Window};
+use super::{Drawing, FileTarget, PlaneWindow};
 use crate::error::Result;
 use crate::format::{FieldFile, Streamed};
 use crate::job::Job;
@@ -11,7 +11,7 @@ use crate::synthesis::roller::Endless;
 
 /// The plane of a set of tiles.
 #[derive(Debug)]
-pub struct Tiled<'a> {
+pub struct TilePlane<'a> {
     /// All tiles, one below the other.
     pub file: &'a FieldFile,
     /// How many there are.
@@ -22,12 +22,12 @@ pub struct Tiled<'a> {
     pub seed: u64,
 }
 
-impl<'a> Tiled<'a> {
+impl<'a> TilePlane<'a> {
     /// A window of the plane: tiles copied into place, in the bytes that the file stores.
     ///
     /// # Errors
     /// A number of tiles that cannot be laid, and a format that cannot hold them.
-    pub fn drawing(&self, window: Window, target: &Target, job: &'a Job) -> Result<Drawing<'a>> {
+    pub fn drawing(&self, window: PlaneWindow, target: &FileTarget, job: &'a Job) -> Result<Drawing<'a>> {
         let plane = Endless::of(self.cells, self.count, self.seed)?;
         let encoding = Some(&self.file.encoding);
         let streamed =

@@ -2,13 +2,19 @@
 //! says what, where, expected, found and what to do.
 
 use std::fmt;
+use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// A library result.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
 /// Whose fault an [`Error`] is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+///
+/// [`ErrorKind::Usage`] is the caller's, [`ErrorKind::Invalid`] and [`ErrorKind::Unsupported`] are a
+/// file's, and the others have to do with the machine and the job.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum ErrorKind {
     /// An option or argument cannot be used; ask differently.
     Usage,
@@ -25,17 +31,18 @@ pub enum ErrorKind {
 }
 
 /// What went wrong, in one sentence, and in which file where one is concerned.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone)]
 pub struct Error {
     kind: ErrorKind,
     message: String,
     path: Option<PathBuf>,
+    source: Option<Arc<io::Error>>,
 }
 
 impl Error {
     /// An error of the given kind that names no file yet; see [`Error::at`].
     pub fn new(kind: ErrorKind, message: impl Into<String>) -> Self {
-        Self { kind, message: message.into(), path: None }
+        Self { kind, message: message.into(), path: None, source: None }
     }
 
     /// A [`ErrorKind::Usage`] error.
@@ -58,9 +65,15 @@ impl Error {
         Self::new(ErrorKind::Limit, message)
     }
 
-    /// An [`ErrorKind::Io`] error: what was being done, and the system's reason.
-    pub fn io(doing: impl fmt::Display, source: &std::io::Error) -> Self {
-        Self::new(ErrorKind::Io, format!("{doing}: {source}"))
+    /// An [`ErrorKind::Io`] error: what was being done, and the system's reason, which stays its
+    /// [`source`](std::error::Error::source).
+    pub fn io(doing: impl fmt::Display, source: &io::Error) -> Self {
+        let message = format!("{doing}: {source}");
+        let copy = match source.raw_os_error() {
+            Some(code) => io::Error::from_raw_os_error(code),
+            None => io::Error::new(source.kind(), source.to_string()),
+        };
+        Self { source: Some(Arc::new(copy)), ..Self::new(ErrorKind::Io, message) }
     }
 
     /// Names the file concerned, unless a more precise place named one already.
@@ -95,4 +108,32 @@ impl fmt::Display for Error {
     }
 }
 
-impl std::error::Error for Error {}
+impl std::error::Error for Error {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        self.source.as_deref().map(|source| source as _)
+    }
+}
+
+/// Errors are equal when they say the same; the system's error is part of the message.
+impl PartialEq for Error {
+    fn eq(&self, other: &Self) -> bool {
+        (self.kind, &self.message, &self.path) == (other.kind, &other.message, &other.path)
+    }
+}
+
+impl Eq for Error {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_systems_reason_is_the_source() {
+        let refused = io::Error::from_raw_os_error(13);
+        let error = Error::io("cannot read the file", &refused).at("a.png");
+        let source = std::error::Error::source(&error).and_then(|e| e.downcast_ref::<io::Error>());
+        assert_eq!(source.and_then(io::Error::raw_os_error), Some(13));
+        assert!(error.to_string().starts_with("a.png: cannot read the file: "), "{error}");
+        assert!(std::error::Error::source(&Error::usage("asked wrongly")).is_none());
+    }
+}

@@ -13,6 +13,14 @@
 //! viewer, and row 0 of every plane is the top row. A field and a picture say whether their values
 //! are linear or sRGB-encoded; other encodings, quantisation and row orders exist only in
 //! [`mod@format`] and [`capture`].
+//!
+//! # Features
+//! Heavy formats can be left out; all are on by default. Without one, its files are refused by name.
+//!
+//! | feature | formats |
+//! |---|---|
+//! | `gif` | animated GIF |
+//! | `mesh` | binary glTF meshes |
 
 // What everything stands on.
 pub mod direction;

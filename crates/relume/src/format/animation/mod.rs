@@ -1,15 +1,27 @@
 //! Animated pictures that repeat for ever: APNG in full colour, GIF with a common palette.
 
 mod apng;
+#[cfg(feature = "gif")]
 mod gif;
+#[cfg(feature = "gif")]
 mod palette;
 
 pub use apng::encode_apng;
+#[cfg(feature = "gif")]
 pub use gif::encode_gif;
 
 use crate::error::{Error, Result};
 use crate::picture::Picture;
 use crate::planes::Size;
+
+/// Refuses to write GIF, which this build leaves out.
+///
+/// # Errors
+/// Always.
+#[cfg(not(feature = "gif"))]
+pub fn encode_gif(_frames: &[Picture], _frames_per_second: u16) -> Result<Vec<u8>> {
+    Err(Error::unsupported("this build writes no GIF files: write PNG, or build with the feature 'gif'"))
+}
 
 /// The size and the number of channels that all frames share.
 fn common_shape(frames: &[Picture]) -> Result<(Size, usize)> {

@@ -4,6 +4,7 @@
 //! [`crate::render::mesh`] says; OBJ has it there, glTF at the top left. Normals that a file does
 //! not give are computed; texture coordinates must be there, because any choice of them would be a guess.
 
+#[cfg(feature = "mesh")]
 mod glb;
 mod obj;
 
@@ -30,6 +31,16 @@ pub fn read_mesh(path: &Path, job: &Job) -> Result<Mesh> {
 /// As [`read_mesh`], without a name.
 pub fn decode_mesh(bytes: &[u8], job: &Job) -> Result<Mesh> {
     if bytes.starts_with(b"glTF") { glb::decode(bytes, job) } else { obj::decode(bytes, job) }
+}
+
+/// What takes the place of the reader of binary glTF where it is left out.
+#[cfg(not(feature = "mesh"))]
+mod glb {
+    use super::{Error, Job, Mesh, Result};
+
+    pub(super) fn decode(_bytes: &[u8], _job: &Job) -> Result<Mesh> {
+        Err(Error::unsupported("this build reads no binary glTF: use an OBJ file, or build with the feature 'mesh'"))
+    }
 }
 
 /// Vertices and triangles as they come in.

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use relume::field::{Basis, PlaneLayout};
-use relume::format::{HeightMap, HeightScale};
+use relume::format::{Content, HeightMap, HeightScale};
 use relume::random_field::{FieldModel, RealisationOptions};
 use relume::{Error, Job, ReflectanceField, Result, Size};
 
@@ -23,43 +23,56 @@ pub struct Args {
     model_seed: Option<u64>,
 }
 
+/// A texture to show or measure.
+pub struct Texture {
+    /// The texture, or the tile that was made of its model.
+    pub field: ReflectanceField,
+    /// The size of what a model was made of, else the texture's own.
+    pub source: Size,
+    /// Whether it was made of a model.
+    pub of_model: bool,
+}
+
 impl Args {
-    /// Reads a texture, or a model and makes one of it.
+    /// Reads the only texture of a command, or a model and makes one of it.
     pub fn texture(&self, path: &Path, job: &Job) -> Result<ReflectanceField> {
-        Ok(self.texture_of(path, job)?.0)
+        let texture = self.texture_of(path, job)?;
+        self.check(texture.of_model)?;
+        Ok(texture.field)
     }
 
-    /// A texture, and the size of what a model of it was made of, else its own.
-    pub fn texture_of(&self, path: &Path, job: &Job) -> Result<(ReflectanceField, Size)> {
-        let Some(model) = input::model(path, job)? else {
-            let field = input::field(path, job)?.field;
-            let size = field.size();
-            return Ok((field, size));
-        };
+    /// Reads a texture, or a model and makes one of it; [`Args::check`] follows.
+    pub fn texture_of(&self, path: &Path, job: &Job) -> Result<Texture> {
+        let opened = input::open(path, job)?;
+        if opened.content() != Content::Model {
+            let field = opened.into_field()?.field;
+            return Ok(Texture { source: field.size(), field, of_model: false });
+        }
+        let model = opened.into_model()?;
         let field = self.tile(&model, job).map_err(|e| e.at(path))?;
-        Ok((field, Size::new(model.source.width as usize, model.source.height as usize)))
+        let source = Size::new(model.source.width as usize, model.source.height as usize);
+        Ok(Texture { field, source, of_model: true })
     }
 
-    /// Reads a height map, or the model of one.
-    pub fn height(&self, path: &Path, job: &Job) -> Result<HeightMap> {
-        let Some(model) = input::model(path, job)? else { return input::height(path, job) };
+    /// Reads a height map, or the model of one, and whether it was one.
+    pub fn height(&self, path: &Path, job: &Job) -> Result<(HeightMap, bool)> {
+        let opened = input::open(path, job)?;
+        if opened.content() != Content::Model {
+            return Ok((opened.into_height()?, false));
+        }
+        let model = opened.into_model()?;
         if model.basis != Basis::Constant || model.layout != PlaneLayout::LUMINANCE {
             return Err(Error::usage("is not the model of a height map, which has one plane").at(path));
         }
         let samples = self.tile(&model, job).map_err(|e| e.at(path))?.coefficients().clone();
         let mm_per_texel = model.heights.and_then(|heights| heights.mm_per_texel);
-        Ok(HeightMap { samples, scale: Some(HeightScale { offset: 0.0, step: 1.0, mm_per_texel }) })
+        Ok((HeightMap { samples, scale: Some(HeightScale { offset: 0.0, step: 1.0, mm_per_texel }) }, true))
     }
 
-    /// Refuses options of models where none of the inputs is one.
-    pub fn check(&self, inputs: &[&Path], job: &Job) -> Result<()> {
-        if self.model_size.is_none() && self.model_seed.is_none() {
+    /// Refuses options of models where none of the inputs was one.
+    pub fn check(&self, any_model: bool) -> Result<()> {
+        if any_model || (self.model_size.is_none() && self.model_seed.is_none()) {
             return Ok(());
-        }
-        for path in inputs {
-            if input::model(path, job)?.is_some() {
-                return Ok(());
-            }
         }
         Err(Error::usage("--model-size and --model-seed are for .rlm models, and no input is one"))
     }

@@ -16,7 +16,6 @@ mod progress;
 mod rearranged;
 mod report;
 mod signals;
-mod tile_set;
 mod verb;
 
 use std::process::ExitCode;
@@ -24,18 +23,8 @@ use std::process::ExitCode;
 use clap::Parser;
 use relume::{Cancel, Error, ErrorKind};
 
-use context::{Common, Context};
-use verb::Verb;
-
-/// Reflectance textures: fit photographs under moving light, synthesise, relight, render.
-#[derive(Debug, Parser)]
-#[command(name = "relume", version, max_term_width = 100, after_help = "Start with `relume demo`.")]
-struct Cli {
-    #[command(flatten)]
-    common: Common,
-    #[command(subcommand)]
-    verb: Verb,
-}
+use context::Context;
+use verb::Cli;
 
 fn main() -> ExitCode {
     let cli = Cli::parse();

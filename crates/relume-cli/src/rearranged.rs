@@ -4,7 +4,7 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use relume::format::{FieldFile, FieldFormat};
+use relume::format::{FieldFile, FieldFormat, Opened};
 use relume::synthesis::SourceMap;
 use relume::{Error, ReflectanceField, Result};
 
@@ -106,7 +106,7 @@ impl Args {
 impl Applied<'_> {
     /// Reads the images, which must be as large as the exemplars.
     pub fn read(&self, exemplars: &[FieldFile], context: &Context) -> Result<Vec<FieldFile>> {
-        let images = read_all(self.images, context)?;
+        let images = read_all(self.images, None, context)?;
         for ((image, exemplar), path) in images.iter().zip(exemplars).zip(self.images) {
             let (found, expected) = (image.field.size(), exemplar.field.size());
             if found != expected {
@@ -130,12 +130,16 @@ pub fn read_registered(
     jobs.iter().map(|job| job.read(exemplars, context)).collect()
 }
 
-/// Reads fields that must be of one kind.
-pub fn read_all(paths: &[PathBuf], context: &Context) -> Result<Vec<FieldFile>> {
+/// Reads fields that must be of one kind; the first one where it is not read already.
+pub fn read_all(paths: &[PathBuf], mut first: Option<Opened>, context: &Context) -> Result<Vec<FieldFile>> {
     let kind = |field: &ReflectanceField| {
         format!("{} {} in {} values", field.layout().name(), field.basis().name(), field.space())
     };
-    let files = paths.iter().map(|path| input::field(path, &context.job)).collect::<Result<Vec<_>>>()?;
+    let read = |path: &PathBuf| match first.take() {
+        Some(opened) => opened.into_field(),
+        None => input::field(path, &context.job),
+    };
+    let files = paths.iter().map(read).collect::<Result<Vec<_>>>()?;
     for (file, path) in files.iter().zip(paths) {
         let (found, expected) = (kind(&file.field), kind(&files[0].field));
         if found != expected {

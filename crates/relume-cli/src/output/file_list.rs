@@ -10,7 +10,6 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use relume::capture::Capture;
-use relume::format::decode_raster;
 use relume::{Error, Job, Raster, Result, Stamp};
 use serde::{Deserialize, Serialize};
 
@@ -141,15 +140,15 @@ impl CaptureFiles {
     /// # Errors
     /// One that cannot be read, or is another than the one listed.
     pub fn raster(&self, photograph: &Path, job: &Job) -> Result<Raster> {
-        let bytes = input::bytes(photograph, job)?;
-        self.check(photograph, &bytes)?;
-        decode_raster(&bytes, job).map_err(|e| e.at(photograph))
+        let opened = input::open(photograph, job)?;
+        self.check(photograph, || opened.stamp())?;
+        opened.into_raster()
     }
 
-    fn check(&self, photograph: &Path, bytes: &[u8]) -> Result<()> {
+    fn check(&self, photograph: &Path, stamp: impl Fn() -> Stamp) -> Result<()> {
         if folder_of(photograph) != self.folder || self.list.files.is_empty() {
             return Ok(());
         }
-        self.list.check(photograph, Stamp::of(bytes))
+        self.list.check(photograph, stamp())
     }
 }

@@ -43,7 +43,6 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         Ok((path, format?))
     });
     let target = target.transpose()?;
-    args.evaluated.check(&[&args.file], &context.job)?;
     let field = args.evaluated.texture(&args.file, &context.job)?;
     let space = IndexSpace::new(&field, Metric::Function, Domain::Hemisphere)?;
     context.job.check("the index of the texture", field.size(), 4 * space.planes() as u64)?;

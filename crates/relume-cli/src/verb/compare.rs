@@ -5,14 +5,15 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use relume::field::Basis;
-use relume::format::{exr, npy};
+use relume::format::Content;
+use relume::format::npy::Array;
 use relume::metric::texture::{
     Distances, SlicedOptions, Source, Sources, copying::Copying, copying::copying, distances, seams::Seams,
     seams::seams, wrap::Wrap, wrap::wrap,
 };
 use relume::metric::{psnr, rmse};
 use relume::render::{Sweep, relight};
-use relume::{Direction, Error, Job, Planes, ReflectanceField, Result, Size, Space};
+use relume::{Direction, Error, Planes, ReflectanceField, Result, Size, Space};
 use serde_json::json;
 
 use crate::context::Context;
@@ -57,9 +58,10 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     if inputs.into_iter().flatten().filter(|path| output::is_stream(path)).count() > 1 {
         return Err(Error::usage("standard input can be read only once: give - for one input at most"));
     }
-    args.evaluated.check(&[&args.reference, &args.other], &context.job)?;
-    let read = |path: &Path| args.evaluated.texture(path, &context.job);
-    let pair = Pair { reference: read(&args.reference)?, other: read(&args.other)? };
+    let read = |path: &Path| args.evaluated.texture_of(path, &context.job);
+    let (reference, other) = (read(&args.reference)?, read(&args.other)?);
+    args.evaluated.check(reference.of_model || other.of_model)?;
+    let pair = Pair { reference: reference.field, other: other.field };
     let lights = pair.lights(args.lights);
     if !args.texture {
         return texel_by_texel(&pair, &lights, args);
@@ -260,13 +262,15 @@ struct SourceFile {
 
 impl SourceFile {
     fn read(path: &Path, context: &Context) -> Result<Self> {
-        let bytes = input::bytes(path, &context.job)?;
-        let read = if bytes.starts_with(b"\x93NUMPY") { Self::of_npy } else { Self::of_exr };
-        read(&bytes, &context.job).map_err(|e| e.at(path))
+        let opened = input::open(path, &context.job)?;
+        let read = match opened.content() {
+            Content::Array => Self::of_array(&opened.into_array()?),
+            _ => opened.into_labelled().and_then(|(names, planes)| Self::of_planes(&names, &planes)),
+        };
+        read.map_err(|e| e.at(path))
     }
 
-    fn of_npy(bytes: &[u8], job: &Job) -> Result<Self> {
-        let array = npy::decode_i32(bytes, job)?;
+    fn of_array(array: &Array) -> Result<Self> {
         if array.components != 3 {
             return Err(Error::invalid(format!(
                 "the array has {} numbers a texel: expected x, y and exemplar",
@@ -278,8 +282,7 @@ impl SourceFile {
         Ok(Self { size: array.size, texels })
     }
 
-    fn of_exr(bytes: &[u8], job: &Job) -> Result<Self> {
-        let (names, planes) = exr::decode_labelled(bytes, job)?;
+    fn of_planes(names: &[String], planes: &Planes) -> Result<Self> {
         let place = |name: &str| {
             let missing =
                 || Error::invalid(format!("the picture has no channel '{name}': expected x, y and exemplar"));

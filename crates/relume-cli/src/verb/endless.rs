@@ -4,7 +4,8 @@
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use relume::format::{Encoding, FieldFormat, HeightFormat, PictureFormat};
+use relume::format::tile_set::in_words;
+use relume::format::{Content, Encoding, FieldFormat, HeightFormat, Opened, PictureFormat, TileSetFile};
 use relume::random_field::FieldModel;
 use relume::synthesis::noise::NoiseOptions;
 use relume::workflow::endless::{Drawing, FileTarget, ModelPlane, NoisePlane, PlaneWindow, TilePlane};
@@ -14,7 +15,6 @@ use serde_json::{Value, json};
 use crate::context::Context;
 use crate::output::Outputs;
 use crate::report::Report;
-use crate::tile_set::{self, TileSetFile, in_words};
 use crate::{args, input, output};
 
 /// Arguments for endless textures.
@@ -60,16 +60,25 @@ pub struct Request<'a> {
     pub other_options: Vec<String>,
 }
 
-/// Draws a window of an endless plane; none where blocks are to be laid instead.
-pub fn run(request: &Request<'_>, context: &Context) -> Result<Option<Report>> {
-    let Some(source) = source(request, context)? else {
-        return match request.args.exr_tile {
-            Some(_) => Err(Error::usage(
-                "--exr-tile stores endless textures, which tiles, a model or --method noise make: leave it out",
-            )),
-            None => Ok(None),
-        };
-    };
+/// What became of a request.
+pub enum Drawn {
+    /// A window of an endless plane was drawn and written.
+    Window(Report),
+    /// Blocks are to be laid, of exemplars of which this one is read already.
+    Not(Option<Opened>),
+}
+
+/// Draws a window of an endless plane, where the input or the method asked for makes one.
+pub fn run(request: &Request<'_>, context: &Context) -> Result<Drawn> {
+    let source = source(request, context)?;
+    if matches!(source, Source::Exemplars(_)) && request.args.exr_tile.is_some() {
+        return Err(Error::usage(
+            "--exr-tile stores endless textures, which tiles, a model or --method noise make: leave it out",
+        ));
+    }
+    if let Source::Exemplars(opened) = source {
+        return Ok(Drawn::Not(opened));
+    }
     let unused = request.other_options.iter().find(|option| *option != "--tile" || !source.can_tile());
     if let Some(option) = unused {
         return Err(Error::usage(format!("{option} has no meaning for an endless plane: leave it out")));
@@ -80,16 +89,19 @@ pub fn run(request: &Request<'_>, context: &Context) -> Result<Option<Report>> {
     let report = match source {
         Source::Tiles(tiles) => request.draw_tiles(&tiles, &mut outputs, context),
         Source::Model(model) => request.draw_model(&model, &mut outputs, context),
-        Source::Noise => request.draw_noise(&mut outputs, context),
+        Source::Noise(exemplar) => request.draw_noise(exemplar, &mut outputs, context),
+        Source::Exemplars(opened) => return Ok(Drawn::Not(opened)),
     }?;
-    Ok(Some(report.with_outputs(outputs.commit()?)))
+    Ok(Drawn::Window(report.with_outputs(outputs.commit()?)))
 }
 
-/// What makes an endless plane.
+/// What a texture is made of.
 enum Source {
     Tiles(TileSetFile),
     Model(Box<FieldModel>),
-    Noise,
+    Noise(Opened),
+    /// Blocks; the exemplar is read where it is the only one.
+    Exemplars(Option<Opened>),
 }
 
 impl Source {
@@ -99,25 +111,26 @@ impl Source {
     }
 }
 
-/// What the request is to be drawn from; none where blocks are to be laid.
-fn source(request: &Request<'_>, context: &Context) -> Result<Option<Source>> {
-    let mut own = None;
-    if let [path] = request.exemplars {
-        own = tile_set::open(path, &context.job)?.map(Source::Tiles);
-        if own.is_none() {
-            own = input::model(path, &context.job)?.map(|model| Source::Model(Box::new(model)));
-        }
-    }
-    match (own, request.noise) {
-        (Some(_), true) => Err(Error::usage(
+/// What the request is to be made of.
+fn source(request: &Request<'_>, context: &Context) -> Result<Source> {
+    let opened = match request.exemplars {
+        [path] => Some(input::open(path, &context.job)?),
+        _ => None,
+    };
+    let content = opened.as_ref().map(Opened::content);
+    match (opened, content, request.noise) {
+        (_, Some(Content::Tiles | Content::Model), true) => Err(Error::usage(
             "--method noise takes an exemplar, and this is a set of tiles or a model: leave it out",
         )),
-        (None, true) => Ok(Some(Source::Noise)),
-        (None, false) if request.args.window.is_some() => Err(Error::usage(
+        (Some(opened), Some(Content::Tiles), _) => opened.into_tiles().map(Source::Tiles),
+        (Some(opened), Some(Content::Model), _) => Ok(Source::Model(Box::new(opened.into_model()?))),
+        (Some(opened), _, true) => Ok(Source::Noise(opened)),
+        (None, _, true) => Err(Error::usage("--method noise makes a texture of one exemplar: give one")),
+        (_, _, false) if request.args.window.is_some() => Err(Error::usage(
             "--window draws from a set of tiles made by relume roll, from a model, or with --method noise: \
              this is none of them",
         )),
-        (own, false) => Ok(own),
+        (opened, ..) => Ok(Source::Exemplars(opened)),
     }
 }
 
@@ -163,12 +176,9 @@ impl Request<'_> {
     }
 
     /// Noise like the exemplar.
-    fn draw_noise(&self, outputs: &mut Outputs, context: &Context) -> Result<Report> {
-        let [path] = self.exemplars else {
-            return Err(Error::usage("--method noise makes a texture of one exemplar: give one"));
-        };
-        let window = self.window()?;
-        let file = input::field(path, &context.job)?;
+    fn draw_noise(&self, exemplar: Opened, outputs: &mut Outputs, context: &Context) -> Result<Report> {
+        let (window, path) = (self.window()?, exemplar.name().to_owned());
+        let file = exemplar.into_field()?;
         let options = NoiseOptions { side: self.args.triangle, seed: self.seed };
         let plane = NoisePlane::new(&file, &options, &context.job).map_err(|e| e.at(path))?;
         let target = self.target(self.format(&file.encoding)?);

@@ -4,12 +4,12 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use relume::Result;
-use relume::format::FieldFile;
+use relume::format::{Content, FieldFile, tile_set};
 use serde_json::{Value, json};
 
 use crate::context::Context;
+use crate::input;
 use crate::report::Report;
-use crate::{input, tile_set};
 
 /// Arguments of `relume info`.
 #[derive(Debug, clap::Args)]
@@ -21,17 +21,21 @@ pub struct Args {
 
 /// Reads the file and describes it.
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
-    if let Some(model) = input::model(&args.file, &context.job)? {
-        return super::model::describe(&model);
+    let opened = input::open(&args.file, &context.job)?;
+    match opened.content() {
+        Content::Model => super::model::describe(&opened.into_model()?),
+        Content::Tiles => {
+            let set = opened.into_tiles()?;
+            let tiles = tile_set::in_words(set.count, &set.cells);
+            let (text, mut value) = (text(&set.file), value(&set.file));
+            value["tiles"] = json!({ "count": set.count, "cells": set.cells });
+            Ok(Report::new(format!("a set of {tiles}\n{text}"), value))
+        }
+        _ => {
+            let file = opened.into_field()?;
+            Ok(Report::new(text(&file), value(&file)))
+        }
     }
-    if let Some(set) = tile_set::open(&args.file, &context.job)? {
-        let tiles = tile_set::in_words(set.count, &set.cells);
-        let (text, mut value) = (text(&set.file), value(&set.file));
-        value["tiles"] = json!({ "count": set.count, "cells": set.cells });
-        return Ok(Report::new(format!("a set of {tiles}\n{text}"), value));
-    }
-    let file = input::field(&args.file, &context.job)?;
-    Ok(Report::new(text(&file), value(&file)))
 }
 
 fn value(file: &FieldFile) -> Value {

@@ -29,9 +29,20 @@ use std::ffi::OsString;
 use clap::{Parser, Subcommand};
 use relume::{Error, Result};
 
-use crate::Cli;
-use crate::context::Context;
+use crate::context::{Common, Context};
 use crate::report::Report;
+
+/// Reflectance textures: fit photographs under moving light, synthesise, relight, render.
+#[derive(Debug, Parser)]
+#[command(name = "relume", version, max_term_width = 100, after_help = "Start with `relume demo`.")]
+pub struct Cli {
+    /// What every verb takes.
+    #[command(flatten)]
+    pub common: Common,
+    /// What to do.
+    #[command(subcommand)]
+    pub verb: Verb,
+}
 
 /// What the program can do.
 #[derive(Debug, Subcommand)]

@@ -51,7 +51,6 @@ struct What {
 
 /// Reads the field, makes the pictures, writes them.
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
-    args.evaluated.check(&[&args.file], &context.job)?;
     if let Some(sweep) = args.what.sweep {
         return run_sweep(args, sweep, context);
     }

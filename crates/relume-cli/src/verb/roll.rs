@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use relume::field::{Domain, IndexSpace, Metric};
+use relume::format::tile_set::{in_words, sidecar, sidecar_path};
 use relume::format::{Encoding, FieldFile, FieldFormat, PictureFormat, encode_field, exr};
 use relume::numeric::lattice::Lattice;
 use relume::numeric::periods::Pattern;
@@ -15,7 +16,6 @@ use crate::context::Context;
 use crate::output::Outputs;
 use crate::rearranged::{self, read_registered};
 use crate::report::Report;
-use crate::tile_set::{in_words, sidecar, sidecar_path};
 use crate::{args, input, output};
 
 /// Arguments of `relume roll`.
@@ -105,7 +105,8 @@ fn tiles(
     context: &Context,
 ) -> Result<Vec<(PathBuf, Vec<u8>)>> {
     let bytes = encode(rolled, from, FieldFormat::from_path(path)?, context).map_err(|e| e.at(path))?;
-    let beside = sidecar_path(path).map(|beside| (beside, sidecar(&rolled.tiles, &bytes)));
+    let beside = sidecar_path(path)
+        .map(|beside| (beside, sidecar(rolled.tiles.count(), rolled.tiles.cells(), &bytes)));
     Ok(std::iter::once((path.to_owned(), bytes)).chain(beside).collect())
 }
 

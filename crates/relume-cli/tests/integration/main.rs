@@ -8,6 +8,7 @@ mod fit;
 mod gallery;
 mod height;
 mod model;
+mod one_door;
 mod outputs;
 mod procedural;
 mod relight_render;

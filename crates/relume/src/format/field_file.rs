@@ -6,7 +6,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::exr::{self, ExrDepth};
-use super::input::{Kind, read_file};
+use super::kind::{Kind, unknown};
 use super::picture::{Depth, PictureFormat, encode_picture, extension};
 use super::ptm::{self, PtmEncoding, Under};
 use super::raster::decode_raster;
@@ -91,22 +91,13 @@ impl FieldFormat {
     }
 }
 
-/// Reads a field: a `.ptm`, an EXR field, or any picture as a field of constants. Integer
-/// pictures and `.ptm` give sRGB-encoded values, EXR pictures linear ones.
+/// The field in the bytes of a file: a `.ptm`, an EXR field, or any picture as a field of constants.
+/// Integer pictures and `.ptm` give sRGB-encoded values, EXR pictures linear ones.
 ///
 /// # Errors
-/// Names the file: one that cannot be read, is truncated, is of another kind or exceeds the limits.
-pub fn read_field(path: &Path, job: &Job) -> Result<FieldFile> {
-    let bytes = read_file(path, job)?;
-    decode_field(&bytes, job).map_err(|error| error.at(path))
-}
-
-/// The field in the bytes of a file; see [`read_field`].
-///
-/// # Errors
-/// As [`read_field`], without a name.
+/// A file that is truncated, is of another kind or exceeds the job.
 pub fn decode_field(bytes: &[u8], job: &Job) -> Result<FieldFile> {
-    match Kind::of(bytes)? {
+    match Kind::of_texels(bytes)? {
         Kind::Ptm => {
             let (field, encoding) = ptm::decode(bytes, job)?;
             Ok(FieldFile { field, encoding: Encoding::Ptm(encoding) })
@@ -116,6 +107,7 @@ pub fn decode_field(bytes: &[u8], job: &Job) -> Result<FieldFile> {
             Ok(FieldFile { field, encoding: Encoding::Exr(depth) })
         }
         Kind::Png | Kind::Jpeg | Kind::Tiff => decode_constants(bytes, job),
+        Kind::Rlm | Kind::Npy | Kind::Glb => Err(unknown(bytes)),
     }
 }
 

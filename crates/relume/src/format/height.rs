@@ -9,10 +9,11 @@
 //! Integer files of others have no record; what their codes are worth has to be said by whoever
 //! reads them. Floating-point files without a record are taken to be in texels.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::exr::{self, ExrDepth};
-use super::input::{Kind, read_file};
+use super::kind::Kind;
 use super::picture::extension;
 use super::raster::decode_raster;
 use crate::error::{Error, Result};
@@ -122,49 +123,38 @@ fn encode_png(height: &Planes, mm_per_texel: Option<f64>) -> Result<Vec<u8>> {
     super::png::encode_data16(height.size(), &samples, &texts)
 }
 
-/// Reads a height map; of a picture with colours, the first channel.
-///
-/// # Errors
-/// Names the file: one that cannot be read, or whose record makes no sense.
-pub fn read_height(path: &Path, job: &Job) -> Result<HeightMap> {
-    decode_height(&read_file(path, job)?, job).map_err(|error| error.at(path))
-}
-
-/// The height map in the bytes of a file that records it as one; none where the file is another.
-///
-/// # Errors
-/// As [`decode_height`], where there is a record.
-pub fn decode_recorded_height(bytes: &[u8], job: &Job) -> Result<Option<HeightMap>> {
-    if recorded(bytes, job)?.is_none() {
-        return Ok(None);
-    }
-    decode_height(bytes, job).map(Some)
-}
-
-/// What a file records of its heights.
-fn recorded(bytes: &[u8], job: &Job) -> Result<Option<HeightScale>> {
-    match Kind::of(bytes)? {
-        Kind::Png => png_scale(bytes),
-        Kind::Exr => exr_scale(bytes, job),
-        _ => Ok(None),
+/// The texts of a file that may hold a record of its heights.
+fn texts(bytes: &[u8]) -> Result<BTreeMap<String, String>> {
+    match Kind::of(bytes) {
+        Some(Kind::Png) => super::png::texts(bytes),
+        Some(Kind::Exr) => Ok(exr::head(bytes)?.1),
+        _ => Ok(BTreeMap::new()),
     }
 }
 
-/// The height map in the bytes of a file; see [`read_height`].
+/// Whether a file records its heights.
+pub(super) fn is_recorded(bytes: &[u8]) -> bool {
+    texts(bytes).is_ok_and(|texts| texts.contains_key(RANGE) || texts.contains_key(EXR_UNIT))
+}
+
+/// The height map in the bytes of a file; of a picture with colours, the first channel.
 ///
 /// # Errors
-/// As [`read_height`], without a name.
+/// A file that is no picture, or whose record makes no sense.
 pub fn decode_height(bytes: &[u8], job: &Job) -> Result<HeightMap> {
     let raster = decode_raster(bytes, job)?;
-    let recorded = recorded(bytes, job)?;
+    let recorded = recorded(&texts(bytes)?)?;
     let floats = matches!(raster.samples(), Samples::F32(_));
     let texels = floats.then_some(HeightScale { offset: 0.0, step: 1.0, mm_per_texel: None });
     let samples = raster.to_picture(raster.samples().space()).planes.truncated(1);
     Ok(HeightMap { samples, scale: recorded.or(texels) })
 }
 
-fn png_scale(bytes: &[u8]) -> Result<Option<HeightScale>> {
-    let texts = super::png::texts(bytes)?;
+/// What a file records of its heights.
+fn recorded(texts: &BTreeMap<String, String>) -> Result<Option<HeightScale>> {
+    if let Some(unit) = texts.get(EXR_UNIT) {
+        return scale(0.0, 1.0, unit, texts.get(EXR_PIXEL).map(String::as_str));
+    }
     let Some(range) = texts.get(RANGE) else { return Ok(None) };
     let broken =
         || Error::invalid(format!("the height map's record '{range}' is not LOW HIGH texels or LOW HIGH mm"));
@@ -172,12 +162,6 @@ fn png_scale(bytes: &[u8]) -> Result<Option<HeightScale>> {
     let [low, high, unit] = words[..] else { return Err(broken()) };
     let number = |text: &str| text.parse::<f64>().ok().filter(|v| v.is_finite()).ok_or_else(broken);
     scale(number(low)?, number(high)?, unit, texts.get(PIXEL).map(String::as_str))
-}
-
-fn exr_scale(bytes: &[u8], job: &Job) -> Result<Option<HeightScale>> {
-    let texts = exr::decode_texts(bytes, job)?;
-    let Some(unit) = texts.get(EXR_UNIT) else { return Ok(None) };
-    scale(0.0, 1.0, unit, texts.get(EXR_PIXEL).map(String::as_str))
 }
 
 /// The scale of a record: the heights of samples 0 and 1, and their unit.

@@ -1,17 +1,21 @@
 //! Files: everything about encodings, quantisation and row orders.
 //!
-//! | file | read by | written by |
+//! [`open`] is the one door for reading: it reads a file once, recognises it by its content, and gives an
+//! [`Opened`] that turns into what the caller needs.
+//!
+//! | file | turns into | written by |
 //! |---|---|---|
-//! | `.ptm` | [`read_field`] | [`encode_field`] |
-//! | EXR field | [`read_field`] | [`encode_field`] |
-//! | PNG, JPEG, TIFF, EXR picture | [`read_raster`], [`read_field`] | [`encode_picture`], [`encode_field`] |
-//! | height map, PNG or EXR | [`read_height`] | [`encode_height`] |
+//! | `.ptm` | [`Opened::into_field`] | [`encode_field`] |
+//! | EXR field | [`Opened::into_field`] | [`encode_field`] |
+//! | PNG, JPEG, TIFF, EXR picture | [`Opened::into_raster`], [`Opened::into_field`] | [`encode_picture`], [`encode_field`] |
+//! | height map, PNG or EXR | [`Opened::into_height`] | [`encode_height`] |
+//! | set of tiles | [`Opened::into_tiles`] | [`exr::encode_tiles`], [`tile_set::sidecar`] |
 //! | animated PNG, GIF | | [`animation`] |
 //! | `.ptm`, EXR field, PNG of any size | | [`Streamed`] |
-//! | EXR with named channels | [`exr::decode_labelled`] | [`exr::encode_labelled`] |
-//! | OBJ, binary glTF | [`read_mesh`] | |
-//! | `.npy` | [`npy::decode_i32`] | [`npy::encode_i32`] |
-//! | `.rlm` | [`rlm::decode`] | [`rlm::encode`] |
+//! | EXR with named channels | [`Opened::into_labelled`] | [`exr::encode_labelled`] |
+//! | OBJ, binary glTF | [`Opened::into_mesh`] | |
+//! | `.npy` | [`Opened::into_array`] | [`npy::encode_i32`] |
+//! | `.rlm` | [`Opened::into_model`] | [`rlm::encode`] |
 //!
 //! Readers go by content, never by a file's name; writers are chosen by extension. Readers ask
 //! their [`Job`](crate::Job) before they allocate. Writers return bytes: the caller decides where
@@ -23,23 +27,28 @@ mod complete;
 pub mod exr;
 mod field_file;
 mod height;
-mod input;
+mod kind;
 mod mesh;
 pub mod npy;
+mod open;
 mod picture;
 mod png;
 pub mod ptm;
 mod raster;
 pub mod rlm;
+mod rows;
 mod stream;
+pub mod tile_set;
+mod whole;
 
 pub use exr::ExrDepth;
-pub use field_file::{Encoding, FieldFile, FieldFormat, decode_field, encode_field, read_field};
-pub use height::{
-    HeightFormat, HeightMap, HeightScale, decode_height, decode_recorded_height, encode_height, read_height,
-};
-pub use mesh::{decode_mesh, read_mesh};
+pub use field_file::{Encoding, FieldFile, FieldFormat, decode_field, encode_field};
+pub use height::{HeightFormat, HeightMap, HeightScale, decode_height, encode_height};
+pub use mesh::decode_mesh;
+pub use open::{Content, Opened, open, read, read_field, read_height, read_mesh, read_raster};
 pub use picture::{Depth, PictureFormat, encode_picture};
 pub use ptm::PtmEncoding;
-pub use raster::{decode_raster, read_raster};
-pub use stream::{Lane, Rows, Streamed};
+pub use raster::decode_raster;
+pub use rows::Rows;
+pub use stream::{Lane, Streamed};
+pub use tile_set::TileSetFile;

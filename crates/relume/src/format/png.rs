@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::io::Cursor;
 
-use super::input::{Kind, complaint};
+use super::kind::{Kind, complaint};
 use crate::error::{Error, Result};
 use crate::planes::Size;
 

@@ -1,34 +1,24 @@
 //! Pictures as their files store them: PNG, JPEG and TIFF by the `image` crate, EXR by ours.
 
 use std::io::Cursor;
-use std::path::Path;
 
 use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader};
 
-use super::input::{Kind, complaint, read_file};
+use super::kind::{Kind, complaint, unknown};
 use super::{complete, exr};
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::planes::Size;
 use crate::raster::{Raster, Samples};
 
-/// Reads a picture from a file: PNG or TIFF of 8 or 16 bits, TIFF or EXR of floats, JPEG.
+/// The picture in the bytes of a file: PNG or TIFF of 8 or 16 bits, TIFF or EXR of floats, JPEG.
 ///
 /// Samples keep their depth. Alpha is dropped, palettes are expanded, EXIF orientation is applied.
 ///
 /// # Errors
-/// Names the file: one that cannot be read, is truncated, is of another kind or exceeds the limits.
-pub fn read_raster(path: &Path, job: &Job) -> Result<Raster> {
-    let bytes = read_file(path, job)?;
-    decode_raster(&bytes, job).map_err(|error| error.at(path))
-}
-
-/// The picture in the bytes of a file; see [`read_raster`].
-///
-/// # Errors
-/// As [`read_raster`], without a name.
+/// A file that is truncated, is of another kind or exceeds the job.
 pub fn decode_raster(bytes: &[u8], job: &Job) -> Result<Raster> {
-    match Kind::of(bytes)? {
+    match Kind::of_texels(bytes)? {
         Kind::Ptm => Err(Error::unsupported(
             "the file is a polynomial texture map: expected a picture; relight it to make one",
         )),
@@ -42,6 +32,7 @@ pub fn decode_raster(bytes: &[u8], job: &Job) -> Result<Raster> {
             decode_with(bytes, ImageFormat::Jpeg, job)
         }
         Kind::Tiff => decode_with(bytes, ImageFormat::Tiff, job),
+        Kind::Rlm | Kind::Npy | Kind::Glb => Err(unknown(bytes)),
     }
 }
 

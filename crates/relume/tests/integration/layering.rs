@@ -10,7 +10,7 @@ const STAGES: [&str; 9] =
 /// What a stage may name besides itself and the foundation.
 const ALLOWED: [(&str, &str); 1] = [("fit", "capture")];
 
-fn source_files(folder: &Path) -> Vec<PathBuf> {
+pub fn source_files(folder: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder).expect("the source folder is readable");
     entries
         .flat_map(|entry| {

@@ -5,6 +5,7 @@ mod names;
 
 mod analysis;
 mod bases_and_channels;
+mod circles;
 mod format_pictures;
 mod format_robustness;
 mod format_round_trips;

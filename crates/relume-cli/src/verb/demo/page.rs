@@ -6,14 +6,13 @@ use std::path::Path;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use relume::format::{Depth, Encoding, FieldFile, PictureFormat, encode_picture, npy, read_field};
+use relume::format::{Depth, Encoding, FieldFile, PictureFormat, encode_picture, open, read_field};
 use relume::{Error, Picture, Planes, Result, Size, Space};
 use serde_json::{Value, json};
 
 use super::Args;
 use super::noise::NoiseData;
 use crate::context::Context;
-use crate::tile_set;
 
 const TEMPLATE: &str = include_str!("page.html");
 const ENDLESS: &str = concat!(include_str!("tiles.html"), include_str!("noise.html"));
@@ -88,8 +87,7 @@ pub fn write(
 /// The parts about endless planes, and all that the page's shaders draw.
 fn endless(folder: &Path, mut data: Value, context: &Context) -> Result<[(&'static str, String); 7]> {
     let path = folder.join("tiles.ptm");
-    let tiles = tile_set::open(&path, &context.job)?;
-    let tiles = tiles.ok_or_else(|| Error::invalid("is no set of tiles").at(&path))?;
+    let tiles = open(&path, &context.job)?.into_tiles()?;
     data["endless"] = shader_data(&tiles.file)?;
     data["endless"]["tiles"] = tiles.count.into();
     data["endless"]["right"] = json!(tiles.cells.right());
@@ -147,8 +145,7 @@ pub fn png_uri(bytes: &[u8]) -> String {
 /// The source map as colours, as a PNG.
 fn source_picture(folder: &Path, exemplar: Size, context: &Context) -> Result<Vec<u8>> {
     let path = folder.join("source.npy");
-    let bytes = fs::read(&path).map_err(|e| Error::io("cannot read", &e).at(&path))?;
-    let array = npy::decode_i32(&bytes, &context.job).map_err(|e| e.at(&path))?;
+    let array = open(&path, &context.job)?.into_array()?;
     let mut planes = Planes::zeros(array.size, 3);
     for (k, side) in [exemplar.width, exemplar.height].into_iter().enumerate() {
         let sources = array.values.iter().skip(k).step_by(array.components);

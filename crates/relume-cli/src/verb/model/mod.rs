@@ -8,13 +8,13 @@ mod lights;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-use relume::format::{decode_field, decode_recorded_height, rlm};
+use relume::format::{Content, rlm};
 use relume::random_field::{
     Character, FieldModel, Heights, LevelReport, ModelOptions, SelectionOrder, character, curves,
     model_field, model_lights,
 };
 use relume::render::relight;
-use relume::{Error, Picture, ReflectanceField, Result, Space};
+use relume::{Picture, ReflectanceField, Result, Space};
 use serde_json::json;
 
 pub use describe::describe;
@@ -119,16 +119,14 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
 
 /// What is modelled: a field, or heights in texels where the file records them.
 fn texture(path: &Path, context: &Context) -> Result<(ReflectanceField, Option<Heights>)> {
-    let bytes = input::bytes(path, &context.job)?;
-    let decoded = || {
-        let Some(map) = decode_recorded_height(&bytes, &context.job)? else {
-            return Ok((decode_field(&bytes, &context.job)?.field, None));
-        };
-        let mm_per_texel = map.scale.and_then(|scale| scale.mm_per_texel);
-        let picture = Picture { planes: input::texels(&map), space: Space::Linear };
-        Ok((ReflectanceField::from_picture(picture), Some(Heights { mm_per_texel })))
-    };
-    decoded().map_err(|e: Error| e.at(path))
+    let opened = input::open(path, &context.job)?;
+    if opened.content() != Content::Heights {
+        return Ok((opened.into_field()?.field, None));
+    }
+    let map = opened.into_height()?;
+    let mm_per_texel = map.scale.and_then(|scale| scale.mm_per_texel);
+    let picture = Picture { planes: input::texels(&map), space: Space::Linear };
+    Ok((ReflectanceField::from_picture(picture), Some(Heights { mm_per_texel })))
 }
 
 /// A model and how it came about.

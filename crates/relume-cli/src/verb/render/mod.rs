@@ -12,6 +12,7 @@ use relume::{Direction, Result, Size, Space, surface};
 use serde_json::json;
 
 use crate::context::Context;
+use crate::evaluated::Texture;
 use crate::output::Outputs;
 use crate::report::Report;
 use crate::{args, evaluated, output};
@@ -128,13 +129,11 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         None => read_mesh(Path::new(&args.mesh), &context.job)?,
     };
     let job = &context.job;
-    let inputs: Vec<&Path> = std::iter::once(&*args.file).chain(args.relief.file()).collect();
-    args.evaluated.check(&inputs, job)?;
-    let (field, source) = args.evaluated.texture_of(&args.file, job)?;
+    let Texture { field, source, of_model } = args.evaluated.texture_of(&args.file, job)?;
     if args.tiling.is_none() {
         options.tiling = as_large(options.tiling, source, field.size());
     }
-    let relief = args.relief.read(&args.evaluated, job)?;
+    let relief = args.relief.read(&args.evaluated, of_model, job)?;
     let shiny = args.plain.is_none() && args.specular > 0.0;
     let normals = shiny.then(|| surface::normals(&field));
     let normals = normals.as_ref();

@@ -51,16 +51,21 @@ impl ReliefArgs {
         self.height.as_deref()
     }
 
-    /// The relief, where a height map is named.
+    /// The relief, where a height map is named; `of_model` says whether the texture was a model.
     ///
     /// # Errors
-    /// When it cannot be read, does nothing, or lacks the size of a texel that an amount needs.
-    pub fn read(&self, evaluated: &evaluated::Args, job: &Job) -> Result<Option<MeshRelief>> {
-        let Some(path) = &self.height else { return Ok(None) };
+    /// When it cannot be read, does nothing, or lacks the size of a texel that an amount needs, or when
+    /// options of models are given and nothing is one.
+    pub fn read(&self, evaluated: &evaluated::Args, of_model: bool, job: &Job) -> Result<Option<MeshRelief>> {
+        let Some(path) = &self.height else {
+            evaluated.check(of_model)?;
+            return Ok(None);
+        };
         if self.displace.is_none() && self.bump.is_none() {
             return Err(Error::usage("--height does nothing alone: give --displace or --bump as well"));
         }
-        let map = evaluated.height(path, job)?;
+        let (map, model) = evaluated.height(path, job)?;
+        evaluated.check(of_model || model)?;
         let height = input::texels(&map);
         let factor = |amount: Option<Amount>| {
             amount.map_or(Ok(0.0), |amount| self.factor(amount, &height, map.scale).map_err(|e| e.at(path)))

@@ -17,8 +17,8 @@ use relume::{Named, Size};
 use serde_json::{Value, json};
 
 use crate::report::Report;
-use crate::tile_set::in_words;
 use crate::verb::analyze;
+use relume::format::tile_set::in_words;
 
 /// What was made into `output` as `asked`, of these files.
 pub fn describe(output: &Path, asked: &SynthOptions, outcome: &Outcome, files: &[PathBuf]) -> Report {

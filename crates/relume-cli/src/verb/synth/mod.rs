@@ -16,7 +16,7 @@ use relume::synthesis::{Blend, Boundary, Exemplar, Guidance, Tolerance};
 use relume::workflow::{Approach, Exemplars, NamedMetric, Outcome, SynthOptions};
 use relume::{Error, ReflectanceField, Result, Size};
 
-use super::endless;
+use super::endless::{self, Drawn};
 use crate::context::Context;
 use crate::output::Outputs;
 use crate::rearranged::{self, Applied, read_all, read_registered};
@@ -128,14 +128,15 @@ impl Args {
 
 /// Synthesises a texture and writes all that was asked for.
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
-    if let Some(report) = endless::run(&endless_job(args), context)? {
-        return Ok(report);
-    }
+    let opened = match endless::run(&endless_job(args), context)? {
+        Drawn::Window(report) => return Ok(report),
+        Drawn::Not(opened) => opened,
+    };
     let mut outputs = Outputs::new(context);
     let applied = claim_outputs(args, &mut outputs)?;
     let guidance = args.guide.read(args.exemplars.len(), context)?;
     let (options, approach) = args.options(guidance)?;
-    let files = read_all(&args.exemplars, context)?;
+    let files = read_all(&args.exemplars, opened, context)?;
     let images = read_registered(&applied, &files, context)?;
     let outcome = synthesise(args, &files, &approach, context)?;
     let (map, report) = (&outcome.made.map, describe(&args.output, &options, &outcome, &args.exemplars));

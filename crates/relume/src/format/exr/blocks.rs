@@ -14,7 +14,7 @@ use ::exr::prelude::{AttributeValue, Compression, LayerAttributes, LineOrder, Sa
 
 use super::{ExrDepth, attributes};
 use crate::error::{Error, Result};
-use crate::format::stream::Rows;
+use crate::format::rows::Rows;
 use crate::planes::Size;
 
 /// What the head of a file says besides its size.

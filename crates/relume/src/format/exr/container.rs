@@ -4,12 +4,14 @@ use std::collections::BTreeMap;
 use std::io::Cursor;
 
 use ::exr::block::reader::Reader;
-use ::exr::prelude::{AttributeValue, FlatSamples, ReadChannels, ReadLayers, SampleType, Vec2};
+use ::exr::prelude::{
+    AttributeValue, FlatSamples, LayerAttributes, ReadChannels, ReadLayers, SampleType, Vec2,
+};
 
 use super::ExrDepth;
 use super::blocks::{Head, sample_bytes, write_blocks};
 use crate::error::{Error, Result};
-use crate::format::input::{Kind, complaint};
+use crate::format::kind::{Kind, complaint};
 use crate::job::Job;
 use crate::planes::{Planes, Size};
 
@@ -43,15 +45,11 @@ pub(super) fn decode(bytes: &[u8], job: &Job) -> Result<Layer> {
     let half = channels.iter().all(|channel| matches!(channel.sample_data, FlatSamples::F16(_)));
     let mut samples = Vec::with_capacity(size.texels() * channels.len());
     channels.iter().for_each(|channel| append(&mut samples, &channel.sample_data));
-    let texts = layer.attributes.other.iter().filter_map(|(name, value)| match value {
-        AttributeValue::Text(text) => Some((name.to_string(), text.to_string())),
-        _ => None,
-    });
     Ok(Layer {
         names: channels.iter().map(|channel| channel.name.to_string()).collect(),
         planes: Planes::from_vec(size, channels.len(), samples)?,
         depth: if half { ExrDepth::Half } else { ExrDepth::Float },
-        attributes: texts.collect(),
+        attributes: texts(&layer.attributes),
     })
 }
 
@@ -83,17 +81,21 @@ fn append(out: &mut Vec<f32>, samples: &FlatSamples) {
     }
 }
 
-/// The text of one attribute of a file's first part; none where it has no such attribute.
-pub(super) fn text_attribute(bytes: &[u8], name: &str) -> Result<Option<String>> {
+/// The names of the channels of a file's first part and its attributes of text that are not part of the
+/// standard, without its samples.
+pub(in crate::format) fn head(bytes: &[u8]) -> Result<(Vec<String>, BTreeMap<String, String>)> {
     let reader = ::exr::block::read(Cursor::new(bytes), false).map_err(unreadable)?;
-    let header = reader.headers().first();
-    let found = header.and_then(|header| {
-        header.own_attributes.other.iter().find(|(key, _)| *key == name).map(|(_, value)| value)
-    });
-    Ok(match found {
-        Some(AttributeValue::Text(text)) => Some(text.to_string()),
+    let header = reader.headers().first().ok_or_else(|| Error::invalid("the EXR file holds no picture"))?;
+    let names = header.channels.list.iter().map(|channel| channel.name.to_string()).collect();
+    Ok((names, texts(&header.own_attributes)))
+}
+
+fn texts(attributes: &LayerAttributes) -> BTreeMap<String, String> {
+    let texts = attributes.other.iter().filter_map(|(name, value)| match value {
+        AttributeValue::Text(text) => Some((name.to_string(), text.to_string())),
         _ => None,
-    })
+    });
+    texts.collect()
 }
 
 fn unreadable(error: ::exr::error::Error) -> Error {

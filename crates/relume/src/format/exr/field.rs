@@ -16,16 +16,19 @@
 //! of constants has the plain names of its channels, such as `R`, `G`, `B` or `Y`, and is a picture
 //! to every program.
 
+use std::collections::BTreeMap;
+
 use super::ExrDepth;
 use super::container::{self, Layer};
 use super::learned;
-use super::picture::picture_of;
+use super::picture::{is_picture, picture_of};
 use crate::direction::Direction;
 use crate::error::{Error, Result};
 use crate::field::{Basis, PlaneLayout, PlaneRole, ReflectanceField};
 use crate::job::Job;
 use crate::names::Named;
 use crate::planes::Planes;
+use crate::raster::Raster;
 use crate::space::Space;
 
 const VERSION_KEY: &str = "relumeField";
@@ -38,9 +41,20 @@ const LIGHTS_KEY: &str = "relumeLights";
 
 const VERSION: &str = "1";
 
-/// Whether a layer holds functions rather than a picture.
-pub(super) fn is_field(layer: &Layer) -> bool {
-    layer.attributes.contains_key(VERSION_KEY) && picture_of(layer).is_err()
+/// Whether channels and attributes are those of functions rather than of a picture.
+pub(in crate::format) fn is_field(names: &[String], texts: &BTreeMap<String, String>) -> bool {
+    texts.contains_key(VERSION_KEY) && !is_picture(names)
+}
+
+/// The linear picture in an EXR file.
+pub(in crate::format) fn decode_picture(bytes: &[u8], job: &Job) -> Result<Raster> {
+    let layer = container::decode(bytes, job)?;
+    if is_field(&layer.names, &layer.attributes) {
+        return Err(Error::unsupported(
+            "the EXR file holds a texture of functions: expected a picture; relight it to make one",
+        ));
+    }
+    picture_of(&layer)
 }
 
 /// The bytes of a field.

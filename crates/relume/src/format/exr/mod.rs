@@ -13,12 +13,12 @@ mod picture;
 mod tiles;
 
 pub(super) use blocks::{Head, sample_bytes, write_blocks};
-pub(super) use field::{decode_field, encode_field, field_head};
-pub(super) use picture::{decode_picture, encode_picture};
+pub(super) use container::head;
+pub(super) use field::{decode_field, decode_picture, encode_field, field_head, is_field};
+pub(super) use picture::encode_picture;
+pub(super) use tiles::tiles_of;
 
-pub use tiles::{encode_tiles, tiles_in};
-
-use std::collections::BTreeMap;
+pub use tiles::encode_tiles;
 
 use crate::error::Result;
 use crate::job::Job;
@@ -64,11 +64,6 @@ pub(super) fn encode_with_texts(
 ) -> Result<Vec<u8>> {
     let names: Vec<String> = names.iter().map(|&name| name.to_owned()).collect();
     container::encode(&names, planes, depth, texts)
-}
-
-/// The attributes of text in an EXR file that are not part of the standard.
-pub(super) fn decode_texts(bytes: &[u8], job: &Job) -> Result<BTreeMap<String, String>> {
-    Ok(container::decode(bytes, job)?.attributes)
 }
 
 /// The channels of an EXR file, whatever they are, in alphabetical order of their names.

@@ -2,33 +2,29 @@
 
 use super::ExrDepth;
 use super::container::{self, Layer};
-use super::field::is_field;
 use crate::error::{Error, Result};
-use crate::job::Job;
 use crate::picture::Picture;
 use crate::raster::{Raster, Samples};
 
-/// The linear picture in an EXR file.
-pub(in crate::format) fn decode_picture(bytes: &[u8], job: &Job) -> Result<Raster> {
-    let layer = container::decode(bytes, job)?;
-    if is_field(&layer) {
-        return Err(Error::unsupported(
-            "the EXR file holds a texture of functions: expected a picture; relight it to make one",
-        ));
-    }
-    picture_of(&layer)
-}
-
 /// The picture in a layer: `R`, `G`, `B`, else `Y`, else the only channel there is.
 pub(super) fn picture_of(layer: &Layer) -> Result<Raster> {
-    let find = |name: &str| layer.names.iter().position(|n| n == name);
-    let rgb: Option<Vec<usize>> = ["R", "G", "B"].into_iter().map(find).collect();
-    let grey = || find("Y").or((layer.names.len() == 1).then_some(0)).map(|k| vec![k]);
-    let chosen = rgb.or_else(grey).ok_or_else(|| no_picture(&layer.names))?;
+    let chosen = chosen(&layer.names).ok_or_else(|| no_picture(&layer.names))?;
     let size = layer.planes.size();
     let planes: Vec<&[f32]> = chosen.iter().map(|&k| layer.planes.plane(k)).collect();
     let samples = (0..size.texels()).flat_map(|texel| planes.iter().map(move |plane| plane[texel]));
     Raster::new(size, planes.len(), Samples::F32(samples.collect()))
+}
+
+/// Whether channels of these names are a picture.
+pub(super) fn is_picture(names: &[String]) -> bool {
+    chosen(names).is_some()
+}
+
+fn chosen(names: &[String]) -> Option<Vec<usize>> {
+    let find = |name: &str| names.iter().position(|n| n == name);
+    let rgb: Option<Vec<usize>> = ["R", "G", "B"].into_iter().map(find).collect();
+    let grey = || find("Y").or((names.len() == 1).then_some(0)).map(|k| vec![k]);
+    rgb.or_else(grey)
 }
 
 fn no_picture(names: &[String]) -> Error {

@@ -5,13 +5,11 @@
 //! | `relumeTiles` | how many tiles of equal height there are |
 //! | `relumeCell` | where tiles are oblique, `w t s h`: the steps (w, t) to the cell at the right and (s, h) to the one below |
 
-use std::path::Path;
+use std::collections::BTreeMap;
 
 use super::{ExrDepth, container, field_head};
 use crate::error::{Error, Result};
 use crate::field::ReflectanceField;
-use crate::format::input::{Kind, read_file};
-use crate::job::Job;
 use crate::numeric::cells::Cells;
 
 const TILES_KEY: &str = "relumeTiles";
@@ -37,26 +35,23 @@ pub fn encode_tiles(
     container::encode(&names, field.coefficients(), depth, &attributes)
 }
 
-/// How many tiles a file says that it holds, and the cells they fill where they are oblique; none where it
-/// is no EXR file or holds no tiles.
+/// How many tiles the attributes of a file say that it holds, and the cells they fill where they are oblique;
+/// none where it holds no tiles.
 ///
 /// # Errors
-/// When the file cannot be read, the number is none, or the cells are none.
-pub fn tiles_in(path: &Path, job: &Job) -> Result<Option<(usize, Option<Cells>)>> {
-    let bytes = read_file(path, job)?;
-    if !matches!(Kind::of(&bytes), Ok(Kind::Exr)) {
-        return Ok(None);
-    }
-    let attribute = |key: &str| container::text_attribute(&bytes, key).map_err(|e| e.at(path));
-    let Some(count) = attribute(TILES_KEY)? else { return Ok(None) };
+/// When the number is none, or the cells are none.
+pub(in crate::format) fn tiles_of(
+    texts: &BTreeMap<String, String>,
+) -> Result<Option<(usize, Option<Cells>)>> {
+    let Some(count) = texts.get(TILES_KEY) else { return Ok(None) };
     let wrong = |key: &str, text: &str, expected: &str| {
-        Error::invalid(format!("the EXR attribute '{key}' is '{text}': expected {expected}")).at(path)
+        Error::invalid(format!("the EXR attribute '{key}' is '{text}': expected {expected}"))
     };
-    let number = count.parse().map_err(|_| wrong(TILES_KEY, &count, "the number of tiles"))?;
-    let cells = |text: String| {
-        cells_of(&text).ok_or_else(|| wrong(CELL_KEY, &text, "two steps that lean less than they are long"))
+    let number = count.parse().map_err(|_| wrong(TILES_KEY, count, "the number of tiles"))?;
+    let cells = |text: &String| {
+        cells_of(text).ok_or_else(|| wrong(CELL_KEY, text, "two steps that lean less than they are long"))
     };
-    Ok(Some((number, attribute(CELL_KEY)?.map(cells).transpose()?)))
+    Ok(Some((number, texts.get(CELL_KEY).map(cells).transpose()?)))
 }
 
 fn cells_of(text: &str) -> Option<Cells> {

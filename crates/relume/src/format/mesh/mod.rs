@@ -8,27 +8,14 @@
 mod glb;
 mod obj;
 
-use std::path::Path;
-
-use super::input::read_file;
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::render::Mesh;
 
-/// Reads a mesh: binary glTF is known by its first bytes, anything else is read as OBJ.
+/// The mesh in the bytes of a file: binary glTF is known by its first bytes, anything else is read as OBJ.
 ///
 /// # Errors
-/// Names the file: one that cannot be read, breaks its format, has no triangles or no texture
-/// coordinates, or exceeds the limits.
-pub fn read_mesh(path: &Path, job: &Job) -> Result<Mesh> {
-    let bytes = read_file(path, job)?;
-    decode_mesh(&bytes, job).map_err(|error| error.at(path))
-}
-
-/// The mesh in the bytes of a file; see [`read_mesh`].
-///
-/// # Errors
-/// As [`read_mesh`], without a name.
+/// One that breaks its format, has no triangles or no texture coordinates, or exceeds the job.
 pub fn decode_mesh(bytes: &[u8], job: &Job) -> Result<Mesh> {
     if bytes.starts_with(b"glTF") { glb::decode(bytes, job) } else { obj::decode(bytes, job) }
 }
@@ -39,7 +26,9 @@ mod glb {
     use super::{Error, Job, Mesh, Result};
 
     pub(super) fn decode(_bytes: &[u8], _job: &Job) -> Result<Mesh> {
-        Err(Error::unsupported("this build reads no binary glTF: use an OBJ file, or build with the feature 'mesh'"))
+        Err(Error::unsupported(
+            "this build reads no binary glTF: use an OBJ file, or build with the feature 'mesh'",
+        ))
     }
 }
 

@@ -11,15 +11,8 @@ pub use read::decode;
 pub use structure::structure_bytes;
 pub use write::{check_kind, encode};
 
-use std::path::Path;
-
-use super::input::read_file;
-use crate::error::Result;
-use crate::job::Job;
-use crate::random_field::FieldModel;
-
 /// First bytes of the file.
-pub(super) const SIGNATURE: [u8; 4] = *b"RLM\x1a";
+const SIGNATURE: [u8; 4] = *b"RLM\x1a";
 
 /// The versions of the layout: without a structure, with one, and with heights or a model for each light.
 const VERSIONS: [u8; 3] = [1, 2, 3];
@@ -29,23 +22,6 @@ const HEADER: usize = 4 + 1 + 4 + 4;
 
 /// Candidate neighbours that a mask can have.
 const MOST_CANDIDATES: usize = 511;
-
-/// Whether these are the bytes of a model.
-pub fn is_model(bytes: &[u8]) -> bool {
-    bytes.starts_with(&SIGNATURE)
-}
-
-/// The model in a file, or `None` where it is a file of another kind.
-///
-/// # Errors
-/// As [`decode`], and a file that cannot be read.
-pub fn read_if_model(path: &Path, job: &Job) -> Result<Option<FieldModel>> {
-    let bytes = read_file(path, job)?;
-    if !is_model(&bytes) {
-        return Ok(None);
-    }
-    decode(&bytes, job).map(Some).map_err(|error| error.at(path))
-}
 
 /// The CRC-32 of IEEE 802.3: it finds every single altered byte.
 fn checksum(bytes: &[u8]) -> u32 {
@@ -59,12 +35,13 @@ fn checksum(bytes: &[u8]) -> u32 {
 mod tests {
     use super::*;
     use crate::field::{Basis, PlaneLayout};
+    use crate::job::Job;
     use crate::limits::Limits;
     use crate::numeric::random::{Purpose, Stream};
     use crate::planes::{Planes, Size};
     use crate::random_field::{
-        Budget, Fields, Heights, Model, ModelOptions, RealisationOptions, Tiles, combine_field, model_field,
-        model_lights,
+        Budget, FieldModel, Fields, Heights, Model, ModelOptions, RealisationOptions, Tiles, combine_field,
+        model_field, model_lights,
     };
     use crate::{ReflectanceField, Space};
 

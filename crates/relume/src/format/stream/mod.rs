@@ -21,6 +21,7 @@ use std::io::{Read, Seek, Write};
 use super::exr::Head;
 use super::field_file::{Encoding, FieldFormat, constants, encode_field};
 use super::ptm::{self as ptm_file, PtmEncoding, Under};
+use super::rows::Rows;
 use super::{Depth, PictureFormat};
 use crate::error::{Error, Result};
 use crate::field::ReflectanceField;
@@ -60,10 +61,6 @@ enum Kind {
     Ptm { header: Vec<String> },
     Exr(Head<'static>),
 }
-
-/// Copies texels of a lane into a slice, from column `x` of row `y` to the right: `rows(lane, x, y,
-/// row)`. An error ends the writing.
-pub type Rows<'a> = dyn FnMut(usize, usize, usize, &mut [u8]) -> Result<()> + 'a;
 
 impl Streamed {
     /// Encodes a field; as [`encode_field`] does, with the `encoding` of the file it was read from.

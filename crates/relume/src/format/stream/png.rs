@@ -2,9 +2,10 @@
 
 use std::io::Write;
 
-use super::{Kind, Lane, Rows, unwritable};
+use super::{Kind, Lane, unwritable};
 use crate::error::Result;
 use crate::format::png::{encoder, failed};
+use crate::format::rows::Rows;
 use crate::format::{Depth, codes};
 use crate::picture::Picture;
 use crate::planes::Size;

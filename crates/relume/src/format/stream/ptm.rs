@@ -2,8 +2,9 @@
 
 use std::io::{Seek, SeekFrom, Write};
 
-use super::{Kind, Lane, Rows, unwritable};
+use super::{Kind, Lane, unwritable};
 use crate::error::{Error, Result};
+use crate::format::rows::Rows;
 use crate::planes::Size;
 
 /// The places of width and height among the lines of the header that this program writes.

@@ -1,0 +1,106 @@
+//! The kinds of files that readers know by their first bytes: one row of [`KINDS`] each.
+
+use crate::error::{Error, Result};
+
+/// A kind of file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    Ptm,
+    Exr,
+    Png,
+    Jpeg,
+    Tiff,
+    Rlm,
+    Npy,
+    Glb,
+}
+
+/// What files of a kind hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Class {
+    /// Texels: a picture, and what a record in it or beside it makes of it.
+    Texels,
+    Model,
+    Array,
+    Mesh,
+}
+
+/// First bytes, kind, name and class.
+type Row = (&'static [u8], Kind, &'static str, Class);
+
+/// All kinds of files that begin with bytes of their own.
+const KINDS: [Row; 9] = [
+    (b"PTM_", Kind::Ptm, "PTM", Class::Texels),
+    (&[0x76, 0x2f, 0x31, 0x01], Kind::Exr, "EXR", Class::Texels),
+    (b"\x89PNG\r\n\x1a\n", Kind::Png, "PNG", Class::Texels),
+    (&[0xff, 0xd8, 0xff], Kind::Jpeg, "JPEG", Class::Texels),
+    (b"II\x2a\0", Kind::Tiff, "TIFF", Class::Texels),
+    (b"MM\0\x2a", Kind::Tiff, "TIFF", Class::Texels),
+    (b"RLM\x1a", Kind::Rlm, "RLM", Class::Model),
+    (b"\x93NUMPY", Kind::Npy, "NPY", Class::Array),
+    (b"glTF", Kind::Glb, "GLB", Class::Mesh),
+];
+
+impl Kind {
+    /// The kind of file that `bytes` are, where they begin as one does.
+    pub(super) fn of(bytes: &[u8]) -> Option<Self> {
+        KINDS.iter().find(|(signature, ..)| bytes.starts_with(signature)).map(|row| row.1)
+    }
+
+    /// The kind of a file of texels.
+    pub(super) fn of_texels(bytes: &[u8]) -> Result<Self> {
+        let kind = Self::of(bytes).filter(|kind| kind.class() == Class::Texels);
+        kind.ok_or_else(|| unknown(bytes))
+    }
+
+    fn row(self) -> &'static Row {
+        KINDS.iter().find(|row| row.1 == self).expect("every kind has a row")
+    }
+
+    pub(super) fn name(self) -> &'static str {
+        self.row().2
+    }
+
+    pub(super) fn class(self) -> Class {
+        self.row().3
+    }
+}
+
+/// What is said of bytes that are no file of texels.
+pub(super) fn unknown(bytes: &[u8]) -> Error {
+    let mut names: Vec<&str> = KINDS.iter().filter(|row| row.3 == Class::Texels).map(|row| row.2).collect();
+    names.dedup();
+    let (last, others) = names.split_last().expect("there are kinds");
+    let others = others.join(", ");
+    if bytes.is_empty() {
+        return Error::invalid(format!("the file is empty: expected {others} or {last}"));
+    }
+    let start: Vec<String> = bytes.iter().take(8).map(|byte| format!("{byte:02x}")).collect();
+    Error::unsupported(format!(
+        "the file is none of {others} and {last} (it begins with the bytes {}): convert it to one of these",
+        start.join(" ")
+    ))
+}
+
+/// What a decoder of another crate complains of, on one line and not too long.
+pub(super) fn complaint(kind: Kind, error: &impl std::fmt::Display) -> String {
+    const LONGEST: usize = 200;
+    let line = error.to_string().replace('\n', " ");
+    let cut: String = line.chars().take(LONGEST).collect();
+    let dots = if cut.len() < line.len() { "..." } else { "" };
+    format!("the {} data cannot be decoded: {cut}{dots}", kind.name())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_signature_begins_another() {
+        for (i, a) in KINDS.iter().enumerate() {
+            for (k, b) in KINDS.iter().enumerate() {
+                assert!(i == k || !a.0.starts_with(b.0), "{} and {}", a.2, b.2);
+            }
+        }
+    }
+}

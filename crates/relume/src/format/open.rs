@@ -1,0 +1,314 @@
+//! The one door for files: each is opened and read once, recognised by its content, and turned into what
+//! a caller needs.
+
+use std::fmt;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use super::field_file::{FieldFile, decode_field};
+use super::height::{self, HeightMap, decode_height};
+use super::kind::{Class, Kind, unknown};
+use super::mesh::decode_mesh;
+use super::npy::{self, Array};
+use super::raster::decode_raster;
+use super::tile_set::{self, Said, TileSetFile};
+use super::whole::{read_bytes, read_file};
+use super::{exr, rlm};
+use crate::error::{Error, Result};
+use crate::job::Job;
+use crate::planes::Planes;
+use crate::random_field::FieldModel;
+use crate::raster::Raster;
+use crate::render::Mesh;
+use crate::stamp::Stamp;
+
+/// What a file holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Content {
+    /// Colours or greys.
+    Picture,
+    /// A texture of functions.
+    Field,
+    /// A texture that holds tiles one below the other.
+    Tiles,
+    /// Heights whose scale is recorded.
+    Heights,
+    /// A random-field model.
+    Model,
+    /// An array of numbers, such as a source map.
+    Array,
+    /// Triangles.
+    Mesh,
+    /// A light file, or a folder of photographs.
+    Capture,
+    /// None of these.
+    Unknown,
+}
+
+impl fmt::Display for Content {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Picture => "a picture",
+            Self::Field => "a texture of functions",
+            Self::Tiles => "a set of tiles",
+            Self::Heights => "a height map",
+            Self::Model => "a random-field model",
+            Self::Array => "an array of numbers",
+            Self::Mesh => "a mesh",
+            Self::Capture => "a capture of photographs under known lights",
+            Self::Unknown => "of an unknown kind",
+        })
+    }
+}
+
+/// A file that has been read, and what it holds.
+#[derive(Debug, Clone)]
+pub struct Opened {
+    name: PathBuf,
+    bytes: Vec<u8>,
+    content: Content,
+    tiles: Option<Said>,
+    job: Job,
+}
+
+/// Reads a file, once and from its beginning to its end, and recognises it by its content. A folder is a
+/// capture.
+///
+/// # Errors
+/// Names the file: one that cannot be read or exceeds the limits, or a damaged record of tiles.
+pub fn open(path: &Path, job: &Job) -> Result<Opened> {
+    if path.is_dir() {
+        let (name, bytes) = (path.to_path_buf(), Vec::new());
+        return Ok(Opened { name, bytes, content: Content::Capture, tiles: None, job: job.clone() });
+    }
+    let opened = recognise(read_file(path, job)?, path, job)?;
+    match (opened.content, tile_set::beside(path, &opened.bytes)?) {
+        (Content::Picture | Content::Field, tiles @ Some(_)) => {
+            Ok(Opened { content: Content::Tiles, tiles, ..opened })
+        }
+        _ => Ok(opened),
+    }
+}
+
+/// As [`open`], of what a reader gives, such as standard input. `name` stands for it in messages.
+///
+/// # Errors
+/// As [`open`].
+pub fn read(source: impl Read, name: impl AsRef<Path>, job: &Job) -> Result<Opened> {
+    let bytes = read_bytes(source, 0, job).map_err(|e| e.at(&name))?;
+    recognise(bytes, name.as_ref(), job)
+}
+
+fn recognise(bytes: Vec<u8>, name: &Path, job: &Job) -> Result<Opened> {
+    let (content, tiles) = content(&bytes).map_err(|e| e.at(name))?;
+    Ok(Opened { name: name.to_path_buf(), bytes, content, tiles, job: job.clone() })
+}
+
+fn content(bytes: &[u8]) -> Result<(Content, Option<Said>)> {
+    let Some(kind) = Kind::of(bytes) else { return Ok((content_of_text(bytes), None)) };
+    let content = match kind.class() {
+        Class::Model => Content::Model,
+        Class::Array => Content::Array,
+        Class::Mesh => Content::Mesh,
+        Class::Texels if kind == Kind::Ptm => Content::Field,
+        Class::Texels => {
+            // A header that cannot be read is reported where the file is decoded.
+            let head = if kind == Kind::Exr { exr::head(bytes).ok() } else { None };
+            if let Some((_, texts)) = &head
+                && let Some(tiles) = exr::tiles_of(texts)?
+            {
+                let (count, cells) = tiles;
+                return Ok((Content::Tiles, Some(Said { count, cells, stamp: None })));
+            }
+            match head {
+                Some((names, texts)) if exr::is_field(&names, &texts) => Content::Field,
+                _ if height::is_recorded(bytes) => Content::Heights,
+                _ => Content::Picture,
+            }
+        }
+    };
+    Ok((content, None))
+}
+
+/// Text formats have no signature: a light file begins with a number, and a line of an OBJ file with a
+/// vertex.
+fn content_of_text(bytes: &[u8]) -> Content {
+    let start = String::from_utf8_lossy(&bytes[..bytes.len().min(1 << 16)]);
+    let mut lines = start.lines().map(str::trim).filter(|line| !line.is_empty());
+    let counted = lines.next().is_some_and(|line| line.parse::<u32>().is_ok());
+    let placed = |line: &str| {
+        let mut numbers = line.split_whitespace().rev().take(3).map(|word| word.parse::<f64>().is_ok());
+        line.split_whitespace().count() >= 4 && numbers.all(|is_number| is_number)
+    };
+    if counted && lines.next().is_some_and(placed) {
+        return Content::Capture;
+    }
+    match start.lines().any(|line| line.trim_start().starts_with("v ")) {
+        true => Content::Mesh,
+        false => Content::Unknown,
+    }
+}
+
+impl Opened {
+    /// What the file holds.
+    pub fn content(&self) -> Content {
+        self.content
+    }
+
+    /// The name it was opened by.
+    pub fn name(&self) -> &Path {
+        &self.name
+    }
+
+    /// The stamp of the file's bytes.
+    pub fn stamp(&self) -> Stamp {
+        Stamp::of(&self.bytes)
+    }
+
+    /// The texture: functions as they are, a picture as functions that are constant.
+    ///
+    /// # Errors
+    /// Names the file: one that holds no texture, is damaged or exceeds the limits.
+    pub fn into_field(self) -> Result<FieldFile> {
+        let hint = match self.content {
+            Content::Model => "; `relume synth` makes one of it",
+            Content::Capture => "; `relume fit` makes one of it",
+            _ => "",
+        };
+        self.decoded("a texture", hint, |opened| decode_field(&opened.bytes, &opened.job))
+    }
+
+    /// The picture as stored.
+    ///
+    /// # Errors
+    /// As [`Opened::into_field`], of a file that holds no picture.
+    pub fn into_raster(self) -> Result<Raster> {
+        let hint = if self.content == Content::Field { "; relight it to make one" } else { "" };
+        if self.content == Content::Field {
+            return Err(self.refused("a picture", hint));
+        }
+        self.decoded("a picture", hint, |opened| decode_raster(&opened.bytes, &opened.job))
+    }
+
+    /// The height map: with its scale where it is recorded; of a picture with colours, the first channel.
+    ///
+    /// # Errors
+    /// As [`Opened::into_field`], of a file that holds no heights, or whose record makes no sense.
+    pub fn into_height(self) -> Result<HeightMap> {
+        if self.content == Content::Field {
+            return Err(self.refused("a height map", ""));
+        }
+        self.decoded("a height map", "", |opened| decode_height(&opened.bytes, &opened.job))
+    }
+
+    /// The set of tiles.
+    ///
+    /// # Errors
+    /// As [`Opened::into_field`], of a file that holds no tiles, or other ones than it is said to.
+    pub fn into_tiles(self) -> Result<TileSetFile> {
+        let Some(tiles) = self.tiles else {
+            return Err(self.refused("a set of tiles", "; `relume roll` makes one"));
+        };
+        let name = self.name.clone();
+        TileSetFile::new(self.into_field()?, tiles).map_err(|e| e.at(name))
+    }
+
+    /// The random-field model.
+    ///
+    /// # Errors
+    /// As [`Opened::into_field`], of a file that holds no model.
+    pub fn into_model(self) -> Result<FieldModel> {
+        if self.content != Content::Model {
+            return Err(self.refused("a random-field model", "; `relume model` makes one"));
+        }
+        rlm::decode(&self.bytes, &self.job).map_err(|e| e.at(self.name))
+    }
+
+    /// The mesh: binary glTF, or OBJ.
+    ///
+    /// # Errors
+    /// As [`Opened::into_field`], of a file that holds no mesh.
+    pub fn into_mesh(self) -> Result<Mesh> {
+        if !matches!(self.content, Content::Mesh | Content::Unknown) {
+            return Err(self.refused("a mesh, .obj or .glb", ""));
+        }
+        decode_mesh(&self.bytes, &self.job).map_err(|e| e.at(self.name))
+    }
+
+    /// The array of numbers.
+    ///
+    /// # Errors
+    /// As [`Opened::into_field`], of a file that holds no array.
+    pub fn into_array(self) -> Result<Array> {
+        if self.content != Content::Array {
+            return Err(self.refused("a NumPy array", ""));
+        }
+        npy::decode_i32(&self.bytes, &self.job).map_err(|e| e.at(self.name))
+    }
+
+    /// The named channels of an EXR file, in alphabetical order.
+    ///
+    /// # Errors
+    /// As [`Opened::into_field`], of a file that is no EXR file.
+    pub fn into_labelled(self) -> Result<(Vec<String>, Planes)> {
+        if Kind::of(&self.bytes) != Some(Kind::Exr) {
+            return Err(self.refused("an EXR file of named channels", ""));
+        }
+        exr::decode_labelled(&self.bytes, &self.job).map_err(|e| e.at(self.name))
+    }
+
+    /// What `decode` makes of a file of texels.
+    fn decoded<T>(self, expected: &str, hint: &str, decode: impl Fn(&Self) -> Result<T>) -> Result<T> {
+        match self.content {
+            Content::Picture | Content::Field | Content::Tiles | Content::Heights => {
+                decode(&self).map_err(|e| e.at(&self.name))
+            }
+            Content::Unknown => Err(unknown(&self.bytes).at(&self.name)),
+            _ => Err(self.refused(expected, hint)),
+        }
+    }
+
+    /// One sentence for a file that holds something else than what is needed.
+    fn refused(&self, expected: &str, hint: &str) -> Error {
+        if self.content == Content::Capture && self.name.is_dir() {
+            return Error::usage(format!("this is a folder: expected {expected}{hint}")).at(&self.name);
+        }
+        if self.bytes.is_empty() {
+            return Error::invalid(format!("the file is empty: expected {expected}")).at(&self.name);
+        }
+        Error::unsupported(format!("the file is {}: expected {expected}{hint}", self.content)).at(&self.name)
+    }
+}
+
+/// The texture in a file; see [`Opened::into_field`].
+///
+/// # Errors
+/// As [`open`] and [`Opened::into_field`].
+pub fn read_field(path: &Path, job: &Job) -> Result<FieldFile> {
+    open(path, job)?.into_field()
+}
+
+/// The picture in a file; see [`Opened::into_raster`].
+///
+/// # Errors
+/// As [`open`] and [`Opened::into_raster`].
+pub fn read_raster(path: &Path, job: &Job) -> Result<Raster> {
+    open(path, job)?.into_raster()
+}
+
+/// The height map in a file; see [`Opened::into_height`].
+///
+/// # Errors
+/// As [`open`] and [`Opened::into_height`].
+pub fn read_height(path: &Path, job: &Job) -> Result<HeightMap> {
+    open(path, job)?.into_height()
+}
+
+/// The mesh in a file; see [`Opened::into_mesh`].
+///
+/// # Errors
+/// As [`open`] and [`Opened::into_mesh`].
+pub fn read_mesh(path: &Path, job: &Job) -> Result<Mesh> {
+    open(path, job)?.into_mesh()
+}

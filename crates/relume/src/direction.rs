@@ -18,7 +18,7 @@ impl Direction {
     ///
     /// # Errors
     /// A vector that is not finite or is shorter than 1e-9 has no direction.
-    pub fn from_vector(x: f64, y: f64, z: f64) -> Result<Self> {
+    pub fn new(x: f64, y: f64, z: f64) -> Result<Self> {
         let length = (x * x + y * y + z * z).sqrt();
         if !length.is_finite() || length < 1e-9 {
             return Err(Error::invalid(format!(
@@ -119,7 +119,7 @@ mod tests {
     #[test]
     fn every_constructor_gives_a_unit_vector() {
         let directions = [
-            Direction::from_vector(3.0, -4.0, 12.0).unwrap(),
+            Direction::new(3.0, -4.0, 12.0).unwrap(),
             Direction::from_angles(0.7, 2.0),
             Direction::from_disk(0.3, -0.2),
             Direction::from_disk(3.0, 4.0),
@@ -131,8 +131,8 @@ mod tests {
 
     #[test]
     fn vectors_without_direction_are_refused() {
-        assert!(Direction::from_vector(0.0, 0.0, 0.0).is_err());
-        assert!(Direction::from_vector(f64::NAN, 0.0, 1.0).is_err());
-        assert!(Direction::from_vector(f64::INFINITY, 0.0, 1.0).is_err());
+        assert!(Direction::new(0.0, 0.0, 0.0).is_err());
+        assert!(Direction::new(f64::NAN, 0.0, 1.0).is_err());
+        assert!(Direction::new(f64::INFINITY, 0.0, 1.0).is_err());
     }
 }

@@ -7,9 +7,31 @@
 //! virtual dome ---capture--> photographs           +-- render -----> Picture --format::write--> file
 //! ```
 //!
+//! From photographs under known lights to a larger texture, relit:
+//!
+//! ```
+//! use relume::{Capture, Direction, FitOptions, Size, SynthOptions, fit, relight, synthesize};
+//! # use relume::capture::dome::{Dome, DomeOptions, lights};
+//! # use relume::procedural::{Material, MaterialOptions};
+//! # let folder = tempfile::tempdir().unwrap();
+//! # let small = MaterialOptions { size: Size::new(48, 48), feature: 12.0, ..Default::default() };
+//! # let job = relume::Job::default();
+//! # let dome = Dome::new(Material::Weave.make(&small, &job)?, &DomeOptions::default(), &job)?;
+//! # relume::workflow::capture::save(&dome, &lights(8), folder.path(), &job)?;
+//! # std::env::set_current_dir(folder.path()).unwrap();
+//! # std::fs::rename("lights.lp", "wool.lp").unwrap();
+//!
+//! let capture = Capture::open("wool.lp")?;
+//! let field = fit(&capture, &FitOptions::default())?.field;
+//! let large = synthesize(&field, &SynthOptions { size: Size::new(64, 64), ..Default::default() })?;
+//! relight(&large.field, Direction::new(0.5, 0.3, 0.8)?).save("large.png")?;
+//! # assert_eq!(relume::ReflectanceField::open("large.png")?.size(), Size::new(64, 64));
+//! # Ok::<(), relume::Error>(())
+//! ```
+//!
 //! Everything stands around one type, [`field::ReflectanceField`]: a basis and planes of
-//! coefficients. Stages map fields to fields or to pictures and do not know each other; the
-//! program joins them. Inside, values are `f32` with white at 1, x points right, y up, z to the
+//! coefficients. Stages map fields to fields or to pictures and do not know each other;
+//! [`workflow`] joins them. Inside, values are `f32` with white at 1, x points right, y up, z to the
 //! viewer, and row 0 of every plane is the top row. A field and a picture say whether their values
 //! are linear or sRGB-encoded; other encodings, quantisation and row orders exist only in
 //! [`mod@format`] and [`capture`].
@@ -62,9 +84,11 @@ pub mod render;
 // What joins the stages.
 pub mod workflow;
 
+pub use capture::Capture;
 pub use direction::Direction;
 pub use error::{Error, ErrorKind, Result};
 pub use field::ReflectanceField;
+pub use fit::FitOptions;
 pub use job::{Cancel, Held, Job};
 pub use limits::Limits;
 pub use names::Named;
@@ -73,6 +97,9 @@ pub use planes::Planes;
 pub use progress::Progress;
 pub use raster::{Raster, Samples};
 pub use rect::Rect;
+pub use render::relight;
 pub use size::Size;
 pub use space::Space;
 pub use stamp::Stamp;
+pub use workflow::SynthOptions;
+pub use workflow::front::{Synthesized, fit, fit_with, synthesize, synthesize_with};

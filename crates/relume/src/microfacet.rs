@@ -65,7 +65,7 @@ mod tests {
     use std::f64::consts::PI;
 
     fn half(l: Direction, v: Direction) -> Direction {
-        Direction::from_vector(l.x() + v.x(), l.y() + v.y(), l.z() + v.z()).unwrap()
+        Direction::new(l.x() + v.x(), l.y() + v.y(), l.z() + v.z()).unwrap()
     }
 
     #[test]

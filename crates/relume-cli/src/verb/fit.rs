@@ -79,7 +79,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         report_texels: args.report_texels,
         leave_one_out: args.leave_one_out,
     };
-    let capture = Capture::open(&args.capture, args.pair)?;
+    let capture = Capture::open_paired(&args.capture, args.pair)?;
     let paths: Vec<&Path> = capture.photographs.iter().map(|p| p.path.as_path()).collect();
     output::refuse_input(&args.output, &paths)?;
     let files = CaptureFiles::of(&capture)?;

@@ -44,7 +44,7 @@ fn a_relit_picture_holds_the_values_of_the_field() {
     run(folder.path(), &["relight", "field.ptm", "--light", "-0.6,0,0.8", "-o", "lit.png"]);
     let raster = picture(folder.path(), "lit.png");
     assert_eq!((raster.size(), raster.channels()), (SIZE, 3));
-    let light = Direction::from_vector(-0.6, 0.0, 0.8).unwrap();
+    let light = Direction::new(-0.6, 0.0, 0.8).unwrap();
     for (i, code) in codes(&raster).iter().enumerate() {
         let value = field.value(i / 3 % SIZE.width, i / 3 / SIZE.width, light)[i % 3];
         let exact = field.space().to_srgb(value.clamp(0.0, 1.0)) * 255.0;

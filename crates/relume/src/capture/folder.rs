@@ -61,7 +61,16 @@ impl Capture {
     /// # Errors
     /// Everything [`lp::parse`] refuses, a folder with no or several light files, and lights
     /// whose photograph is missing or not the only one.
-    pub fn open(path: &Path, pairing: Pairing) -> Result<Self> {
+    pub fn open(path: impl AsRef<Path>) -> Result<Self> {
+        Self::open_paired(path, Pairing::default())
+    }
+
+    /// [`Capture::open`] with a choice of how lights find their photographs.
+    ///
+    /// # Errors
+    /// As [`Capture::open`].
+    pub fn open_paired(path: impl AsRef<Path>, pairing: Pairing) -> Result<Self> {
+        let path = path.as_ref();
         let light_file = if path.is_dir() { only_light_file(path)? } else { path.to_path_buf() };
         let bytes = read_light_file(&light_file)?;
         let entries = lp::parse(&bytes).map_err(|e| e.at(&light_file))?;
@@ -260,7 +269,7 @@ mod tests {
     }
 
     fn opened(folder: &tempfile::TempDir, pairing: Pairing) -> Result<Vec<String>> {
-        let capture = Capture::open(folder.path(), pairing)?;
+        let capture = Capture::open_paired(folder.path(), pairing)?;
         let relative = |p: &Photograph| p.path.strip_prefix(folder.path()).unwrap().display().to_string();
         Ok(capture.photographs.iter().map(relative).collect())
     }
@@ -316,8 +325,8 @@ mod tests {
     #[test]
     fn a_light_file_may_be_named_itself() {
         let folder = folder("1\na.png 0 0 1", &["a.png", "second.lp"]);
-        let capture = Capture::open(&folder.path().join("lights.lp"), Pairing::ByName).unwrap();
+        let capture = Capture::open(&folder.path().join("lights.lp")).unwrap();
         assert_eq!(capture.lights(), [("a.png".to_owned(), Direction::ZENITH)]);
-        assert!(Capture::open(&folder.path().join("absent.lp"), Pairing::ByName).is_err());
+        assert!(Capture::open(&folder.path().join("absent.lp")).is_err());
     }
 }

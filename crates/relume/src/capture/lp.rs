@@ -89,7 +89,7 @@ fn parse_line(line: usize, text: &str) -> Result<Entry> {
         return Err(malformed());
     }
     let [x, y, z] = vector;
-    let light = Direction::from_vector(x, y, z).map_err(|e| {
+    let light = Direction::new(x, y, z).map_err(|e| {
         Error::invalid(format!("line {line}: the light of {}: {}", excerpt(rest), e.message()))
     })?;
     if light.z() <= 0.0 {

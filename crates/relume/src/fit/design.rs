@@ -157,7 +157,7 @@ mod tests {
         let round = |x: f64| (x * 1e4).round() / 1e4;
         lights
             .into_iter()
-            .map(|l| Direction::from_vector(round(l.x()), round(l.y()), round(l.z())).unwrap())
+            .map(|l| Direction::new(round(l.x()), round(l.y()), round(l.z())).unwrap())
             .collect()
     }
 

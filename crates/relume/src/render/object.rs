@@ -185,7 +185,7 @@ mod tests {
     }
 
     fn light_from([x, y, z]: [f64; 3]) -> Light {
-        Light { direction: Direction::from_vector(x, y, z).unwrap(), color: [1.0; 3] }
+        Light { direction: Direction::new(x, y, z).unwrap(), color: [1.0; 3] }
     }
 
     fn rendered(field: &ReflectanceField, mesh: &Mesh, options: &RenderOptions) -> Picture {
@@ -213,7 +213,7 @@ mod tests {
     #[test]
     fn the_middle_of_a_plane_is_seen_from_straight_above_with_any_basis() {
         for basis in Basis::examples() {
-            let light = Direction::from_vector(0.5, -0.3, 0.6).unwrap();
+            let light = Direction::new(0.5, -0.3, 0.6).unwrap();
             // The functions' own values as coefficients: a sum of squares is positive.
             let weights = basis.weights(light);
             let data = weights.iter().flat_map(|&w| [w as f32; 9]).collect();

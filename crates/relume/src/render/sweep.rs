@@ -83,7 +83,7 @@ mod tests {
             assert!((light.z() - FRAC_PI_4.cos()).abs() < 1e-12);
             assert!((light.dot(lights[(i + 1) % 8]) - step).abs() < 1e-12);
         }
-        assert_near(lights[2], Direction::from_vector(0.0, 1.0, 1.0).unwrap());
+        assert_near(lights[2], Direction::new(0.0, 1.0, 1.0).unwrap());
     }
 
     #[test]

@@ -123,7 +123,7 @@ mod tests {
     fn errors_deg(truth: &[Direction], found: &Planes) -> Vec<f64> {
         let found = (0..truth.len()).map(|t| {
             let n: Vec<f64> = (0..3).map(|k| f64::from(found.plane(k)[t])).collect();
-            Direction::from_vector(n[0], n[1], n[2]).unwrap()
+            Direction::new(n[0], n[1], n[2]).unwrap()
         });
         truth.iter().zip(found).map(|(a, b)| a.dot(b).clamp(-1.0, 1.0).acos().to_degrees()).collect()
     }

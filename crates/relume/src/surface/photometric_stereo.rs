@@ -250,7 +250,7 @@ mod tests {
         let texels = 0..planted.size.texels();
         let angle = |t: usize| {
             let n = [0, 1, 2].map(|k| f64::from(found.normals.plane(k)[t]));
-            let n = Direction::from_vector(n[0], n[1], n[2]).unwrap();
+            let n = Direction::new(n[0], n[1], n[2]).unwrap();
             n.dot(planted.normals[t]).clamp(-1.0, 1.0).acos().to_degrees()
         };
         let off = |t: usize| {

@@ -258,7 +258,7 @@ mod tests {
 
     #[test]
     fn the_shape_of_a_matt_relief_is_found_along_the_light() {
-        let light = Direction::from_vector(0.8, 0.1, 0.6).unwrap();
+        let light = Direction::new(0.8, 0.1, 0.6).unwrap();
         let (truth, picture) = relief(Size::new(48, 40), light, 0.7);
         let options = ShadingOptions {
             albedo: Some(0.7),
@@ -276,7 +276,7 @@ mod tests {
 
     #[test]
     fn rounds_bring_the_shading_nearer_to_the_photograph_in_open_pictures_too() {
-        let light = Direction::from_vector(-0.5, 0.6, 0.6).unwrap();
+        let light = Direction::new(-0.5, 0.6, 0.6).unwrap();
         let (_, picture) = relief(Size::new(37, 30), light, 0.5);
         let residual = |rounds: usize| {
             // Nothing held down: this relief is one undulation of the picture's length.
@@ -289,7 +289,7 @@ mod tests {
 
     #[test]
     fn what_cannot_be_read_is_refused() {
-        let light = Direction::from_vector(0.8, 0.1, 0.6).unwrap();
+        let light = Direction::new(0.8, 0.1, 0.6).unwrap();
         let picture = relief(Size::new(8, 8), light, 0.7).1;
         let run = |picture: &Planes, light: Direction, options: ShadingOptions| {
             shape_from_shading(picture, light, &options, &Job::default()).map(|s| s.albedo)
@@ -297,7 +297,7 @@ mod tests {
         let default = ShadingOptions::default();
         assert!(run(&picture, light, default).is_ok());
         assert!(run(&picture, Direction::ZENITH, default).is_err());
-        assert!(run(&picture, Direction::from_vector(1.0, 0.0, -0.1).unwrap(), default).is_err());
+        assert!(run(&picture, Direction::new(1.0, 0.0, -0.1).unwrap(), default).is_err());
         assert!(run(&Planes::zeros(Size::new(8, 8), 1), light, default).is_err());
         assert!(run(&picture, light, ShadingOptions { albedo: Some(0.0), ..default }).is_err());
         assert!(run(&picture, light, ShadingOptions { rounds: 0, ..default }).is_err());

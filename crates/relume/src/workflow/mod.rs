@@ -3,6 +3,9 @@
 //!
 //! | file | does |
 //! |---|---|
+//! | [`front`] | the shortest way through the library |
+//! | [`files`] | fields and pictures by the names of their files |
+//! | [`mod@capture`] | captures of a virtual dome as files |
 //! | [`options`] | what a synthesis can be asked for, and the plan that it comes to |
 //! | [`method`] | methods of synthesis as plans, with one way to run them |
 //! | [`metric`] | metrics by the names that people know |
@@ -10,7 +13,10 @@
 //! | [`endless`] | windows of endless planes, of any size, written row by row |
 
 pub mod auto;
+pub mod capture;
 pub mod endless;
+pub mod files;
+pub mod front;
 pub mod method;
 pub mod metric;
 pub mod options;

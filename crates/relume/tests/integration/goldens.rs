@@ -79,12 +79,12 @@ fn differences(kept: &Raster, made: &Raster) -> Planes {
 #[test]
 fn a_fitted_capture_relights_as_it_did() {
     let field = fitted().unwrap();
-    check("pebbles_left.png", &relight(&field, Direction::from_vector(-0.6, 0.2, 0.7).unwrap()));
-    check("pebbles_above.png", &relight(&field, Direction::from_vector(0.1, 0.8, 0.5).unwrap()));
+    check("pebbles_left.png", &relight(&field, Direction::new(-0.6, 0.2, 0.7).unwrap()));
+    check("pebbles_above.png", &relight(&field, Direction::new(0.1, 0.8, 0.5).unwrap()));
 }
 
 #[test]
 fn a_texture_enlarges_as_it_did() {
     let large = enlarged(&fitted().unwrap()).unwrap();
-    check("pebbles_tile.png", &relight(&large, Direction::from_vector(-0.6, 0.2, 0.7).unwrap()));
+    check("pebbles_tile.png", &relight(&large, Direction::new(-0.6, 0.2, 0.7).unwrap()));
 }

@@ -2,7 +2,7 @@
 //! format alone and sharing nothing with the library: lines of text, blocks of bytes, rows from the
 //! bottom, one relit value at a time.
 
-use relume::capture::{Capture, Pairing};
+use relume::capture::Capture;
 use relume::field::{Basis, PlaneLayout};
 use relume::fit::{FitOptions, fit};
 use relume::format::{Encoding, FieldFormat, PtmEncoding, decode_field, encode_field, read_raster};
@@ -170,7 +170,7 @@ fn values_beyond_a_given_encoding_are_clamped() {
 #[test]
 fn a_fit_of_measured_wool_is_read_by_the_other_decoder() {
     let Some(folder) = data("captures/wool") else { return };
-    let capture = Capture::open(&folder, Pairing::ByName).unwrap();
+    let capture = Capture::open(&folder).unwrap();
     let load = |i: usize| read_raster(&capture.photographs[i].path, &job());
     for color in [PlaneLayout::RGB, PlaneLayout::LRGB] {
         let options = FitOptions { layout: color.clone(), ..FitOptions::default() };

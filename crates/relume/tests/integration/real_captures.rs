@@ -4,7 +4,7 @@
 
 use std::path::Path;
 
-use relume::capture::{Capture, Pairing};
+use relume::capture::Capture;
 use relume::field::PlaneLayout;
 use relume::fit::{Fit, FitOptions, fit};
 use relume::format::read_raster;
@@ -44,8 +44,8 @@ fn mean_psnr(field: &ReflectanceField, capture: &Capture) -> f64 {
 #[test]
 fn lights_never_seen_are_predicted_as_well_as_polynomials_can() {
     let Some(folder) = data("captures/synthrti") else { return };
-    let dome = Capture::open(&folder.join("Dome"), Pairing::ByName).unwrap();
-    let test = Capture::open(&folder.join("Test"), Pairing::ByName).unwrap();
+    let dome = Capture::open(&folder.join("Dome")).unwrap();
+    let test = Capture::open(&folder.join("Test")).unwrap();
     assert_eq!((dome.photographs.len(), test.photographs.len()), (49, 20));
     for (color, known) in [(PlaneLayout::RGB, 20.18), (PlaneLayout::LRGB, 19.96)] {
         let options = FitOptions { layout: color.clone(), leave_one_out: true, ..FitOptions::default() };
@@ -66,7 +66,7 @@ fn lights_never_seen_are_predicted_as_well_as_polynomials_can() {
 fn measured_fabrics_are_fitted() {
     for name in ["wool", "corduroy"] {
         let Some(folder) = data(&format!("captures/{name}")) else { continue };
-        let capture = Capture::open(&folder, Pairing::ByName).unwrap();
+        let capture = Capture::open(&folder).unwrap();
         assert_eq!(capture.photographs.len(), 81);
         for (color, space) in [
             (PlaneLayout::LRGB, Space::Srgb),

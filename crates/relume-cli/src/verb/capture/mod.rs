@@ -1,7 +1,7 @@
 //! `relume capture`: maps or a built-in material under a virtual light dome.
 
 mod maps;
-mod write;
+mod truth;
 
 use std::path::{Path, PathBuf};
 
@@ -9,6 +9,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use relume::capture::dome::{Border, Bounce, Dome, DomeOptions, Surface, lights};
 use relume::maps::SurfaceMaps;
 use relume::procedural::{Material, Tiling};
+use relume::workflow::capture::{PhotographFormat, photographs};
 use relume::{Error, Result};
 use serde_json::json;
 
@@ -19,7 +20,6 @@ use crate::output::Folder;
 use crate::report::Report;
 use maps::MapFiles;
 pub use maps::{NormalY, normals_of};
-use write::PhotographFormat;
 
 /// Arguments of `relume capture`.
 #[derive(Debug, clap::Args)]
@@ -37,7 +37,7 @@ pub struct Args {
     #[arg(long, value_name = "N", default_value = "50", value_parser = clap::value_parser!(u32).range(1..=10_000))]
     lights: u32,
     /// Files of the photographs; integers are sRGB-encoded, floats linear
-    #[arg(long, default_value = "png", value_parser = format())]
+    #[arg(long, default_value = "png", value_parser = args::named::<PhotographFormat>())]
     format: PhotographFormat,
     #[command(flatten)]
     files: Files,
@@ -107,16 +107,16 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         _ => e,
     })?;
     let lamps = lights(args.lights as usize);
-    context.job.start("photographing", lamps.len() as u64);
-    let clipped = write::photographs(&dome, &lamps, args.format, &mut folder, context)?;
-    write::truth(&dome, &mut folder)?;
+    let mut keep = |name: &str, bytes: &[u8]| folder.add(name, bytes);
+    let clipped = photographs(&dome, &lamps, args.format, &context.job, &mut keep)?;
+    truth::write(&dome, &mut folder)?;
     let (low, high) = dome.maps().height.range(0);
     let json = json!({
         "source": name,
         "width": dome.size().width,
         "height": dome.size().height,
         "lights": lamps.len(),
-        "photographs": write::photograph_name(0, args.format).replace("000", "*"),
+        "photographs": args.format.file_name(0).replace("000", "*"),
         "exposure": "a white Lambertian that faces the lamp is 1",
         "clipped_fraction": clipped,
         "border": format!("{:?}", options.border).to_lowercase(),
@@ -209,14 +209,6 @@ impl DomeArgs {
             sectors: default.sectors,
         }
     }
-}
-
-fn format() -> impl TypedValueParser<Value = PhotographFormat> {
-    PossibleValuesParser::new(["png", "png16", "exr"]).map(|name| match name.as_str() {
-        "png" => PhotographFormat::Png,
-        "png16" => PhotographFormat::Png16,
-        _ => PhotographFormat::Exr,
-    })
 }
 
 fn normal_y() -> impl TypedValueParser<Value = NormalY> {

@@ -220,7 +220,7 @@ mod tests {
         let data = NoiseData::new(&field, &job).unwrap();
         let space = IndexSpace::new(&field, Metric::Function, Domain::Hemisphere).unwrap();
         let shader = ShaderTwin::new(data.to_json().unwrap());
-        let light = Direction::from_vector(-0.5, 0.4, 0.7).unwrap();
+        let light = Direction::new(-0.5, 0.4, 0.7).unwrap();
         for corner in [[0, 0], [-17, 1234], [-987_654_321, 123_456_789]] {
             let size = Size::new(90, 50);
             let index = data.noise.window(corner[0], corner[1], size, &job).unwrap();

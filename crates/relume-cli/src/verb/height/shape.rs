@@ -91,7 +91,7 @@ fn is_capture(path: &Path) -> bool {
 }
 
 fn stereo(args: &Args, context: &Context) -> Result<Shape> {
-    let capture = Capture::open(&args.input, args.stereo.pair)?;
+    let capture = Capture::open_paired(&args.input, args.stereo.pair)?;
     let files = CaptureFiles::of(&capture)?;
     let load = |i: usize| files.raster(&capture.photographs[i].path, &context.job);
     let options = StereoOptions { estimator: args.stereo.estimator, ambient: args.stereo.ambient() };
@@ -152,7 +152,7 @@ fn photograph(args: &Args, is_capture: bool) -> Result<Photograph> {
         })?;
         return Ok(Photograph { path: args.input.clone(), light });
     }
-    let photographs = Capture::open(&args.input, args.stereo.pair)?.photographs;
+    let photographs = Capture::open_paired(&args.input, args.stereo.pair)?.photographs;
     let off = |light: Direction| (light.z() - 0.5f64.sqrt()).abs();
     let chosen = match args.shading.photograph {
         Some(n) => photographs.get(n),

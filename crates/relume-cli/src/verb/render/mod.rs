@@ -88,7 +88,7 @@ fn light(text: &str) -> Result<Light, String> {
     let wrong = "expected X,Y,Z, X,Y,Z@INTENSITY or X,Y,Z@R,G,B";
     let [x, y, z] = args::numbers(direction).ok_or(wrong)?;
     let color = args::numbers(strength).or_else(|| args::numbers(strength).map(|[i]| [i; 3])).ok_or(wrong)?;
-    let direction = Direction::from_vector(x, y, z).map_err(|e| e.to_string())?;
+    let direction = Direction::new(x, y, z).map_err(|e| e.to_string())?;
     Ok(Light { direction, color: color.map(|c| c as f32) })
 }
 

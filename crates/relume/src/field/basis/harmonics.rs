@@ -126,8 +126,8 @@ mod tests {
         for (k, value) in zenith.into_iter().enumerate() {
             assert!(value.is_finite() && (value == 0.0) == (ORDERS[k] != 0), "function {k}: {value}");
         }
-        let below = Direction::from_vector(0.6, 0.8, -1e-3).unwrap();
-        let horizon = Direction::from_vector(0.6, 0.8, 0.0).unwrap();
+        let below = Direction::new(0.6, 0.8, -1e-3).unwrap();
+        let horizon = Direction::new(0.6, 0.8, 0.0).unwrap();
         for (a, b) in weights(below).into_iter().zip(weights(horizon)) {
             assert!((a - b).abs() < 1e-12);
         }

@@ -169,7 +169,7 @@ fn lights_of(layer: &Layer) -> Result<Vec<Direction>> {
 fn light_from(text: &str) -> Result<Direction> {
     let numbers: Option<Vec<f64>> = text.split_whitespace().map(|n| n.parse().ok()).collect();
     match numbers.as_deref() {
-        Some(&[x, y, z]) => Direction::from_vector(x, y, z),
+        Some(&[x, y, z]) => Direction::new(x, y, z),
         _ => Err(Error::invalid(format!(
             "the EXR field's attribute '{LIGHTS_KEY}' holds '{text}': expected three numbers"
         ))),

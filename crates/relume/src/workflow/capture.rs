@@ -1,0 +1,100 @@
+//! Captures of a virtual dome: photographs under all lamps as files, a batch at a time.
+
+use std::path::Path;
+
+use rayon::prelude::*;
+
+use crate::capture::dome::Dome;
+use crate::capture::lp;
+use crate::direction::Direction;
+use crate::error::{Error, Result};
+use crate::format::{Depth, ExrDepth, PictureFormat, encode_picture};
+use crate::job::Job;
+use crate::names::named;
+
+/// Files of photographs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum PhotographFormat {
+    /// 8 bits, sRGB-encoded.
+    #[default]
+    Png,
+    /// 16 bits, sRGB-encoded.
+    Png16,
+    /// 16-bit floats, linear.
+    Exr,
+}
+
+named!(PhotographFormat { Png => "png", Png16 => "png16", Exr => "exr" });
+
+impl PhotographFormat {
+    fn picture_format(self) -> PictureFormat {
+        match self {
+            Self::Png => PictureFormat::Png(Depth::Eight),
+            Self::Png16 => PictureFormat::Png(Depth::Sixteen),
+            Self::Exr => PictureFormat::Exr(ExrDepth::Half),
+        }
+    }
+
+    /// The name of photograph `number`.
+    pub fn file_name(self, number: usize) -> String {
+        let extension = match self {
+            Self::Png | Self::Png16 => "png",
+            Self::Exr => "exr",
+        };
+        format!("light_{number:03}.{extension}")
+    }
+}
+
+/// The name of the light file.
+pub const LIGHT_FILE: &str = "lights.lp";
+
+/// Takes a photograph for every lamp and hands its name and bytes to `keep`, in order, and the light
+/// file last. Returns the fraction of values that the files cannot hold because they are brighter than
+/// white. Memory holds as many photographs as there are threads.
+///
+/// # Errors
+/// What the dome or `keep` refuses, and a cancelled job.
+pub fn photographs(
+    dome: &Dome,
+    lamps: &[Direction],
+    format: PhotographFormat,
+    job: &Job,
+    keep: &mut dyn FnMut(&str, &[u8]) -> Result<()>,
+) -> Result<f64> {
+    let photograph = |lamp: &Direction| {
+        let picture = dome.photograph(*lamp)?;
+        let bright = picture.planes.as_slice().iter().filter(|v| **v > 1.0).count();
+        let bytes = encode_picture(&picture, format.picture_format())?;
+        job.advance(1)?;
+        Ok((bytes, bright))
+    };
+    job.start("photographing", lamps.len() as u64);
+    let mut clipped = 0;
+    let batch = rayon::current_num_threads();
+    for (number, lamps) in lamps.chunks(batch).enumerate() {
+        let taken: Result<Vec<(Vec<u8>, usize)>> = lamps.par_iter().map(photograph).collect();
+        for (k, (bytes, bright)) in taken?.into_iter().enumerate() {
+            clipped += bright;
+            keep(&format.file_name(number * batch + k), &bytes)?;
+        }
+    }
+    let named: Vec<(String, Direction)> =
+        lamps.iter().enumerate().map(|(k, lamp)| (format.file_name(k), *lamp)).collect();
+    keep(LIGHT_FILE, lp::format(&named).as_bytes())?;
+    let values = (lamps.len() * dome.size().texels() * 3) as f64;
+    Ok(if format == PhotographFormat::Exr { 0.0 } else { clipped as f64 / values })
+}
+
+/// Photographs under every lamp into a folder, which is made where it is missing, with their light file.
+///
+/// # Errors
+/// As [`photographs`], and what the system refuses.
+pub fn save(dome: &Dome, lamps: &[Direction], folder: impl AsRef<Path>, job: &Job) -> Result<()> {
+    let folder = folder.as_ref();
+    std::fs::create_dir_all(folder).map_err(|e| Error::io("cannot make the folder", &e).at(folder))?;
+    let mut keep = |name: &str, bytes: &[u8]| {
+        let path = folder.join(name);
+        std::fs::write(&path, bytes).map_err(|e| Error::io("cannot write the file", &e).at(&path))
+    };
+    photographs(dome, lamps, PhotographFormat::default(), job, &mut keep).map(|_| ())
+}

@@ -1,0 +1,55 @@
+//! Fields and pictures by the names of their files.
+
+use std::path::Path;
+
+use crate::error::{Error, Result};
+use crate::field::ReflectanceField;
+use crate::format::{FieldFormat, PictureFormat, encode_field, encode_picture, read_field};
+use crate::job::Job;
+use crate::picture::Picture;
+
+impl ReflectanceField {
+    /// Reads a field from a `.ptm`, an EXR field, or any picture as a field of constants, by content.
+    ///
+    /// # Errors
+    /// A file that cannot be read, is truncated, of another kind, or larger than the default limits.
+    pub fn open(path: impl AsRef<Path>) -> Result<Self> {
+        Self::open_with(path, &Job::default())
+    }
+
+    /// [`ReflectanceField::open`] as a part of a job.
+    ///
+    /// # Errors
+    /// As [`ReflectanceField::open`], within the job's limits.
+    pub fn open_with(path: impl AsRef<Path>, job: &Job) -> Result<Self> {
+        Ok(read_field(path.as_ref(), job)?.field)
+    }
+
+    /// Writes the field in the format that the file's extension stands for; a file that exists is
+    /// replaced.
+    ///
+    /// # Errors
+    /// An extension that stands for no format, a format that cannot hold the functions, and what the
+    /// system refuses.
+    pub fn save(&self, path: impl AsRef<Path>) -> Result<()> {
+        let path = path.as_ref();
+        let format = FieldFormat::from_path(path)?;
+        write(path, &encode_field(self, format, None, &Job::default()).map_err(|e| e.at(path))?)
+    }
+}
+
+impl Picture {
+    /// Writes the picture in the format that the file's extension stands for: `.png`, `.jpg`, `.tif` or
+    /// `.exr`; a file that exists is replaced.
+    ///
+    /// # Errors
+    /// An extension that stands for no format, and what the system refuses.
+    pub fn save(&self, path: impl AsRef<Path>) -> Result<()> {
+        let path = path.as_ref();
+        write(path, &encode_picture(self, PictureFormat::from_path(path)?).map_err(|e| e.at(path))?)
+    }
+}
+
+fn write(path: &Path, bytes: &[u8]) -> Result<()> {
+    std::fs::write(path, bytes).map_err(|e| Error::io("cannot write the file", &e).at(path))
+}

@@ -1,0 +1,80 @@
+//! The shortest way through the library: a capture is fitted, a texture synthesised from the fit.
+//!
+//! Each function has a form that takes a [`Job`]: limits, progress, and a way to stop.
+
+use super::auto::{Choice, Exemplars};
+use super::method::{MethodReport, Plan};
+use super::options::SynthOptions;
+use crate::capture::Capture;
+use crate::error::Result;
+use crate::field::ReflectanceField;
+use crate::fit::{self, Fit, FitOptions};
+use crate::format::read_raster;
+use crate::job::Job;
+use crate::synthesis::{Exemplar, SourceMap, gather};
+
+/// A synthesised texture.
+#[derive(Debug, Clone)]
+pub struct Synthesized {
+    /// The texture.
+    pub field: ReflectanceField,
+    /// Where each of its texels comes from: applies to all that is registered with the exemplar.
+    pub map: SourceMap,
+    /// How it was made.
+    pub plan: Plan,
+    /// What the method says of its work.
+    pub report: MethodReport,
+    /// How the plan was chosen, where several were tried.
+    pub choice: Option<Choice>,
+}
+
+/// Fits functions of light direction to the photographs of a capture.
+///
+/// # Errors
+/// Photographs that cannot be read or differ in size, lights that do not determine the functions, and
+/// the default limits exceeded.
+pub fn fit(capture: &Capture, options: &FitOptions) -> Result<Fit> {
+    fit_with(capture, options, &Job::default())
+}
+
+/// [`fit`](fn@fit) as a part of a job.
+///
+/// # Errors
+/// As [`fit`](fn@fit), within the job's limits; a cancelled job.
+pub fn fit_with(capture: &Capture, options: &FitOptions, job: &Job) -> Result<Fit> {
+    let load = |i: usize| read_raster(&capture.photographs[i].path, job);
+    fit::fit(&capture.lights(), &load, options, job).map_err(|e| e.at(&capture.light_file))
+}
+
+/// Makes a texture from an exemplar. The result depends on the exemplar and the options only.
+///
+/// # Errors
+/// Options without meaning or that the exemplar is too small for, and the default limits exceeded.
+pub fn synthesize(exemplar: &ReflectanceField, options: &SynthOptions) -> Result<Synthesized> {
+    synthesize_with(exemplar, options, &Job::default())
+}
+
+/// [`synthesize`] as a part of a job.
+///
+/// # Errors
+/// As [`synthesize`], within the job's limits; a cancelled job.
+pub fn synthesize_with(
+    exemplar: &ReflectanceField,
+    options: &SynthOptions,
+    job: &Job,
+) -> Result<Synthesized> {
+    let approach = options.approach()?;
+    let space = options.metric.space(exemplar, options.domain)?;
+    job.check("the index of the exemplar", exemplar.size(), 4 * space.planes() as u64)?;
+    let index = space.index_planes(exemplar);
+    let exemplars = Exemplars {
+        fields: &[exemplar],
+        planes: &[Exemplar { index: &index, excluded: None }],
+        space: &space,
+        files: &[],
+    };
+    let outcome = approach.run(&exemplars, job)?;
+    let field = gather(&outcome.made.map, &[exemplar], job)?;
+    let (map, report) = (outcome.made.map, outcome.made.how);
+    Ok(Synthesized { field, map, plan: outcome.plan, report, choice: outcome.choice })
+}

@@ -1,4 +1,4 @@
-//! Unit directions in the texture's own frame: x right, y up, z towards the viewer.
+//! Unit directions in the frame of the texture: x right, y up, z towards the viewer.
 
 use crate::error::{Error, Result};
 
@@ -28,7 +28,7 @@ impl Direction {
         Ok(Self { x: x / length, y: y / length, z: z / length })
     }
 
-    /// The direction of a vector of length 1, whose components are kept to the bit.
+    /// The direction of a vector of length 1, whose components are kept bit for bit.
     ///
     /// # Errors
     /// When the length differs from 1 by more than 1e-9.
@@ -49,7 +49,8 @@ impl Direction {
         Self { x: sin_polar * cos_azimuth, y: sin_polar * sin_azimuth, z }
     }
 
-    /// The upper direction over the point (u, v) of the unit disk; points outside go to its rim.
+    /// The direction of the upper hemisphere over the point (u, v) of the unit disk; points outside are
+    /// projected to the rim.
     pub fn from_disk(u: f64, v: f64) -> Self {
         let radius = u.hypot(v).max(1.0);
         let (x, y) = (u / radius, v / radius);
@@ -66,7 +67,7 @@ impl Direction {
         self.y
     }
 
-    /// The component towards the viewer: the cosine with the texture's normal.
+    /// The component towards the viewer: the cosine of the angle to the normal of the texture.
     pub fn z(self) -> f64 {
         self.z
     }
@@ -82,8 +83,7 @@ impl Direction {
     }
 }
 
-/// The light and the view that a texture's functions depend on: towards the light, and towards
-/// whoever looks.
+/// The directions towards the light and towards the viewer, on which the functions of a texture depend.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Directions {
     /// Towards the light.
@@ -93,7 +93,8 @@ pub struct Directions {
 }
 
 impl Directions {
-    /// Lit from a direction and seen from straight above, as photographs for textures of light are.
+    /// Lit from a direction and seen from straight above, as in the photographs for textures without view
+    /// dependence.
     pub const fn lit_from(light: Direction) -> Self {
         Self { light, view: Direction::ZENITH }
     }
@@ -105,7 +106,7 @@ impl Directions {
     }
 }
 
-/// A light alone is seen from straight above.
+/// A light alone implies the view from straight above.
 impl From<Direction> for Directions {
     fn from(light: Direction) -> Self {
         Self::lit_from(light)

@@ -1,4 +1,4 @@
-//! One job: its limits, what it holds of them, who listens to its progress, and whether it is to stop.
+//! One job: its limits, the memory it holds, the listener to its progress, and its cancellation.
 
 use std::fmt;
 use std::sync::Arc;
@@ -9,11 +9,11 @@ use crate::limits::Limits;
 use crate::progress::Progress;
 use crate::size::Size;
 
-/// What a piece of work may use, who is told how far it has come, and whether it is to stop.
+/// The limits, progress listener and cancellation flag of one piece of work.
 ///
-/// Clones share all of it, so that the memory budget is one for all stages of a job: a stage asks
-/// with [`Job::check`] whether what it is about to allocate fits beside what is held, and whoever
-/// keeps something for longer than a stage holds it with [`Job::hold`].
+/// Clones share all three, so one memory budget covers all stages of a job: before a stage allocates, it asks
+/// [`Job::check`] whether the allocation fits beside the memory already held; whatever outlives a stage is
+/// held with [`Job::hold`].
 ///
 /// ```
 /// use relume::{Job, Limits, Size};
@@ -33,11 +33,11 @@ pub struct Job {
     cancel: Cancel,
 }
 
-/// A flag by which a job is stopped from outside; clones are the same flag.
+/// A flag that cancels a job from outside; clones are the same flag.
 #[derive(Debug, Clone, Default)]
 pub struct Cancel(Arc<AtomicBool>);
 
-/// Bytes that count against a job's budget until this is dropped.
+/// Bytes that count against the budget of a job until this guard is dropped.
 #[derive(Debug)]
 #[must_use = "the bytes are given back as soon as this is dropped"]
 pub struct Held {
@@ -58,35 +58,35 @@ impl Cancel {
 }
 
 impl Job {
-    /// A job within these limits that nobody listens to.
+    /// A job within these limits, without a progress listener.
     pub fn new(limits: Limits) -> Self {
         Self { limits, ..Self::default() }
     }
 
-    /// The same job, with someone who is told how far it has come.
+    /// The same job, with a progress listener.
     #[must_use]
     pub fn with_progress(self, progress: Arc<dyn Progress>) -> Self {
         Self { progress: Some(progress), ..self }
     }
 
-    /// The same job, stopped by this flag.
+    /// The same job, cancelled by this flag.
     #[must_use]
     pub fn with_cancel(self, cancel: Cancel) -> Self {
         Self { cancel, ..self }
     }
 
-    /// The bounds of the whole job.
+    /// The limits of the whole job.
     pub fn limits(&self) -> &Limits {
         &self.limits
     }
 
-    /// Bytes of the budget that nothing holds.
+    /// The bytes of the budget not yet held.
     pub fn free_bytes(&self) -> u64 {
         self.limits.max_bytes.saturating_sub(self.held_bytes.load(Ordering::Relaxed))
     }
 
-    /// Refuses `what` when a side of `size` is zero or too long, or when it does not fit beside what
-    /// is held.
+    /// Refuses `what` when a side of `size` is zero or too long, or when it does not fit beside the memory
+    /// held.
     ///
     /// # Errors
     /// [`ErrorKind::Limit`], and [`ErrorKind::Invalid`] for a side of zero.
@@ -94,7 +94,7 @@ impl Job {
         self.free().check(what, size, bytes_per_texel)
     }
 
-    /// Refuses `what` when it does not fit beside what is held.
+    /// Refuses `what` when it does not fit beside the memory held.
     ///
     /// # Errors
     /// [`ErrorKind::Limit`].
@@ -105,7 +105,7 @@ impl Job {
     /// Counts `bytes` against the budget for as long as the result lives.
     ///
     /// # Errors
-    /// [`ErrorKind::Limit`] when they do not fit beside what is held.
+    /// [`ErrorKind::Limit`] when they do not fit beside the memory held.
     pub fn hold(&self, what: &str, bytes: u64) -> Result<Held> {
         let limits = self.limits;
         let added = |held: u64| held.checked_add(bytes).filter(|sum| *sum <= limits.max_bytes);
@@ -126,7 +126,7 @@ impl Job {
         }
     }
 
-    /// `steps` more are done, and the work goes on unless the job has been cancelled.
+    /// Counts `steps` more steps as done; the work continues unless the job has been cancelled.
     ///
     /// # Errors
     /// [`ErrorKind::Cancelled`].
@@ -137,7 +137,7 @@ impl Job {
         self.proceed()
     }
 
-    /// Stops the work here when the job has been cancelled.
+    /// Ends the work at this point when the job has been cancelled.
     ///
     /// # Errors
     /// [`ErrorKind::Cancelled`].

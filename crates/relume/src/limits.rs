@@ -1,9 +1,9 @@
-//! Bounds that are checked before any allocation whose size comes from input.
+//! Limits, checked before every allocation whose size comes from input.
 
 use crate::error::{Error, Result};
 use crate::size::Size;
 
-/// How large a job may be. Readers and stages ask before they allocate.
+/// How large a job may be. Readers and stages check before they allocate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Limits {
     /// Bytes that one stage may hold at a time.
@@ -45,7 +45,7 @@ impl Limits {
         Ok(())
     }
 
-    /// Why `what` does not fit.
+    /// The error for `what`, which does not fit.
     pub(crate) fn refusal(&self, what: &str, bytes: u64) -> Error {
         Error::limit(format!(
             "{what} needs {} of memory and the limit is {}: choose a smaller size or raise the limit",

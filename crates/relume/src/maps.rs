@@ -1,12 +1,12 @@
-//! Registered maps of a surface: what a virtual capture photographs and a procedural material makes.
+//! Registered maps of a surface: the input of a virtual capture and the output of a procedural material.
 
 use crate::error::{Error, Result};
 use crate::planes::{Planes, Size};
 
-/// Height, colour, and optional normal and roughness maps of one surface, all equally large.
+/// Height, colour, and optional normal and roughness maps of one surface, all of the same size.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SurfaceMaps {
-    /// One plane: height in **texels** above an arbitrary level, so that slopes need no unit.
+    /// One plane: height in **texels** above an arbitrary level, so that slopes are dimensionless.
     pub height: Planes,
     /// Three planes: linear diffuse reflectance in 0..1.
     pub albedo: Planes,
@@ -22,7 +22,7 @@ impl SurfaceMaps {
         self.height.size()
     }
 
-    /// Checks that all maps have their number of planes and one size.
+    /// Checks that each map has the right number of planes and that all have the same size.
     pub fn validate(&self) -> Result<()> {
         let maps = [
             ("height", Some(&self.height), 1),

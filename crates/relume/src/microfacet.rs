@@ -1,6 +1,6 @@
-//! The reflectance of rough surfaces: microfacets, and a Lambertian body under them.
+//! The reflectance of rough surfaces: microfacets over a Lambertian body.
 //!
-//! What the virtual dome photographs and the highlights of rendering are made of.
+//! Used by the virtual dome and for the highlights of rendering.
 //!
 //! Surface: Cook-Torrance with the GGX distribution (B. Walter et al., Microfacet models for
 //! refraction through rough surfaces, EGSR 2007, eq. 33), Smith's height-correlated shadowing (E.
@@ -8,24 +8,26 @@
 //! eq. 99) and Schlick's Fresnel term (An inexpensive BRDF model, 1994, eq. 15). Roughness is the
 //! square root of alpha (B. Burley, Physically-based shading at Disney, 2012).
 //!
-//! Body: albedo / pi, weakened by what the surface reflects on the way in and on the way out, (1 -
-//! F(l)) (1 - F(v)) (P. Shirley et al., A practitioners' assessment of light reflection models,
-//! Pacific Graphics 1997), so that no more light leaves than arrives: the test integrates it.
+//! Body: albedo / pi, reduced by the light that the surface reflects on the way in and on the way out, (1 -
+//! F(l)) (1 - F(v)) (P. Shirley et al., A practitioners' assessment of light reflection models, Pacific
+//! Graphics 1997), so that no more light leaves than arrives; a test integrates it.
 
 /// Reflectance at normal incidence of a dielectric of refractive index 1.5.
 pub const DIELECTRIC_F0: f64 = 0.04;
 
-/// The least roughness, everywhere: a lobe a third of a degree wide. The light of a point lamp from a
-/// smoother surface falls between texels and samples, as sparkles that depend on where these lie.
+/// The least roughness, everywhere: a lobe a third of a degree wide. On a smoother surface the highlight of a
+/// point lamp falls between texels and samples, and appears as sparkles that depend on their positions.
 pub const LEAST_ROUGHNESS: f64 = 0.05;
 
-/// The distribution's parameter of a roughness in 0..1; less than [`LEAST_ROUGHNESS`] counts as that.
+/// The parameter of the distribution for a roughness in 0..1; values below [`LEAST_ROUGHNESS`] are raised to
+/// it.
 pub fn alpha(roughness: f64) -> f64 {
     let roughness = roughness.max(LEAST_ROUGHNESS);
     roughness * roughness
 }
 
-/// GGX: microfacets per unit of solid angle and area, `n_h` the cosine with the normal.
+/// GGX: microfacets per unit of solid angle and area; `n_h` is the cosine between the half vector and the
+/// normal.
 pub fn distribution(n_h: f64, alpha: f64) -> f64 {
     let squared = alpha * alpha;
     let t = n_h * n_h * (squared - 1.0) + 1.0;
@@ -46,8 +48,8 @@ pub fn fresnel(cosine: f64, f0: f64) -> f64 {
     f0 + (1.0 - f0) * squared * squared * away
 }
 
-/// What the surface reflects, times pi: 1 is as bright as a white Lambertian facing the light.
-/// The cosine at the light is not included. Arguments are cosines, `l_h` between light and half.
+/// The reflectance of the surface times pi: 1 is as bright as a white Lambertian facing the light. The cosine
+/// at the light is not included. Arguments are cosines, `l_h` between light and half vector.
 pub fn specular(n_l: f64, n_v: f64, n_h: f64, l_h: f64, alpha: f64, f0: f64) -> f64 {
     std::f64::consts::PI * distribution(n_h, alpha) * visibility(n_l, n_v, alpha) * fresnel(l_h, f0)
 }
@@ -76,12 +78,12 @@ mod tests {
         }
     }
 
-    /// Heitz 2014, eq. 5: seen from any side, the visible microfacets cover the projected area.
+    /// Heitz 2014, eq. 5: from any direction, the visible microfacets cover the projected area.
     #[test]
     fn masked_microfacets_cover_the_projected_area() {
         for (roughness, polar) in [(0.5, 0.4), (0.8, 1.2), (1.0, 1.45)] {
             let (v, a) = (Direction::from_angles(polar, 0.3), alpha(roughness));
-            // G1 is the limit of the correlated term for a light at the zenith of nothing masked.
+            // G1 is the limit of the correlated term for a light at the zenith, where nothing is masked.
             let cosine = v.z();
             let masking = 2.0 * cosine / (cosine + (a * a + (1.0 - a * a) * cosine * cosine).sqrt());
             let area = integrate_hemisphere(500, |h| distribution(h.z(), a) * masking * v.dot(h).max(0.0));

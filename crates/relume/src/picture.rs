@@ -1,4 +1,4 @@
-//! A picture: planes of colour with their space. The result of relighting and rendering.
+//! A picture: planes of colour with their space, as produced by relighting and rendering.
 
 use crate::planes::{Planes, Size};
 use crate::space::Space;
@@ -8,7 +8,7 @@ use crate::space::Space;
 pub struct Picture {
     /// The channels.
     pub planes: Planes,
-    /// What the values mean.
+    /// The encoding of the values.
     pub space: Space,
 }
 
@@ -18,7 +18,7 @@ impl Picture {
         self.planes.size()
     }
 
-    /// The picture in another space; a copy when it is there already.
+    /// The picture in another space; a copy when it is already in that space.
     pub fn to_space(&self, space: Space) -> Self {
         let mut planes = self.planes.clone();
         if space != self.space {

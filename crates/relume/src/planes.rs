@@ -1,15 +1,14 @@
-//! Stacks of planes of `f32`: the memory layout every stage shares.
+//! Stacks of planes of `f32`: the memory layout shared by all stages.
 //!
-//! A stack of `count` planes of `width` x `height` texels is stored plane after plane,
-//! each plane row after row. **Row 0 is the top row**, as in a picture; directions have y up,
-//! so a step down a row is a step of -y. Files that store rows bottom-up are turned where they
-//! are read and written.
+//! A stack of `count` planes of `width` x `height` texels is stored plane after plane, each plane row by row.
+//! **Row 0 is the top row**, as in a picture; directions have y up, so one row down is a step of -y. Files
+//! that store rows bottom-up are flipped when they are read and written.
 
 use crate::error::{Error, Result};
 use crate::job::Job;
 pub use crate::size::Size;
 
-/// A stack of equally large planes.
+/// A stack of planes of the same size.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Planes {
     size: Size,
@@ -29,7 +28,7 @@ impl Planes {
         Ok(Self::zeros(size, count))
     }
 
-    /// Planes from their samples, plane after plane, each row after row from the top.
+    /// Planes from their samples, plane after plane, each row by row from the top.
     pub fn from_vec(size: Size, count: usize, data: Vec<f32>) -> Result<Self> {
         if size.texels() == 0 || data.len() != size.texels() * count {
             return Err(Error::invalid(format!(
@@ -94,7 +93,7 @@ impl Planes {
         self.plane(k)[self.size.index(x, y)]
     }
 
-    /// The first `count` planes; the memory of the others is given back.
+    /// The first `count` planes; the memory of the others is released.
     #[must_use]
     pub fn truncated(mut self, count: usize) -> Self {
         self.count = self.count.min(count);
@@ -103,8 +102,8 @@ impl Planes {
         self
     }
 
-    /// All planes cut into bands of `texels` neighbouring texels (the last may be shorter): for
-    /// each band its piece of every plane, so that bands can be worked on side by side.
+    /// All planes cut into bands of `texels` consecutive texels (the last may be shorter): for each band its
+    /// part of every plane, so that bands can be processed in parallel.
     pub fn bands_mut(&mut self, texels: usize) -> Vec<Vec<&mut [f32]>> {
         let bands = self.size.texels().div_ceil(texels);
         let mut pieces: Vec<_> = (0..bands).map(|_| Vec::with_capacity(self.count)).collect();
@@ -132,7 +131,7 @@ impl Planes {
         Ok(Self { size, count: self.count, data })
     }
 
-    /// The same planes repeated `across` times to the right and `down` times downwards.
+    /// The planes repeated `across` times to the right and `down` times downwards.
     pub fn repeated(&self, across: usize, down: usize) -> Self {
         let size = Size::new(self.size.width * across, self.size.height * down);
         let mut data = Vec::with_capacity(size.texels() * self.count);

@@ -1,6 +1,6 @@
-//! How long work tells how far it has come, without knowing who listens.
+//! Progress of long work, reported without knowing the listener.
 
-/// Told how far a piece of work has come; called from any thread.
+/// Receives the progress of a piece of work; called from any thread.
 pub trait Progress: Send + Sync {
     /// Work of `steps` steps begins; `what` is a short phrase such as "fitting photographs".
     fn start(&self, what: &str, steps: u64);

@@ -1,15 +1,15 @@
-//! Samples as a picture file stores them: the hand-over between file readers and the stages.
+//! Samples as stored in a picture file: the interface between file readers and the stages.
 //!
-//! A raster is interleaved (all channels of a texel together), grey or RGB, rows from the top.
-//! Integer samples are sRGB-encoded, floating-point samples are linear: the convention of the
-//! files they come from. Nothing is converted until somebody asks for a [`Picture`].
+//! A raster is interleaved (all channels of a texel are adjacent), grey or RGB, rows from the top. Integer
+//! samples are sRGB-encoded, floating-point samples are linear, by the convention of the files they come
+//! from. Nothing is converted until a caller asks for a [`Picture`].
 
 use crate::error::{Error, Result};
 use crate::picture::Picture;
 use crate::planes::{Planes, Size};
 use crate::space::Space;
 
-/// The samples of a [`Raster`] in the depth of their file.
+/// The samples of a [`Raster`] in the bit depth of their file.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Samples {
     /// 8 bits, sRGB-encoded, 255 is white.
@@ -91,7 +91,7 @@ impl Raster {
     /// The rectangle of `size` texels whose top-left texel is (x, y).
     ///
     /// # Errors
-    /// When it does not lie inside.
+    /// When the rectangle does not lie inside.
     pub fn crop(&self, x: usize, y: usize, size: Size) -> Result<Self> {
         self.size.check_crop(x, y, size)?;
         let samples = match &self.samples {
@@ -108,7 +108,7 @@ impl Raster {
         (y..y + size.height).flat_map(|y| row(y).iter().copied()).collect()
     }
 
-    /// The values as planes, brought into `space`.
+    /// The values as planes, converted to `space`.
     pub fn to_picture(&self, space: Space) -> Picture {
         let own = self.samples.space();
         let convert = |value: f32| match (own, space) {

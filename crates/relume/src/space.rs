@@ -1,4 +1,4 @@
-//! Linear light and the sRGB encoding (IEC 61966-2-1:1999), and where each is meant.
+//! Linear light and the sRGB encoding (IEC 61966-2-1:1999), and where each is used.
 
 use serde::Serialize;
 
@@ -10,7 +10,7 @@ use crate::names::{Named, named};
 pub enum Space {
     /// Proportional to light.
     Linear,
-    /// Encoded for display; what 8-bit photographs and `.ptm` files hold.
+    /// Encoded for display, as in 8-bit photographs and `.ptm` files.
     Srgb,
 }
 
@@ -25,7 +25,7 @@ impl Space {
         }
     }
 
-    /// A linear value brought into this space.
+    /// A linear value converted to this space.
     pub fn from_linear(self, value: f32) -> f32 {
         match self {
             Self::Linear => value,

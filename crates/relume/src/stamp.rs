@@ -1,11 +1,11 @@
-//! Stamps: whether a file is the one that another was written with.
+//! Stamps: whether a file is the one that its companion was written with.
 
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-/// The length of a file and the CRC-32 of its bytes (that of PNG and zip; ISO/IEC 3309): enough to tell
-/// files of one kind apart, and nothing against forgery.
+/// The length of a file and the CRC-32 of its bytes (as in PNG and zip; ISO/IEC 3309): enough to tell files
+/// of one kind apart, but no protection against forgery.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Stamp {
     /// The number of bytes.
@@ -15,7 +15,7 @@ pub struct Stamp {
 }
 
 impl Stamp {
-    /// The stamp of a file's bytes.
+    /// The stamp of the bytes of a file.
     ///
     /// ```
     /// use relume::Stamp;

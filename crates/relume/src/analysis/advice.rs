@@ -1,18 +1,17 @@
-//! From what was measured to what to do: ways of synthesis to try, the most promising first.
+//! From measurements to suggestions: methods of synthesis to try, the most promising first.
 //!
-//! The table behind it was made by measuring, not by taste (`docs/methods.md`): on photographs and
-//! fabrics of 256 x 256 texels, blocks joined along cuts are nearest to their exemplar by the patch
-//! distance when they are a quarter to an eleventh of its side, and which of these is best differs
-//! from texture to texture and, by a tenth to a third, from seed to seed. So several sizes are
-//! advised and the figures of the analysis bound them: a block holds three features, and a period
-//! where the texture is plainly regular. Where there is a period, tiles of whole periods are worth a
-//! try too, and optimisation by patches is worth one everywhere: it is the nearest on some pictures
-//! of stones. Of the methods that place texels one after another only scanlines of continued pieces
+//! The table behind it was measured (`docs/methods.md`). On photographs and fabrics of 256 x 256 texels,
+//! blocks joined along cuts are nearest to their exemplar by the patch distance when their side is a quarter
+//! to an eleventh of that of the exemplar. The best of these differs from texture to texture and, by a tenth
+//! to a third, from seed to seed. So several sizes are suggested, within bounds from the analysis: a block
+//! holds three features, and one period if the texture is plainly regular. Where there is a period, tiles of
+//! whole periods are worth a try as well. Optimisation by patches is worth one everywhere: it is the nearest
+//! on some pictures of stones. Of the methods that place single texels, only scanlines of continued pieces
 //! (Wei-Levoy with a coherence of 1) were ever within a tenth of the best, on textures without a period.
 //! Noise was not, and has no source map.
 //!
-//! Of several exemplars all are analysed: blocks fit the smallest, and hold three features, and a period,
-//! of each. Tiles are made of one exemplar only.
+//! Of several exemplars all are analysed: blocks fit the smallest, and hold three features, and a period, of
+//! each. Tiles are made from a single exemplar only.
 
 use serde::Serialize;
 
@@ -21,21 +20,21 @@ use crate::numeric::lattice::length;
 use crate::numeric::periods::Pattern;
 use crate::planes::Size;
 
-/// Sides of blocks as parts of the exemplar's smaller side, and of overlaps as parts of the block: a
-/// sixth is customary (Efros, Freeman 2001), a third makes cuts smoother.
+/// Sides of blocks as fractions of the smaller side of the exemplar, and overlaps as fractions of the block:
+/// a sixth is customary (Efros, Freeman 2001), a third makes cuts smoother.
 const BLOCKS: [(f64, usize); 5] = [(4.0, 6), (6.0, 6), (8.0, 6), (11.0, 6), (4.0, 3)];
-/// A block holds at least so many features.
+/// The least number of features across a block.
 const LEAST_FEATURES: f64 = 3.0;
-/// From this share of the variance on a texture is plainly regular.
+/// The share of the variance from which a texture counts as plainly regular.
 const PLAINLY_REGULAR: f64 = 0.5;
-/// Tiles of a set: each holds about a quarter of the exemplar.
+/// Tiles of a set: each takes about a quarter of the exemplar.
 const TILES: usize = 4;
-/// From this coherence on a texture is oriented.
+/// The coherence from which a texture counts as oriented.
 const ORIENTED: f64 = 0.4;
-/// Up to this kurtosis its steps are nearly those of random phases.
+/// The kurtosis up to which the steps are nearly those of random phases.
 const RANDOM: f64 = 4.0;
 
-/// What kind of texture it is, from the one that asks most of a method.
+/// The kind of texture, the most demanding first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Kind {
@@ -47,11 +46,11 @@ pub enum Kind {
     Oriented,
     /// It has edges, and neither period nor direction.
     Irregular,
-    /// It has neither, nor edges.
+    /// It has neither of these, nor edges.
     Random,
 }
 
-/// A way to synthesise, with the parameters that matter.
+/// A method of synthesis with its main parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(tag = "method", rename_all = "lowercase")]
 pub enum Way {
@@ -62,29 +61,29 @@ pub enum Way {
         /// Texels by which they overlap.
         overlap: usize,
     },
-    /// The whole improved by matches of its patches.
+    /// The whole output improved by matching its patches.
     PatchMatch,
-    /// Texels in rows, coarse to fine, each continuing a piece beside it.
+    /// Texels row by row, coarse to fine, each continuing a neighbouring piece.
     Scanlines,
     /// Tiles of whole periods.
     Roller {
-        /// How many.
+        /// The number of tiles.
         tiles: usize,
     },
 }
 
-/// What to do with an exemplar.
+/// Suggestions for an exemplar.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Advice {
-    /// What kind of texture it is; of several, the one that asks most of a method.
+    /// The kind of texture; of several, the most demanding one.
     pub kind: Kind,
-    /// What was measured and what follows from it, in a sentence.
+    /// The measurements and what follows from them, in one sentence.
     pub reason: String,
-    /// Ways to synthesise, the most promising first; at least one.
+    /// Methods to try, the most promising first; at least one.
     pub ways: Vec<Way>,
 }
 
-/// The advice for exemplars, each an analysis and a size; a function of its arguments alone.
+/// The advice for exemplars, given by their analyses and sizes; a function of its arguments alone.
 ///
 /// # Panics
 /// When there are none.
@@ -245,7 +244,7 @@ mod tests {
         let striped = found(Pattern::Stripes([0.0, 50.0]), 0.8, Some(4.0));
         let both = |first, second| advise(&[(first, SIDE), (second, Size::new(200, 400))]);
         let mixed = both(&plain, &striped);
-        // Sides of a quarter to an eleventh of 200, at least the period of 50, and no tiles of two.
+        // Sides of a quarter to an eleventh of 200, at least the period of 50, and no sets of two tiles.
         assert_eq!(blocks(&mixed), [(50, 8), (50, 16)]);
         assert_eq!((mixed.kind, &mixed.ways), (Kind::Striped, &both(&striped, &plain).ways));
         assert!(!mixed.ways.iter().any(|way| matches!(way, Way::Roller { .. } | Way::Scanlines)));
@@ -266,7 +265,7 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever was measured, every block fits the exemplar and overlaps by at most half.
+        /// Whatever the measurements, every block fits the exemplar and overlaps by at most half.
         #[test]
         fn all_ways_are_possible(
             (width, height) in (16usize..400, 16usize..400),

@@ -1,31 +1,30 @@
-//! Whether a texture is the same everywhere: statistics of blocks, and their drift across the picture.
+//! Homogeneity of a texture: statistics of blocks, and their drift across the picture.
 //!
-//! For each block of a grid two numbers are taken: the contrast, its root mean square value, and the
-//! frequency, the share of neighbours on different sides of the block's mean (S. O. Rice, Mathematical
-//! analysis of random noise, 1944, on the rate of zeros). Magnified by m, a texture has 1 / m of
-//! these crossings a texel, whatever its spectrum and edges, so their drift is that of the scale:
-//! perspective. Planes through the logarithms by least squares say how much they drift from one side
-//! to the other, and how many standard errors that is. Blocks hold several features each, so that
-//! they are nearly independent; fine noise is averaged away first, by halving until features are a
-//! few texels large.
+//! For each block of a grid two numbers are measured: the contrast, its root mean square value, and the
+//! frequency, the share of neighbours on different sides of the mean of the block (S. O. Rice, Mathematical
+//! analysis of random noise, 1944, on the rate of zeros). Magnified by m, a texture has 1 / m times as many
+//! of these crossings per texel, whatever its spectrum and edges, so their drift is that of the scale, that
+//! is, perspective. Planes fitted to the logarithms by least squares give the drift from one side to the
+//! other, and its standard error. Blocks hold several features each, so that they are nearly independent;
+//! fine noise is averaged away first, by halving the resolution until features are a few texels large.
 
 use serde::Serialize;
 
 use crate::planes::{Planes, Size};
 
-/// Blocks along a side at most, and at least.
+/// The most and the fewest blocks along a side.
 const GRID: (usize, usize) = (8, 3);
-/// Blocks are at least this many features wide.
+/// The least width of a block, in features.
 const FEATURES: f64 = 1.5;
-/// Features are brought down to at most this many texels.
+/// Features are reduced to at most this many texels.
 const FINEST: f64 = 10.0;
-/// A drift is plain from this factor on, and this many standard errors.
+/// A drift is significant from this factor on, and from this many standard errors.
 const PLAIN: (f64, f64) = (1.2, 4.5);
 
 /// A change across the picture.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Drift {
-    /// The value at the right (lower) border over that at the left (upper) one.
+    /// The value at the right (lower) border divided by that at the left (upper) one.
     pub factor: f64,
     /// Its logarithm in standard errors.
     pub errors: f64,
@@ -34,13 +33,14 @@ pub struct Drift {
 impl Drift {
     const NONE: Self = Self { factor: 1.0, errors: 0.0 };
 
-    /// Whether it is large, and larger than chance makes it.
+    /// Whether it is large, and larger than expected by chance.
     pub fn is_plain(&self) -> bool {
         self.factor.ln().abs() >= PLAIN.0.ln() && self.errors.abs() >= PLAIN.1
     }
 }
 
-/// The drifts of scale and of contrast, each along x and y. None where the picture holds too few features.
+/// The drifts of scale and of contrast, each along x and y; no drift where the picture holds too few
+/// features.
 pub fn drifts(planes: &Planes, feature: Option<f64>) -> [[Drift; 2]; 2] {
     let Some(mut feature) = feature else { return [[Drift::NONE; 2]; 2] };
     let mut planes = planes.clone();
@@ -92,7 +92,7 @@ impl MeasuredBlock {
     }
 }
 
-/// The drifts of a grid's logarithms along x and y: a plane through them, by least squares.
+/// The drifts along x and y of the logarithms on a grid: a plane fitted by least squares.
 fn fitted(values: &[f64], grid: usize) -> [Drift; 2] {
     let place = |k: usize| (2 * k + 1) as f64 / grid as f64 - 1.0;
     let (x, y) = (|i: usize| place(i % grid), |i: usize| place(i / grid));

@@ -16,14 +16,14 @@ use crate::space::Space;
 
 /// Colour of lattice lines: orange, which few textures have.
 const LINE: [f32; 3] = [1.0, 0.45, 0.05];
-/// Half the width of a line in texels.
+/// Half the width of a line, in texels.
 const HALF_LINE: f64 = 0.75;
 /// The range of the spectrum's greys in dB below its maximum.
 const RANGE_DB: f64 = 60.0;
 
-/// Three panels as large as the texture: the texture as a picture with the lattice drawn on it, the
-/// autocorrelation of the analysed planes (grey is 0, white 1, the centre no shift), and their
-/// spectrum (white is most, black 60 dB less; the centre is the mean).
+/// Three panels of the size of the texture: the texture as a picture with the lattice drawn on it, the
+/// autocorrelation of the analysed planes (grey is 0, white 1, zero shift at the centre), and their spectrum
+/// (white is the maximum, black 60 dB below it; the mean at the centre).
 ///
 /// # Errors
 /// When the limits are exceeded.
@@ -55,7 +55,7 @@ pub fn draw(picture: &Picture, planes: &Planes, analysis: &Analysis, job: &Job) 
     Ok(Picture { planes: out, space: Space::Srgb })
 }
 
-/// Whether a place is on a line of the pattern: sides of lattice cells, or borders of stripes.
+/// Whether a position is on a line of the pattern: sides of lattice cells, or borders of stripes.
 fn is_on_line(pattern: &Pattern, place: [f64; 2]) -> bool {
     let near = |coordinate: f64, spacing: f64| (coordinate - coordinate.round()).abs() * spacing < HALF_LINE;
     match pattern {

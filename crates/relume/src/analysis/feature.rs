@@ -1,17 +1,17 @@
-//! The size of features: the distance over which a texture stops resembling itself.
+//! The size of features: the distance over which a texture stays similar to itself.
 //!
-//! Twice the shift at which the autocorrelation, averaged over directions, falls to a half. For
-//! round stones of one size it is 0.8 of their diameter, for squares of random shades 0.9 of their
-//! side, for smooth stripes a little under half their period.
+//! Twice the shift at which the autocorrelation, averaged over directions, falls to one half. For round
+//! stones of one size it is 0.8 of their diameter, for squares of random shades 0.9 of their side, for smooth
+//! stripes a little under half their period.
 
 use std::f64::consts::PI;
 
 use crate::numeric::autocorrelation::Autocorrelation;
 
-/// Directions over half a turn; the other half is its mirror image.
+/// Directions over half a turn; the other half is a mirror image.
 const DIRECTIONS: u32 = 32;
 
-/// The size in texels; `None` where the correlation stays above a half within reach.
+/// The size in texels; `None` where the correlation stays above one half within reach.
 pub fn size(correlation: &Autocorrelation) -> Option<f64> {
     let reach = correlation.reach().width.min(correlation.reach().height);
     let ring = |radius: f64| {

@@ -1,14 +1,14 @@
-//! What an exemplar is like, and whether it can be synthesised from: periods, direction, size of
-//! features, randomness, and what spoils results (uneven light, perspective, too small a sample).
+//! The properties of an exemplar, and its suitability for synthesis: periods, direction, size of features,
+//! randomness, and common causes of failure (uneven light, perspective, too small a sample).
 //!
-//! Works on index planes, whose distances are those of functions, or on a plain picture's channels:
+//! Works on index planes, whose distances are those of functions, or on the channels of a plain picture:
 //!
-//! - [`trend`]: light that changes across the picture, and the planes without it;
+//! - [`trend`]: changes of light across the picture, and the planes without them;
 //! - [`crate::numeric::periods`]: lattices and stripes;
 //! - [`orientation`]: the main direction, by the structure tensor;
 //! - [`feature`]: the size of features, by the autocorrelation;
 //! - [`blocks`]: whether scale and contrast are the same everywhere;
-//! - [`advice`]: which methods suit;
+//! - [`advice`]: suitable methods;
 //! - [`draw()`]: all of it in one picture.
 
 pub mod advice;
@@ -34,38 +34,37 @@ use orientation::Orientation;
 
 /// The least side of a texture that is analysed.
 pub const LEAST_SIDE: usize = 16;
-/// Fewer features than this along a side are too small a sample to draw from: a stone or a pore is
-/// two to three of them wide, as they are measured (see [`feature`]).
+/// Fewer features than this along a side are too small a sample: a stone or a pore is two to three of them
+/// wide, by the measure of [`feature`].
 const LEAST_FEATURES: f64 = 10.0;
 /// Fewer periods than this along a side are too small a sample.
 const LEAST_PERIODS: f64 = 4.0;
-/// A trend of light is named from this part of the variance on, and when it is this many times what
-/// a texture of such features has by chance.
+/// A trend of light is reported from this share of the variance on, if it is also this many times the share
+/// expected by chance for features of this size.
 const LEAST_TREND: (f64, f64) = (0.05, 5.0);
 
-/// What was found.
+/// The results.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Analysis {
-    /// How the texture repeats.
+    /// The periods of the texture.
     pub periods: Periods,
     /// Its main direction.
     pub orientation: Orientation,
-    /// The size of its features in texels; `None` where they are as large as half the picture.
+    /// The size of its features in texels; `None` where they reach half the size of the picture.
     pub feature: Option<f64>,
-    /// The kurtosis of the steps between neighbours: 3 where phases are random, more where there
-    /// are edges.
+    /// The kurtosis of the steps between neighbours: 3 for random phases, higher with edges.
     pub kurtosis: f64,
-    /// The share of the variance that is a slow change of light (a polynomial of second degree).
+    /// The share of the variance explained by a slow change of light (a polynomial of second degree).
     pub trend: f64,
-    /// How the scale changes across the picture, along x and y: the factor from one side to the other.
+    /// The change of scale across the picture, along x and y, as the factor from one side to the other.
     pub scale: [Drift; 2],
-    /// How the contrast changes in the same way.
+    /// The change of contrast in the same form.
     pub contrast: [Drift; 2],
-    /// What may spoil synthesis from this exemplar, a sentence each.
+    /// Possible causes of failure of a synthesis from this exemplar.
     pub warnings: Vec<Warning>,
 }
 
-/// What may spoil synthesis.
+/// A possible cause of failure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Warning {
@@ -73,14 +72,14 @@ pub enum Warning {
     UnevenLight,
     /// The scale changes across the picture.
     Perspective,
-    /// Halves differ more than their parts.
+    /// The halves differ more than their parts.
     Unrepresentative,
-    /// There are too few features to draw from.
+    /// There are too few features to sample from.
     TooSmall,
 }
 
 impl Warning {
-    /// What it means and what to do.
+    /// The meaning, and what to do about it.
     pub fn sentence(self) -> &'static str {
         match self {
             Self::UnevenLight => {
@@ -147,7 +146,7 @@ fn check(planes: &Planes) -> Result<()> {
 
 fn warnings(found: &Analysis, size: Size) -> Vec<Warning> {
     let feature = found.feature.unwrap_or(f64::INFINITY);
-    // Five terms besides the mean, each of which fits as much as one independent feature.
+    // Five terms in addition to the mean, each of which explains as much as one independent feature.
     let by_chance = 5.0 * feature * feature / size.texels() as f64;
     let (least, times) = LEAST_TREND;
     let uneven = found.trend > least.max(times * by_chance.min(1.0));

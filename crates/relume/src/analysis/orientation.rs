@@ -1,9 +1,9 @@
-//! The main direction of a texture, and how its steps are distributed.
+//! The main direction of a texture, and the distribution of its steps.
 //!
-//! The structure tensor is the sum over texels and planes of the outer products of gradients (M. Kass,
-//! A. Witkin, Analyzing oriented patterns, 1987; J. Bigun, G. H. Granlund, 1987). Its minor axis runs
-//! along lines and grain; coherence is the difference of its eigenvalues over their sum: 0 without a
-//! direction, 1 for straight lines. It is blind to textures with two equal directions, such as a plain
+//! The structure tensor is the sum over texels and planes of the outer products of gradients (M. Kass, A.
+//! Witkin, Analyzing oriented patterns, 1987; J. Bigun, G. H. Granlund, 1987). Its minor axis is parallel to
+//! lines and grain; coherence is the difference of its eigenvalues divided by their sum: 0 without a
+//! direction, 1 for straight lines. It does not detect textures with two equal directions, such as a plain
 //! weave.
 
 use serde::Serialize;
@@ -15,7 +15,7 @@ use crate::planes::Planes;
 pub struct Orientation {
     /// Along lines and grain, in degrees from x (right) towards y (up), 0 to 180.
     pub angle_deg: f64,
-    /// 0 for none to 1 for straight lines only.
+    /// 0 without a direction, 1 for straight lines.
     pub coherence: f64,
 }
 
@@ -25,7 +25,7 @@ fn steps(plane: &[f32], width: usize) -> impl Iterator<Item = (f64, f64)> + '_ {
     (0..rows.saturating_sub(1)).flat_map(move |y| {
         (0..width - 1).map(move |x| {
             let at = |x: usize, y: usize| f64::from(plane[y * width + x]);
-            // Means over two rows and two columns: both steps belong to the same place.
+            // Means over two rows and two columns: both steps refer to the same position.
             let (a, b, c, d) = (at(x, y), at(x + 1, y), at(x, y + 1), at(x + 1, y + 1));
             (0.5 * (b - a + d - c), 0.5 * (c - a + d - b))
         })
@@ -42,15 +42,15 @@ pub fn of(planes: &Planes) -> Orientation {
     }
     let whole = xx + yy;
     let apart = (xx - yy).hypot(2.0 * xy);
-    // Rows run down: the angle turns the other way. Lines are across the gradient.
+    // Rows run down, so the sign of the angle changes. Lines are perpendicular to the gradient.
     let gradient_deg = -0.5 * f64::atan2(2.0 * xy, xx - yy).to_degrees();
     let angle_deg = (gradient_deg + 90.0).rem_euclid(180.0);
     Orientation { angle_deg, coherence: if whole > 0.0 { apart / whole } else { 0.0 } }
 }
 
-/// The kurtosis of the steps along x and y, the mean over planes and directions by their variance.
-/// A texture whose phases are random (B. Galerne, Y. Gousseau, J.-M. Morel, Random phase textures,
-/// 2011) has normal steps: 3.
+/// The kurtosis of the steps along x and y, averaged over planes and directions with their variances as
+/// weights. A texture with random phases (B. Galerne, Y. Gousseau, J.-M. Morel, Random phase textures, 2011)
+/// has normal steps: 3.
 pub fn kurtosis(planes: &Planes) -> f64 {
     let (mut sum, mut weights) = (0.0, 0.0);
     for plane in planes.iter() {

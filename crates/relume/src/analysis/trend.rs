@@ -1,8 +1,8 @@
-//! Slow changes of light: the polynomial of second degree in x and y nearest to each plane.
+//! Slow changes of light: the polynomial of second degree in x and y closest to each plane.
 //!
 //! Uneven light and vignetting are mostly of this form. The fit is by least squares: the powers are
-//! made orthonormal over the texels by the Cholesky factor of their inner products. What is left is the
-//! texture itself, whose autocorrelation then says nothing of the light.
+//! orthonormalised over the texels by the Cholesky factor of their inner products. The remainder is the
+//! texture itself, whose autocorrelation is then independent of the light.
 
 use crate::numeric::Matrix;
 use crate::planes::{Planes, Size};
@@ -10,8 +10,7 @@ use crate::planes::{Planes, Size};
 /// Powers (i, j) of x and y, the constant first.
 const POWERS: [(i32, i32); 6] = [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)];
 
-/// The planes less their trends (their means stay), and the share of the variance of all planes
-/// that the trends were.
+/// The planes minus their trends (the means stay), and the share of the trends in the variance of all planes.
 pub fn removed(planes: &Planes) -> (Planes, f64) {
     let size = planes.size();
     let basis = TrendBasis::new(size);
@@ -33,7 +32,7 @@ pub fn removed(planes: &Planes) -> (Planes, f64) {
 /// Six polynomials that are orthonormal over the texels.
 struct TrendBasis {
     size: Size,
-    /// Columns of the powers' combinations: polynomial p is sum_k combine[(k, p)] power_k.
+    /// Coefficients of the powers, in columns: polynomial p is sum_k combine[(k, p)] power_k.
     combine: Matrix,
 }
 
@@ -75,7 +74,7 @@ impl TrendBasis {
     }
 }
 
-/// Texel `i` of `n` on [-1, 1].
+/// The position of texel `i` of `n` on [-1, 1].
 fn place(i: usize, n: usize) -> f64 {
     (2 * i + 1) as f64 / n as f64 - 1.0
 }

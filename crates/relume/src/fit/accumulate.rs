@@ -1,10 +1,10 @@
 //! The product of a fit, sums += pseudo-inverse x photographs, blocked and vectorised.
 //!
-//! Bands of texels are worked on in parallel. For each band and channel, the samples of a batch
-//! are converted into a scratch of 64 KiB that stays in the second-level cache, and the sums of six
-//! functions are held in registers while the batch passes. Every texel's sum is a chain of plain
-//! multiplications and additions in the order of the photographs, so the result depends neither
-//! on threads and batches nor, without fused operations, on the vector width.
+//! Bands of texels are processed in parallel. For each band and channel, the samples of a batch are converted
+//! into a buffer of 64 KiB that stays in the second-level cache, and the sums of six functions are kept in
+//! registers while the batch passes. The sum of each texel is a chain of plain multiplications and additions
+//! in the order of the photographs, so the result depends neither on threads and batches nor, without fused
+//! operations, on the vector width.
 
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
@@ -15,15 +15,15 @@ use super::stream::BATCH;
 use crate::planes::Planes;
 use crate::raster::Raster;
 
-/// Texels of a band.
+/// Texels per band.
 const BAND: usize = 1024;
 
-/// Functions whose sums stay in registers together: with the sample and a weight, eight of the
-/// sixteen registers that every x86-64 has.
+/// Functions whose sums share the registers: with the sample and a weight, eight of the sixteen registers
+/// that every x86-64 has.
 const FUNCTIONS: usize = 6;
 
-/// Adds photographs `first` and those after it to the coefficients: plane c n + k is function k
-/// of channel c.
+/// Adds a batch of photographs, starting with number `first`, to the coefficients: plane c n + k is function
+/// k of channel c.
 ///
 /// # Panics
 /// When the batch has more than [`BATCH`] photographs.
@@ -66,7 +66,7 @@ fn add_products(arch: Arch, planes: &mut [&mut [f32]], rows: &[f32], share: impl
     }
 }
 
-/// sums_k += sum_i shares_i_k row_i, with one row of [`BAND`] samples a photograph.
+/// sums_k += sum_i shares_i_k row_i, with one row of [`BAND`] samples per photograph.
 struct Products<'a, 'b, const K: usize> {
     sums: &'a mut [&'b mut [f32]; K],
     rows: &'a [f32],

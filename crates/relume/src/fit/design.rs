@@ -1,4 +1,4 @@
-//! The matrix of a fit: the functions' values under each light, factored once.
+//! The matrix of a fit: the values of the functions under each light, factored once.
 
 use std::collections::BTreeSet;
 
@@ -8,15 +8,15 @@ use crate::field::Basis;
 use crate::numeric::Matrix;
 use crate::numeric::matrix::Qr;
 
-/// A function counts as a combination of others when, over the lights, the sine of its angle to
-/// their span is below this. Light files of three or four decimals put the lights of one ring
-/// about 1e-4 off it, two rings one degree apart are at 2e-2.
+/// A function counts as linearly dependent when, over the lights, the sine of its angle to the span of the
+/// others is below this. In light files of three or four decimals the lights of one ring deviate from it by
+/// about 1e-4; two rings one degree apart give 2e-2.
 const LEAST_SINE: f64 = 1e-3;
 
 /// Directions closer than this in every component count as one.
 const SAME_DIRECTION: f64 = 1e-4;
 
-/// The factored matrix A of a fit: row i holds the functions' values under light i.
+/// The factored matrix A of a fit: row i holds the values of the functions under light i.
 #[derive(Debug)]
 pub(super) struct Design {
     basis: Basis,
@@ -30,7 +30,7 @@ impl Design {
     /// Factors the matrix of a basis under lights.
     ///
     /// # Errors
-    /// When the lights do not determine the functions: says what is missing.
+    /// When the lights do not determine the functions; the message says what is missing.
     pub fn new(basis: &Basis, lights: &[Direction]) -> Result<Self> {
         let missing = |reason: String| {
             Error::invalid(format!(
@@ -66,7 +66,7 @@ impl Design {
         self.basis.len()
     }
 
-    /// The functions' values under light `i`.
+    /// The values of the functions under light `i`.
     pub fn values(&self, i: usize) -> &[f64] {
         self.values.row(i)
     }
@@ -76,7 +76,7 @@ impl Design {
         self.pseudo_inverse[(k, i)]
     }
 
-    /// The upper triangular R of A = Q R: coordinates R c are orthonormal for the sum over lights.
+    /// The upper triangular R of A = Q R: the coordinates R c are orthonormal for the sum over lights.
     pub fn whitening(&self) -> &Matrix {
         &self.qr.r
     }
@@ -104,7 +104,7 @@ fn frobenius(m: &Matrix) -> f64 {
     (0..m.rows()).flat_map(|r| m.row(r)).map(|x| x * x).sum::<f64>().sqrt()
 }
 
-/// Whether some column is nearly a combination of those before it.
+/// Whether some column is nearly a linear combination of the earlier ones.
 fn is_dependent(qr: &Qr) -> bool {
     (0..qr.r.cols()).any(|j| {
         let norm = (0..=j).map(|i| qr.r[(i, j)].powi(2)).sum::<f64>().sqrt();
@@ -112,7 +112,7 @@ fn is_dependent(qr: &Qr) -> bool {
     })
 }
 
-/// Why lights that are many enough do not determine the functions.
+/// Why the lights, although numerous enough, do not determine the functions.
 fn reason(basis: &Basis, lights: &[Direction]) -> String {
     let key = |light: &Direction| light.to_array().map(|x| (x / SAME_DIRECTION).round() as i64);
     let distinct = lights.iter().map(key).collect::<BTreeSet<_>>().len();
@@ -152,7 +152,7 @@ mod tests {
             .collect()
     }
 
-    /// As a light file of four decimals keeps them.
+    /// As rounded by a light file of four decimals.
     fn rounded(lights: Vec<Direction>) -> Vec<Direction> {
         let round = |x: f64| (x * 1e4).round() / 1e4;
         lights

@@ -1,9 +1,9 @@
 //! The fit without one photograph, in closed form.
 //!
 //! With g = (A'A)^-1 a_i, the residual e of texel p under light i and the leverage h = a_i' g, the
-//! least-squares coefficients without photograph i are c - g e / (1 - h) (Cook, Weisberg,
-//! "Residuals and Influence in Regression", 1982, appendix A.2). The layout of luminance and colour is then made
-//! as in the fit, with the factor of the remaining lights.
+//! least-squares coefficients without photograph i are c - g e / (1 - h) (Cook, Weisberg, "Residuals and
+//! Influence in Regression", 1982, appendix A.2). Luminance and colour are then separated as in the fit, with
+//! the factor of the remaining lights.
 
 use crate::field::PlaneLayout;
 use crate::planes::Planes;
@@ -13,8 +13,8 @@ use super::design::Design;
 use super::levels::Levels;
 use super::residual::relight_channel;
 
-/// The coefficients of the fit without photograph `i`, from the channel coefficients `linear` of
-/// the fit with it; nothing where the remaining lights do not suffice.
+/// The coefficients of the fit without photograph `i`, from the channel coefficients `linear` of the fit with
+/// it; `None` where the remaining lights do not suffice.
 pub(super) fn coefficients_without(
     i: usize,
     photograph: &Raster,

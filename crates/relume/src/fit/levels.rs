@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use crate::raster::{Raster, Samples};
 use crate::space::Space;
 
-/// Tables of the integer codes' values in one space.
+/// Tables of the values of integer codes in one space.
 #[derive(Debug)]
 pub(super) struct Levels {
     space: Space,
@@ -24,7 +24,7 @@ impl Levels {
         self.space
     }
 
-    /// The values of one channel of neighbouring texels, `first` and those after it.
+    /// The values of one channel of consecutive texels, starting with `first`.
     pub fn channel(&self, raster: &Raster, channel: usize, first: usize, out: &mut [f32]) {
         let step = raster.channels();
         let start = first * step + channel;

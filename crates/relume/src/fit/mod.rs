@@ -1,22 +1,22 @@
 //! Fitting: from photographs under known lights to coefficients.
 //!
-//! Each texel's coefficients are the least-squares solution of A c = p, where row i of A holds the
-//! functions' values under light i and p the texel's values in the photographs (Malzbender, Gelb,
-//! Wolters, "Polynomial Texture Maps", SIGGRAPH 2001, section 3.2). A is the same for all texels,
-//! so its pseudo-inverse is found once and a fit is one matrix product past which the photographs
-//! stream: they are decoded in parallel in batches, added to the sums and dropped. Memory is
-//! that of the sums and one batch, whatever the number of photographs; only the sample of texels
-//! for the error report grows with it, by at most 65,536 texels a photograph.
+//! The coefficients of each texel are the least-squares solution of A c = p, where row i of A holds the
+//! values of the functions under light i, and p the values of the texel in the photographs (Malzbender, Gelb,
+//! Wolters, "Polynomial Texture Maps", SIGGRAPH 2001, section 3.2). A is the same for all texels, so its
+//! pseudo-inverse is computed once and a fit is one matrix product. The photographs are streamed: they are
+//! decoded in parallel in batches, added to the sums and dropped. The memory is that of the sums and one
+//! batch, whatever the number of photographs; only the sample of texels for the error report grows with it,
+//! by at most 65,536 texels per photograph.
 //!
-//! | file | does |
+//! | file | content |
 //! |---|---|
-//! | `design` | the matrix A, its factorisation, and why lights may not suffice |
+//! | `design` | the matrix A, its factorisation, and the reasons why lights may not suffice |
 //! | `levels` | samples of a file as values in the space of the fit |
 //! | `stream` | photographs one batch at a time, checked against the first |
 //! | `accumulate` | sums += pseudo-inverse x photographs, vectorised |
-//! | `product` | three channel functions become a luminance and a colour |
+//! | `product` | three channel functions to a luminance and a colour |
 //! | `sample`, `residual`, `leave_one_out`, `report` | how well the result relights the photographs |
-//! | `reference` | the slow and obvious fit that the tests compare with |
+//! | `reference` | the slow and obvious fit against which the tests compare |
 
 mod accumulate;
 mod design;
@@ -46,7 +46,7 @@ use levels::Levels;
 use sample::Grid;
 use stream::Stream;
 
-/// What to fit.
+/// The options of a fit.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FitOptions {
     /// The functions of light direction.
@@ -57,10 +57,10 @@ pub struct FitOptions {
     /// The space of the fitted values. Integer samples are encoded and are decoded for
     /// [`Space::Linear`]; floating-point samples are linear and are encoded for [`Space::Srgb`].
     pub space: Space,
-    /// At most this many texels, on a regular grid, are compared with the photographs; every texel
-    /// where the photographs have no more. Beyond 65,536 the photographs are read a second time.
+    /// At most this many texels, on a regular grid, are compared with the photographs; all texels of smaller
+    /// photographs. Beyond 65,536 the photographs are read a second time.
     pub report_texels: usize,
-    /// Whether to also measure how well each photograph is predicted by all the others.
+    /// Whether to measure also how well each photograph is predicted by all the others.
     pub leave_one_out: bool,
 }
 
@@ -77,7 +77,7 @@ impl Default for FitOptions {
 }
 
 impl FitOptions {
-    /// Checks what can be checked before a photograph is read.
+    /// Checks the options before a photograph is read.
     ///
     /// # Errors
     /// When no texel is to be compared.
@@ -88,7 +88,7 @@ impl FitOptions {
         Ok(())
     }
 
-    /// The layout for photographs of that many channels.
+    /// The layout for photographs with that many channels.
     fn layout_for(&self, channels: usize) -> Result<PlaneLayout> {
         if channels == 1 {
             return Ok(PlaneLayout::LUMINANCE);
@@ -103,7 +103,7 @@ impl FitOptions {
     }
 }
 
-/// A fitted field and how well it relights the photographs.
+/// A fitted field and its relighting errors.
 #[derive(Debug, Clone)]
 pub struct Fit {
     /// The result.
@@ -119,9 +119,8 @@ pub type Load<'a> = dyn Fn(usize) -> Result<Raster> + Sync + 'a;
 /// `load(i)` reads the i-th. The result is the same at any number of threads.
 ///
 /// # Errors
-/// Lights that do not determine the functions (before any photograph is read), whatever `load`
-/// refuses, photographs that differ in size or channels, samples that are not numbers, and sizes
-/// beyond `limits`.
+/// Lights that do not determine the functions (before any photograph is read), errors of `load`, photographs
+/// that differ in size or channels, samples that are not finite, and sizes beyond the limits of the job.
 pub fn fit(lights: &[(String, Direction)], load: &Load, options: &FitOptions, job: &Job) -> Result<Fit> {
     options.validate()?;
     let directions: Vec<Direction> = lights.iter().map(|(_, light)| *light).collect();
@@ -144,8 +143,8 @@ pub fn fit(lights: &[(String, Direction)], load: &Load, options: &FitOptions, jo
     Ok(Fit { field: field.with_lights(directions), report })
 }
 
-/// The coefficients of every channel, and from each photograph the texels for the report where
-/// they are few enough to keep.
+/// The coefficients of every channel, and the texels of each photograph for the report where they are few
+/// enough to keep.
 fn sum_photographs(
     stream: &Stream,
     design: &Design,
@@ -155,7 +154,7 @@ fn sum_photographs(
 ) -> Result<(Planes, Vec<Raster>)> {
     let functions = design.functions();
     let channels = stream.channels();
-    // One constant function in three channels makes three planes, but four as luminance and colour.
+    // One constant function in three channels needs three planes, but four as luminance and colour.
     let planes = (functions * channels).max(functions + channels);
     let mut sums = Planes::zeros(stream.size(), planes);
     let mut kept = Vec::new();

@@ -1,11 +1,11 @@
-//! Three channel functions become a luminance function and a colour, the nearest in the
-//! least-squares sense over the photographs.
+//! Three channel functions to a luminance function and a colour, closest in the least-squares sense over the
+//! photographs.
 //!
-//! The photographs' squared error of coefficients c' instead of the fitted c exceeds the least one
-//! by (c' - c)' A'A (c' - c), so with A = Q R the coordinates R c are orthonormal for it, and the
-//! nearest product l x colour is the leading singular pair of the three channels' coordinates
-//! (see [`crate::field::lrgb`]). The colour needs their 3 x 3 inner products; the luminance is a
-//! combination of the channels, the same for coordinates and coefficients.
+//! The squared error of coefficients c' instead of the fitted c exceeds the least one by (c' - c)' A'A (c' -
+//! c). So with A = Q R the coordinates R c are orthonormal for it, and the closest product l x colour is the
+//! leading singular pair of the coordinates of the three channels (see [`crate::field::lrgb`]). The colour
+//! needs their 3 x 3 inner products; the luminance is a combination of the channels, the same for coordinates
+//! and coefficients.
 
 use rayon::prelude::*;
 
@@ -13,7 +13,7 @@ use super::design::Design;
 use crate::field::lrgb::leading_color;
 use crate::planes::Planes;
 
-/// Texels of a band: its rows of inner products stay in the first-level cache.
+/// Texels per band: its rows of inner products stay in the first-level cache.
 const BAND: usize = 512;
 
 /// Replaces 3 n planes of channel functions by n planes of luminance and three of colour, in place.
@@ -42,7 +42,7 @@ pub(super) fn to_products(planes: &mut Planes, design: &Design) {
     });
 }
 
-/// The inner products rr, rg, rb, gg, gb, bb of the channels' orthonormal coordinates.
+/// The inner products rr, rg, rb, gg, gb, bb of the orthonormal coordinates of the channels.
 fn inner_products(band: &[&mut [f32]], whitening: &[Vec<f32>]) -> [[f32; BAND]; 6] {
     let n = whitening.len();
     let mut inner = [[0.0f32; BAND]; 6];

@@ -1,8 +1,8 @@
-//! The slow and obvious fit: every texel by itself, normal equations in `f64`.
+//! The slow and obvious fit: every texel independently, by normal equations in `f64`.
 //!
-//! Nothing is shared with the fast fit but the basis. Luminance and colour are found by alternating
-//! least squares on the photographs themselves (each is linear while the other is held), which
-//! needs no singular values and no factorisation of the lights.
+//! Only the basis is shared with the fast fit. Luminance and colour are found by alternating least squares on
+//! the photographs themselves (each is linear while the other is fixed), without singular values or a
+//! factorisation of the lights.
 
 use crate::direction::Direction;
 use crate::error::{Error, Result};
@@ -14,14 +14,14 @@ use crate::planes::Planes;
 /// Rounds of alternating least squares.
 const ROUNDS: usize = 300;
 
-/// Fits pictures under lights. `layout` is luminance for grey pictures, rgb or lrgb for others;
-/// all pictures are equally large and in one space, which becomes the field's.
+/// Fits pictures under lights. `layout` is luminance for grey pictures, rgb or lrgb for others; all pictures
+/// have the same size and are in one space, which becomes that of the field.
 ///
 /// # Errors
 /// When the lights do not determine the functions.
 ///
 /// # Panics
-/// When there is not one picture a light, or the pictures' channels are not those of `layout`.
+/// When there is not one picture per light, or the channels of the pictures do not match `layout`.
 pub fn fit(
     basis: &Basis,
     layout: &PlaneLayout,

@@ -1,4 +1,4 @@
-//! What a fit says about itself.
+//! The report of a fit.
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -16,37 +16,36 @@ use crate::planes::Planes;
 use crate::raster::Raster;
 use crate::space::Space;
 
-/// Condition numbers above this earn a warning. Lights all over the hemisphere have about 11, rings
-/// at 40 and 50 degrees 25; rings at 44 and 45 degrees, or lights within 10 degrees, about 220.
+/// Condition numbers above this give a warning. Lights all over the hemisphere have about 11, rings at 40 and
+/// 50 degrees 25; rings at 44 and 45 degrees, or lights within 10 degrees, about 220.
 const POOR_CONDITION: f64 = 100.0;
 
-/// An error of values whose peak is 1, clamped to 0..1, in the space of the report.
+/// An error of values with a peak of 1, clamped to 0..1, in the space of the report.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Residual {
     /// The root mean square error.
     pub rmse: f64,
-    /// 20 log10(1 / RMSE); infinite (in JSON: null) where there is no error.
+    /// 20 log10(1 / RMSE); infinite (in JSON: null) for an error of zero.
     pub psnr_db: f64,
 }
 
-/// How well the field relights one photograph.
+/// The relighting error of one photograph.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LightReport {
-    /// The photograph's name.
+    /// The name of the photograph.
     pub name: String,
-    /// The light's unit vector.
+    /// The unit vector towards the light.
     pub direction: [f64; 3],
-    /// How much the photograph determines its own prediction: 0 not at all, 1 alone.
+    /// How much the photograph determines its own prediction: 0 not at all, 1 entirely.
     pub leverage: f64,
     /// The error of the field.
     #[serde(flatten)]
     pub error: Residual,
-    /// The error of a field fitted from all other photographs, where that was asked for and they
-    /// suffice.
+    /// The error of a field fitted to all other photographs, where requested and where they suffice.
     pub leave_one_out: Option<Residual>,
 }
 
-/// How well a fitted field relights its photographs.
+/// The relighting errors of a fitted field.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FitReport {
     /// The space of the fitted and compared values.
@@ -59,14 +58,14 @@ pub struct FitReport {
     pub condition_number: f64,
     /// The error over all photographs.
     pub error: Residual,
-    /// The error over all photographs, each predicted from the others; those of which the others do
-    /// not suffice are left out.
+    /// The error over all photographs, each predicted from the others; those for which the others do not
+    /// suffice are left out.
     pub leave_one_out: Option<Residual>,
-    /// The place in `lights` of the photograph with the largest error, the first of equals.
+    /// The index in `lights` of the photograph with the largest error, the first of equals.
     pub worst: usize,
     /// Each photograph, in the order given.
     pub lights: Vec<LightReport>,
-    /// What makes the figures or the coefficients doubtful, in sentences.
+    /// Reasons to doubt the figures or the coefficients, one sentence each.
     pub warnings: Vec<String>,
 }
 
@@ -77,13 +76,13 @@ impl FitReport {
     }
 }
 
-/// What the errors are measured with.
+/// The inputs of the error measurement.
 pub(super) struct Measured<'a> {
     pub layout: &'a PlaneLayout,
     pub grid: &'a Grid,
     pub levels: &'a Levels,
     pub design: &'a Design,
-    /// The grid's texels of every photograph; empty where they are too many to keep.
+    /// The texels of the grid in every photograph; empty where they are too many to keep.
     pub kept: &'a [Raster],
 }
 
@@ -94,8 +93,8 @@ struct Errors {
 }
 
 impl Measured<'_> {
-    /// Compares the final `coefficients` with all photographs, and those without each photograph,
-    /// made from the channel coefficients `linear` where they are given. Both are on the grid.
+    /// Compares the final `coefficients` with all photographs, and those without each photograph, which are
+    /// derived from the channel coefficients `linear` if given. Both are on the grid.
     pub fn report(
         &self,
         stream: &Stream,

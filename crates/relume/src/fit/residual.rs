@@ -1,4 +1,4 @@
-//! How far a relit field is from a photograph.
+//! The difference between a relit field and a photograph.
 
 use crate::field::PlaneLayout;
 use crate::planes::Planes;
@@ -9,8 +9,8 @@ use super::levels::Levels;
 /// Texels relit at a time.
 const BAND: usize = 4096;
 
-/// The sum of squared differences of a photograph and the field relit with `weights`, over all
-/// texels and channels, both clamped to 0..1 as on a display.
+/// The sum of squared differences between a photograph and the field relit with `weights`, over all texels
+/// and channels, both clamped to 0..1 as on a display.
 pub(super) fn squared_error(
     coefficients: &Planes,
     layout: &PlaneLayout,
@@ -35,7 +35,7 @@ pub(super) fn squared_error(
     sum
 }
 
-/// One channel of neighbouring texels, `first` and those after it, not clamped.
+/// One channel of consecutive texels, starting with `first`, not clamped.
 pub(super) fn relight_channel(
     coefficients: &Planes,
     layout: &PlaneLayout,

@@ -3,8 +3,8 @@
 use crate::planes::{Planes, Size};
 use crate::raster::{Raster, Samples};
 
-/// Grids of at most this many texels are kept from each photograph while it streams; for larger
-/// ones the photographs are read again.
+/// Grids of at most this many texels are kept from each streamed photograph; for larger ones the photographs
+/// are read again.
 pub(super) const KEPT_TEXELS: usize = 65_536;
 
 /// Every `step`-th texel of every `step`-th row, centred in the picture.
@@ -17,7 +17,7 @@ pub(super) struct Grid {
 }
 
 impl Grid {
-    /// The finest grid of at most `most` texels; all texels where there are no more.
+    /// The finest grid of at most `most` texels; all texels of a smaller picture.
     pub fn new(full: Size, most: usize) -> Self {
         let mut step = 1;
         while full.width.div_ceil(step) * full.height.div_ceil(step) > most.max(1) {
@@ -39,18 +39,18 @@ impl Grid {
         self.full.texels()
     }
 
-    /// Whether its texels are few enough to be kept from every photograph.
+    /// Whether it has few enough texels to keep them from every photograph.
     pub fn is_kept(&self) -> bool {
         self.texels() <= KEPT_TEXELS
     }
 
-    /// The grid's texels of planes.
+    /// The texels of the grid in planes.
     pub fn planes(&self, planes: &Planes) -> Planes {
         let data = planes.iter().flat_map(|plane| self.indices().map(|i| plane[i])).collect();
         Planes::from_vec(self.size, planes.count(), data).expect("one sample a texel of every plane")
     }
 
-    /// The grid's texels of a photograph, in its depth.
+    /// The texels of the grid in a photograph, in its bit depth.
     pub fn raster(&self, raster: &Raster) -> Raster {
         let samples = match raster.samples() {
             Samples::U8(s) => Samples::U8(self.pick(s, raster.channels())),

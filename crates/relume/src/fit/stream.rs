@@ -12,11 +12,11 @@ use crate::job::Job;
 use crate::planes::Size;
 use crate::raster::{Raster, Samples};
 
-/// Most photographs of a batch. Every batch passes over all sums once, so few are slow; sixteen
-/// make that a tenth of the decoding.
+/// The most photographs in a batch. Every batch passes over all sums once, so small batches are slow; with
+/// sixteen this costs a tenth of the decoding.
 pub(super) const BATCH: usize = 16;
 
-/// Floating-point samples beyond this (or not numbers) are no photograph; their squares still fit.
+/// Larger or non-finite floating-point samples cannot be photographs; squares up to this still fit.
 const LARGEST_SAMPLE: f32 = 1e12;
 
 /// The photographs of a fit.
@@ -32,8 +32,8 @@ pub(super) struct Stream<'a> {
 }
 
 impl<'a> Stream<'a> {
-    /// Reads the first photograph, which sets the size, and refuses a fit of `functions` functions
-    /// that does not fit into the limits.
+    /// Reads the first photograph, which determines the size, and refuses a fit of `functions` functions that
+    /// does not fit into the limits.
     pub fn open(
         lights: &'a [(String, Direction)],
         load: &'a Load<'a>,
@@ -48,7 +48,7 @@ impl<'a> Stream<'a> {
             Samples::U16(_) => 2,
             Samples::F32(_) => 4,
         };
-        // A batch takes no more memory than the sums, four bytes a function, or that of four.
+        // A batch takes no more memory than the sums, four bytes per function, or than four photographs.
         let batch = (4 * functions / depth).clamp(4, BATCH);
         let bytes = 4 * (functions * channels).max(functions + channels) + batch * channels * depth;
         job.check("the fit", size, bytes as u64)?;
@@ -70,7 +70,7 @@ impl<'a> Stream<'a> {
         self.lights
     }
 
-    /// The memory that the texels of a grid take when they are kept from every photograph.
+    /// The memory of the texels of a grid when they are kept from every photograph.
     pub fn sample_bytes(&self, grid: &Grid) -> u64 {
         if !grid.is_kept() {
             return 0;
@@ -89,10 +89,10 @@ impl<'a> Stream<'a> {
         Ok(photograph)
     }
 
-    /// Gives each batch, with the number of its first photograph, to `take`.
+    /// Passes each batch, with the number of its first photograph, to `take`.
     ///
     /// # Errors
-    /// That of the first photograph, in order, that cannot be read, and whatever `take` refuses.
+    /// The error of the first photograph, in order, that cannot be read, and errors of `take`.
     pub fn for_each_batch(&self, mut take: impl FnMut(usize, &[Raster]) -> Result<()>) -> Result<()> {
         for start in (0..self.lights.len()).step_by(self.batch) {
             let end = (start + self.batch).min(self.lights.len());
@@ -123,7 +123,7 @@ impl<'a> Stream<'a> {
     }
 }
 
-/// Refuses floating-point samples that no camera gives.
+/// Refuses floating-point samples that no camera produces.
 fn check_samples(photograph: &Raster, name: &str) -> Result<()> {
     let Samples::F32(samples) = photograph.samples() else { return Ok(()) };
     let wrong = samples.iter().position(|s| s.is_nan() || s.abs() > LARGEST_SAMPLE);

@@ -96,7 +96,7 @@ proptest! {
     }
 }
 
-/// A capture whose size is odd, spans several bands and fills a vector only in part.
+/// A capture of odd size that spans several bands and fills its last vector only partly.
 fn capture(channels: usize, count: usize) -> (Vec<(String, Direction)>, Vec<Raster>) {
     let mut random = Random::new(5, Purpose::Sample, [channels as u64]);
     let lights = lights(count, &mut random);
@@ -149,7 +149,7 @@ fn the_result_is_the_same_at_any_number_of_threads() {
     assert_eq!(one.report, five.report);
 }
 
-/// The root mean square error of a photograph by the field's own slow relighting.
+/// The root mean square error of a photograph, by the slow relighting of the field itself.
 fn slow_rmse(field: &ReflectanceField, light: Direction, photograph: &Raster) -> f64 {
     let truth = photograph.to_picture(field.space()).planes;
     let mut sum = 0.0;
@@ -230,8 +230,8 @@ fn the_colour_is_better_than_the_mean_colour() {
     assert!(report.error.psnr_db > 20.0);
 }
 
-/// The naive colour: each texel's mean over the photographs, the luminance fitted to the mean of
-/// the channels over the mean of the colour.
+/// The naive colour: the mean of each texel over the photographs, with the luminance fitted to the mean of
+/// the channels divided by the mean of the colour.
 fn with_mean_colors(
     like: &ReflectanceField,
     photographs: &[Raster],

@@ -1,6 +1,6 @@
 //! Measures of difference between pictures and fields, and between shapes.
 //!
-//! [`psnr()`] and [`rmse`] compare texel by texel; [`texture`] compares what textures are made of.
+//! [`psnr()`] and [`rmse`] compare texel by texel; [`texture`] compares the statistics of textures.
 
 mod psnr;
 mod relief;

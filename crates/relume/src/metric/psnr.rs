@@ -1,7 +1,7 @@
 //! Root mean square error and peak signal-to-noise ratio.
 //!
-//! Both compare sample by sample, all planes together, and know no space: compare encoded values
-//! with encoded values. Sums are in `f64`, in storage order.
+//! Both compare sample by sample, all planes together, and ignore the space: compare encoded values with
+//! encoded values. Sums are in `f64`, in storage order.
 
 use crate::error::{Error, Result};
 use crate::numeric::decibel::psnr_db;

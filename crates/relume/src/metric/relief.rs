@@ -1,28 +1,28 @@
-//! How far a found shape is from a known one.
+//! The error of an estimated shape against the true one.
 
 use crate::error::{Error, Result};
 use crate::planes::Planes;
 
-/// Errors of heights, in the unit of the heights; the mean of both is removed first, because no
-/// method of shading knows it.
+/// Errors of heights, in the unit of the heights; the mean of both is removed first, because no method based
+/// on shading determines it.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct HeightError {
     /// Root of the mean squared difference.
     pub rmse: f64,
     /// Standard deviation of the true heights: the error of a level surface.
     pub true_deviation: f64,
-    /// Correlation of both, 1 where they agree up to a factor.
+    /// The correlation of both, 1 where they agree up to a factor.
     pub correlation: f64,
 }
 
-/// Angles between found and true normals, in degrees.
+/// Angles between estimated and true normals, in degrees.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct AngleError {
     /// The mean.
     pub mean_deg: f64,
-    /// Half of the texels are better.
+    /// The error that half of the texels stay below.
     pub median_deg: f64,
-    /// Nineteen of twenty texels are better.
+    /// The error that 95 % of the texels stay below.
     pub p95_deg: f64,
 }
 
@@ -60,7 +60,7 @@ pub fn angle_error(found: &Planes, truth: &Planes) -> Result<AngleError> {
             let [a, b] = [found, truth].map(|n| [0, 1, 2].map(|k| f64::from(n.plane(k)[texel])));
             let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
             let cross = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-            // Exact for small angles, where an arc cosine is not.
+            // Accurate for small angles, unlike an arc cosine.
             dot(cross, cross).sqrt().atan2(dot(a, b)).to_degrees()
         })
         .collect();

@@ -1,5 +1,5 @@
-//! Clouds, f = sum over i = 1..4 of 2^-i n(2^i x, 2^i y, 2^i z): white where f is high, the sky where
-//! it is low. Heights are f itself: a bank of clouds seen from above.
+//! Clouds, f = sum over i = 1..4 of 2^-i n(2^i x, 2^i y, 2^i z): white where f is high, sky where it is low.
+//! The height is f itself: a bank of clouds seen from above.
 
 use super::paint::{Color, PaintedTexel, Sampler, blend, smoothstep, srgb};
 use super::parameters::Parameters;

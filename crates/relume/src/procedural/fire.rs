@@ -1,16 +1,16 @@
-//! Fire, f = z + sum over i = 1..4 of 2^-i n(2^i x, 0, 2^i z + phi): z is the height in the picture,
-//! from 0 at its foot to 1 at its top, x is in feature sizes, and flames are hot where f is low. As
-//! phi falls, what is seen rises, the finer the slower; a phi of 2^4 closes the loop on the torus.
+//! Fire, f = z + sum over i = 1..4 of 2^-i n(2^i x, 0, 2^i z + phi): z is the height in the picture, from 0
+//! at the bottom to 1 at the top, x is in feature sizes, and flames are hot where f is low. As phi falls the
+//! flames rise, finer octaves more slowly; a phi of 2^4 closes the loop on the torus.
 //!
-//! On the torus, where z has to close as well, it falls back to 0 over the highest eighth: a tile is
-//! one row of flames before the next.
+//! On the torus z has to be periodic as well: it returns to 0 over the top eighth, so tiles look like rows of
+//! flames, one in front of the next.
 
 use super::noise::Tiling;
 use super::paint::{Color, PaintedTexel, Sampler, blend, smoothstep, srgb};
 use super::parameters::Parameters;
 use super::solid::{SolidBlock, SolidFractal};
 
-/// Where z begins to fall back on the torus.
+/// The height at which z begins to return to 0 on the torus.
 const FALL: f64 = 0.875;
 
 /// Fire of one seed.
@@ -52,7 +52,7 @@ impl Fire {
         Box::new(move |texel| self.sample(texel))
     }
 
-    /// The height in the picture, and what stands for it in f.
+    /// The height in the picture, and its value in f.
     fn z(&self, texel: [f64; 2]) -> (f64, f64) {
         let z = 1.0 - (texel[1] + 0.5) / self.height;
         match self.tiling {

@@ -1,6 +1,5 @@
-//! Grained leather: plump cells of two sizes between creases (the Voronoi borders of cellular
-//! noise on a bent plane), hair pores, and a few long folds. The grain is worn lighter and
-//! smoother where it stands high.
+//! Grained leather: plump cells of two sizes between creases (the Voronoi borders of cellular noise on a
+//! warped plane), hair pores, and a few long folds. High parts of the grain are worn, lighter and smoother.
 
 use super::noise::{Canvas, Fractal, NoiseLattice};
 use super::paint::{Color, PaintedTexel, Sampler, blend, dome, scale, smoothstep, srgb};

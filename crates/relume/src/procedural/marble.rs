@@ -1,5 +1,5 @@
-//! Marble, f = sin^n(x + t(x, y, z)): bands across x, folded by turbulence t, the sum of 2^-i |n|.
-//! The power n narrows the bands to veins. Feature size: from band to band for even n.
+//! Marble, f = sin^n(x + t(x, y, z)): bands across x, folded by turbulence t, the sum of 2^-i |n|. The power
+//! n narrows the bands to veins. The feature size is the distance between bands for even n.
 
 use super::paint::{Color, PaintedTexel, Sampler, blend, scale, srgb};
 use super::parameters::Parameters;
@@ -21,7 +21,7 @@ pub struct Marble {
 }
 
 impl Marble {
-    /// Sets up the noise. On the torus a whole number of periods of the sine crosses the picture.
+    /// Sets up the noise. On the torus the picture contains a whole number of periods of the sine.
     pub fn new(block: &SolidBlock, parameters: &Parameters) -> Self {
         let feature = block.feature;
         Self {

@@ -1,10 +1,10 @@
-//! Built-in procedural materials as height, albedo and roughness, so that nothing has to be
-//! downloaded before the first picture.
+//! Built-in procedural materials as height, albedo and roughness, so that the first picture needs no
+//! download.
 //!
-//! Every material is a pure function of a place, built from two kinds of noise ([`noise`]), and
-//! closes on the torus unless told otherwise. Lengths are multiples of one feature size, heights
-//! included, so a material looks the same at any resolution. Marble, wood, clouds and fire are the
-//! classical functions of (x, y, z) with noise and turbulence; the picture cuts through them.
+//! Every material is a pure function of position, built from two kinds of noise ([`noise`]), and closes on
+//! the torus unless told otherwise. Lengths are multiples of one feature size, heights included, so a
+//! material looks the same at any resolution. Marble, wood, clouds and fire are the classical functions of
+//! (x, y, z) with noise and turbulence; the picture is a slice through them.
 //!
 //! To add a material: one file here with a `sample` function, one variant and its arms in
 //! [`Material`]; the tests below then run over it.
@@ -57,7 +57,7 @@ pub enum Material {
     Fire,
 }
 
-/// How a material is made.
+/// Options of a material.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MaterialOptions {
     /// Texels.
@@ -68,7 +68,7 @@ pub struct MaterialOptions {
     pub feature: f64,
     /// Whether the maps close on the torus.
     pub tiling: Tiling,
-    /// What only some materials have.
+    /// The parameters that only some materials have.
     pub parameters: Parameters,
 }
 
@@ -85,7 +85,7 @@ impl Default for MaterialOptions {
 }
 
 impl MaterialOptions {
-    /// Checks that the feature size is a length: finite and between 2 and 65,536 texels.
+    /// Checks that the feature size is finite and between 2 and 65,536 texels.
     pub fn validate(&self) -> Result<()> {
         if !(2.0..=65536.0).contains(&self.feature) {
             return Err(Error::usage(format!(
@@ -145,8 +145,8 @@ impl Material {
     /// Makes the maps.
     ///
     /// # Errors
-    /// A feature size that is no length, a parameter that the material does not have or that is out
-    /// of its range, or a size beyond the limits.
+    /// A feature size out of range, a parameter that the material does not have or that is out of its range,
+    /// or a size beyond the limits.
     pub fn make(self, options: &MaterialOptions, job: &Job) -> Result<SurfaceMaps> {
         options.validate()?;
         options.parameters.validate(self.name(), self.parameters())?;

@@ -2,13 +2,13 @@
 //! sums of its octaves, and feature points (S. Worley, A cellular texture basis function,
 //! SIGGRAPH 1996).
 //!
-//! Written here because seamless materials need lattices that wrap at a whole number of cells in
-//! both directions, for any size and number of cells; the usual crates only tile by blending or by
-//! going through four dimensions, which changes the look of the noise.
+//! Written here because seamless materials need lattices that wrap at a whole number of cells in both
+//! directions, for any size and number of cells; the usual crates tile only by blending or through four
+//! dimensions, which changes the look of the noise.
 //!
-//! Lattice cells are hashed with the finaliser of SplitMix64 (G. Steele, D. Lea, C. Flood, Fast
-//! splittable pseudorandom number generators, OOPSLA 2014), so a value belongs to a place and a
-//! seed. Only sums, products and square roots are used: every machine gives the same numbers.
+//! Lattice cells are hashed with the finaliser of SplitMix64 (G. Steele, D. Lea, C. Flood, Fast splittable
+//! pseudorandom number generators, OOPSLA 2014), so a value depends only on position and seed. Only sums,
+//! products and square roots are used: every machine gives the same numbers.
 
 use crate::planes::Size;
 
@@ -18,11 +18,11 @@ pub enum Tiling {
     /// Opposite borders continue each other; features are stretched slightly so that a whole
     /// number of them fits.
     Torus,
-    /// Features have exactly the size asked for and are cut off at the borders.
+    /// Features have exactly the requested size and are cut off at the borders.
     Free,
 }
 
-/// What all noise of one material shares.
+/// The common parameters of all noise of one material.
 #[derive(Debug, Clone, Copy)]
 pub struct Canvas {
     /// Texels, and the period on the torus.
@@ -54,7 +54,7 @@ impl Canvas {
         NoiseLattice { cells_per_texel, period, seed: mix(self.seed ^ mix(layer)) }
     }
 
-    /// The random number `k`, in [0, 1), of the thing numbered `index`.
+    /// Random number `k`, in [0, 1), of the object numbered `index`.
     pub fn random(&self, layer: u64, index: i64, k: i64) -> f64 {
         unit(mix(mix(self.seed ^ mix(layer)) ^ mix(index as u64 ^ mix(k as u64))))
     }
@@ -82,39 +82,39 @@ pub struct NoiseLattice {
     seed: u64,
 }
 
-/// A feature point near a place.
+/// A feature point near a position.
 #[derive(Debug, Clone, Copy)]
 pub struct Site {
-    /// From the place to the point, in cells.
+    /// The vector from the position to the point, in cells.
     pub offset: [f64; 2],
-    /// The point's own number; periodic copies share it.
+    /// The number of the point; periodic copies share it.
     pub id: u64,
 }
 
 impl Site {
-    /// Distance from the place to the point, in cells.
+    /// The distance from the position to the point, in cells.
     pub fn distance(&self) -> f64 {
         (self.offset[0] * self.offset[0] + self.offset[1] * self.offset[1]).sqrt()
     }
 
-    /// The point's random number `k`, in [0, 1).
+    /// Random number `k` of the point, in [0, 1).
     pub fn random(&self, k: u64) -> f64 {
         unit(mix(self.id ^ mix(k)))
     }
 }
 
-/// The two feature points nearest to a place.
+/// The two feature points nearest to a position.
 #[derive(Debug, Clone, Copy)]
 pub struct Nearest {
     /// The nearest.
     pub first: Site,
-    /// Distance to the border of the nearest point's Voronoi cell, in cells: the distance from the
-    /// place to the nearest bisector with another point.
+    /// The distance to the border of the Voronoi cell of the nearest point, in cells: the distance from the
+    /// position to the nearest bisector with another point.
     pub border: f64,
 }
 
 impl NoiseLattice {
-    /// The place in cells.
+    /// The position in cells.
     pub fn cells(&self, texel: [f64; 2]) -> [f64; 2] {
         [texel[0] * self.cells_per_texel[0], texel[1] * self.cells_per_texel[1]]
     }
@@ -124,7 +124,7 @@ impl NoiseLattice {
         mix(self.seed ^ mix(i as u64 ^ mix(j as u64)))
     }
 
-    /// The cell that stands for (i, j): itself, or the one of the first period.
+    /// The representative of cell (i, j): itself, or the cell of the first period.
     fn wrapped(&self, i: i64, j: i64) -> [i64; 2] {
         match self.period {
             Some([columns, rows]) => [i.rem_euclid(columns), j.rem_euclid(rows)],
@@ -138,7 +138,7 @@ impl NoiseLattice {
         mix(self.seed ^ mix(i as u64 ^ mix(j as u64 ^ mix(k as u64))))
     }
 
-    /// The lattice of half the cells, 2^`octave` times, with random numbers of its own.
+    /// The lattice with cells smaller by 2^`octave`, with its own random numbers.
     pub(super) fn finer(&self, octave: u32) -> Self {
         let factor = 1i64 << octave;
         Self {
@@ -163,7 +163,7 @@ impl NoiseLattice {
         lerp(top, bottom, fade_t) * std::f64::consts::SQRT_2
     }
 
-    /// The feature points of the nine cells about a texel: all that lie within one cell's side.
+    /// The feature points of the nine cells around a texel: all that lie within one side of a cell.
     pub fn sites(&self, texel: [f64; 2]) -> impl Iterator<Item = Site> + '_ {
         self.sites_within(texel, 1)
     }
@@ -179,7 +179,7 @@ impl NoiseLattice {
         })
     }
 
-    /// The nearest feature point and the distance to its cell's border.
+    /// The nearest feature point and the distance to the border of its cell.
     pub fn nearest(&self, texel: [f64; 2]) -> Nearest {
         let mut first = Site { offset: [f64::INFINITY; 2], id: 0 };
         for site in self.sites_within(texel, 1) {
@@ -200,7 +200,7 @@ impl NoiseLattice {
     }
 }
 
-/// Octaves of gradient noise, each of half the cell and half the height of the one before.
+/// Octaves of gradient noise, each with half the cell size and half the amplitude of the one before.
 #[derive(Debug, Clone)]
 pub struct Fractal {
     octaves: Vec<NoiseLattice>,
@@ -241,7 +241,8 @@ fn unit(hash: u64) -> f64 {
     (hash >> 11) as f64 / (1u64 << 53) as f64
 }
 
-/// A unit vector: a point of the square (never its centre, the numbers are odd) drawn to the circle.
+/// A unit vector: a point of the square (never its centre, because the numbers are odd) projected to the
+/// circle.
 fn unit_gradient(hash: u64) -> [f64; 2] {
     let odd = |bits: u64| f64::from((bits & 0xffff) as i32 * 2 - 0xffff);
     let (x, y) = (odd(hash), odd(hash >> 16));

@@ -1,5 +1,5 @@
-//! From a function of a place to the maps of a material, and the small mathematics of shapes and
-//! colours that materials share.
+//! From a function of position to the maps of a material, and small functions of shape and colour shared by
+//! the materials.
 
 use crate::maps::SurfaceMaps;
 use crate::microfacet::LEAST_ROUGHNESS;
@@ -10,21 +10,21 @@ use rayon::prelude::*;
 /// A linear colour.
 pub type Color = [f64; 3];
 
-/// What a material is at one place.
+/// A material at one position.
 #[derive(Debug, Clone, Copy)]
 pub struct PaintedTexel {
     /// In texels.
     pub height: f64,
-    /// Linear diffuse reflectance; kept within 0.01 and 0.95, the range of real matter.
+    /// Linear diffuse reflectance, clamped to 0.01..0.95, the range of real materials.
     pub albedo: Color,
-    /// GGX roughness; kept within [`LEAST_ROUGHNESS`] and 1.
+    /// GGX roughness, clamped to [`LEAST_ROUGHNESS`]..1.
     pub roughness: f64,
 }
 
-/// A material as a function of the place, in texels from the middle of the top left texel.
+/// A material as a function of position, in texels from the middle of the top left texel.
 pub type Sampler = dyn Fn([f64; 2]) -> PaintedTexel + Sync;
 
-/// The maps of a function of the texel's place, computed row by row in parallel.
+/// The maps of a function of position, computed row by row in parallel.
 pub fn paint(size: Size, sample: Box<Sampler>) -> SurfaceMaps {
     let texels: Vec<PaintedTexel> = (0..size.texels())
         .into_par_iter()
@@ -51,7 +51,7 @@ pub fn srgb(code: u32) -> Color {
     [16, 8, 0].map(|shift| f64::from(linear_from_srgb((code >> shift & 0xff) as f32 / 255.0)))
 }
 
-/// From `a` at 0 to `b` at 1.
+/// Linear interpolation from `a` at 0 to `b` at 1.
 pub fn blend(a: Color, b: Color, t: f64) -> Color {
     let t = t.clamp(0.0, 1.0);
     std::array::from_fn(|k| a[k] + (b[k] - a[k]) * t)
@@ -62,14 +62,14 @@ pub fn scale(color: Color, factor: f64) -> Color {
     color.map(|c| c * factor)
 }
 
-/// 0 below `low`, 1 above `high`, and the cubic with flat ends between.
+/// 0 below `low`, 1 above `high`, and the cubic with flat ends in between.
 pub fn smoothstep(low: f64, high: f64, x: f64) -> f64 {
     let t = ((x - low) / (high - low)).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
 }
 
-/// The height of a dome of height 1 at `q`, the squared distance from its centre in radii; zero
-/// outside. `power` 0.5 is an ellipsoid, more is more pointed.
+/// The height of a dome of height 1 at `q`, the squared distance from its centre in radii; zero outside. A
+/// `power` of 0.5 is an ellipsoid; higher powers are more pointed.
 pub fn dome(q: f64, power: f64) -> f64 {
     (1.0 - q).max(0.0).powf(power)
 }

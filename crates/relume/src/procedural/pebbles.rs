@@ -1,5 +1,5 @@
-//! A bed of rounded stones over sand: ellipsoids of three sizes about the feature points of
-//! cellular noise, the highest seen. Each stone has its own outline, tilt, colour and polish.
+//! A bed of rounded stones over sand: ellipsoids of three sizes around the feature points of cellular noise,
+//! of which the highest is visible. Each stone has its own outline, tilt, colour and polish.
 
 use super::noise::{Canvas, Fractal, NoiseLattice, Site};
 use super::paint::{Color, PaintedTexel, Sampler, blend, dome, scale, smoothstep, srgb};
@@ -9,7 +9,7 @@ struct Stones {
     lattice: NoiseLattice,
     /// Side of a cell in texels.
     cell: f64,
-    /// Height of the stones' middles in texels.
+    /// Height of the centres of the stones in texels.
     level: f64,
 }
 
@@ -26,11 +26,11 @@ pub struct Pebbles {
     sand_color: Color,
 }
 
-/// The stone seen at a place.
+/// The stone visible at a position.
 struct Seen {
     site: Site,
     height: f64,
-    /// Squared distance from the stone's middle in radii.
+    /// Squared distance from the centre of the stone in radii.
     q: f64,
 }
 
@@ -85,7 +85,7 @@ impl Pebbles {
         let site = &stone.site;
         let pick = |k: u64| self.palette[(site.random(k) * self.palette.len() as f64) as usize];
         let mottled = blend(pick(10), pick(11), 0.3 * site.random(12) + 0.25 * lumps);
-        // A stone in four is veined with quartz.
+        // One stone in four is veined with quartz.
         let vein = smoothstep(0.93, 1.0, 1.0 - self.veins.at(texel).abs())
             * f64::from(u8::from(site.random(13) < 0.25));
         let color = blend(mottled, srgb(0xd8d3c8), 0.6 * vein);

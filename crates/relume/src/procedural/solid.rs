@@ -1,26 +1,26 @@
-//! Gradient noise in space, cut by the plane of the picture: textures "carved out of" a block of
-//! matter (K. Perlin, An image synthesizer, SIGGRAPH 1985; the noise itself as in Improving noise,
-//! SIGGRAPH 2002, with unit gradients).
+//! Gradient noise in space, cut by the plane of the picture: textures "carved out of" a block of solid
+//! material (K. Perlin, An image synthesizer, SIGGRAPH 1985; the noise itself as in Improving noise, SIGGRAPH
+//! 2002, with unit gradients).
 //!
-//! Coordinates are those of the picture and a depth behind it. Depth is counted in feature sizes,
-//! positive towards the viewer. On the torus the noise closes along both sides of the picture, and
-//! along the depth where a period is asked for: at a whole number of cells, so exactly.
+//! Coordinates are those of the picture and a depth behind it. Depth is counted in feature sizes, positive
+//! towards the viewer. On the torus the noise closes along both sides of the picture, and along the depth if
+//! a period is given, after a whole number of cells and therefore exactly.
 //!
-//! Octave i is n(2^i x, 2^i y, 2^i z) on a lattice of its own: taken from one lattice, the finer
-//! octaves would repeat 2^i times within a tile, and all would vanish together at its corner.
+//! Octave i is n(2^i x, 2^i y, 2^i z) on its own lattice. On a common lattice the finer octaves would repeat
+//! 2^i times within a tile, and all would vanish together at its corner.
 
 use super::noise::{Canvas, NoiseLattice, fade, lerp};
 
-/// A block of matter and where the picture cuts it.
+/// A block of solid material and the position of the picture in it.
 #[derive(Debug, Clone, Copy)]
 pub struct SolidBlock {
-    /// The picture's lattices.
+    /// The lattices of the picture.
     pub canvas: Canvas,
     /// The unit of depth, in texels.
     pub feature: f64,
-    /// Depth of the picture's plane, in feature sizes.
+    /// Depth of the plane of the picture, in feature sizes.
     pub depth: f64,
-    /// Feature sizes after which the matter repeats along the depth.
+    /// Feature sizes after which the solid repeats along the depth.
     pub depth_period: Option<u32>,
 }
 
@@ -62,13 +62,13 @@ impl SolidBlock {
 }
 
 impl SolidLattice {
-    /// The place of a texel in cells: along x, along y downwards, and the depth.
+    /// The position of a texel in cells: along x, along y downwards, and the depth.
     pub fn cells(&self, texel: [f64; 2]) -> [f64; 3] {
         let [x, y] = self.plane.cells(texel);
         [x, y, self.depth]
     }
 
-    /// Gradient noise at a place in cells: smooth, zero on average and on the lattice, within [-1, 1].
+    /// Gradient noise at a position in cells: smooth, zero on average and on the lattice, within [-1, 1].
     pub fn noise(&self, [x, y, z]: [f64; 3]) -> f64 {
         let (i, j, k) = (x.floor(), y.floor(), z.floor());
         let (r, s, t) = (x - i, y - j, z - k);
@@ -79,12 +79,12 @@ impl SolidLattice {
         };
         let edge = |dj, dk| lerp(corner(0, dj, dk), corner(1, dj, dk), fade_r);
         let face = |dk| lerp(edge(0, dk), edge(1, dk), fade_s);
-        // Unit gradients reach half the cell's diagonal.
+        // Unit gradients reach half the diagonal of the cell.
         lerp(face(0), face(1), fade_t) * (2.0 / 3f64.sqrt())
     }
 
-    /// The unit gradient of a lattice point: a point of the cube (never its centre, the numbers are
-    /// odd) drawn to the sphere.
+    /// The unit gradient of a lattice point: a point of the cube (never its centre, because the numbers are
+    /// odd) projected to the sphere.
     fn gradient(&self, i: i64, j: i64, k: i64) -> [f64; 3] {
         let k = self.depth_period.map_or(k, |period| k.rem_euclid(period));
         let hash = self.plane.solid_hash(i, j, k);
@@ -139,7 +139,7 @@ mod tests {
         (0..400).map(|k| [f64::from(k * 37 % 401) * 0.21 - 9.0, f64::from(k * 53 % 397) * 0.13 - 4.0])
     }
 
-    /// The sum over the eight corners of (weight of the corner) x (gradient . way from it).
+    /// The sum over the eight corners of (weight of the corner) x (gradient . vector from it).
     fn plain_noise(lattice: &SolidLattice, place: [f64; 3]) -> f64 {
         let corners = (0..8).map(|c| [c & 1, c >> 1 & 1, c >> 2]);
         let term = |corner: [i64; 3]| {

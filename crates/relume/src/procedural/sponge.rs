@@ -1,6 +1,6 @@
-//! A natural sponge: pores of four sizes sunk into a gently rolling body. Each layer's pores are
-//! as deep as they are wide and sit in what the larger layers left, so small holes open in the
-//! walls of large ones. Lengths are fractions of the feature size, the distance of large pores.
+//! A natural sponge: pores of four sizes sunk into a gently undulating body. The pores of each layer are as
+//! deep as they are wide and cut into the remains of the larger layers, so small holes open in the walls of
+//! large ones. Lengths are fractions of the feature size, the distance between large pores.
 
 use super::noise::{Canvas, Fractal, NoiseLattice};
 use super::paint::{Color, PaintedTexel, Sampler, blend, dome, scale, smoothstep, srgb};
@@ -68,7 +68,7 @@ impl Sponge {
 }
 
 impl Pores {
-    /// Depth below the body in texels: the deepest of the pores about the place.
+    /// Depth below the body in texels: that of the deepest pore around the position.
     fn depth(&self, texel: [f64; 2]) -> f64 {
         let depths = self.lattice.sites(texel).filter(|site| site.random(3) < self.density).map(|site| {
             let radius = 0.2 + 0.3 * site.random(4);

@@ -1,15 +1,15 @@
-//! A plain weave. Warp and weft yarns swing over and under each other along a cosine (F. T.
-//! Peirce, The geometry of cloth structure, 1937, in the small-swing limit), have elliptic
-//! sections, and carry the twist of their fibres; the higher yarn is the one that is seen.
+//! A plain weave. Warp and weft yarns swing over and under each other along a cosine (F. T. Peirce, The
+//! geometry of cloth structure, 1937, in the small-swing limit), have elliptic sections, and show the twist
+//! of their fibres; the higher yarn is visible.
 
 use super::noise::{Canvas, Fractal, Tiling};
 use super::paint::{Color, PaintedTexel, Sampler, blend, scale, smoothstep, srgb};
 use std::f64::consts::{PI, TAU};
 
-/// Where no yarn is: the depth of the gaps between yarns, in pitches below the middle of the cloth.
+/// The depth of the gaps between yarns, in pitches below the middle of the cloth.
 const GAP: f64 = -0.36;
 
-/// Which way a yarn runs.
+/// The direction of a yarn.
 #[derive(Clone, Copy, PartialEq)]
 enum Yarn {
     /// Along y.
@@ -18,7 +18,7 @@ enum Yarn {
     Weft,
 }
 
-/// The yarn at a place: its height above the middle of the cloth and what its surface is like.
+/// The yarn at a position: its height above the middle of the cloth and the properties of its surface.
 struct Strand {
     height: f64,
     twist: f64,
@@ -28,9 +28,9 @@ struct Strand {
 
 /// A weave of one seed.
 pub struct Weave {
-    /// Distance of neighbouring yarns in texels.
+    /// The distance between neighbouring yarns in texels.
     pitch: f64,
-    /// Yarns a texel, along x and y.
+    /// Yarns per texel, along x and y.
     yarns_per_texel: [f64; 2],
     count: [i64; 2],
     canvas: Canvas,
@@ -41,7 +41,7 @@ pub struct Weave {
 }
 
 impl Weave {
-    /// Sets up the yarns: an even number on the torus, so that over and under continue.
+    /// Sets up the yarns: an even number on the torus, so that the pattern of over and under continues.
     pub fn new(canvas: &Canvas, feature: f64) -> Self {
         let pitch = 0.55 * feature;
         let sides = [canvas.size.width, canvas.size.height].map(|side| side as f64);

@@ -1,10 +1,10 @@
-//! Wood, f = x^2 + y^2 + n(x, y, z): years' rings about the axis z of a trunk, where the square root
-//! of f is a whole number of ring widths. Four rings to a feature size.
+//! Wood, f = x^2 + y^2 + n(x, y, z): annual rings around the axis z of a trunk, wherever the square root of f
+//! is a whole number of ring widths. There are four rings per feature size.
 //!
-//! A picture shows the *end* of the trunk, or a *plank* sawn along it, whose grain runs up the
-//! picture. On the torus the distance x from the pith becomes the chord (P / pi) sin(pi x / P), P the
-//! picture's side: equal to x near the pith, smooth, and with the period P, so that a tile is one
-//! board, or one trunk, beside the next.
+//! A picture shows the *end* of the trunk, or a *plank* sawn along it, whose grain runs upwards in the
+//! picture. On the torus the distance x from the pith becomes the chord (P / pi) sin(pi x / P), where P is
+//! the side of the picture: equal to x near the pith, smooth, and with the period P, so that tiles look like
+//! adjacent boards or trunks.
 
 use super::noise::Tiling;
 use super::paint::{Color, PaintedTexel, Sampler, blend, scale, smoothstep, srgb};
@@ -12,15 +12,15 @@ use super::parameters::{Cut, Parameters};
 use super::solid::{SolidBlock, SolidFractal, SolidLattice};
 use std::f64::consts::PI;
 
-/// Rings to a feature size.
+/// Rings per feature size.
 const RINGS: f64 = 4.0;
-/// How far from the pith a plank at depth 0 is sawn, in rings: the arches of the grain show.
+/// The distance of a plank at depth 0 from the pith, in rings: close enough for the grain to arch.
 const PLANK_DEPTH: f64 = 2.0;
 
 /// Wood of one seed.
 pub struct Wood {
     ring: f64,
-    /// Rings along both sides of the picture.
+    /// The lengths of both sides of the picture, in rings.
     sides: [f64; 2],
     tiling: Tiling,
     cut: Cut,
@@ -41,7 +41,7 @@ impl Wood {
     pub fn new(block: &SolidBlock, parameters: &Parameters) -> Self {
         let (feature, size) = (block.feature, block.canvas.size);
         let (ring, cut) = (feature / RINGS, parameters.cut.unwrap_or(Cut::Plank));
-        // Along the grain everything is longer.
+        // Everything is longer along the grain.
         let long = |across: f64, times: f64| match cut {
             Cut::Plank => [across, times * across, across],
             Cut::End => [across, across, times * across],
@@ -78,7 +78,7 @@ impl Wood {
         x * x + y * y + self.strength * self.bend.noise(self.bend.cells(texel))
     }
 
-    /// Distance from the pith, which is in the picture's middle, in rings.
+    /// The distance from the pith, which is in the middle of the picture, in rings.
     fn pith_distance(&self, texel: f64, axis: usize) -> f64 {
         let side = self.sides[axis];
         let distance = texel / self.ring - 0.5 * side;
@@ -92,7 +92,7 @@ impl Wood {
         let age = self.field(texel).max(0.0).sqrt();
         let fibres = self.fibres.at(texel);
         let tint = self.tint.at(texel);
-        // A year's wood darkens slowly and ends at once.
+        // The wood of a year darkens slowly and ends abruptly.
         let season = age + 0.05 * fibres;
         let late = smoothstep(0.25, 0.95, season.fract()) * (1.0 - smoothstep(0.95, 1.0, season.fract()));
         let pore = smoothstep(0.25, 0.6, self.pores.at(texel)) * (1.0 - 0.6 * late);

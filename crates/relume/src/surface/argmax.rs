@@ -1,4 +1,4 @@
-//! Where a reflectance function is largest over the unit disk of light directions.
+//! The maximum of a reflectance function over the unit disk of light directions.
 
 /// Grid points along a side of the disk in the first pass of [`maximum_by_search`].
 const SEARCH_STEPS: i32 = 40;
@@ -14,14 +14,13 @@ const MAX_NEWTON_STEPS: usize = 60;
 /// The point (u, v) of the unit disk at which a biquadratic polynomial is largest; coefficients
 /// in file order (u^2, v^2, uv, u, v, 1).
 ///
-/// Malzbender, Gelb, Wolters, "Polynomial Texture Maps", SIGGRAPH 2001, section 3.3 (equations 16
-/// and 17) sets both derivatives to zero. That is a maximum only where the form is concave, and a
-/// light only where it lies inside the disk. Otherwise the maximum is on the rim, where
-/// (H - lambda I) p = -g, |p| = 1, with the multiplier lambda not below the largest eigenvalue of
-/// the Hessian H: the trust-region problem of Moré and Sorensen, "Computing a Trust Region Step",
-/// 1983, solved by Newton's method on 1 / |p(lambda)|. Of several maxima, that nearest the zenith
-/// is taken; of two opposite ones on the rim, either. A function without any slope, or with
-/// coefficients that are not finite, gives (0, 0).
+/// Malzbender, Gelb, Wolters, "Polynomial Texture Maps", SIGGRAPH 2001, section 3.3 (equations 16 and 17)
+/// sets both derivatives to zero. The result is a maximum only where the form is concave, and a light only
+/// where it lies inside the disk. Otherwise the maximum is on the rim, where (H - lambda I) p = -g, |p| = 1,
+/// with the multiplier lambda not below the largest eigenvalue of the Hessian H: the trust-region problem of
+/// Moré and Sorensen, "Computing a Trust Region Step", 1983, solved by Newton's method on 1 / |p(lambda)|. Of
+/// several maxima, the one nearest the zenith is returned; of two opposite ones on the rim, either. A
+/// function without any slope, or with non-finite coefficients, gives (0, 0).
 pub fn ptm_maximum(coefficients: [f64; 6]) -> (f64, f64) {
     let [a, b, c, d, e, _] = coefficients;
     let scale = [a, b, c, d, e].iter().fold(0.0f64, |m, v| m.max(v.abs()));
@@ -34,7 +33,7 @@ pub fn ptm_maximum(coefficients: [f64; 6]) -> (f64, f64) {
     axes.point(p, q)
 }
 
-/// The principal axes of a symmetric 2 x 2 matrix, that of the larger eigenvalue first.
+/// The principal axes of a symmetric 2 x 2 matrix; the axis of the larger eigenvalue comes first.
 struct Axes {
     eigenvalues: (f64, f64),
     /// The first axis; the second is (-y, x).
@@ -42,7 +41,7 @@ struct Axes {
 }
 
 impl Axes {
-    /// Of the matrix (xx, xy; xy, yy).
+    /// The axes of the matrix (xx, xy; xy, yy).
     fn of_symmetric(xx: f64, xy: f64, yy: f64) -> Self {
         let (mean, half) = (0.5 * (xx + yy), 0.5 * (xx - yy));
         let radius = half.hypot(xy);
@@ -72,7 +71,7 @@ fn maximum_along_axes(h: (f64, f64), g: (f64, f64)) -> (f64, f64) {
             return inside;
         }
     }
-    // No slope along the first axis: the multiplier may be its eigenvalue, both signs are equal.
+    // No slope along the first axis: the multiplier may be its eigenvalue; both signs are equivalent.
     let second = step(h.1 - h.0, g.1);
     if g.0.abs() <= NEGLIGIBLE && second.abs() <= 1.0 {
         return ((1.0 - second * second).sqrt(), second);
@@ -104,8 +103,8 @@ fn rim_multiplier(h: (f64, f64), g: (f64, f64)) -> f64 {
     lambda
 }
 
-/// The point of the unit disk at which any function is largest, by grids that close in on the
-/// best point so far: the slow truth of the closed forms, and the way for bases that have none.
+/// The point of the unit disk at which any function is largest, by grids that close in on the best point so
+/// far: the slow truth for the closed forms, and the method for bases without one.
 pub fn maximum_by_search(value: impl Fn(f64, f64) -> f64) -> (f64, f64) {
     let (mut best, mut center, mut reach) = (value(0.0, 0.0), (0.0, 0.0), 1.0);
     for _ in 0..SEARCH_PASSES {
@@ -115,7 +114,7 @@ pub fn maximum_by_search(value: impl Fn(f64, f64) -> f64) -> (f64, f64) {
         {
             let offset = |k: i32| reach * f64::from(k) / f64::from(SEARCH_STEPS);
             let (u, v) = (middle.0 + offset(i), middle.1 + offset(j));
-            // Points outside stand for their projection, so the rim is searched as finely.
+            // Points outside are projected onto the rim, so the rim is searched as finely.
             let radius = u.hypot(v).max(1.0);
             let (u, v) = (u / radius, v / radius);
             let found = value(u, v);
@@ -180,7 +179,7 @@ mod tests {
         near([f64::NAN, 0.0, 0.0, 1.0, 0.0, 0.0], (0.0, 0.0));
         near([0.0, 0.0, 0.0, f64::INFINITY, 0.0, 0.0], (0.0, 0.0));
         near([0.0, 0.0, 0.0, 3.0, 4.0, 1.0], (0.6, 0.8));
-        // A ridge along v: of its points the nearest to the zenith.
+        // A ridge along v: the point nearest to the zenith.
         near([-1.0, 0.0, 0.0, 0.8, 0.0, 0.0], (0.4, 0.0));
         near([-1.0, -1.0, 0.0, 1e30, 0.0, 0.0], (1.0, 0.0));
         near([-1e-30, -1e-30, 0.0, 1e-30, 0.0, 0.0], (0.5, 0.0));

@@ -1,10 +1,10 @@
-//! The light under which a function of any basis is largest, by a table and steps that shrink.
+//! The light under which a function of any basis is largest, by a table and shrinking steps.
 //!
-//! The functions' values over a grid of the unit disk and its rim are found once; a texel's best grid
-//! point is then improved by pattern search (Hooke, Jeeves, "Direct Search Solution of Numerical
-//! and Statistical Problems", Journal of the ACM 8, 1961): to the best of eight neighbours, or to half
-//! the step. Limits: a peak narrower than a step of the grid may be missed, and of two peaks nearly as
-//! high the lower may be found. The view is the zenith.
+//! The values of the functions over a grid of the unit disk and its rim are computed once. The best grid
+//! point of a texel is then improved by pattern search (Hooke, Jeeves, "Direct Search Solution of Numerical
+//! and Statistical Problems", Journal of the ACM 8, 1961): a move to the best of eight neighbours, or half
+//! the step. Limits: a peak narrower than a step of the grid may be missed, and of two peaks of nearly equal
+//! height the lower may be found. The view is the zenith.
 
 use crate::direction::{Direction, Directions};
 use crate::field::Basis;
@@ -12,7 +12,7 @@ use crate::field::Basis;
 /// Steps of the grid from the middle of the disk to its rim.
 const STEPS: i32 = 16;
 
-/// Points of the rim, as far apart as those of the grid.
+/// Points of the rim, with the spacing of the grid.
 const RIM: i32 = 100;
 
 /// The step at which the search ends.
@@ -21,12 +21,12 @@ const LEAST_STEP: f64 = 1e-7;
 /// Moves and halvings at most: 20 halvings, and moves along a curved ridge.
 const MOST_ROUNDS: usize = 200;
 
-/// The functions' values over a grid of lights.
+/// The values of the functions over a grid of lights.
 pub(super) struct Search<'a> {
     basis: &'a Basis,
     /// Points of the unit disk, the nearest to the middle first.
     points: Vec<(f64, f64)>,
-    /// The functions' values, point after point.
+    /// The values of the functions, point after point.
     values: Vec<f64>,
 }
 
@@ -49,8 +49,8 @@ impl<'a> Search<'a> {
         Self { basis, points, values }
     }
 
-    /// The point (u, v) of the unit disk at which the function of these coefficients is largest; of
-    /// equal ones of the grid the nearest to the zenith. `weights` is scratch of the basis's length.
+    /// The point (u, v) of the unit disk at which the function with these coefficients is largest; among
+    /// equal grid points, the nearest to the zenith. `weights` is scratch memory of the length of the basis.
     pub fn maximum(&self, coefficients: &[f64], weights: &mut [f64]) -> (f64, f64) {
         let dot = |row: &[f64]| -> f64 { row.iter().zip(coefficients).map(|(w, c)| w * c).sum() };
         let (mut place, mut best) = (self.points[0], f64::NEG_INFINITY);
@@ -68,7 +68,7 @@ impl<'a> Search<'a> {
             let middle = place;
             for (i, j) in [(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)] {
                 let (u, v) = (middle.0 + step * f64::from(i), middle.1 + step * f64::from(j));
-                // Points outside stand for their projection onto the rim.
+                // Points outside are projected onto the rim.
                 let light = Direction::from_disk(u, v);
                 self.basis.weights_into(Directions::lit_from(light), weights);
                 let value = dot(weights);

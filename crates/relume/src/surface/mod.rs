@@ -1,11 +1,11 @@
-//! The shape of a surface: normals and albedo read off a field or off photographs, and heights.
+//! The shape of a surface: normals and albedo from a field or from photographs, and heights.
 //!
-//! | file | does |
+//! | file | content |
 //! |---|---|
 //! | `normals`, `argmax` | normals and albedo of a field: the direction of maximal luminance |
-//! | `photometric_stereo`, `robust` | normals and albedo of photographs under many lights |
-//! | `shape_from_shading` | slopes of one photograph under a known light |
-//! | `slopes` | normals as slopes and back |
+//! | `photometric_stereo`, `robust` | normals and albedo from photographs under many lights |
+//! | `shape_from_shading` | slopes from one photograph under a known light |
+//! | `slopes` | normals to slopes and back |
 //! | `integrate` | slopes to heights: Frankot and Chellappa, Poisson, and the slow truth |
 
 pub mod argmax;

@@ -1,14 +1,13 @@
 //! Normals and albedo from the direction of maximal luminance.
 //!
-//! A matt surface is brightest when the light stands along its normal (Malzbender, Gelb, Wolters,
-//! "Polynomial Texture Maps", SIGGRAPH 2001, section 3.3). The functions of colour fields are
-//! weighted to one luminance (ITU-R BT.709-6: 0.2126, 0.7152, 0.0722). The weights belong to
-//! linear light; with encoded fields they give a luma, whose maximum is the same where the
-//! channels are proportional, because the encoding is monotone. Cast shadows, mirrors and the
-//! smoothness of the basis all pull the maximum away from the true normal. For the biquadratic
-//! polynomial fitted to a matt sphere under 60 lights the pull is towards the zenith, below 10
-//! degrees for normals up to 40 degrees steep, about 6 on average; from about 45 degrees on the
-//! polynomial is largest on the rim of the disk, and only the azimuth remains right.
+//! A matt surface is brightest when the light is in the direction of its normal (Malzbender, Gelb, Wolters,
+//! "Polynomial Texture Maps", SIGGRAPH 2001, section 3.3). The functions of colour fields are combined to one
+//! luminance (ITU-R BT.709-6: 0.2126, 0.7152, 0.0722). The weights are defined for linear light; with encoded
+//! fields they give a luma, whose maximum is the same where the channels are proportional, because the
+//! encoding is monotone. Cast shadows, specular reflections and the smoothness of the basis all bias the
+//! maximum. For the biquadratic polynomial fitted to a matt sphere under 60 lights the bias is towards the
+//! zenith, below 10 degrees for normals up to 40 degrees steep, about 6 on average; from about 45 degrees on
+//! the polynomial is largest on the rim of the disk, and only the azimuth remains correct.
 
 use rayon::prelude::*;
 
@@ -20,8 +19,8 @@ use crate::field::{Basis, ReflectanceField};
 use crate::picture::Picture;
 use crate::planes::Planes;
 
-/// Three planes of unit normals (x right, y up, z to the viewer): the direction of maximal
-/// luminance of each texel's function. Fields of constants have the normal (0, 0, 1).
+/// Three planes of unit normals (x right, y up, z to the viewer): for each texel the direction of maximal
+/// luminance of its function. Fields of constants have the normal (0, 0, 1).
 pub fn normals(field: &ReflectanceField) -> Planes {
     let directions: Vec<[f32; 3]> =
         brightest(field).into_par_iter().map(|direction| direction.to_array().map(|v| v as f32)).collect();
@@ -32,9 +31,9 @@ pub fn normals(field: &ReflectanceField) -> Planes {
     planes
 }
 
-/// The value of each texel's function at its maximum, in the field's space and not clamped: for
-/// a matt surface its diffuse reflectance, since the light then stands along the normal. A plane for
-/// each channel.
+/// The value of the function of each texel at its maximum, in the space of the field and not clamped. For a
+/// matt surface this is its diffuse reflectance, since the light is then in the direction of the normal. One
+/// plane per channel.
 pub fn albedo(field: &ReflectanceField) -> Picture {
     let width = field.size().width;
     let directions = brightest(field);
@@ -76,9 +75,9 @@ fn brightest(field: &ReflectanceField) -> Vec<Direction> {
     }
 }
 
-/// Coefficient `k` of a texel's luminance. The colour of an LRGB texel scales its function and
-/// is not negative, so the function itself serves, even where the colour is black. Channels with
-/// names of their own count equally.
+/// Coefficient `k` of the luminance of a texel. In an LRGB field the colour scales the function and is not
+/// negative, so the function itself serves, even where the colour is black. Channels with other names have
+/// equal weights.
 fn luminance_coefficient(field: &ReflectanceField, k: usize, texel: usize) -> f64 {
     let (layout, n) = (field.layout(), field.basis().len());
     let functions = layout.functions();

@@ -1,10 +1,10 @@
 //! Photometric stereo: normals and albedo from photographs under many known lights.
 //!
-//! Each texel is solved by itself (`robust`) on linear luminance; the albedo of each channel
-//! then follows by weighted least squares along the shading found. Photographs are read once where
-//! the values of all of them fit into memory, and once for each band of rows otherwise; nothing
-//! depends on how bands are cut. Lamps are far away, of equal strength, and the camera is straight
-//! above. Where a texel's values determine no direction (black everywhere) it faces the viewer.
+//! Each texel is solved independently (`robust`) on linear luminance; the albedo of each channel then follows
+//! by weighted least squares along the resulting shading. Photographs are read once if all values fit into
+//! memory, otherwise once for each band of rows; the result does not depend on the bands. Lamps are far away
+//! and of equal strength, and the camera is straight above. Texels whose values determine no direction (black
+//! everywhere) face the viewer.
 
 use rayon::prelude::*;
 
@@ -18,15 +18,15 @@ use crate::planes::{Planes, Size};
 use crate::raster::Raster;
 use crate::space::Space;
 
-/// The values of a band take at most this much memory.
+/// The most memory for the values of a band.
 const BAND_BYTES: u64 = 512 << 20;
-/// Lights whose directions span less than this are no stereo: the least eigenvalue's share.
+/// The least share of the smallest eigenvalue: lights with less spread do not allow stereo.
 const LEAST_SPREAD: f64 = 1e-4;
 
-/// How to solve texels.
+/// Options of the solution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub struct StereoOptions {
-    /// How values that do not fit are treated.
+    /// The treatment of outliers.
     pub estimator: Estimator,
     /// Whether a constant light is estimated.
     pub ambient: Ambient,
@@ -38,7 +38,7 @@ impl Default for StereoOptions {
     }
 }
 
-/// What is found.
+/// The result.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stereo {
     /// Three planes of unit normals (x right, y up, z out).
@@ -55,8 +55,8 @@ pub type Load<'a> = dyn Fn(usize) -> Result<Raster> + Sync + 'a;
 /// Solves all texels. `lights` names each photograph and its light, and `load(i)` reads the i-th.
 ///
 /// # Errors
-/// Fewer than three lights, or lights that (nearly) lie in a plane; whatever `load` refuses;
-/// photographs that differ in size or channels; sizes beyond `limits`.
+/// Fewer than three lights, or lights that (nearly) lie in a plane; errors of `load`; photographs that differ
+/// in size or channels; sizes beyond the limits of the job.
 pub fn photometric_stereo(
     lights: &[(String, Direction)],
     load: &Load,
@@ -105,7 +105,7 @@ fn check_lights(lights: &[[f64; 3]], ambient: Ambient) -> Result<()> {
             lights.len()
         )));
     }
-    // The determinant of the mean outer product: that of directions spread all around is 1 / 27.
+    // The determinant of the mean outer product; for directions spread over the whole sphere it is 1 / 27.
     let mean = |i: usize, j: usize| lights.iter().map(|l| l[i] * l[j]).sum::<f64>() / lights.len() as f64;
     let [a, b, c, d, e, f] = [mean(0, 0), mean(1, 1), mean(2, 2), mean(0, 1), mean(0, 2), mean(1, 2)];
     let determinant = a * (b * c - f * f) - d * (d * c - f * e) + e * (d * f - b * e);
@@ -148,7 +148,7 @@ fn solve_band(lights: &[[f64; 3]], photographs: &[Planes], options: &StereoOptio
 
 const UNDETERMINED: Solved = Solved { normal: [0.0, 0.0, 1.0], albedo: [0.0; 3], determined: false };
 
-/// The unit normal, and each channel's albedo along the shading.
+/// The unit normal, and the albedo of each channel along the shading.
 fn finish(
     matt: &robust::Matt,
     lights: &[[f64; 3]],
@@ -202,8 +202,8 @@ mod tests {
         (0..count).map(|i| (format!("{i}.exr"), light(i))).collect()
     }
 
-    /// Texels with planted normals and albedo, and their photographs; every fifth value of each is
-    /// spoilt by a shadow or a highlight when asked for.
+    /// Texels with known normals and albedo, and their photographs; on request every fifth value of each is
+    /// corrupted by a shadow or a highlight.
     struct Planted {
         size: Size,
         normals: Vec<Direction>,

@@ -1,18 +1,18 @@
-//! Shape from shading: slopes from one photograph of a matt surface of one albedo under a known light.
+//! Shape from shading: slopes from one photograph of a matt surface of uniform albedo under a known light.
 //!
-//! The image irradiance equation E = rho R(p, q), R = (l_z - p l_x - q l_y) / sqrt(1 + p^2 + q^2), gives
-//! one number for two unknowns; what makes them a surface is integrability. As R. T. Frankot and R.
-//! Chellappa do (A method for enforcing integrability in shape from shading algorithms, IEEE PAMI
-//! 10(4), 1988), every round moves each texel's slopes towards its equation and then projects all of
-//! them on the nearest integrable ones. Where we differ: the step is Newton's along the gradient of R,
-//! damped, instead of a fixed fraction, so that no step size has to be chosen; and the start is the
-//! linear solution in the Fourier domain (A. P. Pentland, Linear shape from shading, IJCV 4, 1990)
-//! instead of a level surface, from which an almost overhead light would never depart.
+//! The image irradiance equation E = rho R(p, q), R = (l_z - p l_x - q l_y) / sqrt(1 + p^2 + q^2), gives one
+//! number for two unknowns; integrability makes them a surface. As in R. T. Frankot and R. Chellappa (A
+//! method for enforcing integrability in shape from shading algorithms, IEEE PAMI 10(4), 1988), every round
+//! moves the slopes of each texel towards its equation and then projects all of them onto the nearest
+//! integrable ones. Where we differ: the step is a damped Newton step along the gradient of R instead of a
+//! fixed fraction, so no step size has to be chosen; and the start is the linear solution in the Fourier
+//! domain (A. P. Pentland, Linear shape from shading, IJCV 4, 1990) instead of a level surface, from which
+//! the iteration would never depart under an almost overhead light.
 //!
-//! What one photograph cannot tell stays wrong: undulations along the light's stripes (perpendicular to
-//! its azimuth) hardly shade, changes of albedo look like slopes, shadows are black whatever lies in
-//! them, and under an overhead light hills and hollows look alike. Photometric stereo
-//! ([`super::photometric_stereo`]) has none of these troubles and should be used where it can be.
+//! One photograph leaves ambiguities: undulations along the stripes of the light (perpendicular to its
+//! azimuth) hardly shade, changes of albedo look like slopes, shadows are black whatever lies in them, and
+//! under an overhead light hills and hollows look alike. Photometric stereo ([`super::photometric_stereo`])
+//! has none of these problems and should be used where possible.
 
 use realfft::num_complex::Complex64;
 
@@ -24,30 +24,30 @@ use crate::job::Job;
 use crate::numeric::fourier::{BYTES_PER_TEXEL, Fourier};
 use crate::planes::{Planes, Size};
 
-/// Values darker than this fraction of the albedo are shadow and move nothing.
+/// Values darker than this fraction of the albedo are shadows and have no effect.
 const SHADOW: f64 = 0.02;
-/// Damping of Newton's step, against squared gradients of R, which are at most about one.
+/// Damping of the Newton step, relative to squared gradients of R, which are at most about one.
 const DAMPING: f64 = 0.1;
-/// Longest step of a round, as a slope.
+/// The longest step of a round, as a slope.
 const LONGEST_STEP: f64 = 0.5;
-/// Noise against signal of the linear start: how fast it fades where the light does not shade.
+/// The noise-to-signal ratio of the linear start: how fast it fades where the light does not shade.
 const LINEAR_NOISE: f64 = 0.05;
 /// Lights within about six degrees of the zenith shade hills and hollows alike.
 const LEAST_TILT: f64 = 0.1;
 
-/// How to find the shape.
+/// Options of the method.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct ShadingOptions {
-    /// Linear diffuse reflectance of the whole surface; `None` takes the value whose mean shading is
-    /// that of a level surface.
+    /// The linear diffuse reflectance of the whole surface; `None` uses the value for which a level surface
+    /// has the mean of the photograph.
     pub albedo: Option<f64>,
-    /// Rounds of steps and projections, 1 to 100,000.
+    /// The number of rounds of steps and projections, 1 to 100,000.
     pub rounds: usize,
     /// What lies beyond the borders.
     pub border: Border,
-    /// Undulations of this wavelength in texels are halved in every round and longer ones held down
-    /// more, because one photograph hardly knows them: at least 2. `None` holds nothing down on the
-    /// torus, where a surface cannot bend as a whole, and takes the longer side of an open picture.
+    /// Undulations of this wavelength in texels are halved in every round and longer ones damped more,
+    /// because one photograph hardly determines them: at least 2. `None` applies no damping on the torus,
+    /// where a surface cannot bend as a whole, and uses the longer side of an open picture.
     pub longest: Option<f64>,
 }
 
@@ -78,7 +78,7 @@ impl ShadingOptions {
     }
 }
 
-/// What is found.
+/// The result.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shading {
     /// Integrable slopes.
@@ -89,11 +89,11 @@ pub struct Shading {
     pub residual: f64,
 }
 
-/// Finds slopes whose shading is the photograph: one plane, linear luminance.
+/// Finds slopes whose shading reproduces the photograph: one plane, linear luminance.
 ///
 /// # Errors
-/// Options out of range, a photograph that is black or not finite, a light below the surface or
-/// nearly overhead, too little memory.
+/// Options out of range, a photograph that is black or not finite, a light below the surface or nearly
+/// overhead, or too little memory.
 pub fn shape_from_shading(
     luminance: &Planes,
     light: Direction,
@@ -137,7 +137,7 @@ fn check_light(light: Direction) -> Result<()> {
     Ok(())
 }
 
-/// The albedo under which a level surface has the photograph's mean.
+/// The albedo for which a level surface has the mean of the photograph.
 fn level_albedo(luminance: &Planes, light: Direction) -> Result<f64> {
     let values = luminance.plane(0);
     let mean = values.iter().map(|&v| f64::from(v)).sum::<f64>() / values.len() as f64;
@@ -147,8 +147,7 @@ fn level_albedo(luminance: &Planes, light: Direction) -> Result<f64> {
     Ok(mean / light.z())
 }
 
-/// Pentland's linear solution: E - l_z = -p l_x - q l_y, with Wiener's damping where the light does
-/// not shade.
+/// Pentland's linear solution: E - l_z = -p l_x - q l_y, with Wiener damping where the light does not shade.
 fn linear_start(shades: &[f64], size: Size, light: Direction, border: Border) -> Slopes {
     let image: Vec<f64> = shades.iter().map(|e| e - light.z()).collect();
     let (image, whole) = match border {
@@ -279,7 +278,7 @@ mod tests {
         let light = Direction::new(-0.5, 0.6, 0.6).unwrap();
         let (_, picture) = relief(Size::new(37, 30), light, 0.5);
         let residual = |rounds: usize| {
-            // Nothing held down: this relief is one undulation of the picture's length.
+            // Without damping: this relief is one undulation of the length of the picture.
             let options =
                 ShadingOptions { rounds, longest: Some(f64::INFINITY), ..ShadingOptions::default() };
             shape_from_shading(&picture, light, &options, &Job::default()).unwrap().residual

@@ -1,10 +1,10 @@
-//! Slopes of a height field z: p = dz/dx and q = dz/dy, x right and y up, in texels a texel.
+//! Slopes of a height field z: p = dz/dx and q = dz/dy, x right and y up, in texels per texel.
 
 use crate::error::{Error, Result};
 use crate::planes::{Planes, Size};
 
-/// A bound for measured slopes: normals flatter than about three degrees over the horizon say little
-/// about how far the surface falls.
+/// A bound for measured slopes: normals less than about three degrees above the horizon say little about the
+/// steepness of the surface.
 pub const STEEPEST: f64 = 20.0;
 
 /// The slopes of every texel.
@@ -23,8 +23,8 @@ impl Slopes {
         Self { size, p: vec![0.0; size.texels()], q: vec![0.0; size.texels()] }
     }
 
-    /// The slopes of three planes of normals (x right, y up, z out) of any length; slopes beyond
-    /// `steepest` keep their azimuth and become that steep.
+    /// The slopes of three planes of normals (x right, y up, z out) of any length; slopes beyond `steepest`
+    /// are reduced to it, with their azimuth unchanged.
     ///
     /// # Errors
     /// When `steepest` is not above 0, there are not three planes, or a normal is not finite.
@@ -66,8 +66,8 @@ impl Slopes {
         self.size
     }
 
-    /// The slopes of the surface mirrored at its right and lower border, twice as wide and high: it
-    /// closes on the torus whatever it is. Slopes across a mirror change their sign.
+    /// The slopes of the surface mirrored at its right and lower border, twice as wide and high: any surface
+    /// is then periodic. Slopes across a mirror change their sign.
     pub fn mirrored(&self) -> Self {
         let Size { width, height } = self.size;
         let mut mirrored = Self::level(Size::new(2 * width, 2 * height));
@@ -83,7 +83,7 @@ impl Slopes {
         mirrored
     }
 
-    /// The upper left part of that size.
+    /// The upper left part of the given size.
     ///
     /// # Panics
     /// When it is larger than the whole.

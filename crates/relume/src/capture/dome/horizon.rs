@@ -1,15 +1,14 @@
-//! What each texel sees besides the lamp: the open sky, and the surface that hides the rest of it.
+//! What each texel sees apart from the lamp: the open sky, and the surface that hides the rest of it.
 //!
-//! The sky is divided into equal sectors of azimuth. In each the texel's horizon is marched, and
-//! the cosine-weighted share of the hemisphere about its normal is integrated in closed form over
-//! the polar angle (N. Max, Horizon mapping, 1988; L. Bavoil, M. Sainz, R. Dimitrov, Image-space
-//! horizon-based ambient occlusion, SIGGRAPH 2008): above the horizon it is open sky, between the
-//! horizon and the texel's own tangent plane it is surface. That part stands as one [`Link`] to the
-//! texel which the ray to its middle slope meets: a one-point quadrature of the light reflected
-//! from there, shared by all lights. The shares of a texel's sky and links sum to at most 1 (to the
-//! accuracy of the sectors), so a bounce cannot make light.
+//! The sky is divided into equal sectors of azimuth. In each, the horizon of the texel is marched, and the
+//! cosine-weighted share of the hemisphere about its normal is integrated in closed form over the polar angle
+//! (N. Max, Horizon mapping, 1988; L. Bavoil, M. Sainz, R. Dimitrov, Image-space horizon-based ambient
+//! occlusion, SIGGRAPH 2008). Above the horizon lies open sky; between the horizon and the tangent plane of
+//! the texel lies surface. That part is represented by one [`Link`] to the texel hit by the ray of its middle
+//! slope: a one-point quadrature of the light reflected from there, shared by all lights. The shares of sky
+//! and links of a texel sum to at most 1 (to the accuracy of the sectors), so a bounce cannot create light.
 //!
-//! Limits: one horizon a sector; horizons flatter than 1/32 (a thousandth of the sky) may be missed.
+//! Limits: one horizon per sector; horizons flatter than 1/32 (a thousandth of the sky) may be missed.
 
 use super::march::{Heading, UNSEEN, crossings, first_at_least, steepest_slopes};
 use super::relief::Relief;
@@ -20,12 +19,12 @@ use std::f64::consts::{PI, TAU};
 /// Slopes below this hide less than a thousandth of a sector.
 const NEGLIGIBLE_SLOPE: f32 = 1.0 / 32.0;
 
-/// A part of the hemisphere that is filled by another texel.
+/// A part of the hemisphere that is covered by another texel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Link {
     /// Cosine-weighted share of the hemisphere, 0 to 1.
     pub share: f32,
-    /// The texel that is seen there.
+    /// The texel seen there.
     pub texel: u32,
 }
 
@@ -45,17 +44,17 @@ pub struct Surroundings {
     pub links: Vec<Vec<Link>>,
 }
 
-/// Bytes a texel of [`Surroundings`] with so many sectors, while they are made.
+/// Bytes per texel of [`Surroundings`] with the given number of sectors, during construction.
 pub fn bytes_per_texel(sectors: usize) -> u64 {
     8 * sectors as u64 + 8
 }
 
 impl Surroundings {
-    /// Marches all horizons of a relief whose texels face `normals`.
+    /// Marches all horizons of a relief with the given `normals`.
     pub fn new(relief: &Relief, normals: &Planes, sectors: usize) -> Self {
         let mut all = Self { sky: vec![0.0; relief.size().texels()], links: Vec::with_capacity(sectors) };
         for k in 0..sectors {
-            // Half a step away from the grid's axes, where errors are worst.
+            // Half a step away from the axes of the grid, where errors are largest.
             let azimuth = (k as f64 + 0.5) * TAU / sectors as f64;
             let sector = sector(relief, normals, azimuth, TAU / sectors as f64);
             all.sky.iter_mut().zip(sector.sky).for_each(|(sum, share)| *sum += share);
@@ -102,7 +101,7 @@ fn sector(relief: &Relief, normals: &Planes, azimuth_rad: f64, width_rad: f64) -
     Sector { sky, links }
 }
 
-/// A texel's normal in the vertical plane of one azimuth: its part along the heading, and up.
+/// The normal of a texel in the vertical plane of one azimuth: its component along the heading, and up.
 #[derive(Debug, Clone, Copy)]
 struct Facet {
     along: f64,
@@ -173,8 +172,8 @@ mod tests {
         let flat = surroundings(Size::new(9, 7), Border::Wrap, 16, |_, _| 3.0);
         assert!(flat.sky.iter().all(|s| (s - 1.0).abs() < 1e-6));
         assert!(flat.links.iter().flatten().all(|link| link.share == 0.0));
-        // A plane tilted by an angle b sees (1 + cos b) / 2 of the sky above level ground; the
-        // rest of the tilted relief rises behind it without hiding anything more.
+        // A plane tilted by an angle b sees (1 + cos b) / 2 of the sky above level ground; the rest of the
+        // tilted relief rises behind it without hiding more.
         let relief = Relief::new(&Planes::zeros(Size::new(1, 1), 1), Border::Wrap);
         let mut normals = Planes::zeros(Size::new(1, 1), 3);
         normals.as_mut_slice().copy_from_slice(&[0.6, 0.0, 0.8]);

@@ -4,11 +4,11 @@
 
 use crate::direction::Direction;
 
-/// Polar angle of the dome's lower edge: real domes stop where light would only graze the sample.
+/// The polar angle of the lower edge of the dome: real domes end where light would only graze the sample.
 pub const MAX_POLAR_DEG: f64 = 75.0;
 
-/// `count` directions from near the zenith to near the dome's lower edge, each in the middle of an
-/// equal share of the cap's area, consecutive ones a golden angle apart in azimuth.
+/// `count` directions from near the zenith to near the lower edge of the dome, each in the middle of an equal
+/// share of the area of the cap, consecutive ones a golden angle apart in azimuth.
 pub fn lights(count: usize) -> Vec<Direction> {
     let golden_rad = std::f64::consts::PI * (3.0 - 5.0f64.sqrt());
     let lowest_z = MAX_POLAR_DEG.to_radians().cos();
@@ -30,7 +30,7 @@ mod tests {
             assert_eq!(all.len(), count);
             let lowest_z = MAX_POLAR_DEG.to_radians().cos();
             assert!(all.iter().all(|l| l.z() >= lowest_z));
-            // The side of a square of one light's share of the cap.
+            // The side of a square whose area is the share of one light.
             let side = (std::f64::consts::TAU * (1.0 - lowest_z) / count as f64).sqrt();
             for (i, a) in all.iter().enumerate() {
                 for b in &all[i + 1..] {

@@ -1,15 +1,14 @@
-//! Marching over a relief: the steepest slope at which a texel sees it in one azimuth.
+//! Marching over a relief: the steepest slope at which a texel sees the relief in one azimuth.
 //!
-//! Between texels on one line of the grid the height is linear, so along a ray it can only turn
-//! where the ray crosses a grid line (inside a cell it bends by at most a quarter of the cell's
-//! twist, which is left out). Crossings of both families of lines are visited in order, and
-//! **all texels of a row at once**: they share each crossing's offsets and weights, so a step is a
-//! sum over contiguous rows that the compiler vectorises. A row stops as soon as the highest
-//! texel of the relief could no longer rise above what it has seen. Heights and distances are in
-//! texels; a slope is the tangent of an elevation.
+//! Between texels on one line of the grid the height is linear, so along a ray its slope changes only where
+//! the ray crosses a grid line (inside a cell it deviates by at most a quarter of the twist of the cell,
+//! which is ignored). Crossings of both families of lines are visited in order, and **all texels of a row at
+//! once**: they share the offsets and weights of each crossing, so a step is a sum over contiguous rows that
+//! the compiler vectorises. A row stops as soon as the highest texel of the relief could no longer rise above
+//! the steepest slope so far. Heights and distances are in texels; a slope is the tangent of an elevation.
 //!
-//! The idea of the horizon is N. Max, Horizon mapping: shadows for bump-mapped surfaces, The
-//! Visual Computer 4, 1988; [`slope_by_brute_force`] is the slow truth.
+//! The horizon method is N. Max, Horizon mapping: shadows for bump-mapped surfaces, The Visual Computer 4,
+//! 1988; [`slope_by_brute_force`] is the slow truth.
 
 use super::relief::Relief;
 
@@ -78,15 +77,15 @@ fn crossing(texels: [[isize; 2]; 2], weight: f64, distance: f64) -> Crossing {
     Crossing { texels, weight: weight as f32, per_distance: (1.0 / distance) as f32 }
 }
 
-/// The whole numbers on both sides of a place, and the weight of the upper.
+/// The integers on both sides of a position, and the weight of the upper one.
 fn neighbours(place: f64) -> (isize, isize, f64) {
     let low = (place + 1e-6).floor();
     let weight = (place - low).max(0.0);
     (low as isize, low as isize + isize::from(weight > 1e-6), weight)
 }
 
-/// Calls `visit` with the number of each crossing on the way and the slopes at which the texels of
-/// row `y` see it, until `visit` says to stop or the relief ends.
+/// Calls `visit` with the number of each crossing on the way and the slopes at which the texels of row `y`
+/// see it, until `visit` ends it or the relief ends.
 #[inline(always)]
 fn march(relief: &Relief, path: &[Crossing], y: usize, mut visit: impl FnMut(usize, &[f32]) -> Go) {
     let here = relief.row(y as isize, 0);
@@ -121,7 +120,7 @@ pub fn steepest_slopes(relief: &Relief, path: &[Crossing], y: usize, negligible:
                 for (best, &slope) in steepest.iter_mut().zip(slopes) {
                     *best = if slope > *best { slope } else { *best };
                 }
-                // The least of a row is asked for now and then only.
+                // The minimum of a row is computed only now and then.
                 let ahead = rise * path[number].per_distance;
                 if ahead < negligible || (number % 8 == 7 && ahead < least(steepest)) {
                     Go::Stop
@@ -133,8 +132,8 @@ pub fn steepest_slopes(relief: &Relief, path: &[Crossing], y: usize, negligible:
     );
 }
 
-/// For each texel of row `y` the number of the first crossing seen at least as steep as its
-/// `target`; entries of `first` that are not [`UNSEEN`] stay.
+/// For each texel of row `y`, the number of the first crossing seen at least as steeply as its `target`;
+/// entries of `first` other than [`UNSEEN`] are kept.
 pub fn first_at_least(relief: &Relief, path: &[Crossing], y: usize, targets: &[f32], first: &mut [u32]) {
     pulp::Arch::new().dispatch(
         #[inline(always)]
@@ -159,8 +158,8 @@ fn least(values: &[f32]) -> f32 {
     values.iter().copied().fold(f32::INFINITY, |a, b| if b < a { b } else { a })
 }
 
-/// The slow truth: the steepest slope at which texel (x, y) sees the bilinear relief, in steps of
-/// `step` texels from where the ray leaves the four cells about the texel out to `reach`.
+/// The slow truth: the steepest slope at which texel (x, y) sees the bilinear relief, in steps of `step`
+/// texels, from where the ray leaves the four cells around the texel out to `reach`.
 pub fn slope_by_brute_force(
     relief: &Relief,
     texel: [usize; 2],

@@ -1,19 +1,19 @@
-//! A virtual light dome: photographs of registered maps from straight above under one distant lamp
-//! after another, with the truth beside them.
+//! A virtual light dome: photographs of registered maps from straight above under one distant lamp after
+//! another, together with the ground truth.
 //!
-//! - [`mod@lights`]: where the lamps stand;
+//! - [`mod@lights`]: positions of the lamps;
 //! - [`relief`]: the height field and its borders; [`march`]: its horizons, fast and slow;
 //! - [`shadow`]: cast shadows with penumbra;
 //! - [`horizon`]: open sky and visible surface for each texel, shared by all lamps;
 //!
-//! The camera is orthographic and straight above, so a texel of the maps is a pixel. Light reaches
-//! a texel from the lamp; from a uniform sky, dimmed where the relief hides it; and after **one**
-//! diffuse bounce, from the surface it sees (what that surface receives from lamp and sky, times
-//! its albedo). The sky and the bounce light the body alone, not the glossy surface. Highlights
-//! are not masked by the relief beyond the lamp's shadow.
+//! The camera is orthographic and straight above, so a texel of the maps is a pixel. Light reaches a texel
+//! from the lamp; from a uniform sky, dimmed where the relief hides it; and after **one** diffuse bounce from
+//! the surface it sees (the light which that surface receives from lamp and sky, times its albedo). Sky and
+//! bounce light only the body, not the glossy surface. Highlights are masked only by the shadow of the lamp,
+//! not by the relief itself.
 //!
-//! Exposure is fixed: **a white Lambertian that faces the lamp is 1.0**, so photographs of all
-//! lamps compare and nothing is normalised. Highlights may exceed 1.
+//! Exposure is fixed: **a white Lambertian that faces the lamp is 1.0**, so photographs under all lamps are
+//! comparable and nothing is normalised. Highlights may exceed 1.
 
 pub mod horizon;
 pub mod lights;
@@ -33,10 +33,10 @@ use crate::planes::{Planes, Size};
 use horizon::Surroundings;
 use relief::Relief;
 
-/// Heights may span this many texels: more is a mistake in the height scale.
+/// The largest span of heights in texels: more indicates a wrong height scale.
 const MAX_RELIEF_TEXELS: f32 = 65536.0;
 
-/// Normals of a map are kept at least this far above the horizon: noise in files tips some below.
+/// Normals of a map are kept at least this far above the horizon: noise in files tilts some below it.
 const LEAST_NORMAL_Z: f32 = 0.05;
 
 /// Whether light is followed beyond its first surface.
@@ -60,25 +60,25 @@ pub enum Surface {
     },
 }
 
-/// How a virtual dome photographs.
+/// Options of a virtual dome.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DomeOptions {
     /// What lies beyond the borders of the maps.
     pub border: Border,
-    /// Radiance of the sky as a fraction of a white Lambertian's that faces the lamp, 0 to 1.
+    /// Radiance of the sky as a fraction of that of a white Lambertian facing the lamp, 0 to 1.
     pub ambient: f64,
     /// Whether light is followed beyond its first surface.
     pub bounce: Bounce,
     /// What lies over the diffuse body.
     pub surface: Surface,
-    /// Half the angle under which a lamp is seen: the softness of shadows. 0 to 0.5.
+    /// Half the angle subtended by a lamp, which determines the softness of shadows. 0 to 0.5.
     pub lamp_radius_rad: f64,
     /// Sectors of azimuth for sky and bounce, 4 to 256.
     pub sectors: usize,
 }
 
 impl Default for DomeOptions {
-    /// A periodic material, a dim sky (a 25th of the lamp), lamps of one degree's radius.
+    /// A periodic material, a dim sky (a 25th of the lamp), lamps with a radius of one degree.
     fn default() -> Self {
         Self {
             border: Border::Wrap,
@@ -115,7 +115,7 @@ impl DomeOptions {
     }
 }
 
-/// Maps under a dome, with everything computed that all lamps share.
+/// Maps under a dome, with all precomputed data shared by the lamps.
 #[derive(Debug, Clone)]
 pub struct Dome {
     maps: SurfaceMaps,
@@ -135,7 +135,7 @@ impl Dome {
         options.validate()?;
         maps.validate()?;
         let size = maps.size();
-        // The extended relief, normals, the sky, and a photograph with what it is made of.
+        // The extended relief, normals, the sky, and a photograph with its components.
         let bytes = horizon::bytes_per_texel(options.sectors) + 12 + 12 + 12 + 24;
         job.check("the virtual dome", size, bytes)?;
         if u32::try_from(size.texels()).is_err() {
@@ -167,14 +167,14 @@ impl Dome {
         &self.maps
     }
 
-    /// The true normals, three planes of unit vectors (x right, y up, z out): those of the normal
-    /// map where there is one, the height's otherwise.
+    /// The true normals, three planes of unit vectors (x right, y up, z out): from the normal map if there is
+    /// one, otherwise from the height.
     pub fn normals(&self) -> &Planes {
         &self.normals
     }
 }
 
-/// Refuses heights, colours and roughnesses that mean nothing.
+/// Refuses heights, colours and roughnesses without meaning.
 fn check_ranges(maps: &SurfaceMaps) -> Result<()> {
     let limit = f32::MAX / 4.0;
     check_range("height", "a finite number", &maps.height, -limit, limit)?;

@@ -9,7 +9,7 @@ use crate::planes::Planes;
 use crate::space::Space;
 use rayon::prelude::*;
 
-/// Lamps must stand at least this far above the surface, as the sine of the elevation.
+/// The least sine of the elevation of a lamp.
 const LEAST_LIGHT_Z: f64 = 0.01;
 
 impl Dome {
@@ -46,7 +46,7 @@ impl Dome {
         Ok(Picture { planes, space: Space::Linear })
     }
 
-    /// Irradiance from the lamp for each texel, 1 facing the lamp and unshadowed.
+    /// Irradiance from the lamp for each texel; 1 if facing the lamp and unshadowed.
     fn lamp_irradiance(&self, light: Direction) -> Vec<f32> {
         let mut irradiance = shadow::lamp_share(&self.relief, light, self.options.lamp_radius_rad);
         let [x, y, z] = light.to_array().map(|c| c as f32);
@@ -85,7 +85,8 @@ impl Dome {
         (0..lamp.len()).into_par_iter().with_min_len(self.size().width).map(gathered).collect()
     }
 
-    /// What a texel sends to the camera of what it receives from the lamp and from all around.
+    /// The light that a texel reflects to the camera, given the light from the lamp and from its
+    /// surroundings.
     fn reflected(&self, texel: usize, light: Direction, lamp: f32, indirect: [f32; 3]) -> [f32; 3] {
         let albedo = self.albedo(texel);
         let Surface::Ggx { f0 } = self.options.surface else {
@@ -94,7 +95,7 @@ impl Dome {
         let normal = self.normal(texel).map(f64::from);
         let dot = |v: [f64; 3]| normal[0] * v[0] + normal[1] * v[1] + normal[2] * v[2];
         let (n_l, n_v) = (dot(light.to_array()).max(0.0), normal[2]);
-        // The mean over all directions of Schlick's term weighted with the cosine is f0 + (1 - f0) / 21.
+        // The cosine-weighted mean of Schlick's term over all directions is f0 + (1 - f0) / 21.
         let around = (1.0 - microfacet::fresnel(n_v, f0)) * (1.0 - f0) * 20.0 / 21.0;
         let body = (f64::from(lamp) * microfacet::body_share(n_l, n_v, f0)) as f32;
         let glossy = if lamp > 0.0 {
@@ -172,7 +173,8 @@ mod tests {
             6.0 * (-squared / 60.0).exp()
         };
         let dome = dome(maps(size, hill, 0.5), DomeOptions::default());
-        // A light from the right brightens the right side; one from +y the side towards the top row.
+        // A light from the right brightens the right side; one from +y brightens the side towards the top
+        // row.
         for (azimuth, bright, dark) in
             [(0.0, (26, 20), (14, 20)), (std::f64::consts::FRAC_PI_2, (20, 14), (20, 26))]
         {
@@ -202,7 +204,7 @@ mod tests {
         assert!(brighter > size.texels(), "{brighter} texels");
     }
 
-    /// Light in equals light out at most: the mean of a white relief under a lamp at the zenith.
+    /// Light out is at most light in: the mean of a white relief under a lamp at the zenith.
     #[test]
     fn a_white_relief_reflects_no_more_than_arrives() {
         let size = Size::new(48, 48);
@@ -217,7 +219,7 @@ mod tests {
         let dome = dome(white, DomeOptions { ambient: 0.0, ..matte() });
         let lamp = dome.lamp_irradiance(Direction::ZENITH);
         let bounced = dome.bounced_irradiance(&lamp);
-        // Integrate over the true area of the facets: texel area over the normal's z.
+        // Integrate over the true area of the facets: texel area divided by the z of the normal.
         let area = |texel: usize| 1.0 / dome.normal(texel)[2];
         let arrived: f32 = (0..lamp.len()).map(|t| lamp[t] * area(t)).sum();
         let again: f32 = (0..lamp.len()).map(|t| bounced[t][0] * area(t)).sum();
@@ -249,7 +251,7 @@ mod tests {
         let dome = dome(flat, DomeOptions { ambient: 0.0, ..Default::default() });
         let value =
             |polar: f64| dome.photograph(Direction::from_angles(polar, 1.0)).unwrap().planes.at(0, 1, 1);
-        // pi D V F with n.l = n.v = n.h = 1: F0 / (4 alpha^2), alpha = 0.09, beside the body's share.
+        // pi D V F with n.l = n.v = n.h = 1: F0 / (4 alpha^2), alpha = 0.09, plus the share of the body.
         let truth = 0.04 / (4.0 * 0.09f32.powi(2)) + 0.2 * 0.96 * 0.96;
         assert!((value(0.0) - truth).abs() < 1e-4, "{} {truth}", value(0.0));
         assert!(value(1.0) < 0.2);

@@ -1,16 +1,16 @@
-//! Cast shadows: the share of the lamp's disk that each texel sees over the relief.
+//! Cast shadows: the share of the disk of the lamp that is visible to each texel over the relief.
 
 use super::march::{Heading, crossings, steepest_slopes};
 use super::relief::Relief;
 use crate::direction::Direction;
 use rayon::prelude::*;
 
-/// Rays are never followed as if the lamp stood lower than this.
+/// The least elevation of the lower edge of a lamp, which limits the length of rays.
 const LEAST_ELEVATION_RAD: f64 = 0.01;
 
-/// The seen share of a lamp of angular radius `lamp_radius_rad` for every texel, row by row.
+/// The visible share of a lamp of angular radius `lamp_radius_rad` for every texel, row by row.
 ///
-/// The horizon is taken in the lamp's azimuth alone, as if it ran level across the disk.
+/// Only the horizon in the azimuth of the lamp is used, as if it ran level across the disk.
 pub fn lamp_share(relief: &Relief, light: Direction, lamp_radius_rad: f64) -> Vec<f32> {
     let level = light.x().hypot(light.y());
     let mut share = vec![1.0f32; relief.size().texels()];
@@ -103,7 +103,7 @@ mod tests {
                 let wrong = (0..size.texels()).filter(|&i| share[i] != slow(i)).count();
                 let shadowed = share.iter().filter(|s| **s == 0.0).count();
                 assert!(shadowed > 100, "{shadowed} texels in shadow");
-                // Only texels through which the shadow's outline runs may differ.
+                // Only texels on the outline of the shadow may differ.
                 assert!(wrong * 200 <= size.texels(), "{wrong} texels differ, {shadowed} in shadow");
             }
         }

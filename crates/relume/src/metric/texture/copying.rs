@@ -1,14 +1,14 @@
-//! How a synthesised texture uses its exemplar: too little of it, or whole pieces again and again.
+//! How a synthesised texture uses its exemplar: too little of it, or whole pieces repeatedly.
 //!
 //! - coverage: the share of exemplar texels used at least once;
-//! - evenness: 2^H over the number of exemplar texels, H the entropy in bits of the distribution of
-//!   sources (C. Shannon 1948): 1 where all are used alike, 1/n where one of n is;
-//! - the most a texel is used, and the longest row or column of texels copied as they stand;
-//! - pieces: largest and mean number of connected texels copied with one shift; verbatim copying
-//!   shows as a piece as large as the exemplar.
+//! - evenness: 2^H divided by the number of exemplar texels, where H is the entropy in bits of the
+//!   distribution of sources (C. Shannon 1948): 1 if all are used equally, 1/n if only one of n is;
+//! - the largest number of uses of one texel, and the longest row or column of texels copied verbatim;
+//! - pieces: largest and mean number of connected texels copied with one shift; verbatim copying shows as a
+//!   piece as large as the exemplar.
 //!
-//! None of them is good or bad by itself: a regular texture must repeat, and a method that copies
-//! single texels has small pieces and may still copy garbage.
+//! None of them is good or bad by itself: a regular texture must repeat, and a method that copies single
+//! texels has small pieces and may still copy garbage.
 
 use serde::Serialize;
 
@@ -18,23 +18,23 @@ use crate::planes::Size;
 /// How the exemplar is used.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Copying {
-    /// The share of exemplar texels that are used.
+    /// The share of exemplar texels in use.
     pub coverage: f64,
     /// The entropy of the sources in bits.
     pub entropy_bits: f64,
-    /// 2^entropy over the number of exemplar texels, at most 1.
+    /// 2^entropy divided by the number of exemplar texels, at most 1.
     pub evenness: f64,
-    /// How often the most used texel is used.
+    /// The number of uses of the most used texel.
     pub most_used: u64,
-    /// Texels of the longest row or column that is copied as it stands.
+    /// The texels of the longest row or column copied verbatim.
     pub longest_run: usize,
-    /// Texels of the largest connected piece copied with one shift.
+    /// The texels of the largest connected piece copied with one shift.
     pub largest_piece: usize,
     /// The mean number of texels of a piece.
     pub mean_piece: f64,
 }
 
-/// Measures the use of the exemplars.
+/// Measures how the exemplars are used.
 pub fn copying(sources: &Sources<'_>) -> Copying {
     let counts = counts(sources);
     let total = sources.texels().len() as f64;
@@ -43,7 +43,7 @@ pub fn copying(sources: &Sources<'_>) -> Copying {
     let pieces = pieces(sources);
     Copying {
         coverage: used.count() as f64 / counts.len() as f64,
-        // No texels but one in use: -0 is 0.
+        // With only one texel in use: -0 is 0.
         entropy_bits: entropy_bits.max(0.0),
         evenness: (entropy_bits.exp2() / counts.len() as f64).min(1.0),
         most_used: counts.iter().copied().max().unwrap_or(0),
@@ -53,7 +53,7 @@ pub fn copying(sources: &Sources<'_>) -> Copying {
     }
 }
 
-/// How often each texel of all exemplars is used.
+/// The number of uses of each texel of all exemplars.
 fn counts(sources: &Sources<'_>) -> Vec<u64> {
     let mut starts = vec![0];
     sources.exemplars().iter().for_each(|size| starts.push(starts[starts.len() - 1] + size.texels()));
@@ -77,8 +77,8 @@ fn longest_run(sources: &Sources<'_>) -> usize {
     across.into_iter().chain(down).max().unwrap_or(0)
 }
 
-/// The numbers of texels of the connected pieces: neighbours that continue each other are of one
-/// piece (union-find, R. Tarjan 1975).
+/// The sizes of the connected pieces: neighbours that continue each other are in one piece (union-find, R.
+/// Tarjan 1975).
 fn pieces(sources: &Sources<'_>) -> Vec<usize> {
     let mut parents: Vec<usize> = (0..sources.texels().len()).collect();
     for (here, there, step) in sources.neighbours() {

@@ -1,8 +1,9 @@
-//! Distance of the autocorrelations ([`Autocorrelation`]): which shifts a texture resembles itself at.
+//! Distance of the autocorrelations ([`Autocorrelation`]): the shifts at which a texture is similar to
+//! itself.
 //!
-//! [`Autocorrelation::distance`] over the shifts that both textures reach, half their sides. It sees order at
-//! any distance: lost periods, new ones (repetition), other sizes and directions of features. It
-//! does not see brightness, contrast or colour, nor how features look.
+//! [`Autocorrelation::distance`] over the shifts that both textures reach, half their sides. It detects order
+//! at any distance: lost periods, new ones (repetition), other sizes and directions of features. It does not
+//! detect brightness, contrast or colour, nor the appearance of features.
 
 use crate::error::Result;
 use crate::job::Job;

@@ -1,9 +1,8 @@
-//! Distance of the distributions of values, plane by plane: the mean over planes of the
-//! Wasserstein-1 distance, in standard deviations of the
-//! reference (the root of its planes' mean variance).
+//! Distance of the distributions of values, plane by plane: the mean over planes of the Wasserstein-1
+//! distance, in standard deviations of the reference (the root of the mean variance of its planes).
 //!
-//! It sees colours, brightness and contrast that are not those of the reference, and by nature
-//! nothing of their places: a scrambled texture has distance 0.
+//! It detects other colours, brightness and contrast than those of the reference, and by definition ignores
+//! their positions: a scrambled texture has distance 0.
 
 use super::wasserstein::{self, sorted};
 use crate::planes::Planes;

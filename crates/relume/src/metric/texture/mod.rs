@@ -1,20 +1,19 @@
-//! Measures that tell good synthesis from bad.
+//! Measures that distinguish good synthesis from bad.
 //!
-//! Two textures of any sizes and equal planes are compared by what they are made of, not texel by
-//! texel. All these are distances from a reference: 0 for the reference itself, and the smaller the
-//! better.
+//! Two textures of any sizes with the same planes are compared by their statistics, not texel by texel. All
+//! these are distances from a reference: 0 for the reference itself, smaller is better.
 //!
 //! | measure | of | unit |
 //! |---|---|---|
-//! | [`sliced`] | distributions of patches at several scales | the deviation inside the reference's patches |
-//! | [`histogram`] | distributions of values | the reference's standard deviation |
+//! | [`sliced`] | distributions of patches at several scales | the deviation inside the patches of the reference |
+//! | [`histogram`] | distributions of values | the standard deviation of the reference |
 //! | [`correlation`] | autocorrelations | correlation |
 //! | [`spectrum`] | power by frequency and direction | dB |
 //! | [`steerable`] | statistics of a steerable pyramid, STSIM-2 | 1 - similarity |
 //!
-//! Of one texture alone: [`wrap`], the step across its borders. Of a synthesised one with its sources
-//! ([`sources`]): [`seams`], the steps across cuts, and [`copying`], how it uses its exemplar.
-//! `docs/measures.md` shows what each can and cannot see, measured.
+//! For one texture alone: [`wrap`], the step across its borders. For a synthesised one with its sources
+//! ([`sources`]): [`seams`], the steps across cuts, and [`copying`], its use of the exemplar.
+//! `docs/measures.md` shows by measurement what each detects.
 
 pub mod copying;
 pub mod correlation;
@@ -37,7 +36,7 @@ use crate::planes::Planes;
 pub use sliced::SlicedOptions;
 pub use sources::{Source, Sources};
 
-/// The least side of textures that can be compared: twice a patch, and a pyramid of three levels.
+/// The least side of textures that can be compared: twice a patch, and three levels of a pyramid.
 pub const LEAST_SIDE: usize = 16;
 
 /// All distances of a texture from a reference.
@@ -47,7 +46,7 @@ pub struct Distances {
     pub sliced: f64,
     /// The patch distance at each level, from the finest.
     pub sliced_levels: Vec<f64>,
-    /// Distance of the values' distributions.
+    /// Distance of the distributions of values.
     pub histogram: f64,
     /// Distance of the autocorrelations.
     pub autocorrelation: f64,
@@ -58,7 +57,7 @@ pub struct Distances {
 }
 
 impl Distances {
-    /// The mean of each measure, as over renderings under several lights; `None` of nothing.
+    /// The mean of each measure, such as over renderings under several lights; `None` for an empty list.
     pub fn mean(all: &[Self]) -> Option<Self> {
         Self::combined(all, |values| values.iter().sum::<f64>() / values.len() as f64)
     }
@@ -82,7 +81,7 @@ impl Distances {
     }
 }
 
-/// Measures how far a texture is from a reference with the same planes; sizes may differ.
+/// Measures the distance of a texture from a reference with the same planes; sizes may differ.
 ///
 /// # Errors
 /// When the numbers of planes differ, a side is below [`LEAST_SIDE`], a value is not finite, or the
@@ -133,8 +132,7 @@ fn check(reference: &Planes, other: &Planes) -> Result<()> {
     Ok(())
 }
 
-/// The root of the mean variance of the planes: the unit of distances of values. 1 for planes that
-/// do not vary.
+/// The root of the mean variance of the planes: the unit for distances of values. 1 for constant planes.
 fn deviation(planes: &Planes) -> f64 {
     let variances = planes.iter().map(variance);
     let mean = variances.sum::<f64>() / planes.count().max(1) as f64;

@@ -1,6 +1,6 @@
-//! Halving a texture: P. Burt, E. Adelson, The Laplacian pyramid as a compact image code, 1983, with
-//! the kernel (1, 4, 6, 4, 1) / 16. At borders the weights that fall outside are left out and the
-//! others make up for them, so that a constant stays one.
+//! Halving a texture: P. Burt, E. Adelson, The Laplacian pyramid as a compact image code, 1983, with the
+//! kernel (1, 4, 6, 4, 1) / 16. At borders the weights that fall outside are dropped and the others
+//! renormalised, so that a constant stays constant.
 
 use rayon::prelude::*;
 
@@ -28,7 +28,7 @@ pub fn halved(planes: &Planes) -> Planes {
     out
 }
 
-/// The kernel's mean about place 2 `x` of a line of `length` values.
+/// The mean under the kernel at position 2 `x` of a line of `length` values.
 fn smooth(length: usize, x: usize, value: impl Fn(usize) -> f32) -> f32 {
     let (mut sum, mut weights) = (0.0, 0.0);
     for (k, weight) in KERNEL.into_iter().enumerate() {

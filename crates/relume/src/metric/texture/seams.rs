@@ -1,9 +1,9 @@
-//! Seam visibility: steps across cuts against steps inside copied pieces.
+//! Seam visibility: steps across cuts compared with steps inside copied pieces.
 //!
-//! A cut runs between two neighbours that are not neighbours in the exemplar. The root mean square
-//! step across cuts over that inside pieces is 1 where cuts are as smooth as the texture itself;
-//! cuts that follow edges of the texture may be above 1 and still unseen, so compare it between
-//! methods on one exemplar. It sees jumps at cuts; not features that end there.
+//! A cut runs between two neighbours that are not neighbours in the exemplar. The root mean square step
+//! across cuts divided by that inside pieces is 1 where cuts are as smooth as the texture itself. Cuts that
+//! follow edges of the texture may exceed 1 and still be invisible, so compare methods on one exemplar. It
+//! detects jumps at cuts, but not features that end there.
 
 use serde::Serialize;
 
@@ -12,7 +12,7 @@ use super::steps::{Steps, ratio};
 use crate::error::{Error, Result};
 use crate::planes::Planes;
 
-/// How visible cuts are.
+/// The visibility of cuts.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Seams {
     /// Pairs of neighbours with a cut in between.
@@ -23,14 +23,14 @@ pub struct Seams {
     pub across: f64,
     /// Root mean square step inside pieces.
     pub inside: f64,
-    /// `across` over `inside`; 1 where there are no cuts.
+    /// `across` divided by `inside`; 1 without cuts.
     pub ratio: f64,
 }
 
 /// Measures the cuts of a texture.
 ///
 /// # Errors
-/// When the sources are those of a texture of another size.
+/// When the sources belong to a texture of another size.
 pub fn seams(planes: &Planes, sources: &Sources<'_>) -> Result<Seams> {
     if planes.size() != sources.size() {
         return Err(Error::usage(format!(

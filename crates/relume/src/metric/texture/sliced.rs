@@ -1,19 +1,19 @@
 //! Multi-scale patch distance: the sliced Wasserstein distance of the distributions of patches at
 //! the levels of a Gaussian pyramid.
 //!
-//! Patches of `patch` x `patch` texels of all planes, each plane about the patch's own mean, are
-//! points of a space of many dimensions. Their distributions are compared along random unit vectors,
-//! where the optimal transport is that of sorted numbers (J. Rabin, G. Peyré, J. Delon, M. Bernot,
-//! Wasserstein barycenter and its application to texture mixing, SSVM 2011; over the levels of a
-//! pyramid as T. Karras et al., Progressive growing of GANs, ICLR 2018, section 5). The distance at a
-//! level is the mean over the vectors of the Wasserstein-1 distance. The unit is the root mean square
-//! value in the reference's patches at that level, so that fine detail counts as much as coarse
-//! shapes. Karras et al. use a Laplacian pyramid and divide each set by its own deviation; here both
-//! sets are divided by the reference's, so that lost contrast shows.
+//! Patches of `patch` x `patch` texels of all planes, each plane minus its mean over the patch, are points in
+//! a space of many dimensions. Their distributions are compared along random unit vectors, where optimal
+//! transport reduces to sorting (J. Rabin, G. Peyré, J. Delon, M. Bernot, Wasserstein barycenter and its
+//! application to texture mixing, SSVM 2011; over the levels of a pyramid as T. Karras et al., Progressive
+//! growing of GANs, ICLR 2018, section 5). The distance at a level is the mean over the vectors of the
+//! Wasserstein-1 distance. The unit is the root mean square value in the patches of the reference at that
+//! level, so that fine detail counts as much as coarse shapes. Karras et al. use a Laplacian pyramid and
+//! divide each set by its own deviation; here both sets are divided by that of the reference, so that lost
+//! contrast shows.
 //!
-//! It sees local structure at all scales up to the patch at the coarsest level. It does not see
-//! brightness, repetition of good patches, nor order beyond that size. Patches and vectors are drawn
-//! from random streams of their level and number: the result depends on the seed alone, and by little
+//! It detects local structure at all scales up to the patch at the coarsest level. It does not detect
+//! brightness, repetition of good patches, or order beyond that size. Patches and vectors are drawn from
+//! random streams of their level and number: the result depends on the seed alone, and only slightly
 //! (`docs/measures.md`).
 
 use std::f64::consts::TAU;
@@ -32,12 +32,12 @@ use crate::planes::Planes;
 pub struct SlicedOptions {
     /// Side of the patches in texels.
     pub patch: usize,
-    /// The most levels, each of half the resolution of the one before; levels are left out where a
-    /// side is below four patches: too few patches to have a distribution.
+    /// The most levels, each at half the resolution of the one before; levels with a side below four patches
+    /// are left out, because they have too few patches for a distribution.
     pub levels: usize,
-    /// Random vectors a level.
+    /// The number of random vectors per level.
     pub directions: usize,
-    /// The most patches a level and texture.
+    /// The most patches per level and texture.
     pub patches: usize,
     /// Another seed gives other vectors and patches.
     pub seed: u64,
@@ -101,8 +101,8 @@ pub fn levels(reference: &Planes, other: &Planes, options: &SlicedOptions, job: 
 }
 
 fn level_distance(a: &Planes, b: &Planes, options: &SlicedOptions, level: u64) -> f64 {
-    // Both textures are looked at in the same places as far as they are equally large, so that a
-    // texture is at distance 0 from itself.
+    // Both textures are sampled at the same positions as far as they are equally large, so that a texture is
+    // at distance 0 from itself.
     let gather = |planes: &Planes| {
         patches(planes, options, &mut Stream::new(options.seed, Purpose::MeasuredPatches, [level]))
     };
@@ -123,19 +123,19 @@ struct Patches {
 }
 
 impl Patches {
-    /// The root mean square value; 1 of patches that do not vary.
+    /// The root mean square value; 1 for constant patches.
     fn unit(&self) -> f64 {
         let squares = self.values.iter().map(|&v| f64::from(v).powi(2)).sum::<f64>();
         if squares > 0.0 { (squares / self.values.len() as f64).sqrt() } else { 1.0 }
     }
 
-    /// The patches' coordinates along a vector, rising.
+    /// The coordinates of the patches along a vector, in increasing order.
     fn projected(&self, direction: &[f32]) -> Vec<f32> {
         sorted(self.values.chunks_exact(self.dimension).map(|patch| dot(patch, direction)).collect())
     }
 }
 
-/// All patches, or as many as may be, one from each of so many equal stretches of the texture.
+/// All patches, or as many as allowed, one from each of equal stretches of the texture.
 fn patches(planes: &Planes, options: &SlicedOptions, random: &mut Stream) -> Patches {
     let (size, side) = (planes.size(), options.patch);
     let columns = size.width - side + 1;
@@ -155,10 +155,10 @@ fn patches(planes: &Planes, options: &SlicedOptions, random: &mut Stream) -> Pat
     Patches { dimension, values }
 }
 
-/// Takes the mean of values from them; a patch without contrast becomes zeros.
+/// Subtracts the mean of the values; a patch without contrast becomes zeros.
 fn centre(values: &mut [f32]) {
     let mean = values.iter().map(|&v| f64::from(v)).sum::<f64>() / values.len() as f64;
-    // Differences far below the precision of a sample are rounding.
+    // Differences far below the precision of a sample are rounding errors.
     let rounding = 1e-7 * mean.abs();
     values.iter_mut().for_each(|v| {
         let about = f64::from(*v) - mean;
@@ -218,8 +218,8 @@ mod tests {
         };
         let options = SlicedOptions { directions: 500, levels: 1, ..SlicedOptions::default() };
         assert!(distances(&a, &changed(&|v| v + 0.2), &options)[0] < 1e-5);
-        // Twice as far from 0: the way of each projection is its own size, sqrt(2 / pi) deviations
-        // on average where projections are normal, as sums of 49 numbers nearly are.
+        // Twice as far from 0: each projection moves by its own magnitude, sqrt(2 / pi) deviations on average
+        // for normal projections, as sums of 49 numbers nearly are.
         let found = distances(&a, &changed(&|v| 2.0 * v), &options)[0];
         let truth = (2.0 / std::f64::consts::PI).sqrt();
         assert!((found / truth - 1.0).abs() < 0.05, "{found} against {truth}");

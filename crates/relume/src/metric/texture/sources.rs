@@ -1,5 +1,5 @@
-//! Where the texels of a synthesised texture come from, as the measures see it: plain numbers, so
-//! that any method's record can be measured, whoever made it.
+//! The origin of the texels of a synthesised texture, as seen by the measures: plain numbers, so that the
+//! record of any method can be measured.
 
 use crate::error::{Error, Result};
 use crate::planes::Size;
@@ -27,7 +27,7 @@ impl<'a> Sources<'a> {
     /// The sources of each texel, row after row, in exemplars of the given sizes.
     ///
     /// # Errors
-    /// When there is not one source a texel, or one lies outside its exemplar.
+    /// When there is not one source per texel, or one lies outside its exemplar.
     pub fn new(size: Size, texels: &'a [Source], exemplars: &'a [Size]) -> Result<Self> {
         if texels.len() != size.texels() || texels.is_empty() {
             return Err(Error::invalid(format!(
@@ -66,7 +66,7 @@ impl<'a> Sources<'a> {
         self.exemplars
     }
 
-    /// Whether texel `there`, `step` = (right, down) of `here`, continues what `here` copies.
+    /// Whether texel `there`, at `step` = (right, down) from `here`, continues the copy at `here`.
     pub fn continues(&self, here: usize, there: usize, step: (u32, u32)) -> bool {
         let (a, b) = (self.texels[here], self.texels[there]);
         b == Source { exemplar: a.exemplar, x: a.x + step.0, y: a.y + step.1 }

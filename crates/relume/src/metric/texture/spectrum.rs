@@ -1,11 +1,10 @@
-//! Distance of the power spectra: how much of which frequency in which direction.
+//! Distance of the power spectra by frequency and direction.
 //!
 //! The power of all planes under a Hann window (P. Welch, The use of fast Fourier transform for the
-//! estimation of power spectra, 1967) is averaged over half octaves of frequency and eight directions;
-//! the distance is the root mean square of the ratio in dB over the bins that both textures resolve. It
-//! sees blur (missing high frequencies), noise, scrambling, other scales and directions, and contrast.
-//! It does not see phase, and so neither edges nor shapes; nor repetition, whose lines fall into the
-//! same wide bins.
+//! estimation of power spectra, 1967) is averaged over half octaves of frequency and eight directions; the
+//! distance is the root mean square of the ratio in dB over the bins that both textures resolve. It detects
+//! blur (missing high frequencies), noise, scrambling, other scales and directions, and contrast. It does not
+//! detect phase, and so neither edges nor shapes; nor repetition, whose lines fall into the same wide bins.
 
 use std::f64::consts::PI;
 
@@ -16,12 +15,13 @@ use crate::planes::{Planes, Size};
 
 /// Directions over half a turn.
 const DIRECTIONS: usize = 8;
-/// Half octaves below the highest frequency, half a cycle a texel (corners go beyond and count to
-/// the first).
+/// Half octaves below the highest frequency, half a cycle per texel (corners exceed it and count as the
+/// first).
 const BANDS: usize = 16;
-/// Frequencies a bin needs for its mean to say something.
+/// The least number of frequencies for a meaningful mean of a bin.
 const LEAST_FREQUENCIES: u32 = 4;
-/// Powers below this part of the reference's strongest bin are nothing: 60 dB, where 8-bit codes end.
+/// Powers below this share of the strongest bin of the reference are raised to it: 60 dB, the limit of 8-bit
+/// codes.
 const FLOOR: f64 = 1e-6;
 
 /// The distance in dB; see the module. 0 where no bin is resolved.
@@ -37,7 +37,7 @@ pub fn distance_db(reference: &Planes, other: &Planes, job: &Job) -> Result<f64>
     Ok((ratios.iter().map(|db| db * db).sum::<f64>() / ratios.len().max(1) as f64).sqrt())
 }
 
-/// The mean power a texel in each bin, `None` where there are too few frequencies.
+/// The mean power per texel in each bin, `None` where there are too few frequencies.
 fn bins(planes: &Planes, job: &Job) -> Result<Vec<Option<f64>>> {
     job.check("the power spectrum", planes.size(), fourier::BYTES_PER_TEXEL + 8)?;
     let plan = Fourier::new(planes.size());
@@ -67,7 +67,7 @@ fn bin_of(k: usize, l: usize, size: Size) -> Option<usize> {
     (band < BANDS).then_some(band * DIRECTIONS + direction)
 }
 
-/// A plane about its mean under a window whose mean square is 1, so that power does not depend on size.
+/// A plane minus its mean under a window with a mean square of 1, so that power does not depend on size.
 fn windowed(plane: &[f32], size: Size) -> Vec<f64> {
     let hann = |i: usize, n: usize| (1.0 - (2.0 * PI * (i as f64 + 0.5) / n as f64).cos()) / 1.5f64.sqrt();
     let mean = plane.iter().map(|&v| f64::from(v)).sum::<f64>() / plane.len() as f64;
@@ -90,7 +90,7 @@ mod tests {
     fn white_noise_has_its_variance_in_every_bin_at_any_size() {
         for (width, height) in [(128, 128), (97, 160)] {
             let found = bins(&noise(Size::new(width, height), 1.0, 3), &Job::default()).unwrap();
-            // The four highest bands; what a window and the mean take away is in the lowest.
+            // The four highest bands; the window and the removed mean affect only the lowest.
             let known: Vec<f64> = found.into_iter().take(4 * DIRECTIONS).flatten().collect();
             assert_eq!(known.len(), 4 * DIRECTIONS);
             let mean = known.iter().sum::<f64>() / known.len() as f64;

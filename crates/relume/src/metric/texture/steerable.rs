@@ -1,19 +1,19 @@
-//! STSIM-2: how like the statistics of two textures' steerable pyramids are.
+//! STSIM-2: the similarity of the statistics of the steerable pyramids of two textures.
 //!
-//! J. Zujovic, T. Pappas, D. Neuhoff, Structural texture similarity metrics for image analysis and
-//! retrieval, IEEE Transactions on Image Processing 22(7), 2013. For each subband of a complex
-//! steerable pyramid of three scales and four directions, and for the low and the high residual, four
-//! terms compare the mean, the variance and the correlation with the neighbour along x and along y;
-//! their geometric mean is the subband's similarity. Correlations of the subbands' magnitudes, between
-//! directions of a scale and between neighbouring scales of a direction, give one term each. STSIM-2 is
-//! the mean of all; [`distance`] is 1 less that, and for several planes the mean by their variances.
+//! J. Zujovic, T. Pappas, D. Neuhoff, Structural texture similarity metrics for image analysis and retrieval,
+//! IEEE Transactions on Image Processing 22(7), 2013. For each subband of a complex steerable pyramid of
+//! three scales and four directions, and for the low and the high residual, four terms compare the mean, the
+//! variance and the correlation with the neighbour along x and along y; their geometric mean is the
+//! similarity of the subband. Correlations of the magnitudes of subbands, between directions of a scale and
+//! between neighbouring scales of a direction, give one term each. STSIM-2 is the mean of all terms;
+//! [`distance`] is 1 minus that, averaged over several planes with their variances as weights.
 //!
-//! Where we differ: statistics are of the whole texture, not of windows; subbands are not subsampled,
-//! so the neighbour of scale s is 2^s texels away; the mean of a subband, which is zero for any
-//! texture, is that of its magnitudes; the constants that keep quotients from 0/0 are relative to the
-//! reference plane's variance. The texture is taken as a torus: steps across its borders count as
-//! edges, alike in both. It sees contrast, direction, edges and lines, local order; it does not see
-//! which places things are at, nor repetition.
+//! Where we differ: statistics are of the whole texture, not of windows. Subbands are not subsampled, so the
+//! neighbour of scale s is 2^s texels away. The mean of a subband, which is zero for any texture, is replaced
+//! by that of its magnitudes. The constants that prevent quotients of 0/0 are relative to the variance of the
+//! reference plane. The texture is treated as a torus: steps across its borders count as edges, in both
+//! alike. It detects contrast, direction, edges, lines and local order; it does not detect positions or
+//! repetition.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -27,7 +27,7 @@ use crate::planes::{Planes, Size};
 
 const SCALES: usize = 3;
 const DIRECTIONS: usize = 4;
-/// Relative to the variance of the reference, below which statistics are nothing.
+/// The threshold, relative to the variance of the reference, below which statistics are negligible.
 const NOTHING: f64 = 1e-6;
 
 /// 1 - STSIM-2; see the module.
@@ -54,7 +54,7 @@ pub fn distance(reference: &Planes, other: &Planes, job: &Job) -> Result<f64> {
     Ok(if weights > 0.0 { sum / weights } else { 0.0 })
 }
 
-/// What is compared of one plane.
+/// The compared statistics of one plane.
 struct Statistics {
     bands: Vec<BandStatistics>,
     crosses: Vec<f64>,
@@ -101,7 +101,7 @@ impl Statistics {
 }
 
 impl BandStatistics {
-    /// Of a real band, or a complex one with its imaginary part.
+    /// The statistics of a real band, or of a complex one with its imaginary part.
     fn of(even: &[f64], odd: Option<&[f64]>, size: Size, step: usize) -> Self {
         let count = even.len() as f64;
         let value = |i: usize| Complex64::new(even[i], odd.map_or(0.0, |odd| odd[i]));
@@ -130,7 +130,7 @@ impl BandStatistics {
 
     fn similarity(&self, other: &Self, nothing: f64) -> f64 {
         let like = |a: f64, b: f64| (2.0 * a * b + nothing) / (a * a + b * b + nothing);
-        // Quotients of means are not below 0 for magnitudes; a residual's mean may change its sign.
+        // Quotients of means are not below 0 for magnitudes; the mean of a residual may change its sign.
         let mean = like(self.mean, other.mean).max(0.0);
         let spread = like(self.variance.sqrt(), other.variance.sqrt());
         let [x, y] = [0, 1].map(|k| 1.0 - 0.5 * (self.neighbours[k] - other.neighbours[k]).norm());
@@ -138,7 +138,7 @@ impl BandStatistics {
     }
 }
 
-/// The spectrum times a gain of the radius in half cycles a texel, and of the angle.
+/// The spectrum times a gain, a function of the radius in half cycles per texel and of the angle.
 fn filtered(spectrum: &[Complex64], size: Size, gain: &dyn Fn(f64, f64) -> Complex64) -> Vec<Complex64> {
     let place = |i: usize| {
         let (k, l) = (i / size.height, i % size.height);
@@ -152,21 +152,22 @@ fn filtered(spectrum: &[Complex64], size: Size, gain: &dyn Fn(f64, f64) -> Compl
     spectrum.iter().enumerate().map(apply).collect()
 }
 
-/// What lies below scale `s`, whose octave ends at 2^-s: a raised cosine in octaves (J. Portilla, E.
-/// Simoncelli, A parametric texture model based on joint statistics of complex wavelet coefficients,
-/// 2000, appendix).
+/// The low pass of scale `s`, whose octave ends at 2^-s: a raised cosine in octaves (J. Portilla, E.
+/// Simoncelli, A parametric texture model based on joint statistics of complex wavelet coefficients, 2000,
+/// appendix).
 fn low_pass(radius: f64, s: usize) -> f64 {
     let octave = (radius.max(1e-12).log2() + s as f64 + 1.0).clamp(0.0, 1.0);
     (FRAC_PI_2 * octave).cos()
 }
 
-/// What [`low_pass`] leaves: their squares sum to 1.
+/// The complement of [`low_pass`]: their squares sum to 1.
 fn high_pass(radius: f64, s: usize) -> f64 {
     let octave = (radius.max(1e-12).log2() + s as f64 + 1.0).clamp(0.0, 1.0);
     (FRAC_PI_2 * octave).sin()
 }
 
-/// cos^3 about a direction, with the sign of the half plane; squares over the four directions sum to 1.
+/// cos^3 of the angle to a direction, with the sign of the half plane; the squares over the four directions
+/// sum to 1.
 fn turn_gain(angle: f64, direction: usize) -> f64 {
     // sum_k cos^6(x - k pi / 4) = 4 * 5 / 16.
     let scale = (5.0f64 / 4.0).sqrt().recip();

@@ -10,7 +10,7 @@ pub struct Steps {
 }
 
 impl Steps {
-    /// Counts the step between two texels: the sum over planes of squared differences.
+    /// Adds the step between two texels: the sum over planes of squared differences.
     pub fn add(&mut self, planes: &Planes, here: usize, there: usize) {
         self.sum += planes
             .iter()
@@ -19,7 +19,7 @@ impl Steps {
         self.count += 1;
     }
 
-    /// Counts the steps of another tally too.
+    /// Adds the steps of another tally.
     pub fn merge(&mut self, other: Self) {
         self.sum += other.sum;
         self.count += other.count;
@@ -30,13 +30,13 @@ impl Steps {
         self.count
     }
 
-    /// The root mean square step; 0 of none.
+    /// The root mean square step; 0 without steps.
     pub fn rms(&self) -> f64 {
         (self.sum / self.count.max(1) as f64).sqrt()
     }
 }
 
-/// One step over another; equal ones, also of no length, give 1.
+/// One step divided by another; equal ones, including zeros, give 1.
 pub fn ratio(across: f64, inside: f64) -> f64 {
     if across == inside { 1.0 } else { across / inside }
 }

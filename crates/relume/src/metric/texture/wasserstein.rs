@@ -1,15 +1,15 @@
-//! The Wasserstein-1 distance of two sets of numbers: the least mean way by which one becomes the
-//! other, the area between their quantile functions (C. Villani, Topics in Optimal Transportation,
+//! The Wasserstein-1 distance of two sets of numbers: the least mean displacement that turns one into the
+//! other, equal to the area between their quantile functions (C. Villani, Topics in Optimal Transportation,
 //! 2003, theorem 2.18).
 
-/// The distance of two rising lists, which may differ in length.
+/// The distance of two lists in increasing order, which may differ in length.
 ///
 /// # Panics
 /// When a list is empty.
 pub fn distance(a: &[f32], b: &[f32]) -> f64 {
     assert!(!a.is_empty() && !b.is_empty(), "distributions have values");
     let (n, m) = (a.len() as u64, b.len() as u64);
-    // Quantile functions are steps at i / n and j / m: all breaks are whole multiples of 1 / (n m).
+    // Quantile functions are steps at i / n and j / m: all breaks are integer multiples of 1 / (n m).
     let (mut i, mut j, mut at, mut area) = (0u64, 0u64, 0u64, 0.0);
     while i < n && j < m {
         let next = ((i + 1) * m).min((j + 1) * n);
@@ -22,7 +22,7 @@ pub fn distance(a: &[f32], b: &[f32]) -> f64 {
     area / (n as f64 * m as f64)
 }
 
-/// Sorts values by size.
+/// Sorts values in increasing order.
 pub fn sorted(mut values: Vec<f32>) -> Vec<f32> {
     values.sort_unstable_by(f32::total_cmp);
     values

@@ -1,10 +1,10 @@
-//! Whether a texture tiles: the step across its borders against the steps inside.
+//! Whether a texture tiles: the step across its borders compared with the steps inside.
 //!
-//! The root mean square step between the last column and the first, over that between neighbouring
-//! columns inside; the same for rows. 1 is as smooth as the inside. A ratio says how visible the
-//! seam is on average; the rank, the share of the inner lines with a smaller step, says whether such a step
-//! is unusual for the texture: mortar and yarns make large steps on purpose. It sees jumps of value;
-//! not kinks, nor features cut in two without a jump.
+//! The root mean square step between the last column and the first, divided by that between neighbouring
+//! columns inside; likewise for rows. At 1 the border is as smooth as the inside. The ratio measures the
+//! visibility of the seam on average; the rank, the share of the inner lines with a smaller step, shows
+//! whether such a step is unusual for the texture: mortar and yarns have large steps of their own. It detects
+//! jumps of value, but not kinks or features cut in two without a jump.
 
 use serde::Serialize;
 
@@ -14,9 +14,9 @@ use crate::planes::Planes;
 /// The step across one pair of borders.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Wrap {
-    /// Root mean square step across the border over that inside; 1 is seamless.
+    /// The root mean square step across the border divided by that inside; 1 is seamless.
     pub ratio: f64,
-    /// The share of inner lines whose step is smaller than the border's, 0 to 1.
+    /// The share of inner lines with a smaller step than the border, 0 to 1.
     pub rank: f64,
 }
 
@@ -39,7 +39,7 @@ pub fn wrap(planes: &Planes) -> [Wrap; 2] {
     [judge(size.width, columns), judge(size.height, rows)]
 }
 
-/// `step(i)` is that from line i to the next; that of the last line is the wrap.
+/// `step(i)` is the step from line i to the next; for the last line it is the wrap.
 fn judge(lines: usize, step: impl Fn(usize) -> Steps) -> Wrap {
     let across = step(lines - 1).rms();
     let inner: Vec<Steps> = (0..lines - 1).map(step).collect();

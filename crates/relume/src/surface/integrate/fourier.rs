@@ -1,11 +1,11 @@
-//! The division in the Fourier domain. With d the factor of a derivative and g that of the slopes'
-//! comparison, the sum of squares is least for
+//! The division in the Fourier domain. With d the factor of a derivative and g that of the comparison of
+//! slopes, the sum of squares is least for
 //!
 //! Z = (conj(a_x) P + conj(a_y) Q) / (b_x + b_y),
 //!
-//! where for the frequency w along an axis a = i w, b = w^2 (Frankot and Chellappa), or, from forward
-//! differences against means of neighbours, a = i sin w, b = 4 sin^2 (w / 2) (Poisson). A frequency
-//! that no slope can show, the mean and an axis' highest, has a = 0.
+//! where, for the frequency w along an axis, a = i w, b = w^2 (Frankot and Chellappa), or, from forward
+//! differences against means of neighbours, a = i sin w, b = 4 sin^2 (w / 2) (Poisson). The frequencies that
+//! no slope can show, the mean and the highest of an axis, have a = 0.
 
 use std::f64::consts::{PI, TAU};
 
@@ -22,7 +22,7 @@ pub(super) fn solve(slopes: &Slopes, method: Method) -> Vec<f64> {
     plan.inverse(spectrum)
 }
 
-/// The slopes of the surface of Frankot and Chellappa, held by springs of that strength.
+/// The slopes of the surface of Frankot and Chellappa, damped by springs of the given strength.
 pub(super) fn project(slopes: &Slopes, spring: f64) -> Slopes {
     let plan = Fourier::new(slopes.size());
     let spectrum = heights(slopes, Method::FrankotChellappa, spring, &plan);

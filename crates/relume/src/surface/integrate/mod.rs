@@ -1,17 +1,17 @@
-//! From slopes to heights. Measured slopes are rarely those of any surface; both ways find the one
-//! whose slopes are nearest in the sum of squares, and differ in what they take for slopes.
+//! From slopes to heights. Measured slopes are rarely integrable. Both methods find the surface whose slopes
+//! are nearest in the sum of squares; they differ in the definition of a slope.
 //!
 //! - [`Method::FrankotChellappa`]: derivatives of the trigonometric interpolation, exact for
 //!   band-limited surfaces (R. T. Frankot, R. Chellappa, A method for enforcing integrability in shape
 //!   from shading algorithms, IEEE PAMI 10(4), 1988, eq. 21);
-//! - [`Method::Poisson`]: differences of neighbours, each to equal the mean of the two slopes (the
-//!   discrete Poisson equation, with natural boundary conditions where the picture is open).
+//! - [`Method::Poisson`]: differences of neighbours, each to equal the mean of the two slopes (the discrete
+//!   Poisson equation, with natural boundary conditions for an open picture).
 //!
 //! Both are one division in the Fourier domain. [`reference::poisson`] solves the second by
 //! conjugate gradients on the texels themselves: the slow truth.
 //!
-//! The mean height is unknown and set to zero. A periodic surface has no overall tilt; an open one
-//! keeps it, because it is mirrored at its borders before it is transformed (four times the texels).
+//! The mean height is unknown and set to zero. A periodic surface has no overall tilt; an open one keeps its
+//! tilt, because it is mirrored at its borders before the transform (four times the texels).
 
 mod fourier;
 pub mod reference;
@@ -39,7 +39,7 @@ named!(Method { Poisson => "poisson", FrankotChellappa => "frankot-chellappa" })
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Border {
-    /// The surface again.
+    /// The surface repeats.
     Periodic,
     /// Nothing is known.
     Open,
@@ -57,7 +57,7 @@ pub struct IntegrateOptions {
 }
 
 impl Default for IntegrateOptions {
-    /// Poisson on an open picture: right for measured slopes of any picture.
+    /// Poisson on an open picture: suitable for measured slopes of any picture.
     fn default() -> Self {
         Self { method: Method::Poisson, border: Border::Open }
     }
@@ -66,7 +66,7 @@ impl Default for IntegrateOptions {
 /// One plane of heights in texels, zero on average.
 ///
 /// # Errors
-/// When memory is short.
+/// When it does not fit into memory.
 pub fn integrate(slopes: &Slopes, options: &IntegrateOptions, job: &Job) -> Result<Planes> {
     let mirrored = if options.border == Border::Open { 4 } else { 1 };
     // Both slopes and the sum of their spectra.
@@ -83,9 +83,9 @@ pub fn integrate(slopes: &Slopes, options: &IntegrateOptions, job: &Job) -> Resu
     Planes::from_vec(slopes.size(), 1, heights.into_iter().map(|h| h as f32).collect())
 }
 
-/// The slopes nearest to the given ones that are slopes of a periodic surface: the projection of
-/// Frankot and Chellappa. Undulations of the wavelength `longest` in texels are halved, longer ones
-/// held down more, as by a spring at every texel; infinity leaves all as they are.
+/// The slopes nearest to the given ones that are slopes of a periodic surface: the projection of Frankot and
+/// Chellappa. Undulations of the wavelength `longest` in texels are halved and longer ones damped more, as by
+/// a spring at every texel; infinity disables the damping.
 pub fn project(slopes: &Slopes, longest: f64) -> Slopes {
     fourier::project(slopes, (std::f64::consts::TAU / longest).powi(2))
 }
@@ -158,7 +158,7 @@ mod tests {
         }
         let mean = truth.iter().sum::<f64>() / truth.len() as f64;
         truth.iter_mut().for_each(|z| *z -= mean);
-        // A mean of two slopes is the difference of a quadratic: exact.
+        // The mean of two slopes is the difference of a quadratic: exact.
         assert!(worst(&integrated(&slopes, Method::Poisson, Border::Open), &truth) < 1e-5);
         let fourier = integrated(&slopes, Method::FrankotChellappa, Border::Open);
         assert!(worst(&fourier, &truth) < 0.05 * 14.0, "{}", worst(&fourier, &truth));
@@ -184,7 +184,7 @@ mod tests {
         assert!(worst(&once.p, &twice.p) < 1e-12 && worst(&once.q, &twice.q) < 1e-12);
         let heights = |s: &Slopes| integrated(s, Method::FrankotChellappa, Border::Periodic);
         assert!(worst(&heights(&slopes), &heights(&once)) < 1e-5);
-        // What was taken away is orthogonal to what is left.
+        // The removed part is orthogonal to the rest.
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let rest = |all: &[f64], part: &[f64]| all.iter().zip(part).map(|(a, b)| a - b).collect::<Vec<_>>();
         let inner = dot(&rest(&slopes.p, &once.p), &once.p) + dot(&rest(&slopes.q, &once.q), &once.q);

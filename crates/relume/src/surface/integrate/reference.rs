@@ -1,5 +1,5 @@
-//! The slow truth of the Poisson solution: conjugate gradients (M. R. Hestenes, E. Stiefel, 1952) on
-//! the normal equations over the pairs of neighbours, nothing shared with the fast way.
+//! The slow truth of the Poisson solution: conjugate gradients (M. R. Hestenes, E. Stiefel, 1952) on the
+//! normal equations over the pairs of neighbours, sharing nothing with the fast method.
 
 use super::Border;
 use crate::planes::Size;
@@ -56,7 +56,7 @@ fn edges(slopes: &Slopes, border: Border) -> Vec<Edge> {
             edges.push(Edge { from, to, rise: -0.5 * (slopes.q[from] + slopes.q[to]) });
         }
     }
-    // A side of one texel is its own neighbour, which says nothing.
+    // A side of one texel is its own neighbour, which carries no information.
     edges.retain(|edge| edge.from != edge.to);
     edges
 }

@@ -1,5 +1,5 @@
-//! One error type for the library: whose fault it is, and one sentence that
-//! says what, where, expected, found and what to do.
+//! One error type for the library: who is at fault, and one sentence that says what failed, where, what was
+//! expected, what was found and what to do.
 
 use std::fmt;
 use std::io;
@@ -9,28 +9,28 @@ use std::sync::Arc;
 /// A library result.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
-/// Whose fault an [`Error`] is.
+/// Who is at fault for an [`Error`].
 ///
-/// [`ErrorKind::Usage`] is the caller's, [`ErrorKind::Invalid`] and [`ErrorKind::Unsupported`] are a
-/// file's, and the others have to do with the machine and the job.
+/// [`ErrorKind::Usage`] is the fault of the caller, [`ErrorKind::Invalid`] and [`ErrorKind::Unsupported`]
+/// that of a file; the others concern the machine and the job.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum ErrorKind {
-    /// An option or argument cannot be used; ask differently.
+    /// An option or argument cannot be used; the caller has to change it.
     Usage,
-    /// A file's content breaks its format.
+    /// The content of a file violates its format.
     Invalid,
-    /// The content is legal, but this version does not handle it.
+    /// The content is valid, but this version does not support it.
     Unsupported,
     /// The job is larger than the limits allow.
     Limit,
     /// The operating system refused a read or a write.
     Io,
-    /// The job was stopped from outside before it was done.
+    /// The job was cancelled before it was done.
     Cancelled,
 }
 
-/// What went wrong, in one sentence, and in which file where one is concerned.
+/// What went wrong, in one sentence, and the file concerned, if any.
 #[derive(Debug, Clone)]
 pub struct Error {
     kind: ErrorKind,
@@ -40,7 +40,7 @@ pub struct Error {
 }
 
 impl Error {
-    /// An error of the given kind that names no file yet; see [`Error::at`].
+    /// An error of the given kind, not yet with a file; see [`Error::at`].
     pub fn new(kind: ErrorKind, message: impl Into<String>) -> Self {
         Self { kind, message: message.into(), path: None, source: None }
     }
@@ -65,8 +65,8 @@ impl Error {
         Self::new(ErrorKind::Limit, message)
     }
 
-    /// An [`ErrorKind::Io`] error: what was being done, and the system's reason, which stays its
-    /// [`source`](std::error::Error::source).
+    /// An [`ErrorKind::Io`] error: the operation, and the reason given by the system, whose error is kept as
+    /// the [`source`](std::error::Error::source).
     pub fn io(doing: impl fmt::Display, source: &io::Error) -> Self {
         let message = format!("{doing}: {source}");
         let copy = match source.raw_os_error() {
@@ -76,19 +76,19 @@ impl Error {
         Self { source: Some(Arc::new(copy)), ..Self::new(ErrorKind::Io, message) }
     }
 
-    /// Names the file concerned, unless a more precise place named one already.
+    /// Adds the file concerned, unless a more specific place has already been named.
     #[must_use]
     pub fn at(mut self, path: impl AsRef<Path>) -> Self {
         self.path.get_or_insert_with(|| path.as_ref().to_path_buf());
         self
     }
 
-    /// Whose fault it is.
+    /// Who is at fault.
     pub fn kind(&self) -> ErrorKind {
         self.kind
     }
 
-    /// The sentence without the file.
+    /// The sentence without the file name.
     pub fn message(&self) -> &str {
         &self.message
     }

@@ -1,4 +1,4 @@
-//! Reflectance textures: textures whose every texel is a function of light direction.
+//! Reflectance textures: textures in which every texel is a function of light direction.
 //!
 //! ```text
 //! photographs + lights --fit--> ReflectanceField --+-- synthesis --> SourceMap --gather--> ReflectanceField
@@ -29,22 +29,21 @@
 //! # Ok::<(), relume::Error>(())
 //! ```
 //!
-//! Everything stands around one type, [`field::ReflectanceField`]: a basis and planes of
-//! coefficients. Stages map fields to fields or to pictures and do not know each other;
-//! [`workflow`] joins them. Inside, values are `f32` with white at 1, x points right, y up, z to the
-//! viewer, and row 0 of every plane is the top row. A field and a picture say whether their values
-//! are linear or sRGB-encoded; other encodings, quantisation and row orders exist only in
-//! [`mod@format`] and [`capture`].
+//! Everything is built around one type, [`field::ReflectanceField`]: a basis and planes of coefficients.
+//! Stages map fields to fields or to pictures and do not know each other; [`workflow`] connects them.
+//! Internally, values are `f32` with white at 1, x points right, y up, z to the viewer, and row 0 of every
+//! plane is the top row. Fields and pictures record whether their values are linear or sRGB-encoded; other
+//! encodings, quantisation and row orders exist only in [`mod@format`] and [`capture`].
 //!
 //! # Features
-//! Heavy formats can be left out; all are on by default. Without one, its files are refused by name.
+//! Heavy formats are optional; all are on by default. Without a feature, its files are refused by name.
 //!
 //! | feature | formats |
 //! |---|---|
 //! | `gif` | animated GIF |
 //! | `mesh` | binary glTF meshes |
 
-// What everything stands on.
+// The foundation of everything else.
 pub mod direction;
 pub mod error;
 pub mod job;
@@ -65,17 +64,17 @@ pub mod stamp;
 // The central type.
 pub mod field;
 
-// Where fields come from.
+// Sources of fields.
 pub mod capture;
 pub mod fit;
 pub mod procedural;
 pub mod surface;
 
-// Field in, field out.
+// From field to field.
 pub mod random_field;
 pub mod synthesis;
 
-// Where fields go.
+// Consumers of fields.
 pub mod analysis;
 pub mod format;
 pub mod metric;

@@ -17,7 +17,8 @@ fn lights(count: usize, random: &mut Random) -> Vec<(String, Direction)> {
     (0..count).map(light).collect()
 }
 
-/// Photographs of shaded coloured bumps with white gloss of random strength, so that no colour model fits exactly.
+/// Photographs of shaded coloured bumps with white gloss of random strength, so that no colour model fits
+/// exactly.
 fn photographs(
     size: Size,
     channels: usize,

@@ -1,4 +1,4 @@
-//! What can be chosen about single materials, beyond what all have in common.
+//! Parameters of single materials, in addition to those that all have.
 
 use crate::error::{Error, Result};
 use crate::names::named;
@@ -6,20 +6,20 @@ use crate::names::named;
 /// How wood is sawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Cut {
-    /// Along the trunk: the grain runs up the picture.
+    /// Along the trunk: the grain runs upwards in the picture.
     Plank,
-    /// Across the trunk: rings about the pith.
+    /// Across the trunk: rings around the pith.
     End,
 }
 
 named!(Cut { Plank => "plank", End => "end" });
 
-/// Choices that only some materials have; `None` is a material's own value.
+/// Parameters that only some materials have; `None` selects the default of the material.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Parameters {
-    /// Marble, wood, clouds: depth of the picture's plane in the matter, in feature sizes.
+    /// Marble, wood, clouds: depth of the plane of the picture in the solid, in feature sizes.
     pub z: Option<f64>,
-    /// Marble, clouds: feature sizes after which the matter repeats along the depth, 1 to 65,536.
+    /// Marble, clouds: feature sizes after which the solid repeats along the depth, 1 to 65,536.
     pub z_period: Option<u32>,
     /// Marble: the power of the sine, 1 to 64; more makes finer veins.
     pub power: Option<u32>,
@@ -35,7 +35,7 @@ pub struct Parameters {
 }
 
 impl Parameters {
-    /// The parameters that are given, by name.
+    /// The names of the given parameters.
     fn given(&self) -> impl Iterator<Item = &'static str> {
         let named = [
             ("z", self.z.is_some()),
@@ -49,10 +49,10 @@ impl Parameters {
         named.into_iter().filter(|(_, given)| *given).map(|(name, _)| name)
     }
 
-    /// Checks that `material` has each parameter that is given, and its range.
+    /// Checks that `material` has each given parameter, and that it is in range.
     ///
     /// # Errors
-    /// Names the parameter, and which ones the material has.
+    /// The error names the parameter, and those that the material has.
     pub fn validate(&self, material: &str, known: &[&str]) -> Result<()> {
         if let Some(name) = self.given().find(|name| !known.contains(name)) {
             let list = if known.is_empty() { "none".to_owned() } else { known.join(", ") };

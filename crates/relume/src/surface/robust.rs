@@ -1,36 +1,34 @@
-//! One texel's normal and albedo from its values under many lights, in spite of shadows and
-//! highlights.
+//! The normal and albedo of one texel from its values under many lights, despite shadows and highlights.
 //!
-//! A matt texel sends I = b . l, b its albedo times its unit normal, while it faces the light
-//! (R. J. Woodham, Photometric method for determining surface orientation from multiple images,
-//! Optical Engineering 19(1), 1980). Cast shadows are too dark and highlights too bright for that.
-//! [`Estimator::Robust`] starts from the middle of the sorted values and then repeats weighted least
-//! squares with the weights of Geman and McClure (Statistical methods for tomographic image
-//! reconstruction, 1987), 1 / (1 + r^2 / s^2)^2, s from the median of the residuals r; lights behind
-//! the surface have no weight.
+//! A matt texel reflects I = b . l, where b is its albedo times its unit normal, while it faces the light (R.
+//! J. Woodham, Photometric method for determining surface orientation from multiple images, Optical
+//! Engineering 19(1), 1980). Cast shadows are darker and highlights brighter. [`Estimator::Robust`] starts
+//! from the middle of the sorted values and then iterates weighted least squares with the weights of Geman
+//! and McClure (Statistical methods for tomographic image reconstruction, 1987), 1 / (1 + r^2 / s^2)^2, s
+//! from the median of the residuals r; lights behind the surface have no weight.
 
 use crate::names::named;
 use crate::numeric::small::solve_spd;
 
-/// How values that do not fit are treated.
+/// The treatment of outliers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Estimator {
-    /// All values count alike: least squares.
+    /// All values have equal weight: least squares.
     LeastSquares,
-    /// The darkest three tenths and the brightest tenth of a texel's values are left out.
+    /// The darkest three tenths and the brightest tenth of the values of a texel are left out.
     Trimmed,
-    /// From the trimmed solution on, values count by how well they fit.
+    /// Starting from the trimmed solution, values are weighted by how well they fit.
     Robust,
 }
 
 named!(Estimator { Robust => "robust", Trimmed => "trimmed", LeastSquares => "least-squares" });
 
-/// Whether a constant light that comes with every photograph is estimated for each texel.
+/// Whether a constant light common to all photographs is estimated for each texel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Ambient {
-    /// Photographs show their own light only.
+    /// Photographs contain the light of their lamp only.
     None,
     /// A constant is added to every value.
     Constant,
@@ -41,12 +39,12 @@ const DARK: f64 = 0.3;
 const BRIGHT: f64 = 0.1;
 /// Rounds of reweighting; the weights have settled to a few percent by then.
 const ROUNDS: usize = 12;
-/// Residuals are compared with this many times their spread.
+/// The scale of the weights, in multiples of the spread of the residuals.
 const REACH: f64 = 2.0;
-/// Spreads are not taken below this fraction of the albedo: rounding in 8-bit files.
+/// The least spread, as a fraction of the albedo: rounding in 8-bit files.
 const LEAST_SPREAD: f64 = 0.004;
 
-/// What is found for a texel.
+/// The solution of a texel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Matt {
     /// Albedo times normal; for other constants see [`Ambient`].
@@ -54,17 +52,17 @@ pub(super) struct Matt {
     pub ambient: f64,
 }
 
-/// Memory that texels share.
+/// Memory reused between texels.
 #[derive(Debug, Default)]
 pub(super) struct Scratch {
     order: Vec<usize>,
     residuals: Vec<f64>,
-    /// How much each value counts, 0 to 1.
+    /// The weight of each value, 0 to 1.
     pub weights: Vec<f64>,
 }
 
-/// Solves a texel; `None` where its values do not determine a direction. The weights of the values
-/// stay in the scratch.
+/// Solves a texel; `None` where its values do not determine a direction. The weights of the values remain in
+/// the scratch memory.
 pub(super) fn solve(
     lights: &[[f64; 3]],
     values: &[f64],
@@ -112,7 +110,7 @@ fn estimate<const N: usize>(
     Some(found)
 }
 
-/// Weights 1 for the middle of the sorted values and 0 for the others; `least` values remain.
+/// Weight 1 for the middle of the sorted values and 0 for the others; at least `least` values remain.
 fn trim(values: &[f64], least: usize, scratch: &mut Scratch) {
     let n = values.len();
     scratch.order.clear();
@@ -126,7 +124,7 @@ fn trim(values: &[f64], least: usize, scratch: &mut Scratch) {
     }
 }
 
-/// Weights by residuals; false where nothing faces a light.
+/// Weights from the residuals; false where nothing faces a light.
 fn reweigh<const N: usize>(
     values: &[f64],
     row: &impl Fn(usize) -> [f64; N],

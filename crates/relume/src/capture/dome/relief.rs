@@ -6,16 +6,16 @@ use crate::planes::{Planes, Size};
 /// What lies beyond the borders of the maps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Border {
-    /// The maps again: light and shadow cross the borders of a seamless material.
+    /// The maps are repeated: light and shadow cross the borders of a seamless material.
     Wrap,
-    /// The height of the border texels, on and on.
+    /// The height of the border texels is continued.
     Clamp,
 }
 
 named!(Border { Wrap => "wrap", Clamp => "clamp" });
 
-/// Heights with their border. Rows are stored three times as long as they are, so that a row
-/// shifted by any number of texels is one slice.
+/// Heights with their border. Rows are stored three times in sequence, so that a row shifted by any number of
+/// texels is one slice.
 #[derive(Debug, Clone)]
 pub struct Relief {
     size: Size,
@@ -55,18 +55,18 @@ impl Relief {
         self.highest
     }
 
-    /// From the lowest to the highest texel.
+    /// The difference between the highest and the lowest texel.
     pub fn range(&self) -> f32 {
         self.highest - self.lowest
     }
 
-    /// The longest way, in texels, that a ray is followed: twice round the maps. Beyond that a
-    /// periodic relief has shown nearly every height it has, and a clamped one is flat.
+    /// The longest distance, in texels, to which a ray is followed: twice around the maps. Beyond it a
+    /// periodic relief has shown nearly all its heights, and a clamped one is flat.
     pub fn reach(&self) -> f64 {
         2.0 * (self.size.width + self.size.height) as f64
     }
 
-    /// Row `y` as seen from `shift` texels to the right, of the map's width; both may lie outside.
+    /// Row `y` from column `shift` on, as wide as the map; both may lie outside.
     pub fn row(&self, y: isize, shift: isize) -> &[f32] {
         let width = self.size.width as isize;
         let start = match self.border {
@@ -77,7 +77,7 @@ impl Relief {
         &self.extended[start..start + self.size.width]
     }
 
-    /// The texel that stands for (x, y), which may lie outside.
+    /// The texel that represents (x, y), which may lie outside.
     pub fn texel(&self, x: isize, y: isize) -> usize {
         let column = inside(self.border, x, self.size.width);
         self.size.index(column, inside(self.border, y, self.size.height))

@@ -1,4 +1,4 @@
-//! Fitting speed from photographs in memory, and what the photographs' size alone would allow.
+//! Fitting speed from photographs in memory, and the bound set by the size of the photographs.
 //!
 //! `cargo bench -p relume-benches --bench fit`
 
@@ -19,7 +19,7 @@ fn main() {
     println!("{PHOTOGRAPHS} photographs of {SIDE} x {SIDE}, 8 bits, {threads} threads, best of {ROUNDS}");
     let lights: Vec<_> = (0..PHOTOGRAPHS).map(|i| (format!("p{i}"), light(i))).collect();
     for channels in [1, 3] {
-        // Eight different photographs stand for all: what they hold does not change the time.
+        // Eight different photographs represent all: their content does not affect the time.
         let photographs: Vec<Raster> = (0..8).map(|i| photograph(channels, i)).collect();
         let samples = (PHOTOGRAPHS * channels * SIDE * SIDE) as f64;
         let copies = best(|| (0..PHOTOGRAPHS).for_each(|i| drop(black_box(photographs[i % 8].clone()))));

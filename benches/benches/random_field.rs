@@ -1,4 +1,4 @@
-//! Random-field models: how fast they are estimated and run, and what the arithmetic alone would allow.
+//! Random-field models: the speed of estimation and generation, and the bound set by the arithmetic.
 //!
 //! `cargo bench -p relume-benches --bench random_field`
 
@@ -22,7 +22,7 @@ fn main() {
     estimation();
 }
 
-/// One level: noise, recursion, nothing else.
+/// One level: only noise and recursion.
 fn recursion(threads: usize) {
     let side = 2048;
     let peak = multiply_adds();
@@ -90,7 +90,7 @@ fn colour(side: usize) -> Planes {
     planes
 }
 
-/// Fused multiply-adds a second on one thread: twelve independent chains of eight lanes.
+/// Fused multiply-adds per second on one thread: twelve independent chains of eight lanes.
 fn multiply_adds() -> f64 {
     #[inline(always)]
     fn chains(rounds: usize) -> f32 {

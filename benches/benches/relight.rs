@@ -1,4 +1,4 @@
-//! Relighting speed in texels a second, beside what this machine's memory gives.
+//! Relighting speed in texels per second, compared with the memory bandwidth of the machine.
 //!
 //! `cargo bench -p relume-benches --bench relight`
 
@@ -67,7 +67,7 @@ fn random_field(color: PlaneLayout, space: Space) -> ReflectanceField {
     ReflectanceField::new(Basis::Ptm, color, space, planes).expect("the planes are those of the model")
 }
 
-/// Bytes a second of reading nine planes, all threads together.
+/// Bytes per second of reading nine planes, all threads together.
 fn read_bandwidth() -> f64 {
     let data: Vec<u32> = (0..9 * SIDE * SIDE).map(|i| i as u32).collect();
     let seconds = best(|| {
@@ -77,7 +77,7 @@ fn read_bandwidth() -> f64 {
     (4 * data.len()) as f64 / seconds
 }
 
-/// Bytes a second, read and written, of copying nine planes.
+/// Bytes per second, read and written, of copying nine planes.
 fn copy_bandwidth() -> f64 {
     let data = vec![1u32; 9 * SIDE * SIDE];
     let mut copy = vec![0u32; data.len()];

@@ -1,8 +1,8 @@
 //! The Roller and noise: `cargo bench -p relume-benches --bench roller`.
 //!
-//! Wall-clock seconds on the machine's number of threads, the best of five: analysis of a 256 x 256
-//! RGB picture of the built-in weave and of its six-term functions; bytes of output a second of
-//! windows of the endless plane, as `f32` planes and as interleaved bytes, and of noise.
+//! Wall-clock seconds on all threads of the machine, the best of five: analysis of a 256 x 256 RGB picture of
+//! the built-in weave and of its six-term functions; bytes of output per second of windows of the endless
+//! plane, as `f32` planes and as interleaved bytes, and of noise.
 
 use std::time::Instant;
 

@@ -1,8 +1,8 @@
 //! Block synthesis: `cargo bench -p relume-benches --bench synth`.
 //!
-//! Wall-clock seconds for the machine's number of threads, pictures of built-in materials, RGB, blocks of
-//! 32 with overlap 8: every search on 256 x 256 texels to 512 x 512, all of which must lay the same blocks;
-//! then the stages of the projection search as exemplar and output grow.
+//! Wall-clock seconds on all threads of the machine, pictures of built-in materials, RGB, blocks of 32 with
+//! overlap 8: every search on 256 x 256 texels to 512 x 512, all of which must place the same blocks; then
+//! the stages of the projection search with growing exemplar and output.
 
 use relume::procedural::{Material, MaterialOptions};
 use relume::synthesis::search::{SearchMethod, SearchOptions};

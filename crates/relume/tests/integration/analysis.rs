@@ -1,4 +1,4 @@
-//! What the analysis says of built-in materials, and of the same with planted faults.
+//! The analysis of built-in materials, and of the same with planted faults.
 
 use relume::analysis::{Analysis, Warning, analyze, draw};
 use relume::numeric::periods::Pattern;
@@ -16,7 +16,7 @@ fn found(planes: &Planes) -> Analysis {
     analyze(planes, &Job::default()).unwrap()
 }
 
-/// Planes whose values are a function of plane, place and old value.
+/// Planes whose values are a function of plane, position and old value.
 fn changed(planes: &Planes, value: impl Fn(usize, usize, f32) -> f32) -> Planes {
     let mut out = planes.clone();
     let width = planes.size().width;
@@ -26,7 +26,8 @@ fn changed(planes: &Planes, value: impl Fn(usize, usize, f32) -> f32) -> Planes 
     out
 }
 
-/// The upper left quarter as seen obliquely: one texel is `near` of the material's below and 1 above.
+/// The upper left quarter seen obliquely: one texel is `near` texels of the material at the bottom and 1 at
+/// the top.
 fn tilted(planes: &Planes, near: f64) -> Planes {
     let size = Size::new(planes.size().width / 2, planes.size().height / 2);
     let step = |y: usize| 1.0 + (near - 1.0) * y as f64 / size.height as f64;
@@ -43,7 +44,7 @@ fn tilted(planes: &Planes, near: f64) -> Planes {
     out
 }
 
-/// The built-in materials that look alike everywhere and are no stripes. Fire does not; wood is.
+/// The built-in materials that are homogeneous and not stripes. Fire is inhomogeneous; wood is stripes.
 const EVEN: [Material; 7] = [
     Material::Sponge,
     Material::Weave,
@@ -80,7 +81,7 @@ fn only_the_weave_repeats_and_none_is_faulty() {
     }
 }
 
-/// Was taken for a lattice: the rings of a plank are as far apart as the material says. Where few of
+/// Was reported as a lattice: the rings of a plank are as far apart as the material specifies. Where few of
 /// them fit, too little repeats.
 #[test]
 fn the_rings_of_wood_are_stripes_or_nothing() {
@@ -124,7 +125,7 @@ fn uneven_light_is_named_and_measured() {
         let found = found(&lit);
         assert!(found.warnings.contains(&Warning::UnevenLight), "{}: {found:?}", kind.name());
     }
-    // A plane and nothing else is all trend; its texture repeats nowhere.
+    // A plane alone is all trend; the remaining texture has no period.
     let slope = Planes::from_vec(Size::new(40, 30), 1, (0..1200).map(|i| (i % 40) as f32).collect()).unwrap();
     assert!((found(&slope).trend - 1.0).abs() < 1e-6);
 }
@@ -149,8 +150,8 @@ fn perspective_is_named_where_the_grain_is_resolved() {
             named.push(kind);
         }
     }
-    // Sponge stays just below the threshold, and pebbles have a grain of single texels, which has no
-    // other size when seen from farther away.
+    // Sponge stays just below the threshold, and pebbles have a grain of single texels, which does not shrink
+    // with distance.
     let expected = EVEN.into_iter().filter(|kind| !matches!(kind, Material::Sponge | Material::Pebbles));
     assert_eq!(named, expected.collect::<Vec<_>>());
 }
@@ -177,12 +178,12 @@ fn squares(side: usize) -> Planes {
 
 #[test]
 fn features_have_the_size_that_their_correlation_says() {
-    // Of squares, (1 - |x| / s) (1 - |y| / s): on average over directions a half at 0.45 s.
+    // For squares, (1 - |x| / s) (1 - |y| / s): on average over directions one half at 0.45 s.
     for side in [6, 9, 12] {
         let feature = found(&squares(side)).feature.unwrap();
         assert!((feature / (0.9 * side as f64) - 1.0).abs() < 0.1, "{side}: {feature}");
     }
-    // Of waves, cos(2 pi x / p), whose mean over directions is the Bessel function J0: a half at 0.242 p.
+    // For waves, cos(2 pi x / p), whose mean over directions is the Bessel function J0: one half at 0.242 p.
     let wave = |i: usize| (std::f32::consts::TAU * (i % 160) as f32 / 20.0).sin();
     let waves = Planes::from_vec(Size::new(160, 160), 1, (0..160 * 160).map(wave).collect()).unwrap();
     let feature = found(&waves).feature.unwrap();
@@ -216,7 +217,7 @@ fn the_picture_shows_texture_correlation_and_spectrum() {
     let picture = Picture { planes: planes.clone(), space: Space::Linear };
     let drawn = draw(&picture, &planes, &found(&planes), &Job::default()).unwrap();
     assert_eq!((drawn.size(), drawn.planes.count()), (Size::new(192, 64), 3));
-    // The centre of the correlation is white, and the texture's panel has lines of the lattice.
+    // The centre of the correlation is white, and the panel of the texture shows lines of the lattice.
     assert_eq!(drawn.planes.at(0, 64 + 32, 32), 1.0);
     let encoded = picture.to_space(Space::Srgb).planes;
     let lines =

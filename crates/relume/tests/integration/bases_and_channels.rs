@@ -1,4 +1,5 @@
-//! Every basis and any channels go the whole way: index planes, synthesis, gathering, relighting, files.
+//! Every basis and any channels pass through all stages: index planes, synthesis, gathering, relighting,
+//! files.
 
 use relume::field::{Basis, Domain, IndexSpace, Metric, PlaneLayout};
 use relume::fit::{FitOptions, fit};
@@ -15,7 +16,7 @@ fn material() -> PlaneLayout {
     PlaneLayout::of_channels(["base", "metallic", "roughness", "height", "590 nm"]).unwrap()
 }
 
-/// The field that synthesis on a field's own index planes makes of it, and where each texel is from.
+/// The field resynthesised from the index planes of a field, and the source of each texel.
 fn resynthesised(field: &ReflectanceField) -> (ReflectanceField, Vec<usize>) {
     let space = IndexSpace::new(field, Metric::Function, Domain::Hemisphere).unwrap();
     let index = space.index_planes(field);
@@ -67,7 +68,7 @@ fn single_channels_are_textures_of_their_own() {
     assert_eq!((two.plane(0), two.plane(1)), (all.plane(3), all.plane(0)));
     let error = field.of_channels(&["opacity"]).unwrap_err().to_string();
     assert!(error.contains("no channel 'opacity'") && error.contains("590 nm"), "{error}");
-    // Of a product the channel's function is multiplied out.
+    // For a product, the function of the channel is multiplied out.
     let product = random_field(Basis::Harmonics, PlaneLayout::LRGB, Space::Srgb, SIZE, 2);
     let green = product.of_channels(&["G"]).unwrap();
     let difference = green.values(4, 9, light)[0] - product.value(4, 9, light)[1];
@@ -99,7 +100,7 @@ fn fields_of_different_learned_bases_are_not_mixed() {
     assert!(error.contains("hsh9") && error.contains("learned"), "{error}");
 }
 
-/// Photographs of a matt plane of three tones; nine harmonics hold its function but for the fold at
+/// Photographs of a matt plane of three tones; nine harmonics represent its function except for the fold at
 /// the horizon.
 #[test]
 fn a_fit_of_harmonics_relights_a_matt_surface() {

@@ -22,7 +22,7 @@ fn exif(orientation: u8) -> Vec<u8> {
 /// 3 x 2 texels, stored.
 const STORED: [u8; 6] = [10, 20, 30, 40, 50, 60];
 
-/// What a viewer shows for each orientation (EXIF 2.3, tag 0x0112), row by row, and its width.
+/// The picture shown by a viewer for each orientation (EXIF 2.3, tag 0x0112), row by row, and its width.
 const SHOWN: [([u8; 6], usize); 8] = [
     ([10, 20, 30, 40, 50, 60], 3),
     ([30, 20, 10, 60, 50, 40], 3),
@@ -48,7 +48,7 @@ fn png_pictures_are_turned_as_their_exif_says() {
 
 #[test]
 fn jpeg_pictures_are_turned_as_their_exif_says() {
-    // Blocks of 8 x 8 in one value each survive compression.
+    // Constant blocks of 8 x 8 survive compression.
     let size = Size::new(24, 16);
     let value = |x: usize, y: usize| f32::from(STORED[y / 8 * 3 + x / 8] * 4) / 255.0;
     let stored = (0..size.texels()).map(|i| value(i % 24, i / 24)).collect();

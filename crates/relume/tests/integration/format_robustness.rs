@@ -1,4 +1,5 @@
-//! Broken and hostile files give one sentence, never a panic, and no memory they only claim to need.
+//! Broken and hostile files give one sentence, never a panic, and never allocate the memory they merely claim
+//! to need.
 
 use std::panic::catch_unwind;
 
@@ -45,7 +46,7 @@ fn small_files() -> Vec<(String, Vec<u8>)> {
     files
 }
 
-/// Every reader on the same bytes; whether it read them.
+/// Every reader on the same bytes; whether it could read them.
 fn read(bytes: &[u8]) -> [Result<(), Error>; 2] {
     [decode_field(bytes, &job()).map(drop), decode_raster(bytes, &job()).map(drop)]
 }
@@ -76,7 +77,7 @@ fn changed_bytes_never_panic() {
         for round in 0..600 {
             let mut changed = file.clone();
             for _ in 0..=random.below(4) {
-                // Half of the changes go to the head, where the structure is.
+                // Half of the changes affect the head, which holds the structure.
                 let reach = if random.below(2) == 0 { file.len().min(400) } else { file.len() };
                 let at = random.below(reach);
                 changed[at] = match random.below(3) {

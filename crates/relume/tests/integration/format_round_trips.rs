@@ -1,4 +1,4 @@
-//! What is written comes back: values, spaces, colour models, lights, depths.
+//! Everything written is read back: values, spaces, colour models, lights, depths.
 
 use relume::field::{Basis, PlaneLayout};
 use relume::format::exr::{decode_labelled, encode_labelled};

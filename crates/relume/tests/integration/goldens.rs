@@ -1,4 +1,4 @@
-//! Pictures of our own material that were looked at and kept: a capture fitted, enlarged and relit.
+//! Pictures of our own material, inspected and kept: a capture fitted, enlarged and relit.
 //!
 //! `UPDATE_GOLDENS=1` rewrites them; do so only after looking at the difference picture that a
 //! failure leaves.
@@ -16,7 +16,7 @@ use relume::{Direction, Job, Picture, Planes, Raster, ReflectanceField, Result, 
 
 const PNG: PictureFormat = PictureFormat::Png(Depth::Eight);
 
-/// Codes by which processors and mathematics libraries may differ.
+/// Differences in codes allowed between processors and mathematics libraries.
 const TOLERANCE: f32 = 1.0;
 
 fn fitted() -> Result<ReflectanceField> {
@@ -47,7 +47,7 @@ fn enlarged(field: &ReflectanceField) -> Result<ReflectanceField> {
     gather(&made.map, &[field], &job)
 }
 
-/// Compares a picture with the kept one of that name.
+/// Compares a picture with the stored one of that name.
 fn check(name: &str, picture: &Picture) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name);
     let bytes = encode_picture(picture, PNG).unwrap();

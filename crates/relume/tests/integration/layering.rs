@@ -27,7 +27,7 @@ pub fn source_files(folder: &Path) -> Vec<PathBuf> {
         .collect()
 }
 
-/// The top-level modules of the library that a source text names, its comments left out.
+/// The top-level modules of the library named by a source text outside its comments.
 fn modules_named(text: &str) -> Vec<String> {
     let code: Vec<&str> = text.lines().filter(|line| !line.trim_start().starts_with("//")).collect();
     let code = code.join("\n");

@@ -1,4 +1,4 @@
-//! One test binary; each module holds one promise of the library.
+//! One test binary; each module tests one promise of the library.
 
 mod layering;
 mod names;

@@ -1,6 +1,6 @@
-//! Polynomial texture maps read by a decoder of its own, written from the description of the
-//! format alone and sharing nothing with the library: lines of text, blocks of bytes, rows from the
-//! bottom, one relit value at a time.
+//! Polynomial texture maps read by an independent decoder, written from the description of the format alone
+//! and sharing nothing with the library: lines of text, blocks of bytes, rows from the bottom, one relit
+//! value at a time.
 
 use relume::capture::Capture;
 use relume::field::{Basis, PlaneLayout};
@@ -11,7 +11,7 @@ use relume::{Direction, Size, Space};
 
 use crate::support::{data, job, random_field};
 
-/// A texture map taken apart by hand.
+/// A texture map parsed by hand.
 struct Map {
     version: String,
     format: String,

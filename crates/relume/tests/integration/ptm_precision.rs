@@ -1,5 +1,5 @@
-//! The bytes of a `.ptm` lose less of the relit values than the plain way of storing them: the
-//! range from the least to the largest coefficient, each rounded by itself.
+//! The bytes of a `.ptm` preserve relit values better than the plain way of storing them: the range from the
+//! least to the largest coefficient, each rounded independently.
 
 use relume::field::{Basis, Domain, PlaneLayout};
 use relume::format::{FieldFormat, decode_field, encode_field};
@@ -27,7 +27,7 @@ fn relit_rmse(a: &ReflectanceField, b: &ReflectanceField) -> f64 {
     (sum / (3 * texels) as f64 / std::f64::consts::TAU).sqrt()
 }
 
-/// What the plain way makes of a field.
+/// The field as stored in the plain way.
 fn plainly_stored(field: &ReflectanceField) -> ReflectanceField {
     let mut planes = field.coefficients().clone();
     let functions = field.layout().functions();

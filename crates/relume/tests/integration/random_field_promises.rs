@@ -1,5 +1,5 @@
-//! The promises of the whole: planted fields are found again, planes do not depend on how they are
-//! cut, and what is made has the statistics of what was modelled.
+//! The promises of the whole: planted fields are recovered, planes do not depend on how they are cut, and the
+//! output has the statistics of the modelled texture.
 
 use relume::field::{Basis, PlaneLayout};
 use relume::numeric::Matrix;
@@ -43,12 +43,12 @@ fn realisation(origin: [i64; 2], width: usize, height: usize) -> RealisationOpti
     RealisationOptions { origin, size: Size::new(width, height), seed: 7, period: None }
 }
 
-/// The same as a tile.
+/// The same window as a tile.
 fn closing(window: RealisationOptions) -> RealisationOptions {
     RealisationOptions { period: Some(window.size), ..window }
 }
 
-/// A field of `m` planes with given neighbours, weights and identity noise.
+/// A field of `m` planes with given neighbours, weights and identity noise covariance.
 fn planted(m: usize, parts: &[(i32, i32, Vec<f64>)], size: Size, seed: u64) -> Planes {
     let weights: Vec<f64> = parts.iter().flat_map(|p| p.2.clone()).collect();
     let level = Level {
@@ -66,7 +66,7 @@ fn planted(m: usize, parts: &[(i32, i32, Vec<f64>)], size: Size, seed: u64) -> P
     Recursion::new(&level, 0).run_slow([0, 0], &run).crop(margin, margin, size).unwrap()
 }
 
-/// Statistics of all candidates, forward choice, and the standard error of each weight.
+/// Statistics of all candidates, forward selection, and the standard error of each weight.
 fn found(planes: &Planes, candidates: usize) -> (Vec<Offset>, Posterior, Matrix) {
     let m = planes.count();
     let set = NeighbourCandidates { near: causal(candidates), coarse: Vec::new() };
@@ -218,7 +218,7 @@ fn what_is_made_has_the_moments_of_what_was_modelled() {
     }
 }
 
-/// A weave of 12 x 10 texels a period, with grain.
+/// A weave with a period of 12 x 10 texels, with grain.
 fn woven(size: Size) -> Planes {
     let mut stream = Stream::new(6, Purpose::Sample, [0]);
     let mut planes = Planes::zeros(size, 2);
@@ -231,7 +231,7 @@ fn woven(size: Size) -> Planes {
     planes
 }
 
-/// The mean product of texels a period apart along x, relative to their squares.
+/// The mean product of texels one period apart along x, relative to their mean square.
 fn repeats(planes: &Planes, period: usize) -> f64 {
     let (size, plane) = (planes.size(), planes.plane(0));
     let mean = plane.iter().map(|&v| f64::from(v)).sum::<f64>() / plane.len() as f64;
@@ -252,7 +252,7 @@ fn as_many_levels_are_taken_as_resemble_the_texture_most() {
         assert_eq!(same, model, "as if that number had been asked for");
         reports.len()
     };
-    // A field of one level, and one whose coarse grain only a coarse level can remember.
+    // A field of one level, and one whose coarse grain only a coarse level can represent.
     let levels = |seed: u64| {
         let fine = planted(1, &[(-1, 0, vec![0.4]), (0, -1, vec![0.3])], Size::new(128, 128), seed);
         let blurred = pyramid::gaussian(&fine, &Kernel::new(2).unwrap(), 4).pop().unwrap();
@@ -333,7 +333,7 @@ fn models_of_lights_show_one_surface_under_each_of_them() {
     let options = ModelOptions { levels: 2, candidates: 12, ..ModelOptions::default() };
     let picture = |light| relight(&field, light).planes;
     let model = |lights: &[Direction]| model_lights(&field, lights, &picture, &options, &job());
-    // Six lights and six functions: the functions go through the pictures that the models make.
+    // Six lights and six functions: the functions interpolate the pictures that the models make.
     let lights = relume::capture::dome::lights(6);
     let (made, reports) = model(&lights).unwrap();
     assert_eq!(reports.len(), 6);
@@ -359,7 +359,7 @@ fn models_of_lights_show_one_surface_under_each_of_them() {
     assert!(correlation(&pictures[0].0, &other).abs() < 0.1);
     let part = made.synthesize(&realisation([3, 20], 77, 60), &job()).unwrap();
     assert_eq!(part.coefficients(), &whole.coefficients().crop(43, 7, Size::new(77, 60)).unwrap());
-    // A ring of lights, or too few, do not tell the functions apart.
+    // A ring of lights, or too few of them, do not determine the functions.
     let ring: Vec<Direction> = (0..9).map(|i| Direction::from_angles(0.7, f64::from(i) * 0.7)).collect();
     for lights in [&lights[..5], &ring] {
         assert!(model(lights).unwrap_err().message().contains("do not determine"));
@@ -370,7 +370,7 @@ fn models_of_lights_show_one_surface_under_each_of_them() {
 fn an_unstable_fit_is_caught_and_one_that_keeps_the_moments_is_taken() {
     let wild: Vec<(i32, i32, Vec<f64>)> = vec![(-1, 0, vec![0.55]), (0, -1, vec![0.5])];
     let planes = planted(1, &wild, Size::new(64, 64), 3);
-    // Unchecked: two neighbours fitted to the values as they are.
+    // Unchecked: two neighbours fitted to the values themselves.
     let set = NeighbourCandidates { near: causal(2), coarse: Vec::new() };
     let statistics = set.statistics(&planes, 1).unwrap();
     let fitted = posterior(&statistics, &statistics.prior(1.0), &[0, 1]).unwrap();

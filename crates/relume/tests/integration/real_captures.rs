@@ -1,6 +1,5 @@
-//! Fits of measured and rendered captures, where they are present: the figures are printed, and
-//! predicted pictures must be as near to photographs that were not fitted as polynomial texture
-//! maps are known to be.
+//! Fits of measured and rendered captures, where they are available: the figures are printed, and predictions
+//! of photographs left out of the fit must be as accurate as is known for polynomial texture maps.
 
 use std::path::Path;
 
@@ -22,8 +21,8 @@ fn fitted(capture: &Capture, options: &FitOptions) -> Fit {
     fit(&capture.lights(), &load, options, &Job::default()).unwrap()
 }
 
-/// The figures known for this capture have two decimals, so they are reached to half of the last one;
-/// decoders of JPEG differ by 0.001 dB (20.1763 dB by a fit elsewhere of the same pictures decoded by libjpeg).
+/// The published figures for this capture have two decimals, so they are matched to half of the last one;
+/// decoders of JPEG differ by 0.001 dB (20.1763 dB by another fit of the same pictures decoded by libjpeg).
 const KNOWN_TO_DB: f64 = 0.005;
 
 /// The mean over photographs of the PSNR of the relit values.

@@ -1,4 +1,4 @@
-//! A second decoder of `.rlm` files, written from `docs/formats.md` alone, and what the first one finds beside it.
+//! A second decoder of `.rlm` files, written from `docs/formats.md` alone, compared with the first.
 
 use std::collections::VecDeque;
 
@@ -14,7 +14,7 @@ use relume::random_field::{
 use relume::render::relight;
 use relume::{Job, Planes, ReflectanceField, Size, Space};
 
-/// The bits of a file's body, in order.
+/// The bits of the body of a file, in order.
 struct Bits(VecDeque<u8>);
 
 impl Bits {
@@ -35,7 +35,7 @@ impl Bits {
         (0..length).map(|_| self.number(8) as u8 as char).collect()
     }
 
-    /// A number of the adaptive Rice code with sum and count.
+    /// A number of the adaptive Rice code with the given sum and count.
     fn rice(&mut self, state: &mut (u64, u64)) -> i64 {
         let k = (0..).find(|k| state.1 << k >= state.0).unwrap();
         let mut zeros = 0;
@@ -51,7 +51,7 @@ impl Bits {
     }
 }
 
-/// The bits after a header that is as it should be, and the version.
+/// Checks the header and returns the version and the bits after it.
 fn body(bytes: &[u8]) -> (u8, Bits) {
     assert_eq!(bytes[..4], *b"RLM\x1a");
     let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
@@ -67,7 +67,7 @@ fn body(bytes: &[u8]) -> (u8, Bits) {
     (bytes[4], Bits(bits.collect()))
 }
 
-/// Checks the bits of one model against what it is.
+/// Checks the bits of one model against the model.
 fn check_model(bits: &mut Bits, model: &Model) {
     let (d, factor, levels) = (bits.number(16) as usize, bits.number(8), bits.number(8));
     assert_eq!(
@@ -124,7 +124,7 @@ fn check_marginal(bits: &mut Bits, marginal: &Marginal) {
     }
 }
 
-/// Checks all but the codes of a structure, which take as many bytes as are announced.
+/// Checks all but the codes of a structure, which take as many bytes as announced.
 fn check_structure(bits: &mut Bits, structure: &Structure) {
     let numbers = [bits.number(16), bits.number(16), bits.number(16), bits.number(4)];
     let Structure { tile, tiles, scales, .. } = *structure;
@@ -135,7 +135,7 @@ fn check_structure(bits: &mut Bits, structure: &Structure) {
     bits.0.drain(..8 * length);
 }
 
-/// Reads a file from its first byte to its last, and finds what the model holds.
+/// Reads a file from its first byte to its last, and compares it with the model.
 fn check(field: &FieldModel) -> u8 {
     let (version, mut bits) = body(&rlm::encode(field).unwrap());
     let names = [field.basis.name(), field.layout.name(), &field.space.to_string()].map(str::to_owned);

@@ -1,4 +1,4 @@
-//! The Roller: what a set of tiles promises.
+//! The Roller: the promises of a tile set.
 
 use proptest::prelude::*;
 use relume::numeric::cells::Cells;
@@ -49,8 +49,8 @@ fn a_texture_that_repeats_exactly_goes_on_exactly() {
 
 #[test]
 fn oblique_periods_are_found_and_kept() {
-    // A checkerboard-like lattice: rows shift by half a period, so whole periods along the axes are
-    // twice as long as along the diagonals.
+    // A lattice like a checkerboard: rows shift by half a period, so whole periods along the axes are twice
+    // as long as along the diagonals.
     let size = Size::new(140, 130);
     let (wide, high) = (18.0, 14.0);
     let value = |t: usize| {
@@ -78,7 +78,7 @@ fn cellular(cells: &Cells, size: Size, planes: usize, seed: u64) -> Planes {
     Planes::from_vec(size, planes, data.map(|(k, t)| value(k, t)).collect()).unwrap()
 }
 
-/// Neither axis meets a period within the exemplar, so no rectangle repeats; oblique cells do.
+/// No axis has a period within the exemplar, so no rectangle repeats; oblique cells do.
 #[test]
 fn oblique_periods_that_meet_no_axis_go_on_exactly() {
     for (right, down, seed) in [([23, 7], [-5, 26], 1), ([19, -4], [6, 22], 2), ([13, 5], [-8, 17], 3)] {
@@ -105,8 +105,8 @@ fn oblique_periods_that_meet_no_axis_go_on_exactly() {
     }
 }
 
-/// Was taken for whole: (90, -1) is a period of (15, 3) and (0, 19), and of fine detail one texel is
-/// enough to tear it.
+/// Was accepted as whole: (90, -1) is a period of (15, 3) and (0, 19), but in fine detail one texel is enough
+/// to break it.
 #[test]
 fn a_rectangle_one_texel_off_its_periods_is_not_whole() {
     let index = cellular(&Cells::new([15, 3], [0, 19]).unwrap(), Size::new(110, 100), 2, 1);
@@ -115,7 +115,7 @@ fn a_rectangle_one_texel_off_its_periods_is_not_whole() {
     assert!(!report.region.cells.are_upright() && report.mismatch == 0.0, "{report:?}");
 }
 
-/// A lattice between whole texels: cells follow it to less than one, where rectangles are off by
+/// A lattice between whole texels: cells follow it to less than one texel, where rectangles are off by
 /// several.
 #[test]
 fn cells_lean_where_that_follows_the_periods_better() {
@@ -142,8 +142,8 @@ fn cells_lean_where_that_follows_the_periods_better() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
-    /// Tiles that oblique: copies from inside the exemplar, one border, the same at any number of threads.
-    /// The cells are small enough for some vectors of their lattice to be steps of tiles.
+    /// Oblique tiles: copies from inside the exemplar, one border, the same at any number of threads. The
+    /// cells are small enough for some vectors of their lattice to be steps of tiles.
     #[test]
     fn any_leaning_tile_may_lie_beside_any(
         (width, height, s, t) in (11i64..17, 11i64..17, -4i64..5, -4i64..5),
@@ -239,7 +239,7 @@ fn what_has_no_room_or_no_meaning_is_refused() {
             roll(&Exemplar { index: &index, excluded: None }, &RollerOptions::default(), &Job::default());
         assert!(made.is_err(), "{tiny} leaves no room for an overlap of two and a tile larger than it");
     }
-    // Periods that no tile can hold are said, and the tile is made nevertheless.
+    // Periods too long for any tile are reported, and the tile is made nevertheless.
     let slanted = Pattern::Lattice(Lattice::new([50.0, 3.0], [-3.0, 50.0]).unwrap());
     let made = make(&index, &RollerOptions { pattern: Some(slanted), ..RollerOptions::default() });
     assert!(!made.report.whole_periods);

@@ -1,4 +1,4 @@
-//! What several modules of tests share.
+//! Shared by several modules of tests.
 
 use std::path::PathBuf;
 
@@ -10,7 +10,7 @@ pub fn job() -> Job {
     Job::new(Limits { max_bytes: 1 << 26, max_side: 1 << 15 })
 }
 
-/// A file of the test data, or `None`, said plainly, where there is none.
+/// A file of the test data, or `None`, with a message, where it is missing.
 pub fn data(relative: &str) -> Option<PathBuf> {
     let root = std::env::var_os("RELUME_DATA").map_or_else(
         || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data"),

@@ -1,4 +1,4 @@
-//! Block-based synthesis: what the source map promises, and that gathering keeps it.
+//! Block-based synthesis: the promises of the source map, and that gathering keeps them.
 
 use proptest::prelude::*;
 use relume::field::{Basis, PlaneLayout};
@@ -165,7 +165,7 @@ fn blended_texels_are_the_weighted_sum_of_the_functions() {
     for color in [PlaneLayout::LUMINANCE, PlaneLayout::RGB, PlaneLayout::LRGB] {
         let mut exemplar = field(Basis::Ptm, color.clone(), Size::new(20, 15), 5);
         if color == PlaneLayout::LRGB {
-            // One colour everywhere, so that the sum of functions is a product again.
+            // One colour everywhere, so that a sum of functions is again a product.
             let mut planes = exemplar.coefficients().clone();
             (6..9).for_each(|k| planes.plane_mut(k).fill(0.2 * (k - 4) as f32));
             exemplar = exemplar.with_coefficients(planes).unwrap();

@@ -1,4 +1,4 @@
-//! Each measure tells a real second half of an exemplar from spoilt copies of the first.
+//! Each measure distinguishes a real second half of an exemplar from degraded copies of the first.
 
 use relume::format::read_raster;
 use relume::metric::texture::copying::copying;
@@ -12,7 +12,7 @@ use relume::{Job, Planes, Size, Space};
 
 use crate::support::data;
 
-/// What is done to the first half of an exemplar.
+/// The degradations of the first half of an exemplar.
 const SPOILT: [&str; 3] = ["blurred", "tiled", "scrambled"];
 
 /// The binomial kernel along rows and columns, twice: the deviation is 1.4 texels.
@@ -59,7 +59,7 @@ fn measured(a: &Planes, b: &Planes) -> Distances {
     distances(a, b, &SlicedOptions::default(), &Job::default()).unwrap()
 }
 
-/// The distances from the first half: of the second half, then of the spoilt first half.
+/// The distances from the first half: of the second half, then of the degraded first half.
 fn table(name: &str, exemplar: &Planes) -> [Distances; 4] {
     let [first, second] = halves(exemplar);
     let all = [second, blurred(&first), tiled(&first), scrambled(&first)].map(|b| measured(&first, &b));
@@ -72,7 +72,7 @@ fn table(name: &str, exemplar: &Planes) -> [Distances; 4] {
     all
 }
 
-/// A measure, its value, and the spoilt copies that it is for: nothing of places is left in a histogram.
+/// A measure, its value, and the degraded copies that it must detect: a histogram ignores positions.
 type Measure = (&'static str, fn(&Distances) -> f64, &'static [&'static str]);
 const MEASURES: [Measure; 5] = [
     ("sliced", |d| d.sliced, &SPOILT),
@@ -82,7 +82,7 @@ const MEASURES: [Measure; 5] = [
     ("steerable", |d| d.steerable, &SPOILT),
 ];
 
-/// The spoilt copies that a measure calls nearer than the second half, though it is for them.
+/// The degraded copies that a measure finds nearer than the second half, although it should detect them.
 fn failures(table: &[Distances; 4]) -> Vec<String> {
     let mut failures = Vec::new();
     for (name, value, meant) in MEASURES {
@@ -112,9 +112,9 @@ fn the_second_half_of_built_in_materials_is_nearest() {
     }
 }
 
-/// Real textures, and what the measures are known to miss on them, because their halves differ.
+/// Real textures, and the known misses of the measures on them, because their halves differ.
 const REAL: [(&str, &[&str]); 9] = [
-    // Taken in perspective: the halves hold bricks of other sizes.
+    // Photographed in perspective: the halves hold bricks of different sizes.
     (
         "textures/brick.png",
         &["sliced blurred", "histogram blurred", "autocorrelation blurred", "steerable tiled"],
@@ -126,7 +126,7 @@ const REAL: [(&str, &[&str]); 9] = [
     ("materials/mossyrock/albedo.jpg", &[]),
     // The left half holds more rust.
     ("materials/rustymetal/albedo.jpg", &["histogram blurred", "autocorrelation blurred"]),
-    // The halves correlate unlike each other; a blur moves a regular texture's correlation little.
+    // The halves correlate differently; a blur hardly changes the correlation of a regular texture.
     ("captures/wool/wool_t45_p000.png", &["autocorrelation blurred"]),
     ("captures/corduroy/corduroy_t45_p000.png", &[]),
 ];
@@ -156,27 +156,27 @@ fn albedo(material: Material, side: usize, tiling: Tiling, seed: u64) -> Planes 
 #[test]
 fn borders_of_tiles_are_smoother_than_those_of_crops() {
     for material in Material::ALL {
-        // One border may run along an edge of the texture by chance: the mean of eight.
+        // One border may follow an edge of the texture by chance: the mean of eight.
         let mean_ratio = |tiling: Tiling| {
             let wraps = (0..4).flat_map(|seed| wrap(&albedo(material, 120, tiling, seed)));
             wraps.map(|wrap| wrap.ratio).sum::<f64>() / 8.0
         };
         let (tile, crop) = (mean_ratio(Tiling::Torus), mean_ratio(Tiling::Free));
         println!("{}: mean wrap ratio of tiles {tile:.2}, of crops {crop:.2}", material.name());
-        // Borders of a weave run between yarns, where steps are large on purpose.
+        // Borders of a weave run between yarns, where steps are legitimately large.
         let least = if material == Material::Weave { 1.0 } else { 1.25 };
         assert!(crop > least * tile, "{}: {tile} and {crop}", material.name());
     }
 }
 
-/// The planes that sources make.
+/// The planes gathered from sources.
 fn gathered(exemplar: &Planes, size: Size, sources: &[Source]) -> Planes {
     let texel = |plane: usize, s: &Source| exemplar.at(plane, s.x as usize, s.y as usize);
     let data = (0..exemplar.count()).flat_map(|k| sources.iter().map(move |s| texel(k, s))).collect();
     Planes::from_vec(size, exemplar.count(), data).unwrap()
 }
 
-/// Blocks of a side laid where a seed puts them.
+/// Blocks of a given side, placed at random by a seed.
 fn laid_blindly(size: Size, block: usize, exemplar: Size, seed: u64) -> Vec<Source> {
     let mut random = Stream::new(seed, Purpose::Sample, [0]);
     let columns = size.width / block;
@@ -191,7 +191,7 @@ fn laid_blindly(size: Size, block: usize, exemplar: Size, seed: u64) -> Vec<Sour
     (0..size.texels()).map(source).collect()
 }
 
-/// The ratios are means over three seeds: of one seed a ratio differs by a tenth.
+/// The ratios are means over three seeds: with one seed a ratio varies by a tenth.
 #[test]
 fn cuts_are_less_visible_than_blocks_laid_blindly() {
     let (size, block) = (Size::new(144, 144), 24);

@@ -9,6 +9,7 @@
 //! | [`options`] | what a synthesis can be asked for, and the plan that it comes to |
 //! | [`method`] | methods of synthesis as plans, with one way to run them |
 //! | [`metric`] | metrics by the names that people know |
+//! | [`model`] | models of functions jointly, of structure and detail, or of single lights |
 //! | [`auto`] | textures made in several ways, of which the nearest to the exemplar is kept |
 //! | [`endless`] | windows of endless planes, of any size, written row by row |
 
@@ -19,6 +20,7 @@ pub mod files;
 pub mod front;
 pub mod method;
 pub mod metric;
+pub mod model;
 pub mod options;
 
 pub use auto::Exemplars;

@@ -10,10 +10,9 @@ use std::path::{Path, PathBuf};
 
 use relume::format::{Content, rlm};
 use relume::random_field::{
-    Character, FieldModel, Heights, LevelReport, ModelOptions, SelectionOrder, character, curves,
-    model_field, model_lights,
+    Character, Heights, LevelReport, ModelOptions, SelectionOrder, character, curves,
 };
-use relume::render::relight;
+use relume::workflow::model::{FittedModel, ModelRequest, StructureSource};
 use relume::{Picture, ReflectanceField, Result, Space};
 use serde_json::json;
 
@@ -83,6 +82,28 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     for path in std::iter::once(&args.output).chain(&args.curve) {
         outputs.file(path, &[&args.texture])?;
     }
+    let request = request(args)?;
+    let (field, heights) = texture(&args.texture, context)?;
+    rlm::check_kind(field.basis(), field.layout()).map_err(|e| e.at(&args.texture))?;
+    let kind = character(&field, &context.job)?;
+    let fitted = request.fit(&field, &kind, &context.job).map_err(|e| e.at(&args.texture))?;
+    let FittedModel { mut model, levels, structure } = fitted;
+    model.heights = heights;
+    let bytes = rlm::encode(&model)?;
+    outputs.write(&args.output, bytes)?;
+    if let Some(path) = &args.curve {
+        outputs.write(path, curves::svg(&levels.concat()).into_bytes())?;
+    }
+    let written = outputs.commit()?;
+    let mut report = describe(&model)?;
+    let _ = write!(report.text, "\n{}", advice(&kind, &levels, structure));
+    report.json["character"] = json!(kind);
+    report.json["estimation"] = if let [joint] = &levels[..] { json!(joint) } else { json!(levels) };
+    Ok(report.with_outputs(written))
+}
+
+/// What is asked for, checked.
+fn request(args: &Args) -> Result<ModelRequest> {
     let options = ModelOptions {
         levels: match args.levels {
             Levels::Auto => ModelOptions::default().levels,
@@ -98,23 +119,8 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         ..ModelOptions::default()
     };
     options.validate()?;
-    let (field, heights) = texture(&args.texture, context)?;
-    rlm::check_kind(field.basis(), field.layout()).map_err(|e| e.at(&args.texture))?;
-    let kind = character(&field, &context.job)?;
-    let made = fit(args, &field, &kind, &options, context).map_err(|e| e.at(&args.texture))?;
-    let Made { mut model, levels, structure } = made;
-    model.heights = heights;
-    let bytes = rlm::encode(&model)?;
-    outputs.write(&args.output, bytes)?;
-    if let Some(path) = &args.curve {
-        outputs.write(path, curves::svg(&levels.concat()).into_bytes())?;
-    }
-    let written = outputs.commit()?;
-    let mut report = describe(&model)?;
-    let _ = write!(report.text, "\n{}", advice(&kind, &levels, structure.as_deref()));
-    report.json["character"] = json!(kind);
-    report.json["estimation"] = if let [joint] = &levels[..] { json!(joint) } else { json!(levels) };
-    Ok(report.with_outputs(written))
+    let combine::CombineArgs { combine, structure_bytes, tiles } = args.combine;
+    Ok(ModelRequest { options, combine, structure_bytes, tiles, lights: args.lights.chosen()? })
 }
 
 /// What is modelled: a field, or heights in texels where the file records them.
@@ -129,38 +135,8 @@ fn texture(path: &Path, context: &Context) -> Result<(ReflectanceField, Option<H
     Ok((ReflectanceField::from_picture(picture), Some(Heights { mm_per_texel })))
 }
 
-/// A model and how it came about.
-struct Made {
-    model: FieldModel,
-    /// How each model's levels were chosen.
-    levels: Vec<Vec<LevelReport>>,
-    /// Where the structure comes from.
-    structure: Option<String>,
-}
-
-fn fit(
-    args: &Args,
-    field: &ReflectanceField,
-    kind: &Character,
-    options: &ModelOptions,
-    context: &Context,
-) -> Result<Made> {
-    let job = &context.job;
-    if let Some(lights) = args.lights.chosen(field, args.combine.is_asked_for())? {
-        let picture = |light| relight(field, light).planes;
-        let (model, levels) = model_lights(field, &lights, &picture, options, job)?;
-        return Ok(Made { model, levels, structure: None });
-    }
-    if args.combine.applies(kind, field.size()) {
-        let (model, levels, how) = args.combine.model(field, options, context)?;
-        return Ok(Made { model, levels: vec![levels], structure: Some(how) });
-    }
-    let (model, levels) = model_field(field, options, job)?;
-    Ok(Made { model, levels: vec![levels], structure: None })
-}
-
 /// What to expect of the model.
-fn advice(kind: &Character, models: &[Vec<LevelReport>], structure: Option<&str>) -> String {
+fn advice(kind: &Character, models: &[Vec<LevelReport>], structure: Option<StructureSource>) -> String {
     let mut text = String::new();
     for (number, levels) in models.iter().enumerate() {
         let light = if models.len() > 1 { format!("light {}, ", number + 1) } else { String::new() };

@@ -1,4 +1,4 @@
-//! `relume analyze`: what a texture is like, and what may spoil synthesis from it.
+//! `relume analyze`: the properties of a texture, and possible causes of failure of a synthesis from it.
 
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -67,7 +67,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     Ok(Report::new(text + &warnings(&found), json).with_outputs(written))
 }
 
-/// A way of synthesis as options of `relume synth`.
+/// A method of synthesis as options of `relume synth`.
 fn way_in_words(way: Way) -> String {
     match way {
         Way::Quilting { block, overlap } => format!("--block {block} --overlap {overlap}"),
@@ -77,12 +77,12 @@ fn way_in_words(way: Way) -> String {
     }
 }
 
-/// What may spoil synthesis, a line each, each after a line break.
+/// The possible causes of failure, one per line, each after a line break.
 pub fn warnings(found: &Analysis) -> String {
     found.warnings.iter().map(|warning| format!("\nwarning: {}", warning.sentence())).collect()
 }
 
-/// What was measured, in lines without a final break.
+/// The measurements, in lines without a final break.
 pub fn describe(found: &Analysis) -> String {
     let mut text = String::new();
     let share = 100.0 * found.periods.share;

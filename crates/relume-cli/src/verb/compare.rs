@@ -1,4 +1,4 @@
-//! `relume compare`: how far a texture is from another, texel by texel or by what it is made of.
+//! `relume compare`: the distance between two textures, texel by texel or statistically.
 
 use std::f64::consts::FRAC_PI_4;
 use std::fmt::Write;
@@ -32,20 +32,20 @@ use crate::{evaluated, input, output};
 pub struct Args {
     /// The reference: a .ptm, an .exr field, a picture or a .rlm model; - is standard input
     reference: PathBuf,
-    /// What is compared with it; of the same size unless --texture is given
+    /// The texture to compare with it; of the same size unless --texture is given
     other: PathBuf,
-    /// Compare what the textures are made of, whatever their sizes, not texel by texel
+    /// Compare the statistics of the textures, of any sizes, instead of texel by texel
     #[arg(long)]
     texture: bool,
-    /// Lights under which functions are compared: one at the zenith, the others on a ring 45 degrees
-    /// from it
+    /// Number of lights under which functions are compared: one at the zenith, the others in a circle 45
+    /// degrees from it
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..=1000))]
     lights: u16,
-    /// Where each texel of the second texture comes from in the first (.npy or .exr of `relume synth
-    /// --source-map`): measures cuts and copying
+    /// The source map of the second texture in the first (.npy or .exr of `relume synth --source-map`):
+    /// measures cuts and copying
     #[arg(long, value_name = "FILE", requires = "texture")]
     source_map: Option<PathBuf>,
-    /// Another seed draws other patches for the patch distance
+    /// Seed of the patches drawn for the patch distance
     #[arg(long, value_name = "N", default_value_t = 0, requires = "texture")]
     seed: u64,
     #[command(flatten)]
@@ -131,7 +131,7 @@ fn directions(lights: &[Direction]) -> Vec<[f64; 3]> {
     lights.iter().map(|light| light.to_array()).collect()
 }
 
-/// Everything that --texture measures; of several lights the worst seam.
+/// All measures of --texture; of several lights the worst seam.
 struct Measured {
     distances: Vec<Distances>,
     wraps: [Wrap; 2],

@@ -1,5 +1,5 @@
-//! `relume synth` where the output is any window of an endless plane: from a set of tiles, by noise, or from a
-//! random-field model, written row by row.
+//! `relume synth` for windows of an endless plane: from a tile set, by noise, or from a random-field model,
+//! written row by row.
 
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -21,8 +21,8 @@ use crate::{args, input, output};
 #[derive(Debug, clap::Args)]
 #[group(skip)]
 pub struct EndlessArgs {
-    /// Draw this part of the endless plane that tiles, noise or a model make: left, top, width and height in
-    /// texels. Parts are identical however the plane is cut; --size draws from 0,0
+    /// Draw this window of the endless plane of tiles, noise or a model: left, top, width and height in
+    /// texels. Windows agree where they overlap; --size draws from 0,0
     #[arg(
         long,
         value_name = "X,Y,W,H",
@@ -31,16 +31,16 @@ pub struct EndlessArgs {
         conflicts_with = "size"
     )]
     window: Option<PlaneWindow>,
-    /// Store the .exr output in tiles of this size instead of in rows, so that readers can take any
-    /// part of it without the rest: 256x256, or 256 for squares
+    /// Store the .exr output in tiles of this size instead of rows, so that readers can load any part alone:
+    /// 256x256, or 256 for squares
     #[arg(long, value_name = "WxH", value_parser = args::size)]
     exr_tile: Option<Size>,
-    /// Side of the triangles of noise in texels [default: 0.29 of the exemplar's smaller side]
+    /// Side of the triangles of noise in texels [default: 0.29 of the smaller side of the exemplar]
     #[arg(long, value_name = "N")]
     triangle: Option<f64>,
 }
 
-/// What `relume synth` was asked for.
+/// The request to `relume synth`.
 pub struct Request<'a> {
     /// Arguments for endless textures.
     pub args: &'a EndlessArgs,
@@ -48,15 +48,15 @@ pub struct Request<'a> {
     pub exemplars: &'a [PathBuf],
     /// The file to write.
     pub output: &'a Path,
-    /// The size asked for.
+    /// The requested size.
     pub size: Option<Size>,
     /// The seed of the random choices.
     pub seed: u64,
-    /// Whether noise is asked for.
+    /// Whether noise is requested.
     pub noise: bool,
-    /// Whether the output is to continue itself, which only a model can make it do.
+    /// Whether the output has to tile, which only a model supports.
     pub tile: bool,
-    /// Options given that have no meaning for an endless plane.
+    /// Given options without a meaning for an endless plane.
     pub other_options: Vec<String>,
 }
 
@@ -68,7 +68,7 @@ pub enum Drawn {
     Not(Option<Opened>),
 }
 
-/// Draws a window of an endless plane, where the input or the method asked for makes one.
+/// Draws a window of an endless plane; `None` where blocks are to be placed instead.
 pub fn run(request: &Request<'_>, context: &Context) -> Result<Drawn> {
     let source = source(request, context)?;
     if matches!(source, Source::Exemplars(_)) && request.args.exr_tile.is_some() {
@@ -105,13 +105,13 @@ enum Source {
 }
 
 impl Source {
-    /// Whether a part of the plane can be made to continue itself.
+    /// Whether a part of the plane can be made to tile.
     fn can_tile(&self) -> bool {
         matches!(self, Self::Model(_))
     }
 }
 
-/// What the request is to be made of.
+/// The source for the request; `None` where blocks are to be placed.
 fn source(request: &Request<'_>, context: &Context) -> Result<Source> {
     let opened = match request.exemplars {
         [path] => Some(input::open(path, &context.job)?),
@@ -154,7 +154,7 @@ impl Request<'_> {
         })
     }
 
-    /// The file to write, of a format.
+    /// The file to write, in a given format.
     fn target(&self, format: FieldFormat) -> FileTarget {
         FileTarget { format, tile: self.args.exr_tile }
     }
@@ -175,7 +175,7 @@ impl Request<'_> {
         Ok(self.report(window, &format!("of {}", in_words(*count, cells)), details))
     }
 
-    /// Noise like the exemplar.
+    /// Noise from the exemplar.
     fn draw_noise(&self, exemplar: Opened, outputs: &mut Outputs, context: &Context) -> Result<Report> {
         let (window, path) = (self.window()?, exemplar.name().to_owned());
         let file = exemplar.into_field()?;
@@ -227,7 +227,7 @@ impl Request<'_> {
         outputs.write_with(self.output, |out| drawing.write(out))
     }
 
-    /// What was drawn, of what.
+    /// The report: the window, its source, and details.
     fn report(&self, window: PlaneWindow, of: &str, details: Value) -> Report {
         let PlaneWindow { x, y, size } = window;
         let text = format!("{}: {size} texels of the plane from ({x}, {y}), {of}", self.output.display());

@@ -27,7 +27,7 @@ pub struct Args {
     /// The holes: white in a mask as large as the texture
     #[arg(long, value_name = "MASK")]
     mask: PathBuf,
-    /// The texture tiles: beyond an edge lies the opposite one
+    /// The texture tiles: its opposite edges are adjacent
     #[arg(long)]
     tile: bool,
     #[command(flatten)]
@@ -40,40 +40,40 @@ pub struct How {
     /// The texture to write; - writes it to standard output in the input's format
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
-    /// Fill patch after patch, or texel after texel
+    /// Fill patch by patch, or texel by texel
     #[arg(long, default_value = "patches", value_parser = args::named::<FillMethod>())]
     method: FillMethod,
-    /// Side of the patches, or of the window of texels that is compared: odd
+    /// Side of the patches, or of the window of compared texels: odd
     #[arg(long = "neighbourhood", value_name = "N", default_value_t = 11)]
     window: usize,
-    /// Draw among windows up to (1 + E) times the squared distance of the best one [default: 0 for
-    /// patches, 0.1 for efros-leung]
+    /// Draw from windows up to (1 + E) times the squared distance of the best one [default: 0 for patches,
+    /// 0.1 for efros-leung]
     #[arg(long, value_name = "E")]
     epsilon: Option<f64>,
-    /// A map as large as the texture that says what is where, in the holes what is to be there: labels,
-    /// or a blurred or painted copy; windows are compared by it too, in the holes as well
+    /// A map of the size of the texture that steers the content of the holes: labels, or a blurred or painted
+    /// copy; windows are compared by it as well, also inside the holes
     #[arg(long, value_name = "IMAGE")]
     guide: Option<PathBuf>,
-    /// What a difference of the map counts against one of the texture [default: 1]
+    /// Weight of a difference of the map relative to one of the texture [default: 1]
     #[arg(long, value_name = "W", requires = "guide")]
     guide_weight: Option<f64>,
     /// Texels that may not be copied: white in a mask as large as the texture
     #[arg(long, value_name = "MASK")]
     exclude: Option<PathBuf>,
-    /// What the distance of two texels means, as in relume synth
+    /// Meaning of the distance of two texels, as in relume synth
     #[arg(long, default_value = "function", value_parser = args::named::<NamedMetric>())]
     metric: NamedMetric,
     /// The light directions over which functions are compared
     #[arg(long, default_value = "hemisphere", value_parser = args::named::<Domain>())]
     domain: Domain,
-    /// Another seed gives another filling, where several fit
+    /// Another seed gives another filling where several fit
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
     #[command(flatten)]
     rearranged: rearranged::Args,
 }
 
-/// Fills the holes and writes all that was asked for.
+/// Fills the holes and writes all requested outputs.
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let mut outputs = Outputs::new(context);
     let applied = args.how.claim(&[&args.file, &args.mask], &mut outputs)?;
@@ -94,7 +94,7 @@ pub struct Texture<'a> {
     pub index: relume::Planes,
     /// Its texels that may not be copied.
     pub excluded: Option<Vec<bool>>,
-    /// What is where in it, and is to be.
+    /// The guide, for known texels and holes.
     guide: Option<relume::Planes>,
     /// Images that are filled in the same way.
     applied: Vec<Applied<'a>>,
@@ -123,7 +123,7 @@ impl How {
         Ok(Texture { file, index, excluded, guide, applied, images })
     }
 
-    /// The library's options. The guide of a texture is that of the filled one too.
+    /// The options for the library. The guide of a texture also serves for the filled texture.
     pub fn options(&self, boundary: Boundary, texture: &Texture<'_>) -> FillOptions {
         let customary = if self.method == FillMethod::Texels { 0.1 } else { 0.0 };
         let guidance = |guide: &relume::Planes| Guidance {
@@ -141,7 +141,8 @@ impl How {
         }
     }
 
-    /// Writes what a map makes of the texture, and says how; `special` is what one verb alone knows.
+    /// Writes the texture made by a map, and reports; `special` is the part of the report specific to one
+    /// verb.
     pub fn finish(
         &self,
         texture: &Texture<'_>,

@@ -1,4 +1,4 @@
-//! `relume fit`: photographs under known lights become a texture of functions.
+//! `relume fit`: from photographs under known lights to a texture of functions.
 
 use std::path::{Path, PathBuf};
 
@@ -24,15 +24,15 @@ pub struct Args {
     /// The texture to write: .ptm or .exr; `-` writes a .ptm to standard output
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// The functions of light direction: six polynomials (ptm), or nine hemispherical harmonics (hsh9)
+    /// The basis functions: six polynomials (ptm), or nine hemispherical harmonics (hsh9)
     #[arg(long, default_value = "ptm", value_parser = basis())]
     basis: Basis,
-    /// One function times a colour (lrgb), or a function for each channel (rgb); grey photographs
-    /// need neither
+    /// One luminance function times a colour (lrgb), or one function per channel (rgb); not needed for grey
+    /// photographs
     #[arg(long, default_value = "lrgb", value_parser = color())]
     color: PlaneLayout,
-    /// Fit values as they are encoded (srgb) or proportional to light (linear) [default: srgb
-    /// for .ptm, linear for .exr]
+    /// Fit sRGB-encoded values (srgb) or values proportional to light (linear) [default: srgb for .ptm,
+    /// linear for .exr]
     #[arg(long, value_parser = args::named::<Space>())]
     space: Option<Space>,
     /// Store an .exr in 16-bit floats
@@ -44,10 +44,10 @@ pub struct Args {
     /// Also measure how well each photograph is predicted from all others
     #[arg(long)]
     leave_one_out: bool,
-    /// Texels of each photograph to compare with the result, or `all`
+    /// Number of texels of each photograph to compare with the result, or `all`
     #[arg(long, value_name = "N", default_value = "65536", value_parser = texels)]
     report_texels: usize,
-    /// Fit only this rectangle of the photographs: its left and top texel, width and height
+    /// Fit only this rectangle of the photographs: left, top, width and height in texels
     #[arg(long, value_name = "X,Y,W,H", value_parser = rectangle)]
     crop: Option<Rectangle>,
 }

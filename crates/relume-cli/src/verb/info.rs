@@ -1,4 +1,4 @@
-//! `relume info`: what a file holds.
+//! `relume info`: the contents of a file.
 
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -15,7 +15,7 @@ use crate::report::Report;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  relume info wool.ptm\n  relume info --json wool.exr")]
 pub struct Args {
-    /// A .ptm, an .exr field, a picture, a set of tiles, or a model; - is standard input
+    /// A .ptm, an .exr field, a picture, a tile set, or a model; - is standard input
     file: PathBuf,
 }
 

@@ -1,4 +1,4 @@
-//! `relume match`: the distribution of one texture's values given to another, exactly, and taken back.
+//! `relume match`: gives one texture the exact distribution of another, reversibly.
 
 use std::path::PathBuf;
 
@@ -21,18 +21,19 @@ use crate::{input, output};
 pub struct Args {
     /// The texture whose values are replaced: a .ptm, an .exr field, or a picture; - is standard input
     file: PathBuf,
-    /// The texture that gives the values: each plane's sample of the same rank
+    /// The texture with the wanted distribution: each value is replaced by its sample of the same rank in
+    /// each plane
     #[arg(long, value_name = "FILE")]
     to: PathBuf,
-    /// The texture to write, in the depth of the one that gives the values
+    /// The texture to write, in the bit depth of the one with the wanted distribution
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// Also write the ranks, from 0, ties by place: matched to the first texture they are it again
+    /// Also write the ranks, from 0, ties ordered by position: matching them to the first texture restores it
     #[arg(long, value_name = "FILE.exr")]
     ranks: Option<PathBuf>,
 }
 
-/// Floats hold whole numbers up to this.
+/// Floats represent integers exactly up to this.
 const MOST_RANKS: usize = 1 << 24;
 
 /// Matches and writes.
@@ -72,7 +73,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     Ok(Report::new(text, json).with_outputs(written))
 }
 
-/// The field with the other one's values, plane by plane, and its ranks.
+/// The field with the values of the other, plane by plane, and its ranks.
 fn matched(field: &ReflectanceField, to: &ReflectanceField) -> Result<(ReflectanceField, ReflectanceField)> {
     if (field.basis(), field.layout()) != (to.basis(), to.layout()) {
         return Err(Error::usage(format!(

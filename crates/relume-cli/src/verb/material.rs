@@ -1,15 +1,15 @@
-//! The options that make a built-in material, shared by the verbs that make one.
+//! The options of a built-in material, shared by several verbs.
 
 use relume::procedural::{Cut, MaterialOptions, Parameters, Tiling};
 use relume::{Error, Result, Size};
 
 use crate::args;
 
-/// How a built-in material is made.
+/// Options of a built-in material.
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Built-in materials")]
 pub struct MaterialArgs {
-    /// Texels, such as 512x512 [default: 256x256]
+    /// Size in texels, such as 512x512 [default: 256x256]
     #[arg(long, value_name = "WxH", value_parser = args::size)]
     size: Option<Size>,
     /// Another seed gives another sample of the same material [default: 0]
@@ -18,7 +18,7 @@ pub struct MaterialArgs {
     /// Size of the largest features in texels [default: 40]
     #[arg(long, value_name = "TEXELS")]
     feature: Option<f64>,
-    /// Marble, wood, clouds: depth of the slice through the matter, in feature sizes [default: 0]
+    /// Marble, wood, clouds: depth of the slice through the solid, in feature sizes [default: 0]
     #[arg(long, value_name = "FEATURES", allow_hyphen_values = true)]
     z: Option<f64>,
     /// Marble, clouds: feature sizes after which slices repeat [default: never]
@@ -37,13 +37,13 @@ pub struct MaterialArgs {
     /// Wood: a plank sawn along the trunk, or its end [default: plank]
     #[arg(long, value_parser = args::named::<Cut>())]
     cut: Option<Cut>,
-    /// Fire: how far the noise has moved; as it falls, flames rise [default: 0]
+    /// Fire: offset of the noise; as it falls, flames rise [default: 0]
     #[arg(long, value_name = "CELLS", allow_hyphen_values = true)]
     phi: Option<f64>,
 }
 
 impl MaterialArgs {
-    /// The options asked for.
+    /// The requested options.
     pub fn options(&self, tiling: Tiling) -> MaterialOptions {
         let default = MaterialOptions::default();
         MaterialOptions {
@@ -67,7 +67,7 @@ impl MaterialArgs {
         }
     }
 
-    /// Refuses all of them: what is made is no built-in material.
+    /// Refuses all of them: the output is not a built-in material.
     pub fn refuse(&self) -> Result<()> {
         let given = [
             ("--size", self.size.is_some()),

@@ -1,4 +1,4 @@
-//! The verbs, one file each: `Args` says what can be asked, `run` does it and reports.
+//! The verbs, one file each: `Args` defines the options, `run` does the work and reports.
 //!
 //! A verb checks its outputs ([`crate::output::check`]) before it works, reads through
 //! [`crate::input`], calls the library, and writes through [`crate::output`]. It prints nothing.
@@ -44,10 +44,10 @@ pub struct Cli {
     pub verb: Verb,
 }
 
-/// What the program can do.
+/// The verbs of the program.
 #[derive(Debug, Subcommand)]
 pub enum Verb {
-    /// The whole job on a built-in material, with a page to look at
+    /// The whole pipeline on a built-in material, with a page to look at
     Demo(demo::Args),
     /// Photograph maps or a built-in material under a virtual light dome
     Capture(capture::Args),
@@ -55,19 +55,19 @@ pub enum Verb {
     Fill(fill::Args),
     /// Fit reflectance functions to photographs under known lights
     Fit(fit::Args),
-    /// Say what a texture is like: periods, direction, features, and what may spoil synthesis
+    /// Describe a texture: periods, direction, features, and possible causes of failure of a synthesis
     Analyze(analyze::Args),
-    /// Say how far a texture is from another
+    /// Measure the distance between two textures
     Compare(compare::Args),
-    /// Run all methods of synthesis on a folder of exemplars, and measure them, on one page
+    /// Run all methods of synthesis on a folder of exemplars and measure them, on one page
     Gallery(gallery::Args),
-    /// Find the height map of a surface from photographs, functions or normals
+    /// Estimate the height map of a surface from photographs, functions or normals
     Height(height::Args),
-    /// Say what a file holds
+    /// Describe the contents of a file
     Info(info::Args),
-    /// Make a built-in material's height, albedo, roughness and normals
+    /// Make the height, albedo, roughness and normals of a built-in material
     Procedural(procedural::Args),
-    /// Give a texture the distribution of another's values
+    /// Give a texture the distribution of values of another
     Match(match_histogram::Args),
     /// Model a texture as a random field: a few kilobytes for any size
     Model(model::Args),
@@ -75,11 +75,11 @@ pub enum Verb {
     Relight(relight::Args),
     /// Show a texture on an object
     Render(render::Args),
-    /// Make tiles of a regular texture that can be laid in any order
+    /// Make tiles of a regular texture that fit together in any order
     Roll(roll::Args),
     /// Make a texture of any size from a sample, or from tiles
     Synth(Box<synth::Args>),
-    /// Make a texture tile by filling a band along its border anew
+    /// Make a texture tile by refilling a band along its border
     Tileable(tileable::Args),
 }
 
@@ -106,7 +106,7 @@ pub fn run(verb: Verb, context: &Context) -> Result<Report> {
     }
 }
 
-/// Runs a verb as if these words had been typed after `relume`.
+/// Runs a verb as if these words followed `relume` on the command line.
 fn run_typed(words: impl IntoIterator<Item: Into<OsString>>, context: &Context) -> Result<Report> {
     let typed = std::iter::once(OsString::from("relume")).chain(words.into_iter().map(Into::into));
     let cli = Cli::try_parse_from(typed).map_err(|e| Error::usage(e.to_string()))?;

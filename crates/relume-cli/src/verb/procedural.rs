@@ -1,4 +1,4 @@
-//! `relume procedural`: a built-in material's maps.
+//! `relume procedural`: the maps of a built-in material.
 
 use std::path::PathBuf;
 
@@ -22,13 +22,13 @@ use crate::report::Report;
                         relume procedural wood -o wood --cut end --size 512x512\n  \
                         relume procedural fire -o fire --phi -0.25")]
 pub struct Args {
-    /// sponge, weave, pebbles, leather, bark, marble, wood, clouds or fire
+    /// The material: sponge, weave, pebbles, leather, bark, marble, wood, clouds or fire
     material: String,
     /// The folder to write: albedo.png, height.png (16 bits, range recorded), roughness.png,
     /// normals_gl.png, material.json
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// Close the maps on themselves, so that they repeat without a seam
+    /// Make the maps periodic, so that they repeat without a seam
     #[arg(long)]
     tile: bool,
     #[command(flatten)]
@@ -74,7 +74,7 @@ fn write(maps: &SurfaceMaps, tiling: Tiling, folder: &Folder) -> Result<()> {
     folder.add("normals_gl.png", &normals::encode(&normals, PictureFormat::Png(Depth::Sixteen))?)
 }
 
-/// Data as a picture: declared as encoded, so that the codes are the values themselves.
+/// Data as a picture, declared as encoded, so that the codes are the values themselves.
 fn data(planes: Planes) -> Picture {
     Picture { planes, space: Space::Srgb }
 }

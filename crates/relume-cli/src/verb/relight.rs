@@ -25,7 +25,7 @@ pub struct Args {
     /// and any other name a folder of numbered PNG files; - is standard output, as PNG
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
-    /// Frames a second of an animation
+    /// Frames per second of an animation
     #[arg(long, value_name = "N", default_value_t = 12)]
     fps: u16,
     #[command(flatten)]
@@ -35,16 +35,16 @@ pub struct Args {
 #[derive(Debug, clap::Args)]
 #[group(required = true, multiple = false)]
 struct What {
-    /// Towards the light: x right, y up, z to the viewer, of any length
+    /// Direction towards the light: x right, y up, z to the viewer, of any length
     #[arg(long, value_name = "X,Y,Z", value_parser = args::light, allow_hyphen_values = true)]
     light: Option<Direction>,
-    /// N lights on a ring (orbit:N) or over the zenith from left to right (arc:N)
+    /// N lights in a circle (orbit:N) or over the zenith from left to right (arc:N)
     #[arg(long, value_name = "PATH:N")]
     sweep: Option<Sweep>,
     /// Write the surface normals instead: +Y (green is up), 0..1 in integer files, -1..1 in EXR
     #[arg(long)]
     normals: bool,
-    /// Write the texture's colour without its shading instead: each texel at its brightest
+    /// Write the colour of the texture without its shading instead: each texel at its brightest
     #[arg(long)]
     albedo: bool,
 }

@@ -1,4 +1,4 @@
-//! `relume roll`: tiles of a regular texture that can be laid in any order.
+//! `relume roll`: tiles of a regular texture that fit together in any order.
 
 use std::path::{Path, PathBuf};
 
@@ -29,19 +29,18 @@ pub struct Args {
     /// The tiles to write, one below the other: .exr, or another format with FILE.json beside it
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// How many tiles; each holds about this part of the exemplar
+    /// Number of tiles K; each takes about a K-th of the exemplar
     #[arg(short = 'k', long, value_name = "K", default_value_t = 1)]
     tiles: usize,
-    /// Texels by which tiles overlap their continuation, and width of the border they share
-    /// [default: a sixteenth of the exemplar's smaller side]
+    /// Texels by which tiles overlap their continuation, and width of their common border [default: a
+    /// sixteenth of the smaller side of the exemplar]
     #[arg(long, value_name = "N")]
     overlap: Option<usize>,
-    /// The periods, instead of what is measured: W,H in texels, or two shifts X,Y,X,Y to the right
-    /// and down
+    /// The periods, instead of measured ones: W,H in texels, or two shifts X,Y,X,Y to the right and down
     #[arg(long, value_name = "W,H", value_parser = lattice, allow_hyphen_values = true)]
     period: Option<Lattice>,
-    /// Make rectangles, which other programs can repeat as well, even where oblique tiles follow
-    /// oblique periods better
+    /// Make rectangles, which other programs can repeat as well, even where oblique tiles follow oblique
+    /// periods better
     #[arg(long)]
     upright: bool,
     /// Texels that may not be used: white in a mask as large as the exemplar
@@ -82,7 +81,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     Ok(report(&args.output, &options, &rolled).with_outputs(written))
 }
 
-/// Refuses a file that cannot hold tiles, and claims the one beside it.
+/// Refuses a file that cannot hold tiles, and claims its companion.
 fn claim_tiles(path: &Path, inputs: &[&Path], outputs: &mut Outputs) -> Result<()> {
     if output::is_stream(path) {
         return Err(Error::usage("a set of tiles is one or two files: name one instead of -"));
@@ -120,7 +119,7 @@ fn make(args: &Args, file: &FieldFile, options: &RollerOptions, context: &Contex
     roll(&Exemplar { index: &index, excluded: excluded.as_deref() }, options, &context.job)
 }
 
-/// The file of the tiles, stored as the exemplar was.
+/// The file of the tiles, in the encoding of the exemplar.
 fn encode(rolled: &Rolled, file: &FieldFile, format: FieldFormat, context: &Context) -> Result<Vec<u8>> {
     let field = gather(rolled.tiles.map(), &[&file.field], &context.job)?;
     match format.in_depth_of(&file.encoding) {
@@ -154,7 +153,7 @@ fn report(output: &Path, options: &RollerOptions, rolled: &Rolled) -> Report {
     Report::new(text, json)
 }
 
-/// How the texture repeats and how well the tiles go together, in words.
+/// The periods of the texture and the fit of the tiles, in words.
 fn quality(how: &RollReport, oblique: bool) -> String {
     let worst = how.seams.iter().map(|seams| seams.ratio()).fold(0.0, f64::max);
     let large = how.seams.iter().map(|seams| seams.large).fold(0.0, f64::max);

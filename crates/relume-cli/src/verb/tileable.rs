@@ -1,4 +1,4 @@
-//! `relume tileable`: a texture made to tile by filling a band along its border anew.
+//! `relume tileable`: a texture made to tile by refilling a band along its border.
 
 use std::path::PathBuf;
 
@@ -18,14 +18,14 @@ use crate::report::Report;
 pub struct Args {
     /// A .ptm, an .exr field, or a picture; - is standard input
     file: PathBuf,
-    /// Texels along each edge that are filled anew [default: an eighth of the shorter side]
+    /// Width in texels of the band along each edge that is refilled [default: an eighth of the shorter side]
     #[arg(long, value_name = "N")]
     band: Option<usize>,
     #[command(flatten)]
     how: How,
 }
 
-/// Fills the band and writes all that was asked for.
+/// Fills the band and writes all requested outputs.
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let mut outputs = Outputs::new(context);
     let applied = args.how.claim(&[&args.file], &mut outputs)?;

@@ -1,9 +1,8 @@
-//! Maps from files: which file is which map, and what its samples mean.
+//! Maps from files: the role of each file, and the meaning of its samples.
 //!
-//! Height, normal and roughness files hold data, not colours: integer codes are taken as they
-//! are, from 0 to 1, without decoding sRGB. Where such a file is RGB, height and roughness are
-//! its first channel. Integer normals are packed, v = (n + 1) / 2; floats are packed only when none
-//! is negative.
+//! Height, normal and roughness files hold data, not colours: integer codes are read as values from 0 to 1,
+//! without decoding sRGB. If such a file is RGB, height and roughness use its first channel. Integer normals
+//! are packed, v = (n + 1) / 2; floats are packed only when none is negative.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -14,7 +13,7 @@ use relume::{Error, Job, Planes, Raster, Result, Samples, Space};
 
 use crate::input;
 
-/// Which way a normal map's second channel points.
+/// The direction of the second channel of a normal map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NormalY {
     /// To the top of the picture (OpenGL).
@@ -29,7 +28,7 @@ const ALBEDO: [&str; 8] = ["albedo", "color", "colour", "diffuse", "diff", "base
 const NORMAL: [&str; 5] = ["normal", "normals", "nor", "normalgl", "normaldx"];
 const ROUGHNESS: [&str; 2] = ["roughness", "rough"];
 
-/// The files of the maps that are there.
+/// The files of the available maps.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct MapFiles {
     /// One channel.
@@ -43,10 +42,10 @@ pub struct MapFiles {
 }
 
 impl MapFiles {
-    /// The maps in a folder, by the words in their names.
+    /// The maps in a folder, recognised by words in their names.
     ///
     /// # Errors
-    /// A folder that cannot be read, or two files that claim to be the same map.
+    /// A folder that cannot be read, or two files that both match one map.
     pub fn find(folder: &Path) -> Result<Self> {
         if !folder.is_dir() {
             return Err(Error::usage(
@@ -69,7 +68,7 @@ impl MapFiles {
         })
     }
 
-    /// These files, and the others where these have none.
+    /// These files, completed by the others.
     pub fn or(self, others: Self) -> Self {
         Self {
             height: self.height.or(others.height),
@@ -153,7 +152,7 @@ fn only(paths: &[PathBuf], name: &str, known: &[&str]) -> Result<Option<PathBuf>
     }
 }
 
-/// The samples as they are stored, with the largest code at 1.
+/// The samples as stored, with the largest code at 1.
 fn data(raster: &Raster) -> Planes {
     raster.to_picture(raster.samples().space()).planes
 }

@@ -26,17 +26,17 @@ pub use maps::{NormalY, normals_of};
 #[command(after_help = "Examples:\n  relume capture sponge -o sponge --lights 50\n  \
     relume capture materials/bark -o bark --height-scale 60 --format exr")]
 pub struct Args {
-    /// A built-in material (sponge, weave, pebbles, leather, bark, marble, wood, clouds, fire), or a
-    /// folder of maps known by their names: height or displacement, albedo or color, normal, roughness
+    /// A built-in material (sponge, weave, pebbles, leather, bark, marble, wood, clouds, fire), or a folder
+    /// of maps recognised by their names: height or displacement, albedo or color, normal, roughness
     #[arg(required_unless_present_all = ["height", "albedo"])]
     maps: Option<PathBuf>,
-    /// The folder to write: photographs, `lights.lp`, `capture.json`, and the `truth`
+    /// The folder to write: photographs, `lights.lp`, `capture.json`, and the ground truth in `truth`
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// How many lamps, spread evenly from the zenith to 75 degrees from it
+    /// Number of lamps, spread evenly from the zenith to 75 degrees from it
     #[arg(long, value_name = "N", default_value = "50", value_parser = clap::value_parser!(u32).range(1..=10_000))]
     lights: u32,
-    /// Files of the photographs; integers are sRGB-encoded, floats linear
+    /// File format of the photographs; integers are sRGB-encoded, floats linear
     #[arg(long, default_value = "png", value_parser = args::named::<PhotographFormat>())]
     format: PhotographFormat,
     #[command(flatten)]
@@ -57,36 +57,36 @@ struct Files {
     /// The albedo map
     #[arg(long, value_name = "FILE")]
     albedo: Option<PathBuf>,
-    /// The normal map; without one, normals follow the height
+    /// The normal map; without one, normals are computed from the height
     #[arg(long, value_name = "FILE")]
     normal: Option<PathBuf>,
     /// The roughness map; without one, roughness is 1
     #[arg(long, value_name = "FILE")]
     roughness: Option<PathBuf>,
-    /// Texels from height 0 to height 1 [default: what the file records; a 25th of the width for
-    /// integer files without a record; 1 for floats, which are taken as texels]
+    /// Texels from height 0 to height 1 [default: the record in the file; a 25th of the width for integer
+    /// files without a record; 1 for floats, which are in texels]
     #[arg(long, value_name = "TEXELS")]
     height_scale: Option<f64>,
-    /// Which way the normal map's green points: up (OpenGL) or down (DirectX) [default: what the
-    /// file's name says, else up]
+    /// Direction of the green channel of the normal map: up (OpenGL) or down (DirectX) [default: from the
+    /// file name, else up]
     #[arg(long, value_parser = normal_y())]
     normal_y: Option<NormalY>,
 }
 
-/// How the dome photographs.
+/// Options of the dome.
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Light")]
 struct DomeArgs {
     /// Whether maps repeat beyond their borders or end there
     #[arg(long, default_value = "wrap", value_parser = args::named::<Border>())]
     border: Border,
-    /// Radiance of the sky, as a fraction of a white matte surface's that faces the lamp
+    /// Radiance of the sky, as a fraction of that of a white matte surface facing the lamp
     #[arg(long, value_name = "FRACTION", default_value_t = DomeOptions::default().ambient)]
     ambient: f64,
-    /// Angle from a lamp's middle to its rim, in degrees: the softness of shadows
+    /// Angular radius of a lamp in degrees, which determines the softness of shadows
     #[arg(long, value_name = "DEGREES", default_value = "1")]
     lamp_radius: f64,
-    /// Leave out the light that one part of the surface sends to another
+    /// Leave out the light reflected from one part of the surface to another
     #[arg(long)]
     no_bounce: bool,
     /// Leave out the gloss: a Lambertian surface
@@ -147,7 +147,7 @@ fn summary(args: &Args, name: &str, dome: &Dome, clipped: f64) -> String {
     lines.join("\n")
 }
 
-/// The maps, and what they are called.
+/// The maps and their name.
 fn source(args: &Args, context: &Context) -> Result<(String, SurfaceMaps)> {
     match args.maps.as_deref() {
         Some(path) if material(path).is_some() => {

@@ -1,4 +1,4 @@
-//! `relume demo`: the whole job on a built-in material, by the program's own verbs, and a page.
+//! `relume demo`: the whole pipeline on a built-in material, by the verbs of the program, and a page.
 
 mod noise;
 mod page;
@@ -24,12 +24,12 @@ pub struct Args {
     /// The built-in material: sponge, weave, pebbles, leather, bark, marble, wood, clouds or fire
     #[arg(long, value_name = "NAME", default_value = "sponge")]
     material: String,
-    /// Photographs under the virtual dome
+    /// Number of photographs under the virtual dome
     #[arg(long, value_name = "N", default_value_t = 48)]
     lights: u32,
 }
 
-/// The demo's commands; DIR is the output folder, MATERIAL and N are the options.
+/// The commands of the demo; DIR is the output folder, MATERIAL and N are the options.
 const COMMANDS: [&str; 15] = [
     "capture MATERIAL -o DIR/capture --lights N --size 256x256 --feature 44",
     "fit DIR/capture -o DIR/small.ptm",
@@ -69,7 +69,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     Ok(Report::new(text, json!({ "page": paths::text(&index), "commands": shown })).with_outputs(written))
 }
 
-/// The words of a command with its places filled in.
+/// The words of a command with its placeholders filled in.
 fn words(command: &str, args: &Args, folder: &Path) -> Vec<String> {
     let fill = |word: &str| match word {
         "MATERIAL" => args.material.clone(),

@@ -1,9 +1,9 @@
-//! What the page's shader needs to draw noise of functions without end.
+//! The data with which the shader of the page draws endless noise of functions.
 //!
-//! Under a light a texel's colour is linear in its index values, and those are the means and the sum of
-//! the principal axes, each times its plane's value. So the shader needs the normal values of the
-//! planes, a byte each, the tables that put values back, and the functions of the means and of each
-//! axis, which the page turns into a colour for each light.
+//! Under a given light the colour of a texel is linear in its index values, and those are the mean plus the
+//! sum of the principal axes, each times the value of its plane. So the shader needs the normal values of the
+//! planes, one byte each, the tables that restore the values, and the functions of the mean and of each axis,
+//! which the page turns into one colour per light.
 
 use std::path::Path;
 
@@ -51,7 +51,7 @@ impl NoiseData {
         self.noise.marginals().len()
     }
 
-    /// As the page's script takes it.
+    /// In the form the script of the page expects.
     pub fn to_json(&self) -> Result<Value> {
         let picture = Picture { planes: self.normals(), space: Space::Srgb };
         let tables = self.noise.marginals().iter().flat_map(|marginal| marginal.table());
@@ -70,8 +70,7 @@ impl NoiseData {
         }))
     }
 
-    /// The normal values from 0 to 1, three planes side by side as red, green and blue, the next three
-    /// below them.
+    /// The normal values from 0 to 1, three planes side by side as red, green and blue, the next three below.
     fn normals(&self) -> Planes {
         let (planes, size) = (self.noise.normal_planes(), self.size());
         let layers = self.planes().div_ceil(3);
@@ -85,7 +84,7 @@ impl NoiseData {
     }
 }
 
-/// The function of the means, and what each axis adds to it.
+/// The function of the mean, and the contribution of each axis.
 fn functions(noise: &Noise, space: &IndexSpace, like: &ReflectanceField) -> Result<Vec<Vec<f32>>> {
     let (means, axes) = noise.axes();
     let mut index = Planes::zeros(Size::new(axes.rows() + 1, 1), means.len());
@@ -123,7 +122,7 @@ mod tests {
         ReflectanceField::new(Basis::Ptm, PlaneLayout::RGB, Space::Srgb, planes).unwrap()
     }
 
-    /// The page's shader in Rust, from what the page holds, with its arithmetic of single precision.
+    /// The shader of the page in Rust, on the data of the page, in single precision as well.
     struct ShaderTwin {
         normals: relume::Raster,
         tables: Vec<f32>,

@@ -1,4 +1,4 @@
-//! The demo's page: one file with all pictures and the texture's bytes inside.
+//! The page of the demo: one file with all pictures and the bytes of the texture embedded.
 
 use std::fmt::Write;
 use std::fs;
@@ -22,7 +22,7 @@ const ENDLESS_SCRIPT: &str =
 /// The light of the photograph that the page shows as a plain texture.
 const PLAIN_LIGHT: [f64; 3] = [0.0, 0.0, 1.0];
 
-/// Fills the template from the folder's files.
+/// Fills the template from the files of the folder.
 pub fn write(
     folder: &Path,
     args: &Args,
@@ -84,7 +84,7 @@ pub fn write(
         .fold(TEMPLATE.to_owned(), |page, (name, value)| page.replace(&format!("{{{{{name}}}}}"), value)))
 }
 
-/// The parts about endless planes, and all that the page's shaders draw.
+/// The sections on endless planes, and all data of the shaders.
 fn endless(folder: &Path, mut data: Value, context: &Context) -> Result<[(&'static str, String); 7]> {
     let path = folder.join("tiles.ptm");
     let tiles = open(&path, &context.job)?.into_tiles()?;
@@ -154,7 +154,7 @@ fn source_picture(folder: &Path, exemplar: Size, context: &Context) -> Result<Ve
     encode_picture(&Picture { planes, space: Space::Srgb }, PictureFormat::Png(Depth::Eight))
 }
 
-/// The bytes of an LRGB texture map as three pictures, with scale and bias, for the page's shader.
+/// The bytes of an LRGB texture map as three pictures, with scale and bias, for the shader of the page.
 fn shader_data(file: &FieldFile) -> Result<Value> {
     let Encoding::Ptm(encoding) = file.encoding else {
         return Err(Error::invalid("the page needs a .ptm texture map"));

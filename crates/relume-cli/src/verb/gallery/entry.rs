@@ -1,4 +1,4 @@
-//! One exemplar with the textures that all methods make of it, and one such texture.
+//! One exemplar with the textures made from it by all methods, and one such texture.
 
 use std::ffi::OsString;
 use std::fs;
@@ -20,20 +20,20 @@ use crate::verb::run_typed;
 /// The light of the pictures on the page: from the upper left, so that relief shows.
 const LIGHT: &str = "--light=-0.45,0.45,0.77";
 
-/// From this part of the exemplar on, a largest piece makes a texture a verbatim copy.
+/// The share of the exemplar from which a largest piece makes a texture a verbatim copy.
 const COPY: f64 = 0.5;
 
-/// An exemplar and what was made of it.
+/// An exemplar and its textures.
 #[derive(Debug, Serialize)]
 pub struct Exemplar {
-    /// Its file's name.
+    /// The name of its file.
     pub name: String,
     pub width: usize,
     pub height: usize,
     /// The size of the textures.
     pub output_width: usize,
     pub output_height: usize,
-    /// What `relume analyze` says, or why it says nothing.
+    /// The report of `relume analyze`, or the reason why there is none.
     pub analysis: Value,
     pub entries: Vec<Entry>,
     /// A JPEG of it in base64, for the page alone.
@@ -41,33 +41,33 @@ pub struct Exemplar {
     pub preview: Option<String>,
 }
 
-/// A texture, or why there is none.
+/// A texture, or the reason why there is none.
 #[derive(Debug, Serialize)]
 pub struct Entry {
     pub method: String,
     /// The command that makes it.
     pub command: String,
-    /// What the method chose by itself, as options.
+    /// The options chosen by the method itself.
     pub chosen: Option<String>,
-    /// The time to make it, without the measuring.
+    /// The time to make it, without measuring.
     #[serde(flatten)]
     pub times: Times,
-    /// The texture's file in the gallery's folder.
+    /// The file of the texture in the folder of the gallery.
     pub file: Option<String>,
-    /// The sentence that says why there is no texture, or no measure.
+    /// The message that explains a missing texture or measure.
     pub error: Option<String>,
-    /// What `relume compare --texture` says.
+    /// The report of `relume compare --texture`.
     pub measures: Option<Value>,
-    /// The largest piece that is copied as it stands, as a part of the exemplar.
+    /// The largest piece copied verbatim, as a fraction of the exemplar.
     pub largest_piece: Option<f64>,
-    /// The nearest to the exemplar that is no verbatim copy of it, by the patch distance.
+    /// Whether it is the nearest to the exemplar by the patch distance, verbatim copies excluded.
     pub is_best: bool,
     #[serde(skip)]
     pub preview: Option<String>,
 }
 
 impl Exemplar {
-    /// Runs all methods on a file; `place` says which of the files it is.
+    /// Runs all methods on a file; `place` is its position among the files.
     pub fn run(file: &Path, args: &Args, stage: &Folder, place: &str, context: &Context) -> Result<Self> {
         let name = file.file_name().unwrap_or(file.as_os_str());
         context.bar.set_part(format!("{place}{} ", name.to_string_lossy()));
@@ -134,18 +134,18 @@ impl Entry {
         }
     }
 
-    /// A figure by its place in the measures.
+    /// A figure by its path in the measures.
     pub fn figure(&self, pointer: &str) -> Option<f64> {
         self.measures.as_ref()?.pointer(pointer)?.as_f64()
     }
 
-    /// Whether it copies most of the exemplar as it stands.
+    /// Whether it is a verbatim copy of most of the exemplar.
     pub fn is_copy(&self) -> bool {
         self.largest_piece.is_some_and(|piece| piece > COPY)
     }
 }
 
-/// What all methods are run on.
+/// The input of all methods.
 struct Trial<'a> {
     file: &'a Path,
     name: String,
@@ -203,7 +203,7 @@ impl Trial<'_> {
         Ok(run_typed(typed, self.context)?.json)
     }
 
-    /// What an error says, with the names that files have when all is done.
+    /// The message of an error, with the final names of the files.
     fn sentence(&self, error: &Error) -> String {
         let stage = self.folder.parent().unwrap_or(self.folder);
         error.to_string().replace(&*stage.to_string_lossy(), &self.args.output.to_string_lossy())
@@ -220,7 +220,7 @@ impl Trial<'_> {
         Ok(STANDARD.encode(bytes))
     }
 
-    /// The kind of file that keeps all an exemplar has: JPEG and TIFF become PNG.
+    /// The file extension that preserves all data of an exemplar: JPEG and TIFF become PNG.
     fn ending(&self) -> &'static str {
         let ending = self.file.extension().map(|e| e.to_string_lossy().to_lowercase());
         match ending.as_deref() {

@@ -1,7 +1,7 @@
 //! `relume gallery`: all methods of synthesis on each exemplar of a folder, measured, on one page.
 //!
-//! Every entry is made and measured by the program's own verbs (`synth`, `compare --texture`), so that the
-//! commands on the page repeat it. A method that fails or refuses is an entry with its sentence.
+//! Every entry is made and measured by the verbs of the program (`synth`, `compare --texture`), so the
+//! commands on the page reproduce it. A method that fails or refuses becomes an entry with its message.
 
 mod entry;
 mod page;
@@ -23,7 +23,7 @@ use entry::Exemplar;
 /// The methods, in the order of the page.
 const METHODS: [&str; 7] = ["quilting", "efros-leung", "wei-levoy", "patchmatch", "roller", "noise", "auto"];
 
-/// Endings of files that may be exemplars.
+/// Extensions of files that may be exemplars.
 const ENDINGS: [&str; 7] = ["png", "jpg", "jpeg", "tif", "tiff", "exr", "ptm"];
 
 /// Arguments of `relume gallery`.
@@ -33,7 +33,7 @@ const ENDINGS: [&str; 7] = ["png", "jpg", "jpeg", "tif", "tiff", "exr", "ptm"];
                         then open gallery/index.html in a browser. docs/measures.md says what the figures mean."
 )]
 pub struct Args {
-    /// A folder of exemplars: .ptm, .exr or pictures; everything else in it is left alone
+    /// A folder of exemplars: .ptm, .exr or pictures; other files in it are ignored
     folder: PathBuf,
     /// The folder to write: index.html, gallery.json, gallery.csv, and a folder of textures for each
     /// exemplar
@@ -49,7 +49,7 @@ pub struct Args {
     /// Another seed gives other textures
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
-    /// Lights under which functions are compared
+    /// Number of lights under which functions are compared
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..=1000))]
     lights: u16,
 }

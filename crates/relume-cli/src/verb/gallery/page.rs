@@ -1,4 +1,4 @@
-//! The gallery's page: one file with all pictures inside.
+//! The page of the gallery: one file with all pictures embedded.
 
 use std::fmt::Write;
 
@@ -69,7 +69,7 @@ fn section(number: usize, exemplar: &Exemplar) -> String {
     html + "</div></section>"
 }
 
-/// What the analysis says of an exemplar.
+/// The analysis of an exemplar.
 fn about(exemplar: &Exemplar) -> String {
     let text = |place: &str| exemplar.analysis.pointer(place).and_then(Value::as_str).map(escaped);
     let mut html = text("/advice/reason").or(text("/error")).unwrap_or_default();
@@ -94,7 +94,7 @@ fn figure(name: &str, preview: Option<&str>, class: &str, caption: &str, title: 
     )
 }
 
-/// A texture's figures, or why there are none, as HTML.
+/// The figures of a texture, or the reason why there are none, as HTML.
 fn figures(entry: &Entry) -> String {
     if let Some(error) = &entry.error {
         return format!("<span class=\"error\">{}</span>", escaped(error));
@@ -135,7 +135,7 @@ fn figures(entry: &Entry) -> String {
     html + "</dl>"
 }
 
-/// Text as HTML that shows it.
+/// Text escaped for HTML.
 fn escaped(text: &str) -> String {
     let mut html = String::with_capacity(text.len());
     for c in text.chars() {
@@ -145,7 +145,7 @@ fn escaped(text: &str) -> String {
             '>' => html.push_str("&gt;"),
             '"' => html.push_str("&quot;"),
             '\'' => html.push_str("&#39;"),
-            // The template's own marks must not come from names.
+            // Names must not introduce marks of the template.
             '{' => html.push_str("&#123;"),
             c => html.push(c),
         }

@@ -1,10 +1,10 @@
-//! The gallery's figures as tables: for people, and as comma-separated values (RFC 4180).
+//! The figures of the gallery as tables: for people, and as comma-separated values (RFC 4180).
 
 use std::fmt::Write;
 
 use super::entry::{Entry, Exemplar};
 
-/// Figures of a texture: their names and places in what `relume compare --texture` says.
+/// Figures of a texture: their names and their paths in the report of `relume compare --texture`.
 pub const FIGURES: [(&str, &str); 12] = [
     ("patches", "/mean/sliced"),
     ("patches_worst", "/worst/sliced"),
@@ -52,7 +52,7 @@ fn line(exemplar: &Exemplar, entry: &Entry) -> Vec<String> {
     fields
 }
 
-/// A field in quotation marks where it needs them.
+/// A field in quotation marks where needed.
 fn quoted(field: &str) -> String {
     if field.contains([',', '"', '\r', '\n']) {
         return format!("\"{}\"", field.replace('"', "\"\""));

@@ -24,7 +24,7 @@ pub struct Truth {
     truth_normals: Option<PathBuf>,
 }
 
-/// How far the found shape is from the known one.
+/// The error of the estimated shape.
 #[derive(Debug)]
 pub struct Compared {
     pub height: Option<HeightError>,
@@ -32,7 +32,7 @@ pub struct Compared {
 }
 
 impl Truth {
-    /// Compares with what was named.
+    /// Compares with the given files.
     pub fn compare(&self, height: &Planes, normals: &Planes, context: &Context) -> Result<Compared> {
         let height = self.truth_height.as_ref().map(|path| {
             let truth = input::height(path, &context.job)?.texels(self.truth_scale);

@@ -34,26 +34,26 @@ pub struct Args {
     /// its range recorded)
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// Where the slopes come from [default: photometric-stereo for photographs, ptm-normals for fields]
+    /// Source of the slopes [default: photometric-stereo for photographs, ptm-normals for fields]
     #[arg(long, value_parser = method())]
     method: Option<Method>,
     /// Whether the surface repeats beyond its borders
     #[arg(long, default_value = "open", value_parser = args::named::<Border>())]
     border: Border,
-    /// How slopes become heights: differences of neighbours, or derivatives in the Fourier domain
-    /// (Frankot and Chellappa)
+    /// Method of integration: differences of neighbours, or derivatives in the Fourier domain (Frankot and
+    /// Chellappa)
     #[arg(long, default_value = "poisson", value_parser = args::named::<Integration>())]
     integration: Integration,
-    /// The steepest slope to believe, in degrees, below 90 [default: 87; 50 for ptm-normals]
+    /// The steepest plausible slope in degrees, below 90 [default: 87; 50 for ptm-normals]
     #[arg(long, value_name = "DEG")]
     steepest: Option<f64>,
-    /// The size of a texel: heights are then written in millimetres
+    /// The size of a texel in millimetres: heights are then written in millimetres
     #[arg(long, value_name = "MM")]
     pixel_mm: Option<f64>,
     /// Also write the normals (+Y; 0..1 in integer files, -1..1 in EXR)
     #[arg(long, value_name = "FILE")]
     normals: Option<PathBuf>,
-    /// Also write the albedo that photometric stereo finds
+    /// Also write the albedo estimated by photometric stereo
     #[arg(long, value_name = "FILE")]
     albedo_map: Option<PathBuf>,
     #[command(flatten)]
@@ -68,10 +68,10 @@ pub struct Args {
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Photometric stereo")]
 struct StereoArgs {
-    /// How shadows and highlights are treated: weighted down, left out, or not at all
+    /// Treatment of shadows and highlights: reduced weight, left out, or none
     #[arg(long, default_value = "robust", value_parser = args::named::<Estimator>())]
     estimator: Estimator,
-    /// Estimate a constant light that every photograph has besides its own
+    /// Estimate a constant light common to all photographs
     #[arg(long)]
     ambient: bool,
     /// Pair lights and photographs by name, or in order of sorted names
@@ -83,25 +83,26 @@ struct StereoArgs {
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Shape from shading")]
 struct ShadingArgs {
-    /// Towards the light of the photograph: x right, y up, z to the viewer
+    /// Direction towards the light of the photograph: x right, y up, z to the viewer
     #[arg(long, value_name = "X,Y,Z", value_parser = args::light, allow_hyphen_values = true)]
     light: Option<Direction>,
-    /// Which photograph of a folder, counted from 0 [default: that whose light is nearest to 45 degrees]
+    /// The number of the photograph in a folder, from 0 [default: the one whose light is nearest to 45
+    /// degrees]
     #[arg(long, value_name = "N")]
     photograph: Option<usize>,
-    /// Linear albedo of the surface [default: from the photograph's mean]
+    /// Linear albedo of the surface [default: from the mean of the photograph]
     #[arg(long, value_name = "A")]
     albedo: Option<f64>,
-    /// Rounds of steps and projections
+    /// Number of rounds of steps and projections
     #[arg(long, value_name = "N", default_value_t = ShadingOptions::default().rounds)]
     rounds: usize,
-    /// Undulations of this wavelength are halved, longer ones held down more: one photograph hardly
-    /// knows them [default: the longer side; none for periodic surfaces]
+    /// Undulations of this wavelength are halved and longer ones damped more, because one photograph hardly
+    /// determines them [default: the longer side; none for periodic surfaces]
     #[arg(long, value_name = "TEXELS")]
     longest: Option<f64>,
 }
 
-/// Finds the shape, integrates it, writes and compares.
+/// Estimates the shape, integrates it, writes and compares.
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let format = HeightFormat::from_path(&args.output)?;
     if let Some(mm) = args.pixel_mm.filter(|mm| !(*mm > 0.0 && mm.is_finite())) {
@@ -133,7 +134,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     Ok(report(args, &shape, &height, compared).with_outputs(outputs.commit()?))
 }
 
-/// The bytes of the albedo map, where one is asked for.
+/// The bytes of the albedo map, if requested.
 fn albedo_map(args: &Args, shape: &Shape) -> Result<Option<Vec<u8>>> {
     let Some(path) = &args.albedo_map else { return Ok(None) };
     let albedo = shape
@@ -199,7 +200,7 @@ impl StereoArgs {
     }
 }
 
-/// Facts of a method as JSON: nothing where there are none.
+/// The facts of a method as JSON: none.
 fn no_facts() -> Value {
     json!({})
 }

@@ -1,4 +1,4 @@
-//! Where the slopes come from.
+//! The sources of slopes.
 
 use std::path::Path;
 
@@ -15,10 +15,10 @@ use crate::output::CaptureFiles;
 use crate::verb::capture::{NormalY, normals_of};
 use crate::{input, paths};
 
-/// The slope of 50 degrees: steeper normals of a polynomial keep their azimuth only.
+/// The slope of 50 degrees: for steeper normals of a polynomial only the azimuth is reliable.
 const PTM_STEEPEST: f64 = 1.19;
 
-/// The ways to slopes.
+/// The methods.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Method {
     /// Photographs under many lights.
@@ -47,7 +47,7 @@ impl Method {
     }
 }
 
-/// What a method finds.
+/// The result of a method.
 #[derive(Debug)]
 pub struct Shape {
     pub method: Method,
@@ -69,7 +69,7 @@ impl Shape {
     }
 }
 
-/// Finds the shape by the method asked for, or by the one that suits the input.
+/// Estimates the shape by the requested method, or by the one that suits the input.
 pub fn find(args: &Args, context: &Context) -> Result<Shape> {
     let is_capture = is_capture(&args.input);
     let method =

@@ -1,4 +1,4 @@
-//! What a model holds.
+//! The description of a model.
 
 use std::fmt::Write;
 
@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 
 use crate::report::Report;
 
-/// What a model holds, and how large it is.
+/// The contents and the size of a model.
 pub fn describe(field: &FieldModel) -> Result<Report> {
     let bytes = rlm::encode(field)?.len() as u64;
     let models = field.fields.models();
@@ -72,7 +72,7 @@ fn models_text(models: &[(Option<Direction>, &Model)]) -> String {
     )
 }
 
-/// Structure and levels, under a line for each light.
+/// Structure and levels, below a line for each light.
 fn details(models: &[(Option<Direction>, &Model)]) -> String {
     let mut text = String::new();
     for (light, model) in models {
@@ -118,7 +118,7 @@ fn model_value(light: Option<Direction>, model: &Model) -> Value {
     value
 }
 
-/// What the model was made of: the base of its ratio.
+/// The data the model was made from, to which its ratio refers.
 fn base(source: &ModelSource) -> String {
     let ModelSource { width, height, photographs, channels } = source;
     match photographs {

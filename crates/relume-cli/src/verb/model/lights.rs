@@ -12,7 +12,8 @@ pub struct LightArgs {
     /// How functions of light direction are modelled: jointly, or as the pictures under each of some lights
     #[arg(long, value_name = "HOW", default_value = "joint", value_parser = args::named::<Modelled>())]
     fields: Modelled,
-    /// A light for --fields per-light, towards it; give it for each [default: twelve spread over the hemisphere]
+    /// Direction towards a light for --fields per-light; repeat it for several [default: twelve spread over
+    /// the hemisphere]
     #[arg(long, value_name = "X,Y,Z", value_parser = args::light, allow_hyphen_values = true)]
     light: Vec<Direction>,
 }

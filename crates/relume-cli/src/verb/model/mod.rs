@@ -1,5 +1,5 @@
-//! `relume model`: a texture as a random field in a few kilobytes; [`combine`]: with structure from tiles;
-//! [`lights`]: one for each of some lights; [`describe`](mod@describe): what a model holds.
+//! `relume model`: a texture as a random field of a few kilobytes; [`combine`]: with structure from tiles;
+//! [`lights`]: one model per light; [`describe`](mod@describe): the contents of a model.
 
 mod combine;
 mod describe;
@@ -33,38 +33,38 @@ pub struct Args {
     /// The model to write; - writes it to standard output
     #[arg(short, long, value_name = "FILE.rlm")]
     output: PathBuf,
-    /// Levels of the pyramid at most; auto tries 1 to 4 and takes as many as make the field whose autocorrelation is
-    /// nearest to the texture's, in about three times the time
+    /// The most levels of the pyramid; auto tries 1 to 4 and uses the number whose field has the
+    /// autocorrelation nearest to that of the texture, in about three times the time
     #[arg(long, value_name = "N", default_value = "4", value_parser = levels)]
     levels: Levels,
-    /// By how much each level is coarser than the one before
+    /// Factor by which each level is coarser than the one before
     #[arg(long, value_name = "N", default_value_t = ModelOptions::default().factor)]
     factor: usize,
-    /// The nearest so many causal neighbours may be chosen
+    /// Number of nearest causal neighbours that may be chosen
     #[arg(long, value_name = "N", default_value_t = ModelOptions::default().candidates)]
     candidates: usize,
-    /// The nearest so many neighbours in the coarser level may be chosen; 0 leaves levels independent
+    /// Number of nearest neighbours in the coarser level that may be chosen; 0 makes levels independent
     #[arg(long, value_name = "N", default_value_t = ModelOptions::default().coarse)]
     coarse: usize,
-    /// Neighbours that a level may have
+    /// The most neighbours of a level
     #[arg(long, value_name = "N", default_value_t = ModelOptions::default().most)]
     most: usize,
-    /// How neighbours are chosen: those nearest, or freely by adding or by taking away
+    /// Selection of neighbours: the nearest, or freely by adding or removing
     #[arg(long, default_value = "forward", value_parser = args::named::<SelectionOrder>())]
     search: SelectionOrder,
-    /// Take values to be normally distributed instead of keeping their distribution
+    /// Assume normally distributed values instead of preserving their distribution
     #[arg(long)]
     normal: bool,
     #[command(flatten)]
     combine: combine::CombineArgs,
     #[command(flatten)]
     lights: lights::LightArgs,
-    /// Also draw the log evidence of the neighbourhoods met, a panel a level
+    /// Also draw the log evidence of the neighbourhoods examined, one panel per level
     #[arg(long, value_name = "FILE.svg")]
     curve: Option<PathBuf>,
 }
 
-/// How many levels.
+/// The number of levels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Levels {
     Auto,
@@ -76,7 +76,7 @@ fn levels(text: &str) -> Result<Levels, String> {
     if text == "auto" { Ok(Levels::Auto) } else { number().map(Levels::Most) }
 }
 
-/// Fits the model, writes it, and says what kind of material it is for.
+/// Fits the model, writes it, and reports the kind of material it suits.
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let mut outputs = Outputs::new(context);
     for path in std::iter::once(&args.output).chain(&args.curve) {
@@ -123,7 +123,7 @@ fn request(args: &Args) -> Result<ModelRequest> {
     Ok(ModelRequest { options, combine, structure_bytes, tiles, lights: args.lights.chosen()? })
 }
 
-/// What is modelled: a field, or heights in texels where the file records them.
+/// The input: a field, or heights in texels where the file records them.
 fn texture(path: &Path, context: &Context) -> Result<(ReflectanceField, Option<Heights>)> {
     let opened = input::open(path, &context.job)?;
     if opened.content() != Content::Heights {

@@ -25,42 +25,42 @@ use crate::{args, evaluated, output};
 pub struct Args {
     /// A .ptm, an .exr field, a picture, or a .rlm model; - is standard input
     file: PathBuf,
-    /// sphere, plane, torus, cloth, or a file: .obj or .glb
+    /// The object: sphere, plane, torus, cloth, or a file: .obj or .glb
     #[arg(long, default_value = "sphere")]
     mesh: String,
-    /// Towards a light in the picture's frame (x right, y up, z to the viewer), with @I or @R,G,B for
-    /// its strength or colour; may be repeated
+    /// Direction towards a light in the frame of the picture (x right, y up, z to the viewer), with @I or
+    /// @R,G,B for its strength or colour; may be repeated
     #[arg(long, value_name = "X,Y,Z[@I]", value_parser = light, allow_hyphen_values = true, default_value = "-1,1,1")]
     light: Vec<Light>,
     /// The picture to write (.png, .jpg, .tif, .exr); - is standard output, as PNG
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
-    /// Pixels of the picture
+    /// Size of the picture in pixels
     #[arg(long, value_name = "WxH", value_parser = args::size, default_value = "800x800")]
     size: Size,
-    /// How often the texture repeats, along both directions or each [default: 4,2 on a sphere, 6,2 on a
-    /// torus, 2,2 on cloth, otherwise 1]
+    /// Number of repetitions of the texture, along both directions or each [default: 4,2 on a sphere, 6,2 on
+    /// a torus, 2,2 on cloth, otherwise 1]
     #[arg(long, value_name = "N[,M]", value_parser = tiling)]
     tiling: Option<[f64; 2]>,
-    /// Where the camera is: degrees to the right, degrees up, and the distance in radii of the object
+    /// Position of the camera: degrees to the right, degrees up, and the distance in radii of the object
     /// [default distance: fits the object]
     #[arg(long, value_name = "AZ,EL[,DIST]", value_parser = orbit, allow_hyphen_values = true, default_value = "0,0")]
     camera: Orbit,
     /// Vertical field of view in degrees
     #[arg(long, value_name = "DEG", default_value_t = 30.0)]
     fov: f64,
-    /// Show a conventional texture: one photograph, under the light given here [default: 0,0,1], on a
-    /// matt surface
+    /// Show a conventional texture: one photograph under the light given here [default: 0,0,1], on a matt
+    /// surface
     #[arg(long, value_name = "X,Y,Z", value_parser = args::light, num_args = 0..=1, require_equals = true,
           default_missing_value = "0,0,1")]
     plain: Option<Direction>,
-    /// Strength of the highlights put back from the texture's normals, 0 to 1
+    /// Strength of the highlights added from the normals of the texture, 0 to 1
     #[arg(long, value_name = "S", default_value_t = Specular::default().strength)]
     specular: f64,
     /// Roughness of the highlights, 0.05 to 1
     #[arg(long, value_name = "R", default_value_t = Specular::default().roughness)]
     roughness: f64,
-    /// Each pixel is the mean of N x N samples
+    /// N x N samples per pixel
     #[arg(long, value_name = "N", default_value_t = 3)]
     samples: usize,
     /// Colour behind the object, sRGB from 0 to 1
@@ -75,7 +75,7 @@ pub struct Args {
     evaluated: evaluated::Args,
 }
 
-/// A camera's place in degrees and radii.
+/// The position of a camera in degrees and radii.
 #[derive(Debug, Clone, Copy)]
 struct Orbit {
     azimuth_deg: f64,
@@ -143,8 +143,8 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     Ok(report(args, &mesh, &options, relief).with_outputs(outputs.commit()?))
 }
 
-/// The tiling with which a texture made of a model shows its features as large as `tiling` shows those
-/// of the model's source, to whole repeats.
+/// The tiling that shows the features of a model's tile as large as `tiling` shows those of its source,
+/// rounded to whole repeats.
 fn as_large(tiling: [f64; 2], source: Size, made: Size) -> [f64; 2] {
     let sides = [(source.width, made.width), (source.height, made.height)];
     std::array::from_fn(|axis| match sides[axis] {

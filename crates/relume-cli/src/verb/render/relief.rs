@@ -1,4 +1,4 @@
-//! The relief of a render: which height map, and how high.
+//! The relief of a render: its height map and amount.
 
 use std::path::{Path, PathBuf};
 
@@ -8,26 +8,27 @@ use relume::{Error, Job, Planes, Result};
 
 use crate::{evaluated, input};
 
-/// A height map and what it does.
+/// A height map and its use.
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Relief")]
 pub struct ReliefArgs {
-    /// The texture's height map (.exr, .png; `relume height` and `relume procedural` write them), or its .rlm model
+    /// The height map of the texture (.exr, .png; `relume height` and `relume procedural` write them), or its
+    /// .rlm model
     #[arg(long, value_name = "FILE")]
     height: Option<PathBuf>,
-    /// Move the surface: so high from the lowest to the highest point, in texels (12), in millimetres
-    /// (2mm), or as many times as high as the map says (1x)
+    /// Displace the surface: the height from the lowest to the highest point, in texels (12), in millimetres
+    /// (2mm), or as a multiple of the recorded range of the map (1x)
     #[arg(long, value_name = "AMOUNT", value_parser = amount, requires = "height")]
     displace: Option<Amount>,
-    /// Only tilt the surface's normals, by a relief so high; for textures that hold no shading
+    /// Only tilt the normals of the surface, by a relief of this height; for textures without shading
     #[arg(long, value_name = "AMOUNT", value_parser = amount, requires = "height")]
     bump: Option<Amount>,
-    /// The size of a texel, for amounts in millimetres [default: what the height map records]
+    /// The size of a texel, for amounts in millimetres [default: the record in the height map]
     #[arg(long, value_name = "MM", requires = "height")]
     pixel_mm: Option<f64>,
 }
 
-/// How high a relief is.
+/// The height of a relief.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Amount {
     Texels(f64),
@@ -46,16 +47,15 @@ fn amount(text: &str) -> Result<Amount, String> {
 }
 
 impl ReliefArgs {
-    /// The height map's file, where one is named.
+    /// The file of the height map, if given.
     pub fn file(&self) -> Option<&Path> {
         self.height.as_deref()
     }
 
-    /// The relief, where a height map is named; `of_model` says whether the texture was a model.
+    /// The relief, if a height map is given.
     ///
     /// # Errors
-    /// When it cannot be read, does nothing, or lacks the size of a texel that an amount needs, or when
-    /// options of models are given and nothing is one.
+    /// When it cannot be read, has no effect, or lacks the size of a texel for an amount in millimetres.
     pub fn read(&self, evaluated: &evaluated::Args, of_model: bool, job: &Job) -> Result<Option<MeshRelief>> {
         let Some(path) = &self.height else {
             evaluated.check(of_model)?;
@@ -74,7 +74,7 @@ impl ReliefArgs {
         Ok(Some(MeshRelief { height, displacement, bump }))
     }
 
-    /// How many times as high as the map says.
+    /// The height as a multiple of the recorded range.
     fn factor(&self, amount: Amount, height: &Planes, scale: Option<HeightScale>) -> Result<f64> {
         let (low, high) = height.range(0);
         let span = f64::from(high - low);

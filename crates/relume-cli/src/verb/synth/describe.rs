@@ -1,4 +1,4 @@
-//! What `relume synth` says when it is done: what the method did, and how it was chosen.
+//! The report of `relume synth`: what the method did, and how it was chosen.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -20,7 +20,7 @@ use crate::report::Report;
 use crate::verb::analyze;
 use relume::format::tile_set::in_words;
 
-/// What was made into `output` as `asked`, of these files.
+/// The report of the texture written to `output` as `asked`, from these files.
 pub fn describe(output: &Path, asked: &SynthOptions, outcome: &Outcome, files: &[PathBuf]) -> Report {
     let map = &outcome.made.map;
     let texels = |how: String, special: Value| texel_report(output, asked, map.size(), &how, &special);
@@ -126,7 +126,7 @@ fn optimisation_as_json(options: &PatchMatchOptions, optimised: &Optimised) -> V
     })
 }
 
-/// What a pixel method says of itself.
+/// The report of a pixel method.
 fn texel_report(output: &Path, asked: &SynthOptions, size: Size, how: &str, special: &Value) -> Report {
     let closed = asked.boundary == Boundary::Torus || asked.method == SynthesisMethod::PatchMatch;
     let tiles = if closed { "; tiles without a seam" } else { "" };
@@ -195,7 +195,7 @@ fn with_choice(kept: Report, choice: &Choice, files: &[PathBuf]) -> Report {
     Report::new(text, json)
 }
 
-/// The options that make the texture of an advised plan at once.
+/// The options that reproduce the texture of a suggested plan.
 fn command(plan: &Plan) -> String {
     let seed = plan.seed();
     match plan {

@@ -1,4 +1,4 @@
-//! Maps that the output of `relume synth` follows.
+//! Guides for the output of `relume synth`.
 
 use std::path::{Path, PathBuf};
 
@@ -12,20 +12,20 @@ use crate::input;
 #[derive(Debug, clap::Args)]
 #[group(skip)]
 pub struct Args {
-    /// Images registered with the exemplars, one for each in turn, that say what is where in them; the
-    /// output follows --guide-target in the same terms
+    /// Label maps or other images registered with the exemplars, one for each in turn; the output follows
+    /// --guide-target in the same terms
     #[arg(long, value_name = "IMAGE", num_args = 1.., requires = "guide_target")]
     guide_source: Vec<PathBuf>,
-    /// An image as large as the output that says what is to be where
+    /// An image of the size of the output that steers its layout, in terms of --guide-source
     #[arg(long, value_name = "IMAGE", requires = "guide_source")]
     guide_target: Option<PathBuf>,
-    /// What a difference of the guides counts against one of the texture [default: 1]
+    /// Weight of a difference of the guides relative to one of the texture [default: 1]
     #[arg(long, value_name = "W", requires = "guide_target")]
     guide_weight: Option<f64>,
 }
 
 impl Args {
-    /// The files that are read.
+    /// The files to read.
     pub fn inputs(&self) -> impl Iterator<Item = &Path> {
         self.guide_source.iter().chain(&self.guide_target).map(PathBuf::as_path)
     }
@@ -35,7 +35,7 @@ impl Args {
         ("--guide-source", self.guide_target.is_some())
     }
 
-    /// Reads the guides of so many exemplars.
+    /// Reads the guides of the given number of exemplars.
     pub fn read(&self, exemplars: usize, context: &Context) -> Result<Option<Guidance>> {
         let Some(target) = &self.guide_target else { return Ok(None) };
         if self.guide_source.len() != exemplars {

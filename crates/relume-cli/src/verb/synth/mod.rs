@@ -1,7 +1,7 @@
-//! `relume synth`: a new texture of any size from blocks or texels of exemplars, or any part of the
-//! endless plane that tiles, noise or a model make.
+//! `relume synth`: a new texture of any size from blocks or texels of exemplars, or any window of the endless
+//! plane of tiles, noise or a model.
 //!
-//! [`method`] holds the options of the methods; [`describe`](mod@describe) says what they did.
+//! [`method`] holds the options of the methods; [`describe`](mod@describe) reports what they did.
 
 mod describe;
 mod guide;
@@ -29,11 +29,11 @@ use describe::describe;
 #[command(after_help = "Example:\n  relume synth wool.ptm -o cloth.ptm --size 1024x1024 --tile\n  \
                         relume synth bricks.png -o wall.png --size 800 --block 64 --apply bricks_normals.png")]
 pub struct Args {
-    /// Exemplars: .ptm, .exr or pictures, all of one kind; - is standard input. Or one set of tiles
-    /// made by relume roll, or one .rlm model
+    /// Exemplars: .ptm, .exr or pictures, all of one kind; - is standard input. Or one tile set made by
+    /// relume roll, or one .rlm model
     #[arg(required = true, value_name = "FILE")]
     exemplars: Vec<PathBuf>,
-    /// The texture to write; - writes it to standard output in the first exemplar's format
+    /// The texture to write; - writes it to standard output in the format of the first exemplar
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// Width and height in texels: 512x512, or 512 for a square
@@ -49,42 +49,42 @@ pub struct Args {
     /// Texels by which blocks overlap [default: a sixth of the block]
     #[arg(long, value_name = "N")]
     overlap: Option<usize>,
-    /// Draw among blocks up to (1 + T) times the distance of the best one [default: 0.1]
+    /// Draw from blocks up to (1 + T) times the distance of the best one [default: 0.1]
     #[arg(long, value_name = "T", conflicts_with = "delta")]
     tolerance: Option<f64>,
-    /// Draw among blocks up to this distance instead: root mean square over the overlap's texels, in
-    /// the units of the metric
+    /// Draw from blocks up to this distance instead: root mean square over the texels of the overlap, in the
+    /// units of the metric
     #[arg(long, value_name = "D")]
     delta: Option<f64>,
-    /// Join blocks along cuts, one for each overlap or one seam through all of them at once, which
-    /// copies every texel, or by ramps [default: cut]
+    /// Join blocks along cuts, one per overlap (cut) or one seam through all of them at once (graphcut), by
+    /// exact copies, or by ramps (alpha) [default: cut]
     #[arg(long, value_parser = args::named::<Blend>())]
     blend: Option<Blend>,
-    /// Blend the functions within N texels of a cut on either side, at most the overlap; 0 copies
-    /// every texel [default: 0]
+    /// Blend the functions within N texels on either side of a cut, at most the overlap; with 0 every texel
+    /// is a copy [default: 0]
     #[arg(long, value_name = "N")]
     feather: Option<usize>,
     /// Make the output tile without a seam
     #[arg(long)]
     tile: bool,
-    /// What the distance of two texels means: that of their functions, of luminance and colour, or of
-    /// luminance alone; legendre9 and legendre6 are the last two over the square, as in the documents
+    /// Meaning of the distance of two texels: that of their functions, of luminance and colour, or of
+    /// luminance alone; legendre9 and legendre6 are the last two over the square, as in HPL-2003-16
     #[arg(long, default_value = "function", value_parser = args::named::<NamedMetric>())]
     metric: NamedMetric,
     /// The light directions over which functions are compared
     #[arg(long, default_value = "hemisphere", value_parser = args::named::<Domain>())]
     domain: Domain,
-    /// How blocks are searched for; all ways give the same texture [default: auto]
+    /// The search for blocks; all give the same texture [default: auto]
     #[arg(long, value_parser = args::named::<SearchMethod>())]
     search: Option<SearchMethod>,
     /// The basis of --search projection [default: svd]
     #[arg(long, value_name = "BASIS", value_parser = args::named::<KernelBasis>())]
     kernels: Option<KernelBasis>,
-    /// Exemplar texels that may not be used: white in a mask as large as the exemplar; with several
+    /// Exemplar texels that may not be used: white in a mask of the size of the exemplar; with several
     /// exemplars, one mask for each in turn
     #[arg(long, value_name = "MASK", num_args = 1..)]
     exclude: Vec<PathBuf>,
-    /// Also write what was searched and what it took, as JSON
+    /// Also write statistics of the search, as JSON
     #[arg(long, value_name = "FILE.json")]
     report: Option<PathBuf>,
     /// Another seed gives another texture
@@ -97,7 +97,7 @@ pub struct Args {
 }
 
 impl Args {
-    /// The options asked for, checked, and what they come to.
+    /// The requested options, checked, with their derived values.
     fn options(&self, guidance: Option<Guidance>) -> Result<(SynthOptions, Approach)> {
         let options = SynthOptions { guidance, ..self.unguided() };
         method::refuse_strangers(&options)?;
@@ -126,7 +126,7 @@ impl Args {
     }
 }
 
-/// Synthesises a texture and writes all that was asked for.
+/// Synthesises a texture and writes all requested outputs.
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let opened = match endless::run(&endless_job(args), context)? {
         Drawn::Window(report) => return Ok(report),
@@ -156,7 +156,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     Ok(report.with_outputs(outputs.commit()?))
 }
 
-/// What matters where the output is a window of an endless plane.
+/// The request for a window of an endless plane.
 fn endless_job(args: &Args) -> endless::Request<'_> {
     let more = [
         ("--tile", args.tile),

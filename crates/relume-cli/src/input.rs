@@ -40,7 +40,7 @@ pub fn guide(path: &Path, size: Size, job: &Job) -> Result<Planes> {
     let guide = field(path, job)?.field.coefficients().clone();
     if guide.size() != size {
         return Err(Error::usage(format!(
-            "the guide is {} texels, what it lies over {size}: they must be equally large",
+            "the guide has {} texels, the image below it {size}: they must have the same size",
             guide.size()
         ))
         .at(path));
@@ -53,7 +53,7 @@ pub fn mask(path: &Path, size: Size, job: &Job) -> Result<Vec<bool>> {
     let mask = raster(path, job)?;
     if mask.size() != size {
         return Err(Error::usage(format!(
-            "the mask is {} texels, what it masks {size}: they must be equally large",
+            "the mask has {} texels, the image it masks {size}: they must have the same size",
             mask.size()
         ))
         .at(path));

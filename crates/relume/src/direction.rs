@@ -36,7 +36,7 @@ impl Direction {
         let length = (x * x + y * y + z * z).sqrt();
         if length.is_nan() || (length - 1.0).abs() > 1e-9 {
             return Err(Error::invalid(format!(
-                "({x}, {y}, {z}) is no direction: expected a vector of length 1"
+                "({x}, {y}, {z}) is not a direction: expected a vector of length 1"
             )));
         }
         Ok(Self { x, y, z })

@@ -33,7 +33,7 @@ impl SurfaceMaps {
         for (name, map, count) in maps.into_iter().filter_map(|(n, m, c)| m.map(|m| (n, m, c))) {
             if map.size() != self.size() {
                 return Err(Error::invalid(format!(
-                    "the {name} map is {} texels, the height map {}: all maps must be equally large",
+                    "the {name} map is {} texels, the height map {}: all maps must have the same size",
                     map.size(),
                     self.size()
                 )));

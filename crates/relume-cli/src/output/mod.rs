@@ -225,7 +225,7 @@ fn make_folder(path: &Path, folders: &mut MadeFolders) -> Result<()> {
     let folder = folder_of(path);
     let around = folder.ancestors().find(|around| fs::symlink_metadata(around).is_ok());
     if let Some(file) = around.filter(|around| !around.is_dir()) {
-        return Err(Error::usage(format!("cannot be written: {} is no folder", file.display())).at(path));
+        return Err(Error::usage(format!("cannot be written: {} is not a folder", file.display())).at(path));
     }
     folders.make(folder).map_err(|e| Error::io("cannot make its folder", &e).at(path))
 }

@@ -298,7 +298,7 @@ impl SourceFile {
 fn source(numbers: [f64; 3]) -> Result<Source> {
     if numbers.iter().any(|v| v.fract() != 0.0 || !(0.0..f64::from(u32::MAX)).contains(v)) {
         return Err(Error::invalid(format!(
-            "{numbers:?} is no place in an exemplar: expected whole numbers from 0"
+            "{numbers:?} is not a position in an exemplar: expected whole numbers from 0"
         )));
     }
     let [x, y, exemplar] = numbers.map(|v| v as u32);

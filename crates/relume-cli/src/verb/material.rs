@@ -83,7 +83,7 @@ impl MaterialArgs {
         ];
         match given.iter().find(|(_, given)| *given) {
             Some((option, _)) => Err(Error::usage(format!(
-                "{option} is for built-in materials: map files have the size and the features they have"
+                "{option} is for built-in materials: map files have a fixed size and fixed features"
             ))),
             None => Ok(()),
         }

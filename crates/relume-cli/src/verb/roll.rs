@@ -167,7 +167,7 @@ fn quality(how: &RollReport, oblique: bool) -> String {
     text.push_str(if how.is_acceptable() { ": acceptable" } else { ": seams may be seen" });
     if how.periods.pattern == Pattern::None {
         text.push_str(
-            "\nWhat does not repeat shows its tiles; relume synth without tiles may suit it better",
+            "\nA texture that does not repeat shows its tiles; relume synth without tiles may suit it better",
         );
     } else if !how.whole_periods {
         text.push_str("\nNo whole periods fit: give a larger exemplar");

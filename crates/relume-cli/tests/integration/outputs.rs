@@ -51,7 +51,7 @@ fn what_cannot_be_written_is_refused_before_the_work() {
     let at = folder.path();
     fs::create_dir(at.join("there")).unwrap();
     let to = |output: &str| refused(at, &[&SYNTH[..], &[output]].concat());
-    assert!(to("a.png/o.png").contains("is no folder"));
+    assert!(to("a.png/o.png").contains("is not a folder"));
     assert!(to("there").contains("is a folder"));
     assert!(to("./a.png").contains("exists already") || to("./a.png").contains("input"));
     assert!(to("/dev/null").contains("device"));
@@ -60,7 +60,7 @@ fn what_cannot_be_written_is_refused_before_the_work() {
     assert!(twice.contains("named for two outputs"), "{twice}");
     let input = refused(at, &["relight", "a.png", "--light", "0,0,1", "-o", "there/../a.png", "--force"]);
     assert!(input.contains("is an input"), "{input}");
-    assert!(refused(at, &["capture", "sponge", "-o", "a.png/out"]).contains("is no folder"));
+    assert!(refused(at, &["capture", "sponge", "-o", "a.png/out"]).contains("is not a folder"));
     let own = refused(at, &["gallery", ".", "-o", "there/..", "--force"]);
     assert!(own.contains("is an input"), "{own}");
     let kind = refused(at, &["match", "a.png", "--to", "a.png", "-o", "o.xyz"]);

@@ -115,7 +115,7 @@ fn meshes_come_from_files() {
     assert_eq!(render("square.obj", "a.png"), render("plane", "b.png"));
     fs::write(folder.path().join("bad.obj"), square.replace("4/4", "7/4")).unwrap();
     let message = failed(folder.path(), &["render", "field.ptm", "--mesh", "bad.obj", "-o", "c.png"], 1);
-    assert!(message.contains("bad.obj: line 9: a face names vertex 7"), "{message}");
+    assert!(message.contains("bad.obj: line 9: a face refers to vertex 7"), "{message}");
     let message = failed(folder.path(), &["render", "field.ptm", "--mesh", "no.obj", "-o", "c.png"], 1);
     assert!(message.contains("no.obj"), "{message}");
 }

@@ -115,7 +115,9 @@ fn read_light_file(path: &Path) -> Result<Vec<u8>> {
     let file = File::open(path).map_err(|e| io(&e))?;
     file.take(MAX_LIGHT_FILE_BYTES + 1).read_to_end(&mut bytes).map_err(|e| io(&e))?;
     if bytes.len() as u64 > MAX_LIGHT_FILE_BYTES {
-        return Err(Error::limit("the file is larger than 16 MiB, so it is no light-position file").at(path));
+        return Err(
+            Error::limit("the file is larger than 16 MiB, so it is not a light-position file").at(path)
+        );
     }
     Ok(bytes)
 }

@@ -120,12 +120,12 @@ fn reason(basis: &Basis, lights: &[Direction]) -> String {
         |cols: usize, row: fn(Direction) -> Vec<f64>| is_dependent(&Qr::new(&matrix(lights, cols, row)));
     if distinct < basis.len() {
         format!(
-            "the {} lights stand in only {distinct} different directions, and {} are needed",
+            "the {} lights have only {distinct} different directions, and {} are needed",
             lights.len(),
             basis.len()
         )
     } else if dependent(3, |l| vec![1.0, l.x(), l.y()]) {
-        "seen from above, all lights stand on one straight line: add lights on both sides of it".into()
+        "seen from above, all lights lie on one straight line: add lights on both sides of it".into()
     } else if dependent(2, |l| vec![1.0, l.x().powi(2) + l.y().powi(2)]) {
         format!(
             "all lights stand at one polar angle ({:.0} degrees), so u^2 + v^2 is the same for all and cannot be \
@@ -133,7 +133,7 @@ fn reason(basis: &Basis, lights: &[Direction]) -> String {
             lights[0].z().acos().to_degrees()
         )
     } else {
-        "seen from above, all lights stand on one ellipse or other conic section, or too near each other, so \
+        "seen from above, all lights lie on one ellipse or other conic section, or too near each other, so \
          that some functions cannot be told apart: add lights elsewhere"
             .into()
     }
@@ -169,7 +169,7 @@ mod tests {
     fn degenerate_lights_say_what_is_missing() {
         assert!(message(&ring(5, 40.0)).contains("need at least as many lights, found 5"));
         let five_places: Vec<_> = ring(5, 40.0).into_iter().cycle().take(20).collect();
-        assert!(message(&five_places).contains("20 lights stand in only 5 different directions"));
+        assert!(message(&five_places).contains("20 lights have only 5 different directions"));
         for lights in [ring(24, 45.0), rounded(ring(24, 45.0)), rounded(ring(31, 63.0))] {
             assert!(message(&lights).contains("one polar angle"), "{}", message(&lights));
         }

@@ -146,7 +146,7 @@ impl Measured<'_> {
         let condition = self.design.condition_number();
         if condition > POOR_CONDITION {
             warnings.push(format!(
-                "the lights tell some functions apart poorly (condition number {condition:.0}): noise in the \
+                "the lights distinguish some functions poorly (condition number {condition:.0}): noise in the \
                  photographs is amplified, more so under lights unlike those of the capture"
             ));
         }

@@ -106,7 +106,7 @@ impl<'a> Stream<'a> {
         let (name, first) = (&self.lights[i].0, &self.lights[0].0);
         if photograph.size() != self.size {
             return Err(Error::invalid(format!(
-                "the photograph {name} is {} texels and {first} is {}: all must be equally large",
+                "the photograph {name} is {} texels and {first} is {}: all must have the same size",
                 photograph.size(),
                 self.size
             )));
@@ -114,7 +114,7 @@ impl<'a> Stream<'a> {
         if photograph.channels() != self.channels {
             let kind = |channels: usize| if channels == 1 { "grey" } else { "in colour" };
             return Err(Error::invalid(format!(
-                "the photograph {name} is {} and {first} is {}: convert them to be alike",
+                "the photograph {name} is {} and {first} is {}: convert them to the same kind",
                 kind(photograph.channels()),
                 kind(self.channels)
             )));

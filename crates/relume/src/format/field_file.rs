@@ -153,7 +153,7 @@ pub fn encode_field(
 pub(super) fn constants(field: &ReflectanceField) -> Result<Picture> {
     if *field.basis() != Basis::Constant || !field.layout().is_picture() {
         return Err(Error::usage(format!(
-            "a texture of {} {} functions is no picture: write .ptm or .exr, or relight it",
+            "a texture of {} {} functions is not a picture: write .ptm or .exr, or relight it",
             field.layout().name(),
             field.basis().name()
         )));

@@ -55,7 +55,7 @@ pub fn encode_i32(size: Size, components: usize, values: &[i32]) -> Result<Vec<u
 pub fn decode_i32(bytes: &[u8], job: &Job) -> Result<Array> {
     let rest = bytes
         .strip_prefix(MAGIC)
-        .ok_or_else(|| Error::unsupported("this is no NumPy array file of version 1.0"))?;
+        .ok_or_else(|| Error::unsupported("this is not a NumPy array file of version 1.0"))?;
     let (length, rest) = rest.split_first_chunk().ok_or_else(|| truncated(bytes))?;
     let (dictionary, data) =
         rest.split_at_checked(usize::from(u16::from_le_bytes(*length))).ok_or_else(|| truncated(bytes))?;
@@ -63,7 +63,9 @@ pub fn decode_i32(bytes: &[u8], job: &Job) -> Result<Array> {
     for (key, expected) in [("descr", "'<i4'"), ("fortran_order", "False")] {
         let found = entry(&dictionary, key)?;
         if !found.starts_with(expected) {
-            return Err(Error::unsupported(format!("the array has not {key} {expected}, the only one read")));
+            return Err(Error::unsupported(format!(
+                "the array does not have {key} {expected}, the only supported value"
+            )));
         }
     }
     let (size, components) = shape(entry(&dictionary, "shape")?)?;

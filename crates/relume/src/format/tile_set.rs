@@ -34,7 +34,7 @@ impl TileSetFile {
         let Size { width, height } = file.field.size();
         if count == 0 || !height.is_multiple_of(count) {
             return Err(Error::invalid(format!(
-                "is {height} texels high and said to hold {count} tiles one below the other: the height must be a \
+                "is {height} texels high and declared to hold {count} tiles one below the other: the height must be a \
                  multiple of their number"
             )));
         }
@@ -42,7 +42,7 @@ impl TileSetFile {
         let cells = cells.or_else(|| Cells::upright(tile)).filter(|cells| cells.bounds() == tile);
         let cells = cells.ok_or_else(|| {
             Error::invalid(format!(
-                "holds {count} tiles of {tile}, and their cells are said to have another size"
+                "holds {count} tiles of {tile}, but their cells are declared with another size"
             ))
         })?;
         Ok(Self { file, count, cells })
@@ -133,7 +133,7 @@ fn refuse_other(said: Option<Stamp>, found: Stamp) -> Result<()> {
 fn said(text: &[u8]) -> Result<Option<Said>> {
     let value: Value = serde_json::from_slice(text).map_err(|e| {
         Error::invalid(format!(
-            "is damaged and may have said that the file beside it holds tiles: delete it to use that file as a \
+            "is damaged and may have described the file beside it as tiles: delete it to use that file as a \
              picture ({e})"
         ))
     })?;
@@ -145,7 +145,7 @@ fn said(text: &[u8]) -> Result<Option<Said>> {
         let steps = serde_json::from_value::<[[i64; 2]; 2]>(cell.clone()).ok();
         steps.and_then(|[right, down]| Cells::new(right, down)).ok_or_else(|| {
             Error::invalid(format!(
-                "'{CELL_KEY}' is {cell}: expected two steps that lean less than they are long"
+                "'{CELL_KEY}' is {cell}: expected two steps that are longer along their axis than across it"
             ))
         })
     };

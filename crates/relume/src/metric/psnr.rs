@@ -27,7 +27,7 @@ pub fn psnr(a: &Planes, b: &Planes) -> Result<f64> {
 fn mean_square(a: &Planes, b: &Planes) -> Result<f64> {
     if (a.size(), a.count()) != (b.size(), b.count()) {
         return Err(Error::usage(format!(
-            "{} planes of {} cannot be compared with {} planes of {}: both must be equally large",
+            "{} planes of {} cannot be compared with {} planes of {}: both must have the same size",
             a.count(),
             a.size(),
             b.count(),

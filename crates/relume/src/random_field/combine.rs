@@ -38,7 +38,7 @@ pub fn combine(
     let found = tiles.texels;
     if found.count() != planes.count() || !found.size().height.is_multiple_of(tiles.size.height.max(1)) {
         return Err(Error::usage(format!(
-            "{} planes of {} are no tiles of {} of a texture of {} planes",
+            "{} planes of {} cannot hold tiles of {} for a texture of {} planes",
             found.count(),
             found.size(),
             tiles.size,

@@ -132,7 +132,7 @@ impl Scored {
         let bytes = if options.fewer { 96 } else { 56 };
         job.check("the planes to model", planes.size(), bytes * planes.count() as u64)?;
         if let Some(k) = (0..planes.count()).find(|&k| planes.plane(k).iter().any(|v| !v.is_finite())) {
-            return Err(Error::invalid(format!("plane {k} holds values that are no finite numbers")));
+            return Err(Error::invalid(format!("plane {k} holds values that are not finite")));
         }
         let (marginals, scores) = normalised(planes, options);
         let mixing = Mixing::of(&scores, LEAST_SHARE);

@@ -17,7 +17,7 @@ impl Distribution {
     /// When there are none, or one is not a number.
     pub fn of(values: &[f32]) -> Result<Self> {
         if values.is_empty() || values.iter().any(|v| v.is_nan()) {
-            return Err(Error::invalid("a distribution needs values, all of them numbers"));
+            return Err(Error::invalid("a distribution needs at least one value and no NaN"));
         }
         let mut sorted = values.to_vec();
         sorted.sort_unstable_by(f32::total_cmp);

@@ -53,7 +53,7 @@ impl FromStr for Sweep {
     fn from_str(text: &str) -> Result<Self> {
         let wrong = || {
             Error::usage(format!(
-                "{text:?} is no sweep: expected orbit:N or arc:N with N from 1 to {MAX_LIGHTS}"
+                "{text:?} is not a sweep: expected orbit:N or arc:N with N from 1 to {MAX_LIGHTS}"
             ))
         };
         let (path, lights) = text.split_once(':').ok_or_else(wrong)?;

@@ -122,7 +122,7 @@ fn check_alike(photograph: &Raster, expected: (Size, usize), name: &str) -> Resu
         return Ok(());
     }
     Err(Error::invalid(format!(
-        "the photograph {name} is {} texels with {} channels, the first {} with {}: all must be alike",
+        "the photograph {name} is {} texels with {} channels, the first {} with {}: all must match",
         photograph.size(),
         photograph.channels(),
         expected.0,

@@ -52,7 +52,7 @@ fn check<'a>(map: &SourceMap, fields: &[&'a ReflectanceField]) -> Result<&'a Ref
     for (number, (field, size)) in fields.iter().zip(map.exemplars()).enumerate() {
         if field.size() != *size {
             return Err(Error::usage(format!(
-                "what the source map is applied to is {} texels, exemplar {} is {size}: they must be \
+                "the field that the source map is applied to has {} texels, exemplar {} has {size}: they must be \
                  registered, texel by texel",
                 field.size(),
                 number + 1

@@ -48,7 +48,7 @@ impl Guidance {
             };
             if guide.size() != size {
                 return Err(Error::usage(format!(
-                    "the guide of {of} has {} texels, {of} {size}: they must be equally large",
+                    "the guide of {of} has {} texels, {of} {size}: they must have the same size",
                     guide.size()
                 )));
             }
@@ -60,9 +60,7 @@ impl Guidance {
                 )));
             }
             if guide.as_slice().iter().any(|value| !value.is_finite()) {
-                return Err(Error::invalid(format!(
-                    "the guide of {of} holds a value that is no finite number"
-                )));
+                return Err(Error::invalid(format!("the guide of {of} holds a value that is not finite")));
             }
         }
         Ok(())

@@ -193,7 +193,7 @@ impl SynthOptions {
         if let Some(Special { name, methods, .. }) = self.stranger() {
             let names: Vec<&str> = methods.iter().map(|method| method.name()).collect();
             return Err(Error::usage(format!(
-                "{name} means nothing to the method {}: it is an option of {}",
+                "{name} does not apply to the method {}: it is an option of {}",
                 self.method.name(),
                 names.join(" and ")
             )));
@@ -329,7 +329,7 @@ mod tests {
     fn options_of_other_methods_are_refused_by_name() {
         let strange = SynthOptions { method: SynthesisMethod::Roller, rounds: Some(3), ..Default::default() };
         let message = strange.approach().unwrap_err().to_string();
-        assert_eq!(message, "rounds means nothing to the method roller: it is an option of patchmatch");
+        assert_eq!(message, "rounds does not apply to the method roller: it is an option of patchmatch");
         let noise = SynthOptions { method: SynthesisMethod::Noise, ..Default::default() };
         assert!(noise.approach().unwrap_err().to_string().contains("endless"));
         let none = SynthOptions { method: SynthesisMethod::Auto, tries: Some(0), ..Default::default() };

@@ -124,7 +124,7 @@ fn broken_texture_maps_say_what_and_where() {
             35,
             "2 x 1 texels need 36 bytes of coefficients from byte 51 on, found 35",
         ),
-        (format!("{start}2 1\n{ones}"), 37, "do not belong together"),
+        (format!("{start}2 1\n{ones}"), 37, "does not match the coefficients"),
         (
             format!("{start}1 1\n1 1 nan 1 1 1\n0 0 0 0 0 0\n"),
             18,

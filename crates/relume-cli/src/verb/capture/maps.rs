@@ -92,7 +92,7 @@ impl MapFiles {
             let raster = input::raster(path, job)?;
             if raster.size() != height.size() {
                 return Err(Error::invalid(format!(
-                    "is {} texels, but {} is {}: all maps must be equally large",
+                    "is {} texels, but {} is {}: all maps must have the same size",
                     raster.size(),
                     height_file.display(),
                     height.size()

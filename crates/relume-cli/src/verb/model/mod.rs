@@ -143,7 +143,7 @@ fn advice(kind: &Character, models: &[Vec<LevelReport>], structure: Option<Struc
         for (k, level) in levels.iter().enumerate().filter(|(_, level)| level.unstable > 0) {
             let _ = writeln!(
                 text,
-                "{light}level {k}: {} more probable models were unstable or remembered too long; the best stable one is \
+                "{light}level {k}: {} more probable models were unstable or had too long a memory; the best stable one is \
                  taken",
                 level.unstable
             );

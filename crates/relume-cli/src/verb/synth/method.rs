@@ -75,7 +75,7 @@ pub fn refuse_strangers(options: &SynthOptions) -> Result<()> {
     let Some(Special { name, methods, .. }) = options.stranger() else { return Ok(()) };
     let names: Vec<&str> = methods.iter().map(|method| method.name()).collect();
     Err(Error::usage(format!(
-        "--{name} means nothing to --method {}: it is an option of {}",
+        "--{name} does not apply to --method {}: it is an option of {}",
         options.method.name(),
         names.join(" and ")
     )))

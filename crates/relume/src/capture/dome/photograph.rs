@@ -285,7 +285,7 @@ mod tests {
         assert!(spoil(|m| m.height.as_mut_slice()[7] = 1e30).contains("height scale"));
         assert!(spoil(|m| m.albedo.as_mut_slice()[20] = 1.5).contains("column 0, row 0"));
         assert!(spoil(|m| m.normal = Some(Planes::zeros(m.size(), 3))).contains("(0, 0, 0)"));
-        assert!(spoil(|m| m.roughness = Some(Planes::zeros(Size::new(1, 1), 1))).contains("equally large"));
+        assert!(spoil(|m| m.roughness = Some(Planes::zeros(Size::new(1, 1), 1))).contains("the same size"));
         let options = [
             DomeOptions { ambient: f64::NAN, ..Default::default() },
             DomeOptions { lamp_radius_rad: -0.1, ..Default::default() },

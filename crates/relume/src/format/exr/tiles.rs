@@ -49,7 +49,8 @@ pub(in crate::format) fn tiles_of(
     };
     let number = count.parse().map_err(|_| wrong(TILES_KEY, count, "the number of tiles"))?;
     let cells = |text: &String| {
-        cells_of(text).ok_or_else(|| wrong(CELL_KEY, text, "two steps that lean less than they are long"))
+        cells_of(text)
+            .ok_or_else(|| wrong(CELL_KEY, text, "two steps that are longer along their axis than across it"))
     };
     Ok(Some((number, texts.get(CELL_KEY).map(cells).transpose()?)))
 }

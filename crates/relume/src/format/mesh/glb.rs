@@ -37,7 +37,7 @@ fn check_length(bytes: &[u8]) -> Result<()> {
     let length = bytes.get(8..12).map_or(0, |b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]) as usize);
     if length < 20 || length > bytes.len() {
         return Err(Error::invalid(format!(
-            "the glTF header tells of {length} bytes and the file has {}: it may be truncated",
+            "the glTF header announces {length} bytes, but the file has {}: it may be truncated",
             bytes.len()
         )));
     }
@@ -50,7 +50,7 @@ fn check_positions(root: &gltf::json::Root) -> Result<()> {
     let accessors = primitives.flat_map(|primitive| primitive.attributes.values()).map(|index| index.value());
     match accessors.into_iter().find(|&index| index >= root.accessors.len()) {
         Some(index) => Err(Error::invalid(format!(
-            "an attribute names accessor {index}, and there are {}",
+            "an attribute names accessor {index}, but there are {}",
             root.accessors.len()
         ))),
         None => Ok(()),
@@ -114,7 +114,7 @@ impl Reader<'_> {
     fn primitive(&mut self, primitive: &Primitive, world: &Transform) -> Result<()> {
         if primitive.mode() != gltf::mesh::Mode::Triangles {
             return Err(Error::unsupported(format!(
-                "{:?} are not handled, only Triangles",
+                "{:?} are not supported, only Triangles",
                 primitive.mode()
             )));
         }
@@ -133,7 +133,7 @@ impl Reader<'_> {
             None => (0..u32::try_from(count).unwrap_or(u32::MAX)).collect(),
         };
         if let Some(i) = indices.iter().find(|&&i| i as usize >= count) {
-            return Err(Error::invalid(format!("a triangle names vertex {i}, and there are {count}")));
+            return Err(Error::invalid(format!("a triangle refers to vertex {i}, but there are {count}")));
         }
         let first = u32::try_from(self.parts.positions.len() + count)
             .map(|end| end - count as u32)
@@ -161,7 +161,7 @@ impl Reader<'_> {
             (DataType::U8, true) => (1.0 / 255.0, 1),
             (DataType::U16, true) => (1.0 / 65535.0, 2),
             (other, _) => {
-                return Err(Error::unsupported(format!("attributes of type {other:?} are not handled")));
+                return Err(Error::unsupported(format!("attributes of type {other:?} are not supported")));
             }
         };
         let read = |b: &[u8]| match size {
@@ -187,7 +187,7 @@ impl Reader<'_> {
     /// The bytes of each element, `size` each, once all are known to lie in the file.
     fn elements(&self, accessor: &Accessor, size: usize) -> Result<impl Iterator<Item = &[u8]>> {
         let view = accessor.view().filter(|_| accessor.sparse().is_none());
-        let view = view.ok_or_else(|| Error::unsupported("sparse accessors are not handled"))?;
+        let view = view.ok_or_else(|| Error::unsupported("sparse accessors are not supported"))?;
         if !matches!(view.buffer().source(), gltf::buffer::Source::Bin) {
             return Err(Error::unsupported("a buffer lies outside the file: save the mesh as one .glb"));
         }

@@ -95,10 +95,9 @@ fn index(what: &str, field: Option<&str>, count: usize) -> Result<Option<usize>>
         0 => None,
         _ => usize::try_from(n.unsigned_abs()).ok().and_then(|back| count.checked_sub(back)),
     });
-    index
-        .filter(|&i| i < count)
-        .map(Some)
-        .ok_or_else(|| Error::invalid(format!("a face names {what} {field}, and there are {count} so far")))
+    index.filter(|&i| i < count).map(Some).ok_or_else(|| {
+        Error::invalid(format!("a face refers to {what} {field}, but there are {count} so far"))
+    })
 }
 
 #[cfg(test)]
@@ -128,11 +127,15 @@ mod tests {
     fn what_is_wrong_is_named_with_its_line() {
         for (from, to, expected) in [
             ("v 1 0 0 1.0", "v 1 x 0", "line 3: a vertex needs 3 numbers, found 1"),
-            ("3/3/1", "9/3/1", "line 14: a face names vertex 9, and there are 4 so far"),
+            ("3/3/1", "9/3/1", "line 14: a face refers to vertex 9, but there are 4 so far"),
             ("3/3/1", "3//1", "line 14: the corner '3//1' has no texture coordinate"),
-            ("3/3/1", "3/0/1", "line 14: a face names texture coordinate 0"),
+            ("3/3/1", "3/0/1", "line 14: a face refers to texture coordinate 0"),
             ("3/3/1", "/3/1", "line 14: the corner '/3/1' names no vertex"),
-            ("-1/-1/-1", "-9223372036854775808/-1/-1", "line 14: a face names vertex -9223372036854775808"),
+            (
+                "-1/-1/-1",
+                "-9223372036854775808/-1/-1",
+                "line 14: a face refers to vertex -9223372036854775808",
+            ),
             ("2/2/1 3/3/1", "", "line 14: a face needs at least 3 corners, found 2"),
             ("f 1", "g 1", "the mesh has no triangles"),
             ("v 0 0 0", "v inf 0 0", "not a finite number"),

@@ -38,7 +38,7 @@ fn check_length(header: &Header, found: usize) -> Result<()> {
     let verdict = match expected.cmp(&(found as u128)) {
         Ordering::Equal => return Ok(()),
         Ordering::Greater => "the file is truncated, or the size in its header is wrong",
-        Ordering::Less => "the header and the coefficients do not belong together",
+        Ordering::Less => "the header does not match the coefficients",
     };
     Err(Error::invalid(format!(
         "{} texels need {expected} bytes of coefficients from byte {} on, found {found}: {verdict}",

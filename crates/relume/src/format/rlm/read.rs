@@ -83,7 +83,7 @@ fn read_kind(bits: &mut BitReader<'_>) -> Result<Kind> {
             Some(Heights { mm_per_texel: Some(mm) })
         }
         other => {
-            return Err(Error::invalid(format!("the model's values are of kind {other}, which is none")));
+            return Err(Error::invalid(format!("the values of the model have the unknown kind {other}")));
         }
     };
     let count = bits.bits(8)?;
@@ -103,7 +103,7 @@ fn read_fields(bits: &mut BitReader<'_>, lights: &[[f32; 2]], job: &Job) -> Resu
 /// What follows the header, which is checked.
 fn body(bytes: &[u8]) -> Result<&[u8]> {
     if !bytes.starts_with(&SIGNATURE) {
-        return Err(Error::unsupported("the file is no random-field model: it does not begin with RLM"));
+        return Err(Error::unsupported("the file is not a random-field model: it does not begin with RLM"));
     }
     let (header, body) = bytes.split_at_checked(HEADER).ok_or_else(|| {
         Error::invalid(format!("the model ends inside its header, at byte {}", bytes.len()))
@@ -117,7 +117,7 @@ fn body(bytes: &[u8]) -> Result<&[u8]> {
     let word = |at: usize| u32::from_le_bytes([header[at], header[at + 1], header[at + 2], header[at + 3]]);
     if body.len() as u64 != u64::from(word(9)) {
         return Err(Error::invalid(format!(
-            "the model's header announces {} bytes and {} follow: the file is cut or not a model",
+            "the model's header announces {} bytes, but {} follow: the file is truncated or not a model",
             word(9),
             body.len()
         )));
@@ -125,7 +125,7 @@ fn body(bytes: &[u8]) -> Result<&[u8]> {
     let sum = checksum(&bytes[9..]);
     if sum != word(5) {
         return Err(Error::invalid(format!(
-            "the model's checksum is {sum:08x} and its header says {:08x}: the file was altered",
+            "the model's checksum is {sum:08x}, but its header says {:08x}: the file was altered",
             word(5)
         )));
     }
@@ -153,7 +153,7 @@ fn read_model(bits: &mut BitReader<'_>, job: &Job) -> Result<Model> {
     let m = components.last().copied().unwrap_or(0);
     if m == 0 || levels == 0 || factor.checked_pow(levels as u32).is_none_or(|texels| texels > 1 << 24) {
         return Err(Error::invalid(format!(
-            "a model of {m} components, {levels} levels and a factor of {factor} is none that can be"
+            "a model of {m} components, {levels} levels and a factor of {factor} is impossible"
         )));
     }
     let weights = floats(bits, components.iter().sum(), "mixing", job)?;
@@ -194,7 +194,7 @@ fn read_level(bits: &mut BitReader<'_>, m: usize, job: &Job) -> Result<Level> {
     let margin = bits.bits(3)? as usize;
     let burn_in = *BURN_INS
         .get(margin)
-        .ok_or_else(|| Error::invalid(format!("the model's margin has number {margin}, which is none")))?;
+        .ok_or_else(|| Error::invalid(format!("the margin of the model has the unknown number {margin}")))?;
     let (log_evidence, texels) = (bits.float("evidence")?, bits.bits(32)?);
     let neighbours = read_mask(bits, causal)?;
     let coarse = read_mask(bits, all_around)?;
@@ -219,14 +219,14 @@ fn read_structure(bits: &mut BitReader<'_>, m: usize, job: &Job) -> Result<Struc
     let scales = bits.bits(4)? as usize;
     if tile.texels() == 0 || tiles == 0 || scales > MOST_SCALES {
         return Err(Error::invalid(format!(
-            "{tiles} tiles of {tile} texels with {scales} scales are no structure"
+            "{tiles} tiles of {tile} texels with {scales} scales are not a valid structure"
         )));
     }
     let steps = (0..m).map(|_| bits.half("structure")).collect::<Result<Vec<f32>>>()?;
     let length = bits.bits(32)? as usize;
     if length > bits.left() / 8 {
         return Err(Error::invalid(format!(
-            "the codes of the model's structure are to take {length} bytes, and {} are left",
+            "the codes of the model's structure need {length} bytes, but {} are left",
             bits.left() / 8
         )));
     }

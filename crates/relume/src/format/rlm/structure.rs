@@ -51,7 +51,7 @@ pub(super) fn decode(bytes: &[u8], mut structure: Structure, job: &Job) -> Resul
     each(&structure, &mut codes, |_, context| chances.code(0, context, &mut |_, chance| decoder.get(chance)));
     if decoder.read() != bytes.len() {
         return Err(Error::invalid(format!(
-            "the codes of the model's structure take {} bytes and {} are there",
+            "the codes of the model's structure take {} bytes, but there are {}",
             decoder.read(),
             bytes.len()
         )));

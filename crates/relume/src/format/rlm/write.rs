@@ -127,7 +127,7 @@ fn write_marginal(bits: &mut BitWriter, marginal: &Marginal) {
 
 fn write_level(bits: &mut BitWriter, level: &Level) -> Result<()> {
     let margin = BURN_INS.iter().position(|&texels| texels == level.burn_in);
-    let margin = margin.ok_or_else(|| Error::usage("a level's margin is none that a file can hold"))?;
+    let margin = margin.ok_or_else(|| Error::usage("a file cannot hold the margin of this level"))?;
     bits.bits(margin as u32, 3);
     bits.float(level.log_evidence);
     bits.bits(level.texels, 32);

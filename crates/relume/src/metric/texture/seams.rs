@@ -34,7 +34,7 @@ pub struct Seams {
 pub fn seams(planes: &Planes, sources: &Sources<'_>) -> Result<Seams> {
     if planes.size() != sources.size() {
         return Err(Error::usage(format!(
-            "a source map of {} texels does not belong to a texture of {}: both must be equally large",
+            "a source map of {} texels does not belong to a texture of {}: both must have the same size",
             sources.size(),
             planes.size()
         )));

@@ -48,7 +48,7 @@ impl Mesh {
             return Err(Error::invalid("the mesh has no triangles"));
         }
         if let Some(i) = triangles.iter().flatten().find(|&&i| i as usize >= count) {
-            return Err(Error::invalid(format!("a triangle names vertex {i}, and there are {count}")));
+            return Err(Error::invalid(format!("a triangle refers to vertex {i}, but there are {count}")));
         }
         let finite = |v: &f32| v.is_finite() && v.abs() < 1e18;
         if !positions.iter().flatten().all(finite) || !texcoords.iter().flatten().all(finite) {

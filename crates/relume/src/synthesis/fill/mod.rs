@@ -165,7 +165,7 @@ fn fill_band(
 fn check_holes(holes: &[bool], size: Size) -> Result<()> {
     if holes.len() != size.texels() {
         return Err(Error::usage(format!(
-            "the mask of holes has {} texels, the texture is {size}: they must be equally large",
+            "the mask of holes has {} texels, the texture is {size}: they must have the same size",
             holes.len()
         )));
     }

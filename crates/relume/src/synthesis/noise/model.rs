@@ -72,7 +72,7 @@ impl Noise {
         let size = index.size();
         job.check("the noise model", size, 16 * index.count() as u64)?;
         if index.as_slice().iter().any(|v| !v.is_finite()) {
-            return Err(Error::invalid("the exemplar holds values that are no finite numbers"));
+            return Err(Error::invalid("the exemplar holds values that are not finite"));
         }
         let side = options.side.unwrap_or_else(|| NoiseOptions::customary_side(size));
         if ((size.width.min(size.height)) as f64) < 2.0 * side + 3.0 {

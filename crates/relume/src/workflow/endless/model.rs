@@ -57,7 +57,7 @@ impl<'a> ModelPlane<'a> {
         format: HeightFormat,
         job: &Job,
     ) -> Result<Drawing<'a>> {
-        let heights = self.model.heights.ok_or_else(|| Error::usage("is no model of a height map"))?;
+        let heights = self.model.heights.ok_or_else(|| Error::usage("is not a model of a height map"))?;
         let field = self.part(&window, job)?;
         encode_height(field.coefficients(), heights.mm_per_texel, format).map(Drawing::whole)
     }

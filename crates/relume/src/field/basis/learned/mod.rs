@@ -67,9 +67,7 @@ impl Learned {
         }
         let is_sound = weights.iter().all(|w| w.is_finite() && *w > 0.0);
         if !is_sound || values.iter().any(|v| !v.is_finite()) {
-            return Err(Error::invalid(
-                "a learned basis has finite values and positive weights, and others are among those given",
-            ));
+            return Err(Error::invalid("a learned basis has finite values and positive weights only"));
         }
         check_orthonormal(&weights, &values, functions)?;
         let points: Vec<[f64; 6]> = pairs.iter().map(|pair| pair.to_array()).collect();

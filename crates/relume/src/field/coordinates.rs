@@ -6,8 +6,7 @@ use crate::error::Result;
 use crate::numeric::Matrix;
 use crate::planes::Planes;
 
-/// The change from coefficients c to coordinates b whose Euclidean distance is the functions', and
-/// back.
+/// The conversion between coefficients c and coordinates b whose Euclidean distance is that of the functions.
 #[derive(Debug, Clone)]
 pub(super) enum Coordinates {
     /// b = forward c, c = backward b.
@@ -17,7 +16,7 @@ pub(super) enum Coordinates {
 }
 
 impl Coordinates {
-    /// Of a basis over a domain. With the functions in graded order and G = L L', b = L' c.
+    /// The coordinates of a basis over a domain. With the functions in graded order and G = L L', b = L' c.
     ///
     /// # Errors
     /// When the basis is not defined over the domain.

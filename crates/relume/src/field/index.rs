@@ -1,13 +1,13 @@
 //! Index planes: coordinates in which the Euclidean distance of two texels is the distance of
 //! their functions.
 //!
-//! The distance of two functions is dc' G dc with the Gram matrix G over a domain. With the
-//! functions taken in graded order and G = L L', the coordinates b = L' c do it: this is the
-//! Gram-Schmidt process, and over the square it gives the Legendre basis of Hel-Or, Malzbender,
-//! Gelb, "Synthesis of Reflectance Function Textures from Examples" (HPL-2003-16, section 5.2).
-//! Their printed matrix M turns *basis functions* (B = M A); coefficients need its inverse
-//! transpose, b = M^-T a. Its closed form, b0 = 2 a5 + 2/3 (a0 + a1) and so on, is a test here.
-//! Functions that are orthogonal already are only scaled, so a basis of any length needs no matrix.
+//! The distance of two functions is dc' G dc with the Gram matrix G over a domain. With the functions in
+//! graded order and G = L L', the coordinates b = L' c have this distance. This is the Gram-Schmidt process,
+//! and over the square it gives the Legendre basis of Hel-Or, Malzbender, Gelb, "Synthesis of Reflectance
+//! Function Textures from Examples" (HPL-2003-16, section 5.2). Their printed matrix M transforms *basis
+//! functions* (B = M A); coefficients need its inverse transpose, b = M^-T a. Its closed form, b0 = 2 a5 +
+//! 2/3 (a0 + a1) and so on, is a test here. Orthogonal functions are only scaled, so a basis of any length
+//! needs no matrix.
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -17,14 +17,14 @@ use super::{Basis, Domain, PlaneLayout, ReflectanceField, lrgb};
 use crate::error::{Error, Result};
 use crate::planes::Planes;
 
-/// What the distance of two texels means.
+/// The meaning of the distance of two texels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Metric {
-    /// The distance of all channels' functions: for LRGB the products (b_0..b_n) x (R, G, B).
+    /// The distance of the functions of all channels: for LRGB the products (b_0..b_n) x (R, G, B).
     Function,
-    /// The distance of the luminance functions, and that of the unscaled colours, added. LRGB
-    /// fields only. Over the square it is that of the nine numbers of the report HPL-2003-16.
+    /// The sum of the distances of the luminance functions and of the unscaled colours. LRGB fields only.
+    /// Over the square it is that of the nine numbers of report HPL-2003-16.
     LuminanceAndColor,
     /// The distance of the luminance functions alone. LRGB and luminance fields only. Over the
     /// square it is that of the six numbers of the conference version.
@@ -63,7 +63,7 @@ impl IndexSpace {
     /// The index space of fields like `field`.
     ///
     /// # Errors
-    /// When the metric is not defined for the field's layout, or its basis not over the domain.
+    /// When the metric is not defined for the layout of the field, or its basis not over the domain.
     pub fn new(field: &ReflectanceField, metric: Metric, domain: Domain) -> Result<Self> {
         let (basis, layout) = (field.basis().clone(), field.layout().clone());
         if !metric.is_defined_for(&layout) {
@@ -90,7 +90,7 @@ impl IndexSpace {
     /// The index planes of a field.
     ///
     /// # Panics
-    /// When the field's basis or layout is not the one this space was made for.
+    /// When the basis or layout of the field differs from the one this space was made for.
     pub fn index_planes(&self, field: &ReflectanceField) -> Planes {
         assert!((field.basis(), field.layout()) == (&self.basis, &self.layout), "the space of another field");
         let (n, size, source) = (self.basis.len(), field.size(), field.coefficients());
@@ -110,13 +110,13 @@ impl IndexSpace {
         planes
     }
 
-    /// The field of given index planes: the inverse of [`IndexSpace::index_planes`]. Index
-    /// planes of an LRGB field under [`Metric::Function`] become the nearest product of a
-    /// luminance and a colour, which is exact where they are one.
+    /// The field of given index planes: the inverse of [`IndexSpace::index_planes`]. Index planes of an LRGB
+    /// field under [`Metric::Function`] become the nearest product of a luminance and a colour, exactly if
+    /// they are one.
     ///
     /// # Errors
-    /// When the number of planes is wrong, or the metric keeps too little ([`Metric::Luminance`]
-    /// of an LRGB field forgets the colour).
+    /// When the number of planes is wrong, or the metric retains too little ([`Metric::Luminance`] of an LRGB
+    /// field loses the colour).
     pub fn field(&self, like: &ReflectanceField, index: &Planes) -> Result<ReflectanceField> {
         if index.count() != self.planes() {
             return Err(Error::invalid(format!(
@@ -148,7 +148,7 @@ impl IndexSpace {
         like.with_coefficients(coefficients)
     }
 
-    /// Splits each texel's 3 n coordinates into a luminance function and a colour.
+    /// Splits the 3 n coordinates of each texel into a luminance function and a colour.
     fn nearest_products(&self, index: &Planes, coefficients: &mut Planes) {
         let n = self.basis.len();
         let mut channels = vec![0.0f32; 3 * n];
@@ -184,7 +184,7 @@ mod tests {
         let data = (0..size.texels() * count).map(|_| stream.unit() as f32 * 2.0 - 0.7).collect();
         let mut planes = Planes::from_vec(size, count, data).unwrap();
         if color == PlaneLayout::LRGB {
-            // Colours are not negative; black texels have none.
+            // Colours are not negative; black texels have no colour.
             (basis.len()..count)
                 .for_each(|k| planes.plane_mut(k).iter_mut().for_each(|v| *v = v.abs() + 0.1));
         }

@@ -1,4 +1,4 @@
-//! How coefficient planes make the channels of a texel.
+//! The layout of coefficient planes: how they form the channels of a texel.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -7,7 +7,7 @@ use serde::{Serialize, Serializer};
 
 use crate::error::{Error, Result};
 
-/// The order and the meaning of a field's planes; `n` stands for the length of its basis.
+/// The order and the meaning of the planes of a field; `n` is the length of its basis.
 ///
 /// | layout | channels | planes |
 /// |---|---|---|
@@ -16,7 +16,7 @@ use crate::error::{Error, Result};
 /// | [`LRGB`](Self::LRGB) | `R`, `G`, `B` | n + 3: one function, then the colour that multiplies it |
 /// | [`of_channels`](Self::of_channels) | any names | `n` for each channel in order |
 ///
-/// Names behind an `Arc`: a copy costs nothing.
+/// Names are behind an `Arc`: copies are cheap.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PlaneLayout(Arrangement);
 
@@ -28,17 +28,17 @@ enum Arrangement {
     Named(Arc<[String]>),
 }
 
-/// What one plane of a field holds.
+/// The meaning of one plane of a field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PlaneRole<'a> {
-    /// The coefficient of a function of a channel, `L` being that of luminance.
+    /// The coefficient of a function of a channel; `L` is the luminance channel.
     Coefficient {
         /// The channel's name.
         channel: &'a str,
-        /// The place of the function in the basis.
+        /// The index of the function in the basis.
         function: usize,
     },
-    /// A channel of the colour that multiplies the luminance's function.
+    /// A channel of the colour that multiplies the luminance function.
     Color {
         /// The channel's name.
         channel: &'a str,
@@ -48,7 +48,7 @@ pub enum PlaneRole<'a> {
 const RED_GREEN_BLUE: [&str; 3] = ["R", "G", "B"];
 
 impl PlaneLayout {
-    /// One function a texel: `n` planes.
+    /// One function per texel: `n` planes.
     pub const LUMINANCE: Self = Self(Arrangement::Luminance);
     /// A function for each of red, green and blue: 3 n planes.
     pub const RGB: Self = Self(Arrangement::Rgb);
@@ -58,12 +58,12 @@ impl PlaneLayout {
     /// The layouts whose relit channels are grey or a colour.
     pub const COLORS: [Self; 3] = [Self::LUMINANCE, Self::RGB, Self::LRGB];
 
-    /// A function for each of the named channels: the maps of a material, spectral bands. `L` alone
-    /// is [`PlaneLayout::LUMINANCE`], and `R`, `G`, `B` in this order [`PlaneLayout::RGB`].
+    /// A function for each of the named channels: the maps of a material, spectral bands. `L` alone is
+    /// [`PlaneLayout::LUMINANCE`], and `R`, `G`, `B` in this order are [`PlaneLayout::RGB`].
     ///
     /// # Errors
-    /// No name, an empty or repeated one, and letters other than printable ASCII without `;`, which
-    /// files could not hold.
+    /// No name, an empty or repeated name, and characters other than printable ASCII without `;`, which files
+    /// cannot hold.
     pub fn of_channels<S: Into<String>>(names: impl IntoIterator<Item = S>) -> Result<Self> {
         let names: Vec<String> = names.into_iter().map(Into::into).collect();
         let unfit = |name: &&String| {
@@ -90,7 +90,7 @@ impl PlaneLayout {
         }))
     }
 
-    /// The name used in files, options and messages; `channels` where they have names of their own.
+    /// The name used in files, options and messages; `channels` for layouts with named channels.
     pub fn name(&self) -> &'static str {
         match self.0 {
             Arrangement::Luminance => "luminance",
@@ -100,7 +100,7 @@ impl PlaneLayout {
         }
     }
 
-    /// The layout of that name, which says nothing of named channels.
+    /// The layout of that name; `None` for named channels.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::COLORS.into_iter().find(|layout| layout.name() == name)
     }
@@ -114,7 +114,7 @@ impl PlaneLayout {
         }
     }
 
-    /// Channels of a relit texel.
+    /// The number of channels of a relit texel.
     pub fn channels(&self) -> usize {
         match &self.0 {
             Arrangement::Luminance => 1,
@@ -123,7 +123,7 @@ impl PlaneLayout {
         }
     }
 
-    /// Whether the channels have names that do not make them a colour.
+    /// Whether the channels have names that do not form a colour.
     pub fn is_named(&self) -> bool {
         matches!(self.0, Arrangement::Named(_))
     }
@@ -138,7 +138,7 @@ impl PlaneLayout {
         self.0 == Arrangement::Lrgb
     }
 
-    /// Functions of a texel: one for each channel, or one for all of them.
+    /// The number of functions of a texel: one per channel, or one for all of them.
     pub fn functions(&self) -> usize {
         if self.is_product() { 1 } else { self.channels() }
     }
@@ -148,17 +148,17 @@ impl PlaneLayout {
         self.functions() * n + if self.is_product() { self.channels() } else { 0 }
     }
 
-    /// The first of the `n` planes of a channel's function.
+    /// The first of the `n` planes of the function of a channel.
     pub fn function_plane(&self, channel: usize, n: usize) -> usize {
         if self.is_product() { 0 } else { channel * n }
     }
 
-    /// The plane that multiplies a channel's function; none where nothing does.
+    /// The plane that multiplies the function of a channel, if any.
     pub fn color_plane(&self, channel: usize, n: usize) -> Option<usize> {
         self.is_product().then_some(n + channel)
     }
 
-    /// What each plane holds, in order.
+    /// The meaning of each plane, in order.
     pub fn roles(&self, n: usize) -> Vec<PlaneRole<'_>> {
         let channels = self.channel_names();
         let functions = if self.is_product() { vec!["L"] } else { channels.clone() };

@@ -1,12 +1,12 @@
-//! One function times one colour: the nearest LRGB texel to three channel functions.
+//! One function times one colour: the LRGB texel nearest to three channel functions.
 //!
 //! In orthonormal coordinates the three functions are the columns of an n x 3 matrix C, and the
 //! nearest product l c' in the least-squares sense is its leading singular pair (Eckart, Young,
 //! "The approximation of one matrix by another of lower rank", 1936). c is the leading
 //! eigenvector of the 3 x 3 matrix C'C, found by squaring it repeatedly.
 
-/// Squarings of C'C: the power 2^6 = 64 separates eigenvalues that differ by a few per cent;
-/// nearer ones give nearly equal errors whichever direction between them is taken.
+/// The number of squarings of C'C: the power 2^6 = 64 separates eigenvalues that differ by a few per cent;
+/// closer ones give nearly equal errors for any direction between them.
 const SQUARINGS: usize = 6;
 
 /// The leading colour of a symmetric positive semi-definite 3 x 3 matrix
@@ -37,7 +37,7 @@ pub fn leading_color(gram: [f32; 6]) -> [f32; 3] {
     normalised(column)
 }
 
-/// The colour with its sign and scale chosen so that it is not negative and its largest is 1.
+/// The colour with sign and scale such that it is not negative and its largest component is 1.
 fn normalised(color: [f32; 3]) -> [f32; 3] {
     let sign = if color.iter().sum::<f32>() < 0.0 { -1.0 } else { 1.0 };
     let positive = color.map(|v| (sign * v).max(0.0));
@@ -45,8 +45,8 @@ fn normalised(color: [f32; 3]) -> [f32; 3] {
     if largest > 0.0 { positive.map(|v| v / largest) } else { [1.0; 3] }
 }
 
-/// The LRGB texel nearest to three functions given by their orthonormal coordinates: the
-/// luminance's coordinates are written to `luminance`, the colour is returned.
+/// The LRGB texel nearest to three functions given by their orthonormal coordinates: the coordinates of the
+/// luminance are written to `luminance`, the colour is returned.
 pub fn nearest_product(channels: [&[f32]; 3], luminance: &mut [f32]) -> [f32; 3] {
     let dot = |a: usize, b: usize| channels[a].iter().zip(channels[b]).map(|(x, y)| x * y).sum::<f32>();
     let color = leading_color([dot(0, 0), dot(0, 1), dot(0, 2), dot(1, 1), dot(1, 2), dot(2, 2)]);

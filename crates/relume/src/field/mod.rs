@@ -1,8 +1,8 @@
 //! The central type: a texture of functions of light and view.
 //!
-//! R(x, w) = sum_k c_k(x) b_k(w): a [`Basis`] of functions b_k, and planes of coefficients c_k.
-//! Photographs, polynomial texture maps and plain pictures are all of this form; a picture is a
-//! field of constants. Every stage maps a field to a field or to a picture.
+//! R(x, w) = sum_k c_k(x) b_k(w): a [`Basis`] of functions b_k, and planes of coefficients c_k. Photographs,
+//! polynomial texture maps and plain pictures all have this form; a picture is a field of constants. Every
+//! stage maps a field to a field or to a picture.
 
 pub mod basis;
 mod coordinates;
@@ -36,7 +36,7 @@ impl ReflectanceField {
     /// A field from its parts.
     ///
     /// # Errors
-    /// When the number of planes is not what the basis and the layout need.
+    /// When the number of planes does not match the basis and the layout.
     pub fn new(basis: Basis, layout: PlaneLayout, space: Space, coefficients: Planes) -> Result<Self> {
         let expected = layout.planes(basis.len());
         if coefficients.count() != expected || coefficients.size().texels() == 0 {
@@ -65,7 +65,7 @@ impl ReflectanceField {
         self
     }
 
-    /// The same functions' description with other coefficient planes, of any size.
+    /// The same basis, layout and space with other coefficient planes, of any size.
     ///
     /// # Errors
     /// When the number of planes differs.
@@ -79,12 +79,12 @@ impl ReflectanceField {
         &self.basis
     }
 
-    /// How the planes make channels.
+    /// The layout of the planes.
     pub fn layout(&self) -> &PlaneLayout {
         &self.layout
     }
 
-    /// What the function values mean.
+    /// The encoding of the function values.
     pub fn space(&self) -> Space {
         self.space
     }
@@ -115,10 +115,10 @@ impl ReflectanceField {
         self.layout.roles(functions.len()).into_iter().map(name).collect()
     }
 
-    /// A channel of one texel, given the functions' values: the slow truth of relighting.
+    /// A channel of one texel, given the values of the functions: the slow truth of relighting.
     ///
     /// # Panics
-    /// When `channel` is none of the layout's.
+    /// When the layout has no such `channel`.
     pub fn channel_value(&self, channel: usize, x: usize, y: usize, weights: &[f64]) -> f32 {
         assert!(channel < self.layout.channels(), "a channel of the layout");
         let n = weights.len();
@@ -128,25 +128,25 @@ impl ReflectanceField {
         (function * self.layout.color_plane(channel, n).map_or(1.0, coefficient)) as f32
     }
 
-    /// The channels of one texel under a light, or for a light and a view, in the field's space.
+    /// The channels of one texel under a light, or for a light and a view, in the space of the field.
     pub fn values(&self, x: usize, y: usize, directions: impl Into<Directions>) -> Vec<f32> {
         let weights = self.basis.weights(directions);
         (0..self.layout.channels()).map(|c| self.channel_value(c, x, y, &weights)).collect()
     }
 
-    /// The colour of one texel under a light, or for a light and a view, in the field's space. Grey
+    /// The colour of one texel under a light, or for a light and a view, in the space of the field. Grey
     /// fields give three equal channels.
     ///
     /// # Panics
-    /// When the channels have names of their own and make no colour.
+    /// When the channels have names that do not form a colour.
     pub fn value(&self, x: usize, y: usize, directions: impl Into<Directions>) -> [f32; 3] {
         assert!(!self.layout.is_named(), "named channels make no colour");
         let values = self.values(x, y, directions);
         std::array::from_fn(|c| values[c.min(values.len() - 1)])
     }
 
-    /// The field of some of the channels, in the order named; of a colour, `L`, or `R`, `G` and `B`
-    /// for a picture. Of LRGB fields each channel's function is multiplied out.
+    /// The field of some of the channels, in the order given; for a colour, `L`, or `R`, `G` and `B` for a
+    /// picture. The functions of the channels of LRGB fields are multiplied out.
     ///
     /// # Errors
     /// A channel that the field does not have, or one named twice.

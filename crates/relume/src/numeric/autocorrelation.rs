@@ -1,20 +1,19 @@
-//! How much planes resemble themselves when shifted.
+//! The similarity of planes to shifted copies of themselves.
 //!
-//! For a shift d the planes overlap their own copy in a rectangle; with values f_k about each
-//! plane's mean, and sums over planes and the overlap,
+//! For a shift d the planes overlap their own copy in a rectangle; with values f_k relative to the mean of
+//! each plane, and sums over planes and the overlap,
 //!
 //! ```text
 //! c(d) = 2 sum f_k(x) f_k(x + d) / sum (f_k(x)^2 + f_k(x + d)^2)
 //!      = 1 - sum (f_k(x) - f_k(x + d))^2 / sum (f_k(x)^2 + f_k(x + d)^2).
 //! ```
 //!
-//! It is 1 exactly where the overlap agrees, 0 for unrelated texels and -1 for opposites; nothing wraps
-//! around, so an exemplar need not hold whole periods. The products of all shifts come from one
-//! transform of each plane, padded so that shifts within reach do not wrap (Wiener and Khinchin); the
-//! squares from a summed-area table (F. Crow, Summed-area tables for texture mapping, SIGGRAPH 1984),
-//! as J. P. Lewis, Fast normalized cross-correlation, 1995, does for templates. On index planes the
-//! distance of texels is that of their functions, so all planes count alike.
-//! [`Autocorrelation::direct`] is the slow truth.
+//! It is exactly 1 where the overlap agrees, 0 for unrelated texels and -1 for opposites. Nothing wraps
+//! around, so an exemplar need not hold whole periods. The products of all shifts come from one transform of
+//! each plane, padded so that shifts within reach do not wrap (Wiener and Khinchin); the squares come from a
+//! summed-area table (F. Crow, Summed-area tables for texture mapping, SIGGRAPH 1984), as in J. P. Lewis,
+//! Fast normalized cross-correlation, 1995, for templates. On index planes the distance of texels is that of
+//! their functions, so all planes have equal weight. [`Autocorrelation::direct`] is the slow truth.
 
 use realfft::num_complex::Complex64;
 
@@ -32,14 +31,14 @@ pub struct Autocorrelation {
 }
 
 impl Autocorrelation {
-    /// The shifts to look at unless asked otherwise: half of each side, so that a period is seen
-    /// twice and an overlap is at least a quarter of the texels.
+    /// The default range of shifts: half of each side, so that a period occurs twice and an overlap is at
+    /// least a quarter of the texels.
     pub fn half(size: Size) -> Size {
         Size::new(size.width / 2, size.height / 2)
     }
 
-    /// Correlates planes with themselves at all shifts up to `reach` texels along x and y, which is
-    /// cut to what leaves an overlap. Planes that do not vary have correlation 0 at all shifts.
+    /// Correlates planes with themselves at all shifts up to `reach` texels along x and y, limited so that an
+    /// overlap remains. Constant planes have correlation 0 at all shifts.
     ///
     /// # Errors
     /// When the transforms exceed the limits.
@@ -109,8 +108,8 @@ impl Autocorrelation {
         self.values[dy as usize * (2 * width + 1) + (dx + width as isize) as usize]
     }
 
-    /// The root mean square difference from another one over the shifts that both reach; each octave of shift lengths
-    /// counts alike, because short shifts are few and say most.
+    /// The root mean square difference from another autocorrelation over the shifts that both reach; each
+    /// octave of shift lengths has equal weight, because short shifts are few and carry the most information.
     pub fn distance(&self, other: &Self) -> f64 {
         let (a, b) = (self.reach, other.reach);
         let reach = Size::new(a.width.min(b.width), a.height.min(b.height));
@@ -123,8 +122,8 @@ impl Autocorrelation {
     }
 
     /// The correlation between whole texels, by the cubic convolution of R. G. Keys (Cubic convolution
-    /// interpolation for digital image processing, 1981, with a = -1/2): a line between neighbours
-    /// would cut the peaks of fine textures, and prefer periods that happen to be whole.
+    /// interpolation for digital image processing, 1981, with a = -1/2). Linear interpolation would cut off
+    /// the peaks of fine textures and favour integer periods.
     pub fn sample(&self, shift: [f64; 2]) -> f64 {
         let [x, y] = shift.map(f64::floor);
         let [across, down] = [cubic(shift[0] - x), cubic(shift[1] - y)];
@@ -138,7 +137,7 @@ impl Autocorrelation {
     }
 }
 
-/// The mean over octaves of the length of the shift of the mean value in each.
+/// The mean, over octaves of the length of the shift, of the mean value in each.
 fn octave_means(reach: Size, value: impl Fn(isize, isize) -> f64) -> f64 {
     let (across, down) = (reach.width as isize, reach.height as isize);
     let mut octaves: Vec<(f64, u64)> = Vec::new();
@@ -157,7 +156,7 @@ fn octave_means(reach: Size, value: impl Fn(isize, isize) -> f64) -> f64 {
     means.sum::<f64>() / count.max(1) as f64
 }
 
-/// The weights of the neighbours at -1, 0, 1 and 2 for a place t in [0, 1).
+/// The weights of the neighbours at -1, 0, 1 and 2 for a position t in [0, 1).
 fn cubic(t: f64) -> [f64; 4] {
     [
         ((2.0 - t) * t - 1.0) * t * 0.5,
@@ -172,12 +171,12 @@ fn within(size: Size, reach: Size) -> Size {
     Size::new(reach.width.min(size.width - 1), reach.height.min(size.height - 1))
 }
 
-/// 2 product / energy; where the overlap holds next to none of the planes' energy, nothing is known.
+/// 2 product / energy; 0 where the overlap holds almost none of the energy of the planes.
 fn ratio(product: f64, energy: f64, total: f64) -> f64 {
     if energy <= 1e-12 * total { 0.0 } else { (2.0 * product / energy).clamp(-1.0, 1.0) }
 }
 
-/// A plane about its mean; what is far below the precision of its samples is rounding, and 0.
+/// A plane minus its mean; values far below the precision of its samples are rounding errors and set to 0.
 fn centred(plane: &[f32]) -> Vec<f64> {
     let mean = plane.iter().map(|&v| f64::from(v)).sum::<f64>() / plane.len() as f64;
     let kept = |v: f64| if v.abs() > 1e-10 * mean.abs() { v } else { 0.0 };
@@ -298,7 +297,7 @@ mod tests {
         let found = correlate(&noise(Size::new(12, 9), 1, 4), Size::new(6, 4));
         assert!((found.sample([6.0, -4.0]) - found.at(6, -4)).abs() < 1e-12);
         assert!((found.sample([-0.25, -0.75]) - found.sample([0.25, 0.75])).abs() < 1e-12);
-        // Quadratic values are met exactly: here those of a smooth peak, by hand.
+        // Quadratic values are interpolated exactly: here those of a smooth peak, by hand.
         let peak = Autocorrelation::from_fn(Size::new(6, 6), |dx, dy| {
             1.0 - 0.01 * (dx * dx) as f64 - 0.02 * (dy * dy) as f64 - 0.005 * (dx * dy as isize) as f64
         });

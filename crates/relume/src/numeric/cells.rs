@@ -1,16 +1,17 @@
 //! The plane of texels divided into equal cells, one at each point of a lattice of whole texels.
 //!
-//! With the steps u = (w, t) to the cell at the right and v = (s, h) to the cell below, the cell at
-//! i u + j v holds the texels p for which p - i u - j v lies in the parallelogram of u and v:
-//! i = floor((p x v) / (u x v)), j = floor((u x p) / (u x v)), in whole numbers. Oblique cells
-//! follow oblique periods to half a texel; upright ones (s = t = 0) are rectangles.
+//! With the steps u = (w, t) to the cell at the right and v = (s, h) to the cell below, the cell at i u + j v
+//! holds the texels p for which p - i u - j v lies in the parallelogram of u and v: i = floor((p x v) / (u x
+//! v)), j = floor((u x p) / (u x v)), in integer arithmetic. Oblique cells follow oblique periods to half a
+//! texel; upright ones (s = t = 0) are rectangles.
 
 use serde::Serialize;
 
 use crate::planes::Size;
 
-/// Equal cells by the steps from one to the next. Coordinates within a cell are those from its
-/// lattice point, x to the right and y down; they are negative where the cell leans back.
+/// Equal cells, given by the steps from one to the next. Coordinates within a cell are relative to its
+/// lattice point, x to the right and y down; they are negative where an oblique cell extends to the other
+/// side of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Cells {
     right: [i64; 2],
@@ -30,8 +31,8 @@ impl Cells {
     /// The longest side of a cell: products of sides and far places stay within 128 bits.
     const LONGEST: i64 = 1 << 30;
 
-    /// Cells by the steps to the cell at the right and to the one below; `None` where a step leans
-    /// by as much as its length or more, or is too long.
+    /// Cells from the steps to the cell at the right and to the one below; `None` if a step is not longer
+    /// along its own axis than across it, or is too long.
     pub fn new(right: [i64; 2], down: [i64; 2]) -> Option<Self> {
         let leans_little = |along: i64, aside: i64| along <= Self::LONGEST && aside.saturating_abs() < along;
         (leans_little(right[0], right[1]) && leans_little(down[1], down[0])).then_some(Self { right, down })
@@ -63,18 +64,18 @@ impl Cells {
         self.right[0] * self.down[1] - self.right[1] * self.down[0]
     }
 
-    /// The rectangle that holds a cell.
+    /// The bounding rectangle of a cell.
     pub fn bounds(&self) -> Size {
         let side = |along: i64, aside: i64| (along + aside.abs()) as usize;
         Size::new(side(self.right[0], self.down[0]), side(self.down[1], self.right[1]))
     }
 
-    /// The coordinates of that rectangle's top left texel: zero or less.
+    /// The coordinates of the top left texel of that rectangle: zero or less.
     pub fn origin(&self) -> [i64; 2] {
         [self.down[0].min(0), self.right[1].min(0)]
     }
 
-    /// The cell of a texel of the plane, and the texel's place in it.
+    /// The cell of a texel of the plane, and the position of the texel in it.
     pub fn place(&self, [x, y]: [i64; 2]) -> Place {
         let ([w, t], [s, h]) = (self.right, self.down);
         let [i, j] = if self.are_upright() {
@@ -98,17 +99,17 @@ impl Cells {
         (0..width * height).map(move |t| [left + (t % width) as i64, top + (t / width) as i64])
     }
 
-    /// The first column of a row that is not left of the cell's left side, and of its continuations.
+    /// The first column of a row that is not left of the left side of the cell, or of its continuation.
     pub fn left_side(&self, y: i64) -> i64 {
         ceiling(self.down[0] * y, self.down[1])
     }
 
-    /// The first row of a column that is not above the cell's upper side, and of its continuations.
+    /// The first row of a column that is not above the upper side of the cell, or of its continuation.
     pub fn upper_side(&self, x: i64) -> i64 {
         ceiling(self.right[1] * x, self.right[0])
     }
 
-    /// The first column at the right of the cell in a row of which it holds a texel.
+    /// The first column to the right of the cell in a row that it intersects.
     pub fn end_of_row(&self, y: i64) -> i64 {
         let ([w, t], [s, h]) = (self.right, self.down);
         if self.are_upright() {
@@ -122,8 +123,8 @@ impl Cells {
         }
     }
 
-    /// How many texels lie between a texel and the nearest side of the cell, along its row and its
-    /// column; `None` outside.
+    /// The number of texels between a texel and the nearest side of the cell, along its row and its column;
+    /// `None` outside.
     pub fn depth(&self, [x, y]: [i64; 2]) -> Option<usize> {
         let ([w, t], [s, h]) = (self.right, self.down);
         let sides = [
@@ -141,12 +142,12 @@ fn cross(a: [i64; 2], b: [i64; 2]) -> i128 {
     i128::from(a[0]) * i128::from(b[1]) - i128::from(a[1]) * i128::from(b[0])
 }
 
-/// The largest whole number that is at most a / b, in 64 bits where they suffice.
+/// The largest integer that is at most a / b, in 64 bits where they suffice.
 fn floor_of(a: i128, b: i64) -> i64 {
     i64::try_from(a).map_or_else(|_| a.div_euclid(i128::from(b)) as i64, |a| a.div_euclid(b))
 }
 
-/// The least whole number that is at least a / b, for positive b.
+/// The least integer that is at least a / b, for positive b.
 fn ceiling(a: i64, b: i64) -> i64 {
     -(-a).div_euclid(b)
 }
@@ -159,7 +160,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(150))]
 
-        /// Each texel lies in one cell: that of which it is not outside, and no other.
+        /// Each texel lies in exactly one cell.
         #[test]
         fn cells_cover_the_plane_once(
             (w, h, s, t) in (1i64..14, 1i64..14, -13i64..14, -13i64..14),

@@ -2,9 +2,9 @@
 
 use super::Matrix;
 
-/// The eigenvalues of a symmetric matrix, largest first, and its eigenvectors in the same order as
-/// rows, by Jacobi's rotations (C. G. J. Jacobi 1846; cyclic, as in Golub, Van Loan, "Matrix
-/// Computations", section 8.5). Each vector's largest entry is positive.
+/// The eigenvalues of a symmetric matrix, largest first, and its eigenvectors in the same order as rows, by
+/// Jacobi rotations (C. G. J. Jacobi 1846; cyclic, as in Golub, Van Loan, "Matrix Computations", section
+/// 8.5). The largest entry of each vector is positive.
 ///
 /// # Panics
 /// When the matrix is not square.
@@ -13,7 +13,7 @@ pub fn symmetric(matrix: &Matrix) -> (Vec<f64>, Matrix) {
     assert_eq!(n, matrix.cols(), "a square matrix");
     let mut a = matrix.clone();
     let mut vectors = Matrix::from_fn(n, n, |i, j| f64::from(u8::from(i == j)));
-    // Convergence is quadratic: a dozen sweeps are more than enough at any size met here.
+    // Convergence is quadratic: a dozen sweeps are more than enough at the sizes used here.
     for _ in 0..30 {
         let off: f64 = (0..n).flat_map(|i| (0..i).map(move |j| (i, j))).map(|at| a[at].powi(2)).sum();
         let on: f64 = (0..n).map(|i| a[(i, i)].powi(2)).sum();

@@ -1,15 +1,15 @@
-//! The endless plane of a tile set: any window of it at once, identical however it is cut.
+//! The endless plane of a tile set: any window of it directly, identical however the plane is cut.
 //!
 //! Cells are rectangles, or oblique to follow oblique periods ([`crate::numeric::cells`]). The tile of each
-//! cell is chosen by a hash of the seed and the cell's column and row ([`crate::numeric::hash`]), so
-//! nothing has to be computed before a window and nothing is kept. Texels are copied row by row in
-//! runs of a tile's width. A shader chooses the same tiles:
+//! cell is chosen by a hash of the seed and the column and row of the cell ([`crate::numeric::hash`]), so
+//! nothing is precomputed or stored. Texels are copied row by row in runs as wide as a tile. A shader chooses
+//! the same tiles:
 //!
 //! ```glsl
 //! uint tileOf(ivec2 cell, uvec2 seed) { return (hash4(uvec4(cell, seed)).x >> 16) % tiles; }
 //! ```
 //!
-//! The upper half of the hash is taken: the lowest bits of neighbouring seeds are not independent.
+//! The upper half of the hash is used: the lowest bits of neighbouring seeds are not independent.
 
 use rayon::prelude::*;
 
@@ -19,8 +19,8 @@ use crate::numeric::cells::Cells;
 use crate::numeric::hash;
 use crate::planes::{Planes, Size};
 
-/// A plane of tiles, laid without end in all directions; the lattice point of the cell (0, 0) is the
-/// texel (0, 0). It repeats after 2^32 cells.
+/// A plane of tiles in all directions; the lattice point of the cell (0, 0) is the texel (0, 0). It repeats
+/// after 2^32 cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Endless {
     cells: Cells,
@@ -28,21 +28,21 @@ pub struct Endless {
     seed: u64,
 }
 
-/// Neighbouring texels of one row of one tile.
+/// Consecutive texels of one row of one tile.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TileRun {
     /// The number of the tile.
     pub tile: usize,
-    /// The first texel's column in the tile's rectangle.
+    /// The column of the first texel in the rectangle of the tile.
     pub x: usize,
     /// The row in the rectangle.
     pub y: usize,
-    /// How many texels.
+    /// The number of texels.
     pub length: usize,
 }
 
 impl Endless {
-    /// The plane that `seed` makes of `tiles` tiles of one size.
+    /// The plane of `tiles` tiles of one size under `seed`.
     ///
     /// # Errors
     /// When there are no tiles, or they have no texels.
@@ -53,7 +53,7 @@ impl Endless {
         Self::of(cells, tiles, seed)
     }
 
-    /// The plane that `seed` makes of `tiles` tiles of which each fills a cell.
+    /// The plane of `tiles` tiles, each of which fills a cell, under `seed`.
     ///
     /// # Errors
     /// When there are no tiles.
@@ -64,7 +64,7 @@ impl Endless {
         Ok(Self { cells, tiles, seed })
     }
 
-    /// The size of the rectangle that holds a tile.
+    /// The size of the bounding rectangle of a tile.
     pub fn tile(&self) -> Size {
         self.cells.bounds()
     }
@@ -74,8 +74,7 @@ impl Endless {
         (hash::of_place(self.seed, column, row)[0] >> 16) as usize % self.tiles
     }
 
-    /// The tile and the texel in it that (x, y) of the plane shows: the slow truth of
-    /// [`Endless::runs`].
+    /// The tile and its texel shown at (x, y) of the plane: the slow truth of [`Endless::runs`].
     pub fn texel_at(&self, x: i64, y: i64) -> TileRun {
         let place = self.cells.place([x, y]);
         let ([left, top], [column, row]) = (self.cells.origin(), place.cell);
@@ -100,7 +99,7 @@ impl Endless {
         })
     }
 
-    /// How many texels there are from the first one of a run to the end of its cell's row.
+    /// The number of texels from the first one of a run to the end of the row of its cell.
     fn rest_of_row(&self, run: &TileRun) -> usize {
         let [left, top] = self.cells.origin();
         (self.cells.end_of_row(run.y as i64 + top) - left) as usize - run.x
@@ -110,7 +109,7 @@ impl Endless {
     /// other in `stacked`, with `samples` numbers a texel.
     ///
     /// # Panics
-    /// When `stacked` does not hold all tiles, or `out` no whole number of texels.
+    /// When `stacked` does not hold all tiles, or `out` does not hold a whole number of texels.
     pub fn copy_row<T: Copy>(&self, stacked: &[T], samples: usize, x: i64, y: i64, out: &mut [T]) {
         assert_eq!(stacked.len(), self.tile().texels() * self.tiles * samples, "all tiles");
         assert!(out.len().is_multiple_of(samples), "whole texels");
@@ -123,8 +122,7 @@ impl Endless {
         }
     }
 
-    /// The window of `size` texels whose top left one is (x, y), of tiles that lie one below the
-    /// other.
+    /// The window of `size` texels whose top left texel is (x, y), from tiles stacked one below the other.
     ///
     /// # Errors
     /// When the planes do not hold these tiles, or the window exceeds the limits.
@@ -165,7 +163,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(200))]
 
-        /// Every texel of every window is the one that its place alone decides.
+        /// Every texel of every window depends on its position alone.
         #[test]
         fn windows_are_identical_however_they_are_cut(
             (w, h, s, t) in (1i64..9, 1i64..9, -8i64..9, -8i64..9),

@@ -1,10 +1,10 @@
 //! The discrete Fourier transform of real images, of any size.
 //!
-//! F(k, l) = sum f(x, y) exp(-2 pi i (k x / width + l y / height)); the inverse divides by the
-//! number of texels. Only bins k = 0..=width/2 are kept: the others are their conjugates. A spectrum
-//! is stored column after column (all l of one k together), so that both passes run along memory.
-//! Rows and columns are transformed side by side, each by itself: the result does not depend on
-//! threads. [`Fourier::forward_direct`] is the slow truth.
+//! F(k, l) = sum f(x, y) exp(-2 pi i (k x / width + l y / height)); the inverse divides by the number of
+//! texels. Only bins k = 0..=width/2 are kept: the others are their conjugates. A spectrum is stored column
+//! after column (all l of one k together), so that both passes run along memory. Rows and columns are
+//! transformed independently in parallel: the result does not depend on threads. [`Fourier::forward_direct`]
+//! is the slow truth.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -16,7 +16,7 @@ use rustfft::{Fft, FftPlanner};
 
 use crate::planes::Size;
 
-/// Bytes a transform holds for each texel while it works: the image, the spectrum, and its turned copy.
+/// Bytes per texel of a transform in progress: the image, the spectrum, and its transpose.
 pub const BYTES_PER_TEXEL: u64 = 8 + 8 + 8;
 
 /// The plans for images of one size.
@@ -64,10 +64,10 @@ impl Fourier {
         self.forward_top(image)
     }
 
-    /// The spectrum of an image of which the top rows are given and the others are zero.
+    /// The spectrum of an image given by its top rows; the others are zero.
     ///
     /// # Panics
-    /// When they are not whole rows, or too many.
+    /// When they are not whole rows, or there are too many.
     pub fn forward_top(&self, mut rows: Vec<f64>) -> Vec<Complex64> {
         let Size { width, height } = self.size;
         assert!(rows.len().is_multiple_of(width) && rows.len() <= self.size.texels(), "rows of the image");
@@ -80,7 +80,7 @@ impl Fourier {
         spectrum
     }
 
-    /// The image of a spectrum. Imaginary parts that no real image has are dropped.
+    /// The image of a spectrum. Imaginary parts that no real image has are discarded.
     ///
     /// # Panics
     /// When the spectrum has another size.
@@ -116,7 +116,7 @@ impl Fourier {
     }
 }
 
-/// A matrix whose rows have `length` entries, turned: columns become rows, with zeros up to `filled`
+/// The transpose of a matrix with rows of `length` entries, each resulting row padded with zeros to `filled`
 /// entries.
 fn turned(matrix: &[Complex64], length: usize, filled: usize) -> Vec<Complex64> {
     let mut out = vec![Complex64::ZERO; length * filled];

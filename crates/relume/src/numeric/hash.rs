@@ -1,10 +1,10 @@
-//! A hash of four 32-bit integers that a shader computes as well: random access to random numbers.
+//! A hash of four 32-bit integers that a shader can compute as well: random access to random numbers.
 //!
 //! `pcg4d` of Jarzynski, Olano, "Hash Functions for GPU Rendering", Journal of Computer Graphics
 //! Techniques 9(3), 2020. All arithmetic is modulo 2^32, so GLSL's `uvec4` gives the same numbers.
 
 /// Four well-mixed integers from four integers: a linear congruential step, then two rounds of mixing
-/// products. Written out so that loops over many places become vector instructions.
+/// products. Written out so that loops over many positions vectorise.
 #[inline(always)]
 pub fn hash4(v: [u32; 4]) -> [u32; 4] {
     let [mut x, mut y, mut z, mut w] = v.map(|v| v.wrapping_mul(1_664_525).wrapping_add(1_013_904_223));
@@ -20,10 +20,10 @@ pub fn hash4(v: [u32; 4]) -> [u32; 4] {
     [x, y, z, w]
 }
 
-/// The hash of a place of a plane under a key. Places repeat after 2^32 steps along either axis.
+/// The hash of a position of a plane under a key. Positions repeat after 2^32 steps along either axis.
 ///
-/// A key belongs to one purpose ([`crate::numeric::random::key`]), but for the tiles of an endless plane,
-/// whose key is the seed itself: `docs/formats.md` promises that to readers of tile sets and models.
+/// A key belongs to one purpose ([`crate::numeric::random::key`]). The exception is the tiles of an endless
+/// plane, whose key is the seed itself, as `docs/formats.md` promises to readers of tile sets and models.
 pub fn of_place(key: u64, x: i64, y: i64) -> [u32; 4] {
     hash4([x as u32, y as u32, key as u32, (key >> 32) as u32])
 }

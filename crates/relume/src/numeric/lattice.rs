@@ -1,18 +1,18 @@
-//! Lattices of the plane: all whole combinations of two vectors.
+//! Lattices of the plane: all integer combinations of two vectors.
 //!
-//! A lattice has many bases. Here it has the reduced one (J. L. Lagrange 1773, C. F. Gauss 1801:
-//! two shortest independent vectors, at 60 to 120 degrees), in one order: first the vector nearer
-//! to the x axis, pointing right, then the other, pointing down. Vectors are in texels, x to the
-//! right and y down the rows.
+//! A lattice has many bases. This type holds the reduced one (J. L. Lagrange 1773, C. F. Gauss 1801: two
+//! shortest independent vectors, at 60 to 120 degrees), in a fixed order: first the vector nearer to the x
+//! axis, pointing right, then the other, pointing down. Vectors are in texels, x to the right and y down the
+//! rows.
 
-/// All whole combinations of two vectors.
+/// All integer combinations of two vectors.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Lattice {
     basis: [[f64; 2]; 2],
 }
 
 impl Lattice {
-    /// The lattice of two vectors; `None` where they are (nearly) on one line.
+    /// The lattice of two vectors; `None` where they are (nearly) collinear.
     pub fn new(a: [f64; 2], b: [f64; 2]) -> Option<Self> {
         let lengths = length(a) * length(b);
         let apart = determinant(a, b).abs() > 1e-6 * lengths;
@@ -42,7 +42,7 @@ impl Lattice {
         [determinant(place, b) / whole, determinant(a, place) / whole]
     }
 
-    /// The lattice point nearest to a place.
+    /// The lattice point nearest to a position.
     pub fn nearest(&self, place: [f64; 2]) -> [f64; 2] {
         let [i, j] = self.coordinates(place).map(f64::floor);
         let around = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]];
@@ -66,7 +66,7 @@ fn reduced([mut a, mut b]: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
         }
         let times = ((a[0] * b[0] + a[1] * b[1]) / (a[0] * a[0] + a[1] * a[1])).round();
         let shorter = [b[0] - times * a[0], b[1] - times * a[1]];
-        // Rounding may leave vectors of equal length to chase each other: only gains count.
+        // Rounding may make vectors of equal length alternate: only real gains count.
         if length(shorter) >= length(b) * (1.0 - 1e-12) {
             return [a, b];
         }
@@ -86,7 +86,7 @@ pub fn length(v: [f64; 2]) -> f64 {
     v[0].hypot(v[1])
 }
 
-/// The area spanned by two vectors, with the sign of their turn.
+/// The area spanned by two vectors, signed by their orientation.
 pub fn determinant(a: [f64; 2], b: [f64; 2]) -> f64 {
     a[0] * b[1] - a[1] * b[0]
 }

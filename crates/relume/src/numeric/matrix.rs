@@ -4,7 +4,7 @@
 
 use crate::error::{Error, Result};
 
-/// A dense matrix, row after row.
+/// A dense matrix, row by row.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Matrix {
     rows: usize,
@@ -116,7 +116,7 @@ impl std::ops::IndexMut<(usize, usize)> for Matrix {
 /// The orthogonal factorisation A = Q R of a tall matrix, by Householder reflections.
 #[derive(Debug, Clone)]
 pub struct Qr {
-    /// Orthonormal columns spanning those of A (thin: as many as A has).
+    /// Orthonormal columns that span those of A (thin: the same number as A).
     pub q: Matrix,
     /// Upper triangular.
     pub r: Matrix,
@@ -145,7 +145,7 @@ impl Qr {
         Self { q, r }
     }
 
-    /// Ratio of the smallest to the largest pivot: near zero when columns depend on each other.
+    /// The ratio of the smallest to the largest pivot: near zero for nearly dependent columns.
     pub fn pivot_ratio(&self) -> f64 {
         let pivots = (0..self.r.cols).map(|i| self.r[(i, i)].abs());
         let (least, most) = pivots.fold((f64::INFINITY, 0.0f64), |(a, b), p| (a.min(p), b.max(p)));
@@ -159,7 +159,7 @@ impl Qr {
     }
 }
 
-/// The unit vector whose reflection sends column `j` of `a`, from row `j` on, to its first axis.
+/// The unit vector whose reflection maps column `j` of `a`, from row `j` on, to its first axis.
 fn householder_vector(a: &Matrix, j: usize) -> Vec<f64> {
     let mut v: Vec<f64> = (j..a.rows).map(|i| a[(i, j)]).collect();
     let norm = v.iter().map(|x| x * x).sum::<f64>().sqrt();

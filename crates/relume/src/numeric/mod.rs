@@ -1,4 +1,4 @@
-//! Small dense mathematics that the stages share.
+//! Numerical tools shared by the stages.
 
 pub mod autocorrelation;
 pub mod cells;

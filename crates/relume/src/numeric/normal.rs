@@ -20,8 +20,8 @@ pub fn cumulative(x: f64) -> f64 {
     0.5 + sum * density(x)
 }
 
-/// The inverse of [`cumulative`] for probabilities from 1e-12 to 1 - 1e-12, by Newton's method: above
-/// 0 the distribution is concave, so steps from 0 never go too far.
+/// The inverse of [`cumulative`] for probabilities from 1e-12 to 1 - 1e-12, by Newton's method: above 0 the
+/// distribution is concave, so steps from 0 never overshoot.
 pub fn quantile(probability: f64) -> f64 {
     let upper = probability.max(1.0 - probability);
     let mut x = 0.0;
@@ -35,8 +35,7 @@ pub fn quantile(probability: f64) -> f64 {
     if probability < 0.5 { -x } else { x }
 }
 
-/// Newton's steps reach 7 from 0 in thirty; where rounding keeps the last ones from shrinking, more
-/// would not help.
+/// Newton's method reaches 7 from 0 in thirty steps; further steps would only repeat rounding errors.
 const MOST_STEPS: usize = 40;
 
 fn density(x: f64) -> f64 {

@@ -1,9 +1,9 @@
-//! Products of small integers added in groups into 32-bit sums: the one operation in which all exact
-//! searches spend their time.
+//! Products of small integers added in groups into 32-bit sums: the operation that dominates the time of all
+//! exact searches.
 //!
-//! Processors have instructions for it: VPDPWSSD and VPDPBUSD (AVX-512 VNNI) for 32 products of
-//! words or 64 of bytes at a time, VPMADDWD (AVX2) for 16 of words. A piece of [`PairsWork`] is written
-//! once over [`Pairs`] and [`dispatch`] compiles it for each of them and portably; being integers,
+//! Processors have instructions for it: VPDPWSSD and VPDPBUSD (AVX-512 VNNI) for 32 products of words or 64
+//! of bytes at a time, VPMADDWD (AVX2) for 16 of words. A piece of [`PairsWork`] is written once over
+//! [`Pairs`]; [`dispatch`] compiles it for each of them and portably. Since the arithmetic is on integers,
 //! all give the same sums.
 
 #[cfg(target_arch = "x86_64")]
@@ -21,7 +21,7 @@ pub const BYTES: usize = 4 * SUMS;
 /// Sums of products; they wrap around beyond 32 bits.
 pub type Sums = [i32; SUMS];
 
-/// A processor's way to multiply and add.
+/// The multiply-add operation of a processor.
 pub trait Pairs: Copy + Sync {
     /// `sums[i] + a[2 i] b[2 i] + a[2 i + 1] b[2 i + 1]`.
     fn multiply_add(self, sums: Sums, a: &[i16; FACTORS], b: &[i16; FACTORS]) -> Sums;
@@ -29,24 +29,24 @@ pub trait Pairs: Copy + Sync {
     /// `sums[i] + a[4 i] b[4 i] + ... + a[4 i + 3] b[4 i + 3]`.
     fn multiply_add_bytes(self, sums: Sums, a: &[u8; BYTES], b: &[i8; BYTES]) -> Sums;
 
-    /// `sums[i]` and the squares of the two differences `a - b` that fall to it, where `mask` is all
-    /// ones; where it is zero, nothing. Differences must fit 16 bits.
+    /// Adds to `sums[i]` the squares of its two differences `a - b` where `mask` is all ones; where it is
+    /// zero, adds nothing. Differences must fit 16 bits.
     fn add_squares(self, sums: Sums, a: &[i16; FACTORS], b: &[i16; FACTORS], mask: &[i16; FACTORS]) -> Sums;
 
     /// Bit i tells whether `sums[i]` is at least `floor`.
     fn at_least(self, sums: &Sums, floor: i32) -> u16;
 }
 
-/// Something to do with whichever [`Pairs`] the processor has.
+/// Work to be done with the [`Pairs`] of the processor.
 pub trait PairsWork {
-    /// What it gives.
+    /// The result.
     type Output;
 
-    /// Does it. Mark implementations `#[inline(always)]`, so that they are compiled for `pairs`.
+    /// Does the work. Mark implementations `#[inline(always)]`, so that they are compiled for `pairs`.
     fn with<P: Pairs>(self, pairs: P) -> Self::Output;
 }
 
-/// Does a piece of work in the best instructions there are.
+/// Does a piece of work in the best instructions available.
 #[inline]
 pub fn dispatch<W: PairsWork>(work: W) -> W::Output {
     #[cfg(target_arch = "x86_64")]
@@ -61,7 +61,7 @@ pub fn dispatch<W: PairsWork>(work: W) -> W::Output {
     work.with(PortablePairs)
 }
 
-/// Plain Rust, for any processor; the truth of the others.
+/// Plain Rust, for any processor; the reference for the others.
 #[derive(Debug, Clone, Copy)]
 pub struct PortablePairs;
 
@@ -155,7 +155,7 @@ mod x86 {
             ])
         }
 
-        /// As words, those of even and of odd places by themselves.
+        /// Converted to words, those of even and odd positions separately.
         #[arcane(import_intrinsics, _self = X64V3Token)]
         fn multiply_add_bytes(self, sums: Sums, a: &[u8; BYTES], b: &[i8; BYTES]) -> Sums {
             let [a, b]: [[__m256i; 2]; 2] = [cast(*a), cast(*b)];

@@ -2,8 +2,8 @@
 
 use crate::direction::Direction;
 
-/// Nodes and weights of the `n`-point Gauss-Legendre rule on [-1, 1], exact for polynomials of
-/// degree 2n - 1. Newton's method on P_n from Chebyshev's guess.
+/// Nodes and weights of the `n`-point Gauss-Legendre rule on [-1, 1], exact for polynomials of degree 2n - 1.
+/// Newton's method on P_n from Chebyshev's initial guess.
 pub fn gauss_legendre(n: usize) -> Vec<(f64, f64)> {
     (0..n)
         .map(|i| {

@@ -1,56 +1,57 @@
-//! Random numbers from a seed, a purpose and a place: the one way in which they are derived.
+//! Random numbers from a seed, a purpose and a place: the only derivation.
 //!
-//! A stream is ChaCha with 8 rounds (D. J. Bernstein, "ChaCha, a variant of Salsa20", 2008). Its 256-bit
-//! key is the seed followed by the integers of the place, its 64-bit nonce the [`Purpose`] and how many
-//! integers the place has. So different (seed, purpose, place) are different inputs of the cipher by
-//! construction, whatever their values: level 1 under seed 0 has nothing in common with level 0 under seed
+//! A stream is ChaCha with 8 rounds (D. J. Bernstein, "ChaCha, a variant of Salsa20", 2008). Its 256-bit key
+//! is the seed followed by the integers of the place; its 64-bit nonce is the [`Purpose`] and the number of
+//! integers of the place. So different (seed, purpose, place) are different inputs of the cipher by
+//! construction, whatever their values: level 1 under seed 0 has nothing in common with level 0 under seed 1.
+//! Nothing depends on the order of work.
 //! 1. Nothing depends on the order of work.
 //!
-//! Where numbers must be had at any place of a plane at once, or in a shader, [`key`] gives the seed of an
+//! Where numbers are needed at arbitrary positions of a plane, or in a shader, [`key`] gives the seed of an
 //! integer hash ([`crate::numeric::hash`]) for one purpose.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
-/// What random numbers are for. Each has its own numbers under the same seed.
+/// The purposes of random numbers. Each has its own numbers under the same seed.
 ///
-/// The discriminants are part of what a seed means: append new ones, never renumber.
+/// The discriminants are part of the meaning of a seed: append new ones, never renumber.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[repr(u32)]
 pub enum Purpose {
     /// Data of tests, benchmarks and examples. Place: any.
     Sample = 0,
-    /// Which candidate a block of image quilting takes. Place: the block's number.
+    /// The choice of a candidate for a block of image quilting. Place: the number of the block.
     Block = 1,
     /// The first texels of growth. Place: none.
     FirstTexels = 2,
     /// Ties in the order of growth. Place: the texel.
     GrowthOrder = 3,
-    /// Which fitting window a growing texel copies. Place: the texel.
+    /// The choice of a fitting window for a growing texel. Place: the texel.
     GrownTexel = 4,
-    /// The random beginning of PatchMatch. Place: level, texel.
+    /// The random initialisation of PatchMatch. Place: level, texel.
     FirstPatch = 5,
     /// The random search of PatchMatch, by [`key`]. Place: level, round.
     PatchSearch = 6,
-    /// The noise from which scanlines are made. Place: level, row.
+    /// The initial noise of scanlines. Place: level, row.
     ScanlineNoise = 7,
-    /// Candidates of a scanline's texel that continues nothing. Place: level, texel.
+    /// Candidates of a scanline texel that continues nothing. Place: level, texel.
     ScanlineCandidates = 8,
     /// Cells from which projection kernels are learned. Place: the side of a cell.
     KernelSamples = 9,
-    /// The vectors from which the iteration for singular vectors starts. Place: their length.
+    /// The initial vectors of the iteration for singular vectors. Place: their length.
     KernelStart = 10,
     /// The part of the exemplar at each vertex of blended noise, by [`key`]. Place: none.
     NoiseVertices = 11,
     /// The Gaussian noise of a random field, by [`key`]. Place: level, group of components.
     FieldNoise = 12,
-    /// Where the patches of the sliced Wasserstein distance lie. Place: level.
+    /// The positions of the patches of the sliced Wasserstein distance. Place: level.
     MeasuredPatches = 13,
     /// The directions of the sliced Wasserstein distance. Place: level, direction.
     MeasuredDirections = 14,
     /// The seeds of further rounds of tries, by [`key`]. Place: the round.
     Tries = 15,
-    /// The seed with which a texture is made again that was a copy, by [`key`]. Place: none.
+    /// The seed for another attempt at a texture that was a copy, by [`key`]. Place: none.
     CopiedAgain = 16,
 }
 
@@ -74,7 +75,7 @@ impl Stream {
         Self(generator)
     }
 
-    /// A number below `n`, each equally likely up to 2^-64 n.
+    /// A number below `n`, all equally likely up to 2^-64 n.
     ///
     /// # Panics
     /// When `n` is zero.
@@ -89,7 +90,7 @@ impl Stream {
     }
 }
 
-/// The first 64 bits of a stream: the seed of a hash that serves one purpose.
+/// The first 64 bits of a stream: the seed of a hash for one purpose.
 pub fn key<const N: usize>(seed: u64, purpose: Purpose, place: [u64; N]) -> u64 {
     Stream::new(seed, purpose, place).0.next_u64()
 }
@@ -114,7 +115,7 @@ mod tests {
         assert!((0..100).all(|place| (0.0..1.0).contains(&Stream::new(0, Purpose::Block, [place]).unit())));
     }
 
-    /// A named fault: seeds and levels were added, so that both had the same numbers.
+    /// A former fault: seeds and levels were added, so both gave the same numbers.
     #[test]
     fn level_1_of_seed_0_is_not_level_0_of_seed_1() {
         assert_ne!(key(0, Purpose::ScanlineNoise, [1, 7]), key(1, Purpose::ScanlineNoise, [0, 7]));
@@ -122,7 +123,7 @@ mod tests {
         assert_ne!(key(0, Purpose::Tries, [1]), key(1, Purpose::Tries, [0]));
     }
 
-    /// A named fault: the noise of scanline 7 and the candidates of texel 7 were the same numbers.
+    /// A former fault: the noise of scanline 7 and the candidates of texel 7 were the same numbers.
     #[test]
     fn places_of_different_lengths_and_purposes_are_different() {
         let seeds = [0, 1, 2, u64::MAX];

@@ -1,22 +1,21 @@
-//! Bits as a fraction of a range: the adaptive binary range coder.
+//! The adaptive binary range coder: bits as a fraction of a range.
 //!
 //! G. N. N. Martin, "Range Encoding: an Algorithm for Removing Redundancy from a Digitised Message" (1979),
-//! for binary decisions, each of which has a [`Chance`] of its own that learns from what it has seen. The
-//! range is 32 bits wide and moves up a byte whenever it has become narrower than 2^24; a carry runs back
-//! through bytes that wait for it.
+//! for binary decisions, each with its own adaptive [`Chance`]. The range is 32 bits wide and shifts by a
+//! byte whenever it becomes narrower than 2^24; a carry propagates back through the bytes held for it.
 //!
-//! A decoder that reads past the end sees zeros and goes on; [`Decoder::read`] tells.
+//! A decoder that reads past the end reads zeros and continues; [`Decoder::read`] reveals it.
 
-/// The range is widened when it is narrower than this.
+/// The range is extended when it is narrower than this.
 const NARROW: u32 = 1 << 24;
 
-/// How often a chance has learnt at most: it forgets what lies farther back.
+/// The most updates that a chance counts: older outcomes are forgotten.
 const MEMORY: u16 = 60;
 
-/// No outcome is ever thought rarer than this, in 65536ths.
+/// The least probability of an outcome, in 65536ths.
 const RAREST: u16 = 128;
 
-/// How probable it is that a decision is 0, in 65536ths.
+/// The probability that a decision is 0, in 65536ths.
 #[derive(Debug, Clone, Copy)]
 pub struct Chance {
     zero: u16,
@@ -30,12 +29,12 @@ impl Default for Chance {
 }
 
 impl Chance {
-    /// The part of a range that stands for 0.
+    /// The part of a range that represents 0.
     fn bound(self, range: u32) -> u32 {
         (range >> 16) * u32::from(self.zero.clamp(RAREST, u16::MAX - RAREST))
     }
 
-    /// Moves by 1 / (n + 2) of the way after n decisions.
+    /// Moves by 1 / (n + 2) of the difference after n decisions.
     fn learn(&mut self, bit: bool) {
         let target = if bit { 0 } else { i32::from(u16::MAX) };
         let zero = i32::from(self.zero);
@@ -49,7 +48,7 @@ impl Chance {
 pub struct Encoder {
     low: u64,
     range: u32,
-    /// The byte that a carry may still raise, and how many bytes of 255 wait behind it.
+    /// The byte that a carry may still raise, and the number of bytes of 255 held behind it.
     held: Option<u8>,
     waiting: usize,
     bytes: Vec<u8>,
@@ -62,7 +61,7 @@ impl Default for Encoder {
 }
 
 impl Encoder {
-    /// Codes a decision.
+    /// Encodes a decision.
     pub fn put(&mut self, bit: bool, chance: &mut Chance) {
         let bound = chance.bound(self.range);
         if bit {
@@ -78,7 +77,7 @@ impl Encoder {
         }
     }
 
-    /// Moves the highest byte of the range's lower end out.
+    /// Outputs the highest byte of the lower end of the range.
     fn shift(&mut self) {
         let carry = self.low >> 32 != 0;
         if carry || self.low < 0xff00_0000 {
@@ -140,7 +139,8 @@ impl<'a> Decoder<'a> {
         bit
     }
 
-    /// How many bytes were read, those past the end included; after the last decision as many as there are.
+    /// The number of bytes read, those past the end included; after the last decision, the length of the
+    /// code.
     pub fn read(&self) -> usize {
         self.at
     }
@@ -161,7 +161,7 @@ mod tests {
     proptest! {
         #[test]
         fn decisions_come_back(bits in prop::collection::vec((any::<bool>(), 0usize..4), 0..600), rare: bool) {
-            // Long runs drive chances to their ends, where carries are longest.
+            // Long runs drive chances to their limits, where carries are longest.
             let bits: Vec<(bool, usize)> = bits.iter().flat_map(|&(bit, c)| vec![(bit, c); if rare { 40 } else { 1 }]).collect();
             let bytes = coded(&bits);
             let (mut decoder, mut chances) = (Decoder::new(&bytes), [Chance::default(); 4]);

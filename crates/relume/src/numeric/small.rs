@@ -1,7 +1,7 @@
-//! Systems of a few equations, solved on the stack: one for each of millions of texels.
+//! Systems of a few equations, solved on the stack, for millions of texels.
 
-/// The solution of A x = b for a symmetric positive definite A by Cholesky's method, of which only
-/// the lower triangle is read; `None` where a pivot is below 1e-10 of the largest diagonal entry.
+/// The solution of A x = b for a symmetric positive definite A by Cholesky's method, reading only the lower
+/// triangle; `None` where a pivot is below 1e-10 of the largest diagonal entry.
 pub fn solve_spd<const N: usize>(a: &[[f64; N]; N], b: &[f64; N]) -> Option<[f64; N]> {
     let least = 1e-10 * (0..N).map(|i| a[i][i]).fold(0.0, f64::max);
     let mut l = [[0.0; N]; N];

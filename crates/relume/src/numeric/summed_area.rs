@@ -12,7 +12,7 @@ pub struct SummedArea {
 }
 
 impl SummedArea {
-    /// The sums of a table given row after row.
+    /// The sums of a table given row by row.
     ///
     /// # Panics
     /// When there is not one value for each texel.
@@ -36,8 +36,8 @@ impl SummedArea {
         self.size
     }
 
-    /// The sum over the rectangle of `width` x `height` values whose top left one is (x, y); parts
-    /// outside count as nothing.
+    /// The sum over the rectangle of `width` x `height` values whose top left one is (x, y); values outside
+    /// the table count as zero.
     pub fn sum(&self, x: usize, y: usize, width: usize, height: usize) -> u64 {
         let Size { width: columns, height: rows } = self.size;
         let at = |x: usize, y: usize| self.sums[y.min(rows) * (columns + 1) + x.min(columns)];

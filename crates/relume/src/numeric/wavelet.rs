@@ -1,21 +1,21 @@
 //! The wavelet transform of planes on a torus, any size.
 //!
-//! The biorthogonal wavelets of A. Cohen, I. Daubechies, J.-C. Feauveau, "Biorthogonal Bases of Compactly
-//! Supported Wavelets", Comm. Pure and Applied Mathematics 45 (1992), with nine and seven taps, as the four
-//! lifting steps of I. Daubechies, W. Sweldens, "Factoring Wavelet Transforms into Lifting Steps", J. Fourier
-//! Analysis and Applications 4 (1998), scaled so that the transform is nearly orthonormal: an error of
-//! coefficients is about as large in the plane.
+//! The biorthogonal 9/7 wavelets of A. Cohen, I. Daubechies, J.-C. Feauveau, "Biorthogonal Bases of Compactly
+//! Supported Wavelets", Comm. Pure and Applied Mathematics 45 (1992), as the four lifting steps of I.
+//! Daubechies, W. Sweldens, "Factoring Wavelet Transforms into Lifting Steps", J. Fourier Analysis and
+//! Applications 4 (1998), scaled so that the transform is nearly orthonormal: an error of coefficients is
+//! about as large in the plane.
 //!
-//! A line of n values becomes ceil(n/2) averages and then floor(n/2) differences. It continues itself; where
-//! n is odd, two averages meet at its end, and a step takes the neighbour on the other side there instead.
-//! Every such step can be undone exactly, whatever it takes.
+//! A line of n values becomes ceil(n/2) averages followed by floor(n/2) differences. The line is periodic. If
+//! n is odd, two averages are adjacent at its end, and a step uses the neighbour on the other side instead.
+//! Each step is exactly invertible.
 
 use crate::planes::{Planes, Size};
 
 /// Factors of the lifting steps: differences, averages, differences, averages.
 const STEPS: [f32; 4] = [-1.586_134_3, -0.052_980_12, 0.882_911_1, 0.443_506_85];
 
-/// What averages are multiplied by in the end, and differences divided by: sqrt(2) / 1.2301741.
+/// The factor of the averages, and the divisor of the differences, at the end: sqrt(2) / 1.2301741.
 const SCALE: f32 = 1.149_604_4;
 
 /// The sizes of the averages at each scale, from the plane itself on.
@@ -24,23 +24,23 @@ pub fn sizes(size: Size, scales: usize) -> Vec<Size> {
     std::iter::successors(Some(size), |&s| Some(half(s))).take(scales + 1).collect()
 }
 
-/// Coefficients of each plane: the last scale's averages in the upper left corner, around them its differences
-/// along x, along y and along both, and so on outwards.
+/// Coefficients of each plane: the averages of the last scale in the upper left corner, around them its
+/// differences along x, along y and along both, and so on outwards.
 pub fn forward(planes: &mut Planes, scales: usize) {
     for size in &sizes(planes.size(), scales)[..scales] {
         transform(planes, *size, forward_line);
     }
 }
 
-/// The planes of some coefficients.
+/// The planes of given coefficients.
 pub fn inverse(planes: &mut Planes, scales: usize) {
     for size in sizes(planes.size(), scales)[..scales].iter().rev() {
         transform(planes, *size, inverse_line);
     }
 }
 
-/// Changes all rows, then all columns, of the upper left part of each plane. Both commute, so one order serves
-/// both ways.
+/// Transforms all rows, then all columns, of the upper left part of each plane. Both commute, so one order
+/// serves both directions.
 fn transform(planes: &mut Planes, part: Size, change: fn(&mut [f32], &mut [f32])) {
     let width = planes.size().width;
     let (mut line, mut buffer) = (vec![0.0; part.height], vec![0.0; part.width.max(part.height)]);
@@ -56,14 +56,14 @@ fn transform(planes: &mut Planes, part: Size, change: fn(&mut [f32], &mut [f32])
     }
 }
 
-/// The neighbours of value `i` of other parity.
+/// The neighbours of value `i`, of the other parity.
 fn neighbours(i: usize, n: usize) -> [usize; 2] {
     let [left, right] = [(i + n - 1) % n, (i + 1) % n];
     let other = |at: usize, instead: usize| if at % 2 == i % 2 { instead } else { at };
     [other(left, right), other(right, left)]
 }
 
-/// Adds to every second value its neighbours' sum times a factor.
+/// Adds to every second value the sum of its neighbours times a factor.
 fn lift(line: &mut [f32], first: usize, factor: f32) {
     let n = line.len();
     for i in (first..n).step_by(2) {

@@ -10,7 +10,7 @@ pub(super) fn all() -> Vec<Basis> {
     Basis::NAMED.into_iter().chain([Basis::Learned(learned(12, 5, 4))]).collect()
 }
 
-/// A learned basis of smooth functions of every pair of `lights` and `views`.
+/// A learned basis of smooth functions on all pairs of `lights` and `views`.
 pub(crate) fn learned(lights: usize, views: usize, functions: usize) -> Learned {
     let pairs: Vec<Directions> = spread(lights)
         .into_iter()
@@ -20,7 +20,7 @@ pub(crate) fn learned(lights: usize, views: usize, functions: usize) -> Learned 
     let smooth = |k: usize, pair: &Directions| {
         let [x, y, z] = pair.light.to_array();
         let half = pair.light.dot(pair.view);
-        // A frequency that grows with the number, in a direction of its own.
+        // A frequency that grows with the number of the function, each in its own direction.
         let angle = 1.3 * k as f64;
         1.0 / (k + 1) as f64 + (0.5 * k as f64 * (x * angle.cos() + y * angle.sin()) + half + 0.2 * z).sin()
     };

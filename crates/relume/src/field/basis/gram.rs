@@ -1,11 +1,11 @@
-//! Inner products of a basis's functions.
+//! Inner products of the functions of a basis.
 
 use crate::numeric::Matrix;
 
 /// The inner products `G_jk` = ∫ b_j b_k dw of `n` functions over a domain.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Gram {
-    /// All of them, n x n.
+    /// The full n x n matrix.
     Dense(Matrix),
     /// The functions are orthogonal: the `n` squared norms.
     Diagonal(Vec<f64>),

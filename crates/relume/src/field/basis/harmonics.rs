@@ -6,11 +6,11 @@
 //! 0..pi/2 fills -1..1. Since dw = dcos t dp, they are **orthonormal by solid angle**. RTI files
 //! give H4 and H8 a minus sign, which stays here.
 //!
-//! With c = cos t and s = sqrt(c - c^2), the customary formulas have cos p s, cos 2p (c^2 - c) and
-//! so on, and the azimuth p is not defined at the zenith. In the direction's components
-//! cos p s = x sqrt(c / (1 + c)) and cos 2p (c^2 - c) = -(x^2 - y^2) c / (1 + c), which are finite
-//! and smooth there. On the horizon s is zero with an infinite slope in c. Directions below the
-//! horizon, where s is imaginary, have the values of the horizon below them.
+//! With c = cos t and s = sqrt(c - c^2), the customary formulas have cos p s, cos 2p (c^2 - c) and so on, and
+//! the azimuth p is undefined at the zenith. In the components of the direction cos p s = x sqrt(c / (1 + c))
+//! and cos 2p (c^2 - c) = -(x^2 - y^2) c / (1 + c), which are finite and smooth there. On the horizon s is
+//! zero with an infinite slope in c. Directions below the horizon, where s is imaginary, get the values on
+//! the horizon at the same azimuth.
 
 use std::f64::consts::PI;
 
@@ -48,7 +48,7 @@ pub(super) fn weights(direction: Direction) -> [f64; COUNT] {
     ]
 }
 
-/// None over the square, whose corners are no directions.
+/// `None` over the square, whose corners are not directions.
 pub(super) fn gram(domain: Domain) -> Option<Gram> {
     match domain {
         Domain::Hemisphere => Some(Gram::Diagonal(vec![1.0; COUNT])),
@@ -57,13 +57,13 @@ pub(super) fn gram(domain: Domain) -> Option<Gram> {
     }
 }
 
-/// ∫ H_j H_k cos t dw: zero for different orders, a polynomial in cos t times the mean square of
-/// the azimuth's function for equal ones.
+/// ∫ H_j H_k cos t dw: zero for different orders; for equal ones a polynomial in cos t times the mean square
+/// of the azimuthal function.
 fn cosine_product(j: usize, k: usize) -> f64 {
     if ORDERS[j] != ORDERS[k] {
         return 0.0;
     }
-    // Where the azimuth's function is 1: cos(m p), or sin(m p).
+    // The azimuth at which the azimuthal function is 1: cos(m p), or sin(m p).
     let azimuth = match ORDERS[j] {
         m if m < 0 => 0.5 * PI / f64::from(-m),
         _ => 0.0,
@@ -82,7 +82,7 @@ mod tests {
     use super::*;
     use crate::numeric::quadrature::integrate_hemisphere;
 
-    /// The formulas as `.rti` readers have them, with the azimuth.
+    /// The formulas of `.rti` readers, with the azimuth.
     fn customary(direction: Direction) -> [f64; COUNT] {
         let p = direction.y().atan2(direction.x());
         let c = direction.z();

@@ -1,6 +1,5 @@
-//! Bases of functions of light and view. A closed family: each member knows its weights for a
-//! pair of directions and its Gram matrix over the domains where it is defined; the tests run over
-//! all of them.
+//! Bases of functions of light and view. A closed family: each member knows its weights for a pair of
+//! directions and its Gram matrix over the domains where it is defined; the tests cover all of them.
 //!
 //! | name | functions | of | defined over |
 //! |---|---|---|---|
@@ -28,7 +27,7 @@ use crate::direction::Directions;
 use crate::error::{Error, Result};
 use crate::names::named;
 
-/// A family of functions b_k(light, view). What a member holds is shared: a copy costs nothing.
+/// A family of functions b_k(light, view). The data of a member is shared: copies are cheap.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Basis {
     /// The constant 1: a plain picture.
@@ -45,20 +44,20 @@ pub enum Basis {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Domain {
-    /// The upper hemisphere, by solid angle: every light direction counts equally. Every basis is
-    /// defined there; a learned one has weights of its own.
+    /// The upper hemisphere, by solid angle: all light directions have equal weight. Every basis is defined
+    /// there; a learned one has its own weights.
     Hemisphere,
     /// The upper hemisphere weighted by the cosine, which is the unit disk of (u, v) by area.
     Cosine,
-    /// The square [-1, 1]^2 of (u, v): the documents' domain. Its corners are no directions, so
-    /// only polynomials in u and v are defined there.
+    /// The square [-1, 1]^2 of (u, v), as in HPL-2003-16. Its corners are not directions, so only polynomials
+    /// in u and v are defined there.
     Square,
 }
 
 named!(Domain { Hemisphere => "hemisphere", Cosine => "cosine", Square => "square" });
 
 impl Basis {
-    /// The members that are known by their names alone.
+    /// The members identified by their names alone.
     pub const NAMED: [Self; 3] = [Self::Constant, Self::Ptm, Self::Harmonics];
 
     /// One member of each kind, for tests that run over the family.
@@ -87,7 +86,7 @@ impl Basis {
         }
     }
 
-    /// The basis of that name; none for bases with data of their own.
+    /// The basis of that name; `None` for bases with their own data.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::NAMED.into_iter().find(|basis| basis.name() == name)
     }
@@ -119,8 +118,8 @@ impl Basis {
         }
     }
 
-    /// The values of the functions for a light and a view; a light alone is seen from straight
-    /// above. Where many directions are asked for, [`Basis::weights_into`] saves the allocations.
+    /// The values of the functions for a light and a view; a light alone implies the view from straight
+    /// above. For many directions, [`Basis::weights_into`] saves the allocations.
     pub fn weights(&self, directions: impl Into<Directions>) -> Vec<f64> {
         let mut out = vec![0.0; self.len()];
         self.weights_into(directions.into(), &mut out);
@@ -163,8 +162,8 @@ impl Basis {
         }
     }
 
-    /// Integrates a function of the functions' values over a domain numerically, with `nodes` nodes
-    /// a dimension, or over the measured pairs: the slow truth of every Gram matrix.
+    /// Integrates a function of the values of the functions over a domain numerically, with `nodes` nodes per
+    /// dimension, or over the measured pairs: the slow truth of every Gram matrix.
     ///
     /// # Errors
     /// When the basis is not defined over the domain.
@@ -228,7 +227,7 @@ mod tests {
                 continue;
             };
             assert!(basis.is_defined_over(domain));
-            // The sums of a learned basis are as exact as its values.
+            // The sums of a learned basis are as accurate as its values.
             let tolerance = if matches!(basis, Basis::Learned(_)) { 1e-6 } else { 1e-12 };
             for (j, k) in (0..basis.len()).flat_map(|j| (0..basis.len()).map(move |k| (j, k))) {
                 let truth = basis.integrate(domain, 12, |weights| weights[j] * weights[k]).unwrap();

@@ -6,9 +6,8 @@ use super::Domain;
 
 /// The integral of u^a v^b over a domain; zero when a power is odd.
 ///
-/// With m = (a + b) / 2 and the azimuthal integral A = 2 pi (a-1)!! (b-1)!! / (a+b)!!:
-/// solid angle gives A (2m)!! / (2m+1)!!, the cosine-weighted one A / (a + b + 2), and the
-/// square 2/(a+1) 2/(b+1).
+/// With m = (a + b) / 2 and the azimuthal integral A = 2 pi (a-1)!! (b-1)!! / (a+b)!!, the solid angle gives
+/// A (2m)!! / (2m+1)!!, the cosine-weighted one A / (a + b + 2), and the square 2/(a+1) 2/(b+1).
 pub(super) fn moment(domain: Domain, a: u32, b: u32) -> f64 {
     if a % 2 == 1 || b % 2 == 1 {
         return 0.0;

@@ -5,30 +5,29 @@ use super::{NEARLY_BEST, least_share};
 use crate::numeric::autocorrelation::Autocorrelation;
 use crate::numeric::lattice::{Lattice, length};
 
-/// Multiples of each basis vector that are looked at: enough for a mean, near enough that the
-/// error of a peak's place, a tenth of a texel, does not grow beyond a peak's width.
+/// Multiples of each basis vector that are examined: enough for a mean, and few enough that the error of the
+/// position of a peak, a tenth of a texel, does not grow beyond its width.
 const SPAN: i32 = 3;
-/// Cells are looked at in steps of a quarter of each vector.
+/// Cells are sampled in steps of a quarter of each vector.
 const STEPS: u8 = 4;
-/// Lattice points that must be seen: the two vectors, their sum and their difference.
+/// The least number of visible lattice points: the two vectors, their sum and their difference.
 const LEAST_POINTS: usize = 4;
-/// The correlation must fall between lattice points along both vectors and their sum, by this part
-/// of the share. Stripes pass along two of them at most: counted in stripes, one of any two whole
-/// numbers and their sum is even, so that one of the three places half-way lies on a stripe.
+/// The least drop of the correlation between lattice points along both vectors and their sum, as a fraction
+/// of the share. Stripes show it along two of them at most: counted in stripes, one of any two integers and
+/// their sum is even, so one of the three half-way positions lies on a stripe.
 const LEAST_CONTRAST: f64 = 0.25;
 
-/// A lattice and how much of the variance repeats with it.
+/// A lattice and the share of the variance that repeats with it.
 #[derive(Debug, Clone, Copy)]
 pub struct Judged {
     pub lattice: Lattice,
     pub share: f64,
     points: usize,
-    /// The mean fall of the correlation half-way to the next lattice point, along each vector and
-    /// their sum.
+    /// The mean drop of the correlation half-way to the next lattice point, along each vector and their sum.
     contrast: [f64; 3],
 }
 
-/// The best lattice of pairs of candidates, if it is one.
+/// The best lattice from pairs of candidates, if there is one.
 pub fn best(correlation: &Autocorrelation, candidates: &[[f64; 2]]) -> Option<Judged> {
     let pairs = (0..candidates.len()).flat_map(|i| (0..i).map(move |j| (i, j)));
     let lattices = pairs.filter_map(|(i, j)| Lattice::new(candidates[j], candidates[i]));
@@ -36,7 +35,7 @@ pub fn best(correlation: &Autocorrelation, candidates: &[[f64; 2]]) -> Option<Ju
         lattices.map(|lattice| judge(correlation, lattice)).filter(Judged::is_period).collect();
     let best = judged.iter().map(|j| j.share).fold(0.0, f64::max);
     let good = judged.into_iter().filter(|j| j.share >= NEARLY_BEST * best);
-    // Of bases of one lattice, which differ in area by the error of their peaks, the best.
+    // The best of the bases of one lattice, whose areas differ by the errors of their peaks.
     let densest = good.clone().map(|j| j.lattice.cell_area()).fold(f64::INFINITY, f64::min);
     good.filter(|j| j.lattice.cell_area() < 1.2 * densest).max_by(|a, b| a.share.total_cmp(&b.share))
 }
@@ -56,7 +55,7 @@ fn judge(correlation: &Autocorrelation, lattice: Lattice) -> Judged {
     for [i, j] in Lattice::half(SPAN).filter(|&ij| correlation.covers(lattice.point(ij))) {
         let here = sample([i, j]);
         tally.add_point(here);
-        // Steps go towards the origin, so that they stay within reach.
+        // Steps point towards the origin, so that they stay within reach.
         let left = if i < 0.0 { -1.0 } else { 1.0 };
         contrast[0] += here - sample([i - 0.5 * left, j]);
         contrast[1] += here - sample([i, j - 0.5]);
@@ -72,7 +71,7 @@ fn judge(correlation: &Autocorrelation, lattice: Lattice) -> Judged {
     Judged { lattice, share: tally.share(), points, contrast: contrast.map(|c| c / points.max(1) as f64) }
 }
 
-/// Places of a cell besides its corner.
+/// The sampled positions of a cell, apart from its corner.
 fn steps() -> impl Iterator<Item = (f64, f64)> {
     let step = |k: u8| f64::from(k) / f64::from(STEPS);
     (1..STEPS * STEPS).map(move |k| (step(k % STEPS), step(k / STEPS)))

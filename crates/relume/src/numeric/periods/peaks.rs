@@ -2,11 +2,11 @@
 
 use crate::numeric::autocorrelation::Autocorrelation;
 
-/// Candidates that are kept: pairs grow with the square.
+/// Candidates kept: the number of pairs grows with the square.
 const CANDIDATES: usize = 48;
-/// Multiples of a candidate that are looked at to rank it.
+/// Multiples of a candidate examined to rank it.
 const MULTIPLES: i32 = 8;
-/// Texels from a multiple's predicted place within which its peak is looked for.
+/// The distance in texels from the predicted position of a multiple within which its peak is searched.
 const NEAR: f64 = 1.0;
 
 /// A local maximum.
@@ -18,9 +18,9 @@ pub struct Peak {
     pub height: f64,
 }
 
-/// The peaks that are most likely periods, best first. A period's multiples are peaks and lie
-/// between valleys: candidates are ranked by the mean rise from half-way to each multiple, times the
-/// root of the number of multiples, as means of more values are surer.
+/// The peaks that are most likely periods, best first. Multiples of a period are peaks and lie between
+/// valleys: candidates are ranked by the mean rise from half-way to each multiple, times the root of the
+/// number of multiples, because means of more values are more certain.
 pub fn candidates(correlation: &Autocorrelation) -> Vec<[f64; 2]> {
     let mut ranked: Vec<([f64; 2], f64)> =
         all(correlation).into_iter().map(|peak| followed(correlation, peak.shift)).collect();
@@ -28,8 +28,8 @@ pub fn candidates(correlation: &Autocorrelation) -> Vec<[f64; 2]> {
     ranked.into_iter().take(CANDIDATES).map(|(shift, _)| shift).collect()
 }
 
-/// A candidate made more exact by the peaks at its multiples, and its rank. The place of a peak is
-/// known to a tenth of a texel or two; each multiple found divides that.
+/// A candidate refined by the peaks at its multiples, and its rank. The position of a peak is known to one or
+/// two tenths of a texel; each multiple divides that error.
 fn followed(correlation: &Autocorrelation, first: [f64; 2]) -> ([f64; 2], f64) {
     let (mut shift, mut rise, mut count) = (first, 0.0, 0);
     for k in (1..=MULTIPLES).map(f64::from) {
@@ -73,13 +73,13 @@ fn refined(correlation: &Autocorrelation, dx: isize, dy: isize) -> Peak {
     Peak { shift, height }
 }
 
-/// Where the parabola through three values at -1, 0 and 1 is highest, within half a step.
+/// The position of the maximum of the parabola through three values at -1, 0 and 1, within half a step.
 pub fn vertex([before, here, after]: [f64; 3]) -> f64 {
     let bend = before - 2.0 * here + after;
     if bend < 0.0 { (0.5 * (before - after) / bend).clamp(-0.5, 0.5) } else { 0.0 }
 }
 
-/// The peak that is reached by climbing from a place, if it is at most `within` texels away.
+/// The peak reached by climbing from a position, if it is at most `within` texels away.
 pub fn near(correlation: &Autocorrelation, place: [f64; 2], within: f64) -> Option<Peak> {
     let inside = |x: isize, y: isize| {
         correlation.covers([x.unsigned_abs() as f64 + 1.0, y.unsigned_abs() as f64 + 1.0])

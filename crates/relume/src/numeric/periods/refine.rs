@@ -1,8 +1,8 @@
 //! A lattice to a fraction of a texel, by least squares over the peaks at its points.
 //!
-//! A peak's place is known to about a tenth of a texel; far lattice points divide that error by
-//! their multiple. The fit begins with the nearest points and goes outwards, so that each step's
-//! prediction is good enough to find the next peaks.
+//! The position of a peak is known to about a tenth of a texel; far lattice points divide that error by their
+//! multiple. The fit begins with the nearest points and goes outwards, so that the prediction of each step is
+//! accurate enough to find the next peaks.
 
 use super::peaks::{self, Peak};
 use crate::numeric::autocorrelation::Autocorrelation;
@@ -10,7 +10,7 @@ use crate::numeric::lattice::{Lattice, length};
 
 /// Farthest multiples used.
 const FARTHEST: i32 = 12;
-/// A peak belongs to a lattice point when it is at most this part of the shorter vector away.
+/// A peak belongs to a lattice point when its distance is at most this fraction of the shorter vector.
 const NEAR: f64 = 0.2;
 
 /// The lattice fitted to the peaks near its points.
@@ -20,7 +20,7 @@ pub fn lattice(correlation: &Autocorrelation, first: Lattice) -> Lattice {
         let shortest = lattice.basis().map(length).into_iter().fold(f64::INFINITY, f64::min);
         let points = Lattice::half(span).filter_map(|ij| {
             let place = lattice.point(ij);
-            // Two texels at the centre of a peak are its own, whatever the period.
+            // At least two texels, the width of a peak, whatever the period.
             let peak = peaks::near(correlation, place, (NEAR * shortest).clamp(1.0, 4.0))?;
             Some((ij, peak))
         });

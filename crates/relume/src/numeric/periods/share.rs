@@ -1,11 +1,10 @@
-//! How much of the variance repeats with a period: correlation at the period's multiples, less what
-//! there is anyway.
+//! The share of the variance that repeats with a period: the correlation at multiples of the period, minus
+//! the background.
 //!
-//! With m the mean correlation at the multiples and b the mean over the cells between them, the
-//! share is (m - b) / (1 - b): slow changes raise both and cancel, and a texture that only repeats
-//! has share 1.
+//! With the mean correlation m at the multiples and the mean b over the cells between them, the share is (m -
+//! b) / (1 - b): slow changes raise both and cancel, and a purely periodic texture has share 1.
 
-/// A mean of correlations at multiples, and in between.
+/// The mean correlations at multiples and in between.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Tally {
     at: f64,
@@ -15,13 +14,13 @@ pub struct Tally {
 }
 
 impl Tally {
-    /// Counts the correlation at a multiple.
+    /// Adds the correlation at a multiple.
     pub fn add_point(&mut self, correlation: f64) {
         self.at += correlation;
         self.points += 1;
     }
 
-    /// Counts a correlation in between.
+    /// Adds a correlation in between.
     pub fn add_between(&mut self, correlation: f64) {
         self.between += correlation;
         self.places += 1;
@@ -32,7 +31,7 @@ impl Tally {
         self.points
     }
 
-    /// The share of the variance that repeats; 0 where nothing was counted.
+    /// The share of the variance that repeats; 0 without data.
     pub fn share(&self) -> f64 {
         let mean = |sum: f64, count: usize| if count == 0 { 0.0 } else { sum / count as f64 };
         let background = mean(self.between, self.places);

@@ -1,20 +1,20 @@
 //! Textures that repeat in one direction only.
 //!
-//! The ridges of the autocorrelation of stripes run along them: their direction is the one across
-//! which the correlation changes least, the minor axis of its structure tensor (J. Bigun, G. H.
-//! Granlund, Optimal orientation detection of linear symmetry, ICCV 1987). The mean over a stretch
-//! of the ridges is a profile across the stripes, in which periods are judged as lattices are.
+//! The ridges of the autocorrelation of stripes are parallel to them: their direction is the one along which
+//! the correlation changes least, the minor axis of its structure tensor (J. Bigun, G. H. Granlund, Optimal
+//! orientation detection of linear symmetry, ICCV 1987). The mean over a stretch of the ridges is a profile
+//! across the stripes, in which periods are judged in the same way as lattices.
 
 use super::NEARLY_BEST;
 use super::peaks::vertex;
 use super::share::Tally;
 use crate::numeric::autocorrelation::Autocorrelation;
 
-/// Multiples that must be seen.
+/// The least number of visible multiples.
 const LEAST_MULTIPLES: usize = 3;
-/// Multiples that are looked at.
+/// The number of multiples examined.
 const MULTIPLES: usize = 8;
-/// The stretch of ridges that is averaged on either side, as a part of the reach.
+/// The stretch of ridges averaged on either side, as a fraction of the reach.
 const STRETCH: f64 = 0.25;
 
 /// A period across stripes.
@@ -25,7 +25,7 @@ pub struct StripePeriod {
     pub points: usize,
 }
 
-/// The best period across the stripes, if there is any to judge.
+/// The best period across the stripes, if one can be judged.
 pub fn best(correlation: &Autocorrelation) -> Option<StripePeriod> {
     let [ux, uy] = across(correlation);
     let profile = Profile::new(correlation, [ux, uy]);
@@ -76,7 +76,7 @@ impl Profile {
         Self((0u32..).map(f64::from).take_while(|&s| seen(s)).map(mean).collect())
     }
 
-    /// The mean at a distance between whole ones, linear; the last one beyond the end.
+    /// The mean at a distance between integers, by linear interpolation; beyond the end, the last one.
     fn sample(&self, s: f64) -> f64 {
         let last = self.0.len() - 1;
         let before = (s.floor() as usize).min(last);
@@ -84,7 +84,7 @@ impl Profile {
         (1.0 - t) * self.0[before] + t * self.0[(before + 1).min(last)]
     }
 
-    /// The distances of local maxima, to a fraction of a texel, rising.
+    /// The distances of local maxima, to a fraction of a texel, in increasing order.
     fn peaks(&self) -> impl Iterator<Item = f64> + '_ {
         let inner = self.0.windows(3).enumerate();
         inner

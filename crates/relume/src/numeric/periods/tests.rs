@@ -16,7 +16,7 @@ fn periods(planes: &Planes) -> Periods {
     find(&Autocorrelation::new(planes, reach, &Job::default()).unwrap())
 }
 
-/// A motif of no symmetry on every cell of a lattice: some random waves that all have its period.
+/// A motif without symmetry on every cell of a lattice: random waves that all have its period.
 fn motif(lattice: Lattice, seed: u64) -> impl Fn(f64, f64) -> f64 {
     let mut random = Stream::new(seed, Purpose::Sample, [0]);
     let mut wave = |i: i32, j: i32| (f64::from(i), f64::from(j), TAU * random.unit(), 0.4 + random.unit());
@@ -28,8 +28,8 @@ fn motif(lattice: Lattice, seed: u64) -> impl Fn(f64, f64) -> f64 {
     }
 }
 
-/// A random field that is smooth over about `scale` texels: waves of all directions and lengths from
-/// there on.
+/// A random field that is smooth over about `scale` texels: waves of all directions and of this length and
+/// more.
 fn noise(size: Size, scale: f64, seed: u64) -> Planes {
     let mut random = Stream::new(seed, Purpose::Sample, [1]);
     let waves: Vec<[f64; 3]> = (0..150)
@@ -54,8 +54,8 @@ fn assert_lattice(found: Periods, truth: Lattice, within: f64) {
     assert!((cells - 1.0).abs() < 0.05, "{lattice:?} holds {cells} cells of {truth:?}");
 }
 
-/// Was called a lattice of two shifts along the stripes: wood, whose rings lie at one distance and
-/// resemble themselves less and less along the grain.
+/// Was reported as a lattice of two shifts along the stripes: wood, whose rings lie at one distance and
+/// become less and less self-similar along the grain.
 #[test]
 fn stripes_that_change_along_themselves_are_no_lattice() {
     let size = Size::new(160, 150);

@@ -2,17 +2,17 @@
 
 use crate::error::{Error, Result};
 
-/// The share of either outer tap of the three-tap smoothing: with a factor of 2 the centre weight
-/// becomes Burt and Adelson's a = 0.4, the nearest to a Gaussian of their family.
+/// The weight of either outer tap of the three-tap smoothing: with a factor of 2 the centre weight becomes
+/// Burt and Adelson's a = 0.4, the member of their family closest to a Gaussian.
 const SIDE: f64 = 0.2;
 
-/// Factors that make sense: beyond them a level has next to nothing in common with the one above.
+/// The valid factors: beyond them a level has almost nothing in common with the one above.
 const FACTORS: std::ops::RangeInclusive<usize> = 2..=16;
 
 /// A kernel w and the factor n by which it reduces: the triangle of half-width n, smoothed.
 ///
-/// A box of n samples convolved with anything gives every sample the same total weight (equal
-/// contribution), here the box is convolved with itself and with (0.2, 0.6, 0.2).
+/// A box of n samples convolved with anything gives every sample the same total weight (equal contribution).
+/// Here the box is convolved with itself and with (0.2, 0.6, 0.2).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Kernel {
     factor: usize,

@@ -1,11 +1,10 @@
 //! Gaussian and Laplacian pyramids of planes, of any reduction factor.
 //!
-//! Burt and Adelson, "The Laplacian Pyramid as a Compact Image Code", IEEE Trans. Communications 31
-//! (1983): a level of the Gaussian pyramid is the level before, convolved with a separable kernel and
-//! taken at every n-th texel; a band of the Laplacian pyramid is a level less the expanded next one.
-//! Coarse texel k lies on fine texel n k, so that the grids of all levels share the texel (0, 0), on
-//! the endless plane as well ([`expand_window`]). Beyond its borders a plane is continued by
-//! reflection about its outer texels.
+//! Burt and Adelson, "The Laplacian Pyramid as a Compact Image Code", IEEE Trans. Communications 31 (1983): a
+//! level of the Gaussian pyramid is the level before, convolved with a separable kernel and sampled at every
+//! n-th texel; a band of the Laplacian pyramid is a level minus the expanded next one. Coarse texel k lies on
+//! fine texel n k, so the grids of all levels share the texel (0, 0), on the endless plane as well
+//! ([`expand_window`]). Beyond its borders a plane is continued by reflection about its outer texels.
 
 mod kernel;
 
@@ -16,8 +15,8 @@ use rayon::prelude::*;
 use crate::error::{Error, Result};
 use crate::planes::{Planes, Size};
 
-/// The next level: planes convolved with the kernel and taken at every n-th texel.
-/// A side of s texels becomes ceil(s / n).
+/// The next level: planes convolved with the kernel and sampled at every n-th texel. A side of s texels
+/// becomes ceil(s / n).
 pub fn reduce(planes: &Planes, kernel: &Kernel) -> Planes {
     let size = planes.size();
     let n = kernel.factor();
@@ -36,7 +35,7 @@ pub fn reduce(planes: &Planes, kernel: &Kernel) -> Planes {
     out
 }
 
-/// sum_i w_i row(i) over the kernel's reach.
+/// sum_i w_i row(i) over the reach of the kernel.
 fn weighted_rows<'a>(kernel: &Kernel, row: impl Fn(i64) -> &'a [f32]) -> Vec<f32> {
     let reach = kernel.reach() as i64;
     let mut sum = vec![0.0f32; row(0).len()];
@@ -55,8 +54,7 @@ fn reduce_row(row: &[f32], kernel: &Kernel, out: &mut [f32]) {
     }
 }
 
-/// The index below `length` that a sample beyond the border stands for: reflection about the outer
-/// samples.
+/// The index below `length` that replaces a sample beyond the border: reflection about the outer samples.
 fn reflect(i: i64, length: usize) -> usize {
     let period = (2 * length as i64 - 2).max(1);
     let inside = i.rem_euclid(period);
@@ -66,7 +64,7 @@ fn reflect(i: i64, length: usize) -> usize {
 /// Planes expanded to the finer level of `size` texels: the upsampling of the pyramid.
 ///
 /// # Panics
-/// When the planes are not the reduction's size.
+/// When the planes do not have the reduced size.
 pub fn expand(coarse: &Planes, kernel: &Kernel, size: Size) -> Planes {
     let n = kernel.factor();
     let expected = Size::new(size.width.div_ceil(n), size.height.div_ceil(n));
@@ -74,9 +72,9 @@ pub fn expand(coarse: &Planes, kernel: &Kernel, size: Size) -> Planes {
     expand_window(coarse, kernel, [0, 0], [0, 0], size)
 }
 
-/// The part of the expanded endless plane of `size` texels whose top left texel is `fine`, from the
-/// part of the coarse plane whose top left texel is `coarse_origin`. Texels outside that part are
-/// reflected; [`window_for`] says which part makes that unnecessary.
+/// The part of the expanded endless plane of `size` texels whose top left texel is `fine`, from the part of
+/// the coarse plane whose top left texel is `coarse_origin`. Texels outside that part are reflected;
+/// [`window_for`] gives the part for which no reflection is needed.
 pub fn expand_window(
     coarse: &Planes,
     kernel: &Kernel,
@@ -104,10 +102,10 @@ pub fn expand_window(
     out
 }
 
-/// Coarse samples that make a fine sample: always three, some of weight zero.
+/// The coarse samples of a fine sample: always three, some of weight zero.
 type Taps = [(usize, f32); 3];
 
-/// For each of `length` fine samples from `fine` on, the coarse samples and weights that make it.
+/// For each of `length` fine samples from `fine` on, its coarse samples and weights.
 fn taps(kernel: &Kernel, fine: i64, length: usize, origin: i64, available: usize) -> Vec<Taps> {
     let n = kernel.factor() as i64;
     (fine..fine + length as i64)
@@ -150,10 +148,10 @@ pub fn laplacian(planes: &Planes, kernel: &Kernel, levels: usize) -> Vec<Planes>
     pyramid
 }
 
-/// The planes whose Laplacian pyramid is given: exact up to one rounding a level.
+/// The planes of a Laplacian pyramid: exact up to one rounding per level.
 ///
 /// # Errors
-/// When there is no band, or the bands' sizes or numbers of planes do not belong together.
+/// When there is no band, or the sizes or numbers of planes of the bands do not match.
 pub fn collapse(bands: &[Planes], kernel: &Kernel) -> Result<Planes> {
     let (top, finer) =
         bands.split_last().ok_or_else(|| Error::usage("a pyramid without bands is nothing"))?;
@@ -198,7 +196,7 @@ mod tests {
         Planes::from_vec(size, count, data).unwrap()
     }
 
-    /// The document's double sum, straight.
+    /// The published double sum, evaluated directly.
     fn slow_reduce(planes: &Planes, kernel: &Kernel, k: usize, x: usize, y: usize) -> f64 {
         let (n, reach, size) = (kernel.factor() as i64, kernel.reach() as i64, planes.size());
         let mut sum = 0.0;
@@ -212,7 +210,7 @@ mod tests {
         sum
     }
 
-    /// Zeros put between the coarse samples, convolved with n^2 w w.
+    /// Zeros inserted between the coarse samples, convolved with n^2 w w.
     fn slow_expand(coarse: &Planes, kernel: &Kernel, k: usize, x: i64, y: i64) -> f64 {
         let n = kernel.factor() as i64;
         let (mut sum, size) = (0.0, coarse.size());

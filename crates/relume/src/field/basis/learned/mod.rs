@@ -1,18 +1,16 @@
-//! A basis learned from measurements: the functions' values for each measured pair of light and
-//! view.
+//! A basis learned from measurements: the values of the functions for each measured pair of light and view.
 //!
-//! Between measured pairs the functions are interpolated by the modified inverse distances of
-//! Franke, Nielson, "Smooth Interpolation of Large Sets of Scattered Data" (International Journal
-//! for Numerical Methods in Engineering 15, 1980, equation 2.2), after Shepard, "A
-//! two-dimensional interpolation function for irregularly-spaced data" (1968): of the 16 nearest
-//! pairs, one at distance d has the weight ((R - d) / (R d))^2, R being the distance of the 17th,
-//! and weights are divided by their sum. The distance is that of the six components of both unit
-//! vectors. So measured pairs keep their values, and weights fade to zero before a pair is
-//! exchanged for another. The slope is zero at measured pairs: curves have flat spots there.
-//! Nothing is assumed of how pairs are laid out; reciprocity is not used.
+//! Between measured pairs the functions are interpolated by the modified inverse distances of Franke,
+//! Nielson, "Smooth Interpolation of Large Sets of Scattered Data" (International Journal for Numerical
+//! Methods in Engineering 15, 1980, equation 2.2), after Shepard, "A two-dimensional interpolation function
+//! for irregularly-spaced data" (1968): among the 16 nearest pairs, one at distance d has the weight ((R - d)
+//! / (R d))^2, where R is the distance of the 17th, and weights are divided by their sum. The distance is
+//! that of the six components of both unit vectors. So measured pairs keep their values, and weights fade to
+//! zero before one pair replaces another. The slope is zero at measured pairs: curves have flat spots there.
+//! The layout of the pairs is arbitrary; reciprocity is not used.
 //!
-//! The inner product over the hemisphere is the sum over measured pairs by their own weights, under
-//! which the functions are orthonormal. Other domains have none.
+//! The inner product over the hemisphere is the weighted sum over measured pairs, under which the functions
+//! are orthonormal. It is undefined over other domains.
 
 mod nearest;
 
@@ -22,17 +20,17 @@ use crate::direction::Directions;
 use crate::error::{Error, Result};
 use nearest::{MOST, Tree};
 
-/// How far sums over measured pairs may be from those of orthonormal functions: values are `f32`.
+/// The tolerance of orthonormality for sums over measured pairs: values are `f32`.
 const ORTHONORMAL_TO: f64 = 1e-4;
 
-/// A pair this near, in squared distance, to a measured one has its values.
+/// A pair within this squared distance of a measured one gets its values.
 const SAME: f64 = 1e-18;
 
-/// By how much the radius of the weights exceeds the distance of the first pair left out, so that
-/// pairs that are all equally far count alike instead of not at all.
+/// The relative excess of the radius of the weights over the distance of the first pair left out, so that
+/// equidistant pairs have equal weights instead of zero weights.
 const MARGIN: f64 = 1e-6;
 
-/// Functions of light and view known at measured pairs. A copy shares them.
+/// Functions of light and view known at measured pairs. Copies share the table.
 #[derive(Debug, Clone)]
 pub struct Learned(Arc<Table>);
 
@@ -46,14 +44,12 @@ struct Table {
 }
 
 impl Learned {
-    /// Functions from their values: `values[i * n + k]` is that of function `k` of `n` for pair `i`.
-    /// The `weights` of pairs are their shares of the measure over lights and views, such as solid
-    /// angles.
+    /// Functions from their values: `values[i * n + k]` is the value of function `k` of `n` for pair `i`. The
+    /// `weights` of pairs are their shares of the measure over lights and views, such as solid angles.
     ///
     /// # Errors
-    /// No pair or function; numbers of weights and values that do not fit; numbers that are not
-    /// finite, weights that are not positive; functions that are not orthonormal to 1e-4 under the
-    /// weights.
+    /// No pair or function; numbers of weights and values that do not match; numbers that are not finite,
+    /// weights that are not positive; functions that are not orthonormal to 1e-4 under the weights.
     pub fn new(pairs: Vec<Directions>, weights: Vec<f64>, values: Vec<f32>) -> Result<Self> {
         let functions = values.len().checked_div(pairs.len()).unwrap_or(0);
         if functions == 0 || values.len() != functions * pairs.len() || weights.len() != pairs.len() {
@@ -89,7 +85,7 @@ impl Learned {
         &self.0.weights
     }
 
-    /// The values, all functions of a pair side by side.
+    /// The values, all functions of a pair adjacent.
     pub fn values(&self) -> &[f32] {
         &self.0.values
     }
@@ -107,7 +103,7 @@ impl Learned {
             let row = self.row(neighbours[0].1 as usize);
             return out.iter_mut().zip(row).for_each(|(o, &v)| *o = f64::from(v));
         }
-        // Where all pairs are neighbours, the radius is large and the weights are inverse squares.
+        // If all pairs are neighbours, the radius is large and the weights are inverse squares.
         let radius = match neighbours.len() {
             MOST => neighbours[MOST - 1].0.sqrt() * (1.0 + MARGIN),
             _ => 1.0 / MARGIN,
@@ -123,14 +119,14 @@ impl Learned {
         out.iter_mut().for_each(|o| *o /= sum);
     }
 
-    /// The sum of f(values) over the measured pairs by their weights.
+    /// The weighted sum of f(values) over the measured pairs.
     pub(super) fn integrate(&self, mut f: impl FnMut(&[f64]) -> f64) -> f64 {
         let row = |i: usize| self.row(i).iter().map(|&v| f64::from(v)).collect::<Vec<f64>>();
         self.0.weights.iter().enumerate().map(|(i, weight)| weight * f(&row(i))).sum()
     }
 }
 
-/// Shared tables are equal, others where all numbers are.
+/// Shared tables are equal; others are equal if all numbers are.
 impl PartialEq for Learned {
     fn eq(&self, other: &Self) -> bool {
         let (a, b) = (&self.0, &other.0);

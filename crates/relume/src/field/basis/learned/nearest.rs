@@ -1,25 +1,24 @@
-//! The nearest of measured pairs of directions: a k-d tree (Bentley, "Multidimensional Binary
-//! Search Trees Used for Associative Searching", Communications of the ACM 18, 1975) over the six
-//! components of light and view, kept in one permuted list. A search allocates nothing.
+//! Search for the nearest measured pairs of directions: a k-d tree (Bentley, "Multidimensional Binary Search
+//! Trees Used for Associative Searching", Communications of the ACM 18, 1975) over the six components of
+//! light and view, stored as one permuted list. A search allocates nothing.
 
-/// How many neighbours a search gives at most: the corners of a cell of the four-dimensional
-/// domain, and one more, which bounds them.
+/// The most neighbours returned by a search: the corners of a cell of the four-dimensional domain, and one
+/// more, which bounds them.
 pub(super) const MOST: usize = 17;
 
-/// A neighbour: its squared distance, and its place among the measured pairs.
+/// A neighbour: its squared distance, and its index among the measured pairs.
 pub(super) type Neighbour = (f64, u32);
 
-/// The measured pairs as a tree: the middle of a range is its root and divides the rest along the
-/// axis kept for it.
+/// The measured pairs as a tree: the middle of a range is its root and divides the rest along a stored axis.
 #[derive(Debug, Clone)]
 pub(super) struct Tree {
     points: Vec<[f64; 6]>,
-    /// Which pair each point is.
+    /// The index of the pair of each point.
     pairs: Vec<u32>,
     axes: Vec<u8>,
 }
 
-/// The neighbours found so far, nearest first; ties by the place of the pair.
+/// The neighbours found so far, nearest first; ties by the index of the pair.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Found {
     neighbours: [Neighbour; MOST],
@@ -42,7 +41,7 @@ impl Found {
         self.neighbours[place] = neighbour;
     }
 
-    /// Nothing at a greater squared distance is wanted.
+    /// The squared distance beyond which points are irrelevant.
     fn reach(&self) -> f64 {
         if self.count < MOST { f64::INFINITY } else { self.neighbours[MOST - 1].0 }
     }
@@ -58,7 +57,7 @@ impl Tree {
         Self { points: sorted, pairs: order, axes }
     }
 
-    /// The nearest [`MOST`] points, or all where there are fewer.
+    /// The nearest [`MOST`] points, or all if there are fewer.
     pub fn nearest(&self, place: &[f64; 6]) -> Found {
         let mut found = Found { neighbours: [(f64::INFINITY, u32::MAX); MOST], count: 0 };
         self.search(0, self.points.len(), place, &mut found);
@@ -82,7 +81,7 @@ impl Tree {
     }
 }
 
-/// Puts the median along the widest axis in the middle, smaller ones before it, and divides both sides.
+/// Moves the median along the widest axis to the middle, with smaller ones before it, and divides both sides.
 fn divide(points: &[[f64; 6]], order: &mut [u32], axes: &mut [u8]) {
     if order.is_empty() {
         return;

@@ -1,12 +1,14 @@
 //! The program `relume`: reads the command line, runs one verb, prints its report.
 //!
 //! Every verb is a file in `verb/`: checked arguments go in, a [`report::Report`] comes out.
-//! Outputs appear whole or not at all ([`output`]). Exit status: 0 done, 1 failure, 2 wrong usage.
+//! Outputs appear whole or not at all ([`output`]). Exit status: 0 done, 1 failure, 2 wrong usage,
+//! 128 + n ended by signal n.
 
 mod args;
 mod clock;
 mod context;
 mod evaluated;
+mod fault;
 mod gathered;
 mod input;
 mod normals;
@@ -18,29 +20,73 @@ mod report;
 mod signals;
 mod verb;
 
+use std::ffi::OsString;
 use std::process::ExitCode;
 
 use clap::Parser;
-use relume::{Cancel, Error, ErrorKind};
+use relume::{Cancel, Error};
 
 use context::Context;
+use report::Failure;
 use verb::Cli;
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
-    let json = cli.common.json;
-    let result = watch().and_then(|cancel| Context::new(cli.common, cancel)).and_then(|context| {
-        let report = verb::run(cli.verb, &context)?;
-        report.print(&context)
+    fault::keep_quiet();
+    let typed: Vec<OsString> = std::env::args_os().collect();
+    let status = fault::caught(|| run(&typed)).unwrap_or_else(|message| {
+        let verb = verb::named(&typed);
+        fail(&Failure { verb, kind: "fault".to_owned(), message, path: None, status: 1 }, &typed)
     });
     signals::end_if_received();
-    match result {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            report::print_error(&error, json);
-            exit_code(&error)
-        }
+    ExitCode::from(status)
+}
+
+/// Runs what was typed, and prints its report or why it fails.
+fn run(typed: &[OsString]) -> u8 {
+    let cli = match Cli::try_parse_from(typed) {
+        Ok(cli) => cli,
+        Err(error) => return misunderstood(&error, typed),
+    };
+    let name = verb::named(typed).unwrap_or_default();
+    let done = watch().and_then(|cancel| Context::new(cli.common, cancel)).and_then(|context| {
+        let report = verb::run(cli.verb, &context)?;
+        report.print(&name, &context)
+    });
+    done.map_or_else(|error| fail(&Failure::of(&name, &error), typed), |()| 0)
+}
+
+/// Says why a command fails; the status to end with.
+fn fail(failure: &Failure, typed: &[OsString]) -> u8 {
+    // What a signal has stopped has no reason of its own.
+    signals::end_if_received();
+    eprintln!("relume: {}", failure.message);
+    if asks_for_json(typed) {
+        failure.print_json();
     }
+    failure.status
+}
+
+/// Prints help where it was asked for, or what is wrong with the words typed.
+fn misunderstood(error: &clap::Error, typed: &[OsString]) -> u8 {
+    // A closed terminal or pipe leaves nobody to tell.
+    let _ = error.print();
+    if !error.use_stderr() {
+        return 0;
+    }
+    if asks_for_json(typed) {
+        let text = error.to_string();
+        let said = text.lines().map(str::trim).take_while(|line| !line.starts_with("Usage:"));
+        let words: Vec<&str> = said.filter(|line| !line.is_empty()).collect();
+        let message = words.join(" ").trim_start_matches("error: ").to_owned();
+        let verb = verb::named(typed);
+        Failure { verb, kind: "usage".to_owned(), message, path: None, status: 2 }.print_json();
+    }
+    2
+}
+
+/// Whether `--json` is among the options, also where they cannot be understood.
+fn asks_for_json(typed: &[OsString]) -> bool {
+    typed.iter().take_while(|word| *word != "--").any(|word| word == "--json")
 }
 
 /// What signals tell the work to stop by.
@@ -49,8 +95,4 @@ fn watch() -> relume::Result<Cancel> {
     let told = cancel.clone();
     signals::watch(move || told.cancel()).map_err(|e| Error::io("cannot watch for signals", &e))?;
     Ok(cancel)
-}
-
-fn exit_code(error: &Error) -> ExitCode {
-    ExitCode::from(if error.kind() == ErrorKind::Usage { 2 } else { 1 })
 }

@@ -1,21 +1,26 @@
-//! What a verb says when it is done: a text for people and the same as JSON.
+//! What a verb says when it is done, or why it is not: a text for people and the same as JSON.
+//!
+//! The JSON has one shape for all verbs, which `docs/json.md` describes field by field.
 
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use relume::{Error, Result};
-use serde_json::{Value, json};
+use relume::{Error, ErrorKind, Result};
+use serde_json::{Map, Value, json};
 
 use crate::context::Context;
 use crate::output::is_stream;
+use crate::paths;
 
 /// The result of a verb.
 #[derive(Debug)]
 pub struct Report {
     /// For people; lines without a final newline.
     pub text: String,
-    /// For programs.
+    /// For programs: the verb's own fields.
     pub json: Value,
+    /// What may spoil the result, a sentence each.
+    pub warnings: Vec<String>,
     /// What was written. Where standard output carries one of them, the report goes to standard error.
     pub outputs: Vec<PathBuf>,
 }
@@ -23,7 +28,7 @@ pub struct Report {
 impl Report {
     /// A report for standard output.
     pub fn new(text: impl Into<String>, json: Value) -> Self {
-        Self { text: text.into(), json, outputs: Vec::new() }
+        Self { text: text.into(), json, warnings: Vec::new(), outputs: Vec::new() }
     }
 
     /// Names what was written.
@@ -33,10 +38,17 @@ impl Report {
         self
     }
 
+    /// Adds warnings.
+    #[must_use]
+    pub fn with_warnings(mut self, warnings: impl IntoIterator<Item = impl ToString>) -> Self {
+        self.warnings.extend(warnings.into_iter().map(|warning| warning.to_string()));
+        self
+    }
+
     /// Prints it as the options ask.
-    pub fn print(&self, context: &Context) -> Result<()> {
+    pub fn print(&self, verb: &str, context: &Context) -> Result<()> {
         context.bar.clear();
-        let line = if context.json { format!("{:#}", self.json) } else { self.text.clone() };
+        let line = if context.json { format!("{:#}", self.whole(verb)) } else { self.lines() };
         if line.is_empty() {
             return Ok(());
         }
@@ -45,6 +57,27 @@ impl Report {
             return Ok(());
         }
         write_stdout(format!("{line}\n").as_bytes())
+    }
+
+    fn lines(&self) -> String {
+        let warnings = self.warnings.iter().map(|warning| format!("\nwarning: {warning}"));
+        std::iter::once(self.text.clone()).chain(warnings).collect()
+    }
+
+    /// What all verbs say, and then what this one says.
+    fn whole(&self, verb: &str) -> Value {
+        let mut whole = Map::new();
+        whole.insert("verb".to_owned(), json!(verb));
+        whole.insert("outputs".to_owned(), json!(self.outputs.iter().map(paths::text).collect::<Vec<_>>()));
+        if self.outputs.iter().any(|path| path.to_str().is_none()) {
+            let encoded: Vec<String> = self.outputs.iter().map(|path| paths::percent_encoded(path)).collect();
+            whole.insert("outputs_percent_encoded".to_owned(), json!(encoded));
+        }
+        whole.insert("warnings".to_owned(), json!(self.warnings));
+        for (name, value) in self.json.as_object().into_iter().flatten() {
+            whole.entry(name).or_insert_with(|| value.clone());
+        }
+        Value::Object(whole)
     }
 }
 
@@ -58,13 +91,46 @@ pub fn write_stdout(bytes: &[u8]) -> Result<()> {
     written.map_err(|error| Error::io("cannot write all of the standard output", &error))
 }
 
-/// Prints an error as one sentence on standard error, and as JSON on standard output when asked.
-pub fn print_error(error: &Error, as_json: bool) {
-    eprintln!("relume: {error}");
-    if as_json {
-        let kind = format!("{:?}", error.kind()).to_lowercase();
-        let value = json!({ "error": { "kind": kind, "message": error.to_string() } });
-        // The exit status already tells of the failure; a closed pipe adds nothing.
-        let _ = write_stdout(format!("{value:#}\n").as_bytes());
+/// Why a command did nothing.
+#[derive(Debug)]
+pub struct Failure {
+    /// The verb, where the command line names one.
+    pub verb: Option<String>,
+    /// The error's kind, in one word.
+    pub kind: String,
+    /// One sentence.
+    pub message: String,
+    /// The file concerned.
+    pub path: Option<PathBuf>,
+    /// 1 for a failure, 2 for wrong usage.
+    pub status: u8,
+}
+
+impl Failure {
+    /// Why a verb failed.
+    pub fn of(verb: &str, error: &Error) -> Self {
+        Self {
+            verb: Some(verb.to_owned()),
+            kind: format!("{:?}", error.kind()).to_lowercase(),
+            message: error.to_string(),
+            path: error.path().map(Path::to_owned),
+            status: if error.kind() == ErrorKind::Usage { 2 } else { 1 },
+        }
+    }
+
+    /// As JSON on standard output. The exit status already tells of the failure; a closed pipe adds nothing.
+    pub fn print_json(&self) {
+        let _ = write_stdout(format!("{:#}\n", self.whole()).as_bytes());
+    }
+
+    fn whole(&self) -> Value {
+        let mut error = json!({ "kind": self.kind, "message": self.message, "exit_status": self.status });
+        if let Some(path) = &self.path {
+            error["path"] = json!(paths::text(path));
+            if path.to_str().is_none() {
+                error["path_percent_encoded"] = json!(paths::percent_encoded(path));
+            }
+        }
+        json!({ "verb": self.verb, "error": error })
     }
 }

@@ -64,7 +64,10 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         describe(&found),
         ways.join(", ")
     );
-    Ok(Report::new(text + &warnings(&found), json).with_outputs(written))
+    if let Some(codes) = json.as_object_mut().and_then(|json| json.shift_remove("warnings")) {
+        json["warning_codes"] = codes;
+    }
+    Ok(Report::new(text, json).with_outputs(written).with_warnings(warnings(&found)))
 }
 
 /// A method of synthesis as options of `relume synth`.
@@ -77,9 +80,9 @@ fn way_in_words(way: Way) -> String {
     }
 }
 
-/// The possible causes of failure, one per line, each after a line break.
-pub fn warnings(found: &Analysis) -> String {
-    found.warnings.iter().map(|warning| format!("\nwarning: {}", warning.sentence())).collect()
+/// What may spoil synthesis, a sentence each.
+pub fn warnings(found: &Analysis) -> Vec<String> {
+    found.warnings.iter().map(|warning| warning.sentence().to_string()).collect()
 }
 
 /// The measurements, in lines without a final break.

@@ -75,15 +75,21 @@ pub struct How {
 
 /// Fills the holes and writes all requested outputs.
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
-    let mut outputs = Outputs::new(context);
-    let applied = args.how.claim(&[&args.file, &args.mask], &mut outputs)?;
+    let claimed = args.how.claim(&[&args.file, &args.mask], context)?;
     let boundary = if args.tile { Boundary::Torus } else { Boundary::Open };
-    let texture = args.how.read(&args.file, applied, context)?;
+    let texture = args.how.read(&args.file, claimed, context)?;
     let holes = input::mask(&args.mask, texture.file[0].field.size(), &context.job)?;
     let options = args.how.options(boundary, &texture);
     let excluded = texture.excluded.as_deref();
     let (map, growth) = fill(&texture.index, &holes, excluded, &options, &context.job)?;
-    args.how.finish(&texture, &map, &growth, "of the holes", json!({ "tile": args.tile }), outputs, context)
+    args.how.finish(texture, &map, &growth, "of the holes", json!({ "tile": args.tile }), context)
+}
+
+/// What is written.
+pub struct Claimed<'a> {
+    /// Images that are filled in the same way as the texture.
+    applied: Vec<Applied<'a>>,
+    outputs: Outputs,
 }
 
 /// A texture ready to be filled.
@@ -96,22 +102,24 @@ pub struct Texture<'a> {
     pub excluded: Option<Vec<bool>>,
     /// The guide, for known texels and holes.
     guide: Option<relume::Planes>,
-    /// Images that are filled in the same way.
-    applied: Vec<Applied<'a>>,
+    /// Where it goes.
+    claimed: Claimed<'a>,
     images: Vec<Vec<FieldFile>>,
 }
 
 impl How {
     /// Claims the outputs before any work is done.
-    pub fn claim(&self, inputs: &[&Path], outputs: &mut Outputs) -> Result<Vec<Applied<'_>>> {
+    pub fn claim(&self, inputs: &[&Path], context: &Context) -> Result<Claimed<'_>> {
         let masks = self.exclude.as_deref().into_iter().chain(self.guide.as_deref());
         let inputs: Vec<&Path> = inputs.iter().copied().chain(masks).collect();
-        self.rearranged.claim(&inputs, &[&self.output], 1, outputs)
+        let mut outputs = Outputs::new(context);
+        let applied = self.rearranged.claim(&inputs, &[&self.output], 1, &mut outputs)?;
+        Ok(Claimed { applied, outputs })
     }
 
     /// Reads a texture, its index planes, the texels that may not be copied, its guide, and the images
     /// that are filled in the same way.
-    pub fn read<'a>(&self, path: &Path, applied: Vec<Applied<'a>>, context: &Context) -> Result<Texture<'a>> {
+    pub fn read<'a>(&self, path: &Path, claimed: Claimed<'a>, context: &Context) -> Result<Texture<'a>> {
         let file = [input::field(path, &context.job)?];
         let space = self.metric.space(&file[0].field, self.domain)?;
         let index = gathered::index(&file, &space, context)?.swap_remove(0);
@@ -119,8 +127,8 @@ impl How {
         let excluded = self.exclude.as_ref().map(mask).transpose()?;
         let guide = |path: &PathBuf| input::guide(path, index.size(), &context.job);
         let guide = self.guide.as_ref().map(guide).transpose()?;
-        let images = read_registered(&applied, &file, context)?;
-        Ok(Texture { file, index, excluded, guide, applied, images })
+        let images = read_registered(&claimed.applied, &file, context)?;
+        Ok(Texture { file, index, excluded, guide, claimed, images })
     }
 
     /// The options for the library. The guide of a texture also serves for the filled texture.
@@ -145,20 +153,20 @@ impl How {
     /// verb.
     pub fn finish(
         &self,
-        texture: &Texture<'_>,
+        texture: Texture<'_>,
         map: &SourceMap,
         growth: &Growth,
         what: &str,
         special: Value,
-        mut outputs: Outputs,
         context: &Context,
     ) -> Result<Report> {
         let made = gathered::apply(map, &texture.file, &self.output, context)?;
         let mut files = vec![(self.output.clone(), made)];
-        for (job, images) in texture.applied.iter().zip(&texture.images) {
+        for (job, images) in texture.claimed.applied.iter().zip(&texture.images) {
             files.push((job.output.clone(), gathered::apply(map, images, &job.output, context)?));
         }
         files.extend(self.rearranged.source_map(map, context)?);
+        let mut outputs = texture.claimed.outputs;
         for (path, bytes) in files {
             outputs.write(&path, bytes)?;
         }

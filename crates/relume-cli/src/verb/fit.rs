@@ -100,7 +100,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         "report": fit.report,
     });
     let text = summary(&args.output, &fit.field, &fit.report);
-    Ok(Report::new(text, json).with_outputs(written))
+    Ok(Report::new(text, json).with_outputs(written).with_warnings(&fit.report.warnings))
 }
 
 fn output_format(args: &Args) -> Result<FieldFormat> {
@@ -141,7 +141,6 @@ fn summary(output: &Path, field: &ReflectanceField, report: &FitReport) -> Strin
         "measured on {} of {} texels, before rounding to the file's depth",
         report.texels_measured, report.texels
     ));
-    lines.extend(report.warnings.iter().map(|warning| format!("warning: {warning}")));
     lines.join("\n")
 }
 

@@ -1,12 +1,13 @@
 //! The verbs, one file each: `Args` defines the options, `run` does the work and reports.
 //!
-//! A verb checks its outputs ([`crate::output::check`]) before it works, reads through
+//! A verb claims its outputs ([`crate::output::Outputs`]) before it works, reads through
 //! [`crate::input`], calls the library, and writes through [`crate::output`]. It prints nothing.
 //! To add one: a file here, an arm in [`Verb`] and in [`run`].
 
 mod analyze;
 mod capture;
 mod compare;
+mod completions;
 mod demo;
 mod endless;
 mod fill;
@@ -14,6 +15,7 @@ mod fit;
 mod gallery;
 mod height;
 mod info;
+mod man;
 mod match_histogram;
 mod material;
 mod model;
@@ -26,7 +28,7 @@ mod tileable;
 
 use std::ffi::OsString;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use relume::{Error, Result};
 
 use crate::context::{Common, Context};
@@ -81,6 +83,10 @@ pub enum Verb {
     Synth(Box<synth::Args>),
     /// Make a texture tile by refilling a band along its border
     Tileable(tileable::Args),
+    /// Print what a shell needs to complete commands
+    Completions(completions::Args),
+    /// Write manual pages, one for each verb
+    Man(man::Args),
 }
 
 /// Runs one verb.
@@ -103,7 +109,17 @@ pub fn run(verb: Verb, context: &Context) -> Result<Report> {
         Verb::Roll(args) => roll::run(&args, context),
         Verb::Synth(args) => synth::run(&args, context),
         Verb::Tileable(args) => tileable::run(&args, context),
+        Verb::Completions(args) => completions::run(&args),
+        Verb::Man(args) => man::run(&args, context),
     }
+}
+
+/// The verb among the words typed, also where they cannot be understood.
+pub fn named(typed: &[OsString]) -> Option<String> {
+    let program = Cli::command();
+    let names: Vec<&str> = program.get_subcommands().map(clap::Command::get_name).collect();
+    let mut words = typed.iter().skip(1).filter_map(|word| word.to_str());
+    words.find(|word| names.contains(word)).map(str::to_owned)
 }
 
 /// Runs a verb as if these words followed `relume` on the command line.

@@ -9,7 +9,6 @@ use serde_json::json;
 
 use super::fill::How;
 use crate::context::Context;
-use crate::output::Outputs;
 use crate::report::Report;
 
 /// Arguments of `relume tileable`.
@@ -27,14 +26,13 @@ pub struct Args {
 
 /// Fills the band and writes all requested outputs.
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
-    let mut outputs = Outputs::new(context);
-    let applied = args.how.claim(&[&args.file], &mut outputs)?;
-    let texture = args.how.read(&args.file, applied, context)?;
+    let claimed = args.how.claim(&[&args.file], context)?;
+    let texture = args.how.read(&args.file, claimed, context)?;
     let size = texture.index.size();
     let band = args.band.unwrap_or_else(|| (size.width.min(size.height) / 8).max(1));
     let exemplar = Exemplar { index: &texture.index, excluded: texture.excluded.as_deref() };
     let options = args.how.options(Boundary::Torus, &texture);
     let (map, growth) = tileable(exemplar, band, &options, &context.job)?;
     let what = format!("of a band of {band} along the border");
-    args.how.finish(&texture, &map, &growth, &what, json!({ "band": band }), outputs, context)
+    args.how.finish(texture, &map, &growth, &what, json!({ "band": band }), context)
 }

@@ -3,6 +3,7 @@
 mod auto;
 mod capture;
 mod compare_analyze;
+mod everything;
 mod fill;
 mod fit;
 mod gallery;

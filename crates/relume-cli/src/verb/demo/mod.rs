@@ -3,6 +3,7 @@
 mod noise;
 mod page;
 
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use relume::procedural::Material;
@@ -59,8 +60,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         .iter()
         .map(|command| super::run_typed(words(command, args, folder.path()), context))
         .collect::<Result<Vec<Report>>>()?;
-    let shown: Vec<String> =
-        COMMANDS.iter().map(|c| format!("relume {}", words(c, args, &args.output).join(" "))).collect();
+    let shown: Vec<String> = COMMANDS.iter().map(|c| format!("relume {}", shown(c, args))).collect();
     let page = page::write(folder.path(), args, &reports[1].json["report"], &shown, context)?;
     folder.add("index.html", page.as_bytes())?;
     let written = folder.commit()?;
@@ -70,11 +70,18 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
 }
 
 /// The words of a command with its placeholders filled in.
-fn words(command: &str, args: &Args, folder: &Path) -> Vec<String> {
-    let fill = |word: &str| match word {
-        "MATERIAL" => args.material.clone(),
-        "N" => args.lights.to_string(),
-        _ => word.replace("DIR", &folder.display().to_string()),
+fn words(command: &str, args: &Args, folder: &Path) -> Vec<OsString> {
+    let fill = |word: &str| match (word, word.strip_prefix("DIR/")) {
+        ("MATERIAL", _) => args.material.clone().into(),
+        ("N", _) => args.lights.to_string().into(),
+        (_, Some(name)) => folder.join(name).into_os_string(),
+        _ => word.into(),
     };
     command.split(' ').map(fill).collect()
+}
+
+/// A command as the page shows it.
+fn shown(command: &str, args: &Args) -> String {
+    let words = words(command, args, &args.output);
+    words.iter().map(paths::text).collect::<Vec<_>>().join(" ")
 }

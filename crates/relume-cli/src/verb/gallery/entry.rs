@@ -6,7 +6,7 @@ use std::path::Path;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use relume::{Error, Result, Size};
+use relume::{Error, ErrorKind, Result, Size};
 use serde::Serialize;
 use serde_json::Value;
 
@@ -86,7 +86,7 @@ impl Exemplar {
             args,
             context,
         };
-        let analysis = run_typed(words(&["analyze", "--"], &[file]), context);
+        let analysis = trial.kept(run_typed(words(&["analyze", "--"], &[file]), context))?;
         let mut exemplar = Self {
             name: trial.name.clone(),
             width: size.as_ref().map_or(0, |size| size.width),
@@ -95,12 +95,12 @@ impl Exemplar {
             output_height: output.height,
             analysis: analysis.map_or_else(|e| serde_json::json!({ "error": e.to_string() }), |r| r.json),
             entries: Vec::new(),
-            preview: trial.preview(file).ok(),
+            preview: trial.kept(trial.preview(file))?.ok(),
         };
         for method in &args.methods {
             context.bar.set_part(format!("{place}{} {method} ", trial.name));
             let entry = match &size {
-                Ok(size) => trial.entry(method, *size),
+                Ok(size) => trial.entry(method, *size)?,
                 Err(error) => Entry::failed(method, String::new(), error.to_string()),
             };
             exemplar.entries.push(entry);
@@ -157,7 +157,7 @@ struct Trial<'a> {
 }
 
 impl Trial<'_> {
-    fn entry(&self, method: &str, exemplar: Size) -> Entry {
+    fn entry(&self, method: &str, exemplar: Size) -> Result<Entry> {
         let (size, seed) =
             (format!("{}x{}", self.output.width, self.output.height), self.args.seed.to_string());
         let texture = format!("{method}.{}", self.ending());
@@ -173,13 +173,15 @@ impl Trial<'_> {
         }
         typed.extend(words(&["--"], &[self.file]));
         let (made, times) = timed(|| run_typed(typed, self.context));
-        let made = match made {
+        let made = match self.kept(made)? {
             Ok(report) => report.json,
-            Err(error) => return Entry { times, ..Entry::failed(method, command, self.sentence(&error)) },
+            Err(error) => {
+                return Ok(Entry { times, ..Entry::failed(method, command, self.sentence(&error)) });
+            }
         };
-        let measures = self.measures(&target, has_sources.then_some(&sources));
+        let measures = self.kept(self.measures(&target, has_sources.then_some(&sources)))?;
         let piece = |measures: &Value| measures.pointer("/copying/largest_piece")?.as_f64();
-        Entry {
+        Ok(Entry {
             method: method.to_owned(),
             command,
             chosen: made.pointer("/auto/options").and_then(Value::as_str).map(str::to_owned),
@@ -189,7 +191,25 @@ impl Trial<'_> {
             largest_piece: measures.as_ref().ok().and_then(piece).map(|n| n / exemplar.texels() as f64),
             measures: measures.ok(),
             is_best: false,
-            preview: self.preview(&target).ok(),
+            preview: self.kept(self.preview(&target))?.ok(),
+        })
+    }
+
+    /// A result that the page can hold, also where it is a refusal.
+    ///
+    /// # Errors
+    /// What ends the gallery: it was stopped, or its own files cannot be written.
+    fn kept<T>(&self, result: Result<T>) -> Result<Result<T>> {
+        let stage = self.folder.parent().unwrap_or(self.folder);
+        match result {
+            Err(error) if error.kind() == ErrorKind::Cancelled => Err(error),
+            Err(error)
+                if error.kind() == ErrorKind::Io
+                    && error.path().is_some_and(|path| path.starts_with(stage)) =>
+            {
+                Err(Error::new(ErrorKind::Io, self.sentence(&error)))
+            }
+            result => Ok(result),
         }
     }
 

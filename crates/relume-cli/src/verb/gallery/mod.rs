@@ -64,6 +64,15 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         exemplars.push(Exemplar::run(file, args, &folder, &place, context)?);
     }
     context.bar.set_part(String::new());
+    let entries = exemplars.iter().flat_map(|exemplar| &exemplar.entries);
+    let (all, made) = (entries.clone().count(), entries.clone().filter(|entry| entry.file.is_some()).count());
+    if made == 0 {
+        let why = entries.filter_map(|entry| entry.error.as_deref()).next().unwrap_or_default();
+        return Err(
+            Error::invalid(format!("no texture could be made of any exemplar: {why}")).at(&args.folder)
+        );
+    }
+    let missing = (made < all).then(|| format!("{} of {all} textures could not be made", all - made));
     let json = json!({
         "page": paths::text(args.output.join("index.html")),
         "seed": args.seed,
@@ -75,7 +84,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let written = folder.commit()?;
     let index = args.output.join("index.html");
     let text = format!("{}Open {} in a browser.", table::text(&exemplars), index.display());
-    Ok(Report::new(text, json).with_outputs(written))
+    Ok(Report::new(text, json).with_outputs(written).with_warnings(missing))
 }
 
 /// The exemplars of a folder, by name.

@@ -73,7 +73,7 @@ fn section(number: usize, exemplar: &Exemplar) -> String {
 fn about(exemplar: &Exemplar) -> String {
     let text = |place: &str| exemplar.analysis.pointer(place).and_then(Value::as_str).map(escaped);
     let mut html = text("/advice/reason").or(text("/error")).unwrap_or_default();
-    let warnings = exemplar.analysis["warnings"].as_array().map(Vec::as_slice).unwrap_or_default();
+    let warnings = exemplar.analysis["warning_codes"].as_array().map(Vec::as_slice).unwrap_or_default();
     for warning in warnings.iter().filter_map(Value::as_str) {
         let _ = write!(html, " <span class=\"warning\">{}</span>", escaped(&warning.replace('_', " ")));
     }

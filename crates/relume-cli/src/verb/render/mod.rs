@@ -15,7 +15,7 @@ use crate::context::Context;
 use crate::evaluated::Texture;
 use crate::output::Outputs;
 use crate::report::Report;
-use crate::{args, evaluated, output};
+use crate::{args, evaluated, output, paths};
 
 /// Arguments of `relume render`.
 #[derive(Debug, clap::Args)]
@@ -27,7 +27,7 @@ pub struct Args {
     file: PathBuf,
     /// The object: sphere, plane, torus, cloth, or a file: .obj or .glb
     #[arg(long, default_value = "sphere")]
-    mesh: String,
+    mesh: PathBuf,
     /// Direction towards a light in the frame of the picture (x right, y up, z to the viewer), with @I or
     /// @R,G,B for its strength or colour; may be repeated
     #[arg(long, value_name = "X,Y,Z[@I]", value_parser = light, allow_hyphen_values = true, default_value = "-1,1,1")]
@@ -117,16 +117,15 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     } else {
         PictureFormat::from_path(&args.output)?
     };
-    let primitive = Primitive::from_name(&args.mesh);
+    let primitive = args.mesh.to_str().and_then(Primitive::from_name);
     let mut options = options(args, primitive);
     options.validate()?;
-    let inputs: Vec<&Path> =
-        [&*args.file, Path::new(&args.mesh)].into_iter().chain(args.relief.file()).collect();
+    let inputs: Vec<&Path> = [&*args.file, &*args.mesh].into_iter().chain(args.relief.file()).collect();
     let mut outputs = Outputs::new(context);
     outputs.file(&args.output, &inputs)?;
     let mesh = match primitive {
         Some(primitive) => primitive.mesh(),
-        None => read_mesh(Path::new(&args.mesh), &context.job)?,
+        None => read_mesh(&args.mesh, &context.job)?,
     };
     let job = &context.job;
     let Texture { field, source, of_model } = args.evaluated.texture_of(&args.file, job)?;
@@ -189,7 +188,7 @@ fn report(args: &Args, mesh: &Mesh, options: &RenderOptions, relief: Option<&Mes
     let json = json!({
         "width": args.size.width,
         "height": args.size.height,
-        "mesh": args.mesh,
+        "mesh": paths::text(&args.mesh),
         "triangles": mesh.triangles().len(),
         "tiling": options.tiling,
         "shading": if args.plain.is_some() { "plain" } else { "reflectance" },

@@ -183,7 +183,6 @@ fn with_choice(kept: Report, choice: &Choice, files: &[PathBuf]) -> Report {
     for (number, one) in choice.tries.iter().enumerate() {
         text.push_str(&line(one, number == choice.kept));
     }
-    choice.analyses.iter().for_each(|found| text.push_str(&analyze::warnings(found)));
     let mut json = kept.json;
     json["auto"] = json!({
         "analyses": choice.analyses,
@@ -192,7 +191,7 @@ fn with_choice(kept: Report, choice: &Choice, files: &[PathBuf]) -> Report {
         "kept": choice.kept,
         "options": command(&choice.tries[choice.kept].plan),
     });
-    Report::new(text, json)
+    Report::new(text, json).with_warnings(choice.analyses.iter().flat_map(analyze::warnings))
 }
 
 /// The options that reproduce the texture of a suggested plan.

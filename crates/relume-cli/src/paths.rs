@@ -8,6 +8,11 @@ pub fn text(path: impl AsRef<Path>) -> String {
     path.as_ref().to_string_lossy().into_owned()
 }
 
+/// Whether a path means standard input or output.
+pub fn is_stream(path: &Path) -> bool {
+    path.as_os_str() == "-"
+}
+
 /// A path with `%` and every byte that is not UTF-8 as `%XX`: no two paths have the same such text.
 pub fn percent_encoded(path: &Path) -> String {
     let mut encoded = String::new();

@@ -9,8 +9,7 @@ use relume::{Error, ErrorKind, Result};
 use serde_json::{Map, Value, json};
 
 use crate::context::Context;
-use crate::output::is_stream;
-use crate::paths;
+use crate::paths::{self, is_stream};
 
 /// The result of a verb.
 #[derive(Debug)]

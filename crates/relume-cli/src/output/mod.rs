@@ -18,16 +18,12 @@ use std::path::{Path, PathBuf};
 use relume::{Error, Result};
 
 use crate::context::Context;
+pub use crate::paths::is_stream;
 use crate::report::write_stdout;
 pub use file_list::CaptureFiles;
 pub use folder::Folder;
 use temporary::{Held, MadeFolders, folder_of, hold};
 pub use temporary::{Temporary, remove_all};
-
-/// Whether a path means standard input or output.
-pub fn is_stream(path: &Path) -> bool {
-    path.as_os_str() == "-"
-}
 
 /// The files that one command writes.
 #[derive(Debug)]

@@ -1,31 +1,79 @@
-//! Whether a JPEG or PNG file is whole. Decoders fill in what a truncated file lacks; a
+//! Whether a JPEG or PNG file is whole, and large enough for what its header claims. Decoders fill in what a truncated file lacks; a
 //! measurement must not, so the file's own end marker is looked for first.
 //!
 //! Markers as in ITU-T T.81, annex B; chunks as in W3C PNG (third edition), section 5.
 
+use super::plausible;
 use crate::error::{Error, Result};
+use crate::size::Size;
 
 const END_OF_IMAGE: u8 = 0xd9;
 const START_OF_SCAN: u8 = 0xda;
 
-/// Walks the markers of a JPEG file up to its end-of-image marker.
-pub(super) fn check_jpeg(bytes: &[u8]) -> Result<()> {
+/// What the frame header of a JPEG file claims (ITU-T T.81, B.2.2).
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Frame {
+    size: Size,
+    channels: u64,
+    /// Blocks of 8 x 8 samples of all components.
+    blocks: u64,
+    is_progressive: bool,
+}
+
+impl Frame {
+    /// Reads the segment that follows the marker of a frame.
+    fn of(marker: u8, segment: &[u8]) -> Option<Self> {
+        let [_, _, _, h1, h0, w1, w0, channels, components @ ..] = segment else { return None };
+        let size = Size::new(u16::from_be_bytes([*w1, *w0]).into(), u16::from_be_bytes([*h1, *h0]).into());
+        let factors: Vec<(usize, usize)> = components
+            .chunks_exact(3)
+            .take(usize::from(*channels))
+            .map(|c| (usize::from(c[1] >> 4).max(1), usize::from(c[1] & 15).max(1)))
+            .collect();
+        let most = |side: fn(&(usize, usize)) -> usize| factors.iter().map(side).max().unwrap_or(1);
+        let (across, down) = (most(|f| f.0), most(|f| f.1));
+        let blocks = |&(h, v): &(usize, usize)| {
+            let sides = ((size.width * h).div_ceil(8 * across), (size.height * v).div_ceil(8 * down));
+            sides.0 as u64 * sides.1 as u64
+        };
+        let blocks = factors.iter().map(blocks).sum();
+        Some(Self { size, channels: u64::from(*channels), blocks, is_progressive: marker == 0xc2 })
+    }
+
+    /// Bytes that decoding takes: the samples, and of a progressive file all coefficients.
+    pub(super) fn working_bytes(&self) -> u64 {
+        let coefficients = if self.is_progressive { 64 * 2 * self.blocks } else { 0 };
+        self.size.texels() as u64 * self.channels + coefficients
+    }
+}
+
+/// Walks the markers of a JPEG file up to its end-of-image marker; gives what its frame claims, which every
+/// block of at least one bit must fill.
+pub(super) fn check_jpeg(bytes: &[u8]) -> Result<Option<Frame>> {
     let truncated = || {
         Error::invalid(format!(
             "the JPEG data ends at byte {} without an end-of-image marker: the file is truncated",
             bytes.len()
         ))
     };
-    let mut at = 2;
+    let (mut at, mut frame) = (2, None);
     loop {
         let marker_at = next_marker(bytes, at).ok_or_else(truncated)?;
         at = marker_at + 1;
         match bytes[marker_at] {
-            END_OF_IMAGE => return Ok(()),
+            END_OF_IMAGE => return Ok(frame),
             0x01 | 0xd0..=0xd8 => {}
             marker => {
                 let length = bytes.get(at..at + 2).ok_or_else(truncated)?;
-                at += usize::from(u16::from_be_bytes([length[0], length[1]]));
+                let end = at + usize::from(u16::from_be_bytes([length[0], length[1]]));
+                if matches!(marker, 0xc0..=0xc3 | 0xc5..=0xc7 | 0xc9..=0xcb | 0xcd..=0xcf) {
+                    frame = bytes.get(at..end).and_then(|segment| Frame::of(marker, segment));
+                    if let Some(frame) = &frame {
+                        let found = bytes.len() as u64;
+                        plausible::check("JPEG", frame.size, frame.blocks, found, 8)?;
+                    }
+                }
+                at = end;
                 if marker == START_OF_SCAN && at > bytes.len() {
                     return Err(truncated());
                 }
@@ -47,7 +95,7 @@ fn next_marker(bytes: &[u8], from: usize) -> Option<usize> {
 
 /// Walks the chunks of a PNG file up to its `IEND`.
 pub(super) fn check_png(bytes: &[u8]) -> Result<()> {
-    let mut at = 8;
+    let (mut at, mut claimed, mut data) = (8, None, 0);
     loop {
         let truncated = || {
             Error::invalid(format!(
@@ -61,11 +109,28 @@ pub(super) fn check_png(bytes: &[u8]) -> Result<()> {
         if end > bytes.len() {
             return Err(truncated());
         }
-        if &head[4..] == b"IEND" {
-            return Ok(());
+        match &head[4..] {
+            b"IHDR" => claimed = claimed.or_else(|| png_header(&bytes[at + 8..end])),
+            b"IDAT" => data += length as u64,
+            b"IEND" => {
+                let (size, needed) = claimed.unwrap_or((Size::new(0, 0), 0));
+                return plausible::check("PNG", size, needed, data, plausible::DEFLATE);
+            }
+            _ => {}
         }
         at = end;
     }
+}
+
+/// The size of a PNG picture, and how many bytes its samples take at least.
+fn png_header(data: &[u8]) -> Option<(Size, u64)> {
+    let (sides, rest) = data.split_at_checked(8)?;
+    let (&[w0, w1, w2, w3, h0, h1, h2, h3], &[bits, color, ..]) = (sides, rest) else { return None };
+    let (width, height) = (u32::from_be_bytes([w0, w1, w2, w3]), u32::from_be_bytes([h0, h1, h2, h3]));
+    let samples = [1, 1, 3, 1, 2, 1, 4][usize::from(color).min(6)];
+    let texels = u64::from(width) * u64::from(height);
+    let needed = u128::from(texels) * u128::from(bits) * samples / 8;
+    Some((Size::new(width as usize, height as usize), u64::try_from(needed).unwrap_or(u64::MAX)))
 }
 
 #[cfg(test)]

@@ -95,7 +95,7 @@ impl FieldFormat {
 /// Integer pictures and `.ptm` give sRGB-encoded values, EXR pictures linear ones.
 ///
 /// # Errors
-/// A file that is truncated, is of another kind or exceeds the job.
+/// A file that is truncated, is of another kind or exceeds the limits.
 pub fn decode_field(bytes: &[u8], job: &Job) -> Result<FieldFile> {
     match Kind::of_texels(bytes)? {
         Kind::Ptm => {

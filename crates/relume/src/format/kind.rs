@@ -29,13 +29,16 @@ pub(super) enum Class {
 type Row = (&'static [u8], Kind, &'static str, Class);
 
 /// All kinds of files that begin with bytes of their own.
-const KINDS: [Row; 9] = [
+const KINDS: [Row; 11] = [
     (b"PTM_", Kind::Ptm, "PTM", Class::Texels),
     (&[0x76, 0x2f, 0x31, 0x01], Kind::Exr, "EXR", Class::Texels),
     (b"\x89PNG\r\n\x1a\n", Kind::Png, "PNG", Class::Texels),
     (&[0xff, 0xd8, 0xff], Kind::Jpeg, "JPEG", Class::Texels),
     (b"II\x2a\0", Kind::Tiff, "TIFF", Class::Texels),
     (b"MM\0\x2a", Kind::Tiff, "TIFF", Class::Texels),
+    // BigTIFF.
+    (b"II\x2b\0", Kind::Tiff, "TIFF", Class::Texels),
+    (b"MM\0\x2b", Kind::Tiff, "TIFF", Class::Texels),
     (b"RLM\x1a", Kind::Rlm, "RLM", Class::Model),
     (b"\x93NUMPY", Kind::Npy, "NPY", Class::Array),
     (b"glTF", Kind::Glb, "GLB", Class::Mesh),
@@ -82,13 +85,9 @@ pub(super) fn unknown(bytes: &[u8]) -> Error {
     ))
 }
 
-/// What a decoder of another crate complains of, on one line and not too long.
-pub(super) fn complaint(kind: Kind, error: &impl std::fmt::Display) -> String {
-    const LONGEST: usize = 200;
-    let line = error.to_string().replace('\n', " ");
-    let cut: String = line.chars().take(LONGEST).collect();
-    let dots = if cut.len() < line.len() { "..." } else { "" };
-    format!("the {} data cannot be decoded: {cut}{dots}", kind.name())
+/// What is said of data that its decoder refuses, in place of the decoder's own words.
+pub(super) fn damaged(kind: Kind) -> Error {
+    Error::invalid(format!("the {} data is damaged or truncated: export the file again", kind.name()))
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::io::Cursor;
 
-use super::kind::{Kind, complaint};
+use super::kind::{Kind, damaged};
 use crate::error::{Error, Result};
 use crate::planes::Size;
 
@@ -49,7 +49,7 @@ pub(super) fn encode_data16(size: Size, samples: &[u8], texts: &[(&str, String)]
 /// The plain text chunks before the image of a PNG file.
 pub(super) fn texts(bytes: &[u8]) -> Result<BTreeMap<String, String>> {
     let reader = ::png::Decoder::new(Cursor::new(bytes)).read_info();
-    let reader = reader.map_err(|error| Error::invalid(complaint(Kind::Png, &error)))?;
+    let reader = reader.map_err(|_| damaged(Kind::Png))?;
     let chunks = reader.info().uncompressed_latin1_text.iter();
     Ok(chunks.map(|chunk| (chunk.keyword.clone(), chunk.text.clone())).collect())
 }

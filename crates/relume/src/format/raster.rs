@@ -4,8 +4,8 @@ use std::io::Cursor;
 
 use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader};
 
-use super::kind::{Kind, complaint, unknown};
-use super::{complete, exr};
+use super::kind::{Kind, damaged, unknown};
+use super::{complete, exr, finite, plausible};
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::planes::Size;
@@ -16,7 +16,7 @@ use crate::raster::{Raster, Samples};
 /// Samples keep their depth. Alpha is dropped, palettes are expanded, EXIF orientation is applied.
 ///
 /// # Errors
-/// A file that is truncated, is of another kind or exceeds the job.
+/// A file that is truncated, is of another kind or exceeds the limits.
 pub fn decode_raster(bytes: &[u8], job: &Job) -> Result<Raster> {
     match Kind::of_texels(bytes)? {
         Kind::Ptm => Err(Error::unsupported(
@@ -28,7 +28,8 @@ pub fn decode_raster(bytes: &[u8], job: &Job) -> Result<Raster> {
             decode_with(bytes, ImageFormat::Png, job)
         }
         Kind::Jpeg => {
-            complete::check_jpeg(bytes)?;
+            let frame = complete::check_jpeg(bytes)?;
+            job.check_bytes("decoding the JPEG picture", frame.map_or(0, |frame| frame.working_bytes()))?;
             decode_with(bytes, ImageFormat::Jpeg, job)
         }
         Kind::Tiff => decode_with(bytes, ImageFormat::Tiff, job),
@@ -44,6 +45,10 @@ fn decode_with(bytes: &[u8], format: ImageFormat, job: &Job) -> Result<Raster> {
     let (width, height) = decoder.dimensions();
     let bytes_per_texel = u64::from(decoder.color_type().bytes_per_pixel());
     job.check("the picture", Size::new(width as usize, height as usize), bytes_per_texel)?;
+    if format == ImageFormat::Tiff {
+        let (size, found) = (Size::new(width as usize, height as usize), bytes.len() as u64);
+        plausible::check("TIFF", size, size.texels() as u64 * bytes_per_texel, found, plausible::LZW)?;
+    }
     let orientation = decoder.orientation().map_err(explain)?;
     let mut image = DynamicImage::from_decoder(decoder).map_err(explain)?;
     image.apply_orientation(orientation);
@@ -59,19 +64,39 @@ fn decoder_limits(job: &Job) -> image::Limits {
     bounds
 }
 
-/// A decoder's complaint as one of our sentences.
+/// A decoder's error in the user's terms.
 fn explain(format: ImageFormat, error: &ImageError) -> Error {
     let kind = match format {
         ImageFormat::Png => Kind::Png,
         ImageFormat::Jpeg => Kind::Jpeg,
         _ => Kind::Tiff,
     };
-    let sentence = complaint(kind, error);
     match error {
-        ImageError::Unsupported(_) => Error::unsupported(sentence),
-        ImageError::Limits(_) => Error::limit(sentence),
-        _ => Error::invalid(sentence),
+        ImageError::Unsupported(error) => unsupported(kind, &error.to_string()),
+        ImageError::Limits(_) => Error::limit(format!(
+            "the {} picture needs more memory or longer sides than the limits allow",
+            kind.name()
+        )),
+        _ => damaged(kind),
     }
+}
+
+/// What is not read, by the words that the decoders have for it.
+fn unsupported(kind: Kind, words: &str) -> Error {
+    let known = [
+        ("YCbCr", "colours stored as YCbCr"),
+        ("Palette", "palettes"),
+        ("CMYK", "CMYK colours in planes"),
+        ("ycck", "YCCK colours"),
+        ("rithmetic", "arithmetic coding"),
+        ("ossless", "lossless JPEG"),
+    ];
+    let what = known.iter().find(|(word, _)| words.contains(word));
+    let what = what.map_or("samples stored in this way", |(_, what)| what);
+    Error::unsupported(format!(
+        "{what} are not read from {} files: export the picture as grey or RGB of 8 or 16 bits",
+        kind.name()
+    ))
 }
 
 fn raster_from(image: DynamicImage) -> Result<Raster> {
@@ -88,12 +113,16 @@ fn raster_from(image: DynamicImage) -> Result<Raster> {
         DynamicImage::ImageRgb32F(b) => (3, Samples::F32(b.into_raw())),
         DynamicImage::ImageRgba32F(b) => (3, Samples::F32(without_alpha(&b.into_raw(), 3))),
         other => {
+            let channels = other.color().channel_count();
             return Err(Error::unsupported(format!(
-                "pictures of samples {:?} are not read: expected grey or RGB of 8 or 16 bits",
-                other.color()
+                "pictures of {channels} channels stored in this way are not read: expected grey or RGB of 8 or 16 bits"
             )));
         }
     };
+    if let Samples::F32(samples) = &samples {
+        let names: &[&str] = if channels == 1 { &["Y"] } else { &["R", "G", "B"] };
+        finite::check(samples, size, |i| names[i % channels], |i| i / channels)?;
+    }
     Raster::new(size, channels, samples)
 }
 

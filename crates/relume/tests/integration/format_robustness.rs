@@ -184,7 +184,7 @@ fn sizes_are_refused_before_memory_is_taken() {
     bomb[16..24].copy_from_slice(&[0, 0, 0xff, 0xff, 0, 0, 0xff, 0xff]);
     let crc = crc32(&bomb[12..29]).to_be_bytes();
     bomb[29..33].copy_from_slice(&crc);
-    assert_eq!(decode_raster(&bomb, &Job::default()).unwrap_err().kind(), ErrorKind::Limit);
+    assert_eq!(decode_raster(&bomb, &Job::default()).unwrap_err().kind(), ErrorKind::Invalid);
 }
 
 /// The checksum of PNG chunks, bit by bit.
@@ -206,4 +206,73 @@ fn exr_files_without_a_picture_say_what_they_hold() {
     let field = random_field(Basis::Ptm, PlaneLayout::RGB, Space::Linear, Size::new(4, 4), 1);
     let file = encode_field(&field, FieldFormat::Exr(ExrDepth::Float), None, &job()).unwrap();
     assert!(decode_raster(&file, &job()).unwrap_err().message().contains("relight"));
+}
+
+/// A progressive or baseline JPEG of so many texels whose scan is all but empty.
+fn jpeg_bomb(frame: u8, side: u16, components: u8) -> Vec<u8> {
+    let size = side.to_be_bytes();
+    let length = (8 + 3 * u16::from(components)).to_be_bytes();
+    let mut file = vec![0xff, 0xd8, 0xff, frame, length[0], length[1], 8];
+    file.extend([size[0], size[1], size[0], size[1], components]);
+    (1..=components).for_each(|id| file.extend([id, 0x11, 0]));
+    file.extend([0xff, 0xda, 0, 6 + 2 * components, components]);
+    (1..=components).for_each(|id| file.extend([id, 0]));
+    file.extend([0, 63, 0, 0x55, 0xff, 0xd9]);
+    file
+}
+
+#[test]
+fn small_files_that_claim_gigabytes_are_refused_by_their_headers() {
+    let generous = Job::new(Limits { max_bytes: 1 << 40, max_side: 1 << 17 });
+    let mut bombs: Vec<Vec<u8>> = [(0xc0, 1), (0xc0, 3), (0xc2, 1), (0xc2, 3)]
+        .map(|(frame, components)| jpeg_bomb(frame, 65_000, components))
+        .to_vec();
+    let small = Picture { planes: Planes::zeros(Size::new(3, 3), 3), space: Space::Srgb };
+    let mut png = encode_picture(&small, PictureFormat::Png(Depth::Eight)).unwrap();
+    png[16..24].copy_from_slice(&[0, 0, 0xff, 0xff, 0, 0, 0xff, 0xff]);
+    let crc = crc32(&png[12..29]).to_be_bytes();
+    png[29..33].copy_from_slice(&crc);
+    bombs.push(png);
+    for bomb in bombs {
+        let error = decode_raster(&bomb, &generous).unwrap_err();
+        assert_eq!(error.kind(), ErrorKind::Invalid, "{error}");
+        assert!(error.message().contains("cannot hold so many"), "{error}");
+    }
+}
+
+#[test]
+fn values_that_are_not_finite_are_found_with_their_channel_and_texel() {
+    for (value, word) in [(f32::NAN, "NaN"), (f32::INFINITY, "infinite"), (f32::NEG_INFINITY, "infinite")] {
+        let mut planes = Planes::zeros(Size::new(5, 4), 3);
+        planes.plane_mut(1)[2 * 5 + 3] = value;
+        let picture = Picture { planes, space: Space::Linear };
+        for depth in [ExrDepth::Half, ExrDepth::Float] {
+            let file = encode_picture(&picture, PictureFormat::Exr(depth)).unwrap();
+            for result in read(&file) {
+                let message = result.unwrap_err().message().to_owned();
+                let expected = format!("channel 'G' is {word} at texel (3, 2)");
+                assert!(message.contains(&expected), "{message}");
+            }
+        }
+    }
+}
+
+#[test]
+fn messages_never_show_a_decoders_own_words() {
+    const INNER: [&str; 8] =
+        ["DecoderError", "ImageError", "Format error", "exr::", "Some(", "{ ", "ColorType", "Error("];
+    let mut random = Stream::new(78, Purpose::Sample, [0]);
+    for (name, file) in small_files() {
+        for _ in 0..300 {
+            let mut changed = file.clone();
+            for _ in 0..=random.below(3) {
+                let at = random.below(file.len().min(400));
+                changed[at] = random.below(256) as u8;
+            }
+            for error in read(&changed).into_iter().filter_map(Result::err) {
+                let shown = INNER.iter().find(|word| error.message().contains(**word));
+                assert_eq!(shown, None, "{name}: {error}");
+            }
+        }
+    }
 }

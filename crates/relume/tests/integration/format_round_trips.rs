@@ -29,7 +29,7 @@ fn all_fields() -> impl Iterator<Item = ReflectanceField> {
 #[test]
 fn every_field_comes_back_from_exr_bit_by_bit() {
     for mut field in all_fields() {
-        let odd = [f32::MIN_POSITIVE / 8.0, -0.0, 3e38, f32::INFINITY, f32::NAN];
+        let odd = [f32::MIN_POSITIVE / 8.0, -0.0, 3e38, -3e38, f32::from_bits(1)];
         let mut planes = field.coefficients().clone();
         planes.as_mut_slice()[..5].copy_from_slice(&odd);
         let lights =

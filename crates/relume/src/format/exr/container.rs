@@ -5,13 +5,14 @@ use std::io::Cursor;
 
 use ::exr::block::reader::Reader;
 use ::exr::prelude::{
-    AttributeValue, FlatSamples, LayerAttributes, ReadChannels, ReadLayers, SampleType, Vec2,
+    AttributeValue, Compression, FlatSamples, LayerAttributes, ReadChannels, ReadLayers, SampleType, Vec2,
 };
 
 use super::ExrDepth;
 use super::blocks::{Head, sample_bytes, write_blocks};
 use crate::error::{Error, Result};
-use crate::format::kind::{Kind, complaint};
+use crate::format::kind::{Kind, damaged};
+use crate::format::{finite, plausible};
 use crate::job::Job;
 use crate::planes::{Planes, Size};
 
@@ -30,7 +31,7 @@ pub(super) struct Layer {
 /// Reads the first part of a file, all channels of it as floats.
 pub(super) fn decode(bytes: &[u8], job: &Job) -> Result<Layer> {
     let reader = ::exr::block::read(Cursor::new(bytes), false).map_err(unreadable)?;
-    check_header(&reader, job)?;
+    check_header(&reader, bytes.len() as u64, job)?;
     let image = ::exr::prelude::read()
         .no_deep_data()
         .largest_resolution_level()
@@ -45,8 +46,11 @@ pub(super) fn decode(bytes: &[u8], job: &Job) -> Result<Layer> {
     let half = channels.iter().all(|channel| matches!(channel.sample_data, FlatSamples::F16(_)));
     let mut samples = Vec::with_capacity(size.texels() * channels.len());
     channels.iter().for_each(|channel| append(&mut samples, &channel.sample_data));
+    let names: Vec<String> = channels.iter().map(|channel| channel.name.to_string()).collect();
+    let texels = size.texels().max(1);
+    finite::check(&samples, size, |i| &names[i / texels], |i| i % texels)?;
     Ok(Layer {
-        names: channels.iter().map(|channel| channel.name.to_string()).collect(),
+        names,
         planes: Planes::from_vec(size, channels.len(), samples)?,
         depth: if half { ExrDepth::Half } else { ExrDepth::Float },
         attributes: texts(&layer.attributes),
@@ -54,7 +58,7 @@ pub(super) fn decode(bytes: &[u8], job: &Job) -> Result<Layer> {
 }
 
 /// Refuses what is not read, and sizes over the limits, before samples are allocated.
-fn check_header(reader: &Reader<Cursor<&[u8]>>, job: &Job) -> Result<()> {
+fn check_header(reader: &Reader<Cursor<&[u8]>>, found: u64, job: &Job) -> Result<()> {
     let header = reader.headers().first().ok_or_else(|| Error::invalid("the EXR file holds no picture"))?;
     if header.deep {
         return Err(Error::unsupported("the EXR file holds deep data: flatten it first"));
@@ -70,7 +74,17 @@ fn check_header(reader: &Reader<Cursor<&[u8]>>, job: &Job) -> Result<()> {
     let stored = |kind: SampleType| if kind == SampleType::F16 { 2 } else { 4 };
     let bytes_per_texel: u64 = channels.iter().map(|channel| 4 + stored(channel.sample_type)).sum();
     let size = Size::new(header.layer_size.width(), header.layer_size.height());
-    job.check("the EXR picture", size, bytes_per_texel)
+    job.check("the EXR picture", size, bytes_per_texel)?;
+    // Eight bytes in the table of offsets for each block, and what compression by itself bounds.
+    plausible::check("EXR", size, 8 * header.chunk_count as u64, found, 1)?;
+    let samples: u64 = channels.iter().map(|channel| stored(channel.sample_type)).sum();
+    let needed = size.texels() as u64 * samples;
+    match header.compression {
+        Compression::Uncompressed | Compression::RLE | Compression::ZIP1 | Compression::ZIP16 => {
+            plausible::check("EXR", size, needed, found, plausible::DEFLATE)
+        }
+        _ => Ok(()),
+    }
 }
 
 fn append(out: &mut Vec<f32>, samples: &FlatSamples) {
@@ -99,10 +113,12 @@ fn texts(attributes: &LayerAttributes) -> BTreeMap<String, String> {
 }
 
 fn unreadable(error: ::exr::error::Error) -> Error {
-    let sentence = complaint(Kind::Exr, &error);
     match error {
-        ::exr::error::Error::NotSupported(_) => Error::unsupported(sentence),
-        _ => Error::invalid(sentence),
+        ::exr::error::Error::NotSupported(_) => Error::unsupported(
+            "the EXR data is stored in a way that is not read (deep, or by a rare compression): export one flat \
+             layer with ZIP compression",
+        ),
+        _ => damaged(Kind::Exr),
     }
 }
 

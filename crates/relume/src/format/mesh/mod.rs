@@ -15,7 +15,7 @@ use crate::render::Mesh;
 /// The mesh in the bytes of a file: binary glTF is known by its first bytes, anything else is read as OBJ.
 ///
 /// # Errors
-/// One that breaks its format, has no triangles or no texture coordinates, or exceeds the job.
+/// One that breaks its format, has no triangles or no texture coordinates, or exceeds the limits.
 pub fn decode_mesh(bytes: &[u8], job: &Job) -> Result<Mesh> {
     if bytes.starts_with(b"glTF") { glb::decode(bytes, job) } else { obj::decode(bytes, job) }
 }

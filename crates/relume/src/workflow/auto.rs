@@ -24,7 +24,7 @@ use crate::synthesis::pixel::{NeighbourSearch, PatchMatchOptions, WeiLevoyOption
 use crate::synthesis::{Blend, BlockOptions, Exemplar, SourceMap, Tolerance, gather};
 
 /// The largest piece that a texture may copy as it stands, as a part of the smallest exemplar.
-const LARGEST_PIECE: f64 = 0.5;
+pub const LARGEST_PIECE: f64 = 0.5;
 /// The search of scanlines that continue what is beside them: no other candidates, which need no tree.
 const CONTINUED: NeighbourSearch = NeighbourSearch::Coherence { candidates: 1, codewords: 4096 };
 /// Seed of the measure: another than the one textures are customarily compared with, so that what is

@@ -45,6 +45,13 @@ named!(SynthesisMethod {
     Auto => "auto",
 });
 
+impl SynthesisMethod {
+    /// Whether every texel is a copy whose source is known: noise is blended.
+    pub const fn has_source_map(self) -> bool {
+        !matches!(self, Self::Noise)
+    }
+}
+
 /// A method with all its options.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Plan {

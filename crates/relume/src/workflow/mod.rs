@@ -10,6 +10,7 @@
 //! | [`method`] | methods of synthesis as plans, with one way to run them |
 //! | [`metric`] | metrics by the names that people know |
 //! | [`model`] | models of functions jointly, of structure and detail, or of single lights |
+//! | [`shader`] | what a shader draws textures and endless noise from |
 //! | [`auto`] | textures made in several ways, of which the nearest to the exemplar is kept |
 //! | [`endless`] | windows of endless planes, of any size, written row by row |
 
@@ -22,6 +23,7 @@ pub mod method;
 pub mod metric;
 pub mod model;
 pub mod options;
+pub mod shader;
 
 pub use auto::Exemplars;
 pub use method::{MadeTexture, MethodReport, Plan, SynthesisMethod};

@@ -2,6 +2,7 @@
 
 mod noise;
 mod page;
+mod uri;
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};

@@ -1,113 +1,50 @@
-//! The data with which the shader of the page draws endless noise of functions.
-//!
-//! Under a given light the colour of a texel is linear in its index values, and those are the mean plus the
-//! sum of the principal axes, each times the value of its plane. So the shader needs the normal values of the
-//! planes, one byte each, the tables that restore the values, and the functions of the mean and of each axis,
-//! which the page turns into one colour per light.
+//! The data with which the shader of the page draws endless noise of functions, as its script expects it.
 
 use std::path::Path;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use relume::field::{Domain, IndexSpace, Metric, PlaneLayout};
-use relume::format::{Depth, PictureFormat, encode_picture, read_field};
+use relume::format::read_field;
 use relume::synthesis::noise::gaussian::REACH;
-use relume::synthesis::noise::{Noise, NoiseOptions};
-use relume::{Error, Job, Picture, Planes, ReflectanceField, Result, Size, Space};
+use relume::workflow::shader::NoiseFunctions;
+use relume::{Job, Result};
 use serde_json::{Value, json};
 
-use super::page::png_uri;
+use super::uri::picture_uri;
 
-/// Noise and the functions of its axes.
-pub struct NoiseData {
-    noise: Noise,
-    /// The mean function, and that of each axis, as coefficients of red, green and blue.
-    functions: Vec<Vec<f32>>,
+/// Models the functions in a file.
+pub fn read(path: &Path, job: &Job) -> Result<NoiseFunctions> {
+    NoiseFunctions::new(&read_field(path, job)?.field, job).map_err(|e| e.at(path))
 }
 
-impl NoiseData {
-    /// Models the functions in a file.
-    pub fn read(path: &Path, job: &Job) -> Result<Self> {
-        Self::new(&read_field(path, job)?.field, job).map_err(|e| e.at(path))
-    }
-
-    fn new(field: &ReflectanceField, job: &Job) -> Result<Self> {
-        if *field.layout() != PlaneLayout::RGB {
-            return Err(Error::invalid("the page needs functions of red, green and blue"));
-        }
-        let space = IndexSpace::new(field, Metric::Function, Domain::Hemisphere)?;
-        let noise = Noise::new(&space.index_planes(field), &NoiseOptions::default(), job)?;
-        let functions = functions(&noise, &space, field)?;
-        Ok(Self { noise, functions })
-    }
-
-    /// The size of the exemplar.
-    pub fn size(&self) -> Size {
-        self.noise.size()
-    }
-
-    /// The number of planes.
-    pub fn planes(&self) -> usize {
-        self.noise.marginals().len()
-    }
-
-    /// In the form the script of the page expects.
-    pub fn to_json(&self) -> Result<Value> {
-        let picture = Picture { planes: self.normals(), space: Space::Srgb };
-        let tables = self.noise.marginals().iter().flat_map(|marginal| marginal.table());
-        let tables: Vec<u8> = tables.flat_map(|value| value.to_le_bytes()).collect();
-        Ok(json!({
-            "normals": png_uri(&encode_picture(&picture, PictureFormat::Png(Depth::Eight))?),
-            "tables": STANDARD.encode(tables),
-            "entries": self.noise.marginals()[0].table().len(),
-            "planes": self.planes(),
-            "reach": REACH,
-            "key": [self.noise.key() as u32, (self.noise.key() >> 32) as u32],
-            "side": self.noise.side(),
-            "size": [self.size().width, self.size().height],
-            "mean": self.functions[0],
-            "axes": self.functions[1..],
-        }))
-    }
-
-    /// The normal values from 0 to 1, three planes side by side as red, green and blue, the next three below.
-    fn normals(&self) -> Planes {
-        let (planes, size) = (self.noise.normal_planes(), self.size());
-        let layers = self.planes().div_ceil(3);
-        let mut stacked = Planes::zeros(Size::new(size.width, layers * size.height), 3);
-        for (k, plane) in planes.iter().enumerate() {
-            let first = k / 3 * size.texels();
-            let part = &mut stacked.plane_mut(k % 3)[first..][..size.texels()];
-            part.iter_mut().zip(plane).for_each(|(out, normal)| *out = normal / REACH as f32 * 0.5 + 0.5);
-        }
-        stacked
-    }
-}
-
-/// The function of the mean, and the contribution of each axis.
-fn functions(noise: &Noise, space: &IndexSpace, like: &ReflectanceField) -> Result<Vec<Vec<f32>>> {
-    let (means, axes) = noise.axes();
-    let mut index = Planes::zeros(Size::new(axes.rows() + 1, 1), means.len());
-    for (j, mean) in means.iter().enumerate() {
-        let plane = index.plane_mut(j);
-        plane.fill(*mean);
-        (0..axes.rows()).for_each(|k| plane[k + 1] += axes[(k, j)] as f32);
-    }
-    let field = space.field(like, &index)?;
-    let coefficients = field.coefficients();
-    let of = |texel: usize| (0..coefficients.count()).map(move |c| coefficients.at(c, texel, 0));
-    let added = (1..=axes.rows()).map(|k| of(k).zip(of(0)).map(|(axis, mean)| axis - mean).collect());
-    Ok(std::iter::once(of(0).collect()).chain(added).collect())
+/// In the form the script of the page expects.
+pub fn to_json(functions: &NoiseFunctions) -> Result<Value> {
+    let noise = functions.noise();
+    let tables = noise.marginals().iter().flat_map(|marginal| marginal.table());
+    let tables: Vec<u8> = tables.flat_map(|value| value.to_le_bytes()).collect();
+    let (mean, axes) = functions.functions().split_first().expect("the mean is always there");
+    Ok(json!({
+        "normals": picture_uri(&functions.normals())?,
+        "tables": STANDARD.encode(tables),
+        "entries": noise.marginals()[0].table().len(),
+        "planes": functions.planes(),
+        "reach": REACH,
+        "key": [noise.key() as u32, (noise.key() >> 32) as u32],
+        "side": noise.side(),
+        "size": [noise.size().width, noise.size().height],
+        "mean": mean,
+        "axes": axes,
+    }))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use relume::Direction;
-    use relume::field::Basis;
+    use relume::field::{Basis, Domain, IndexSpace, Metric, PlaneLayout};
     use relume::format::decode_raster;
     use relume::numeric::hash;
     use relume::numeric::random::{Purpose, Stream};
+    use relume::{Direction, Planes, ReflectanceField, Size, Space};
 
     /// Functions that vary from texel to texel about a common one.
     fn field() -> ReflectanceField {
@@ -216,13 +153,13 @@ mod tests {
     #[test]
     fn the_shader_draws_the_librarys_plane() {
         let (field, job) = (field(), Job::default());
-        let data = NoiseData::new(&field, &job).unwrap();
+        let data = NoiseFunctions::new(&field, &job).unwrap();
         let space = IndexSpace::new(&field, Metric::Function, Domain::Hemisphere).unwrap();
-        let shader = ShaderTwin::new(data.to_json().unwrap());
+        let shader = ShaderTwin::new(to_json(&data).unwrap());
         let light = Direction::new(-0.5, 0.4, 0.7).unwrap();
         for corner in [[0, 0], [-17, 1234], [-987_654_321, 123_456_789]] {
             let size = Size::new(90, 50);
-            let index = data.noise.window(corner[0], corner[1], size, &job).unwrap();
+            let index = data.noise().window(corner[0], corner[1], size, &job).unwrap();
             let made = space.field(&field, &index).unwrap();
             let (mut sum, mut most) = (0.0, 0.0f32);
             for (x, y) in (0..50).flat_map(|y| (0..90).map(move |x| (x, y))) {
@@ -244,6 +181,6 @@ mod tests {
         let lrgb = field().coefficients().crop(0, 0, Size::new(40, 40)).unwrap();
         let planes = Planes::from_vec(lrgb.size(), 9, lrgb.as_slice()[..9 * 1600].to_vec()).unwrap();
         let field = ReflectanceField::new(Basis::Ptm, PlaneLayout::LRGB, Space::Srgb, planes).unwrap();
-        assert!(NoiseData::new(&field, &Job::default()).is_err());
+        assert!(NoiseFunctions::new(&field, &Job::default()).is_err());
     }
 }

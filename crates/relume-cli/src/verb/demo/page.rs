@@ -4,14 +4,14 @@ use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
-use relume::format::{Depth, Encoding, FieldFile, PictureFormat, encode_picture, open, read_field};
+use relume::format::{Depth, FieldFile, PictureFormat, encode_picture, open, read_field};
+use relume::workflow::shader::PtmPictures;
 use relume::{Error, Picture, Planes, Result, Size, Space};
 use serde_json::{Value, json};
 
 use super::Args;
-use super::noise::NoiseData;
+use super::noise;
+use super::uri::{picture_uri, png_uri};
 use crate::context::Context;
 
 const TEMPLATE: &str = include_str!("page.html");
@@ -93,14 +93,14 @@ fn endless(folder: &Path, mut data: Value, context: &Context) -> Result<[(&'stat
     data["endless"]["right"] = json!(tiles.cells.right());
     data["endless"]["down"] = json!(tiles.cells.down());
     data["endless"]["origin"] = json!(tiles.cells.origin());
-    let noise = NoiseData::read(&folder.join("noise.ptm"), &context.job)?;
-    data["noise"] = noise.to_json()?;
+    let noise = noise::read(&folder.join("noise.ptm"), &context.job)?;
+    data["noise"] = noise::to_json(&noise)?;
     Ok([
         ("endless", ENDLESS.to_owned()),
         ("endless_script", ENDLESS_SCRIPT.to_owned()),
         ("tiles", tiles.count.to_string()),
         ("tile", tiles.cells.bounds().to_string()),
-        ("noise_size", noise.size().to_string()),
+        ("noise_size", noise.noise().size().to_string()),
         ("noise_planes", noise.planes().to_string()),
         ("data", data.to_string()),
     ])
@@ -138,10 +138,6 @@ fn data_uri(path: &Path) -> Result<String> {
     Ok(png_uri(&bytes))
 }
 
-pub fn png_uri(bytes: &[u8]) -> String {
-    format!("data:image/png;base64,{}", STANDARD.encode(bytes))
-}
-
 /// The source map as colours, as a PNG.
 fn source_picture(folder: &Path, exemplar: Size, context: &Context) -> Result<Vec<u8>> {
     let path = folder.join("source.npy");
@@ -156,26 +152,12 @@ fn source_picture(folder: &Path, exemplar: Size, context: &Context) -> Result<Ve
 
 /// The bytes of an LRGB texture map as three pictures, with scale and bias, for the shader of the page.
 fn shader_data(file: &FieldFile) -> Result<Value> {
-    let Encoding::Ptm(encoding) = file.encoding else {
-        return Err(Error::invalid("the page needs a .ptm texture map"));
-    };
-    let bytes_of = |k: usize| -> Vec<f32> {
-        let plane = file.field.coefficients().plane(k).iter();
-        match (encoding.scale.get(k), encoding.bias.get(k)) {
-            (Some(scale), Some(bias)) => plane.map(|v| (v * 255.0 / scale + bias).round() / 255.0).collect(),
-            _ => plane.copied().collect(),
-        }
-    };
-    let picture = |first: usize| -> Result<String> {
-        let planes = Planes::from_vec(file.field.size(), 3, (first..first + 3).flat_map(bytes_of).collect())?;
-        let picture = Picture { planes, space: Space::Srgb };
-        Ok(png_uri(&encode_picture(&picture, PictureFormat::Png(Depth::Eight))?))
-    };
+    let PtmPictures { pictures: [low, high, tint], encoding } = PtmPictures::new(file)?;
     let scale = encoding.scale.map(|s| s / 255.0);
     Ok(json!({
-        "low": picture(0)?,
-        "high": picture(3)?,
-        "tint": picture(6)?,
+        "low": picture_uri(&low)?,
+        "high": picture_uri(&high)?,
+        "tint": picture_uri(&tint)?,
         "scaleLow": scale[..3],
         "biasLow": encoding.bias[..3],
         "scaleHigh": scale[3..],

@@ -6,7 +6,9 @@ use std::path::Path;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use relume::{Error, ErrorKind, Result, Size};
+use relume::workflow::SynthesisMethod;
+use relume::workflow::auto::LARGEST_PIECE;
+use relume::{Error, ErrorKind, Named, Result, Size};
 use serde::Serialize;
 use serde_json::Value;
 
@@ -19,9 +21,6 @@ use crate::verb::run_typed;
 
 /// The light of the pictures on the page: from the upper left, so that relief shows.
 const LIGHT: &str = "--light=-0.45,0.45,0.77";
-
-/// The share of the exemplar from which a largest piece makes a texture a verbatim copy.
-const COPY: f64 = 0.5;
 
 /// An exemplar and its textures.
 #[derive(Debug, Serialize)]
@@ -98,10 +97,11 @@ impl Exemplar {
             preview: trial.kept(trial.preview(file))?.ok(),
         };
         for method in &args.methods {
-            context.bar.set_part(format!("{place}{} {method} ", trial.name));
+            let name = method.name();
+            context.bar.set_part(format!("{place}{} {name} ", trial.name));
             let entry = match &size {
-                Ok(size) => trial.entry(method, *size)?,
-                Err(error) => Entry::failed(method, String::new(), error.to_string()),
+                Ok(size) => trial.entry(*method, *size)?,
+                Err(error) => Entry::failed(name, String::new(), error.to_string()),
             };
             exemplar.entries.push(entry);
         }
@@ -141,7 +141,7 @@ impl Entry {
 
     /// Whether it is a verbatim copy of most of the exemplar.
     pub fn is_copy(&self) -> bool {
-        self.largest_piece.is_some_and(|piece| piece > COPY)
+        self.largest_piece.is_some_and(|piece| piece > LARGEST_PIECE)
     }
 }
 
@@ -157,7 +157,8 @@ struct Trial<'a> {
 }
 
 impl Trial<'_> {
-    fn entry(&self, method: &str, exemplar: Size) -> Result<Entry> {
+    fn entry(&self, how: SynthesisMethod, exemplar: Size) -> Result<Entry> {
+        let method = how.name();
         let (size, seed) =
             (format!("{}x{}", self.output.width, self.output.height), self.args.seed.to_string());
         let texture = format!("{method}.{}", self.ending());
@@ -166,8 +167,7 @@ impl Trial<'_> {
         let (target, sources) = (self.folder.join(&texture), self.scratch.join(format!("{method}.npy")));
         let mut typed = words(&options, &[]);
         typed.extend(words(&["-o"], &[&target]));
-        // Noise is blended: it has no sources.
-        let has_sources = method != "noise";
+        let has_sources = how.has_source_map();
         if has_sources {
             typed.extend(words(&["--source-map"], &[&sources]));
         }

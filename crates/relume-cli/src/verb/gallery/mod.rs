@@ -9,8 +9,8 @@ mod table;
 
 use std::path::{Path, PathBuf};
 
-use clap::builder::PossibleValuesParser;
-use relume::{Error, Result, Size};
+use relume::workflow::SynthesisMethod;
+use relume::{Error, Named, Result, Size};
 use serde_json::json;
 
 use crate::args;
@@ -19,9 +19,6 @@ use crate::output::{self, Folder};
 use crate::paths;
 use crate::report::Report;
 use entry::Exemplar;
-
-/// The methods, in the order of the page.
-const METHODS: [&str; 7] = ["quilting", "efros-leung", "wei-levoy", "patchmatch", "roller", "noise", "auto"];
 
 /// Extensions of files that may be exemplars.
 const ENDINGS: [&str; 7] = ["png", "jpg", "jpeg", "tif", "tiff", "exr", "ptm"];
@@ -43,9 +40,9 @@ pub struct Args {
     #[arg(long, value_name = "WxH", value_parser = args::size)]
     size: Option<Size>,
     /// The methods to run
-    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = PossibleValuesParser::new(METHODS))]
-    #[arg(default_values = METHODS)]
-    methods: Vec<String>,
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = args::named::<SynthesisMethod>())]
+    #[arg(default_values = SynthesisMethod::ALL.iter().map(|method| method.name()))]
+    methods: Vec<SynthesisMethod>,
     /// Another seed gives other textures
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,

@@ -1,19 +1,13 @@
 //! `relume compare`: the distance between two textures, texel by texel or statistically.
 
-use std::f64::consts::FRAC_PI_4;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-use relume::field::Basis;
 use relume::format::Content;
 use relume::format::npy::Array;
-use relume::metric::texture::{
-    Distances, SlicedOptions, Source, Sources, copying::Copying, copying::copying, distances, seams::Seams,
-    seams::seams, wrap::Wrap, wrap::wrap,
-};
-use relume::metric::{psnr, rmse};
-use relume::render::{Sweep, relight};
-use relume::{Direction, Error, Planes, ReflectanceField, Result, Size, Space};
+use relume::metric::texture::{Distances, Source, Sources};
+use relume::workflow::comparison::{Comparison, TexelErrors, TextureMeasures};
+use relume::{Direction, Error, Planes, Result, Size};
 use serde_json::json;
 
 use crate::context::Context;
@@ -61,40 +55,20 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let read = |path: &Path| args.evaluated.texture_of(path, &context.job);
     let (reference, other) = (read(&args.reference)?, read(&args.other)?);
     args.evaluated.check(reference.of_model || other.of_model)?;
-    let pair = Pair { reference: reference.field, other: other.field };
-    let lights = pair.lights(args.lights);
+    let sizes = [reference.field.size(), other.field.size()];
+    let comparison = Comparison::new(&reference.field, &other.field, args.lights.into());
     if !args.texture {
-        return texel_by_texel(&pair, &lights, args);
+        return texel_by_texel(&comparison, sizes, args);
     }
     let map = args.source_map.as_deref().map(|path| SourceFile::read(path, context)).transpose()?;
-    let measured = Measured::of(&pair, &lights, map.as_ref(), args, context)?;
-    Ok(Report::new(measured.text(args), measured.json(&lights)))
+    let exemplars = [sizes[0]];
+    let sources = map.as_ref().map(|map| Sources::new(map.size, &map.texels, &exemplars)).transpose();
+    let sources = sources.map_err(|e| e.at(args.source_map.as_deref().unwrap_or(Path::new("-"))))?;
+    let measures = comparison.texture_measures(sources.as_ref(), args.seed, &context.job)?;
+    Ok(Report::new(texture_text(&measures, args), texture_json(&measures, comparison.lights())))
 }
 
-/// The two textures.
-struct Pair {
-    reference: ReflectanceField,
-    other: ReflectanceField,
-}
-
-impl Pair {
-    /// The lights to compare under: one is enough for two pictures.
-    fn lights(&self, count: u16) -> Vec<Direction> {
-        if [&self.reference, &self.other].iter().all(|field| *field.basis() == Basis::Constant) {
-            return vec![Direction::ZENITH];
-        }
-        let ring = Sweep::Orbit { lights: usize::from(count) - 1, polar_rad: FRAC_PI_4 };
-        [Direction::ZENITH].into_iter().chain(ring.directions()).collect()
-    }
-
-    /// Both under one light, sRGB-encoded.
-    fn under(&self, light: Direction) -> [Planes; 2] {
-        [&self.reference, &self.other].map(|field| relight(field, light).to_space(Space::Srgb).planes)
-    }
-}
-
-fn texel_by_texel(pair: &Pair, lights: &[Direction], args: &Args) -> Result<Report> {
-    let sizes = [pair.reference.size(), pair.other.size()];
+fn texel_by_texel(comparison: &Comparison<'_>, sizes: [Size; 2], args: &Args) -> Result<Report> {
     if sizes[0] != sizes[1] {
         return Err(Error::usage(format!(
             "is {} texels and the reference {}: give --texture to compare textures of different sizes",
@@ -102,26 +76,19 @@ fn texel_by_texel(pair: &Pair, lights: &[Direction], args: &Args) -> Result<Repo
         ))
         .at(&args.other));
     }
-    let error = |light: &Direction| {
-        let [a, b] = pair.under(*light);
-        Ok((psnr(&a, &b)?, rmse(&a, &b)?))
-    };
-    let errors = lights.iter().map(error).collect::<Result<Vec<(f64, f64)>>>()?;
-    let count = errors.len() as f64;
-    let psnr_db = errors.iter().map(|e| e.0).sum::<f64>() / count;
-    let rmse = errors.iter().map(|e| e.1).sum::<f64>() / count;
-    let worst = errors.iter().copied().fold((f64::INFINITY, 0.0f64), |w, e| (w.0.min(e.0), w.1.max(e.1)));
+    let TexelErrors { psnr_db, rmse, worst_psnr_db, worst_rmse } = comparison.texel_errors()?;
+    let lights = comparison.lights();
     let mut text = format!("PSNR {psnr_db:.2} dB, RMSE {rmse:.5} of white");
     if lights.len() > 1 {
-        let _ =
-            write!(text, " (means over {} lights; worst {:.2} dB, {:.5})", lights.len(), worst.0, worst.1);
+        let count = lights.len();
+        let _ = write!(text, " (means over {count} lights; worst {worst_psnr_db:.2} dB, {worst_rmse:.5})");
     }
     // JSON has no infinity: equal textures have no PSNR.
     let finite = |db: f64| db.is_finite().then_some(db);
     let json = json!({
         "psnr_db": finite(psnr_db),
         "rmse": rmse,
-        "worst": { "psnr_db": finite(worst.0), "rmse": worst.1 },
+        "worst": { "psnr_db": finite(worst_psnr_db), "rmse": worst_rmse },
         "lights": directions(lights),
     });
     Ok(Report::new(text, json))
@@ -131,126 +98,75 @@ fn directions(lights: &[Direction]) -> Vec<[f64; 3]> {
     lights.iter().map(|light| light.to_array()).collect()
 }
 
-/// All measures of --texture; of several lights the worst seam.
-struct Measured {
-    distances: Vec<Distances>,
-    wraps: [Wrap; 2],
-    seams: Option<Seams>,
-    copying: Option<Copying>,
+fn texture_json(measures: &TextureMeasures, lights: &[Direction]) -> serde_json::Value {
+    json!({
+        "mean": Distances::mean(&measures.distances),
+        "worst": Distances::worst(&measures.distances),
+        "by_light": measures.distances,
+        "wrap": { "right_to_left": measures.wraps[0], "bottom_to_top": measures.wraps[1] },
+        "seams": measures.seams,
+        "copying": measures.copying,
+        "lights": directions(lights),
+    })
 }
 
-impl Measured {
-    fn of(
-        pair: &Pair,
-        lights: &[Direction],
-        map: Option<&SourceFile>,
-        args: &Args,
-        context: &Context,
-    ) -> Result<Self> {
-        let exemplars = [pair.reference.size()];
-        let sources = map
-            .map(|map| Sources::new(map.size, &map.texels, &exemplars))
-            .transpose()
-            .map_err(|e| e.at(args.source_map.as_deref().unwrap_or(Path::new("-"))))?;
-        let options = SlicedOptions { seed: args.seed, ..SlicedOptions::default() };
-        let mut found = Self {
-            distances: Vec::new(),
-            wraps: [Wrap { ratio: 0.0, rank: 0.0 }; 2],
-            seams: None,
-            copying: sources.as_ref().map(copying),
-        };
-        context.job.start("comparing", lights.len() as u64);
-        for &light in lights {
-            for field in [&pair.reference, &pair.other] {
-                context.job.check(
-                    "the texture under a light",
-                    field.size(),
-                    8 * field.layout().channels() as u64,
-                )?;
-            }
-            let [a, b] = pair.under(light);
-            found.distances.push(distances(&a, &b, &options, &context.job)?);
-            for (worst, wrap) in found.wraps.iter_mut().zip(wrap(&b)) {
-                *worst = if wrap.ratio > worst.ratio { wrap } else { *worst };
-            }
-            if let Some(sources) = &sources {
-                let seams = seams(&b, sources)?;
-                found.seams = found.seams.filter(|worst| worst.ratio >= seams.ratio).or(Some(seams));
-            }
-            context.job.advance(1)?;
-        }
-        Ok(found)
+fn texture_text(measures: &TextureMeasures, args: &Args) -> String {
+    let (Some(mean), Some(worst)) =
+        (Distances::mean(&measures.distances), Distances::worst(&measures.distances))
+    else {
+        return String::new();
+    };
+    let mut text = format!(
+        "{} against {}, over {} light{}\n{:<34} {:>8} {:>8}\n",
+        args.other.display(),
+        args.reference.display(),
+        measures.distances.len(),
+        if measures.distances.len() == 1 { "" } else { "s" },
+        "",
+        "mean",
+        "worst"
+    );
+    let rows = [
+        ("patches at several scales", mean.sliced, worst.sliced),
+        ("histogram", mean.histogram, worst.histogram),
+        ("autocorrelation", mean.autocorrelation, worst.autocorrelation),
+        ("spectrum, dB", mean.spectrum_db, worst.spectrum_db),
+        ("steerable pyramid, 1 - STSIM-2", mean.steerable, worst.steerable),
+    ];
+    for (name, mean, worst) in rows {
+        let _ = writeln!(text, "{name:<34} {mean:>8.4} {worst:>8.4}");
     }
+    let [x, y] = measures.wraps;
+    let _ = write!(
+        text,
+        "wrap: step over the border {:.2} (right to left) and {:.2} (bottom to top) times that inside",
+        x.ratio, y.ratio
+    );
+    append_sources(measures, &mut text);
+    text
+}
 
-    fn json(&self, lights: &[Direction]) -> serde_json::Value {
-        json!({
-            "mean": Distances::mean(&self.distances),
-            "worst": Distances::worst(&self.distances),
-            "by_light": self.distances,
-            "wrap": { "right_to_left": self.wraps[0], "bottom_to_top": self.wraps[1] },
-            "seams": self.seams,
-            "copying": self.copying,
-            "lights": directions(lights),
-        })
-    }
-
-    fn text(&self, args: &Args) -> String {
-        let (Some(mean), Some(worst)) = (Distances::mean(&self.distances), Distances::worst(&self.distances))
-        else {
-            return String::new();
-        };
-        let mut text = format!(
-            "{} against {}, over {} light{}\n{:<34} {:>8} {:>8}\n",
-            args.other.display(),
-            args.reference.display(),
-            self.distances.len(),
-            if self.distances.len() == 1 { "" } else { "s" },
-            "",
-            "mean",
-            "worst"
-        );
-        let rows = [
-            ("patches at several scales", mean.sliced, worst.sliced),
-            ("histogram", mean.histogram, worst.histogram),
-            ("autocorrelation", mean.autocorrelation, worst.autocorrelation),
-            ("spectrum, dB", mean.spectrum_db, worst.spectrum_db),
-            ("steerable pyramid, 1 - STSIM-2", mean.steerable, worst.steerable),
-        ];
-        for (name, mean, worst) in rows {
-            let _ = writeln!(text, "{name:<34} {mean:>8.4} {worst:>8.4}");
-        }
-        let [x, y] = self.wraps;
+fn append_sources(measures: &TextureMeasures, text: &mut String) {
+    if let Some(seams) = measures.seams {
         let _ = write!(
             text,
-            "wrap: step over the border {:.2} (right to left) and {:.2} (bottom to top) times that inside",
-            x.ratio, y.ratio
+            "\ncuts: {:.1} % of neighbours, step {:.2} times that inside",
+            100.0 * seams.share,
+            seams.ratio
         );
-        self.append_sources(&mut text);
-        text
     }
-
-    fn append_sources(&self, text: &mut String) {
-        if let Some(seams) = self.seams {
-            let _ = write!(
-                text,
-                "\ncuts: {:.1} % of neighbours, step {:.2} times that inside",
-                100.0 * seams.share,
-                seams.ratio
-            );
-        }
-        if let Some(copying) = self.copying {
-            let _ = write!(
-                text,
-                "\ncopying: {:.1} % of the exemplar used, evenness {:.3}, a texel at most {} times; pieces of {:.1} \
-                 texels, the largest {}, the longest run {}",
-                100.0 * copying.coverage,
-                copying.evenness,
-                copying.most_used,
-                copying.mean_piece,
-                copying.largest_piece,
-                copying.longest_run
-            );
-        }
+    if let Some(copying) = measures.copying {
+        let _ = write!(
+            text,
+            "\ncopying: {:.1} % of the exemplar used, evenness {:.3}, a texel at most {} times; pieces of {:.1} \
+             texels, the largest {}, the longest run {}",
+            100.0 * copying.coverage,
+            copying.evenness,
+            copying.most_used,
+            copying.mean_piece,
+            copying.largest_piece,
+            copying.longest_run
+        );
     }
 }
 

@@ -10,12 +10,14 @@
 //! | [`method`] | methods of synthesis as plans, with one way to run them |
 //! | [`metric`] | metrics by the names that people know |
 //! | [`model`] | models of functions jointly, of structure and detail, or of single lights |
+//! | [`comparison`] | textures compared under several lights |
 //! | [`shader`] | what a shader draws textures and endless noise from |
 //! | [`auto`] | textures made in several ways, of which the nearest to the exemplar is kept |
 //! | [`endless`] | windows of endless planes, of any size, written row by row |
 
 pub mod auto;
 pub mod capture;
+pub mod comparison;
 pub mod endless;
 pub mod files;
 pub mod front;

@@ -1,0 +1,128 @@
+//! Textures compared as pictures under several lights, texel by texel or statistically.
+
+use std::f64::consts::FRAC_PI_4;
+
+use crate::direction::Direction;
+use crate::error::Result;
+use crate::field::{Basis, ReflectanceField};
+use crate::job::Job;
+use crate::metric::texture::copying::{Copying, copying};
+use crate::metric::texture::seams::{Seams, seams};
+use crate::metric::texture::wrap::{Wrap, wrap};
+use crate::metric::texture::{Distances, SlicedOptions, Sources, distances};
+use crate::metric::{psnr, rmse};
+use crate::planes::Planes;
+use crate::render::{Sweep, relight};
+use crate::space::Space;
+
+/// Two textures and the lights under which they are compared.
+#[derive(Debug)]
+pub struct Comparison<'a> {
+    reference: &'a ReflectanceField,
+    other: &'a ReflectanceField,
+    lights: Vec<Direction>,
+}
+
+/// Errors of texels over all lights.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TexelErrors {
+    /// Mean peak signal-to-noise ratio in decibels; infinite where the textures are equal.
+    pub psnr_db: f64,
+    /// Mean root mean square error, white being 1.
+    pub rmse: f64,
+    /// The least ratio of all lights.
+    pub worst_psnr_db: f64,
+    /// The largest error of all lights.
+    pub worst_rmse: f64,
+}
+
+/// What textures are made of; of several lights the worst wrap and seam.
+#[derive(Debug, Clone)]
+pub struct TextureMeasures {
+    /// The distances under each light.
+    pub distances: Vec<Distances>,
+    /// Steps from the right edge to the left, and from the bottom to the top.
+    pub wraps: [Wrap; 2],
+    /// Steps across cuts, where sources are known.
+    pub seams: Option<Seams>,
+    /// What is copied, where sources are known.
+    pub copying: Option<Copying>,
+}
+
+impl<'a> Comparison<'a> {
+    /// Compares under so many lights, at least one: at the zenith, and on a circle 45 degrees from it. One is
+    /// enough for two pictures.
+    pub fn new(reference: &'a ReflectanceField, other: &'a ReflectanceField, lights: usize) -> Self {
+        let are_pictures = [reference, other].iter().all(|field| *field.basis() == Basis::Constant);
+        let ring = Sweep::Orbit { lights: lights.saturating_sub(1), polar_rad: FRAC_PI_4 };
+        let ring = if are_pictures { Vec::new() } else { ring.directions() };
+        Self { reference, other, lights: [Direction::ZENITH].into_iter().chain(ring).collect() }
+    }
+
+    /// The lights.
+    pub fn lights(&self) -> &[Direction] {
+        &self.lights
+    }
+
+    /// Both under one light, sRGB-encoded.
+    fn under(&self, light: Direction) -> [Planes; 2] {
+        [self.reference, self.other].map(|field| relight(field, light).to_space(Space::Srgb).planes)
+    }
+
+    /// Errors texel by texel.
+    ///
+    /// # Errors
+    /// Textures of different sizes or channels.
+    pub fn texel_errors(&self) -> Result<TexelErrors> {
+        let error = |light: &Direction| {
+            let [a, b] = self.under(*light);
+            Ok((psnr(&a, &b)?, rmse(&a, &b)?))
+        };
+        let errors = self.lights.iter().map(error).collect::<Result<Vec<(f64, f64)>>>()?;
+        let count = errors.len() as f64;
+        Ok(TexelErrors {
+            psnr_db: errors.iter().map(|e| e.0).sum::<f64>() / count,
+            rmse: errors.iter().map(|e| e.1).sum::<f64>() / count,
+            worst_psnr_db: errors.iter().map(|e| e.0).fold(f64::INFINITY, f64::min),
+            worst_rmse: errors.iter().map(|e| e.1).fold(0.0, f64::max),
+        })
+    }
+
+    /// Everything that is measured of textures of any size; `seed` draws the patches of the patch distance,
+    /// and `sources` are those of the other texture in the reference.
+    ///
+    /// # Errors
+    /// Textures that are too small, sources of another size, limits exceeded, and a cancelled job.
+    pub fn texture_measures(
+        &self,
+        sources: Option<&Sources<'_>>,
+        seed: u64,
+        job: &Job,
+    ) -> Result<TextureMeasures> {
+        let options = SlicedOptions { seed, ..SlicedOptions::default() };
+        let mut found = TextureMeasures {
+            distances: Vec::new(),
+            wraps: [Wrap { ratio: 0.0, rank: 0.0 }; 2],
+            seams: None,
+            copying: sources.map(copying),
+        };
+        job.start("comparing", self.lights.len() as u64);
+        for &light in &self.lights {
+            for field in [self.reference, self.other] {
+                let bytes = 8 * field.layout().channels() as u64;
+                job.check("the texture under a light", field.size(), bytes)?;
+            }
+            let [a, b] = self.under(light);
+            found.distances.push(distances(&a, &b, &options, job)?);
+            for (worst, wrap) in found.wraps.iter_mut().zip(wrap(&b)) {
+                *worst = if wrap.ratio > worst.ratio { wrap } else { *worst };
+            }
+            if let Some(sources) = sources {
+                let seams = seams(&b, sources)?;
+                found.seams = found.seams.filter(|worst| worst.ratio >= seams.ratio).or(Some(seams));
+            }
+            job.advance(1)?;
+        }
+        Ok(found)
+    }
+}

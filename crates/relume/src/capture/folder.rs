@@ -13,22 +13,22 @@ use crate::error::{Error, Result};
 use crate::names::named;
 use crate::stamp::Stamp;
 
-/// Light files are a few kilobytes; what is larger than this is something else.
+/// The largest light file: real ones are a few kilobytes; larger files are something else.
 const MAX_LIGHT_FILE_BYTES: u64 = 16 << 20;
 
 /// Extensions taken as photographs when pairing by order, in lower case.
 const PICTURE_EXTENSIONS: [&str; 6] = ["png", "jpg", "jpeg", "tif", "tiff", "exr"];
 
-/// How lights find their photographs.
+/// How lights are paired with photographs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Pairing {
-    /// By the name in the light file: its relative path, else its file name in the light file's
-    /// folder, upper and lower case alike where no exact match exists.
+    /// By the name in the light file: its relative path, otherwise its file name in the folder of the light
+    /// file; upper and lower case are equivalent if there is no exact match.
     #[default]
     ByName,
-    /// The k-th light belongs to the k-th picture of the folder, names sorted with their numbers
-    /// compared as numbers.
+    /// The k-th light belongs to the k-th picture of the folder, with names sorted so that numbers compare as
+    /// numbers.
     ByOrder,
 }
 
@@ -39,7 +39,7 @@ named!(Pairing { ByName => "name", ByOrder => "order" });
 pub struct Photograph {
     /// The picture file.
     pub path: PathBuf,
-    /// Where its light stood.
+    /// The direction of its light.
     pub light: Direction,
 }
 
@@ -55,17 +55,17 @@ pub struct Capture {
 }
 
 impl Capture {
-    /// Opens a capture from a `.lp` file or a folder that holds exactly one. Photographs are
-    /// found, not read.
+    /// Opens a capture from a `.lp` file or a folder that holds exactly one. Photographs are located, not
+    /// read.
     ///
     /// # Errors
-    /// Everything [`lp::parse`] refuses, a folder with no or several light files, and lights
-    /// whose photograph is missing or not the only one.
+    /// Everything that [`lp::parse`] refuses, a folder with no or several light files, and lights whose
+    /// photograph is missing or ambiguous.
     pub fn open(path: impl AsRef<Path>) -> Result<Self> {
         Self::open_paired(path, Pairing::default())
     }
 
-    /// [`Capture::open`] with a choice of how lights find their photographs.
+    /// [`Capture::open`] with a choice of pairing.
     ///
     /// # Errors
     /// As [`Capture::open`].
@@ -88,7 +88,7 @@ impl Capture {
         Ok(Self { light_file, light_stamp: Stamp::of(&bytes), photographs })
     }
 
-    /// The file name and the light of every photograph: what fitting asks for.
+    /// The file name and the light of every photograph, as needed for a fit.
     pub fn lights(&self) -> Vec<(String, Direction)> {
         let name = |path: &Path| path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
         self.photographs.iter().map(|p| (name(&p.path), p.light)).collect()
@@ -122,7 +122,7 @@ fn read_light_file(path: &Path) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// The names of a folder's entries, sorted with numbers compared as numbers.
+/// The names of the entries of a folder, sorted so that numbers compare as numbers.
 fn list(folder: &Path) -> Result<Vec<String>> {
     let io = |e: std::io::Error| Error::io("cannot list the folder", &e).at(folder);
     let mut names = Vec::new();
@@ -137,8 +137,8 @@ fn extension(name: &str) -> Option<String> {
     Some(Path::new(name).extension()?.to_str()?.to_lowercase())
 }
 
-/// A key that sorts `image2` before `image10`: runs of digits by length without leading zeros,
-/// then by digits; everything else by character. The name itself settles ties.
+/// A key that sorts `image2` before `image10`: runs of digits by length without leading zeros, then by
+/// digits; everything else by character. Ties are broken by the name itself.
 fn natural_key(name: &str) -> (Vec<(usize, String)>, String) {
     let mut parts: Vec<(usize, String)> = Vec::new();
     let mut chars = name.chars().peekable();
@@ -174,7 +174,7 @@ impl<'a> Finder<'a> {
         Ok(Self { folder, names, by_lower_case })
     }
 
-    /// The picture of an entry, or nothing when there is none.
+    /// The picture of an entry, or `None`.
     fn find(&self, entry: &Entry) -> Result<Option<PathBuf>> {
         let slashed = entry.name.replace('\\', "/");
         let relative = Path::new(&slashed);

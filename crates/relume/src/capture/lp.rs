@@ -1,10 +1,10 @@
-//! Light-position files, `.lp`: the number of lights, then a line `name x y z` for each.
+//! Light-position files, `.lp`: the number of lights, then one line `name x y z` per light.
 //!
-//! The format has no specification; it is what RTI builders read and write. Vectors point from
-//! the object to the light (x right, y up, z towards the camera) and have any length. Names may
-//! hold spaces, be absolute Windows paths or carry sub-folders, so the last three words of a line
-//! are the vector and everything before them is the name. Decimal commas, CR LF, a byte-order
-//! mark and empty lines are accepted; text that is not UTF-8 is taken as Latin-1.
+//! The format has no specification; this is what RTI builders read and write. Vectors point from the object
+//! to the light (x right, y up, z towards the camera) and have any length. Names may contain spaces, be
+//! absolute Windows paths or include sub-folders, so the last three words of a line are the vector and
+//! everything before them is the name. Decimal commas, CR LF, a byte-order mark and empty lines are accepted;
+//! text that is not UTF-8 is read as Latin-1.
 
 use crate::direction::Direction;
 use crate::error::{Error, Result};
@@ -12,19 +12,19 @@ use crate::error::{Error, Result};
 /// One line of a light-position file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Entry {
-    /// The name of the photograph as the file spells it.
+    /// The name of the photograph as spelled in the file.
     pub name: String,
-    /// Where the light stands, seen from the object.
+    /// The direction of the light, seen from the object.
     pub light: Direction,
-    /// The line in the file, from 1.
+    /// The line number in the file, from 1.
     pub line: usize,
 }
 
 /// Reads the content of a light-position file.
 ///
 /// # Errors
-/// A count that is missing or differs from the number of lines, a line without a name and three
-/// numbers, and a vector that is not finite, zero, or not above the surface.
+/// A count that is missing or differs from the number of lines, a line without a name and three numbers, and
+/// a vector that is not finite, zero, or not above the surface.
 pub fn parse(bytes: &[u8]) -> Result<Vec<Entry>> {
     let text = decode(bytes)?;
     let lines = text.lines().enumerate().map(|(i, line)| (i + 1, line.trim()));
@@ -48,9 +48,9 @@ pub fn parse(bytes: &[u8]) -> Result<Vec<Entry>> {
     Ok(entries)
 }
 
-/// Writes a light-position file: unit vectors, nine decimals, one line a light.
+/// Writes a light-position file: unit vectors, nine decimals, one line per light.
 ///
-/// Names are written as they are; a line break in one would not survive, so it becomes a space.
+/// Names are written unchanged, except that a line break, which would corrupt the file, becomes a space.
 pub fn format(lights: &[(String, Direction)]) -> String {
     let mut text = format!("{}\n", lights.len());
     for (name, light) in lights {

@@ -1,9 +1,9 @@
-//! A field made ready for lookups at any place and scale.
+//! A field prepared for look-ups at any position and scale.
 //!
 //! Functions are interpolated, not colours, in a mip map of their coefficients. Interpolation is linear in
-//! the coefficients, so LRGB texels become RGB functions first; averaging luminance and colour apart
-//! would not be linear. Coefficients of an encoded field are averaged as they are, which is right only
-//! where neighbours differ little.
+//! the coefficients, so LRGB texels become RGB functions first; averaging luminance and colour separately
+//! would not be linear. Coefficients of an encoded field are averaged without decoding, which is accurate
+//! only where neighbours differ little.
 
 use rayon::prelude::*;
 
@@ -15,28 +15,28 @@ use crate::job::Job;
 use crate::planes::Planes;
 use crate::space::Space;
 
-/// What the texels of an object show.
+/// The appearance of the texels of an object.
 #[derive(Debug)]
 pub struct LitTexture {
     texels: MipMap,
     shown: Shown,
 }
 
-/// What the values of a texel mean.
+/// The meaning of the values of a texel.
 #[derive(Debug)]
 enum Shown {
-    /// Coefficients of each channel's function, then the normal where there are normals.
+    /// Coefficients of the function of each channel, then the normal if there are normals.
     Functions { basis: Basis, space: Space, channels: usize, has_normals: bool },
-    /// A linear colour, whatever the light.
+    /// A linear colour, independent of the light.
     Colors { channels: usize },
 }
 
-/// What is looked up at one place, and room for what is computed from it.
+/// The result of a look-up at one position, and memory for what is computed from it.
 #[derive(Debug, Default)]
 pub struct Lookup {
-    /// The numbers of the place, in the order of the texels' numbers.
+    /// The values at the position, in the order of the values of a texel.
     pub values: Vec<f32>,
-    /// The functions' values for the directions at hand.
+    /// The values of the functions for the current directions.
     weights: Vec<f64>,
 }
 
@@ -44,7 +44,7 @@ impl LitTexture {
     /// From a field and, for highlights, the normals of its texels.
     ///
     /// # Errors
-    /// When the normals do not fit the field, its channels make no colour, or memory is short.
+    /// When the normals do not match the field, its channels form no colour, or memory does not suffice.
     pub fn of_field(field: &ReflectanceField, normals: Option<&Planes>, job: &Job) -> Result<Self> {
         if let Some(normals) = normals
             && (normals.size() != field.size() || normals.count() != 3)
@@ -70,21 +70,21 @@ impl LitTexture {
         Ok(Self { texels, shown: Shown::Functions { basis, space, channels, has_normals } })
     }
 
-    /// From linear colours, one plane of grey or three.
+    /// From linear colours, one plane of grey or three planes.
     ///
     /// # Errors
-    /// When memory is short.
+    /// When memory does not suffice.
     pub fn of_colors(colors: &Planes, job: &Job) -> Result<Self> {
         let texels = MipMap::of_planes("the texture's pyramid", colors, job)?;
         Ok(Self { texels, shown: Shown::Colors { channels: colors.count() } })
     }
 
-    /// The texels, to be looked up.
+    /// The texels, for look-ups.
     pub fn texels(&self) -> &MipMap {
         &self.texels
     }
 
-    /// The linear colour of what was looked up, for a light and a view.
+    /// The linear colour of looked-up values, for a light and a view.
     pub fn color(&self, lookup: &mut Lookup, directions: Directions) -> [f64; 3] {
         let Lookup { values, weights } = lookup;
         match &self.shown {
@@ -102,7 +102,7 @@ impl LitTexture {
         }
     }
 
-    /// The unit normal of looked-up values, where normals were given.
+    /// The unit normal of looked-up values, if there are normals.
     pub fn normal(&self, values: &[f32]) -> Option<[f32; 3]> {
         match &self.shown {
             Shown::Functions { has_normals: true, .. } => values[values.len() - 3..].try_into().ok(),
@@ -119,7 +119,7 @@ fn of_channels(channels: usize, value: impl Fn(usize) -> f64) -> [f64; 3] {
     }
 }
 
-/// All numbers of each texel side by side; LRGB texels as three functions.
+/// All values of each texel adjacent; LRGB texels as three functions.
 fn interleaved(field: &ReflectanceField, normals: Option<&Planes>, stride: usize) -> Vec<f32> {
     let (n, layout, planes) = (field.basis().len(), field.layout(), field.coefficients());
     let functions = layout.channels() * n;

@@ -1,8 +1,8 @@
-//! Mip maps: planes at falling resolution, to be looked up at any place and scale.
+//! Mip maps: planes at decreasing resolution, for look-ups at any position and scale.
 //!
-//! Values are interpolated bilinearly between texels where the texture is magnified, trilinearly in a
-//! pyramid of box averages where it is reduced (Williams, "Pyramidal Parametrics", SIGGRAPH 1983). Texture
-//! coordinates are 0, 0 at the bottom left; outside 0..1 the texture repeats.
+//! Values are interpolated bilinearly between texels under magnification, trilinearly in a pyramid of box
+//! averages under minification (Williams, "Pyramidal Parametrics", SIGGRAPH 1983). Texture coordinates are 0,
+//! 0 at the bottom left; outside 0..1 the texture repeats.
 
 use rayon::prelude::*;
 
@@ -10,10 +10,10 @@ use crate::error::Result;
 use crate::job::Job;
 use crate::planes::{Planes, Size};
 
-/// Values of texels, a texel's side by side, in a pyramid; the finest level first, one texel last.
+/// Values of texels, those of a texel adjacent, in a pyramid; the finest level first, one texel last.
 #[derive(Debug)]
 pub struct MipMap {
-    /// Values a texel.
+    /// Values per texel.
     stride: usize,
     levels: Vec<MipLevel>,
 }
@@ -26,7 +26,8 @@ struct MipLevel {
 }
 
 impl MipMap {
-    /// From `stride` values for each texel, which errors call `what`; they are made once memory is checked.
+    /// From `stride` values for each texel, named `what` in errors; they are made after memory has been
+    /// checked.
     ///
     /// # Errors
     /// When memory is short.
@@ -61,11 +62,10 @@ impl MipMap {
         self.levels[0].size
     }
 
-    /// Looks up the values at texture coordinates, for a sample whose neighbours are `footprint` texels
-    /// away.
+    /// Looks up the values at texture coordinates, for a sample whose neighbours are `footprint` texels away.
     pub fn fetch(&self, [s, t]: [f64; 2], footprint: f64, values: &mut Vec<f32>) {
         let last = (self.levels.len() - 1) as f64;
-        // Written so that a footprint that is not a number takes the coarsest level.
+        // Written so that a NaN footprint selects the coarsest level.
         let level = if footprint <= 1.0 { 0.0 } else { footprint.log2().min(last) };
         let fine = level as usize;
         let blend = level - fine as f64;
@@ -93,7 +93,7 @@ impl MipLevel {
         }
     }
 
-    /// The level of half the size: each texel the mean of what it covers. `None` for one texel.
+    /// The level of half the size: each texel is the mean of the texels it covers. `None` for one texel.
     fn reduced(&self, stride: usize) -> Option<Self> {
         let Size { width, height } = self.size;
         if self.size.texels() == 1 {
@@ -116,8 +116,8 @@ impl MipLevel {
     }
 }
 
-/// The two texels around a coordinate of the repeated texture, and the way from the first to the
-/// second. Casts to integers stand for `floor`, which is a slow call on older instruction sets.
+/// The two texels around a coordinate of the repeated texture, and the fraction from the first to the second.
+/// Casts to integers replace `floor`, which is a slow call on older instruction sets.
 fn neighbours(coordinate: f64, count: usize) -> ([usize; 2], f64) {
     let whole = coordinate as i64 as f64;
     let part = coordinate - if whole > coordinate { whole - 1.0 } else { whole };

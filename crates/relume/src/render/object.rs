@@ -19,7 +19,7 @@ use crate::picture::Picture;
 use crate::planes::{Planes, Size};
 use crate::space::Space;
 
-/// Rows of pixels that one task renders.
+/// Rows of pixels rendered by one task.
 const BAND: usize = 8;
 
 /// A linear RGB picture of `field` on `mesh`, without relief.
@@ -36,12 +36,11 @@ pub fn render(
     render_relief(field, normals, None, mesh, options, job)
 }
 
-/// A linear RGB picture of `field` on `mesh`, bumped and displaced by a relief where one is given. `normals` are those of the field's texels and bring
-/// highlights; without them there are none.
+/// A linear RGB picture of `field` on `mesh`, bumped and displaced by a relief if one is given. `normals` are
+/// those of the texels of the field and add highlights; without them there are none.
 ///
 /// # Errors
-/// When an option is out of its range, the normals do not fit the field, or the limits are
-/// exceeded.
+/// When an option is out of its range, the normals do not match the field, or the limits are exceeded.
 pub fn render_relief(
     field: &ReflectanceField,
     normals: Option<&Planes>,
@@ -94,7 +93,7 @@ pub fn render_relief(
     Ok(Picture { planes: all_bands(&shader, job)?, space: Space::Linear })
 }
 
-/// How many times the slopes frames are tilted: a conventional texture is shaded as it is displaced.
+/// The factor of the slopes by which frames are tilted: a conventional texture is shaded by its displacement.
 fn tilt(relief: &MeshRelief, shading: TexelShading) -> f64 {
     match shading {
         TexelShading::Plain { .. } => relief.bump + relief.displacement,
@@ -155,7 +154,7 @@ mod tests {
     use crate::render::mesh::Primitive;
     use crate::render::scene::{Camera, Light, Specular};
 
-    /// Positive at any light: the constant outweighs the other coefficients.
+    /// Positive under any light: the constant outweighs the other coefficients.
     fn random_field(color: PlaneLayout, space: Space, side: usize) -> ReflectanceField {
         let mut stream = Stream::new(11, Purpose::Sample, [0]);
         let size = Size::new(side, side);
@@ -176,7 +175,7 @@ mod tests {
         ReflectanceField::new(Basis::Ptm, PlaneLayout::LUMINANCE, Space::Linear, planes).unwrap()
     }
 
-    /// Options under which the plane fills the picture.
+    /// Options with which the plane fills the picture.
     fn facing(size: Size, light: [f64; 3]) -> RenderOptions {
         let mut options = RenderOptions { size, samples: 1, ..RenderOptions::default() };
         options.camera.distance_radii = 1.0 / ((0.5 * options.camera.field_of_view_rad).tan() * 2f64.sqrt());
@@ -214,7 +213,7 @@ mod tests {
     fn the_middle_of_a_plane_is_seen_from_straight_above_with_any_basis() {
         for basis in Basis::examples() {
             let light = Direction::new(0.5, -0.3, 0.6).unwrap();
-            // The functions' own values as coefficients: a sum of squares is positive.
+            // The values of the functions as coefficients: a sum of squares is positive.
             let weights = basis.weights(light);
             let data = weights.iter().flat_map(|&w| [w as f32; 9]).collect();
             let planes = Planes::from_vec(Size::new(3, 3), basis.len(), data).unwrap();
@@ -253,8 +252,8 @@ mod tests {
         }
     }
 
-    /// The value in the middle of the picture of a square whose texture coordinates are `s`, `t`
-    /// of its corners' (x, y).
+    /// The value in the middle of the picture of a square whose texture coordinates are `s`, `t` of the (x,
+    /// y) of its corners.
     fn middle(field: &ReflectanceField, light: [f64; 3], texcoord: impl Fn([f32; 2]) -> [f32; 2]) -> f32 {
         let plane = Primitive::Plane.mesh();
         let texcoords = plane.texcoords().iter().map(|&c| texcoord(c)).collect();
@@ -265,7 +264,7 @@ mod tests {
 
     #[test]
     fn the_tangent_frame_follows_the_texture() {
-        // Bright for light from the texture's right, and less so from above.
+        // Bright for light from the right of the texture, and less so from above.
         let field = uniform_field([0.0, 0.0, 0.0, 0.4, 0.1, 0.5]);
         let light = [0.6, 0.0, 0.8];
         let near = |found: f32, u: f64, v: f64| {
@@ -275,10 +274,10 @@ mod tests {
         near(middle(&field, light, |c| c), 0.6, 0.0);
         near(middle(&field, [-0.6, 0.0, 0.8], |c| c), -0.6, 0.0);
         near(middle(&field, [0.0, 0.6, 0.8], |c| c), 0.0, 0.6);
-        // Mirrored, the texture's right is the world's left; its up stays up.
+        // Mirrored, the right of the texture is the left of the world; its up stays up.
         near(middle(&field, light, |[s, t]| [1.0 - s, t]), -0.6, 0.0);
         near(middle(&field, [0.0, 0.6, 0.8], |[s, t]| [1.0 - s, t]), 0.0, 0.6);
-        // Turned by a quarter, the texture's right is the world's up.
+        // Turned by a quarter, the right of the texture is up in the world.
         near(middle(&field, light, |[s, t]| [t, 1.0 - s]), 0.0, -0.6);
         near(middle(&field, [0.0, 0.6, 0.8], |[s, t]| [t, 1.0 - s]), 0.6, 0.0);
     }

@@ -1,11 +1,11 @@
-//! Which triangle is seen at each sample, by a depth buffer.
+//! Visibility at each sample, by a depth buffer.
 //!
-//! Triangles are set up in homogeneous coordinates (Olano, Greer, "Triangle Scan Conversion using
-//! 2D Homogeneous Coordinates", Graphics Hardware 1997): with the corners' (x w, y w, w) as
-//! the columns of M, a = M^-1 (x, y, 1) are the barycentric coordinates divided by the depth w.
-//! They interpolate with correct perspective, need no clipping at the eye's plane, and do not
-//! care which side faces the viewer: both are seen. A sample on an edge belongs to both
-//! neighbours; the nearer triangle wins, and of equally near ones the first in the mesh.
+//! Triangles are set up in homogeneous coordinates (Olano, Greer, "Triangle Scan Conversion using 2D
+//! Homogeneous Coordinates", Graphics Hardware 1997): with (x w, y w, w) of the corners as the columns of M,
+//! a = M^-1 (x, y, 1) are the barycentric coordinates divided by the depth w. They interpolate with correct
+//! perspective, need no clipping at the plane of the eye, and are independent of the orientation of the
+//! triangle: both sides are visible. A sample on an edge belongs to both neighbours; the nearer triangle
+//! wins, and of equally near ones the first in the mesh.
 
 use rayon::prelude::*;
 
@@ -13,13 +13,13 @@ use super::mesh::Mesh;
 use super::vector::Vec3;
 use super::view::{View, ViewProjection};
 
-/// Barycentric coordinates down to this below zero are inside: rounding leaves no gaps between
-/// neighbours.
+/// Barycentric coordinates down to this far below zero count as inside, so that rounding leaves no gaps
+/// between neighbours.
 const EDGE_TOLERANCE: f64 = 1e-9;
-/// Triangles whose corners are in line with the eye to this relative volume are not seen.
+/// The relative volume below which a triangle is seen edge-on and invisible.
 const FLAT: f64 = 1e-14;
 
-/// A triangle ready for scan conversion.
+/// A triangle prepared for scan conversion.
 #[derive(Debug, Clone)]
 pub struct Setup {
     /// Its number in the mesh.
@@ -28,17 +28,17 @@ pub struct Setup {
     rows: [Vec3; 3],
     /// Nearness as a function of (x, y, 1): 1 / w for a camera, the height for a light.
     nearness: Vec3,
-    /// Samples that it may touch: first and one past the last.
+    /// The samples it may touch: first and one past the last.
     columns: (usize, usize),
     lines: (usize, usize),
 }
 
-/// What is seen at a sample.
+/// The visible triangle at a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hit {
     /// Larger is nearer.
     pub nearness: f64,
-    /// The position in the list of set-up triangles, or [`Hit::NOTHING`]'s.
+    /// The index in the list of set-up triangles, or that of [`Hit::NOTHING`].
     pub setup: u32,
 }
 
@@ -48,7 +48,7 @@ impl Hit {
 }
 
 impl Setup {
-    /// The set-up of every triangle that may be seen, in the order of the mesh.
+    /// The set-up of every potentially visible triangle, in the order of the mesh.
     pub fn all(mesh: &Mesh, view: &View) -> Vec<Self> {
         let each = mesh.triangles().par_iter().enumerate();
         each.filter_map(|(i, &t)| Self::new(i as u32, mesh.corners(t), view)).collect()
@@ -73,8 +73,8 @@ impl Setup {
         Some(Self { triangle, rows, nearness, columns, lines })
     }
 
-    /// Barycentric coordinates of the plane's point seen at (x, y), which may lie outside the
-    /// triangle; `None` where the plane is not in front of the viewer.
+    /// Barycentric coordinates of the point of the plane seen at (x, y), which may lie outside the triangle;
+    /// `None` where the plane is not in front of the viewer.
     pub fn barycentric(&self, x: f64, y: f64) -> Option<[f64; 3]> {
         let a = self.rows.map(|row| row.dot(Vec3::new(x, y, 1.0)));
         let sum = a[0] + a[1] + a[2];
@@ -94,7 +94,7 @@ impl Setup {
     }
 }
 
-/// The samples around a projected triangle; all of them where it reaches behind the eye.
+/// The samples around a projected triangle; all of them if it extends behind the eye.
 fn bounds(corners: [Vec3; 3], view: &View) -> Option<((usize, usize), (usize, usize))> {
     let size = view.size();
     let near = match view.projection() {
@@ -110,7 +110,7 @@ fn bounds(corners: [Vec3; 3], view: &View) -> Option<((usize, usize), (usize, us
     let range = |values: [f64; 3], end: usize| {
         let least = values.iter().fold(f64::INFINITY, |m, v| m.min(*v));
         let most = values.iter().fold(f64::NEG_INFINITY, |m, v| m.max(*v));
-        // Casts saturate, so what lies off the picture gives an empty range.
+        // Casts saturate, so anything off the picture gives an empty range.
         let range = ((least - 0.5).floor() as usize, ((most + 0.5).ceil().max(0.0) as usize).min(end));
         (range.0 < range.1).then_some(range)
     };
@@ -127,8 +127,7 @@ pub fn by_band(setups: &[Setup], view: &View, band: usize) -> Vec<Vec<u32>> {
     bands
 }
 
-/// What is seen at the samples of `lines` (first and one past the last), row after row, of the
-/// triangles in `chosen`.
+/// The visible triangles of `chosen` at the samples of `lines` (first and one past the last), row by row.
 pub fn scan(setups: &[Setup], chosen: &[u32], view: &View, lines: (usize, usize)) -> Vec<Hit> {
     let width = view.size().width;
     let mut hits = vec![Hit::NOTHING; width * (lines.1 - lines.0)];
@@ -170,7 +169,7 @@ mod tests {
         Camera { azimuth_rad: 0.7, elevation_rad: 0.4, distance_radii, ..Camera::default() }
     }
 
-    /// The eye and the ray through a sample, from the camera's angles alone.
+    /// The eye and the ray through a sample, from the angles of the camera alone.
     fn ray(camera: &Camera, radius: f64, x: f64, y: f64) -> (Vec3, Vec3) {
         let (az, el) = (camera.azimuth_rad, camera.elevation_rad);
         let back = Vec3::new(az.sin() * el.cos(), el.sin(), az.cos() * el.cos());
@@ -185,7 +184,7 @@ mod tests {
     #[test]
     fn texture_coordinates_are_those_where_the_ray_meets_the_plane() {
         let mesh = Primitive::Plane.mesh();
-        // From near by, so that the plane reaches behind the eye and perspective is strong.
+        // At close range, so that the plane extends behind the eye and perspective is strong.
         for (distance, least_hits) in [(4.0, 300), (0.35, 1500)] {
             let camera = camera(distance);
             let radius = mesh.bounding_sphere().1;

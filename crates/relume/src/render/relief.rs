@@ -1,14 +1,14 @@
-//! A texture's height map on an object: bump and displacement.
+//! The height map of a texture on an object: bump and displacement.
 //!
-//! *Bump* (J. F. Blinn, Simulation of wrinkled surfaces, SIGGRAPH 1978) tilts the frame in which the
-//! light is looked up by the slopes of the height map and leaves the shape as it is. *Displacement*
-//! (R. L. Cook, Shade trees, SIGGRAPH 1984) moves the surface itself along its normal: the mesh is
-//! subdivided to about a vertex a texel, so outlines, cast shadows and what hides what change too.
+//! *Bump* (J. F. Blinn, Simulation of wrinkled surfaces, SIGGRAPH 1978) tilts the frame of the light look-up
+//! by the slopes of the height map and leaves the shape unchanged. *Displacement* (R. L. Cook, Shade trees,
+//! SIGGRAPH 1984) moves the surface itself along its normal: the mesh is subdivided to about one vertex per
+//! texel, so outlines, cast shadows and occlusion change too.
 //!
-//! Functions that were measured on a relief hold its shading already: displacement alone does not
-//! tilt their frame. A conventional texture ([`super::Shading::Plain`]) holds none, and is shaded with
-//! the slopes of what it is displaced by. Heights are in texels; a texel's size on the object is the
-//! root of the object's area over that of its texture, the same everywhere.
+//! Functions measured on a relief contain its shading already: displacement alone does not tilt their frame.
+//! A conventional texture ([`super::Shading::Plain`]) contains none, and is shaded with the slopes of its
+//! displacement. Heights are in texels; the size of a texel on the object is the root of the area of the
+//! object divided by that of its texture, the same everywhere.
 
 use super::mesh::Mesh;
 use super::mip_map::MipMap;
@@ -17,19 +17,19 @@ use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::planes::{Planes, Size};
 
-/// Most triangles that subdivision makes.
+/// The most triangles after subdivision.
 const MOST_TRIANGLES: usize = 2_000_000;
-/// What a triangle takes: its set-up for the picture and for a shadow map, vertices, indices.
+/// The memory of a triangle: its set-up for the picture and for a shadow map, vertices, indices.
 const TRIANGLE_BYTES: u64 = 512;
 
-/// A height map and how it is used.
+/// A height map and its use.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeshRelief {
-    /// One plane of the texture's proportions: heights in texels above the object's surface.
+    /// One plane with the proportions of the texture: heights in texels above the surface of the object.
     pub height: Planes,
-    /// The surface is moved by this many times the height; 0 leaves it.
+    /// The factor by which the surface is displaced; 0 for none.
     pub displacement: f64,
-    /// Frames are tilted by this many times the slopes; 0 leaves them.
+    /// The factor of the slopes by which frames are tilted; 0 for none.
     pub bump: f64,
 }
 
@@ -37,7 +37,7 @@ impl MeshRelief {
     /// Checks the heights and both factors.
     ///
     /// # Errors
-    /// When there is not one plane of finite heights, or a factor is out of range.
+    /// When there is not exactly one plane of finite heights, or a factor is out of range.
     pub fn validate(&self) -> Result<()> {
         if self.height.count() != 1 || !self.height.as_slice().iter().all(|h| h.is_finite() && h.abs() < 1e6)
         {
@@ -51,7 +51,7 @@ impl MeshRelief {
         Ok(())
     }
 
-    /// Heights and their slopes dh/dx, dh/dy (y up), ready for lookups; the texture repeats.
+    /// Heights and their slopes dh/dx, dh/dy (y up), prepared for look-ups; the texture repeats.
     pub(super) fn lookups(&self, job: &Job) -> Result<MipMap> {
         let size @ Size { width, height } = self.height.size();
         let mut planes = Planes::zeros_within(job, "the relief", size, 3)?;
@@ -66,7 +66,7 @@ impl MeshRelief {
     }
 }
 
-/// A mesh of which every triangle is cut into `per_side`^2 equal ones.
+/// A mesh with every triangle divided into `per_side`^2 equal ones.
 #[derive(Debug)]
 pub(super) struct Subdivided {
     /// The small triangles, those of one triangle together and in the order of `pattern`.
@@ -76,7 +76,7 @@ pub(super) struct Subdivided {
 }
 
 impl Subdivided {
-    /// The large triangle of a small one, and where in it a point of the small one is.
+    /// The large triangle of a small one, and the position in it of a point of the small one.
     pub fn origin(&self, triangle: u32, barycentric: [f64; 3]) -> (usize, [f64; 3]) {
         let corners = &self.pattern[triangle as usize % self.pattern.len()];
         let place = |k: usize| (0..3).map(|c| corners[c][k] * barycentric[c]).sum();
@@ -120,7 +120,7 @@ fn edges(mesh: &Mesh) -> impl Iterator<Item = (f64, f64, f64)> + '_ {
         })
 }
 
-/// A texel's size on the object.
+/// The size of a texel on the object.
 fn texel_size(mesh: &Mesh, texels: [f64; 2]) -> f64 {
     let (mut area, mut texture) = (0.0, 0.0);
     for &triangle in mesh.triangles() {
@@ -133,13 +133,13 @@ fn texel_size(mesh: &Mesh, texels: [f64; 2]) -> f64 {
     if texture > 0.0 { (area / texture).sqrt() } else { 0.0 }
 }
 
-/// How far a place of the texture is lifted.
+/// The lift of positions of the texture.
 struct Lift<'a> {
     heights: &'a MipMap,
     tiling: [f64; 2],
     /// Texels between neighbouring vertices.
     footprint: f64,
-    /// Units of space to a texel of height.
+    /// Units of space per texel of height.
     scale: f64,
 }
 
@@ -151,8 +151,8 @@ impl Lift<'_> {
         self.scale * f64::from(values[0])
     }
 
-    /// The lift of each vertex. Vertices at one place, at the poles and seams of a mesh, share the mean,
-    /// so that the surface does not tear there.
+    /// The lift of each vertex. Vertices at the same position, at the poles and seams of a mesh, share the
+    /// mean, so that the surface does not tear there.
     fn of_vertices(&self, mesh: &Mesh) -> Vec<f64> {
         let key = |p: &[f32; 3]| p.map(|c| (f64::from(c) * 1e5).round() as i64);
         let mut shared = std::collections::HashMap::new();
@@ -169,8 +169,8 @@ impl Lift<'_> {
     }
 }
 
-/// Cuts each triangle and lifts the vertices. Neighbours compute their common vertices from the same
-/// two products in either order, so they agree to the bit.
+/// Divides each triangle and lifts the vertices. Neighbours compute their common vertices from the same two
+/// products in either order, so they agree to the bit.
 fn subdivide(mesh: &Mesh, per_side: usize, lift: &Lift) -> Result<Subdivided> {
     let n = per_side as f64;
     let grid: Vec<[f64; 3]> = (0..=per_side)

@@ -1,9 +1,9 @@
 //! Relighting: the picture of a field under one light, R(x) = sum_k c_k(x) b_k(light).
 //!
-//! The weights b_k are those of the whole picture, so relighting is a weighted sum of planes and
-//! bound by memory. Texels go in blocks that stay in the first-level cache; blocks go to threads
-//! and the inner loops to the widest vectors of the machine. Sums are in `f32` in plane order, so
-//! the result depends on neither. The slow truth is [`ReflectanceField::value`].
+//! The weights b_k are the same for the whole picture, so relighting is a weighted sum of planes, limited by
+//! memory bandwidth. Texels are processed in blocks that stay in the first-level cache; blocks are
+//! distributed over threads, and the inner loops use the widest vectors of the machine. Sums are in `f32` in
+//! plane order, so the result depends on neither. The slow truth is [`ReflectanceField::value`].
 
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
@@ -14,15 +14,14 @@ use crate::field::ReflectanceField;
 use crate::picture::Picture;
 use crate::planes::Planes;
 
-/// Texels a block: three channels of `f32` are 12 KiB.
+/// Texels per block: three channels of `f32` are 12 KiB.
 const BLOCK: usize = 1024;
-/// Blocks a task: enough work to hide the cost of handing it to a thread.
+/// Blocks per task: enough work to hide the cost of dispatching it to a thread.
 const TASK: usize = 16 * BLOCK;
 
-/// The field under a light seen from straight above, or for a light and a view, in the field's
-/// space and not clamped: a plane for each channel. One plane of luminance, or red, green and blue,
-/// are a picture; of channels with names of their own, [`ReflectanceField::of_channels`] chooses
-/// those that are.
+/// The field under a light seen from straight above, or for a light and a view, in the space of the field and
+/// not clamped: one plane per channel. One plane of luminance, or red, green and blue, form a picture; for
+/// other channels, [`ReflectanceField::of_channels`] selects those that do.
 pub fn relight(field: &ReflectanceField, directions: impl Into<Directions>) -> Picture {
     let job = Relighting::new(field, directions.into());
     let texels = field.size().texels();
@@ -47,8 +46,7 @@ pub fn relight(field: &ReflectanceField, directions: impl Into<Directions>) -> P
 /// clamped, and linear fields are encoded within 0.501 of a code (see [`srgb8_from_linear`]).
 ///
 /// # Panics
-/// When `out` does not hold three bytes for each texel, or the channels have names of their own
-/// and make no colour.
+/// When `out` does not hold three bytes for each texel, or the channels have names that do not form a colour.
 ///
 /// [`srgb8_from_linear`]: super::srgb8_from_linear
 pub fn relight_srgb8(field: &ReflectanceField, directions: impl Into<Directions>, out: &mut [u8]) {
@@ -59,7 +57,7 @@ pub fn relight_srgb8(field: &ReflectanceField, directions: impl Into<Directions>
     tasks.for_each(|(i, codes)| job.run_srgb8(i * TASK, codes));
 }
 
-/// What all blocks share.
+/// The common data of all blocks.
 struct Relighting<'a> {
     field: &'a ReflectanceField,
     weights: Vec<f32>,
@@ -72,7 +70,7 @@ impl<'a> Relighting<'a> {
         Self { field, weights, arch: pulp::Arch::new() }
     }
 
-    /// Fills a channel that is a function of its own, from texel `first` on.
+    /// Fills a channel with its own function, from texel `first` on.
     fn run(&self, channel: usize, first: usize, out: &mut [f32]) {
         self.arch.dispatch(ChannelTask { job: self, channel, first, out });
     }
@@ -86,7 +84,7 @@ impl<'a> Relighting<'a> {
         self.arch.dispatch(EncodeTask { job: self, first, codes });
     }
 
-    /// One block of at most [`BLOCK`] texels; of grey fields the first channel only.
+    /// One block of at most [`BLOCK`] texels; for grey fields the first channel only.
     #[inline(always)]
     fn block(&self, first: usize, channels: [&mut [f32]; 3]) {
         if self.field.layout().is_product() {
@@ -111,7 +109,7 @@ impl<'a> Relighting<'a> {
         }
     }
 
-    /// out = sum_k weight_k plane_(plane + k) over the texels from `first` on, three planes a pass.
+    /// out = sum_k weight_k plane_(plane + k) over the texels from `first` on, three planes per pass.
     #[inline(always)]
     fn combine(&self, plane: usize, first: usize, out: &mut [f32]) {
         let n = out.len();
@@ -275,7 +273,7 @@ mod tests {
                 let truth = field.value(texel % size.width, texel / size.width, light);
                 for (value, &code) in truth.iter().zip(codes) {
                     let exact = field.space().to_srgb(value.clamp(0.0, 1.0)) * 255.0;
-                    // The toe multiplies rounding errors of the sum by 12.92.
+                    // The linear toe multiplies rounding errors of the sum by 12.92.
                     assert!((exact - f32::from(code)).abs() < 0.502, "{value} became {code}");
                 }
             }

@@ -1,4 +1,4 @@
-//! What a rendered picture shows besides the mesh and its texture: camera, lights, options.
+//! The scene of a rendered picture apart from the mesh and its texture: camera, lights, options.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -30,7 +30,7 @@ impl Default for Camera {
 }
 
 impl Camera {
-    /// The distance, in radii, from which a sphere fills 94 % of the picture's height.
+    /// The distance, in radii, from which a sphere fills 94 % of the height of the picture.
     pub fn distance_to_fit(field_of_view_rad: f64) -> f64 {
         1.0 / (0.94 * (0.5 * field_of_view_rad).tan()).atan().sin()
     }
@@ -62,23 +62,23 @@ pub struct Light {
     pub color: [f32; 3],
 }
 
-/// How texels answer to light.
+/// How texels respond to light.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum TexelShading {
-    /// By their functions of the light's direction in the tangent frame.
+    /// By their functions of the direction of the light in the tangent frame.
     Reflectance,
-    /// As a conventional texture: the field's picture under one light of its own frame, taken
-    /// as the colour of a matt surface. What the functions are compared with.
+    /// As a conventional texture: the picture of the field under one light of its own frame, used as the
+    /// colour of a matt surface. For comparison with the functions.
     Plain {
         /// The light of that picture.
         light: Direction,
     },
 }
 
-/// Highlights put back from the texture's normals: a GGX lobe.
+/// Highlights added from the normals of the texture: a GGX lobe.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Specular {
-    /// Reflectance at normal incidence, 0 to 1; 0.04 is that of plastic, 0 turns highlights off.
+    /// Reflectance at normal incidence, 0 to 1; 0.04 for plastic, 0 turns highlights off.
     pub strength: f64,
     /// The square root of the GGX alpha, [`LEAST_ROUGHNESS`] to 1.
     pub roughness: f64,
@@ -100,14 +100,14 @@ pub enum CastShadows {
     On,
 }
 
-/// How to render.
+/// Options of rendering.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RenderOptions {
     /// Pixels of the picture.
     pub size: Size,
     /// Each pixel is the mean of `samples` x `samples` points.
     pub samples: usize,
-    /// Where it is seen from.
+    /// The camera.
     pub camera: Camera,
     /// The lights, at least one.
     pub lights: Vec<Light>,
@@ -115,7 +115,7 @@ pub struct RenderOptions {
     pub tiling: [f64; 2],
     /// Linear colour where there is no object.
     pub background: [f32; 3],
-    /// How texels answer to light.
+    /// How texels respond to light.
     pub shading: TexelShading,
     /// Highlights; only where normals are given, and not for [`TexelShading::Plain`].
     pub specular: Specular,
@@ -144,7 +144,7 @@ impl RenderOptions {
     /// Checks every value.
     ///
     /// # Errors
-    /// Names the option that cannot be used, and its range.
+    /// The error names the option that cannot be used, and its range.
     pub fn validate(&self) -> Result<()> {
         let within = |what: &str, value: f64, least: f64, most: f64| {
             if (least..=most).contains(&value) {

@@ -1,14 +1,13 @@
-//! The light that a point of the object sends to the viewer.
+//! The light reflected by a point of the object to the viewer.
 //!
-//! A field's value is the light leaving a texel under a unit light, cosine included. It is looked
-//! up for the light's direction in the point's tangent frame, so bumps are lit from the side the
-//! light is on, all around the object. Shadowing is threefold: the functions hold the texture's
-//! own shadows; a point of the *object* that faces away from the light is dark, with a smooth
-//! fade over the last few degrees above its horizon (attached shadow); and a shadow map tells
-//! which points the rest of the object hides (cast shadow). Highlights, which a function of light
-//! alone cannot move with the viewer, are put back from the texture's normals (Hel-Or, Malzbender,
-//! Gelb, HPL-2003-16, section 2) by a GGX lobe ([`crate::microfacet`]). Everything adds up in linear
-//! light.
+//! The value of a field is the light leaving a texel under a unit light, cosine included. It is looked up for
+//! the direction of the light in the tangent frame of the point, so bumps are lit from the side of the light,
+//! all around the object. Shadowing is threefold: the functions contain the shadows of the texture itself; a
+//! point of the *object* that faces away from the light is dark, with a smooth fade over the last few degrees
+//! above its horizon (attached shadow); and a shadow map determines the points hidden by the rest of the
+//! object (cast shadow). Highlights, which a function of light alone cannot move with the viewer, are added
+//! from the normals of the texture (Hel-Or, Malzbender, Gelb, HPL-2003-16, section 2) by a GGX lobe
+//! ([`crate::microfacet`]). Everything is summed in linear light.
 
 use super::material::{LitTexture, Lookup};
 use super::mesh::{Mesh, Tangents};
@@ -23,15 +22,15 @@ use crate::direction::{Direction, Directions};
 use crate::microfacet;
 use crate::planes::Size;
 
-/// The cosine of light and object below which the attached shadow begins: six degrees.
+/// The cosine between light and object below which the attached shadow begins: six degrees.
 const FADE_COSINE: f64 = 0.1;
 
-/// What all points share.
+/// The common data of all points.
 pub struct Shader<'a> {
     pub mesh: &'a Mesh,
-    /// The mesh that is seen, where it is displaced.
+    /// The visible mesh, if it is displaced.
     pub moved: Option<&'a Subdivided>,
-    /// Heights with their slopes, and how many times frames are tilted by them.
+    /// Heights with their slopes, and the factor by which frames are tilted.
     pub slopes: Option<(&'a MipMap, f64)>,
     pub tangents: Tangents,
     pub material: &'a LitTexture,
@@ -41,31 +40,31 @@ pub struct Shader<'a> {
     pub shadows: Vec<ShadowMap>,
 }
 
-/// A triangle of the mesh as it was given, and barycentric coordinates in it.
+/// A triangle of the original mesh, and barycentric coordinates in it.
 type MeshPlace = (usize, [f64; 3]);
 
-/// A point of the object with the texture's frame there, on the side that is seen.
+/// A point of the object with the frame of the texture there, on the visible side.
 struct Point {
     position: Vec3,
     tangent: Vec3,
     bitangent: Vec3,
     normal: Vec3,
-    /// Before it is tilted by the relief's slopes.
+    /// The normal before it is tilted by the slopes of the relief.
     untilted: Vec3,
-    /// Of the triangle that is seen, on the same side.
+    /// The normal of the visible triangle, on the same side.
     face_normal: Vec3,
     to_viewer: Vec3,
 }
 
 impl Point {
-    /// A world vector in the texture's frame.
+    /// A world vector in the frame of the texture.
     fn in_tangent_frame(&self, v: Vec3) -> Vec3 {
         Vec3::new(v.dot(self.tangent), v.dot(self.bitangent), v.dot(self.normal))
     }
 }
 
 impl Shader<'_> {
-    /// Linear colour of the triangle's point seen at sample position (x, y).
+    /// The linear colour of the point of the triangle seen at sample position (x, y).
     pub fn color(&self, setup: &Setup, x: f64, y: f64, lookup: &mut Lookup) -> [f64; 3] {
         let Some(barycentric) = setup.barycentric(x, y) else { return [0.0; 3] };
         let place = self.origin(setup, barycentric);
@@ -88,12 +87,12 @@ impl Shader<'_> {
         sum
     }
 
-    /// The mesh that is seen.
+    /// The visible mesh.
     pub fn geometry(&self) -> &Mesh {
         self.moved.map_or(self.mesh, |moved| &moved.mesh)
     }
 
-    /// The triangle of the mesh as it was given, and the barycentric coordinates in it.
+    /// The triangle of the original mesh, and the barycentric coordinates in it.
     fn origin(&self, setup: &Setup, barycentric: [f64; 3]) -> MeshPlace {
         match self.moved {
             Some(moved) => moved.origin(setup.triangle, barycentric),
@@ -101,7 +100,7 @@ impl Shader<'_> {
         }
     }
 
-    /// Texture coordinates of a place, tiling included.
+    /// Texture coordinates of a position, tiling included.
     fn coordinates(&self, (triangle, barycentric): MeshPlace) -> [f64; 2] {
         let corners = self.mesh.triangles()[triangle].map(|i| self.mesh.texcoords()[i as usize]);
         std::array::from_fn(|k| {
@@ -110,7 +109,7 @@ impl Shader<'_> {
         })
     }
 
-    /// The longer distance to the neighbouring samples' places on a texture of `size`, in texels.
+    /// The longer distance to the positions of the neighbouring samples on a texture of `size`, in texels.
     fn footprint(&self, setup: &Setup, (x, y): (f64, f64), place: MeshPlace, size: Size) -> f64 {
         let here = self.coordinates(place);
         let square_distance = |x: f64, y: f64| {
@@ -124,7 +123,7 @@ impl Shader<'_> {
         square_distance(x + 1.0, y).max(square_distance(x, y + 1.0)).sqrt()
     }
 
-    /// The point that is seen, with the frame of the mesh as it was given.
+    /// The visible point, with the frame of the original mesh.
     fn point(&self, setup: &Setup, seen: [f64; 3], (triangle, barycentric): MeshPlace) -> Point {
         let mix = |v: [Vec3; 3], b: [f64; 3]| v[0] * b[0] + v[1] * b[1] + v[2] * b[2];
         let geometry = self.geometry();
@@ -140,13 +139,13 @@ impl Shader<'_> {
         let tangent = (along - normal * normal.dot(along)).unit().unwrap_or(normal.any_perpendicular());
         let bitangent = normal.cross(tangent) * handedness.sign();
         let to_viewer = self.view.towards_viewer(position);
-        // Seen from behind, the surface is a print of the same relief that stands out backwards.
+        // Seen from behind, the surface shows the same relief inverted.
         let side = if face_normal.dot(to_viewer) < 0.0 { -1.0 } else { 1.0 };
         let (normal, face_normal) = (normal * side, face_normal * side);
         Point { position, tangent, bitangent, normal, untilted: normal, face_normal, to_viewer }
     }
 
-    /// The point with its frame tilted by the relief's slopes and made orthonormal again.
+    /// The point with its frame tilted by the slopes of the relief and orthonormalised.
     fn tilted(&self, point: Point, setup: &Setup, sample: (f64, f64), place: MeshPlace) -> Point {
         let Some((slopes, factor)) = self.slopes else { return point };
         let mut values = Vec::new();
@@ -161,10 +160,10 @@ impl Shader<'_> {
         Point { normal, tangent, bitangent, ..point }
     }
 
-    /// The share of a light that attached and cast shadows leave.
+    /// The share of a light left by attached and cast shadows.
     fn lit_share(&self, point: &Point, light: &Light, shadow: Option<&ShadowMap>) -> f64 {
         let above = |normal: Vec3| smooth_step(Vec3::from(light.direction).dot(normal) / FADE_COSINE);
-        // Where the relief is only pretended, the object's own horizon still counts.
+        // For a bump, the horizon of the object itself still counts.
         let own = if self.slopes.is_some() && self.moved.is_none() { above(point.untilted) } else { 1.0 };
         let attached = own * above(point.normal);
         if attached == 0.0 {
@@ -173,7 +172,7 @@ impl Shader<'_> {
         attached * shadow.map_or(1.0, |map| map.visibility(point.position, point.face_normal))
     }
 
-    /// What the texture sends to the viewer under a unit light from above its horizon.
+    /// The light reflected by the texture to the viewer under a unit light above its horizon.
     fn reflected(&self, point: &Point, light: &Light, lookup: &mut Lookup) -> [f64; 3] {
         let local = point.in_tangent_frame(light.direction.into());
         let view = point.in_tangent_frame(point.to_viewer);
@@ -201,14 +200,14 @@ impl Shader<'_> {
     }
 }
 
-/// 0 below 0, 1 above 1, without corners between.
+/// 0 below 0, 1 above 1, smooth in between.
 fn smooth_step(t: f64) -> f64 {
     let t = t.clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
 }
 
-/// The light a GGX surface sends to the viewer under a unit light, where a white matt one sends
-/// the cosine: pi D V F cos.
+/// The light reflected by a GGX surface to the viewer under a unit light, in units where a white matt surface
+/// reflects the cosine: pi D V F cos.
 fn lobe(specular: &Specular, normal: Vec3, to_light: Vec3, to_viewer: Vec3) -> f64 {
     let (n_l, n_v) = (normal.dot(to_light), normal.dot(to_viewer));
     let half = to_light + to_viewer;
@@ -254,7 +253,7 @@ mod tests {
         let beside = (mirrored + Vec3::new(0.0, 0.3, 0.0)).unit().unwrap();
         assert!(lobe(&specular, UP, mirrored, viewer) > 10.0 * lobe(&specular, UP, beside, viewer));
         assert_eq!(lobe(&specular, UP, Vec3::new(0.0, 0.6, -0.8), viewer), 0.0);
-        // Straight on, the lobe has the height F / (4 alpha^2), a white matt surface 1.
+        // Straight on, the lobe has the height F / (4 alpha^2), and a white matt surface 1.
         let top = lobe(&specular, UP, UP, UP);
         assert!((top - 0.04 / (4.0 * 0.2f64.powi(4))).abs() < 1e-9, "{top}");
     }

@@ -1,9 +1,9 @@
 //! Shadows of the object on itself, by shadow maps.
 //!
-//! Williams, "Casting Curved Shadows on Curved Surfaces", SIGGRAPH 1978: the depth buffer seen
-//! from the light tells what the light reaches. Comparisons, not depths, are averaged over
-//! neighbours (percentage-closer filtering: Reeves, Salesin, Cook, SIGGRAPH 1987). Points are lifted along the
-//! surface's normal before they are compared, so that a surface does not shade itself.
+//! Williams, "Casting Curved Shadows on Curved Surfaces", SIGGRAPH 1978: the depth buffer seen from the light
+//! determines what the light reaches. Comparisons, not depths, are averaged over neighbours
+//! (percentage-closer filtering: Reeves, Salesin, Cook, SIGGRAPH 1987). Points are lifted along the normal of
+//! the surface before they are compared, so that a surface does not shadow itself.
 
 use rayon::prelude::*;
 
@@ -14,16 +14,16 @@ use super::view::View;
 
 /// Samples along the side of a map.
 const SIDE: usize = 2048;
-/// Rows of a map that one task fills.
+/// Rows of a map filled by one task.
 const BAND: usize = 64;
-/// How far points are lifted along the normal, in samples of the map; the filter reaches 1.5.
+/// The lift of points along the normal, in samples of the map; the filter extends to 1.5.
 const LIFT: f64 = 3.0;
 
-/// What one light reaches.
+/// The surfaces reached by one light.
 #[derive(Debug)]
 pub struct ShadowMap {
     view: View,
-    /// Height of the nearest surface towards the light, row after row.
+    /// Height of the nearest surface towards the light, row by row.
     heights: Vec<f32>,
 }
 
@@ -44,7 +44,7 @@ impl ShadowMap {
         Self { view, heights }
     }
 
-    /// The share of the light that reaches a point with that surface normal, on the light's side.
+    /// The share of the light that reaches a point with the given surface normal, on the side of the light.
     pub fn visibility(&self, point: Vec3, normal: Vec3) -> f64 {
         let lifted = point + normal * (LIFT * self.view.sample_step());
         let place = self.view.project(lifted);
@@ -64,7 +64,7 @@ impl ShadowMap {
         (lit / 9.0).min(1.0)
     }
 
-    /// The height at a sample; nothing outside the map shades.
+    /// The height at a sample; nothing outside the map casts a shadow.
     fn height_at(&self, column: f64, line: f64) -> f32 {
         let inside = 0.0..SIDE as f64;
         if !inside.contains(&column) || !inside.contains(&line) {

@@ -1,12 +1,11 @@
-//! The 8-bit sRGB encoding of many values at once, without a table and without branches.
+//! The 8-bit sRGB encoding of many values at once, without tables or branches.
 //!
-//! Above the linear toe the encoding is 1.055 x^(5/12) - 0.055. With t = x^(1/4), two square
-//! roots, x^(5/12) = t^(5/3) is smooth on [0.2365, 1] and a polynomial of degree 6 follows it.
-//! The coefficients come from interpolation at Chebyshev nodes, which a test repeats. The result differs
-//! from the exact encoding by less than 0.001 of a code before rounding, so a code is at most
-//! 0.501 away from the exact value, and every 8-bit code survives the way to linear and back.
-//! Only additions, multiplications and square roots are used, which are correctly rounded
-//! everywhere: the codes do not depend on the instruction set.
+//! Above the linear toe the encoding is 1.055 x^(5/12) - 0.055. With t = x^(1/4), two square roots, x^(5/12)
+//! = t^(5/3) is smooth on [0.2365, 1] and is approximated by a polynomial of degree 6. The coefficients come
+//! from interpolation at Chebyshev nodes, which a test repeats. The result differs from the exact encoding by
+//! less than 0.001 of a code before rounding, so a code is at most 0.501 away from the exact value, and every
+//! 8-bit code survives conversion to linear and back. Only additions, multiplications and square roots are
+//! used, which are correctly rounded everywhere: the codes do not depend on the instruction set.
 
 use pulp::{Simd, WithSimd};
 

@@ -6,8 +6,8 @@ use std::str::FromStr;
 use crate::direction::Direction;
 use crate::error::{Error, Result};
 
-/// Half the angle of an arc: 75 degrees, the lowest lights of most captures. Functions fitted
-/// from photographs are guesses beyond.
+/// Half the angle of an arc: 75 degrees, the lowest lights of most captures. Functions fitted to photographs
+/// extrapolate beyond.
 const ARC_POLAR_RAD: f64 = 75.0 * PI / 180.0;
 /// The most pictures in one sweep.
 const MAX_LIGHTS: usize = 100_000;
@@ -15,8 +15,8 @@ const MAX_LIGHTS: usize = 100_000;
 /// A path of the light, written `orbit:N` or `arc:N` for N pictures.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Sweep {
-    /// A ring around the zenith, from the right (+x) counter-clockwise; it closes, so the last
-    /// light is one step before the first.
+    /// A circle around the zenith, from the right (+x) counter-clockwise; it closes, so the last light is one
+    /// step before the first.
     Orbit {
         /// The number of lights.
         lights: usize,

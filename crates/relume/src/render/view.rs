@@ -4,8 +4,8 @@ use super::scene::Camera;
 use super::vector::Vec3;
 use crate::planes::Size;
 
-/// A viewpoint: an orthonormal frame and how it projects. Sample (i, j) has its centre at
-/// (i + 1/2, j + 1/2); j counts downwards.
+/// A viewpoint: an orthonormal frame and its projection. Sample (i, j) has its centre at (i + 1/2, j + 1/2);
+/// j counts downwards.
 #[derive(Debug, Clone, Copy)]
 pub struct View {
     size: Size,
@@ -14,7 +14,7 @@ pub struct View {
     up: Vec3,
     /// From the scene towards the viewer.
     back: Vec3,
-    /// Samples a unit length: at unit depth (perspective) or at any depth.
+    /// Samples per unit length: at unit depth (perspective) or at any depth (parallel).
     scale: f64,
     projection: ViewProjection,
 }
@@ -22,7 +22,7 @@ pub struct View {
 /// How depth enters.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ViewProjection {
-    /// Rays through one eye; nothing nearer than `near` is seen.
+    /// Rays through one eye; nothing nearer than `near` is visible.
     Perspective {
         /// In world units.
         near: f64,
@@ -50,7 +50,7 @@ impl View {
         }
     }
 
-    /// The view from a light at infinity on a square map that just holds the bounding sphere.
+    /// The view from a light at infinity on a square map that just contains the bounding sphere.
     pub fn of_light(towards: Vec3, (center, radius): (Vec3, f64), side: usize) -> Self {
         let right = towards.any_perpendicular();
         Self {
@@ -59,7 +59,7 @@ impl View {
             right,
             up: towards.cross(right),
             back: towards,
-            // Two samples stay free around it for filtering.
+            // Two samples remain free around it for filtering.
             scale: (0.5 * side as f64 - 2.0).max(0.5) / radius,
             projection: ViewProjection::Parallel,
         }

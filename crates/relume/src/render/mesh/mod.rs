@@ -1,9 +1,9 @@
 //! Triangle meshes with normals and texture coordinates.
 //!
-//! World space is that of a texture seen from the front: x right, y up, z to the viewer.
-//! Texture coordinate (0, 0) is the **bottom-left** corner of the texture and (1, 1) the
-//! top-right one, so s grows with the texture's x and t with its y (up); readers of files with
-//! another origin turn t. Coordinates outside 0..1 repeat the texture.
+//! World space is that of a texture seen from the front: x right, y up, z to the viewer. Texture coordinate
+//! (0, 0) is the **bottom-left** corner of the texture and (1, 1) the top-right one, so s grows with the x of
+//! the texture and t with its y (up); readers of files with another origin convert t. Coordinates outside
+//! 0..1 repeat the texture.
 
 mod primitives;
 mod tangents;
@@ -14,7 +14,7 @@ pub(super) use tangents::Tangents;
 use super::vector::{Vec3, length};
 use crate::error::{Error, Result};
 
-/// Triangles over shared vertices. All vertex lists are equally long.
+/// Triangles over shared vertices. All vertex lists have the same length.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mesh {
     positions: Vec<[f32; 3]>,
@@ -24,8 +24,8 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// A mesh from its parts. Normals of any length; one without a direction is replaced by that
-    /// of the triangles around its vertex.
+    /// A mesh from its parts. Normals may have any length; one without a direction is replaced by that of the
+    /// triangles around its vertex.
     ///
     /// # Errors
     /// When lists differ in length, there is no triangle, an index is out of range, or a
@@ -79,7 +79,7 @@ impl Mesh {
         &self.texcoords
     }
 
-    /// Three vertex indices a triangle, counter-clockwise seen from outside.
+    /// Three vertex indices per triangle, counter-clockwise seen from outside.
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
     }

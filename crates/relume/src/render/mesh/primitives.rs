@@ -12,8 +12,8 @@ pub enum Primitive {
     Sphere,
     /// The square [-1, 1]^2 that faces +z; it shows the texture as a picture does.
     Plane,
-    /// A ring around the z axis with radii 0.7 and 0.3, tipped towards the viewer; s runs around the axis,
-    /// t around the tube.
+    /// A ring around the z axis with radii 0.7 and 0.3, tilted towards the viewer; s runs around the axis, t
+    /// around the tube.
     Torus,
     /// A square of cloth in gentle folds, facing +z.
     Cloth,
@@ -21,7 +21,7 @@ pub enum Primitive {
 
 /// Radii of the torus: of the ring and of the tube.
 const TORUS_RADII: (f64, f64) = (0.7, 0.3);
-/// How far the torus is tipped about the x axis, so that the inside of the ring is seen.
+/// The tilt of the torus about the x axis, so that the inside of the ring is visible.
 const TORUS_TILT_RAD: f64 = -0.6;
 
 impl Primitive {
@@ -43,8 +43,7 @@ impl Primitive {
         Self::ALL.into_iter().find(|primitive| primitive.name() == name)
     }
 
-    /// How often the texture repeats along s and t where nothing else is asked, so that texels
-    /// are about square.
+    /// The default number of repetitions of the texture along s and t, for which texels are about square.
     pub fn default_tiling(self) -> [f64; 2] {
         match self {
             Self::Sphere => [4.0, 2.0],

@@ -1,15 +1,15 @@
 //! Tangent frames that follow the texture over a mesh.
 //!
-//! Each triangle's dP/ds and dP/dt come from its corners (Lengyel, "Computing Tangent Space Basis
-//! Vectors for an Arbitrary Mesh", 2001). Vertices average dP/ds over their triangles, weighted by
-//! the angle of the corner, and apart for triangles that show the texture as it is and for those
-//! that mirror it, as MikkTSpace does (Mikkelsen, "Simulation of Wrinkled Surfaces Revisited",
-//! 2008), so that mirrored halves that share vertices do not cancel.
+//! The dP/ds and dP/dt of each triangle follow from its corners (Lengyel, "Computing Tangent Space Basis
+//! Vectors for an Arbitrary Mesh", 2001). Vertices average dP/ds over their triangles, weighted by the angle
+//! of the corner, separately for triangles that show the texture unmirrored and for those that mirror it, as
+//! in MikkTSpace (Mikkelsen, "Simulation of Wrinkled Surfaces Revisited", 2008), so that mirrored halves with
+//! shared vertices do not cancel.
 
 use super::super::vector::Vec3;
 use super::Mesh;
 
-/// Whether a triangle shows the texture as it is or mirrored.
+/// Whether a triangle shows the texture unmirrored or mirrored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in super::super) enum Handedness {
     Plain,
@@ -29,7 +29,7 @@ impl Handedness {
 /// The tangents of a mesh.
 #[derive(Debug)]
 pub(in super::super) struct Tangents {
-    /// For each vertex, the tangent in plain and in mirrored triangles; zero where there is none.
+    /// For each vertex, the tangent in unmirrored and in mirrored triangles; zero where there is none.
     vertices: Vec<[Vec3; 2]>,
     triangles: Vec<Handedness>,
 }
@@ -52,7 +52,7 @@ impl Tangents {
         Self { vertices, triangles }
     }
 
-    /// The tangents of a triangle's corners, and its handedness.
+    /// The tangents at the corners of a triangle, and its handedness.
     pub(in super::super) fn of_triangle(&self, index: usize, corners: [u32; 3]) -> ([Vec3; 3], Handedness) {
         let handedness = self.triangles[index];
         (corners.map(|i| self.vertices[i as usize][handedness as usize]), handedness)

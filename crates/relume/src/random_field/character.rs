@@ -1,10 +1,10 @@
-//! Whether a material is one that a random field can stand for, said before it is modelled.
+//! Whether a random field suits a material, predicted before it is modelled.
 //!
-//! A Gaussian field knows a texture's spectrum and nothing else. Two things tell that there is more.
-//! Periods: the autocorrelation rises again far from the centre, because the material repeats. Shapes:
-//! one-step prediction, which leaves normal noise of a Gaussian field, mostly leaves nothing and
-//! sometimes much, at edges; the excess kurtosis of what it leaves says how much, and it is 0 for a
-//! normal distribution. Both are measured on the luminance's scores, whose own distribution is normal.
+//! A Gaussian field represents the spectrum of a texture and nothing else. Two measures reveal other
+//! structure. Periods: the autocorrelation rises again far from the centre, because the material repeats.
+//! Shapes: the errors of one-step prediction, normal noise for a Gaussian field, are mostly small and
+//! sometimes large, at edges; their excess kurtosis measures this, and is 0 for a normal distribution. Both
+//! are measured on the scores of the luminance, whose own distribution is normal.
 
 use std::fmt;
 
@@ -20,7 +20,7 @@ use crate::job::Job;
 use crate::numeric::autocorrelation::Autocorrelation;
 use crate::planes::{Planes, Size};
 
-/// What kind of material a texture shows.
+/// The kind of material of a texture.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Character {
     /// The highest peak of the autocorrelation away from the centre: near 1 for exact repetition.
@@ -29,10 +29,10 @@ pub struct Character {
     pub edges: f64,
 }
 
-/// Above this regularity a material is called regular.
+/// The regularity above which a material is called regular.
 const REGULAR: f64 = 0.25;
 
-/// Above this excess kurtosis a material is called structured.
+/// The excess kurtosis above which a material is called structured.
 const STRUCTURED: f64 = 3.0;
 
 impl Character {
@@ -58,7 +58,7 @@ impl fmt::Display for Character {
     }
 }
 
-/// The character of a field, from its first coefficient plane's mean over channels.
+/// The character of a field, from the mean of its first coefficient plane over the channels.
 ///
 /// # Errors
 /// A field smaller than a small neighbourhood.
@@ -67,8 +67,8 @@ pub fn character(field: &ReflectanceField, job: &Job) -> Result<Character> {
     Ok(Character { regularity: regularity(&scores, job)?, edges: edges(&scores)? })
 }
 
-/// Normal scores of the sum of all index planes that stand for brightness: those of the function
-/// that comes first in graded order.
+/// Normal scores of the sum of all index planes that represent brightness: those of the first function in
+/// graded order.
 fn luminance_scores(field: &ReflectanceField) -> Planes {
     let n = field.basis().len();
     let constant = field.basis().graded_order()[0];
@@ -82,15 +82,15 @@ fn luminance_scores(field: &ReflectanceField) -> Planes {
     sum
 }
 
-/// The highest local maximum of the autocorrelation, 1 at the centre, between the first place along
-/// its direction where it has fallen below zero and a third of the sides.
+/// The highest local maximum of the autocorrelation, which is 1 at the centre, between the first position
+/// along its direction where it falls below zero and a third of the sides.
 fn regularity(scores: &Planes, job: &Job) -> Result<f64> {
     let third = Size::new(scores.size().width / 3, scores.size().height / 3);
     let correlation = Autocorrelation::new(scores, third, job)?;
     Ok(highest_peak(|dx, dy| correlation.at(dx, dy), third.width as isize, third.height as isize))
 }
 
-/// The highest local maximum over shifts of half a plane that come after a valley along their ray.
+/// The highest local maximum over shifts of half a plane that lie beyond a valley on their ray.
 fn highest_peak(at: impl Fn(isize, isize) -> f64, across: isize, down: isize) -> f64 {
     let mut best = 0.0f64;
     for dy in 0..down {

@@ -1,4 +1,4 @@
-//! From planes and tiles of them to a model of structure and detail.
+//! From planes, and tiles cut from them, to a model of structure and detail.
 
 use super::estimate::{LevelReport, ModelOptions, Scored, scores_of};
 use super::levels::{REFERENCE_WINDOW, completed};
@@ -11,17 +11,17 @@ use crate::numeric::pyramid;
 use crate::planes::{Planes, Size};
 use crate::rect::Rect;
 
-/// What the structure may take.
+/// The budget of the structure.
 #[derive(Clone, Copy)]
 pub struct Budget<'a> {
-    /// Bytes at most.
+    /// The most bytes.
     pub bytes: usize,
-    /// The bytes that some structure takes in a file.
+    /// The bytes of a structure in a file.
     pub cost: &'a dyn Fn(&Structure) -> usize,
 }
 
-/// Fits a model to planes of which there are tiles that can be laid beside each other: a compressed set of
-/// tiles, and a random field for what that leaves out.
+/// Fits a model to planes with tiles that fit together: a compressed set of tiles, and a random field for the
+/// residual.
 ///
 /// # Errors
 /// As [`super::estimate`](fn@super::estimate); tiles of other planes or smaller than the neighbourhood.
@@ -32,7 +32,7 @@ pub fn combine(
     options: &ModelOptions,
     job: &Job,
 ) -> Result<(Model, Vec<LevelReport>)> {
-    // The structure is coded in values: scores would stretch what lies between two modes.
+    // The structure is coded in values: scores would stretch the values between two modes.
     let straight = ModelOptions { marginals: false, ..*options };
     let Scored { marginals, mixing, .. } = Scored::of(planes, &straight, job)?;
     let found = tiles.texels;
@@ -64,9 +64,9 @@ pub fn combine(
     Ok((model, reports))
 }
 
-/// Curves that give what the model makes the distributions of the planes.
+/// Curves that give the output of the model the distributions of the planes.
 fn matched(planes: &Planes, model: &Model, tile: Size, job: &Job) -> Result<Vec<Marginal>> {
-    // Whole tiles, or each part of them would not have its share.
+    // Whole tiles, so that each part of them has its share.
     let side = |tile: usize| REFERENCE_WINDOW.next_multiple_of(tile);
     let area = Rect::new(0, 0, Size::new(side(tile.width), side(tile.height)));
     job.check(

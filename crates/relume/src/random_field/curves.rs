@@ -1,19 +1,19 @@
-//! Evidence curves as a picture: for each level the log evidence of the sets met, by their size.
+//! Evidence curves as a picture: for each level the log evidence of the sets examined, by their size.
 //!
-//! Scalable vector graphics, because a curve without numbers at its axes says little.
+//! Scalable vector graphics, with numbers on the axes.
 
 use std::fmt::Write;
 
 use super::estimate::LevelReport;
 
-/// The size of a level's panel in pixels.
+/// The size of the panel of a level in pixels.
 const PANEL: [f64; 2] = [300.0, 230.0];
 
-/// Around a panel's curve: left, right, top and bottom.
+/// The margins around the curve of a panel: left, right, top and bottom.
 const MARGINS: [f64; 4] = [66.0, 14.0, 34.0, 40.0];
 
-/// One panel a level, the finest on the left. The line joins the most probable sets of each size met; circles
-/// are those that were more probable than the one taken, but unstable; the disk is the one taken.
+/// One panel per level, the finest on the left. The line joins the most probable set of each size; circles
+/// mark sets more probable than the chosen one but unstable; the disk marks the chosen one.
 pub fn svg(reports: &[LevelReport]) -> String {
     let mut text = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{}\" height=\"{}\" font-family=\"sans-serif\" \
@@ -61,15 +61,15 @@ fn best_by_size(path: &[(usize, f64)]) -> Vec<(usize, f64)> {
     best
 }
 
-/// What a panel's sides stand for.
+/// The ranges of the axes of a panel.
 struct CurveAxes {
     most: f64,
     range: [f64; 2],
 }
 
 impl CurveAxes {
-    /// From no neighbour to the most, and from the evidence of few neighbours to the highest: that of none lies
-    /// far below.
+    /// From no neighbour to the most, and from the evidence of few neighbours to the highest; that of none
+    /// lies far below.
     fn of(curve: &[(usize, f64)]) -> Self {
         let most = curve.last().map_or(1, |last| last.0.max(1)) as f64;
         let values = || curve.iter().skip(usize::from(curve.len() > 2)).map(|point| point.1);

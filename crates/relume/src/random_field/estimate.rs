@@ -19,28 +19,28 @@ use crate::numeric::Matrix;
 use crate::numeric::pyramid::{self, Kernel};
 use crate::planes::{Planes, Size};
 
-/// How a model is made.
+/// Options of a model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ModelOptions {
-    /// Levels of the pyramid at most; fewer where the coarsest would be smaller than 16 texels a side, or than
+    /// The most levels of the pyramid; fewer if the coarsest would be smaller than 16 texels a side, or than
     /// 200 texels for each component.
     pub levels: usize,
-    /// Whether fewer levels are tried as well, and as many taken as make the field that resembles itself at
-    /// shifts most nearly as the texture does.
+    /// Whether fewer levels are tried as well, choosing the number whose field has the autocorrelation
+    /// nearest to that of the texture.
     pub fewer: bool,
-    /// By how much each level is coarser.
+    /// The factor by which each level is coarser.
     pub factor: usize,
-    /// Causal neighbours that may be chosen.
+    /// The number of causal neighbours that may be chosen.
     pub candidates: usize,
-    /// Neighbours in the expanded coarser level that may be chosen; 0 leaves levels independent.
+    /// The number of neighbours in the expanded coarser level that may be chosen; 0 makes levels independent.
     pub coarse: usize,
-    /// Neighbours that a level may have.
+    /// The most neighbours of a level.
     pub most: usize,
     /// How neighbours are chosen.
     pub search: SelectionOrder,
-    /// What the prior is worth, in texels.
+    /// The weight of the prior, in texels.
     pub prior: f64,
-    /// Whether the distributions of values are kept, or normal ones assumed.
+    /// Whether the distributions of values are preserved, or normal ones assumed.
     pub marginals: bool,
 }
 
@@ -61,7 +61,7 @@ impl Default for ModelOptions {
 }
 
 impl ModelOptions {
-    /// Checks every number's range.
+    /// Checks the range of every number.
     pub fn validate(&self) -> Result<()> {
         let ranges = [
             ("levels", self.levels, 1, 16),
@@ -86,48 +86,48 @@ impl ModelOptions {
     }
 }
 
-/// How a level's neighbours were chosen.
+/// How the neighbours of a level were chosen.
 #[derive(Debug, Clone, Serialize)]
 pub struct LevelReport {
-    /// Texels of the level.
+    /// Columns of the level.
     pub width: usize,
     /// Rows of the level.
     pub height: usize,
-    /// Sizes and log evidences of the sets met, the most probable first.
+    /// Sizes and log evidences of the sets examined, the most probable first.
     pub path: Vec<(usize, f64)>,
-    /// How many of them were more probable than the one taken, but unstable.
+    /// The number of sets more probable than the chosen one, but unstable.
     pub unstable: usize,
-    /// The share of the band's variance that its neighbours predict, from the mean over components.
+    /// The share of the variance of the band that its neighbours predict, averaged over components.
     pub predicted: f64,
     /// The largest bound of a spectral radius.
     pub radius: f64,
 }
 
-/// A plane of which earlier ones leave less than this share of the variance has no component.
+/// A plane with less than this share of its variance left by earlier ones has no component.
 const LEAST_SHARE: f64 = 1e-4;
 
 /// Fits a model to planes.
 ///
 /// # Errors
-/// Options out of range; planes that hold no numbers, do not vary, or are smaller than the
-/// neighbourhood; more memory than the limits allow.
+/// Options out of range; planes that are not finite, are constant, or are smaller than the neighbourhood;
+/// more memory than the limits allow.
 pub fn estimate(planes: &Planes, options: &ModelOptions, job: &Job) -> Result<(Model, Vec<LevelReport>)> {
     let scored = Scored::of(planes, options, job)?;
     completed(scored, None, &vec![1.0; planes.count()], options, job)
 }
 
-/// Planes made ready for modelling.
+/// Planes prepared for modelling.
 pub(super) struct Scored {
     pub(super) marginals: Vec<Marginal>,
     pub(super) mixing: Mixing,
-    /// What random fields are fitted to.
+    /// The input of the random fields.
     pub(super) components: Planes,
 }
 
 impl Scored {
     pub(super) fn of(planes: &Planes, options: &ModelOptions, job: &Job) -> Result<Self> {
         options.validate()?;
-        // Scores, components, pyramid; of each level at once the expanded coarser one, and double precision for the
+        // Scores, components, pyramid; for each level the expanded coarser one, and double precision for the
         // products: twice where the finest is fitted both with a coarser one and without.
         let bytes = if options.fewer { 96 } else { 56 };
         job.check("the planes to model", planes.size(), bytes * planes.count() as u64)?;
@@ -145,7 +145,7 @@ impl Scored {
     }
 }
 
-/// Each plane's distribution, and its scores with their mean taken off.
+/// The distribution of each plane, and its scores minus their mean.
 fn normalised(planes: &Planes, options: &ModelOptions) -> (Vec<Marginal>, Planes) {
     let texels = planes.size().texels();
     let marginals = planes
@@ -161,7 +161,7 @@ fn normalised(planes: &Planes, options: &ModelOptions) -> (Vec<Marginal>, Planes
     (marginals, scores)
 }
 
-/// The scores of planes that have these distributions; 0 in those that are the same everywhere.
+/// The scores of planes with these distributions; 0 for constant planes.
 pub(super) fn scores_of(planes: &Planes, marginals: &[Marginal]) -> Planes {
     let mut scores = planes.clone();
     let texels = planes.size().texels();
@@ -220,14 +220,14 @@ fn stacked(first: &Planes, second: &Planes) -> Planes {
     Planes::from_vec(first.size(), first.count() + second.count(), data).expect("stacks of one size")
 }
 
-/// The mean over planes of the share of variance that is predicted.
+/// The mean over planes of the share of variance predicted.
 fn predicted(posterior: &Posterior, statistics: &SufficientStatistics) -> f64 {
     let d = statistics.planes;
     let left = |j: usize| posterior.scatter[(j, j)] / statistics.products[(j, j)].max(f64::MIN_POSITIVE);
     1.0 - (0..d).map(left).sum::<f64>() / d as f64
 }
 
-/// The neighbours among which a level's are chosen: causal ones first.
+/// The candidate neighbours of a level: causal ones first.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NeighbourCandidates {
     /// In the level itself.
@@ -248,11 +248,11 @@ impl NeighbourCandidates {
         }
     }
 
-    /// The inner products of the first `m` planes with all candidates' planes, over the same texels for
+    /// The inner products of the first `m` planes with the planes of all candidates, over the same texels for
     /// every candidate.
     ///
     /// # Errors
-    /// When the planes are smaller than the candidates reach.
+    /// When the planes are smaller than the reach of the candidates.
     pub fn statistics(&self, stack: &Planes, m: usize) -> Result<SufficientStatistics> {
         let all: Vec<Offset> = self.near.iter().chain(&self.coarse).copied().collect();
         let window = inside(stack.size(), Reach::of(&all))?;
@@ -268,8 +268,8 @@ impl NeighbourCandidates {
         Ok(SufficientStatistics { products, planes: m, texels: window.size.texels() })
     }
 
-    /// The level that a choice makes, rounded as it will be stored, and the bound of its spectral
-    /// radius; `None` if it is unstable.
+    /// The level of a choice, rounded as it will be stored, and the bound of its spectral radius; `None` if
+    /// it is unstable.
     fn stable_level(
         &self,
         choice: &Selected,
@@ -315,7 +315,7 @@ impl NeighbourCandidates {
         let storable = |v: f64| half::f16::from_f64(v.clamp(1e-4, 3e4)).to_f32();
         let row =
             |regressor: usize| storable(1.0 / statistics.products[(regressor, regressor)].max(1e-8).sqrt());
-        // Without coarse neighbours their steps stand for nothing: those of the level's own planes.
+        // Without coarse neighbours their steps have no meaning: use those of the planes of the level itself.
         let first = if self.coarse.is_empty() { 0 } else { m * (1 + self.near.len()) };
         let rows = (0..m).map(row).chain((first..first + m).map(row)).collect();
         let columns = (0..m).map(|j| storable((12.0 / precision(j)).sqrt())).collect();
@@ -323,7 +323,7 @@ impl NeighbourCandidates {
     }
 }
 
-/// The entries of a lower triangular matrix, row after row.
+/// The entries of a lower triangular matrix, row by row.
 fn lower_triangle(factor: &Matrix) -> Vec<f32> {
     (0..factor.rows()).flat_map(|i| (0..=i).map(move |j| factor[(i, j)] as f32)).collect()
 }

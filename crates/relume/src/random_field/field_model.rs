@@ -1,4 +1,4 @@
-//! Models of reflectance fields: one joint model over all index planes, or a model for each of some lights.
+//! Models of reflectance fields: one joint model over all index planes, or one model per light.
 
 use serde::Serialize;
 
@@ -15,27 +15,27 @@ use crate::job::Job;
 use crate::planes::{Planes, Size};
 use crate::space::Space;
 
-/// A model and what its planes mean.
+/// A model and the meaning of its planes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FieldModel {
     /// The functions of light direction.
     pub basis: Basis,
-    /// How planes make channels.
+    /// The layout of the planes.
     pub layout: PlaneLayout,
-    /// What values mean.
+    /// The encoding of the values.
     pub space: Space,
-    /// What was modelled.
+    /// The texture that was modelled.
     pub source: ModelSource,
-    /// Where values are heights in texels, what a texel measures.
+    /// For heights in texels, the size of a texel.
     pub heights: Option<Heights>,
     /// The random fields.
     pub fields: Fields,
 }
 
-/// What the texels of a height map measure.
+/// The size of the texels of a height map.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Heights {
-    /// Millimetres, where they are known.
+    /// Millimetres, if known.
     pub mm_per_texel: Option<f64>,
 }
 
@@ -44,12 +44,12 @@ pub struct Heights {
 pub enum Fields {
     /// One of all index planes.
     Joint(Box<Model>),
-    /// One of the colours under each of some lights.
+    /// One of the colours under each light.
     PerLight(Vec<LightModel>),
 }
 
 impl Fields {
-    /// The models, with the light that each is for.
+    /// The models, with their lights.
     pub fn models(&self) -> Vec<(Option<Direction>, &Model)> {
         match self {
             Self::Joint(model) => vec![(None, model)],
@@ -60,14 +60,14 @@ impl Fields {
     }
 }
 
-/// What a model was made of.
+/// The texture that a model was made from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct ModelSource {
     /// Texels along x.
     pub width: u32,
     /// Texels along y.
     pub height: u32,
-    /// Photographs that the texture was fitted to; 1 for a picture, 0 where that is not known.
+    /// The number of photographs the texture was fitted to; 1 for a picture, 0 if unknown.
     pub photographs: u32,
     /// Channels of each.
     pub channels: u32,
@@ -87,7 +87,7 @@ pub fn model_field(
     Ok((FieldModel::of(field, Fields::Joint(Box::new(model))), reports))
 }
 
-/// Fits a model of structure and detail to the index planes of a field and of tiles made of it; see
+/// Fits a model of structure and detail to the index planes of a field and of tiles made from it; see
 /// [`combine`].
 ///
 /// # Errors
@@ -113,19 +113,19 @@ fn checked_index_space(field: &ReflectanceField, job: &Job) -> Result<IndexSpace
     Ok(space)
 }
 
-/// The index planes that are modelled: the functions' coordinates over the hemisphere, and of LRGB
-/// fields the luminance's and the colour, so that what is made is LRGB again.
+/// The modelled index planes: the coordinates of the functions over the hemisphere, and for LRGB fields those
+/// of the luminance and the colour, so that the output is LRGB again.
 pub fn index_space(field: &ReflectanceField) -> Result<IndexSpace> {
     if !field.layout().is_product() {
         return IndexSpace::new(field, Metric::Function, Domain::Hemisphere);
     }
-    // Models of polynomials have had the documents' nine numbers from the start.
+    // Models of polynomials have used the nine numbers of HPL-2003-16 from the start.
     let square = field.basis().is_defined_over(Domain::Square);
     let domain = if square { Domain::Square } else { Domain::Hemisphere };
     IndexSpace::new(field, Metric::LuminanceAndColor, domain)
 }
 
-/// The field of functions of each channel: where it is LRGB, the nearest products of a luminance and a colour.
+/// The field with one function per channel; for LRGB, the nearest products of a luminance and a colour.
 fn like_functions(like: &ReflectanceField, functions: Planes, job: &Job) -> Result<ReflectanceField> {
     if !like.layout().is_product() {
         return like.with_coefficients(functions);
@@ -151,7 +151,7 @@ impl FieldModel {
         Self { basis, layout, space, source, heights: None, fields }
     }
 
-    /// A part of the model's endless field.
+    /// A part of the endless field of the model.
     ///
     /// # Errors
     /// As [`Model::synthesize`].
@@ -169,7 +169,7 @@ impl FieldModel {
         }
     }
 
-    /// Bytes that making a texel takes.
+    /// The working memory per texel, in bytes.
     pub fn bytes_per_texel(&self) -> u64 {
         let one = self.fields.models().iter().map(|(_, model)| model.bytes_per_texel()).max().unwrap_or(0);
         match &self.fields {
@@ -179,7 +179,7 @@ impl FieldModel {
         }
     }
 
-    /// The least tile that shows all of what was modelled: its size, rounded up until a tile closes.
+    /// The least tile as large as the modelled texture: its size, rounded up until a tile closes.
     pub fn tile_size(&self) -> Size {
         let steps = self.fields.models().into_iter().map(|(_, model)| model.tile_steps());
         let [across, down] = steps.reduce(|a, b| [a[0].max(b[0]), a[1].max(b[1])]).unwrap_or([1; 2]);
@@ -187,8 +187,8 @@ impl FieldModel {
         Size::new((width as usize).next_multiple_of(across), (height as usize).next_multiple_of(down))
     }
 
-    /// The bytes of what was modelled, one a sample: of the photographs, or where their number is not known of
-    /// the functions' coefficients. The base of compression ratios.
+    /// The bytes of the modelled texture, one per sample: of the photographs, or, if their number is unknown,
+    /// of the coefficients of the functions. The base of compression ratios.
     pub fn source_bytes(&self) -> u64 {
         let ModelSource { width, height, photographs, channels } = self.source;
         let samples = match photographs {
@@ -198,8 +198,8 @@ impl FieldModel {
         u64::from(width) * u64::from(height) * samples
     }
 
-    /// The window that says what the whole plane is like, a function of the model alone: whatever windows of a plane
-    /// must have in common, such as the scale of their bytes, is taken from it.
+    /// The reference window, a function of the model alone: whatever the windows of a plane must have in
+    /// common, such as the scale of their bytes, is derived from it.
     ///
     /// # Errors
     /// More memory than the limits allow.
@@ -211,13 +211,13 @@ impl FieldModel {
     /// A field of one texel of the same kind.
     ///
     /// # Errors
-    /// When there is none, which a model that was read or made rules out.
+    /// When there is none, which cannot happen for a model that was read or made.
     pub fn texel(&self) -> Result<ReflectanceField> {
         let planes = Planes::zeros(Size::new(1, 1), self.layout.planes(self.basis.len()));
         ReflectanceField::new(self.basis.clone(), self.layout.clone(), self.space, planes)
     }
 
-    /// Whether there are as many planes as fields of the model's kind have, and enough lights.
+    /// Whether the number of planes matches the kind of the model, and there are enough lights.
     pub fn is_whole(&self) -> bool {
         match &self.fields {
             Fields::Joint(model) => {

@@ -1,8 +1,7 @@
-//! Giving values another distribution exactly, and taking it back.
+//! Exact histogram matching, and its inverse.
 //!
-//! Values are ranked, ties by place, and the value of each rank is replaced by that of the same rank in
-//! the other distribution. The ranks lead back: nothing is lost, not even where many values become
-//! one.
+//! Values are ranked, ties by position, and the value of each rank is replaced by that of the same rank in
+//! the other distribution. The ranks allow the inverse: nothing is lost, even where many values become one.
 
 use crate::error::{Error, Result};
 
@@ -11,7 +10,7 @@ use crate::error::{Error, Result};
 pub struct Distribution(Vec<f32>);
 
 impl Distribution {
-    /// The distribution of some values.
+    /// The distribution of the given values.
     ///
     /// # Errors
     /// When there are none, or one is not a number.

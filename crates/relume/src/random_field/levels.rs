@@ -1,10 +1,10 @@
-//! How many levels a model has, and the model of all of them.
+//! The number of levels of a model, and the model of all levels.
 //!
-//! Fewer levels take fewer bytes and leave no grid; more of them remember coarse grain. Evidence cannot say
-//! how many: the evidence of two levels is that of other data than the evidence of one, since a coarse level
-//! is a function of the fine one. What can be compared is what models make. A Gaussian field is its
-//! autocorrelation, so the number is taken whose field resembles itself at shifts most nearly as the texture
-//! does ([`Autocorrelation::distance`]); figures are in `docs/models.md`.
+//! Fewer levels take fewer bytes and leave no grid; more levels represent coarse grain. The evidence cannot
+//! choose: the evidence of two levels refers to other data than that of one, since a coarse level is a
+//! function of the fine one. The outputs of models can be compared. A Gaussian field is determined by its
+//! autocorrelation, so the number is chosen whose field has the autocorrelation nearest to that of the
+//! texture ([`Autocorrelation::distance`]); figures are in `docs/models.md`.
 
 use std::ops::RangeInclusive;
 
@@ -22,18 +22,18 @@ use crate::numeric::pyramid::{self, Kernel};
 use crate::planes::{Planes, Size};
 use crate::rect::Rect;
 
-/// Coarsest levels have at least this many texels a side.
+/// The least side of a coarsest level, in texels.
 const LEAST_SIDE: usize = 16;
 
-/// And at least so many texels for each component: fewer say too little of its weights, and what is wrong at
-/// a coarse level shows as a grid.
+/// The least number of texels per component: with fewer, its weights are poorly determined, and errors at a
+/// coarse level show as a grid.
 const LEAST_TEXELS: usize = 200;
 
-/// Texels a side of the reference window, on which the gains are measured.
+/// The side of the reference window in texels, on which the gains are measured.
 pub(super) const REFERENCE_WINDOW: usize = 512;
 
-/// The model of some components, besides what a structure makes of them already, whose planes' scores have
-/// the given deviations.
+/// The model of the components, or of the residual left by the structure, for planes whose scores have the
+/// given deviations.
 pub(super) fn completed(
     scored: Scored,
     structure: Option<Structure>,
@@ -53,11 +53,11 @@ pub(super) fn completed(
     Ok((model, reports))
 }
 
-/// The levels of models with each number of levels that is tried.
+/// The levels of models with each number of levels tried.
 struct Fits {
     most: usize,
     tried: RangeInclusive<usize>,
-    /// All levels but the coarsest of the largest model, which are the same in smaller ones; then the
+    /// All levels but the coarsest of the largest model, which are the same in smaller models; then the
     /// coarsest level of each model.
     fitted: Vec<(Level, LevelReport)>,
 }
@@ -79,14 +79,14 @@ impl Fits {
         Ok(Self { most, tried, fitted })
     }
 
-    /// The levels of the model of so many.
+    /// The levels of the model with `count` levels.
     fn levels(&self, count: usize) -> (Vec<Level>, Vec<LevelReport>) {
         let coarsest = self.most - 1 + count - self.tried.start();
         self.fitted[..count - 1].iter().chain(&self.fitted[coarsest..=coarsest]).cloned().unzip()
     }
 }
 
-/// How many of some levels make the field whose autocorrelation is nearest to that of the components.
+/// The number of levels whose field has the autocorrelation nearest to that of the components.
 fn nearest_count(components: &Planes, fits: &Fits, model: &Model, job: &Job) -> Result<usize> {
     let area = Rect::new(0, 0, Size::new(REFERENCE_WINDOW, REFERENCE_WINDOW));
     let half = Autocorrelation::half(components.size());
@@ -106,7 +106,7 @@ fn nearest_count(components: &Planes, fits: &Fits, model: &Model, job: &Job) -> 
     Ok(best.1)
 }
 
-/// As many levels as asked for and the texture is large enough for.
+/// The number of levels, as requested and as the size of the texture allows.
 fn fitting_levels(mut size: Size, components: usize, options: &ModelOptions) -> usize {
     let mut levels = 1;
     while levels < options.levels {
@@ -119,7 +119,7 @@ fn fitting_levels(mut size: Size, components: usize, options: &ModelOptions) -> 
     levels
 }
 
-/// What gives each plane's scores their deviation, measured on the reference window.
+/// The gains that give the scores of each plane their deviation, measured on the reference window.
 fn gains_of(model: &Model, deviations: &[f64], job: &Job) -> Result<Vec<f32>> {
     let area = Rect::new(0, 0, Size::new(REFERENCE_WINDOW, REFERENCE_WINDOW));
     let scores = model.scores(area, 0, None, job)?;

@@ -1,17 +1,17 @@
-//! The distribution of a plane's values, and the way between it and the normal distribution.
+//! The distribution of the values of a plane, and its transform to and from the normal distribution.
 //!
-//! A Gaussian field has normal values; textures have not. Each plane is therefore modelled after its
-//! values have been made normal by a monotone curve, and the curve brings them back: the distribution
-//! of the output is that of the input whatever the field does. A curve is the values at a few
-//! quantiles, straight between them: [`KNOTS`] of them, evenly from -4 to 4 standard deviations.
+//! A Gaussian field has normal values; textures do not. Each plane is therefore modelled after a monotone
+//! curve has made its values normal, and the inverse restores them: the distribution of the output is that of
+//! the input, whatever the field does. A curve consists of the values at a few quantiles, linear in between:
+//! [`KNOTS`] of them, evenly from -4 to 4 standard deviations.
 
-/// Quantiles of a curve.
+/// The number of quantiles of a curve.
 pub const KNOTS: usize = 33;
 
-/// The curve covers this many standard deviations to either side; beyond it is constant.
+/// The standard deviations covered by the curve on either side; beyond it is constant.
 const SPAN: f64 = 4.0;
 
-/// Values are stored in this many steps between a plane's least and greatest.
+/// The number of steps in which values are stored between the least and the greatest of a plane.
 pub const STEPS: u16 = 4095;
 
 /// The values of a plane as a function of standard normal scores.
@@ -24,7 +24,7 @@ pub enum Marginal {
         /// Standard deviation.
         deviation: f32,
     },
-    /// Straight between values at evenly spaced scores.
+    /// Linear between values at evenly spaced scores.
     Curve {
         /// Value of code 0.
         low: f32,
@@ -36,7 +36,7 @@ pub enum Marginal {
 }
 
 impl Marginal {
-    /// The normal distribution of the values' mean and deviation.
+    /// The normal distribution with the mean and deviation of the values.
     pub fn normal(values: &[f32]) -> Self {
         let n = values.len() as f64;
         let mean = values.iter().map(|&v| f64::from(v)).sum::<f64>() / n;
@@ -45,7 +45,7 @@ impl Marginal {
         Self::Normal { mean: mean as f32, deviation: if constant { 0.0 } else { variance.sqrt() as f32 } }
     }
 
-    /// The curve through the values' quantiles.
+    /// The curve through the quantiles of the values.
     ///
     /// # Panics
     /// When there are no values.
@@ -53,8 +53,8 @@ impl Marginal {
         Self::through(values, normal_cdf)
     }
 
-    /// The curve that gives scores of another distribution than the normal one, of which these are a sample,
-    /// the distribution of the values.
+    /// The curve that maps scores with a non-normal distribution, given by a sample, to the distribution of
+    /// the values.
     ///
     /// # Panics
     /// When there are no values or no scores.
@@ -65,7 +65,7 @@ impl Marginal {
         Self::through(values, |score| below(score) as f64 / sorted.len() as f64)
     }
 
-    /// The curve whose value at each score is the quantile that belongs to the share of scores below.
+    /// The curve whose value at each score is the quantile at the share of scores below it.
     fn through(values: &[f32], share_below: impl Fn(f64) -> f64) -> Self {
         let mut sorted = values.to_vec();
         sorted.sort_unstable_by(f32::total_cmp);
@@ -109,7 +109,7 @@ impl Marginal {
         }
     }
 
-    /// A function from values to scores: the curve's inverse, and where it is level, the middle.
+    /// A function from values to scores: the inverse of the curve, and the middle where it is level.
     pub fn scores(&self) -> impl Fn(f32) -> f32 + use<> {
         let (knots, line) = self.parts();
         move |value| match &knots {
@@ -130,7 +130,7 @@ impl Marginal {
     }
 }
 
-/// Knots a standard deviation.
+/// Knots per standard deviation.
 const PER_KNOT: f64 = (KNOTS - 1) as f64 / (2.0 * SPAN);
 
 /// The score of a knot.
@@ -143,7 +143,7 @@ fn inverse(knots: &[f32; KNOTS], value: f32) -> f32 {
     let first = knots.partition_point(|&k| k < value);
     let beyond = knots.partition_point(|&k| k <= value);
     if beyond > first {
-        // Knots of just this value: the middle of the level stretch.
+        // Several knots have this value: the middle of the level stretch.
         return ((knot(first) + knot(beyond - 1)) / 2.0) as f32;
     }
     if first == 0 || first == KNOTS {

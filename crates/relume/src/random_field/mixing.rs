@@ -1,9 +1,9 @@
-//! Planes as combinations of uncorrelated components, one after another (Gram and Schmidt).
+//! Planes as linear combinations of uncorrelated components, by Gram-Schmidt.
 //!
-//! Colour channels nearly repeat each other. The field is modelled in components c with z = L c, z the
-//! planes' scores: the first component is the first plane, each further one what the planes before
-//! do not say, all of variance one. Nothing is turned, so components of similar textures, such as one
-//! material under several lights, correspond to each other. A plane that the ones before determine
+//! Colour channels are nearly redundant. The field is modelled in components c with z = L c, where z are the
+//! scores of the planes: the first component is the first plane, each further one is the part of a plane not
+//! determined by those before it, scaled to variance one. There is no rotation, so components of similar
+//! textures, such as one material under several lights, correspond. A plane determined by the earlier ones
 //! has no component of its own.
 
 use crate::numeric::Matrix;
@@ -12,15 +12,15 @@ use crate::planes::Planes;
 /// z = L c.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mixing {
-    /// For each plane, whether it brings a component of its own.
+    /// For each plane, whether it has its own component.
     pub own: Vec<bool>,
-    /// The rows of L up to and with the plane's own component, one after another.
+    /// The rows of L up to and including the component of the plane itself, one after another.
     pub weights: Vec<f32>,
 }
 
 impl Mixing {
-    /// The components of planes of mean zero. A plane whose part not determined by the ones before has
-    /// less than `least` of its variance gets no component.
+    /// The components of planes of mean zero. A plane with less than `least` of its variance undetermined by
+    /// the earlier ones gets no component.
     pub fn of(scores: &Planes, least: f64) -> Self {
         let (d, n) = (scores.count(), scores.size().texels() as f64);
         let product = |a: usize, b: usize| {
@@ -55,7 +55,7 @@ impl Mixing {
         self.own.iter().filter(|own| **own).count()
     }
 
-    /// For each plane its weights, and whether it has a component of its own.
+    /// For each plane its weights, and whether it has its own component.
     fn rows(&self) -> impl Iterator<Item = (&[f32], bool)> {
         let (mut start, mut components) = (0, 0);
         self.own.iter().map(move |&own| {
@@ -65,7 +65,7 @@ impl Mixing {
         })
     }
 
-    /// How much of each component all planes together hold: the root of the sum of its squared weights.
+    /// The magnitude of each component over all planes: the root of the sum of its squared weights.
     pub fn norms(&self) -> Vec<f64> {
         let mut squares = vec![0.0; self.components()];
         for (weights, _) in self.rows() {
@@ -74,7 +74,7 @@ impl Mixing {
         squares.into_iter().map(f64::sqrt).collect()
     }
 
-    /// The components of some planes.
+    /// The components of given planes.
     pub fn components_of(&self, scores: &Planes) -> Planes {
         let mut components = Planes::zeros(scores.size(), self.components());
         let texels = scores.size().texels();
@@ -91,7 +91,7 @@ impl Mixing {
         components
     }
 
-    /// The planes made of some components, one texel at a time.
+    /// The planes of given components, one texel at a time.
     pub fn planes_of(&self, components: &Planes) -> Planes {
         let mut planes = Planes::zeros(components.size(), self.own.len());
         for (plane, (weights, _)) in self.rows().enumerate() {
@@ -116,7 +116,7 @@ mod tests {
         let mut planes = Planes::zeros(size, 5);
         for t in 0..size.texels() {
             let [a, b, c] = [(); 3].map(|()| stream.unit() as f32 * 3.0 - 1.5);
-            // The third plane is made of the others, the fourth is nothing.
+            // The third plane is a combination of the others, the fourth is zero.
             let texel = [a, 0.9 * a + 0.1 * b, 2.0 * a - b, 0.0, c - b];
             (0..5).for_each(|k| planes.plane_mut(k)[t] = texel[k]);
         }

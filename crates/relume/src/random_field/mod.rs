@@ -6,38 +6,38 @@
 //! Model  --noise, recursion, realisation--> bands --pyramid, mixing, marginal--> planes of any size
 //! ```
 //!
-//! After Haindl, Filip, Arnold, "BTF Image Space Utmost Compression and Modelling Method" (2004): a
-//! texture is a Laplacian pyramid, each band of it a Gaussian field in which a texel is a weighted sum
-//! of neighbours before it in raster order, of all planes, and of noise. What is stored are the
-//! weights. Planes may be colours or the index planes of a field under moving light.
+//! After Haindl, Filip, Arnold, "BTF Image Space Utmost Compression and Modelling Method" (2004): a texture
+//! is a Laplacian pyramid, and each band is a Gaussian field in which a texel is a weighted sum of earlier
+//! neighbours in raster order, of all planes, plus noise. The model stores the weights. Planes may be colours
+//! or the index planes of a field under moving light.
 //!
-//! We go beyond it in four ways. A level is predicted from the expanded coarser level as well, because
-//! neighbouring bands of a pyramid are correlated and independent ones lose contrast. Every plane's
-//! distribution is kept by a monotone curve. Which neighbours a level has, in itself and in the coarser
-//! level, is chosen freely by the exact evidence. And a model that is unstable or remembers too long is
-//! never taken.
+//! We extend it in four ways. A level is predicted from the expanded coarser level as well, because
+//! neighbouring bands of a pyramid are correlated and independent ones lose contrast. The distribution of
+//! every plane is preserved by a monotone curve. The neighbours of a level, in itself and in the coarser
+//! level, are chosen freely by the exact evidence. And a model that is unstable or has too long a memory is
+//! never used.
 //!
-//! | module | what |
+//! | module | content |
 //! |---|---|
 //! | [`marginal`], [`histogram`] | distributions of values |
 //! | [`mixing`] | planes as combinations of uncorrelated components |
-//! | [`neighbourhood`] | which texels a texel is predicted from |
+//! | [`neighbourhood`] | the texels from which a texel is predicted |
 //! | [`statistics`] | inner products of shifted planes |
 //! | [`normal_wishart`] | posterior, evidence, likelihood |
 //! | [`selection`] | neighbours chosen by evidence |
 //! | [`stability`] | spectral radius, burn-in |
-//! | [`level`], [`model`] | what a model is |
-//! | [`structure`] | tiles of what repeats, compressed |
-//! | [`estimate`](mod@estimate), [`combine`](mod@combine), [`field_model`], [`per_light`] | making one |
+//! | [`level`], [`model`] | the data of a model |
+//! | [`structure`] | compressed tiles of the periodic part |
+//! | [`estimate`](mod@estimate), [`combine`](mod@combine), [`field_model`], [`per_light`] | estimation |
 //! | [`curves`] | the evidence as a picture |
-//! | [`noise`], [`recursion`], [`realisation`] | running one |
-//! | [`character`](mod@character) | whether a material is one for a random field |
+//! | [`noise`], [`recursion`], [`realisation`] | synthesis |
+//! | [`character`](mod@character) | whether a random field suits a material |
 //!
-//! A fifth way is for materials that repeat: [`combine`](fn@combine) takes tiles of them, made by any method
-//! that copies, as a structure of a few kilobytes, and models what it leaves out.
+//! A fifth extension is for materials that repeat: [`combine`](fn@combine) uses tiles of them, made by any
+//! method that copies, as a structure of a few kilobytes, and models the residual.
 //!
 //! Limits: a Gaussian field has a spectrum and a distribution but no shapes: stones, blades of grass and
-//! weaves become noise of the right colour and grain. Bands of a decimated pyramid are taken to be
+//! weaves become noise of the right colour and grain. Bands of a decimated pyramid are assumed to be
 //! stationary, which they are only from one coarse texel to the next.
 
 pub mod character;

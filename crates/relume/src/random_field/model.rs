@@ -1,4 +1,4 @@
-//! The whole model of some planes, and planes of any size from it.
+//! The whole model of a set of planes, and planes of any size from it.
 
 use rayon::prelude::*;
 
@@ -17,34 +17,34 @@ use crate::rect::Rect;
 /// A random field of d planes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Model {
-    /// The distribution of each plane's values.
+    /// The distribution of the values of each plane.
     pub marginals: Vec<Marginal>,
-    /// The planes' normal scores as combinations of m components.
+    /// The normal scores of the planes as combinations of m components.
     pub mixing: Mixing,
-    /// What brings each plane's scores to variance one.
+    /// The factors that bring the scores of each plane to variance one.
     pub gains: Vec<f32>,
-    /// The pyramid's kernel.
+    /// The kernel of the pyramid.
     pub kernel: Kernel,
-    /// The components' pyramid, the finest level first.
+    /// The pyramid of the components, the finest level first.
     pub levels: Vec<Level>,
-    /// What of the components is copied from tiles.
+    /// The part of the components copied from tiles.
     pub structure: Option<Structure>,
 }
 
-/// What to make of a model.
+/// The window, seed and period of a realisation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RealisationOptions {
-    /// The top left texel of the endless plane that is made.
+    /// The top left texel of the window on the endless plane.
     pub origin: [i64; 2],
     /// Columns and rows.
     pub size: Size,
     /// Another seed gives another plane.
     pub seed: u64,
-    /// After how many columns and rows the plane repeats, if it does.
+    /// The number of columns and rows after which the plane repeats, if it does.
     pub period: Option<Size>,
 }
 
-/// Places on the plane are at most this far from (0, 0).
+/// The largest distance of a position from (0, 0).
 const FARTHEST: i64 = 1 << 40;
 
 impl Model {
@@ -53,19 +53,19 @@ impl Model {
         self.marginals.len()
     }
 
-    /// Texels of which a tile's sides are multiples, along x and y: the finest level's for one of the
-    /// coarsest, and the structure's tiles.
+    /// The texels of which the sides of a tile must be multiples, along x and y: the finest texels in one
+    /// coarsest texel, and the tiles of the structure.
     pub fn tile_steps(&self) -> [usize; 2] {
         let step = self.kernel.factor().pow(self.levels.len().saturating_sub(1) as u32);
         let Some(structure) = &self.structure else { return [step; 2] };
         [structure.tile.width, structure.tile.height].map(|side| side / gcd(side, step) * step)
     }
 
-    /// A part of the model's plane.
+    /// A part of the plane of the model.
     ///
     /// # Errors
-    /// A period whose sides the pyramid does not divide, a place beyond 2^40 texels, or more memory
-    /// than the limits allow.
+    /// A period whose sides the pyramid does not divide, a position beyond 2^40 texels, or more memory than
+    /// the limits allow.
     pub fn synthesize(&self, options: &RealisationOptions, job: &Job) -> Result<Planes> {
         self.check(options, job)?;
         let period = options.period.map(|period| [period.width as i64, period.height as i64]);
@@ -85,7 +85,7 @@ impl Model {
         Ok(planes)
     }
 
-    /// Normal scores, their variance not yet exactly one.
+    /// Normal scores, with a variance not yet exactly one.
     pub(super) fn scores(
         &self,
         area: Rect,
@@ -119,7 +119,7 @@ impl Model {
         job.check_bytes("making the texture", self.bytes_per_texel() * width as u64 * height as u64)
     }
 
-    /// Bytes that making a texel takes: the field, the expanded level, the drive and coarser levels.
+    /// The working memory per texel, in bytes: the field, the expanded level, the drive and coarser levels.
     pub fn bytes_per_texel(&self) -> u64 {
         4 * (8 * self.mixing.components() + 2 * self.planes()) as u64
     }

@@ -1,8 +1,8 @@
-//! Contextual neighbourhoods: which texels a texel is predicted from.
+//! Contextual neighbourhoods: the texels from which a texel is predicted.
 
 use std::fmt;
 
-/// The place of a neighbour relative to the texel, in texels: x to the right, y down.
+/// The position of a neighbour relative to the texel, in texels: x to the right, y down.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Offset {
     /// Texels to the right.
@@ -34,8 +34,8 @@ impl fmt::Display for Offset {
     }
 }
 
-/// The first `count` causal neighbours by distance, ties by row from the texel's own upwards, then
-/// from left to right. Rings of equal distance may be cut.
+/// The first `count` causal neighbours by distance; ties by row from that of the texel upwards, then from
+/// left to right. Rings of equal distance may be cut.
 pub fn causal(count: usize) -> Vec<Offset> {
     grown(count, Offset::is_causal)
 }
@@ -61,7 +61,7 @@ fn grown(count: usize, wanted: impl Fn(Offset) -> bool) -> Vec<Offset> {
     offsets
 }
 
-/// How far neighbours lie from their texel.
+/// The extent of a neighbourhood around its texel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Reach {
     /// Texels to the left.
@@ -75,7 +75,7 @@ pub struct Reach {
 }
 
 impl Reach {
-    /// The reach of some neighbours.
+    /// The reach of given neighbours.
     pub fn of(offsets: &[Offset]) -> Self {
         let most = |f: fn(&Offset) -> i32| offsets.iter().map(f).max().unwrap_or(0).max(0) as usize;
         Self { left: most(|o| -o.dx), right: most(|o| o.dx), up: most(|o| -o.dy), down: most(|o| o.dy) }
@@ -94,7 +94,7 @@ mod tests {
         for count in 0..112 {
             assert_eq!(causal(count), longest[..count]);
         }
-        // No causal texel that is nearer was left out.
+        // No nearer causal texel was left out.
         for (count, last) in [(6, 4), (40, 25), (112, 72)] {
             let inside = (-20..=20)
                 .flat_map(|dy| (-20..=20).map(move |dx| Offset::new(dx, dy)))

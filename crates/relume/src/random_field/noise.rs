@@ -1,22 +1,22 @@
-//! Gaussian noise as a function of a place: the same numbers however a plane is cut or shared out.
+//! Gaussian noise as a function of position: the same numbers however a plane is cut or divided.
 //!
-//! A place and a key, that of a seed, a level and a group of components, are hashed to four numbers
-//! ([`crate::numeric::hash`]), and each pair of them made normal by Box and Muller's transform (1958). Logarithm, sine and cosine are polynomials in single
-//! precision with fused multiply-adds and square roots, all of which IEEE 754 rounds exactly: every
-//! processor gives the same bits.
+//! A position and a key, that of a seed, a level and a group of components, are hashed to four numbers
+//! ([`crate::numeric::hash`]), and each pair of them is made normal by the transform of Box and Muller
+//! (1958). Logarithm, sine and cosine are polynomials in single precision with fused multiply-adds and square
+//! roots, all of which IEEE 754 rounds exactly: every processor gives the same bits.
 
 use crate::numeric::hash::hash4;
 
-/// Places worked on at a time: enough that compilers turn the loops over them into vector instructions.
+/// Positions processed at a time: enough for compilers to vectorise the loops over them.
 pub const BATCH: usize = 256;
 
-/// One number for each place of a block.
+/// One number for each position of a block.
 pub type Batch<T> = [T; BATCH];
 
-/// Independent standard normal numbers a place gives at once.
+/// Independent standard normal numbers per position.
 pub const NUMBERS: usize = 4;
 
-/// Four standard normal numbers for each place under a key.
+/// Four standard normal numbers for each position under a key.
 #[inline(always)]
 pub fn normals(xs: &Batch<u32>, ys: &Batch<u32>, key: u64) -> [Batch<f32>; NUMBERS] {
     let [mut a, mut b, mut c, mut d] = [[0u32; BATCH]; 4];
@@ -63,7 +63,7 @@ fn ln(x: f32) -> f32 {
     exponent.mul_add(std::f32::consts::LN_2, series * s)
 }
 
-/// Sine and cosine of `turn` quarter circles, |turn| <= 1/2: Taylor's series, below 4e-8 off.
+/// Sine and cosine of `turn` quarter circles, |turn| <= 1/2: Taylor series, with an error below 4e-8.
 #[inline(always)]
 fn sin_cos_quarter(turn: f32) -> (f32, f32) {
     let x = turn * std::f32::consts::FRAC_PI_2;
@@ -97,7 +97,7 @@ mod tests {
         }
     }
 
-    /// A square of noise: four numbers a place.
+    /// A square of noise: four numbers per position.
     fn square(side: u32, seed: u64, group: u64) -> Vec<[f64; 4]> {
         let key = key(seed, Purpose::FieldNoise, [0, group]);
         let mut numbers = Vec::new();

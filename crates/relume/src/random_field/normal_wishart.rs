@@ -1,21 +1,21 @@
 //! Bayesian estimation of a causal autoregressive model, Y_r = gamma X_r + e_r with e ~ N(0, Sigma).
 //!
-//! Haindl, Filip, Arnold, "BTF Image Space Utmost Compression and Modelling Method" (2004), equations
-//! 3 to 7, with the normal-Wishart prior given by V_0 and beta_0. Two ways to one posterior: in closed
-//! form from the inner products ([`Posterior::closed_form`]), and texel after texel ([`Recursive`]),
-//! which also multiplies the Student-t predictives whose product the evidence is.
+//! Haindl, Filip, Arnold, "BTF Image Space Utmost Compression and Modelling Method" (2004), equations 3 to 7,
+//! with the normal-Wishart prior given by V_0 and beta_0. There are two ways to the posterior: in closed form
+//! from the inner products ([`Posterior::closed_form`]), and texel by texel ([`Recursive`]), which also
+//! multiplies the Student-t predictives whose product is the evidence.
 //!
-//! The document's statistic for choosing a model has slips; here it is the exact log evidence. With
-//! d planes, q regressors, beta_0 = q + 1 (it must exceed q - 2), b_0 = beta_0 - q + d + 1 = d + 2 and
-//! b_n = b_0 + n,
+//! The published statistic for choosing a model contains slips; this is the exact log evidence. With d
+//! planes, q regressors, beta_0 = q + 1 (it must exceed q - 2), b_0 = beta_0 - q + d + 1 = d + 2 and b_n =
+//! b_0 + n,
 //!
 //! ```text
 //! ln p(Y) = -(d/2) ln(|V_xx| / |V_xx0|) - (b_n/2) ln|lambda| + (b_0/2) ln|lambda_0| - (n d/2) ln pi
 //!           + sum_{i=1..d} [ ln Gamma((b_n + 1 - i)/2) - ln Gamma((b_0 + 1 - i)/2) ]
 //! ```
 //!
-//! The document's Sigma is lambda / beta_n, which with beta_0 = q + 1 shrinks as regressors are added.
-//! The posterior mean, lambda / (b_n - d - 1) = lambda / (n + 1), does not, and is used.
+//! The published Sigma is lambda / beta_n, which with beta_0 = q + 1 shrinks as regressors are added. The
+//! posterior mean, lambda / (b_n - d - 1) = lambda / (n + 1), does not, and is used here.
 
 use crate::error::Result;
 use crate::numeric::Matrix;
@@ -44,9 +44,8 @@ impl SufficientStatistics {
         Self { products, ..*self }
     }
 
-    /// The prior V_0 that is worth `texels` texels of independent values of these mean squares: its
-    /// diagonal, all else being zero. A regressor that is zero throughout keeps a trace, so that V_0
-    /// has an inverse.
+    /// The prior V_0 equivalent to `texels` texels of independent values of these mean squares: its diagonal;
+    /// all else is zero. A regressor that is zero throughout keeps a trace, so that V_0 is invertible.
     pub fn prior(&self, texels: f64) -> Vec<f64> {
         let mean = |i: usize| self.products[(i, i)] / self.texels as f64;
         let largest = (0..self.products.rows()).map(mean).fold(0.0, f64::max);
@@ -55,12 +54,12 @@ impl SufficientStatistics {
     }
 }
 
-/// What the data say of a model of given regressors.
+/// The posterior of a model with given regressors.
 #[derive(Debug, Clone)]
 pub struct Posterior {
     /// gamma', q rows and d columns: the weight of each regressor in each predicted plane.
     pub weights: Matrix,
-    /// lambda, d x d: the scatter of what is not predicted.
+    /// lambda, d x d: the scatter of the prediction errors.
     pub scatter: Matrix,
     /// Texels n.
     pub texels: usize,
@@ -104,7 +103,7 @@ impl Posterior {
         Matrix::from_fn(d, d, |i, j| scale * self.scatter[(i, j)])
     }
 
-    /// What one-step prediction leaves of other data: the sum over their texels of e e'.
+    /// The prediction errors on other data: the sum over their texels of e e'.
     ///
     /// # Panics
     /// When the data have other planes or regressors.
@@ -138,7 +137,7 @@ pub fn log_determinant(factor: &Matrix) -> f64 {
     (0..factor.rows()).map(|i| 2.0 * factor[(i, i)].ln()).sum()
 }
 
-/// What the log evidence is made of.
+/// The components of the log evidence.
 #[derive(Debug, Clone, Copy)]
 pub struct Evidence {
     /// Predicted planes d.
@@ -182,7 +181,7 @@ pub fn ln_gamma(x: f64) -> f64 {
     shift + (x - 0.5) * x.ln() - x + 0.5 * std::f64::consts::TAU.ln() + series
 }
 
-/// The posterior texel after texel: the slow truth of the closed form and of the evidence.
+/// The posterior, updated texel by texel: the slow truth of the closed form and of the evidence.
 #[derive(Debug, Clone)]
 pub struct Recursive {
     weights: Matrix,
@@ -194,7 +193,7 @@ pub struct Recursive {
 }
 
 impl Recursive {
-    /// Before any texel; `prior` is the diagonal of V_0, the `planes` predicted planes first.
+    /// The state before any texel; `prior` is the diagonal of V_0, the `planes` predicted planes first.
     pub fn new(planes: usize, prior: &[f64]) -> Self {
         let q = prior.len() - planes;
         let diagonal = |n: usize, f: &dyn Fn(usize) -> f64| {
@@ -209,8 +208,8 @@ impl Recursive {
         }
     }
 
-    /// Predicts a texel of value `y` from regressors `x`, and learns from it:
-    /// gamma' += V_xx^-1 x e' / (1 + x' V_xx^-1 x), lambda += e e' / (1 + x' V_xx^-1 x).
+    /// Predicts a texel of value `y` from regressors `x`, and updates: gamma' += V_xx^-1 x e' / (1 + x'
+    /// V_xx^-1 x), lambda += e e' / (1 + x' V_xx^-1 x).
     ///
     /// # Errors
     /// When lambda is no longer positive definite.
@@ -232,8 +231,8 @@ impl Recursive {
         Ok(())
     }
 
-    /// The log density of a prediction error: a multivariate Student t of b + 1 - d degrees of
-    /// freedom, whose scale matrix is `spread` lambda up to that number.
+    /// The log density of a prediction error: a multivariate Student t with b + 1 - d degrees of freedom and
+    /// the scale matrix `spread` lambda divided by that number.
     fn log_student_t(&self, error: &[f64], spread: f64) -> Result<f64> {
         let d = error.len() as f64;
         let b = d + 2.0 + self.texels as f64;
@@ -247,7 +246,7 @@ impl Recursive {
             - 0.5 * (b + 1.0) * (square / spread).ln_1p())
     }
 
-    /// What has been learnt.
+    /// The current posterior.
     pub fn posterior(self) -> Posterior {
         Posterior {
             weights: self.weights,

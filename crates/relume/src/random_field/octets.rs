@@ -1,24 +1,24 @@
-//! Vectors of eight numbers: of the processor where it has them, of eight single numbers elsewhere.
-//! Both round alike, so results are the same to the bit.
+//! Vectors of eight numbers: processor vectors where available, eight single numbers elsewhere. Both round
+//! alike, so results are identical to the bit.
 
 /// Numbers in a vector.
 pub const OCTET: usize = 8;
 
-/// What is done with vectors of eight numbers.
+/// The operations on vectors of eight numbers.
 pub trait Octets: Copy {
     /// The vector.
     type Vector: Copy;
     /// The same number eight times.
     fn splat(self, value: f32) -> Self::Vector;
-    /// Eight neighbouring numbers.
+    /// Loads eight consecutive numbers.
     fn load(self, values: &[f32]) -> Self::Vector;
-    /// Writes eight neighbouring numbers.
+    /// Writes eight consecutive numbers.
     fn store(self, vector: Self::Vector, values: &mut [f32]);
     /// a b + c, rounded once.
     fn mul_add(self, a: Self::Vector, b: Self::Vector, c: Self::Vector) -> Self::Vector;
 }
 
-/// Without particular instructions.
+/// Without special instructions.
 #[derive(Clone, Copy)]
 pub struct PortableOctets;
 

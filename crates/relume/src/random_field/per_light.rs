@@ -1,12 +1,12 @@
-//! Fields under moving light as a model for each of some light directions, all driven by the same noise.
+//! Fields under moving light as one model per light direction, all driven by the same noise.
 //!
-//! This is the way of Haindl, Filip, Arnold (2004): a multispectral texture for each illumination, each with a
-//! model of its own. Levels of the same number draw the same noise at the same place, and components are made in
-//! the same order ([`super::mixing`]), so what the models make shows one surface under several lights. They make
-//! pictures; the functions of light direction are fitted to these by least squares, texel by texel.
+//! This is the method of Haindl, Filip, Arnold (2004): a multispectral texture for each illumination, each
+//! with its own model. Levels of the same number draw the same noise at the same place, and components are
+//! made in the same order ([`super::mixing`]), so the outputs show one surface under several lights. They are
+//! pictures; the functions of light direction are fitted to them by least squares, texel by texel.
 //!
-//! The joint model of all index planes ([`super::field_model`]) is smaller, and its planes agree; a comparison is
-//! in `docs/models.md`. Limits: pictures are colours or grey, without a structure of tiles.
+//! The joint model of all index planes ([`super::field_model`]) is smaller, and its planes are consistent;
+//! `docs/models.md` has a comparison. Limits: pictures are colour or grey, without a structure of tiles.
 
 use rayon::prelude::*;
 
@@ -21,16 +21,17 @@ use crate::numeric::Matrix;
 use crate::numeric::matrix::Qr;
 use crate::planes::Planes;
 
-/// Light directions at most.
+/// The most light directions.
 pub const MOST_LIGHTS: usize = 255;
 
-/// Lights whose functions' values have a smaller ratio of pivots do not determine the functions.
+/// The least ratio of pivots of the values of the functions: below it, the lights do not determine the
+/// functions.
 const LEAST_PIVOT: f64 = 1e-3;
 
 /// The model of a texture under one light.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LightModel {
-    /// The light's x and y, a place in the unit disk.
+    /// The x and y of the light, a point in the unit disk.
     pub disk: [f32; 2],
     /// The random field of its colours.
     pub model: Model,
@@ -47,11 +48,11 @@ fn direction(disk: [f32; 2]) -> Direction {
     Direction::from_disk(f64::from(disk[0]), f64::from(disk[1]))
 }
 
-/// Fits a model to the `picture` of a field under each light: one plane for luminances, otherwise red, green and
-/// blue. Reports of the models' levels come in the order of the lights.
+/// Fits a model to the `picture` of a field under each light: one plane for luminances, otherwise red, green
+/// and blue. Reports on the levels of the models are in the order of the lights.
 ///
 /// # Errors
-/// Lights that do not determine the functions of the field's basis; as [`estimate`](fn@estimate).
+/// Lights that do not determine the functions of the basis; as [`estimate`](fn@estimate).
 pub fn model_lights(
     field: &ReflectanceField,
     lights: &[Direction],
@@ -79,20 +80,20 @@ pub fn model_lights(
     Ok((FieldModel::of(field, Fields::PerLight(models)), reports))
 }
 
-/// The functions' values, a row for each light.
+/// The values of the functions, one row per light.
 fn values(disks: &[[f32; 2]], basis: &Basis) -> Matrix {
     let rows: Vec<Vec<f64>> = disks.iter().map(|&disk| basis.weights(direction(disk))).collect();
     Matrix::from_fn(disks.len(), basis.len(), |i, k| rows[i][k])
 }
 
-/// Whether functions of a basis are known from their values under these lights.
+/// Whether the functions of a basis are determined by their values under these lights.
 pub(super) fn determine(disks: &[[f32; 2]], basis: &Basis) -> bool {
     (basis.len()..=MOST_LIGHTS).contains(&disks.len())
         && Qr::new(&values(disks, basis)).pivot_ratio() > LEAST_PIVOT
 }
 
-/// The functions' coefficients over a part of the plane, channel after channel: those nearest to the pictures that
-/// the models make.
+/// The coefficients of the functions over a part of the plane, channel after channel: those nearest to the
+/// pictures of the models.
 ///
 /// # Errors
 /// As [`Model::synthesize`].

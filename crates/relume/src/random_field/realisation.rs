@@ -1,10 +1,10 @@
-//! The endless plane of a model, any part of it.
+//! The endless plane of a model: any part of it.
 //!
-//! A level of the plane is cut into square cells at fixed places. Each cell is run from nothing, a
-//! margin before its edges, with the noise of its places: so a texel is a function of its place, the
-//! model and the seed, to the bit, whatever part of the plane is asked for, in whatever order and on
-//! however many threads. Where two cells meet, what their different starts left differs by less than
-//! [`super::stability::BURN_IN_ERROR`] of the deviation. A plane that repeats has noise that repeats.
+//! A level of the plane is divided into square cells at fixed places. The recursion of each cell starts from
+//! zero, a margin before its edges, with the noise of its places. So a texel is a function of its position,
+//! the model and the seed, exact to the bit, whatever part of the plane is requested, in any order and on any
+//! number of threads. Where two cells meet, the remaining effects of their different starts differ by less
+//! than [`super::stability::BURN_IN_ERROR`] of the deviation. A periodic plane has periodic noise.
 
 use rayon::prelude::*;
 
@@ -18,14 +18,14 @@ use crate::rect::Rect;
 /// Side of a cell, in texels of its level.
 pub const CELL: usize = 128;
 
-/// The rectangle and so many texels around it.
+/// The rectangle extended by a reach.
 fn grown(rect: Rect, reach: Reach) -> Rect {
     let width = rect.size.width + reach.left + reach.right;
     let height = rect.size.height + reach.up + reach.down;
     Rect::new(rect.x - reach.left as i64, rect.y - reach.up as i64, Size::new(width, height))
 }
 
-/// The cells that a rectangle touches.
+/// The cells touched by a rectangle.
 fn cells(rect: Rect) -> Rect {
     let cell = CELL as i64;
     let along = |start: i64, length: usize| {
@@ -36,7 +36,7 @@ fn cells(rect: Rect) -> Rect {
     Rect::new(x, y, Size::new(width, height))
 }
 
-/// The part of planes over `whole` that lies over `part`, which is inside.
+/// The part of planes over `whole` that lies over `part`, which is inside it.
 fn cut(planes: Planes, whole: Rect, part: Rect) -> Planes {
     if part == whole {
         return planes;
@@ -57,7 +57,8 @@ pub struct Realisation<'a> {
 
 impl<'a> Realisation<'a> {
     /// The plane of these levels, the finest first, under a seed. With a period it repeats after as many
-    /// texels of the finest level along x and y: multiples of the factor to the number of levels less one.
+    /// texels of the finest level along x and y, which must be multiples of the factor to the power of the
+    /// number of levels minus one.
     pub fn new(levels: &'a [Level], kernel: &'a Kernel, seed: u64, period: Option<[i64; 2]>) -> Self {
         let recursions =
             levels.iter().zip(0..).map(|(level, number)| Recursion::new(level, number)).collect();
@@ -69,7 +70,7 @@ impl<'a> Realisation<'a> {
         self.level(0, area)
     }
 
-    /// A level of the Gaussian pyramid over an area: the expanded coarser level and the band upon it.
+    /// A level of the Gaussian pyramid over an area: the expanded coarser level plus the band.
     fn level(&self, k: usize, area: Rect) -> Planes {
         let (level, cells) = (&self.levels[k], cells(area));
         if k + 1 == self.levels.len() {
@@ -85,7 +86,7 @@ impl<'a> Realisation<'a> {
         field
     }
 
-    /// The coarser level than `k`, expanded over an area of level `k`.
+    /// The level coarser than `k`, expanded over an area of level `k`.
     fn expanded(&self, k: usize, area: Rect) -> Planes {
         let (x, width) = pyramid::window_for(self.kernel, area.x, area.size.width);
         let (y, height) = pyramid::window_for(self.kernel, area.y, area.size.height);
@@ -127,13 +128,13 @@ fn cells_width(columns: usize) -> usize {
     columns * CELL
 }
 
-/// A cell's place on the plane, and its first texel's in the planes that it is written to.
+/// The position of a cell on the plane, and that of its first texel in the output planes.
 struct Cell {
     origin: [i64; 2],
     at: usize,
 }
 
-/// What all cells of a level share.
+/// The common data of all cells of a level.
 struct CellRun<'a> {
     recursion: &'a Recursion,
     margin: usize,
@@ -143,10 +144,10 @@ struct CellRun<'a> {
 }
 
 impl CellRun<'_> {
-    /// Runs up to sixteen cells and writes them into planes of `width` columns.
+    /// Computes up to sixteen cells and writes them into planes of `width` columns.
     fn fill(&self, cells: &[Cell], planes: &mut [&mut [f32]], width: usize) {
         let margin = self.margin;
-        // Lanes without a cell of their own repeat the last one.
+        // Lanes without a cell repeat the last one.
         let origins =
             std::array::from_fn(|l| cells[l.min(cells.len() - 1)].origin.map(|v| v - margin as i64));
         let run = RecursionRun {
@@ -169,14 +170,14 @@ impl CellRun<'_> {
     }
 }
 
-/// What is run around a cell.
+/// The margin computed around a cell.
 fn margin(level: &Level) -> Reach {
     let texels = level.burn_in;
     Reach { left: texels, right: texels, up: texels, down: 0 }
 }
 
-/// What the expanded coarser level contributes to each texel of `size`; the expanded planes reach
-/// farther by the coarse neighbours' reach.
+/// The contribution of the expanded coarser level to each texel of `size`; the expanded planes extend farther
+/// by the reach of the coarse neighbours.
 fn drive(level: &Level, expanded: &Planes, size: Size) -> Planes {
     let (m, reach) = (level.planes(), Reach::of(&level.coarse));
     let weights = level.weights.values(true);

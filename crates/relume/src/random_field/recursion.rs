@@ -1,10 +1,10 @@
-//! Running the difference equation Y_r = gamma X_r + drive_r + e_r over rectangles of the plane.
+//! Evaluation of the difference equation Y_r = gamma X_r + drive_r + e_r over rectangles of the plane.
 //!
-//! A recursion has to follow its own order, so it is vectorised across places: sixteen rectangles of
-//! one size, anywhere on the plane, run side by side, one in each lane of the vectors. Their values
-//! lie lane beside lane, so that each weight meets sixteen values at once and nothing is shuffled; only
-//! as many rows are kept as the neighbourhood reaches up. Before a rectangle there is nothing: what
-//! a start from zero leaves must have died out in a margin, [`super::level::Level::burn_in`].
+//! A recursion is sequential, so it is vectorised across places: sixteen rectangles of one size, anywhere on
+//! the plane, are computed side by side, one per vector lane. Their values are interleaved by lane, so that
+//! each weight is applied to sixteen values at once without shuffles. Only as many rows are kept as the
+//! neighbourhood reaches up. The state before a rectangle is zero: its effect must have decayed within a
+//! margin, [`super::level::Level::burn_in`].
 
 use super::level::Level;
 use super::neighbourhood::{Offset, Reach};
@@ -13,35 +13,36 @@ use super::octets::{OCTET, Octets, PortableOctets};
 use crate::numeric::random::{Purpose, key};
 use crate::planes::{Planes, Size};
 
-/// Rectangles that run side by side.
+/// The number of rectangles computed side by side.
 pub const LANES: usize = 2 * OCTET;
 
 /// Predicted planes whose sums are kept in registers together.
 const GROUP: usize = 3;
 
-/// A level made ready to run.
+/// A level prepared for evaluation.
 #[derive(Debug, Clone)]
 pub struct Recursion {
     planes: usize,
     neighbours: Vec<Offset>,
     reach: Reach,
-    /// For each group of predicted planes: for each neighbour and plane of it, the group's weights.
+    /// For each group of predicted planes: for each neighbour and each of its planes, the weights of the
+    /// group.
     weights: Vec<Vec<f32>>,
-    /// Lower triangle, row after row.
+    /// Lower triangle, row by row.
     noise: Vec<f32>,
     number: u32,
 }
 
-/// What rectangles have in common besides the level.
+/// The common options of the rectangles, besides the level.
 #[derive(Debug, Clone, Copy)]
 pub struct RecursionRun<'a> {
     /// Columns and rows of the rectangles.
     pub size: Size,
-    /// Added to the noise where there is a coarser level.
+    /// Added to the noise if there is a coarser level.
     pub drive: Option<Drive<'a>>,
     /// Another seed, another noise.
     pub seed: u64,
-    /// After how many texels the noise repeats, along x and y.
+    /// The period of the noise in texels, along x and y.
     pub period: Option<[i64; 2]>,
 }
 
@@ -50,12 +51,12 @@ pub struct RecursionRun<'a> {
 pub struct Drive<'a> {
     /// As many planes as the level has.
     pub planes: &'a Planes,
-    /// The top left texel's place on the plane.
+    /// The position of the top left texel on the plane.
     pub origin: [i64; 2],
 }
 
 impl Recursion {
-    /// Prepares a level; its number chooses the stream of noise.
+    /// Prepares a level; its number selects the stream of noise.
     pub fn new(level: &Level, number: u32) -> Self {
         let (m, values) = (level.planes(), level.weights.values(false));
         let group = |first: usize| {
@@ -72,8 +73,8 @@ impl Recursion {
         }
     }
 
-    /// Runs over sixteen rectangles whose top left texels are `origins`, and hands over each row: its
-    /// number, and for each texel and plane the lanes' values together.
+    /// Computes sixteen rectangles whose top left texels are `origins`, and passes on each row: its number,
+    /// and for each texel and plane the values of all lanes.
     pub fn run(
         &self,
         origins: &[[i64; 2]; LANES],
@@ -106,7 +107,7 @@ impl Recursion {
         let keys = self.keys(run.seed);
         for y in 0..run.size.height {
             self.input(origins, run, &keys, y, &mut input);
-            // Where the neighbours of the row's first texel begin.
+            // The offsets of the neighbours of the first texel of the row.
             let start = |o: &Offset| {
                 let row = (y + kept).wrapping_add_signed(o.dy as isize) % kept;
                 row * length + self.reach.left.wrapping_add_signed(o.dx as isize) * texel
@@ -139,7 +140,7 @@ impl Recursion {
         groups.map(|group| key(seed, Purpose::FieldNoise, [u64::from(self.number), group])).collect()
     }
 
-    /// Noise and drive of a row: plane after plane, each texel's lanes together.
+    /// Noise and drive of a row: plane after plane, the lanes of each texel together.
     #[inline(always)]
     fn input(
         &self,
@@ -171,7 +172,8 @@ impl Recursion {
         }
     }
 
-    /// Adds column `k` of the noise factor times independent numbers to the planes' inputs from `start`.
+    /// Adds column `k` of the noise factor times independent numbers to the inputs of the planes from `start`
+    /// on.
     #[inline(always)]
     fn colour(&self, k: usize, numbers: &[f32], start: usize, row: usize, input: &mut [f32]) {
         for j in k..self.planes {
@@ -183,7 +185,7 @@ impl Recursion {
         }
     }
 
-    /// One rectangle, texel after texel: the slow truth. Planes of the rectangle's size.
+    /// One rectangle, texel by texel: the slow truth. Planes of the size of the rectangle.
     pub fn run_slow(&self, origin: [i64; 2], run: &RecursionRun<'_>) -> Planes {
         let m = self.planes;
         let mut out = Planes::zeros(run.size, m);
@@ -211,22 +213,22 @@ impl Recursion {
     }
 }
 
-/// Where a group of planes of one texel is predicted from and to.
+/// The positions of the inputs and outputs of a group of planes of one texel.
 #[derive(Clone, Copy)]
 struct Slot {
-    /// From the first texel's neighbours to this one's.
+    /// The shift from the neighbours of the first texel to those of this one.
     shift: usize,
-    /// Numbers a texel.
+    /// Numbers per texel.
     texel: usize,
-    /// Where the first plane's input is, and how far apart planes' are.
+    /// The position of the input of the first plane, and the distance between planes.
     input: usize,
     stride: usize,
-    /// Where the values go.
+    /// The position of the output.
     out: usize,
 }
 
-/// The values of J planes of one texel: input plus weighted neighbours, which begin at `starts` plus
-/// the place's shift. Each weight meets all lanes, whose sums stay in registers.
+/// The values of J planes of one texel: input plus weighted neighbours, which begin at `starts` plus the
+/// shift of the texel. Each weight is applied to all lanes, whose sums stay in registers.
 #[inline(always)]
 fn predict<const J: usize, S: Octets>(
     simd: S,
@@ -258,7 +260,7 @@ fn predict<const J: usize, S: Octets>(
     }
 }
 
-/// Adds each lane's row of the drive.
+/// Adds the row of the drive of each lane.
 fn add_drive(drive: &Drive<'_>, origins: &[[i64; 2]; LANES], y: usize, input: &mut [f32]) {
     let (size, m) = (drive.planes.size(), drive.planes.count());
     let width = input.len() / (m * LANES);
@@ -280,7 +282,7 @@ pub(super) mod tests {
     use crate::numeric::random::Stream;
     use proptest::prelude::*;
 
-    /// A stable level: weights whose sizes add to less than one.
+    /// A stable level: weights whose magnitudes sum to less than one.
     pub fn random_level(m: usize, neighbours: usize, seed: u64) -> Level {
         let mut stream = Stream::new(seed, Purpose::Sample, [1]);
         let most = 0.9 / (neighbours * m).max(1) as f64;
@@ -297,8 +299,8 @@ pub(super) mod tests {
         }
     }
 
-    /// A named fault: the upper half of a seed was mixed into the number of the level, so that this seed's
-    /// finest level had the noise of the second level of seed 0.
+    /// A former fault: the upper half of a seed was mixed into the number of the level, so that the finest
+    /// level of this seed had the noise of the second level of seed 0.
     #[test]
     fn no_level_has_the_noise_of_another_level_and_seed() {
         let level = random_level(5, 3, 1);

@@ -1,10 +1,10 @@
-//! Which neighbours a model has, chosen by its evidence.
+//! Selection of the neighbours of a model by its evidence.
 //!
-//! All candidates' inner products are in one matrix V, a block of d rows for the texel itself and one
-//! for each candidate neighbour. Sweeping a block (Goodnight, "A Tutorial on the SWEEP Operator", The
-//! American Statistician 33, 1979) makes its neighbour a regressor, sweeping it again takes it back,
-//! and at any time the texel's own block is lambda, the swept blocks beside it gamma, and what a
-//! further neighbour would change is a matter of d x d matrices:
+//! The inner products of all candidates form one matrix V, with a block of d rows for the texel itself and
+//! one for each candidate neighbour. Sweeping a block (Goodnight, "A Tutorial on the SWEEP Operator", The
+//! American Statistician 33, 1979) makes its neighbour a regressor; sweeping it again removes it. At any time
+//! the block of the texel itself is lambda, the swept blocks beside it are gamma, and the effect of a further
+//! neighbour is a matter of d x d matrices:
 //!
 //! ```text
 //! lambda' = A_yy - A_yc A_cc^-1 A_cy,    ln|V_xx'| = ln|V_xx| + ln|A_cc|   (or + ln|-A_cc| taking back)
@@ -17,35 +17,35 @@ use crate::error::{Error, Result};
 use crate::names::named;
 use crate::numeric::Matrix;
 
-/// The neighbourhoods that are compared.
+/// The order in which neighbourhoods are compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum SelectionOrder {
-    /// The first candidates in their order, for every number of them.
+    /// The first candidates in their order, for each number of them.
     Nested,
-    /// From none, always adding the candidate that the evidence gains most by, while it gains.
+    /// From none, adding the candidate that increases the evidence most, as long as it increases.
     Forward,
-    /// From all, always taking away the one that the evidence gains most by, while it gains.
+    /// From all, removing the candidate whose removal increases the evidence most, as long as it increases.
     Backward,
 }
 
 named!(SelectionOrder { Nested => "nested", Forward => "forward", Backward => "backward" });
 
-/// A set of candidates and how probable it is.
+/// A set of candidates and its probability.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Selected {
     /// Candidates by number, in the order in which they were added.
     pub candidates: Vec<usize>,
     /// ln p(Y | candidates), in nats.
     pub log_evidence: f64,
-    /// The same plus the log probability of such a set before any data. Nested sets are equally
-    /// probable; of freely chosen ones all sizes are, and of a size all sets (Scott and Berger, "Bayes
-    /// and Empirical-Bayes Multiplicity Adjustment", Annals of Statistics 38, 2010), which keeps a
-    /// search among many from finding what is not there.
+    /// The same plus the log prior probability of the set. Nested sets are equally probable; for freely
+    /// chosen sets all sizes are, and within a size all sets (Scott and Berger, "Bayes and Empirical-Bayes
+    /// Multiplicity Adjustment", Annals of Statistics 38, 2010), which prevents a search among many
+    /// candidates from finding spurious ones.
     pub log_posterior: f64,
 }
 
-/// The sets met on the way, from the most to the least probable. The empty set is always among them.
+/// The sets examined, from the most to the least probable. The empty set is always among them.
 ///
 /// # Errors
 /// When the inner products are not those of finite, linearly independent regressors.
@@ -77,8 +77,8 @@ pub fn search(
     Ok(path)
 }
 
-/// Toggles the best candidate as long as the last set on the path becomes more probable by it, or is
-/// larger than allowed.
+/// Toggles the best candidate as long as the last set on the path becomes more probable or is larger than
+/// allowed.
 fn greedy(
     sweep: &mut CandidateSweep,
     path: &mut Vec<Selected>,
@@ -106,7 +106,7 @@ fn greedy(
     }
 }
 
-/// ln of the probability of one set of `size` out of `candidates`, up to what all sets share.
+/// ln of the prior probability of one set of `size` out of `candidates`, up to a constant.
 fn log_prior(how: SelectionOrder, candidates: usize, size: usize) -> f64 {
     match how {
         SelectionOrder::Nested => 0.0,
@@ -142,9 +142,9 @@ struct CandidateSweep {
     n: usize,
     d: usize,
     texels: usize,
-    /// Row after row.
+    /// Row by row.
     a: Vec<f64>,
-    /// Swept candidates in order.
+    /// The swept candidates in order.
     inside: Vec<usize>,
     /// ln(|V_xx| / |V_xx0|) of the swept ones.
     log_determinant_ratio: f64,
@@ -180,7 +180,7 @@ impl CandidateSweep {
         Matrix::from_fn(self.d, self.d, |i, j| self.a[(r * self.d + i) * self.n + c * self.d + j])
     }
 
-    /// The factor of a candidate's pivot block, and whether it is inside already.
+    /// The factor of the pivot block of a candidate, and whether it is already inside.
     fn pivot(&self, candidate: usize) -> Result<(Matrix, bool)> {
         let inside = self.inside.contains(&candidate);
         let (block, sign) = (self.block(candidate + 1, candidate + 1), if inside { -1.0 } else { 1.0 });
@@ -188,7 +188,7 @@ impl CandidateSweep {
         factor.map(|factor| (factor, inside)).map_err(|_| singular())
     }
 
-    /// The change of ln(|V_xx| / |V_xx0|) by toggling a candidate of that pivot.
+    /// The change of ln(|V_xx| / |V_xx0|) when a candidate with that pivot is toggled.
     fn log_ratio_change(&self, candidate: usize, factor: &Matrix, inside: bool) -> f64 {
         let prior = self.log_prior[candidate];
         log_determinant(factor) + if inside { prior } else { -prior }
@@ -201,7 +201,7 @@ impl CandidateSweep {
         Ok(Evidence { planes, texels, log_determinant_ratio, log_scatter, log_prior_scatter }.log())
     }
 
-    /// The log evidence with one candidate more, or less where it is inside.
+    /// The log evidence with one candidate more, or less if it is inside.
     fn evidence_after(&self, candidate: usize) -> Result<f64> {
         let (factor, inside) = self.pivot(candidate)?;
         let half = factor.lower_inverse().times(&self.block(candidate + 1, 0));
@@ -220,7 +220,7 @@ impl CandidateSweep {
         Ok(Selected { candidates: self.inside.clone(), log_evidence, log_posterior })
     }
 
-    /// Makes a candidate a regressor, or takes it back.
+    /// Makes a candidate a regressor, or removes it.
     fn toggle(&mut self, candidate: usize) -> Result<()> {
         let (factor, inside) = self.pivot(candidate)?;
         self.log_determinant_ratio += self.log_ratio_change(candidate, &factor, inside);
@@ -248,7 +248,7 @@ impl CandidateSweep {
             for (j, pivot_row) in pivot_rows.chunks_exact(n).enumerate() {
                 row.iter_mut().zip(pivot_row).for_each(|(v, p)| *v -= b[j] * p);
             }
-            // Making a regressor keeps the sign of A_oc P^-1, taking it back turns it.
+            // Adding a regressor keeps the sign of A_oc P^-1, removing it reverses it.
             (0..d).for_each(|j| row[first + j] = sign * b[j]);
         };
         let rows = self.a.par_chunks_exact_mut(n).with_min_len(64).enumerate();

@@ -1,10 +1,12 @@
-//! Whether a fitted field dies away or grows without end, and how soon it forgets.
+//! Whether a fitted field decays or grows without bound, and how long its memory is.
 //!
-//! Along x a plane is a sum of waves e^(i w x), and for each of them the row recursion is a matrix
-//! recursion over rows: (I - A_0(w)) y_t = sum_k A_k(w) y_(t-k), where A_k collects the weights of the
-//! neighbours k rows up. By Huang's theorem ("Stability of Two-Dimensional Recursive Filters", IEEE
-//! Trans. Audio and Electroacoustics 20, 1972) the field is stable when for every w the spectral radius
-//! of that recursion is below one, and that of the row's own recursion over left neighbours as well.
+//! Along x a plane is a sum of waves e^(i w x), and for each of them the row recursion is a matrix recursion
+//! over rows: (I - A_0(w)) y_t = sum_k A_k(w) y_(t-k), where A_k collects the weights of the neighbours k
+//! rows up. By Huang's theorem ("Stability of Two-Dimensional Recursive Filters", IEEE Trans. Audio and
+//! Electroacoustics 20, 1972) the field is stable when for every w the spectral radius of that recursion is
+//! below one, as well as that of the recursion within the row over left neighbours. ||M^p||^(1/p) is never
+//! below the spectral radius of M and converges to it, so a value below one proves stability at that
+//! frequency; frequencies are tried on a grid.
 //! ||M^p||^(1/p) is never below the spectral radius of M and tends to it, so a value below one proves
 //! stability at that frequency; frequencies are tried on a grid.
 
@@ -19,17 +21,17 @@ use crate::planes::Size;
 /// Frequencies tried between 0 and pi; narrower resonances show in [`burn_in`].
 const FREQUENCIES: usize = 48;
 
-/// Matrices are squared this often: the bound is that of their 1024th power.
+/// The number of squarings of a matrix: the bound is that of its 1024th power.
 const SQUARINGS: usize = 10;
 
-/// Margins tried, in texels. A field that remembers longer counts as unstable.
+/// Margins tried, in texels. A field with a longer memory counts as unstable.
 pub const BURN_INS: [usize; 5] = [8, 16, 32, 64, 128];
 
-/// What a start from nothing may leave after the margin: this part of the field's deviation, a
-/// seventh of an 8-bit code of a texture of deviation 0.15.
+/// The largest effect of the zero initial state after the margin, as a fraction of the deviation of the
+/// field: a seventh of an 8-bit code for a texture of deviation 0.15.
 pub const BURN_IN_ERROR: f64 = 1.0 / 256.0;
 
-/// Upper bounds of the spectral radii of a level's recursions.
+/// Upper bounds of the spectral radii of the recursions of a level.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stability {
     /// Within a row, over left neighbours.
@@ -92,7 +94,7 @@ fn radius_bound(matrices: &[Square]) -> f64 {
     companion.radius_bound()
 }
 
-/// A square matrix of complex numbers, row after row.
+/// A square matrix of complex numbers, row by row.
 #[derive(Debug, Clone)]
 struct Square {
     n: usize,
@@ -121,7 +123,7 @@ impl Square {
         self
     }
 
-    /// By Gauss and Jordan's elimination with row pivots; `None` where it is singular.
+    /// By Gauss-Jordan elimination with row pivots; `None` where it is singular.
     fn inverse(mut self) -> Option<Self> {
         let n = self.n;
         let mut inverse = Self::zeros(n).one_minus();
@@ -157,7 +159,7 @@ impl Square {
             if norm == 0.0 || !norm.is_finite() {
                 return if norm == 0.0 { 0.0 } else { f64::INFINITY };
             }
-            // M^(2^k) = e^(2^k log_norm) times the matrix kept, whose norm is one.
+            // M^(2^k) = e^(2^k log_norm) times the stored matrix, whose norm is one.
             log_norm += norm.ln() / f64::from(1u32 << k);
             self.data.iter_mut().for_each(|v| *v /= norm);
             if k < SQUARINGS {
@@ -168,16 +170,16 @@ impl Square {
     }
 }
 
-/// The first of [`BURN_INS`] after which a start from nothing differs from one twice as far away by
-/// less than [`BURN_IN_ERROR`] of the deviation, in root mean square over the first texels after the
-/// margins; `None` where even the last does not suffice.
+/// The first of [`BURN_INS`] after which a zero start differs from one twice as far away by less than
+/// [`BURN_IN_ERROR`] of the deviation, in root mean square over the first texels after the margins; `None` if
+/// even the last does not suffice.
 pub fn burn_in(level: &Level) -> Option<usize> {
     let recursion = Recursion::new(level, 0);
     BURN_INS.into_iter().find(|&margin| {
         let (near, far) = (corner(&recursion, margin), corner(&recursion, 2 * margin));
         let difference: f64 = near.iter().zip(&far).map(|(a, b)| (a - b).powi(2)).sum();
         let square: f64 = far.iter().map(|v| v * v).sum();
-        // A field of zeros, or one that overflows, gives no number here.
+        // A field of zeros, or one that overflows, gives NaN here.
         difference <= BURN_IN_ERROR * BURN_IN_ERROR * square
     })
 }
@@ -186,7 +188,7 @@ pub fn burn_in(level: &Level) -> Option<usize> {
 fn corner(recursion: &Recursion, margin: usize) -> Vec<f64> {
     const SIDE: usize = 8;
     let start = margin as i64;
-    // Squares far from each other, so that their noise is independent; the same for every margin.
+    // Squares far from one another, so that their noise is independent; the same for every margin.
     let origins: [[i64; 2]; LANES] = std::array::from_fn(|l| [1000 * l as i64 - start, -start]);
     let size = Size::new(SIDE + margin + margin, SIDE + margin);
     let run = RecursionRun { size, drive: None, seed: 0, period: None };
@@ -218,7 +220,7 @@ mod tests {
 
     #[test]
     fn radii_of_simple_recursions_are_known() {
-        // Over the left neighbour alone, over the upper alone, and a product of both: a 1-a pole each.
+        // Over the left neighbour alone, over the upper alone, and a product of both, each with one pole.
         let cases = [
             (vec![(-1, 0, 0.9)], 0.9, 0.0),
             (vec![(0, -1, -0.95)], 0.0, 0.95),
@@ -236,7 +238,7 @@ mod tests {
 
     #[test]
     fn unstable_fields_are_told_from_stable_ones() {
-        // Each weight alone is harmless; what they do together is not.
+        // Each weight alone is harmless; together they are not.
         assert!(!Stability::of(&level(&[(-1, 0, 0.7), (0, -1, 0.7)])).is_stable());
         assert!(!Stability::of(&level(&[(-1, 0, 1.01)])).is_stable());
         assert!(!Stability::of(&level(&[(-1, -1, 0.6), (1, -1, -0.6)])).is_stable());
@@ -248,7 +250,7 @@ mod tests {
 
     #[test]
     fn margins_grow_with_memory_and_end() {
-        // 0.5^8 is just about 1/256, 0.9^53 as well; 0.999 remembers thousands of texels.
+        // 0.5^8 is about 1/256, and so is 0.9^53; 0.999 has a memory of thousands of texels.
         let margins = [0.3, 0.9, 0.999].map(|pole| burn_in(&level(&[(-1, 0, pole)])));
         assert_eq!(margins, [Some(8), Some(64), None]);
         assert_eq!(burn_in(&level(&[(1, -1, 0.9)])), Some(64), "memory runs to the right as well");

@@ -1,11 +1,10 @@
-//! Inner products of shifted planes, all that estimation needs to know of a texture.
+//! Inner products of shifted planes, the sufficient statistics of the estimation.
 //!
-//! A regressor is a plane seen through an offset. The sum over a window of the product of two
-//! regressors depends on their offsets only through their difference and, at the window's borders,
-//! through where the window falls. So each product of two planes at one lag is summed row by row
-//! once, for all pairs of regressors that share it, and pairs differ by the ends of rows and by which
-//! rows count: exact sums for a fraction of the work of a Gram matrix, without the periodic
-//! continuation that a Fourier transform would bring in.
+//! A regressor is a plane seen through an offset. The sum over a window of the product of two regressors
+//! depends on their offsets only through their difference and, at the borders of the window, through its
+//! position. So each product of two planes at one lag is summed row by row once, for all pairs of regressors
+//! that share it. Pairs differ only in the ends of rows and in the rows included. The sums are exact, take a
+//! fraction of the work of a Gram matrix, and avoid the periodic continuation of a Fourier transform.
 
 use std::collections::BTreeMap;
 
@@ -20,13 +19,13 @@ use crate::rect::Rect;
 /// A plane seen through an offset: its value at texel r is that of the plane at r + offset.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Regressor {
-    /// Which plane.
+    /// The number of the plane.
     pub plane: usize,
-    /// Seen from where.
+    /// The offset.
     pub offset: Offset,
 }
 
-/// The texels of a plane from which all neighbours within `reach` are inside it.
+/// The texels of a plane whose neighbours within `reach` are all inside it.
 ///
 /// # Errors
 /// When there are none.
@@ -47,7 +46,7 @@ pub fn inside(size: Size, reach: Reach) -> Result<Rect<usize>> {
 /// The sums over the window of the products of all pairs of regressors.
 ///
 /// # Panics
-/// When a regressor leaves the planes from inside the window.
+/// When a regressor leaves the planes for a texel of the window.
 pub fn inner_products(planes: &Planes, regressors: &[Regressor], window: Rect<usize>) -> Matrix {
     let rows = SummedRows::new(planes, window);
     let groups: Vec<(Lag, Vec<RegressorPair>)> = grouped(regressors).into_iter().collect();
@@ -62,7 +61,7 @@ pub fn inner_products(planes: &Planes, regressors: &[Regressor], window: Rect<us
     gram
 }
 
-/// The same sums, one product after another: the slow truth.
+/// The same sums, product by product: the slow truth.
 pub fn inner_products_slow(planes: &Planes, regressors: &[Regressor], window: Rect<usize>) -> Matrix {
     let value = |r: Regressor, x: usize, y: usize| {
         let (x, y) = (x as i64 + i64::from(r.offset.dx), y as i64 + i64::from(r.offset.dy));
@@ -85,8 +84,8 @@ struct RegressorPair {
     shift: Offset,
 }
 
-/// All pairs of regressors by lag. A product is the same both ways round: the smaller plane comes
-/// first, and of one plane the lag that points down or right.
+/// All pairs of regressors by lag. A product is symmetric: the smaller plane comes first, and within one
+/// plane the lag that points down or right.
 fn grouped(regressors: &[Regressor]) -> BTreeMap<Lag, Vec<RegressorPair>> {
     let mut groups: BTreeMap<Lag, Vec<RegressorPair>> = BTreeMap::new();
     for a in 0..regressors.len() {
@@ -121,7 +120,7 @@ impl SummedRows {
         Self { size: planes.size(), planes: planes64, window }
     }
 
-    /// For each pair the sum of products at the pairs' common lag.
+    /// For each pair the sum of products at the common lag.
     fn sums(&self, (p, q, lag): Lag, pairs: &[RegressorPair]) -> Vec<f64> {
         let mut shifts: Vec<i32> = pairs.iter().map(|pair| pair.shift.dx).collect();
         shifts.sort_unstable();
@@ -131,7 +130,7 @@ impl SummedRows {
         });
         let first = self.window.y.checked_add_signed(top as isize).expect("offsets stay inside the planes");
         let rows = self.window.size.height + (bottom - top) as usize;
-        // cumulative[s][i]: the first i rows of the lag's products as seen through shift s.
+        // cumulative[s][i]: the first i rows of the products of the lag as seen through shift s.
         let mut cumulative = vec![vec![0.0f64; rows + 1]; shifts.len()];
         for i in 0..rows {
             let row = self.row_sums(p, q, lag, first + i, &shifts);
@@ -145,8 +144,8 @@ impl SummedRows {
         pairs.iter().map(sum).collect()
     }
 
-    /// Sums along row y of plane p times the row of plane q at the lag, over the window's columns
-    /// shifted by each of `shifts`, which ascend: what all share once, the ends for each.
+    /// Sums along row y of plane p times the row of plane q at the lag, over the columns of the window
+    /// shifted by each of `shifts`, in increasing order: the common part once, the ends for each.
     fn row_sums(&self, p: usize, q: usize, lag: Offset, y: usize, shifts: &[i32]) -> Vec<f64> {
         let line = |plane: usize, y: usize| &self.planes[plane][y * self.size.width..][..self.size.width];
         let other = y.checked_add_signed(lag.dy as isize).expect("offsets stay inside the planes");

@@ -1,14 +1,14 @@
 //! The structure of a regular texture: a set of tiles in a few kilobytes.
 //!
-//! Haindl and Filip's random fields lose what repeats, and copies of blocks keep it; the document leaves
-//! regular parts to sampling and the rest to the field. Here a set of tiles of the components (made by any
-//! method that copies, such as the Roller) is written as wavelet coefficients in whole steps. A coarse step
-//! keeps what is strong: outlines and whatever repeats, at any frequency, and nothing of the grain. Whatever
-//! is left, about as strong as the step at all frequencies, is modelled by the random field, and the made
-//! texture is the sum of both.
+//! The random fields of Haindl and Filip lose periodic structure, and copies of blocks keep it; the
+//! publication leaves regular parts to sampling and the rest to the field. Here a set of tiles of the
+//! components (made by any method that copies, such as the Roller) is stored as quantised wavelet
+//! coefficients. A coarse step keeps strong coefficients, outlines and periodic structure at any frequency,
+//! and none of the grain. The residual, about as strong as the step at all frequencies, is modelled by the
+//! random field, and the output is the sum of both.
 //!
-//! Of k tiles with one border the first is stored as it is and the others as differences from it, which are
-//! nothing at the border: so all are altered there in nearly the same way, and still lie beside each other.
+//! Of k tiles with one border the first is stored itself and the others as differences from it, which vanish
+//! at the border. So all are altered there in nearly the same way, and still fit together.
 
 use crate::error::Result;
 use crate::job::Job;
@@ -20,19 +20,19 @@ use crate::rect::Rect;
 /// The least side of the coarsest averages.
 const LEAST_SIDE: usize = 6;
 
-/// Scales of the wavelets at most.
+/// The most scales of the wavelets.
 pub const MOST_SCALES: usize = 12;
 
-/// A coefficient becomes the whole number of steps below it plus this: fewer than 0.6 steps become none.
+/// A coefficient becomes the integer part of its number of steps plus this: fewer than 0.6 steps become zero.
 const ROUNDING: f32 = 0.4;
 
-/// Codes are at most this in size.
+/// The largest magnitude of a code.
 pub const MOST_CODE: i32 = 1 << 20;
 
-/// The range of steps that are tried, in deviations of the components.
+/// The range of steps tried, in deviations of the components.
 const STEP_RANGE: [f64; 2] = [0.01, 100.0];
 
-/// How often that range is halved.
+/// The number of halvings of that range.
 const HALVINGS: usize = 14;
 
 /// Tiles as quantised wavelet coefficients.
@@ -40,21 +40,21 @@ const HALVINGS: usize = 14;
 pub struct Structure {
     /// The size of a tile.
     pub tile: Size,
-    /// How many there are.
+    /// The number of tiles.
     pub tiles: usize,
-    /// Scales of the wavelets.
+    /// The number of scales of the wavelets.
     pub scales: usize,
-    /// The step of each component's coefficients.
+    /// The quantisation step of the coefficients of each component.
     pub steps: Vec<f32>,
-    /// Coefficients in steps, tile after tile, component after component, row after row; those of further
-    /// tiles are differences from the first.
+    /// Coefficients in steps, tile after tile, component after component, row by row; those of further tiles
+    /// are differences from the first.
     pub codes: Vec<i32>,
 }
 
-/// Tiles of a texture, whose planes lie one below the other.
+/// Tiles of a texture, stacked one below the other.
 #[derive(Debug)]
 pub struct Tiles<'a, T> {
-    /// What the tiles hold.
+    /// The content of the tiles.
     pub texels: &'a T,
     /// The size of a tile.
     pub size: Size,
@@ -69,10 +69,10 @@ impl<T> Clone for Tiles<'_, T> {
 impl<T> Copy for Tiles<'_, T> {}
 
 impl Structure {
-    /// The tiles of some components with these steps.
+    /// The tiles of given components with these steps.
     ///
     /// # Panics
-    /// When the planes are no whole tiles, or there are not as many steps.
+    /// When the planes do not consist of whole tiles, or the number of steps differs.
     pub fn nearest(tiles: Tiles<'_, Planes>, steps: Vec<f32>) -> Self {
         let (tile, planes) = (tiles.size, tiles.texels);
         let count = planes.size().height / tile.height;
@@ -94,8 +94,8 @@ impl Structure {
         whole
     }
 
-    /// The tiles with the finest steps that `cost` finds to take at most `budget`. A component's step is as
-    /// much smaller as its part in the planes, `weights`, is larger: errors of all planes count the same.
+    /// The tiles with the finest steps whose `cost` is at most `budget`. The step of a component is inversely
+    /// proportional to its magnitude in the planes, `weights`: errors of all planes have equal weight.
     ///
     /// # Panics
     /// As [`Self::nearest`].
@@ -156,8 +156,8 @@ impl Structure {
         all
     }
 
-    /// The part of the endless plane of tiles over an area. With a period, whole numbers of tiles along x and
-    /// y, it repeats.
+    /// The part of the endless plane of tiles over an area. With a period of a whole number of tiles along x
+    /// and y, it repeats.
     ///
     /// # Errors
     /// More memory than the limits allow.
@@ -177,7 +177,7 @@ impl Structure {
     }
 }
 
-/// Fills a row from column `x` on with parts of a row that repeats after `period` columns.
+/// Fills a row from column `x` on with parts of a row of period `period`.
 fn repeating(row: &mut [f32], x: i64, period: i64, mut copy: impl FnMut(i64, &mut [f32])) {
     let (mut x, mut rest) = (x.rem_euclid(period), row);
     while !rest.is_empty() {
@@ -192,7 +192,7 @@ fn stacked(tile: Size, tiles: usize) -> Size {
     Size::new(tile.width, tile.height * tiles)
 }
 
-/// As many scales as leave averages of some size.
+/// As many scales as leave averages of the least size.
 fn scales(tile: Size) -> usize {
     let sizes = wavelet::sizes(tile, MOST_SCALES);
     sizes[1..].iter().take_while(|s| s.width.min(s.height) >= LEAST_SIDE).count()

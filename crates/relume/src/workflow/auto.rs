@@ -1,11 +1,11 @@
-//! Choosing a method by measuring: exemplars are analysed, textures are made in the ways that the
-//! analysis advises, and the one that is nearest to the exemplar is kept.
+//! Choosing a method by measuring: exemplars are analysed, textures are made in the ways suggested by the
+//! analysis, and the one nearest to the exemplar is kept.
 //!
-//! Near is the multi-scale patch distance between index planes, so that of functions, over all
-//! exemplars. Such a measure is best for a verbatim copy: textures in which one piece is larger than
-//! half of an exemplar are made again with another seed, and taken only where all are so. When the
-//! advised ways are through, they come again with other seeds, for the seed alone changes the distance
-//! by a tenth to a third. The cost is that of all textures and their measures.
+//! The distance is the multi-scale patch distance of index planes, that is of functions, over all exemplars.
+//! Such a measure favours verbatim copies: textures with one piece larger than half of an exemplar are made
+//! again with another seed, and used only if all are copies. When all suggestions have been tried, they are
+//! repeated with other seeds, because the seed alone changes the distance by a tenth to a third. The cost is
+//! that of all textures and their measures.
 
 use std::collections::VecDeque;
 use std::path::PathBuf;
@@ -27,11 +27,11 @@ use crate::synthesis::{Blend, BlockOptions, Exemplar, SourceMap, Tolerance, gath
 pub const LARGEST_PIECE: f64 = 0.5;
 /// The search of scanlines that continue what is beside them: no other candidates, which need no tree.
 const CONTINUED: NeighbourSearch = NeighbourSearch::Coherence { candidates: 1, codewords: 4096 };
-/// Seed of the measure: another than the one textures are customarily compared with, so that what is
-/// chosen by this is not flattered by that.
+/// The seed of the measure. It differs from the one with which textures are customarily compared, so that the
+/// choice does not bias that comparison.
 const MEASURE_SEED: u64 = 1;
 
-/// How many textures to choose from, and what all of them share.
+/// The number of textures to choose from, and their common options.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Auto {
     tries: usize,
@@ -39,7 +39,7 @@ pub struct Auto {
     asked: Asked,
 }
 
-/// What of the blocks is asked for, and so not to be chosen.
+/// The options of the blocks that are given and therefore not chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Asked {
     /// The side.
@@ -48,20 +48,20 @@ pub struct Asked {
     pub overlap: Option<usize>,
 }
 
-/// What textures are made of and measured against.
+/// The input of the textures and their measures.
 #[derive(Debug, Clone, Copy)]
 pub struct Exemplars<'a> {
-    /// The exemplars' fields.
+    /// The fields of the exemplars.
     pub fields: &'a [&'a ReflectanceField],
     /// Their index planes.
     pub planes: &'a [Exemplar<'a>],
-    /// The space of these.
+    /// The space of the index planes.
     pub space: &'a IndexSpace,
-    /// Their files, by which errors call them; as many as there are fields, or none.
+    /// Their files, named in errors; as many as there are fields, or none.
     pub files: &'a [PathBuf],
 }
 
-/// The texture that was kept, and how it was chosen.
+/// The texture kept, and how it was chosen.
 #[derive(Debug, Clone)]
 pub struct Chosen {
     /// The texture.
@@ -70,46 +70,46 @@ pub struct Chosen {
     pub choice: Choice,
 }
 
-/// What was measured, tried and kept.
+/// The measurements, the tries and the choice.
 #[derive(Debug, Clone)]
 pub struct Choice {
-    /// What was found of each exemplar.
+    /// The analysis of each exemplar.
     pub analyses: Vec<Analysis>,
-    /// What that advises.
+    /// The suggestions.
     pub advice: Advice,
-    /// What was made, in order.
+    /// The tries, in order.
     pub tries: Vec<Try>,
-    /// The number of the kept one.
+    /// The index of the try that was kept.
     pub kept: usize,
 }
 
-/// One texture that was made, or why it was not.
+/// One texture, or the reason why it was not made.
 #[derive(Debug, Clone)]
 pub struct Try {
-    /// How it is made.
+    /// Its plan.
     pub plan: Plan,
-    /// How near it is.
+    /// Its score.
     pub outcome: Result<Score>,
-    /// The time that making and measuring took.
+    /// The time of making and measuring.
     pub seconds: f64,
 }
 
-/// What was measured of a texture; nothing where it is the only one.
+/// The measures of a texture; empty for a single one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Score {
-    /// The patch distance to the exemplars, the mean.
+    /// The mean patch distance to the exemplars.
     pub patches: Option<f64>,
-    /// The largest piece copied, as a part of the smallest exemplar.
+    /// The largest piece copied, as a fraction of the smallest exemplar.
     pub largest_piece: Option<f64>,
 }
 
 impl Auto {
-    /// Textures made unless asked otherwise: all that is advised at most.
+    /// The default number of textures: at most all that is suggested.
     pub const TRIES: usize = 7;
-    /// The most textures that may be asked for.
+    /// The largest number of textures that may be requested.
     pub const MOST_TRIES: usize = 1000;
 
-    /// Checks the number of tries; what the blocks' size and overlap mean shows with the exemplar.
+    /// Checks the number of tries; the size and overlap of the blocks are checked later, with the exemplar.
     ///
     /// # Errors
     /// Numbers of tries other than 1 to [`Auto::MOST_TRIES`].
@@ -125,7 +125,7 @@ impl Auto {
     /// Makes all textures and keeps the best.
     ///
     /// # Errors
-    /// Exemplars that cannot be analysed; where no texture could be made, why the first could not.
+    /// Exemplars that cannot be analysed; if no texture could be made, the error of the first.
     pub fn run(&self, exemplars: &Exemplars<'_>, job: &Job) -> Result<Chosen> {
         let analyses = exemplars.analyses(job)?;
         let sizes = exemplars.planes.iter().map(|exemplar| exemplar.index.size());
@@ -139,8 +139,8 @@ impl Auto {
             let measured = made.and_then(|made| Ok((self.score(&made.map, exemplars, job)?, made)));
             let outcome = measured.as_ref().map(|(score, _)| *score).map_err(Error::clone);
             if outcome.as_ref().is_ok_and(Score::is_copy) && number < self.tries {
-                // The first block came from a corner, where the exemplar goes on longest, and does so at
-                // any size of blocks: another seed.
+                // The first block came from a corner, where the exemplar continues the longest, at any size
+                // of blocks: use another seed.
                 waiting.push_back(plan.with_seed(further_seed(plan.seed(), Purpose::CopiedAgain, [])));
             }
             tries.push(Try { plan, outcome, seconds: started.elapsed().as_secs_f64() });
@@ -151,15 +151,15 @@ impl Auto {
             }
         }
         let Some((_, kept, made)) = best else {
-            // Nothing was made: the first reason speaks for all.
+            // Nothing was made: report the first error.
             let reason = tries.into_iter().find_map(|one| one.outcome.err());
             return Err(reason.unwrap_or_else(|| Error::usage("there was nothing to try")));
         };
         Ok(Chosen { made, choice: Choice { analyses, advice, tries, kept } })
     }
 
-    /// What to try, in order. Blocks as they are asked for; else all that is advised, and where there
-    /// are tries left the same again with other seeds.
+    /// The plans, in order: blocks as requested, otherwise all suggestions, and for the remaining tries the
+    /// same again with other seeds.
     fn plans(&self, advice: &Advice) -> Vec<Plan> {
         let mut plans: Vec<Plan> = advice.ways.iter().filter_map(|way| self.plan(*way)).collect();
         if self.asked.block.is_some() {
@@ -173,7 +173,7 @@ impl Auto {
         (0..self.tries).map(|n| plans[n % count].with_seed(seed_of(n / count))).collect()
     }
 
-    /// The plan of an advised way; none where what is asked for rules it out.
+    /// The plan of a suggested method; `None` if the request excludes it.
     fn plan(&self, way: Way) -> Option<Plan> {
         let BlockOptions { size, boundary, ref guidance, seed, .. } = self.blocks;
         let is_joined_otherwise = self.blocks.blend != Blend::Cut || self.blocks.feather > 0;
@@ -202,7 +202,7 @@ impl Auto {
         }
     }
 
-    /// How near a texture is to the exemplars, and whether it is a copy of one.
+    /// The distance of a texture from the exemplars, and whether it is a copy of one.
     fn score(&self, map: &SourceMap, exemplars: &Exemplars<'_>, job: &Job) -> Result<Score> {
         if self.tries == 1 {
             return Ok(Score::UNMEASURED);
@@ -223,8 +223,8 @@ impl Auto {
     }
 }
 
-/// The seed of another try, printed so that it makes the texture again: 32 bits, which are short to type
-/// and exact in any JSON reader.
+/// The seed of another try, printed so that it makes the texture again: 32 bits, which are short to type and
+/// exact in any JSON reader.
 fn further_seed<const N: usize>(seed: u64, purpose: Purpose, place: [u64; N]) -> u64 {
     random::key(seed, purpose, place) >> 32
 }
@@ -244,13 +244,13 @@ impl Exemplars<'_> {
 impl Score {
     const UNMEASURED: Self = Self { patches: None, largest_piece: None };
 
-    /// Textures that are no verbatim copies first, then the nearest.
+    /// Textures that are not verbatim copies first, then the nearest.
     fn is_better_than(&self, other: &Self) -> bool {
         let key = |score: &Self| (score.is_copy(), score.patches.unwrap_or(0.0));
         key(self) < key(other)
     }
 
-    /// Whether most of an exemplar is copied as it stands.
+    /// Whether it is a verbatim copy of most of an exemplar.
     pub fn is_copy(&self) -> bool {
         self.largest_piece.is_some_and(|piece| piece > LARGEST_PIECE)
     }

@@ -1,4 +1,4 @@
-//! Captures of a virtual dome: photographs under all lamps as files, a batch at a time.
+//! Captures of a virtual dome: photographs under all lamps as files, one batch at a time.
 
 use std::path::Path;
 
@@ -12,7 +12,7 @@ use crate::format::{Depth, ExrDepth, PictureFormat, encode_picture};
 use crate::job::Job;
 use crate::names::named;
 
-/// Files of photographs.
+/// File formats of photographs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum PhotographFormat {
     /// 8 bits, sRGB-encoded.
@@ -48,12 +48,12 @@ impl PhotographFormat {
 /// The name of the light file.
 pub const LIGHT_FILE: &str = "lights.lp";
 
-/// Takes a photograph for every lamp and hands its name and bytes to `keep`, in order, and the light
-/// file last. Returns the fraction of values that the files cannot hold because they are brighter than
-/// white. Memory holds as many photographs as there are threads.
+/// Takes a photograph for every lamp and passes its name and bytes to `keep`, in order, and the light file
+/// last. Returns the fraction of values brighter than white, which the files cannot hold. Memory holds as
+/// many photographs as there are threads.
 ///
 /// # Errors
-/// What the dome or `keep` refuses, and a cancelled job.
+/// Errors of the dome or of `keep`, and a cancelled job.
 pub fn photographs(
     dome: &Dome,
     lamps: &[Direction],
@@ -85,10 +85,10 @@ pub fn photographs(
     Ok(if format == PhotographFormat::Exr { 0.0 } else { clipped as f64 / values })
 }
 
-/// Photographs under every lamp into a folder, which is made where it is missing, with their light file.
+/// Writes photographs under every lamp into a folder, which is created if missing, with their light file.
 ///
 /// # Errors
-/// As [`photographs`], and what the system refuses.
+/// As [`photographs`], and errors of the system.
 pub fn save(dome: &Dome, lamps: &[Direction], folder: impl AsRef<Path>, job: &Job) -> Result<()> {
     let folder = folder.as_ref();
     std::fs::create_dir_all(folder).map_err(|e| Error::io("cannot make the folder", &e).at(folder))?;

@@ -1,4 +1,4 @@
-//! Fields and pictures by the names of their files.
+//! Reading and writing fields and pictures by file name.
 
 use std::path::Path;
 
@@ -9,7 +9,8 @@ use crate::job::Job;
 use crate::picture::Picture;
 
 impl ReflectanceField {
-    /// Reads a field from a `.ptm`, an EXR field, or any picture as a field of constants, by content.
+    /// Reads a field from a `.ptm`, an EXR field, or any picture as a field of constants, recognised by
+    /// content.
     ///
     /// # Errors
     /// A file that cannot be read, is truncated, of another kind, or larger than the default limits.
@@ -25,12 +26,11 @@ impl ReflectanceField {
         Ok(read_field(path.as_ref(), job)?.field)
     }
 
-    /// Writes the field in the format that the file's extension stands for; a file that exists is
-    /// replaced.
+    /// Writes the field in the format of the file extension; an existing file is replaced.
     ///
     /// # Errors
-    /// An extension that stands for no format, a format that cannot hold the functions, and what the
-    /// system refuses.
+    /// An extension without a format, a format that cannot hold the functions, and errors of the
+    /// system.
     pub fn save(&self, path: impl AsRef<Path>) -> Result<()> {
         let path = path.as_ref();
         let format = FieldFormat::from_path(path)?;
@@ -39,11 +39,11 @@ impl ReflectanceField {
 }
 
 impl Picture {
-    /// Writes the picture in the format that the file's extension stands for: `.png`, `.jpg`, `.tif` or
-    /// `.exr`; a file that exists is replaced.
+    /// Writes the picture in the format of the file extension, `.png`, `.jpg`, `.tif` or `.exr`; an existing
+    /// file is replaced.
     ///
     /// # Errors
-    /// An extension that stands for no format, and what the system refuses.
+    /// An extension without a format, and errors of the system.
     pub fn save(&self, path: impl AsRef<Path>) -> Result<()> {
         let path = path.as_ref();
         write(path, &encode_picture(self, PictureFormat::from_path(path)?).map_err(|e| e.at(path))?)

@@ -1,6 +1,6 @@
-//! The shortest way through the library: a capture is fitted, a texture synthesised from the fit.
+//! The shortest way through the library: a capture is fitted, and a texture synthesised from the fit.
 //!
-//! Each function has a form that takes a [`Job`]: limits, progress, and a way to stop.
+//! Each function has a variant that takes a [`Job`]: limits, progress, and cancellation.
 
 use super::auto::{Choice, Exemplars};
 use super::method::{MethodReport, Plan};
@@ -18,11 +18,11 @@ use crate::synthesis::{Exemplar, SourceMap, gather};
 pub struct Synthesized {
     /// The texture.
     pub field: ReflectanceField,
-    /// Where each of its texels comes from: applies to all that is registered with the exemplar.
+    /// The source of each of its texels: applies to everything registered with the exemplar.
     pub map: SourceMap,
-    /// How it was made.
+    /// The plan it was made by.
     pub plan: Plan,
-    /// What the method says of its work.
+    /// The report of the method.
     pub report: MethodReport,
     /// How the plan was chosen, where several were tried.
     pub choice: Option<Choice>,
@@ -49,7 +49,7 @@ pub fn fit_with(capture: &Capture, options: &FitOptions, job: &Job) -> Result<Fi
 /// Makes a texture from an exemplar. The result depends on the exemplar and the options only.
 ///
 /// # Errors
-/// Options without meaning or that the exemplar is too small for, and the default limits exceeded.
+/// Options without meaning or too large for the exemplar, and the default limits exceeded.
 pub fn synthesize(exemplar: &ReflectanceField, options: &SynthOptions) -> Result<Synthesized> {
     synthesize_with(exemplar, options, &Job::default())
 }

@@ -1,4 +1,4 @@
-//! Methods of synthesis as plans: which one, with all its options, before anything is made.
+//! Methods of synthesis as plans: the method with all its options, before anything is made.
 
 use crate::error::{Error, Result};
 use crate::job::Job;
@@ -15,7 +15,7 @@ use crate::synthesis::{
     BlockOptions, Boundary, Exemplar, SourceMap, StageTimes, SynthesisReport, synthesize,
 };
 
-/// What makes a texture.
+/// The methods of synthesis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum SynthesisMethod {
     /// Blocks joined along cuts or by ramps.
@@ -25,13 +25,13 @@ pub enum SynthesisMethod {
     EfrosLeung,
     /// Scanlines from noise, coarse to fine.
     WeiLevoy,
-    /// The whole improved by matches of its patches.
+    /// The whole output improved by matching its patches.
     PatchMatch,
     /// Tiles of whole periods in random order.
     Roller,
     /// An endless plane of blended noise, which has no source map.
     Noise,
-    /// The one that measures best of those an analysis advises.
+    /// The best by measurement of those suggested by an analysis.
     Auto,
 }
 
@@ -59,52 +59,52 @@ pub enum Plan {
     Quilting(BlockOptions),
     /// Growth from a seed.
     EfrosLeung(EfrosLeungOptions),
-    /// Scanlines from noise; where the output is to tile, a band along its border is filled anew.
+    /// Scanlines from noise; if the output has to tile, a band along its border is refilled.
     WeiLevoy(WeiLevoyOptions, Boundary),
-    /// The whole improved by matches of its patches; it always tiles.
+    /// The whole output improved by matching its patches; it always tiles.
     PatchMatch(PatchMatchOptions),
     /// Tiles of whole periods in random order.
     Roller(LaidTiles),
 }
 
-/// Tiles to make, and the texture to lay of them.
+/// Tiles to make, and the texture to lay from them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LaidTiles {
-    /// How the tiles are made.
+    /// The options of the tiles.
     pub options: RollerOptions,
     /// Size of the texture in texels.
     pub size: Size,
-    /// Whether it closes on itself.
+    /// Whether it tiles.
     pub boundary: Boundary,
     /// Seed of the order of tiles.
     pub seed: u64,
 }
 
 impl LaidTiles {
-    /// Tiles of a set unless asked otherwise: each holds about a quarter of the exemplar.
+    /// The default number of tiles of a set: each takes about a quarter of the exemplar.
     pub const TILES: usize = 4;
 
-    /// So many tiles in a texture of that size, boundary and seed.
+    /// The given number of tiles in a texture of that size, boundary and seed.
     pub fn new(tiles: usize, size: Size, boundary: Boundary, seed: u64) -> Self {
-        // Only rectangles close on the output's own sides.
+        // Only rectangles close on the sides of the output.
         let oblique = boundary == Boundary::Open;
         Self { options: RollerOptions { tiles, oblique, ..RollerOptions::default() }, size, boundary, seed }
     }
 }
 
-/// A texture as a map of where its texels come from, and how it came about.
+/// A texture as a source map, and the report of its method.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MadeTexture {
     /// Where each texel comes from.
     pub map: SourceMap,
-    /// What the method says of itself.
+    /// The report of the method.
     pub how: MethodReport,
 }
 
-/// What a method says of its work.
+/// The report of a method.
 #[derive(Debug, Clone, PartialEq)]
 pub enum MethodReport {
-    /// Blocks, and what they took.
+    /// Blocks, and their cost.
     Quilting(SynthesisReport, StageTimes),
     /// Texels one after another.
     EfrosLeung(Growth),
@@ -164,7 +164,7 @@ impl Plan {
         }
     }
 
-    /// Checks the options by themselves; whether they fit the exemplars shows when these are met.
+    /// Checks the options in isolation; they are checked against the exemplars later.
     ///
     /// # Errors
     /// Options without meaning.
@@ -181,7 +181,7 @@ impl Plan {
     /// Makes the texture. The result depends on the exemplars and the plan only.
     ///
     /// # Errors
-    /// Options without meaning, exemplars that the method cannot work with, and limits exceeded.
+    /// Options without meaning, exemplars unsuitable for the method, and limits exceeded.
     pub fn run(&self, exemplars: &[Exemplar<'_>], job: &Job) -> Result<MadeTexture> {
         match self {
             Self::Quilting(options) => {
@@ -220,8 +220,8 @@ impl LaidTiles {
     }
 }
 
-/// Texels along each edge that are filled anew where scanlines are to tile: their last rows do not see
-/// the first.
+/// The width of the band along each edge that is refilled for scanlines that have to tile: their last rows do
+/// not see the first.
 const CLOSED: usize = 16;
 
 /// The same texture, tiling.

@@ -1,18 +1,18 @@
-//! Metrics by the names that people know, those of the documents among them.
+//! Metrics by name, including those of HPL-2003-16.
 
 use crate::error::Result;
 use crate::field::{Domain, IndexSpace, Metric, ReflectanceField};
 use crate::names::named;
 
-/// What the distance of two texels means, by name.
+/// The meaning of the distance of two texels, by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum NamedMetric {
-    /// That of all channels' functions.
+    /// The distance of the functions of all channels.
     #[default]
     Function,
-    /// That of luminance functions and unscaled colours.
+    /// The distance of luminance functions and unscaled colours.
     LuminanceAndColor,
-    /// That of luminance functions.
+    /// The distance of luminance functions.
     Luminance,
     /// Luminance and colour over the square: the nine numbers of HPL-2003-16.
     Legendre9,
@@ -29,8 +29,8 @@ named!(NamedMetric {
 });
 
 impl NamedMetric {
-    /// The index space of fields like this one. The documents' coordinates are those over the square,
-    /// whatever the domain.
+    /// The index space of fields like this one. The coordinates of HPL-2003-16 are over the square, whatever
+    /// the domain.
     ///
     /// # Errors
     /// As [`IndexSpace::new`].

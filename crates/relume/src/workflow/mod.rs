@@ -1,14 +1,14 @@
-//! Workflows: what joins the stages. The top floor of the library, which may name every stage and
+//! Workflows: combinations of stages. The top layer of the library, which may name every stage and
 //! [`mod@format`](crate::format), and is named by nothing in the library.
 //!
-//! | file | does |
+//! | file | content |
 //! |---|---|
 //! | [`front`] | the shortest way through the library |
-//! | [`files`] | fields and pictures by the names of their files |
+//! | [`files`] | reading and writing fields and pictures by file name |
 //! | [`mod@capture`] | captures of a virtual dome as files |
-//! | [`options`] | what a synthesis can be asked for, and the plan that it comes to |
+//! | [`options`] | the options of a synthesis, and the resulting plan |
 //! | [`method`] | methods of synthesis as plans, with one way to run them |
-//! | [`metric`] | metrics by the names that people know |
+//! | [`metric`] | metrics by name |
 //! | [`model`] | models of functions jointly, of structure and detail, or of single lights |
 //! | [`comparison`] | textures compared under several lights |
 //! | [`shader`] | what a shader draws textures and endless noise from |

@@ -1,4 +1,4 @@
-//! What a synthesis can be asked for, whatever the method, and the plan that it comes to.
+//! The options of a synthesis, whatever the method, and the resulting plan.
 
 use super::auto::{Asked, Auto, Choice, Chosen, Exemplars};
 use super::method::{LaidTiles, MadeTexture, Plan, SynthesisMethod};
@@ -12,35 +12,35 @@ use crate::synthesis::pixel::{EfrosLeungOptions, NeighbourSearch, PatchMatchOpti
 use crate::synthesis::search::{KernelBasis, SearchMethod, SearchOptions};
 use crate::synthesis::{Blend, BlockOptions, Boundary, Guidance, Tolerance};
 
-/// Options of a synthesis. What is none is left to the method; what belongs to other methods than
-/// the chosen one is refused by [`SynthOptions::approach`].
+/// Options of a synthesis. `None` leaves the choice to the method; options of other methods than the chosen
+/// one are refused by [`SynthOptions::approach`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct SynthOptions {
-    /// What makes the texture.
+    /// The method.
     pub method: SynthesisMethod,
     /// Its size in texels.
     pub size: Size,
-    /// Whether it closes on itself.
+    /// Whether it tiles.
     pub boundary: Boundary,
-    /// What the distance of two texels means.
+    /// The meaning of the distance of two texels.
     pub metric: NamedMetric,
     /// The light directions over which functions are compared.
     pub domain: Domain,
-    /// What the texture is to follow.
+    /// The guide that the texture follows.
     pub guidance: Option<Guidance>,
     /// Seed of the random choices.
     pub seed: u64,
     /// Side of the blocks in texels.
     pub block: Option<usize>,
-    /// Texels by which blocks overlap; none for [`BlockOptions::customary_overlap`].
+    /// Texels by which blocks overlap; `None` for [`BlockOptions::customary_overlap`].
     pub overlap: Option<usize>,
-    /// Which blocks are good enough to be drawn from.
+    /// The tolerance within which candidates are drawn.
     pub tolerance: Option<Tolerance>,
     /// How blocks are joined.
     pub blend: Option<Blend>,
     /// Texels on either side of a cut within which blocks are blended.
     pub feather: Option<usize>,
-    /// How blocks are searched for: hints, which affect speed only.
+    /// The search for blocks: a hint, which affects speed only.
     pub search: Option<SearchMethod>,
     /// The basis of the projection search.
     pub kernels: Option<KernelBasis>,
@@ -48,22 +48,22 @@ pub struct SynthOptions {
     pub curve: bool,
     /// Side of the window of texels that pixel methods compare, odd.
     pub neighbourhood: Option<usize>,
-    /// How much farther than the best a window may be that is drawn from, as a share of the best
-    /// squared distance.
+    /// How much farther than the best a window may be to be a candidate, as a fraction of the best squared
+    /// distance.
     pub epsilon: Option<f64>,
     /// Resolutions, each half the one before.
     pub levels: Option<usize>,
-    /// Leaves of the tree in which neighbourhoods are looked for; 0 looks at all of them instead.
+    /// Leaves of the tree that is searched for neighbourhoods; 0 searches all of them instead.
     pub codewords: Option<usize>,
-    /// Candidates for each continuation of a neighbour, which are all that is looked at.
+    /// Candidates for each continuation of a neighbour; nothing else is searched.
     pub coherence: Option<usize>,
-    /// How often matches and texels are improved at each level.
+    /// The number of improvements of matches and texels at each level.
     pub rounds: Option<usize>,
-    /// How much parts of the exemplars are avoided that are used more than evenly.
+    /// The penalty for overused parts of the exemplars.
     pub uniformity: Option<f64>,
-    /// Tiles of the Roller; none for [`LaidTiles::TILES`].
+    /// The number of tiles of the Roller; `None` for [`LaidTiles::TILES`].
     pub tiles: Option<usize>,
-    /// Textures to choose from; none for [`Auto::TRIES`].
+    /// The number of textures to choose from; `None` for [`Auto::TRIES`].
     pub tries: Option<usize>,
 }
 
@@ -103,13 +103,13 @@ impl Default for SynthOptions {
 /// How a texture is to be made.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Approach {
-    /// In one way.
+    /// By one plan.
     Plan(Plan),
-    /// In several, of which the best is kept.
+    /// By several plans, of which the best is kept.
     Auto(Auto),
 }
 
-/// A texture, by which plan it was made, and how that was chosen.
+/// A texture, its plan, and how that was chosen.
 #[derive(Debug, Clone)]
 pub struct Outcome {
     /// The plan.

@@ -1,4 +1,4 @@
-//! Rows of a computed window, a band at a time, each band made of pieces beside each other.
+//! Rows of a computed window, one band at a time, each band made of adjacent pieces.
 
 use super::PlaneWindow;
 use crate::error::Result;
@@ -6,13 +6,13 @@ use crate::format::{Lane, Streamed};
 use crate::job::Job;
 use crate::size::Size;
 
-/// Bytes of the rows of a band as the file stores them.
+/// The bytes of the rows of a band as stored in the file.
 const BAND_BYTES: u64 = 64 << 20;
 
-/// Bytes that making a piece may take.
+/// The most bytes for making a piece.
 const PIECE_BYTES: u64 = 256 << 20;
 
-/// Bytes that a texel takes.
+/// The bytes of a texel.
 #[derive(Debug, Clone, Copy)]
 pub struct Cost {
     /// In the file.
@@ -21,7 +21,7 @@ pub struct Cost {
     pub made: u64,
 }
 
-/// How a window is cut.
+/// The division of a window.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BandLayout {
     /// Rows of a band.
@@ -36,7 +36,7 @@ pub struct BandLayout {
 
 impl BandLayout {
     /// Bands and pieces along the borders of cells of `cell` texels a side, or bands of whole tiles of the
-    /// file, each texel of which has a cost.
+    /// file, given the cost of a texel.
     ///
     /// # Errors
     /// When a band is larger than the limits allow.
@@ -44,7 +44,7 @@ impl BandLayout {
         let Cost { stored, made } = cost;
         let room = PIECE_BYTES.min(job.limits().max_bytes / 4);
         let line = (window.size.width as u64).saturating_mul(stored as u64).max(1);
-        // Pieces should be some cells wide, since what lies around them is made as well.
+        // Pieces should be several cells wide, since their surroundings are made as well.
         let fitting = (BAND_BYTES / line).min(room / (made * 4 * cell as u64).max(1)).min(1024) as usize;
         let step = tile.map_or(cell, |tile| tile.height);
         let rows = (fitting / step * step).max(step);
@@ -55,26 +55,26 @@ impl BandLayout {
         Ok(Self { rows, columns, above, before: behind(window.x, columns) })
     }
 
-    /// The first and the last but one of the texels along one axis that part number `number` covers.
+    /// The range of texels along one axis that part number `number` covers.
     fn part(number: usize, step: usize, before: usize, length: usize) -> std::ops::Range<usize> {
         (number * step).saturating_sub(before)..((number + 1) * step - before).min(length)
     }
 }
 
-/// Makes the texels of a window's part, as the file stores them.
+/// Makes the texels of a part of a window, as stored in the file.
 pub type Make<'a> = dyn Fn(&PlaneWindow) -> Result<Streamed> + 'a;
 
-/// The rows of a window, of which one band is kept.
+/// The rows of a window, of which one band is kept in memory.
 pub struct Bands<'a> {
     window: PlaneWindow,
     cut: BandLayout,
     make: Box<Make<'a>>,
-    /// The number of the band at hand, and its bytes.
+    /// The number of the current band, and its bytes.
     current: Option<(usize, Vec<Lane>)>,
 }
 
 impl<'a> Bands<'a> {
-    /// Nothing is made yet.
+    /// The rows of a window; nothing is made yet.
     pub fn new(window: PlaneWindow, cut: BandLayout, make: Box<Make<'a>>) -> Self {
         Self { window, cut, make, current: None }
     }
@@ -85,7 +85,7 @@ impl<'a> Bands<'a> {
         let rows = BandLayout::part(number, self.cut.rows, self.cut.above, self.window.size.height);
         let lanes = match self.current.take() {
             Some((current, lanes)) if current == number => lanes,
-            // What was at hand is dropped before more is made.
+            // The current band is dropped before another is made.
             _ => self.band(rows.clone())?,
         };
         lanes[lane].copy_row(self.window.size.width, x, y - rows.start, row);
@@ -93,7 +93,7 @@ impl<'a> Bands<'a> {
         Ok(())
     }
 
-    /// Makes some rows piece by piece.
+    /// Makes a range of rows piece by piece.
     fn band(&self, rows: std::ops::Range<usize>) -> Result<Vec<Lane>> {
         let PlaneWindow { x, y, size } = self.window;
         let mut band: Vec<Lane> = Vec::new();
@@ -123,7 +123,7 @@ fn blank(like: &Lane, size: Size) -> Lane {
     Lane { bytes_per_texel, data: vec![0; size.texels() * bytes_per_texel] }
 }
 
-/// Copies a piece into some columns of a lane of `width` columns.
+/// Copies a piece into a range of columns of a lane of `width` columns.
 fn paste(piece: &Lane, columns: std::ops::Range<usize>, to: &mut Lane, width: usize) {
     let texel = to.bytes_per_texel;
     let lines = to.data.chunks_exact_mut(width * texel).zip(piece.data.chunks_exact(columns.len() * texel));
@@ -140,7 +140,7 @@ mod tests {
     use crate::planes::Planes;
     use crate::space::Space;
 
-    /// A texture that is a function of the place.
+    /// A texture that is a function of position.
     fn piece(part: &PlaneWindow) -> Result<Streamed> {
         let value = |i: usize| {
             let (i, j) = ((i % part.size.width) as i64, (i / part.size.width) as i64);

@@ -9,17 +9,17 @@ use crate::format::{FieldFormat, Rows, Streamed};
 use crate::job::Job;
 use crate::size::Size;
 
-/// The file that a window goes into.
+/// The file for a window.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FileTarget {
     /// Its format.
     pub format: FieldFormat,
-    /// Tiles in which an EXR file is stored, so that readers can take any part of it without the rest.
+    /// The tiles of an EXR file, so that readers can load any part alone.
     pub tile: Option<Size>,
 }
 
 impl FileTarget {
-    /// In the tiles asked for.
+    /// In the requested tiles.
     pub(super) fn laid(&self, streamed: Streamed) -> Result<Streamed> {
         match self.tile {
             Some(tile) => streamed.in_tiles(tile),
@@ -28,8 +28,8 @@ impl FileTarget {
     }
 }
 
-/// A window about to be written: nothing of its texels is in memory yet, unless its format is one that
-/// is not written in rows.
+/// A window about to be written: none of its texels are in memory yet, unless its format is not written in
+/// rows.
 pub struct Drawing<'a>(Kind<'a>);
 
 enum Kind<'a> {
@@ -38,12 +38,12 @@ enum Kind<'a> {
 }
 
 impl<'a> Drawing<'a> {
-    /// A window that is written row by row; `rows` may hold what `streamed` encodes as well.
+    /// A window written row by row; `rows` may contain the data that `streamed` encodes.
     pub(super) fn of_rows(streamed: Arc<Streamed>, size: Size, job: &'a Job, rows: Box<Rows<'a>>) -> Self {
         Self(Kind::Rows { streamed, size, rows, job })
     }
 
-    /// A window that is made at once.
+    /// A window made as a whole.
     pub(super) fn whole(bytes: Vec<u8>) -> Self {
         Self(Kind::Whole(bytes))
     }
@@ -51,7 +51,7 @@ impl<'a> Drawing<'a> {
     /// Writes the file.
     ///
     /// # Errors
-    /// A size or rows beyond the limits, what the system refuses, and a cancelled job.
+    /// A size or rows beyond the limits, errors of the system, and a cancelled job.
     pub fn write(self, mut out: impl Read + Write + Seek) -> Result<()> {
         match self.0 {
             Kind::Whole(bytes) => out.write_all(&bytes).map_err(|e| Error::io("cannot write the file", &e)),
@@ -68,7 +68,7 @@ impl<'a> Drawing<'a> {
         }
     }
 
-    /// The bytes of the file, for what cannot be gone back in.
+    /// The bytes of the file, for outputs that cannot seek.
     ///
     /// # Errors
     /// As [`Drawing::write`], and a file beyond the limits.

@@ -1,12 +1,12 @@
-//! Windows of endless planes, written to a file row by row: of a set of tiles, by noise, or of a
-//! random-field model. A window is the same however the plane is cut, and larger than memory if need be.
+//! Windows of endless planes, written to a file row by row: of a tile set, of noise, or of a random-field
+//! model. A window is the same however the plane is cut, and may be larger than memory.
 //!
 //! ```text
 //! TilePlane | NoisePlane | ModelPlane --drawing(window, target)--> Drawing --write--> file
 //! ```
 //!
 //! - [`tiles`] copies tiles into place; [`noise`] and [`model`] compute [`bands`] of pieces;
-//! - [`Drawing`] is what all of them come to: a file about to be written.
+//! - [`Drawing`] is their common result: a file about to be written.
 
 pub mod bands;
 mod drawing;
@@ -36,10 +36,10 @@ pub struct PlaneWindow {
 }
 
 impl PlaneWindow {
-    /// The farthest that a window may lie from the origin: far beyond any picture, and without overflow.
+    /// The largest distance of a window from the origin: far beyond any picture, and without overflow.
     pub const FARTHEST: i64 = 1 << 52;
 
-    /// The window of a size at the plane's origin.
+    /// The window of a size at the origin of the plane.
     pub const fn of_size(size: Size) -> Self {
         Self { x: 0, y: 0, size }
     }

@@ -1,4 +1,4 @@
-//! Windows of the plane that a random-field model makes.
+//! Windows of the plane of a random-field model.
 
 use std::sync::Arc;
 
@@ -23,12 +23,12 @@ pub struct ModelPlane<'a> {
     pub model: &'a FieldModel,
     /// Seed of the random values.
     pub seed: u64,
-    /// The size after which the plane repeats, where it is to.
+    /// The size after which the plane repeats, if it does.
     pub period: Option<Size>,
 }
 
 impl<'a> ModelPlane<'a> {
-    /// The format of files without a name: a picture for constants, else the lossless form.
+    /// The format of files without a name: a picture for constants, otherwise the lossless format.
     pub fn customary_format(&self) -> FieldFormat {
         if self.model.basis.len() == 1 && self.model.space == Space::Srgb {
             FieldFormat::Picture(PictureFormat::Png(Depth::Eight))
@@ -40,7 +40,7 @@ impl<'a> ModelPlane<'a> {
     /// A window as a field.
     ///
     /// # Errors
-    /// Windows beyond the limits, and periods that the model cannot have.
+    /// Windows beyond the limits, and periods that the model does not allow.
     pub fn part(&self, window: &PlaneWindow, job: &Job) -> Result<ReflectanceField> {
         let PlaneWindow { x, y, size } = *window;
         let options = RealisationOptions { origin: [x, y], size, seed: self.seed, period: self.period };
@@ -62,7 +62,7 @@ impl<'a> ModelPlane<'a> {
         encode_height(field.coefficients(), heights.mm_per_texel, format).map(Drawing::whole)
     }
 
-    /// A window of what is no height map: in bands, or at once where the format is not written in rows.
+    /// A window of anything but a height map: in bands, or as a whole if the format is not written in rows.
     ///
     /// # Errors
     /// A format that cannot hold the functions, and limits exceeded.
@@ -75,8 +75,8 @@ impl<'a> ModelPlane<'a> {
         }
     }
 
-    /// The scale of a `.ptm` is that of the model's reference window, so that the same texel has the same bytes in
-    /// every window.
+    /// The scale of a `.ptm` is that of the reference window of the model, so that a texel has the same bytes
+    /// in every window.
     fn in_bands(self, window: PlaneWindow, target: &FileTarget, job: &'a Job) -> Result<Drawing<'a>> {
         let format = target.format;
         let scale = match format {

@@ -1,4 +1,4 @@
-//! Windows of the plane that noise makes of an exemplar.
+//! Windows of the plane of noise from an exemplar.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ use crate::synthesis::noise::{Noise, NoiseOptions};
 /// Rows of bands and columns of pieces are multiples of this.
 const CELL: usize = 64;
 
-/// The plane of noise like an exemplar.
+/// The plane of noise from an exemplar.
 #[derive(Debug)]
 pub struct NoisePlane<'a> {
     file: &'a FieldFile,
@@ -25,7 +25,7 @@ impl<'a> NoisePlane<'a> {
     /// Models an exemplar.
     ///
     /// # Errors
-    /// Options without meaning, an exemplar that noise cannot be made of, and limits exceeded.
+    /// Options without meaning, an exemplar unsuitable for noise, and limits exceeded.
     pub fn new(file: &'a FieldFile, options: &NoiseOptions, job: &Job) -> Result<Self> {
         let space = IndexSpace::new(&file.field, Metric::Function, Domain::Hemisphere)?;
         job.check("the index of the exemplar", file.field.size(), 4 * space.planes() as u64)?;
@@ -52,7 +52,7 @@ impl<'a> NoisePlane<'a> {
         let scale = self.scale(format)?;
         let head = target.laid(Streamed::made(field, format, scale.as_ref(), job)?)?;
         let stored = head.lanes().iter().map(|lane| lane.bytes_per_texel).sum();
-        // Index planes twice, and the field's.
+        // Index planes twice, and those of the field.
         let made = 4 * (2 * self.space.planes() + field.coefficients().count()) as u64;
         let cut = BandLayout::new(&window, CELL, target.tile, Cost { stored, made }, job)?;
         let make = move |part: &PlaneWindow| {
@@ -64,7 +64,7 @@ impl<'a> NoisePlane<'a> {
         Ok(Drawing::of_rows(Arc::new(head), window.size, job, Box::new(rows)))
     }
 
-    /// The scale of a `.ptm`: the exemplar's, or what is chosen for it. The same for all bands.
+    /// The scale of a `.ptm`: that of the exemplar, or one chosen for it. It is the same for all bands.
     fn scale(&self, format: FieldFormat) -> Result<Option<PtmEncoding>> {
         match (format, self.file.encoding) {
             (FieldFormat::Ptm, Encoding::Ptm(stored)) => Ok(Some(stored)),

@@ -1,4 +1,4 @@
-//! Windows of the plane that a set of tiles makes.
+//! Windows of the plane of a tile set.
 
 use std::sync::Arc;
 
@@ -9,12 +9,12 @@ use crate::job::Job;
 use crate::numeric::cells::Cells;
 use crate::synthesis::roller::Endless;
 
-/// The plane of a set of tiles.
+/// The plane of a tile set.
 #[derive(Debug)]
 pub struct TilePlane<'a> {
     /// All tiles, one below the other.
     pub file: &'a FieldFile,
-    /// How many there are.
+    /// The number of tiles.
     pub count: usize,
     /// The cells that they fill.
     pub cells: Cells,
@@ -23,10 +23,10 @@ pub struct TilePlane<'a> {
 }
 
 impl<'a> TilePlane<'a> {
-    /// A window of the plane: tiles copied into place, in the bytes that the file stores.
+    /// A window of the plane: tiles copied into place, as the bytes stored in the file.
     ///
     /// # Errors
-    /// A number of tiles that cannot be laid, and a format that cannot hold them.
+    /// A number of tiles without a plane, and a format that cannot hold them.
     pub fn drawing(&self, window: PlaneWindow, target: &FileTarget, job: &'a Job) -> Result<Drawing<'a>> {
         let plane = Endless::of(self.cells, self.count, self.seed)?;
         let encoding = Some(&self.file.encoding);

@@ -1,4 +1,4 @@
-//! Integer codes of a picture's values: sRGB-encoded, rounded to nearest, clamped, NaN is 0.
+//! Integer codes of the values of a picture: sRGB-encoded, rounded to nearest, clamped, with NaN as 0.
 
 use rayon::prelude::*;
 
@@ -16,7 +16,7 @@ pub(super) fn code16(encoded: f32) -> u16 {
 }
 
 fn code(encoded: f32, most: f64) -> u32 {
-    // A cast takes NaN to 0; adding a half before truncation rounds what is not negative.
+    // A cast maps NaN to 0; adding a half before truncation rounds values that are not negative.
     (f64::from(encoded).clamp(0.0, 1.0) * most + 0.5) as u32
 }
 
@@ -49,8 +49,8 @@ fn interleaved<T: Copy + Default + Send>(picture: &Picture, code: impl Fn(f32) -
     codes
 }
 
-/// The least linear value of each 8-bit code but the first: encoding by looking up instead of
-/// raising to a power. Encoding never decreases, so the codes are the same.
+/// The least linear value of each 8-bit code but the first: encoding by look-up instead of a power. Encoding
+/// is monotone, so the codes are the same.
 struct Steps([f32; 255]);
 
 impl Steps {
@@ -63,8 +63,8 @@ impl Steps {
     }
 }
 
-/// The least value in 0..=1 whose code is at least `target`, by bisection on the bits: floats
-/// that are not negative are ordered as their bits are.
+/// The least value in 0..=1 whose code is at least `target`, by bisection on the bits: floats that are not
+/// negative have the order of their bits.
 fn least_linear_of(target: u8) -> f32 {
     let (mut below, mut reached) = (0u32, 1f32.to_bits());
     while reached - below > 1 {

@@ -82,7 +82,7 @@ pub(super) fn check_jpeg(bytes: &[u8]) -> Result<Option<Frame>> {
     }
 }
 
-/// The place of the next marker code: a byte after 0xff that is neither stuffing (0) nor fill (0xff).
+/// The position of the next marker code: a byte after 0xff that is neither stuffing (0) nor fill (0xff).
 fn next_marker(bytes: &[u8], from: usize) -> Option<usize> {
     let mut at = from;
     loop {
@@ -93,7 +93,7 @@ fn next_marker(bytes: &[u8], from: usize) -> Option<usize> {
     }
 }
 
-/// Walks the chunks of a PNG file up to its `IEND`.
+/// Follows the chunks of a PNG file up to its `IEND`.
 pub(super) fn check_png(bytes: &[u8]) -> Result<()> {
     let (mut at, mut claimed, mut data) = (8, None, 0);
     loop {

@@ -1,4 +1,4 @@
-//! Fields to and from files of every kind, with how their values were stored.
+//! Reading and writing fields in files of every kind, with the storage of their values.
 
 use std::fmt;
 use std::path::Path;
@@ -21,11 +21,11 @@ use crate::raster::Samples;
 pub struct FieldFile {
     /// The field.
     pub field: ReflectanceField,
-    /// How the file stores its values.
+    /// The storage of the values in the file.
     pub encoding: Encoding,
 }
 
-/// How a file stores values, so that copies of them can be stored as they were.
+/// The storage of values in a file, so that copies of them can be stored in the same way.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Encoding {
@@ -79,8 +79,8 @@ impl FieldFormat {
         }
     }
 
-    /// The same format in the depth of another file, where it has that depth: a 16-bit picture
-    /// stays one, halves stay halves.
+    /// The same format in the depth of another file, where possible: a 16-bit picture stays one, halves stay
+    /// halves.
     #[must_use]
     pub fn in_depth_of(self, encoding: &Encoding) -> Self {
         match (self, encoding) {
@@ -123,12 +123,12 @@ fn decode_constants(bytes: &[u8], job: &Job) -> Result<FieldFile> {
     Ok(FieldFile { field: ReflectanceField::from_picture(picture), encoding })
 }
 
-/// The bytes of a field's file.
+/// The bytes of the file of a field.
 ///
-/// With the `encoding` of the file whose values the field holds copies of, a `.ptm` stores them in
-/// the same bytes; without it, or with another kind's, scale and bias are chosen for the least
-/// error of relit values. Pictures and EXR files give exact copies in the depth they were read in;
-/// see [`FieldFormat::in_depth_of`].
+/// With the `encoding` of the file from which the values of the field were copied, a `.ptm` stores them in
+/// the same bytes; without it, or with that of another kind, scale and bias are chosen for the least error of
+/// relit values. Pictures and EXR files give exact copies in the depth they were read in; see
+/// [`FieldFormat::in_depth_of`].
 ///
 /// # Errors
 /// When the format cannot hold the field, which the message explains, or the limits are exceeded.
@@ -149,7 +149,7 @@ pub fn encode_field(
     }
 }
 
-/// A field of constants as the picture it is.
+/// A field of constants as a picture.
 pub(super) fn constants(field: &ReflectanceField) -> Result<Picture> {
     if *field.basis() != Basis::Constant || !field.layout().is_picture() {
         return Err(Error::usage(format!(

@@ -1,13 +1,13 @@
-//! Height maps whose range is recorded: nothing is normalised silently.
+//! Height maps with a recorded range: nothing is normalised silently.
 //!
 //! - **PNG**, 16 bits, grey, data (not sRGB): code 0 is the lowest height, 65,535 the highest. A text
 //!   chunk `Height-Range` before the image holds `LOW HIGH texels`, or `LOW HIGH mm` with a second
 //!   one, `Millimetres-Per-Texel`.
-//! - **EXR**, one 32-bit channel `Y`: heights as they are, in texels; or in millimetres with the text
+//! - **EXR**, one 32-bit channel `Y`: heights unchanged, in texels; or in millimetres with the text
 //!   attributes `heightUnit` (`mm`) and `millimetresPerTexel`.
 //!
-//! Integer files of others have no record; what their codes are worth has to be said by whoever
-//! reads them. Floating-point files without a record are taken to be in texels.
+//! Integer files of other programs have no record; the reader has to supply their scale. Floating-point files
+//! without a record are assumed to be in texels.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -26,7 +26,7 @@ const PIXEL: &str = "Millimetres-Per-Texel";
 const EXR_UNIT: &str = "heightUnit";
 const EXR_PIXEL: &str = "millimetresPerTexel";
 
-/// Files of height maps.
+/// File formats of height maps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum HeightFormat {
     /// 16-bit grey with the range recorded.
@@ -36,7 +36,7 @@ pub enum HeightFormat {
 }
 
 impl HeightFormat {
-    /// The format an extension stands for.
+    /// The format of an extension.
     ///
     /// # Errors
     /// When the extension is neither `png` nor `exr`.
@@ -52,14 +52,14 @@ impl HeightFormat {
     }
 }
 
-/// What the samples of a file are worth: offset + step x sample, in texels.
+/// The scale of the samples of a file: height = offset + step x sample, in texels.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HeightScale {
     /// The height of sample 0, in texels.
     pub offset: f64,
     /// Texels from sample 0 to sample 1.
     pub step: f64,
-    /// The size of a texel, where it is recorded.
+    /// The size of a texel, if recorded.
     pub mm_per_texel: Option<f64>,
 }
 
@@ -68,12 +68,12 @@ pub struct HeightScale {
 pub struct HeightMap {
     /// One plane: integer codes from 0 to 1, or floats.
     pub samples: Planes,
-    /// What they are worth; `None` for integer files without a record.
+    /// Their scale; `None` for integer files without a record.
     pub scale: Option<HeightScale>,
 }
 
 impl HeightMap {
-    /// Heights in texels: by the recorded scale, else with `otherwise` texels from sample 0 to 1.
+    /// Heights in texels: by the recorded scale, otherwise with `otherwise` texels from sample 0 to 1.
     pub fn texels(&self, otherwise: f64) -> Planes {
         let unrecorded = HeightScale { offset: 0.0, step: otherwise, mm_per_texel: None };
         let HeightScale { offset, step, .. } = self.scale.unwrap_or(unrecorded);
@@ -83,10 +83,10 @@ impl HeightMap {
     }
 }
 
-/// The bytes of a height map given in texels; in millimetres where the size of a texel is known.
+/// The bytes of a height map given in texels; in millimetres if the size of a texel is known.
 ///
 /// # Errors
-/// When there is not one plane, or heights are not finite.
+/// When there is not exactly one plane, or heights are not finite.
 pub fn encode_height(height: &Planes, mm_per_texel: Option<f64>, format: HeightFormat) -> Result<Vec<u8>> {
     if height.count() != 1 || !height.as_slice().iter().all(|h| h.is_finite()) {
         return Err(Error::invalid("a height map is one plane of finite numbers"));
@@ -137,10 +137,10 @@ pub(super) fn is_recorded(bytes: &[u8]) -> bool {
     texts(bytes).is_ok_and(|texts| texts.contains_key(RANGE) || texts.contains_key(EXR_UNIT))
 }
 
-/// The height map in the bytes of a file; of a picture with colours, the first channel.
+/// The height map in the bytes of a file; for a colour picture, the first channel.
 ///
 /// # Errors
-/// A file that is no picture, or whose record makes no sense.
+/// A file that is not a picture, or has an invalid record.
 pub fn decode_height(bytes: &[u8], job: &Job) -> Result<HeightMap> {
     let raster = decode_raster(bytes, job)?;
     let recorded = recorded(&texts(bytes)?)?;
@@ -150,7 +150,7 @@ pub fn decode_height(bytes: &[u8], job: &Job) -> Result<HeightMap> {
     Ok(HeightMap { samples, scale: recorded.or(texels) })
 }
 
-/// What a file records of its heights.
+/// The record of heights in a file.
 fn recorded(texts: &BTreeMap<String, String>) -> Result<Option<HeightScale>> {
     if let Some(unit) = texts.get(EXR_UNIT) {
         return scale(0.0, 1.0, unit, texts.get(EXR_PIXEL).map(String::as_str));

@@ -1,4 +1,4 @@
-//! The kinds of files that readers know by their first bytes: one row of [`KINDS`] each.
+//! The kinds of files recognised by their first bytes: one row of [`KINDS`] each.
 
 use crate::error::{Error, Result};
 
@@ -15,10 +15,10 @@ pub(super) enum Kind {
     Glb,
 }
 
-/// What files of a kind hold.
+/// The contents of files of a kind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Class {
-    /// Texels: a picture, and what a record in it or beside it makes of it.
+    /// Texels: a picture, possibly with a record that gives it another meaning.
     Texels,
     Model,
     Array,
@@ -45,7 +45,7 @@ const KINDS: [Row; 11] = [
 ];
 
 impl Kind {
-    /// The kind of file that `bytes` are, where they begin as one does.
+    /// The kind of file that begins like `bytes`, if any.
     pub(super) fn of(bytes: &[u8]) -> Option<Self> {
         KINDS.iter().find(|(signature, ..)| bytes.starts_with(signature)).map(|row| row.1)
     }
@@ -69,7 +69,7 @@ impl Kind {
     }
 }
 
-/// What is said of bytes that are no file of texels.
+/// The error for bytes that are not a file of texels.
 pub(super) fn unknown(bytes: &[u8]) -> Error {
     let mut names: Vec<&str> = KINDS.iter().filter(|row| row.3 == Class::Texels).map(|row| row.2).collect();
     names.dedup();

@@ -1,7 +1,7 @@
-//! Files: everything about encodings, quantisation and row orders.
+//! File formats: everything about encodings, quantisation and row orders.
 //!
-//! [`open`] is the one door for reading: it reads a file once, recognises it by its content, and gives an
-//! [`Opened`] that turns into what the caller needs.
+//! [`open`] is the single entry point for reading: it reads a file once, recognises it by its content, and
+//! returns an [`Opened`] that converts to what the caller needs.
 //!
 //! | file | turns into | written by |
 //! |---|---|---|
@@ -17,9 +17,9 @@
 //! | `.npy` | [`Opened::into_array`] | [`npy::encode_i32`] |
 //! | `.rlm` | [`Opened::into_model`] | [`rlm::encode`] |
 //!
-//! Readers go by content, never by a file's name; writers are chosen by extension. Readers ask
-//! their [`Job`](crate::Job) before they allocate. Writers return bytes: the caller decides where
-//! they go. `docs/formats.md` has the layouts byte by byte.
+//! Readers recognise files by content, never by name; writers are chosen by extension. Readers ask their
+//! [`Job`](crate::Job) before they allocate. Writers return bytes: the caller decides where they go.
+//! `docs/formats.md` has the layouts byte by byte.
 
 pub mod animation;
 mod codes;

@@ -1,4 +1,4 @@
-//! NumPy arrays of `i32`, shape (height, width, components): the file form of a source map.
+//! NumPy arrays of `i32`, shape (height, width, components): the file format of a source map.
 //!
 //! Version 1.0 of the format (NumPy Enhancement Proposal 1, 2007): magic, version, the length of a
 //! Python dictionary, the dictionary padded to a multiple of 64 bytes, then little-endian numbers,
@@ -15,16 +15,16 @@ const MAGIC: &[u8] = b"\x93NUMPY\x01\x00";
 pub struct Array {
     /// Width and height.
     pub size: Size,
-    /// Values a texel.
+    /// Values per texel.
     pub components: usize,
-    /// All values, those of a texel together, rows from the top.
+    /// All values, those of a texel adjacent, rows from the top.
     pub values: Vec<i32>,
 }
 
-/// The bytes of a `.npy` file of `components` values a texel; see [`Array`] for the order.
+/// The bytes of a `.npy` file of `components` values per texel; see [`Array`] for the order.
 ///
 /// # Errors
-/// When the number of values is not what the shape needs.
+/// When the number of values does not match the shape.
 pub fn encode_i32(size: Size, components: usize, values: &[i32]) -> Result<Vec<u8>> {
     let Size { width, height } = size;
     if values.len() != size.texels() * components {
@@ -47,7 +47,7 @@ pub fn encode_i32(size: Size, components: usize, values: &[i32]) -> Result<Vec<u
     Ok(out)
 }
 
-/// Reads what [`encode_i32`] writes, from whatever program: the dictionary's keys may come in any
+/// Reads the files of [`encode_i32`], and those of other programs: the keys of the dictionary may be in any
 /// order.
 ///
 /// # Errors
@@ -85,7 +85,7 @@ fn truncated(bytes: &[u8]) -> Error {
     Error::invalid(format!("the array file ends at byte {} inside its header", bytes.len()))
 }
 
-/// What follows `'key':` in the dictionary.
+/// The text after `'key':` in the dictionary.
 fn entry<'a>(dictionary: &'a str, key: &str) -> Result<&'a str> {
     let after = dictionary.split_once(&format!("'{key}'")).and_then(|(_, rest)| rest.split_once(':'));
     after

@@ -1,4 +1,4 @@
-//! The one door for files: each is opened and read once, recognised by its content, and turned into what
+//! The entry point for files: each is opened and read once, recognised by its content, and converted to what
 //! a caller needs.
 
 use std::fmt;
@@ -22,7 +22,7 @@ use crate::raster::Raster;
 use crate::render::Mesh;
 use crate::stamp::Stamp;
 
-/// What a file holds.
+/// The content of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Content {
@@ -30,9 +30,9 @@ pub enum Content {
     Picture,
     /// A texture of functions.
     Field,
-    /// A texture that holds tiles one below the other.
+    /// A texture of tiles stacked one below the other.
     Tiles,
-    /// Heights whose scale is recorded.
+    /// Heights with a recorded scale.
     Heights,
     /// A random-field model.
     Model,
@@ -62,7 +62,7 @@ impl fmt::Display for Content {
     }
 }
 
-/// A file that has been read, and what it holds.
+/// A file that has been read, and its content.
 #[derive(Debug, Clone)]
 pub struct Opened {
     name: PathBuf,
@@ -76,7 +76,7 @@ pub struct Opened {
 /// capture.
 ///
 /// # Errors
-/// Names the file: one that cannot be read or exceeds the limits, or a damaged record of tiles.
+/// The error names the file: one that cannot be read or exceeds the limits, or has a damaged record of tiles.
 pub fn open(path: &Path, job: &Job) -> Result<Opened> {
     if path.is_dir() {
         let (name, bytes) = (path.to_path_buf(), Vec::new());
@@ -91,7 +91,7 @@ pub fn open(path: &Path, job: &Job) -> Result<Opened> {
     }
 }
 
-/// As [`open`], of what a reader gives, such as standard input. `name` stands for it in messages.
+/// As [`open`], from a reader such as standard input. `name` identifies it in messages.
 ///
 /// # Errors
 /// As [`open`].
@@ -151,7 +151,7 @@ fn content_of_text(bytes: &[u8]) -> Content {
 }
 
 impl Opened {
-    /// What the file holds.
+    /// The content of the file.
     pub fn content(&self) -> Content {
         self.content
     }
@@ -166,10 +166,10 @@ impl Opened {
         Stamp::of(&self.bytes)
     }
 
-    /// The texture: functions as they are, a picture as functions that are constant.
+    /// The texture: functions, or a picture as constant functions.
     ///
     /// # Errors
-    /// Names the file: one that holds no texture, is damaged or exceeds the limits.
+    /// The error names the file: one that holds no texture, is damaged or exceeds the limits.
     pub fn into_field(self) -> Result<FieldFile> {
         let hint = match self.content {
             Content::Model => "; `relume synth` makes one of it",
@@ -182,7 +182,7 @@ impl Opened {
     /// The picture as stored.
     ///
     /// # Errors
-    /// As [`Opened::into_field`], of a file that holds no picture.
+    /// As [`Opened::into_field`], for a file that holds no picture.
     pub fn into_raster(self) -> Result<Raster> {
         let hint = if self.content == Content::Field { "; relight it to make one" } else { "" };
         if self.content == Content::Field {
@@ -191,10 +191,10 @@ impl Opened {
         self.decoded("a picture", hint, |opened| decode_raster(&opened.bytes, &opened.job))
     }
 
-    /// The height map: with its scale where it is recorded; of a picture with colours, the first channel.
+    /// The height map, with its scale if recorded; for a colour picture, the first channel.
     ///
     /// # Errors
-    /// As [`Opened::into_field`], of a file that holds no heights, or whose record makes no sense.
+    /// As [`Opened::into_field`], for a file that holds no heights, or has an invalid record.
     pub fn into_height(self) -> Result<HeightMap> {
         if self.content == Content::Field {
             return Err(self.refused("a height map", ""));
@@ -205,7 +205,7 @@ impl Opened {
     /// The set of tiles.
     ///
     /// # Errors
-    /// As [`Opened::into_field`], of a file that holds no tiles, or other ones than it is said to.
+    /// As [`Opened::into_field`], for a file that holds no tiles, or others than declared.
     pub fn into_tiles(self) -> Result<TileSetFile> {
         let Some(tiles) = self.tiles else {
             return Err(self.refused("a set of tiles", "; `relume roll` makes one"));
@@ -217,7 +217,7 @@ impl Opened {
     /// The random-field model.
     ///
     /// # Errors
-    /// As [`Opened::into_field`], of a file that holds no model.
+    /// As [`Opened::into_field`], for a file that holds no model.
     pub fn into_model(self) -> Result<FieldModel> {
         if self.content != Content::Model {
             return Err(self.refused("a random-field model", "; `relume model` makes one"));
@@ -228,7 +228,7 @@ impl Opened {
     /// The mesh: binary glTF, or OBJ.
     ///
     /// # Errors
-    /// As [`Opened::into_field`], of a file that holds no mesh.
+    /// As [`Opened::into_field`], for a file that holds no mesh.
     pub fn into_mesh(self) -> Result<Mesh> {
         if !matches!(self.content, Content::Mesh | Content::Unknown) {
             return Err(self.refused("a mesh, .obj or .glb", ""));
@@ -239,7 +239,7 @@ impl Opened {
     /// The array of numbers.
     ///
     /// # Errors
-    /// As [`Opened::into_field`], of a file that holds no array.
+    /// As [`Opened::into_field`], for a file that holds no array.
     pub fn into_array(self) -> Result<Array> {
         if self.content != Content::Array {
             return Err(self.refused("a NumPy array", ""));
@@ -250,7 +250,7 @@ impl Opened {
     /// The named channels of an EXR file, in alphabetical order.
     ///
     /// # Errors
-    /// As [`Opened::into_field`], of a file that is no EXR file.
+    /// As [`Opened::into_field`], for a file that is not an EXR file.
     pub fn into_labelled(self) -> Result<(Vec<String>, Planes)> {
         if Kind::of(&self.bytes) != Some(Kind::Exr) {
             return Err(self.refused("an EXR file of named channels", ""));
@@ -258,7 +258,7 @@ impl Opened {
         exr::decode_labelled(&self.bytes, &self.job).map_err(|e| e.at(self.name))
     }
 
-    /// What `decode` makes of a file of texels.
+    /// The result of `decode` on a file of texels.
     fn decoded<T>(self, expected: &str, hint: &str, decode: impl Fn(&Self) -> Result<T>) -> Result<T> {
         match self.content {
             Content::Picture | Content::Field | Content::Tiles | Content::Heights => {
@@ -269,7 +269,7 @@ impl Opened {
         }
     }
 
-    /// One sentence for a file that holds something else than what is needed.
+    /// The error for a file with another content than needed.
     fn refused(&self, expected: &str, hint: &str) -> Error {
         if self.content == Content::Capture && self.name.is_dir() {
             return Error::usage(format!("this is a folder: expected {expected}{hint}")).at(&self.name);

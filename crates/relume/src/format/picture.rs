@@ -40,14 +40,14 @@ pub enum PictureFormat {
     Exr(ExrDepth),
 }
 
-/// The quality that [`PictureFormat::from_path`] gives JPEG files.
+/// The quality of JPEG files from [`PictureFormat::from_path`].
 const JPEG_QUALITY: u8 = 92;
 
 /// The longest side of a JPEG picture (ITU-T T.81, B.2.2).
 const JPEG_MAX_SIDE: usize = 65535;
 
 impl PictureFormat {
-    /// The format an extension stands for: 8 bits where there is a choice, floats for EXR.
+    /// The format of an extension: 8 bits if there is a choice, floats for EXR.
     ///
     /// # Errors
     /// When the extension is none of `png`, `jpg`, `jpeg`, `tif`, `tiff`, `exr`.
@@ -64,7 +64,7 @@ impl PictureFormat {
         }
     }
 
-    /// The same format with the depth, where it has a choice of it.
+    /// The same format with the given depth, if it has a choice.
     #[must_use]
     pub fn with_depth(self, depth: Depth) -> Self {
         match self {
@@ -75,7 +75,7 @@ impl PictureFormat {
     }
 }
 
-/// A path's extension in lower case; empty where there is none.
+/// The extension of a path in lower case; empty if there is none.
 pub(super) fn extension(path: &Path) -> String {
     path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default()
 }

@@ -1,4 +1,4 @@
-//! Pictures as their files store them: PNG, JPEG and TIFF by the `image` crate, EXR by ours.
+//! Pictures in the depth of their files: PNG, JPEG and TIFF by the `image` crate, EXR by ours.
 
 use std::io::Cursor;
 
@@ -126,7 +126,7 @@ fn raster_from(image: DynamicImage) -> Result<Raster> {
     Raster::new(size, channels, samples)
 }
 
-/// The samples of texels of `channels` + 1 samples without the last.
+/// The samples of texels of `channels` + 1 samples without the last of each.
 fn without_alpha<T: Copy>(samples: &[T], channels: usize) -> Vec<T> {
     samples.chunks_exact(channels + 1).flat_map(|texel| &texel[..channels]).copied().collect()
 }

@@ -1,4 +1,4 @@
-//! Rows of samples that somebody copies into place, for files that are written piece by piece.
+//! Rows of samples copied in by a callback, for files that are written piece by piece.
 
 use crate::error::Result;
 

@@ -1,8 +1,8 @@
-//! Files of tiles: a texture in which tiles of equal height lie one below the other.
+//! Files of tiles: a texture of tiles of equal height stacked one below the other.
 //!
-//! An EXR file says by itself how many, and their steps where they are oblique
-//! ([`encode_tiles`](super::exr::encode_tiles)); beside any other file lies `FILE.json` that says it, with the
-//! stamp of the file it belongs to.
+//! An EXR file records the number of tiles itself, and their steps if they are oblique
+//! ([`encode_tiles`](super::exr::encode_tiles)). Other files have a companion `FILE.json` with this record
+//! and the stamp of the file it belongs to.
 
 use std::ffi::OsString;
 use std::fs::File;
@@ -22,14 +22,14 @@ use crate::stamp::Stamp;
 pub struct TileSetFile {
     /// All tiles, one below the other.
     pub file: FieldFile,
-    /// How many there are.
+    /// The number of tiles.
     pub count: usize,
     /// The cells that they fill.
     pub cells: Cells,
 }
 
 impl TileSetFile {
-    /// The tiles that a file is said to hold.
+    /// The tiles that a file is declared to hold.
     pub(super) fn new(file: FieldFile, Said { count, cells, .. }: Said) -> Result<Self> {
         let Size { width, height } = file.field.size();
         if count == 0 || !height.is_multiple_of(count) {
@@ -60,15 +60,15 @@ pub fn in_words(count: usize, cells: &Cells) -> String {
     format!("{number} oblique tile{plural} with steps of ({w}, {t}) and ({s}, {h})")
 }
 
-/// The keys of the file beside tiles.
+/// The keys of the companion file.
 const KEY: &str = "relumeTiles";
 const CELL_KEY: &str = "cell";
 const STAMP_KEY: &str = "file";
 
-/// The largest file beside the tiles that is read: it holds a few numbers.
+/// The largest companion file that is read: it holds a few numbers.
 const LARGEST_SIDECAR: u64 = 1 << 16;
 
-/// The file beside a set of tiles that says how many there are; none where the file says it itself.
+/// The companion file of a tile set; `None` if the file itself holds the record.
 pub fn sidecar_path(tiles: &Path) -> Option<PathBuf> {
     if tiles.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")) {
         return None;
@@ -78,7 +78,7 @@ pub fn sidecar_path(tiles: &Path) -> Option<PathBuf> {
     Some(PathBuf::from(name))
 }
 
-/// What that file holds for so many tiles that fill such cells, beside a file of these bytes.
+/// The contents of the companion file for the given number of tiles and cells, beside a file of these bytes.
 pub fn sidecar(count: usize, cells: &Cells, file: &[u8]) -> Vec<u8> {
     let tile = cells.bounds();
     let mut value = json!({ KEY: count, "tile_width": tile.width, "tile_height": tile.height });
@@ -89,22 +89,22 @@ pub fn sidecar(count: usize, cells: &Cells, file: &[u8]) -> Vec<u8> {
     format!("{value:#}\n").into_bytes()
 }
 
-/// What is said of a set of tiles.
+/// The record of a tile set.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Said {
     pub count: usize,
-    /// Where the tiles are oblique.
+    /// The cells, if the tiles are oblique.
     pub cells: Option<Cells>,
-    /// Of the file it is said of.
+    /// The stamp of the file described.
     pub stamp: Option<Stamp>,
 }
 
-/// What the file beside `tiles`, a file of these bytes, says of them; none where there is none, or it is
-/// of something else.
+/// The record in the companion of `tiles`, a file of these bytes; `None` if there is no companion, or it is
+/// about something else.
 ///
 /// # Errors
-/// Names the file: one beside that is damaged or belongs to another, since a set of tiles must not pass for a
-/// picture.
+/// The error names the file: a companion that is damaged or belongs to another file, since a tile set must
+/// not pass for a picture.
 pub(super) fn beside(tiles: &Path, bytes: &[u8]) -> Result<Option<Said>> {
     let Some(path) = sidecar_path(tiles).filter(|path| path.is_file()) else { return Ok(None) };
     let mut text = Vec::new();
@@ -119,7 +119,7 @@ pub(super) fn beside(tiles: &Path, bytes: &[u8]) -> Result<Option<Said>> {
     Ok(said)
 }
 
-/// Refuses tiles that are not those of the file beside them; one by hand may leave the stamp out.
+/// Refuses tiles that do not match their companion; a handwritten one may omit the stamp.
 fn refuse_other(said: Option<Stamp>, found: Stamp) -> Result<()> {
     match said.filter(|said| *said != found) {
         Some(said) => Err(Error::invalid(format!(

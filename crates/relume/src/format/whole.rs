@@ -7,8 +7,8 @@ use std::path::Path;
 use crate::error::{Error, Result};
 use crate::job::Job;
 
-/// All bytes of a file, refused when they exceed the limits. The file is opened once and read from
-/// its beginning to its end, so it may be a pipe.
+/// All bytes of a file, refused when they exceed the limits. The file is opened once and read sequentially,
+/// so it may be a pipe.
 pub(super) fn read_file(path: &Path, job: &Job) -> Result<Vec<u8>> {
     let read = || {
         let io = |source: std::io::Error| Error::io("cannot read the file", &source);
@@ -23,8 +23,8 @@ pub(super) fn read_file(path: &Path, job: &Job) -> Result<Vec<u8>> {
     read().map_err(|error| error.at(path))
 }
 
-/// All bytes that a reader gives, of which `expected` are known to come: a pipe or a device has no length,
-/// so what is read is bounded as well.
+/// All bytes of a reader, of which `expected` are known in advance: a pipe or a device has no length, so
+/// reading is bounded as well.
 pub(super) fn read_bytes(source: impl Read, expected: u64, job: &Job) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     let expected = usize::try_from(expected).unwrap_or(usize::MAX);

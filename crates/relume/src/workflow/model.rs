@@ -1,5 +1,5 @@
-//! Models of a texture as a random field: of its functions jointly, of structure and detail where it is
-//! regular, or of the pictures under each of some lights.
+//! Models of a texture as a random field: of its functions jointly, of structure and detail if it is regular,
+//! or of the pictures under several lights.
 
 use std::fmt;
 
@@ -19,16 +19,16 @@ use crate::size::Size;
 use crate::synthesis::roller::{RollerOptions, roll};
 use crate::synthesis::{BlockOptions, Boundary, Exemplar, SourceMap, gather, synthesize};
 
-/// Textures of a smaller side have too few periods to cut tiles from.
+/// The least side of a texture with enough periods to cut tiles from.
 const LEAST_SIDE: usize = 64;
 
-/// Lights where none are named: twice as many as the functions of a polynomial texture map.
+/// The default number of lights: twice the number of functions of a polynomial texture map.
 const CUSTOMARY_LIGHTS: usize = 12;
 
-/// When the structure is copied from compressed tiles and only the detail modelled.
+/// When the structure is modelled by compressed tiles and only the detail by the random field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Combine {
-    /// Where the material is regular and 64 texels wide or more.
+    /// For regular materials at least 64 texels wide.
     #[default]
     Auto,
     /// Always.
@@ -56,27 +56,28 @@ pub enum LightModels {
     /// Jointly.
     #[default]
     Joint,
-    /// As the pictures under each of these lights; of none, under twelve spread over the hemisphere.
+    /// As the pictures under each of these lights; if none are given, under twelve spread over the
+    /// hemisphere.
     PerLight(Vec<Direction>),
 }
 
-/// What is to be modelled, and how.
+/// The request for a model.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelRequest {
     /// Options of the random field.
     pub options: ModelOptions,
     /// When to combine structure and detail.
     pub combine: Combine,
-    /// Bytes that the structure may take; none for 3000, and 900 for each plane of the index.
+    /// The most bytes of the structure; `None` for 3000 plus 900 for each plane of the index.
     pub structure_bytes: Option<usize>,
-    /// Tiles of the structure.
+    /// The number of tiles of the structure.
     pub tiles: usize,
     /// How functions of light direction are modelled.
     pub lights: LightModels,
 }
 
 impl Default for ModelRequest {
-    /// The default options, structure from one tile where the material is regular, functions jointly.
+    /// The default options: structure from one tile if the material is regular, functions jointly.
     fn default() -> Self {
         Self {
             options: ModelOptions::default(),
@@ -88,28 +89,28 @@ impl Default for ModelRequest {
     }
 }
 
-/// A model and how it came about.
+/// A model and how it was made.
 #[derive(Debug, Clone)]
 pub struct FittedModel {
     /// The model.
     pub model: FieldModel,
-    /// How each light's levels were chosen; of a joint model those of the one.
+    /// How the levels for each light were chosen; for a joint model, those of the one.
     pub levels: Vec<Vec<LevelReport>>,
-    /// Where the structure comes from.
+    /// The origin of the structure.
     pub structure: Option<StructureSource>,
 }
 
-/// Where the tiles of a structure come from.
+/// The origin of the tiles of a structure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum StructureSource {
     /// Tiles of whole periods.
     Roller {
-        /// How many.
+        /// The number of tiles.
         count: usize,
         /// The size of each.
         tile: Size,
     },
-    /// One tile of blocks laid on a torus, where the seams of the Roller's would show.
+    /// One tile synthesised from blocks on a torus, where the seams of the Roller would show.
     Blocks {
         /// The size of the tile.
         tile: Size,
@@ -139,7 +140,7 @@ impl ModelRequest {
     /// Models a field of this character.
     ///
     /// # Errors
-    /// Options without meaning, models of lights for pictures or with a structure, textures that are too
+    /// Options without meaning, per-light models of pictures or with a structure, textures that are too
     /// small, and limits exceeded.
     pub fn fit(&self, field: &ReflectanceField, kind: &Character, job: &Job) -> Result<FittedModel> {
         if let Some(lights) = self.chosen_lights(field)? {
@@ -154,7 +155,7 @@ impl ModelRequest {
         Ok(FittedModel { model, levels: vec![levels], structure: None })
     }
 
-    /// The lights under which pictures of a field are modelled; none for a joint model.
+    /// The lights under which pictures of a field are modelled; `None` for a joint model.
     fn chosen_lights(&self, field: &ReflectanceField) -> Result<Option<Vec<Direction>>> {
         let LightModels::PerLight(lights) = &self.lights else { return Ok(None) };
         if field.basis().len() == 1 {
@@ -182,7 +183,7 @@ impl ModelRequest {
         Ok(FittedModel { model, levels: vec![levels], structure: Some(source) })
     }
 
-    /// Tiles by the Roller, or where their seams would show one of blocks laid on a torus.
+    /// Tiles by the Roller, or, where their seams would show, one synthesised from blocks on a torus.
     fn structure(&self, index: &Planes, job: &Job) -> Result<(SourceMap, StructureSource)> {
         let exemplar = Exemplar { index, excluded: None };
         let options = RollerOptions { tiles: self.tiles, ..RollerOptions::default() };

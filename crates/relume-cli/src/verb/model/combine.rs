@@ -1,5 +1,4 @@
-//! Options of models of regular materials: a compressed set of tiles, and a random field for what it
-//! leaves out.
+//! Options of models of regular materials: a compressed set of tiles, and a random field for the residual.
 
 use relume::workflow::model::Combine;
 
@@ -9,14 +8,14 @@ use crate::args;
 #[derive(Debug, clap::Args)]
 #[group(skip)]
 pub struct CombineArgs {
-    /// Copy the structure from compressed tiles and model only the detail: where the material is regular and
-    /// 64 texels wide or more, always, or never
+    /// Model the structure by compressed tiles and only the detail by the random field: where the material is
+    /// regular and at least 64 texels wide (auto), always, or never
     #[arg(long, default_value = "auto", value_parser = args::named::<Combine>())]
     pub combine: Combine,
-    /// Bytes that the tiles may take [default: 3000, and 900 for each plane of colour or function]
+    /// The most bytes for the tiles [default: 3000, plus 900 for each plane of colour or function]
     #[arg(long, value_name = "BYTES")]
     pub structure_bytes: Option<usize>,
-    /// How many tiles; more of them repeat less visibly and share the bytes
+    /// Number of tiles; more of them repeat less visibly and share the bytes
     #[arg(long, value_name = "K", default_value_t = 1)]
     pub tiles: usize,
 }

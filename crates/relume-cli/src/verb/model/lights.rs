@@ -1,4 +1,4 @@
-//! Options of models of the pictures under each of some lights instead of a joint one.
+//! Options of models per light instead of a joint one.
 
 use relume::workflow::model::LightModels;
 use relume::{Direction, Error, Named, Result};
@@ -9,7 +9,7 @@ use crate::args;
 #[derive(Debug, clap::Args)]
 #[group(skip)]
 pub struct LightArgs {
-    /// How functions of light direction are modelled: jointly, or as the pictures under each of some lights
+    /// Model functions of light direction jointly, or as the pictures under several lights
     #[arg(long, value_name = "HOW", default_value = "joint", value_parser = args::named::<Modelled>())]
     fields: Modelled,
     /// Direction towards a light for --fields per-light; repeat it for several [default: twelve spread over
@@ -18,7 +18,7 @@ pub struct LightArgs {
     light: Vec<Direction>,
 }
 
-/// How functions are modelled.
+/// The ways of modelling functions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Modelled {
     Joint,
@@ -37,7 +37,7 @@ impl Named for Modelled {
 }
 
 impl LightArgs {
-    /// How functions are to be modelled.
+    /// The requested way of modelling functions.
     pub fn chosen(&self) -> Result<LightModels> {
         match (self.fields, self.light.is_empty()) {
             (Modelled::PerLight, _) => Ok(LightModels::PerLight(self.light.clone())),

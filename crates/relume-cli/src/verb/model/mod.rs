@@ -102,7 +102,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     Ok(report.with_outputs(written))
 }
 
-/// What is asked for, checked.
+/// The checked request.
 fn request(args: &Args) -> Result<ModelRequest> {
     let options = ModelOptions {
         levels: match args.levels {
@@ -135,7 +135,7 @@ fn texture(path: &Path, context: &Context) -> Result<(ReflectanceField, Option<H
     Ok((ReflectanceField::from_picture(picture), Some(Heights { mm_per_texel })))
 }
 
-/// What to expect of the model.
+/// Expectations of the model, in words.
 fn advice(kind: &Character, models: &[Vec<LevelReport>], structure: Option<StructureSource>) -> String {
     let mut text = String::new();
     for (number, levels) in models.iter().enumerate() {

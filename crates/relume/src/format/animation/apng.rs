@@ -1,4 +1,4 @@
-//! Animated PNG (W3C PNG, third edition, section 11.3.3): 8 bits, every frame whole.
+//! Animated PNG (W3C PNG, third edition, section 11.3.3): 8 bits, every frame complete.
 
 use super::{check_rate, common_shape};
 use crate::error::{Error, Result};

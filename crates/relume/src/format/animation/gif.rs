@@ -44,7 +44,7 @@ pub fn encode_gif(frames: &[Picture], frames_per_second: u16) -> Result<Vec<u8>>
     Ok(out)
 }
 
-/// How long frame `i` stays: whole hundredths that keep step with the rate in the long run.
+/// The delay of frame `i`: whole hundredths of a second that keep pace with the rate in the long run.
 fn delay_centiseconds(i: usize, frames_per_second: u16) -> u16 {
     let rate = u64::from(frames_per_second);
     let time = |frame: usize| (frame as u64 * 100 + rate / 2) / rate;

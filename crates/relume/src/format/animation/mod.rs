@@ -14,7 +14,7 @@ use crate::error::{Error, Result};
 use crate::picture::Picture;
 use crate::planes::Size;
 
-/// Refuses to write GIF, which this build leaves out.
+/// Refuses to write GIF in a build without it.
 ///
 /// # Errors
 /// Always.
@@ -23,7 +23,7 @@ pub fn encode_gif(_frames: &[Picture], _frames_per_second: u16) -> Result<Vec<u8
     Err(Error::unsupported("this build writes no GIF files: write PNG, or build with the feature 'gif'"))
 }
 
-/// The size and the number of channels that all frames share.
+/// The size and the number of channels of all frames.
 fn common_shape(frames: &[Picture]) -> Result<(Size, usize)> {
     let first = frames.first().ok_or_else(|| Error::usage("an animation needs at least one frame"))?;
     let (size, channels) = (first.size(), first.planes.count());

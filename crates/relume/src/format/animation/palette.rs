@@ -1,13 +1,13 @@
 //! A palette of 256 colours by median cut.
 //!
-//! Heckbert, "Color Image Quantization for Frame Buffer Display", SIGGRAPH 1982: a box of colours
-//! is split at the median of its longest side until there are enough boxes. Here the box with the
-//! largest squared side times number of texels is split next, since it errs most. Colours are
-//! counted in bins of 6 bits a channel.
+//! Heckbert, "Color Image Quantization for Frame Buffer Display", SIGGRAPH 1982: a box of colours is split at
+//! the median of its longest side until there are enough boxes. Here the box with the largest product of
+//! squared side and number of texels is split next, since its error is the largest. Colours are counted in
+//! bins of 6 bits per channel.
 
 use std::cmp::Reverse;
 
-/// Bits a channel of a bin.
+/// Bits per channel of a bin.
 const BITS: u32 = 6;
 const BINS: usize = 1 << (3 * BITS);
 
@@ -17,7 +17,7 @@ pub(super) struct Palette {
     entries: Vec<u8>,
 }
 
-/// A colour that occurs, and how often.
+/// A colour and the number of its occurrences.
 #[derive(Clone, Copy)]
 struct Counted {
     color: [u8; 3],
@@ -56,7 +56,7 @@ impl Palette {
         self.colors.concat()
     }
 
-    /// The entry of a colour among those the palette was made of.
+    /// The entry of a colour from which the palette was made.
     pub(super) fn index_of(&self, color: &[u8; 3]) -> u8 {
         self.entries[bin(color)]
     }
@@ -66,7 +66,7 @@ fn bin(color: &[u8; 3]) -> usize {
     color.iter().fold(0, |bin, &c| (bin << BITS) | usize::from(c >> (8 - BITS)))
 }
 
-/// The mean colour of each bin that occurs; it lies in its bin.
+/// The mean colour of each occupied bin; it lies in its bin.
 fn occurring<'a>(texels: impl Iterator<Item = &'a [u8; 3]>) -> Vec<Counted> {
     let mut sums = vec![[0u64; 4]; BINS];
     for texel in texels {
@@ -150,7 +150,7 @@ mod tests {
             (0..60_000).map(|_| std::array::from_fn(|_| random.below(256) as u8)).collect();
         let errors = squared_errors(&texels);
         let mean = errors.iter().map(|&e| f64::from(e)).sum::<f64>() / errors.len() as f64;
-        // 256 cubes of side 255 / 256^(1/3) err by side^2 / 4 on average.
+        // 256 cubes of side 255 / 256^(1/3) have an error of side^2 / 4 on average.
         let cubes = (255.0 / 256f64.cbrt()).powi(2) / 4.0;
         assert!(mean < 1.3 * cubes, "{mean} against {cubes}");
     }

@@ -1,15 +1,14 @@
-//! The order of header attributes. The writer keeps added attributes in a hash map, so their order
-//! varies from run to run; here they are put in alphabetical order, which makes the file a function
-//! of its content.
+//! The order of header attributes. The writer keeps added attributes in a hash map, so their order varies
+//! from run to run; sorting them alphabetically makes the file a function of its content.
 //!
-//! A header is, after eight bytes of magic and version, a sequence of attributes: name and type as
-//! zero-ended text, a little-endian `i32` size, the value; a zero ends it. Reordering moves nothing
+//! After eight bytes of magic and version, a header is a sequence of attributes: name and type as
+//! zero-terminated text, a little-endian `i32` size, the value; a zero ends it. Reordering moves nothing
 //! behind the header.
 
 /// Bytes before the first attribute.
 const PROLOGUE: usize = 8;
 
-/// Sorts the attributes of a single-part file by name. Bytes that are no such file stay as they are.
+/// Sorts the attributes of a single-part file by name. Other bytes are left unchanged.
 pub(super) fn sort(file: &mut [u8]) {
     let Some(mut attributes) = split(file) else { return };
     attributes.sort_by(|a, b| name(a).cmp(name(b)));
@@ -17,7 +16,7 @@ pub(super) fn sort(file: &mut [u8]) {
     file[PROLOGUE..PROLOGUE + sorted.len()].copy_from_slice(&sorted);
 }
 
-/// The attributes of the header, whole; `None` where the header is broken.
+/// The attributes of the header, each complete; `None` if the header is invalid.
 fn split(file: &[u8]) -> Option<Vec<Vec<u8>>> {
     let mut attributes = Vec::new();
     let mut at = PROLOGUE;
@@ -31,7 +30,7 @@ fn split(file: &[u8]) -> Option<Vec<Vec<u8>>> {
     Some(attributes)
 }
 
-/// The place after the zero that ends the text at `at`.
+/// The position after the zero that ends the text at `at`.
 fn after_text(file: &[u8], at: usize) -> Option<usize> {
     Some(at + file.get(at..)?.iter().position(|&byte| byte == 0)? + 1)
 }

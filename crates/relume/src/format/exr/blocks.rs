@@ -1,5 +1,5 @@
-//! Writing an EXR file block by block, in rows or in tiles, from samples that somebody copies into
-//! place. A few blocks are kept at a time, and the table of where each block lies.
+//! Writing an EXR file block by block, in rows or in tiles, from samples copied in by a callback. Only a few
+//! blocks are kept at a time, and the table of their offsets.
 
 use std::io::{BufWriter, Read, Seek, SeekFrom, Write};
 
@@ -17,7 +17,7 @@ use crate::error::{Error, Result};
 use crate::format::rows::Rows;
 use crate::planes::Size;
 
-/// What the head of a file says besides its size.
+/// The contents of the header of a file, apart from its size.
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::format) struct Head<'a> {
     /// The names of the channels, in alphabetical order.
@@ -25,12 +25,12 @@ pub(in crate::format) struct Head<'a> {
     pub depth: ExrDepth,
     /// Attributes of text.
     pub texts: Vec<(&'a str, String)>,
-    /// The size of the file's tiles; none for rows.
+    /// The size of the tiles of the file; `None` for rows.
     pub tile: Option<Size>,
 }
 
 impl Head<'_> {
-    /// The texels that are compressed together in a file of `size` texels.
+    /// The texels compressed together in a file of `size` texels.
     pub fn block(&self, size: Size) -> Size {
         self.tile.unwrap_or(Size::new(size.width, Compression::ZIP16.scan_lines_per_block()))
     }
@@ -101,7 +101,7 @@ fn header(head: &Head<'_>, size: Size) -> Result<Header> {
         .with_attributes(attributes))
 }
 
-/// Puts the attributes at the head of a file in order. They take little more than their texts.
+/// Sorts the attributes at the head of a file. They take little more than their texts.
 fn sort_attributes(out: &mut (impl Read + Write + Seek), texts: &[(&str, String)]) -> std::io::Result<()> {
     const STANDARD: u64 = 1 << 16;
     let length =
@@ -119,7 +119,7 @@ fn text(value: &str) -> Result<Text> {
     ascii.ok_or_else(|| Error::usage(format!("'{value}' cannot be text of an EXR file: use ASCII only")))
 }
 
-/// The samples of a plane as the writer takes them; finite values stay finite.
+/// The samples of a plane in the form the writer expects; finite values stay finite.
 pub(in crate::format) fn sample_bytes(plane: &[f32], depth: ExrDepth) -> Vec<u8> {
     match depth {
         ExrDepth::Half => plane.iter().flat_map(|&v| half_of(v).to_ne_bytes()).collect(),

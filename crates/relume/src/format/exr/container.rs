@@ -1,4 +1,4 @@
-//! Planes under names in an EXR file, both ways.
+//! Named planes in an EXR file, reading and writing.
 
 use std::collections::BTreeMap;
 use std::io::Cursor;
@@ -19,16 +19,16 @@ use crate::planes::{Planes, Size};
 /// The first part of an EXR file.
 #[derive(Debug, Clone)]
 pub(super) struct Layer {
-    /// A name for each plane, in alphabetical order as the file has them.
+    /// A name for each plane, in the alphabetical order of the file.
     pub names: Vec<String>,
     pub planes: Planes,
-    /// Half where every channel is.
+    /// Half if every channel is half.
     pub depth: ExrDepth,
-    /// Attributes that hold text and are not part of the standard.
+    /// Text attributes that are not part of the standard.
     pub attributes: BTreeMap<String, String>,
 }
 
-/// Reads the first part of a file, all channels of it as floats.
+/// Reads the first part of a file, with all its channels, as floats.
 pub(super) fn decode(bytes: &[u8], job: &Job) -> Result<Layer> {
     let reader = ::exr::block::read(Cursor::new(bytes), false).map_err(unreadable)?;
     check_header(&reader, bytes.len() as u64, job)?;
@@ -70,7 +70,7 @@ fn check_header(reader: &Reader<Cursor<&[u8]>>, found: u64, job: &Job) -> Result
             channel.name
         )));
     }
-    // The file's own samples and ours are held at the same time.
+    // The samples of the decoder and ours are held at the same time.
     let stored = |kind: SampleType| if kind == SampleType::F16 { 2 } else { 4 };
     let bytes_per_texel: u64 = channels.iter().map(|channel| 4 + stored(channel.sample_type)).sum();
     let size = Size::new(header.layer_size.width(), header.layer_size.height());
@@ -95,8 +95,8 @@ fn append(out: &mut Vec<f32>, samples: &FlatSamples) {
     }
 }
 
-/// The names of the channels of a file's first part and its attributes of text that are not part of the
-/// standard, without its samples.
+/// The names of the channels of the first part of a file and its non-standard text attributes, without its
+/// samples.
 pub(in crate::format) fn head(bytes: &[u8]) -> Result<(Vec<String>, BTreeMap<String, String>)> {
     let reader = ::exr::block::read(Cursor::new(bytes), false).map_err(unreadable)?;
     let header = reader.headers().first().ok_or_else(|| Error::invalid("the EXR file holds no picture"))?;
@@ -122,7 +122,7 @@ fn unreadable(error: ::exr::error::Error) -> Error {
     }
 }
 
-/// The bytes of a file with a channel for each plane, and attributes of text.
+/// The bytes of a file with a channel for each plane, and text attributes.
 pub(super) fn encode(
     names: &[String],
     planes: &Planes,

@@ -1,20 +1,19 @@
-//! Fields in EXR files: one channel a coefficient, what they mean as attributes of text.
+//! Fields in EXR files: one channel per coefficient, described by text attributes.
 //!
 //! | attribute | value |
 //! |---|---|
 //! | `relumeField` | `1`, the version of this layout |
 //! | `relumeBasis` | the basis: `constant`, `ptm`, `hsh9`, `learned` |
-//! | `relumeLearned` | of a learned basis, its table: see [`learned`] |
+//! | `relumeLearned` | the table of a learned basis: see [`learned`] |
 //! | `relumeColor` | the layout of planes: `luminance`, `rgb`, `lrgb`, `channels` |
-//! | `relumeChannels` | of `channels`, their names in order, separated by `;` |
+//! | `relumeChannels` | the names of `channels`, in order, separated by `;` |
 //! | `relumeSpace` | `linear` or `srgb` |
 //! | `relumeLights` | directions `x y z`, separated by `;`, where known |
 //!
-//! A channel is named `basis.function.colour`, so that viewers show each function as a layer:
-//! `ptm.u2.R`; `ptm.u2.Y` for luminance; `color.R` for the colour of an LRGB field. Files hold
-//! channels in alphabetical order, so planes are found by name, never by position. A linear field
-//! of constants has the plain names of its channels, such as `R`, `G`, `B` or `Y`, and is a picture
-//! to every program.
+//! A channel is named `basis.function.colour`, so that viewers show each function as a layer: `ptm.u2.R`;
+//! `ptm.u2.Y` for luminance; `color.R` for the colour of an LRGB field. Files store channels in alphabetical
+//! order, so planes are looked up by name, never by position. A linear field of constants has the plain names
+//! of its channels, such as `R`, `G`, `B` or `Y`, and any program reads it as a picture.
 
 use std::collections::BTreeMap;
 
@@ -41,7 +40,7 @@ const LIGHTS_KEY: &str = "relumeLights";
 
 const VERSION: &str = "1";
 
-/// Whether channels and attributes are those of functions rather than of a picture.
+/// Whether channels and attributes belong to functions rather than to a picture.
 pub(in crate::format) fn is_field(names: &[String], texts: &BTreeMap<String, String>) -> bool {
     texts.contains_key(VERSION_KEY) && !is_picture(names)
 }
@@ -121,7 +120,7 @@ fn layout_of(layer: &Layer) -> Result<PlaneLayout> {
 
 /// The channel names of a field in the order of its planes.
 fn channel_names(basis: &Basis, layout: &PlaneLayout, space: Space) -> Vec<String> {
-    // `Y` is what other programs call luminance; channels with names of their own keep them.
+    // `Y` is the customary name of luminance; named channels keep their names.
     let of_exr = |channel: &str| if channel == "L" && !layout.is_named() { "Y" } else { channel }.to_owned();
     if *basis == Basis::Constant && space == Space::Linear && !layout.is_product() {
         return layout.channel_names().into_iter().map(of_exr).collect();

@@ -1,6 +1,6 @@
-//! The table of a learned basis as text: for each measured pair the light, the view, the weight and
-//! the functions' values, numbers separated by spaces and pairs by `;`. Numbers are the shortest
-//! decimals that read back to the same bits.
+//! The table of a learned basis as text: for each measured pair the light, the view, the weight and the
+//! values of the functions, numbers separated by spaces and pairs by `;`. Numbers are the shortest decimals
+//! that read back to the same bits.
 
 use std::fmt::Write as _;
 
@@ -31,7 +31,7 @@ pub(super) fn text_of(learned: &Learned) -> String {
 /// The basis of a table.
 ///
 /// # Errors
-/// Rows that are no numbers or not equally long, vectors that are not of length 1, and what makes no
+/// Rows that are not numbers or differ in length, vectors that are not of length 1, and tables that are not a
 /// basis.
 pub(super) fn from_text(text: &str) -> Result<Learned> {
     let (mut pairs, mut weights, mut values) = (Vec::new(), Vec::new(), Vec::new());
@@ -82,7 +82,7 @@ mod tests {
         assert_eq!(from_text(&text_of(&example())).unwrap(), example());
     }
 
-    /// The directions of the usual BTF samples, 81 x 81, in a file.
+    /// A file with the directions of the usual BTF samples, 81 x 81.
     #[test]
     fn a_basis_of_6561_pairs_comes_back_from_a_file() {
         let basis = Basis::Learned(learned_example(81, 81, 8));

@@ -1,8 +1,7 @@
-//! OpenEXR files: named channels, plain linear pictures, and fields without loss.
+//! OpenEXR files: named channels, plain linear pictures, and lossless fields.
 //!
-//! One part of scan lines, ZIP-compressed, in increasing order, rows from the top; large files in
-//! tiles of one resolution where asked. Layout of the container: "OpenEXR File Layout", Academy
-//! Software Foundation.
+//! One part of scan lines, ZIP-compressed, in increasing order, rows from the top; large files optionally in
+//! tiles of one resolution. Layout of the container: "OpenEXR File Layout", Academy Software Foundation.
 
 mod attributes;
 mod blocks;
@@ -31,7 +30,7 @@ use container::Layer;
 pub enum ExrDepth {
     /// 16-bit floats: 11 significant bits, up to 65,504.
     Half,
-    /// 32-bit floats: nothing is lost.
+    /// 32-bit floats: lossless.
     Float,
 }
 
@@ -45,17 +44,16 @@ impl ExrDepth {
     }
 }
 
-/// The bytes of an EXR file with a channel for each plane, under the given names: maps of
-/// measured quantities, source maps. Whole numbers are exact as floats up to 2^24.
+/// The bytes of an EXR file with a channel for each plane, under the given names: maps of measured
+/// quantities, source maps. Integers are exact as floats up to 2^24.
 ///
 /// # Errors
-/// When the number of names differs from that of planes, or a name is empty, not plain text or
-/// given twice.
+/// When the numbers of names and planes differ, or a name is empty, not plain text or given twice.
 pub fn encode_labelled(names: &[&str], planes: &Planes, depth: ExrDepth) -> Result<Vec<u8>> {
     encode_with_texts(names, planes, depth, &[])
 }
 
-/// As [`encode_labelled`], with attributes of text.
+/// As [`encode_labelled`], with text attributes.
 pub(super) fn encode_with_texts(
     names: &[&str],
     planes: &Planes,
@@ -66,7 +64,7 @@ pub(super) fn encode_with_texts(
     container::encode(&names, planes, depth, texts)
 }
 
-/// The channels of an EXR file, whatever they are, in alphabetical order of their names.
+/// All channels of an EXR file, in alphabetical order of their names.
 ///
 /// # Errors
 /// As for pictures.

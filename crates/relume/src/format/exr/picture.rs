@@ -6,7 +6,7 @@ use crate::error::{Error, Result};
 use crate::picture::Picture;
 use crate::raster::{Raster, Samples};
 
-/// The picture in a layer: `R`, `G`, `B`, else `Y`, else the only channel there is.
+/// The picture in a layer: `R`, `G`, `B`, otherwise `Y`, otherwise the only channel.
 pub(super) fn picture_of(layer: &Layer) -> Result<Raster> {
     let chosen = chosen(&layer.names).ok_or_else(|| no_picture(&layer.names))?;
     let size = layer.planes.size();

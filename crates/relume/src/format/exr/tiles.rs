@@ -1,9 +1,9 @@
-//! Sets of tiles in EXR files: fields in which tiles lie one below the other.
+//! Tile sets in EXR files: fields of tiles stacked one below the other.
 //!
 //! | attribute | value |
 //! |---|---|
-//! | `relumeTiles` | how many tiles of equal height there are |
-//! | `relumeCell` | where tiles are oblique, `w t s h`: the steps (w, t) to the cell at the right and (s, h) to the one below |
+//! | `relumeTiles` | the number of tiles of equal height |
+//! | `relumeCell` | for oblique tiles, `w t s h`: the steps (w, t) to the right and (s, h) down |
 
 use std::collections::BTreeMap;
 
@@ -15,8 +15,8 @@ use crate::numeric::cells::Cells;
 const TILES_KEY: &str = "relumeTiles";
 const CELL_KEY: &str = "relumeCell";
 
-/// The bytes of a field in which the rectangles of `tiles` tiles that fill such cells lie one below
-/// the other.
+/// The bytes of a field of `tiles` tiles that fill the given cells, with their bounding rectangles stacked
+/// one below the other.
 ///
 /// # Errors
 /// As for any field.
@@ -35,11 +35,11 @@ pub fn encode_tiles(
     container::encode(&names, field.coefficients(), depth, &attributes)
 }
 
-/// How many tiles the attributes of a file say that it holds, and the cells they fill where they are oblique;
-/// none where it holds no tiles.
+/// The number of tiles according to the attributes of a file, and the cells they fill if they are oblique;
+/// `None` if it holds no tiles.
 ///
 /// # Errors
-/// When the number is none, or the cells are none.
+/// When the number or the cells are invalid.
 pub(in crate::format) fn tiles_of(
     texts: &BTreeMap<String, String>,
 ) -> Result<Option<(usize, Option<Cells>)>> {

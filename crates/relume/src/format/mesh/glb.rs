@@ -1,8 +1,7 @@
 //! Binary glTF 2.0 (ISO/IEC 12113:2022): the triangles of the default scene, placed by its nodes.
 //!
-//! Accessors are read here, with every range checked, because a library that trusts them would
-//! stop the program on a bad file. Sparse and compressed accessors, and buffers outside the file,
-//! are refused by name; so are triangle strips and fans.
+//! Accessors are read here, with every range checked, because a library that trusts them would abort on a bad
+//! file. Sparse and compressed accessors, external buffers, and triangle strips and fans are refused by name.
 
 use gltf::accessor::{DataType, Dimensions};
 use gltf::{Accessor, Document, Gltf, Node, Primitive, Semantic};
@@ -12,9 +11,9 @@ use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::render::Mesh;
 
-/// Nodes below one another; a deeper tree is a loop or an attack.
+/// The deepest nesting of nodes; a deeper tree is a loop or an attack.
 const MAX_DEPTH: usize = 64;
-/// Nodes in all, since nodes may be named again and again.
+/// The most nodes in total, since nodes may be referenced repeatedly.
 const MAX_NODES: usize = 100_000;
 
 pub(super) fn decode(bytes: &[u8], job: &Job) -> Result<Mesh> {
@@ -32,7 +31,7 @@ pub(super) fn decode(bytes: &[u8], job: &Job) -> Result<Mesh> {
     reader.parts.into_mesh()
 }
 
-/// The header's length must cover itself and lie within the file.
+/// The length in the header must cover the header and lie within the file.
 fn check_length(bytes: &[u8]) -> Result<()> {
     let length = bytes.get(8..12).map_or(0, |b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]) as usize);
     if length < 20 || length > bytes.len() {
@@ -44,7 +43,7 @@ fn check_length(bytes: &[u8]) -> Result<()> {
     Ok(())
 }
 
-/// The library's own check of positions trusts that their accessor exists.
+/// The check of positions in the library assumes that their accessor exists.
 fn check_positions(root: &gltf::json::Root) -> Result<()> {
     let primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
     let accessors = primitives.flat_map(|primitive| primitive.attributes.values()).map(|index| index.value());
@@ -72,12 +71,12 @@ fn times(a: &Transform, b: &Transform) -> Transform {
     std::array::from_fn(|c| std::array::from_fn(|r| (0..4).map(|k| a[k][r] * b[c][k]).sum()))
 }
 
-/// A point moved by a map.
+/// A point transformed by a map.
 fn moved(m: &Transform, p: [f32; 3]) -> [f32; 3] {
     std::array::from_fn(|r| m[0][r] * p[0] + m[1][r] * p[1] + m[2][r] * p[2] + m[3][r])
 }
 
-/// A normal under a map: by the cofactors of its linear part, so that it stays at right angles.
+/// A normal transformed by a map: by the cofactors of its linear part, so that it remains perpendicular.
 fn turned(m: &Transform, n: [f32; 3]) -> [f32; 3] {
     let cross = |a: [f32; 4], b: [f32; 4]| -> [f32; 3] {
         [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
@@ -184,7 +183,7 @@ impl Reader<'_> {
         Ok(self.elements(accessor, size)?.map(value).collect())
     }
 
-    /// The bytes of each element, `size` each, once all are known to lie in the file.
+    /// The bytes of each element, `size` each, after checking that all lie in the file.
     fn elements(&self, accessor: &Accessor, size: usize) -> Result<impl Iterator<Item = &[u8]>> {
         let view = accessor.view().filter(|_| accessor.sparse().is_none());
         let view = view.ok_or_else(|| Error::unsupported("sparse accessors are not supported"))?;
@@ -224,7 +223,7 @@ fn required<'a>(primitive: &Primitive<'a>, semantic: Semantic) -> Result<Accesso
 mod tests {
     use super::*;
 
-    /// A triangle, written by hand after the specification: JSON and binary chunks.
+    /// A triangle, written by hand from the specification: JSON and binary chunks.
     fn triangle(node: &str, length_of_indices: usize) -> Vec<u8> {
         let mut bin = Vec::new();
         for value in [0.0f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0] {

@@ -1,8 +1,8 @@
 //! Meshes from files: Wavefront OBJ and binary glTF 2.0.
 //!
-//! Texture coordinates are turned to have their origin at the bottom left, as
-//! [`crate::render::mesh`] says; OBJ has it there, glTF at the top left. Normals that a file does
-//! not give are computed; texture coordinates must be there, because any choice of them would be a guess.
+//! Texture coordinates are converted to an origin at the bottom left, as in [`crate::render::mesh`]; OBJ has
+//! it there, glTF at the top left. Missing normals are computed; texture coordinates are required, because
+//! any choice of them would be a guess.
 
 #[cfg(feature = "mesh")]
 mod glb;
@@ -12,7 +12,8 @@ use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::render::Mesh;
 
-/// The mesh in the bytes of a file: binary glTF is known by its first bytes, anything else is read as OBJ.
+/// The mesh in the bytes of a file: binary glTF is recognised by its first bytes, anything else is read as
+/// OBJ.
 ///
 /// # Errors
 /// One that breaks its format, has no triangles or no texture coordinates, or exceeds the limits.
@@ -20,7 +21,7 @@ pub fn decode_mesh(bytes: &[u8], job: &Job) -> Result<Mesh> {
     if bytes.starts_with(b"glTF") { glb::decode(bytes, job) } else { obj::decode(bytes, job) }
 }
 
-/// What takes the place of the reader of binary glTF where it is left out.
+/// The replacement for the reader of binary glTF in a build without it.
 #[cfg(not(feature = "mesh"))]
 mod glb {
     use super::{Error, Job, Mesh, Result};
@@ -32,18 +33,18 @@ mod glb {
     }
 }
 
-/// Vertices and triangles as they come in.
+/// Vertices and triangles collected so far.
 #[derive(Debug, Default)]
 struct Parts {
     positions: Vec<[f32; 3]>,
-    /// As long as the positions; zero where the file gives none.
+    /// As many as positions; zero where the file has none.
     normals: Vec<[f32; 3]>,
     texcoords: Vec<[f32; 2]>,
     triangles: Vec<[u32; 3]>,
 }
 
 impl Parts {
-    /// Refuses more than the limits or 32-bit indices hold.
+    /// Refuses meshes beyond the limits or 32-bit indices.
     fn check(&self, job: &Job) -> Result<()> {
         let bytes = 32 * self.positions.len() as u64 + 12 * self.triangles.len() as u64;
         job.check_bytes("the mesh", bytes)?;

@@ -1,6 +1,6 @@
-//! Wavefront OBJ (Wavefront Technologies, "Advanced Visualizer Manual", 1991, appendix B1):
-//! vertices, texture coordinates, normals and polygons. All else (groups, materials, lines, free-form
-//! surfaces) is passed over. Polygons are cut into a fan, which suits convex ones.
+//! Wavefront OBJ (Wavefront Technologies, "Advanced Visualizer Manual", 1991, appendix B1): vertices, texture
+//! coordinates, normals and polygons. Everything else (groups, materials, lines, free-form surfaces) is
+//! ignored. Polygons are split into fans, which is correct for convex ones.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +9,7 @@ use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::render::Mesh;
 
-/// A corner's indices from 0: position, texture coordinate, normal.
+/// The indices of a corner from 0: position, texture coordinate, normal.
 type Corner = (usize, usize, Option<usize>);
 
 #[derive(Default)]

@@ -1,25 +1,25 @@
 //! The text before the coefficients of a `.ptm` file.
 //!
-//! Sixteen words: version, format, width, height, six scales, six biases. The format asks for five
-//! or six lines; any white space between the words is taken. The newline that ends the last line is
-//! followed by the coefficients.
+//! Sixteen words: version, format, width, height, six scales, six biases. The format specifies five or six
+//! lines; any white space between the words is accepted. The coefficients follow the newline that ends the
+//! last line.
 
 use super::PtmEncoding;
 use crate::error::{Error, Result};
 use crate::planes::Size;
 
-/// How a file arranges its bytes.
+/// The arrangement of the bytes of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Layout {
-    /// Three blocks of six bytes a texel.
+    /// Three blocks of six bytes per texel.
     Rgb,
-    /// A block of six bytes of luminance a texel, then one of three bytes of colour.
+    /// A block of six bytes of luminance per texel, then one of three bytes of colour.
     LrgbBlocks,
-    /// Nine bytes a texel: luminance, then colour. What versions before 1.2 have.
+    /// Nine bytes per texel: luminance, then colour, as in versions before 1.2.
     LrgbInterleaved,
 }
 
-/// The places of one plane's bytes in the payload: `start`, `start + stride`, ...
+/// The positions of the bytes of one plane in the payload: `start`, `start + stride`, ...
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Comb {
     pub start: usize,
@@ -34,7 +34,7 @@ impl Layout {
         }
     }
 
-    /// Where plane `k` of the field lies in the payload of so many texels.
+    /// The positions of plane `k` of the field in the payload of `texels` texels.
     pub(super) fn comb(self, k: usize, texels: usize) -> Comb {
         match self {
             Self::Rgb => Comb { start: (k / 6) * 6 * texels + k % 6, stride: 6 },
@@ -45,7 +45,7 @@ impl Layout {
     }
 }
 
-/// What the text says.
+/// The contents of the header.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Header {
     pub layout: Layout,
@@ -55,8 +55,7 @@ pub(super) struct Header {
     pub payload: usize,
 }
 
-/// The text of a file of version 1.2, width and height on lines of their own, which old viewers
-/// need.
+/// The header of a file of version 1.2, with width and height on separate lines, which old viewers need.
 pub(super) fn to_text(format: &str, size: Size, encoding: &PtmEncoding) -> String {
     let line = |numbers: [f32; 6]| numbers.map(|n| n.to_string()).join(" ");
     let Size { width, height } = size;
@@ -105,7 +104,7 @@ fn other_format(name: &str) -> Error {
     ))
 }
 
-/// Outside these, single precision cannot give a byte back.
+/// Refuses scales for which single precision cannot restore a byte.
 fn check_scale(scale: f32) -> Result<(), &'static str> {
     match scale.abs() {
         0.0 => Err("a scale of zero leaves nothing of the coefficient, so the file is broken"),
@@ -127,11 +126,11 @@ struct Words<'a> {
     at: usize,
 }
 
-/// The longest word a header may hold; numbers and names are far shorter.
+/// The longest word of a header; numbers and names are far shorter.
 const LONGEST_WORD: usize = 64;
 
 impl Words<'_> {
-    /// The next word and the byte it begins at.
+    /// The next word and its first byte position.
     fn next(&mut self, what: &str) -> Result<(String, usize)> {
         let rest = &self.bytes[self.at..];
         let blank = rest.iter().take_while(|byte| byte.is_ascii_whitespace()).count();

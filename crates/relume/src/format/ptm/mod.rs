@@ -1,10 +1,10 @@
 //! Polynomial texture maps: the `.ptm` files of HP Labs.
 //!
-//! Malzbender, Gelb, Wolters, "Polynomial Texture Maps", SIGGRAPH 2001, and "Polynomial Texture Map
-//! (.ptm) File Format", version 1.2, HP Labs 2001. A coefficient is a byte with a scale and a bias
-//! that all channels share: a_k = (byte - bias_k) scale_k, in units where white is 255. Values here
-//! are a_k / 255. Rows run bottom-up in the file. No gamma is recorded: by convention the values
-//! are sRGB-encoded, as photographs are.
+//! Malzbender, Gelb, Wolters, "Polynomial Texture Maps", SIGGRAPH 2001, and "Polynomial Texture Map (.ptm)
+//! File Format", version 1.2, HP Labs 2001. A coefficient is a byte with a scale and a bias common to all
+//! channels: a_k = (byte - bias_k) scale_k, in units where white is 255. Values here are a_k / 255. Rows run
+//! bottom-up in the file. No gamma is recorded: by convention the values are sRGB-encoded, as photographs
+//! are.
 
 mod header;
 mod quantise;
@@ -20,20 +20,20 @@ pub(super) use write::{Under, encode};
 pub struct PtmEncoding {
     /// Steps between bytes, in units where white is 255; never zero.
     pub scale: [f32; 6],
-    /// The bytes that stand for 0: whole numbers in files that follow the format.
+    /// The bytes that represent 0: integers in files that follow the format.
     pub bias: [f32; 6],
 }
 
-/// The value of white in a file's units.
+/// The value of white in the units of the file.
 const WHITE: f64 = 255.0;
 
 impl PtmEncoding {
-    /// The coefficient that a byte stands for.
+    /// The coefficient of a byte.
     fn value(&self, k: usize, byte: u8) -> f32 {
         ((f64::from(byte) - f64::from(self.bias[k])) * f64::from(self.scale[k]) / WHITE) as f32
     }
 
-    /// Where a coefficient lies on the scale of bytes; not rounded, not clamped.
+    /// The position of a coefficient on the scale of bytes; not rounded, not clamped.
     fn position(&self, k: usize, value: f32) -> f64 {
         f64::from(value) * WHITE / f64::from(self.scale[k]) + f64::from(self.bias[k])
     }

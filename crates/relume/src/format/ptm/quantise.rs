@@ -1,27 +1,27 @@
 //! Scale and bias of a coefficient for the least expected error.
 //!
-//! Bytes cover a window of 256 steps. A step s errs by s^2 / 12 on average inside the window
-//! (Bennett, "Spectra of Quantized Signals", 1948); a value outside errs by its distance from the
-//! window. A wide window rounds coarsely, a narrow one clips tails: windows of a list of steps, at
-//! all whole biases, are compared on a histogram. Relit values err by e' G e with the Gram matrix
-//! G, and rounding errors of different coefficients are uncorrelated to first order, so each
-//! coefficient is chosen by itself.
+//! Bytes cover a window of 256 steps. A step s has an error of s^2 / 12 on average inside the window
+//! (Bennett, "Spectra of Quantized Signals", 1948); a value outside has its distance from the window as the
+//! error. A wide window rounds coarsely, a narrow one clips tails: windows of a list of steps, at all integer
+//! biases, are compared on a histogram. The squared error of relit values is e' G e with the Gram matrix G,
+//! and rounding errors of different coefficients are uncorrelated to first order, so each coefficient is
+//! chosen independently.
 
 use super::WHITE;
 
 /// Bins of the histogram.
 const BINS: usize = 4096;
 
-/// Steps that are tried: from a fifth of the whole range's to slightly above it.
+/// The number of steps tried: from a fifth of the step of the whole range to slightly above it.
 const STEPS: usize = 96;
 const LEAST_STEP: f64 = 0.2;
 const MOST_STEP: f64 = 1.02;
 
-/// Biases beyond this leave single precision no room for the byte.
+/// The largest bias for which single precision can still resolve the byte.
 const MOST_BIAS: f64 = 524_288.0;
 
-/// Scale and bias in the file's units for values where white is 1, each with a weight: the square
-/// by which its error is multiplied.
+/// Scale and bias in the units of the file for values with white at 1, each with a weight by which its
+/// squared error is multiplied.
 pub(super) fn choose(samples: impl Iterator<Item = (f32, f32)> + Clone) -> (f32, f32) {
     let used = samples.filter(|&(_, weight)| weight > 0.0).map(|(v, w)| (f64::from(v) * WHITE, f64::from(w)));
     let range =
@@ -32,7 +32,7 @@ pub(super) fn choose(samples: impl Iterator<Item = (f32, f32)> + Clone) -> (f32,
         return (1.0, 0.0);
     }
     if high - low <= 1e-7 * magnitude {
-        // A constant is one step away from the byte that stands for zero.
+        // A constant is one step away from the byte that represents zero.
         return (magnitude as f32, if low < 0.0 { 1.0 } else { 0.0 });
     }
     best_window(&Histogram::new(used, low, high), magnitude)
@@ -58,7 +58,7 @@ fn best_window(histogram: &Histogram, magnitude: f64) -> (f32, f32) {
     (best.1, best.2)
 }
 
-/// Running sums over bins of equal width: how much weight lies below an edge, and where.
+/// Running sums over bins of equal width: the weight below each edge, and its position.
 struct Histogram {
     low: f64,
     high: f64,
@@ -83,7 +83,7 @@ impl Histogram {
         Self { low, high, below }
     }
 
-    /// The expected squared error of the window whose byte 0 stands for -bias * step.
+    /// The expected squared error of the window whose byte 0 represents -bias * step.
     fn cost(&self, step: f64, bias: f64) -> f64 {
         let (first, last) = (-bias * step - self.low, (255.0 - bias) * step - self.low);
         let total = self.below[BINS];

@@ -12,11 +12,11 @@ use crate::job::Job;
 use crate::planes::Planes;
 use crate::space::Space;
 
-/// The field in a `.ptm` file, and how its coefficients are stored.
+/// The field in a `.ptm` file, and the storage of its coefficients.
 ///
 /// # Errors
-/// Broken headers with the byte, sub-formats that are not read by name, and a number of bytes
-/// other than the size needs, be they missing or surplus.
+/// Invalid headers with the position of the fault, unsupported sub-formats by name, and a number of bytes
+/// that does not match the size.
 pub(in crate::format) fn decode(bytes: &[u8], job: &Job) -> Result<(ReflectanceField, PtmEncoding)> {
     let header = Header::parse(bytes)?;
     let payload = &bytes[header.payload..];
@@ -30,8 +30,7 @@ pub(in crate::format) fn decode(bytes: &[u8], job: &Job) -> Result<(ReflectanceF
     Ok((ReflectanceField::new(Basis::Ptm, color, Space::Srgb, planes)?, header.encoding))
 }
 
-/// Compares the bytes there are with those the size needs; no file has as many as sizes that
-/// overflow need.
+/// Compares the number of bytes with that required by the size; sizes that overflow match no file.
 fn check_length(header: &Header, found: usize) -> Result<()> {
     let (width, height) = (header.size.width as u128, header.size.height as u128);
     let expected = width.saturating_mul(height).saturating_mul(header.layout.bytes_per_texel() as u128);

@@ -1,36 +1,35 @@
 //! Successive rounding: the six coefficients of a function are rounded one after another, and each
-//! makes up for the errors of those before it.
+//! compensates the errors of those before it.
 //!
-//! Relit values err by e' G e. With the Cholesky factor of the Gram matrix in units of steps,
-//! S G S = L L', that is the squared length of L' (t - b) for positions t and bytes b. Rounding
-//! from the last row up, each position first moved by what the earlier errors ask for, leaves
-//! sum_k L_kk^2 / 12 on average; rounding each by itself leaves sum_k G_kk s_k^2 / 12, which is
-//! never less. This is the nearest-plane method of Babai, "On Lovasz' lattice reduction and the
-//! nearest lattice point problem", Combinatorica 6, 1986. The order of rounding is free: of all 720
-//! the one with the least sum is taken.
+//! The squared error of relit values is e' G e. With the Cholesky factor of the Gram matrix in units of
+//! steps, S G S = L L', it is the squared length of L' (t - b) for positions t and bytes b. Rounding from the
+//! last row up, after moving each position to compensate the earlier errors, leaves sum_k L_kk^2 / 12 on
+//! average; independent rounding leaves sum_k G_kk s_k^2 / 12, which is never less. This is the nearest-plane
+//! method of Babai, "On Lovasz' lattice reduction and the nearest lattice point problem", Combinatorica 6,
+//! 1986. The order of rounding is free: of all 720 the one with the least sum is used.
 
 use super::{PtmEncoding, nearest_byte};
 use crate::error::Result;
 use crate::field::{Basis, Domain};
 use crate::numeric::Matrix;
 
-/// How six coefficients become bytes: in which order, and how far each makes up for earlier errors.
+/// The conversion of six coefficients to bytes: the order, and the compensation of earlier errors.
 #[derive(Debug, Clone)]
 pub(super) struct Rounding {
     encoding: PtmEncoding,
-    /// Coefficients in the order of the factor's rows; rounded from the last.
+    /// Coefficients in the order of the rows of the factor; rounded from the last.
     order: [usize; 6],
-    /// `feedback[p][q]`: how far the error at place `q` > `p` moves the position at place `p`.
+    /// `feedback[p][q]`: the shift of position `p` caused by the error at position `q` > `p`.
     feedback: [[f64; 6]; 6],
 }
 
 impl Rounding {
-    /// Each coefficient to its nearest byte.
+    /// Rounds each coefficient to its nearest byte.
     pub(super) fn nearest(encoding: &PtmEncoding) -> Self {
         Self { encoding: *encoding, order: [0, 1, 2, 3, 4, 5], feedback: [[0.0; 6]; 6] }
     }
 
-    /// All six for the least error over the hemisphere.
+    /// Rounds all six for the least error over the hemisphere.
     pub(super) fn successive(encoding: &PtmEncoding) -> Result<Self> {
         let gram = Basis::Ptm.gram(Domain::Hemisphere)?;
         let mut best: Option<(f64, [usize; 6], Matrix)> = None;

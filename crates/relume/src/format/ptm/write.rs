@@ -12,15 +12,15 @@ use crate::format::codes::code8;
 use crate::planes::{Planes, Size};
 use crate::space::Space;
 
-/// Under which scale and bias values become bytes.
+/// The scale and bias under which values become bytes.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::format) enum Under<'a> {
-    /// That of the file of which the values are copies: each becomes its nearest byte, and values that were read
-    /// from bytes under this encoding give the same bytes.
+    /// That of the file from which the values were copied: each value becomes its nearest byte, and values
+    /// read from bytes under this encoding give the same bytes.
     Stored(&'a PtmEncoding),
-    /// A given one, for values that are new: those of a function are rounded for the least error of relit values.
+    /// A given one, for new values: those of a function are rounded for the least error of relit values.
     Given(&'a PtmEncoding),
-    /// One that is chosen for the least error of relit values, which are then rounded in the same way.
+    /// One chosen for the least error of relit values, which are then rounded in the same way.
     Chosen,
 }
 
@@ -41,7 +41,7 @@ pub(in crate::format) fn encode(field: &ReflectanceField, under: Under<'_>) -> R
 }
 
 impl PtmEncoding {
-    /// The scale and bias that are chosen for a field: those of the least expected error.
+    /// The scale and bias chosen for a field, with the least expected error.
     ///
     /// # Errors
     /// When a `.ptm` file cannot hold the field.
@@ -81,11 +81,11 @@ fn check(field: &ReflectanceField) -> Result<()> {
     Ok(())
 }
 
-/// What the blocks of a file hold.
+/// The contents of the blocks of a file.
 struct Parts<'a> {
     /// Six planes of luminance, or of each channel.
     functions: Cow<'a, Planes>,
-    /// Three bytes a texel, rows from the top, where the functions are luminances.
+    /// Three bytes per texel, rows from the top, if the functions are luminances.
     colors: Option<Vec<u8>>,
 }
 
@@ -139,7 +139,7 @@ impl<'a> Parts<'a> {
     }
 }
 
-/// Appends six bytes a texel, rows from the bottom, of the six planes from `first` on.
+/// Appends six bytes per texel, rows from the bottom, of the six planes from `first` on.
 fn append_functions(out: &mut Vec<u8>, planes: &Planes, first: usize, rounding: &Rounding) {
     let Size { width, height } = planes.size();
     let functions: [&[f32]; 6] = std::array::from_fn(|k| planes.plane(first + k));
@@ -159,8 +159,8 @@ fn nearest_colors(planes: &Planes) -> Vec<u8> {
     (0..planes.size().texels()).flat_map(|texel| colors.map(|plane| code8(plane[texel]))).collect()
 }
 
-/// Colours rounded to bytes with the largest at 255, and the luminance that is nearest to the
-/// product c l under the rounded colour q: l (c . q) / (q . q).
+/// Colours rounded to bytes with the largest at 255, and the luminance whose product with the rounded colour
+/// q is nearest to the product c l: l (c . q) / (q . q).
 fn rounded_products(planes: &Planes) -> (Planes, Vec<u8>) {
     let texels = planes.size().texels();
     let mut colors = Vec::with_capacity(3 * texels);
@@ -182,8 +182,8 @@ fn rounded_products(planes: &Planes) -> (Planes, Vec<u8>) {
     (luminance, colors)
 }
 
-/// The squared length of a colour of bytes, white being 1 in each: how much the squared error of
-/// its luminance counts.
+/// The squared length of a colour of bytes, with white at 1 in each: the weight of the squared error of its
+/// luminance.
 fn norm_squared(color: &[u8]) -> f64 {
     color.iter().map(|&c| (f64::from(c) / 255.0).powi(2)).sum()
 }

@@ -1,19 +1,19 @@
-//! Numbers as bits, most significant first, and an adaptive Rice code for small whole numbers.
+//! Numbers as bits, most significant first, and an adaptive Rice code for small integers.
 //!
 //! The code is that of JPEG-LS (Weinberger, Seroussi, Sapiro, "The LOCO-I Lossless Image Compression
-//! Algorithm", IEEE Trans. Image Processing 9, 2000): a number is folded to 0, -1, 1, -2, 2 ... =
-//! 0, 1, 2, 3, 4 ..., its k low bits are written plainly and the rest as so many zeros and a one, with k
-//! from the mean of the numbers before.
+//! Algorithm", IEEE Trans. Image Processing 9, 2000): numbers 0, -1, 1, -2, 2 ... are folded to 0, 1, 2, 3, 4
+//! ..., the k low bits are written verbatim and the remainder in unary as zeros and a one, with k derived
+//! from the mean of the previous numbers.
 
 use crate::error::{Error, Result};
 
-/// Zeros after which a number is written plainly in [`PLAIN`] bits.
+/// The number of zeros after which a number is written verbatim in [`PLAIN`] bits.
 const ESCAPE: u32 = 24;
 
-/// Bits of a number written plainly: codes are at most 2^20 in size.
+/// The bits of a number written verbatim: codes are at most 2^20 in magnitude.
 const PLAIN: u32 = 22;
 
-/// The running mean that chooses k.
+/// The running mean that determines k.
 #[derive(Debug, Clone)]
 pub(super) struct Rice {
     sum: u32,
@@ -39,7 +39,7 @@ impl Rice {
     }
 }
 
-/// Bits to bytes; the last byte is filled up with zeros.
+/// Bits to bytes; the last byte is padded with zeros.
 #[derive(Debug, Default)]
 pub(super) struct BitWriter {
     bytes: Vec<u8>,
@@ -110,7 +110,7 @@ impl<'a> BitReader<'a> {
         Ok(value)
     }
 
-    /// Bits that are left.
+    /// The number of bits left.
     pub(super) fn left(&self) -> usize {
         8 * self.bytes.len() - self.at
     }

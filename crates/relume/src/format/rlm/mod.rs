@@ -1,6 +1,6 @@
 //! `.rlm`: a random-field model in a few kilobytes. `docs/formats.md` has the layout.
 //!
-//! The file holds exactly the model: what is read back is equal to what was written, to the bit.
+//! The file represents the model exactly: reading restores it to the bit.
 
 mod bits;
 mod read;
@@ -14,16 +14,16 @@ pub use write::{check_kind, encode};
 /// First bytes of the file.
 const SIGNATURE: [u8; 4] = *b"RLM\x1a";
 
-/// The versions of the layout: without a structure, with one, and with heights or a model for each light.
+/// The versions of the layout: without a structure, with one, and with heights or one model per light.
 const VERSIONS: [u8; 3] = [1, 2, 3];
 
-/// Signature, version, checksum and length of what follows.
+/// Signature, version, checksum and length of the rest.
 const HEADER: usize = 4 + 1 + 4 + 4;
 
-/// Candidate neighbours that a mask can have.
+/// The most candidate neighbours of a mask.
 const MOST_CANDIDATES: usize = 511;
 
-/// The CRC-32 of IEEE 802.3: it finds every single altered byte.
+/// The CRC-32 of IEEE 802.3: it detects every single altered byte.
 fn checksum(bytes: &[u8]) -> u32 {
     let byte = |sum: u32, byte: &u8| {
         (0..8).fold(sum ^ u32::from(*byte), |s, _| (s >> 1) ^ (0xedb8_8320 & (s & 1).wrapping_neg()))
@@ -77,7 +77,7 @@ mod tests {
         model
     }
 
-    /// A field with a model for each of seven lights.
+    /// A field with one model for each of seven lights.
     fn per_light(color: PlaneLayout) -> FieldModel {
         let (size, mut stream) = (Size::new(30, 24), Stream::new(6, Purpose::Sample, [0]));
         let count = color.planes(Basis::Ptm.len());
@@ -201,7 +201,8 @@ mod tests {
         }
     }
 
-    /// How many of 400 files altered at random, their checksums made right, are refused, and make something.
+    /// How many of 400 files altered at random, with corrected checksums, are refused, and how many make
+    /// something.
     fn forged(bytes: &[u8]) -> [usize; 2] {
         let mut stream = Stream::new(1, Purpose::Sample, [0]);
         let mut counts = [0; 2];

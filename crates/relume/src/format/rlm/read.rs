@@ -20,7 +20,7 @@ use crate::space::Space;
 /// The model in the bytes of a file.
 ///
 /// # Errors
-/// Another kind or version of file; bytes missing, altered or too many; numbers that make no model;
+/// Another kind or version of file; bytes missing, altered or too many; numbers that are not a valid model;
 /// more memory than the limits allow.
 pub fn decode(bytes: &[u8], job: &Job) -> Result<FieldModel> {
     let mut bits = BitReader::new(body(bytes)?);
@@ -62,7 +62,7 @@ pub fn decode(bytes: &[u8], job: &Job) -> Result<FieldModel> {
     Ok(field)
 }
 
-/// What values are, and the lights' places in the unit disk; none for a joint model.
+/// The meaning of the values, and the lights in the unit disk; none for a joint model.
 #[derive(Default)]
 struct Kind {
     heights: Option<Heights>,
@@ -100,7 +100,7 @@ fn read_fields(bits: &mut BitReader<'_>, lights: &[[f32; 2]], job: &Job) -> Resu
     lights.iter().map(model).collect::<Result<_>>().map(Fields::PerLight)
 }
 
-/// What follows the header, which is checked.
+/// The data after the header, whose checksum is verified.
 fn body(bytes: &[u8]) -> Result<&[u8]> {
     if !bytes.starts_with(&SIGNATURE) {
         return Err(Error::unsupported("the file is not a random-field model: it does not begin with RLM"));
@@ -163,7 +163,7 @@ fn read_model(bits: &mut BitReader<'_>, job: &Job) -> Result<Model> {
     Ok(Model { marginals, mixing: Mixing { own, weights }, gains, kernel, levels, structure: None })
 }
 
-/// So many floats; the bits are there before memory is asked for.
+/// `count` floats; the bits are checked before memory is allocated.
 fn floats(bits: &mut BitReader<'_>, count: usize, what: &str, job: &Job) -> Result<Vec<f32>> {
     job.check_bytes("the model", 4 * count as u64)?;
     (0..count).map(|_| bits.float(what)).collect()

@@ -1,10 +1,11 @@
-//! The codes of a structure as bytes: each a few decisions of a range coder, whose chances depend on the
-//! codes around that are known already.
+//! The codes of a structure as bytes: each code is a few decisions of a range coder, with probabilities that
+//! depend on the surrounding codes already known.
 //!
-//! A wavelet coefficient is large where its neighbours, the coefficient at its place one scale up, and that
-//! of the component before are large (as in J. Shapiro, "Embedded Image Coding Using Zerotrees of Wavelet
-//! Coefficients", IEEE Trans. Signal Processing 41, 1993, and D. Taubman, "High Performance Scalable Image
-//! Compression with EBCOT", IEEE Trans. Image Processing 9, 2000). `docs/formats.md` has the bytes.
+//! A wavelet coefficient is large where its neighbours, the coefficient at its position one scale coarser,
+//! and that of the previous component are large (as in J. Shapiro, "Embedded Image Coding Using Zerotrees of
+//! Wavelet Coefficients", IEEE Trans. Signal Processing 41, 1993, and D. Taubman, "High Performance Scalable
+//! Image Compression with EBCOT", IEEE Trans. Image Processing 9, 2000). `docs/formats.md` specifies the
+//! bytes.
 
 use crate::error::{Error, Result};
 use crate::job::Job;
@@ -14,10 +15,10 @@ use crate::planes::Size;
 use crate::random_field::Structure;
 use crate::random_field::structure::MOST_CODE;
 
-/// Sizes below this are counted up; the rest of larger ones is an Elias gamma code.
+/// Magnitudes below this are coded in unary; the remainder of larger ones is an Elias gamma code.
 const COUNTED: usize = 15;
 
-/// The bytes that the codes of a structure take.
+/// The codes of a structure as bytes.
 pub(super) fn encode(structure: &Structure) -> Vec<u8> {
     let mut encoder = Encoder::default();
     let mut codes = structure.codes.clone();
@@ -31,15 +32,15 @@ pub(super) fn encode(structure: &Structure) -> Vec<u8> {
     encoder.into_bytes()
 }
 
-/// The bytes that a structure takes in a file.
+/// The number of bytes of a structure in a file.
 pub fn structure_bytes(structure: &Structure) -> usize {
     encode(structure).len() + HEADER_BITS.div_ceil(8) + 2 * structure.components()
 }
 
-/// Bits of a structure besides its codes and steps: sides, tiles, scales and length.
+/// Bits of a structure apart from its codes and steps: sides, tiles, scales and length.
 pub(super) const HEADER_BITS: usize = 3 * 16 + 4 + 32;
 
-/// The codes of a structure that has none yet.
+/// Decodes the codes of a structure that has none yet.
 ///
 /// # Errors
 /// Bytes missing or too many; more memory than the limits allow.
@@ -60,8 +61,8 @@ pub(super) fn decode(bytes: &[u8], mut structure: Structure, job: &Job) -> Resul
     Ok(structure)
 }
 
-/// Replaces all codes in their order, tile after tile, component after component, the averages first and then
-/// from coarse differences to fine ones, by what `code` makes of them and of what is known.
+/// Replaces all codes by the results of `code`, which gets each code and its context, in their order: tile
+/// after tile, component after component, the averages first and then from coarse differences to fine ones.
 fn each(structure: &Structure, codes: &mut [i32], mut code: impl FnMut(i32, Context) -> i32) {
     let (texels, width) = (structure.tile.texels(), structure.tile.width);
     let bands = bands(structure.tile, structure.scales);
@@ -84,12 +85,12 @@ fn each(structure: &Structure, codes: &mut [i32], mut code: impl FnMut(i32, Cont
     }
 }
 
-/// How many of some bounds a number exceeds.
+/// The number of bounds that a number exceeds.
 fn class(number: i32, bounds: [i32; 4]) -> usize {
     bounds.iter().filter(|bound| number > **bound).count()
 }
 
-/// What is known of a code, in classes.
+/// The context of a code, in classes.
 #[derive(Debug, Clone, Copy)]
 struct Context {
     around: usize,
@@ -103,12 +104,12 @@ struct Band {
     x: usize,
     y: usize,
     size: Size,
-    /// The same kind one scale up.
+    /// The same kind one scale coarser.
     above: Option<(usize, usize, Size)>,
 }
 
 impl Band {
-    /// Twice the sizes of the left and the upper neighbour and those of the upper corners.
+    /// Twice the magnitudes of the left and the upper neighbour plus those of the upper corners.
     fn around(&self, codes: &[i32], width: usize, x: usize, y: usize) -> i32 {
         let at = |dx: isize, dy: isize| {
             let (x, y) = (x.checked_add_signed(dx), y.checked_add_signed(dy));
@@ -120,7 +121,7 @@ impl Band {
         (2 * at(-1, 0).min(8) + 2 * at(0, -1).min(8)) + at(-1, -1).min(8) + at(1, -1).min(8)
     }
 
-    /// The size of the coefficient at this place one scale up.
+    /// The magnitude of the coefficient at this position one scale coarser.
     fn above(&self, codes: &[i32], width: usize, x: usize, y: usize) -> i32 {
         let Some((left, top, size)) = self.above else { return 0 };
         if size.texels() == 0 {
@@ -131,7 +132,7 @@ impl Band {
     }
 }
 
-/// The averages, then of each scale from the coarsest the differences along x, along y and along both.
+/// The averages, then, for each scale from the coarsest on, the differences along x, along y and along both.
 fn bands(tile: Size, scales: usize) -> Vec<Band> {
     let sizes = wavelet::sizes(tile, scales);
     let mut bands = vec![Band { x: 0, y: 0, size: sizes[scales], above: None }];
@@ -150,15 +151,15 @@ fn bands(tile: Size, scales: usize) -> Vec<Band> {
     bands
 }
 
-/// The chances of all decisions.
+/// The probabilities of all decisions.
 #[derive(Debug)]
 struct Chances {
     /// Whether a code is not 0, by context.
     some: [[[Chance; 3]; 3]; 5],
     negative: Chance,
-    /// Whether a size is larger than 1, 2, ..., by whether the code's surroundings are large.
+    /// Whether a magnitude is larger than 1, 2, ..., by whether the surrounding codes are large.
     larger: [[Chance; COUNTED]; 5],
-    /// How many bits the rest of a large size has.
+    /// The number of bits of the remainder of a large magnitude.
     longer: [Chance; 32],
     bit: Chance,
 }
@@ -176,11 +177,11 @@ impl Default for Chances {
     }
 }
 
-/// Makes one decision: writes the given one, or reads another.
+/// Makes one decision: writes the given one, or reads one.
 type Decide<'a> = &'a mut dyn FnMut(bool, &mut Chance) -> bool;
 
 impl Chances {
-    /// Writes a code, or reads another; the code that was written or read.
+    /// Writes a code, or reads one; returns the code written or read.
     fn code(&mut self, code: i32, context: Context, decide: Decide<'_>) -> i32 {
         let Context { around, above, before } = context;
         if !decide(code != 0, &mut self.some[around][above][before]) {

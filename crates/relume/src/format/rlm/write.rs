@@ -10,11 +10,11 @@ use crate::random_field::neighbourhood::{Offset, all_around, causal};
 use crate::random_field::stability::BURN_INS;
 use crate::random_field::{FieldModel, Fields, LightModel, Model, Structure};
 
-/// The bytes of a model's file.
+/// The bytes of the file of a model.
 ///
 /// # Errors
-/// A model of a learned basis or of channels with names of their own; a neighbourhood that reaches
-/// farther than the file can say, which no fitted model's does.
+/// A model of a learned basis or of named channels; a neighbourhood larger than the file can represent, which
+/// no fitted model has.
 pub fn encode(field: &FieldModel) -> Result<Vec<u8>> {
     check_kind(&field.basis, &field.layout)?;
     let mut bits = BitWriter::default();
@@ -42,10 +42,10 @@ pub fn encode(field: &FieldModel) -> Result<Vec<u8>> {
     Ok(with_header(version, &bits.into_bytes()))
 }
 
-/// Refuses models of textures that the file has no names for.
+/// Refuses models of textures that the file cannot describe.
 ///
 /// # Errors
-/// A learned basis, and channels with names of their own.
+/// A learned basis, and named channels.
 pub fn check_kind(basis: &Basis, layout: &PlaneLayout) -> Result<()> {
     if Basis::from_name(basis.name()).is_none() || layout.is_named() {
         return Err(Error::unsupported(format!(
@@ -65,7 +65,7 @@ fn version(field: &FieldModel) -> u8 {
     }
 }
 
-/// What values are, and the lights.
+/// The meaning of the values, and the lights.
 fn write_kind(bits: &mut BitWriter, field: &FieldModel) {
     let size = field.heights.map(|heights| heights.mm_per_texel);
     bits.bits(
@@ -136,7 +136,7 @@ fn write_level(bits: &mut BitWriter, level: &Level) -> Result<()> {
     level.noise.iter().for_each(|&number| bits.float(number));
     level.weights.rows.iter().chain(&level.weights.columns).for_each(|&step| bits.half(step));
     let m = level.planes();
-    // A plane's own past is not like the other planes'.
+    // The past of a plane itself differs statistically from that of the others.
     let (mut own, mut other) = (Rice::new(), Rice::new());
     for (i, &code) in level.weights.codes.iter().enumerate() {
         bits.rice(code, if i / m % m == i % m { &mut own } else { &mut other });
@@ -161,7 +161,7 @@ fn write_structure(bits: &mut BitWriter, of: &Structure) -> Result<()> {
     Ok(())
 }
 
-/// Which of the first so many neighbours are there.
+/// Which of the first `count` neighbours are present.
 fn write_mask(bits: &mut BitWriter, offsets: &[Offset], family: fn(usize) -> Vec<Offset>) -> Result<()> {
     let all = family(MOST_CANDIDATES);
     let last = offsets.last().map_or(Some(0), |last| all.iter().position(|o| o == last).map(|i| i + 1));

@@ -59,7 +59,7 @@ mod tests {
         ReflectanceField::new(Basis::Ptm, PlaneLayout::LRGB, Space::Srgb, planes).unwrap()
     }
 
-    /// A file of the field's own size, in tiles.
+    /// A file of the size of the field itself, in tiles.
     fn tiled(field: &ReflectanceField, depth: ExrDepth, tile: Size) -> Vec<u8> {
         let streamed = Streamed::new(field, FieldFormat::Exr(depth), None, &Job::default()).unwrap();
         let streamed = streamed.in_tiles(tile).unwrap();
@@ -75,7 +75,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(60))]
 
-        /// Tiles that divide the sides, that do not, and that are larger than the whole.
+        /// Tiles that divide the sides, tiles that do not, and tiles larger than the whole.
         #[test]
         fn a_tiled_file_holds_what_one_of_rows_does(
             (width, height, w, h) in (1usize..40, 1usize..40, 1usize..50, 1usize..50),
@@ -90,7 +90,7 @@ mod tests {
         }
     }
 
-    /// A reader finds any tile by the table of offsets alone, and in it the texels of that place.
+    /// A reader can find any tile by the table of offsets alone, with the texels of that place.
     #[test]
     fn every_tile_can_be_read_by_itself() {
         let (size, tile) = (Size::new(37, 29), Size::new(16, 11));
@@ -106,7 +106,7 @@ mod tests {
             assert!(one.read_next_chunk().is_none(), "one tile only");
             let block = UncompressedBlock::decompress_chunk(chunk, &meta, true).unwrap();
             assert_eq!(block.index.pixel_position, wanted);
-            // The first channel by name is the colour's blue.
+            // The first channel by name is the blue of the colour.
             assert_eq!(meta.headers[0].channels.list[0].name.to_string(), "color.B");
             let first = f32::from_ne_bytes(block.data[..4].try_into().unwrap());
             assert_eq!(first, field.coefficients().at(8, wanted.x(), wanted.y()));

@@ -1,16 +1,15 @@
-//! Files larger than memory: written row after row, or tile after tile, from samples that somebody
-//! copies into place.
+//! Files larger than memory: written row by row, or tile by tile, from samples copied in by a callback.
 //!
-//! A texture that copies the texels of a small one stores the same bytes for each of them, so the
-//! small one is encoded once, into [`Lane`]s: of each texel some bytes together, rows from the top.
-//! [`Streamed::write`] then asks for the rows of the large file, a row of all lanes at a time, from the top
-//! or from the bottom as the format has them, and keeps a few. A file of the small one's own size comes
-//! out as [`super::encode_field`] writes it, byte for byte but for how PNG files are cut into chunks.
+//! A texture that copies the texels of a small one stores the same bytes for each of them. So the small one
+//! is encoded once, into [`Lane`]s: for each texel a few bytes, rows from the top. [`Streamed::write`] then
+//! requests the rows of the large file, one row of all lanes at a time, from the top or from the bottom as
+//! the format requires, and keeps a few. A file of the size of the small texture is identical to that of
+//! [`super::encode_field`], apart from the chunks of PNG files.
 //!
-//! A texture that is computed is encoded in pieces by [`Streamed::made`], whose lanes belong together.
+//! A computed texture is encoded in pieces by [`Streamed::made`], whose lanes match.
 //!
-//! - PNG: one lane; ptm: a lane for each block of the file, rows from the bottom; EXR: a lane for
-//!   each channel, blocks of 16 rows, or tiles ([`Streamed::in_tiles`]).
+//! - PNG: one lane; ptm: one lane per block of the file, rows from the bottom; EXR: one lane per channel,
+//!   blocks of 16 rows, or tiles ([`Streamed::in_tiles`]).
 
 mod exr;
 mod png;
@@ -28,7 +27,7 @@ use crate::field::ReflectanceField;
 use crate::job::Job;
 use crate::planes::Size;
 
-/// Bytes of the texels of a field as a file stores them.
+/// The bytes of the texels of a field as stored in a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Lane {
     /// Bytes of one texel.
@@ -47,14 +46,14 @@ impl Lane {
     }
 }
 
-/// A field whose texels a large file copies.
+/// A field whose texels are copied by a large file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Streamed {
     lanes: Vec<Lane>,
     kind: Kind,
 }
 
-/// What a file's head needs to know.
+/// The information for the header of a file.
 #[derive(Debug, Clone, PartialEq)]
 enum Kind {
     Png { channels: usize, depth: Depth },
@@ -63,7 +62,7 @@ enum Kind {
 }
 
 impl Streamed {
-    /// Encodes a field; as [`encode_field`] does, with the `encoding` of the file it was read from.
+    /// Encodes a field, as [`encode_field`] does, with the `encoding` of the file it was read from.
     ///
     /// # Errors
     /// When the format is not written in rows (JPEG, TIFF) or cannot hold the field.
@@ -79,8 +78,8 @@ impl Streamed {
         }
     }
 
-    /// Encodes a field of new values, such as a piece of a large one: the functions of a `.ptm` under the given
-    /// scale, which all pieces share, or else under one chosen for this field.
+    /// Encodes a field of new values, such as a piece of a large one: the functions of a `.ptm` under the
+    /// given scale, common to all pieces, or under one chosen for this field.
     ///
     /// # Errors
     /// As [`Streamed::new`].
@@ -108,11 +107,10 @@ impl Streamed {
         Ok(Self { lanes, kind })
     }
 
-    /// The same with the texels of each tile together, so that a reader can take any part of the
-    /// file without the rest.
+    /// The same with the texels of each tile together, so that a reader can load any part of the file alone.
     ///
     /// # Errors
-    /// When the file is no EXR file, or has no such tiles.
+    /// When the file is not an EXR file, or cannot have such tiles.
     pub fn in_tiles(mut self, tile: Size) -> Result<Self> {
         let Kind::Exr(head) = &mut self.kind else {
             return Err(Error::usage("only EXR files are written in tiles here: name the file .exr"));
@@ -122,7 +120,7 @@ impl Streamed {
         Ok(self)
     }
 
-    /// The texels of a file of `size` texels that are asked for together: whole rows or a tile.
+    /// The texels of a file of `size` texels that are requested together: whole rows or a tile.
     pub fn block(&self, size: Size) -> Size {
         match &self.kind {
             Kind::Exr(head) => head.block(size),
@@ -135,7 +133,7 @@ impl Streamed {
         Ok(Self { lanes, kind })
     }
 
-    /// The bytes of the field's texels.
+    /// The bytes of the texels of the field.
     pub fn lanes(&self) -> &[Lane] {
         &self.lanes
     }
@@ -152,7 +150,7 @@ impl Streamed {
         }
     }
 
-    /// Bytes that writing a file of `size` texels keeps, besides the lanes.
+    /// The bytes kept while writing a file of `size` texels, apart from the lanes.
     pub fn working_bytes(&self, size: Size) -> u64 {
         let texel: usize = self.lanes.iter().map(|lane| lane.bytes_per_texel).sum();
         // EXR blocks are compressed on several threads, a few blocks each.

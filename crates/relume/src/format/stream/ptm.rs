@@ -7,10 +7,10 @@ use crate::error::{Error, Result};
 use crate::format::rows::Rows;
 use crate::planes::Size;
 
-/// The places of width and height among the lines of the header that this program writes.
+/// The positions of width and height among the header lines written by this program.
 const SIZE_LINES: [usize; 2] = [2, 3];
 
-/// The blocks of a file that this program wrote, and the lines of its header.
+/// The blocks of a file written by this program, and the lines of its header.
 pub(super) fn lanes(file: &[u8], size: Size) -> Result<(Vec<Lane>, Kind)> {
     let mut header = Vec::new();
     let mut rest = file;
@@ -31,8 +31,8 @@ pub(super) fn lanes(file: &[u8], size: Size) -> Result<(Vec<Lane>, Kind)> {
     Ok((lanes, Kind::Ptm { header }))
 }
 
-/// Writes the file: row after row from the last one, each into all blocks, so that rows that are computed are
-/// computed once.
+/// Writes the file row by row from the last one, each into all blocks, so that computed rows are computed
+/// once.
 pub(super) fn write(
     header: &[String],
     lanes: &[Lane],
@@ -61,14 +61,14 @@ pub(super) fn write(
     out.flush().map_err(|e| unwritable(&e))
 }
 
-/// A block's place in the file, and one row of it.
+/// The position of a block in the file, and one row of it.
 struct Block {
     at: u64,
     row: Vec<u8>,
 }
 
 impl Block {
-    /// Where so many rows end.
+    /// The end of the given number of rows.
     fn end(&self, rows: usize) -> u64 {
         self.at + rows as u64 * self.row.len() as u64
     }

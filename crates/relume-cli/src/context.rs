@@ -5,6 +5,7 @@ use std::sync::Arc;
 use clap::Args;
 use relume::{Cancel, Error, Job, Limits, Result};
 
+use crate::memory;
 use crate::progress::Bar;
 
 /// Options every verb takes.
@@ -19,7 +20,8 @@ pub struct Common {
     /// Worker threads [default: one for each processor]; results do not depend on it
     #[arg(long, global = true, value_name = "N", help_heading = "Common options")]
     pub threads: Option<usize>,
-    /// Memory one job may use, in GiB [default: three quarters of what is free]
+    /// Memory one job may use, in GiB [default: three quarters of what is free within the limits of
+    /// the machine, the process and its control group]
     #[arg(long, global = true, value_name = "GIB", help_heading = "Common options")]
     pub memory: Option<f64>,
 }
@@ -40,35 +42,38 @@ pub struct Context {
 impl Context {
     /// Checks the options and sets the number of threads; `cancel` stops the work.
     pub fn new(common: Common, cancel: Cancel) -> Result<Self> {
-        if let Some(threads) = common.threads {
-            if !(1..=1024).contains(&threads) {
-                return Err(Error::usage(format!("--threads {threads}: expected a number from 1 to 1024")));
-            }
-            rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().map_err(|e| {
-                Error::new(relume::ErrorKind::Io, format!("cannot start {threads} threads: {e}"))
-            })?;
+        if let Some(threads) = common.threads.filter(|threads| !(1..=1024).contains(threads)) {
+            return Err(Error::usage(format!("--threads {threads}: expected a number from 1 to 1024")));
         }
+        let limits = limits(common.memory, common.threads.unwrap_or_else(default_threads))?;
+        // Started here, since a system that refuses a thread later would stop the program. 0 is the default.
+        rayon::ThreadPoolBuilder::new().num_threads(common.threads.unwrap_or(0)).build_global().map_err(|_| {
+            Error::new(
+                relume::ErrorKind::Io,
+                "cannot start the worker threads: allow more memory or processes, or ask for fewer --threads",
+            )
+        })?;
         let bar = Arc::new(Bar::default());
-        let job = Job::new(limits(common.memory)?).with_progress(bar.clone()).with_cancel(cancel);
+        let job = Job::new(limits).with_progress(bar.clone()).with_cancel(cancel);
         Ok(Self { json: common.json, force: common.force, job, bar })
     }
 }
 
-/// The limits for a budget in GiB, or for the memory that is free now.
-fn limits(memory_gib: Option<f64>) -> Result<Limits> {
-    let default = Limits::default();
-    let max_bytes = match memory_gib {
-        Some(gib) if gib.is_finite() && gib > 0.0 => (gib * (1u64 << 30) as f64) as u64,
-        Some(gib) => return Err(Error::usage(format!("--memory {gib}: expected a number of GiB above 0"))),
-        None => available_bytes().map_or(default.max_bytes, |free| free / 4 * 3),
-    };
-    Ok(Limits { max_bytes, ..default })
+/// One for each processor.
+fn default_threads() -> usize {
+    std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
 }
 
-/// Memory the system says it can hand out; `None` where it does not say.
-fn available_bytes() -> Option<u64> {
-    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
-    let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
-    let kib: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
-    Some(kib * 1024)
+/// The limits for a budget in GiB, or for the memory that is free now. More than the limits of the
+/// process would end it, so they hold in any case.
+fn limits(memory_gib: Option<f64>, threads: usize) -> Result<Limits> {
+    let default = Limits::default();
+    let max_bytes = match memory_gib {
+        Some(gib) if gib.is_finite() && gib > 0.0 => {
+            ((gib * (1u64 << 30) as f64) as u64).min(memory::process(threads).unwrap_or(u64::MAX))
+        }
+        Some(gib) => return Err(Error::usage(format!("--memory {gib}: expected a number of GiB above 0"))),
+        None => memory::available_bytes(threads).map_or(default.max_bytes, |free| free / 4 * 3),
+    };
+    Ok(Limits { max_bytes, ..default })
 }

@@ -11,6 +11,7 @@ mod evaluated;
 mod fault;
 mod gathered;
 mod input;
+mod memory;
 mod normals;
 mod output;
 mod paths;

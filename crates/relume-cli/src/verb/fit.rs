@@ -88,8 +88,9 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         let cropped = args.crop.map(|r| photograph.crop(r.x, r.y, r.size));
         cropped.unwrap_or(Ok(photograph)).map_err(|e| e.at(paths[i]))
     };
-    let fit =
+    let mut fit =
         fit::fit(&capture.lights(), &load, &options, &context.job).map_err(|e| e.at(&capture.light_file))?;
+    fit.report.warnings.extend(capture.warnings.iter().cloned());
     outputs.write(&args.output, encode_field(&fit.field, format, None, &context.job)?)?;
     let written = outputs.commit()?;
     let json = json!({

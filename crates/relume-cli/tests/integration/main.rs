@@ -4,6 +4,7 @@ mod auto;
 mod capture;
 mod compare_analyze;
 mod everything;
+mod extremes;
 mod fill;
 mod fit;
 mod gallery;

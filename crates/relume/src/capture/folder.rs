@@ -1,13 +1,15 @@
 //! A capture on disk: a light-position file and the photographs it names.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::ffi::{OsStr, OsString};
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use super::lp::{self, Entry, excerpt};
+use super::finder::{Finder, is_hidden, list, listing};
+use super::lp::{Entry, List, printable};
 use crate::direction::Direction;
 use crate::error::{Error, Result};
 use crate::names::named;
@@ -23,8 +25,9 @@ const PICTURE_EXTENSIONS: [&str; 6] = ["png", "jpg", "jpeg", "tif", "tiff", "exr
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Pairing {
-    /// By the name in the light file: its relative path, otherwise its file name in the folder of the light
-    /// file; upper and lower case are equivalent if there is no exact match.
+    /// By the name in the light file: its path as listed, else ever shorter tails of it in the light
+    /// file's folder and, while they name a folder, in the one above; else in the one folder below,
+    /// above or beside that holds them all. Upper and lower case count where both exist.
     #[default]
     ByName,
     /// The k-th light belongs to the k-th picture of the folder, with names sorted so that numbers compare as
@@ -52,6 +55,9 @@ pub struct Capture {
     pub light_stamp: Stamp,
     /// In the order of the light file.
     pub photographs: Vec<Photograph>,
+    /// What may surprise: photographs found in another folder, pictures without a line. One sentence
+    /// each.
+    pub warnings: Vec<String>,
 }
 
 impl Capture {
@@ -59,8 +65,8 @@ impl Capture {
     /// read.
     ///
     /// # Errors
-    /// Everything that [`lp::parse`] refuses, a folder with no or several light files, and lights whose
-    /// photograph is missing or ambiguous.
+    /// Everything [`super::lp::parse`] refuses, a folder with no or several light files, and lights
+    /// whose photograph is missing or not the only one.
     pub fn open(path: impl AsRef<Path>) -> Result<Self> {
         Self::open_paired(path, Pairing::default())
     }
@@ -73,19 +79,20 @@ impl Capture {
         let path = path.as_ref();
         let light_file = if path.is_dir() { only_light_file(path)? } else { path.to_path_buf() };
         let bytes = read_light_file(&light_file)?;
-        let entries = lp::parse(&bytes).map_err(|e| e.at(&light_file))?;
+        let list = List::parse(&bytes).map_err(|e| e.at(&light_file))?;
         let folder = match light_file.parent() {
             Some(parent) if parent != Path::new("") => parent,
             _ => Path::new("."),
         };
-        let paths = match pairing {
-            Pairing::ByName => pair_by_name(&entries, folder),
-            Pairing::ByOrder => pair_by_order(&entries, folder),
+        let paired = match pairing {
+            Pairing::ByName => pair_by_name(&list, folder),
+            Pairing::ByOrder => pair_by_order(&list.entries, folder).map(|paths| (paths, Vec::new())),
         };
-        let paths = paths.map_err(|e| e.at(&light_file))?;
-        let pairs = paths.into_iter().zip(&entries);
+        let paired = paired.and_then(|paired| list.check_count().map(|()| paired));
+        let (paths, warnings) = paired.map_err(|e| e.at(&light_file))?;
+        let pairs = paths.into_iter().zip(&list.entries);
         let photographs = pairs.map(|(path, entry)| Photograph { path, light: entry.light }).collect();
-        Ok(Self { light_file, light_stamp: Stamp::of(&bytes), photographs })
+        Ok(Self { light_file, light_stamp: Stamp::of(&bytes), photographs, warnings })
     }
 
     /// The file name and the light of every photograph, as needed for a fit.
@@ -96,16 +103,32 @@ impl Capture {
 }
 
 fn only_light_file(folder: &Path) -> Result<PathBuf> {
-    let mut found: Vec<String> =
-        list(folder)?.into_iter().filter(|name| extension(name).as_deref() == Some("lp")).collect();
+    let is_light_file = |name: &OsString| !is_hidden(name) && extension(name).as_deref() == Some("lp");
+    let found: Vec<OsString> = list(folder)?.into_iter().filter(is_light_file).collect();
     match found.len() {
-        1 => Ok(folder.join(found.remove(0))),
-        0 => Err(Error::invalid("the folder holds no light-position file (.lp)").at(folder)),
+        1 => Ok(folder.join(&found[0])),
+        0 => Err(Error::invalid(format!("the folder holds no light-position file (.lp){}", below(folder)))
+            .at(folder)),
         n => Err(Error::usage(format!(
             "the folder holds {n} light-position files ({}): name the one to use",
-            listing(&found)
+            listing(&found.iter().map(|name| name.to_string_lossy().into_owned()).collect::<Vec<_>>())
         ))
         .at(folder)),
+    }
+}
+
+/// Which folders in a folder hold light files, for a message.
+fn below(folder: &Path) -> String {
+    let holds = |name: &OsString| {
+        let names = list(&folder.join(name)).unwrap_or_default();
+        !is_hidden(name) && names.iter().any(|name| extension(name).as_deref() == Some("lp"))
+    };
+    let inner: Vec<OsString> = list(folder).unwrap_or_default().into_iter().filter(holds).collect();
+    let inner: Vec<String> = inner.iter().map(|name| name.to_string_lossy().into_owned()).collect();
+    if inner.is_empty() {
+        String::new()
+    } else {
+        format!("; name one of the folders in it that do: {}", listing(&inner))
     }
 }
 
@@ -122,107 +145,25 @@ fn read_light_file(path: &Path) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// The names of the entries of a folder, sorted so that numbers compare as numbers.
-fn list(folder: &Path) -> Result<Vec<String>> {
-    let io = |e: std::io::Error| Error::io("cannot list the folder", &e).at(folder);
-    let mut names = Vec::new();
-    for entry in std::fs::read_dir(folder).map_err(io)? {
-        names.extend(entry.map_err(io)?.file_name().into_string());
-    }
-    names.sort_by_cached_key(|name| natural_key(name));
-    Ok(names)
-}
-
-fn extension(name: &str) -> Option<String> {
+fn extension(name: &OsStr) -> Option<String> {
     Some(Path::new(name).extension()?.to_str()?.to_lowercase())
 }
 
-/// A key that sorts `image2` before `image10`: runs of digits by length without leading zeros, then by
-/// digits; everything else by character. Ties are broken by the name itself.
-fn natural_key(name: &str) -> (Vec<(usize, String)>, String) {
-    let mut parts: Vec<(usize, String)> = Vec::new();
-    let mut chars = name.chars().peekable();
-    while let Some(c) = chars.next() {
-        if !c.is_ascii_digit() {
-            parts.push((usize::MAX, c.to_lowercase().collect()));
-            continue;
-        }
-        let mut digits = String::from(c);
-        while let Some(digit) = chars.next_if(char::is_ascii_digit) {
-            digits.push(digit);
-        }
-        let value = digits.trim_start_matches('0').to_owned();
-        parts.push((value.len(), value));
-    }
-    (parts, name.to_owned())
+fn is_picture(name: &OsStr) -> bool {
+    !is_hidden(name) && extension(name).is_some_and(|e| PICTURE_EXTENSIONS.contains(&e.as_str()))
 }
 
-/// Finds pictures by the names of a light file.
-struct Finder<'a> {
-    folder: &'a Path,
-    names: Vec<String>,
-    by_lower_case: BTreeMap<String, Vec<usize>>,
-}
-
-impl<'a> Finder<'a> {
-    fn new(folder: &'a Path) -> Result<Self> {
-        let names = list(folder)?;
-        let mut by_lower_case: BTreeMap<String, Vec<usize>> = BTreeMap::new();
-        for (i, name) in names.iter().enumerate() {
-            by_lower_case.entry(name.to_lowercase()).or_default().push(i);
-        }
-        Ok(Self { folder, names, by_lower_case })
+/// The photographs of a list by their names, and what is to be said of how they were found.
+fn pair_by_name(list: &List, folder: &Path) -> Result<(Vec<PathBuf>, Vec<String>)> {
+    let mut finder = Finder::new(folder)?;
+    let (found, elsewhere) = finder.find(&list.entries)?;
+    if let Some(missing) = missing(list, &found, &finder) {
+        return Err(Error::invalid(missing));
     }
-
-    /// The picture of an entry, or `None`.
-    fn find(&self, entry: &Entry) -> Result<Option<PathBuf>> {
-        let slashed = entry.name.replace('\\', "/");
-        let relative = Path::new(&slashed);
-        let named = self.folder.join(relative);
-        if relative.is_relative() && named.is_file() {
-            return Ok(Some(named));
-        }
-        let file_name = slashed.rsplit('/').next().unwrap_or(&slashed);
-        let candidates = self.by_lower_case.get(&file_name.to_lowercase()).map_or(&[][..], Vec::as_slice);
-        let exact = candidates.iter().find(|&&i| self.names[i] == file_name);
-        match (exact, candidates) {
-            (Some(&i), _) | (None, &[i]) => Ok(Some(self.folder.join(&self.names[i]))),
-            (None, []) => Ok(None),
-            (None, several) => {
-                let names: Vec<_> = several.iter().map(|&i| self.names[i].clone()).collect();
-                Err(Error::invalid(format!(
-                    "line {}: {} could be any of {}, which differ only in upper and lower case",
-                    entry.line,
-                    excerpt(&entry.name),
-                    listing(&names)
-                )))
-            }
-        }
-    }
-}
-
-fn pair_by_name(entries: &[Entry], folder: &Path) -> Result<Vec<PathBuf>> {
-    let finder = Finder::new(folder)?;
-    let found = entries.iter().map(|entry| finder.find(entry)).collect::<Result<Vec<_>>>()?;
-    if let (Some(first), true) = (entries.first(), found.iter().all(Option::is_none)) {
-        return Err(Error::invalid(format!(
-            "none of the {} names (the first is {}) is a file in {}: correct the names, or ask for pairing by order",
-            entries.len(),
-            excerpt(&first.name),
-            folder.display()
-        )));
-    }
-    let mut line_of: BTreeMap<PathBuf, usize> = BTreeMap::new();
-    for (entry, path) in entries.iter().zip(&found) {
-        let Some(path) = path else {
-            return Err(Error::invalid(format!(
-                "line {}: the photograph {} is missing from {}",
-                entry.line,
-                excerpt(&entry.name),
-                folder.display()
-            )));
-        };
-        if let Some(earlier) = line_of.insert(path.clone(), entry.line) {
+    let paths: Vec<PathBuf> = found.into_iter().flatten().collect();
+    let mut line_of: BTreeMap<&Path, usize> = BTreeMap::new();
+    for (entry, path) in list.entries.iter().zip(&paths) {
+        if let Some(earlier) = line_of.insert(path, entry.line) {
             return Err(Error::invalid(format!(
                 "lines {earlier} and {} both name {}: a photograph has one light",
                 entry.line,
@@ -230,13 +171,58 @@ fn pair_by_name(entries: &[Entry], folder: &Path) -> Result<Vec<PathBuf>> {
             )));
         }
     }
-    Ok(found.into_iter().flatten().collect())
+    let place = elsewhere.map(|place| {
+        format!("no photograph is beside the light file; all were found in {}", place.display())
+    });
+    let warnings = place.into_iter().chain(without_a_line(&paths)?).collect();
+    Ok((paths, warnings))
+}
+
+/// That photographs are missing, in one sentence, where some are.
+fn missing(list: &List, found: &[Option<PathBuf>], finder: &Finder) -> Option<String> {
+    let mut missing =
+        list.entries.iter().zip(found).filter(|(_, path)| path.is_none()).map(|(entry, _)| entry);
+    let first = missing.next()?;
+    let (more, name) = (missing.count(), printable(&first.name));
+    if more + 1 == list.entries.len() && more > 0 {
+        return Some(format!(
+            "none of the {} names (the first is {name}) is a file in {}, and no folder near it holds all of them: \
+             correct the names, or ask for pairing by order",
+            list.entries.len(),
+            finder.searched(first)
+        ));
+    }
+    let others = if more == 0 { String::new() } else { format!(" ({more} more are missing)") };
+    let count = list.mismatch().map_or(String::new(), |mismatch| format!("; also, {mismatch}"));
+    Some(format!(
+        "line {}: the photograph {name} is missing{others}, looked for in {}: add it, or remove its line{count}",
+        first.line,
+        finder.searched(first)
+    ))
+}
+
+/// That pictures among the photographs have no line, where there are some.
+fn without_a_line(paths: &[PathBuf]) -> Result<Option<String>> {
+    let folders: BTreeSet<&Path> = paths.iter().filter_map(|path| path.parent()).collect();
+    let named: BTreeSet<&Path> = paths.iter().map(PathBuf::as_path).collect();
+    let mut unnamed = Vec::new();
+    for folder in folders {
+        let pictures = list(folder)?.into_iter().filter(|name| is_picture(name));
+        let others = pictures.filter(|name| !named.contains(folder.join(name).as_path()));
+        unnamed.extend(others.map(|name| name.to_string_lossy().into_owned()));
+    }
+    Ok((!unnamed.is_empty()).then(|| {
+        let pictures =
+            if unnamed.len() == 1 { "1 picture has" } else { &format!("{} pictures have", unnamed.len()) };
+        format!("{pictures} no line in the light file and no part in the result: {}", listing(&unnamed))
+    }))
 }
 
 fn pair_by_order(entries: &[Entry], folder: &Path) -> Result<Vec<PathBuf>> {
     let mut names = list(folder)?;
-    names.retain(|name| extension(name).is_some_and(|e| PICTURE_EXTENSIONS.contains(&e.as_str())));
+    names.retain(|name| is_picture(name));
     if names.len() != entries.len() {
+        let names: Vec<_> = names.iter().map(|name| name.to_string_lossy().into_owned()).collect();
         return Err(Error::invalid(format!(
             "{} lights cannot be paired by order with the {} pictures in {} ({}): keep only the photographs there",
             entries.len(),
@@ -248,20 +234,21 @@ fn pair_by_order(entries: &[Entry], folder: &Path) -> Result<Vec<PathBuf>> {
     Ok(names.into_iter().map(|name| folder.join(name)).collect())
 }
 
-/// The first names of a list, and how many more there are.
-fn listing(names: &[String]) -> String {
-    let shown = names.iter().take(8).map(String::as_str).collect::<Vec<_>>().join(", ");
-    if names.len() > 8 { format!("{shown} and {} more", names.len() - 8) } else { shown }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     /// A folder with a light file `lights.lp` and empty pictures.
     fn folder(lp: &str, pictures: &[&str]) -> tempfile::TempDir {
+        set("lights.lp", lp.as_bytes(), pictures)
+    }
+
+    /// A folder with a light file somewhere in it, and empty pictures.
+    fn set(light_file: &str, lp: &[u8], pictures: &[&str]) -> tempfile::TempDir {
         let folder = tempfile::tempdir().unwrap();
-        std::fs::write(folder.path().join("lights.lp"), lp).unwrap();
+        let path = folder.path().join(light_file);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(path, lp).unwrap();
         for name in pictures {
             let path = folder.path().join(name);
             std::fs::create_dir_all(path.parent().unwrap()).unwrap();
@@ -321,14 +308,131 @@ mod tests {
         let text = message(&two, Pairing::ByName);
         assert!(text.contains("2 light-position files (lights.lp, more.LP)"), "{text}");
         let none = tempfile::tempdir().unwrap();
-        assert!(message(&none, Pairing::ByName).contains("no light-position file"));
+        assert!(message(&none, Pairing::ByName).ends_with("no light-position file (.lp)"));
+        let below = set("Dome/lights.lp", b"0\n", &["Photos/a.jpg"]);
+        assert!(message(&below, Pairing::ByName).ends_with("that do: Dome"));
     }
 
     #[test]
     fn a_light_file_may_be_named_itself() {
         let folder = folder("1\na.png 0 0 1", &["a.png", "second.lp"]);
-        let capture = Capture::open(&folder.path().join("lights.lp")).unwrap();
+        let capture = Capture::open(folder.path().join("lights.lp")).unwrap();
         assert_eq!(capture.lights(), [("a.png".to_owned(), Direction::ZENITH)]);
-        assert!(Capture::open(&folder.path().join("absent.lp")).is_err());
+        assert!(Capture::open(folder.path().join("absent.lp")).is_err());
+    }
+
+    /// The photographs of a set whose light file has this name, below the real folder of the set.
+    fn found(set: &tempfile::TempDir, light_file: &str) -> (Vec<String>, Vec<String>) {
+        let capture = Capture::open_paired(set.path().join(light_file), Pairing::ByName).unwrap();
+        let root = set.path().canonicalize().unwrap();
+        let real = |p: &Photograph| p.path.canonicalize().unwrap();
+        let names =
+            capture.photographs.iter().map(|p| real(p).strip_prefix(&root).unwrap().display().to_string());
+        (names.collect(), capture.warnings)
+    }
+
+    #[test]
+    fn an_absolute_path_that_exists_is_taken_before_its_name_beside_the_light_file() {
+        let elsewhere = folder("0\n", &["a b.png"]);
+        let path = elsewhere.path().join("a b.png");
+        let set = folder(&format!("1\n{} 0 0 1", path.display()), &["a b.png"]);
+        let capture = Capture::open_paired(set.path(), Pairing::ByName).unwrap();
+        assert_eq!(capture.photographs[0].path, path);
+    }
+
+    #[test]
+    fn listed_folders_that_are_missing_or_spelt_otherwise_are_no_obstacle() {
+        let lp =
+            "4\nphotos/a.jpg 0 0 1\nC:\\dome\\Photos 2\\b.JPG 0 0 1\n..\\x\\c.jpg 0 0 1\nsub\\d.jpg 0 0 1";
+        let set = folder(lp, &["a.jpg", "photos 2/b.jpg", "b.JPG", "c.jpg", "sub\\d.jpg"]);
+        assert_eq!(found(&set, "lights.lp").0, ["a.jpg", "photos 2/b.jpg", "c.jpg", "sub\\d.jpg"]);
+    }
+
+    #[test]
+    fn photographs_in_the_folder_beside_that_their_paths_name_are_found() {
+        let lp = b"2\nC:\\rti\\jpeg-exports\\a.jpg 0 0 1\nC:\\rti\\jpeg-exports\\b.jpg 0 1 1";
+        let pictures = ["jpeg-exports/a.jpg", "jpeg-exports/b.jpg", "other/a.jpg", "other/b.jpg"];
+        let set = set("assembly-files/x.lp", lp, &pictures);
+        assert_eq!(found(&set, "assembly-files/x.lp").0, ["jpeg-exports/a.jpg", "jpeg-exports/b.jpg"]);
+    }
+
+    #[test]
+    fn bare_names_are_found_in_the_only_folder_near_that_holds_them_all_and_that_is_said() {
+        let lp = b"2\na.jpg 0 0 1\nb.jpg 0 1 1";
+        for place in ["set/photos/", "photos/", ""] {
+            let files = [format!("{place}a.jpg"), format!("{place}b.jpg"), "half/a.jpg".to_owned()];
+            let set = set("set/x.lp", lp, &files.each_ref().map(String::as_str));
+            let (names, warnings) = found(&set, "set/x.lp");
+            assert_eq!(names, files[..2]);
+            assert!(warnings.len() == 1 && warnings[0].contains("all were found in"), "{warnings:?}");
+        }
+        let two = set("set/x.lp", lp, &["p/a.jpg", "p/b.jpg", "q/a.jpg", "q/b.jpg"]);
+        let error =
+            Capture::open_paired(two.path().join("set/x.lp"), Pairing::ByName).unwrap_err().to_string();
+        assert!(error.contains("2 other folders hold files of all these names"), "{error}");
+    }
+
+    #[test]
+    fn one_photograph_missing_is_not_borrowed_from_another_set() {
+        let set =
+            set("Test/x.lp", b"2\na.jpg 0 0 1\nb.jpg 0 1 1", &["Test/a.jpg", "Dome/a.jpg", "Dome/b.jpg"]);
+        let error =
+            Capture::open_paired(set.path().join("Test/x.lp"), Pairing::ByName).unwrap_err().to_string();
+        assert!(error.contains("line 3: the photograph b.jpg is missing"), "{error}");
+    }
+
+    #[test]
+    fn a_missing_name_is_told_whole_with_the_folders_searched() {
+        let name = format!("C:\\{}\\photographs\\img_0001.jpg", "long ".repeat(30));
+        let set = folder(&format!("2\na.png 0 0 1\n{name} 0 0 1"), &["a.png"]);
+        let text = message(&set, Pairing::ByName);
+        let above = set.path().canonicalize().unwrap();
+        assert!(
+            text.contains(&name) && text.contains(&above.parent().unwrap().display().to_string()),
+            "{text}"
+        );
+    }
+
+    #[test]
+    fn files_of_systems_are_no_photographs_and_no_light_files() {
+        let extra = ["._a.jpg", "._b.jpg", ".DS_Store", "Thumbs.db", "._lights.lp"];
+        let set = folder("2\nx 0 0 1\ny 0 1 1", &[&["a.jpg", "b.jpg"][..], &extra].concat());
+        assert_eq!(opened(&set, Pairing::ByOrder).unwrap(), ["a.jpg", "b.jpg"]);
+        std::fs::write(set.path().join("lights.lp"), "2\na.jpg 0 0 1\nb.jpg 0 1 1").unwrap();
+        assert_eq!(found(&set, "lights.lp").1, [""; 0]);
+    }
+
+    #[test]
+    fn pictures_without_a_line_are_said() {
+        let set = folder("1\na.jpg 0 0 1", &["a.jpg", "mask.png", "b.jpg", "notes.txt"]);
+        let warnings = found(&set, "lights.lp").1;
+        assert!(warnings.len() == 1 && warnings[0].contains("2 pictures have no line"), "{warnings:?}");
+        assert!(warnings[0].ends_with("b.jpg, mask.png"), "{warnings:?}");
+    }
+
+    #[test]
+    fn a_wrong_count_and_a_missing_photograph_are_said_together() {
+        let set = folder("2\na.jpg 0 0 1\nb.jpg 0 1 1\nc.jpg 1 0 1\n\n", &["a.jpg", "b.jpg"]);
+        let text = message(&set, Pairing::ByName);
+        assert!(text.contains("line 4: the photograph c.jpg is missing"), "{text}");
+        assert!(text.contains("line 1 promises 2 lights, but 3 lines follow"), "{text}");
+        std::fs::write(set.path().join("c.jpg"), b"").unwrap();
+        assert!(message(&set, Pairing::ByName).contains("correct the number or the list"));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn names_that_are_not_utf_8_are_found_by_their_bytes_or_as_latin_1() {
+        use std::os::unix::ffi::OsStrExt;
+        let set = set("lights.lp", b"2\nn\xe9.png 0 0 1\n\xe8.png 0 1 1", &["\u{e8}.png"]);
+        let path = set.path().join(OsStr::from_bytes(b"n\xe9.png"));
+        std::fs::write(&path, b"").unwrap();
+        let capture = Capture::open_paired(set.path(), Pairing::ByName).unwrap();
+        let paths: Vec<_> = capture.photographs.into_iter().map(|p| p.path).collect();
+        assert_eq!(paths, [path.clone(), set.path().join("\u{e8}.png")]);
+        std::fs::write(set.path().join("lights.lp"), "1\nN\u{e9}.png 0 0 1").unwrap();
+        assert_eq!(Capture::open_paired(set.path(), Pairing::ByName).unwrap().photographs[0].path, path);
+        std::fs::write(set.path().join("lights.lp"), "2\nx 0 0 1\ny 0 1 1").unwrap();
+        assert_eq!(Capture::open_paired(set.path(), Pairing::ByOrder).unwrap().photographs[0].path, path);
     }
 }

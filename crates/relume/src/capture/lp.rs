@@ -1,10 +1,11 @@
 //! Light-position files, `.lp`: the number of lights, then one line `name x y z` per light.
 //!
-//! The format has no specification; this is what RTI builders read and write. Vectors point from the object
-//! to the light (x right, y up, z towards the camera) and have any length. Names may contain spaces, be
-//! absolute Windows paths or include sub-folders, so the last three words of a line are the vector and
-//! everything before them is the name. Decimal commas, CR LF, a byte-order mark and empty lines are accepted;
-//! text that is not UTF-8 is read as Latin-1.
+//! The format has no specification; it is what RTI builders read and write. Vectors point from
+//! the object to the light (x right, y up, z towards the camera) and have any length. Names may
+//! hold spaces, be absolute Windows paths or carry sub-folders, so the last three words of a line
+//! are the vector and everything before them is the name. Decimal commas, CR LF, a byte-order
+//! mark and empty lines are accepted; a line that is not UTF-8 is taken as Latin-1, and the bytes
+//! of its name are kept.
 
 use crate::direction::Direction;
 use crate::error::{Error, Result};
@@ -14,7 +15,9 @@ use crate::error::{Error, Result};
 pub struct Entry {
     /// The name of the photograph as spelled in the file.
     pub name: String,
-    /// The direction of the light, seen from the object.
+    /// The bytes of the name: a path of this system where they are not UTF-8.
+    pub raw_name: Vec<u8>,
+    /// Where the light stands, seen from the object.
     pub light: Direction,
     /// The line number in the file, from 1.
     pub line: usize,
@@ -26,26 +29,61 @@ pub struct Entry {
 /// A count that is missing or differs from the number of lines, a line without a name and three numbers, and
 /// a vector that is not finite, zero, or not above the surface.
 pub fn parse(bytes: &[u8]) -> Result<Vec<Entry>> {
-    let text = decode(bytes)?;
-    let lines = text.lines().enumerate().map(|(i, line)| (i + 1, line.trim()));
-    let mut lines = lines.filter(|(_, line)| !line.is_empty());
-    let (line, first) = lines.next().ok_or_else(|| {
-        Error::invalid("the file is empty: expected the number of lights, then a line `name x y z` for each")
-    })?;
-    let count: usize = first.parse().map_err(|_| {
-        Error::invalid(format!(
-            "line {line}: expected the number of lights alone, found `{}`",
-            excerpt(first)
-        ))
-    })?;
-    let entries = lines.map(|(line, text)| parse_line(line, text)).collect::<Result<Vec<_>>>()?;
-    if entries.len() != count {
-        return Err(Error::invalid(format!(
-            "line {line} promises {count} lights, but {} lines follow: correct the number or the list",
-            entries.len()
-        )));
+    let list = List::parse(bytes)?;
+    list.check_count()?;
+    Ok(list.entries)
+}
+
+/// The lines of a file, and what its first line promises of them.
+#[derive(Debug)]
+pub(super) struct List {
+    count_line: usize,
+    count: usize,
+    pub(super) entries: Vec<Entry>,
+}
+
+impl List {
+    /// Reads all lines; the count may differ, see [`List::mismatch`].
+    pub(super) fn parse(bytes: &[u8]) -> Result<Self> {
+        if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
+            return Err(Error::unsupported("the light file is UTF-16 text: save it as UTF-8"));
+        }
+        let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+        let lines = bytes.split(|&byte| byte == b'\n').map(<[u8]>::trim_ascii);
+        let lines = lines.enumerate().map(|(i, line)| (i + 1, line));
+        let mut lines = lines.filter(|(_, line)| !line.is_empty());
+        let (count_line, first) = lines.next().ok_or_else(|| {
+            Error::invalid(
+                "the file is empty: expected the number of lights, then a line `name x y z` for each",
+            )
+        })?;
+        let first = decode(first);
+        let count = first.parse().map_err(|_| {
+            Error::invalid(format!(
+                "line {count_line}: expected the number of lights alone, found `{}`",
+                excerpt(&first)
+            ))
+        })?;
+        let entries = lines.map(|(line, text)| parse_line(line, text)).collect::<Result<_>>()?;
+        Ok(Self { count_line, count, entries })
     }
-    Ok(entries)
+
+    /// Refuses a count that is not the number of lines.
+    pub(super) fn check_count(&self) -> Result<()> {
+        self.mismatch().map_or(Ok(()), |mismatch| {
+            Err(Error::invalid(format!("{mismatch}: correct the number or the list")))
+        })
+    }
+
+    /// That the count is not the number of lines, where it is not.
+    pub(super) fn mismatch(&self) -> Option<String> {
+        let (line, count, found) = (self.count_line, self.count, self.entries.len());
+        (found != count).then(|| {
+            let lines =
+                if found == 1 { "1 line follows".to_owned() } else { format!("{found} lines follow") };
+            format!("line {line} promises {count} lights, but {lines}")
+        })
+    }
 }
 
 /// Writes a light-position file: unit vectors, nine decimals, one line per light.
@@ -60,55 +98,59 @@ pub fn format(lights: &[(String, Direction)]) -> String {
     text
 }
 
-fn decode(bytes: &[u8]) -> Result<String> {
-    if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
-        return Err(Error::unsupported("the light file is UTF-16 text: save it as UTF-8"));
-    }
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    Ok(match std::str::from_utf8(bytes) {
+/// UTF-8, else Latin-1, in which every byte is a character.
+pub(super) fn decode(bytes: &[u8]) -> String {
+    match std::str::from_utf8(bytes) {
         Ok(text) => text.to_owned(),
         Err(_) => bytes.iter().map(|&byte| char::from(byte)).collect(),
-    })
+    }
 }
 
-fn parse_line(line: usize, text: &str) -> Result<Entry> {
+fn parse_line(line: usize, text: &[u8]) -> Result<Entry> {
     let malformed = || {
         Error::invalid(format!(
             "line {line}: expected a name and three numbers `name x y z`, found `{}`",
-            excerpt(text)
+            excerpt(&decode(text))
         ))
     };
     let mut rest = text;
     let mut vector = [0.0f64; 3];
     for component in vector.iter_mut().rev() {
-        let (before, word) = rest.rsplit_once(char::is_whitespace).ok_or_else(malformed)?;
-        *component = parse_number(word).ok_or_else(malformed)?;
-        rest = before.trim_end();
+        let space = rest.iter().rposition(u8::is_ascii_whitespace).ok_or_else(malformed)?;
+        *component = parse_number(&rest[space + 1..]).ok_or_else(malformed)?;
+        rest = rest[..space].trim_ascii_end();
     }
     if rest.is_empty() {
         return Err(malformed());
     }
     let [x, y, z] = vector;
+    let name = decode(rest);
     let light = Direction::new(x, y, z).map_err(|e| {
-        Error::invalid(format!("line {line}: the light of {}: {}", excerpt(rest), e.message()))
+        Error::invalid(format!("line {line}: the light of {}: {}", printable(&name), e.message()))
     })?;
     if light.z() <= 0.0 {
         return Err(Error::invalid(format!(
             "line {line}: the light of {} at ({x}, {y}, {z}) is not above the surface: z must be positive",
-            excerpt(rest)
+            printable(&name)
         )));
     }
-    Ok(Entry { name: rest.to_owned(), light, line })
+    Ok(Entry { name, raw_name: rest.to_vec(), light, line })
 }
 
 /// A number with a decimal point or a decimal comma.
-fn parse_number(word: &str) -> Option<f64> {
+fn parse_number(word: &[u8]) -> Option<f64> {
+    let word = std::str::from_utf8(word).ok()?;
     word.parse().ok().or_else(|| word.replace(',', ".").parse().ok())
 }
 
+/// A name from a file, whole, for a message.
+pub(super) fn printable(name: &str) -> String {
+    name.chars().map(|c| if c.is_control() { '?' } else { c }).collect()
+}
+
 /// At most sixty characters of a text from a file, for a message.
-pub(super) fn excerpt(text: &str) -> String {
-    let mut short: String = text.chars().take(60).map(|c| if c.is_control() { '?' } else { c }).collect();
+fn excerpt(text: &str) -> String {
+    let mut short: String = printable(text).chars().take(60).collect();
     if short.len() < text.len() {
         short.push_str("...");
     }

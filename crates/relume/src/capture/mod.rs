@@ -1,6 +1,7 @@
 //! Captures: light files, folders of photographs, and the virtual light dome.
 
 pub mod dome;
+mod finder;
 mod folder;
 pub mod lp;
 

@@ -139,4 +139,19 @@ mod tests {
         assert!(text("(2, 2, 1)", "(2, 2)   ").is_err());
         assert!(encode_i32(Size::new(2, 2), 1, &[1]).is_err());
     }
+
+    #[test]
+    fn a_shape_that_promises_more_than_the_file_holds_is_refused_before_memory_is_taken() {
+        let with_shape = |shape: &str| {
+            let mut dictionary = format!("{{'descr': '<i4', 'fortran_order': False, 'shape': {shape}, }}");
+            dictionary.extend(std::iter::repeat_n(' ', 117 - dictionary.len()));
+            [MAGIC, &118u16.to_le_bytes(), dictionary.as_bytes(), b"\n", &[0; 16]].concat()
+        };
+        let message = |shape: &str| decode_i32(&with_shape(shape), &Job::default()).unwrap_err().to_string();
+        assert!(message("(131072, 131072, 3)").contains("of memory"), "{}", message("(131072, 131072, 3)"));
+        assert!(message("(1, 1, 18446744073709551615)").contains("of memory"));
+        assert!(message("(18446744073709551615, 1, 1)").contains("longest side"));
+        assert!(message("(100, 100, 3)").contains("needs 120000 bytes after its header, found 16"));
+        assert!(decode_i32(&with_shape("(1, 1, 4)"), &Job::default()).is_ok());
+    }
 }

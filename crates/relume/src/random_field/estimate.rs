@@ -22,23 +22,24 @@ use crate::planes::{Planes, Size};
 /// Options of a model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ModelOptions {
-    /// The most levels of the pyramid; fewer if the coarsest would be smaller than 16 texels a side, or than
+    /// The most levels of the pyramid, 1 to 16; fewer if the coarsest would be smaller than 16 texels a side, or than
     /// 200 texels for each component.
     pub levels: usize,
     /// Whether fewer levels are tried as well, choosing the number whose field has the autocorrelation
     /// nearest to that of the texture.
     pub fewer: bool,
-    /// The factor by which each level is coarser.
+    /// The factor by which each level is coarser: 2 to 16.
     pub factor: usize,
-    /// The number of causal neighbours that may be chosen.
+    /// The number of causal neighbours that may be chosen: 0 to 400.
     pub candidates: usize,
-    /// The number of neighbours in the expanded coarser level that may be chosen; 0 makes levels independent.
+    /// The number of neighbours in the expanded coarser level that may be chosen, up to 100; 0 makes levels
+    /// independent.
     pub coarse: usize,
-    /// The most neighbours of a level.
+    /// The most neighbours of a level: 0 to 500.
     pub most: usize,
     /// How neighbours are chosen.
     pub search: SelectionOrder,
-    /// The weight of the prior, in texels.
+    /// The weight of the prior, in texels: 1e-6 to 1e9.
     pub prior: f64,
     /// Whether the distributions of values are preserved, or normal ones assumed.
     pub marginals: bool,
@@ -68,6 +69,7 @@ impl ModelOptions {
             ("factor", self.factor, 2, 16),
             ("candidates", self.candidates, 0, 400),
             ("coarse neighbours", self.coarse, 0, 100),
+            ("neighbours of a level", self.most, 0, 500),
         ];
         for (name, value, least, most) in ranges {
             if !(least..=most).contains(&value) {
@@ -76,9 +78,9 @@ impl ModelOptions {
                 )));
             }
         }
-        if !(self.prior > 0.0 && self.prior.is_finite()) {
+        if !(1e-6..=1e9).contains(&self.prior) {
             return Err(Error::usage(format!(
-                "a prior worth {} texels: expected a number above 0",
+                "a prior worth {} texels: expected a number from 0.000001 to 1,000,000,000",
                 self.prior
             )));
         }

@@ -45,7 +45,7 @@ pub struct RealisationOptions {
 }
 
 /// The largest distance of a position from (0, 0).
-const FARTHEST: i64 = 1 << 40;
+const FARTHEST: u64 = 1 << 40;
 
 impl Model {
     /// The number of planes d.
@@ -105,7 +105,7 @@ impl Model {
 
     fn check(&self, options: &RealisationOptions, job: &Job) -> Result<()> {
         options.period.map_or(Ok(()), |period| self.check_period(period))?;
-        if options.origin.iter().any(|v| v.abs() > FARTHEST) {
+        if options.origin.iter().any(|v| v.unsigned_abs() > FARTHEST) {
             return Err(Error::usage(format!(
                 "the place ({}, {}) is farther than 2^40 texels from the plane's origin",
                 options.origin[0], options.origin[1]
@@ -116,7 +116,8 @@ impl Model {
         let [width, height] =
             [options.size.width, options.size.height].map(|side| side.saturating_add(around));
         job.check("the texture", options.size, 4 * self.planes() as u64)?;
-        job.check_bytes("making the texture", self.bytes_per_texel() * width as u64 * height as u64)
+        let texels = (width as u64).saturating_mul(height as u64);
+        job.check_bytes("making the texture", texels.saturating_mul(self.bytes_per_texel()))
     }
 
     /// The working memory per texel, in bytes: the field, the expanded level, the drive and coarser levels.

@@ -39,9 +39,9 @@ const LEAST_TILT: f64 = 0.1;
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct ShadingOptions {
     /// The linear diffuse reflectance of the whole surface; `None` uses the value for which a level surface
-    /// has the mean of the photograph.
+    /// has the mean of the photograph. 1e-6 to 1e6.
     pub albedo: Option<f64>,
-    /// The number of rounds of steps and projections, 1 to 100,000.
+    /// The number of rounds of steps and projections, 1 to 10,000.
     pub rounds: usize,
     /// What lies beyond the borders.
     pub border: Border,
@@ -61,13 +61,15 @@ impl ShadingOptions {
     /// Checks every number.
     ///
     /// # Errors
-    /// An albedo that is not above 0, or rounds out of range.
+    /// An albedo, rounds or a wavelength out of range.
     pub fn validate(&self) -> Result<()> {
-        if let Some(albedo) = self.albedo.filter(|a| !(*a > 0.0 && a.is_finite())) {
-            return Err(Error::usage(format!("the albedo is {albedo}: expected a number above 0")));
+        if let Some(albedo) = self.albedo.filter(|a| !(1e-6..=1e6).contains(a)) {
+            return Err(Error::usage(format!(
+                "the albedo is {albedo}: expected a number from 0.000001 to 1,000,000"
+            )));
         }
-        if !(1..=100_000).contains(&self.rounds) {
-            return Err(Error::usage(format!("{} rounds: expected 1 to 100000", self.rounds)));
+        if !(1..=10_000).contains(&self.rounds) {
+            return Err(Error::usage(format!("{} rounds: expected 1 to 10000", self.rounds)));
         }
         if let Some(longest) = self.longest.filter(|l| l.is_nan() || *l < 2.0) {
             return Err(Error::usage(format!(

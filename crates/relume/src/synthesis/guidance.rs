@@ -19,16 +19,16 @@ pub struct Guidance {
     pub sources: Vec<Planes>,
     /// The guide of the output, as large as it.
     pub target: Planes,
-    /// What a difference of the guides counts against one of the texture; above 0.
+    /// What a difference of the guides counts against one of the texture: 1e-6 to 1e6.
     pub weight: f64,
 }
 
 impl Guidance {
     /// Checks the guides against exemplars and the size of an output.
     fn validate(&self, exemplars: &[Exemplar<'_>], size: Size) -> Result<()> {
-        if !self.weight.is_finite() || self.weight <= 0.0 {
+        if !(1e-6..=1e6).contains(&self.weight) {
             return Err(Error::usage(format!(
-                "a guide's weight of {} has no meaning: it must be a number above 0",
+                "a guide's weight of {} has no meaning: expected a number from 0.000001 to 1,000,000",
                 self.weight
             )));
         }

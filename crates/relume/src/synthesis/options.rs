@@ -49,6 +49,12 @@ pub enum Boundary {
 
 named!(Boundary { Open => "open", Torus => "torus" });
 
+/// The longest side of a block: that of the largest texture.
+const MAX_BLOCK: usize = 1 << 17;
+
+/// The most kernels for each cell: as many as a cell of 16 x 16 texels of 16 planes has numbers.
+const MAX_KERNELS: usize = 4096;
+
 /// Options of [`super::synthesize`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct BlockOptions {
@@ -84,6 +90,11 @@ impl BlockOptions {
     /// Checks the options by themselves; whether blocks fit the exemplars shows when they are met.
     pub fn validate(&self) -> Result<()> {
         let Self { size, block, overlap, .. } = *self;
+        if block > MAX_BLOCK {
+            return Err(Error::usage(format!(
+                "a block of {block} texels is too large: choose at most {MAX_BLOCK}"
+            )));
+        }
         if block < 2 {
             return Err(Error::usage(format!("a block of {block} texels is too small: it needs at least 2")));
         }
@@ -104,10 +115,14 @@ impl BlockOptions {
             )));
         }
         let (Tolerance::Relative(amount) | Tolerance::Absolute(amount)) = self.tolerance;
-        if !amount.is_finite() || amount < 0.0 {
+        if !(0.0..=1e6).contains(&amount) {
             return Err(Error::usage(format!(
-                "a tolerance of {amount} has no meaning: it must be a number of at least 0"
+                "a tolerance of {amount} has no meaning: expected a number from 0 to 1,000,000"
             )));
+        }
+        let kernels = self.search.kernels;
+        if !(1..=MAX_KERNELS).contains(&kernels) {
+            return Err(Error::usage(format!("a search by {kernels} kernels: choose 1 to {MAX_KERNELS}")));
         }
         self.validate_feather()
     }

@@ -43,8 +43,8 @@ fn mean_psnr(field: &ReflectanceField, capture: &Capture) -> f64 {
 #[test]
 fn lights_never_seen_are_predicted_as_well_as_polynomials_can() {
     let Some(folder) = data("captures/synthrti") else { return };
-    let dome = Capture::open(&folder.join("Dome")).unwrap();
-    let test = Capture::open(&folder.join("Test")).unwrap();
+    let dome = Capture::open(folder.join("Dome")).unwrap();
+    let test = Capture::open(folder.join("Test")).unwrap();
     assert_eq!((dome.photographs.len(), test.photographs.len()), (49, 20));
     for (color, known) in [(PlaneLayout::RGB, 20.18), (PlaneLayout::LRGB, 19.96)] {
         let options = FitOptions { layout: color.clone(), leave_one_out: true, ..FitOptions::default() };

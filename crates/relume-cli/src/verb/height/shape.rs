@@ -100,6 +100,7 @@ fn stereo(args: &Args, context: &Context) -> Result<Shape> {
         photometric_stereo(&lights, &load, &options, &context.job).map_err(|e| e.at(&capture.light_file))?;
     let mut shape = Shape::of_normals(Method::PhotometricStereo, found.normals, args.steepest)?;
     shape.albedo = Some(found.albedo);
+    shape.notes.extend(capture.warnings.iter().map(|warning| format!("warning: {warning}")));
     shape.facts =
         json!({ "lights": lights.len(), "options": options, "undetermined_texels": found.undetermined });
     if found.undetermined > 0 {

@@ -1,7 +1,8 @@
 //! Binary glTF 2.0 (ISO/IEC 12113:2022): the triangles of the default scene, placed by its nodes.
 //!
-//! Accessors are read here, with every range checked, because a library that trusts them would abort on a bad
-//! file. Sparse and compressed accessors, external buffers, and triangle strips and fans are refused by name.
+//! Accessors are read here, with every range checked, because a library that trusts them would
+//! stop the program on a bad file. Quantised ones (KHR_mesh_quantization) are read; sparse and
+//! compressed ones, and buffers outside the file, are refused by name; so are lines and points.
 
 use gltf::accessor::{DataType, Dimensions};
 use gltf::{Accessor, Document, Gltf, Node, Primitive, Semantic};
@@ -19,8 +20,12 @@ const MAX_NODES: usize = 100_000;
 pub(super) fn decode(bytes: &[u8], job: &Job) -> Result<Mesh> {
     check_length(bytes)?;
     let Gltf { document, blob } = Gltf::from_slice_without_validation(bytes).map_err(|e| broken(&e))?;
-    check_positions(document.as_json())?;
-    let document = Document::from_json(document.into_json()).map_err(|e| broken(&e))?;
+    let mut root = document.into_json();
+    check_extensions(&root.extensions_required)?;
+    // Those that are left do not concern the triangles, and the library refuses all but its own.
+    root.extensions_required.clear();
+    check_positions(&root)?;
+    let document = Document::from_json(root).map_err(|e| broken(&e))?;
     let blob = blob.as_deref().ok_or_else(|| Error::unsupported("the glTF file has no binary part"))?;
     let scene = document.default_scene().or_else(|| document.scenes().next());
     let scene = scene.ok_or_else(|| Error::invalid("the glTF file has no scene"))?;
@@ -56,9 +61,50 @@ fn check_positions(root: &gltf::json::Root) -> Result<()> {
     }
 }
 
+/// Refuses what the triangles cannot be read without.
+fn check_extensions(required: &[String]) -> Result<()> {
+    /// Extensions by how their names begin: of looks, which the texture replaces, and the quantised numbers.
+    const KNOWN: [&str; 7] = [
+        "KHR_mesh_quantization",
+        "KHR_materials_",
+        "KHR_texture_",
+        "EXT_texture_",
+        "MSFT_texture_",
+        "KHR_lights_",
+        "KHR_xmp",
+    ];
+    let unknown = required.iter().find(|name| !KNOWN.iter().any(|known| name.starts_with(known)));
+    let Some(name) = unknown else { return Ok(()) };
+    let kind = match name.as_str() {
+        "KHR_draco_mesh_compression" => "Draco compression",
+        "EXT_meshopt_compression" | "KHR_meshopt_compression" => "meshopt compression",
+        _ => "a glTF extension",
+    };
+    let name: String = name.chars().filter(|c| !c.is_control()).take(60).collect();
+    Err(Error::unsupported(format!(
+        "the mesh needs {kind} ({name}), which is not read: export it without compression and extensions"
+    )))
+}
+
+/// What the library complains of, in words of the format.
 fn broken(error: &gltf::Error) -> Error {
-    let line: String = error.to_string().lines().next().unwrap_or_default().chars().take(200).collect();
-    Error::invalid(format!("the glTF data cannot be decoded: {line}"))
+    use gltf::binary::Error as Binary;
+    match error {
+        gltf::Error::Binary(Binary::Version(version)) => {
+            Error::unsupported(format!("glTF {version} is not read: export the mesh as binary glTF 2.0"))
+        }
+        gltf::Error::Deserialize(error) => Error::invalid(format!(
+            "the JSON part of the glTF file breaks its rules at line {}, column {}",
+            error.line(),
+            error.column()
+        )),
+        gltf::Error::Validation(errors) => {
+            let place = errors.first().map_or_else(String::new, |(path, _)| format!(" at {path}"));
+            let place: String = place.chars().filter(|c| !c.is_control()).take(120).collect();
+            Error::invalid(format!("the JSON part of the glTF file breaks the rules of glTF 2.0{place}"))
+        }
+        _ => Error::invalid("the glTF file's chunks are broken: it may be truncated"),
+    }
 }
 
 /// Columns of an affine map, the translation last.
@@ -103,7 +149,7 @@ impl Reader<'_> {
         }
         let world = times(parent, &node.transform().matrix());
         for primitive in node.mesh().iter().flat_map(gltf::Mesh::primitives) {
-            let place = format!("mesh {}, primitive {}", node.index(), primitive.index());
+            let place = format!("node {}, primitive {}", node.index(), primitive.index());
             self.primitive(&primitive, &world)
                 .map_err(|e| Error::new(e.kind(), format!("{place}: {}", e.message())))?;
         }
@@ -111,12 +157,7 @@ impl Reader<'_> {
     }
 
     fn primitive(&mut self, primitive: &Primitive, world: &Transform) -> Result<()> {
-        if primitive.mode() != gltf::mesh::Mode::Triangles {
-            return Err(Error::unsupported(format!(
-                "{:?} are not supported, only Triangles",
-                primitive.mode()
-            )));
-        }
+        let corners = corners_of(primitive.mode())?;
         let positions: Vec<[f32; 3]> = self.floats(&required(primitive, Semantic::Positions)?)?;
         let texcoords: Vec<[f32; 2]> = self.floats(&required(primitive, Semantic::TexCoords(0))?)?;
         let normals: Vec<[f32; 3]> = match primitive.get(&Semantic::Normals) {
@@ -141,9 +182,10 @@ impl Reader<'_> {
         self.parts.normals.extend(normals.into_iter().map(|n| turned(world, n)));
         // glTF counts t from the top.
         self.parts.texcoords.extend(texcoords.into_iter().map(|[s, t]| [s, 1.0 - t]));
-        self.parts
-            .triangles
-            .extend(indices.chunks_exact(3).map(|t| [first + t[0], first + t[1], first + t[2]]));
+        let triangles = (0..).map(corners).map_while(|t| {
+            Some([first + indices.get(t[0])?, first + indices.get(t[1])?, first + indices.get(t[2])?])
+        });
+        self.parts.triangles.extend(triangles);
         self.parts.check(self.job)
     }
 
@@ -155,19 +197,25 @@ impl Reader<'_> {
                 accessor.dimensions()
             )));
         }
-        let (scale, size) = match (accessor.data_type(), accessor.normalized()) {
-            (DataType::F32, _) => (1.0, 4),
-            (DataType::U8, true) => (1.0 / 255.0, 1),
-            (DataType::U16, true) => (1.0 / 65535.0, 2),
-            (other, _) => {
-                return Err(Error::unsupported(format!("attributes of type {other:?} are not supported")));
+        let normalized = accessor.normalized();
+        let (largest, size) = match accessor.data_type() {
+            DataType::F32 => (1.0, 4),
+            DataType::U8 => (255.0, 1),
+            DataType::I8 => (127.0, 1),
+            DataType::U16 => (65535.0, 2),
+            DataType::I16 => (32767.0, 2),
+            DataType::U32 => {
+                return Err(Error::unsupported("attributes of 32-bit whole numbers are not read"));
             }
         };
-        let read = |b: &[u8]| match size {
-            4 => f32::from_le_bytes([b[0], b[1], b[2], b[3]]),
-            2 => f32::from(u16::from_le_bytes([b[0], b[1]])) * scale,
-            _ => f32::from(b[0]) * scale,
+        let stored = |b: &[u8]| match accessor.data_type() {
+            DataType::F32 | DataType::U32 => f32::from_le_bytes([b[0], b[1], b[2], b[3]]),
+            DataType::U8 => f32::from(b[0]),
+            DataType::I8 => f32::from(b[0] as i8),
+            DataType::U16 => f32::from(u16::from_le_bytes([b[0], b[1]])),
+            DataType::I16 => f32::from(i16::from_le_bytes([b[0], b[1]])),
         };
+        let read = |b: &[u8]| if normalized { (stored(b) / largest).max(-1.0) } else { stored(b) };
         let elements = self.elements(accessor, N * size)?;
         Ok(elements.map(|e| std::array::from_fn(|k| read(&e[k * size..(k + 1) * size]))).collect())
     }
@@ -185,8 +233,14 @@ impl Reader<'_> {
 
     /// The bytes of each element, `size` each, after checking that all lie in the file.
     fn elements(&self, accessor: &Accessor, size: usize) -> Result<impl Iterator<Item = &[u8]>> {
-        let view = accessor.view().filter(|_| accessor.sparse().is_none());
-        let view = view.ok_or_else(|| Error::unsupported("sparse accessors are not supported"))?;
+        let index = accessor.index();
+        if accessor.sparse().is_some() {
+            return Err(Error::unsupported(format!(
+                "accessor {index} is sparse, which is not read: export the mesh without sparse accessors"
+            )));
+        }
+        let view = accessor.view();
+        let view = view.ok_or_else(|| Error::unsupported(format!("accessor {index} has no data")))?;
         if !matches!(view.buffer().source(), gltf::buffer::Source::Bin) {
             return Err(Error::unsupported("a buffer lies outside the file: save the mesh as one .glb"));
         }
@@ -211,6 +265,19 @@ impl Reader<'_> {
     }
 }
 
+/// The places among the indices of the corners of each triangle.
+fn corners_of(mode: gltf::mesh::Mode) -> Result<fn(usize) -> [usize; 3]> {
+    use gltf::mesh::Mode;
+    match mode {
+        Mode::Triangles => Ok(|i| [3 * i, 3 * i + 1, 3 * i + 2]),
+        Mode::TriangleStrip => Ok(|i| [i, i + 1 + i % 2, i + 2 - i % 2]),
+        Mode::TriangleFan => Ok(|i| [i + 1, i + 2, 0]),
+        Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip => Err(Error::unsupported(
+            "points and lines are not read, only triangles: export the surfaces alone",
+        )),
+    }
+}
+
 fn required<'a>(primitive: &Primitive<'a>, semantic: Semantic) -> Result<Accessor<'a>> {
     primitive.get(&semantic).ok_or_else(|| {
         let hint =
@@ -225,6 +292,11 @@ mod tests {
 
     /// A triangle, written by hand from the specification: JSON and binary chunks.
     fn triangle(node: &str, length_of_indices: usize) -> Vec<u8> {
+        edited(node, length_of_indices, "", "")
+    }
+
+    /// The same with a piece of its JSON replaced.
+    fn edited(node: &str, length_of_indices: usize, from: &str, to: &str) -> Vec<u8> {
         let mut bin = Vec::new();
         for value in [0.0f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0] {
             bin.extend(value.to_le_bytes());
@@ -240,6 +312,7 @@ mod tests {
             {{"bufferView":1,"componentType":5126,"count":3,"type":"VEC2"}},
             {{"bufferView":2,"componentType":5123,"count":3,"type":"SCALAR"}}]}}"#
         )
+        .replacen(from, to, 1)
         .into_bytes();
         json.resize(json.len().next_multiple_of(4), b' ');
         let mut out = b"glTF".to_vec();
@@ -297,5 +370,55 @@ mod tests {
                 let _ = decoded(&bad);
             }
         }
+    }
+
+    #[test]
+    fn what_is_not_read_is_named_in_the_terms_of_the_format() {
+        let required = |name: &str| {
+            let asset = r#""asset":"#;
+            edited("", 6, asset, &format!(r#""extensionsRequired":["{name}"],{asset}"#))
+        };
+        let message = |bytes: &[u8]| decoded(bytes).unwrap_err().to_string();
+        let draco = message(&required("KHR_draco_mesh_compression"));
+        assert!(
+            draco.contains("Draco compression (KHR_draco_mesh_compression), which is not read"),
+            "{draco}"
+        );
+        assert!(message(&required("EXT_meshopt_compression")).contains("meshopt"));
+        assert!(message(&required("ODD_shapes")).contains("a glTF extension (ODD_shapes)"));
+        assert!(decoded(&required("KHR_texture_transform")).is_ok());
+        assert!(decoded(&required("KHR_mesh_quantization")).is_ok());
+        let sparse = r#""sparse":{"count":1,"indices":{"bufferView":2,"componentType":5123},"values":{"bufferView":1}},"#;
+        let sparse = edited("", 6, r#""componentType":5126,"#, &format!(r#"{sparse}"componentType":5126,"#));
+        assert!(message(&sparse).contains("accessor 0 is sparse"), "{}", message(&sparse));
+        let lines = edited("", 6, r#""indices":2"#, r#""indices":2,"mode":1"#);
+        assert!(message(&lines).contains("node 0, primitive 0: points and lines are not read"));
+        let json = edited("", 6, r#""scene":0"#, r#""scene":{}"#);
+        assert!(message(&json).contains("breaks its rules at line 1, column"), "{}", message(&json));
+        let rules = edited("", 6, r#""mesh":0"#, r#""mesh":7"#);
+        assert!(message(&rules).contains("rules of glTF 2.0 at nodes[0].mesh"), "{}", message(&rules));
+        let mut first_version = triangle("", 6);
+        first_version[4] = 1;
+        assert!(message(&first_version).contains("glTF 1 is not read"), "{}", message(&first_version));
+    }
+
+    #[test]
+    fn strips_and_fans_keep_their_turn() {
+        let strip = corners_of(gltf::mesh::Mode::TriangleStrip).unwrap();
+        assert_eq!([strip(0), strip(1), strip(2)], [[0, 1, 2], [1, 3, 2], [2, 3, 4]]);
+        let fan = corners_of(gltf::mesh::Mode::TriangleFan).unwrap();
+        assert_eq!([fan(0), fan(1)], [[1, 2, 0], [2, 3, 0]]);
+        let strip = edited("", 6, r#""indices":2"#, r#""indices":2,"mode":5"#);
+        assert_eq!(decoded(&strip).unwrap().triangles(), [[0, 1, 2]]);
+    }
+
+    #[test]
+    fn quantised_coordinates_are_read() {
+        // The last six bytes are the halves of 0.0, 1.0 and 0.0 that begin at byte 12: 0, 0x3f80, 0.
+        let of = |kind: &str| edited("", 6, r#""componentType":5126,"count":3,"type":"VEC3""#, kind);
+        let bytes = of(r#""componentType":5122,"normalized":true,"count":3,"type":"VEC3""#);
+        assert_eq!(decoded(&bytes).unwrap().positions()[2], [0.0, 16256.0 / 32767.0, 0.0]);
+        let bytes = of(r#""componentType":5120,"count":3,"type":"VEC3""#);
+        assert!(decoded(&bytes).is_ok());
     }
 }

@@ -7,6 +7,7 @@
 #[cfg(feature = "mesh")]
 mod glb;
 mod obj;
+mod polygon;
 
 use crate::error::{Error, Result};
 use crate::job::Job;
@@ -18,7 +19,35 @@ use crate::render::Mesh;
 /// # Errors
 /// One that breaks its format, has no triangles or no texture coordinates, or exceeds the limits.
 pub fn decode_mesh(bytes: &[u8], job: &Job) -> Result<Mesh> {
-    if bytes.starts_with(b"glTF") { glb::decode(bytes, job) } else { obj::decode(bytes, job) }
+    if bytes.starts_with(b"glTF") {
+        return glb::decode(bytes, job);
+    }
+    match other_kind(bytes) {
+        Some(kind) => Err(Error::unsupported(format!(
+            "{kind} is not read: export the mesh as binary glTF (.glb) or OBJ"
+        ))),
+        None => obj::decode(bytes, job),
+    }
+}
+
+/// What the file is, where it is certainly no OBJ.
+fn other_kind(bytes: &[u8]) -> Option<&'static str> {
+    const SIGNATURES: [(&[u8], &str); 11] = [
+        (b"{", "text glTF (.gltf)"),
+        (b"ply", "PLY"),
+        (b"solid ", "STL"),
+        (b"Kaydara FBX", "FBX"),
+        (b"; FBX", "FBX"),
+        (b"BLENDER", "a Blender file"),
+        (b"PXR-USDC", "USD"),
+        (b"#usda", "USD"),
+        (b"PK\x03\x04", "an archive (zip, USDZ, 3MF)"),
+        (b"<", "XML (COLLADA, X3D)"),
+        (&[0xff, 0xfe], "UTF-16 text"),
+    ];
+    let start = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
+    let found = SIGNATURES.iter().find(|(signature, _)| start.starts_with(signature));
+    found.map(|&(_, kind)| kind).or_else(|| bytes.contains(&0).then_some("a binary file of this kind"))
 }
 
 /// The replacement for the reader of binary glTF in a build without it.
@@ -56,5 +85,30 @@ impl Parts {
 
     fn into_mesh(self) -> Result<Mesh> {
         Mesh::new(self.positions, Some(self.normals), self.texcoords, self.triangles)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn other_kinds_of_meshes_are_named() {
+        for (bytes, name) in [
+            (
+                &b"\n{\"asset\":{\"version\":\"2.0\"}}"[..],
+                "text glTF (.gltf) is not read: export the mesh as binary glTF",
+            ),
+            (b"ply\nformat ascii 1.0\n", "PLY is not read"),
+            (b"solid cube\n", "STL is not read"),
+            (b"Kaydara FBX Binary  \0", "FBX is not read"),
+            (b"v 0 0 0\n\0\0", "a binary file of this kind is not read"),
+            (b"\xff\xfev\0", "UTF-16 text is not read"),
+        ] {
+            let error = decode_mesh(bytes, &Job::default()).unwrap_err().to_string();
+            assert!(error.contains(name), "{error}");
+        }
+        let empty = decode_mesh(b"", &Job::default()).unwrap_err().to_string();
+        assert!(empty.contains("neither binary glTF nor OBJ"), "{empty}");
     }
 }

@@ -30,14 +30,14 @@ use crate::planes::Planes;
 /// How patches are compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SlicedOptions {
-    /// Side of the patches in texels.
+    /// Side of the patches in texels, 1 to 255.
     pub patch: usize,
-    /// The most levels, each at half the resolution of the one before; levels with a side below four patches
+    /// The most levels, 1 to 16, each at half the resolution of the one before; levels with a side below four patches
     /// are left out, because they have too few patches for a distribution.
     pub levels: usize,
-    /// The number of random vectors per level.
+    /// The number of random vectors per level, 1 to 4096.
     pub directions: usize,
-    /// The most patches per level and texture.
+    /// The most patches per level and texture, 1 to 2^20.
     pub patches: usize,
     /// Another seed gives other vectors and patches.
     pub seed: u64,
@@ -53,14 +53,14 @@ impl SlicedOptions {
     /// Checks that there is something to compare.
     pub fn validate(&self) -> Result<()> {
         let counts = [
-            ("patch", self.patch),
-            ("levels", self.levels),
-            ("directions", self.directions),
-            ("patches", self.patches),
+            ("patch", self.patch, 255),
+            ("levels", self.levels, 16),
+            ("directions", self.directions, 4096),
+            ("patches", self.patches, 1 << 20),
         ];
-        match counts.into_iter().find(|(_, count)| !(1..=1 << 20).contains(count)) {
-            Some((name, count)) => Err(Error::usage(format!(
-                "the patch distance cannot have {name} = {count}: expected a number from 1 to 1048576"
+        match counts.into_iter().find(|&(_, count, most)| !(1..=most).contains(&count)) {
+            Some((name, count, most)) => Err(Error::usage(format!(
+                "the patch distance cannot have {name} = {count}: expected a number from 1 to {most}"
             ))),
             None => Ok(()),
         }

@@ -16,7 +16,7 @@ mod patches;
 
 use super::guidance::Guidance;
 use super::options::Boundary;
-use super::pixel::grow::{Growth, Task};
+use super::pixel::grow::{Growth, Task, check_output};
 use super::pixel::window::ComparedWindow;
 use super::quantise::Exemplar;
 use super::source_map::{SourceMap, Texel};
@@ -41,10 +41,10 @@ named!(FillMethod { Patches => "patches", Texels => "efros-leung" });
 pub struct FillOptions {
     /// By texels or by patches.
     pub method: FillMethod,
-    /// Side of the window, or of the patches, in texels: odd, at least 3.
+    /// Side of the window, or of the patches, in texels: odd, 3 to 1023.
     pub window: usize,
     /// How much farther than the best a window may be that is drawn from, as a share of the best
-    /// squared distance.
+    /// squared distance: 0 to a million.
     pub epsilon: f64,
     /// Whether the texture goes on at the opposite edge.
     pub boundary: Boundary,
@@ -147,7 +147,7 @@ fn fill_band(
     options: &FillOptions,
     job: &Job,
 ) -> Result<(SourceMap, Growth)> {
-    if band == 0 || 2 * band >= size.width.min(size.height) {
+    if band == 0 || band >= size.width.min(size.height).div_ceil(2) {
         return Err(Error::usage(format!(
             "a band of {band} texels along each edge of {size} texels: choose 1 to {}",
             (size.width.min(size.height).saturating_sub(1)) / 2
@@ -198,6 +198,7 @@ fn fill_from(
     options: &FillOptions,
     job: &Job,
 ) -> Result<(SourceMap, Growth)> {
+    check_output(size, options.window, options.boundary)?;
     let task = Task {
         exemplars,
         guidance: options.guidance.as_ref(),

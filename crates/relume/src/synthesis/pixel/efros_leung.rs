@@ -31,10 +31,10 @@ const SEED_SIDE: usize = 3;
 pub struct EfrosLeungOptions {
     /// Size of the output in texels.
     pub size: Size,
-    /// Side of the window in texels: odd, at least 3.
+    /// Side of the window in texels: odd, 3 to 1023.
     pub window: usize,
     /// How much farther than the best a window may be that is drawn from, as a share of the best
-    /// squared distance.
+    /// squared distance: 0 to a million.
     pub epsilon: f64,
     /// Whether the output closes on itself.
     pub boundary: Boundary,

@@ -102,14 +102,14 @@ pub(in crate::synthesis) fn check_output(size: Size, window: usize, boundary: Bo
     Ok(())
 }
 
-/// Refuses shares that are no numbers of at least 0.
+/// Refuses shares that are no numbers from 0 to a million.
 pub(in crate::synthesis) fn check_epsilon(epsilon: f64) -> Result<()> {
-    if !epsilon.is_finite() || epsilon < 0.0 {
-        return Err(Error::usage(format!(
-            "an epsilon of {epsilon} has no meaning: it must be a number of at least 0"
-        )));
+    if (0.0..=1e6).contains(&epsilon) {
+        return Ok(());
     }
-    Ok(())
+    Err(Error::usage(format!(
+        "an epsilon of {epsilon} has no meaning: expected a number from 0 to 1,000,000"
+    )))
 }
 
 /// What every texel needs to know.

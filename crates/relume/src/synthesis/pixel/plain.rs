@@ -5,6 +5,9 @@ use crate::synthesis::positions::Positions;
 use crate::synthesis::quantise::Quantised;
 use crate::synthesis::source_map::Texel;
 
+/// More than any distance, and far from overflowing: marks lanes that hold no position.
+pub const NOWHERE: u64 = 1 << 62;
+
 /// Positions of windows that fit well enough.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Matches {
@@ -26,7 +29,7 @@ impl Matches {
 
 /// The largest distance that is accepted when `best` is the smallest; it rises with `best`.
 pub fn limit(best: u64, epsilon: f64) -> u64 {
-    best + (best as f64 * epsilon) as u64
+    best.saturating_add((best as f64 * epsilon) as u64).min(NOWHERE - 1)
 }
 
 /// Compares every position.

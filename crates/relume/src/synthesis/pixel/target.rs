@@ -1,7 +1,7 @@
 //! A query made ready for one exemplar: positions go first by the sieve, then by groups of terms.
 
 use super::kernel::{CodePair, LANES, Term, add_all, largest_term, portable, reaches};
-use super::plain::limit;
+use super::plain::{NOWHERE, limit};
 use super::sieve::{self, Sieve};
 use super::window::WindowQuery;
 use crate::planes::Size;
@@ -20,9 +20,6 @@ const _: () = assert!(PATIENCE as u64 * largest_term(MAX_CODE) <= u32::MAX as u6
 
 /// Terms of the sieve whose sum fits 32 bits.
 const SIEVED_AT_MOST: usize = (u32::MAX as u64 / largest_term(sieve::SPAN)) as usize;
-
-/// More than any distance, and far from overflowing: marks lanes that hold no position.
-const NOWHERE: u64 = 1 << 62;
 
 /// What has been found near enough so far.
 pub struct NearWindows {

@@ -12,6 +12,9 @@ use crate::error::{Error, Result};
 /// What the centre of a Gaussian window would count.
 const PEAK: f64 = 64.0;
 
+/// The longest side of a window: far more than the largest thing of any texture.
+const MAX_SIDE: usize = 1023;
+
 /// A window's side over its Gaussian's standard deviation.
 const SIDE_IN_SIGMAS: f64 = 6.4;
 
@@ -123,6 +126,12 @@ impl ComparedWindow {
                 "a window of {side} texels has no middle and no neighbours: choose an odd side of at least 3"
             )));
         }
+        if side > MAX_SIDE {
+            return Err(Error::usage(format!(
+                "a window of {side} texels is larger than anything it could be compared with: choose an odd side of \
+                 at most {MAX_SIDE}"
+            )));
+        }
         Ok(())
     }
 
@@ -208,6 +217,6 @@ mod tests {
     #[test]
     fn windows_without_a_middle_are_refused() {
         assert!(ComparedWindow::check_side(11).is_ok() && ComparedWindow::check_side(3).is_ok());
-        assert!([0, 1, 2, 10].into_iter().all(|side| ComparedWindow::check_side(side).is_err()));
+        assert!([0, 1, 2, 10, MAX_SIDE + 2, usize::MAX].into_iter().all(|side| ComparedWindow::check_side(side).is_err()));
     }
 }

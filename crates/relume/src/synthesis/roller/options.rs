@@ -46,6 +46,18 @@ impl RollerOptions {
                 Self::MOST_TILES
             )));
         }
+        let periods = match self.pattern {
+            None | Some(Pattern::None) => Vec::new(),
+            Some(Pattern::Stripes(period)) => vec![period],
+            Some(Pattern::Lattice(lattice)) => lattice.basis().to_vec(),
+        };
+        if let Some([x, y]) = periods.into_iter().find(|p| !p.iter().all(|c| c.abs() <= Self::LONGEST_PERIOD))
+        {
+            return Err(Error::usage(format!(
+                "a period of ({x}, {y}) texels: expected numbers from -{most} to {most}",
+                most = Self::LONGEST_PERIOD
+            )));
+        }
         if self.overlap == Some(0) {
             return Err(Error::usage("an overlap of 0 texels leaves no room for a cut: choose at least 1"));
         }
@@ -54,6 +66,9 @@ impl RollerOptions {
         }
         Ok(())
     }
+
+    /// The longest period along x or y: the longest side of a texture.
+    pub const LONGEST_PERIOD: f64 = 131_072.0;
 
     /// The most tiles of a set: 16 bits of a hash choose among them evenly to one in 256.
     pub const MOST_TILES: usize = 256;
@@ -78,6 +93,7 @@ impl Default for RollerOptions {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numeric::lattice::Lattice;
 
     #[test]
     fn meaningless_options_are_refused() {
@@ -87,6 +103,11 @@ mod tests {
             RollerOptions { tiles: 0, ..good.clone() },
             RollerOptions { tiles: 257, ..good.clone() },
             RollerOptions { overlap: Some(0), ..good.clone() },
+            RollerOptions { pattern: Some(Pattern::Stripes([0.0, f64::NAN])), ..good.clone() },
+            RollerOptions {
+                pattern: Lattice::new([2f64.powi(64), 0.0], [0.0, 4.0]).map(Pattern::Lattice),
+                ..good.clone()
+            },
             RollerOptions { least_side: f64::NAN, ..good.clone() },
             RollerOptions { slack: -0.1, ..good.clone() },
             RollerOptions { least_offset: 1.5, ..good },

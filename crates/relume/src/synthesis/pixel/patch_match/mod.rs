@@ -50,15 +50,17 @@ const FINEST_ROUNDS: usize = 2;
 pub struct PatchMatchOptions {
     /// Size of the output in texels.
     pub size: Size,
-    /// Side of the patches at every level in texels: odd, at least 3.
+    /// Side of the patches at every level in texels: odd, 3 to 1023.
     pub window: usize,
     /// Resolutions at most, each half the one before; fewer where a patch fits no more.
     pub levels: usize,
-    /// How often matches and texels are improved at each level, at most twice at the finest one.
+    /// How often matches and texels are improved at each level, at most twice at the finest one: 1 to
+    /// 1000.
     pub rounds: usize,
     /// How matches are found.
     pub search: PatchSearch,
-    /// How much parts of the exemplars are avoided that are used more than evenly; 0 not at all.
+    /// How much parts of the exemplars are avoided that are used more than evenly: 0, not at all,
+    /// to 1000.
     pub uniformity: f64,
     /// What the output is to follow.
     pub guidance: Option<Guidance>,
@@ -88,14 +90,14 @@ impl PatchMatchOptions {
         if self.levels == 0 || self.levels > 16 {
             return Err(Error::usage(format!("{} levels: choose 1 to 16", self.levels)));
         }
-        if !self.uniformity.is_finite() || self.uniformity < 0.0 {
+        if !(0.0..=1000.0).contains(&self.uniformity) {
             return Err(Error::usage(format!(
-                "a uniformity of {} has no meaning: it must be a number of at least 0",
+                "a uniformity of {} has no meaning: expected a number from 0 to 1000",
                 self.uniformity
             )));
         }
-        if self.rounds == 0 {
-            return Err(Error::usage("0 rounds make no texture: choose at least 1"));
+        if !(1..=1000).contains(&self.rounds) {
+            return Err(Error::usage(format!("{} rounds: choose 1 to 1000", self.rounds)));
         }
         check_output(self.size, self.window, Boundary::Torus)
     }

@@ -41,15 +41,43 @@ use neighbourhood::{ScanNeighbourhood, ScanSamples};
 pub enum NeighbourSearch {
     /// Among all.
     Full,
-    /// By a tree with so many codewords at each level, at most one for each neighbourhood.
+    /// By a tree with so many codewords at each level, 1 to 2^30, at most one for each neighbourhood.
     Tsvq(usize),
     /// Among texels that continue what is around, and for each of them so many that are like it.
     Coherence {
-        /// Candidates for each continuation, itself among them.
+        /// Candidates for each continuation, itself among them: 1 to 256.
         candidates: usize,
-        /// Codewords of the tree in whose leaves they are found; 0 for all neighbourhoods.
+        /// Codewords of the tree in whose leaves they are found, up to 2^30; 0 for all neighbourhoods.
         codewords: usize,
     },
+}
+
+impl NeighbourSearch {
+    /// The most candidates for each continuation.
+    const MOST_CANDIDATES: usize = 256;
+    /// The most codewords: more than any exemplar has neighbourhoods.
+    const MOST_CODEWORDS: usize = 1 << 30;
+
+    fn validate(self) -> Result<()> {
+        let (candidates, least, codewords) = match self {
+            Self::Full => return Ok(()),
+            Self::Tsvq(codewords) => (1, 1, codewords),
+            Self::Coherence { candidates, codewords } => (candidates, 0, codewords),
+        };
+        if !(1..=Self::MOST_CANDIDATES).contains(&candidates) {
+            return Err(Error::usage(format!(
+                "a coherence of {candidates} candidates: choose 1 to {}",
+                Self::MOST_CANDIDATES
+            )));
+        }
+        if !(least..=Self::MOST_CODEWORDS).contains(&codewords) {
+            return Err(Error::usage(format!(
+                "a tree of {codewords} codewords: choose {least} to {}",
+                Self::MOST_CODEWORDS
+            )));
+        }
+        Ok(())
+    }
 }
 
 /// Options of [`wei_levoy`].
@@ -57,7 +85,7 @@ pub enum NeighbourSearch {
 pub struct WeiLevoyOptions {
     /// Size of the output in texels.
     pub size: Size,
-    /// Side of the neighbourhood at every level in texels: odd, at least 3.
+    /// Side of the neighbourhood at every level in texels: odd, 3 to 1023.
     pub window: usize,
     /// Resolutions, each half the one before.
     pub levels: usize,
@@ -89,14 +117,7 @@ impl WeiLevoyOptions {
         if self.levels == 0 || self.levels > 16 {
             return Err(Error::usage(format!("{} levels: choose 1 to 16", self.levels)));
         }
-        if matches!(self.search, NeighbourSearch::Coherence { candidates: 0, .. }) {
-            return Err(Error::usage(
-                "a coherence of 0 candidates leaves nothing to choose: choose at least 1",
-            ));
-        }
-        if self.search == NeighbourSearch::Tsvq(0) {
-            return Err(Error::usage("a tree of 0 codewords finds nothing: choose at least 1"));
-        }
+        self.search.validate()?;
         let coarsest = (1..self.levels).fold(self.size, |size, _| halved_size(size));
         check_output(self.size, self.window, Boundary::Open)?;
         check_output(coarsest, self.window, Boundary::Torus).map_err(|_| {

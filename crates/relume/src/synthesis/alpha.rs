@@ -1,10 +1,10 @@
-//! Joining a block to what is there by linear ramps across the overlaps.
+//! Joining a block to the existing texels by linear ramps across the overlaps.
 
 use super::neighbourhood::{Margins, Neighbourhood};
 use crate::planes::Size;
 
-/// The new block's weight at each texel: (d + 1) / (margin + 1) at d texels from the edge of a
-/// filled margin, the product of the ramps in corners, and 1 where nothing is filled.
+/// The weight of the new block at each texel: (d + 1) / (margin + 1) at d texels from the edge of a filled
+/// margin, the product of the ramps in corners, and 1 where nothing is filled.
 pub fn ramps(shape: &Neighbourhood) -> Vec<f32> {
     let Size { width, height } = shape.extent;
     let Margins { left, top, right, bottom } = shape.margins;

@@ -1,4 +1,4 @@
-//! The synthesis itself: block after block, each drawn at random from those that fit.
+//! Block-based synthesis: block after block, each drawn at random from the candidates.
 //!
 //! Efros, Freeman, "Image Quilting for Texture Synthesis and Transfer", SIGGRAPH 2001, applied to
 //! reflectance functions after Hel-Or, Malzbender, Gelb, "Synthesis of Reflectance Function Textures
@@ -27,14 +27,14 @@ use crate::job::Job;
 use crate::numeric::random::{Purpose, Stream};
 use crate::planes::Size;
 
-/// What synthesis gives.
+/// The result of a synthesis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Synthesis {
     /// Where each texel comes from.
     pub map: SourceMap,
-    /// How it came about.
+    /// The report.
     pub report: SynthesisReport,
-    /// How long it took.
+    /// The times of the stages.
     pub times: StageTimes,
 }
 
@@ -45,39 +45,39 @@ pub struct StageTimes {
     pub prepare_s: f64,
     /// Searching for all blocks.
     pub search_s: f64,
-    /// Drawing and joining all blocks, and the rejection curve where it is asked for.
+    /// Drawing and joining all blocks, and the rejection curve if requested.
     pub join_s: f64,
 }
 
-/// How an output came about.
+/// The report of a synthesis.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SynthesisReport {
     /// Blocks in each row.
     pub columns: usize,
     /// Rows of blocks.
     pub rows: usize,
-    /// Positions in the exemplars from which a block can be taken.
+    /// The number of positions in the exemplars from which a block can be taken.
     pub positions: usize,
-    /// The difference in index space that one code stands for.
+    /// The difference in index space of one code.
     pub step: f64,
-    /// Candidates over all blocks but the first.
+    /// The number of candidates over all blocks but the first.
     pub candidates: u64,
-    /// What the searches took together.
+    /// The total effort of the searches.
     pub effort: Effort,
-    /// The rejection curve, where it was asked for and the search has one.
+    /// The rejection curve, if requested and supported by the search.
     pub curve: Option<RejectionCurve>,
     /// The blocks in the order in which they were placed.
     pub placements: Vec<Placement>,
 }
 
-/// What projections reject, summed over a sample of the blocks.
+/// The rejection by projections, summed over a sample of the blocks.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct RejectionCurve {
-    /// Blocks in the sample.
+    /// The number of blocks in the sample.
     pub blocks: usize,
-    /// Positions looked at for them.
+    /// The number of positions examined for them.
     pub positions: u64,
-    /// Positions that remain after each kernel of every cell.
+    /// The number of positions that remain after each kernel of every cell.
     pub remaining: Vec<u64>,
 }
 
@@ -90,10 +90,10 @@ impl RejectionCurve {
     }
 }
 
-/// Blocks on which the rejection curve is measured.
+/// The number of blocks on which the rejection curve is measured.
 const CURVE_BLOCKS: usize = 16;
 
-/// One block's choice.
+/// The choice for one block.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Placement {
     /// Left column in the output.
@@ -102,9 +102,9 @@ pub struct Placement {
     pub y: usize,
     /// The exemplar texel at its top left.
     pub source: Texel,
-    /// How many blocks were good enough.
+    /// The number of candidates.
     pub candidates: usize,
-    /// Root mean square distance, over the neighbourhood's texels in index space, of the best one.
+    /// The root mean square distance of the best one, over the texels of the neighbourhood in index space.
     pub best: f64,
 }
 
@@ -113,7 +113,7 @@ pub struct Placement {
 /// The result depends on the exemplars and the options only, not on the number of threads.
 ///
 /// # Errors
-/// When the options mean nothing, no block fits the exemplars, or the limits are exceeded.
+/// When the options are invalid, no block fits the exemplars, or the limits are exceeded.
 pub fn synthesize(exemplars: &[Exemplar<'_>], options: &BlockOptions, job: &Job) -> Result<Synthesis> {
     options.validate()?;
     let begun = Instant::now();
@@ -137,7 +137,7 @@ pub fn synthesize(exemplars: &[Exemplar<'_>], options: &BlockOptions, job: &Job)
     Ok(Synthesis { map: canvas.into_map(options.size, exemplars), report, times })
 }
 
-/// What every block needs to know.
+/// The data common to all blocks.
 struct BlockWork<'a> {
     options: &'a BlockOptions,
     quantised: &'a Quantised,
@@ -145,7 +145,7 @@ struct BlockWork<'a> {
     search: &'a dyn Search,
 }
 
-/// A block's choice and its share in each texel.
+/// The choice for a block and its weight in each texel.
 struct Decision {
     placement: Placement,
     weights: Vec<f32>,
@@ -153,8 +153,8 @@ struct Decision {
 }
 
 impl BlockWork<'_> {
-    /// Places all blocks, wave after wave: the blocks of a wave do not touch. Returns the seconds
-    /// that the searches took beside the report.
+    /// Places all blocks, wave after wave: the blocks of a wave do not touch. Returns the report and the
+    /// seconds spent searching.
     fn fill(
         &self,
         layout: &BlockLayout,
@@ -206,8 +206,8 @@ impl BlockWork<'_> {
         Ok((report, search_s))
     }
 
-    /// The candidates of blocks that do not touch; none for the first block, which fits anything where it
-    /// follows no guide.
+    /// The candidates of blocks that do not touch; `None` for the first block, which fits anywhere unless it
+    /// follows a guide.
     fn search(&self, queries: &[BlockQuery]) -> Vec<Option<Found>> {
         match queries {
             [first] if first.neighbourhood.is_empty() && self.options.guidance.is_none() => vec![None],
@@ -223,7 +223,7 @@ impl BlockWork<'_> {
         curve.get_or_insert_with(empty).add(self.positions.count(), &remaining);
     }
 
-    /// What a block has to fit.
+    /// The query of a block.
     fn query(&self, block: &PlacedBlock, canvas: &BlockCanvas) -> BlockQuery {
         let (texels, step) = (block.neighbourhood.texels(), self.quantised.step());
         BlockQuery {
@@ -235,7 +235,7 @@ impl BlockWork<'_> {
         }
     }
 
-    /// Draws one of the candidates; one of all positions where there is nothing to fit.
+    /// Draws one of the candidates, or one of all positions if there is nothing to match.
     fn draw(&self, block: &PlacedBlock, query: &BlockQuery, found: Option<Found>) -> Decision {
         let mut stream = Stream::new(self.options.seed, Purpose::Block, [block.number as u64]);
         let (source, candidates, best, effort) = match found {
@@ -257,7 +257,7 @@ impl BlockWork<'_> {
         }
     }
 
-    /// The share of the block from `source` in each texel.
+    /// The weight of the block from `source` in each texel.
     fn weights(&self, query: &BlockQuery, source: Texel) -> Vec<f32> {
         let shape = &query.neighbourhood;
         let from = &self.quantised.texels()[source.exemplar as usize];
@@ -315,8 +315,8 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(40))]
 
-        /// Waves on several threads with the fast search against one block after another with
-        /// the slow one.
+        /// Waves on several threads with the fast search, compared with one block after another with the slow
+        /// one.
         #[test]
         fn equals_the_sequential_synthesis_at_any_number_of_threads(
             options in options(),

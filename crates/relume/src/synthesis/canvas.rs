@@ -1,4 +1,4 @@
-//! The output while it is being made: quantised index planes, and where each texel comes from.
+//! The output under construction: quantised index planes, and the source of each texel.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +9,7 @@ use crate::error::Result;
 use crate::job::Job;
 use crate::planes::Size;
 
-/// The output's codes and sources. Blocks that cross an edge go on at the opposite one.
+/// The codes and sources of the output. Blocks that cross an edge continue at the opposite one.
 pub struct BlockCanvas {
     size: Size,
     planes: usize,
@@ -39,7 +39,7 @@ impl BlockCanvas {
         (0..block.neighbourhood.extent.width).map(move |dx| size.index((x + dx) % size.width, y))
     }
 
-    /// The codes under a block, row after row; zeros where nothing is yet.
+    /// The codes under a block, row by row; zeros where nothing is placed yet.
     pub fn patch(&self, block: &PlacedBlock) -> Vec<i16> {
         let extent = block.neighbourhood.extent;
         let mut patch = Vec::with_capacity(extent.texels() * self.planes);
@@ -49,8 +49,8 @@ impl BlockCanvas {
         patch
     }
 
-    /// Positions from which what lies at the middles of a block's filled sides, and in its first
-    /// corner, would be continued.
+    /// The positions that would continue the texels at the middles of the filled sides of a block, and at its
+    /// first corner.
     pub fn continuations(&self, block: &PlacedBlock) -> Vec<Texel> {
         let (shape, size) = (block.neighbourhood, self.size);
         let Size { width, height } = shape.extent;
@@ -68,8 +68,8 @@ impl BlockCanvas {
         positions
     }
 
-    /// Puts the exemplar block at `position` into its place; `weights` are its shares, texel by
-    /// texel: 1 copies, 0 keeps what is there, anything between blends.
+    /// Places the exemplar block at `position`; `weights` are its shares, texel by texel: 1 copies, 0 keeps
+    /// the existing texel, values in between blend.
     pub fn paste(&mut self, block: &PlacedBlock, exemplars: &Quantised, position: Texel, weights: &[f32]) {
         let extent = block.neighbourhood.extent;
         let from = &exemplars.texels()[position.exemplar as usize];
@@ -83,7 +83,7 @@ impl BlockCanvas {
         }
     }
 
-    /// Gives texel `source` with codes `new` its share in one output texel.
+    /// Adds texel `source` with codes `new` and the given share to one output texel.
     fn put(&mut self, texel: usize, new: &[i16], source: Texel, share: f32) {
         let old = &mut self.codes[texel * self.planes..][..self.planes];
         if share <= 0.0 || (source == self.sources[texel] && share < 1.0 && !self.mixes.contains_key(&texel))

@@ -9,11 +9,10 @@ use crate::job::Job;
 use crate::planes::{Planes, Size};
 use crate::space::Space;
 
-/// The output that a map makes of fields, one for each exemplar of the map and as large as it.
+/// The output of a map applied to fields, one for each exemplar of the map and of the same size.
 ///
-/// Copied texels keep their coefficients bit by bit. Blended ones are the weighted sum of the
-/// functions; where those are a luminance times a colour, the nearest such product to the sum, by
-/// the distance over the hemisphere.
+/// Copied texels keep their coefficients bit by bit. Blended ones are the weighted sum of the functions; if
+/// those are a luminance times a colour, the product nearest to the sum, by the distance over the hemisphere.
 ///
 /// # Errors
 /// When the fields are not registered with the exemplars or not of one kind, or the output exceeds
@@ -36,7 +35,7 @@ pub fn gather(map: &SourceMap, fields: &[&ReflectanceField], job: &Job) -> Resul
     first.with_coefficients(output)
 }
 
-/// Checks that fields fit a map and each other, and returns the first.
+/// Checks that fields match a map and each other, and returns the first.
 fn check<'a>(map: &SourceMap, fields: &[&'a ReflectanceField]) -> Result<&'a ReflectanceField> {
     if fields.len() != map.exemplars().len() {
         return Err(Error::usage(format!(
@@ -85,7 +84,7 @@ fn blend(map: &SourceMap, fields: &[&ReflectanceField]) -> Result<Planes> {
     Ok(space.field(fields[0], &sums)?.coefficients().clone())
 }
 
-/// The weighted sum of each blended texel's shares.
+/// The weighted sum of the shares of each blended texel.
 fn weighted_sums(map: &SourceMap, exemplars: &[&Planes]) -> Planes {
     let size = Size::new(map.mix_count(), 1);
     let mut sums = Planes::zeros(size, exemplars[0].count());

@@ -1,25 +1,25 @@
-//! Guidance: what an output is to follow, as maps. Hertzmann, Jacobs, Oliver, Curless, Salesin, "Image
-//! Analogies", SIGGRAPH 2001 (texture by numbers); Efros, Freeman, "Image Quilting for Texture Synthesis
-//! and Transfer", SIGGRAPH 2001 (texture transfer).
+//! Guidance: maps that an output follows. Hertzmann, Jacobs, Oliver, Curless, Salesin, "Image Analogies",
+//! SIGGRAPH 2001 (texture by numbers); Efros, Freeman, "Image Quilting for Texture Synthesis and Transfer",
+//! SIGGRAPH 2001 (texture transfer).
 //!
-//! A guide lies over each exemplar and one over the output: any planes, such as labels of what grows
-//! where, or a blurred copy. They are compared as further index planes: a difference of the guides' whole
-//! range counts the given weight times the whole range of the widest index plane. Where the methods
-//! compare texels of the output that are not known yet, they compare the guides alone.
+//! One guide covers each exemplar and one the output: any planes, such as label maps, or a blurred copy. They
+//! are compared as additional index planes: a difference over the whole range of the guides counts the given
+//! weight times the whole range of the widest index plane. For output texels that are not known yet, only the
+//! guides are compared.
 
 use super::quantise::{Channels, Exemplar, IndexTexels, Quantised, Scale, check};
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::planes::{Planes, Size};
 
-/// What an output is to follow.
+/// The guides of an output.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Guidance {
     /// A guide for each exemplar, registered with it.
     pub sources: Vec<Planes>,
-    /// The guide of the output, as large as it.
+    /// The guide of the output, of the same size.
     pub target: Planes,
-    /// What a difference of the guides counts against one of the texture: 1e-6 to 1e6.
+    /// The weight of a difference of the guides relative to one of the texture: 1e-6 to 1e6.
     pub weight: f64,
 }
 
@@ -70,7 +70,7 @@ impl Guidance {
         self.sources.iter().chain([&self.target])
     }
 
-    /// What guides' values are multiplied with to be index planes.
+    /// The factor that turns the values of guides into index planes.
     fn scale(&self, exemplars: &[Exemplar<'_>]) -> f32 {
         let widest = |planes: &mut dyn Iterator<Item = &Planes>| {
             let all: Vec<&Planes> = planes.collect();
@@ -88,14 +88,14 @@ impl Guidance {
     }
 }
 
-/// Exemplars, and the guides of them and of the output where there are any.
+/// Exemplars with their guides and that of the output, if any.
 #[derive(Debug)]
 pub(in crate::synthesis) struct Guided<'a> {
     exemplars: &'a [Exemplar<'a>],
     guides: Option<ScaledGuides>,
 }
 
-/// Guides multiplied so that their values count like those of index planes.
+/// Guides scaled so that their values count like those of index planes.
 #[derive(Debug)]
 struct ScaledGuides {
     /// One for each exemplar.
@@ -103,20 +103,20 @@ struct ScaledGuides {
     target: Planes,
 }
 
-/// Guides as codes in the step of the exemplars.
+/// Guides as codes with the step of the exemplars.
 #[derive(Debug)]
 pub(in crate::synthesis) struct GuideCodes {
     /// One for each exemplar.
     pub sources: Vec<IndexTexels>,
-    /// The output's.
+    /// That of the output.
     pub target: IndexTexels,
 }
 
 impl<'a> Guided<'a> {
-    /// Joins guides to exemplars.
+    /// Combines guides with exemplars.
     ///
     /// # Errors
-    /// When they do not fit together, or the limits are exceeded.
+    /// When they do not match, or the limits are exceeded.
     pub fn new(
         exemplars: &'a [Exemplar<'a>],
         guidance: Option<&Guidance>,
@@ -146,12 +146,12 @@ impl<'a> Guided<'a> {
         self.exemplars
     }
 
-    /// How many planes a guide has; none without guides.
+    /// The number of planes of a guide; 0 without guides.
     pub fn guides(&self) -> usize {
         self.guides.as_ref().map_or(0, |guides| guides.target.count())
     }
 
-    /// The codes of exemplars whose index planes are followed by their guides, and of the output's guide.
+    /// The codes of exemplars with their guides appended to the index planes, and of the guide of the output.
     ///
     /// # Errors
     /// When the limits are exceeded.
@@ -166,7 +166,7 @@ impl<'a> Guided<'a> {
         Ok((Quantised::of(codes, first + self.guides(), step), target))
     }
 
-    /// The codes of the exemplars, and of the guides by themselves, in one step.
+    /// The codes of the exemplars, and separately those of the guides, in one step.
     ///
     /// # Errors
     /// When the limits are exceeded.
@@ -182,7 +182,7 @@ impl<'a> Guided<'a> {
     }
 }
 
-/// A guide's planes alone, numbered after `first` index planes.
+/// The planes of a guide alone, numbered after `first` index planes.
 fn of_guide(guide: &Planes, first: usize) -> Channels<'_> {
     Channels { size: guide.size(), first, planes: guide.iter().collect() }
 }
@@ -231,7 +231,7 @@ mod tests {
         [Size::new(side, side + 1), Size::new(side + 2, side)]
     }
 
-    /// Where windows of a side lie in those exemplars.
+    /// The positions of windows of a given side in those exemplars.
     fn positions(side: usize, window: usize) -> Positions {
         Positions::of_areas(&sides(side).map(|size| (size, None)), window, "window").unwrap()
     }
@@ -296,10 +296,10 @@ mod tests {
         assert_eq!((guided.guides(), guided.exemplars().len()), (1, 1));
         let (quantised, target) = guided.interleaved(&job).unwrap();
         let texels = &quantised.texels()[0];
-        // The whole range of the guide counts half of the index plane's.
+        // The whole range of the guide counts half of that of the index plane.
         assert_eq!(2 * texels.run(1, 0, 1)[1], texels.run(1, 0, 1)[0]);
         assert_eq!(target.as_ref().unwrap().run(0, 0, 1), &texels.run(1, 0, 1)[1..]);
-        // By themselves, the codes are the same.
+        // Separately, the codes are the same.
         let (own, guides) = guided.apart(&job).unwrap();
         let guides = guides.unwrap();
         assert_eq!((own.planes(), own.step(), quantised.planes()), (1, quantised.step(), 2));

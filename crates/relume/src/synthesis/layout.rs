@@ -1,16 +1,16 @@
-//! Where blocks go and in which order, as data.
+//! The positions and the order of blocks, as data.
 //!
-//! Blocks are placed row by row. With open edges they stand `block - overlap` apart, and the last ones
-//! reach past the output, whose margin is cut off in the end: so all blocks are whole, and few shapes
-//! of neighbourhood occur. On a torus of side s there are n = ceil(s / (block - overlap)) of them at
-//! floor(i s / n), so that overlaps differ by a texel at most and are at least the one asked for;
-//! the last block of a row meets the first one, and the last row the first row.
+//! Blocks are placed row by row. With open edges they are `block - overlap` apart, and the last ones extend
+//! past the output, whose margin is cut off at the end: so all blocks are complete, and few shapes of
+//! neighbourhood occur. On a torus of side s there are n = ceil(s / (block - overlap)) of them at floor(i s /
+//! n), so that overlaps differ by at most a texel and are at least the requested one; the last block of a row
+//! meets the first one, and the last row the first row.
 //!
-//! A block's content depends on the earlier ones it overlaps, its eight neighbours at most, so
-//! blocks without such a chain between them can be made at the same time: a *wave* holds all
-//! blocks with equally long chains. With open edges that is the skewed diagonal i + 2 j (a block
-//! also meets the one above to the right). On a torus the block that closes a row would hold up the
-//! whole next row, therefore row j starts at column j: its closing block lies beside its start.
+//! The content of a block depends on the earlier blocks that it overlaps, at most its eight neighbours.
+//! Blocks without such a chain between them can be made at the same time: a *wave* holds all blocks with
+//! chains of equal length. With open edges that is the skewed diagonal i + 2 j (a block also meets the one
+//! above to the right). On a torus the block that closes a row would delay the whole next row; therefore row
+//! j starts at column j, and its closing block lies beside its start.
 
 use super::neighbourhood::{Margins, Neighbourhood};
 use super::options::{BlockOptions, Boundary};
@@ -22,20 +22,20 @@ use crate::planes::Size;
 /// One block of the output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PlacedBlock {
-    /// Its place counted row after row; its random stream.
+    /// Its number, row by row, and that of its random stream.
     pub number: usize,
     /// Left column in the output.
     pub x: usize,
     /// Top row in the output.
     pub y: usize,
-    /// What earlier blocks have filled of it.
+    /// The part of it already filled by earlier blocks.
     pub neighbourhood: Neighbourhood,
 }
 
 /// All blocks of an output.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct BlockLayout {
-    /// Texels that the blocks cover: the output's, and with open edges perhaps more.
+    /// The texels covered by the blocks: those of the output, and with open edges possibly more.
     pub size: Size,
     /// Blocks in each row.
     pub columns: usize,
@@ -132,9 +132,9 @@ impl BlockSpacing {
     }
 }
 
-/// The number of blocks around a torus. A block may meet only its two neighbours, whose starts are
-/// at least floor(2 side / count) apart; where a large overlap on a small side would break that,
-/// fewer blocks overlap less.
+/// The number of blocks around a torus. A block may meet only its two neighbours, whose starts are at least
+/// floor(2 side / count) apart; where a large overlap on a small side would violate that, fewer blocks
+/// overlap less.
 fn torus_count(side: usize, block: usize, step: usize) -> usize {
     let fitting = |count: &usize| 2 * side / count >= block;
     (2..=side.div_ceil(step)).rev().find(fitting).unwrap_or(2)

@@ -1,4 +1,4 @@
-//! Synthesis: from index planes to a map of where each output texel comes from.
+//! Synthesis: from index planes to the source of each output texel.
 //!
 //! ```text
 //! Exemplar --quantise--> codes --+
@@ -6,20 +6,20 @@
 //!                                                     SourceMap + fields --gather--> field
 //! ```
 //!
-//! - [`synthesize`] makes the map; [`options`] says what can be asked for;
-//! - [`quantise`]: exemplars as integers; [`positions`]: where blocks may be taken from;
-//! - [`layout`]: where blocks go and in which order; [`neighbourhood`]: what is there already;
+//! - [`synthesize`] makes the map; [`options`] defines its options;
+//! - [`quantise`]: exemplars as integers; [`positions`]: possible positions of blocks;
+//! - [`layout`]: positions and order of blocks; [`neighbourhood`]: their filled part;
 //! - [`search`]: a family of exact searches;
-//! - [`guidance`]: maps that an output follows; [`search::guided`]: how blocks do;
-//! - [`cut`] and [`alpha`]: joining a block to what is there;
+//! - [`guidance`]: maps that an output follows; [`search::guided`]: guided search for blocks;
+//! - [`cut`] and [`alpha`]: joining a block to the existing texels;
 //! - [`pixel`]: methods that place one texel after another;
 //! - [`fill`]: holes and borders replaced by copies;
-//! - [`roller`]: another method, for regular textures: tiles that can be laid in any order;
-//! - [`noise`]: for stochastic textures: endless, without a source map;
+//! - [`roller`]: tiles of regular textures that fit together in any order;
+//! - [`noise`]: endless stochastic textures, without a source map;
 //! - [`source_map`]: the result; [`gather()`] applies it to anything registered with the exemplars.
 //!
-//! Everything that decides is an integer, and each block has its own random stream, so the result
-//! does not depend on threads or processors.
+//! All decisions are on integers, and each block has its own random stream, so the result does not depend on
+//! threads or processors.
 
 pub mod alpha;
 mod blocks;

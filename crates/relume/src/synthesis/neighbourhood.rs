@@ -1,9 +1,9 @@
-//! The part of a block that is there already, as data that any search can sum over.
+//! The filled part of a block, as data that any search can sum over.
 
 use crate::planes::Size;
 use crate::rect::Rect;
 
-/// Widths of the strips along a block's four sides that earlier blocks have filled; 0 for none.
+/// Widths of the strips along the four sides of a block that earlier blocks have filled; 0 for none.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct Margins {
     /// Texels from the left edge.
@@ -16,8 +16,8 @@ pub struct Margins {
     pub bottom: usize,
 }
 
-/// A block's extent (clipped by the output's edges) and the margins that are filled. Opposite
-/// margins never overlap. Blocks of one shape can share what a search prepares for it.
+/// The extent of a block (clipped by the edges of the output) and its filled margins. Opposite margins never
+/// overlap. Blocks of one shape can share the preparation of a search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Neighbourhood {
     /// The texels of the block that lie in the output.
@@ -46,8 +46,8 @@ impl Neighbourhood {
         self.rects().map(|rect| rect.size.texels()).sum()
     }
 
-    /// The filled texels as disjoint rectangles from top to bottom: the whole top strip, left and
-    /// right strips between the others, the whole bottom strip. Empty ones are left out.
+    /// The filled texels as disjoint rectangles from top to bottom: the whole top strip, left and right
+    /// strips between the others, the whole bottom strip. Empty ones are omitted.
     pub fn rects(&self) -> impl Iterator<Item = Rect<usize>> {
         let Size { width, height } = self.extent;
         let Margins { left, top, right, bottom } = self.margins;

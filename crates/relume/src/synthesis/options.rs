@@ -1,4 +1,4 @@
-//! What block-based synthesis can be asked for.
+//! Options of block-based synthesis.
 
 use serde::Serialize;
 
@@ -8,22 +8,21 @@ use crate::error::{Error, Result};
 use crate::names::named;
 use crate::planes::Size;
 
-/// Which blocks of the exemplar are good enough to be drawn from.
+/// The tolerance within which blocks of the exemplar are candidates.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Tolerance {
-    /// Distances up to (1 + this) times the smallest one: squared distances up to its square times
-    /// the smallest square. Where the smallest is zero, only equals of it.
+    /// Distances up to (1 + this) times the smallest one: squared distances up to its square times the
+    /// smallest square. If the smallest is zero, only equal ones.
     Relative(f64),
-    /// Root mean square over the neighbourhood's texels of the distance of two texels in index
-    /// space. With the function metric that is the L2 distance of their functions over the domain:
-    /// a difference of v in all directions and c channels counts v sqrt(c A), where A is 2 pi for
-    /// the hemisphere, pi for the cosine-weighted one and 4 for the square. Where no block is as
-    /// near, the nearest ones.
+    /// Root mean square over the texels of the neighbourhood of the distance of two texels in index space.
+    /// With the function metric that is the L2 distance of their functions over the domain: a difference of v
+    /// in all directions and c channels counts v sqrt(c A), where A is 2 pi for the hemisphere, pi for the
+    /// cosine-weighted one and 4 for the square. If no block is as near, the nearest ones.
     Absolute(f64),
 }
 
-/// How a block is joined to what is there.
+/// How a block is joined to the existing texels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Blend {
@@ -37,7 +36,7 @@ pub enum Blend {
 
 named!(Blend { Cut => "cut", GraphCut => "graphcut", Alpha => "alpha" });
 
-/// What lies beyond the output's edges.
+/// What lies beyond the edges of the output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Boundary {
@@ -64,20 +63,20 @@ pub struct BlockOptions {
     pub block: usize,
     /// Texels by which neighbouring blocks overlap, at most half a block.
     pub overlap: usize,
-    /// Which blocks are good enough.
+    /// The tolerance within which candidates are drawn.
     pub tolerance: Tolerance,
     /// How blocks are joined.
     pub blend: Blend,
     /// Texels on either side of a cut within which blocks are blended, at most the overlap; 0 for
     /// none.
     pub feather: usize,
-    /// Whether the output closes on itself.
+    /// Whether the output tiles.
     pub boundary: Boundary,
-    /// What the output is to follow.
+    /// The guide that the output follows.
     pub guidance: Option<Guidance>,
     /// Seed of the random choices.
     pub seed: u64,
-    /// How blocks are searched for; it changes the time, never the result.
+    /// The search for blocks: a hint, which affects speed only.
     pub search: SearchOptions,
 }
 
@@ -87,7 +86,7 @@ impl BlockOptions {
         (block / 6).max(1)
     }
 
-    /// Checks the options by themselves; whether blocks fit the exemplars shows when they are met.
+    /// Checks the options in isolation; they are checked against the exemplars later.
     pub fn validate(&self) -> Result<()> {
         let Self { size, block, overlap, .. } = *self;
         if block > MAX_BLOCK {

@@ -1,17 +1,16 @@
-//! Feathering: a linear ramp of the new block's weight across its seam, in index space.
+//! Feathering: a linear ramp of the weight of the new block across its seam, in index space.
 
 use super::depths;
 use crate::planes::Size;
 use crate::synthesis::neighbourhood::Neighbourhood;
 
-/// The new block's weight at each texel: from 0 to 1 in equal steps within `texels` of the seam on
-/// either side, and exactly 0 or 1 further away.
+/// The weight of the new block at each texel: from 0 to 1 in equal steps within `texels` of the seam on
+/// either side, and exactly 0 or 1 farther away.
 ///
-/// A texel at k steps (right, down, left or up) from the nearest texel of the other region lies
-/// k - 1/2 from the seam, and the other region's share in it falls from 1/2 on the seam to nothing at
-/// `texels` + 1/2: (n + 1 - k) / (2 n + 1). Where the other block ends sooner, at m steps, because it
-/// has nothing there, the ramp falls to nothing there, m / (2 m + 2 k - 1). Beyond the edges of filled
-/// margins all is old; what is not filled is new, with weight 1.
+/// A texel at k steps (right, down, left or up) from the nearest texel of the other region lies k - 1/2 from
+/// the seam. The share of the other region in it falls from 1/2 on the seam to zero at `texels` + 1/2: (n + 1
+/// - k) / (2 n + 1). If the other block ends earlier, at m steps, the ramp falls to zero there, m / (2 m + 2
+/// k - 1). Beyond the edges of filled margins all is old; texels that are not filled are new, with weight 1.
 pub fn feather(shape: &Neighbourhood, new: &[bool], texels: usize) -> Vec<f32> {
     if texels == 0 {
         return new.iter().map(|&new| f32::from(u8::from(new))).collect();
@@ -33,10 +32,10 @@ pub fn feather(shape: &Neighbourhood, new: &[bool], texels: usize) -> Vec<f32> {
     (0..size.height).flat_map(|y| (0..size.width).map(move |x| (x, y))).map(|(x, y)| weight(x, y)).collect()
 }
 
-/// More steps than any block has.
+/// More steps than any block has texels.
 const FAR: usize = 1 << 40;
 
-/// The other region's share in a texel `steps` from it, where the other block ends `end` steps away.
+/// The share of the other region in a texel `steps` from it, if the other block ends `end` steps away.
 fn other_share(steps: usize, end: usize, texels: usize) -> f32 {
     if steps > texels {
         return 0.0;
@@ -98,10 +97,10 @@ mod tests {
 
     #[test]
     fn ramps_end_where_a_block_ends() {
-        // Old at column 0 alone: half a texel inside the seam, one and a half from the old's side.
+        // Old at column 0 alone: half a texel inside the seam, one and a half from the side of the old block.
         let weights = straight(1, 4);
         assert!((weights[0] - 1.0 / 3.0).abs() < 1e-6 && (weights[1] - 5.0 / 9.0).abs() < 1e-6);
-        // New at the strip's last column alone.
+        // New at the last column of the strip alone.
         let weights = straight(8, 4);
         assert!((weights[7] - 4.0 / 9.0).abs() < 1e-6 && (weights[8] - 2.0 / 3.0).abs() < 1e-6);
         assert_eq!(weights[9..], [1.0; 3]);

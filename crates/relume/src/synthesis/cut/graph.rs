@@ -1,43 +1,42 @@
 //! The seam of least energy through all filled margins of a block at once, by minimum cut.
 //!
-//! Kwatra, Schödl, Essa, Turk, Bobick, "Graphcut Textures: Image and Video Synthesis Using Graph
-//! Cuts", SIGGRAPH 2003, section 3: a seam between neighbouring texels s and t costs the difference
-//! of old and new at both, e(s) + e(t). A cut of one strip is a path with one texel in each row; this
-//! one may go back and forth, and corners are not pieced together.
+//! Kwatra, Schödl, Essa, Turk, Bobick, "Graphcut Textures: Image and Video Synthesis Using Graph Cuts",
+//! SIGGRAPH 2003, section 3: a seam between neighbouring texels s and t costs the difference of old and new
+//! at both, e(s) + e(t). A cut of one strip is a path with one texel in each row; this one may go back and
+//! forth, and corners need no special treatment.
 //!
-//! As there, what is old keeps the texels along the edges of filled margins, and the new block has
-//! those beside what is not filled, so that each seam runs where both differences are known; only in a
-//! margin of one texel the two meet, and it is new. The ends of margins are free. Where we differ: e
-//! is the squared distance, an exact integer that also decides the search and the cuts of single
-//! strips, so that the joins can be compared; the paper takes the distance itself, whose roots
-//! would have to be rounded. Earlier seams are not remembered.
+//! As in the paper, the old texels along the edges of filled margins stay, and the texels next to unfilled
+//! ones are new, so that each seam runs where both differences are known; only in a margin of one texel do
+//! the two coincide, and it is new. The ends of margins are free. Where we differ: e is the squared distance,
+//! an exact integer that also decides the search and the cuts of single strips, so that the joins are
+//! comparable; the paper uses the distance itself, whose roots would have to be rounded. Earlier seams are
+//! not remembered.
 
 use super::max_flow::GridNetwork;
 use super::{connected, depths, middle};
 use crate::planes::Size;
 use crate::synthesis::neighbourhood::Neighbourhood;
 
-/// Memory that [`inside_seam`] takes for each texel of a block, at most.
+/// The most memory of [`inside_seam`] per texel of a block.
 pub const BYTES_PER_TEXEL: u64 = 160;
 
-/// What a seam costs at one filled texel.
+/// The cost of a seam at one filled texel.
 #[derive(Debug, Clone, Copy)]
 struct Links {
     x: usize,
     y: usize,
-    /// Between it and its right neighbour; 0 where that is not filled.
+    /// Between it and its right neighbour; 0 if that is not filled.
     right: u64,
-    /// Between it and its lower neighbour; 0 where that is not filled.
+    /// Between it and its lower neighbour; 0 if that is not filled.
     down: u64,
 }
 
-/// Whether each texel of a block is taken from the new block, for the least [`seam_energy`].
-/// `error(x, y)` is the squared distance between what is there and the new block; it is asked for
-/// filled texels only.
+/// Whether each texel of a block is taken from the new block, for the least [`seam_energy`]. `error(x, y)` is
+/// the squared distance between the existing texel and the new block; it is called for filled texels only.
 ///
-/// Of all such choices the new region is the largest, less the pieces of it that do not hang
-/// together with the block's middle, whose seams cost nothing. So both regions are in one piece:
-/// the new one with the middle, the old one with what lies beyond the edges.
+/// Of all such choices the new region is the largest, minus the pieces not connected to the middle of the
+/// block, whose seams cost nothing. So both regions are connected: the new one with the middle, the old one
+/// with the texels beyond the edges.
 pub fn inside_seam(shape: &Neighbourhood, error: impl Fn(usize, usize) -> u64) -> Vec<bool> {
     let size = shape.extent;
     let links: Vec<Links> = links(shape, error).collect();
@@ -57,7 +56,7 @@ pub fn inside_seam(shape: &Neighbourhood, error: impl Fn(usize, usize) -> u64) -
     connected(size, middle(shape), |x, y| !old[size.index(x, y)])
 }
 
-/// What the seam around the texels that are `new` costs.
+/// The cost of the seam around the texels that are `new`.
 pub fn seam_energy(shape: &Neighbourhood, error: impl Fn(usize, usize) -> u64, new: &[bool]) -> u64 {
     let is_new = |x: usize, y: usize| new[shape.extent.index(x, y)];
     let cost = |Links { x, y, right, down }: Links| {
@@ -69,7 +68,7 @@ pub fn seam_energy(shape: &Neighbourhood, error: impl Fn(usize, usize) -> u64, n
     links(shape, error).map(cost).sum()
 }
 
-/// Whether a filled texel has to be new, or old; None where the seam decides.
+/// Whether a filled texel has to be new, or old; `None` if the seam decides.
 fn given(shape: &Neighbourhood, x: usize, y: usize) -> Option<bool> {
     let Size { width, height } = shape.extent;
     let beside = [(x + 1, y), (x, y + 1), (x.wrapping_sub(1), y), (x, y.wrapping_sub(1))];
@@ -79,7 +78,7 @@ fn given(shape: &Neighbourhood, x: usize, y: usize) -> Option<bool> {
     depths(shape, x, y).any(|depth| depth == 1).then_some(false)
 }
 
-/// The costs at all filled texels, row after row.
+/// The costs at all filled texels, row by row.
 fn links(shape: &Neighbourhood, error: impl Fn(usize, usize) -> u64) -> impl Iterator<Item = Links> {
     let (shape, size) = (*shape, shape.extent);
     let texels = || (0..size.height).flat_map(move |y| (0..size.width).map(move |x| (x, y)));
@@ -119,7 +118,7 @@ mod tests {
         })
     }
 
-    /// A choice with what has to be new or old made so.
+    /// A choice, corrected where texels have to be new or old.
     fn allowed(shape: &Neighbourhood, choice: impl Fn(usize) -> bool) -> Vec<bool> {
         let width = shape.extent.width;
         let new = |texel: usize| {
@@ -182,7 +181,7 @@ mod tests {
             extent: Size::new(9, 9),
             margins: Margins { left: 0, top: 8, right: 0, bottom: 0 },
         };
-        // An obstacle from the top and one from the bottom, too near for a path to pass between.
+        // An obstacle from the top and one from the bottom, too close for a path to pass between.
         let error = |x: usize, y: usize| match (x, y) {
             (3, 0..=5) | (6, 2..=7) => 1000,
             _ => 1,
@@ -206,7 +205,7 @@ mod tests {
         new_from(&Neighbourhood { margins: Margins { top: 0, ..margins }, ..shape }, 7, 1, 0);
         // Around a corner the inner line is the shortest.
         new_from(&shape, 7, 2, 1);
-        // Margins of one texel are new but for their corner, which touches no new texel.
+        // Margins of one texel are new except for their corner, which touches no new texel.
         let thin = Neighbourhood { margins: Margins { left: 1, top: 1, ..Margins::default() }, ..shape };
         let new = inside_seam(&thin, |_, _| 7);
         assert!(!new[0] && new[1..].iter().all(|new| *new));
@@ -218,7 +217,7 @@ mod tests {
     fn seams_on_four_sides_close_where_they_cost_nothing() {
         let margins = Margins { left: 3, top: 3, right: 3, bottom: 3 };
         let shape = Neighbourhood { extent: Size::new(10, 10), margins };
-        // Nothing differs at depths 1 and 2, so a seam between them costs nothing.
+        // There is no difference at depths 1 and 2, so a seam between them costs nothing.
         let depth = |x: usize, y: usize| x.min(y).min(9 - x).min(9 - y);
         let new = inside_seam(&shape, |x, y| if (1..=2).contains(&depth(x, y)) { 0 } else { 9 });
         let expected: Vec<bool> = (0..100).map(|t| depth(t % 10, t / 10) >= 2).collect();

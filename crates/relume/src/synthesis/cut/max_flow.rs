@@ -1,19 +1,19 @@
 //! The maximum flow from a source to a sink through a grid, and with it the minimum cut.
 //!
-//! Boykov, Kolmogorov, "An Experimental Comparison of Min-Cut/Max-Flow Algorithms for Energy
-//! Minimization in Vision", PAMI 26(9), 2004, section 3: a tree of nodes grows from each terminal;
-//! where they touch, flow is pushed along the path, and what its saturated arcs cut off looks for
-//! another parent in its tree. Capacities are integers, so the flow is exact. On grids of blocks a
-//! walk to the root is short, so the paper's time stamps are left out.
+//! Boykov, Kolmogorov, "An Experimental Comparison of Min-Cut/Max-Flow Algorithms for Energy Minimization in
+//! Vision", PAMI 26(9), 2004, section 3: a tree of nodes grows from each terminal; where they touch, flow is
+//! pushed along the path, and nodes cut off by its saturated arcs look for another parent in their tree.
+//! Capacities are integers, so the flow is exact. On grids the size of blocks the path to the root is short,
+//! so the time stamps of the paper are omitted.
 //!
-//! Of all minimum cuts the one with the fewest nodes on the source's side is given: those that
-//! flow from the source can still reach. It is unique, whatever order paths are found in.
+//! Of all minimum cuts, the result is the one with the fewest nodes on the side of the source: those still
+//! reachable by flow from the source. It is unique, whatever the order in which paths are found.
 
 use std::collections::VecDeque;
 
 use crate::planes::Size;
 
-/// A node's neighbours: right, down, left, up.
+/// The neighbours of a node: right, down, left, up.
 const SIDES: usize = 4;
 
 /// The side from which a neighbour sees a node.
@@ -21,16 +21,16 @@ fn opposite(side: usize) -> usize {
     side ^ 2
 }
 
-/// A grid of nodes joined to their four neighbours, to a source and to a sink.
+/// A grid of nodes connected to their four neighbours, to a source and to a sink.
 ///
-/// Nodes are counted with a ring of unused ones around them, so that each has four neighbours.
+/// The grid is surrounded by a ring of unused nodes, so that each node has four neighbours.
 #[derive(Debug, Clone)]
 pub struct GridNetwork {
     size: Size,
     steps: [isize; SIDES],
-    /// What each node can still send to each neighbour.
+    /// The residual capacity from each node to each neighbour.
     residual: Vec<[u64; SIDES]>,
-    /// What the source can still send to a node; negative: what the node can still send to the sink.
+    /// The residual capacity from the source to a node; if negative, that from the node to the sink.
     terminal: Vec<i64>,
     flow: u64,
 }
@@ -38,9 +38,9 @@ pub struct GridNetwork {
 /// A minimum cut.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct MinimumCut {
-    /// The capacity of the arcs that it cuts: the maximum flow.
+    /// The capacity of the arcs it cuts: the maximum flow.
     pub value: u64,
-    /// Whether each node, row after row, is on the source's side.
+    /// Whether each node, row by row, is on the side of the source.
     pub source_side: Vec<bool>,
 }
 
@@ -62,12 +62,12 @@ impl GridNetwork {
         (y + 1) * (self.size.width + 2) + x + 1
     }
 
-    /// Joins (x, y) and (x + 1, y) with a capacity both ways.
+    /// Connects (x, y) and (x + 1, y) with a capacity in both directions.
     pub fn join_right(&mut self, x: usize, y: usize, capacity: u64) {
         self.join(self.node(x, y), 0, capacity);
     }
 
-    /// Joins (x, y) and (x, y + 1) with a capacity both ways.
+    /// Connects (x, y) and (x, y + 1) with a capacity in both directions.
     pub fn join_down(&mut self, x: usize, y: usize, capacity: u64) {
         self.join(self.node(x, y), 1, capacity);
     }
@@ -78,14 +78,14 @@ impl GridNetwork {
         self.residual[next][opposite(side)] += capacity;
     }
 
-    /// Joins a node to both terminals, once; what flows straight through it is sent at once.
+    /// Connects a node to both terminals, once; flow straight through it is sent immediately.
     pub fn join_terminals(&mut self, x: usize, y: usize, from_source: u64, to_sink: u64) {
         let node = self.node(x, y);
         self.flow += from_source.min(to_sink);
         self.terminal[node] = from_source.cast_signed() - to_sink.cast_signed();
     }
 
-    /// The minimum cut with the fewest nodes on the source's side.
+    /// The minimum cut with the fewest nodes on the side of the source.
     pub fn minimum_cut(self) -> MinimumCut {
         let size = self.size;
         let mut forest = Forest::new(self);
@@ -106,7 +106,7 @@ enum Tree {
     Sink,
 }
 
-/// What a node in a tree hangs on.
+/// The parent of a node in a tree.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Parent {
     Missing,
@@ -160,8 +160,8 @@ impl Forest {
         node.wrapping_add_signed(self.network.steps[side])
     }
 
-    /// The arc over which flow passes between a node in `tree` and a child of it at `side`: away
-    /// from the source, towards the sink.
+    /// The arc over which flow passes between a node in `tree` and its child at `side`: away from the source,
+    /// towards the sink.
     fn arc(&self, tree: Tree, node: usize, side: usize) -> (usize, usize) {
         match tree {
             Tree::Sink => (self.neighbour(node, side), opposite(side)),
@@ -178,7 +178,7 @@ impl Forest {
         self.arc(self.tree[node], self.neighbour(node, side), opposite(side))
     }
 
-    /// Grows both trees until they touch; gives the arc from the source's tree to the sink's.
+    /// Grows both trees until they touch; returns the arc from the source tree to the sink tree.
     fn grow(&mut self) -> Option<(usize, usize)> {
         while let Some(&node) = self.active.front() {
             let tree = self.tree[node];
@@ -200,7 +200,7 @@ impl Forest {
         None
     }
 
-    /// Sends what fits through an arc that joins the trees.
+    /// Sends the most flow possible through an arc that connects the trees.
     fn augment(&mut self, node: usize, side: usize) {
         let next = self.neighbour(node, side);
         let amount = self.room((node, side)).min(self.slack(node)).min(self.slack(next));
@@ -210,7 +210,7 @@ impl Forest {
         self.network.flow += amount;
     }
 
-    /// What fits between a node and its terminal.
+    /// The residual capacity between a node and its terminal.
     fn slack(&self, mut node: usize) -> u64 {
         let mut least = u64::MAX;
         while let Parent::Neighbour(side) = self.parent[node] {
@@ -226,7 +226,7 @@ impl Forest {
         self.network.residual[next][opposite(side)] += amount;
     }
 
-    /// Sends an amount between a node and its terminal; nodes below full arcs lose their parent.
+    /// Sends an amount between a node and its terminal; nodes below saturated arcs lose their parent.
     fn drain(&mut self, mut node: usize, amount: u64) {
         while let Parent::Neighbour(side) = self.parent[node] {
             let arc = self.arc_from_parent(node, side);
@@ -248,7 +248,7 @@ impl Forest {
         self.orphans.push_back(node);
     }
 
-    /// Finds new parents for orphans; where there is none, the node leaves its tree.
+    /// Finds new parents for orphans; a node without one leaves its tree.
     fn adopt(&mut self) {
         while let Some(node) = self.orphans.pop_front() {
             let tree = self.tree[node];
@@ -293,7 +293,7 @@ mod tests {
     use super::*;
     use crate::numeric::random::{Purpose, Stream};
 
-    /// Capacities from 0 to `most` on all arcs of a grid, as drawn from a stream.
+    /// Capacities from 0 to `most` on all arcs of a grid, drawn from a stream.
     struct Arcs {
         size: Size,
         right: Vec<u64>,
@@ -324,7 +324,7 @@ mod tests {
             network
         }
 
-        /// The capacity of the arcs from nodes on the source's side to others.
+        /// The capacity of the arcs from nodes on the side of the source to others.
         fn capacity(&self, source_side: impl Fn(usize) -> bool) -> u64 {
             let between = |a: usize, b: usize, capacity: u64| {
                 if source_side(a) == source_side(b) { 0 } else { capacity }

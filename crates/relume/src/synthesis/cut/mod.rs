@@ -1,15 +1,15 @@
-//! Joining a block to what is there along a seam where they differ least.
+//! Joining a block to the existing texels along a seam where they differ least.
 //!
 //! - [`inside_cuts`]: minimum error boundary cuts, by [`path`], the path of least error through one
 //!   strip;
 //! - [`graph`]: the seam of least energy through all strips at once, by [`max_flow`];
 //! - [`feather()`]: a ramp of weights across either.
 //!
-//! In the first, each filled margin has its own cut across the whole side of the block, and a texel is
-//! taken from the new block where it lies on the inner side of all of them. Where two cuts cross more
-//! than once in a corner, only the part that hangs together with the block's middle counts. The new region is
-//! therefore in one piece and bounded inside every margin, and on the torus, with margins on all
-//! four sides, its boundary is one closed curve. A path's own texels belong to the new block.
+//! In the first, each filled margin has its own cut across the whole side of the block, and a texel is taken
+//! from the new block if it lies on the inner side of all of them. If two cuts cross more than once in a
+//! corner, only the part connected to the middle of the block counts. The new region is therefore connected
+//! and bounded inside every margin, and on the torus, with margins on all four sides, its boundary is one
+//! closed curve. The texels of a path itself belong to the new block.
 
 mod feather;
 pub mod graph;
@@ -22,8 +22,8 @@ use super::neighbourhood::{Margins, Neighbourhood};
 use crate::planes::Size;
 use path::least_path;
 
-/// Whether each texel of a block is taken from the new block. `error(x, y)` is the squared distance
-/// between what is there and the new block; it is asked for filled texels only.
+/// Whether each texel of a block is taken from the new block. `error(x, y)` is the squared distance between
+/// the existing texel and the new block; it is called for filled texels only.
 pub fn inside_cuts(shape: &Neighbourhood, error: impl Fn(usize, usize) -> u64) -> Vec<bool> {
     let Size { width, height } = shape.extent;
     let Margins { left, top, right, bottom } = shape.margins;
@@ -40,7 +40,7 @@ pub fn inside_cuts(shape: &Neighbourhood, error: impl Fn(usize, usize) -> u64) -
     connected(shape.extent, middle(shape), inside)
 }
 
-/// The first texel that is not filled, or the middle where all are.
+/// The first texel that is not filled, or the middle if all are.
 fn middle(shape: &Neighbourhood) -> (usize, usize) {
     let Neighbourhood { extent, margins } = shape;
     (margins.left.min(extent.width - 1 - margins.right), margins.top.min(extent.height - 1 - margins.bottom))
@@ -58,7 +58,7 @@ fn depths(shape: &Neighbourhood, x: usize, y: usize) -> impl Iterator<Item = usi
     sides.into_iter().filter(|(margin, _)| *margin > 0).map(|(_, depth)| depth)
 }
 
-/// The texels that hang together with `seed`, side by side, through texels that are `inside`.
+/// The texels connected to `seed` through texels that are `inside`.
 fn connected(size: Size, seed: (usize, usize), inside: impl Fn(usize, usize) -> bool) -> Vec<bool> {
     let mut reached = vec![false; size.texels()];
     let mut waiting = vec![seed];
@@ -74,7 +74,7 @@ fn connected(size: Size, seed: (usize, usize), inside: impl Fn(usize, usize) -> 
     reached
 }
 
-/// The depth of a cut below its edge at each place along it: 0 where there is no margin.
+/// The depth of a cut below its edge at each position along it: 0 without a margin.
 fn cut(length: usize, margin: usize, error: impl Fn(usize, usize) -> u64) -> Vec<usize> {
     if margin == 0 { vec![0; length] } else { least_path(length, margin, error) }
 }
@@ -88,7 +88,7 @@ mod tests {
 
     #[test]
     fn cuts_on_four_sides_close_where_the_error_is_nothing() {
-        // A ring of zero error one texel inside the block's edge.
+        // A ring of zero error one texel inside the edge of the block.
         let on_ring = |x: usize, y: usize| {
             ((x == 1 || x == 7) && (1..=6).contains(&y)) || ((y == 1 || y == 6) && (1..=7).contains(&x))
         };

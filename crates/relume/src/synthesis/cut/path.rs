@@ -2,9 +2,9 @@
 //! E(a, c) = e(a, c) + min(E(a-1, c-1), E(a-1, c), E(a-1, c+1)).
 //! Efros, Freeman, "Image Quilting for Texture Synthesis and Transfer", SIGGRAPH 2001, section 2.1.
 
-/// For each place along a strip of `length` x `width` texels, how far across the path runs.
-/// Neighbouring places differ by one at most. Among equal paths it is the one that ends nearest to
-/// `across` = 0, and, going back from there, keeps nearest to it.
+/// For each position along a strip of `length` x `width` texels, the position of the path across it.
+/// Neighbouring positions differ by at most one. Among equal paths it is the one that ends nearest to
+/// `across` = 0 and, going back from there, stays nearest to it.
 pub fn least_path(length: usize, width: usize, error: impl Fn(usize, usize) -> u64) -> Vec<usize> {
     let mut sums: Vec<u64> = Vec::with_capacity(length * width);
     for along in 0..length {
@@ -32,8 +32,8 @@ fn least_near(sums: &[u64], along: usize, width: usize, across: usize) -> usize 
     near.map(|c| along * width + c).min_by_key(|&i| sums[i]).expect("the range is not empty")
 }
 
-/// The least error of any path, found by trying all of them: the slow truth of [`least_path`], for
-/// strips of a few texels.
+/// The least error of any path, found by trying all of them: the slow truth of [`least_path`], for strips of
+/// a few texels.
 pub fn least_error_of_all_paths(length: usize, width: usize, error: &impl Fn(usize, usize) -> u64) -> u64 {
     fn from(along: usize, across: usize, shape: (usize, usize), error: &impl Fn(usize, usize) -> u64) -> u64 {
         let own = error(along, across);

@@ -1,15 +1,15 @@
-//! Hole filling: texels of a texture are replaced by copies of others, so that nothing shows where
-//! they were: blemishes, colour charts, or the border that keeps a picture from tiling.
+//! Hole filling: texels of a texture are replaced by copies of others without visible traces, such as
+//! blemishes, colour charts, or the border that prevents a picture from tiling.
 //!
-//! - [`fill()`] fills a mask's holes, from their edges inward: by texels, as the Efros-Leung method
-//!   grows ([`super::pixel::grow`]), or by patches in the order of `patches`;
-//! - [`tileable`] opens a band along the border and fills it on the torus, [`close`] that of an output
+//! - [`fill()`] fills the holes of a mask, from their edges inward: texel by texel, in the manner of the
+//!   Efros-Leung method ([`super::pixel::grow`]), or by patches in the order of `patches`;
+//! - [`tileable`] clears a band along the border and fills it on the torus; [`close`] does so for an output
 //!   of copies.
 //!
-//! Texels outside the holes are their own sources, so everything there stays as it is bit by bit.
-//! What a hole holds does not matter, not even whether it is a number.
+//! Texels outside the holes are their own sources, so everything there is unchanged to the bit. The content
+//! of a hole does not matter, not even if it is NaN.
 //!
-//! A [`Guidance`] says what is to be in the holes: windows are compared by the guides too, also where the
+//! A [`Guidance`] steers the content of the holes: windows are compared by the guides too, also where the
 //! texture is not known yet.
 
 mod patches;
@@ -25,12 +25,12 @@ use crate::job::Job;
 use crate::names::named;
 use crate::planes::{Planes, Size};
 
-/// How holes are filled.
+/// The methods of filling.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FillMethod {
-    /// Texel after texel, as the Efros-Leung method grows.
+    /// Texel by texel, in the manner of the Efros-Leung method.
     Texels,
-    /// Patch after patch, where the edges of things lead into the hole first.
+    /// Patch by patch, starting where edges lead into the hole.
     Patches,
 }
 
@@ -43,12 +43,12 @@ pub struct FillOptions {
     pub method: FillMethod,
     /// Side of the window, or of the patches, in texels: odd, 3 to 1023.
     pub window: usize,
-    /// How much farther than the best a window may be that is drawn from, as a share of the best
-    /// squared distance: 0 to a million.
+    /// How much farther than the best a window may be to be a candidate, as a fraction of the best squared
+    /// distance: 0 to a million.
     pub epsilon: f64,
-    /// Whether the texture goes on at the opposite edge.
+    /// Whether the texture continues at the opposite edge.
     pub boundary: Boundary,
-    /// What the filling is to follow: one guide over the texture as it is, one over what it is to be.
+    /// The guide of the filling: one over the texture, one over its desired content.
     pub guidance: Option<Guidance>,
     /// Seed of the random choices.
     pub seed: u64,
@@ -68,14 +68,14 @@ impl Default for FillOptions {
     }
 }
 
-/// Fills the holes of a texture with copies of its own texels. `excluded` texels are not copied and
-/// stay as they are.
+/// Fills the holes of a texture with copies of its own texels. `excluded` texels are not copied and remain
+/// unchanged.
 ///
 /// The result depends on the texels outside the holes and the options only.
 ///
 /// # Errors
-/// When a mask has another size, nothing or everything is a hole, no window lies outside holes and
-/// excluded texels, the options mean nothing, or the limits are exceeded.
+/// When a mask has another size, nothing or everything is a hole, no window lies outside holes and excluded
+/// texels, the options are invalid, or the limits are exceeded.
 pub fn fill(
     index: &Planes,
     holes: &[bool],
@@ -123,8 +123,8 @@ pub fn tileable(
     fill_band(&[exemplar], size, own, band, options, job)
 }
 
-/// Fills a band of `band` texels along each edge of an output of copies anew, from its exemplars, so
-/// that it tiles. A guide's target lies over the output.
+/// Refills a band of `band` texels along each edge of an output of copies from its exemplars, so that it
+/// tiles. The target of a guide covers the output.
 ///
 /// # Errors
 /// As [`tileable`].
@@ -138,7 +138,7 @@ pub fn close(
     fill_band(exemplars, map.size(), |texel| map.copies()[texel], band, options, job)
 }
 
-/// Fills a band along each edge on the torus; `source` says where the other texels come from.
+/// Fills a band along each edge on the torus; `source` gives the sources of the other texels.
 fn fill_band(
     exemplars: &[Exemplar<'_>],
     size: Size,
@@ -178,7 +178,7 @@ fn check_holes(holes: &[bool], size: Size) -> Result<()> {
     }
 }
 
-/// The same planes with one outside texel's values in the holes, so that what was there has no
+/// The same planes with the values of one outside texel in the holes, so that their former content has no
 /// influence on the quantisation either.
 fn blanked(index: &Planes, holes: &[bool]) -> Planes {
     let mut blank = index.clone();
@@ -190,7 +190,7 @@ fn blanked(index: &Planes, holes: &[bool]) -> Planes {
     blank
 }
 
-/// Fills the texels whose source is not known with copies of the exemplars.
+/// Fills the texels without a known source with copies of the exemplars.
 fn fill_from(
     exemplars: &[Exemplar<'_>],
     size: Size,

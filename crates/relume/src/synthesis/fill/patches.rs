@@ -1,14 +1,14 @@
 //! Filling by patches in order of priority: Criminisi, Perez, Toyama, "Region Filling and Object
 //! Removal by Exemplar-Based Image Inpainting", IEEE Transactions on Image Processing 13(9), 2004.
 //!
-//! Of the texels at the hole's edge the one with the largest priority C D comes next: the confidence
-//! C is the mean over its patch of the confidences of what is known (1 outside the holes), and the
-//! data term D is the strength with which an edge runs into the hole there. The unknown texels of
-//! its patch are copied from the window that fits the known ones best.
+//! Of the texels at the edge of the hole the one with the largest priority C D comes next: the confidence C
+//! is the mean over its patch of the confidences of the known texels (1 outside the holes), and the data term
+//! D is the strength of an edge running into the hole there. The unknown texels of its patch are copied from
+//! the window that fits the known ones best.
 //!
-//! Different from the paper: an edge's strength is the length of the gradient's part along the front
-//! over all index planes, taken within two texels; and a thousandth is added to D, so that
-//! confidence decides where nothing leads in.
+//! Where we differ: the strength of an edge is the length of the component of the gradient along the front
+//! over all index planes, taken within two texels; and a thousandth is added to D, so that confidence decides
+//! where no edge leads in.
 
 use super::super::pixel::canvas::PixelCanvas;
 use super::super::pixel::front;
@@ -17,10 +17,10 @@ use super::super::quantise::MAX_CODE;
 use crate::error::Result;
 use crate::job::Job;
 
-/// What is added to the data term.
+/// The constant added to the data term.
 const FLOOR: f64 = 1e-3;
 
-/// Texels from the front within which an edge is looked for.
+/// The distance from the front, in texels, within which an edge is searched.
 const REACH: isize = 2;
 
 /// Fills all unknown texels of a canvas.
@@ -76,8 +76,8 @@ fn most_urgent(
     most.map(|(_, texel, sure)| (texel, sure))
 }
 
-/// The largest length, over the texels nearby, of the gradient's part along the front, as a share
-/// of the largest code.
+/// The largest length, over the texels nearby, of the component of the gradient along the front, as a
+/// fraction of the largest code.
 fn data(canvas: &PixelCanvas, texel: usize) -> f64 {
     let known = |dx, dy| match canvas.neighbour(texel, dx, dy) {
         Some(there) => f64::from(u8::from(canvas.is_known(there))),
@@ -95,8 +95,8 @@ fn data(canvas: &PixelCanvas, texel: usize) -> f64 {
     strongest.sqrt() / (2.0 * f64::from(MAX_CODE))
 }
 
-/// The squared length of the part of a texel's central differences that lies across the isophote
-/// which runs into the hole: that along the front. Zero where a neighbour is not known.
+/// The squared length of the component, along the front, of the central differences of a texel, that is
+/// across an isophote that runs into the hole. Zero where a neighbour is not known.
 fn edge(canvas: &PixelCanvas, texel: usize, along: (f64, f64)) -> f64 {
     let codes = |dx, dy| {
         let there = canvas.neighbour(texel, dx, dy).filter(|&there| canvas.is_known(there))?;

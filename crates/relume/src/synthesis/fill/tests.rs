@@ -103,7 +103,7 @@ proptest! {
     }
 }
 
-/// Two halves of one noise that only the guide tells apart, and a hole across their border.
+/// Two halves of one noise that only the guide distinguishes, and a hole across their border.
 #[test]
 fn holes_follow_their_guide() {
     let size = Size::new(48, 32);
@@ -161,7 +161,7 @@ fn a_periodic_texture_is_made_to_tile_by_its_own_period() {
     }
 }
 
-/// An output out of step at its border is put in step; its middle stays.
+/// An output mismatched at its border is corrected; its middle stays.
 #[test]
 fn an_output_of_copies_is_closed_from_its_exemplars() {
     let index = noise(Size::new(6, 5), 2, 8).repeated(6, 6);

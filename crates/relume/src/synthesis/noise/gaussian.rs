@@ -1,24 +1,24 @@
-//! The values of a plane as normal ones, and back: one-dimensional optimal transport.
+//! Transport between the values of a plane and normal values: one-dimensional optimal transport.
 //!
-//! A value goes to the normal quantile of its rank; equal values share the mean of their ranks. The
-//! way back is a table over evenly spaced normal values, interpolated linearly.
+//! A value is mapped to the normal quantile of its rank; equal values share the mean of their ranks. The
+//! inverse is a table over evenly spaced normal values, interpolated linearly.
 
 use crate::numeric::normal::{cumulative, quantile};
 
-/// Entries of the table back. Normal values lie half a hundredth apart: finer than the gaps of the
-/// 65,536 ranks of a 256 x 256 exemplar anywhere but in the tails.
+/// Entries of the inverse table. Normal values are half a hundredth apart: finer than the gaps of the 65,536
+/// ranks of a 256 x 256 exemplar except in the tails.
 const ENTRIES: usize = 1601;
 
-/// The largest normal value of the table; beyond it lies one value in 31,000.
+/// The largest normal value of the table; one value in 31,000 lies beyond it.
 pub const REACH: f64 = 4.0;
 
-/// The way back from normal values to a plane's own.
+/// The inverse transport from normal values to the values of a plane.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GaussianTransport {
     table: Vec<f32>,
 }
 
-/// Normal values for a plane's own, with the way back. The plane's values are finite.
+/// Normal values for the values of a plane, with the inverse. The values of the plane are finite.
 pub fn transport(plane: &[f32]) -> (Vec<f32>, GaussianTransport) {
     let mut order: Vec<usize> = (0..plane.len()).collect();
     order.sort_by(|&a, &b| plane[a].total_cmp(&plane[b]));
@@ -48,12 +48,12 @@ impl GaussianTransport {
         Self { table: (0..ENTRIES).map(entry).collect() }
     }
 
-    /// The plane's values for evenly spaced normal ones from -[`REACH`] to [`REACH`].
+    /// The values of the plane for evenly spaced normal ones from -[`REACH`] to [`REACH`].
     pub fn table(&self) -> &[f32] {
         &self.table
     }
 
-    /// The plane's value for a normal one.
+    /// The value of the plane for a normal one.
     pub fn value(&self, normal: f32) -> f32 {
         let place = (normal / REACH as f32 * 0.5 + 0.5) * (ENTRIES - 1) as f32;
         let place = place.clamp(0.0, (ENTRIES - 1) as f32);

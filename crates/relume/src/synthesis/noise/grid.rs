@@ -1,6 +1,6 @@
 //! The grid of equilateral triangles: the three vertices of a texel and its barycentric weights.
 
-/// A vertex of the grid by its numbers along the two axes, and the weight it has at a texel.
+/// A vertex of the grid by its numbers along the two axes, and its weight at a texel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GridCorner {
     /// Number along the first axis, which points to the right.
@@ -14,7 +14,7 @@ pub struct GridCorner {
 /// Height of an equilateral triangle of side 1: the root of 3/4.
 const HEIGHT: f64 = 0.866_025_403_784_438_6;
 
-/// The corners of the triangle that holds (x, y), for triangles of the given side.
+/// The corners of the triangle that contains (x, y), for triangles of the given side.
 pub fn corners(x: f64, y: f64, side: f64) -> [GridCorner; 3] {
     let down = y / (side * HEIGHT);
     let across = x / side - 0.5 * down;
@@ -35,7 +35,7 @@ pub fn corners(x: f64, y: f64, side: f64) -> [GridCorner; 3] {
     ]
 }
 
-/// Where a vertex lies, rounded to whole texels.
+/// The position of a vertex, rounded to whole texels.
 pub fn vertex(i: i64, j: i64, side: f64) -> (i64, i64) {
     let x = side * (i as f64 + 0.5 * j as f64);
     let y = side * HEIGHT * j as f64;

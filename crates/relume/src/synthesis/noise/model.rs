@@ -1,4 +1,4 @@
-//! The model of an exemplar, and any window of the plane it makes.
+//! The model of an exemplar, and any window of its plane.
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -15,20 +15,20 @@ use crate::planes::{Planes, Size};
 /// Options of [`Noise::new`].
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct NoiseOptions {
-    /// Side of the triangles in texels; none for [`NoiseOptions::customary_side`].
+    /// Side of the triangles in texels; `None` for [`NoiseOptions::customary_side`].
     pub side: Option<f64>,
     /// Seed of the random choices.
     pub seed: u64,
 }
 
 impl NoiseOptions {
-    /// The side at which an exemplar spans as many triangles as in the publication: 1 / (2 root 3)
-    /// of its smaller side.
+    /// The side with which an exemplar spans as many triangles as in the publication: 1 / (2 root 3) of its
+    /// smaller side.
     pub fn customary_side(exemplar: Size) -> f64 {
         exemplar.width.min(exemplar.height) as f64 / 12f64.sqrt()
     }
 
-    /// Checks the options by themselves.
+    /// Checks the options in isolation.
     pub fn validate(&self) -> Result<()> {
         match self.side {
             Some(side) if !(side.is_finite() && side >= 1.0) => {
@@ -51,7 +51,7 @@ impl Default for NoiseOptions {
 pub struct Noise {
     side: f64,
     key: u64,
-    /// Principal planes as normal values, the planes of a texel together.
+    /// Principal planes as normal values, the planes of a texel adjacent.
     normal: Vec<f32>,
     size: Size,
     marginals: Vec<GaussianTransport>,
@@ -62,7 +62,7 @@ pub struct Noise {
 }
 
 impl Noise {
-    /// Models index planes; see [`super::suits()`] for what is refused.
+    /// Models index planes; [`super::suits()`] defines what is refused.
     ///
     /// # Errors
     /// When the texture repeats or has a direction, a value is not finite, the exemplar is smaller
@@ -110,7 +110,7 @@ impl Noise {
         Self { side, key, normal, size, marginals, means, axes, suitability }
     }
 
-    /// What was measured of the exemplar.
+    /// The measurements of the exemplar.
     pub fn suitability(&self) -> &Suitability {
         &self.suitability
     }
@@ -125,30 +125,30 @@ impl Noise {
         self.side
     }
 
-    /// The key under which vertices are hashed ([`crate::numeric::hash::of_place`]); the seed decides it.
+    /// The key under which vertices are hashed ([`crate::numeric::hash::of_place`]), derived from the seed.
     pub fn key(&self) -> u64 {
         self.key
     }
 
-    /// The principal planes of the exemplar as normal values: with [`Noise::marginals`] and
-    /// [`Noise::axes`] all that a shader needs besides the triangles' side and the key.
+    /// The principal planes of the exemplar as normal values: with [`Noise::marginals`] and [`Noise::axes`]
+    /// all that a shader needs besides the side of the triangles and the key.
     pub fn normal_planes(&self) -> Planes {
         self.planes_of(self.size, &self.normal)
     }
 
-    /// The way back from normal values for each principal plane.
+    /// The inverse transport from normal values for each principal plane.
     pub fn marginals(&self) -> &[GaussianTransport] {
         &self.marginals
     }
 
-    /// The mean of each index plane, and the principal axes as rows: index values are the means and
-    /// the sum of all axes, each times its plane's value.
+    /// The mean of each index plane, and the principal axes as rows: index values are the mean plus the sum
+    /// of all axes, each times the value of its plane.
     pub fn axes(&self) -> (&[f32], &Matrix) {
         (&self.means, &self.axes)
     }
 
-    /// The index planes of the window of `size` texels whose top left one is (x, y): identical
-    /// however the plane is cut.
+    /// The index planes of the window of `size` texels whose top left texel is (x, y): identical however the
+    /// plane is cut.
     ///
     /// # Errors
     /// When the window exceeds the limits.
@@ -166,7 +166,7 @@ impl Noise {
         Ok(self.planes_of(size, &together))
     }
 
-    /// Plane after plane from values whose planes lie together in each texel.
+    /// Plane after plane from values whose planes are adjacent in each texel.
     fn planes_of(&self, size: Size, together: &[f32]) -> Planes {
         let count = self.marginals.len();
         let mut planes = Planes::zeros(size, count);
@@ -189,11 +189,11 @@ impl Noise {
         }
     }
 
-    /// The exemplar texel that a vertex shows at (x, y).
+    /// The exemplar texel shown by a vertex at (x, y).
     fn source(&self, i: i64, j: i64, x: i64, y: i64) -> usize {
         let (vx, vy) = vertex(i, j, self.side);
         let hash = hash::of_place(self.key, i, j);
-        // A part reaches one side and a rounding around its middle.
+        // A part extends by one side and the rounding of its middle.
         let margin = self.side as i64 + 1;
         let place = |hash: u32, side: usize| {
             let room = side as i64 - 2 * margin;
@@ -203,7 +203,7 @@ impl Noise {
         self.size.index(sx as usize, sy as usize)
     }
 
-    /// The index values of a texel's normal ones.
+    /// The index values of the normal values of a texel.
     fn index_of(&self, normal: &[f32], out: &mut [f32]) {
         out.copy_from_slice(&self.means);
         for (k, (marginal, g)) in self.marginals.iter().zip(normal).enumerate() {
@@ -213,7 +213,7 @@ impl Noise {
     }
 }
 
-/// The mean of each plane, and the principal axes of the planes' values as rows, largest first.
+/// The mean of each plane, and the principal axes of the values of the planes as rows, largest first.
 fn principal_axes(index: &Planes) -> (Vec<f32>, Matrix) {
     let texels = index.size().texels() as f64;
     let mean = |plane: &[f32]| plane.iter().map(|&v| f64::from(v)).sum::<f64>() / texels;
@@ -231,7 +231,7 @@ mod tests {
     use crate::numeric::random::Stream;
     use proptest::prelude::*;
 
-    /// Smoothed noise in correlated planes with lopsided histograms.
+    /// Smoothed noise in correlated planes with skewed histograms.
     fn exemplar(side: usize) -> Planes {
         let mut stream = Stream::new(6, Purpose::Sample, [0]);
         let raw: Vec<f32> = (0..2 * side * side).map(|_| stream.unit() as f32).collect();
@@ -255,10 +255,9 @@ mod tests {
         [mean, deviation, central(3) / deviation.powi(3)]
     }
 
-    /// Parts come from the exemplar's middle more often than from its edges, so statistics are those
-    /// of about 500 independent spots of 3 x 3 texels: bounds are three standard deviations of such a
-    /// sample (1 / root 500, 1 / root 1000, root (6 / 500)). Plain averages would keep 0.71 of the
-    /// deviation.
+    /// Parts come from the middle of the exemplar more often than from its edges, so statistics are those of
+    /// about 500 independent spots of 3 x 3 texels: bounds are three standard deviations of such a sample (1
+    /// / root 500, 1 / root 1000, root (6 / 500)). Plain averages would keep 0.71 of the deviation.
     #[test]
     fn means_deviations_and_skewness_are_kept() {
         let exemplar = exemplar(128);
@@ -272,7 +271,7 @@ mod tests {
         }
     }
 
-    /// Plain averages lose contrast: what the blending operator is for.
+    /// Plain averages lose contrast, which the blending operator prevents.
     #[test]
     fn without_the_operator_the_variance_would_be_lost() {
         let mean_squares = |n: usize| {

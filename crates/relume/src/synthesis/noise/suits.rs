@@ -8,23 +8,23 @@ use crate::numeric::autocorrelation::Autocorrelation;
 use crate::numeric::periods::{Pattern, Periods, find};
 use crate::planes::Planes;
 
-/// What was measured of a texture.
+/// The measurements of a texture.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Suitability {
-    /// How it repeats.
+    /// Its periods.
     pub periods: Periods,
-    /// How much its gradients prefer one direction: the difference of the eigenvalues of their mean
-    /// outer product over their sum, 0 (none) to 1 (stripes). J. Bigun, G. Granlund, "Optimal
+    /// The degree to which its gradients prefer one direction: the difference of the eigenvalues of their
+    /// mean outer product divided by their sum, 0 (isotropic) to 1 (stripes). J. Bigun, G. Granlund, "Optimal
     /// Orientation Detection of Linear Symmetry", ICCV 1987.
     pub coherence: f64,
 }
 
-/// The largest coherence that is called no direction. Photographs of moss, gravel, grass and rust
-/// measure 0.04, 0.04, 0.18 and 0.22, the built-in sponge 0.01; bark 0.48, bricks 0.65.
+/// The largest coherence that counts as isotropic. Photographs of moss, gravel, grass and rust measure 0.04,
+/// 0.04, 0.18 and 0.22, the built-in sponge 0.01; bark 0.48, bricks 0.65.
 const MOST_COHERENCE: f64 = 0.3;
 
 impl Suitability {
-    /// What speaks against noise, with a word of advice; none where nothing does.
+    /// The reason against noise, with advice; `None` if there is none.
     pub fn objection(&self) -> Option<&'static str> {
         if self.periods.pattern != Pattern::None {
             return Some(

@@ -1,25 +1,24 @@
-//! Where a block can be taken from: all positions at which it lies inside an exemplar and covers
-//! no excluded texel.
+//! Possible positions of a block: all at which it lies inside an exemplar and covers no excluded texel.
 
 use super::quantise::Exemplar;
 use super::source_map::Texel;
 use crate::error::{Error, Result};
 use crate::planes::Size;
 
-/// Neighbouring positions in one row of an exemplar.
+/// Consecutive positions in one row of an exemplar.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PositionRun {
     /// The leftmost position.
     pub first: Texel,
-    /// How many there are.
+    /// The number of positions.
     pub length: usize,
 }
 
-/// The valid positions of a block's top-left texel, in the order of exemplar, row, column.
+/// The valid positions of the top-left texel of a block, in the order of exemplar, row, column.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Positions {
     runs: Vec<PositionRun>,
-    /// The number of each run's first position.
+    /// The number of the first position of each run.
     starts: Vec<usize>,
     count: usize,
 }
@@ -28,7 +27,7 @@ impl Positions {
     /// The positions of blocks of `block` x `block` texels.
     ///
     /// # Errors
-    /// When an exemplar is smaller than the block, or none leaves room for it.
+    /// When an exemplar is smaller than the block, or none has room for it.
     pub fn new(exemplars: &[Exemplar<'_>], block: usize) -> Result<Self> {
         Self::of_areas(&areas(exemplars), block, "block")
     }
@@ -41,7 +40,7 @@ impl Positions {
         Self::of_areas(&areas(exemplars), window, "window")
     }
 
-    /// The positions of blocks that errors call `what` in areas of which some texels are excluded.
+    /// The positions of blocks, named `what` in errors, in areas with excluded texels.
     pub(in crate::synthesis) fn of_areas(areas: &[MaskedArea<'_>], block: usize, what: &str) -> Result<Self> {
         let mut runs = Vec::new();
         for (number, &(size, mask)) in areas.iter().enumerate() {
@@ -88,7 +87,7 @@ impl Positions {
         &self.runs
     }
 
-    /// How many positions there are; at least one.
+    /// The number of positions; at least one.
     pub fn count(&self) -> usize {
         self.count
     }
@@ -135,12 +134,12 @@ fn areas<'a>(exemplars: &[Exemplar<'a>]) -> Vec<MaskedArea<'a>> {
     exemplars.iter().map(|exemplar| (exemplar.index.size(), exemplar.excluded)).collect()
 }
 
-/// Counts of excluded texels in the block's rows, for one row of positions after another.
+/// Counts of excluded texels in the rows of the block, for one row of positions after another.
 struct Rejected<'a> {
     size: Size,
     mask: Option<&'a [bool]>,
     block: usize,
-    /// Before column x: excluded texels of the block's rows.
+    /// The number of excluded texels of the rows of the block before column x.
     before: Vec<usize>,
 }
 

@@ -1,10 +1,9 @@
-//! Exemplars as integers, so that the distances that decide are exact.
+//! Exemplars as integers, so that deciding distances are exact.
 //!
-//! All planes of all exemplars share one step, which keeps distances proportional; each plane is
-//! shifted by its own minimum, which cancels in differences. Values that lie on at most 256 evenly
-//! spaced levels (8-bit pictures, in any scale) become the numbers of their levels and lose
-//! nothing; others are rounded to 1/4095 of the widest plane's range. Either way codes are 0 to
-//! 4095 and their differences fit 13 bits.
+//! All planes of all exemplars share one step, which keeps distances proportional; each plane is shifted by
+//! its own minimum, which cancels in differences. Values that lie on at most 256 evenly spaced levels (8-bit
+//! pictures, in any scale) become the numbers of their levels, without loss; others are rounded to 1/4095 of
+//! the range of the widest plane. Either way codes are 0 to 4095 and their differences fit 13 bits.
 
 use rayon::prelude::*;
 
@@ -23,11 +22,11 @@ pub const PADDING: usize = 32;
 pub struct Exemplar<'a> {
     /// Planes whose Euclidean distance is the distance of texels.
     pub index: &'a Planes,
-    /// For each texel, row after row, whether blocks must avoid it.
+    /// For each texel, row by row, whether blocks must avoid it.
     pub excluded: Option<&'a [bool]>,
 }
 
-/// One exemplar's codes, the planes of a texel together, row after row.
+/// The codes of one exemplar, the planes of a texel adjacent, row by row.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct IndexTexels {
     size: Size,
@@ -41,7 +40,7 @@ impl IndexTexels {
         self.size
     }
 
-    /// Where the codes of texel (x, y) begin in [`IndexTexels::codes`].
+    /// The position of the codes of texel (x, y) in [`IndexTexels::codes`].
     pub fn start(&self, x: usize, y: usize) -> usize {
         self.size.index(x, y) * self.planes
     }
@@ -56,8 +55,8 @@ impl IndexTexels {
         self.planes
     }
 
-    /// Half the size, rounded up: rounded means of 4 x 4 texels, weighted 1 3 3 1 either way; beyond
-    /// an edge its texels go on.
+    /// Half the size, rounded up: rounded means of 4 x 4 texels, weighted 1 3 3 1 along both axes; edge
+    /// texels are repeated beyond the edges.
     pub(super) fn halved(&self) -> Self {
         let planes = self.planes;
         let (fine, size) = (self.size, Size::new(self.size.width.div_ceil(2), self.size.height.div_ceil(2)));
@@ -110,7 +109,7 @@ impl Quantised {
         Ok(Self::of(texels, planes, scale.step))
     }
 
-    /// Codes of so many planes in a common step.
+    /// Codes of the given number of planes in a common step.
     pub(super) fn of(texels: Vec<IndexTexels>, planes: usize, step: f64) -> Self {
         Self { texels, planes, step }
     }
@@ -137,7 +136,7 @@ impl Quantised {
         self.texels.iter_mut().for_each(|texels| texels.codes.fill(code));
     }
 
-    /// The difference in index space that one code stands for.
+    /// The difference in index space of one code.
     pub fn step(&self) -> f64 {
         self.step
     }
@@ -148,7 +147,7 @@ pub fn squared_length(codes: &[i16]) -> u64 {
     codes.iter().map(|&code| i64::from(code).pow(2).unsigned_abs()).sum()
 }
 
-/// The squared length of each texel's codes.
+/// The squared length of the codes of each texel.
 pub fn squared_lengths(codes: &[i16], planes: usize) -> Vec<u64> {
     codes.chunks_exact(planes).map(squared_length).collect()
 }
@@ -189,7 +188,7 @@ pub(super) fn check(exemplars: &[Exemplar<'_>]) -> Result<usize> {
     Ok(planes)
 }
 
-/// Planes that become codes together, the planes of a texel side by side.
+/// Planes that are quantised together, the planes of a texel adjacent.
 #[derive(Debug, Clone)]
 pub(super) struct Channels<'a> {
     pub size: Size,
@@ -215,16 +214,16 @@ impl<'a> Channels<'a> {
     }
 }
 
-/// How values become codes: each plane is shifted by its minimum, and all are divided by one step.
+/// The conversion of values to codes: each plane is shifted by its minimum, and all are divided by one step.
 #[derive(Debug)]
 pub(super) struct Scale {
     lows: Vec<f64>,
-    /// The difference that one code stands for.
+    /// The difference of one code.
     pub step: f64,
 }
 
 impl Scale {
-    /// The scale of all planes: those of a number share their shift.
+    /// The scale of all planes: planes of the same number share their shift.
     pub fn common(all: &[Channels<'_>]) -> Self {
         let planes = all.iter().map(|channels| channels.first + channels.planes.len()).max().unwrap_or(0);
         let mut ranges = vec![(f64::INFINITY, f64::NEG_INFINITY); planes];
@@ -257,10 +256,10 @@ impl Scale {
     }
 }
 
-/// The number n of even steps in the widest range such that every value is a whole number of them
-/// above its plane's minimum; none when that needs more than 255. Values may be off by a thousandth
-/// of 1/255 of the range: less than two fractions with denominators up to 255 differ by, and more
-/// than rounding to `f32` costs.
+/// The number n of even steps in the widest range such that every value is a whole number of them above the
+/// minimum of its plane; `None` when that needs more than 255. Values may be off by a thousandth of 1/255 of
+/// the range: less than the least difference of two fractions with denominators up to 255, and more than the
+/// error of rounding to `f32`.
 fn even_levels(all: &[Channels<'_>], lows: &[f64], widest: f64) -> Option<u32> {
     if widest <= 0.0 {
         return None;

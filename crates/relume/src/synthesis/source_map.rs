@@ -1,9 +1,9 @@
-//! Where each output texel comes from: the result of synthesis.
+//! The source of each output texel: the result of synthesis.
 
 use super::quantise::Exemplar;
 use crate::planes::Size;
 
-/// A texel of an exemplar. Ordered by exemplar, row, column: the order that settles ties.
+/// A texel of an exemplar. Ordered by exemplar, row, column: the order that breaks ties.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default, serde::Serialize)]
 pub struct Texel {
     /// Which exemplar, from 0.
@@ -15,12 +15,12 @@ pub struct Texel {
 }
 
 impl Texel {
-    /// The texel `x` further right and `y` further down.
+    /// The texel `x` farther right and `y` farther down.
     pub fn offset(self, x: usize, y: usize) -> Self {
         Self { exemplar: self.exemplar, y: self.y + y as u32, x: self.x + x as u32 }
     }
 
-    /// The texel `dx` further right and `dy` further down, if it has no negative coordinate.
+    /// The texel `dx` farther right and `dy` farther down, if it has no negative coordinate.
     pub fn moved(self, dx: isize, dy: isize) -> Option<Self> {
         let x = self.x.checked_add_signed(i32::try_from(dx).ok()?)?;
         let y = self.y.checked_add_signed(i32::try_from(dy).ok()?)?;
@@ -31,13 +31,13 @@ impl Texel {
 /// A share in a blended texel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Part {
-    /// Where it comes from.
+    /// Its source.
     pub source: Texel,
     /// Its weight; those of one texel sum to 1 up to rounding.
     pub weight: f32,
 }
 
-/// For each texel of an output the exemplar texel it copies, and the blended texels' shares.
+/// For each texel of an output the exemplar texel it copies, and the shares of blended texels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SourceMap {
     size: Size,
@@ -71,8 +71,8 @@ impl SourceMap {
         Self { size, exemplars, copies, mixed: Vec::new(), part_ends: Vec::new(), parts: Vec::new() }
     }
 
-    /// Says that a texel is a blend; texels come in rising order. Its dominant source is the share
-    /// of the largest weight, the first among equals.
+    /// Marks a texel as a blend; texels come in increasing order. Its dominant source is the share with the
+    /// largest weight, the first among equals.
     pub(super) fn push_mix(&mut self, texel: usize, parts: &[Part]) {
         debug_assert!(self.mixed.last().is_none_or(|last| *last < texel), "texels in rising order");
         let heavier = |a: Part, b: &Part| if b.weight > a.weight { *b } else { a };
@@ -92,12 +92,12 @@ impl SourceMap {
         &self.exemplars
     }
 
-    /// The source of each texel, row after row; of blended texels the dominant one.
+    /// The source of each texel, row by row; for blended texels the dominant one.
     pub fn copies(&self) -> &[Texel] {
         &self.copies
     }
 
-    /// The blended texels in rising order, with their shares.
+    /// The blended texels in increasing order, with their shares.
     pub fn mixes(&self) -> impl Iterator<Item = (usize, &[Part])> {
         let starts = std::iter::once(0).chain(self.part_ends.iter().copied());
         let ranges = starts.zip(&self.part_ends).map(|(start, &end)| &self.parts[start..end]);

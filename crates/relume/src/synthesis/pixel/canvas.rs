@@ -1,4 +1,4 @@
-//! The output while texels are put into it one by one.
+//! The output while texels are added one by one.
 
 use std::ops::Range;
 
@@ -14,7 +14,7 @@ use crate::synthesis::source_map::{SourceMap, Texel};
 pub struct PixelCanvas {
     size: Size,
     planes: usize,
-    /// The last planes, which are given and not copied.
+    /// The number of the last planes, which are given and not copied.
     guides: usize,
     boundary: Boundary,
     codes: Vec<i16>,
@@ -23,7 +23,7 @@ pub struct PixelCanvas {
 }
 
 impl PixelCanvas {
-    /// A canvas of which nothing is known.
+    /// A canvas without known texels.
     ///
     /// # Errors
     /// When it exceeds the limits.
@@ -42,7 +42,7 @@ impl PixelCanvas {
         })
     }
 
-    /// Gives the last planes of every texel the codes of the output's guide, for good.
+    /// Sets the last planes of every texel to the codes of the guide of the output, permanently.
     pub fn guide(&mut self, target: &IndexTexels) {
         assert_eq!(target.size(), self.size, "a guide is as large as the output");
         let guides = target.planes();
@@ -54,7 +54,7 @@ impl PixelCanvas {
         }
     }
 
-    /// How many of the planes are given.
+    /// The number of given planes.
     pub fn guides(&self) -> usize {
         self.guides
     }
@@ -74,10 +74,10 @@ impl PixelCanvas {
         self.size
     }
 
-    /// The texel `dx` columns to the right and `dy` rows down; none beyond an open edge.
+    /// The texel `dx` columns to the right and `dy` rows down; `None` beyond an open edge.
     ///
     /// # Panics
-    /// On a torus, when it is farther away than the torus is large.
+    /// On a torus, when the distance exceeds the size of the torus.
     pub fn neighbour(&self, texel: usize, dx: isize, dy: isize) -> Option<usize> {
         self.beside(self.place(texel), dx, dy)
     }
@@ -96,8 +96,8 @@ impl PixelCanvas {
         Some(self.size.index(x, y))
     }
 
-    /// Appends the codes of neighbouring texels of a torus, from `dx` columns to the right and `dy`
-    /// rows down of a place.
+    /// Appends the codes of consecutive texels of a torus, from `dx` columns to the right and `dy` rows down
+    /// of a position.
     ///
     /// # Panics
     /// When they lie beyond an open edge.
@@ -118,7 +118,7 @@ impl PixelCanvas {
         }
     }
 
-    /// The rows of the square of texels within `radius` of one; none where it goes beyond an edge.
+    /// The rows of the square of texels within `radius` of one; `None` if it extends beyond an edge.
     pub fn inner_rows(
         &self,
         texel: usize,
@@ -133,17 +133,17 @@ impl PixelCanvas {
         })
     }
 
-    /// How many texels of ranges have been put.
+    /// The number of texels in the ranges that are known.
     pub fn known_in(&self, ranges: &mut dyn Iterator<Item = Range<usize>>) -> usize {
         ranges.map(|range| self.known[range].iter().filter(|known| **known).count()).sum()
     }
 
-    /// Whether a texel has been put.
+    /// Whether a texel is known.
     pub fn is_known(&self, texel: usize) -> bool {
         self.known[texel]
     }
 
-    /// The texels that have not been put.
+    /// The unknown texels.
     pub fn unknown(&self) -> impl Iterator<Item = usize> {
         (0..self.known.len()).filter(|&texel| !self.known[texel])
     }
@@ -153,7 +153,7 @@ impl PixelCanvas {
         &self.codes[texel * self.planes..][..self.planes]
     }
 
-    /// Where a texel comes from.
+    /// The source of a texel.
     pub fn source(&self, texel: usize) -> Texel {
         self.sources[texel]
     }
@@ -173,7 +173,7 @@ impl PixelCanvas {
     }
 }
 
-/// The coordinate `by` further than `from` of 0 to `length` - 1; none beyond an open edge.
+/// The coordinate `by` farther than `from` of 0 to `length` - 1; `None` beyond an open edge.
 fn step(from: usize, by: isize, length: usize, boundary: Boundary) -> Option<usize> {
     match from.checked_add_signed(by).filter(|&to| to < length) {
         None if boundary == Boundary::Torus => {

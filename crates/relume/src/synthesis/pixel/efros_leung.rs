@@ -1,15 +1,14 @@
 //! Non-parametric sampling: Efros, Leung, "Texture Synthesis by Non-parametric Sampling", ICCV 1999,
 //! on index planes.
 //!
-//! The output grows from a 3 x 3 piece of an exemplar in its middle. Each texel is a copy of the
-//! middle of a window drawn among all whose weighted squared distance to what is known is within
-//! (1 + epsilon) of the smallest. The window's side is the one parameter that matters: it must hold
-//! the largest thing in the texture. Windows lie inside the exemplars; there is no threshold on the
-//! error, as every texel has to be filled.
+//! The output grows from a 3 x 3 piece of an exemplar in its middle. Each texel is a copy of the middle of a
+//! window drawn from all whose weighted squared distance to the known texels is within (1 + epsilon) of the
+//! smallest. The side of the window is the main parameter: it must contain the largest feature of the
+//! texture. Windows lie inside the exemplars; there is no threshold on the error, because every texel has to
+//! be filled.
 //!
-//! Known failures are those of the paper: growing garbage, when the growth slips into a part of the
-//! exemplar that does not lead out of it, and verbatim copying, when windows are so large that only
-//! one fits.
+//! The known failures are those of the paper: growing garbage, when the growth slips into a part of the
+//! exemplar with no way out, and verbatim copying, when windows are so large that only one fits.
 
 use super::canvas::PixelCanvas;
 use super::grow::{Grower, Growth, Matcher, Task, check_epsilon, check_output};
@@ -23,7 +22,7 @@ use crate::synthesis::options::Boundary;
 use crate::synthesis::quantise::Exemplar;
 use crate::synthesis::source_map::SourceMap;
 
-/// Side of the piece from which the output grows.
+/// The side of the piece from which the output grows.
 const SEED_SIDE: usize = 3;
 
 /// Options of [`efros_leung`].
@@ -36,9 +35,9 @@ pub struct EfrosLeungOptions {
     /// How much farther than the best a window may be that is drawn from, as a share of the best
     /// squared distance: 0 to a million.
     pub epsilon: f64,
-    /// Whether the output closes on itself.
+    /// Whether the output tiles.
     pub boundary: Boundary,
-    /// What the output is to follow.
+    /// The guide that the output follows.
     pub guidance: Option<Guidance>,
     /// Seed of the random choices.
     pub seed: u64,
@@ -59,7 +58,7 @@ impl Default for EfrosLeungOptions {
 }
 
 impl EfrosLeungOptions {
-    /// Checks the options by themselves; whether windows fit the exemplars shows when they are met.
+    /// Checks the options in isolation; they are checked against the exemplars later.
     pub fn validate(&self) -> Result<()> {
         check_output(self.size, self.window, self.boundary)?;
         check_epsilon(self.epsilon)
@@ -71,7 +70,7 @@ impl EfrosLeungOptions {
 /// The result depends on the exemplars and the options only, not on the number of threads.
 ///
 /// # Errors
-/// When the options mean nothing, no window fits the exemplars, or the limits are exceeded.
+/// When the options are invalid, no window fits the exemplars, or the limits are exceeded.
 pub fn efros_leung(
     exemplars: &[Exemplar<'_>],
     options: &EfrosLeungOptions,
@@ -93,8 +92,8 @@ pub fn efros_leung(
     })
 }
 
-/// Puts the middle of a window drawn at random in the middle of the output, one of those that fit the
-/// guide there where there is one.
+/// Puts the middle of a window drawn at random into the middle of the output; with a guide, of one that fits
+/// it.
 fn plant(grower: &Grower<'_>, canvas: &mut PixelCanvas, matches: &Matcher<'_>) {
     let mut stream = Stream::new(grower.seed, Purpose::FirstTexels, []);
     let size = canvas.size();

@@ -1,9 +1,9 @@
-//! The order in which texels grow: rounds of those that touch what is known, the ones with the most
-//! known texels around them first (Efros, Leung 1999), ties in an order drawn from the seed.
+//! The order in which texels grow: rounds of the texels that touch known ones, those with the most known
+//! texels around them first (Efros, Leung 1999), ties in an order drawn from the seed.
 //!
-//! Texels that do not see each other can be decided side by side. [`batches`] splits a round so
-//! that each texel comes after those before it in the order that it sees, and before those after
-//! it: the result is that of one texel after another, at any number of threads.
+//! Texels outside each other's windows can be decided in parallel. [`batches`] splits a round so that each
+//! texel comes after those before it in the order that lie in its window, and before those after it: the
+//! result is that of sequential growth, at any number of threads.
 
 use std::cmp::Reverse;
 
@@ -16,7 +16,7 @@ pub fn first(canvas: &PixelCanvas) -> Vec<usize> {
     canvas.unknown().filter(touches).collect()
 }
 
-/// The unknown texels that touch those which a round has just made known.
+/// The unknown texels that touch those made known by the last round.
 pub fn next(canvas: &PixelCanvas, made: &[usize]) -> Vec<usize> {
     let touched = made.iter().flat_map(|&texel| around(canvas, texel, 1));
     let mut front: Vec<usize> = touched.filter(|&texel| !canvas.is_known(texel)).collect();
@@ -25,7 +25,7 @@ pub fn next(canvas: &PixelCanvas, made: &[usize]) -> Vec<usize> {
     front
 }
 
-/// A round's texels in the order of growth.
+/// The texels of a round in the order of growth.
 pub fn ordered(canvas: &PixelCanvas, front: Vec<usize>, radius: usize, seed: u64) -> Vec<usize> {
     let key = |&texel: &usize| {
         let known = match canvas.inner_rows(texel, radius) {
@@ -39,8 +39,8 @@ pub fn ordered(canvas: &PixelCanvas, front: Vec<usize>, radius: usize, seed: u64
     order
 }
 
-/// The order split into batches whose texels do not see each other. `batch_of` holds a zero for
-/// each texel of the canvas, before and after.
+/// The order split into batches of texels outside each other's windows. `batch_of` holds a zero for each
+/// texel of the canvas, before and after.
 pub fn batches(
     canvas: &PixelCanvas,
     order: &[usize],
@@ -63,7 +63,7 @@ pub fn batches(
     batches
 }
 
-/// The texels within `radius` columns and rows of one, itself left out.
+/// The texels within `radius` columns and rows of one, without itself.
 fn around(canvas: &PixelCanvas, texel: usize, radius: usize) -> impl Iterator<Item = usize> {
     let (place, radius) = (canvas.place(texel), radius.cast_signed());
     let places = (-radius..=radius).flat_map(move |dy| (-radius..=radius).map(move |dx| (dx, dy)));

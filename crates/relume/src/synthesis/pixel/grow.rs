@@ -1,5 +1,5 @@
-//! Growth: unknown texels become known from the outside in, or from a seed outwards, each a copy of
-//! one drawn at random among those whose windows fit what is known around it.
+//! Growth: unknown texels become known from the outside in, or from a seed outwards, each as a copy of one
+//! drawn at random from those whose windows fit the known texels around it.
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -19,49 +19,49 @@ use crate::synthesis::positions::Positions;
 use crate::synthesis::quantise::{Exemplar, Quantised};
 use crate::synthesis::source_map::{SourceMap, Texel};
 
-/// The nearest known texels whose continuations are tried as hints.
+/// The number of nearest known texels whose continuations are tried as hints.
 const HINTS: usize = 12;
 
-/// A search, told what to fit and where that is likely to be found.
+/// A search for windows that fit a query, with hints.
 pub type Matcher<'a> = dyn Fn(&WindowQuery, &[Texel]) -> Matches + Sync + 'a;
 
-/// How an output came about.
+/// The report of a growth.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Growth {
-    /// Positions in the exemplars at which a window lies.
+    /// The number of window positions in the exemplars.
     pub positions: usize,
-    /// The difference in index space that one code stands for.
+    /// The difference in index space of one code.
     pub step: f64,
-    /// Texels that were grown.
+    /// The number of texels grown.
     pub texels: u64,
-    /// Windows that were drawn from, over all texels.
+    /// The number of candidate windows, over all texels.
     pub candidates: u64,
 }
 
-/// What is to be made of which exemplars: what growth from a seed and the filling of holes share.
+/// The input of an output: common to growth from a seed and hole filling.
 #[derive(Debug)]
 pub struct Task<'a> {
-    /// What is copied from.
+    /// The exemplars to copy from.
     pub exemplars: &'a [Exemplar<'a>],
-    /// What the output is to follow.
+    /// The guide that the output follows.
     pub guidance: Option<&'a Guidance>,
     /// Size of the output.
     pub size: Size,
-    /// Whether it closes on itself.
+    /// Whether it tiles.
     pub boundary: Boundary,
-    /// What is compared.
+    /// The compared window.
     pub window: ComparedWindow,
-    /// How much farther than the best a window may be, as a share of the best squared distance.
+    /// How much farther than the best a window may be, as a fraction of the best squared distance.
     pub epsilon: f64,
     /// Seed of the random choices.
     pub seed: u64,
 }
 
 impl Task<'_> {
-    /// Makes an output: `work` puts the texels of a canvas of which nothing is known but the guides.
+    /// Makes an output: `work` sets the texels of a canvas on which only the guides are known.
     ///
     /// # Errors
-    /// When numbers mean nothing, no window fits the exemplars, guides do not fit, or the limits are
+    /// When options are invalid, no window fits the exemplars, guides do not match, or the limits are
     /// exceeded.
     pub fn run(
         &self,
@@ -86,8 +86,8 @@ impl Task<'_> {
     }
 }
 
-/// Refuses outputs without texels, windows without a middle, and windows that see themselves
-/// around a torus.
+/// Refuses outputs without texels, windows without a middle, and windows that overlap themselves around a
+/// torus.
 pub(in crate::synthesis) fn check_output(size: Size, window: usize, boundary: Boundary) -> Result<()> {
     ComparedWindow::check_side(window)?;
     if size.width == 0 || size.height == 0 {
@@ -112,14 +112,14 @@ pub(in crate::synthesis) fn check_epsilon(epsilon: f64) -> Result<()> {
     )))
 }
 
-/// What every texel needs to know.
+/// The data common to all texels.
 #[derive(Debug, Clone, Copy)]
 pub struct Grower<'a> {
     /// The exemplars.
     pub exemplars: &'a Quantised,
-    /// Where windows may lie in them.
+    /// The possible positions of windows in them.
     pub positions: &'a Positions,
-    /// What is compared.
+    /// The compared window.
     pub window: &'a ComparedWindow,
     /// Seed of the random choices.
     pub seed: u64,
@@ -150,12 +150,12 @@ impl Grower<'_> {
         Ok(self.growth(texels, candidates))
     }
 
-    /// The report of an output of which so many texels were grown.
+    /// The report of an output with the given number of texels grown.
     pub fn growth(&self, texels: u64, candidates: u64) -> Growth {
         Growth { positions: self.positions.count(), step: self.exemplars.step(), texels, candidates }
     }
 
-    /// The top-left texel of a window that fits around a texel, and among how many it was drawn.
+    /// The top-left texel of a window that fits around a texel, and the number of candidates.
     pub fn draw(&self, canvas: &PixelCanvas, texel: usize, matches: &Matcher<'_>) -> (Texel, usize) {
         let query = self.window.query(canvas, texel);
         let fitting = matches(&query, &self.hints(canvas, texel)).positions;

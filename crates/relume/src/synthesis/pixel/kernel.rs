@@ -1,4 +1,4 @@
-//! Sums of weighted squares at neighbouring positions: what the search and its sieve are made of.
+//! Sums of weighted squares at neighbouring positions: the kernel of the search and its sieve.
 //!
 //! Codes come in pairs, so that one instruction multiplies and adds the differences of both.
 
@@ -7,7 +7,7 @@ use super::window::MAX_FACTOR;
 /// Neighbouring positions compared at a time.
 pub const LANES: usize = 16;
 
-/// Two planes' codes of one texel, or those of one axis of two texels.
+/// The codes of two planes of one texel, or those of one axis of two texels.
 pub type CodePair = [i16; 2];
 
 /// The largest weighted square of a pair whose codes are at most `peak`, before its shift.
@@ -18,15 +18,15 @@ pub const fn largest_term(peak: i16) -> u64 {
 /// Two planes of one known texel, or one axis of two.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Term {
-    /// Where they are compared, counted from the pair of the position.
+    /// Their position, relative to the pair of the position searched.
     pub offset: usize,
-    /// What is there in the query.
+    /// Their codes in the query.
     pub codes: CodePair,
-    /// What the squared differences count; 0 where a texel is not compared.
+    /// The factors of the squared differences; 0 where a texel is not compared.
     pub factors: CodePair,
 }
 
-/// Whether any sum is at most a limit: a fold of all, for a search that ends early is none of vectors.
+/// Whether any sum is at most a limit: no early exit, so it vectorises.
 #[inline(always)]
 pub fn reaches(sums: &[u32; LANES], limit: u32) -> bool {
     sums.iter().fold(false, |near, &sum| near | (sum <= limit))
@@ -62,7 +62,7 @@ pub fn avx2(simd: pulp::x86::V3, sums: &mut [u32; LANES], term: &Term, there: &[
     *sums = pulp::cast(totals);
 }
 
-/// The same without particular instructions.
+/// The same without special instructions.
 pub fn portable(sums: &mut [u32; LANES], term: &Term, there: &[CodePair; LANES]) {
     for (sum, there) in sums.iter_mut().zip(there) {
         for ((a, b), factor) in there.iter().zip(term.codes).zip(term.factors) {

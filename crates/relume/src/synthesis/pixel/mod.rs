@@ -1,5 +1,5 @@
-//! Pixel methods: synthesis of one texel after another, each a copy of an exemplar texel whose
-//! surroundings are like those laid already.
+//! Pixel methods: synthesis of one texel after another, each a copy of an exemplar texel with surroundings
+//! like those already placed.
 //!
 //! ```text
 //! Exemplar --quantise--> codes --+
@@ -7,13 +7,13 @@
 //! ```
 //!
 //! - [`mod@efros_leung`]: outward from a seed, by weighted windows;
-//! - [`mod@wei_levoy`]: in scanline order from noise, coarse to fine; [`pyramid`]: its resolutions;
-//!   [`tsvq`]: a tree that finds near [`vectors`]; or few candidates, which continue what is around;
-//! - [`mod@patch_match`]: the output improved as a whole, coarse to fine, by matches of its patches;
-//! - [`grow`]: the growth itself, which hole filling shares; [`front`]: its order;
-//! - [`canvas`]: the output while it is being made; [`window`]: which surroundings count how much;
-//! - [`scan`]: the search, many positions at a time, by a `target` for each query and exemplar whose sums
-//!   are in `kernel`; [`sieve`]: its lower bounds; [`plain`]: its slow truth.
+//! - [`mod@wei_levoy`]: in scanline order from noise, coarse to fine; [`pyramid`]: its resolutions; [`tsvq`]:
+//!   a tree that finds near [`vectors`]; or few candidates, which continue their surroundings;
+//! - [`mod@patch_match`]: the output improved as a whole, coarse to fine, by matching its patches;
+//! - [`grow`]: growth, shared with hole filling; [`front`]: its order;
+//! - [`canvas`]: the output under construction; [`window`]: the compared surroundings and their weights;
+//! - [`scan`]: the search, many positions at a time, by a `target` for each query and exemplar whose sums are
+//!   in `kernel`; [`sieve`]: its lower bounds; [`plain`]: its slow truth.
 //!
 //! All decisions are made on integers, as in block synthesis.
 

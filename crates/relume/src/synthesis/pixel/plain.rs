@@ -1,4 +1,4 @@
-//! The slow truth of the search: every position, tap after tap, plane after plane.
+//! The slow truth of the search: every position, tap by tap, plane by plane.
 
 use super::window::WindowQuery;
 use crate::synthesis::positions::Positions;
@@ -18,7 +18,7 @@ pub struct Matches {
 }
 
 impl Matches {
-    /// Those among positions with their distances that are within (1 + `epsilon`) of the nearest.
+    /// The positions, given with their distances, within (1 + `epsilon`) of the nearest.
     pub fn within(near: &[(Texel, u64)], epsilon: f64) -> Self {
         let best = near.iter().map(|(_, distance)| *distance).min().unwrap_or(0);
         let limit = limit(best, epsilon);
@@ -27,7 +27,7 @@ impl Matches {
     }
 }
 
-/// The largest distance that is accepted when `best` is the smallest; it rises with `best`.
+/// The largest accepted distance when `best` is the smallest; it increases with `best`.
 pub fn limit(best: u64, epsilon: f64) -> u64 {
     best.saturating_add((best as f64 * epsilon) as u64).min(NOWHERE - 1)
 }

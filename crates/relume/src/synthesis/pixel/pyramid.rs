@@ -1,4 +1,4 @@
-//! Exemplars at falling resolution.
+//! Exemplars at decreasing resolution.
 
 use crate::error::{Error, Result};
 use crate::job::Job;
@@ -17,7 +17,7 @@ pub struct ExemplarLevel {
 }
 
 impl ExemplarLevel {
-    /// Where windows may lie at this resolution.
+    /// The possible positions of windows at this resolution.
     pub fn positions(&self, window: usize) -> Result<Positions> {
         let sizes = self.exemplars.texels().iter().map(|texels| texels.size());
         let areas: Vec<_> = sizes.zip(self.masks.iter().map(Option::as_deref)).collect();
@@ -46,7 +46,7 @@ pub fn pyramid(
     Ok(guided_pyramid(&Guided::new(exemplars, None, Size::new(0, 0), job)?, levels, window, job)?.0)
 }
 
-/// Refuses exemplars whose coarsest level a window does not fit.
+/// Refuses exemplars too small for a window at the coarsest level.
 fn check_levels(exemplars: &[Exemplar<'_>], levels: usize, window: usize) -> Result<()> {
     for (number, exemplar) in exemplars.iter().enumerate() {
         let size = exemplar.index.size();
@@ -62,7 +62,7 @@ fn check_levels(exemplars: &[Exemplar<'_>], levels: usize, window: usize) -> Res
     Ok(())
 }
 
-/// The resolutions of exemplars with guides, and of the output's guide.
+/// The resolutions of exemplars with guides, and of the guide of the output.
 ///
 /// # Errors
 /// As [`pyramid`].
@@ -90,7 +90,7 @@ pub fn halved_size(size: Size) -> Size {
     Size::new(size.width.div_ceil(2), size.height.div_ceil(2))
 }
 
-/// A coarser texel is excluded when one of those of which it is a mean is.
+/// A coarser texel is excluded if one of the texels it averages is.
 fn halved_mask(mask: &[bool], size: Size) -> Vec<bool> {
     let coarse = halved_size(size);
     let near = |at: usize, length: usize| (2 * at).saturating_sub(1)..(2 * at + 3).min(length);

@@ -1,11 +1,10 @@
-//! The search of the pixel methods: 16 neighbouring positions at a time, given up together as soon
-//! as none of them can be near enough.
+//! The search of the pixel methods: 16 neighbouring positions at a time, abandoned together once none of them
+//! can be near enough.
 //!
-//! Index planes are stored in pairs, so that one instruction multiplies and adds the differences of
-//! both. Most positions go by the lower bounds of [`super::sieve`]; the texels of the others are compared
-//! in the order of falling weight. A known good position gives the first limit. Sums are exact: 32 bits
-//! for as many terms as the exemplars' largest code allows, then 64. The result is that of
-//! [`super::plain`].
+//! Index planes are stored in pairs, so that one instruction multiplies and adds the differences of both. The
+//! lower bounds of [`super::sieve`] reject most positions; the texels of the others are compared in the order
+//! of decreasing weight. A known good position gives the first limit. Sums are exact: 32 bits for as many
+//! terms as the largest code of the exemplars allows, then 64. The result is that of [`super::plain`].
 
 use super::kernel::{CodePair, LANES};
 use super::plain::{Matches, distance};
@@ -18,14 +17,14 @@ use crate::synthesis::positions::Positions;
 use crate::synthesis::quantise::{IndexTexels, Quantised};
 use crate::synthesis::source_map::Texel;
 
-/// Exemplars made ready to be searched.
+/// Exemplars prepared for a search.
 #[derive(Debug)]
 pub struct Scan<'a> {
     exemplars: &'a Quantised,
     positions: &'a Positions,
     sieve: Sieve,
     paired: Vec<Vec<CodePair>>,
-    /// The last planes, which are guides.
+    /// The number of the last planes, which are guides.
     guides: usize,
     /// The largest code.
     peak: i16,
@@ -63,8 +62,8 @@ impl<'a> Scan<'a> {
         Ok(Self { exemplars, positions, sieve, paired, guides, peak })
     }
 
-    /// All positions within (1 + `epsilon`) of the nearest; `hints` are positions that are likely
-    /// to be near, whatever they are they change the time only.
+    /// All positions within (1 + `epsilon`) of the nearest; `hints` are positions likely to be near: they
+    /// affect speed only.
     pub fn matches(&self, query: &WindowQuery, epsilon: f64, hints: &[Texel]) -> Matches {
         let known = hints.iter().map(|&hint| distance(self.exemplars, query, hint)).min();
         let mut near = NearWindows::new(known, epsilon);
@@ -87,9 +86,9 @@ impl<'a> Scan<'a> {
     }
 }
 
-/// The copied planes of an exemplar in pairs, the last one alone where their number is odd, and those
-/// of its guides likewise; pair after pair, then those of the sieve, followed by [`LANES`] that are read
-/// and not used.
+/// The copied planes of an exemplar in pairs, the last one alone if their number is odd, and those of its
+/// guides likewise; pair after pair, then those of the sieve, followed by [`LANES`] values that are read but
+/// not used.
 fn pair_up(texels: &IndexTexels, copied: usize, guides: usize, sieve: &Sieve) -> Vec<CodePair> {
     let (size, planes) = (texels.size(), copied + guides);
     let codes = &texels.codes()[..size.texels() * planes];
@@ -121,7 +120,8 @@ mod tests {
         Planes::from_vec(size, planes, data).unwrap()
     }
 
-    /// A query of the window's taps, some left out, of random codes or of a window of the exemplar.
+    /// A query of the taps of a window, some left out, with random codes or those of a window of the
+    /// exemplar.
     fn query(
         window: &ComparedWindow,
         q: &Quantised,

@@ -1,14 +1,14 @@
-//! The sieve before the exact search: lower bounds of distances from one or two numbers a texel.
+//! The sieve before the exact search: lower bounds of distances from one or two numbers per texel.
 //!
-//! Planes of a texture go together: along the first principal axes of its texels' codes lies most of what
-//! tells them apart. The squared distance of two texels is at least the sum of the squared differences
-//! along orthonormal axes, so that a weighted sum of those bounds the distance of two windows from below
-//! with a fraction of the multiplications (the idea of projections, Hel-Or, Hel-Or, IEEE TPAMI 2005).
+//! The planes of a texture are correlated: the first principal axes of the codes of its texels hold most of
+//! their differences. The squared distance of two texels is at least the sum of the squared differences along
+//! orthonormal axes, so a weighted sum of those is a lower bound of the distance of two windows, for a
+//! fraction of the multiplications (the idea of projections, Hel-Or, Hel-Or, IEEE TPAMI 2005).
 //!
-//! Places along an axis are rounded down to whole steps, of which [`SPAN`] lie between the farthest two
-//! texels. By the triangle inequality of the weighted norm, rounding takes less than the root of the sum
-//! of weights off a length, which is added to the limit. Sums are of 32 bits and no floating-point number
-//! decides what is found: what passes is compared exactly.
+//! Coordinates along an axis are rounded down to whole steps, with [`SPAN`] steps between the farthest two
+//! texels. By the triangle inequality of the weighted norm, rounding shortens a length by less than the root
+//! of the sum of weights, which is added to the limit. Sums have 32 bits and no floating-point number decides
+//! the result: positions that pass are compared exactly.
 
 use super::kernel::Term;
 use super::window::{Tap, WindowQuery};
@@ -19,23 +19,23 @@ use crate::synthesis::quantise::{IndexTexels, Quantised};
 /// Steps between the farthest two texels along an axis.
 pub const SPAN: i16 = 2047;
 
-/// Axes are added until they hold this part of the variance.
+/// The share of the variance up to which axes are added.
 const ENOUGH: f64 = 0.98;
 
-/// Axes at most.
+/// The most axes.
 const MOST_AXES: usize = 2;
 
-/// More than what sums of floating-point numbers are off by, as a part of a length.
+/// A bound on the errors of floating-point sums, relative to a length.
 const ROUNDING: f64 = 1e-6;
 
-/// The principal axes of exemplars' texels.
+/// The principal axes of the texels of the exemplars.
 #[derive(Debug)]
 pub struct Sieve {
     /// Unit vectors as rows.
     axes: Matrix,
-    /// The least place of a texel along each axis.
+    /// The least coordinate of a texel along each axis.
     low: Vec<f64>,
-    /// Steps of a place along an axis for one code.
+    /// Steps along an axis per code.
     scale: f64,
 }
 
@@ -58,12 +58,13 @@ impl Sieve {
         Self { axes, low, scale }
     }
 
-    /// How many axes there are.
+    /// The number of axes.
     pub fn axes(&self) -> usize {
         self.axes.rows()
     }
 
-    /// The places of all texels of an exemplar of so many planes and of their right neighbours, axis after axis.
+    /// The coordinates of all texels of an exemplar of the given number of planes and of their right
+    /// neighbours, axis after axis.
     pub fn pairs(&self, texels: &IndexTexels, planes: usize) -> impl Iterator<Item = [i16; 2]> {
         (0..self.axes()).flat_map(move |k| {
             let here: Vec<i16> = codes(texels, planes).map(|codes| self.step(k, codes)).collect();
@@ -71,9 +72,9 @@ impl Sieve {
         })
     }
 
-    /// What is compared of a query with an exemplar of a size: its taps with the shift of the first one,
-    /// two neighbours at a time, the heaviest first; all along the first axis, then along the second.
-    /// Offsets are counted from the place of the position in the first axis.
+    /// The terms of a query for an exemplar of the given size: its taps with the shift of the first one, two
+    /// neighbours at a time, in order of decreasing weight; all along the first axis, then along the second.
+    /// Offsets are relative to the position in the first axis.
     pub(super) fn terms(&self, query: &WindowQuery, copied: usize, size: Size) -> Vec<Term> {
         let twos = neighbours(&query.taps);
         let term = |axis: usize, (left, right): (usize, Option<usize>)| {
@@ -89,23 +90,22 @@ impl Sieve {
         (0..self.axes()).flat_map(|axis| twos.iter().map(move |&two| term(axis, two))).collect()
     }
 
-    /// The largest sum of terms whose factors add up to `weights` that a window can have whose weighted
-    /// squared distance, in units of the weights' shift, is below `most` + 1.
+    /// The largest possible sum of terms, with factors that sum to `weights`, of a window whose weighted
+    /// squared distance, in units of the shift of the weights, is below `most` + 1.
     pub(super) fn limit(&self, most: u64, weights: f64) -> u32 {
         let length = self.scale * (most as f64 + 1.0).sqrt() + weights.sqrt();
         (length * (1.0 + ROUNDING)).powi(2).min(f64::from(u32::MAX)) as u32
     }
 
-    /// The place of a texel along an axis in whole steps, at the nearest end where it lies beyond all
-    /// texels of the exemplars: that takes it nearer to all of them.
+    /// The coordinate of a texel along an axis in whole steps, clamped to the range of the texels of the
+    /// exemplars, which moves it nearer to all of them.
     fn step(&self, axis: usize, codes: &[i16]) -> i16 {
         let steps = self.scale * (place(&self.axes, axis, codes) - self.low[axis]);
         steps.floor().clamp(0.0, f64::from(SPAN)) as i16
     }
 }
 
-/// The taps with the shift of the first one, by their numbers, in twos of which one lies to the right of the
-/// other, or alone.
+/// The taps with the shift of the first one, by their numbers, in pairs of horizontal neighbours, or alone.
 fn neighbours(taps: &[Tap]) -> Vec<(usize, Option<usize>)> {
     let heavy = taps.iter().take_while(|tap| tap.weight.shift == taps[0].weight.shift).count();
     let mut used = vec![false; heavy];
@@ -129,7 +129,7 @@ fn neighbours(taps: &[Tap]) -> Vec<(usize, Option<usize>)> {
     twos
 }
 
-/// The codes of all texels, the planes of a texel together.
+/// The codes of all texels, the planes of a texel adjacent.
 fn codes(texels: &IndexTexels, planes: usize) -> impl Iterator<Item = &[i16]> {
     texels.codes()[..texels.size().texels() * planes].chunks_exact(planes)
 }
@@ -174,7 +174,7 @@ mod tests {
     use crate::synthesis::source_map::Texel;
     use proptest::prelude::*;
 
-    /// The sum of a query's terms at a position.
+    /// The sum of the terms of a query at a position.
     fn sum(terms: &[Term], pairs: &[[i16; 2]], position: usize) -> u64 {
         let square = |a: i16, b: i16| u64::from(a.abs_diff(b)).pow(2);
         let of = |term: &Term| {
@@ -187,7 +187,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(60))]
 
-        /// Queries of the exemplar itself, where bounds are tightest, and of anything.
+        /// Queries from the exemplar itself, where bounds are tightest, and from anything else.
         #[test]
         fn no_bound_exceeds_a_distance(
             (half, planes, seed) in (1usize..5, 1usize..7, any::<u64>()),
@@ -197,7 +197,7 @@ mod tests {
             let mut stream = Stream::new(seed, Purpose::Sample, [0]);
             let side = 2 * half + 1;
             let size = Size::new(side + extra, side + extra / 2);
-            // Planes that go together, so that one axis holds most.
+            // Correlated planes, so that one axis holds most.
             let common: Vec<usize> = (0..size.texels()).map(|_| 3 * stream.below(levels)).collect();
             let data = (0..planes).flat_map(|_| common.clone()).map(|v| (v + stream.below(levels)) as f32).collect();
             let index = Planes::from_vec(size, planes, data).unwrap();

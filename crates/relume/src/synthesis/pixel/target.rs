@@ -1,4 +1,4 @@
-//! A query made ready for one exemplar: positions go first by the sieve, then by groups of terms.
+//! A query prepared for one exemplar: positions pass first the sieve, then groups of terms.
 
 use super::kernel::{CodePair, LANES, Term, add_all, largest_term, portable, reaches};
 use super::plain::{NOWHERE, limit};
@@ -9,16 +9,16 @@ use crate::synthesis::positions::PositionRun;
 use crate::synthesis::quantise::MAX_CODE;
 use crate::synthesis::source_map::Texel;
 
-/// Terms between two looks at the limit.
+/// Terms between two checks of the limit.
 const PATIENCE: usize = 8;
 
-/// The same in the sieve, and at first: four texels, after which most positions are gone.
+/// The same in the sieve, and at first: four texels, after which most positions are rejected.
 const SIEVED: usize = 4;
 const FIRST: usize = 2;
 
 const _: () = assert!(PATIENCE as u64 * largest_term(MAX_CODE) <= u32::MAX as u64);
 
-/// Terms of the sieve whose sum fits 32 bits.
+/// The number of terms of the sieve whose sum fits 32 bits.
 const SIEVED_AT_MOST: usize = (u32::MAX as u64 / largest_term(sieve::SPAN)) as usize;
 
 /// What has been found near enough so far.
@@ -29,7 +29,7 @@ pub struct NearWindows {
 }
 
 impl NearWindows {
-    /// Nothing yet, but that a position so far away is known.
+    /// Nothing yet, except that a position at the given distance is known.
     pub fn new(known: Option<u64>, epsilon: f64) -> Self {
         Self { best: known.unwrap_or(NOWHERE / 2), epsilon, found: Vec::new() }
     }
@@ -54,13 +54,13 @@ impl NearWindows {
     }
 }
 
-/// Terms whose factors count 2 to the power of `shift`.
+/// Terms whose factors are multiplied by 2 to the power of `shift`.
 struct TapGroup {
     shift: u32,
     terms: Vec<Term>,
 }
 
-/// A query made ready for one exemplar.
+/// A query prepared for one exemplar.
 pub struct WindowTarget<'a> {
     width: usize,
     pairs: &'a [CodePair],
@@ -68,16 +68,16 @@ pub struct WindowTarget<'a> {
     /// The first terms of the sieve, and the others.
     first_terms: [Term; FIRST],
     sieved: Vec<Term>,
-    /// The sum of the sieve's factors.
+    /// The sum of the factors of the sieve.
     weights: f64,
-    /// That of the first groups and of the sieve.
+    /// The shift of the first groups and of the sieve.
     shift: u32,
     groups: Vec<TapGroup>,
-    /// The first groups, of one shift, whose sum fits 32 bits.
+    /// The number of first groups, with one shift, whose sum fits 32 bits.
     light: usize,
 }
 
-/// The terms of a query in an exemplar of a size with so many planes that are copied and guide, in groups.
+/// The terms of a query in an exemplar of the given size and numbers of copied and guide planes, in groups.
 fn groups(query: &WindowQuery, size: Size, (copied, guides): (usize, usize)) -> Vec<TapGroup> {
     let mut groups: Vec<TapGroup> = Vec::new();
     let known = query.taps.iter().zip(query.codes.chunks_exact(copied)).map(|(t, c)| (t, c, 0));
@@ -105,8 +105,8 @@ fn groups(query: &WindowQuery, size: Size, (copied, guides): (usize, usize)) -> 
 }
 
 impl<'a> WindowTarget<'a> {
-    /// A query for an exemplar of a size with so many planes that are copied and guide, whose codes, like
-    /// the query's, are at most `peak`.
+    /// A query for an exemplar of the given size and numbers of copied and guide planes, whose codes, like
+    /// those of the query, are at most `peak`.
     pub fn new(
         query: &WindowQuery,
         size: Size,
@@ -130,7 +130,7 @@ impl<'a> WindowTarget<'a> {
         Self { width: size.width, pairs, sieve, first_terms, sieved: rest, weights, shift, groups, light }
     }
 
-    /// Looks at all positions of runs in this exemplar.
+    /// Examines all positions of runs in this exemplar.
     pub fn scan(&self, runs: &[PositionRun], near: &mut NearWindows) {
         #[cfg(target_arch = "x86_64")]
         if let Some(simd) = pulp::x86::V3::try_new() {
@@ -182,13 +182,13 @@ impl<'a> WindowTarget<'a> {
         }
     }
 
-    /// What lies at `length` neighbouring places, [`LANES`] at a time, of which the last may be others.
+    /// The values at `length` consecutive places, [`LANES`] at a time, of which the last may be others.
     #[inline(always)]
     fn row(&self, start: usize, length: usize) -> &[[CodePair; LANES]] {
         self.pairs[start..][..length.next_multiple_of(LANES)].as_chunks().0
     }
 
-    /// Whether any position can be near by what else is in the sieve.
+    /// Whether any position can be near according to the rest of the sieve.
     #[inline(always)]
     fn passes(
         &self,
@@ -203,7 +203,7 @@ impl<'a> WindowTarget<'a> {
         })
     }
 
-    /// The distances of so many positions; none where none can be at most `most`.
+    /// The distances of `LANES` positions; `None` if none can be at most `most`.
     #[inline(always)]
     fn distances(
         &self,
@@ -226,12 +226,12 @@ impl<'a> WindowTarget<'a> {
         self.add_rest(&mut distances, pairs, most, add).then_some(distances)
     }
 
-    /// The largest sum in the sieve of a position at most so far away.
+    /// The largest sum in the sieve of a position at no more than the given distance.
     fn bound(&self, most: u64) -> u32 {
         self.sieve.limit(most >> self.shift, self.weights)
     }
 
-    /// Adds the groups that are not light; false when no distance can be at most `most`.
+    /// Adds the remaining groups; false when no distance can be at most `most`.
     #[inline(always)]
     fn add_rest(
         &self,

@@ -2,17 +2,15 @@
 //! 1992, chapter 12, as Wei, Levoy, "Fast Texture Synthesis using Tree-structured Vector
 //! Quantization", SIGGRAPH 2000, use it to find a near vector in logarithmic time.
 //!
-//! The root holds all training vectors. Generation after generation the leaves of the largest
-//! distortion are split in two by Lloyd's iteration, started from the mean of the coordinate that
-//! varies most, on an even sample where the leaf is large, until there are as many leaves as codewords
-//! were asked for. A search goes down to
-//! the nearer of two centroids each time.
+//! The root holds all training vectors. Generation after generation the leaves of the largest distortion are
+//! split in two by Lloyd's iteration, started from the mean of the coordinate with the largest variance, on
+//! an even sample where the leaf is large, until there are as many leaves as requested codewords. A search
+//! descends to the nearer of two centroids each time.
 //!
-//! Different from the paper, which takes the codeword itself: the nearest training vector of the
-//! leaf is returned, so that the result is always one of them, and fewer codewords make a slower and
-//! better search. It is often not the nearest of all; what that costs is for the caller to weigh.
-//! All numbers that decide are integers: centroids are rounded means, ties go to the first child and
-//! the first vector.
+//! Where we differ from the paper, which returns the codeword itself: the nearest training vector of the leaf
+//! is returned, so that the result is always one of them, and fewer codewords make a slower and better
+//! search. It is often not the nearest of all; the caller has to weigh that cost. All deciding numbers are
+//! integers: centroids are rounded means, ties go to the first child and the first vector.
 
 use rayon::prelude::*;
 
@@ -21,7 +19,7 @@ use super::vectors::{self, Vectors, moments};
 /// Iterations of Lloyd's algorithm for a split.
 const ITERATIONS: usize = 2;
 
-/// Vectors of a cluster, evenly taken, from which the centroids of its parts are found.
+/// The size of the even sample of a cluster from which the centroids of its parts are computed.
 const SAMPLE: usize = 512;
 
 /// Training vectors in a tree.
@@ -30,9 +28,9 @@ pub struct Tsvq {
     nodes: Vec<Node>,
     /// A centroid for each node.
     centroids: Vectors,
-    /// The training vectors, those of a leaf together.
+    /// The training vectors, those of a leaf adjacent.
     vectors: Vectors,
-    /// The number that each of them had.
+    /// The original number of each of them.
     numbers: Vec<u32>,
     codewords: usize,
 }
@@ -42,7 +40,7 @@ pub struct Tsvq {
 enum Node {
     /// The number of the first child; the second follows it.
     Inner(usize),
-    /// The first vector and the one past the last, in the tree's order; one alone where all are equal.
+    /// The first vector and the one past the last, in the order of the tree; a single one if all are equal.
     Leaf(usize, usize),
 }
 
@@ -58,12 +56,12 @@ impl Tsvq {
         growing.finish()
     }
 
-    /// How many leaves there are.
+    /// The number of leaves.
     pub fn codewords(&self) -> usize {
         self.codewords
     }
 
-    /// The number of a training vector near to `query`, and its squared distance.
+    /// The number of a training vector near `query`, and its squared distance.
     pub fn near(&self, query: &[i16]) -> (usize, u64) {
         #[cfg(target_arch = "x86_64")]
         if let Some(simd) = pulp::x86::V3::try_new() {
@@ -96,7 +94,7 @@ impl Tsvq {
         }
     }
 
-    /// The training vectors of each leaf, by number; of a leaf of equal ones the first alone.
+    /// The training vectors of each leaf, by number; for a leaf of equal ones only the first.
     pub fn leaves(&self) -> Vec<Vec<usize>> {
         let leaf = |node: &Node| match node {
             Node::Leaf(start, end) => {
@@ -112,9 +110,9 @@ impl Tsvq {
 struct Cluster {
     members: Vec<u32>,
     centroid: Vec<i16>,
-    /// The summed squared distance to the mean.
+    /// The sum of the squared distances to the mean.
     distortion: f64,
-    /// The coordinate that varies most, and the sum over the members of it.
+    /// The coordinate with the largest variance, and its sum over the members.
     widest: (usize, i64),
 }
 
@@ -134,8 +132,8 @@ impl Cluster {
         }
     }
 
-    /// Two parts of the cluster, each of the vectors that are nearer to its centroid than to the
-    /// other's; none where no such parts are found.
+    /// Two parts of the cluster, each of the vectors nearer to its centroid than to the other; `None` if no
+    /// such parts are found.
     fn split(&self, training: &Vectors) -> Option<[Self; 2]> {
         if self.distortion == 0.0 {
             return None;
@@ -197,7 +195,7 @@ fn parted_with(
     parts
 }
 
-/// The rounded mean of some vectors.
+/// The rounded mean of given vectors.
 fn mean(training: &Vectors, members: &[u32]) -> Vec<i16> {
     let (sums, _) = moments(training, members);
     sums.into_iter().map(|sum| rounded_mean(sum, members.len() as i64)).collect()
@@ -207,7 +205,7 @@ fn rounded_mean(sum: i64, count: i64) -> i16 {
     ((2 * sum + count) / (2 * count)) as i16
 }
 
-/// A tree while it grows: its leaves are clusters.
+/// A growing tree, whose leaves are clusters.
 struct Growing<'a> {
     training: &'a Vectors,
     nodes: Vec<GrowingNode>,
@@ -251,7 +249,7 @@ impl<'a> Growing<'a> {
         }
     }
 
-    /// Makes a leaf an inner node over two new ones, whose numbers it returns.
+    /// Turns a leaf into an inner node over two new ones, whose numbers it returns.
     fn replace(&mut self, node: usize, parts: [Cluster; 2]) -> [usize; 2] {
         let first = self.nodes.len();
         if let GrowingNode::Leaf(cluster) = &mut self.nodes[node] {

@@ -4,16 +4,16 @@ use pulp::Arch;
 
 use crate::synthesis::quantise::MAX_CODE;
 
-/// Rows are as long as a multiple of this many codes, the last ones zero.
+/// Rows are padded with zeros to a multiple of this many codes.
 pub const LANES: usize = 16;
 
-/// Codes whose squared differences 32-bit sums of pairs hold.
+/// The number of codes whose squared differences fit 32-bit sums of pairs.
 const BLOCK: usize = LANES * (u32::MAX / (2 * (MAX_CODE as u32).pow(2))) as usize;
 
-/// Rows whose squares 32 bits hold.
+/// The number of rows whose squares fit 32 bits.
 const FEW: usize = (u32::MAX / (MAX_CODE as u32).pow(2)) as usize;
 
-/// Equally long vectors, row after row.
+/// Vectors of equal length, row by row.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Vectors {
     length: usize,
@@ -21,13 +21,13 @@ pub struct Vectors {
 }
 
 impl Vectors {
-    /// No vectors of `length` codes yet, with room for `count`.
+    /// No vectors of `length` codes yet, with capacity for `count`.
     pub fn with_capacity(length: usize, count: usize) -> Self {
         let length = padded(length);
         Self { length, codes: Vec::with_capacity(length * count) }
     }
 
-    /// Appends a vector; what it lacks are zeros.
+    /// Appends a vector, padded with zeros.
     pub fn push(&mut self, vector: &[i16]) {
         self.codes.extend_from_slice(vector);
         self.codes.resize(self.codes.len().next_multiple_of(self.length), 0);
@@ -38,7 +38,7 @@ impl Vectors {
         self.length
     }
 
-    /// How many there are.
+    /// The number of vectors.
     pub fn count(&self) -> usize {
         self.codes.len() / self.length
     }
@@ -87,13 +87,13 @@ pub fn avx2(simd: pulp::x86::V3, a: &[i16], b: &[i16]) -> u64 {
     total
 }
 
-/// The squared distance of two rows without particular instructions.
+/// The squared distance of two rows without special instructions.
 #[inline(always)]
 pub fn portable(a: &[i16], b: &[i16]) -> u64 {
     a.iter().zip(b).map(|(a, b)| u64::from(a.abs_diff(*b)).pow(2)).sum()
 }
 
-/// Sums and sums of squares of each coordinate over some rows.
+/// Sums and sums of squares of each coordinate over given rows.
 pub fn moments(vectors: &Vectors, rows: &[u32]) -> (Vec<i64>, Vec<i64>) {
     let length = vectors.length();
     let (mut sums, mut squares) = (vec![0i64; length], vec![0i64; length]);

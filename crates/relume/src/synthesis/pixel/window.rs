@@ -1,15 +1,15 @@
-//! The surroundings of a texel that are compared, and how much each texel of them counts.
+//! The compared surroundings of a texel, and the weight of each texel in them.
 //!
-//! The weights of Efros, Leung, "Texture Synthesis by Non-parametric Sampling", ICCV 1999, are a
-//! Gaussian of a standard deviation of the window's side over 6.4 (the value of their published
-//! pseudo-code). Here they are integers, so that distances stay exact: 64 at the centre, steps of
-//! 1 up to 8 and of 8 beyond, so that each is a number of at most 8 times 1 or 8. Texels whose
-//! weight rounds to zero are not compared: the corners and edges of the window.
+//! The weights of Efros, Leung, "Texture Synthesis by Non-parametric Sampling", ICCV 1999, are a Gaussian
+//! with a standard deviation of the side of the window divided by 6.4 (the value of their published
+//! pseudo-code). Here they are integers, so that distances stay exact: 64 at the centre, in steps of 1 up to
+//! 8 and of 8 beyond, so that each is a number of at most 8 times 1 or 8. Texels whose weight rounds to zero
+//! are not compared: the corners and edges of the window.
 
 use super::canvas::PixelCanvas;
 use crate::error::{Error, Result};
 
-/// What the centre of a Gaussian window would count.
+/// The weight of the centre of a Gaussian window.
 const PEAK: f64 = 64.0;
 
 /// The longest side of a window: far more than the largest thing of any texture.
@@ -34,7 +34,7 @@ impl Weight {
     /// A weight of one.
     pub const ONE: Self = Self { factor: 1, shift: 0 };
 
-    /// The nearest weight to a number of at most 64, none when that is zero.
+    /// The nearest weight to a number of at most 64; `None` if that is zero.
     fn nearest(value: f64) -> Option<Self> {
         let shift = if value > f64::from(MAX_FACTOR) { 3 } else { 0 };
         let factor = (value / f64::from(1u32 << shift)).round() as i16;
@@ -54,7 +54,7 @@ pub struct Tap {
     pub dx: isize,
     /// Rows below the centre.
     pub dy: isize,
-    /// What its squared difference counts.
+    /// The weight of its squared difference.
     pub weight: Weight,
 }
 
@@ -66,7 +66,7 @@ impl Tap {
     }
 }
 
-/// A square window of odd side around a texel: its taps in the order of falling weight.
+/// A square window of odd side around a texel: its taps in the order of decreasing weight.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ComparedWindow {
     side: usize,
@@ -84,7 +84,7 @@ impl ComparedWindow {
         Self::new(side, weight)
     }
 
-    /// All texels, each counting one.
+    /// All texels, each with weight one.
     pub fn uniform(side: usize) -> Self {
         Self::new(side, |_, _| Some(Weight::ONE))
     }
@@ -157,7 +157,7 @@ impl ComparedWindow {
         query
     }
 
-    /// The guides of all texels around one, and its own as if it lay beside.
+    /// The guides of all texels around one, and of the texel itself with the weight of a neighbour.
     fn add_guide(&self, canvas: &PixelCanvas, place: (usize, usize), query: &mut WindowQuery) {
         let heaviest = self.taps.first().map_or(Weight::ONE, |tap| tap.weight);
         let middle = Tap { dx: 0, dy: 0, weight: heaviest };
@@ -171,18 +171,18 @@ impl ComparedWindow {
     }
 }
 
-/// What a window of an exemplar has to fit: the known texels around one of the output.
+/// The query for a window of an exemplar: the known texels around one of the output.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct WindowQuery {
     /// Texels from the centre to an edge of the window.
     pub radius: usize,
-    /// The known texels in the window's order.
+    /// The known texels in the order of the window.
     pub taps: Vec<Tap>,
-    /// Their codes, the planes of a texel together.
+    /// Their codes, the planes of a texel adjacent.
     pub codes: Vec<i16>,
-    /// The texels whose guides are compared, known or not, where there are guides.
+    /// The texels whose guides are compared, known or not, if there are guides.
     pub guide_taps: Vec<Tap>,
-    /// Their codes in the guides' planes.
+    /// Their codes in the planes of the guides.
     pub guide_codes: Vec<i16>,
 }
 

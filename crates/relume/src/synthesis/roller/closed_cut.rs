@@ -1,14 +1,13 @@
-//! The closed cut of least error around the border of a tile, inside which another part of the
-//! exemplar takes the first tile's place.
+//! The closed cut of least error around the border of a tile, inside which another part of the exemplar
+//! replaces the first tile.
 //!
-//! A closed cut goes through texels one beside or one diagonal of the other that lie 1 to `band` texels
-//! inside the tile, which may be oblique, once around; its own texels are new, the outermost texels always
-//! old. Its error is the sum of the squared differences of old and new on it. A closed cut crosses the
-//! column in the middle of the upper band, so the least one is the least over that column's texels of
-//! the shortest path from the texel once around to itself: Dijkstra's algorithm ("A note on two
-//! problems in connexion with graphs", 1959) on the band unrolled, where each turn has its own copy
-//! of the texels (the covering of the annulus). Paths may turn back by a whole turn. Exact;
-//! [`least_of_all`] tries all sets of texels.
+//! A closed cut goes once around through adjacent or diagonal texels that lie 1 to `band` texels inside the
+//! tile, which may be oblique; its own texels are new, the outermost texels always old. Its error is the sum
+//! of the squared differences of old and new on it. A closed cut crosses the column in the middle of the
+//! upper band, so the least one is the least, over the texels of that column, of the shortest path from the
+//! texel once around to itself: Dijkstra's algorithm ("A note on two problems in connexion with graphs",
+//! 1959) on the unrolled band, where each turn has its own copy of the texels (the covering of the annulus).
+//! Paths may turn back by a whole turn. The result is exact; [`least_of_all`] tries all sets of texels.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -18,30 +17,29 @@ use crate::numeric::cells::Cells;
 /// A closed cut of least error.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ClosedCut {
-    /// For each texel of the rectangle that holds the tile, whether it is on or inside the cut.
+    /// For each texel of the bounding rectangle of the tile, whether it is on or inside the cut.
     pub inside: Vec<bool>,
     /// The sum of the errors along the cut.
     pub error: u64,
-    /// How many texels it goes through.
+    /// The number of its texels.
     pub length: usize,
 }
 
-/// The least side of a tile whose band leaves something inside.
+/// The least side of a tile with texels inside its band.
 pub fn least_side(band: usize) -> usize {
     2 * band + 3
 }
 
-/// Whether a band of tiles that fill these cells leaves something inside.
+/// Whether tiles that fill these cells have texels inside their band.
 pub fn has_room(cells: &Cells, band: usize) -> bool {
     let free = |along: i64, aside: i64| along - aside.abs() >= least_side(band) as i64;
     free(cells.right()[0], cells.down()[0]) && free(cells.down()[1], cells.right()[1])
 }
 
-/// The closed cut of least error; `errors` are those of the texels of the tile's rectangle, row after row.
+/// The closed cut of least error; `errors` are those of the texels of the rectangle of the tile, row by row.
 ///
 /// # Panics
-/// When `band` is zero, it leaves nothing inside ([`has_room`]), or there is not one error for each
-/// texel.
+/// When `band` is zero, leaves nothing inside ([`has_room`]), or there is not one error for each texel.
 pub fn least_closed_cut(cells: &Cells, band: usize, errors: &[u64]) -> ClosedCut {
     assert!(band > 0 && has_room(cells, band), "a band of the tile");
     assert_eq!(errors.len(), cells.bounds().texels(), "one error for each texel");
@@ -57,7 +55,7 @@ pub fn least_closed_cut(cells: &Cells, band: usize, errors: &[u64]) -> ClosedCut
     ClosedCut { inside: annulus.inside(&path), error, length: path.len() }
 }
 
-/// The turns that paths know: one back, the one they begin in, and the one they end in.
+/// The turns of paths: one back, the one they begin in, and the one they end in.
 const TURNS: usize = 3;
 
 struct Annulus<'a> {
@@ -72,7 +70,7 @@ impl Annulus<'_> {
         self.cells.right()[0] / 2
     }
 
-    /// How many texels the tile's rectangle has.
+    /// The number of texels of the rectangle of the tile.
     fn texels(&self) -> usize {
         self.errors.len()
     }
@@ -88,8 +86,8 @@ impl Annulus<'_> {
         self.cells.depth(place).is_some_and(|depth| (1..=self.band).contains(&depth))
     }
 
-    /// The shortest path from a texel of the middle column once around to itself, when its error is
-    /// below the limit.
+    /// The shortest path from a texel of the middle column once around to itself, if its error is below the
+    /// limit.
     fn once_around(&self, start: usize, limit: u64) -> Option<(u64, Vec<usize>)> {
         let texels = self.texels();
         let (from, to) = (texels + start, 2 * texels + start);
@@ -146,7 +144,7 @@ impl Annulus<'_> {
         }
     }
 
-    /// What cannot be reached from outside without crossing the cut.
+    /// The texels that cannot be reached from outside without crossing the cut.
     fn inside(&self, cut: &[usize]) -> Vec<bool> {
         let mut inside = vec![true; self.texels()];
         let mut is_cut = vec![false; inside.len()];
@@ -167,17 +165,17 @@ impl Annulus<'_> {
     }
 }
 
-/// The least error of any closed cut, by trying every set of the band's texels together with all that lies
-/// further inside: the errors of its texels that have one outside beside them. The slow truth of
-/// [`least_closed_cut`], for bands of up to 24 texels.
+/// The least error of any closed cut, by trying every set of texels of the band together with all texels
+/// farther inside: the errors of those with an outside neighbour. The slow truth of [`least_closed_cut`], for
+/// bands of up to 24 texels.
 pub fn least_of_all(cells: &Cells, band: usize, errors: &[u64]) -> u64 {
     let annulus = Annulus { cells, band, errors };
     let width = cells.bounds().width;
     let depth = |texel: usize| cells.depth(annulus.place(texel)).unwrap_or(0);
     let free: Vec<usize> = (0..errors.len()).filter(|&t| (1..=band).contains(&depth(t))).collect();
     let place = |texel: usize| free.iter().position(|&t| t == texel);
-    // Of each texel on or inside the band: its own bit where it has one, those of its neighbours,
-    // and whether a neighbour is always outside.
+    // For each texel on or inside the band: its own bit if it has one, those of its neighbours, and whether a
+    // neighbour is always outside.
     let ways: Vec<(Option<usize>, u32, bool, u64)> = (0..errors.len())
         .filter(|&texel| depth(texel) > 0)
         .map(|texel| {
@@ -192,7 +190,7 @@ pub fn least_of_all(cells: &Cells, band: usize, errors: &[u64]) -> u64 {
         };
         ways.iter().filter(on_cut).map(|(.., error)| error).sum()
     };
-    // Texels further inside are no place for a cut.
+    // A cut cannot go through texels farther inside.
     let allowed = |set: &u32| {
         let inner = ways.iter().filter(|(own, ..)| own.is_none());
         inner.into_iter().all(|(_, beside, ..)| set & beside == *beside)
@@ -255,7 +253,8 @@ mod tests {
                 let depth = cells.depth(place).unwrap_or(0);
                 assert!(if depth == 0 { !inside } else { depth <= band || inside }, "{cells:?}, band {band}");
             }
-            // The closed cut's texels are those inside with an old one beside them, up to corners it cuts.
+            // The texels of the closed cut are those inside with an old neighbour, except for corners that it
+            // cuts.
             let width = cells.bounds().width;
             let beside = |t: usize| [t - 1, t + 1, t - width, t + width];
             let is_edge = |t: &usize| cut.inside[*t] && beside(*t).into_iter().any(|n| !cut.inside[n]);

@@ -1,8 +1,8 @@
 //! Other parts of the exemplar that fit the border of the first tile.
 //!
-//! The error of a part is the sum of squared differences with the first tile over its border band.
-//! All parts at once by correlation, |t - s|^2 = |t|^2 + |s|^2 - 2 t.s, in 64-bit floating point
-//! with a stated error; those that could be the best within it are settled by their exact sums.
+//! The error of a part is the sum of squared differences from the first tile over its border band. All parts
+//! are evaluated at once by correlation, |t - s|^2 = |t|^2 + |s|^2 - 2 t.s, in 64-bit floating point with a
+//! stated error; those that could be the best within it are decided by their exact sums.
 //! [`SharedBorder::direct`] is the slow truth.
 
 use realfft::num_complex::Complex64;
@@ -19,33 +19,33 @@ use crate::synthesis::quantise::{IndexTexels, squared_length, squared_lengths};
 /// [`crate::synthesis::search::fft`].
 const RELATIVE_ERROR: f64 = 1e-13;
 
-/// A part of the exemplar of the size of a tile's rectangle.
+/// A part of the exemplar with the size of the rectangle of a tile.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct TilePart {
     /// Left column.
     pub x: usize,
     /// Top row.
     pub y: usize,
-    /// Sum of the squared differences with the first tile over its border band.
+    /// The sum of the squared differences from the first tile over its border band.
     pub border_error: u64,
 }
 
-/// The first tile's border band against all parts of the exemplar.
+/// The border band of the first tile, compared with all parts of the exemplar.
 pub struct SharedBorder<'a> {
     exemplar: &'a IndexTexels,
     planes: usize,
     cells: Cells,
     band: usize,
     codes: &'a [i16],
-    /// The approximate error of the part at each place, row after row of the exemplar.
+    /// The approximate error of the part at each position, row by row of the exemplar.
     errors: Vec<f64>,
-    /// How far those may be off.
+    /// The largest error of those values.
     margin: f64,
 }
 
 impl<'a> SharedBorder<'a> {
-    /// Compares the outermost `band` + 1 texels of a tile with all parts of the exemplar. The codes of
-    /// the rectangle that holds the tile lie texel by texel.
+    /// Compares the outermost `band` + 1 texels of a tile with all parts of the exemplar. The codes of the
+    /// bounding rectangle of the tile are given texel by texel.
     pub fn new(
         exemplar: &'a IndexTexels,
         planes: usize,
@@ -58,7 +58,7 @@ impl<'a> SharedBorder<'a> {
         border
     }
 
-    /// The border's texels by column and row in the tile's rectangle.
+    /// The texels of the border by column and row in the rectangle of the tile.
     fn border_texels(&self) -> impl Iterator<Item = (usize, usize)> + use<'_> {
         let width = self.cells.bounds().width;
         let is_border = |p: [i64; 2]| self.cells.depth(p).is_some_and(|depth| depth <= self.band);
@@ -112,7 +112,7 @@ impl<'a> SharedBorder<'a> {
         self.margin = 2.0 * RELATIVE_ERROR * factors + 0.5;
     }
 
-    /// The sum of squares under the border at each place where the tile lies inside, else nothing.
+    /// The sum of squares under the border at each position where the tile lies inside, otherwise 0.
     fn border_sums(&self, squares: &SummedArea) -> Vec<u64> {
         let (size, Size { width, height }) = (self.exemplar.size(), self.cells.bounds());
         let rectangles = self.border_rectangles();
@@ -139,7 +139,7 @@ impl<'a> SharedBorder<'a> {
             .min_by_key(|part| (part.border_error, part.y, part.x))
     }
 
-    /// The slow truth of a part's error: the sum over the border's texels.
+    /// The slow truth of the error of a part: the sum over the texels of the border.
     pub fn direct(&self, x: usize, y: usize) -> u64 {
         self.border_texels()
             .map(|(i, j)| squared_distance(self.tile_texel(i, j), self.exemplar.run(x + i, y + j, 1)))

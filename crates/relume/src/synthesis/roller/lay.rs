@@ -1,5 +1,5 @@
-//! A texture of a given size laid out of a tile set, as a source map: what [`super::Endless`] shows
-//! from (0, 0) on, so that anything registered with the exemplar can be laid in the same way.
+//! A texture of a given size laid from a tile set, as a source map: the window of [`super::Endless`] from (0,
+//! 0) on, so that anything registered with the exemplar can be laid in the same way.
 
 use super::Endless;
 use super::tile_set::TileSet;
@@ -9,11 +9,10 @@ use crate::planes::Size;
 use crate::synthesis::options::Boundary;
 use crate::synthesis::source_map::{SourceMap, Texel};
 
-/// Lays tiles side by side, each cell's by a hash of the seed and its place.
+/// Lays tiles side by side, each chosen by a hash of the seed and the cell.
 ///
 /// # Errors
-/// When the output is to close on itself and does not hold whole tiles, has no texels, or exceeds
-/// the limits.
+/// When the output has to tile and does not contain whole tiles, has no texels, or exceeds the limits.
 pub fn lay(tiles: &TileSet, size: Size, boundary: Boundary, seed: u64, job: &Job) -> Result<SourceMap> {
     job.check("the source map", size, size_of::<Texel>() as u64)?;
     if size.texels() == 0 {

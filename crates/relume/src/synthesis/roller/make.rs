@@ -1,4 +1,4 @@
-//! From an exemplar to a set of tiles.
+//! From an exemplar to a tile set.
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -22,27 +22,27 @@ use crate::planes::Size;
 use crate::synthesis::quantise::{Exemplar, IndexTexels, Quantised};
 use crate::synthesis::source_map::{SourceMap, Texel};
 
-/// What the Roller gives.
+/// The result of the Roller.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rolled {
     /// The tiles.
     pub tiles: TileSet,
-    /// How they came about.
+    /// The report.
     pub report: RollReport,
 }
 
-/// How a set of tiles came about, and how good it is.
+/// How a tile set was made, and its quality.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RollReport {
     /// The part of the exemplar that became the first tile.
     pub region: Region,
-    /// How the texture repeats.
+    /// The periods of the texture.
     pub periods: Periods,
-    /// Whether the tile's sides are whole periods; true where there are none.
+    /// Whether the sides of the tile are whole periods; true if there are none.
     pub whole_periods: bool,
-    /// The corner through which both cuts go, from the cell's lattice point.
+    /// The corner through which both cuts go, relative to the lattice point of the cell.
     pub corner: (usize, usize),
-    /// Mean squared difference of the overlaps as a share of that of unrelated texels: 0 where the
+    /// The mean squared difference of the overlaps as a fraction of that of unrelated texels: 0 where the
     /// texture repeats exactly, about 1 where it does not.
     pub mismatch: f64,
     /// The parts that became the further tiles.
@@ -52,20 +52,19 @@ pub struct RollReport {
 }
 
 impl RollReport {
-    /// Whether no tile's seams are expected to be seen.
+    /// Whether the seams of all tiles are expected to be invisible.
     pub fn is_acceptable(&self) -> bool {
         self.seams.iter().all(TileSeams::are_acceptable)
     }
 }
 
-/// Makes tiles of an exemplar. The result depends on the exemplar and the options only.
+/// Makes tiles from an exemplar. The result depends on the exemplar and the options only.
 ///
 /// # Errors
-/// When the options mean nothing, the exemplar has no room for such tiles, or the limits are
-/// exceeded.
+/// When the options are invalid, the exemplar has no room for such tiles, or the limits are exceeded.
 pub fn roll(exemplar: &Exemplar<'_>, options: &RollerOptions, job: &Job) -> Result<Rolled> {
     options.validate()?;
-    // Tables of the shortlisted sides, and the spectra of the border's correlation.
+    // Tables of the shortlisted sides, and the spectra of the correlation of the border.
     let tables = 2 * if options.oblique { oblique::SHORTLIST } else { SHORTLIST };
     job.check("the Roller's tables", exemplar.index.size(), 8 * tables as u64 + 64)?;
     let quantised = Quantised::new(std::slice::from_ref(exemplar), job)?;
@@ -105,15 +104,15 @@ pub fn roll(exemplar: &Exemplar<'_>, options: &RollerOptions, job: &Job) -> Resu
     Ok(Rolled { tiles: TileSet::new(region.cells, map), report })
 }
 
-/// How far from whole periods the sides of a rectangle may be, in texels, before oblique cells are
-/// tried: as far as rounding brings the steps of those, half a texel along both axes.
+/// The largest deviation of the sides of a rectangle from whole periods, in texels, for which oblique cells
+/// are not tried: the deviation of steps of oblique cells by rounding, half a texel along both axes.
 const NEARLY_WHOLE: f64 = 0.71;
 
-/// A rectangle is kept unless its overlaps differ by more than this times the error of a cell that
-/// is oblique: it can be used without this program's planes.
+/// A rectangle is kept unless its overlaps differ by more than this times the error of an oblique cell: other
+/// programs can use it as well.
 const CLEARLY_WORSE: f64 = 1.25;
 
-/// What every step needs to know.
+/// The data common to all steps.
 struct RollWork<'a> {
     texels: &'a IndexTexels,
     planes: usize,
@@ -123,7 +122,7 @@ struct RollWork<'a> {
 }
 
 impl RollWork<'_> {
-    /// The part that becomes the first tile, and whether it holds whole periods.
+    /// The part that becomes the first tile, and whether it has whole periods.
     fn region(&self, strips: &Strips<'_>) -> Result<(Region, bool)> {
         let (upright, whole) = self.upright_region(strips)?;
         Ok(match self.oblique_region(strips, &upright) {
@@ -146,7 +145,7 @@ impl RollWork<'_> {
         Ok((region, whole_x && whole_y))
     }
 
-    /// An oblique cell, where the lattice is oblique and it is clearly better than a rectangle.
+    /// An oblique cell, if the lattice is oblique and the cell is clearly better than a rectangle.
     fn oblique_region(&self, strips: &Strips<'_>, upright: &Region) -> Option<Region> {
         let Pattern::Lattice(lattice) = self.pattern else { return None };
         if !self.options.oblique || misfit(&upright.cells, &lattice) <= NEARLY_WHOLE {
@@ -180,14 +179,13 @@ impl RollWork<'_> {
         Ok((least.max((self.options.least_side * longest as f64).ceil() as usize), longest))
     }
 
-    /// The longest side that leaves room for the overlap.
+    /// The longest side with room for the overlap.
     fn room(&self, axis: Axis) -> usize {
         axis.side(self.texels.size()).saturating_sub(self.overlap)
     }
 
-    /// The sides of tiles worth trying along an axis, best first, and whether they are whole periods:
-    /// up to the longest that leaves room for the other tiles, or the shortest period where that is
-    /// longer.
+    /// The sides of tiles worth trying along an axis, best first, and whether they are whole periods: up to
+    /// the longest with room for the other tiles, or the shortest period if that is longer.
     fn sides(&self, axis: Axis) -> Result<(Vec<usize>, bool)> {
         let ((least, longest), room) = (self.lengths(axis)?, self.room(axis));
         let profile = profile(self.texels, self.planes, axis);
@@ -202,13 +200,13 @@ impl RollWork<'_> {
         }
     }
 
-    /// The least side of a tile: larger than its overlap, and with something inside the border where
-    /// tiles share one.
+    /// The least side of a tile: larger than its overlap, and with texels inside the border if tiles share
+    /// one.
     fn least_side(&self) -> usize {
         if self.options.tiles > 1 { least_side(self.overlap) } else { self.overlap + 1 }
     }
 
-    /// The tile that two closed cuts make of a region, and their corner.
+    /// The tile made from a region by two closed cuts, and their corner.
     fn first_tile(&self, region: &Region) -> (Vec<Texel>, (usize, usize)) {
         let (cells, [x, y], overlap) = (&region.cells, region.corner(), region.overlap);
         let (right, down) = (cells.right(), cells.down());
@@ -232,7 +230,7 @@ impl RollWork<'_> {
         (cells.rectangle().map(source).collect(), cuts.corner)
     }
 
-    /// The parts that become the further tiles, each the best that lies apart from all before it.
+    /// The parts that become the further tiles, each the best one apart from all previous ones.
     fn parts(&self, region: &Region, first: &[Texel], strips: &Strips<'_>) -> Result<Vec<TilePart>> {
         let tile = region.tile();
         let mut parts: Vec<TilePart> = Vec::new();
@@ -280,8 +278,8 @@ impl RollWork<'_> {
         self.texels.run(texel.x as usize, texel.y as usize, 1)
     }
 
-    /// The mean squared difference of a region's overlaps as a share of that of unrelated texels,
-    /// which is twice the variance.
+    /// The mean squared difference of the overlaps of a region as a fraction of that of unrelated texels, which is
+    /// twice the variance.
     fn mismatch(&self, region: &Region) -> f64 {
         let n = self.texels.size().texels();
         let variance = |k: usize| {

@@ -1,4 +1,4 @@
-//! The Roller: tiles of a regular texture that can be laid in any random order without a seam.
+//! The Roller: tiles of a regular texture that fit together in any random order without a seam.
 //!
 //! ```text
 //! Exemplar --profile--> shifts --region--> origin and size --toroidal--> first tile
@@ -6,17 +6,17 @@
 //! TileSet + seed --Endless--> any window of an infinite plane
 //! ```
 //!
-//! M. Haindl, M. Hatka, "BTF Roller", Texture 2005, and "A Roller - Fast Sampling-Based Texture
-//! Synthesis Algorithm", WSCG 2005. Everything works on index planes, so on any reflectance field:
+//! M. Haindl, M. Hatka, "BTF Roller", Texture 2005, and "A Roller - Fast Sampling-Based Texture Synthesis
+//! Algorithm", WSCG 2005. Everything works on index planes, and therefore on any reflectance field:
 //!
 //! - periods are found in the autocorrelation of all planes ([`crate::numeric::periods`]);
-//! - [`profile`]: how much the exemplar differs from itself under each shift along an axis;
+//! - [`profile`]: the difference of the exemplar from itself under each shift along an axis;
 //! - [`oblique`]: cells that follow oblique periods;
 //! - [`region`]: the part of the exemplar whose overlaps with its own shifts differ least;
-//! - [`toroidal`]: two closed cuts through one corner make a tile of it that continues itself;
+//! - [`toroidal`]: two closed cuts through one corner turn it into a seamless tile;
 //! - [`further`]: other parts that fit the border of the first tile;
-//! - [`closed_cut`]: a closed cut puts each of them inside that border;
-//! - [`seams`]: how steps across the cuts compare with those inside;
+//! - [`closed_cut`]: a closed cut joins each of them to that border;
+//! - [`seams`]: steps across the cuts compared with those inside;
 //! - [`Endless`]: the plane of tiles, each chosen by a hash of the seed and its cell;
 //! - [`lay()`]: a part of it as a source map.
 //!

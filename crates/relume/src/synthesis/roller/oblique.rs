@@ -1,10 +1,10 @@
 //! Oblique cells: steps that are vectors of an oblique lattice, to half a texel.
 //!
-//! Both sides of a rectangle must be whole periods along the axes, and an oblique lattice has few
-//! vectors near them; the steps of an oblique cell may be any two. Of all vectors of the lattice that
-//! lean by at most a third of their length those are measured whose rounding to texels costs least,
-//! and of all pairs of them for which the exemplar has room those are tried whose shifts the exemplar
-//! bears best.
+//! Both sides of a rectangle must be whole periods along the axes, and an oblique lattice has few vectors
+//! near them; the steps of an oblique cell may be any two. Of all vectors of the lattice that deviate from an
+//! axis by at most a third of their length, those least changed by rounding to texels are measured. Of all
+//! pairs of them for which the exemplar has room, those are tried under whose shifts the exemplar differs
+//! least from itself.
 
 use rayon::prelude::*;
 
@@ -14,21 +14,21 @@ use crate::numeric::cells::Cells;
 use crate::numeric::lattice::{Lattice, length};
 use crate::synthesis::quantise::IndexTexels;
 
-/// Vectors along each axis that are measured, and pairs that are tried.
+/// The number of vectors measured along each axis, and of pairs tried.
 pub const SHORTLIST: usize = 18;
 
-/// How far a step may lean, as a part of its length along its axis: the rectangle that holds a cell
-/// is then at most twice as large.
+/// The largest deviation of a step from its axis, as a fraction of its length: the bounding rectangle of a
+/// cell is then at most twice as large.
 const MOST_OBLIQUE: f64 = 1.0 / 3.0;
 
-/// How far the steps of cells lie from the nearest vectors of a lattice, the farther one, in texels.
+/// The distance of the steps of cells from the nearest vectors of a lattice, the larger one, in texels.
 pub fn misfit(cells: &Cells, lattice: &Lattice) -> f64 {
     let away = |step: [i64; 2]| rounding(step, lattice.nearest(step.map(|c| c as f64)));
     away(cells.right()).max(away(cells.down()))
 }
 
-/// The pairs of steps worth trying, best first. `lengths` are the least and the longest side along x
-/// and y; `fits` says for which cells there is room.
+/// The pairs of steps worth trying, best first. `lengths` are the least and the longest side along x and y;
+/// `fits` tells for which cells there is room.
 pub fn pairs(
     texels: &IndexTexels,
     lattice: &Lattice,
@@ -49,10 +49,10 @@ pub fn pairs(
     pairs.into_iter().map(|(_, cells)| cells).take(SHORTLIST).collect()
 }
 
-/// The vectors of a lattice along an axis, rounded to texels, that rounding moves least.
+/// The vectors of a lattice along an axis, rounded to texels, with the smallest rounding.
 fn steps(lattice: &Lattice, axis: Axis, (least, longest): (usize, usize)) -> Vec<[i64; 2]> {
     let shortest = lattice.basis().map(length).into_iter().fold(f64::INFINITY, f64::min);
-    // No vector of up to 1.1 times the longest side has more of a reduced basis.
+    // No vector of up to 1.1 times the longest side has larger coefficients in a reduced basis.
     let most = (1.3 * longest as f64 / shortest.max(1.0)).ceil() as i32;
     let mut steps: Vec<(f64, [i64; 2])> = Lattice::half(most)
         .filter_map(|ij| {
@@ -75,7 +75,7 @@ fn rounding(step: [i64; 2], place: [f64; 2]) -> f64 {
     length([step[0] as f64 - place[0], step[1] as f64 - place[1]])
 }
 
-/// The mean squared difference of an exemplar and itself one step further.
+/// The mean squared difference of an exemplar from itself one step farther.
 fn difference(texels: &IndexTexels, step: [i64; 2]) -> f64 {
     let (mut sum, mut count) = (0, 0u64);
     for place in overlapping(texels.size(), step) {
@@ -91,7 +91,7 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// Against all whole vectors within reach.
+        /// Compared with all integer vectors within reach.
         #[test]
         fn steps_are_the_lattices_nearest_vectors(
             (ax, ay) in (8.0..30.0f64, -9.0..9.0f64),
@@ -101,7 +101,7 @@ mod tests {
             let found = steps(&lattice, Axis::X, (40, 90));
             let near = |v: [i64; 2]| rounding(v, lattice.nearest(v.map(|c| c as f64)));
             let all = (40..=90).flat_map(|x| (-x / 3..=x / 3).map(move |y| [x, y]));
-            // Vectors that rounding to texels brings from the lattice.
+            // Vectors obtained from the lattice by rounding to texels.
             let mut truth: Vec<[i64; 2]> = all
                 .filter(|v| {
                     let p = lattice.nearest(v.map(|c| c as f64));

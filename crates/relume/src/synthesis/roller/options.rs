@@ -1,4 +1,4 @@
-//! What the Roller can be asked for.
+//! Options of the Roller.
 
 use serde::Serialize;
 
@@ -9,34 +9,34 @@ use crate::planes::Size;
 /// Options of [`super::roll`].
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RollerOptions {
-    /// How many tiles; each holds about this part of the exemplar's texels.
+    /// The number of tiles k; each takes about a k-th of the texels of the exemplar.
     pub tiles: usize,
-    /// Texels by which a tile overlaps its continuation, and the width of the border that tiles
-    /// share; none for [`RollerOptions::customary_overlap`].
+    /// Texels by which a tile overlaps its continuation, and the width of the common border; `None` for
+    /// [`RollerOptions::customary_overlap`].
     pub overlap: Option<usize>,
-    /// How the texture repeats, where that is known; else it is measured. Sides of tiles are whole
-    /// periods where there are any.
+    /// The periods of the texture, if known; otherwise they are measured. Sides of tiles are whole periods
+    /// where there are any.
     pub pattern: Option<Pattern>,
-    /// The least side of a tile as a share of the longest that is possible.
+    /// The least side of a tile as a fraction of the longest possible one.
     pub least_side: f64,
-    /// The largest tile is taken whose overlaps differ at most (1 + this) times the least: squared
-    /// errors up to this share above the least squared error.
+    /// The largest tile is taken whose overlaps differ by at most (1 + this) times the least: squared errors
+    /// up to this fraction above the least squared error.
     pub slack: f64,
-    /// How far, as a share of the tile's side along x or y, the parts of the exemplar from which two
-    /// tiles come lie apart at least.
+    /// The least distance between the parts of the exemplar for two tiles, as a fraction of the side of the
+    /// tile along x or y.
     pub least_offset: f64,
-    /// Whether tiles may be oblique, where that follows oblique periods better than rectangles do.
+    /// Whether tiles may be oblique, if that follows oblique periods better than rectangles do.
     pub oblique: bool,
 }
 
 impl RollerOptions {
-    /// A sixteenth of the exemplar's smaller side, at least 2 texels: at 256 texels the 16 that
-    /// cuts of image quilting customarily have (a sixth of a block of about 96).
+    /// A sixteenth of the smaller side of the exemplar, at least 2 texels: for 256 texels, 16, the customary
+    /// overlap of image quilting (a sixth of a block of about 96).
     pub fn customary_overlap(exemplar: Size) -> usize {
         (exemplar.width.min(exemplar.height) / 16).max(2)
     }
 
-    /// Checks the options by themselves; whether tiles fit the exemplar shows when they are met.
+    /// Checks the options in isolation; they are checked against the exemplar later.
     pub fn validate(&self) -> Result<()> {
         let share = |v: f64| v.is_finite() && (0.0..=1.0).contains(&v);
         if !(1..=Self::MOST_TILES).contains(&self.tiles) {

@@ -1,8 +1,8 @@
-//! How much an exemplar differs from itself under each shift along one axis: the autocorrelation of
-//! all index planes, read along x and along y.
+//! The difference of an exemplar from itself under each shift along one axis: the autocorrelation of all
+//! index planes along x and along y.
 //!
-//! E(s) = sum |I(x) - I(x + s)|^2 over all texels that have both, by the convolution theorem row
-//! after row: sum I(x)^2 + sum I(x + s)^2 - 2 sum I(x) I(x + s). [`direct`] is the slow truth.
+//! E(s) = sum |I(x) - I(x + s)|^2 over all texels that have both, by the convolution theorem row by row: sum
+//! I(x)^2 + sum I(x + s)^2 - 2 sum I(x) I(x + s). [`direct`] is the slow truth.
 
 use realfft::RealFftPlanner;
 use realfft::num_complex::Complex64;
@@ -29,7 +29,7 @@ impl Axis {
         }
     }
 
-    /// The squared distance of the texels at (x, y) and `shift` further along the axis.
+    /// The squared distance of the texels at (x, y) and `shift` farther along the axis.
     pub fn squared_step(self, texels: &IndexTexels, x: usize, y: usize, shift: usize) -> u64 {
         let by = match self {
             Self::X => [shift as i64, 0],
@@ -39,7 +39,7 @@ impl Axis {
     }
 }
 
-/// The squared distance of a texel and the one `by` further to the right and down.
+/// The squared distance of a texel and the one `by` farther to the right and down.
 pub fn squared_step(texels: &IndexTexels, [x, y]: [i64; 2], by: [i64; 2]) -> u64 {
     let run = |x: i64, y: i64| texels.run(x as usize, y as usize, 1);
     squared_distance(run(x, y), run(x + by[0], y + by[1]))
@@ -51,8 +51,8 @@ pub fn squared_distance(a: &[i16], b: &[i16]) -> u64 {
     a.iter().zip(b).map(square).sum::<i64>().unsigned_abs()
 }
 
-/// The mean squared difference under the shifts 0 to the side less one, exact up to the rounding
-/// of the transforms.
+/// The mean squared difference under the shifts 0 to the side minus one, exact up to the rounding of the
+/// transforms.
 pub fn profile(texels: &IndexTexels, planes: usize, axis: Axis) -> Vec<f64> {
     let size = texels.size();
     let (side, lines) = (axis.side(size), size.texels() / axis.side(size));

@@ -1,12 +1,12 @@
-//! The part of an exemplar that makes the best tile: whole periods, as large as asked for, and the
-//! origin where the overlaps with the part's own continuation differ least.
+//! The part of an exemplar that makes the best tile: whole periods, of the requested size, and the origin at
+//! which the overlaps differ least from their continuation.
 //!
-//! A tile of w x h texels with overlap d at the origin (x, y) takes the (w + d) x (h + d) texels
-//! from there. Its two strips are compared with themselves one side further: the left one of
-//! d x (h + d) texels with that w to the right, the top one of (w + d) x d with that h down. For each
-//! side the squared differences go into a summed-area table, so an origin costs eight look-ups; all
-//! origins of all pairs of sides are looked at. Where cells are oblique, the strips are: they are so many
-//! rectangles more as the sides have steps. [`Strips::direct`] is the slow truth of one of them.
+//! A tile of w x h texels with overlap d at the origin (x, y) uses the (w + d) x (h + d) texels from there.
+//! Its two strips are compared with themselves one side farther: the left one of d x (h + d) texels with that
+//! w to the right, the top one of (w + d) x d with that h down. For each side the squared differences go into
+//! a summed-area table, so an origin costs eight look-ups; all origins of all pairs of sides are examined.
+//! For oblique cells, the strips are oblique too: they consist of as many more rectangles as the sides have
+//! steps. [`Strips::direct`] is the slow truth of one of them.
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -19,14 +19,14 @@ use crate::numeric::summed_area::SummedArea;
 use crate::planes::Size;
 use crate::synthesis::quantise::IndexTexels;
 
-/// Sides that are tried along each axis: enough for the whole periods and the half-way minima of
-/// weaves between them.
+/// The number of sides tried along each axis: enough for the whole periods and the half-way minima of weaves
+/// between them.
 pub const SHORTLIST: usize = 6;
 
-/// A part of an exemplar that is to become a tile.
+/// A part of an exemplar for a tile.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Region {
-    /// Left column of the tile, or of the rectangle that holds it.
+    /// Left column of the tile, or of its bounding rectangle.
     pub x: usize,
     /// Top row.
     pub y: usize,
@@ -34,17 +34,17 @@ pub struct Region {
     pub cells: Cells,
     /// Texels by which it overlaps its continuation.
     pub overlap: usize,
-    /// Sum of the squared differences over both strips.
+    /// The sum of the squared differences over both strips.
     pub error: u64,
 }
 
 impl Region {
-    /// The size of the tile, or of the rectangle that holds it.
+    /// The size of the tile, or of its bounding rectangle.
     pub fn tile(&self) -> Size {
         self.cells.bounds()
     }
 
-    /// The texel of the exemplar at the cell's lattice point.
+    /// The texel of the exemplar at the lattice point of the cell.
     pub fn corner(&self) -> [i64; 2] {
         let [left, top] = self.cells.origin();
         [self.x as i64 - left, self.y as i64 - top]
@@ -71,13 +71,13 @@ pub fn sides(profile: &[f64], least: usize, longest: usize, is_whole: impl Fn(us
     found
 }
 
-/// How near to a whole number of periods a shift must come, as a share of the shortest period: near
-/// enough to be no half one, and far enough for the slight obliqueness of real captures. The least
-/// error settles the rest.
+/// The largest deviation of a shift from a whole number of periods, as a fraction of the shortest period:
+/// small enough to exclude half periods, and large enough for the slight obliqueness of real captures. The
+/// least error decides among the rest.
 const NEAR: f64 = 0.2;
 
-/// Whether a shift along an axis comes near a whole number of periods, a texel being always near;
-/// every shift does where there are no periods.
+/// Whether a shift along an axis is near a whole number of periods; one texel is always near. Without periods
+/// every shift is.
 pub fn is_whole(pattern: Pattern, axis: Axis, shift: usize) -> bool {
     let place = if axis == Axis::X { [shift as f64, 0.0] } else { [0.0, shift as f64] };
     let (distance, shortest) = match pattern {
@@ -95,7 +95,7 @@ pub fn is_whole(pattern: Pattern, axis: Axis, shift: usize) -> bool {
     distance <= (NEAR * shortest).max(1.0)
 }
 
-/// The differences of an exemplar with its shifts, as tables.
+/// The differences of an exemplar from its shifted copies, as tables.
 pub struct Strips<'a> {
     texels: &'a IndexTexels,
     overlap: usize,
@@ -103,7 +103,7 @@ pub struct Strips<'a> {
 }
 
 impl<'a> Strips<'a> {
-    /// Prepares an exemplar, with texels that no tile may hold.
+    /// Prepares an exemplar, with texels that no tile may contain.
     pub fn new(texels: &'a IndexTexels, excluded: Option<&[bool]>, overlap: usize) -> Self {
         let table = |mask: &[bool]| {
             let counts: Vec<u64> = mask.iter().map(|&excluded| u64::from(excluded)).collect();
@@ -117,8 +117,7 @@ impl<'a> Strips<'a> {
         self.excluded.as_ref().is_none_or(|table| table.sum(x, y, size.width, size.height) == 0)
     }
 
-    /// The best origin of cells by their steps to the right and down, for each pair of which there is
-    /// one.
+    /// The best origin of cells by their steps to the right and down, for each pair that has one.
     pub fn best_origins(&self, pairs: &[Cells]) -> Vec<Region> {
         let mut steps: Vec<[i64; 2]> = pairs.iter().flat_map(|cells| [cells.right(), cells.down()]).collect();
         steps.sort_unstable();
@@ -146,7 +145,8 @@ impl<'a> Strips<'a> {
         regions.min_by_key(|region| (region.error, region.y, region.x))
     }
 
-    /// The left strip as rectangles of column, row, width and height from the cell's lattice point.
+    /// The left strip as rectangles of column, row, width and height relative to the lattice point of the
+    /// cell.
     fn left_strip(&self, cells: &Cells) -> Vec<[i64; 4]> {
         let d = self.overlap as i64;
         let stretches = stretches(cells.down()[1] + d, |y| cells.left_side(y));
@@ -160,8 +160,8 @@ impl<'a> Strips<'a> {
         stretches.into_iter().map(|(x, length, side)| [x, side, length, d]).collect()
     }
 
-    /// The texels around a tile's rectangle that its cuts may reach: beside it and above it as many
-    /// as its sides step within the overlap, and the overlap at the right and below.
+    /// The texels around the rectangle of a tile that its cuts may reach: beside it and above it as many as
+    /// its sides step within the overlap, and the overlap at the right and below.
     fn margins(&self, cells: &Cells) -> [usize; 2] {
         let d = self.overlap as i64;
         let margin =
@@ -186,7 +186,7 @@ impl<'a> Strips<'a> {
         tile.width + self.overlap + 2 * mx <= size.width && tile.height + self.overlap + 2 * my <= size.height
     }
 
-    /// Sums of the squared differences with the texels one step further; nothing where there are none.
+    /// Sums of the squared differences from the texels one step farther; 0 where there are none.
     fn differences(&self, step: [i64; 2]) -> SummedArea {
         let size = self.texels.size();
         let mut values = vec![0; size.texels()];
@@ -196,7 +196,7 @@ impl<'a> Strips<'a> {
         SummedArea::new(size, &values)
     }
 
-    /// The slow truth of a region's error: the sum over all texels of both strips.
+    /// The slow truth of the error of a region: the sum over all texels of both strips.
     pub fn direct(&self, corner: [i64; 2], cells: &Cells) -> u64 {
         let sum = |strip: Vec<[i64; 4]>, step: [i64; 2]| -> u64 {
             let texels = strip.into_iter().flat_map(|[i, j, width, height]| {
@@ -208,15 +208,14 @@ impl<'a> Strips<'a> {
     }
 }
 
-/// The texels of a picture that have another one step further.
+/// The texels of a picture with another texel one step farther.
 pub fn overlapping(size: Size, [dx, dy]: [i64; 2]) -> impl Iterator<Item = [i64; 2]> {
     let range = |side: usize, d: i64| (-d).max(0)..(side as i64 - d.max(0));
     let (columns, rows) = (range(size.width, dx), range(size.height, dy));
     rows.flat_map(move |y| columns.clone().map(move |x| [x, y]))
 }
 
-/// The stretches of 0 to `length` over which a function has one value: where each begins, how long it
-/// is, and the value.
+/// The stretches of 0 to `length` over which a function is constant: beginning, length and value of each.
 fn stretches(length: i64, value: impl Fn(i64) -> i64) -> Vec<(i64, i64, i64)> {
     let values: Vec<(i64, i64)> = (0..length).map(|along| (along, value(along))).collect();
     let equal = values.chunk_by(|a, b| a.1 == b.1);

@@ -1,12 +1,12 @@
-//! A set of tiles as data: where each texel of each comes from.
+//! A tile set as data: the source of each texel of each tile.
 
 use crate::numeric::cells::Cells;
 use crate::planes::Size;
 use crate::synthesis::source_map::{SourceMap, Texel};
 
-/// Tiles of one shape with one border, so that any may lie beside any, each as the sources of its
-/// texels in the exemplar. [`crate::synthesis::gather`] applies [`TileSet::map`] to anything
-/// registered with it.
+/// Tiles of one shape with a common border, so that any may be neighbours, each given by the sources of its
+/// texels in the exemplar. [`crate::synthesis::gather`] applies [`TileSet::map`] to anything registered with
+/// it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TileSet {
     cells: Cells,
@@ -14,8 +14,7 @@ pub struct TileSet {
 }
 
 impl TileSet {
-    /// Tiles that fill cells, from a map in which the rectangles that hold them lie one below the
-    /// other.
+    /// Tiles that fill cells, from a map with their bounding rectangles stacked one below the other.
     ///
     /// # Panics
     /// When the map is not a whole number of tiles high.
@@ -28,8 +27,8 @@ impl TileSet {
         Self { cells, map }
     }
 
-    /// The size of a tile, or of the rectangle that holds it where it is oblique. What lies beside the
-    /// tile there is the first one's continuation.
+    /// The size of a tile, or of its bounding rectangle if it is oblique. The texels beside the tile there
+    /// continue the first one.
     pub fn tile(&self) -> Size {
         self.cells.bounds()
     }
@@ -39,7 +38,7 @@ impl TileSet {
         &self.cells
     }
 
-    /// How many tiles there are.
+    /// The number of tiles.
     pub fn count(&self) -> usize {
         self.map.size().height / self.tile().height
     }
@@ -49,7 +48,7 @@ impl TileSet {
         &self.map
     }
 
-    /// The sources of the texels of one tile's rectangle, row after row.
+    /// The sources of the texels of the rectangle of one tile, row by row.
     ///
     /// # Panics
     /// When there is no such tile.

@@ -1,28 +1,29 @@
 //! Two minimum error boundary cuts that close on the torus and cross in one corner.
 //!
-//! M. Haindl, M. Hatka, "A Roller - Fast Sampling-Based Texture Synthesis Algorithm", WSCG 2005. A
-//! part of w x h texels and an overlap of d continue themselves: within the left d columns a texel
-//! may come from its own place or from w further right, within the top d rows from h further down.
-//! The upright cut chooses column V(y) of the left strip for each row, the level one row H(x) of the
-//! top strip; left of V and above H lies the continuation. On the torus a cut must end where it
-//! began, and all four corners of the tile are one texel (p, q), so both cuts go through it:
-//! V(q) = V(q + h) = p and H(p) = H(p + w) = q.
+//! M. Haindl, M. Hatka, "A Roller - Fast Sampling-Based Texture Synthesis Algorithm", WSCG 2005. A part of w
+//! x h texels with an overlap of d becomes periodic: within the left d columns a texel comes from its own
+//! place or from w farther right, within the top d rows from h farther down. The upright cut chooses column
+//! V(y) of the left strip for each row, the level one row H(x) of the top strip; left of V and above H lies
+//! the continuation. On the torus a cut must end where it began, and all four corners of the tile are one
+//! texel (p, q), so both cuts go through it: V(q) = V(q + h) = p and H(p) = H(p + w) = q.
 //!
-//! With the corner fixed the cuts are two shortest paths with fixed ends, one step across a step
-//! along at most. They meet nowhere else: from the corner the upright one stays within
+//! With the corner fixed the cuts are two shortest paths with fixed ends, with at most one step across per
+//! step along. They meet nowhere else: from the corner the upright one stays within |dx| <= |dy| and the
+//! level one within |dy| <= |dx|. So their errors add, and the least sum over all d x d corners is the least
+//! over all such pairs of cuts: exact. [`least_of_all`] tries them.
 //! |dx| <= |dy| and the level one within |dy| <= |dx|. So their errors add, and the least sum over
 //! all d x d corners is the least of all such pairs of cuts: exact. [`least_of_all`] tries them.
 //!
-//! In oblique cells, places across a strip are counted from the cell's side in their row or column
-//! ([`Cells::left_side`]). The rest is the same, but that a side's own steps add to those of a cut, so
-//! near their corner cuts may meet again: what is made still closes, and its error is at most the sum.
+//! In oblique cells, positions across a strip are counted from the side of the cell in their row or column
+//! ([`Cells::left_side`]). The rest is the same, except that the steps of a side add to those of a cut, so
+//! near their corner cuts may meet again: the result is still periodic, and its error is at most the sum.
 
 use rayon::prelude::*;
 
 use crate::numeric::cells::Cells;
 
-/// The errors of a strip one period and one overlap long, `width` texels across: of each place
-/// along, the errors of all places across together.
+/// The errors of a strip one period plus one overlap long, `width` texels across: for each position along it,
+/// the errors of all positions across together.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Strip {
     width: usize,
@@ -34,7 +35,7 @@ pub struct Strip {
 const NEVER: u64 = u64::MAX / 2;
 
 impl Strip {
-    /// A strip of `period` + `width` places along, with the error of each of its texels.
+    /// A strip of `period` + `width` positions along, with the error of each of its texels.
     pub fn new(period: usize, width: usize, error: impl Fn(usize, usize) -> u64) -> Self {
         let places = (0..period + width).flat_map(|along| (0..width).map(move |across| (along, across)));
         Self { width, period, errors: places.map(|(along, across)| error(along, across)).collect() }
@@ -44,7 +45,7 @@ impl Strip {
         &self.errors[along * self.width..][..self.width]
     }
 
-    /// The least sum of errors of a path from `across` at `start` to `across` one period on.
+    /// The least sum of errors of a path from `across` at `start` to `across` one period farther.
     pub fn least_sum(&self, start: usize, across: usize) -> u64 {
         let mut sums = self.first_sums(start, across);
         let mut next = sums.clone();
@@ -55,8 +56,8 @@ impl Strip {
         sums[across + 1]
     }
 
-    /// That path: how far across it runs at each place of the period and at its end. Among equal
-    /// paths the one that, going back from the end, keeps nearest to the strip's outer side.
+    /// That path: its position across at each position along the period and at its end. Among equal paths the
+    /// one that, going back from the end, stays nearest to the outer side of the strip.
     pub fn least_path(&self, start: usize, across: usize) -> Vec<usize> {
         let mut rows = vec![self.first_sums(start, across)];
         for along in start + 1..=start + self.period {
@@ -73,7 +74,7 @@ impl Strip {
         path
     }
 
-    /// The sums at the start of a path: one place on either side of the strip stands for outside.
+    /// The sums at the start of a path: one position on either side of the strip represents the outside.
     fn first_sums(&self, start: usize, across: usize) -> Vec<u64> {
         let mut sums = vec![NEVER; self.width + 2];
         sums[across + 1] = self.row(start)[across];
@@ -93,20 +94,20 @@ impl Strip {
 pub struct ClosedCuts {
     /// The cells that tiles fill.
     pub cells: Cells,
-    /// The corner (p, q) in which they cross, from the cell's lattice point.
+    /// The corner (p, q) at which they cross, relative to the lattice point of the cell.
     pub corner: (usize, usize),
-    /// For each row of the tile, the first place from the left side that is not from the continuation
-    /// at the right.
+    /// For each row of the tile, the first position from the left side that is not from the continuation at
+    /// the right.
     pub left: Vec<usize>,
-    /// For each column of the tile, the first place from the upper side that is not from the
-    /// continuation below.
+    /// For each column of the tile, the first position from the upper side that is not from the continuation
+    /// below.
     pub top: Vec<usize>,
     /// The sum of the errors along both.
     pub error: u64,
 }
 
-/// The two closed cuts of least error through a tile's left strip (upright) and top strip (level);
-/// among equals that of the topmost, then the leftmost corner.
+/// The two closed cuts of least error through the left strip (upright) and top strip (level) of a tile; among
+/// equals those of the topmost, then the leftmost corner.
 pub fn closed_cuts(cells: &Cells, upright: &Strip, level: &Strip) -> ClosedCuts {
     let corners = corners(cells, upright.width);
     let sum = |c: &CellCorner| upright.least_sum(c.y, c.from_left) + level.least_sum(c.x, c.from_top);
@@ -125,7 +126,7 @@ pub fn closed_cuts(cells: &Cells, upright: &Strip, level: &Strip) -> ClosedCuts 
     }
 }
 
-/// A texel that lies in both strips, and how far across each of them.
+/// A texel in both strips, and its position across each of them.
 struct CellCorner {
     x: usize,
     y: usize,
@@ -145,7 +146,7 @@ fn corners(cells: &Cells, width: usize) -> Vec<CellCorner> {
 }
 
 impl ClosedCuts {
-    /// How far right and down a texel of the tile is taken from: its own place or a continuation.
+    /// The shift, right and down, of the source of a texel of the tile: its own place or a continuation.
     pub fn shift(&self, [x, y]: [i64; 2]) -> [i64; 2] {
         let ([w, t], [s, h]) = (self.cells.right(), self.cells.down());
         let cut = |cut: &[usize], along: i64| cut[along.rem_euclid(cut.len() as i64) as usize] as i64;
@@ -192,7 +193,7 @@ mod tests {
         Cells::upright(Size::new(width, height)).unwrap()
     }
 
-    /// The error along a closed cut given by its place in each row of the tile.
+    /// The error along a closed cut given by its position in each row of the tile.
     fn along(strip: &Strip, places: &[usize], start: usize) -> u64 {
         let period = strip.period;
         (start..=start + period).map(|a| strip.row(a)[places[a % period]]).sum()

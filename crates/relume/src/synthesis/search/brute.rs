@@ -1,4 +1,4 @@
-//! Every position in full, with the processor's vector instructions and all threads.
+//! Every position in full, with the vector instructions of the processor and all threads.
 
 use rayon::prelude::*;
 
@@ -8,12 +8,12 @@ use crate::synthesis::positions::{PositionRun, Positions};
 use crate::synthesis::quantise::Quantised;
 use crate::synthesis::source_map::Texel;
 
-/// Looks at every position.
+/// Examines every position.
 #[derive(Debug, Clone, Copy)]
 pub struct Brute<'a> {
     /// The exemplars.
     pub exemplars: &'a Quantised,
-    /// Where blocks may come from.
+    /// The possible positions of blocks.
     pub positions: &'a Positions,
 }
 

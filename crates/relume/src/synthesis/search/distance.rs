@@ -1,8 +1,8 @@
 //! The squared distance of a query to a block, in vector instructions.
 //!
-//! Each row of a neighbourhood's rectangles is contiguous in the exemplar. It is cut into groups of
+//! Each row of the rectangles of a neighbourhood is contiguous in the exemplar. It is divided into groups of
 //! [`FACTORS`] codes, the last one of a row masked, so that a distance is one pass over the groups:
-//! difference, mask, squares added in pairs in 32 bits. Partial sums go to 64 bits before 32 can
+//! difference, mask, squares added in pairs in 32 bits. Partial sums are moved to 64 bits before 32 can
 //! overflow. All processors give the same integer.
 
 use crate::numeric::pairs::{FACTORS, Pairs, PairsWork, SUMS, dispatch};
@@ -10,25 +10,25 @@ use crate::synthesis::neighbourhood::Neighbourhood;
 use crate::synthesis::quantise::{IndexTexels, MAX_CODE, PADDING, Quantised};
 use crate::synthesis::search::BlockQuery;
 
-/// Groups whose squares 32 bits can hold: a partial sum takes two squares of each.
+/// The number of groups whose squares fit 32 bits: a partial sum takes two squares of each.
 const GROUPS: usize = (u32::MAX / (2 * (MAX_CODE as u32).pow(2))) as usize;
 
-/// Groups after which a distance that is too large already is given up.
+/// The number of groups after which a distance that is already too large is abandoned.
 const PATIENCE: usize = 8;
 
 const _: () = assert!(PATIENCE <= GROUPS && FACTORS <= PADDING);
 
-/// Some neighbouring codes of a query.
+/// Consecutive codes of a query.
 #[repr(align(64))]
 struct CodeGroup {
     codes: [i16; FACTORS],
     /// All ones where there is a code, zero past the end of the row.
     mask: [i16; FACTORS],
-    /// Where they are compared, counted from the first code of the block.
+    /// Their position, relative to the first code of the block.
     offset: usize,
 }
 
-/// A query made ready for one exemplar.
+/// A query prepared for one exemplar.
 pub struct BlockTarget<'a> {
     exemplar: &'a IndexTexels,
     planes: usize,
@@ -97,7 +97,7 @@ impl PairsWork for RowOfDistances<'_> {
     }
 }
 
-/// One distance, given up when it exceeds the limit.
+/// One distance, abandoned when it exceeds the limit.
 struct DistanceWithin<'a> {
     target: &'a BlockTarget<'a>,
     start: usize,
@@ -144,8 +144,8 @@ mod tests {
     use crate::synthesis::search::plain::squared_distance;
     use crate::synthesis::source_map::Texel;
 
-    /// Distances of all blocks in all rows, by the processor's kernel and by the portable one,
-    /// against the plain loop.
+    /// Distances of all blocks in all rows, by the kernel of the processor and by the portable one, compared
+    /// with the plain loop.
     fn compare(exemplars: &Quantised, shape: &Neighbourhood, codes: &[i16]) {
         let exemplar = &exemplars.texels()[0];
         let target = BlockTarget::new(shape, codes, exemplar, exemplars.planes());

@@ -1,10 +1,10 @@
 //! Exact search by correlation in the Fourier domain: |t - s|^2 = |t|^2 + |s|^2 - 2 t.s for all
 //! positions at once. The usual fast exact method; its cost does not depend on the neighbourhood.
 //!
-//! Kwatra et al., "Graphcut Textures", SIGGRAPH 2003, section 6 (sums of squares from a summed-area
-//! table, the product by the convolution theorem). Squares are exact integers. The correlation is
-//! computed in 64-bit floating point with a stated error; every position that could be accepted
-//! within it is settled by its exact integer distance.
+//! Kwatra et al., "Graphcut Textures", SIGGRAPH 2003, section 6 (sums of squares from a summed-area table,
+//! the product by the convolution theorem). Squares are exact integers. The correlation is computed in 64-bit
+//! floating point with a stated error; every position that could be accepted within it is decided by its
+//! exact integer distance.
 
 use pulp::Arch;
 use rayon::prelude::*;
@@ -18,9 +18,9 @@ use crate::synthesis::positions::Positions;
 use crate::synthesis::quantise::{IndexTexels, Quantised, squared_length, squared_lengths};
 use crate::synthesis::source_map::Texel;
 
-/// Error of a correlation relative to the product of the lengths of its factors: 2^-53 times a few
-/// for each of the 2 x 2 log2(n) butterflies a value passes through (Higham, Accuracy and
-/// Stability of Numerical Algorithms, 2nd ed. 2002, theorem 24.2), generously.
+/// Error of a correlation relative to the product of the lengths of its factors: 2^-53 times a few for each
+/// of the 2 x 2 log2(n) butterflies that a value passes through (Higham, Accuracy and Stability of Numerical
+/// Algorithms, 2nd ed. 2002, theorem 24.2), generously.
 const RELATIVE_ERROR: f64 = 1e-13;
 
 /// Correlates with every position of the exemplars.
@@ -30,9 +30,9 @@ pub struct Fft<'a> {
     spectra: Vec<Spectra>,
 }
 
-/// What is prepared of one exemplar.
+/// The prepared data of one exemplar.
 struct Spectra {
-    /// Positions at which a block lies inside the exemplar never wrap around, so nothing is padded.
+    /// Positions at which a block lies inside the exemplar never wrap around, so there is no padding.
     transform: Fourier,
     /// The spectrum of each plane.
     planes: Vec<Vec<Complex64>>,
@@ -50,8 +50,7 @@ impl<'a> Fft<'a> {
         Self { exemplars, positions, spectra }
     }
 
-    /// The approximate squared distances of all places of one exemplar, row after row, and their
-    /// error.
+    /// The approximate squared distances of all positions of one exemplar, row by row, and their error.
     fn distances(&self, query: &BlockQuery, spectra: &Spectra) -> (Vec<f64>, f64) {
         let (shape, planes) = (query.neighbourhood, self.exemplars.planes());
         let size = spectra.transform.size();

@@ -1,10 +1,10 @@
-//! The search of blocks that follow a guide: the whole block is compared with the output's guide, not only
-//! what overlaps, after Efros, Freeman 2001 (texture transfer).
+//! The search for blocks that follow a guide: the whole block is compared with the guide of the output, not
+//! only the overlap, after Efros, Freeman 2001 (texture transfer).
 //!
-//! A guide is compared by its means over square cells of [`CELL`] texels, each counting as many texels
-//! as it holds: guides say what belongs where, not how texels follow each other. The last cell of a row
-//! or column ends with the block and may overlap the one before. All positions are looked at; the sum of
-//! both distances decides, and the distance of the overlap is that of the other searches.
+//! A guide is compared by its means over square cells of [`CELL`] texels, each with the weight of its texels:
+//! guides determine what belongs where, not how texels follow each other. The last cell of a row or column
+//! ends with the block and may overlap the one before. All positions are examined; the sum of both distances
+//! decides, and the distance of the overlap is that of the other searches.
 
 use rayon::prelude::*;
 
@@ -19,7 +19,7 @@ use crate::synthesis::source_map::Texel;
 /// Texels along a side of a cell, at most a block.
 pub const CELL: usize = 4;
 
-/// Looks at every position, of exemplars and guides together.
+/// Examines every position, of exemplars and guides together.
 #[derive(Debug)]
 pub struct GuidedSearch<'a> {
     exemplars: &'a Quantised,
@@ -28,7 +28,7 @@ pub struct GuidedSearch<'a> {
 }
 
 impl<'a> GuidedSearch<'a> {
-    /// Prepares guides for blocks of a side; an output that `wraps` goes on at the opposite edge.
+    /// Prepares guides for blocks of a given side; an output that `wraps` continues at the opposite edge.
     pub(in crate::synthesis) fn new(
         exemplars: &'a Quantised,
         positions: &'a Positions,
@@ -39,13 +39,13 @@ impl<'a> GuidedSearch<'a> {
         Self { exemplars, positions, guide: BlockGuide::new(guides, block, wraps) }
     }
 
-    /// Memory of the means that are prepared: 32 bits for each texel and plane of all guides.
+    /// The memory of the prepared means: 32 bits for each texel and plane of all guides.
     pub(in crate::synthesis) fn bytes(guides: &GuideCodes) -> u64 {
         let all = guides.sources.iter().chain([&guides.target]);
         all.map(|guide| (size_of::<i32>() * guide.size().texels() * guide.planes()) as u64).sum()
     }
 
-    /// All positions whose blocks fit what is filled and the guide well enough.
+    /// All positions whose blocks fit the filled texels and the guide well enough.
     fn look(&self, query: &BlockQuery) -> Found {
         let acceptance = query.acceptance;
         let targets = BlockTarget::all(query, self.exemplars);
@@ -80,9 +80,9 @@ struct BlockGuide {
     /// For each exemplar the mean over the cell that begins at each texel, plane after plane.
     sources: Vec<Means>,
     target: Means,
-    /// Whether the output goes on at the opposite edge.
+    /// Whether the output continues at the opposite edge.
     wraps: bool,
-    /// Where the cells of a block begin along either axis.
+    /// The starts of the cells of a block along either axis.
     starts: Vec<usize>,
 }
 
@@ -94,8 +94,8 @@ struct Means {
 }
 
 impl Means {
-    /// Rounded means of all planes; beyond the right and lower edges texels go on as the last ones, or
-    /// from the opposite edge.
+    /// Rounded means of all planes; beyond the right and lower edges the last texels are repeated, or those
+    /// from the opposite edge are used.
     fn new(texels: &IndexTexels, side: usize, wraps: bool) -> Self {
         let size = texels.size();
         let at = |i: usize, length: usize| if wraps { i % length } else { i.min(length - 1) };
@@ -133,14 +133,14 @@ impl BlockGuide {
         }
     }
 
-    /// The texel of the output's guide `dx` and `dy` into a block; beyond an open edge the last one.
+    /// The texel of the guide of the output `dx` and `dy` into a block; beyond an open edge the last one.
     fn in_target(&self, [x, y]: [usize; 2], dx: usize, dy: usize) -> usize {
         let size = self.target.size;
         let at = |i: usize, length: usize| if self.wraps { i % length } else { i.min(length - 1) };
         size.index(at(x + dx, size.width), at(y + dy, size.height))
     }
 
-    /// Adds the guides' distances of a run of positions to a block at a place of the output.
+    /// Adds the guide distances of a run of positions to a block at a place of the output.
     fn add(&self, place: [usize; 2], run: &PositionRun, distances: &mut [u64]) {
         let source = &self.sources[run.first.exemplar as usize];
         let count = (self.side * self.side) as u64;

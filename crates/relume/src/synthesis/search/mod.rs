@@ -1,13 +1,13 @@
-//! Finding the blocks of the exemplars that fit what is there already.
+//! Search for the blocks of the exemplars that fit the filled texels.
 //!
 //! - [`brute`]: every position, many codes at a time;
 //! - [`projection`]: lower bounds from a few projections reject most positions;
 //! - [`fft`]: all distances at once by correlation;
-//! - [`plain`]: every position, one texel after another: the slow truth;
-//! - [`guided`]: every position, where blocks follow a guide as well.
+//! - [`plain`]: every position, texel by texel: the slow truth;
+//! - [`guided`]: every position, for blocks that also follow a guide.
 //!
-//! All but the last give identical candidates: distances are exact integers ([`distance`]), thresholds
-//! are integers, and candidates come in the order of exemplar, row, column. [`plan`] chooses.
+//! All but the last give identical candidates: distances are exact integers ([`distance`]), thresholds are
+//! integers, and candidates are in the order of exemplar, row, column. [`plan`] chooses.
 
 pub mod brute;
 pub mod distance;
@@ -26,23 +26,23 @@ use super::neighbourhood::Neighbourhood;
 use super::options::Tolerance;
 use super::source_map::Texel;
 
-/// What a block has to fit.
+/// The query of a block.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BlockQuery {
-    /// Which of its texels are filled.
+    /// Its filled texels.
     pub neighbourhood: Neighbourhood,
-    /// The column and row of its first texel in the output, where a guide has its say.
+    /// The column and row of its first texel in the output, where a guide applies.
     pub place: [usize; 2],
-    /// The codes of the whole extent, the planes of a texel together, row after row; those of
-    /// texels that are not filled have no meaning.
+    /// The codes of the whole extent, the planes of a texel adjacent, row by row; those of texels that are
+    /// not filled have no meaning.
     pub codes: Vec<i16>,
-    /// Which distances are good enough.
+    /// The accepted distances.
     pub acceptance: Acceptance,
-    /// Positions that are expected to be near, if they can be taken; they change the time only.
+    /// Hints: valid positions among them are expected to be near; they affect speed only.
     pub likely: Vec<Texel>,
 }
 
-/// Positions whose blocks fit well enough.
+/// The positions of candidate blocks.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Candidates {
     /// The smallest squared distance over all positions.
@@ -52,7 +52,7 @@ pub struct Candidates {
 }
 
 impl Candidates {
-    /// The accepted ones among positions with their distances, the nearest of all among them.
+    /// The accepted positions, given with their distances and including the nearest of all.
     pub fn within(near: Vec<(Texel, u64)>, acceptance: Acceptance) -> Self {
         let best = near.iter().map(|(_, distance)| *distance).min().unwrap_or(0);
         let limit = acceptance.limit(best);
@@ -61,10 +61,10 @@ impl Candidates {
     }
 }
 
-/// How much a search did.
+/// The effort of a search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 pub struct Effort {
-    /// Positions looked at.
+    /// Positions examined.
     pub examined: u64,
     /// Positions compared in full, or until they were too far; bounds rejected the others.
     pub verified: u64,
@@ -78,16 +78,16 @@ impl Effort {
     }
 }
 
-/// What a search gives.
+/// The result of a search.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Found {
     /// The same for every search.
     pub candidates: Candidates,
-    /// What this one took.
+    /// The effort of this one.
     pub effort: Effort,
 }
 
-/// Which squared distances are good enough once the smallest one is known.
+/// Which squared distances are accepted, given the smallest one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Acceptance {
     factor: f64,
@@ -105,20 +105,20 @@ impl Acceptance {
         }
     }
 
-    /// The largest squared distance that is accepted when `best` is the smallest. It rises with
-    /// `best`, so the limit of a part of the positions never rejects a candidate of the whole.
+    /// The largest accepted squared distance when `best` is the smallest. It increases with `best`, so the
+    /// limit of a part of the positions never rejects a candidate of the whole.
     pub fn limit(self, best: u64) -> u64 {
         best.max(self.always).max((best as f64 * self.factor) as u64)
     }
 }
 
-/// A way to find candidates.
+/// A method of finding candidates.
 pub trait Search: Sync {
     /// For each query all positions whose squared distance is accepted, and the smallest distance.
     fn candidates(&self, queries: &[BlockQuery]) -> Vec<Found>;
 
-    /// How many positions remain after each projection of a query whose smallest distance is `best`;
-    /// nothing where a search has no projections.
+    /// The number of positions that remain after each projection of a query whose smallest distance is
+    /// `best`; `None` for a search without projections.
     fn rejection_curve(&self, _query: &BlockQuery, _best: u64) -> Option<Vec<u64>> {
         None
     }
@@ -207,7 +207,7 @@ mod tests {
             let acceptance = Acceptance::new(tolerance, neighbourhood.texels(), quantised.step());
             let likely = vec![Texel { exemplar: 0, y: 1, x: 2 }, Texel { exemplar: 7, y: 0, x: 0 }];
             let query = BlockQuery { neighbourhood, place: [0, 0], codes, acceptance, likely };
-            // Others with it: some of its shape, one of another.
+            // Further queries: some of its shape, one of another.
             let mut queries = vec![query; count];
             for (i, query) in queries.iter_mut().enumerate().skip(1) {
                 query.codes.iter_mut().for_each(|code| *code = (*code / 2 + stream.below(2048) as i16) % 4096);

@@ -1,10 +1,10 @@
-//! Which search is used, and how.
+//! Options of the search.
 
 use serde::Serialize;
 
 use crate::names::named;
 
-/// A way to search; all give identical candidates.
+/// The methods of searching; all give identical candidates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum SearchMethod {
@@ -21,16 +21,16 @@ pub enum SearchMethod {
 
 named!(SearchMethod { Auto => "auto", Projection => "projection", Fft => "fft", Brute => "brute" });
 
-/// Where projection kernels come from.
+/// The sources of projection kernels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum KernelBasis {
     /// The leading directions of a sample of the neighbourhood ensemble.
     #[default]
     Svd,
-    /// Discrete cosines, a plane at a time.
+    /// Discrete cosines, one plane at a time.
     Dct,
-    /// Walsh-Hadamard functions, a plane at a time.
+    /// Walsh-Hadamard functions, one plane at a time.
     WalshHadamard,
 }
 
@@ -39,18 +39,18 @@ named!(KernelBasis { Svd => "svd", Dct => "dct", WalshHadamard => "walsh-hadamar
 /// Options of the search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct SearchOptions {
-    /// Which member of the family.
+    /// The method.
     pub method: SearchMethod,
     /// The basis of the projection search.
     pub basis: KernelBasis,
-    /// Kernels for each cell in the first look of the projection search, at most.
+    /// The most kernels for each cell in the first look of the projection search.
     pub kernels: usize,
     /// Whether the rejection curve is measured on a sample of the blocks, which takes time.
     pub curve: bool,
 }
 
 impl Default for SearchOptions {
-    /// Automatic choice, singular vectors, at most 28 kernels a cell for the first look.
+    /// Automatic choice, singular vectors, at most 28 kernels per cell for the first look.
     fn default() -> Self {
         Self { method: SearchMethod::Auto, basis: KernelBasis::Svd, kernels: 28, curve: false }
     }

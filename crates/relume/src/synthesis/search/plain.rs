@@ -1,4 +1,4 @@
-//! The slow truth of every search: texel after texel, plane after plane, in 64 bits.
+//! The slow truth of every search: texel by texel, plane by plane, in 64 bits.
 
 use super::{BlockQuery, Candidates, Effort, Found, Search};
 use crate::synthesis::neighbourhood::Neighbourhood;
@@ -6,12 +6,12 @@ use crate::synthesis::positions::Positions;
 use crate::synthesis::quantise::Quantised;
 use crate::synthesis::source_map::Texel;
 
-/// Looks at every position in turn.
+/// Examines every position in turn.
 #[derive(Debug, Clone, Copy)]
 pub struct Plain<'a> {
     /// The exemplars.
     pub exemplars: &'a Quantised,
-    /// Where blocks may come from.
+    /// The possible positions of blocks.
     pub positions: &'a Positions,
 }
 

@@ -1,4 +1,4 @@
-//! Which search is used: decided before anything is prepared, as data.
+//! The choice of the search, made before anything is prepared, as data.
 
 use super::brute::Brute;
 use super::fft::Fft;
@@ -22,29 +22,30 @@ pub enum Recipe {
     Projection {
         /// Texels along a side of a block.
         block: usize,
-        /// Texels along a side of the cells that are projected.
+        /// Texels along a side of the projected cells.
         side: usize,
-        /// The kernels' basis.
+        /// The basis of the kernels.
         basis: KernelBasis,
-        /// Kernels for each cell at most.
+        /// The most kernels for each cell.
         kernels: usize,
     },
     /// Every position in full, and its guide.
     Guided {
         /// Texels along a side of a block.
         block: usize,
-        /// Whether the output goes on at the opposite edge.
+        /// Whether the output continues at the opposite edge.
         wraps: bool,
     },
 }
 
-/// Cells above which correlation is faster, for each of its transforms: one a plane and one back.
-/// On 256 x 256 RGB, projections of 7 cells take a third of its time and those of 80 twice its time;
-/// on 18 planes those of 28 cells six tenths.
+/// The number of cells per transform above which correlation is faster, with one transform per plane and one
+/// back. On 256 x 256 RGB, projections of 7 cells take a third of its time and those of 80 twice its time; on
+/// 18 planes those of 28 cells take six tenths.
 const CELLS_A_TRANSFORM: usize = 12;
 
-/// Decides for a layout of blocks and exemplars of so many planes. A guide decides alone: distances from
-/// it have no bounds or transforms yet, so all positions are looked at whatever method is asked for.
+/// Decides for a layout of blocks and exemplars of the given number of planes. With a guide there is no
+/// choice: guided distances have no bounds or transforms yet, so all positions are examined whatever method
+/// is requested.
 pub fn plan(blocks: &BlockOptions, layout: &BlockLayout, planes: usize) -> Recipe {
     if blocks.guidance.is_some() {
         return Recipe::Guided { block: blocks.block, wraps: blocks.boundary == Boundary::Torus };
@@ -58,7 +59,7 @@ pub fn plan(blocks: &BlockOptions, layout: &BlockLayout, planes: usize) -> Recip
     match method {
         SearchMethod::Brute => Recipe::Brute,
         SearchMethod::Fft => Recipe::Fft,
-        // Preparing costs about as much as one brute search a kernel.
+        // Preparation costs about as much as one brute-force search per kernel.
         SearchMethod::Auto if layout.sequence.len() <= kernels => Recipe::Brute,
         SearchMethod::Auto if cells > CELLS_A_TRANSFORM * (planes + 1) => Recipe::Fft,
         SearchMethod::Auto | SearchMethod::Projection => {
@@ -68,7 +69,7 @@ pub fn plan(blocks: &BlockOptions, layout: &BlockLayout, planes: usize) -> Recip
 }
 
 impl Recipe {
-    /// Memory that preparing it takes, of exemplars and the guides of a guided one.
+    /// The memory of its preparation, for exemplars and the guides of a guided one.
     pub(in crate::synthesis) fn bytes(self, exemplars: &Quantised, guides: Option<&GuideCodes>) -> u64 {
         let texels: usize = exemplars.texels().iter().map(|texels| texels.size().texels()).sum();
         match self {
@@ -127,7 +128,7 @@ mod tests {
         assert!(matches!(chosen(512, 96, 32, 18), Recipe::Projection { side: 8, .. }));
     }
 
-    /// A named fault: guided searches were planned and charged as projections, then replaced.
+    /// A former fault: guided searches were planned and charged as projections, then replaced.
     #[test]
     fn guided_searches_are_planned_and_charged_as_such() {
         let job = Job::default();

@@ -1,18 +1,18 @@
 //! Texture optimisation with approximate patch search, coarse to fine, by copies alone.
 //!
-//! Kwatra, Essa, Bobick, Kwatra, "Texture Optimization for Example-based Synthesis", SIGGRAPH 2005:
-//! patches of the output, every other texel along either side, are matched to patches of the
-//! exemplars, and each texel becomes what the matches of the patches over it want; the two steps
-//! alternate. As in Han, Zhou, Wei et al., "Fast Example-based Surface Texture Synthesis via Discrete
-//! Optimization", The Visual Computer 2006, a texel is not their mean but the wanted exemplar texel
-//! that is nearest to the mean, so that every texel stays a copy. Matches are found by propagation
-//! and random search ([`search`]): Barnes, Shechtman, Finkelstein, Goldman, "PatchMatch", SIGGRAPH 2009.
+//! Kwatra, Essa, Bobick, Kwatra, "Texture Optimization for Example-based Synthesis", SIGGRAPH 2005: patches
+//! of the output, at every other texel along either side, are matched to patches of the exemplars, and each
+//! texel becomes what the matches of the patches over it propose; the two steps alternate. As in Han, Zhou,
+//! Wei et al., "Fast Example-based Surface Texture Synthesis via Discrete Optimization", The Visual Computer
+//! 2006, a texel is not their mean but the proposed exemplar texel nearest to the mean, so that every texel
+//! stays a copy. Matches are found by propagation and random search ([`search`]): Barnes, Shechtman,
+//! Finkelstein, Goldman, "PatchMatch", SIGGRAPH 2009.
 //!
-//! The votes of good matches weigh more, as the robust distance of Kwatra et al. has it ([`votes`]).
+//! The votes of good matches have larger weights, like the robust distance of Kwatra et al. ([`votes`]).
 //!
-//! Different from them: distances are plain sums of squares of integers, and a match of mean squared
-//! distance m weighs m / (d + m / 20) where its own is d, at the finest level the square of that.
-//! The coarser levels thus agree on where things are, and the finest one keeps them sharp.
+//! Where we differ: distances are plain sums of squares of integers, and with the mean squared distance m a
+//! match of distance d has the weight m / (d + m / 20), at the finest level the square of that. The coarser
+//! levels thus agree on positions, and the finest one keeps the result sharp.
 //!
 //! The output is always a torus: it tiles.
 
@@ -42,7 +42,7 @@ pub use search::PatchSearch;
 /// Texels between the middles of neighbouring patches.
 const SPACING: usize = 2;
 
-/// Rounds at the finest level, where things only have to become sharp.
+/// Rounds at the finest level, which only has to sharpen.
 const FINEST_ROUNDS: usize = 2;
 
 /// Options of [`patch_match`].
@@ -52,7 +52,7 @@ pub struct PatchMatchOptions {
     pub size: Size,
     /// Side of the patches at every level in texels: odd, 3 to 1023.
     pub window: usize,
-    /// Resolutions at most, each half the one before; fewer where a patch fits no more.
+    /// The most resolutions, each half the one before; fewer where a patch no longer fits.
     pub levels: usize,
     /// How often matches and texels are improved at each level, at most twice at the finest one: 1 to
     /// 1000.
@@ -62,7 +62,7 @@ pub struct PatchMatchOptions {
     /// How much parts of the exemplars are avoided that are used more than evenly: 0, not at all,
     /// to 1000.
     pub uniformity: f64,
-    /// What the output is to follow.
+    /// The guide that the output follows.
     pub guidance: Option<Guidance>,
     /// Seed of the random choices.
     pub seed: u64,
@@ -85,7 +85,7 @@ impl Default for PatchMatchOptions {
 }
 
 impl PatchMatchOptions {
-    /// Checks the options by themselves; whether patches fit the exemplars shows when they are met.
+    /// Checks the options in isolation; they are checked against the exemplars later.
     pub fn validate(&self) -> Result<()> {
         if self.levels == 0 || self.levels > 16 {
             return Err(Error::usage(format!("{} levels: choose 1 to 16", self.levels)));
@@ -102,8 +102,8 @@ impl PatchMatchOptions {
         check_output(self.size, self.window, Boundary::Torus)
     }
 
-    /// The resolutions at which patches fit the exemplars and do not overlap themselves in the output;
-    /// at least one.
+    /// The number of resolutions at which patches fit the exemplars and do not overlap themselves in the
+    /// output; at least one.
     fn fitting_levels(&self, exemplars: &[Exemplar<'_>]) -> usize {
         let sides = exemplars.iter().map(|exemplar| exemplar.index.size()).chain([self.size]);
         let least = sides.map(|size| size.width.min(size.height)).min().expect("the output has a size");
@@ -113,7 +113,7 @@ impl PatchMatchOptions {
     }
 }
 
-/// How an output came about.
+/// The report of an optimisation.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Optimised {
     /// Resolutions.
@@ -122,7 +122,7 @@ pub struct Optimised {
     pub positions: usize,
     /// Patches of the output at the finest level.
     pub patches: usize,
-    /// Root mean square distance, over their texels in index space, of the last matches.
+    /// The root mean square distance of the last matches, over their texels in index space.
     pub distance: f64,
 }
 
@@ -131,7 +131,7 @@ pub struct Optimised {
 /// The result depends on the exemplars and the options only, not on the number of threads.
 ///
 /// # Errors
-/// When the options mean nothing, no patch fits the exemplars, or the limits are exceeded.
+/// When the options are invalid, no patch fits the exemplars, or the limits are exceeded.
 pub fn patch_match(
     exemplars: &[Exemplar<'_>],
     options: &PatchMatchOptions,
@@ -173,8 +173,8 @@ pub fn patch_match(
     Ok((done.expect("there is at least one level").into_map(exemplars), optimised))
 }
 
-/// The first texels and matches of a level: those of the coarser one at twice the resolution, or
-/// random patches side by side, drawn for the level of that number.
+/// The initial texels and matches of a level: those of the coarser one at twice the resolution, or random
+/// patches side by side, drawn for the level of that number.
 fn begin(
     canvas: &mut PixelCanvas,
     patches: &ExemplarPatches<'_>,

@@ -1,7 +1,7 @@
 //! The patches of the exemplars at one level, and their distances from patches of the output.
 //!
-//! Nothing is copied out of the exemplars: their codes fit the caches, a table of patches would not.
-//! Distances are exact; they are given up as soon as they reach a limit.
+//! The codes are read directly from the exemplars, which fit the caches; a table of patches would not.
+//! Distances are exact; they are abandoned as soon as they reach a limit.
 
 use super::super::canvas::PixelCanvas;
 use super::super::pyramid::ExemplarLevel;
@@ -15,31 +15,31 @@ use crate::synthesis::source_map::Texel;
 /// Side of the blocks over which the use of the exemplars is counted.
 const BLOCK: usize = 4;
 
-/// Rows between two looks at the limit.
+/// Rows between two checks of the limit.
 const PATIENCE: usize = 3;
 
 /// Registers of a piece of a row: the squares of `PATIENCE` of them fit 32 bits.
 const PIECE: usize = (u32::MAX / (2 * (MAX_CODE as u32).pow(2))) as usize / PATIENCE;
 
-/// A piece of a patch's row.
+/// A piece of a row of a patch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Piece {
     /// The row.
     dy: usize,
-    /// The first code, counted from the row's first.
+    /// The first code, relative to that of the row.
     start: usize,
-    /// How many codes.
+    /// The number of codes.
     length: usize,
 }
 
 impl Piece {
-    /// Codes that it takes in a patch of the output: whole registers.
+    /// The number of codes it occupies in a patch of the output: whole registers.
     fn padded(&self) -> usize {
         self.length.next_multiple_of(LANES)
     }
 }
 
-/// One exemplar: where patches may lie, and its blocks.
+/// One exemplar: possible positions of patches, and its blocks.
 #[derive(Debug)]
 struct PatchArea {
     /// Whether a patch may begin at each texel.
@@ -64,7 +64,7 @@ pub struct ExemplarPatches<'a> {
 }
 
 impl<'a> ExemplarPatches<'a> {
-    /// All patches that lie inside the exemplars and hold nothing excluded.
+    /// All patches inside the exemplars without excluded texels.
     ///
     /// # Errors
     /// When there is none, or the limits are exceeded.
@@ -88,7 +88,7 @@ impl<'a> ExemplarPatches<'a> {
         Ok(patches)
     }
 
-    /// Marks where patches may begin, and counts the blocks in which they have their middles.
+    /// Marks the possible positions of patches, and counts the blocks that contain their middles.
     fn allow(&mut self) {
         let mut used = vec![false; self.block_count];
         for corner in self.positions.iter() {
@@ -100,7 +100,7 @@ impl<'a> ExemplarPatches<'a> {
         self.blocks_in_use = used.into_iter().filter(|used| *used).count();
     }
 
-    /// How many there are.
+    /// The number of patches.
     pub fn count(&self) -> usize {
         self.positions.count()
     }
@@ -115,7 +115,7 @@ impl<'a> ExemplarPatches<'a> {
         self.positions.iter()
     }
 
-    /// The level of whose exemplars these are patches.
+    /// The level of the exemplars.
     pub fn level(&self) -> &'a ExemplarLevel {
         self.level
     }
@@ -135,19 +135,19 @@ impl<'a> ExemplarPatches<'a> {
         self.reach
     }
 
-    /// Blocks of the exemplars, and those of them in which a patch has its middle.
+    /// The number of blocks of the exemplars, and of those that contain the middle of a patch.
     pub fn blocks(&self) -> (usize, usize) {
         (self.block_count, self.blocks_in_use)
     }
 
-    /// The number of the block in which the middle of a patch lies.
+    /// The number of the block that contains the middle of a patch.
     pub fn block(&self, corner: Texel) -> usize {
         let area = &self.areas[corner.exemplar as usize];
         let (x, y) = (corner.x as usize + self.radius(), corner.y as usize + self.radius());
         area.first_block + y / BLOCK * area.columns + x / BLOCK
     }
 
-    /// The patch that lies `dx` to the right and `dy` down of another, if there is one.
+    /// The patch `dx` to the right and `dy` down of another, if there is one.
     pub fn moved(&self, corner: Texel, dx: isize, dy: isize) -> Option<Texel> {
         corner.moved(dx, dy).filter(|corner| self.contains(*corner))
     }
@@ -159,7 +159,7 @@ impl<'a> ExemplarPatches<'a> {
         x < size.width && y < size.height && self.areas[corner.exemplar as usize].allowed[size.index(x, y)]
     }
 
-    /// Makes `patch` the patch of the output around a place, on a torus.
+    /// Sets `patch` to the patch of the output around a position, on a torus.
     pub fn of_output(&self, canvas: &PixelCanvas, place: (usize, usize), patch: &mut Vec<i16>) {
         patch.clear();
         let radius = self.radius().cast_signed();
@@ -171,8 +171,8 @@ impl<'a> ExemplarPatches<'a> {
         }
     }
 
-    /// The squared distance of a patch of the output and one of the exemplars; none when it is
-    /// `limit` or more.
+    /// The squared distance of a patch of the output and one of the exemplars; `None` if it is `limit` or
+    /// more.
     #[inline(always)]
     pub fn distance(
         &self,
@@ -242,7 +242,7 @@ pub fn avx2(simd: pulp::x86::V3, sums: &mut [u32; LANES / 2], a: &[i16], b: &[i1
     *sums = pulp::cast(total);
 }
 
-/// The same without particular instructions.
+/// The same without special instructions.
 pub fn portable(sums: &mut [u32; LANES / 2], a: &[i16], b: &[i16], length: usize) {
     for (i, (a, b)) in a.iter().zip(b).take(length).enumerate() {
         let difference = i32::from(a - b);

@@ -5,7 +5,7 @@ use super::patches::ExemplarPatches;
 use super::search::Matching;
 use crate::synthesis::source_map::Texel;
 
-/// The squared distance of the patch of the output around a place and one of the exemplars.
+/// The squared distance of the patch of the output around a position and one of the exemplars.
 pub fn distance(
     canvas: &PixelCanvas,
     patches: &ExemplarPatches<'_>,
@@ -24,7 +24,7 @@ pub fn distance(
     sum
 }
 
-/// What the matches of the patches over a texel put there, each with the weight of its match.
+/// The texels that the matches of the patches over a texel propose, each with the weight of its match.
 fn wanted(
     canvas: &PixelCanvas,
     patches: &ExemplarPatches<'_>,
@@ -46,8 +46,8 @@ fn wanted(
     wanted
 }
 
-/// The source of a texel: of all that are wanted there the nearest to their weighted mean, the first
-/// of the exemplars' texels among equals.
+/// The source of a texel: of all proposals the nearest to their weighted mean, the first of the texels of the
+/// exemplars among equals.
 pub fn elect(
     canvas: &PixelCanvas,
     patches: &ExemplarPatches<'_>,

@@ -1,15 +1,15 @@
-//! Matching each patch of the output to one of the exemplars' patches.
+//! Matching each patch of the output to a patch of the exemplars.
 //!
-//! Propagation: the matches of the four neighbours, moved by as much as those are away, are tried.
-//! Random search: patches around the best one so far are tried, within half the distance each time.
-//! (Barnes et al. 2009.) Different from the paper, which goes through the patches in order, those of
-//! either colour of a chessboard are improved side by side, from the matches before: the result does
-//! not depend on the number of threads. The full search is the slow truth.
+//! Propagation tries the matches of the four neighbours, shifted by their distance. Random search tries
+//! patches around the best one so far, within half the distance each time (Barnes et al. 2009). Where we
+//! differ from the paper, which visits the patches in order: they are improved in two sets, as the colours of
+//! a chessboard, each in parallel and from the previous matches, so that the result does not depend on the
+//! number of threads. The full search is the slow truth.
 //!
-//! Alone, this ends in repetitions of whatever part of the exemplar matches itself best. As in Kaspar,
+//! Alone, this leads to repetitions of the part of the exemplar that matches itself best. As in Kaspar,
 //! Neubert, Lischinski, Pauly, Kopf, "Self Tuning Texture Optimization", Computer Graphics Forum 2015,
-//! matches therefore cost more where the exemplar is used more than evenly: the mean distance of the
-//! round before times the uniformity asked for, for each time the even share of a block of 4 x 4 texels.
+//! matches therefore cost more where the exemplar is overused: the mean distance of the previous round times
+//! the requested uniformity, for each time the even share of a block of 4 x 4 texels.
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -22,28 +22,28 @@ use crate::numeric::hash;
 use crate::planes::Size;
 use crate::synthesis::source_map::Texel;
 
-/// How matches are found.
+/// The methods of finding matches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum PatchSearch {
     /// By propagation and random search.
     Propagation,
-    /// Among all patches, however often they are used.
+    /// Among all patches, whatever their use.
     Full,
 }
 
 /// One round of [`Matching::improve`].
 #[derive(Debug, Clone, Copy)]
 pub struct Improvement {
-    /// How matches are found.
+    /// The method of finding matches.
     pub search: PatchSearch,
-    /// How much more than evenly used parts of the exemplars are avoided.
+    /// The penalty for overused parts of the exemplars.
     pub uniformity: f64,
-    /// Key of the random search's hash: another in each round.
+    /// The key of the hash of the random search: a different one in each round.
     pub key: u64,
 }
 
-/// A patch of the exemplars, and how far it is from one of the output.
+/// A patch of the exemplars, and its distance from one of the output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Match {
     /// Its top-left texel.
@@ -52,7 +52,7 @@ pub struct Match {
     pub distance: u64,
 }
 
-/// For each patch of the output, whose middles lie `SPACING` texels apart, its match.
+/// For each patch of the output, with middles `SPACING` texels apart, its match.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Matching {
     size: Size,
@@ -61,7 +61,7 @@ pub struct Matching {
 }
 
 impl Matching {
-    /// Matches, by their top-left texels, whose distances are not known.
+    /// Matches, given by their top-left texels, with unknown distances.
     pub fn new(size: Size, corners: Vec<Texel>) -> Self {
         let cells = Self::cells(size);
         assert_eq!(corners.len(), cells.texels(), "one match for each patch");
@@ -74,13 +74,13 @@ impl Matching {
         Size::new(size.width.div_ceil(SPACING), size.height.div_ceil(SPACING))
     }
 
-    /// The middles of an output's patches in order.
+    /// The middles of the patches of an output in order.
     pub fn middles(size: Size) -> impl Iterator<Item = (usize, usize)> {
         let rows = (0..size.height).step_by(SPACING);
         rows.flat_map(move |y| (0..size.width).step_by(SPACING).map(move |x| (x, y)))
     }
 
-    /// All matches, row after row.
+    /// All matches, row by row.
     pub fn matches(&self) -> &[Match] {
         &self.matches
     }
@@ -114,7 +114,7 @@ impl Matching {
         }
     }
 
-    /// What a match in each block of the exemplars costs besides its distance.
+    /// The extra cost of a match in each block of the exemplars.
     fn costs(&self, patches: &ExemplarPatches<'_>, uniformity: f64) -> Vec<u64> {
         let (blocks, in_use) = patches.blocks();
         let mut used = vec![0u64; blocks];
@@ -132,7 +132,7 @@ impl Matching {
         (cell % self.cells.width * SPACING, cell / self.cells.width * SPACING)
     }
 
-    /// The match of least cost that is found for one patch, at most that of the present one.
+    /// The match of least cost found for one patch, at most that of the present one.
     fn better(
         &self,
         cell: usize,
@@ -247,7 +247,7 @@ impl<'a, S: Fn(&mut [u32; LANES / 2], &[i16], &[i16], usize) + Copy> Contest<'a,
     }
 }
 
-/// The next middle along an axis, before or after one, and the way from there, around a torus.
+/// The next middle along an axis, before or after one, and the offset from there, around a torus.
 fn away(at: usize, length: usize, before: bool) -> (usize, isize) {
     let last = (length - 1) / SPACING * SPACING;
     match before {

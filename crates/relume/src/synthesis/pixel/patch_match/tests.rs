@@ -10,7 +10,7 @@ fn noise(size: Size, planes: usize, seed: u64) -> Planes {
     Planes::from_vec(size, planes, data).unwrap()
 }
 
-/// A round that does not care how often patches are used.
+/// A round that ignores how often patches are used.
 fn how(search: PatchSearch, key: u64) -> Improvement {
     Improvement { search, uniformity: 0.0, key }
 }
@@ -123,7 +123,7 @@ proptest! {
 
 #[test]
 fn patches_of_the_exemplar_itself_are_found_by_propagation() {
-    // On a torus of the exemplar's own content almost every patch has a match of distance zero.
+    // On a torus with the content of the exemplar itself almost every patch has a match of distance zero.
     let index = noise(Size::new(64, 64), 3, 7);
     let exemplars = [Exemplar { index: &index, excluded: None }];
     let job = Job::default();
@@ -152,7 +152,7 @@ fn uniformity_spreads_the_use_of_the_exemplar() {
     // Rows of the upper half hold one value each, so that they match one another well.
     index.as_mut_slice()[..24 * 48].iter_mut().enumerate().for_each(|(i, v)| *v = (i / 48) as f32);
     let exemplars = [Exemplar { index: &index, excluded: None }];
-    // The sum of squared counts of blocks of 8 x 8: the least where all are used alike.
+    // The sum of squared counts of blocks of 8 x 8: minimal if all are used equally.
     let unevenness = |uniformity| {
         let options = PatchMatchOptions {
             size: Size::new(96, 96),

@@ -1,9 +1,9 @@
-//! From matches to texels: each becomes the exemplar texel, among those that the matches of the
-//! patches over it put there, that is nearest to their weighted mean.
+//! From matches to texels: each becomes the exemplar texel, among those proposed by the matches of the
+//! patches over it, that is nearest to their weighted mean.
 //!
-//! Rows of the output are worked on side by side. Each collects the sums of all matches that reach
-//! it, run after run, and goes through the same runs again to find the nearest. A match that only
-//! continues the one to its left puts the same texels there, which need no second look.
+//! Rows of the output are processed in parallel. Each collects the sums of all matches that reach it, run
+//! after run, and goes through the same runs again to find the nearest. A match that only continues the one
+//! to its left proposes the same texels there, which need no second comparison.
 
 use rayon::prelude::*;
 
@@ -14,14 +14,14 @@ use super::search::{Match, Matching};
 use crate::synthesis::quantise::MAX_CODE;
 use crate::synthesis::source_map::Texel;
 
-/// What a match weighs whose distance is the mean one without its share of it.
+/// The weight of a match with the mean distance, before softening.
 const UNIT: f64 = 16.0;
 
-/// The share of the mean distance that is added to each, so that perfect matches weigh no more than
-/// 20 times, or at the finest level 400 times, as much as one of the mean distance.
+/// The fraction of the mean distance added to each distance, so that perfect matches have at most 20 times,
+/// or at the finest level 400 times, the weight of one with the mean distance.
 const SOFTNESS: f64 = 0.05;
 
-/// What each match weighs: the mean distance over its own, or the square of that.
+/// The weight of each match: the mean distance divided by its own, or the square of that.
 pub fn weights(matching: &Matching, patches: &ExemplarPatches<'_>, squared: bool) -> Vec<u32> {
     let mean = matching.mean_distance().max(1.0);
     let votes = patches.window().div_ceil(SPACING).pow(2) as u32;
@@ -34,7 +34,7 @@ pub fn weights(matching: &Matching, patches: &ExemplarPatches<'_>, squared: bool
     matching.matches().iter().map(weight).collect()
 }
 
-/// Puts every texel anew; each match has a vote of the given weight.
+/// Sets every texel anew; each match has a vote of the given weight.
 pub fn cast(canvas: &mut PixelCanvas, patches: &ExemplarPatches<'_>, matching: &Matching, weights: &[u32]) {
     let size = canvas.size();
     let row = |y: usize| VoteRow::new(canvas, patches, matching, weights, y).elect();
@@ -49,9 +49,9 @@ struct VoteRow<'a> {
     patches: &'a ExemplarPatches<'a>,
     width: usize,
     planes: usize,
-    /// The first planes, which are copied.
+    /// The number of the first planes, which are copied.
     copied: usize,
-    /// Matches with their weights, and which of a patch's rows lies here.
+    /// Matches with their weights, and the row of the patch that lies here.
     reaching: Vec<(&'a [Match], &'a [u32], usize)>,
 }
 
@@ -75,7 +75,7 @@ impl<'a> VoteRow<'a> {
         Self { patches, width: size.width, planes, copied: planes - canvas.guides(), reaching }
     }
 
-    /// The sources of the row's texels.
+    /// The sources of the texels of the row.
     fn elect(&self) -> Vec<Texel> {
         let window = self.patches.window();
         let mut sums = vec![0i32; (self.width + window) * self.planes];
@@ -108,7 +108,7 @@ impl<'a> VoteRow<'a> {
         }
     }
 
-    /// Adds what lies beyond the edges to where it belongs around the torus, and copies it back.
+    /// Adds the sums beyond the edges to their places around the torus, and copies them back.
     fn wrap(&self, values: &mut [i32], planes: usize) {
         let (radius, window) = (self.patches.radius(), self.patches.window());
         let outside = || (0..radius).chain(self.width + radius..self.width + window);
@@ -121,8 +121,8 @@ impl<'a> VoteRow<'a> {
         }
     }
 
-    /// Keeps the nearest to the mean of what the matches put at each texel, the first of the
-    /// exemplars' texels among equals.
+    /// Keeps the proposal nearest to the mean at each texel, the first of the texels of the exemplars among
+    /// equals.
     fn compare(&self, sums: &[i32], totals: &[i32], nearest: &mut [(u64, Texel)]) {
         let window = self.patches.window();
         for (matches, _, dy) in &self.reaching {
@@ -152,7 +152,7 @@ impl<'a> VoteRow<'a> {
     }
 }
 
-/// The squared distance of a texel from a mean, times the square of the mean's weight.
+/// The squared distance of a texel from a mean, times the square of the weight of the mean.
 #[inline(always)]
 fn distance(codes: &[i16], sums: &[i32], total: i32) -> u64 {
     let square = |(&code, &sum): (&i16, &i32)| i64::from(i32::from(code) * total - sum).pow(2).unsigned_abs();

@@ -2,13 +2,12 @@
 //! Liu, Wang, Guo, Shum, "Synthesis of Bidirectional Texture Functions on Arbitrary Surfaces", SIGGRAPH
 //! 2002 (k-coherence).
 //!
-//! A texel continues one of the pieces around it: each known neighbour, and the parent at the coarser
-//! level, names the exemplar texel that would continue it. Candidates are those and, for each, the
-//! exemplar texels whose neighbourhoods are the most like its own, which are found beforehand: among
-//! all, or among those of its leaf in a tree. With one candidate for each (Ashikhmin) nothing needs to
-//! be found beforehand.
+//! A texel continues one of the pieces around it: each known neighbour, and the parent at the coarser level,
+//! proposes the exemplar texel that would continue it. Candidates are those and, for each, the exemplar
+//! texels with the most similar neighbourhoods, which are precomputed among all, or among those of its leaf
+//! in a tree. With one candidate for each (Ashikhmin) nothing is precomputed.
 //!
-//! Where all pieces end at the exemplars' edges, some texels drawn at random are compared.
+//! Where all pieces end at the edges of the exemplars, some texels drawn at random are compared.
 
 use rayon::prelude::*;
 
@@ -22,10 +21,10 @@ use crate::numeric::random::{Purpose, Stream};
 use crate::planes::Size;
 use crate::synthesis::source_map::Texel;
 
-/// Texels drawn where no piece goes on.
+/// The number of texels drawn where no piece continues.
 const DRAWN: usize = 64;
 
-/// Marks exemplar texels that have no neighbourhood.
+/// Marks exemplar texels without a neighbourhood.
 const NONE: u32 = u32::MAX;
 
 /// Candidates for every neighbourhood of the exemplars at one level.
@@ -34,7 +33,7 @@ pub struct Coherence<'a> {
     samples: &'a ScanSamples,
     /// The offsets of the known neighbours.
     causal: &'a [(isize, isize)],
-    /// How many candidates each neighbourhood has.
+    /// The number of candidates of each neighbourhood.
     count: usize,
     /// For each neighbourhood, its own number and those of the nearest others; short sets end in `NONE`.
     sets: Vec<u32>,
@@ -43,7 +42,7 @@ pub struct Coherence<'a> {
     draws: Draws,
 }
 
-/// What random draws at one level depend on, besides the texel.
+/// The inputs of random draws at one level, besides the texel.
 #[derive(Debug, Clone, Copy)]
 pub struct Draws {
     /// The seed of the output.
@@ -52,7 +51,7 @@ pub struct Draws {
     pub level: u64,
 }
 
-/// Where the output is at.
+/// The current state of the output.
 #[derive(Debug, Clone, Copy)]
 pub struct Here<'a> {
     /// The output at this level.
@@ -64,8 +63,8 @@ pub struct Here<'a> {
 }
 
 impl<'a> Coherence<'a> {
-    /// Candidates for samples of exemplars of the given sizes: `count` for each, found in the leaves of
-    /// a tree of so many codewords, among all where that is 0.
+    /// Candidates for samples of exemplars of the given sizes: `count` for each, found in the leaves of a
+    /// tree of `codewords` leaves, or among all if that is 0.
     ///
     /// # Errors
     /// When that exceeds the limits.
@@ -106,7 +105,7 @@ impl<'a> Coherence<'a> {
         (number, distance)
     }
 
-    /// The candidates of all that continues a neighbour or the parent, some more than once.
+    /// The candidates of all continuations of a neighbour or the parent, with possible repetitions.
     fn continued(&self, here: Here<'_>) -> impl Iterator<Item = u32> {
         let (x, y) = here.canvas.place(here.texel);
         let neighbours = self.causal.iter().filter_map(move |&(dx, dy)| {
@@ -148,12 +147,12 @@ fn sets(vectors: &Vectors, count: usize, codewords: usize) -> Vec<u32> {
             sets[number * count..][..found.len()].copy_from_slice(&found);
         }
     }
-    // Of equal vectors a leaf keeps one: the others have themselves alone.
+    // Of equal vectors a leaf keeps one: the others have only themselves.
     sets.chunks_exact_mut(count).enumerate().for_each(|(n, set)| set[0] = n as u32);
     sets
 }
 
-/// The numbers of the vectors of a leaf that are nearest to one of them, itself first.
+/// The numbers of the vectors of a leaf nearest to one of them, itself first.
 fn nearest(vectors: &Vectors, leaf: &[usize], number: usize, count: usize) -> Vec<u32> {
     let others = leaf.iter().filter(|&&other| other != number);
     let mut near: Vec<(u64, u32)> = others

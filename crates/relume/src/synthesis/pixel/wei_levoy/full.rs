@@ -1,4 +1,4 @@
-//! The search among all neighbourhoods, on several threads, each given up as soon as it is too far.
+//! The search among all neighbourhoods, on several threads, each abandoned once it is too far.
 
 use std::ops::Range;
 
@@ -6,10 +6,10 @@ use rayon::prelude::*;
 
 use super::super::vectors::{self, Vectors};
 
-/// Vectors that one thread looks at in turn.
+/// The number of vectors examined by one thread in turn.
 const SHARE: usize = 4096;
 
-/// Codes between two looks at the limit.
+/// Codes between two checks of the limit.
 const PATIENCE: usize = 32;
 
 /// All neighbourhoods of a level.

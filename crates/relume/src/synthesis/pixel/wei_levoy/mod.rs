@@ -1,17 +1,17 @@
 //! Scanline synthesis: Wei, Levoy, "Fast Texture Synthesis using Tree-structured Vector
 //! Quantization", SIGGRAPH 2000, on index planes.
 //!
-//! The output begins as noise: copies of random exemplar texels. Row after row each texel becomes a
-//! copy of the exemplar texel whose neighbourhood is the most similar: the texels above and to the
-//! left that are done already, and with several levels also all around it at the next coarser
-//! resolution, which is synthesised first ([`neighbourhood`]). The most similar one is looked for
-//! among all ([`full`]), by a tree ([`super::tsvq`]), or among few candidates ([`coherence`]).
+//! The output begins as noise: copies of random exemplar texels. Row by row each texel becomes a copy of the
+//! exemplar texel with the most similar neighbourhood: the texels above and to the left, which are already
+//! done, and with several levels also all texels around it at the next coarser resolution, which is
+//! synthesised first ([`neighbourhood`]). The most similar one is found among all ([`full`]), by a tree
+//! ([`super::tsvq`]), or among few candidates ([`coherence`]).
 //!
-//! The output is always treated as a torus, as in the paper. Its first rows are made beside noise
-//! and the last ones do not see the first, so that it tiles well only where the coarser levels
-//! carry the structure across; `synthesis::fill::close` fills its border anew.
+//! The output is always treated as a torus, as in the paper. Its first rows are made next to noise and the
+//! last ones do not see the first, so it tiles well only where the coarser levels carry the structure across;
+//! `synthesis::fill::close` refills its border.
 //!
-//! Exemplars are never seen beyond their edges; the paper lets them wrap or pads them.
+//! Exemplars are never read beyond their edges; the paper wraps or pads them.
 
 pub mod coherence;
 pub mod full;
@@ -35,7 +35,7 @@ use coherence::{Coherence, Draws, Here};
 use full::Full;
 use neighbourhood::{ScanNeighbourhood, ScanSamples};
 
-/// How the most similar neighbourhood is looked for.
+/// The search for the most similar neighbourhood.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum NeighbourSearch {
@@ -43,7 +43,7 @@ pub enum NeighbourSearch {
     Full,
     /// By a tree with so many codewords at each level, 1 to 2^30, at most one for each neighbourhood.
     Tsvq(usize),
-    /// Among texels that continue what is around, and for each of them so many that are like it.
+    /// Among texels that continue the surroundings, and for each of them a number of similar ones.
     Coherence {
         /// Candidates for each continuation, itself among them: 1 to 256.
         candidates: usize,
@@ -89,9 +89,9 @@ pub struct WeiLevoyOptions {
     pub window: usize,
     /// Resolutions, each half the one before.
     pub levels: usize,
-    /// How the most similar neighbourhood is looked for.
+    /// The search for the most similar neighbourhood.
     pub search: NeighbourSearch,
-    /// What the output is to follow.
+    /// The guide that the output follows.
     pub guidance: Option<Guidance>,
     /// Seed of the noise.
     pub seed: u64,
@@ -112,7 +112,7 @@ impl Default for WeiLevoyOptions {
 }
 
 impl WeiLevoyOptions {
-    /// Checks the options by themselves; whether windows fit the exemplars shows when they are met.
+    /// Checks the options in isolation; they are checked against the exemplars later.
     pub fn validate(&self) -> Result<()> {
         if self.levels == 0 || self.levels > 16 {
             return Err(Error::usage(format!("{} levels: choose 1 to 16", self.levels)));
@@ -130,16 +130,16 @@ impl WeiLevoyOptions {
     }
 }
 
-/// How an output came about.
+/// The report of a scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Scanned {
     /// Neighbourhoods of the exemplars at the finest level.
     pub neighbourhoods: usize,
     /// Leaves of the tree at the finest level, 0 without a tree.
     pub codewords: usize,
-    /// Texels that were made, over all levels.
+    /// The number of texels made, over all levels.
     pub texels: u64,
-    /// The summed squared distances, in codes, of the chosen neighbourhoods at the finest level.
+    /// The sum of the squared distances, in codes, of the chosen neighbourhoods at the finest level.
     pub distance: u64,
 }
 
@@ -148,8 +148,8 @@ pub struct Scanned {
 /// The result depends on the exemplars and the options only.
 ///
 /// # Errors
-/// When the options mean nothing, no window fits the exemplars at the coarsest level, or the limits
-/// are exceeded.
+/// When the options are invalid, no window fits the exemplars at the coarsest level, or the limits are
+/// exceeded.
 pub fn wei_levoy(
     exemplars: &[Exemplar<'_>],
     options: &WeiLevoyOptions,

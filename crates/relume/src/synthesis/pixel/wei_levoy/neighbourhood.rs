@@ -10,23 +10,23 @@ use crate::synthesis::positions::Positions;
 use crate::synthesis::quantise::IndexTexels;
 use crate::synthesis::source_map::Texel;
 
-/// Neighbouring texels of one row: offset in columns and rows of the first, and how many.
+/// Consecutive texels of one row: offset in columns and rows of the first, and their number.
 type TapRow = ((isize, isize), usize);
 
-/// Which texels are compared.
+/// The compared texels.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ScanNeighbourhood {
     window: usize,
     causal: Vec<TapRow>,
     coarser: Vec<TapRow>,
-    /// The texel itself and those to come beside it, of which the guides are compared.
+    /// The texel itself and the next ones, whose guides are compared.
     ahead: Vec<TapRow>,
     guides: usize,
 }
 
 impl ScanNeighbourhood {
-    /// The causal half of a window, and the parent's surroundings where there is a parent; where there
-    /// are guides, theirs also of the texel itself and those to come around it.
+    /// The causal half of a window, and the surroundings of the parent if there is one; with guides, also
+    /// those of the texel itself and the next ones.
     pub fn new(window: usize, has_parent: bool, guides: usize) -> Self {
         let radius = (window / 2).cast_signed();
         let above = (-radius..0).map(|dy| ((-radius, dy), window));
@@ -36,20 +36,20 @@ impl ScanNeighbourhood {
         Self { window, causal, coarser, ahead, guides }
     }
 
-    /// The offsets of the texels that are done before one.
+    /// The offsets of the texels done before a given one.
     pub fn causal(&self) -> Vec<(isize, isize)> {
         let row = |&((dx, dy), length): &TapRow| (dx..dx + length.cast_signed()).map(move |dx| (dx, dy));
         self.causal.iter().flat_map(row).collect()
     }
 
-    /// The number of codes compared, for exemplars of so many planes.
+    /// The number of codes compared, for exemplars of the given number of planes.
     fn codes(&self, planes: usize) -> usize {
         let texels: usize = self.causal.iter().chain(&self.coarser).map(|(_, length)| length).sum();
         let ahead: usize = self.ahead.iter().map(|(_, length)| length).sum();
         texels * planes + ahead * self.guides
     }
 
-    /// Makes `vector` that of an output texel, on tori.
+    /// Sets `vector` to that of an output texel, on tori.
     pub fn of_output(
         &self,
         canvas: &PixelCanvas,
@@ -107,13 +107,13 @@ impl ScanNeighbourhood {
 pub struct ScanSamples {
     /// The vectors.
     pub vectors: Vectors,
-    /// The texels around which they lie.
+    /// The texels at their centres.
     pub places: Vec<Texel>,
 }
 
 impl ScanSamples {
-    /// The neighbourhoods of the texels whose windows lie inside and hold nothing excluded, at this
-    /// level and the coarser one.
+    /// The neighbourhoods of the texels whose windows are inside and contain nothing excluded, at this level
+    /// and the coarser one.
     ///
     /// # Errors
     /// When there is none, or the limits are exceeded.

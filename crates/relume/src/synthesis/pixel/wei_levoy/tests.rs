@@ -12,7 +12,7 @@ fn noise_planes(size: Size, planes: usize, seed: u64) -> Planes {
     Planes::from_vec(size, planes, data).unwrap()
 }
 
-/// The method as the paper writes it for one level: plain loops, no vectors.
+/// The method as described in the paper for one level: plain loops, no vectors.
 fn one_level_by_hand(index: &Planes, options: &WeiLevoyOptions) -> Vec<Texel> {
     let (size, radius) = (options.size, options.window as isize / 2);
     let from = index.size();

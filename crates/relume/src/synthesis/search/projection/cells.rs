@@ -1,23 +1,23 @@
-//! The square cells into which neighbourhoods are cut.
+//! The square cells into which neighbourhoods are divided.
 //!
-//! A strip along a block's side is paved with squares, so one table of squares' coordinates serves
-//! all strips of all neighbourhoods, whichever sides are filled. Distances of disjoint cells add up;
-//! texels that no whole cell covers count for nothing in a bound.
+//! A strip along the side of a block is covered with squares, so one table of coordinates of squares serves
+//! all strips of all neighbourhoods, whichever sides are filled. Distances of disjoint cells add up; texels
+//! not covered by whole cells do not contribute to a bound.
 
 use crate::rect::Rect;
 use crate::synthesis::neighbourhood::Neighbourhood;
 
-/// The longest side of a cell. Longer cells hold more than a few kernels can tell; on the stones
-/// and fabrics of the benchmarks sides of 6 to 8 texels reject most.
+/// The longest side of a cell. Longer cells hold more than a few kernels can represent; on the stones and
+/// fabrics of the benchmarks sides of 6 to 8 texels reject most.
 const LONGEST_SIDE: usize = 8;
 
-/// The side of the cells for strips that are `narrowest` texels wide or more: the longest that paves
-/// the strip's width.
+/// The side of the cells for strips that are `narrowest` texels wide or more: the longest that divides the
+/// width of the strip.
 pub fn side(narrowest: usize) -> usize {
     narrowest / narrowest.div_ceil(LONGEST_SIDE).max(1)
 }
 
-/// Where the cells of a neighbourhood lie in its block: upper left texels, strip after strip.
+/// The positions of the cells of a neighbourhood in its block: upper left texels, strip after strip.
 pub fn cells(shape: &Neighbourhood, side: usize) -> Vec<(usize, usize)> {
     shape.rects().flat_map(|strip| paved(strip, side)).collect()
 }

@@ -1,17 +1,16 @@
-//! Coordinates of cells in small integers, and how far rounding moves them.
+//! Coordinates of cells in small integers, and their rounding errors.
 //!
-//! A cell x of codes has the exact coordinates A x, for the contraction A of the kernels, and r(x),
-//! the length of what they leave of it. Three things may be done to coordinates without making a
-//! difference of two cells longer, and so without spoiling a lower bound: to shift both alike, to
-//! draw both into a ball (the projection on a convex set is a contraction), and to clip both alike,
-//! which is drawing them into a box. So
+//! A cell x of codes has the exact coordinates A x, for the contraction A of the kernels, and the residual
+//! r(x), the length of the part not captured by them. Three operations never lengthen the difference of two
+//! cells, and therefore preserve a lower bound: shifting both alike, projecting both onto a ball (the
+//! projection on a convex set is a contraction), and clipping both alike, which is a projection onto a box.
+//! So
 //!
 //! - the first [`WIDE`] coordinates, the longest, are rounded to 16 bits;
 //! - the others of the first look are clipped to 8 bits, in the same unit;
-//! - those of the second look, and r less its usual length, are clipped to 8 bits in a unit of their
-//!   own.
+//! - those of the second look, and r minus its usual length, are clipped to 8 bits in a unit of their own.
 //!
-//! Only rounding is an error. It is measured cell by cell, which is less than half a unit for each
+//! Only rounding causes errors. They are measured cell by cell, which gives less than half a unit for each
 //! coordinate: a third of the worst case for most cells.
 
 use pulp::Arch;
@@ -24,30 +23,31 @@ pub const WIDE: usize = 4;
 /// The largest coordinate of 8 bits.
 const MOST: f64 = 127.0;
 
-/// Coordinates of a neighbourhood are no longer than this, so that sums of products of two of them
-/// fit 32 bits.
+/// Coordinates of a neighbourhood are no longer than this, so that sums of products of two of them fit 32
+/// bits.
 const LONGEST: f64 = 32_000.0;
 
-/// The further coordinates have at most so much finer a unit: enough where they are all small.
+/// The largest ratio of the units of the first and the further coordinates: enough where the latter are all
+/// small.
 const FINEST: f64 = 64.0;
 
-/// The coordinates of one cell that the first look leaves out, the residual among them, 128 more than they
-/// are; and in the last four bytes their squared length.
+/// The coordinates of one cell for the second look, including the residual, stored with an offset of 128; the
+/// last four bytes hold their squared length.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(align(64))]
 pub struct Further(pub [u8; 64]);
 
-/// Added to a number of less than 51 bits and taken away again, it leaves the nearest integer, as there
-/// are no bits left for a fraction.
+/// Added to a number of less than 51 bits and subtracted again, it leaves the nearest integer, because no
+/// bits are left for a fraction.
 const ROUNDING: f64 = 1.5 * (1u64 << 52) as f64;
 
-/// Where the squared length lies in [`Further`].
+/// The position of the squared length in [`Further`].
 const SQUARE: usize = FURTHER + 1;
 
 const _: () = assert!(SQUARE + 4 == 64);
 
 impl Further {
-    /// Nothing.
+    /// All zeros.
     pub const ZERO: Self = Self([0; 64]);
 
     /// A coordinate, or the residual for [`FURTHER`].
@@ -77,20 +77,20 @@ pub struct FurtherFactors(pub [i8; 64]);
 pub struct Units {
     /// Kernels of the first look.
     kernels: usize,
-    /// Codes for one of the kernels' projections.
+    /// Codes per unit of the projections of the kernels.
     codes: f64,
     /// The length of the longest cell of the exemplars, in codes.
     radius: f64,
     /// The usual length of the residual, in codes.
     residual: f64,
-    /// Units of the first coordinates for one code.
+    /// Units of the first coordinates per code.
     pub first: f64,
-    /// Units of the further ones for one code.
+    /// Units of the further ones per code.
     pub further: f64,
 }
 
 impl Units {
-    /// For cells of at most `radius` codes, of which at most `cells` make up a neighbourhood.
+    /// Units for cells of length at most `radius` codes, with at most `cells` of them in a neighbourhood.
     pub fn new(kernels: &Kernels, radius: f64, cells: usize) -> Self {
         let first = LONGEST / (radius.max(1.0) * (cells.max(1) as f64).sqrt());
         let first = first.min(MOST / kernels.usual_narrow.max(f64::MIN_POSITIVE));
@@ -99,11 +99,11 @@ impl Units {
         Self { kernels: kernels.first, codes, radius, residual: kernels.usual_residual, first, further }
     }
 
-    /// The coordinates of some cells, from the exact projections, kernel after kernel, and the exact
-    /// squared lengths.
+    /// The coordinates of given cells, from the exact projections, kernel after kernel, and the exact squared
+    /// lengths.
     ///
-    /// A query may be patched together of parts that no exemplar has side by side, and be longer than
-    /// any cell of them. It is then drawn back into the ball that holds all of those.
+    /// A query may combine parts that no exemplar has side by side, and be longer than any cell of them. It
+    /// is then projected onto the ball that contains all of those.
     pub fn round(&self, projections: &[i32], squares: &[u64]) -> Coordinates {
         Arch::new().dispatch(
             #[inline(always)]
@@ -152,7 +152,8 @@ impl Units {
     }
 }
 
-/// Values in units, clipped and rounded; their squares and those of what rounding did are added up.
+/// Converts values to units, clips and rounds them, and adds up their squares and those of the rounding
+/// errors.
 #[inline(always)]
 fn clip(values: &[f64], unit: f64, most: f64, places: &mut [f64], errors: &mut [f64], squares: &mut [f64]) {
     let sums = errors.iter_mut().zip(squares);
@@ -164,12 +165,12 @@ fn clip(values: &[f64], unit: f64, most: f64, places: &mut [f64], errors: &mut [
     }
 }
 
-/// Rounded coordinates of some cells.
+/// Rounded coordinates of given cells.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Coordinates {
-    /// Those of the first look, kernel after kernel.
+    /// The coordinates of the first look, kernel after kernel.
     first: Vec<i16>,
-    /// The squared lengths of those.
+    /// Their squared lengths.
     pub first_squares: Vec<i32>,
     /// The squared lengths of what rounding did to them.
     pub first_errors: Vec<f64>,
@@ -181,7 +182,7 @@ pub struct Coordinates {
 
 impl Coordinates {
     fn new(cells: usize, kernels: usize) -> Self {
-        // Kernels that there are not have no coordinates.
+        // Missing kernels have no coordinates.
         let mut none = Further::ZERO;
         none.0[..SQUARE].fill(128);
         Self {
@@ -198,7 +199,7 @@ impl Coordinates {
         self.further.len()
     }
 
-    /// A coordinate of the first look, or zero where there are no more kernels.
+    /// A coordinate of the first look, or zero if there are fewer kernels.
     pub fn first(&self, kernel: usize, cell: usize) -> i16 {
         self.first.get(kernel * self.cells() + cell).copied().unwrap_or(0)
     }

@@ -1,11 +1,11 @@
 //! Projection kernels: a few directions in the space of square cells of codes that hold most of the
 //! differences between cells.
 //!
-//! Hel-Or, Hel-Or, "Real Time Pattern Matching using Projection Kernels", ICCV 2003; Hel-Or,
-//! Malzbender, Gelb, HPL-2003-16, section 6. Each basis is made orthonormal and rounded to integers,
-//! so that projections of codes are exact in 32 bits whatever the order of their sums. Rounding
-//! leaves the kernels nearly orthonormal: A = U / sqrt(lambda), with lambda no less than the largest
-//! eigenvalue of U U', never lengthens a vector, which is all that a lower bound needs.
+//! Hel-Or, Hel-Or, "Real Time Pattern Matching using Projection Kernels", ICCV 2003; Hel-Or, Malzbender,
+//! Gelb, HPL-2003-16, section 6. Each basis is orthonormalised and rounded to integers, so that projections
+//! of codes are exact in 32 bits whatever the order of their sums. Rounding leaves the kernels nearly
+//! orthonormal: A = U / sqrt(lambda), with lambda no less than the largest eigenvalue of U U', never
+//! lengthens a vector, which is all that a lower bound needs.
 
 use pulp::Arch;
 
@@ -17,25 +17,25 @@ use crate::synthesis::search::KernelBasis;
 /// Cells of the exemplars from which a basis is chosen.
 const SAMPLES: usize = 768;
 
-/// Rounds of subspace iteration; the energy of the leading directions has settled to a per cent.
+/// Rounds of subspace iteration; the energy of the leading directions has converged to one per cent.
 const ROUNDS: usize = 4;
 
 /// Frequencies along each side from which trigonometric and Walsh kernels are chosen.
 const FREQUENCIES: usize = 8;
 
-/// The share of the samples' energy that is enough for a first look: further kernels would cost more
+/// The share of the energy of the samples that is enough for a first look: further kernels would cost more
 /// than they reject.
 const ENOUGH: f64 = 0.8;
 
-/// Kernels of the first look at most.
+/// The most kernels of the first look.
 pub const MOST_FIRST: usize = 32;
 
 /// Kernels beyond those of the first look, which with the residual of a cell and their squared length
 /// fill one vector register.
 pub const FURTHER: usize = 59;
 
-/// The share of the samples that a unit of 8 bits has room for; others are clipped. More room makes
-/// rounding coarser, less clips too much.
+/// The share of the samples within the range of a unit of 8 bits; others are clipped. A larger range makes
+/// rounding coarser, a smaller one clips too much.
 const UNCLIPPED: f64 = 0.95;
 
 /// Integer kernels for cells of one size.
@@ -43,23 +43,23 @@ const UNCLIPPED: f64 = 0.95;
 pub struct Kernels {
     /// Texels along x and along y.
     pub side: usize,
-    /// Kernel after kernel, row after row, the planes of a texel together.
+    /// Kernel after kernel, row by row, the planes of a texel adjacent.
     pub weights: Vec<Vec<i16>>,
-    /// How many of them the first look takes.
+    /// The number of kernels of the first look.
     pub first: usize,
-    /// At least the largest eigenvalue of the kernels' matrix of inner products.
+    /// An upper bound of the largest eigenvalue of the matrix of inner products of the kernels.
     pub lambda: f64,
-    /// What few cells exceed along the first kernel whose coordinate has 8 bits, in codes.
+    /// The length along the first kernel with an 8-bit coordinate that few cells exceed, in codes.
     pub usual_narrow: f64,
-    /// The same along the first kernel that the first look leaves out.
+    /// The same along the first kernel omitted by the first look.
     pub usual_further: f64,
-    /// The root mean square length of what the kernels leave of a cell.
+    /// The root mean square length of the residual of a cell.
     pub usual_residual: f64,
 }
 
 impl Kernels {
-    /// Kernels of a basis, the most telling first: as many as are enough for the first look, but
-    /// at most `most` of those, and at most [`FURTHER`] others.
+    /// Kernels of a basis, the most significant first: as many as are enough for the first look, but at most
+    /// `most` of those, and at most [`FURTHER`] others.
     pub fn new(basis: KernelBasis, most: usize, exemplars: &Quantised, side: usize) -> Self {
         let planes = exemplars.planes();
         let length = side * side * planes;
@@ -97,7 +97,7 @@ fn usual(samples: &[Vec<f32>], vector: &[f32]) -> f64 {
     f64::from(lengths[(UNCLIPPED * (lengths.len() - 1) as f64) as usize])
 }
 
-/// How many vectors of these energies hold [`ENOUGH`] of the total, filling words.
+/// The number of vectors of these energies that hold [`ENOUGH`] of the total, filling words.
 fn enough(energies: &[f64], total: f64) -> usize {
     let mut held = 0.0;
     let count = energies.iter().take_while(|&&energy| {
@@ -108,7 +108,7 @@ fn enough(energies: &[f64], total: f64) -> usize {
     count.count().next_multiple_of(WIDE)
 }
 
-/// Cells at random places of the exemplars, less their mean.
+/// Cells at random places of the exemplars, minus their mean.
 fn centred_samples(exemplars: &Quantised, side: usize) -> Vec<Vec<f32>> {
     let mut stream = Stream::new(0, Purpose::KernelSamples, [side as u64]);
     let mut samples: Vec<Vec<f32>> = (0..SAMPLES)
@@ -217,7 +217,7 @@ fn products(planes: usize, side: usize, function: fn(usize, usize, usize) -> f32
     vectors
 }
 
-/// The discrete cosine of a frequency at a place (Ahmed, Natarajan, Rao, 1974).
+/// The discrete cosine of a frequency at a position (Ahmed, Natarajan, Rao, 1974).
 fn cosine(frequency: usize, place: usize, length: usize) -> f32 {
     (std::f64::consts::PI * frequency as f64 * (place as f64 + 0.5) / length as f64).cos() as f32
 }
@@ -230,7 +230,7 @@ fn walsh(frequency: usize, place: usize, length: usize) -> f32 {
     if (row & place).count_ones().is_multiple_of(2) { 1.0 } else { -1.0 }
 }
 
-/// Gram-Schmidt, twice for accuracy; vectors that depend on earlier ones are left out.
+/// Gram-Schmidt, twice for accuracy; linearly dependent vectors are dropped.
 #[inline(always)]
 fn orthonormal(vectors: Vec<Vec<f32>>) -> Vec<Vec<f32>> {
     let mut done: Vec<Vec<f32>> = Vec::with_capacity(vectors.len());
@@ -263,7 +263,7 @@ fn normalised(mut vector: Vec<f32>) -> Vec<f32> {
     vector
 }
 
-/// In interleaved sums, so that it can use vector units.
+/// In interleaved sums, so that it vectorises.
 #[inline(always)]
 fn dot(a: &[f32], b: &[f32]) -> f32 {
     let mut sums = [0.0f32; 32];
@@ -277,16 +277,16 @@ fn dot(a: &[f32], b: &[f32]) -> f32 {
     sums.iter().sum::<f32>() + tail_a.iter().zip(tail_b).map(|(x, y)| x * y).sum::<f32>()
 }
 
-/// Unit vectors as integers of a length such that projections of differences of codes fit 31 bits.
+/// Unit vectors as integers, with a length such that projections of differences of codes fit 31 bits.
 fn rounded(vectors: &[Vec<f32>], length: usize) -> Vec<Vec<i16>> {
     let longest_difference = f64::from(MAX_CODE) * (length as f64).sqrt();
-    // Rounding lengthens a vector by half a unit a component at most.
+    // Rounding lengthens a vector by at most half a unit per component.
     let unit = (f64::from(1u32 << 31) / longest_difference - (length as f64).sqrt()).clamp(1.0, 16_384.0);
     let round = |v: &f32| (f64::from(*v) * unit).round() as i16;
     vectors.iter().map(|v| v.iter().map(round).collect()).collect()
 }
 
-/// Gershgorin's bound on the eigenvalues of the kernels' inner products.
+/// Gershgorin's bound on the eigenvalues of the inner products of the kernels.
 fn largest_eigenvalue_bound(weights: &[Vec<i16>]) -> f64 {
     let inner =
         |a: &[i16], b: &[i16]| -> i64 { a.iter().zip(b).map(|(x, y)| i64::from(*x) * i64::from(*y)).sum() };

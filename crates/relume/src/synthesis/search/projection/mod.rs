@@ -1,20 +1,19 @@
 //! Exact search with projection kernels and rejection.
 //!
-//! Hel-Or, Malzbender, Gelb, "Synthesis of Reflectance Function Textures from Examples",
-//! HPL-2003-16, section 6: a lower bound on the distance from a few projections rejects most
-//! positions; only survivors get the full distance. Differences from the document:
+//! Hel-Or, Malzbender, Gelb, "Synthesis of Reflectance Function Textures from Examples", HPL-2003-16, section
+//! 6: a lower bound on the distance from a few projections rejects most positions; only survivors get the
+//! full distance. Where we differ:
 //!
-//! - **Cells instead of shapes.** Every neighbourhood is a union of strips along a block's sides, and
-//!   all strips are paved with square [`mod@cells`], so one [`table`] of cells serves every shape, on the
+//! - **Cells instead of shapes.** Every neighbourhood is a union of strips along the sides of a block, and
+//!   all strips are covered with square [`mod@cells`], so one [`table`] of cells serves every shape, on the
 //!   torus too. The bounds of disjoint cells add up.
-//! - **The residual counts.** What the kernels leave of a cell bounds the distance further ([`table`]).
-//! - **All projections at once, for many blocks at once.** Processors multiply faster than they
-//!   branch, and coordinates that are loaded serve all blocks of a wave (`product`).
-//! - **Nothing is lost to rounding.** Coordinates are small integers ([`coordinates`]) that are off
-//!   by a measured error, by which the threshold is widened. Survivors are settled by the exact
-//!   integer distance.
-//! - **The threshold tightens during the search**: first come positions that are expected to be near,
-//!   then the most promising one of each stretch of positions is measured in full at once.
+//! - **The residual counts.** The part of a cell not captured by the kernels tightens the bound ([`table`]).
+//! - **All projections at once, for many blocks at once.** Processors multiply faster than they branch, and
+//!   loaded coordinates serve all blocks of a wave (`product`).
+//! - **Nothing is lost to rounding.** Coordinates are small integers ([`coordinates`]) with a measured error,
+//!   by which the threshold is widened. Survivors are decided by the exact integer distance.
+//! - **The threshold tightens during the search**: first come positions expected to be near, then the most
+//!   promising one of each stretch of positions is measured in full immediately.
 
 pub mod cells;
 pub mod coordinates;
@@ -42,12 +41,12 @@ use query::PreparedQuery;
 use survivors::Survivors;
 use table::Table;
 
-/// Rows of positions that are looked at in one parallel task at most.
+/// The most rows of positions in one parallel task.
 const TILE_HEIGHT: usize = 64;
 
-/// Positions are looked at in rounds: each takes the rows whose numbers its step divides and no
-/// earlier one's. The first ones are few, and find distances so small that the later ones reject
-/// most of theirs.
+/// Positions are examined in rounds: each takes the rows whose numbers are multiples of its step and not in
+/// an earlier round. The first rounds are small, and find distances so small that the later ones reject most
+/// of their positions.
 const ROUNDS: [usize; 3] = [64, 8, 1];
 
 /// Rejects by projections, then compares in full.
@@ -56,13 +55,13 @@ pub struct Projection<'a> {
     exemplars: &'a Quantised,
     positions: &'a Positions,
     table: Table,
-    /// For each round its tiles.
+    /// The tiles of each round.
     rounds: Vec<Vec<Vec<PositionRun>>>,
 }
 
 impl<'a> Projection<'a> {
-    /// Projects all cells of the exemplars on at most `most` kernels of a basis, for neighbourhoods
-    /// of blocks of `block` texels cut into cells of `side`.
+    /// Projects all cells of the exemplars on at most `most` kernels of a basis, for neighbourhoods of blocks
+    /// of `block` texels divided into cells of `side`.
     pub fn new(
         exemplars: &'a Quantised,
         positions: &'a Positions,
@@ -75,7 +74,7 @@ impl<'a> Projection<'a> {
         Self { exemplars, positions, table, rounds: rounds(positions) }
     }
 
-    /// Bytes that preparing takes.
+    /// The bytes of the preparation.
     pub fn bytes(exemplars: &Quantised, most: usize) -> u64 {
         exemplars.texels().iter().map(|texels| Table::bytes(texels.size(), exemplars.planes(), most)).sum()
     }
@@ -89,7 +88,7 @@ impl<'a> Projection<'a> {
         prepared
     }
 
-    /// What a tile leaves of each query, all of one shape and at most [`MOST`]; `best` are the smallest
+    /// The survivors of a tile for each query, all of one shape and at most [`MOST`]; `best` are the smallest
     /// distances so far.
     fn look(&self, tile: &[PositionRun], queries: &[&PreparedQuery<'_>], best: &[u64]) -> Vec<Survivors> {
         let mut found: Vec<Survivors> =
@@ -127,8 +126,8 @@ impl<'a> Projection<'a> {
         product.compute();
     }
 
-    /// Of the survivors of a tile those that may be accepted, with their exact distances; `best` is
-    /// the smallest distance in any tile so far.
+    /// The survivors of a tile that may be accepted, with their exact distances; `best` is the smallest
+    /// distance in any tile so far.
     fn settle(&self, query: &PreparedQuery<'_>, survivors: &Survivors, mut best: u64) -> Settled {
         let mut settled = Settled { near: Vec::new(), verified: 0 };
         let longest = query.longest(query.limit(best));
@@ -142,8 +141,8 @@ impl<'a> Projection<'a> {
         settled
     }
 
-    /// How many positions each further kernel of every cell leaves for a query whose nearest position
-    /// is at the squared distance `best`, without the help of the residual: the rejection curve.
+    /// The number of positions that each further kernel of every cell leaves for a query whose nearest
+    /// position is at the squared distance `best`, without the residual: the rejection curve.
     fn remaining(&self, query: &BlockQuery, best: u64) -> Vec<u64> {
         let query = self.prepare(query);
         let longest = query.longest(query.limit(best));
@@ -164,8 +163,8 @@ impl<'a> Projection<'a> {
         self.positions.runs().par_iter().map(left).reduce(|| vec![0; kernels], add)
     }
 
-    /// The candidates of queries in groups of one shape. All groups look at a tile in turn, while it is
-    /// in the processor's caches.
+    /// The candidates of queries in groups of one shape. All groups process a tile in turn, while it is in
+    /// the caches of the processor.
     fn search(&self, groups: &[Vec<&PreparedQuery<'_>>]) -> Vec<Found> {
         let queries = groups.concat();
         let mut best: Vec<u64> = queries.iter().map(|query| query.near).collect();
@@ -202,7 +201,7 @@ impl<'a> Projection<'a> {
     }
 }
 
-/// What is known in the end of the positions of a tile.
+/// The final result for the positions of a tile.
 struct Settled {
     /// Those that may be accepted, with their distances.
     near: Vec<(Texel, u64)>,
@@ -225,7 +224,7 @@ impl Search for Projection<'_> {
     }
 }
 
-/// The factors of queries of one shape, those of each word together.
+/// The factors of queries of one shape, those of each word adjacent.
 fn side_by_side(queries: &[&PreparedQuery<'_>]) -> Vec<[i32; MOST]> {
     let mut factors = vec![[0; MOST]; queries[0].factors.len()];
     for (q, query) in queries.iter().enumerate() {
@@ -248,8 +247,8 @@ fn by_shape(queries: &[BlockQuery]) -> Vec<Vec<usize>> {
     shapes.into_iter().map(|(_, members)| members).collect()
 }
 
-/// The runs of all positions in rounds, cut into tiles of [`STRETCH`] columns and [`TILE_HEIGHT`] rows,
-/// whose coordinates stay in the processor's second cache.
+/// The runs of all positions in rounds, divided into tiles of [`STRETCH`] columns and [`TILE_HEIGHT`] rows,
+/// whose coordinates stay in the second-level cache.
 fn rounds(positions: &Positions) -> Vec<Vec<Vec<PositionRun>>> {
     let mut rounds: [BTreeMap<(u32, usize, usize), Vec<PositionRun>>; ROUNDS.len()] = Default::default();
     for &PositionRun { first: Texel { exemplar, y, x }, length } in positions.runs() {
@@ -280,7 +279,7 @@ mod tests {
     use crate::synthesis::quantise::{Exemplar, MAX_CODE};
     use crate::synthesis::search::Acceptance;
 
-    /// A field whose texels are like their left neighbours.
+    /// A field whose texels resemble their left neighbours.
     fn streaked(size: Size, planes: usize, stream: &mut Stream) -> Planes {
         let mut value = 0.0;
         let mut next = |_| {
@@ -303,7 +302,7 @@ mod tests {
             let acceptance = Acceptance::new(Tolerance::Relative(0.1), 1, 1.0);
             let search = Projection::new(&quantised, &positions, (block, side), KernelBasis::Svd, 12);
             for spread in [1, 40, 4096] {
-                // A block of the exemplar with little noise, with some, or nothing but noise.
+                // A block of the exemplar with little noise, with some, or only noise.
                 let rows = (3..3 + block).flat_map(|y| quantised.texels()[0].run(90, y, block));
                 let noisy = |code: &i16| {
                     (if spread < 4096 { *code } else { 0 } + stream.below(spread) as i16).min(MAX_CODE)

@@ -1,7 +1,7 @@
 //! Sums of products for many positions and several sets of factors at a time, as in a product of
 //! matrices: words are loaded once for up to [`MOST`] sets, whose sums stay in registers.
 //!
-//! The projections of an exemplar's cells on all kernels are such sums, over codes; and so are the
+//! The projections of the cells of an exemplar on all kernels are such sums, over codes; and so are the
 //! bounds of all positions for the queries of a wave, over coordinates.
 
 use crate::numeric::pairs::{Pairs, PairsWork, SUMS, Sums, dispatch};
@@ -9,7 +9,7 @@ use crate::numeric::pairs::{Pairs, PairsWork, SUMS, Sums, dispatch};
 /// Sets of factors that share the loads of values.
 pub const MOST: usize = 16;
 
-/// Positions whose sums are kept at a time.
+/// The number of positions whose sums are kept at a time.
 pub const STRETCH: usize = 128;
 
 /// The sums of all sets for a stretch of positions.
@@ -22,7 +22,7 @@ pub struct WordPlanes {
     pairs: usize,
     quads: usize,
     stride: usize,
-    /// Row after row; in a row plane after plane.
+    /// Row by row; in a row plane after plane.
     words: Vec<i32>,
 }
 
@@ -33,12 +33,12 @@ impl WordPlanes {
         Self { pairs, quads, stride, words: vec![0; (pairs + quads + 1) * stride * height] }
     }
 
-    /// Bytes that they take.
+    /// Their bytes.
     pub fn bytes(pairs: usize, quads: usize, width: usize, height: usize) -> u64 {
         4 * ((pairs + quads + 1) * (width + STRETCH) * height) as u64
     }
 
-    /// The number of planes that are multiplied.
+    /// The number of multiplied planes.
     pub fn factors(&self) -> usize {
         self.pairs + self.quads
     }
@@ -81,31 +81,30 @@ pub fn quad(factors: [i8; 4]) -> i32 {
 pub struct Product<'a> {
     /// The words.
     pub planes: &'a WordPlanes,
-    /// Where they are taken, relative to each position.
+    /// Their offsets, relative to each position.
     pub offsets: &'a [(usize, usize)],
     /// For each set the factors of each plane, offset after offset.
     pub factors: &'a [[i32; MOST]],
-    /// How many sets there are, at most [`MOST`].
+    /// The number of sets, at most [`MOST`].
     pub sets: usize,
     /// The first position.
     pub x: usize,
     /// Its row.
     pub y: usize,
-    /// How many positions, at most [`STRETCH`].
+    /// The number of positions, at most [`STRETCH`].
     pub length: usize,
     /// For each set the sum of each position, and meaningless numbers past the last.
     pub sums: &'a mut Stretch,
 }
 
 impl Product<'_> {
-    /// Computes the sums. Where that costs less than another pass, some of no meaning are computed
-    /// beside them.
+    /// Computes the sums. Where it is cheaper than another pass, some meaningless ones are computed as well.
     pub fn compute(self) {
         dispatch(self);
     }
 
-    /// `Q` sets, `G` groups of positions at a time: at least six sums are under way at once, enough
-    /// to hide the delay of a multiplication.
+    /// `Q` sets, `G` groups of positions at a time: at least six sums are in flight, enough to hide the
+    /// latency of a multiplication.
     #[inline(always)]
     fn sets<const Q: usize, const G: usize, P: Pairs>(self, pairs: P) {
         for group in (0..self.length.div_ceil(SUMS)).step_by(G) {
@@ -145,7 +144,7 @@ impl Product<'_> {
         sums
     }
 
-    /// What the products are added to.
+    /// The initial values of the sums.
     #[inline(always)]
     fn bases<const G: usize>(&self, x: usize) -> [Sums; G] {
         let mut bases: [Sums; G] = [[0; SUMS]; G];

@@ -1,4 +1,4 @@
-//! A query made ready for the search: its coordinates, and what they say about distances.
+//! A query prepared for the search: its coordinates, and the bounds they imply.
 
 use super::coordinates::{Coordinates, FurtherFactors};
 use super::table::Table;
@@ -7,14 +7,14 @@ use crate::synthesis::search::BlockQuery;
 use crate::synthesis::search::distance::BlockTarget;
 use crate::synthesis::source_map::Texel;
 
-/// A query with all that is known of it before positions are looked at.
+/// A query with everything known about it before positions are examined.
 ///
-/// The *nearness* of a position is, up to a constant, half the squared length of the query's first
-/// coordinates less half that of their difference to the position's: the sum that a product yields.
+/// The *nearness* of a position is, up to a constant, half the squared length of the first coordinates of the
+/// query minus half that of their difference from those of the position: the sum computed by a product.
 pub struct PreparedQuery<'a> {
-    /// What it is prepared of.
+    /// The query it was prepared from.
     pub query: &'a BlockQuery,
-    /// Where the cells lie in the block.
+    /// The positions of the cells in the block.
     pub cells: Vec<(usize, usize)>,
     /// Their coordinates.
     pub coordinates: Coordinates,
@@ -24,26 +24,26 @@ pub struct PreparedQuery<'a> {
     pub further: Vec<FurtherFactors>,
     /// Their squared length.
     pub further_square: i32,
-    /// What their product is too large by, positions' coordinates being stored 128 too large.
+    /// The excess of their product, because the coordinates of positions are stored with an offset of 128.
     pub further_bias: i32,
     /// The squared length of the first coordinates.
     square: f64,
-    /// What a nearness is too large by.
+    /// The excess of a nearness.
     bias: f64,
-    /// By how many codes the difference of first coordinates may be too long.
+    /// The largest excess length of the difference of first coordinates, in codes.
     first_error: f64,
     /// The same for all coordinates.
     error: f64,
-    /// Codes squared for one squared unit of the first coordinates, and of the further ones.
+    /// Squared codes per squared unit of the first coordinates, and of the further ones.
     codes: [f64; 2],
     /// The query for exact distances, for each exemplar.
     targets: Vec<BlockTarget<'a>>,
-    /// The smallest distance of the positions that were expected to be near.
+    /// The smallest distance of the positions expected to be near.
     pub near: u64,
 }
 
 impl<'a> PreparedQuery<'a> {
-    /// Prepares a query whose neighbourhood has cells at these places of its block.
+    /// Prepares a query whose neighbourhood has cells at these positions of its block.
     pub fn new(
         query: &'a BlockQuery,
         cells: Vec<(usize, usize)>,
@@ -85,7 +85,7 @@ impl<'a> PreparedQuery<'a> {
         self.targets[exemplar as usize].distance_within(x as usize, y as usize, limit)
     }
 
-    /// The distance of a position where it is smaller than `best`, else `best`.
+    /// The distance of a position if it is smaller than `best`, otherwise `best`.
     pub fn nearer(&self, position: Texel, best: u64) -> u64 {
         self.distance(position, best).map_or(best, |distance| distance.min(best))
     }
@@ -97,8 +97,8 @@ impl<'a> PreparedQuery<'a> {
         first * self.codes[0] + f64::from(further) * self.codes[1]
     }
 
-    /// The squared length beyond which no difference of all rounded coordinates can stand for a
-    /// squared distance of at most `limit`.
+    /// The squared length beyond which no difference of all rounded coordinates can belong to a squared
+    /// distance of at most `limit`.
     pub fn longest(&self, limit: u64) -> f64 {
         widened(limit, self.error)
     }
@@ -110,14 +110,14 @@ impl<'a> PreparedQuery<'a> {
         ((self.square - longest) / 2.0 + self.bias).floor() as i32
     }
 
-    /// The largest distance that is accepted when `best` is the smallest.
+    /// The largest accepted distance when `best` is the smallest.
     pub fn limit(&self, best: u64) -> u64 {
         self.query.acceptance.limit(best)
     }
 }
 
-/// The square of a length that may be too small by `error`, with room for the rounding of all that
-/// is computed of it.
+/// The square of a length that may be too small by `error`, with a margin for the rounding of everything
+/// computed from it.
 fn widened(square: u64, error: f64) -> f64 {
     ((square as f64).sqrt() + error * (1.0 + 1e-6)).powi(2) * (1.0 + 1e-9)
 }

@@ -1,4 +1,4 @@
-//! The second look: the coordinates that the first left out, and what they leave of its survivors.
+//! The second look: the coordinates omitted by the first, and the survivors they leave.
 
 use super::query::PreparedQuery;
 use super::table::CoordinateGrid;
@@ -8,17 +8,17 @@ use crate::synthesis::source_map::Texel;
 /// A position with the squared length, in codes, of the difference of its rounded coordinates.
 pub type BoundedPosition = (Texel, f64);
 
-/// Survivors of the first look to be looked at again.
+/// Survivors of the first look to be examined again.
 pub struct SecondLook<'a, I> {
-    /// The exemplar's coordinates.
+    /// The coordinates of the exemplar.
     pub grid: &'a CoordinateGrid,
-    /// What they are compared with.
+    /// The query they are compared with.
     pub query: &'a PreparedQuery<'a>,
     /// The survivors with their nearness.
     pub survivors: I,
     /// The longest difference of those that may still be accepted.
     pub longest: f64,
-    /// Where those go.
+    /// The output.
     pub kept: &'a mut Vec<BoundedPosition>,
 }
 
@@ -44,7 +44,7 @@ impl<I: Iterator<Item = (Texel, i32)>> PairsWork for SecondLook<'_, I> {
     }
 }
 
-/// The squared distance of a position's further coordinates to the query's.
+/// The squared distance of the further coordinates of a position from those of the query.
 #[inline(always)]
 fn further_distance<P: Pairs>(
     pairs: P,

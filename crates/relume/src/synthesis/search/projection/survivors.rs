@@ -1,4 +1,4 @@
-//! What both looks leave of a tile of positions.
+//! The positions of a tile left by both looks.
 
 use super::product::STRETCH;
 use super::query::PreparedQuery;
@@ -13,16 +13,16 @@ pub struct Survivors {
     pub best: u64,
     /// The positions.
     pub positions: Vec<BoundedPosition>,
-    /// Positions that were measured on the way.
+    /// The number of positions measured on the way.
     pub verified: u64,
     /// The least nearness of positions that may be accepted.
     least: i32,
-    /// The longest difference of those.
+    /// Their longest difference.
     longest: f64,
 }
 
 impl Survivors {
-    /// None so far, when `best` is the smallest distance.
+    /// No survivors yet, with `best` as the smallest distance.
     pub fn new(query: &PreparedQuery<'_>, best: u64) -> Self {
         let mut empty = Self { best: 0, positions: Vec::new(), verified: 0, least: 0, longest: 0.0 };
         empty.set_best(query, best);
@@ -36,7 +36,7 @@ impl Survivors {
         self.longest = query.longest(limit);
     }
 
-    /// Takes the positions of a stretch that may be accepted, and measures the most promising one.
+    /// Adds the positions of a stretch that may be accepted, and measures the most promising one.
     pub fn take(
         &mut self,
         query: &PreparedQuery<'_>,
@@ -65,7 +65,7 @@ impl Survivors {
     }
 }
 
-/// The places of the ones in a number.
+/// The positions of the ones in a number.
 fn ones(mut bits: u128) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {
         let i = bits.trailing_zeros();
@@ -94,7 +94,7 @@ impl PairsWork for NearStretch<'_> {
         for (group, sums) in self.nearness.iter().enumerate() {
             bits |= u128::from(pairs.at_least(sums, self.least)) << (group * SUMS);
         }
-        // What lies past the last position has no meaning.
+        // Bits past the last position have no meaning.
         bits & (u128::MAX >> (STRETCH - self.length))
     }
 }

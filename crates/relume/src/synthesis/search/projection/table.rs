@@ -1,14 +1,13 @@
 //! The coordinates of every cell of the exemplars, computed once.
 //!
 //! With the contraction A of [`Kernels`], |t - s|^2 >= |A t - A s|^2 + (r(t) - r(s))^2, where
-//! r(x)^2 = |x|^2 - |A x|^2 is what the kernels leave of x: r(x) is the length of B x for the
-//! completion B = (I - A'A)^(1/2), and lengths differ by no more than the vectors do (the reverse
-//! triangle inequality, or Cauchy-Schwarz). Codes are first shifted by the mean of their plane,
-//! which changes no difference and keeps r small.
+//! r(x)^2 = |x|^2 - |A x|^2 is the squared residual of x: r(x) is the length of B x for the completion B = (I - A'A)^(1/2),
+//! and lengths differ by no more than the vectors do (the reverse triangle inequality, or Cauchy-Schwarz).
+//! Codes are first shifted by the mean of their plane, which changes no difference and keeps r small.
 //!
-//! Projections are exact integers; [`Units`] make small coordinates of them. Those of the first look
-//! lie in planes, so that neighbouring positions are taken together; the further ones, and the rest,
-//! lie together for each position.
+//! Projections are exact integers; [`Units`] convert them to small coordinates. Those of the first look are
+//! stored in planes, so that neighbouring positions are loaded together; the further ones, with the residual,
+//! are stored together for each position.
 
 use rayon::prelude::*;
 
@@ -28,7 +27,7 @@ pub struct Table {
     kernels: Kernels,
     /// The kernels as factors of pairs of texels, for [`MOST`] kernels at a time.
     factors: Vec<Vec<[i32; MOST]>>,
-    /// Where those pairs lie in a cell.
+    /// The positions of those pairs in a cell.
     offsets: Vec<(usize, usize)>,
     /// The shift of each plane.
     means: Vec<i16>,
@@ -39,14 +38,14 @@ pub struct Table {
     largest_errors: [f64; 2],
 }
 
-/// The coordinates of one exemplar's cells.
+/// The coordinates of the cells of one exemplar.
 #[derive(Debug)]
 pub struct CoordinateGrid {
     places: Size,
-    /// Those of the first look: pairs of 16 bits, then four of 8 bits, 128 too large; added to their
-    /// products is minus half their squared length.
+    /// Those of the first look: pairs of 16 bits, then four of 8 bits, stored with an offset of 128; minus
+    /// half their squared length is added to their products.
     first: WordPlanes,
-    /// Place after place.
+    /// Position after position.
     further: Vec<Further>,
 }
 
@@ -56,7 +55,7 @@ impl CoordinateGrid {
         &self.first
     }
 
-    /// One of them at the place (x, y).
+    /// One of them at the position (x, y).
     fn first_coordinate(&self, kernel: usize, x: usize, y: usize) -> i16 {
         match kernel.checked_sub(WIDE) {
             None => {
@@ -70,7 +69,7 @@ impl CoordinateGrid {
         }
     }
 
-    /// The further coordinates of the place (x, y).
+    /// The further coordinates of the position (x, y).
     #[inline(always)]
     pub fn further(&self, x: usize, y: usize) -> &Further {
         &self.further[self.places.index(x, y)]
@@ -99,8 +98,8 @@ impl Table {
         table
     }
 
-    /// Memory that the table of cells of exemplars of this size takes, with `most` kernels for the
-    /// first look, and what is needed to make it.
+    /// The memory of the table of cells of exemplars of this size, with `most` kernels for the first look,
+    /// and of its construction.
     pub fn bytes(size: Size, planes: usize, most: usize) -> u64 {
         let (pairs, quads) = words(most);
         let texels = size.texels() as u64;
@@ -119,7 +118,7 @@ impl Table {
         self.kernels.weights.len()
     }
 
-    /// The sum over a block's cells of the squared difference of one coordinate, in codes.
+    /// The sum over the cells of a block of the squared difference of one coordinate, in codes.
     pub fn squared_difference(
         &self,
         kernel: usize,
@@ -154,7 +153,7 @@ impl Table {
         self.largest_errors
     }
 
-    /// The coordinates of an exemplar's cells, and the largest squared errors of one.
+    /// The coordinates of the cells of an exemplar, and the largest squared errors of one.
     fn grid(&self, shifted: &Shifted) -> (CoordinateGrid, [f64; 2]) {
         let size = shifted.size;
         let places = Size::new(size.width + 1 - self.kernels.side, size.height + 1 - self.kernels.side);
@@ -204,14 +203,14 @@ impl Table {
         pairs.chain((0..quads).map(move |i| quad(std::array::from_fn(|j| byte(WIDE + 4 * i + j)))))
     }
 
-    /// What products with the factors of a query's cells are too large by.
+    /// The excess of products with the factors of the cells of a query.
     pub fn bias(&self, own: &Coordinates) -> i32 {
         let narrow = WIDE.min(self.kernels.first)..self.kernels.first;
         let of = |kernel: usize| (0..own.cells()).map(move |cell| i32::from(own.first(kernel, cell)));
         128 * narrow.flat_map(of).sum::<i32>()
     }
 
-    /// The coordinates of neighbouring cells of an exemplar.
+    /// The coordinates of consecutive cells of an exemplar.
     fn project_stretch(&self, shifted: &Shifted, x: usize, y: usize, length: usize) -> Coordinates {
         let mut sums: Box<Stretch> = Box::new([[[0; SUMS]; STRETCH / SUMS]; MOST]);
         let mut projections = vec![0; self.kernels() * length];
@@ -234,7 +233,7 @@ impl Table {
         &self.grids
     }
 
-    /// The coordinates of a query's cells.
+    /// The coordinates of the cells of a query.
     pub fn project(&self, query: &BlockQuery, cells: &[(usize, usize)]) -> Coordinates {
         let shifted: Vec<Vec<i16>> = cells.iter().map(|&cell| self.shifted(query, cell)).collect();
         let product = |weights: &[i16], codes: &[i16]| {
@@ -248,7 +247,7 @@ impl Table {
         self.units.round(&projections, &shifted.iter().map(square).collect::<Vec<_>>())
     }
 
-    /// The codes of a query's cell less the planes' means.
+    /// The codes of a cell of a query minus the means of the planes.
     fn shifted(&self, query: &BlockQuery, (x, y): (usize, usize)) -> Vec<i16> {
         let planes = self.means.len();
         let mut shifted = Vec::with_capacity(self.kernels.side.pow(2) * planes);
@@ -267,16 +266,16 @@ fn larger(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
     [a[0].max(b[0]), a[1].max(b[1])]
 }
 
-/// Words of two coordinates, and of four, that so many kernels fill: at least two, of zeros where the
-/// exemplars have no variation and so no kernels.
+/// The numbers of words of two coordinates, and of four, for the given number of kernels: at least two, of
+/// zeros where the exemplars have no variation and so no kernels.
 fn words(kernels: usize) -> (usize, usize) {
     (WIDE / 2, kernels.saturating_sub(WIDE).div_ceil(4))
 }
 
-/// One exemplar's codes less the planes' means.
+/// The codes of one exemplar minus the means of the planes.
 struct Shifted {
     size: Size,
-    /// Each texel's code and its right neighbour's, plane by plane.
+    /// The code of each texel and that of its right neighbour, plane by plane.
     pairs: WordPlanes,
     squares: SummedArea,
 }
@@ -307,7 +306,7 @@ impl Shifted {
     }
 }
 
-/// Where the pairs of neighbouring texels lie that make up a cell; those of odd sides reach past it.
+/// The positions of the pairs of neighbouring texels that make up a cell; those of odd sides extend past it.
 fn pair_offsets(side: usize) -> Vec<(usize, usize)> {
     (0..side).flat_map(|y| (0..side).step_by(2).map(move |x| (x, y))).collect()
 }

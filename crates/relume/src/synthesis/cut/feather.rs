@@ -10,7 +10,8 @@ use crate::synthesis::neighbourhood::Neighbourhood;
 /// A texel at k steps (right, down, left or up) from the nearest texel of the other region lies k - 1/2 from
 /// the seam. The share of the other region in it falls from 1/2 on the seam to zero at `texels` + 1/2:
 /// (n + 1 - k) / (2 n + 1). If the other block ends earlier, at m steps, the ramp falls to zero there,
-/// m / (2 m + 2 k - 1). Beyond the edges of filled margins all is old; texels that are not filled are new, with weight 1.
+/// m / (2 m + 2 k - 1). Beyond the edges of filled margins all is old; texels that are not filled are
+/// new, with weight 1.
 pub fn feather(shape: &Neighbourhood, new: &[bool], texels: usize) -> Vec<f32> {
     if texels == 0 {
         return new.iter().map(|&new| f32::from(u8::from(new))).collect();

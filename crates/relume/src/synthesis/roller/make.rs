@@ -278,8 +278,8 @@ impl RollWork<'_> {
         self.texels.run(texel.x as usize, texel.y as usize, 1)
     }
 
-    /// The mean squared difference of the overlaps of a region as a fraction of that of unrelated texels, which is
-    /// twice the variance.
+    /// The mean squared difference of the overlaps of a region as a fraction of that of unrelated texels,
+    /// which is twice the variance.
     fn mismatch(&self, region: &Region) -> f64 {
         let n = self.texels.size().texels();
         let variance = |k: usize| {

@@ -1,8 +1,8 @@
 //! The coordinates of every cell of the exemplars, computed once.
 //!
 //! With the contraction A of [`Kernels`], |t - s|^2 >= |A t - A s|^2 + (r(t) - r(s))^2, where
-//! r(x)^2 = |x|^2 - |A x|^2 is the squared residual of x: r(x) is the length of B x for the completion B = (I - A'A)^(1/2),
-//! and lengths differ by no more than the vectors do (the reverse triangle inequality, or Cauchy-Schwarz).
+//! r(x)^2 = |x|^2 - |A x|^2 is the squared residual of x: r(x) is the length of B x for the completion
+//! B = (I - A'A)^(1/2), and lengths differ by no more than the vectors do (the reverse triangle inequality, or Cauchy-Schwarz).
 //! Codes are first shifted by the mean of their plane, which changes no difference and keeps r small.
 //!
 //! Projections are exact integers; [`Units`] convert them to small coordinates. Those of the first look are

@@ -217,6 +217,10 @@ mod tests {
     #[test]
     fn windows_without_a_middle_are_refused() {
         assert!(ComparedWindow::check_side(11).is_ok() && ComparedWindow::check_side(3).is_ok());
-        assert!([0, 1, 2, 10, MAX_SIDE + 2, usize::MAX].into_iter().all(|side| ComparedWindow::check_side(side).is_err()));
+        assert!(
+            [0, 1, 2, 10, MAX_SIDE + 2, usize::MAX]
+                .into_iter()
+                .all(|side| ComparedWindow::check_side(side).is_err())
+        );
     }
 }

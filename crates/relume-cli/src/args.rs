@@ -32,7 +32,7 @@ pub fn numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
     parsed?.try_into().ok()
 }
 
-/// One of a family, by its name.
+/// A member of a closed family, by its name.
 pub fn named<T: Named + Send + Sync>() -> impl TypedValueParser<Value = T> {
     PossibleValuesParser::new(T::ALL.iter().map(|member| member.name()))
         .map(|name| T::from_name(&name).expect("a possible value is a member's name"))

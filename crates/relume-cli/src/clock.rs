@@ -1,22 +1,22 @@
-//! How long a piece of work takes, by the clock on the wall and by that of the processor.
+//! The time taken by a piece of work, by the wall clock and by that of the processor.
 
 use std::time::Instant;
 
 use serde::Serialize;
 
-/// Ticks of the processor's clock a second, as Linux tells it to programs on all common machines.
+/// Ticks of the processor clock per second, as reported by Linux on all common machines.
 const TICKS: f64 = 100.0;
 
 /// Times of a piece of work in seconds.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Times {
-    /// By the clock on the wall.
+    /// By the wall clock.
     pub seconds: f64,
-    /// Of all threads of this program together; none where the system does not tell.
+    /// Of all threads of this program together; `None` if the system does not report it.
     pub processor_seconds: Option<f64>,
 }
 
-/// Does some work and measures it. Whatever else this program does meanwhile counts as well.
+/// Does some work and measures it. Anything else this program does meanwhile counts as well.
 pub fn timed<T>(work: impl FnOnce() -> T) -> (T, Times) {
     let (started, before) = (Instant::now(), processor_ticks());
     let result = work();
@@ -28,7 +28,7 @@ pub fn timed<T>(work: impl FnOnce() -> T) -> (T, Times) {
 /// Ticks of the processor used so far, by user and system.
 fn processor_ticks() -> Option<u64> {
     let text = std::fs::read_to_string("/proc/self/stat").ok()?;
-    // The second field is the program's name in brackets, which may hold anything.
+    // The second field is the name of the program in brackets, which may contain anything.
     let fields: Vec<&str> = text.rsplit_once(')')?.1.split_whitespace().collect();
     let ticks = |number: usize| fields.get(number)?.parse::<u64>().ok();
     Some(ticks(11)? + ticks(12)?)

@@ -1,4 +1,4 @@
-//! Models as textures: where a texture is shown or measured, a model stands for a seamless tile of it.
+//! Models as textures: where a texture is shown or measured, a model is evaluated to a seamless tile.
 
 use std::path::Path;
 
@@ -9,39 +9,39 @@ use relume::{Error, Job, ReflectanceField, Result, Size};
 
 use crate::{args, input};
 
-/// What to make of a model.
+/// Options of the evaluation.
 #[derive(Debug, clap::Args)]
 #[group(skip)]
 #[command(next_help_heading = "Of a .rlm model")]
 pub struct Args {
-    /// Texels of the seamless tile that is made of the model [default: as many as it is made of,
-    /// rounded up until the tile closes]
+    /// Size in texels of the seamless tile made from the model [default: that of its source, rounded up until
+    /// the tile closes]
     #[arg(long, value_name = "WxH", value_parser = args::size)]
     model_size: Option<Size>,
-    /// Another seed makes another texture of the model [default: 0]
+    /// Another seed makes another texture from the model [default: 0]
     #[arg(long, value_name = "N")]
     model_seed: Option<u64>,
 }
 
 /// A texture to show or measure.
 pub struct Texture {
-    /// The texture, or the tile that was made of its model.
+    /// The texture, or the tile made from its model.
     pub field: ReflectanceField,
-    /// The size of what a model was made of, else the texture's own.
+    /// The size of the source of a model, otherwise that of the texture.
     pub source: Size,
-    /// Whether it was made of a model.
+    /// Whether it was made from a model.
     pub of_model: bool,
 }
 
 impl Args {
-    /// Reads the only texture of a command, or a model and makes one of it.
+    /// Reads the only texture of a command, evaluating a model.
     pub fn texture(&self, path: &Path, job: &Job) -> Result<ReflectanceField> {
         let texture = self.texture_of(path, job)?;
         self.check(texture.of_model)?;
         Ok(texture.field)
     }
 
-    /// Reads a texture, or a model and makes one of it; [`Args::check`] follows.
+    /// Reads a texture, evaluating a model; [`Args::check`] follows.
     pub fn texture_of(&self, path: &Path, job: &Job) -> Result<Texture> {
         let opened = input::open(path, job)?;
         if opened.content() != Content::Model {
@@ -54,7 +54,7 @@ impl Args {
         Ok(Texture { field, source, of_model: true })
     }
 
-    /// Reads a height map, or the model of one, and whether it was one.
+    /// Reads a height map, or the model of one, and tells which it was.
     pub fn height(&self, path: &Path, job: &Job) -> Result<(HeightMap, bool)> {
         let opened = input::open(path, job)?;
         if opened.content() != Content::Model {

@@ -6,7 +6,7 @@ use std::sync::{Mutex, PoisonError};
 /// The latest panic of any thread, in words.
 static LATEST: Mutex<Option<String>> = Mutex::new(None);
 
-/// Keeps panics quiet from now on, unless RUST_BACKTRACE asks for more.
+/// Silences panics from now on, unless RUST_BACKTRACE asks for more.
 pub fn keep_quiet() {
     let loud = panic::take_hook();
     panic::set_hook(Box::new(move |info| {
@@ -17,7 +17,7 @@ pub fn keep_quiet() {
     }));
 }
 
-/// Runs some work; a panic in it, of whatever thread, becomes a sentence.
+/// Runs some work; a panic in it, in any thread, becomes a sentence.
 pub fn caught<T>(work: impl FnOnce() -> T + UnwindSafe) -> Result<T, String> {
     panic::catch_unwind(work).map_err(|_| {
         let latest = LATEST.lock().unwrap_or_else(PoisonError::into_inner).take();

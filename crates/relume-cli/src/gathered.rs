@@ -1,5 +1,5 @@
-//! From field files to index planes, and from a source map to files again: what the verbs that
-//! synthesise share.
+//! From field files to index planes, and from a source map back to files: shared by the verbs that
+//! synthesise.
 
 use std::path::Path;
 
@@ -21,12 +21,12 @@ pub fn index(files: &[FieldFile], space: &IndexSpace, context: &Context) -> Resu
     files.iter().map(planes).collect()
 }
 
-/// Refuses names of source maps that say no format.
+/// Refuses names of source maps without a known format.
 pub fn check_map(path: &Path) -> Result<()> {
     MapFormat::from_path(path).map(|_| ())
 }
 
-/// The file that a map makes of registered fields, stored as the first one was.
+/// The file made by applying a map to registered fields, in the encoding of the first one.
 pub fn apply(map: &SourceMap, files: &[FieldFile], output: &Path, context: &Context) -> Result<Vec<u8>> {
     let fields: Vec<&ReflectanceField> = files.iter().map(|file| &file.field).collect();
     let field = gather(map, &fields, &context.job).map_err(|e| e.at(output))?;
@@ -60,7 +60,7 @@ impl MapFormat {
     }
 }
 
-/// x, y and exemplar of each texel's source; of blended texels the dominant one.
+/// x, y and exemplar of the source of each texel; for blended texels the dominant one.
 pub fn source_map(map: &SourceMap, path: &Path, context: &Context) -> Result<Vec<u8>> {
     context.job.check("the source map", map.size(), 24)?;
     let values = map.copies().iter().flat_map(|from| [from.x, from.y, from.exemplar]);

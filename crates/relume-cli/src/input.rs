@@ -30,12 +30,12 @@ pub fn height(path: &Path, job: &Job) -> Result<HeightMap> {
     open(path, job)?.into_height()
 }
 
-/// Heights in texels, of integer maps without a record as if they spanned a 25th of the width.
+/// Heights in texels; integer maps without a record are assumed to span a 25th of the width.
 pub fn texels(map: &HeightMap) -> Planes {
     map.texels(map.samples.size().width as f64 / 25.0)
 }
 
-/// The planes of a map that says what is where; it must have the size of what it lies over.
+/// The planes of a guide, which must have the size of the image it covers.
 pub fn guide(path: &Path, size: Size, job: &Job) -> Result<Planes> {
     let guide = field(path, job)?.field.coefficients().clone();
     if guide.size() != size {
@@ -48,7 +48,7 @@ pub fn guide(path: &Path, size: Size, job: &Job) -> Result<Planes> {
     Ok(guide)
 }
 
-/// The texels of a mask that are brighter than half; it must have the size of what it masks.
+/// The texels of a mask that are brighter than half; it must have the size of the image it masks.
 pub fn mask(path: &Path, size: Size, job: &Job) -> Result<Vec<bool>> {
     let mask = raster(path, job)?;
     if mask.size() != size {

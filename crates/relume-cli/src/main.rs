@@ -1,8 +1,8 @@
 //! The program `relume`: reads the command line, runs one verb, prints its report.
 //!
-//! Every verb is a file in `verb/`: checked arguments go in, a [`report::Report`] comes out.
-//! Outputs appear whole or not at all ([`output`]). Exit status: 0 done, 1 failure, 2 wrong usage,
-//! 128 + n ended by signal n.
+//! Every verb is a file in `verb/`: checked arguments go in, a [`report::Report`] comes out. Outputs appear
+//! completely or not at all ([`output`]). Exit status: 0 done, 1 failure, 2 wrong usage, 128 + n ended by
+//! signal n.
 
 mod args;
 mod clock;
@@ -42,7 +42,7 @@ fn main() -> ExitCode {
     ExitCode::from(status)
 }
 
-/// Runs what was typed, and prints its report or why it fails.
+/// Runs the command line, and prints its report or the reason of a failure.
 fn run(typed: &[OsString]) -> u8 {
     let cli = match Cli::try_parse_from(typed) {
         Ok(cli) => cli,
@@ -56,9 +56,9 @@ fn run(typed: &[OsString]) -> u8 {
     done.map_or_else(|error| fail(&Failure::of(&name, &error), typed), |()| 0)
 }
 
-/// Says why a command fails; the status to end with.
+/// Reports a failure; returns the exit status.
 fn fail(failure: &Failure, typed: &[OsString]) -> u8 {
-    // What a signal has stopped has no reason of its own.
+    // A command stopped by a signal has no reason of its own.
     signals::end_if_received();
     eprintln!("relume: {}", failure.message);
     if asks_for_json(typed) {
@@ -67,9 +67,9 @@ fn fail(failure: &Failure, typed: &[OsString]) -> u8 {
     failure.status
 }
 
-/// Prints help where it was asked for, or what is wrong with the words typed.
+/// Prints help if requested, or the error in the command line.
 fn misunderstood(error: &clap::Error, typed: &[OsString]) -> u8 {
-    // A closed terminal or pipe leaves nobody to tell.
+    // With a closed terminal or pipe there is nobody to tell.
     let _ = error.print();
     if !error.use_stderr() {
         return 0;
@@ -85,12 +85,12 @@ fn misunderstood(error: &clap::Error, typed: &[OsString]) -> u8 {
     2
 }
 
-/// Whether `--json` is among the options, also where they cannot be understood.
+/// Whether `--json` is among the options, even if they cannot be parsed.
 fn asks_for_json(typed: &[OsString]) -> bool {
     typed.iter().take_while(|word| *word != "--").any(|word| word == "--json")
 }
 
-/// What signals tell the work to stop by.
+/// The cancellation flag set by signals.
 fn watch() -> relume::Result<Cancel> {
     let cancel = Cancel::default();
     let told = cancel.clone();

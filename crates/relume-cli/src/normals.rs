@@ -9,7 +9,7 @@ pub fn encode(normals: &Planes, format: PictureFormat) -> Result<Vec<u8>> {
     encode_picture(&picture(normals, format), format.with_depth(Depth::Sixteen))
 }
 
-/// Normals as the picture that a format takes.
+/// Normals as a picture for the given format.
 pub fn picture(normals: &Planes, format: PictureFormat) -> Picture {
     let mut planes = normals.clone();
     if matches!(format, PictureFormat::Exr(_)) {

@@ -1,9 +1,9 @@
-//! Paths as text: for people and programs, also where they are not UTF-8.
+//! Paths as text, for people and programs, even if they are not UTF-8.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-/// A path as text, with U+FFFD for what is not UTF-8.
+/// A path as text, with U+FFFD for bytes that are not UTF-8.
 pub fn text(path: impl AsRef<Path>) -> String {
     path.as_ref().to_string_lossy().into_owned()
 }
@@ -13,7 +13,7 @@ pub fn is_stream(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
 
-/// A path with `%` and every byte that is not UTF-8 as `%XX`: no two paths have the same such text.
+/// A path with `%` and every byte that is not UTF-8 as `%XX`, which is unique for each path.
 pub fn percent_encoded(path: &Path) -> String {
     let mut encoded = String::new();
     for chunk in path.as_os_str().as_encoded_bytes().utf8_chunks() {

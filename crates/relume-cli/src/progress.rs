@@ -1,4 +1,4 @@
-//! A progress bar with time left on standard error, and only where that is a terminal.
+//! A progress bar with the time left, on standard error if that is a terminal.
 
 use std::sync::{Mutex, MutexGuard};
 
@@ -39,7 +39,7 @@ impl Bar {
         }
     }
 
-    /// Says before all bars that follow which part of a longer job they belong to.
+    /// Sets the part of a longer job shown before the following bars.
     pub fn set_part(&self, part: String) {
         *self.part() = part;
     }

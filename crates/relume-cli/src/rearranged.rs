@@ -1,5 +1,5 @@
-//! What the verbs whose result is a source map write besides the texture: the map itself, and other
-//! registered images rearranged in the same way.
+//! The outputs of verbs with a source map besides the texture: the map itself, and other registered images
+//! rearranged in the same way.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -16,7 +16,7 @@ use crate::{gathered, input, output};
 #[derive(Debug, clap::Args)]
 #[group(skip)]
 pub struct Args {
-    /// Also write where each texel comes from, as x, y and exemplar: .npy or .exr
+    /// Also write the source of each texel, as x, y and exemplar: .npy or .exr
     #[arg(long, value_name = "FILE")]
     source_map: Option<PathBuf>,
     /// Also rearrange these registered images in the same way; with several exemplars, one image for
@@ -36,13 +36,13 @@ pub struct Applied<'a> {
 }
 
 impl Args {
-    /// Whether a source map is asked for, and whether images are to be rearranged.
+    /// Whether a source map and whether rearranged images are requested.
     pub fn given(&self) -> [(&'static str, bool); 2] {
         [("--source-map", self.source_map.is_some()), ("--apply", !self.apply.is_empty())]
     }
 
-    /// Claims all outputs of a command that reads `inputs` and also writes `named`, of which the first is
-    /// the texture, before any work is done.
+    /// Claims all outputs of a command before the work; it reads `inputs` and also writes `named`, of which
+    /// the first is the texture.
     pub fn claim(
         &self,
         inputs: &[&Path],
@@ -80,7 +80,7 @@ impl Args {
         self.apply.chunks(exemplars).map(job).collect()
     }
 
-    /// Where a rearranged image goes.
+    /// The path of a rearranged image.
     fn output_of(&self, image: &Path, output: &Path) -> Result<PathBuf> {
         let name = image.file_name().filter(|_| !output::is_stream(image));
         let name = name.ok_or_else(|| Error::usage("has no file name to call its output by").at(image))?;
@@ -96,7 +96,7 @@ impl Args {
         Ok(output.with_file_name(joined))
     }
 
-    /// The source map's file, where it is asked for.
+    /// The file of the source map, if requested.
     pub fn source_map(&self, map: &SourceMap, context: &Context) -> Result<Option<(PathBuf, Vec<u8>)>> {
         let encode = |path: &PathBuf| Ok((path.clone(), gathered::source_map(map, path, context)?));
         self.source_map.as_ref().map(encode).transpose()
@@ -104,7 +104,7 @@ impl Args {
 }
 
 impl Applied<'_> {
-    /// Reads the images, which must be as large as the exemplars.
+    /// Reads the images, which must have the sizes of the exemplars.
     pub fn read(&self, exemplars: &[FieldFile], context: &Context) -> Result<Vec<FieldFile>> {
         let images = read_all(self.images, None, context)?;
         for ((image, exemplar), path) in images.iter().zip(exemplars).zip(self.images) {
@@ -130,7 +130,7 @@ pub fn read_registered(
     jobs.iter().map(|job| job.read(exemplars, context)).collect()
 }
 
-/// Reads fields that must be of one kind; the first one where it is not read already.
+/// Reads fields that must be of one kind; the first may have been read already.
 pub fn read_all(paths: &[PathBuf], mut first: Option<Opened>, context: &Context) -> Result<Vec<FieldFile>> {
     let kind = |field: &ReflectanceField| {
         format!("{} {} in {} values", field.layout().name(), field.basis().name(), field.space())

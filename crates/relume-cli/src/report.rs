@@ -1,6 +1,6 @@
-//! What a verb says when it is done, or why it is not: a text for people and the same as JSON.
+//! The report of a verb or of its failure: a text for people and the same as JSON.
 //!
-//! The JSON has one shape for all verbs, which `docs/json.md` describes field by field.
+//! The JSON has one structure for all verbs, which `docs/json.md` describes field by field.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -16,11 +16,11 @@ use crate::paths::{self, is_stream};
 pub struct Report {
     /// For people; lines without a final newline.
     pub text: String,
-    /// For programs: the verb's own fields.
+    /// For programs: the fields of the verb.
     pub json: Value,
-    /// What may spoil the result, a sentence each.
+    /// Possible causes of failure, a sentence each.
     pub warnings: Vec<String>,
-    /// What was written. Where standard output carries one of them, the report goes to standard error.
+    /// The written files. If standard output carries one of them, the report goes to standard error.
     pub outputs: Vec<PathBuf>,
 }
 
@@ -30,7 +30,7 @@ impl Report {
         Self { text: text.into(), json, warnings: Vec::new(), outputs: Vec::new() }
     }
 
-    /// Names what was written.
+    /// Adds the written files.
     #[must_use]
     pub fn with_outputs(mut self, outputs: Vec<PathBuf>) -> Self {
         self.outputs = outputs;
@@ -44,7 +44,7 @@ impl Report {
         self
     }
 
-    /// Prints it as the options ask.
+    /// Prints it in the requested form.
     pub fn print(&self, verb: &str, context: &Context) -> Result<()> {
         context.bar.clear();
         let line = if context.json { format!("{:#}", self.whole(verb)) } else { self.lines() };
@@ -63,7 +63,7 @@ impl Report {
         std::iter::once(self.text.clone()).chain(warnings).collect()
     }
 
-    /// What all verbs say, and then what this one says.
+    /// The common fields, and then those of the verb.
     fn whole(&self, verb: &str) -> Value {
         let mut whole = Map::new();
         whole.insert("verb".to_owned(), json!(verb));
@@ -83,19 +83,19 @@ impl Report {
 /// Writes to standard output.
 ///
 /// # Errors
-/// Also when its reader has gone away: what it has got is cut off.
+/// Also when its reader has gone away, since the output it got is incomplete.
 pub fn write_stdout(bytes: &[u8]) -> Result<()> {
     let mut stdout = std::io::stdout().lock();
     let written = stdout.write_all(bytes).and_then(|()| stdout.flush());
     written.map_err(|error| Error::io("cannot write all of the standard output", &error))
 }
 
-/// Why a command did nothing.
+/// The reason of a failure.
 #[derive(Debug)]
 pub struct Failure {
-    /// The verb, where the command line names one.
+    /// The verb, if the command line names one.
     pub verb: Option<String>,
-    /// The error's kind, in one word.
+    /// The kind of the error, in one word.
     pub kind: String,
     /// One sentence.
     pub message: String,
@@ -106,7 +106,7 @@ pub struct Failure {
 }
 
 impl Failure {
-    /// Why a verb failed.
+    /// The failure of a verb.
     pub fn of(verb: &str, error: &Error) -> Self {
         Self {
             verb: Some(verb.to_owned()),
@@ -117,7 +117,8 @@ impl Failure {
         }
     }
 
-    /// As JSON on standard output. The exit status already tells of the failure; a closed pipe adds nothing.
+    /// Prints it as JSON on standard output. The exit status already shows the failure; a closed pipe adds
+    /// nothing.
     pub fn print_json(&self) {
         let _ = write_stdout(format!("{:#}\n", self.whole()).as_bytes());
     }

@@ -1,20 +1,20 @@
-//! Signals that end the program: what it has begun is removed, and the exit status says which signal.
+//! Signals that end the program: unfinished outputs are removed, and the exit status shows the signal.
 //!
-//! A thread waits for them. The work is told to stop and has a moment to do so; then, stopped or not, the
-//! temporaries of this process are removed and it ends with 128 plus the signal's number.
+//! A thread waits for them. The work is cancelled and has a moment to stop; then, stopped or not, the
+//! temporaries of this process are removed and it ends with 128 plus the number of the signal.
 
 use std::sync::atomic::{AtomicI32, Ordering};
 use std::time::Duration;
 
 use crate::output::remove_all;
 
-/// How long the work may take to stop by itself.
+/// The time in which the work may stop by itself.
 const PATIENCE: Duration = Duration::from_millis(300);
 
 /// The signal that ends the program, or 0.
 static RECEIVED: AtomicI32 = AtomicI32::new(0);
 
-/// Ends the program where a signal has told it to: what the work says of having been stopped is no news.
+/// Ends the program if a signal was received: the error of the cancelled work is not reported.
 pub fn end_if_received() {
     match RECEIVED.load(Ordering::SeqCst) {
         0 => {}
@@ -22,14 +22,14 @@ pub fn end_if_received() {
     }
 }
 
-/// Removes what was begun and ends the program.
+/// Removes unfinished outputs and ends the program.
 fn end(signal: i32) -> ! {
     let _held = remove_all();
     std::process::exit(128 + signal)
 }
 
-/// Watches for signals from now on; `cancel` tells the work to stop. Exceeding the limit on a file's size
-/// becomes an error of the write.
+/// Watches for signals from now on; `cancel` cancels the work. Exceeding the limit on file sizes becomes a
+/// write error.
 ///
 /// # Errors
 /// When the system refuses handlers or the thread.
@@ -38,7 +38,7 @@ pub fn watch(cancel: impl Fn() + Send + 'static) -> std::io::Result<()> {
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
     use signal_hook::iterator::Signals;
 
-    // It ends a process that does not handle it; a flag that nobody reads is handling enough.
+    // It ends a process that does not handle it; setting a flag that is never read is enough handling.
     signal_hook::flag::register(SIGXFSZ, std::sync::Arc::default())?;
     let watched = if hangup_is_ignored() { &[SIGINT, SIGTERM][..] } else { &[SIGINT, SIGTERM, SIGHUP][..] };
     let mut signals = Signals::new(watched)?;
@@ -53,7 +53,7 @@ pub fn watch(cancel: impl Fn() + Send + 'static) -> std::io::Result<()> {
     Ok(())
 }
 
-/// Other systems end programs by themselves.
+/// Other systems end programs themselves.
 ///
 /// # Errors
 /// Never.

@@ -1,7 +1,7 @@
-//! What relume wrote into a folder: a file in it that lists them with their stamps.
+//! The files relume wrote into a folder: a list in the folder, with their stamps.
 //!
-//! It tells what `--force` may replace, and whether the files still belong together: a verb that reads a
-//! capture refuses a photograph that is another than the one listed.
+//! It determines what `--force` may replace, and whether the files still belong together: a verb that reads a
+//! capture refuses a photograph that differs from the one listed.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsString;
@@ -17,7 +17,7 @@ use super::temporary::{folder_of, is_temporary};
 use crate::input;
 use crate::paths::{percent_decoded, percent_encoded};
 
-/// The list's own name.
+/// The name of the list.
 const NAME: &str = "relume-files.json";
 
 /// Files by their paths within the folder, parts joined by slashes.
@@ -27,7 +27,7 @@ pub struct FileList {
 }
 
 impl FileList {
-    /// The list in a folder; empty where there is none.
+    /// The list in a folder; empty if there is none.
     pub fn read(folder: &Path) -> Self {
         let text = fs::read(folder.join(NAME)).unwrap_or_default();
         serde_json::from_slice(&text).unwrap_or_default()
@@ -62,7 +62,7 @@ impl FileList {
         Ok(self)
     }
 
-    /// Refuses a file of the folder that is another than the one listed.
+    /// Refuses a file of the folder that differs from the one listed.
     fn check(&self, path: &Path, found: Stamp) -> Result<()> {
         let listed = path.file_name().and_then(|name| self.files.get(&key(Path::new(name))));
         match listed {
@@ -83,7 +83,7 @@ pub fn write(folder: &Path, list: &FileList) -> io::Result<()> {
     file.sync_all()
 }
 
-/// Everything in a folder but temporaries, by its path within it, folders before what they hold.
+/// Everything in a folder except temporaries, by its path within it, folders before their contents.
 pub fn walk(folder: &Path) -> io::Result<Vec<PathBuf>> {
     let mut found = Vec::new();
     let mut inner = vec![PathBuf::new()];
@@ -104,13 +104,13 @@ pub fn walk(folder: &Path) -> io::Result<Vec<PathBuf>> {
     Ok(found)
 }
 
-/// A name in the list. One that is not UTF-8 is written with its bytes in percent.
+/// A name in the list. One that is not UTF-8 is percent-encoded.
 fn key(name: &Path) -> String {
     let parts: Vec<String> = name.iter().map(|part| percent_encoded(Path::new(part))).collect();
     parts.join("/")
 }
 
-/// The photographs of a capture, each checked where its folder lists what was written together.
+/// The photographs of a capture, each checked against the list of its folder, if there is one.
 pub struct CaptureFiles {
     folder: PathBuf,
     list: FileList,
@@ -120,7 +120,7 @@ impl CaptureFiles {
     /// Reads the list beside a light file and checks that file.
     ///
     /// # Errors
-    /// A list that is damaged, or a light file that is another than the one listed.
+    /// A damaged list, or a light file that differs from the one listed.
     pub fn of(capture: &Capture) -> Result<Self> {
         let folder = folder_of(&capture.light_file).to_path_buf();
         let path = folder.join(NAME);
@@ -138,7 +138,7 @@ impl CaptureFiles {
     /// Reads a photograph.
     ///
     /// # Errors
-    /// One that cannot be read, or is another than the one listed.
+    /// A photograph that cannot be read, or differs from the one listed.
     pub fn raster(&self, photograph: &Path, job: &Job) -> Result<Raster> {
         let opened = input::open(photograph, job)?;
         self.check(photograph, || opened.stamp())?;

@@ -1,9 +1,9 @@
-//! A folder of outputs, which appears whole.
+//! A folder of outputs, which appears completely or not at all.
 //!
-//! It is staged beside its place. Where there is no folder yet, or an empty one, it is renamed there; one
-//! that is there needs `--force` and is exchanged in one step, so that nobody ever sees old and new files
-//! mixed. What relume wrote into the old folder goes with it ([`FileList`] says what that is); all other
-//! files are carried over. A folder that cannot be exchanged has its entries exchanged ([`within`]).
+//! It is staged beside its final place. If there is no folder yet, or an empty one, it is renamed there; an
+//! existing folder needs `--force` and is exchanged in one step, so that old and new files are never seen
+//! mixed. Files that relume wrote into the old folder, according to [`FileList`], are removed with it; all
+//! other files are carried over. If a folder cannot be exchanged, its entries are ([`within`]).
 
 use std::fs::{self, File};
 use std::io::{self, Write};
@@ -31,7 +31,7 @@ pub struct Folder {
 }
 
 impl Folder {
-    /// Stages a folder, which must not be one of `inputs`; one that exists and is not empty needs `--force`.
+    /// Stages a folder, which must not be one of `inputs`; an existing one that is not empty needs `--force`.
     pub fn stage(target: &Path, inputs: &[&Path], context: &Context) -> Result<Self> {
         refuse(target, inputs, context.force)?;
         let mut made = MadeFolders::default();
@@ -44,12 +44,12 @@ impl Folder {
         Ok(Self { target: target.to_path_buf(), place, stage, made, replaces: context.force, written })
     }
 
-    /// Where the folder's files are until it is committed.
+    /// The location of the files until the folder is committed.
     pub fn path(&self) -> &Path {
         self.stage.path()
     }
 
-    /// A folder that is gone when the guard drops, for what is needed for a while.
+    /// A temporary folder, removed when the guard drops.
     pub fn scratch(&self) -> Result<Temporary> {
         Temporary::folder(self.path())
             .map_err(|e| Error::io("cannot make a folder in it", &e).at(&self.target))

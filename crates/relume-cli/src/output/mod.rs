@@ -38,7 +38,7 @@ pub struct Outputs {
 struct Output {
     /// As it was named.
     path: PathBuf,
-    /// Where its bytes are until it is put in place; none for standard output.
+    /// The file with its bytes until it is put in place; `None` for standard output.
     temporary: Option<Temporary>,
     /// The bytes for standard output.
     stream: Vec<u8>,
@@ -53,8 +53,8 @@ impl Outputs {
     /// Claims an output before any work is done for it.
     ///
     /// # Errors
-    /// One that exists without `--force`, is named twice, is a folder, a device or one of `inputs`, or whose
-    /// folder cannot be made or written.
+    /// An output that exists without `--force`, is named twice, is a folder, a device or one of `inputs`, or
+    /// whose folder cannot be created or written.
     pub fn file(&mut self, path: &Path, inputs: &[&Path]) -> Result<()> {
         let temporary = if is_stream(path) { None } else { Some(self.stage(path, inputs)?) };
         if self.files.iter().any(|other| is_same(&other.path, path)) {
@@ -74,7 +74,7 @@ impl Outputs {
         Temporary::file(folder_of(path)).map_err(|e| Error::io("cannot write into its folder", &e).at(path))
     }
 
-    /// Gives a claimed output its bytes.
+    /// Writes the bytes of a claimed output.
     ///
     /// # Panics
     /// When it was not claimed.
@@ -87,7 +87,7 @@ impl Outputs {
         Ok(())
     }
 
-    /// Gives a claimed file its bytes by a function that may go back in it: for what is larger than memory.
+    /// Writes the bytes of a claimed file by a function that may seek in it: for files larger than memory.
     ///
     /// # Panics
     /// When it was not claimed, or is standard output.
@@ -101,8 +101,8 @@ impl Outputs {
         output.expect("outputs are claimed before they are written")
     }
 
-    /// Puts all outputs in their places and says their names. On failure none is left, and what `--force`
-    /// replaced is back.
+    /// Puts all outputs in their places and returns their names. On failure none is left, and whatever
+    /// `--force` replaced is restored.
     pub fn commit(mut self) -> Result<Vec<PathBuf>> {
         let names = self.files.iter().map(|output| output.path.clone()).collect();
         for output in &self.files {
@@ -142,17 +142,17 @@ impl Outputs {
     }
 }
 
-/// An output in its place, and how to take it back.
+/// An output in its place, and how to undo it.
 struct Placed {
     path: PathBuf,
-    /// What was there before.
+    /// The replaced file.
     replaced: Option<Temporary>,
 }
 
 impl Placed {
     fn new(path: PathBuf, temporary: Temporary, force: bool, held: &mut Held) -> Result<Self> {
         let exists = fs::symlink_metadata(&path).is_ok();
-        // Where a file system knows one name a file only, what is replaced cannot be put back.
+        // On file systems without hard links, a replaced file cannot be restored.
         let replaced = if force && exists { Temporary::link(&path, held).ok() } else { None };
         let done = if force {
             fs::rename(temporary.path(), &path)
@@ -178,7 +178,7 @@ impl Placed {
 
     fn undo(self, held: &mut Held) {
         match self.replaced {
-            // The place holds either file whatever happens, so a failure here has nothing to add.
+            // The place holds one of the files in any case, so a failure here adds nothing.
             Some(replaced) if fs::rename(replaced.path(), &self.path).is_ok() => replaced.release(held),
             Some(replaced) => replaced.discard(held),
             None => {
@@ -200,7 +200,7 @@ pub fn refuse_input(output: &Path, inputs: &[&Path]) -> Result<()> {
     Ok(())
 }
 
-/// Refuses folders, and what is neither file nor folder.
+/// Refuses folders, and anything that is neither file nor folder.
 fn refuse_kind(path: &Path) -> Result<()> {
     let there = fs::metadata(path);
     let is_stream_by_path =
@@ -216,7 +216,7 @@ fn refuse_kind(path: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Makes the folder around an output where it is missing.
+/// Creates the folder of an output if it is missing.
 fn make_folder(path: &Path, folders: &mut MadeFolders) -> Result<()> {
     let folder = folder_of(path);
     let around = folder.ancestors().find(|around| fs::symlink_metadata(around).is_ok());
@@ -226,7 +226,7 @@ fn make_folder(path: &Path, folders: &mut MadeFolders) -> Result<()> {
     folders.make(folder).map_err(|e| Error::io("cannot make its folder", &e).at(path))
 }
 
-/// Whether two paths name one file, which need not be there.
+/// Whether two paths name the same file, which need not exist.
 fn is_same(a: &Path, b: &Path) -> bool {
     let real = |path: &Path| {
         fs::canonicalize(path).ok().or_else(|| {
@@ -258,7 +258,7 @@ mod tests {
         Context::new(Common { json: false, force, threads: None, memory: None }, Default::default()).unwrap()
     }
 
-    /// Two outputs with their bytes; something comes to the second's place before they are put there.
+    /// Two outputs with their bytes; something appears at the place of the second before they are put there.
     fn failing(folder: &Path, force: bool) -> Error {
         let [a, b] = ["a", "b"].map(|name| folder.join(name));
         let mut outputs = Outputs::new(&context(force));

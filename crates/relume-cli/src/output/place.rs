@@ -1,13 +1,13 @@
-//! Renames that put outputs in their places: without replacing, or in exchange for what is there.
+//! Renames that put outputs in their places: without replacing, or in exchange for an existing folder.
 
 use std::fs;
 use std::io;
 use std::path::Path;
 
-/// Gives a file its place, which must be free.
+/// Moves a file to its place, which must be free.
 ///
 /// # Errors
-/// [`io::ErrorKind::AlreadyExists`] where something has come there meanwhile.
+/// [`io::ErrorKind::AlreadyExists`] if something has appeared there meanwhile.
 pub fn rename_new(from: &Path, to: &Path) -> io::Result<()> {
     #[cfg(any(target_os = "linux", target_os = "macos"))]
     match renamed(from, to, rustix::fs::RenameFlags::NOREPLACE) {
@@ -17,16 +17,16 @@ pub fn rename_new(from: &Path, to: &Path) -> io::Result<()> {
     match fs::hard_link(from, to) {
         Ok(()) => fs::remove_file(from),
         Err(error) if error.kind() == io::ErrorKind::AlreadyExists => Err(error),
-        // A file system without second names: what remains is to look first.
+        // A file system without hard links: it remains to check first.
         Err(_) if fs::symlink_metadata(to).is_ok() => Err(io::ErrorKind::AlreadyExists.into()),
         Err(_) => fs::rename(from, to),
     }
 }
 
-/// Gives a folder its place, which must be free or an empty folder.
+/// Moves a folder to its place, which must be free or an empty folder.
 ///
 /// # Errors
-/// Where a file or a folder that is not empty has come there meanwhile.
+/// If a file or a folder that is not empty has appeared there meanwhile.
 pub fn rename_folder(from: &Path, to: &Path) -> io::Result<()> {
     // Not all systems rename over an empty folder; one that is not empty is not removed here.
     if cfg!(not(unix)) {
@@ -38,11 +38,11 @@ pub fn rename_folder(from: &Path, to: &Path) -> io::Result<()> {
     fs::rename(from, to)
 }
 
-/// Exchanges two folders, in one step where the system has it. Otherwise the folder at `place` is for a
-/// moment called `aside`.
+/// Exchanges two folders, in one step if the system supports it. Otherwise the folder at `place` is
+/// temporarily called `aside`.
 ///
 /// # Errors
-/// Where they cannot be exchanged; both are then where they were.
+/// If they cannot be exchanged; both are then unchanged.
 pub fn exchange(new: &Path, place: &Path, aside: &Path) -> io::Result<()> {
     #[cfg(any(target_os = "linux", target_os = "macos"))]
     match renamed(new, place, rustix::fs::RenameFlags::EXCHANGE) {
@@ -62,7 +62,7 @@ fn renamed(from: &Path, to: &Path, how: rustix::fs::RenameFlags) -> io::Result<(
     rustix::fs::renameat_with(rustix::fs::CWD, from, rustix::fs::CWD, to, how).map_err(io::Error::from)
 }
 
-/// Whether the kernel or the file system does not know this way of renaming.
+/// Whether the kernel or the file system does not support this kind of rename.
 #[cfg(any(target_os = "linux", target_os = "macos"))]
 fn is_unknown(error: &io::Error) -> bool {
     use rustix::io::Errno;

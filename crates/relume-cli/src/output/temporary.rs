@@ -1,23 +1,23 @@
-//! Temporary files and folders beside their places: named, locked, and removed whatever ends the work.
+//! Temporary files and folders beside their final places: named, locked, and removed however the work ends.
 //!
 //! A temporary is called `.relume-PROCESS-NUMBER.tmp` and locked by the process that owns it (an advisory
-//! lock, which the system drops when the process ends). A temporary that can be locked therefore has no
-//! owner any more and is removed by the next run that writes into its folder. The registry lists what
-//! this process owns, so that a signal can remove it ([`remove_all`]).
+//! lock, which the system releases when the process ends). A temporary that can be locked therefore has no
+//! owner any more and is removed by the next run that writes into its folder. The registry lists the
+//! temporaries of this process, so that a signal can remove them ([`remove_all`]).
 
 use std::fs::{self, File, OpenOptions};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// What this process has made and not yet put in place.
+/// The outputs that this process has created and not yet put in place.
 #[derive(Debug, Default)]
 struct Registry {
     /// Temporaries; those of folders count as one.
     temporaries: Vec<PathBuf>,
-    /// Folders made for outputs, outer ones first; kept only where an output comes into them.
+    /// Folders created for outputs, outer ones first; kept only if an output is put into them.
     folders: Vec<PathBuf>,
-    /// Folders that were searched for what other runs left.
+    /// Folders already searched for leftovers of other runs.
     searched: Vec<PathBuf>,
     /// The number of the next temporary.
     next: u64,
@@ -26,7 +26,7 @@ struct Registry {
 static REGISTRY: Mutex<Registry> =
     Mutex::new(Registry { temporaries: Vec::new(), folders: Vec::new(), searched: Vec::new(), next: 0 });
 
-/// Nothing is created, put in place or removed by others while this is held.
+/// While this is held, nothing is created, put in place or removed by others.
 #[derive(Debug)]
 pub struct Held(MutexGuard<'static, Registry>);
 
@@ -35,8 +35,8 @@ pub fn hold() -> Held {
     Held(REGISTRY.lock().unwrap_or_else(PoisonError::into_inner))
 }
 
-/// Removes every temporary of this process and the empty folders made for outputs. Nothing is created
-/// as long as the guard lives.
+/// Removes every temporary of this process and the empty folders created for outputs. Nothing is created as
+/// long as the guard lives.
 pub fn remove_all() -> Held {
     let mut held = hold();
     for path in std::mem::take(&mut held.0.temporaries) {
@@ -53,12 +53,12 @@ pub fn remove_all() -> Held {
 #[derive(Debug)]
 pub struct Temporary {
     path: PathBuf,
-    /// The open file, or folder where the system can open one; its lock says that the owner lives.
+    /// The open file, or folder if the system can open one; its lock shows that the owner is alive.
     handle: Option<File>,
 }
 
 impl Temporary {
-    /// An empty file with the permissions that a new file would have.
+    /// An empty file with the permissions of a new file.
     ///
     /// # Errors
     /// When the folder cannot be written.
@@ -77,10 +77,10 @@ impl Temporary {
         Self::create(folder, |path| fs::create_dir(path).map(|()| File::open(path).ok()))
     }
 
-    /// Another name of a file that is there, so that it can be put back.
+    /// A hard link to an existing file, so that it can be restored.
     ///
     /// # Errors
-    /// When the file system knows one name a file only.
+    /// When the file system has no hard links.
     pub fn link(file: &Path, held: &mut Held) -> io::Result<Self> {
         Self::create_held(folder_of(file), held, |path| {
             fs::hard_link(file, path).map(|()| File::open(path).ok())
@@ -117,7 +117,7 @@ impl Temporary {
         }
     }
 
-    /// Where it is.
+    /// Its path.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -125,7 +125,7 @@ impl Temporary {
     /// The open file.
     ///
     /// # Panics
-    /// Where it is a folder that could not be opened.
+    /// If it is a folder that could not be opened.
     pub fn file_mut(&mut self) -> &mut File {
         self.handle.as_mut().expect("a temporary file is open")
     }
@@ -135,7 +135,7 @@ impl Temporary {
         self.handle.as_ref().map_or(Ok(()), File::sync_all)
     }
 
-    /// Leaves it alone from now on: it has been put in place under another name.
+    /// Releases it: it has been put in place under another name.
     pub fn release(mut self, held: &mut Held) {
         held.0.temporaries.retain(|path| *path != self.path);
         self.path = PathBuf::new();
@@ -158,15 +158,15 @@ impl Drop for Temporary {
     }
 }
 
-/// Folders made for outputs, which go again when no output comes into them.
+/// Folders created for outputs, removed again if no output is put into them.
 #[derive(Debug, Default)]
 pub struct MadeFolders(Vec<PathBuf>);
 
 impl MadeFolders {
-    /// Makes a folder and those around it where they are missing.
+    /// Creates a folder and its missing parents.
     ///
     /// # Errors
-    /// When one of them cannot be made.
+    /// When one of them cannot be created.
     pub fn make(&mut self, folder: &Path) -> io::Result<()> {
         let missing = folder
             .ancestors()
@@ -216,12 +216,12 @@ pub fn folder_of(path: &Path) -> &Path {
     }
 }
 
-/// Locks a new temporary; whether another process took it for a stale one in between.
+/// Locks a new temporary; tells whether another process took it for a stale one in between.
 fn is_taken(handle: &File, path: &Path) -> bool {
     match handle.try_lock() {
         Ok(()) => fs::symlink_metadata(path).is_err(),
         Err(fs::TryLockError::WouldBlock) => true,
-        // Without locks, nothing is ever taken for stale.
+        // Without locks, nothing is ever considered stale.
         Err(fs::TryLockError::Error(_)) => false,
     }
 }
@@ -249,7 +249,7 @@ pub fn is_temporary(name: &str) -> bool {
     numbers.is_some_and(|(process, number)| is_number(process) && is_number(number))
 }
 
-/// Removes a file or a folder with all it holds; one that is gone already is fine.
+/// Removes a file, or a folder with all its contents; missing ones are fine.
 fn remove(path: &Path) {
     // Others may write into a folder while it is removed: a few rounds are enough.
     for _ in 0..8 {

@@ -1,5 +1,5 @@
-//! A folder that cannot be exchanged: the current one, one around it, or a mounted file system. Its
-//! entries are exchanged one by one, and all steps are taken back when one fails.
+//! A folder that cannot be exchanged: the current one, a parent of it, or a mounted file system. Its entries
+//! are exchanged one by one, and all steps are undone when one fails.
 
 use std::ffi::OsString;
 use std::fs;
@@ -8,21 +8,21 @@ use std::path::Path;
 
 use super::place;
 
-/// A step, which names the entry that it moved.
+/// A step, with the entry that it moved.
 enum Step {
-    /// New and old entry have changed places.
+    /// New and old entry were exchanged.
     Exchanged(OsString),
-    /// A new entry came in.
+    /// A new entry was moved in.
     In(OsString),
-    /// An old entry went out.
+    /// An old entry was moved out.
     Out(OsString),
 }
 
-/// Moves the entries of `stage`, a folder within `place`, to `place`, and what they replace or what is
-/// `outdated` into the stage.
+/// Moves the entries of `stage`, a folder within `place`, to `place`, and the entries that they replace or
+/// that are `outdated` into the stage.
 ///
 /// # Errors
-/// An entry that is there already, unless it may be replaced. Nothing has moved then.
+/// An entry that already exists, unless it may be replaced. Nothing has moved then.
 pub fn move_in(stage: &Path, place: &Path, outdated: &[OsString], replaces: bool) -> io::Result<()> {
     let mut steps = Vec::new();
     let moved = new_entries(stage).and_then(|new| {
@@ -63,7 +63,7 @@ fn step_in(stage: &Path, place: &Path, name: &OsString, replaces: bool) -> io::R
     Ok(Step::Exchanged(name.clone()))
 }
 
-/// Takes a step back; where that fails too, the entry stays where it is.
+/// Undoes a step; if that fails too, the entry stays where it is.
 fn undo(step: &Step, stage: &Path, place: &Path) {
     let _ = match step {
         Step::Exchanged(name) => place::exchange(&place.join(name), &stage.join(name), &stage.join("aside")),

@@ -1,4 +1,4 @@
-//! What every verb shares: the common options, turned into limits, threads and progress.
+//! The common options of all verbs, converted to limits, threads and progress.
 
 use std::sync::Arc;
 
@@ -8,7 +8,7 @@ use relume::{Cancel, Error, Job, Limits, Result};
 use crate::memory;
 use crate::progress::Bar;
 
-/// Options every verb takes.
+/// Options of every verb.
 #[derive(Debug, Args)]
 pub struct Common {
     /// Print a machine-readable result on standard output
@@ -20,8 +20,7 @@ pub struct Common {
     /// Worker threads [default: one for each processor]; results do not depend on it
     #[arg(long, global = true, value_name = "N", help_heading = "Common options")]
     pub threads: Option<usize>,
-    /// Memory one job may use, in GiB [default: three quarters of what is free within the limits of
-    /// the machine, the process and its control group]
+    /// Memory limit of a job, in GiB [default: three quarters of what is free]
     #[arg(long, global = true, value_name = "GIB", help_heading = "Common options")]
     pub memory: Option<f64>,
 }
@@ -33,7 +32,7 @@ pub struct Context {
     pub json: bool,
     /// Whether existing outputs may be replaced.
     pub force: bool,
-    /// What readers and stages work within.
+    /// The job of readers and stages.
     pub job: Job,
     /// A bar on standard error, silent unless that is a terminal.
     pub bar: Arc<Bar>,

@@ -1,22 +1,22 @@
-//! How much memory the system lets this process use: what is free in the machine, in its control
-//! groups (Linux "Control Group v2" and v1 memory controllers), and within its resource limits
-//! (`setrlimit(2)`). Systems that tell nothing of these set no bound.
+//! The memory that the system lets this process use: the free memory of the machine, and the limits of its
+//! control groups (Linux "Control Group v2" and v1 memory controllers) and resource limits (`setrlimit(2)`).
+//! Systems that report none of these set no bound.
 
 use std::path::{Path, PathBuf};
 
-/// Address space that each thread takes beside what it works on: its stack of 2 MiB, and the 64 MiB
-/// that the allocator of the GNU C library reserves for it.
+/// The address space of each thread besides its data: its stack of 2 MiB, and the 64 MiB that the allocator
+/// of the GNU C library reserves for it.
 const THREAD_BYTES: u64 = 66 << 20;
-/// Of which this much is writable, and so counts as data.
+/// The writable part of it, which counts as data.
 const THREAD_DATA_BYTES: u64 = 2 << 20;
 
-/// Bytes that may still be used, as far as the system says.
+/// The bytes still available, as far as the system reports them.
 pub fn available_bytes(threads: usize) -> Option<u64> {
     let machine = read("/proc/meminfo").and_then(|text| kib(&text, "MemAvailable:"));
     [machine, control_groups(), process(threads)].into_iter().flatten().min()
 }
 
-/// Bytes that the resource limits of the process leave, once `threads` have started.
+/// The bytes left by the resource limits of the process, once `threads` have started.
 pub fn process(threads: usize) -> Option<u64> {
     let (limits, status) = (read("/proc/self/limits")?, read("/proc/self/status")?);
     within_limits(&limits, &status, threads as u64)
@@ -32,7 +32,7 @@ fn kib(text: &str, key: &str) -> Option<u64> {
     line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?.checked_mul(1024)
 }
 
-/// What `/proc/self/limits` leaves beside what `/proc/self/status` says is taken.
+/// The memory left by `/proc/self/limits` after that reported as used by `/proc/self/status`.
 fn within_limits(limits: &str, status: &str, threads: u64) -> Option<u64> {
     let soft = |name: &str| -> Option<u64> {
         let line = limits.lines().find_map(|line| line.strip_prefix(name))?;
@@ -49,7 +49,7 @@ fn within_limits(limits: &str, status: &str, threads: u64) -> Option<u64> {
     bounds.into_iter().flatten().min()
 }
 
-/// What the control groups of the process leave, up to the root.
+/// The memory left by the control groups of the process, up to the root.
 fn control_groups() -> Option<u64> {
     let groups = read("/proc/self/cgroup")?;
     folders(&groups).iter().filter_map(|folder| left_in_group(&|file| read(folder.join(file)))).min()
@@ -74,7 +74,7 @@ fn folders(groups: &str) -> Vec<PathBuf> {
     folders
 }
 
-/// What one group leaves; `file` reads a file of its folder. Cached files that can be dropped count as
+/// The memory left by one group; `file` reads a file of its folder. Cached files that can be dropped count as
 /// free.
 fn left_in_group(file: &dyn Fn(&str) -> Option<String>) -> Option<u64> {
     // Words such as `max` set no bound.

@@ -1,6 +1,6 @@
 //! Names of the members of closed families: the same in options, reports and files.
 
-/// A closed family of which every member has a name.
+/// A closed family with a name for every member.
 ///
 /// ```
 /// use relume::Named;
@@ -14,7 +14,7 @@ pub trait Named: Copy + 'static {
     /// All members, in the order in which they are offered.
     const ALL: &'static [Self];
 
-    /// The member's name.
+    /// The name of the member.
     fn name(self) -> &'static str;
 
     /// The member of that name.

@@ -80,7 +80,7 @@ fn way_in_words(way: Way) -> String {
     }
 }
 
-/// What may spoil synthesis, a sentence each.
+/// Possible causes of failure of a synthesis, a sentence each.
 pub fn warnings(found: &Analysis) -> Vec<String> {
     found.warnings.iter().map(|warning| warning.sentence().to_string()).collect()
 }

@@ -1,4 +1,4 @@
-//! `relume completions`: what a shell needs to complete verbs, options and names.
+//! `relume completions`: shell completions of verbs, options and names.
 
 use clap::CommandFactory;
 use clap_complete::{Shell, generate};
@@ -19,7 +19,7 @@ pub struct Args {
     shell: Shell,
 }
 
-/// The shell's script as the report.
+/// The script for the shell, as the report.
 pub fn run(args: &Args) -> Result<Report> {
     let mut script = Vec::new();
     generate(args.shell, &mut Cli::command(), "relume", &mut script);

@@ -60,11 +60,11 @@ pub struct Request<'a> {
     pub other_options: Vec<String>,
 }
 
-/// What became of a request.
+/// The outcome of a request.
 pub enum Drawn {
     /// A window of an endless plane was drawn and written.
     Window(Report),
-    /// Blocks are to be laid, of exemplars of which this one is read already.
+    /// Blocks are to be placed; this one of the exemplars has been read already.
     Not(Option<Opened>),
 }
 
@@ -95,12 +95,12 @@ pub fn run(request: &Request<'_>, context: &Context) -> Result<Drawn> {
     Ok(Drawn::Window(report.with_outputs(outputs.commit()?)))
 }
 
-/// What a texture is made of.
+/// The source of a texture.
 enum Source {
     Tiles(TileSetFile),
     Model(Box<FieldModel>),
     Noise(Opened),
-    /// Blocks; the exemplar is read where it is the only one.
+    /// Blocks; the exemplar has been read if it is the only one.
     Exemplars(Option<Opened>),
 }
 

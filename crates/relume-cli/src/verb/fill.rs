@@ -85,7 +85,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     args.how.finish(texture, &map, &growth, "of the holes", json!({ "tile": args.tile }), context)
 }
 
-/// What is written.
+/// The outputs.
 pub struct Claimed<'a> {
     /// Images that are filled in the same way as the texture.
     applied: Vec<Applied<'a>>,

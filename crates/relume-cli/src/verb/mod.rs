@@ -38,10 +38,10 @@ use crate::report::Report;
 #[derive(Debug, Parser)]
 #[command(name = "relume", version, max_term_width = 100, after_help = "Start with `relume demo`.")]
 pub struct Cli {
-    /// What every verb takes.
+    /// The common options of all verbs.
     #[command(flatten)]
     pub common: Common,
-    /// What to do.
+    /// The verb.
     #[command(subcommand)]
     pub verb: Verb,
 }
@@ -83,7 +83,7 @@ pub enum Verb {
     Synth(Box<synth::Args>),
     /// Make a texture tile by refilling a band along its border
     Tileable(tileable::Args),
-    /// Print what a shell needs to complete commands
+    /// Print shell completions
     Completions(completions::Args),
     /// Write manual pages, one for each verb
     Man(man::Args),

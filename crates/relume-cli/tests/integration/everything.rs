@@ -1,5 +1,5 @@
-//! Every verb at least once, on names of any kind: what is printed as JSON is what docs/json.md says, and
-//! names that are not UTF-8 work everywhere.
+//! Every verb at least once, on names of any kind: the JSON matches docs/json.md, and names that are not
+//! UTF-8 work everywhere.
 
 use std::collections::BTreeMap;
 use std::ffi::{OsStr, OsString};
@@ -55,7 +55,7 @@ const COMMANDS: [&str; 38] = [
     "demo -o @demo --lights 12",
 ];
 
-/// A word, where names begin with `base`.
+/// A word of a command, with names that begin with `base`.
 fn name(base: &OsStr, word: &str) -> OsString {
     match word.strip_prefix('@') {
         Some(name) => {
@@ -73,7 +73,7 @@ fn relume(at: &Path, base: &OsStr, command: &str) -> Output {
     Command::new(env!("CARGO_BIN_EXE_relume")).current_dir(at).args(words).arg("--json").output().unwrap()
 }
 
-/// What the commands start from.
+/// The inputs of the commands.
 fn prepare(at: &Path, base: &OsStr) {
     let file = |word: &str| at.join(name(base, word));
     fs::create_dir_all(file("@in")).unwrap();

@@ -1,5 +1,5 @@
-//! Options at their extremes: every number that an option takes is obeyed or refused in words, within
-//! seconds and within the memory allowed.
+//! Options at their extremes: every number that an option accepts is obeyed or refused with a message, within
+//! seconds and within the allowed memory.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -15,11 +15,11 @@ use relume::procedural::Material;
 
 use crate::support::{done, refused, relume, run, write_grey, write_material};
 
-/// Command lines drawn at random; `RELUME_EXTREMES` sets another number, and so other lines.
+/// The number of random command lines; `RELUME_EXTREMES` sets another number, and thereby other lines.
 const RUNS: u64 = 250;
-/// How long a run of these tiny inputs may take on a busy machine.
+/// The longest run of these tiny inputs on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(30);
-/// GiB allowed, and what that is in KiB.
+/// The allowed memory in GiB, and the same in KiB.
 const MEMORY: (&str, u64) = ("0.5", 512 << 10);
 
 const NUMBERS: [&str; 26] = [
@@ -51,7 +51,7 @@ const NUMBERS: [&str; 26] = [
     "18446744073709551616",
 ];
 
-/// Sizes that are tiny, or larger than anything that is made.
+/// Sizes that are tiny, or larger than anything that can be made.
 const SIZES: [&str; 9] = [
     "0",
     "1",
@@ -64,7 +64,7 @@ const SIZES: [&str; 9] = [
     "9223372036854775808x9223372036854775808",
 ];
 
-/// What is run, on the inputs of [`inputs`].
+/// The commands, on the inputs of [`inputs`].
 const BASES: [&str; 27] = [
     "synth a.png -o o.png --size 40",
     "synth f.ptm -o o.ptm --size 30 --method efros-leung --neighbourhood 5",
@@ -157,7 +157,7 @@ fn valued(entry: &str) -> Option<Valued> {
     })
 }
 
-/// A value, as a rule an extreme one, in the shape that an option asks for.
+/// A value, mostly an extreme one, in the form that an option expects.
 fn extreme(option: &Valued, stream: &mut Stream) -> String {
     if !option.listed.is_empty() {
         return option.listed[stream.below(option.listed.len())].clone();
@@ -178,7 +178,7 @@ fn extreme(option: &Valued, stream: &mut Stream) -> String {
     }
 }
 
-/// What is wrong with a run, if anything.
+/// The fault of a run, if any.
 fn fault(folder: &Path, arguments: &[String]) -> Option<String> {
     let mut child = Command::new(env!("CARGO_BIN_EXE_relume"))
         .current_dir(folder)
@@ -230,7 +230,7 @@ fn extremes_of_every_option_give_a_result_or_a_sentence_in_time_and_memory() {
         let mut words: Vec<String> = base.split(' ').map(str::to_owned).collect();
         for _ in 0..=stream.below(2) {
             let option = &options[stream.below(options.len())];
-            // An option given twice says nothing but that.
+            // An option given twice only reports that.
             if !words.iter().any(|word| word.split('=').next() == Some(&option.name)) {
                 words.push(format!("{}={}", option.name, extreme(option, &mut stream)));
             }

@@ -12,10 +12,10 @@ use rustix::fs::{CWD, FileType, Mode, mknodat};
 
 use crate::support::{done, write_grey, write_material};
 
-/// Far longer than any of the commands takes; one that opens a pipe twice waits for ever.
+/// Far longer than any of the commands takes; a command that opens a pipe twice waits for ever.
 const LONGEST: Duration = Duration::from_secs(60);
 
-/// Small inputs of every kind, made by the program where it makes them.
+/// Small inputs of every kind, made by the program where it can.
 fn inputs(folder: &Path) {
     let size = Size::new(32, 32);
     write_material(&folder.join("a.png"), Material::Weave, size, 8.0);
@@ -40,7 +40,7 @@ fn inputs(folder: &Path) {
     done(folder, &["roll", "a.png", "-o", "tiles.exr", "--period", "8,0,0,8"]);
 }
 
-/// Commands whose words that are files are their inputs.
+/// Commands; their words that are files are their inputs.
 const COMMANDS: &[&str] = &[
     "info a.png",
     "info field.ptm",
@@ -77,7 +77,7 @@ const COMMANDS: &[&str] = &[
      --roughness mask.png",
 ];
 
-/// Runs a command and gives its exit status, standard error, and whether it ended at all.
+/// Runs a command and returns its exit status, standard error, and whether it ended at all.
 fn run_within(folder: &Path, words: &[String]) -> Option<(bool, String)> {
     let mut child = Command::new(env!("CARGO_BIN_EXE_relume"))
         .current_dir(folder)
@@ -125,7 +125,7 @@ fn no_verb_opens_a_file_twice() {
             mknodat(CWD, &pipe, FileType::Fifo, Mode::RUSR | Mode::WUSR, 0).unwrap();
             let bytes = fs::read(folder.join(&words[at])).unwrap();
             let end = pipe.clone();
-            // It stays behind where a command never opens the pipe, which fails the test below.
+            // It remains if a command never opens the pipe, which fails the test below.
             let writer = thread::spawn(move || fs::write(end, bytes));
             let mut with_pipe = words.clone();
             with_pipe[at] = "pipe.png".to_owned();

@@ -1,11 +1,10 @@
-//! Where the photographs of a light file lie.
+//! Location of the photographs of a light file.
 //!
-//! Light files travel: from another computer, out of an archive, into a folder of their own. A name
-//! is looked for as it is listed; then by ever shorter tails of its path in the folder of the light
-//! file (`C:\dome\photos\a.jpg`: `photos/a.jpg`, then `a.jpg`); then by the tails that still name a
-//! folder in the folder above. Where that finds none of the photographs, the folders below, above and
-//! beside the light file are tried, and one that holds all of them is taken. Upper and lower case
-//! count only where both exist.
+//! Light files move: from another computer, out of an archive, into another folder. A name is searched as it
+//! is listed; then by ever shorter tails of its path in the folder of the light file (`C:\dome\photos\a.jpg`:
+//! `photos/a.jpg`, then `a.jpg`); then by the tails that still name a folder in the parent folder. If that
+//! finds none of the photographs, the folders below, above and beside the light file are tried, and one that
+//! holds all of them is used. Upper and lower case matter only if both exist.
 
 use std::collections::BTreeMap;
 use std::ffi::{OsStr, OsString};
@@ -14,7 +13,7 @@ use std::path::{Path, PathBuf};
 use super::lp::{self, Entry, printable};
 use crate::error::{Error, Result};
 
-/// Folders below, above and beside a light file that are looked into.
+/// The most folders searched below, above and beside a light file.
 const MAX_FOLDERS: usize = 1000;
 
 /// Finds photographs by the names of a light file; folders are listed once.
@@ -32,8 +31,8 @@ impl<'a> Finder<'a> {
         Ok(Self { folder, above, listings: BTreeMap::from([(folder.to_path_buf(), own)]) })
     }
 
-    /// The photograph of each entry, as far as they exist, and the folder they all lie in where that
-    /// had to be guessed.
+    /// The photograph of each entry, as far as they exist, and the folder of all of them if it had to be
+    /// guessed.
     pub(super) fn find(&mut self, entries: &[Entry]) -> Result<(Vec<Option<PathBuf>>, Option<PathBuf>)> {
         let found = entries.iter().map(|entry| self.find_one(entry)).collect::<Result<Vec<_>>>()?;
         if entries.is_empty() || found.iter().any(Option::is_some) {
@@ -64,7 +63,7 @@ impl<'a> Finder<'a> {
         }
     }
 
-    /// The folders in which a photograph was looked for, for a message.
+    /// The folders searched for a photograph, for a message.
     pub(super) fn searched(&self, entry: &Entry) -> String {
         let own = self.folder.display();
         match self.above.as_ref().filter(|_| components(entry).count() > 1) {
@@ -92,7 +91,7 @@ impl<'a> Finder<'a> {
         Ok(None)
     }
 
-    /// The file at `tail` below `base`, by exact names, else by the only ones alike but for case.
+    /// The file at `tail` below `base`, by exact names, otherwise by the only ones that differ in case alone.
     fn resolve(&mut self, base: &Path, tail: &[String], entry: &Entry) -> Result<Option<PathBuf>> {
         let mut path = base.to_path_buf();
         for component in tail {
@@ -113,13 +112,13 @@ impl<'a> Finder<'a> {
         Ok(path.is_file().then_some(path))
     }
 
-    /// The names in a folder; none where it is none or cannot be listed.
+    /// The names in a folder; empty if it does not exist or cannot be listed.
     fn listing(&mut self, folder: &Path) -> &Listing {
         let read = || Listing::new(list(folder).unwrap_or_default());
         self.listings.entry(folder.to_path_buf()).or_insert_with(read)
     }
 
-    /// Visible folders below, above and beside the light file's own.
+    /// Visible folders below, above and beside that of the light file.
     fn neighbours(&mut self) -> Vec<PathBuf> {
         let own = self.folder.canonicalize().ok();
         let mut places = vec![self.folder.to_path_buf()];
@@ -150,7 +149,7 @@ impl Listing {
         Self { names, by_key }
     }
 
-    /// The name spelt so, else all that are alike but for case.
+    /// The name with this spelling, otherwise all that differ in case alone.
     fn find(&self, name: &str) -> &[OsString] {
         let alike = self.by_key.get(&name.to_lowercase()).map_or(&[][..], Vec::as_slice);
         let exact = alike.iter().position(|other| text(other) == name);
@@ -158,11 +157,11 @@ impl Listing {
     }
 }
 
-/// The file exactly as the line spells it, by its bytes too where they are no UTF-8.
+/// The file exactly as spelled in the line, also by its bytes if they are not UTF-8.
 fn as_listed(entry: &Entry, folder: &Path) -> Option<PathBuf> {
     let slashed = entry.name.replace('\\', "/");
     let spellings = [path_of_bytes(&entry.raw_name), PathBuf::from(&entry.name), PathBuf::from(slashed)];
-    // Joining an absolute path gives that path.
+    // Joining an absolute path yields that path.
     spellings.into_iter().map(|path| folder.join(path)).find(|path| path.is_file())
 }
 
@@ -176,7 +175,7 @@ fn path_of_bytes(bytes: &[u8]) -> PathBuf {
     lp::decode(bytes).into()
 }
 
-/// A name as text; Latin-1 where it is no UTF-8, as in a light file.
+/// A name as text; Latin-1 if it is not UTF-8, as in a light file.
 fn text(name: &OsStr) -> String {
     name.to_str().map_or_else(|| lp::decode(name.as_encoded_bytes()), str::to_owned)
 }
@@ -187,14 +186,14 @@ fn components(entry: &Entry) -> impl DoubleEndedIterator<Item = &str> + Clone {
     parts.filter(|part| !matches!(*part, "" | "." | "..") && !part.ends_with(':'))
 }
 
-/// The last parts of a listed path; nothing where it has fewer.
+/// The last parts of a listed path; `None` if it has fewer.
 fn tail(entry: &Entry, length: usize) -> Option<Vec<String>> {
     let parts = components(entry);
     let skipped = parts.clone().count().checked_sub(length)?;
     Some(parts.skip(skipped).map(str::to_owned).collect())
 }
 
-/// The names of a folder's entries, sorted with numbers compared as numbers.
+/// The names of the entries of a folder, sorted so that numbers compare as numbers.
 pub(super) fn list(folder: &Path) -> Result<Vec<OsString>> {
     let io = |e: std::io::Error| Error::io("cannot list the folder", &e).at(folder);
     let mut names = Vec::new();
@@ -205,13 +204,13 @@ pub(super) fn list(folder: &Path) -> Result<Vec<OsString>> {
     Ok(names)
 }
 
-/// Whether a name is one that systems hide: `.DS_Store`, and `._a.jpg` beside `a.jpg` of macOS.
+/// Whether systems hide a name: `.DS_Store`, and `._a.jpg` beside `a.jpg` of macOS.
 pub(super) fn is_hidden(name: &OsStr) -> bool {
     name.as_encoded_bytes().starts_with(b".")
 }
 
-/// A key that sorts `image2` before `image10`: runs of digits by length without leading zeros,
-/// then by digits; everything else by character. The name itself settles ties.
+/// A key that sorts `image2` before `image10`: runs of digits by length without leading zeros, then by
+/// digits; everything else by character. Ties are broken by the name itself.
 fn natural_key(name: &str) -> (Vec<(usize, String)>, String) {
     let mut parts: Vec<(usize, String)> = Vec::new();
     let mut chars = name.chars().peekable();

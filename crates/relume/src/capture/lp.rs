@@ -17,7 +17,7 @@ pub struct Entry {
     pub name: String,
     /// The bytes of the name: a path of this system where they are not UTF-8.
     pub raw_name: Vec<u8>,
-    /// Where the light stands, seen from the object.
+    /// The direction of the light, seen from the object.
     pub light: Direction,
     /// The line number in the file, from 1.
     pub line: usize,

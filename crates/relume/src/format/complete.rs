@@ -1,5 +1,5 @@
-//! Whether a JPEG or PNG file is whole, and large enough for what its header claims. Decoders fill in what a truncated file lacks; a
-//! measurement must not, so the file's own end marker is looked for first.
+//! Whether a JPEG or PNG file is complete, and large enough for what its header claims. Decoders fill in what
+//! a truncated file lacks; a measurement must not, so the end marker of the file is checked first.
 //!
 //! Markers as in ITU-T T.81, annex B; chunks as in W3C PNG (third edition), section 5.
 
@@ -47,8 +47,8 @@ impl Frame {
     }
 }
 
-/// Walks the markers of a JPEG file up to its end-of-image marker; gives what its frame claims, which every
-/// block of at least one bit must fill.
+/// Follows the markers of a JPEG file up to its end-of-image marker; returns its frame, whose size is
+/// plausible only if every block has at least one bit.
 pub(super) fn check_jpeg(bytes: &[u8]) -> Result<Option<Frame>> {
     let truncated = || {
         Error::invalid(format!(

@@ -1,9 +1,9 @@
-//! Samples that are not finite numbers, found where files are read: no stage has a use for them.
+//! Detection of samples that are not finite, when files are read: no stage can use them.
 
 use crate::error::{Error, Result};
 use crate::size::Size;
 
-/// Refuses samples of which one is NaN or infinite: the one at `i` lies in channel `channel(i)` at texel
+/// Refuses samples if one is NaN or infinite: the one at `i` lies in channel `channel(i)` at texel
 /// `texel(i)`.
 pub(super) fn check<'a>(
     samples: &[f32],

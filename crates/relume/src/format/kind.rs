@@ -28,7 +28,7 @@ pub(super) enum Class {
 /// First bytes, kind, name and class.
 type Row = (&'static [u8], Kind, &'static str, Class);
 
-/// All kinds of files that begin with bytes of their own.
+/// All kinds of files with a signature.
 const KINDS: [Row; 11] = [
     (b"PTM_", Kind::Ptm, "PTM", Class::Texels),
     (&[0x76, 0x2f, 0x31, 0x01], Kind::Exr, "EXR", Class::Texels),

@@ -23,9 +23,10 @@ use crate::numeric::random::{self, Purpose};
 use crate::synthesis::pixel::{NeighbourSearch, PatchMatchOptions, WeiLevoyOptions};
 use crate::synthesis::{Blend, BlockOptions, Exemplar, SourceMap, Tolerance, gather};
 
-/// The largest piece that a texture may copy as it stands, as a part of the smallest exemplar.
+/// The largest piece that a texture may copy verbatim, as a fraction of the smallest exemplar.
 pub const LARGEST_PIECE: f64 = 0.5;
-/// The search of scanlines that continue what is beside them: no other candidates, which need no tree.
+/// The search of scanlines that only continue their neighbours: without other candidates, which would need a
+/// tree.
 const CONTINUED: NeighbourSearch = NeighbourSearch::Coherence { candidates: 1, codewords: 4096 };
 /// The seed of the measure. It differs from the one with which textures are customarily compared, so that the
 /// choice does not bias that comparison.

@@ -28,7 +28,7 @@ pub struct Comparison<'a> {
 pub struct TexelErrors {
     /// Mean peak signal-to-noise ratio in decibels; infinite where the textures are equal.
     pub psnr_db: f64,
-    /// Mean root mean square error, white being 1.
+    /// Mean root mean square error, with white at 1.
     pub rmse: f64,
     /// The least ratio of all lights.
     pub worst_psnr_db: f64,
@@ -36,22 +36,22 @@ pub struct TexelErrors {
     pub worst_rmse: f64,
 }
 
-/// What textures are made of; of several lights the worst wrap and seam.
+/// Statistical distances; of several lights the worst wrap and seam.
 #[derive(Debug, Clone)]
 pub struct TextureMeasures {
     /// The distances under each light.
     pub distances: Vec<Distances>,
     /// Steps from the right edge to the left, and from the bottom to the top.
     pub wraps: [Wrap; 2],
-    /// Steps across cuts, where sources are known.
+    /// Steps across cuts, if the sources are known.
     pub seams: Option<Seams>,
-    /// What is copied, where sources are known.
+    /// The use of the exemplar, if the sources are known.
     pub copying: Option<Copying>,
 }
 
 impl<'a> Comparison<'a> {
-    /// Compares under so many lights, at least one: at the zenith, and on a circle 45 degrees from it. One is
-    /// enough for two pictures.
+    /// Compares under the given number of lights, at least one: at the zenith, and on a circle 45 degrees
+    /// from it. One is enough for two pictures.
     pub fn new(reference: &'a ReflectanceField, other: &'a ReflectanceField, lights: usize) -> Self {
         let are_pictures = [reference, other].iter().all(|field| *field.basis() == Basis::Constant);
         let ring = Sweep::Orbit { lights: lights.saturating_sub(1), polar_rad: FRAC_PI_4 };
@@ -88,8 +88,8 @@ impl<'a> Comparison<'a> {
         })
     }
 
-    /// Everything that is measured of textures of any size; `seed` draws the patches of the patch distance,
-    /// and `sources` are those of the other texture in the reference.
+    /// All measures of textures of any size; `seed` draws the patches of the patch distance, and `sources`
+    /// are those of the other texture in the reference.
     ///
     /// # Errors
     /// Textures that are too small, sources of another size, limits exceeded, and a cancelled job.

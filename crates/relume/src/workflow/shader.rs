@@ -1,5 +1,4 @@
-//! What a shader draws textures from: bytes of a polynomial texture map as pictures, and noise of
-//! functions that goes on without end.
+//! Data for shaders: the bytes of a polynomial texture map as pictures, and endless noise of functions.
 
 use crate::error::{Error, Result};
 use crate::field::{Domain, IndexSpace, Metric, PlaneLayout, ReflectanceField};
@@ -26,7 +25,7 @@ impl PtmPictures {
     /// The pictures of a file.
     ///
     /// # Errors
-    /// A file that is no `.ptm`.
+    /// A file that is not a `.ptm`.
     pub fn new(file: &FieldFile) -> Result<Self> {
         let Encoding::Ptm(encoding) = file.encoding else {
             return Err(Error::invalid("the page needs a .ptm texture map"));
@@ -66,7 +65,7 @@ impl NoiseFunctions {
     /// Models a field of functions of red, green and blue.
     ///
     /// # Errors
-    /// Other fields, exemplars that noise cannot be made of, and limits exceeded.
+    /// Other fields, exemplars unsuitable for noise, and limits exceeded.
     pub fn new(field: &ReflectanceField, job: &Job) -> Result<Self> {
         if *field.layout() != PlaneLayout::RGB {
             return Err(Error::invalid("the page needs functions of red, green and blue"));
@@ -82,7 +81,7 @@ impl NoiseFunctions {
         &self.noise
     }
 
-    /// The mean function as coefficients of red, green and blue, and then what each axis adds.
+    /// The mean function as coefficients of red, green and blue, and then the contribution of each axis.
     pub fn functions(&self) -> &[Vec<f32>] {
         &self.functions
     }

@@ -1,8 +1,8 @@
-//! No circle of imports runs through files of different folders: what is in a folder can be read, changed
-//! and moved without what uses it.
+//! No cycle of imports runs through files of different folders: the contents of a folder can be read, changed
+//! and moved independently of its users.
 //!
-//! An import is a path in a `use` or in the code, followed through the modules that re-export it to the
-//! file that defines it. Re-exports themselves, comments and tests are no imports.
+//! An import is a path in a `use` or in the code, followed through the modules that re-export it to the file
+//! that defines it. Re-exports themselves, comments and tests do not count.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -43,7 +43,7 @@ impl Sources {
         sources
     }
 
-    /// The module whose file defines what a path names, as seen from a module; none for other crates.
+    /// The module whose file defines the target of a path, as seen from a module; `None` for other crates.
     fn defined_in(&self, from: &Module, path: &[String]) -> Option<Module> {
         let mut at = from.clone();
         let mut rest = path;
@@ -90,7 +90,7 @@ impl Sources {
         self.files.iter().map(|entry| (entry.0, of(entry))).collect()
     }
 
-    /// The circles that run through more than one folder, as the files of each.
+    /// The cycles that run through more than one folder, as the files of each.
     fn circles(&self) -> BTreeSet<Vec<String>> {
         let imports = self.imports();
         let reached: BTreeMap<&Module, BTreeSet<&Module>> =
@@ -126,7 +126,7 @@ fn code(text: &str) -> String {
     lines.collect::<Vec<_>>().join("\n")
 }
 
-/// All names that `use` brings in: whether it re-exports them, their paths and what they are called.
+/// All names imported by `use`: whether they are re-exported, their paths and their local names.
 fn uses(text: &str) -> Vec<(bool, Vec<String>, String)> {
     let mut found = Vec::new();
     for statement in text.split(';') {

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 const STAGES: [&str; 9] =
     ["analysis", "capture", "fit", "metric", "procedural", "random_field", "render", "surface", "synthesis"];
 
-/// What the crate's root takes from `workflow` and stages: a way round the rule.
+/// The items that the root of the crate takes from `workflow` and stages: an exception to the rule.
 const FRONT: [&str; 6] = ["Capture", "FitOptions", "SynthOptions", "Synthesized", "relight", "synthesize"];
 
 /// What a stage may name besides itself and the foundation.

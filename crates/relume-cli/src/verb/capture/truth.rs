@@ -1,4 +1,4 @@
-//! The truth beside a capture.
+//! The ground truth of a capture.
 
 use relume::capture::dome::Dome;
 use relume::format::{Depth, ExrDepth, PictureFormat, encode_picture};

@@ -198,7 +198,7 @@ impl Trial<'_> {
     /// A result that the page can hold, also where it is a refusal.
     ///
     /// # Errors
-    /// What ends the gallery: it was stopped, or its own files cannot be written.
+    /// Errors that end the gallery: it was cancelled, or its own files cannot be written.
     fn kept<T>(&self, result: Result<T>) -> Result<Result<T>> {
         let stage = self.folder.parent().unwrap_or(self.folder);
         match result {

@@ -57,7 +57,7 @@ pub(super) fn decode(bytes: &[u8], job: &Job) -> Result<Layer> {
     })
 }
 
-/// Refuses what is not read, and sizes over the limits, before samples are allocated.
+/// Refuses unsupported files, and sizes over the limits, before samples are allocated.
 fn check_header(reader: &Reader<Cursor<&[u8]>>, found: u64, job: &Job) -> Result<()> {
     let header = reader.headers().first().ok_or_else(|| Error::invalid("the EXR file holds no picture"))?;
     if header.deep {

@@ -17,7 +17,7 @@ use crate::render::Mesh;
 /// OBJ.
 ///
 /// # Errors
-/// One that breaks its format, has no triangles or no texture coordinates, or exceeds the limits.
+/// A file that violates its format, has no triangles or no texture coordinates, or exceeds the limits.
 pub fn decode_mesh(bytes: &[u8], job: &Job) -> Result<Mesh> {
     if bytes.starts_with(b"glTF") {
         return glb::decode(bytes, job);

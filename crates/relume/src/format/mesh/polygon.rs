@@ -1,23 +1,23 @@
-//! Polygons cut into triangles by their ears (Meisters, "Polygons Have Ears", American Mathematical
-//! Monthly 1975), in the plane of their Newell normal (Tampieri, "Newell's Method for Computing the
-//! Plane Equation of a Polygon", Graphics Gems III, 1992).
+//! Triangulation of polygons by ear clipping (Meisters, "Polygons Have Ears", American Mathematical Monthly
+//! 1975), in the plane of their Newell normal (Tampieri, "Newell's Method for Computing the Plane Equation of
+//! a Polygon", Graphics Gems III, 1992).
 //!
-//! A polygon that its first corner sees whole, as every convex one, is cut into a fan. The others take
-//! O(corners^2) steps as a rule, O(corners^3) at worst, so they may have [`MAX_CORNERS`].
+//! A polygon that is star-shaped from its first corner, such as every convex one, is split into a fan. The
+//! others usually take O(corners^2) steps, at worst O(corners^3), so they may have at most [`MAX_CORNERS`].
 
 use crate::error::{Error, Result};
 
-/// Corners of a polygon that is no fan.
+/// The most corners of a polygon that is not a fan.
 const MAX_CORNERS: usize = 2048;
 
 type Point = [f64; 2];
 
-/// The triangles of a polygon, as places in `corners`, turning as the polygon does.
+/// The triangles of a polygon, as indices into `corners`, with the orientation of the polygon.
 ///
-/// Polygons that cross themselves or have no area give as many triangles as others, in some order.
+/// Self-intersecting polygons and those without area give as many triangles as others, in some order.
 ///
 /// # Errors
-/// More corners than can be cut.
+/// More corners than are supported.
 pub(super) fn triangulate(corners: &[[f32; 3]]) -> Result<Vec<[usize; 3]>> {
     let fan: Vec<_> = (2..corners.len()).map(|i| [0, i - 1, i]).collect();
     let points = flattened(corners);
@@ -35,11 +35,11 @@ pub(super) fn triangulate(corners: &[[f32; 3]]) -> Result<Vec<[usize; 3]>> {
     Ok(ears(&points))
 }
 
-/// The polygon in the plane of its normal, seen from where it turns counter-clockwise.
+/// The polygon in the plane of its normal, seen from the side on which it is counter-clockwise.
 fn flattened(corners: &[[f32; 3]]) -> Vec<Point> {
     let corners: Vec<[f64; 3]> = corners.iter().map(|c| c.map(f64::from)).collect();
     let next = corners.iter().cycle().skip(1);
-    // Components of the Newell normal: the areas of the polygon's shadows on the coordinate planes.
+    // Components of the Newell normal: the areas of the projections of the polygon on the coordinate planes.
     let shadow = |a: usize, b: usize| -> f64 {
         corners.iter().zip(next.clone()).map(|(p, q)| (p[a] - q[a]) * (p[b] + q[b])).sum()
     };
@@ -64,7 +64,7 @@ fn ears(points: &[Point]) -> Vec<[usize; 3]> {
         let area = |i: usize| twice_area(around(i).map(|j| points[j]));
         let places = (0..count).map(|k| (start + k) % count);
         let ear = places.clone().find(|&i| area(i) > 0.0 && is_empty(around(i), &left, points));
-        // Only crossing or flat polygons have no ear: the largest turn does least harm.
+        // Only self-intersecting or degenerate polygons have no ear: the largest turn does the least harm.
         let ear = ear.or_else(|| places.max_by(|&i, &j| area(i).total_cmp(&area(j)))).unwrap_or(0);
         triangles.push(around(ear));
         left.remove(ear);
@@ -91,7 +91,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Whether each sample of the plane lies in as many triangles as the even-odd rule says: none or one.
+    /// Whether each sample of the plane lies in as many triangles as the even-odd rule requires: none or one.
     fn check_cover(polygon: &[Point]) {
         let corners: Vec<[f32; 3]> = polygon.iter().map(|p| [p[0] as f32, p[1] as f32, 0.0]).collect();
         let triangles = triangulate(&corners).unwrap();

@@ -32,8 +32,8 @@ pub struct EfrosLeungOptions {
     pub size: Size,
     /// Side of the window in texels: odd, 3 to 1023.
     pub window: usize,
-    /// How much farther than the best a window may be that is drawn from, as a share of the best
-    /// squared distance: 0 to a million.
+    /// How much farther than the best a window may be to be a candidate, as a fraction of the best squared
+    /// distance: 0 to a million.
     pub epsilon: f64,
     /// Whether the output tiles.
     pub boundary: Boundary,

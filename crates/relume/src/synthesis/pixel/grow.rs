@@ -102,7 +102,7 @@ pub(in crate::synthesis) fn check_output(size: Size, window: usize, boundary: Bo
     Ok(())
 }
 
-/// Refuses shares that are no numbers from 0 to a million.
+/// Refuses values that are not numbers from 0 to a million.
 pub(in crate::synthesis) fn check_epsilon(epsilon: f64) -> Result<()> {
     if (0.0..=1e6).contains(&epsilon) {
         return Ok(());

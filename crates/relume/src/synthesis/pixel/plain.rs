@@ -8,7 +8,7 @@ use crate::synthesis::source_map::Texel;
 /// More than any distance, and far from overflowing: marks lanes that hold no position.
 pub const NOWHERE: u64 = 1 << 62;
 
-/// Positions of windows that fit well enough.
+/// The positions of candidate windows.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Matches {
     /// The smallest weighted squared distance over all positions.

@@ -21,7 +21,7 @@ const _: () = assert!(PATIENCE as u64 * largest_term(MAX_CODE) <= u32::MAX as u6
 /// The number of terms of the sieve whose sum fits 32 bits.
 const SIEVED_AT_MOST: usize = (u32::MAX as u64 / largest_term(sieve::SPAN)) as usize;
 
-/// What has been found near enough so far.
+/// The near windows found so far.
 pub struct NearWindows {
     best: u64,
     epsilon: f64,

@@ -15,7 +15,7 @@ const PEAK: f64 = 64.0;
 /// The longest side of a window: far more than the largest thing of any texture.
 const MAX_SIDE: usize = 1023;
 
-/// A window's side over its Gaussian's standard deviation.
+/// The side of a window divided by the standard deviation of its Gaussian.
 const SIDE_IN_SIGMAS: f64 = 6.4;
 
 /// The largest factor of a weight: 8 times a difference of 12-bit codes fits 16 bits.

@@ -54,13 +54,12 @@ pub struct PatchMatchOptions {
     pub window: usize,
     /// The most resolutions, each half the one before; fewer where a patch no longer fits.
     pub levels: usize,
-    /// How often matches and texels are improved at each level, at most twice at the finest one: 1 to
+    /// The number of improvements of matches and texels at each level, at most two at the finest one: 1 to
     /// 1000.
     pub rounds: usize,
     /// How matches are found.
     pub search: PatchSearch,
-    /// How much parts of the exemplars are avoided that are used more than evenly: 0, not at all,
-    /// to 1000.
+    /// The penalty for overused parts of the exemplars: 0, none, to 1000.
     pub uniformity: f64,
     /// The guide that the output follows.
     pub guidance: Option<Guidance>,

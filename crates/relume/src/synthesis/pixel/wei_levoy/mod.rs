@@ -41,11 +41,12 @@ use neighbourhood::{ScanNeighbourhood, ScanSamples};
 pub enum NeighbourSearch {
     /// Among all.
     Full,
-    /// By a tree with so many codewords at each level, 1 to 2^30, at most one for each neighbourhood.
+    /// By a tree with the given number of codewords at each level, 1 to 2^30, at most one for each
+    /// neighbourhood.
     Tsvq(usize),
     /// Among texels that continue the surroundings, and for each of them a number of similar ones.
     Coherence {
-        /// Candidates for each continuation, itself among them: 1 to 256.
+        /// Candidates for each continuation, including itself: 1 to 256.
         candidates: usize,
         /// Codewords of the tree in whose leaves they are found, up to 2^30; 0 for all neighbourhoods.
         codewords: usize,

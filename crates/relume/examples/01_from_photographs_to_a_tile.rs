@@ -1,5 +1,5 @@
-//! The whole way in the library: photographs under a virtual dome, a fit, a seamless enlargement,
-//! and two pictures of it. Writes the folder `01_capture` and the pictures `01_small.png` and
+//! The whole pipeline in the library: photographs under a virtual dome, a fit, a seamless enlargement,
+//! and two pictures of the result. Writes the folder `01_capture` and the pictures `01_small.png` and
 //! `01_large.png` into the current folder.
 
 use relume::capture::dome::{Dome, DomeOptions, lights};

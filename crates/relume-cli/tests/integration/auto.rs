@@ -87,7 +87,7 @@ fn blocks_that_are_asked_for_are_all_that_is_tried() {
     let asked = options(&["--block", "20", "--seed", "5", "--tries", "2"]);
     assert_eq!(asked[0], "--block 20 --overlap 3 --seed 5");
     assert!(asked[1].starts_with("--block 20 --overlap 3 --seed "), "{asked:?}");
-    // A named fault: the tries of seed 5 were those of seed 6 but for the first.
+    // A former fault: the tries of seed 5 were those of seed 6 except for the first.
     let beside = options(&["--block", "20", "--seed", "6", "--tries", "2"]);
     assert!(asked.iter().all(|one| !beside.contains(one)), "{asked:?} {beside:?}");
     let overlapped = options(&["--overlap", "4"]);
@@ -96,7 +96,7 @@ fn blocks_that_are_asked_for_are_all_that_is_tried() {
         "{overlapped:?}"
     );
     assert!(options(&[]).iter().any(|one| one.contains("roller")));
-    // A single try is taken unmeasured.
+    // A single try is used unmeasured.
     let one = json(folder.path(), &[&synth[..], &["--tries", "1"]].concat());
     assert_eq!(one["auto"]["tries"][0]["patches"], Value::Null);
 }
@@ -126,7 +126,7 @@ fn a_plane_of_tiles_is_laid_with_its_source_map() {
         json(folder.path(), &["compare", "--texture", "weave.png", "o.png", "--source-map", "map.npy"]);
     let piece = laid["tile_width"].as_u64().unwrap() * laid["tile_height"].as_u64().unwrap();
     assert!(found["copying"]["largest_piece"].as_u64().unwrap() <= 4 * piece, "{found}");
-    // The same plane as that of a set of tiles.
+    // The same plane as that of a tile set.
     done(folder.path(), &["roll", "weave.png", "-k", "4", "-o", "tiles.png"]);
     assert!(
         done(folder.path(), &["synth", "tiles.png", "-o", "plane.png", "--size", "150x90"]).status.success()

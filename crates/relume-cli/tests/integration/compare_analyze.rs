@@ -49,7 +49,7 @@ fn synthesis_is_measured_with_its_source_map_in_both_formats() {
         assert!((0.1..=1.0).contains(&coverage) && share > 0.0 && share < 0.5, "{found}");
         assert!(found["seams"]["ratio"].as_f64().unwrap() > 0.0);
         assert!(found["wrap"]["right_to_left"]["ratio"].as_f64().unwrap() > 0.0);
-        // The map is of the large texture, not of the exemplar.
+        // The map belongs to the large texture, not to the exemplar.
         let text =
             refused(folder.path(), &["compare", "--texture", "big.png", "weave.png", "--source-map", map]);
         assert!(text.contains("128 x 128") && text.contains("96 x 80"), "{text}");
@@ -65,7 +65,7 @@ fn functions_are_compared_under_several_lights() {
     done(folder.path(), &["fit", "sponge", "-o", "sponge.exr"]);
     let found = json(folder.path(), &["compare", "sponge.exr", "sponge.ptm", "--lights", "3"]);
     assert_eq!(found["lights"].as_array().unwrap().len(), 3);
-    // The two files hold the same photographs in other models: near, and nearest nowhere.
+    // The two files hold the same photographs in other models: close, but equal nowhere.
     let (mean, worst) = (found["psnr_db"].as_f64().unwrap(), found["worst"]["psnr_db"].as_f64().unwrap());
     assert!(worst > 20.0 && worst <= mean && mean < 60.0, "{found}");
     let found = json(folder.path(), &["compare", "--texture", "sponge.exr", "sponge.ptm", "--lights", "3"]);

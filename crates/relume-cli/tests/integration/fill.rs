@@ -8,7 +8,7 @@ use relume::{Job, Picture, Planes, Size, Space};
 
 use crate::support::{json, refused, run};
 
-/// Writes a picture of 8-bit samples, `channels` a texel.
+/// Writes a picture of 8-bit samples, with `channels` per texel.
 fn write_picture(path: &Path, size: Size, channels: usize, code: impl Fn(usize, usize, usize) -> u8) {
     let mut planes = Planes::zeros(size, channels);
     for k in 0..channels {
@@ -21,7 +21,7 @@ fn write_picture(path: &Path, size: Size, channels: usize, code: impl Fn(usize, 
     fs::write(path, bytes).unwrap();
 }
 
-/// The samples of a picture, texel after texel.
+/// The samples of a picture, texel by texel.
 fn samples(path: &Path) -> (Size, Vec<u32>) {
     let raster = read_raster(path, &Job::default()).unwrap();
     let count = raster.size().texels() * raster.channels();
@@ -65,7 +65,7 @@ fn registered_images_are_filled_from_the_same_places() {
     let folder = tempfile::tempdir().unwrap();
     prepare(folder.path());
     let at = |name: &str| folder.path().join(name);
-    // The number of each texel in its channels, so that a copy says where it comes from.
+    // The number of each texel in its channels, so that a copy reveals its source.
     write_picture(&at("where.png"), SIZE, 3, |k, x, y| [x as u8, y as u8, 0][k]);
     let fill = ["fill", "spoilt.png", "--mask", "mask.png", "-o", "out.png"];
     let band = ["tileable", "spoilt.png", "--band", "7", "-o", "out.png"];
@@ -91,7 +91,7 @@ fn registered_images_are_filled_from_the_same_places() {
 #[test]
 fn a_pattern_is_made_to_tile() {
     let folder = tempfile::tempdir().unwrap();
-    // 41 x 33 is no multiple of the period, so the border has to give way somewhere.
+    // 41 x 33 is not a multiple of the period, so the border has to give way somewhere.
     let size = Size::new(41, 33);
     let pattern = |k: usize, x: usize, y: usize| ((x % 6 * 37 + y % 5 * 91 + k * 53) % 251) as u8;
     write_picture(&folder.path().join("a.png"), size, 3, pattern);
@@ -141,7 +141,7 @@ fn textures_of_single_texels_are_the_same_at_any_number_of_threads() {
 fn outputs_follow_their_guide() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
-    // Two halves of the same noise, that only the guide tells apart.
+    // Two halves of the same noise that only the guide distinguishes.
     let size = Size::new(64, 40);
     let noise = |x: usize, y: usize| ((x * 7919 + y * 104_729 + x * y * 31) % 97) as u8;
     write_picture(&at("a.png"), size, 3, |k, x, y| [x as u8, 0, noise(x, y)][k]);
@@ -185,7 +185,8 @@ fn outputs_follow_their_guide() {
 fn holes_and_bands_follow_their_guide() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
-    // A stripe of the same noise that only the guide tells apart; it moves the stripe's border in the hole.
+    // A stripe of the same noise that only the guide distinguishes; it moves the border of the stripe in the
+    // hole.
     let size = Size::new(56, 40);
     let in_hole = |x: usize, y: usize| (16..40).contains(&x) && (9..31).contains(&y);
     let stripe = |x: usize| (14..42).contains(&x);

@@ -60,7 +60,7 @@ fn harmonics_are_fitted_shown_relit_rendered_and_synthesised() {
     done(path, &["render", "h.exr", "--size", "16", "-o", "rendered.png"]);
     done(path, &["synth", "h.exr", "--size", "12", "--block", "4", "--overlap", "1", "-o", "s.exr"]);
     assert_eq!(json(path, &["info", "s.exr"])["basis"], "hsh9");
-    // Nine functions are no polynomial, and the square holds none of their directions.
+    // Nine functions are not a polynomial, and the square has corners that are not directions.
     let ptm = failed(path, &["fit", ".", "-o", "h.ptm", "--basis", "hsh9"], 2);
     assert!(ptm.contains("not hsh9"), "{ptm}");
     let square = failed(path, &["synth", "h.exr", "--size", "12", "--domain", "square", "-o", "t.exr"], 2);
@@ -110,7 +110,7 @@ fn what_cannot_be_done_is_said_in_one_sentence() {
 fn photographs_are_never_overwritten() {
     let folder = capture(9);
     let path = folder.path();
-    // Files are read by their content, so a photograph may have the name of an output.
+    // Files are recognised by content, so a photograph may have the name of an output.
     fs::rename(path.join("p3.png"), path.join("p3.exr")).unwrap();
     let list = fs::read_to_string(path.join("lights.lp")).unwrap().replace("p3.png", "p3.exr");
     fs::write(path.join("lights.lp"), list).unwrap();

@@ -11,7 +11,7 @@ use crate::support::{failed, json, refused, run, write_material};
 /// A name that would be markup and more than one field.
 const NAME: &str = "a<b>, \"&{{seed}}.png";
 
-/// A folder `in` with a weave, a texture map, a broken picture and files that are no exemplars.
+/// A folder `in` with a weave, a texture map, a broken picture and files that are not exemplars.
 fn with_exemplars() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let input = folder.path().join("in");
@@ -43,13 +43,13 @@ fn every_method_has_its_entry_and_the_page_needs_nothing_else() {
         let file = folder.path().join("out").join(weave["file"].as_str().unwrap());
         assert_eq!(fs::read(file).unwrap()[16..24], [0, 0, 0, 64, 0, 0, 0, 60], "{method}: 64 x 60 texels");
     }
-    // Noise refuses a weave, and takes pebbles without sources.
+    // Noise refuses a weave, and makes pebbles without sources.
     assert!(entry(&exemplars[0], "noise")["error"].as_str().unwrap().contains("repeats"));
     let noise = entry(&exemplars[1], "noise");
     assert!(noise["measures"]["mean"].is_object() && noise["largest_piece"].is_null(), "{noise}");
     assert!(folder.path().join("out/pebbles.ptm/noise.ptm").is_file());
     assert!(entry(&exemplars[2], "quilting")["error"].as_str().unwrap().contains("zbroken.png"));
-    // Of textures that are no copies the nearest is the best, and only that.
+    // Among textures that are not copies the nearest is the best, and only that.
     for exemplar in &exemplars[..2] {
         let entries = exemplar["entries"].as_array().unwrap();
         let distance = |entry: &Value| entry["measures"]["mean"]["sliced"].as_f64();

@@ -5,7 +5,7 @@ use relume::format::read_height;
 
 use crate::support::{failed, json};
 
-/// A folder with a virtual capture of marble, its fit, and what to compare with.
+/// A folder with a virtual capture of marble, its fit, and the ground truth.
 fn folder_with_capture() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let capture = ["capture", "marble", "-o", "photos", "--size", "64", "--feature", "24", "--lights", "24"];

@@ -74,7 +74,7 @@ fn a_window_larger_than_the_memory_allowed_is_drawn_in_bands() {
     for (size, more) in [("2000x1700", &[][..]), ("1600x1704", &["--tile"])] {
         let draw = |name| [&["synth", "leather.rlm", "-o", name, "--size", size, "--force"], more].concat();
         run(folder, &[&draw("large.png")[..], &least].concat());
-        // Files that are not written in rows are made at once, which takes 0.38 GiB.
+        // Files that are not written in rows are made as a whole, which takes 0.38 GiB.
         assert!(failed(folder, &[&draw("once.tif")[..], &least].concat(), 1).contains("memory"));
         run(folder, &draw("once.tif"));
         let read = |name: &str| read_field(&folder.join(name), &Job::default()).unwrap().field;

@@ -1,4 +1,5 @@
-//! What one command writes appears together or not at all, and what cannot be written is refused first.
+//! The outputs of a command appear together or not at all, and outputs that cannot be written are refused
+//! first.
 
 use std::fs;
 use std::path::Path;
@@ -110,14 +111,14 @@ fn a_folder_is_replaced_whole_and_other_files_stay() {
     assert!(left.contains(&"light_007.png".to_owned()) && !left.contains(&"light_008.png".to_owned()));
     assert_eq!(text(&at.join("out/notes.txt")) + &text(&at.join("out/truth/notes.txt")), "minemine");
     assert_eq!(names(at), ["a.png", "out"]);
-    // Nobody can exchange the folder that others are in.
+    // The current folder cannot be exchanged; its entries are.
     let inside = at.join("out");
     done(&inside, &["capture", "sponge", "-o", ".", "--size", "16", "--lights", "7", "--force"]);
     let left = names(&inside);
     assert!(!left.contains(&"light_007.png".to_owned()) && left.contains(&"light_006.png".to_owned()));
     assert_eq!(text(&inside.join("notes.txt")) + &text(&inside.join("truth/notes.txt")), "minemine");
     run(at, &["fit", "out", "-o", "f.ptm", "--report-texels", "9"]);
-    // What is in the way is not touched.
+    // The blocking file is not touched.
     fs::create_dir(at.join("other")).unwrap();
     fs::create_dir(at.join("other/lights.lp")).unwrap();
     let command = ["capture", "sponge", "-o", "other", "--size", "16", "--lights", "3", "--force"];
@@ -190,7 +191,7 @@ fn tiles_and_the_json_beside_them_belong_together() {
         let text = failed(at, &synth, 1);
         assert!(text.contains("t.png.json"), "{damaged}: {text}");
     }
-    // Another program's file says nothing about tiles.
+    // The file of another program says nothing about tiles.
     fs::write(at.join("t.png.json"), "{\"camera\": \"a\"}").unwrap();
     run(at, &["synth", "t.png", "--size", "20", "--block", "8", "-o", "o.png"]);
 }

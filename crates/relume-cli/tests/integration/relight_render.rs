@@ -11,8 +11,8 @@ use crate::support::{failed, refused, run};
 
 const SIZE: Size = Size::new(24, 16);
 
-/// A folder with `field.ptm`, whose texels lean in different directions: an LRGB map written
-/// byte by byte, coefficients (code - bias) / 255 with biases in the middle, rows from the bottom.
+/// A folder with `field.ptm`, whose texels are tilted in different directions: an LRGB map written byte by
+/// byte, coefficients (code - bias) / 255 with biases in the middle, rows from the bottom.
 fn folder_with_field() -> (tempfile::TempDir, ReflectanceField) {
     let mut bytes = b"PTM_1.2\nPTM_FORMAT_LRGB\n24\n16\n1 1 1 1 1 1\n128 128 128 128 128 0\n".to_vec();
     for i in 0..SIZE.texels() {
@@ -137,7 +137,7 @@ fn displacement_changes_the_outline_and_bump_only_the_shading() {
     let moved = render("c.png", &["--height", "maps/height.png", "--displace", "1x", "--threads", "1"]);
     let again = render("d.png", &["--height", "maps/height.png", "--displace", "1x", "--threads", "3"]);
     assert_eq!(moved, again);
-    // Where the picture is pure background there is no object.
+    // Pure background pixels show no object.
     let outside = |codes: &[u8]| codes.chunks(3).map(|c| c == [0, 0, 255]).collect::<Vec<_>>();
     let differing = |a: &[bool], b: &[bool]| a.iter().zip(b).filter(|(a, b)| a != b).count();
     assert_eq!(differing(&outside(&smooth), &outside(&bump)), 0);

@@ -12,7 +12,7 @@ use serde_json::Value;
 
 use crate::support::{failed, json, run};
 
-/// A texture that repeats after 13 x 11 texels, with a little noise of its own everywhere.
+/// A texture with a period of 13 x 11 texels and a little independent noise everywhere.
 fn regular(basis: Basis, color: PlaneLayout, space: Space) -> ReflectanceField {
     let size = Size::new(90, 80);
     let count = color.planes(basis.len());
@@ -74,7 +74,7 @@ fn windows_of_tiles_are_the_librarys_in_every_format() {
     assert_eq!(read(&folder.join("oa.exr")).size(), Size::new(40, 40));
 }
 
-/// A texture whose periods meet no axis becomes oblique tiles, in both kinds of tile sets.
+/// A texture without periods along an axis becomes oblique tiles, in both kinds of tile sets.
 #[test]
 fn tiles_are_oblique_where_periods_are() {
     let folder = tempfile::tempdir().unwrap();
@@ -113,7 +113,7 @@ fn tiles_are_oblique_where_periods_are() {
     assert!(failed(folder, &["info", "t.png"], 1).contains("another size"));
 }
 
-/// Tiles, noise and a model into files of tiles, which hold the texels of those of rows.
+/// Tiles, noise and a model written into files of tiles, which hold the same texels as those of rows.
 #[test]
 fn exr_files_in_tiles_hold_the_same_texels() {
     let folder = tempfile::tempdir().unwrap();
@@ -137,7 +137,7 @@ fn exr_files_in_tiles_hold_the_same_texels() {
         let length = |name: &str| fs::metadata(folder.join(name)).unwrap().len();
         assert_ne!(length("rows.exr"), length("tiled.exr"));
     }
-    // A file of tiles is an exemplar like any other.
+    // A tiled file is an exemplar like any other.
     run(folder, &["roll", "tiled.exr", "--force", "-o", "t.exr"]);
 }
 
@@ -175,7 +175,7 @@ fn masks_are_kept_out_of_tiles_and_registered_images_follow() {
             assert_eq!(tiles.coefficients().at(k, x, y), copied, "({x}, {y})");
         }
     }
-    // The images of a set of tiles are a set of tiles of their own.
+    // The images of a tile set are a tile set as well.
     run(folder, &["synth", "t_w.png", "--size", "70", "-o", "o.png"]);
 }
 

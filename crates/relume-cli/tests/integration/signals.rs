@@ -40,7 +40,7 @@ fn has_temporary(folder: &Path) -> bool {
     entries.into_iter().any(|entry| entry.file_name().to_string_lossy().starts_with(".relume-"))
 }
 
-/// Waits until the work has begun; what a run writes into is `folder`.
+/// Waits until the work has begun; `folder` is where a run writes.
 fn wait_for_temporary(child: &mut Child, folder: &Path, command: &[&str]) {
     let started = Instant::now();
     while !has_temporary(folder) {

@@ -1,4 +1,4 @@
-//! How the tests run the program, and the exemplars that several of them use.
+//! Running the program in tests, and exemplars shared by several of them.
 
 use std::fs::{self, File};
 use std::io::BufReader;

@@ -1,4 +1,4 @@
-//! `relume synth` as a user runs it: every texel is a copy, which the source map proves.
+//! `relume synth` as a user runs it: every texel is a copy, as the source map proves.
 
 use std::fs::{self, File};
 use std::path::Path;
@@ -37,7 +37,7 @@ fn write_png(path: &Path, color: png::ColorType, depth: png::BitDepth, samples: 
     encoder.write_header().unwrap().write_image_data(samples).unwrap();
 }
 
-/// x, y and exemplar of each texel's source, read as the NumPy format describes it.
+/// x, y and exemplar of the source of each texel, read according to the NumPy format.
 fn read_map(path: &Path) -> Vec<[usize; 3]> {
     let file = fs::read(path).unwrap();
     let header = usize::from(u16::from_le_bytes([file[8], file[9]]));
@@ -48,7 +48,7 @@ fn read_map(path: &Path) -> Vec<[usize; 3]> {
     numbers.chunks_exact(3).map(|n| [n[0], n[1], n[2]]).collect()
 }
 
-/// Checks that every output texel is the one the map names; texels are `length` items each.
+/// Checks that every output texel equals the one named by the map; texels are `length` items each.
 fn assert_copies<T: PartialEq + std::fmt::Debug>(map: &[[usize; 3]], from: &[T], to: &[T], length: usize) {
     assert_eq!((map.len(), to.len()), (OUTPUT.0 * OUTPUT.1, OUTPUT.0 * OUTPUT.1 * length));
     for (texel, [x, y, _]) in map.iter().enumerate() {
@@ -82,8 +82,7 @@ fn pictures_keep_their_codes_and_registered_images_follow() {
     }
 }
 
-/// A texture map of luminance and colour, taken apart: its header, and nine bytes for each texel
-/// from the top.
+/// A parsed texture map of luminance and colour: its header, and nine bytes for each texel from the top.
 fn take_apart(file: &[u8], (width, height): (usize, usize)) -> (String, Vec<u8>) {
     let texels = width * height;
     let (header, data) = file.split_at(file.len() - 9 * texels);

@@ -1,79 +1,78 @@
-//! The light under which a function of any basis is largest, by a table and shrinking steps.
+//! The light under which a function of any basis is largest, by a table and steps that shrink.
 //!
-//! The values of the functions over a grid of the unit disk and its rim are computed once. The best grid
-//! point of a texel is then improved by pattern search (Hooke, Jeeves, "Direct Search Solution of Numerical
-//! and Statistical Problems", Journal of the ACM 8, 1961): a move to the best of eight neighbours, or half
-//! the step. Limits: a peak narrower than a step of the grid may be missed, and of two peaks of nearly equal
-//! height the lower may be found. The view is the zenith.
+//! The functions' values over a grid of directions are found once; a texel's best grid point is then
+//! improved by pattern search (Hooke, Jeeves, "Direct Search Solution of Numerical and Statistical
+//! Problems", Journal of the ACM 8, 1961): to the best of eight neighbours, or to half the step. Steps go
+//! along the meridian and across it, because harmonics have narrow ridges along the horizon, on which
+//! steps in u and v get stuck. Limits: a peak narrower than a step of the grid may be missed, and of two
+//! peaks nearly as high the lower may be found. The view is the zenith.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
 
 use crate::direction::{Direction, Directions};
 use crate::field::Basis;
 
-/// Steps of the grid from the middle of the disk to its rim.
-const STEPS: i32 = 16;
+/// Rings of the grid between the zenith and the horizon, which is the last.
+const RINGS: u32 = 16;
 
-/// Points of the rim, with the spacing of the grid.
-const RIM: i32 = 100;
-
-/// The step at which the search ends.
+/// The step at which the search ends, in radians.
 const LEAST_STEP: f64 = 1e-7;
 
 /// Moves and halvings at most: 20 halvings, and moves along a curved ridge.
 const MOST_ROUNDS: usize = 200;
 
-/// The values of the functions over a grid of lights.
+/// Steps along the meridian and across it.
+const NEIGHBOURS: [(f64, f64); 8] =
+    [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0), (1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)];
+
+/// The functions' values over a grid of lights.
 pub(super) struct Search<'a> {
     basis: &'a Basis,
-    /// Points of the unit disk, the nearest to the middle first.
-    points: Vec<(f64, f64)>,
-    /// The values of the functions, point after point.
+    /// Lights, ring after ring from the zenith.
+    lights: Vec<Direction>,
+    /// The functions' values, light after light.
     values: Vec<f64>,
 }
 
 impl<'a> Search<'a> {
     pub fn new(basis: &'a Basis) -> Self {
-        let grid = (-STEPS..=STEPS).flat_map(|j| (-STEPS..=STEPS).map(move |i| (i, j)));
-        let mut inside: Vec<(i32, i32)> = grid.filter(|(i, j)| i * i + j * j <= STEPS * STEPS).collect();
-        inside.sort_by_key(|(i, j)| (i * i + j * j, *j, *i));
-        let at = |k: i32| f64::from(k) / f64::from(STEPS);
-        let rim = (0..RIM).map(|i| {
-            let (y, x) = (std::f64::consts::TAU * f64::from(i) / f64::from(RIM)).sin_cos();
-            (x, y)
-        });
-        let points: Vec<_> = inside.into_iter().map(|(i, j)| (at(i), at(j))).chain(rim).collect();
+        let ring = |i: u32| {
+            let polar = FRAC_PI_2 * f64::from(i) / f64::from(RINGS);
+            (0..6 * i).map(move |j| Direction::from_angles(polar, TAU * f64::from(j) / f64::from(6 * i)))
+        };
+        let lights: Vec<Direction> =
+            std::iter::once(Direction::ZENITH).chain((1..=RINGS).flat_map(ring)).collect();
         let n = basis.len();
-        let mut values = vec![0.0; points.len() * n];
-        for (&(u, v), row) in points.iter().zip(values.chunks_exact_mut(n)) {
-            basis.weights_into(Directions::lit_from(Direction::from_disk(u, v)), row);
+        let mut values = vec![0.0; lights.len() * n];
+        for (&light, row) in lights.iter().zip(values.chunks_exact_mut(n)) {
+            basis.weights_into(Directions::lit_from(light), row);
         }
-        Self { basis, points, values }
+        Self { basis, lights, values }
     }
 
-    /// The point (u, v) of the unit disk at which the function with these coefficients is largest; among
-    /// equal grid points, the nearest to the zenith. `weights` is scratch memory of the length of the basis.
-    pub fn maximum(&self, coefficients: &[f64], weights: &mut [f64]) -> (f64, f64) {
+    /// The light under which the function of these coefficients is largest; of equal ones of the grid
+    /// the nearest to the zenith. `weights` is scratch of the basis's length.
+    pub fn maximum(&self, coefficients: &[f64], weights: &mut [f64]) -> Direction {
         let dot = |row: &[f64]| -> f64 { row.iter().zip(coefficients).map(|(w, c)| w * c).sum() };
-        let (mut place, mut best) = (self.points[0], f64::NEG_INFINITY);
-        for (&point, row) in self.points.iter().zip(self.values.chunks_exact(coefficients.len())) {
+        let (mut place, mut best) = (Direction::ZENITH, f64::NEG_INFINITY);
+        for (&light, row) in self.lights.iter().zip(self.values.chunks_exact(coefficients.len())) {
             let value = dot(row);
             if value > best {
-                (place, best) = (point, value);
+                (place, best) = (light, value);
             }
         }
-        let mut step = 1.0 / f64::from(STEPS);
+        let mut step = FRAC_PI_2 / f64::from(RINGS);
         for _ in 0..MOST_ROUNDS {
             if step < LEAST_STEP {
                 break;
             }
             let middle = place;
-            for (i, j) in [(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)] {
-                let (u, v) = (middle.0 + step * f64::from(i), middle.1 + step * f64::from(j));
-                // Points outside are projected onto the rim.
-                let light = Direction::from_disk(u, v);
+            for (along, across) in NEIGHBOURS {
+                let light = moved(middle, step * along, step * across);
                 self.basis.weights_into(Directions::lit_from(light), weights);
                 let value = dot(weights);
                 if value > best {
-                    (place, best) = ((light.x(), light.y()), value);
+                    (place, best) = (light, value);
                 }
             }
             if place == middle {
@@ -82,6 +81,15 @@ impl<'a> Search<'a> {
         }
         place
     }
+}
+
+/// A light moved by angles down its meridian, to the horizon at most, and then at a right angle to it.
+fn moved(light: Direction, along_rad: f64, across_rad: f64) -> Direction {
+    let radius = light.x().hypot(light.y());
+    let (east, north) = if radius > 1e-9 { (light.x() / radius, light.y() / radius) } else { (1.0, 0.0) };
+    let (sin, _) = (radius.atan2(light.z()) + along_rad).min(FRAC_PI_2).sin_cos();
+    let (side, ahead) = across_rad.sin_cos();
+    Direction::from_disk(sin * east * ahead - north * side, sin * north * ahead + east * side)
 }
 
 #[cfg(test)]
@@ -102,11 +110,10 @@ mod tests {
                     let weights = basis.weights(Direction::from_disk(u, v));
                     weights.iter().zip(&coefficients).map(|(w, c)| w * c).sum()
                 };
-                let (u, v) = search.maximum(&coefficients, &mut scratch);
-                assert!(u.hypot(v) <= 1.0 + 1e-12);
+                let light = search.maximum(&coefficients, &mut scratch);
                 let (a, b) = maximum_by_search(value);
-                let (found, truth) = (value(u, v), value(a, b));
-                assert!(found >= truth - 1e-3, "{}: {found} below {truth}", basis.name());
+                let (found, truth) = (value(light.x(), light.y()), value(a, b));
+                assert!(found >= truth - 1e-6, "{}: {found} below {truth}", basis.name());
             }
         }
     }
@@ -114,8 +121,8 @@ mod tests {
     #[test]
     fn polynomials_have_the_maximum_of_the_closed_form() {
         let coefficients = [-1.0, -2.0, 1.0, 1.0, -1.9, 0.0];
-        let (u, v) = Search::new(&Basis::Ptm).maximum(&coefficients, &mut [0.0; 6]);
-        let (a, b) = ptm_maximum(coefficients);
-        assert!((u - a).hypot(v - b) < 1e-5, "({u}, {v}) and ({a}, {b})");
+        let light = Search::new(&Basis::Ptm).maximum(&coefficients, &mut [0.0; 6]);
+        let (u, v) = ptm_maximum(coefficients);
+        assert!((light.x() - u).hypot(light.y() - v) < 1e-5, "{light:?} and ({u}, {v})");
     }
 }

@@ -67,8 +67,7 @@ fn brightest(field: &ReflectanceField) -> Vec<Direction> {
             let scratch = || (vec![0.0; basis.len()], vec![0.0; basis.len()]);
             let one = |(coefficients, weights): &mut (Vec<f64>, Vec<f64>), texel: usize| {
                 (0..basis.len()).for_each(|k| coefficients[k] = luminance_coefficient(field, k, texel));
-                let (u, v) = search.maximum(coefficients, weights);
-                Direction::from_disk(u, v)
+                search.maximum(coefficients, weights)
             };
             texels.map_init(scratch, one).collect()
         }

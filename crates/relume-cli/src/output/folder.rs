@@ -63,9 +63,11 @@ impl Folder {
         let name = name.as_ref();
         assert!(name.components().all(|c| matches!(c, Component::Normal(_))), "names stay in the folder");
         let path = self.stage.path().join(name);
-        let written = fs::create_dir_all(folder_of(&path))
-            .and_then(|()| File::create(&path))
-            .and_then(|mut file| file.write_all(bytes).and_then(|()| file.sync_all()));
+        // Nothing is created any more while a signal has the folder removed.
+        let held = hold();
+        let created = fs::create_dir_all(folder_of(&path)).and_then(|()| File::create(&path));
+        drop(held);
+        let written = created.and_then(|mut file| file.write_all(bytes).and_then(|()| file.sync_all()));
         written.map_err(|e| Error::io("cannot write the file", &e).at(self.target.join(name)))?;
         self.written.lock().unwrap_or_else(PoisonError::into_inner).add(name, Stamp::of(bytes));
         Ok(())

@@ -152,7 +152,9 @@ impl Temporary {
 impl Drop for Temporary {
     fn drop(&mut self) {
         if !self.path.as_os_str().is_empty() {
-            hold().0.temporaries.retain(|path| *path != self.path);
+            // A signal waits until it is gone.
+            let mut held = hold();
+            held.0.temporaries.retain(|path| *path != self.path);
             remove(&self.path);
         }
     }

@@ -30,7 +30,7 @@ const COMMANDS: [&str; 38] = [
     "roll @a.png -o @t.png",
     "synth @t.png -o @o_ti.png --size 40",
     "model @a.png -o @n.rlm --levels 2 --combine never --curve @n.svg",
-    "model @f.ptm -o @l.rlm --levels 1 --fields per-light --light 0,0,1",
+    "model @f.ptm -o @l.rlm --levels 1 --fields per-light",
     "synth @n.rlm -o @o_mo.png --size 40",
     "info @f.ptm",
     "info @a.png",
@@ -82,7 +82,8 @@ fn prepare(at: &Path, base: &OsStr) {
     let is_hole = |i: usize| (20..24).contains(&(i / 64)) && (20..24).contains(&(i % 64));
     let codes: Vec<u8> = (0..64 * 64).map(|i| 255 * u8::from(is_hole(i))).collect();
     write_grey(&file("@mask.png"), (64, 64), &codes);
-    fs::write(file("@quad.obj"), "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n").unwrap();
+    fs::write(file("@quad.obj"), "v 0 0 0\nv 1 0 0\nv 1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nf 1/1 2/2 3/3\n")
+        .unwrap();
     fs::copy(file("@mask.png"), file("@h.exr")).unwrap();
 }
 

@@ -10,7 +10,7 @@ use relume::Size;
 use relume::procedural::Material;
 use rustix::fs::{CWD, FileType, Mode, mknodat};
 
-use crate::support::{done, write_grey, write_material};
+use crate::support::{done, grains, write_grey, write_material};
 
 /// Far longer than any of the commands takes; a command that opens a pipe twice waits for ever.
 const LONGEST: Duration = Duration::from_secs(60);
@@ -23,6 +23,8 @@ fn inputs(folder: &Path) {
     let spot = |x: usize, y: usize| if x < 3 && y < 3 { 255 } else { 0 };
     let mask: Vec<u8> = (0..size.texels()).map(|i| spot(i % 32, i / 32)).collect();
     write_grey(&folder.join("mask.png"), (32, 32), &mask);
+    // Without periods or a direction, so that noise takes it.
+    write_grey(&folder.join("rough.png"), (64, 64), &grains(64 * 64));
     let square = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\n";
     fs::write(folder.join("mesh.obj"), square).unwrap();
     let made: [&[&str]; 5] = [
@@ -65,7 +67,7 @@ const COMMANDS: &[&str] = &[
     "synth a.png -o out.png --size 32 --block 8 --exclude mask.png --apply b.png --apply-dir applied",
     "synth a.png -o out.png --size 32 --block 8 --guide-source b.png --guide-target made.png",
     "synth a.png -o out.png --size 24 --method auto",
-    "synth a.png -o out.png --size 24 --method noise",
+    "synth rough.png -o out.png --size 24 --method noise",
     "synth model.rlm -o out.png --size 24",
     "synth tiles.exr -o out.exr --size 24",
     "fill a.png --mask mask.png -o out.png --exclude mask.png --guide b.png --apply b.png --apply-dir applied",

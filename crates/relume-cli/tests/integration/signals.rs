@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use relume::Size;
 use relume::procedural::Material;
 
-use crate::support::{done, run, write_material};
+use crate::support::{done, grains, run, write_grey, write_material};
 
 fn start(folder: &Path, arguments: &[&str]) -> Child {
     Command::new(env!("CARGO_BIN_EXE_relume"))
@@ -57,6 +57,9 @@ fn with_inputs() -> tempfile::TempDir {
     let at = folder.path();
     fs::create_dir(at.join("in")).unwrap();
     write_material(&at.join("in/a.png"), Material::Marble, Size::new(128, 128), 40.0);
+    write_material(&at.join("big.png"), Material::Marble, Size::new(256, 256), 40.0);
+    // Without periods or a direction, so that noise takes it.
+    write_grey(&at.join("n.png"), (128, 128), &grains(128 * 128));
     run(at, &["roll", "in/a.png", "-o", "t.png"]);
     run(at, &["model", "in/a.png", "-o", "m.rlm", "--levels", "2", "--combine", "never"]);
     run(at, &["capture", "sponge", "-o", "c", "--size", "256", "--lights", "30"]);
@@ -69,58 +72,26 @@ fn every_long_verb_is_interrupted_within_a_second_and_leaves_nothing() {
     let folder = with_inputs();
     let at = folder.path();
     let before = names(at);
-    let commands: [&[&str]; 12] = [
-        &["capture", "sponge", "-o", "out", "--size", "512", "--lights", "400"],
-        &["demo", "-o", "out"],
-        &["gallery", "in", "-o", "out", "--size", "512"],
-        &["synth", "in/a.png", "-o", "new/o.png", "--method", "noise", "--size", "9000x60000"],
-        &["synth", "t.png", "-o", "new/o.png", "--size", "30000x60000"],
-        &["synth", "m.rlm", "-o", "new/o.png", "--size", "9000x9000"],
-        &["synth", "in/a.png", "-o", "new/o.png", "--size", "2048", "--method", "auto", "--tries", "20"],
-        &[
-            "tileable",
-            "in/a.png",
-            "-o",
-            "new/o.png",
-            "--band",
-            "60",
-            "--method",
-            "efros-leung",
-            "--neighbourhood",
-            "15",
-        ],
-        &[
-            "model",
-            "in/a.png",
-            "-o",
-            "new/o.rlm",
-            "--levels",
-            "auto",
-            "--search",
-            "backward",
-            "--candidates",
-            "60",
-        ],
-        &["render", "f.ptm", "-o", "new/o.png", "--size", "3000", "--samples", "16"],
-        &[
-            "height",
-            "f.ptm",
-            "-o",
-            "new/o.exr",
-            "--method",
-            "shape-from-shading",
-            "--light",
-            "0.8,0.1,0.6",
-            "--rounds",
-            "99999",
-        ],
-        &["relight", "f.ptm", "--sweep", "orbit:4000", "-o", "out"],
+    let commands = [
+        "capture sponge -o out --size 512 --lights 400",
+        "demo -o out",
+        "gallery in -o out --size 512",
+        "synth n.png -o new/o.png --method noise --size 9000x60000",
+        "synth t.png -o new/o.png --size 30000x60000",
+        "synth m.rlm -o new/o.png --size 9000x9000",
+        "synth in/a.png -o new/o.png --size 2048 --method auto --tries 20",
+        "tileable big.png -o new/o.png --band 60 --method efros-leung --neighbourhood 15",
+        "model big.png -o new/o.rlm --levels auto --search backward --candidates 60 --combine never",
+        "render f.ptm -o new/o.png --size 3000 --samples 16",
+        "height c -o new/o.exr --method shape-from-shading --rounds 99999",
+        "relight f.ptm --sweep orbit:4000 -o out",
     ];
     for (number, command) in commands.iter().enumerate() {
+        let command: Vec<&str> = command.split(' ').collect();
         let (name, status) = [("-INT", 130), ("-TERM", 143)][number % 2];
-        let mut child = start(at, command);
+        let mut child = start(at, &command);
         let within = if command.contains(&"out") { at.to_owned() } else { at.join("new") };
-        wait_for_temporary(&mut child, &within, command);
+        wait_for_temporary(&mut child, &within, &command);
         signal(&child, name);
         let sent = Instant::now();
         let output = child.wait_with_output().unwrap();

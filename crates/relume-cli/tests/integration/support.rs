@@ -62,6 +62,16 @@ pub fn write_grey(path: &Path, (width, height): (u32, u32), codes: &[u8]) {
     encoder.write_header().unwrap().write_image_data(codes).unwrap();
 }
 
+/// Codes without periods or a direction (a congruential generator; Knuth and Lewis).
+pub fn grains(count: usize) -> Vec<u8> {
+    let mut state = 1u32;
+    let mut code = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 24) as u8
+    };
+    (0..count).map(|_| code()).collect()
+}
+
 /// The size of a PNG, and its samples as stored.
 pub fn read_png(path: &Path) -> ((usize, usize), Vec<u8>) {
     let mut reader = png::Decoder::new(BufReader::new(File::open(path).unwrap())).read_info().unwrap();

@@ -9,6 +9,9 @@ use crate::picture::Picture;
 use crate::planes::{Planes, Size};
 use crate::space::Space;
 
+/// Reads photograph `i` of several; called from any thread, and perhaps more than once for each.
+pub type LoadRaster<'a> = dyn Fn(usize) -> Result<Raster> + Sync + 'a;
+
 /// The samples of a [`Raster`] in the bit depth of their file.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Samples {

@@ -13,7 +13,7 @@ use std::sync::{Mutex, PoisonError};
 use relume::{Error, Result, Stamp};
 
 use super::file_list::{self, FileList};
-use super::temporary::{Held, MadeFolders, Temporary, folder_of, hold, is_temporary};
+use super::temporary::{HeldRegistry, MadeFolders, Temporary, folder_of, hold, is_temporary};
 use super::{is_stream, make_folder, place, refuse_input, sync_folder, within};
 use crate::context::Context;
 
@@ -106,7 +106,13 @@ impl Folder {
 }
 
 /// Renames the staged folder to its place, or exchanges it for what is there.
-fn put(stage: Temporary, place: &Path, own: &FileList, replaces: bool, held: &mut Held) -> io::Result<()> {
+fn put(
+    stage: Temporary,
+    place: &Path,
+    own: &FileList,
+    replaces: bool,
+    held: &mut HeldRegistry,
+) -> io::Result<()> {
     let done = if is_fixed(place) {
         within::move_in(stage.path(), place, &own.top_entries(), replaces)
     } else if is_occupied(place) && replaces {

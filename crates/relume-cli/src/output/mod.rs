@@ -22,7 +22,7 @@ pub use crate::paths::is_stream;
 use crate::report::write_stdout;
 pub use file_list::CaptureFiles;
 pub use folder::Folder;
-use temporary::{Held, MadeFolders, folder_of, hold};
+use temporary::{HeldRegistry, MadeFolders, folder_of, hold};
 pub use temporary::{Temporary, remove_all};
 
 /// The files that one command writes.
@@ -150,7 +150,7 @@ struct Placed {
 }
 
 impl Placed {
-    fn new(path: PathBuf, temporary: Temporary, force: bool, held: &mut Held) -> Result<Self> {
+    fn new(path: PathBuf, temporary: Temporary, force: bool, held: &mut HeldRegistry) -> Result<Self> {
         let exists = fs::symlink_metadata(&path).is_ok();
         // On file systems without hard links, a replaced file cannot be restored.
         let replaced = if force && exists { Temporary::link(&path, held).ok() } else { None };
@@ -176,7 +176,7 @@ impl Placed {
         }
     }
 
-    fn undo(self, held: &mut Held) {
+    fn undo(self, held: &mut HeldRegistry) {
         match self.replaced {
             // The place holds one of the files in any case, so a failure here adds nothing.
             Some(replaced) if fs::rename(replaced.path(), &self.path).is_ok() => replaced.release(held),
@@ -187,7 +187,7 @@ impl Placed {
         }
     }
 
-    fn keep(self, held: &mut Held) {
+    fn keep(self, held: &mut HeldRegistry) {
         self.replaced.into_iter().for_each(|replaced| replaced.discard(held));
     }
 }

@@ -28,16 +28,16 @@ static REGISTRY: Mutex<Registry> =
 
 /// While this is held, nothing is created, put in place or removed by others.
 #[derive(Debug)]
-pub struct Held(MutexGuard<'static, Registry>);
+pub struct HeldRegistry(MutexGuard<'static, Registry>);
 
 /// Waits until no other thread creates outputs or puts them in place.
-pub fn hold() -> Held {
-    Held(REGISTRY.lock().unwrap_or_else(PoisonError::into_inner))
+pub fn hold() -> HeldRegistry {
+    HeldRegistry(REGISTRY.lock().unwrap_or_else(PoisonError::into_inner))
 }
 
 /// Removes every temporary of this process and the empty folders created for outputs. Nothing is created as
 /// long as the guard lives.
-pub fn remove_all() -> Held {
+pub fn remove_all() -> HeldRegistry {
     let mut held = hold();
     for path in std::mem::take(&mut held.0.temporaries) {
         remove(&path);
@@ -81,7 +81,7 @@ impl Temporary {
     ///
     /// # Errors
     /// When the file system has no hard links.
-    pub fn link(file: &Path, held: &mut Held) -> io::Result<Self> {
+    pub fn link(file: &Path, held: &mut HeldRegistry) -> io::Result<Self> {
         Self::create_held(folder_of(file), held, |path| {
             fs::hard_link(file, path).map(|()| File::open(path).ok())
         })
@@ -98,7 +98,7 @@ impl Temporary {
 
     fn create_held(
         folder: &Path,
-        held: &mut Held,
+        held: &mut HeldRegistry,
         make: impl Fn(&Path) -> io::Result<Option<File>>,
     ) -> io::Result<Self> {
         loop {
@@ -136,13 +136,13 @@ impl Temporary {
     }
 
     /// Releases it: it has been put in place under another name.
-    pub fn release(mut self, held: &mut Held) {
+    pub fn release(mut self, held: &mut HeldRegistry) {
         held.0.temporaries.retain(|path| *path != self.path);
         self.path = PathBuf::new();
     }
 
     /// Removes it while the registry is held.
-    pub fn discard(mut self, held: &mut Held) {
+    pub fn discard(mut self, held: &mut HeldRegistry) {
         let path = std::mem::take(&mut self.path);
         held.0.temporaries.retain(|other| *other != path);
         remove(&path);
@@ -190,7 +190,7 @@ impl MadeFolders {
     }
 
     /// Keeps the folders: they hold outputs now.
-    pub fn keep(mut self, held: &mut Held) {
+    pub fn keep(mut self, held: &mut HeldRegistry) {
         let kept = std::mem::take(&mut self.0);
         held.0.folders.retain(|folder| !kept.contains(folder));
     }

@@ -71,12 +71,12 @@ pub enum Drawn {
 /// Draws a window of an endless plane; `None` where blocks are to be placed instead.
 pub fn run(request: &Request<'_>, context: &Context) -> Result<Drawn> {
     let source = source(request, context)?;
-    if matches!(source, Source::Exemplars(_)) && request.args.exr_tile.is_some() {
+    if matches!(source, PlaneSource::Exemplars(_)) && request.args.exr_tile.is_some() {
         return Err(Error::usage(
             "--exr-tile stores endless textures, which tiles, a model or --method noise make: leave it out",
         ));
     }
-    if let Source::Exemplars(opened) = source {
+    if let PlaneSource::Exemplars(opened) = source {
         return Ok(Drawn::Not(opened));
     }
     let unused = request.other_options.iter().find(|option| *option != "--tile" || !source.can_tile());
@@ -87,16 +87,16 @@ pub fn run(request: &Request<'_>, context: &Context) -> Result<Drawn> {
     let mut outputs = Outputs::new(context);
     outputs.file(request.output, &inputs)?;
     let report = match source {
-        Source::Tiles(tiles) => request.draw_tiles(&tiles, &mut outputs, context),
-        Source::Model(model) => request.draw_model(&model, &mut outputs, context),
-        Source::Noise(exemplar) => request.draw_noise(exemplar, &mut outputs, context),
-        Source::Exemplars(opened) => return Ok(Drawn::Not(opened)),
+        PlaneSource::Tiles(tiles) => request.draw_tiles(&tiles, &mut outputs, context),
+        PlaneSource::Model(model) => request.draw_model(&model, &mut outputs, context),
+        PlaneSource::Noise(exemplar) => request.draw_noise(exemplar, &mut outputs, context),
+        PlaneSource::Exemplars(opened) => return Ok(Drawn::Not(opened)),
     }?;
     Ok(Drawn::Window(report.with_outputs(outputs.commit()?)))
 }
 
 /// The source of a texture.
-enum Source {
+enum PlaneSource {
     Tiles(TileSetFile),
     Model(Box<FieldModel>),
     Noise(Opened),
@@ -104,7 +104,7 @@ enum Source {
     Exemplars(Option<Opened>),
 }
 
-impl Source {
+impl PlaneSource {
     /// Whether a part of the plane can be made to tile.
     fn can_tile(&self) -> bool {
         matches!(self, Self::Model(_))
@@ -112,7 +112,7 @@ impl Source {
 }
 
 /// The source for the request; `None` where blocks are to be placed.
-fn source(request: &Request<'_>, context: &Context) -> Result<Source> {
+fn source(request: &Request<'_>, context: &Context) -> Result<PlaneSource> {
     let opened = match request.exemplars {
         [path] => Some(input::open(path, &context.job)?),
         _ => None,
@@ -122,15 +122,15 @@ fn source(request: &Request<'_>, context: &Context) -> Result<Source> {
         (_, Some(Content::Tiles | Content::Model), true) => Err(Error::usage(
             "--method noise takes an exemplar, and this is a set of tiles or a model: leave it out",
         )),
-        (Some(opened), Some(Content::Tiles), _) => opened.into_tiles().map(Source::Tiles),
-        (Some(opened), Some(Content::Model), _) => Ok(Source::Model(Box::new(opened.into_model()?))),
-        (Some(opened), _, true) => Ok(Source::Noise(opened)),
+        (Some(opened), Some(Content::Tiles), _) => opened.into_tiles().map(PlaneSource::Tiles),
+        (Some(opened), Some(Content::Model), _) => Ok(PlaneSource::Model(Box::new(opened.into_model()?))),
+        (Some(opened), _, true) => Ok(PlaneSource::Noise(opened)),
         (None, _, true) => Err(Error::usage("--method noise makes a texture of one exemplar: give one")),
         (_, _, false) if request.args.window.is_some() => Err(Error::usage(
             "--window draws from a set of tiles made by relume roll, from a model, or with --method noise: \
              this is none of them",
         )),
-        (opened, ..) => Ok(Source::Exemplars(opened)),
+        (opened, ..) => Ok(PlaneSource::Exemplars(opened)),
     }
 }
 

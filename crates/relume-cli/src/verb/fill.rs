@@ -93,7 +93,7 @@ pub struct Claimed<'a> {
 }
 
 /// A texture ready to be filled.
-pub struct Texture<'a> {
+pub struct FilledTexture<'a> {
     /// The file, one alone.
     pub file: [FieldFile; 1],
     /// Its index planes.
@@ -119,7 +119,12 @@ impl How {
 
     /// Reads a texture, its index planes, the texels that may not be copied, its guide, and the images
     /// that are filled in the same way.
-    pub fn read<'a>(&self, path: &Path, claimed: Claimed<'a>, context: &Context) -> Result<Texture<'a>> {
+    pub fn read<'a>(
+        &self,
+        path: &Path,
+        claimed: Claimed<'a>,
+        context: &Context,
+    ) -> Result<FilledTexture<'a>> {
         let file = [input::field(path, &context.job)?];
         let space = self.metric.space(&file[0].field, self.domain)?;
         let index = gathered::index(&file, &space, context)?.swap_remove(0);
@@ -128,11 +133,11 @@ impl How {
         let guide = |path: &PathBuf| input::guide(path, index.size(), &context.job);
         let guide = self.guide.as_ref().map(guide).transpose()?;
         let images = read_registered(&claimed.applied, &file, context)?;
-        Ok(Texture { file, index, excluded, guide, claimed, images })
+        Ok(FilledTexture { file, index, excluded, guide, claimed, images })
     }
 
     /// The options for the library. The guide of a texture also serves for the filled texture.
-    pub fn options(&self, boundary: Boundary, texture: &Texture<'_>) -> FillOptions {
+    pub fn options(&self, boundary: Boundary, texture: &FilledTexture<'_>) -> FillOptions {
         let customary = if self.method == FillMethod::Texels { 0.1 } else { 0.0 };
         let guidance = |guide: &relume::Planes| Guidance {
             sources: vec![guide.clone()],
@@ -153,7 +158,7 @@ impl How {
     /// verb.
     pub fn finish(
         &self,
-        texture: Texture<'_>,
+        texture: FilledTexture<'_>,
         map: &SourceMap,
         growth: &Growth,
         what: &str,

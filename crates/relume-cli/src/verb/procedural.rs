@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use relume::capture::dome::Border;
+use relume::capture::dome::ReliefBorder;
 use relume::capture::dome::relief::Relief;
 use relume::format::{Depth, HeightFormat, PictureFormat, encode_height, encode_picture};
 use relume::maps::SurfaceMaps;
@@ -60,7 +60,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
 }
 
 fn write(maps: &SurfaceMaps, tiling: Tiling, folder: &Folder) -> Result<()> {
-    let border = if tiling == Tiling::Torus { Border::Wrap } else { Border::Clamp };
+    let border = if tiling == Tiling::Torus { ReliefBorder::Wrap } else { ReliefBorder::Clamp };
     let albedo = Picture { planes: maps.albedo.clone(), space: Space::Linear };
     folder.add("albedo.png", &encode_picture(&albedo, PictureFormat::Png(Depth::Eight))?)?;
     folder.add("height.png", &encode_height(&maps.height, None, HeightFormat::Png)?)?;

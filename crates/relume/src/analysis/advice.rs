@@ -37,7 +37,7 @@ const RANDOM: f64 = 4.0;
 /// The kind of texture, the most demanding first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Kind {
+pub enum TextureKind {
     /// It repeats in two directions.
     Regular,
     /// It repeats in one direction.
@@ -76,7 +76,7 @@ pub enum Way {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Advice {
     /// The kind of texture; of several, the most demanding one.
-    pub kind: Kind,
+    pub kind: TextureKind,
     /// The measurements and what follows from them, in one sentence.
     pub reason: String,
     /// Methods to try, the most promising first; at least one.
@@ -88,7 +88,7 @@ pub struct Advice {
 /// # Panics
 /// When there are none.
 pub fn advise(exemplars: &[(&Analysis, Size)]) -> Advice {
-    let kinds: Vec<Kind> = exemplars.iter().map(|(found, _)| kind(found)).collect();
+    let kinds: Vec<TextureKind> = exemplars.iter().map(|(found, _)| kind(found)).collect();
     let kind = *kinds.iter().min().expect("there is an exemplar");
     let each = exemplars.iter().zip(&kinds).enumerate().map(|(number, ((found, _), kind))| {
         let of = if exemplars.len() > 1 { format!("exemplar {}: ", number + 1) } else { String::new() };
@@ -98,46 +98,56 @@ pub fn advise(exemplars: &[(&Analysis, Size)]) -> Advice {
     Advice { kind, reason: format!("{}: {}", each.join("; "), consequence(kind)), ways: ways(exemplars) }
 }
 
-fn kind(found: &Analysis) -> Kind {
+fn kind(found: &Analysis) -> TextureKind {
     match found.periods.pattern {
-        Pattern::Lattice(_) => Kind::Regular,
-        Pattern::Stripes(_) => Kind::Striped,
-        Pattern::None if found.orientation.coherence > ORIENTED => Kind::Oriented,
-        Pattern::None if found.kurtosis < RANDOM => Kind::Random,
-        Pattern::None => Kind::Irregular,
+        Pattern::Lattice(_) => TextureKind::Regular,
+        Pattern::Stripes(_) => TextureKind::Striped,
+        Pattern::None if found.orientation.coherence > ORIENTED => TextureKind::Oriented,
+        Pattern::None if found.kurtosis < RANDOM => TextureKind::Random,
+        Pattern::None => TextureKind::Irregular,
     }
 }
 
-fn measured(found: &Analysis, kind: Kind) -> String {
+fn measured(found: &Analysis, kind: TextureKind) -> String {
     let repeats = 100.0 * found.periods.share;
     let features = match found.feature {
         Some(size) => format!("features of {size:.1} texels"),
         None => "features as large as half the picture".to_owned(),
     };
     match kind {
-        Kind::Regular => format!("regular ({repeats:.0} % repeats in two directions), with {features}"),
-        Kind::Striped => format!("striped ({repeats:.0} % repeats in one direction), with {features}"),
-        Kind::Oriented => {
+        TextureKind::Regular => {
+            format!("regular ({repeats:.0} % repeats in two directions), with {features}")
+        }
+        TextureKind::Striped => format!("striped ({repeats:.0} % repeats in one direction), with {features}"),
+        TextureKind::Oriented => {
             format!(
                 "oriented (coherence {:.2}) without a period, with {features}",
                 found.orientation.coherence
             )
         }
-        Kind::Random => format!("random without edges (kurtosis {:.1}), with {features}", found.kurtosis),
-        Kind::Irregular => format!("irregular with edges (kurtosis {:.1}), with {features}", found.kurtosis),
+        TextureKind::Random => {
+            format!("random without edges (kurtosis {:.1}), with {features}", found.kurtosis)
+        }
+        TextureKind::Irregular => {
+            format!("irregular with edges (kurtosis {:.1}), with {features}", found.kurtosis)
+        }
     }
 }
 
-fn consequence(kind: Kind) -> &'static str {
+fn consequence(kind: TextureKind) -> &'static str {
     match kind {
-        Kind::Regular => "blocks of at least one period, or tiles of whole periods, keep the pattern",
-        Kind::Striped => {
+        TextureKind::Regular => "blocks of at least one period, or tiles of whole periods, keep the pattern",
+        TextureKind::Striped => {
             "blocks of at least one period, or tiles of whole periods, keep the stripes, along which any length \
              can be copied"
         }
-        Kind::Oriented => "blocks joined along cuts keep the lines, which noise would break",
-        Kind::Random => "blocks joined along cuts copy it, and noise or a random-field model suits it too",
-        Kind::Irregular => "blocks of at least three features, joined along cuts, keep whole things whole",
+        TextureKind::Oriented => "blocks joined along cuts keep the lines, which noise would break",
+        TextureKind::Random => {
+            "blocks joined along cuts copy it, and noise or a random-field model suits it too"
+        }
+        TextureKind::Irregular => {
+            "blocks of at least three features, joined along cuts, keep whole things whole"
+        }
     }
 }
 
@@ -218,7 +228,7 @@ mod tests {
     fn small_features_leave_all_sizes_and_large_ones_bound_them() {
         let small = one(&found(Pattern::None, 0.1, Some(5.0)));
         assert_eq!(blocks(&small), [(64, 10), (43, 7), (32, 5), (23, 3), (64, 21)]);
-        assert_eq!(small.kind, Kind::Irregular);
+        assert_eq!(small.kind, TextureKind::Irregular);
         let large = one(&found(Pattern::None, 0.1, Some(16.0)));
         assert_eq!(blocks(&large), [(64, 10), (48, 8), (64, 21)]);
         let huge = one(&found(Pattern::None, 0.1, None));
@@ -230,11 +240,11 @@ mod tests {
         let lattice = Pattern::Lattice(Lattice::new([40.0, 0.0], [0.0, 50.0]).unwrap());
         let plain = one(&found(lattice, 0.8, Some(5.0)));
         assert_eq!(blocks(&plain), [(64, 10), (50, 8), (64, 21)]);
-        assert!(plain.ways.contains(&Way::Roller { tiles: 4 }) && plain.kind == Kind::Regular);
+        assert!(plain.ways.contains(&Way::Roller { tiles: 4 }) && plain.kind == TextureKind::Regular);
         let loose = one(&found(lattice, 0.3, Some(5.0)));
         assert_eq!(blocks(&loose).len(), 5);
         let stripes = one(&found(Pattern::Stripes([0.0, 60.0]), 0.8, Some(5.0)));
-        assert_eq!((stripes.kind, blocks(&stripes)[1].0), (Kind::Striped, 60));
+        assert_eq!((stripes.kind, blocks(&stripes)[1].0), (TextureKind::Striped, 60));
     }
 
     #[test]
@@ -246,7 +256,7 @@ mod tests {
         let mixed = both(&plain, &striped);
         // Sides of a quarter to an eleventh of 200, at least the period of 50, and no sets of two tiles.
         assert_eq!(blocks(&mixed), [(50, 8), (50, 16)]);
-        assert_eq!((mixed.kind, &mixed.ways), (Kind::Striped, &both(&striped, &plain).ways));
+        assert_eq!((mixed.kind, &mixed.ways), (TextureKind::Striped, &both(&striped, &plain).ways));
         assert!(!mixed.ways.iter().any(|way| matches!(way, Way::Roller { .. } | Way::Scanlines)));
         assert!(
             mixed.reason.contains("exemplar 1: irregular") && mixed.reason.contains("exemplar 2: striped")
@@ -257,10 +267,10 @@ mod tests {
     fn kinds_follow_direction_and_edges() {
         let mut analysis = found(Pattern::None, 0.0, Some(4.0));
         analysis.kurtosis = 3.2;
-        assert_eq!(one(&analysis).kind, Kind::Random);
+        assert_eq!(one(&analysis).kind, TextureKind::Random);
         analysis.orientation.coherence = 0.5;
         let advice = one(&analysis);
-        assert_eq!(advice.kind, Kind::Oriented);
+        assert_eq!(advice.kind, TextureKind::Oriented);
         assert!(advice.reason.contains("0.50") && advice.reason.contains("4.0 texels"), "{}", advice.reason);
     }
 

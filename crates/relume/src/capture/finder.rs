@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
-use super::lp::{self, Entry, printable};
+use super::lp::{self, LpEntry, printable};
 use crate::error::{Error, Result};
 
 /// The most folders searched below, above and beside a light file.
@@ -33,7 +33,7 @@ impl<'a> Finder<'a> {
 
     /// The photograph of each entry, as far as they exist, and the folder of all of them if it had to be
     /// guessed.
-    pub(super) fn find(&mut self, entries: &[Entry]) -> Result<(Vec<Option<PathBuf>>, Option<PathBuf>)> {
+    pub(super) fn find(&mut self, entries: &[LpEntry]) -> Result<(Vec<Option<PathBuf>>, Option<PathBuf>)> {
         let found = entries.iter().map(|entry| self.find_one(entry)).collect::<Result<Vec<_>>>()?;
         if entries.is_empty() || found.iter().any(Option::is_some) {
             return Ok((found, None));
@@ -64,7 +64,7 @@ impl<'a> Finder<'a> {
     }
 
     /// The folders searched for a photograph, for a message.
-    pub(super) fn searched(&self, entry: &Entry) -> String {
+    pub(super) fn searched(&self, entry: &LpEntry) -> String {
         let own = self.folder.display();
         match self.above.as_ref().filter(|_| components(entry).count() > 1) {
             Some(above) => format!("{own} and {}", above.display()),
@@ -72,7 +72,7 @@ impl<'a> Finder<'a> {
         }
     }
 
-    fn find_one(&mut self, entry: &Entry) -> Result<Option<PathBuf>> {
+    fn find_one(&mut self, entry: &LpEntry) -> Result<Option<PathBuf>> {
         if let Some(named) = as_listed(entry, self.folder) {
             return Ok(Some(named));
         }
@@ -92,7 +92,7 @@ impl<'a> Finder<'a> {
     }
 
     /// The file at `tail` below `base`, by exact names, otherwise by the only ones that differ in case alone.
-    fn resolve(&mut self, base: &Path, tail: &[String], entry: &Entry) -> Result<Option<PathBuf>> {
+    fn resolve(&mut self, base: &Path, tail: &[String], entry: &LpEntry) -> Result<Option<PathBuf>> {
         let mut path = base.to_path_buf();
         for component in tail {
             match self.listing(&path).find(component) {
@@ -158,7 +158,7 @@ impl Listing {
 }
 
 /// The file exactly as spelled in the line, also by its bytes if they are not UTF-8.
-fn as_listed(entry: &Entry, folder: &Path) -> Option<PathBuf> {
+fn as_listed(entry: &LpEntry, folder: &Path) -> Option<PathBuf> {
     let slashed = entry.name.replace('\\', "/");
     let spellings = [path_of_bytes(&entry.raw_name), PathBuf::from(&entry.name), PathBuf::from(slashed)];
     // Joining an absolute path yields that path.
@@ -181,13 +181,13 @@ fn text(name: &OsStr) -> String {
 }
 
 /// The parts of a listed path, Windows or not, without a drive.
-fn components(entry: &Entry) -> impl DoubleEndedIterator<Item = &str> + Clone {
+fn components(entry: &LpEntry) -> impl DoubleEndedIterator<Item = &str> + Clone {
     let parts = entry.name.split(['/', '\\']);
     parts.filter(|part| !matches!(*part, "" | "." | "..") && !part.ends_with(':'))
 }
 
 /// The last parts of a listed path; `None` if it has fewer.
-fn tail(entry: &Entry, length: usize) -> Option<Vec<String>> {
+fn tail(entry: &LpEntry, length: usize) -> Option<Vec<String>> {
     let parts = components(entry);
     let skipped = parts.clone().count().checked_sub(length)?;
     Some(parts.skip(skipped).map(str::to_owned).collect())

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use super::finder::{Finder, is_hidden, list, listing};
-use super::lp::{Entry, List, printable};
+use super::lp::{List, LpEntry, printable};
 use crate::direction::Direction;
 use crate::error::{Error, Result};
 use crate::names::named;
@@ -218,7 +218,7 @@ fn without_a_line(paths: &[PathBuf]) -> Result<Option<String>> {
     }))
 }
 
-fn pair_by_order(entries: &[Entry], folder: &Path) -> Result<Vec<PathBuf>> {
+fn pair_by_order(entries: &[LpEntry], folder: &Path) -> Result<Vec<PathBuf>> {
     let mut names = list(folder)?;
     names.retain(|name| is_picture(name));
     if names.len() != entries.len() {

@@ -12,7 +12,7 @@ use crate::error::{Error, Result};
 
 /// One line of a light-position file.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Entry {
+pub struct LpEntry {
     /// The name of the photograph as spelled in the file.
     pub name: String,
     /// The bytes of the name: a path of this system where they are not UTF-8.
@@ -28,7 +28,7 @@ pub struct Entry {
 /// # Errors
 /// A count that is missing or differs from the number of lines, a line without a name and three numbers, and
 /// a vector that is not finite, zero, or not above the surface.
-pub fn parse(bytes: &[u8]) -> Result<Vec<Entry>> {
+pub fn parse(bytes: &[u8]) -> Result<Vec<LpEntry>> {
     let list = List::parse(bytes)?;
     list.check_count()?;
     Ok(list.entries)
@@ -39,7 +39,7 @@ pub fn parse(bytes: &[u8]) -> Result<Vec<Entry>> {
 pub(super) struct List {
     count_line: usize,
     count: usize,
-    pub(super) entries: Vec<Entry>,
+    pub(super) entries: Vec<LpEntry>,
 }
 
 impl List {
@@ -106,7 +106,7 @@ pub(super) fn decode(bytes: &[u8]) -> String {
     }
 }
 
-fn parse_line(line: usize, text: &[u8]) -> Result<Entry> {
+fn parse_line(line: usize, text: &[u8]) -> Result<LpEntry> {
     let malformed = || {
         Error::invalid(format!(
             "line {line}: expected a name and three numbers `name x y z`, found `{}`",
@@ -134,7 +134,7 @@ fn parse_line(line: usize, text: &[u8]) -> Result<Entry> {
             printable(&name)
         )));
     }
-    Ok(Entry { name, raw_name: rest.to_vec(), light, line })
+    Ok(LpEntry { name, raw_name: rest.to_vec(), light, line })
 }
 
 /// A number with a decimal point or a decimal comma.

@@ -8,14 +8,14 @@ use crate::planes::Planes;
 
 /// The conversion between coefficients c and coordinates b whose Euclidean distance is that of the functions.
 #[derive(Debug, Clone)]
-pub(super) enum Coordinates {
+pub(super) enum OrthonormalMap {
     /// b = forward c, c = backward b.
     Dense { forward: Matrix, backward: Matrix },
     /// b_k = norm_k c_k: the functions are orthogonal already.
     Diagonal(Vec<f64>),
 }
 
-impl Coordinates {
+impl OrthonormalMap {
     /// The coordinates of a basis over a domain. With the functions in graded order and G = L L', b = L' c.
     ///
     /// # Errors

@@ -12,7 +12,7 @@
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::coordinates::Coordinates;
+use super::coordinates::OrthonormalMap;
 use super::{Basis, Domain, PlaneLayout, ReflectanceField, lrgb};
 use crate::error::{Error, Result};
 use crate::planes::Planes;
@@ -56,7 +56,7 @@ pub struct IndexSpace {
     metric: Metric,
     basis: Basis,
     layout: PlaneLayout,
-    coordinates: Coordinates,
+    coordinates: OrthonormalMap,
 }
 
 impl IndexSpace {
@@ -73,7 +73,7 @@ impl IndexSpace {
                 layout.name()
             )));
         }
-        let coordinates = Coordinates::new(&basis, domain)?;
+        let coordinates = OrthonormalMap::new(&basis, domain)?;
         Ok(Self { metric, basis, layout, coordinates })
     }
 

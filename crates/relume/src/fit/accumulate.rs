@@ -10,7 +10,7 @@ use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 use super::design::Design;
-use super::levels::Levels;
+use super::levels::SampleLevels;
 use super::stream::BATCH;
 use crate::planes::Planes;
 use crate::raster::Raster;
@@ -32,7 +32,7 @@ pub(super) fn accumulate(
     design: &Design,
     first: usize,
     batch: &[Raster],
-    levels: &Levels,
+    levels: &SampleLevels,
 ) {
     assert!(batch.len() <= BATCH, "a batch larger than promised");
     let Some(channels) = batch.first().map(Raster::channels) else { return };

@@ -10,7 +10,7 @@ use crate::planes::Planes;
 use crate::raster::Raster;
 
 use super::design::Design;
-use super::levels::Levels;
+use super::levels::SampleLevels;
 use super::residual::relight_channel;
 
 /// The coefficients of the fit without photograph `i`, from the channel coefficients `linear` of the fit with
@@ -21,7 +21,7 @@ pub(super) fn coefficients_without(
     linear: &Planes,
     layout: &PlaneLayout,
     design: &Design,
-    levels: &Levels,
+    levels: &SampleLevels,
 ) -> Option<Planes> {
     let remaining = design.without(i)?;
     let n = design.functions();

@@ -7,13 +7,13 @@ use crate::space::Space;
 
 /// Tables of the values of integer codes in one space.
 #[derive(Debug)]
-pub(super) struct Levels {
+pub(super) struct SampleLevels {
     space: Space,
     codes8: [f32; 256],
     codes16: OnceLock<Vec<f32>>,
 }
 
-impl Levels {
+impl SampleLevels {
     pub fn new(space: Space) -> Self {
         let codes8 = std::array::from_fn(|code| encoded_to(space, code as f32 / 255.0));
         Self { space, codes8, codes16: OnceLock::new() }
@@ -74,7 +74,7 @@ mod tests {
             let picture = raster.to_picture(space);
             for channel in 0..3 {
                 let mut values = [0.0; 4];
-                Levels::new(space).channel(&raster, channel, 2, &mut values);
+                SampleLevels::new(space).channel(&raster, channel, 2, &mut values);
                 assert_eq!(values, picture.planes.plane(channel)[2..]);
             }
         }

@@ -38,13 +38,13 @@ use crate::error::{Error, Result};
 use crate::field::{Basis, PlaneLayout, ReflectanceField};
 use crate::job::Job;
 use crate::planes::Planes;
-use crate::raster::Raster;
+use crate::raster::{LoadRaster, Raster};
 use crate::space::Space;
 use accumulate::accumulate;
 use design::Design;
-use levels::Levels;
+use levels::SampleLevels;
 use sample::Grid;
-use stream::Stream;
+use stream::PhotographStream;
 
 /// The options of a fit.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -112,32 +112,39 @@ pub struct Fit {
     pub report: FitReport,
 }
 
-/// Reads photograph `i`; called from any thread, up to twice for each photograph.
-pub type Load<'a> = dyn Fn(usize) -> Result<Raster> + Sync + 'a;
-
 /// Fits photographs under known lights: `lights` names each photograph and its light, and
 /// `load(i)` reads the i-th. The result is the same at any number of threads.
 ///
 /// # Errors
 /// Lights that do not determine the functions (before any photograph is read), errors of `load`, photographs
 /// that differ in size or channels, samples that are not finite, and sizes beyond the limits of the job.
-pub fn fit(lights: &[(String, Direction)], load: &Load, options: &FitOptions, job: &Job) -> Result<Fit> {
+pub fn fit(
+    lights: &[(String, Direction)],
+    load: &LoadRaster,
+    options: &FitOptions,
+    job: &Job,
+) -> Result<Fit> {
     options.validate()?;
     let directions: Vec<Direction> = lights.iter().map(|(_, light)| *light).collect();
     let design = Design::new(&options.basis, &directions)?;
     job.start("fitting photographs", lights.len() as u64);
-    let stream = Stream::open(lights, load, options.basis.len(), job)?;
+    let stream = PhotographStream::open(lights, load, options.basis.len(), job)?;
     let layout = options.layout_for(stream.channels())?;
     let grid = Grid::new(stream.size(), options.report_texels);
     job.check_bytes("the sample for the error report", stream.sample_bytes(&grid))?;
-    let levels = Levels::new(options.space);
+    let levels = SampleLevels::new(options.space);
 
     let (sums, kept) = sum_photographs(&stream, &design, &levels, &grid, job)?;
     let linear = options.leave_one_out.then(|| grid.planes(&sums));
     let coefficients = finish(sums, &layout, &design);
 
-    let measured =
-        report::Measured { layout: &layout, grid: &grid, levels: &levels, design: &design, kept: &kept };
+    let measured = report::FitMeasurement {
+        layout: &layout,
+        grid: &grid,
+        levels: &levels,
+        design: &design,
+        kept: &kept,
+    };
     let report = measured.report(&stream, &grid.planes(&coefficients), linear.as_ref())?;
     let field = ReflectanceField::new(options.basis.clone(), layout, options.space, coefficients)?;
     Ok(Fit { field: field.with_lights(directions), report })
@@ -146,9 +153,9 @@ pub fn fit(lights: &[(String, Direction)], load: &Load, options: &FitOptions, jo
 /// The coefficients of every channel, and the texels of each photograph for the report where they are few
 /// enough to keep.
 fn sum_photographs(
-    stream: &Stream,
+    stream: &PhotographStream,
     design: &Design,
-    levels: &Levels,
+    levels: &SampleLevels,
     grid: &Grid,
     job: &Job,
 ) -> Result<(Planes, Vec<Raster>)> {

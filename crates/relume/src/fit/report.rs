@@ -5,10 +5,10 @@ use serde::Serialize;
 
 use super::design::Design;
 use super::leave_one_out::coefficients_without;
-use super::levels::Levels;
+use super::levels::SampleLevels;
 use super::residual::squared_error;
 use super::sample::Grid;
-use super::stream::Stream;
+use super::stream::PhotographStream;
 use crate::error::Result;
 use crate::field::PlaneLayout;
 use crate::numeric::decibel::psnr_db;
@@ -77,10 +77,10 @@ impl FitReport {
 }
 
 /// The inputs of the error measurement.
-pub(super) struct Measured<'a> {
+pub(super) struct FitMeasurement<'a> {
     pub layout: &'a PlaneLayout,
     pub grid: &'a Grid,
-    pub levels: &'a Levels,
+    pub levels: &'a SampleLevels,
     pub design: &'a Design,
     /// The texels of the grid in every photograph; empty where they are too many to keep.
     pub kept: &'a [Raster],
@@ -92,12 +92,12 @@ struct Errors {
     leave_one_out: Option<f64>,
 }
 
-impl Measured<'_> {
+impl FitMeasurement<'_> {
     /// Compares the final `coefficients` with all photographs, and those without each photograph, which are
     /// derived from the channel coefficients `linear` if given. Both are on the grid.
     pub fn report(
         &self,
-        stream: &Stream,
+        stream: &PhotographStream,
         coefficients: &Planes,
         linear: Option<&Planes>,
     ) -> Result<FitReport> {
@@ -129,7 +129,13 @@ impl Measured<'_> {
         })
     }
 
-    fn errors(&self, i: usize, stream: &Stream, field: &Planes, linear: Option<&Planes>) -> Result<Errors> {
+    fn errors(
+        &self,
+        i: usize,
+        stream: &PhotographStream,
+        field: &Planes,
+        linear: Option<&Planes>,
+    ) -> Result<Errors> {
         let read = |i| Ok(self.grid.raster(&stream.read(i)?));
         let read = if self.kept.is_empty() { Some(read(i)?) } else { None };
         let photograph = read.as_ref().unwrap_or_else(|| &self.kept[i]);

@@ -4,7 +4,7 @@ use crate::field::PlaneLayout;
 use crate::planes::Planes;
 use crate::raster::Raster;
 
-use super::levels::Levels;
+use super::levels::SampleLevels;
 
 /// Texels relit at a time.
 const BAND: usize = 4096;
@@ -16,7 +16,7 @@ pub(super) fn squared_error(
     layout: &PlaneLayout,
     weights: &[f64],
     photograph: &Raster,
-    levels: &Levels,
+    levels: &SampleLevels,
 ) -> f64 {
     let weights: Vec<f32> = weights.iter().map(|&w| w as f32).collect();
     let texels = coefficients.size().texels();

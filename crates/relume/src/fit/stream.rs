@@ -4,13 +4,12 @@ use std::sync::Mutex;
 
 use rayon::prelude::*;
 
-use super::Load;
 use super::sample::Grid;
 use crate::direction::Direction;
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::planes::Size;
-use crate::raster::{Raster, Samples};
+use crate::raster::{LoadRaster, Raster, Samples};
 
 /// The most photographs in a batch. Every batch passes over all sums once, so small batches are slow; with
 /// sixteen this costs a tenth of the decoding.
@@ -20,9 +19,9 @@ pub(super) const BATCH: usize = 16;
 const LARGEST_SAMPLE: f32 = 1e12;
 
 /// The photographs of a fit.
-pub(super) struct Stream<'a> {
+pub(super) struct PhotographStream<'a> {
     lights: &'a [(String, Direction)],
-    load: &'a Load<'a>,
+    load: &'a LoadRaster<'a>,
     size: Size,
     channels: usize,
     depth: usize,
@@ -31,12 +30,12 @@ pub(super) struct Stream<'a> {
     first: Mutex<Option<Raster>>,
 }
 
-impl<'a> Stream<'a> {
+impl<'a> PhotographStream<'a> {
     /// Reads the first photograph, which determines the size, and refuses a fit of `functions` functions that
     /// does not fit into the limits.
     pub fn open(
         lights: &'a [(String, Direction)],
-        load: &'a Load<'a>,
+        load: &'a LoadRaster<'a>,
         functions: usize,
         job: &Job,
     ) -> Result<Self> {

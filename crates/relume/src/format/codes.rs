@@ -25,7 +25,7 @@ pub(super) fn interleaved8(picture: &Picture) -> Vec<u8> {
     match picture.space {
         Space::Srgb => interleaved(picture, code8),
         Space::Linear => {
-            let steps = Steps::new();
+            let steps = CodeSteps::new();
             interleaved(picture, |value| steps.code(value))
         }
     }
@@ -51,9 +51,9 @@ fn interleaved<T: Copy + Default + Send>(picture: &Picture, code: impl Fn(f32) -
 
 /// The least linear value of each 8-bit code but the first: encoding by look-up instead of a power. Encoding
 /// is monotone, so the codes are the same.
-struct Steps([f32; 255]);
+struct CodeSteps([f32; 255]);
 
-impl Steps {
+impl CodeSteps {
     fn new() -> Self {
         Self(std::array::from_fn(|k| least_linear_of(k as u8 + 1)))
     }
@@ -85,7 +85,7 @@ mod tests {
     #[test]
     fn codes_round_clamp_and_take_nan_to_black() {
         let cases = [(0.0, 0), (1.0, 255), (7.0, 255), (-3.0, 0), (f32::NAN, 0), (f32::INFINITY, 255)];
-        let steps = Steps::new();
+        let steps = CodeSteps::new();
         for (value, code) in cases {
             assert_eq!(code8(value), code, "{value}");
             assert_eq!(steps.code(value), code, "{value}");
@@ -96,7 +96,7 @@ mod tests {
 
     #[test]
     fn looking_a_code_up_equals_encoding() {
-        let steps = Steps::new();
+        let steps = CodeSteps::new();
         let near_steps = steps.0.iter().flat_map(|s| (0..5).map(|d| f32::from_bits(s.to_bits() - 2 + d)));
         let spread = (0..200_000).map(|i| i as f32 / 190_000.0);
         for value in near_steps.chain(spread) {

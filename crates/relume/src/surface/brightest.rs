@@ -26,7 +26,7 @@ const NEIGHBOURS: [(f64, f64); 8] =
     [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0), (1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)];
 
 /// The functions' values over a grid of lights.
-pub(super) struct Search<'a> {
+pub(super) struct BrightestSearch<'a> {
     basis: &'a Basis,
     /// Lights, ring after ring from the zenith.
     lights: Vec<Direction>,
@@ -34,7 +34,7 @@ pub(super) struct Search<'a> {
     values: Vec<f64>,
 }
 
-impl<'a> Search<'a> {
+impl<'a> BrightestSearch<'a> {
     pub fn new(basis: &'a Basis) -> Self {
         let ring = |i: u32| {
             let polar = FRAC_PI_2 * f64::from(i) / f64::from(RINGS);
@@ -102,7 +102,7 @@ mod tests {
     fn no_light_is_brighter_than_the_one_found() {
         let mut stream = Stream::new(9, Purpose::Sample, [0]);
         for basis in Basis::NAMED {
-            let search = Search::new(&basis);
+            let search = BrightestSearch::new(&basis);
             let mut scratch = vec![0.0; basis.len()];
             for _ in 0..60 {
                 let coefficients: Vec<f64> = (0..basis.len()).map(|_| 2.0 * stream.unit() - 1.0).collect();
@@ -121,7 +121,7 @@ mod tests {
     #[test]
     fn polynomials_have_the_maximum_of_the_closed_form() {
         let coefficients = [-1.0, -2.0, 1.0, 1.0, -1.9, 0.0];
-        let light = Search::new(&Basis::Ptm).maximum(&coefficients, &mut [0.0; 6]);
+        let light = BrightestSearch::new(&Basis::Ptm).maximum(&coefficients, &mut [0.0; 6]);
         let (u, v) = ptm_maximum(coefficients);
         assert!((light.x() - u).hypot(light.y() - v) < 1e-5, "{light:?} and ({u}, {v})");
     }

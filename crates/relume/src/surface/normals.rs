@@ -12,7 +12,7 @@
 use rayon::prelude::*;
 
 use super::argmax::ptm_maximum;
-use super::brightest::Search;
+use super::brightest::BrightestSearch;
 use super::luminance::LUMINANCE;
 use crate::direction::{Direction, Directions};
 use crate::field::{Basis, ReflectanceField};
@@ -63,7 +63,7 @@ fn brightest(field: &ReflectanceField) -> Vec<Direction> {
             })
             .collect(),
         basis @ (Basis::Harmonics | Basis::Learned(_)) => {
-            let search = Search::new(basis);
+            let search = BrightestSearch::new(basis);
             let scratch = || (vec![0.0; basis.len()], vec![0.0; basis.len()]);
             let one = |(coefficients, weights): &mut (Vec<f64>, Vec<f64>), texel: usize| {
                 (0..basis.len()).for_each(|k| coefficients[k] = luminance_coefficient(field, k, texel));

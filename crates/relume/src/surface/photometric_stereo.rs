@@ -15,7 +15,7 @@ use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::picture::Picture;
 use crate::planes::{Planes, Size};
-use crate::raster::Raster;
+use crate::raster::{LoadRaster, Raster};
 use crate::space::Space;
 
 /// The most memory for the values of a band.
@@ -49,9 +49,6 @@ pub struct Stereo {
     pub undetermined: usize,
 }
 
-/// Reads photograph `i`; called from any thread.
-pub type Load<'a> = dyn Fn(usize) -> Result<Raster> + Sync + 'a;
-
 /// Solves all texels. `lights` names each photograph and its light, and `load(i)` reads the i-th.
 ///
 /// # Errors
@@ -59,7 +56,7 @@ pub type Load<'a> = dyn Fn(usize) -> Result<Raster> + Sync + 'a;
 /// in size or channels; sizes beyond the limits of the job.
 pub fn photometric_stereo(
     lights: &[(String, Direction)],
-    load: &Load,
+    load: &LoadRaster,
     options: &StereoOptions,
     job: &Job,
 ) -> Result<Stereo> {

@@ -16,7 +16,7 @@
 
 use realfft::num_complex::Complex64;
 
-use super::integrate::{Border, project};
+use super::integrate::{SurfaceBorder, project};
 use super::slopes::Slopes;
 use crate::direction::Direction;
 use crate::error::{Error, Result};
@@ -44,7 +44,7 @@ pub struct ShadingOptions {
     /// The number of rounds of steps and projections, 1 to 10,000.
     pub rounds: usize,
     /// What lies beyond the borders.
-    pub border: Border,
+    pub border: SurfaceBorder,
     /// Undulations of this wavelength in texels are halved in every round and longer ones damped more,
     /// because one photograph hardly determines them: at least 2. `None` applies no damping on the torus,
     /// where a surface cannot bend as a whole, and uses the longer side of an open picture.
@@ -53,7 +53,7 @@ pub struct ShadingOptions {
 
 impl Default for ShadingOptions {
     fn default() -> Self {
-        Self { albedo: None, rounds: 50, border: Border::Open, longest: None }
+        Self { albedo: None, rounds: 50, border: SurfaceBorder::Open, longest: None }
     }
 }
 
@@ -104,7 +104,7 @@ pub fn shape_from_shading(
 ) -> Result<Shading> {
     options.validate()?;
     check_light(light)?;
-    let mirrored = if options.border == Border::Open { 4 } else { 1 };
+    let mirrored = if options.border == SurfaceBorder::Open { 4 } else { 1 };
     job.check("shape from shading", luminance.size(), mirrored * (5 * BYTES_PER_TEXEL + 32))?;
     let albedo = options.albedo.map_or_else(|| level_albedo(luminance, light), Ok)?;
     let shades: Vec<f64> = luminance.plane(0).iter().map(|&v| f64::from(v) / albedo).collect();
@@ -150,11 +150,11 @@ fn level_albedo(luminance: &Planes, light: Direction) -> Result<f64> {
 }
 
 /// Pentland's linear solution: E - l_z = -p l_x - q l_y, with Wiener damping where the light does not shade.
-fn linear_start(shades: &[f64], size: Size, light: Direction, border: Border) -> Slopes {
+fn linear_start(shades: &[f64], size: Size, light: Direction, border: SurfaceBorder) -> Slopes {
     let image: Vec<f64> = shades.iter().map(|e| e - light.z()).collect();
     let (image, whole) = match border {
-        Border::Periodic => (image, size),
-        Border::Open => (even_mirror(&image, size), Size::new(2 * size.width, 2 * size.height)),
+        SurfaceBorder::Periodic => (image, size),
+        SurfaceBorder::Open => (even_mirror(&image, size), Size::new(2 * size.width, 2 * size.height)),
     };
     let plan = Fourier::new(whole);
     let mut spectrum = plan.forward(image);
@@ -216,8 +216,8 @@ fn step(slopes: &mut Slopes, shades: &[f64], light: Direction) {
 fn integrable(slopes: &Slopes, options: &ShadingOptions) -> Slopes {
     let size = slopes.size();
     match options.border {
-        Border::Periodic => project(slopes, options.longest.unwrap_or(f64::INFINITY)),
-        Border::Open => {
+        SurfaceBorder::Periodic => project(slopes, options.longest.unwrap_or(f64::INFINITY)),
+        SurfaceBorder::Open => {
             let longest = options.longest.unwrap_or(size.width.max(size.height) as f64);
             project(&slopes.mirrored(), longest).cropped(size)
         }
@@ -233,7 +233,7 @@ fn residual(slopes: &Slopes, shades: &[f64], light: Direction) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::surface::integrate::{IntegrateOptions, Method, integrate};
+    use crate::surface::integrate::{IntegrateOptions, IntegrationMethod, integrate};
     use std::f64::consts::TAU;
 
     /// A gentle periodic relief, its slopes, and its picture under a light.
@@ -264,12 +264,13 @@ mod tests {
         let options = ShadingOptions {
             albedo: Some(0.7),
             rounds: 150,
-            border: Border::Periodic,
+            border: SurfaceBorder::Periodic,
             ..ShadingOptions::default()
         };
         let found = shape_from_shading(&picture, light, &options, &Job::default()).unwrap();
         assert!(found.residual < 0.01, "{}", found.residual);
-        let integrated = IntegrateOptions { method: Method::FrankotChellappa, border: Border::Periodic };
+        let integrated =
+            IntegrateOptions { method: IntegrationMethod::FrankotChellappa, border: SurfaceBorder::Periodic };
         let height = |s: &Slopes| integrate(s, &integrated, &Job::default()).unwrap();
         let agreement = correlation(height(&found.slopes).as_slice(), height(&truth).as_slice());
         assert!(agreement > 0.95, "correlation {agreement:.3}");

@@ -35,7 +35,7 @@ fn every_member_is_found_by_its_name() {
     check::<Space>();
     check::<Cut>();
     check::<Estimator>();
-    check::<dome::Border>();
-    check::<integrate::Border>();
-    check::<integrate::Method>();
+    check::<dome::ReliefBorder>();
+    check::<integrate::SurfaceBorder>();
+    check::<integrate::IntegrationMethod>();
 }

@@ -6,7 +6,7 @@ mod truth;
 use std::path::{Path, PathBuf};
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use relume::capture::dome::{Border, Bounce, Dome, DomeOptions, Surface, lights};
+use relume::capture::dome::{Bounce, Dome, DomeOptions, ReliefBorder, Surface, lights};
 use relume::maps::SurfaceMaps;
 use relume::procedural::{Material, Tiling};
 use relume::workflow::capture::{PhotographFormat, photographs};
@@ -78,8 +78,8 @@ struct Files {
 #[command(next_help_heading = "Light")]
 struct DomeArgs {
     /// Whether maps repeat beyond their borders or end there
-    #[arg(long, default_value = "wrap", value_parser = args::named::<Border>())]
-    border: Border,
+    #[arg(long, default_value = "wrap", value_parser = args::named::<ReliefBorder>())]
+    border: ReliefBorder,
     /// Radiance of the sky, as a fraction of that of a white matte surface facing the lamp
     #[arg(long, value_name = "FRACTION", default_value_t = DomeOptions::default().ambient)]
     ambient: f64,

@@ -24,7 +24,7 @@ const LIGHT: &str = "--light=-0.45,0.45,0.77";
 
 /// An exemplar and its textures.
 #[derive(Debug, Serialize)]
-pub struct Exemplar {
+pub struct GalleryExemplar {
     /// The name of its file.
     pub name: String,
     pub width: usize,
@@ -34,7 +34,7 @@ pub struct Exemplar {
     pub output_height: usize,
     /// The report of `relume analyze`, or the reason why there is none.
     pub analysis: Value,
-    pub entries: Vec<Entry>,
+    pub entries: Vec<GalleryEntry>,
     /// A JPEG of it in base64, for the page alone.
     #[serde(skip)]
     pub preview: Option<String>,
@@ -42,7 +42,7 @@ pub struct Exemplar {
 
 /// A texture, or the reason why there is none.
 #[derive(Debug, Serialize)]
-pub struct Entry {
+pub struct GalleryEntry {
     pub method: String,
     /// The command that makes it.
     pub command: String,
@@ -65,7 +65,7 @@ pub struct Entry {
     pub preview: Option<String>,
 }
 
-impl Exemplar {
+impl GalleryExemplar {
     /// Runs all methods on a file; `place` is its position among the files.
     pub fn run(file: &Path, args: &Args, stage: &Folder, place: &str, context: &Context) -> Result<Self> {
         let name = file.file_name().unwrap_or(file.as_os_str());
@@ -101,7 +101,7 @@ impl Exemplar {
             context.bar.set_part(format!("{place}{} {name} ", trial.name));
             let entry = match &size {
                 Ok(size) => trial.entry(*method, *size)?,
-                Err(error) => Entry::failed(name, String::new(), error.to_string()),
+                Err(error) => GalleryEntry::failed(name, String::new(), error.to_string()),
             };
             exemplar.entries.push(entry);
         }
@@ -118,7 +118,7 @@ impl Exemplar {
     }
 }
 
-impl Entry {
+impl GalleryEntry {
     fn failed(method: &str, command: String, error: String) -> Self {
         Self {
             method: method.to_owned(),
@@ -157,7 +157,7 @@ struct Trial<'a> {
 }
 
 impl Trial<'_> {
-    fn entry(&self, how: SynthesisMethod, exemplar: Size) -> Result<Entry> {
+    fn entry(&self, how: SynthesisMethod, exemplar: Size) -> Result<GalleryEntry> {
         let method = how.name();
         let (size, seed) =
             (format!("{}x{}", self.output.width, self.output.height), self.args.seed.to_string());
@@ -176,12 +176,15 @@ impl Trial<'_> {
         let made = match self.kept(made)? {
             Ok(report) => report.json,
             Err(error) => {
-                return Ok(Entry { times, ..Entry::failed(method, command, self.sentence(&error)) });
+                return Ok(GalleryEntry {
+                    times,
+                    ..GalleryEntry::failed(method, command, self.sentence(&error))
+                });
             }
         };
         let measures = self.kept(self.measures(&target, has_sources.then_some(&sources)))?;
         let piece = |measures: &Value| measures.pointer("/copying/largest_piece")?.as_f64();
-        Ok(Entry {
+        Ok(GalleryEntry {
             method: method.to_owned(),
             command,
             chosen: made.pointer("/auto/options").and_then(Value::as_str).map(str::to_owned),

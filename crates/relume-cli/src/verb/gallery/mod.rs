@@ -18,7 +18,7 @@ use crate::context::Context;
 use crate::output::{self, Folder};
 use crate::paths;
 use crate::report::Report;
-use entry::Exemplar;
+use entry::GalleryExemplar;
 
 /// Extensions of files that may be exemplars.
 const ENDINGS: [&str; 7] = ["png", "jpg", "jpeg", "tif", "tiff", "exr", "ptm"];
@@ -58,7 +58,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let mut exemplars = Vec::new();
     for (number, file) in files.iter().enumerate() {
         let place = format!("{}/{} ", number + 1, files.len());
-        exemplars.push(Exemplar::run(file, args, &folder, &place, context)?);
+        exemplars.push(GalleryExemplar::run(file, args, &folder, &place, context)?);
     }
     context.bar.set_part(String::new());
     let entries = exemplars.iter().flat_map(|exemplar| &exemplar.entries);

@@ -5,12 +5,12 @@ use std::fmt::Write;
 use serde_json::Value;
 
 use super::Args;
-use super::entry::{Entry, Exemplar};
+use super::entry::{GalleryEntry, GalleryExemplar};
 
 const TEMPLATE: &str = include_str!("page.html");
 
 /// The page as HTML.
-pub fn html(exemplars: &[Exemplar], args: &Args) -> String {
+pub fn html(exemplars: &[GalleryExemplar], args: &Args) -> String {
     let sections: String =
         exemplars.iter().enumerate().map(|(number, exemplar)| section(number, exemplar)).collect();
     let fields = [
@@ -25,7 +25,7 @@ pub fn html(exemplars: &[Exemplar], args: &Args) -> String {
 }
 
 /// The table of patch distances.
-fn summary(exemplars: &[Exemplar]) -> String {
+fn summary(exemplars: &[GalleryExemplar]) -> String {
     let mut html = "<table><thead><tr><th></th>".to_owned();
     for entry in exemplars.first().map_or(&[][..], |first| &first.entries) {
         let _ = write!(html, "<th>{}</th>", escaped(&entry.method));
@@ -39,7 +39,7 @@ fn summary(exemplars: &[Exemplar]) -> String {
     html + "</tbody></table>"
 }
 
-fn cell(entry: &Entry) -> String {
+fn cell(entry: &GalleryEntry) -> String {
     let class = if entry.is_best {
         " class=\"best\""
     } else if entry.is_copy() {
@@ -55,7 +55,7 @@ fn cell(entry: &Entry) -> String {
 }
 
 /// An exemplar with its textures.
-fn section(number: usize, exemplar: &Exemplar) -> String {
+fn section(number: usize, exemplar: &GalleryExemplar) -> String {
     let mut html = format!("<section id=\"e{number}\"><h2>{}</h2>", escaped(&exemplar.name));
     let _ = write!(html, "<p class=\"dim\">{}</p>", about(exemplar));
     html.push_str("<div class=\"row\">");
@@ -70,7 +70,7 @@ fn section(number: usize, exemplar: &Exemplar) -> String {
 }
 
 /// The analysis of an exemplar.
-fn about(exemplar: &Exemplar) -> String {
+fn about(exemplar: &GalleryExemplar) -> String {
     let text = |place: &str| exemplar.analysis.pointer(place).and_then(Value::as_str).map(escaped);
     let mut html = text("/advice/reason").or(text("/error")).unwrap_or_default();
     let warnings = exemplar.analysis["warning_codes"].as_array().map(Vec::as_slice).unwrap_or_default();
@@ -95,7 +95,7 @@ fn figure(name: &str, preview: Option<&str>, class: &str, caption: &str, title: 
 }
 
 /// The figures of a texture, or the reason why there are none, as HTML.
-fn figures(entry: &Entry) -> String {
+fn figures(entry: &GalleryEntry) -> String {
     if let Some(error) = &entry.error {
         return format!("<span class=\"error\">{}</span>", escaped(error));
     }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::entry::{Entry, Exemplar};
+use super::entry::{GalleryEntry, GalleryExemplar};
 
 /// Figures of a texture: their names and their paths in the report of `relume compare --texture`.
 pub const FIGURES: [(&str, &str); 12] = [
@@ -21,7 +21,7 @@ pub const FIGURES: [(&str, &str); 12] = [
 ];
 
 /// All figures, a line for each texture.
-pub fn csv(exemplars: &[Exemplar]) -> String {
+pub fn csv(exemplars: &[GalleryExemplar]) -> String {
     let names: Vec<&str> = FIGURES.iter().map(|(name, _)| *name).collect();
     let mut text = format!(
         "exemplar,method,chosen,seconds,processor_seconds,{},largest_piece,copy,best,error\r\n",
@@ -36,7 +36,7 @@ pub fn csv(exemplars: &[Exemplar]) -> String {
     text
 }
 
-fn line(exemplar: &Exemplar, entry: &Entry) -> Vec<String> {
+fn line(exemplar: &GalleryExemplar, entry: &GalleryEntry) -> Vec<String> {
     let number = |value: Option<f64>| value.map_or(String::new(), |v| v.to_string());
     let mut fields = vec![
         exemplar.name.clone(),
@@ -61,7 +61,7 @@ fn quoted(field: &str) -> String {
 }
 
 /// The patch distances, a line for each exemplar; each line ends in a break.
-pub fn text(exemplars: &[Exemplar]) -> String {
+pub fn text(exemplars: &[GalleryExemplar]) -> String {
     let mut text =
         "patch distance to the exemplar; * the nearest, = a verbatim copy, - no texture\n".to_owned();
     let names = exemplars.iter().map(|exemplar| exemplar.name.chars().count());

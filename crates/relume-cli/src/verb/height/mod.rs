@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use relume::capture::Pairing;
 use relume::format::{HeightFormat, PictureFormat, encode_height, encode_picture};
-use relume::surface::integrate::{Border, IntegrateOptions, Method as Integration, integrate};
+use relume::surface::integrate::{IntegrateOptions, IntegrationMethod, SurfaceBorder, integrate};
 use relume::surface::shape_from_shading::ShadingOptions;
 use relume::surface::{Ambient, Estimator};
 use relume::{Direction, Error, Planes, Result};
@@ -18,7 +18,7 @@ use crate::context::Context;
 use crate::output::Outputs;
 use crate::report::Report;
 use crate::{args, normals};
-use shape::{Method, Shape};
+use shape::{HeightMethod, Shape};
 
 /// Arguments of `relume height`.
 #[derive(Debug, clap::Args)]
@@ -36,14 +36,14 @@ pub struct Args {
     output: PathBuf,
     /// Source of the slopes [default: photometric-stereo for photographs, ptm-normals for fields]
     #[arg(long, value_parser = method())]
-    method: Option<Method>,
+    method: Option<HeightMethod>,
     /// Whether the surface repeats beyond its borders
-    #[arg(long, default_value = "open", value_parser = args::named::<Border>())]
-    border: Border,
+    #[arg(long, default_value = "open", value_parser = args::named::<SurfaceBorder>())]
+    border: SurfaceBorder,
     /// Method of integration: differences of neighbours, or derivatives in the Fourier domain (Frankot and
     /// Chellappa)
-    #[arg(long, default_value = "poisson", value_parser = args::named::<Integration>())]
-    integration: Integration,
+    #[arg(long, default_value = "poisson", value_parser = args::named::<IntegrationMethod>())]
+    integration: IntegrationMethod,
     /// The steepest plausible slope in degrees, below 90 [default: 87; 50 for ptm-normals]
     #[arg(long, value_name = "DEG")]
     steepest: Option<f64>,
@@ -190,8 +190,8 @@ fn one_of<T: Copy + Send + Sync + 'static, const N: usize>(
     })
 }
 
-fn method() -> impl TypedValueParser<Value = Method> {
-    one_of(Method::ALL.map(|method| (method.name(), method)))
+fn method() -> impl TypedValueParser<Value = HeightMethod> {
+    one_of(HeightMethod::ALL.map(|method| (method.name(), method)))
 }
 
 impl StereoArgs {

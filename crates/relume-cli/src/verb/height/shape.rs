@@ -20,7 +20,7 @@ const PTM_STEEPEST: f64 = 1.19;
 
 /// The methods.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Method {
+pub enum HeightMethod {
     /// Photographs under many lights.
     PhotometricStereo,
     /// One photograph.
@@ -31,7 +31,7 @@ pub enum Method {
     NormalMap,
 }
 
-impl Method {
+impl HeightMethod {
     /// All methods.
     pub const ALL: [Self; 4] =
         [Self::PhotometricStereo, Self::ShapeFromShading, Self::PtmNormals, Self::NormalMap];
@@ -50,7 +50,7 @@ impl Method {
 /// The result of a method.
 #[derive(Debug)]
 pub struct Shape {
-    pub method: Method,
+    pub method: HeightMethod,
     pub slopes: Slopes,
     pub normals: Planes,
     pub albedo: Option<Picture>,
@@ -61,8 +61,8 @@ pub struct Shape {
 }
 
 impl Shape {
-    fn of_normals(method: Method, normals: Planes, steepest_deg: Option<f64>) -> Result<Self> {
-        let trusted = if method == Method::PtmNormals { PTM_STEEPEST } else { STEEPEST };
+    fn of_normals(method: HeightMethod, normals: Planes, steepest_deg: Option<f64>) -> Result<Self> {
+        let trusted = if method == HeightMethod::PtmNormals { PTM_STEEPEST } else { STEEPEST };
         let slopes =
             Slopes::from_normals(&normals, steepest_deg.map_or(trusted, |deg| deg.to_radians().tan()))?;
         Ok(Self { method, slopes, normals, albedo: None, notes: Vec::new(), facts: no_facts() })
@@ -72,13 +72,16 @@ impl Shape {
 /// Estimates the shape by the requested method, or by the one that suits the input.
 pub fn find(args: &Args, context: &Context) -> Result<Shape> {
     let is_capture = is_capture(&args.input);
-    let method =
-        args.method.unwrap_or(if is_capture { Method::PhotometricStereo } else { Method::PtmNormals });
+    let method = args.method.unwrap_or(if is_capture {
+        HeightMethod::PhotometricStereo
+    } else {
+        HeightMethod::PtmNormals
+    });
     match method {
-        Method::PhotometricStereo => stereo(args, context),
-        Method::ShapeFromShading => shading(args, is_capture, context),
-        Method::PtmNormals => field_normals(args, context),
-        Method::NormalMap => {
+        HeightMethod::PhotometricStereo => stereo(args, context),
+        HeightMethod::ShapeFromShading => shading(args, is_capture, context),
+        HeightMethod::PtmNormals => field_normals(args, context),
+        HeightMethod::NormalMap => {
             let raster = input::raster(&args.input, &context.job)?;
             let normals = normals_of(&raster, NormalY::Up).map_err(|e| e.at(&args.input))?;
             Shape::of_normals(method, normals, args.steepest).map_err(|e| e.at(&args.input))
@@ -98,7 +101,7 @@ fn stereo(args: &Args, context: &Context) -> Result<Shape> {
     let lights = capture.lights();
     let found =
         photometric_stereo(&lights, &load, &options, &context.job).map_err(|e| e.at(&capture.light_file))?;
-    let mut shape = Shape::of_normals(Method::PhotometricStereo, found.normals, args.steepest)?;
+    let mut shape = Shape::of_normals(HeightMethod::PhotometricStereo, found.normals, args.steepest)?;
     shape.albedo = Some(found.albedo);
     shape.notes.extend(capture.warnings.iter().map(|warning| format!("warning: {warning}")));
     shape.facts =
@@ -124,7 +127,7 @@ fn shading(args: &Args, is_capture: bool, context: &Context) -> Result<Shape> {
     let found = shape_from_shading(&luminance, photograph.light, &options, &context.job)
         .map_err(|e| e.at(&photograph.path))?;
     Ok(Shape {
-        method: Method::ShapeFromShading,
+        method: HeightMethod::ShapeFromShading,
         normals: found.slopes.normals(),
         slopes: found.slopes,
         albedo: None,
@@ -174,7 +177,7 @@ fn field_normals(args: &Args, context: &Context) -> Result<Shape> {
         )
         .at(&args.input));
     }
-    let mut shape = Shape::of_normals(Method::PtmNormals, surface::normals(&field), args.steepest)?;
+    let mut shape = Shape::of_normals(HeightMethod::PtmNormals, surface::normals(&field), args.steepest)?;
     shape.albedo = Some(surface::albedo(&field));
     Ok(shape)
 }

@@ -36,7 +36,7 @@ pub struct Args {
     /// The most levels of the pyramid; auto tries 1 to 4 and uses the number whose field has the
     /// autocorrelation nearest to that of the texture, in about three times the time
     #[arg(long, value_name = "N", default_value = "4", value_parser = levels)]
-    levels: Levels,
+    levels: LevelChoice,
     /// Factor by which each level is coarser than the one before
     #[arg(long, value_name = "N", default_value_t = ModelOptions::default().factor)]
     factor: usize,
@@ -66,14 +66,14 @@ pub struct Args {
 
 /// The number of levels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Levels {
+enum LevelChoice {
     Auto,
     Most(usize),
 }
 
-fn levels(text: &str) -> Result<Levels, String> {
+fn levels(text: &str) -> Result<LevelChoice, String> {
     let number = || text.parse().map_err(|_| "expected a number such as 4, or auto".to_owned());
-    if text == "auto" { Ok(Levels::Auto) } else { number().map(Levels::Most) }
+    if text == "auto" { Ok(LevelChoice::Auto) } else { number().map(LevelChoice::Most) }
 }
 
 /// Fits the model, writes it, and reports the kind of material it suits.
@@ -106,10 +106,10 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
 fn request(args: &Args) -> Result<ModelRequest> {
     let options = ModelOptions {
         levels: match args.levels {
-            Levels::Auto => ModelOptions::default().levels,
-            Levels::Most(levels) => levels,
+            LevelChoice::Auto => ModelOptions::default().levels,
+            LevelChoice::Most(levels) => levels,
         },
-        fewer: args.levels == Levels::Auto,
+        fewer: args.levels == LevelChoice::Auto,
         factor: args.factor,
         candidates: args.candidates,
         coarse: args.coarse,

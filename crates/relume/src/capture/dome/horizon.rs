@@ -137,13 +137,13 @@ impl Facet {
 
 #[cfg(test)]
 mod tests {
-    use super::super::relief::Border;
+    use super::super::relief::ReliefBorder;
     use super::*;
     use crate::planes::Size;
 
     fn surroundings(
         size: Size,
-        border: Border,
+        border: ReliefBorder,
         sectors: usize,
         height: impl Fn(usize, usize) -> f32,
     ) -> Surroundings {
@@ -169,12 +169,12 @@ mod tests {
 
     #[test]
     fn a_plane_sees_nothing_but_sky_and_a_tilted_facet_its_share_of_it() {
-        let flat = surroundings(Size::new(9, 7), Border::Wrap, 16, |_, _| 3.0);
+        let flat = surroundings(Size::new(9, 7), ReliefBorder::Wrap, 16, |_, _| 3.0);
         assert!(flat.sky.iter().all(|s| (s - 1.0).abs() < 1e-6));
         assert!(flat.links.iter().flatten().all(|link| link.share == 0.0));
         // A plane tilted by an angle b sees (1 + cos b) / 2 of the sky above level ground; the rest of the
         // tilted relief rises behind it without hiding more.
-        let relief = Relief::new(&Planes::zeros(Size::new(1, 1), 1), Border::Wrap);
+        let relief = Relief::new(&Planes::zeros(Size::new(1, 1), 1), ReliefBorder::Wrap);
         let mut normals = Planes::zeros(Size::new(1, 1), 3);
         normals.as_mut_slice().copy_from_slice(&[0.6, 0.0, 0.8]);
         let sky = Surroundings::new(&relief, &normals, 64).sky[0];
@@ -186,7 +186,8 @@ mod tests {
     fn the_sky_beside_a_wall_is_the_closed_form() {
         let size = Size::new(200, 200);
         for (sectors, tolerance) in [(16, 0.02), (128, 0.003)] {
-            let wall = surroundings(size, Border::Clamp, sectors, |x, _| if x >= 60 { 20.0 } else { 0.0 });
+            let wall =
+                surroundings(size, ReliefBorder::Clamp, sectors, |x, _| if x >= 60 { 20.0 } else { 0.0 });
             for distance in [2, 5, 10, 20, 40] {
                 let texel = size.index(60 - distance, 100);
                 let d = distance as f32;
@@ -211,7 +212,7 @@ mod tests {
         let size = Size::new(81, 300);
         for slope in [0.5f32, 1.0, 2.0] {
             let groove =
-                surroundings(size, Border::Clamp, 16, |x, _| slope * (x as f32 - 40.0).abs().min(30.0));
+                surroundings(size, ReliefBorder::Clamp, 16, |x, _| slope * (x as f32 - 40.0).abs().min(30.0));
             let sky = groove.sky[size.index(40, 150)];
             let truth = 1.0 / (1.0 + slope * slope).sqrt();
             assert!((sky - truth).abs() < 0.01, "slope {slope}: {sky} {truth}");
@@ -222,7 +223,7 @@ mod tests {
     fn no_texel_sees_more_than_its_hemisphere() {
         let size = Size::new(40, 33);
         let bumps = |x: usize, y: usize| 4.0 * (x as f32 * 0.47).sin() * (y as f32 * 0.57).cos();
-        let all = surroundings(size, Border::Wrap, 16, bumps);
+        let all = surroundings(size, ReliefBorder::Wrap, 16, bumps);
         for texel in 0..size.texels() {
             let linked: f32 = all.links.iter().map(|sector| sector[texel].share).sum();
             let sum = all.sky[texel] + linked;

@@ -179,12 +179,12 @@ pub fn slope_by_brute_force(
 
 #[cfg(test)]
 mod tests {
-    use super::super::relief::Border;
+    use super::super::relief::ReliefBorder;
     use super::*;
     use crate::planes::{Planes, Size};
 
     /// Smooth bumps with a step across the middle.
-    fn bumps(border: Border) -> Relief {
+    fn bumps(border: ReliefBorder) -> Relief {
         let size = Size::new(37, 29);
         let mut height = Planes::zeros(size, 1);
         for (i, h) in height.as_mut_slice().iter_mut().enumerate() {
@@ -222,7 +222,7 @@ mod tests {
 
     #[test]
     fn slopes_agree_with_brute_force() {
-        for border in [Border::Wrap, Border::Clamp] {
+        for border in [ReliefBorder::Wrap, ReliefBorder::Clamp] {
             let relief = bumps(border);
             for degrees in [0, 17, 45, 90, 133, 180, 211, 270, 301] {
                 let heading = Heading::from_azimuth(f64::from(degrees).to_radians());
@@ -243,7 +243,7 @@ mod tests {
 
     #[test]
     fn stopping_early_changes_nothing_above_the_negligible() {
-        let relief = bumps(Border::Wrap);
+        let relief = bumps(ReliefBorder::Wrap);
         let path = crossings(Heading::from_azimuth(0.4), 200.0);
         for y in 0..29 {
             let mut all = vec![-100.0; 37];
@@ -256,7 +256,7 @@ mod tests {
 
     #[test]
     fn the_first_crossing_is_the_first() {
-        let relief = bumps(Border::Wrap);
+        let relief = bumps(ReliefBorder::Wrap);
         let path = crossings(Heading::from_azimuth(2.0), 50.0);
         let targets: Vec<f32> = (0..37).map(|x| 0.02 * x as f32).collect();
         let mut first = vec![UNSEEN; 37];

@@ -23,7 +23,7 @@ pub mod relief;
 pub mod shadow;
 
 pub use lights::lights;
-pub use relief::Border;
+pub use relief::ReliefBorder;
 
 use crate::error::{Error, Result};
 use crate::job::Job;
@@ -64,7 +64,7 @@ pub enum Surface {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DomeOptions {
     /// What lies beyond the borders of the maps.
-    pub border: Border,
+    pub border: ReliefBorder,
     /// Radiance of the sky as a fraction of that of a white Lambertian facing the lamp, 0 to 1.
     pub ambient: f64,
     /// Whether light is followed beyond its first surface.
@@ -81,7 +81,7 @@ impl Default for DomeOptions {
     /// A periodic material, a dim sky (a 25th of the lamp), lamps with a radius of one degree.
     fn default() -> Self {
         Self {
-            border: Border::Wrap,
+            border: ReliefBorder::Wrap,
             ambient: 0.04,
             bounce: Bounce::Once,
             surface: Surface::Ggx { f0: microfacet::DIELECTRIC_F0 },

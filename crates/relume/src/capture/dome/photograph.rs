@@ -125,7 +125,7 @@ impl Dome {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Border, DomeOptions, lights};
+    use super::super::{DomeOptions, ReliefBorder, lights};
     use super::*;
     use crate::job::Job;
     use crate::limits::Limits;
@@ -235,7 +235,8 @@ mod tests {
         normal.plane_mut(0).fill(1.2);
         normal.plane_mut(2).fill(1.6);
         wall.normal = Some(normal);
-        let options = DomeOptions { bounce: Bounce::None, ambient: 0.0, border: Border::Clamp, ..matte() };
+        let options =
+            DomeOptions { bounce: Bounce::None, ambient: 0.0, border: ReliefBorder::Clamp, ..matte() };
         let light = Direction::from_angles(std::f64::consts::FRAC_PI_4, 0.0);
         let picture = dome(wall, options).photograph(light).unwrap();
         let lit = std::f32::consts::FRAC_1_SQRT_2 * 1.4;

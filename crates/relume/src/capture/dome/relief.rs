@@ -5,21 +5,21 @@ use crate::planes::{Planes, Size};
 
 /// What lies beyond the borders of the maps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Border {
+pub enum ReliefBorder {
     /// The maps are repeated: light and shadow cross the borders of a seamless material.
     Wrap,
     /// The height of the border texels is continued.
     Clamp,
 }
 
-named!(Border { Wrap => "wrap", Clamp => "clamp" });
+named!(ReliefBorder { Wrap => "wrap", Clamp => "clamp" });
 
 /// Heights with their border. Rows are stored three times in sequence, so that a row shifted by any number of
 /// texels is one slice.
 #[derive(Debug, Clone)]
 pub struct Relief {
     size: Size,
-    border: Border,
+    border: ReliefBorder,
     extended: Vec<f32>,
     lowest: f32,
     highest: f32,
@@ -27,14 +27,14 @@ pub struct Relief {
 
 impl Relief {
     /// The relief of one plane of finite heights in texels.
-    pub fn new(height: &Planes, border: Border) -> Self {
+    pub fn new(height: &Planes, border: ReliefBorder) -> Self {
         let size = height.size();
         let mut extended = Vec::with_capacity(3 * size.texels());
         for row in height.plane(0).chunks_exact(size.width) {
             let (first, last) = (row[0], row[size.width - 1]);
             match border {
-                Border::Wrap => (0..3).for_each(|_| extended.extend_from_slice(row)),
-                Border::Clamp => {
+                ReliefBorder::Wrap => (0..3).for_each(|_| extended.extend_from_slice(row)),
+                ReliefBorder::Clamp => {
                     extended.extend(std::iter::repeat_n(first, size.width));
                     extended.extend_from_slice(row);
                     extended.extend(std::iter::repeat_n(last, size.width));
@@ -70,8 +70,8 @@ impl Relief {
     pub fn row(&self, y: isize, shift: isize) -> &[f32] {
         let width = self.size.width as isize;
         let start = match self.border {
-            Border::Wrap => shift.rem_euclid(width),
-            Border::Clamp => width + shift.clamp(-width, width),
+            ReliefBorder::Wrap => shift.rem_euclid(width),
+            ReliefBorder::Clamp => width + shift.clamp(-width, width),
         };
         let start = 3 * self.size.width * inside(self.border, y, self.size.height) + start as usize;
         &self.extended[start..start + self.size.width]
@@ -111,8 +111,8 @@ impl Relief {
 
     fn normal(&self, x: isize, y: isize) -> [f32; 3] {
         let span = |at: isize, side: usize| match self.border {
-            Border::Clamp => 2.min(side as isize - at) - 1 + 1.min(at),
-            Border::Wrap => 2,
+            ReliefBorder::Clamp => 2.min(side as isize - at) - 1 + 1.min(at),
+            ReliefBorder::Wrap => 2,
         };
         let slope = |rise: f32, span: isize| if span > 0 { rise / span as f32 } else { 0.0 };
         let along_x = slope(self.at(x + 1, y) - self.at(x - 1, y), span(x, self.size.width));
@@ -123,10 +123,10 @@ impl Relief {
     }
 }
 
-fn inside(border: Border, at: isize, side: usize) -> usize {
+fn inside(border: ReliefBorder, at: isize, side: usize) -> usize {
     match border {
-        Border::Wrap => at.rem_euclid(side as isize) as usize,
-        Border::Clamp => at.clamp(0, side as isize - 1) as usize,
+        ReliefBorder::Wrap => at.rem_euclid(side as isize) as usize,
+        ReliefBorder::Clamp => at.clamp(0, side as isize - 1) as usize,
     }
 }
 
@@ -134,7 +134,7 @@ fn inside(border: Border, at: isize, side: usize) -> usize {
 mod tests {
     use super::*;
 
-    fn relief(border: Border) -> Relief {
+    fn relief(border: ReliefBorder) -> Relief {
         let size = Size::new(5, 4);
         let data = (0..20).map(|i| ((i * i * 7) % 23) as f32).collect();
         Relief::new(&Planes::from_vec(size, 1, data).unwrap(), border)
@@ -142,7 +142,7 @@ mod tests {
 
     #[test]
     fn shifted_rows_are_the_texels_they_name() {
-        for border in [Border::Wrap, Border::Clamp] {
+        for border in [ReliefBorder::Wrap, ReliefBorder::Clamp] {
             let relief = relief(border);
             for (y, shift) in (-9..9).flat_map(|y| (-14..14).map(move |s| (y, s))) {
                 let row: Vec<f32> = (0..5).map(|x| relief.at(x + shift, y)).collect();
@@ -150,8 +150,8 @@ mod tests {
                 assert_eq!(relief.row(0, 0)[0], relief.between(0.0, 0.0) as f32);
             }
         }
-        assert_eq!(relief(Border::Wrap).at(-1, 5), relief(Border::Wrap).at(4, 1));
-        assert_eq!(relief(Border::Clamp).at(-1, 5), relief(Border::Clamp).at(0, 3));
+        assert_eq!(relief(ReliefBorder::Wrap).at(-1, 5), relief(ReliefBorder::Wrap).at(4, 1));
+        assert_eq!(relief(ReliefBorder::Clamp).at(-1, 5), relief(ReliefBorder::Clamp).at(0, 3));
     }
 
     #[test]
@@ -159,7 +159,7 @@ mod tests {
         let size = Size::new(6, 5);
         // z = 0.5 x - 0.25 y with y up: rows fall by one as y rises by one.
         let data = (0..30).map(|i| 0.5 * (i % 6) as f32 + 0.25 * (i / 6) as f32).collect();
-        let relief = Relief::new(&Planes::from_vec(size, 1, data).unwrap(), Border::Clamp);
+        let relief = Relief::new(&Planes::from_vec(size, 1, data).unwrap(), ReliefBorder::Clamp);
         let length = (0.25f32 + 0.0625 + 1.0).sqrt();
         let normals = relief.normals();
         for i in 0..30 {

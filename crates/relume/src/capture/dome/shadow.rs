@@ -46,12 +46,12 @@ fn disk_share(above_rad: f64, radius_rad: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::super::march::slope_by_brute_force;
-    use super::super::relief::Border;
+    use super::super::relief::ReliefBorder;
     use super::*;
     use crate::numeric::quadrature::gauss_legendre;
     use crate::planes::{Planes, Size};
 
-    fn relief(size: Size, border: Border, height: impl Fn(f64, f64) -> f64) -> Relief {
+    fn relief(size: Size, border: ReliefBorder, height: impl Fn(f64, f64) -> f64) -> Relief {
         let values =
             (0..size.texels()).map(|i| height((i % size.width) as f64, (i / size.width) as f64) as f32);
         Relief::new(&Planes::from_vec(size, 1, values.collect()).unwrap(), border)
@@ -60,7 +60,8 @@ mod tests {
     #[test]
     fn a_wall_casts_a_shadow_of_its_height_over_the_tangent() {
         for (degrees, height) in [(30.0f64, 10.0), (45.0, 7.5), (60.0, 12.5), (20.0, 6.0)] {
-            let wall = relief(Size::new(64, 5), Border::Clamp, |x, _| if x >= 40.0 { height } else { 0.0 });
+            let wall =
+                relief(Size::new(64, 5), ReliefBorder::Clamp, |x, _| if x >= 40.0 { height } else { 0.0 });
             let light = Direction::from_angles((90.0 - degrees).to_radians(), 0.0);
             let share = lamp_share(&wall, light, 0.0);
             let length = height / degrees.to_radians().tan();
@@ -75,7 +76,7 @@ mod tests {
     #[test]
     fn shadows_fall_away_from_the_light_on_all_four_sides() {
         let size = Size::new(41, 41);
-        let post = relief(size, Border::Clamp, |x, y| if (x, y) == (20.0, 20.0) { 8.0 } else { 0.0 });
+        let post = relief(size, ReliefBorder::Clamp, |x, y| if (x, y) == (20.0, 20.0) { 8.0 } else { 0.0 });
         // A light above the top of the picture (y up) throws the shadow down the rows.
         for (azimuth, [dx, dy]) in [(0.0f64, [-1, 0]), (90.0, [0, 1]), (180.0, [1, 0]), (270.0, [0, -1])] {
             let share = lamp_share(&post, Direction::from_angles(0.8, azimuth.to_radians()), 0.0);
@@ -88,8 +89,8 @@ mod tests {
     fn shadows_of_a_cone_and_a_hemisphere_agree_with_brute_force() {
         let size = Size::new(64, 48);
         let radius = |x: f64, y: f64| (x - 30.0).hypot(y - 22.0);
-        let cone = relief(size, Border::Clamp, |x, y| 1.3 * (12.0 - radius(x, y)).max(0.0));
-        let ball = relief(size, Border::Wrap, |x, y| (169.0 - radius(x, y).powi(2)).max(0.0).sqrt());
+        let cone = relief(size, ReliefBorder::Clamp, |x, y| 1.3 * (12.0 - radius(x, y)).max(0.0));
+        let ball = relief(size, ReliefBorder::Wrap, |x, y| (169.0 - radius(x, y).powi(2)).max(0.0).sqrt());
         for (relief, lights) in [(&cone, [(0.9, 0.3), (1.2, 2.5)]), (&ball, [(1.1, 4.0), (1.3, 5.9)])] {
             for (polar, azimuth) in lights {
                 let light = Direction::from_angles(polar, azimuth);

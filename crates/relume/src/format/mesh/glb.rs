@@ -7,7 +7,7 @@
 use gltf::accessor::{DataType, Dimensions};
 use gltf::{Accessor, Document, Gltf, Node, Primitive, Semantic};
 
-use super::Parts;
+use super::MeshParts;
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::render::Mesh;
@@ -29,7 +29,7 @@ pub(super) fn decode(bytes: &[u8], job: &Job) -> Result<Mesh> {
     let blob = blob.as_deref().ok_or_else(|| Error::unsupported("the glTF file has no binary part"))?;
     let scene = document.default_scene().or_else(|| document.scenes().next());
     let scene = scene.ok_or_else(|| Error::invalid("the glTF file has no scene"))?;
-    let mut reader = Reader { blob, job, parts: Parts::default(), nodes: 0 };
+    let mut reader = GlbReader { blob, job, parts: MeshParts::default(), nodes: 0 };
     for node in scene.nodes() {
         reader.node(&node, &IDENTITY, 0)?;
     }
@@ -132,14 +132,14 @@ fn turned(m: &Transform, n: [f32; 3]) -> [f32; 3] {
     std::array::from_fn(|r| mirror.signum() * (0..3).map(|c| cofactors[c][r] * n[c]).sum::<f32>())
 }
 
-struct Reader<'a> {
+struct GlbReader<'a> {
     blob: &'a [u8],
     job: &'a Job,
-    parts: Parts,
+    parts: MeshParts,
     nodes: usize,
 }
 
-impl Reader<'_> {
+impl GlbReader<'_> {
     fn node(&mut self, node: &Node, parent: &Transform, depth: usize) -> Result<()> {
         self.nodes += 1;
         if depth > MAX_DEPTH || self.nodes > MAX_NODES {

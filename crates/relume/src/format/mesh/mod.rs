@@ -64,7 +64,7 @@ mod glb {
 
 /// Vertices and triangles collected so far.
 #[derive(Debug, Default)]
-struct Parts {
+struct MeshParts {
     positions: Vec<[f32; 3]>,
     /// As many as positions; zero where the file has none.
     normals: Vec<[f32; 3]>,
@@ -72,7 +72,7 @@ struct Parts {
     triangles: Vec<[u32; 3]>,
 }
 
-impl Parts {
+impl MeshParts {
     /// Refuses meshes beyond the limits or 32-bit indices.
     fn check(&self, job: &Job) -> Result<()> {
         let bytes = 32 * self.positions.len() as u64 + 12 * self.triangles.len() as u64;

@@ -10,7 +10,7 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-use super::Parts;
+use super::MeshParts;
 use super::polygon::triangulate;
 use crate::error::{Error, Result};
 use crate::job::Job;
@@ -23,17 +23,17 @@ type Corner = (usize, usize, Option<usize>);
 const CORNER_BYTES: u64 = 64;
 
 #[derive(Default)]
-struct Reader {
+struct ObjReader {
     positions: Vec<[f32; 3]>,
     texcoords: Vec<[f32; 2]>,
     normals: Vec<[f32; 3]>,
     vertices: BTreeMap<Corner, u32>,
-    parts: Parts,
+    parts: MeshParts,
 }
 
 pub(super) fn decode(bytes: &[u8], job: &Job) -> Result<Mesh> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    let mut reader = Reader::default();
+    let mut reader = ObjReader::default();
     let mut lines = bytes.split(|&byte| byte == b'\n').enumerate();
     while let Some((index, line)) = lines.next() {
         let mut statement = statement(line);
@@ -67,7 +67,7 @@ fn text(line: &[u8]) -> Cow<'_, str> {
     String::from_utf8_lossy(line[..end].trim_ascii())
 }
 
-impl Reader {
+impl ObjReader {
     fn statement(&mut self, statement: &str) -> Result<()> {
         let mut words = statement.split_whitespace();
         match words.next() {

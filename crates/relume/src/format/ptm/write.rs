@@ -31,7 +31,7 @@ pub(in crate::format) enum Under<'a> {
 /// Fields of another basis or with other channels, linear fields, and values that are not finite.
 pub(in crate::format) fn encode(field: &ReflectanceField, under: Under<'_>) -> Result<Vec<u8>> {
     check(field)?;
-    let parts = Parts::of(field, matches!(under, Under::Stored(_)));
+    let parts = CoefficientParts::of(field, matches!(under, Under::Stored(_)));
     let rounding = match under {
         Under::Stored(encoding) => Rounding::nearest(encoding),
         Under::Given(encoding) => Rounding::successive(encoding)?,
@@ -47,7 +47,7 @@ impl PtmEncoding {
     /// When a `.ptm` file cannot hold the field.
     pub fn chosen(field: &ReflectanceField) -> Result<Self> {
         check(field)?;
-        Ok(Parts::of(field, false).chosen())
+        Ok(CoefficientParts::of(field, false).chosen())
     }
 }
 
@@ -82,14 +82,14 @@ fn check(field: &ReflectanceField) -> Result<()> {
 }
 
 /// The contents of the blocks of a file.
-struct Parts<'a> {
+struct CoefficientParts<'a> {
     /// Six planes of luminance, or of each channel.
     functions: Cow<'a, Planes>,
     /// Three bytes per texel, rows from the top, if the functions are luminances.
     colors: Option<Vec<u8>>,
 }
 
-impl<'a> Parts<'a> {
+impl<'a> CoefficientParts<'a> {
     /// The parts of a field whose values are copies of bytes, or new.
     fn of(field: &'a ReflectanceField, copies: bool) -> Self {
         let planes = field.coefficients();

@@ -31,7 +31,7 @@ pub fn decode(bytes: &[u8], job: &Job) -> Result<FieldModel> {
     let mut number = || bits.bits(32);
     let (width, height, photographs, channels) = (number()?, number()?, number()?, number()?);
     let source = ModelSource { width, height, photographs, channels };
-    let kind = if version == VERSIONS[2] { read_kind(&mut bits)? } else { Kind::default() };
+    let kind = if version == VERSIONS[2] { read_kind(&mut bits)? } else { ModelKind::default() };
     let mut fields = read_fields(&mut bits, &kind.lights, job)?;
     if let Fields::Joint(model) = &mut fields {
         let has_structure = version == VERSIONS[1] || version == VERSIONS[2] && bits.bits(1)? == 1;
@@ -64,12 +64,12 @@ pub fn decode(bytes: &[u8], job: &Job) -> Result<FieldModel> {
 
 /// The meaning of the values, and the lights in the unit disk; none for a joint model.
 #[derive(Default)]
-struct Kind {
+struct ModelKind {
     heights: Option<Heights>,
     lights: Vec<[f32; 2]>,
 }
 
-fn read_kind(bits: &mut BitReader<'_>) -> Result<Kind> {
+fn read_kind(bits: &mut BitReader<'_>) -> Result<ModelKind> {
     let heights = match bits.bits(2)? {
         0 => None,
         1 => Some(Heights { mm_per_texel: None }),
@@ -89,7 +89,7 @@ fn read_kind(bits: &mut BitReader<'_>) -> Result<Kind> {
     let count = bits.bits(8)?;
     let lights =
         (0..count).map(|_| Ok([bits.float("light")?, bits.float("light")?])).collect::<Result<_>>()?;
-    Ok(Kind { heights, lights })
+    Ok(ModelKind { heights, lights })
 }
 
 fn read_fields(bits: &mut BitReader<'_>, lights: &[[f32; 2]], job: &Job) -> Result<Fields> {

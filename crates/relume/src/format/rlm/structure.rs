@@ -63,7 +63,7 @@ pub(super) fn decode(bytes: &[u8], mut structure: Structure, job: &Job) -> Resul
 
 /// Replaces all codes by the results of `code`, which gets each code and its context, in their order: tile
 /// after tile, component after component, the averages first and then from coarse differences to fine ones.
-fn each(structure: &Structure, codes: &mut [i32], mut code: impl FnMut(i32, Context) -> i32) {
+fn each(structure: &Structure, codes: &mut [i32], mut code: impl FnMut(i32, CodingContext) -> i32) {
     let (texels, width) = (structure.tile.texels(), structure.tile.width);
     let bands = bands(structure.tile, structure.scales);
     for plane in 0..structure.tiles * structure.components() {
@@ -74,7 +74,7 @@ fn each(structure: &Structure, codes: &mut [i32], mut code: impl FnMut(i32, Cont
         for band in &bands {
             for (x, y) in (0..band.size.height).flat_map(|y| (0..band.size.width).map(move |x| (x, y))) {
                 let place = (band.y + y) * width + band.x + x;
-                let context = Context {
+                let context = CodingContext {
                     around: class(band.around(own, width, x, y), [0, 2, 4, 8]),
                     above: class(band.above(own, width, x, y), [0, 1, i32::MAX, i32::MAX]),
                     before: class(before.map_or(0, |codes| codes[place].abs()), [0, 1, i32::MAX, i32::MAX]),
@@ -92,7 +92,7 @@ fn class(number: i32, bounds: [i32; 4]) -> usize {
 
 /// The context of a code, in classes.
 #[derive(Debug, Clone, Copy)]
-struct Context {
+struct CodingContext {
     around: usize,
     above: usize,
     before: usize,
@@ -182,8 +182,8 @@ type Decide<'a> = &'a mut dyn FnMut(bool, &mut Chance) -> bool;
 
 impl Chances {
     /// Writes a code, or reads one; returns the code written or read.
-    fn code(&mut self, code: i32, context: Context, decide: Decide<'_>) -> i32 {
-        let Context { around, above, before } = context;
+    fn code(&mut self, code: i32, context: CodingContext, decide: Decide<'_>) -> i32 {
+        let CodingContext { around, above, before } = context;
         if !decide(code != 0, &mut self.some[around][above][before]) {
             return 0;
         }

@@ -1,6 +1,6 @@
 //! EXR fields in blocks of rows or in tiles.
 
-use super::{Kind, Lane};
+use super::{Lane, StreamKind};
 use crate::error::{Error, Result};
 use crate::field::ReflectanceField;
 use crate::format::ExrDepth;
@@ -8,7 +8,7 @@ use crate::format::exr::{self, Head};
 use crate::planes::Size;
 
 /// The samples of each channel, in the order of the file.
-pub(super) fn lanes(field: &ReflectanceField, depth: ExrDepth) -> Result<(Vec<Lane>, Kind)> {
+pub(super) fn lanes(field: &ReflectanceField, depth: ExrDepth) -> Result<(Vec<Lane>, StreamKind)> {
     let (names, texts) = exr::field_head(field);
     let mut order: Vec<usize> = (0..names.len()).collect();
     order.sort_by(|&a, &b| names[a].cmp(&names[b]));
@@ -18,7 +18,7 @@ pub(super) fn lanes(field: &ReflectanceField, depth: ExrDepth) -> Result<(Vec<La
     };
     let lanes = order.iter().map(lane).collect();
     let names = order.iter().map(|&k| names[k].clone()).collect();
-    Ok((lanes, Kind::Exr(Head { names, depth, texts, tile: None })))
+    Ok((lanes, StreamKind::Exr(Head { names, depth, texts, tile: None })))
 }
 
 /// The longest side of a tile: its offsets in a file stay far below 2^31.

@@ -50,12 +50,12 @@ impl Lane {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Streamed {
     lanes: Vec<Lane>,
-    kind: Kind,
+    kind: StreamKind,
 }
 
 /// The information for the header of a file.
 #[derive(Debug, Clone, PartialEq)]
-enum Kind {
+enum StreamKind {
     Png { channels: usize, depth: Depth },
     Ptm { header: Vec<String> },
     Exr(Head<'static>),
@@ -112,7 +112,7 @@ impl Streamed {
     /// # Errors
     /// When the file is not an EXR file, or cannot have such tiles.
     pub fn in_tiles(mut self, tile: Size) -> Result<Self> {
-        let Kind::Exr(head) = &mut self.kind else {
+        let StreamKind::Exr(head) = &mut self.kind else {
             return Err(Error::usage("only EXR files are written in tiles here: name the file .exr"));
         };
         exr::check_tile(tile)?;
@@ -123,8 +123,8 @@ impl Streamed {
     /// The texels of a file of `size` texels that are requested together: whole rows or a tile.
     pub fn block(&self, size: Size) -> Size {
         match &self.kind {
-            Kind::Exr(head) => head.block(size),
-            Kind::Png { .. } | Kind::Ptm { .. } => Size::new(size.width, 1),
+            StreamKind::Exr(head) => head.block(size),
+            StreamKind::Png { .. } | StreamKind::Ptm { .. } => Size::new(size.width, 1),
         }
     }
 
@@ -144,9 +144,9 @@ impl Streamed {
     /// When the size does not fit the format, or the file cannot be written.
     pub fn write(&self, size: Size, out: impl Read + Write + Seek, rows: &mut Rows<'_>) -> Result<()> {
         match &self.kind {
-            Kind::Png { channels, depth } => png::write(size, *channels, *depth, out, rows),
-            Kind::Ptm { header } => ptm::write(header, &self.lanes, size, out, rows),
-            Kind::Exr(head) => super::exr::write_blocks(head, size, out, rows),
+            StreamKind::Png { channels, depth } => png::write(size, *channels, *depth, out, rows),
+            StreamKind::Ptm { header } => ptm::write(header, &self.lanes, size, out, rows),
+            StreamKind::Exr(head) => super::exr::write_blocks(head, size, out, rows),
         }
     }
 
@@ -154,7 +154,7 @@ impl Streamed {
     pub fn working_bytes(&self, size: Size) -> u64 {
         let texel: usize = self.lanes.iter().map(|lane| lane.bytes_per_texel).sum();
         // EXR blocks are compressed on several threads, a few blocks each.
-        let blocks = if matches!(self.kind, Kind::Exr(_)) { 64 } else { 8 };
+        let blocks = if matches!(self.kind, StreamKind::Exr(_)) { 64 } else { 8 };
         let Size { width, height } = self.block(size);
         (width.min(size.width) * height.min(size.height) * texel * blocks) as u64
     }

@@ -2,7 +2,7 @@
 
 use std::io::Write;
 
-use super::{Kind, Lane, unwritable};
+use super::{Lane, StreamKind, unwritable};
 use crate::error::Result;
 use crate::format::png::{encoder, failed};
 use crate::format::rows::Rows;
@@ -11,13 +11,13 @@ use crate::picture::Picture;
 use crate::planes::Size;
 
 /// The codes of a picture.
-pub(super) fn lanes(picture: &Picture, depth: Depth) -> (Vec<Lane>, Kind) {
+pub(super) fn lanes(picture: &Picture, depth: Depth) -> (Vec<Lane>, StreamKind) {
     let channels = picture.planes.count();
     let (bytes, data) = match depth {
         Depth::Eight => (1, codes::interleaved8(picture)),
         Depth::Sixteen => (2, codes::interleaved16(picture).into_iter().flat_map(u16::to_be_bytes).collect()),
     };
-    (vec![Lane { bytes_per_texel: bytes * channels, data }], Kind::Png { channels, depth })
+    (vec![Lane { bytes_per_texel: bytes * channels, data }], StreamKind::Png { channels, depth })
 }
 
 /// Writes the file.

@@ -2,7 +2,7 @@
 
 use std::io::{Seek, SeekFrom, Write};
 
-use super::{Kind, Lane, unwritable};
+use super::{Lane, StreamKind, unwritable};
 use crate::error::{Error, Result};
 use crate::format::rows::Rows;
 use crate::planes::Size;
@@ -11,7 +11,7 @@ use crate::planes::Size;
 const SIZE_LINES: [usize; 2] = [2, 3];
 
 /// The blocks of a file written by this program, and the lines of its header.
-pub(super) fn lanes(file: &[u8], size: Size) -> Result<(Vec<Lane>, Kind)> {
+pub(super) fn lanes(file: &[u8], size: Size) -> Result<(Vec<Lane>, StreamKind)> {
     let mut header = Vec::new();
     let mut rest = file;
     for _ in 0..6 {
@@ -28,7 +28,7 @@ pub(super) fn lanes(file: &[u8], size: Size) -> Result<(Vec<Lane>, Kind)> {
         lanes.push(Lane { bytes_per_texel, data: rows.flatten().copied().collect() });
         rest = later;
     }
-    Ok((lanes, Kind::Ptm { header }))
+    Ok((lanes, StreamKind::Ptm { header }))
 }
 
 /// Writes the file row by row from the last one, each into all blocks, so that computed rows are computed

@@ -8,7 +8,7 @@
 use serde::Serialize;
 
 use super::sources::Sources;
-use super::steps::{Steps, ratio};
+use super::steps::{NeighbourSteps, ratio};
 use crate::error::{Error, Result};
 use crate::planes::Planes;
 
@@ -39,7 +39,7 @@ pub fn seams(planes: &Planes, sources: &Sources<'_>) -> Result<Seams> {
             planes.size()
         )));
     }
-    let (mut cut, mut kept) = (Steps::default(), Steps::default());
+    let (mut cut, mut kept) = (NeighbourSteps::default(), NeighbourSteps::default());
     for (here, there, step) in sources.neighbours() {
         let steps = if sources.continues(here, there, step) { &mut kept } else { &mut cut };
         steps.add(planes, here, there);

@@ -4,12 +4,12 @@ use crate::planes::Planes;
 
 /// A mean of squared steps.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Steps {
+pub struct NeighbourSteps {
     sum: f64,
     count: usize,
 }
 
-impl Steps {
+impl NeighbourSteps {
     /// Adds the step between two texels: the sum over planes of squared differences.
     pub fn add(&mut self, planes: &Planes, here: usize, there: usize) {
         self.sum += planes

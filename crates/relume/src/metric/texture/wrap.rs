@@ -8,7 +8,7 @@
 
 use serde::Serialize;
 
-use super::steps::{Steps, ratio};
+use super::steps::{NeighbourSteps, ratio};
 use crate::planes::Planes;
 
 /// The step across one pair of borders.
@@ -25,13 +25,13 @@ pub struct Wrap {
 pub fn wrap(planes: &Planes) -> [Wrap; 2] {
     let size = planes.size();
     let columns = |x: usize| {
-        let mut steps = Steps::default();
+        let mut steps = NeighbourSteps::default();
         (0..size.height)
             .for_each(|y| steps.add(planes, size.index(x, y), size.index((x + 1) % size.width, y)));
         steps
     };
     let rows = |y: usize| {
-        let mut steps = Steps::default();
+        let mut steps = NeighbourSteps::default();
         (0..size.width)
             .for_each(|x| steps.add(planes, size.index(x, y), size.index(x, (y + 1) % size.height)));
         steps
@@ -40,10 +40,10 @@ pub fn wrap(planes: &Planes) -> [Wrap; 2] {
 }
 
 /// `step(i)` is the step from line i to the next; for the last line it is the wrap.
-fn judge(lines: usize, step: impl Fn(usize) -> Steps) -> Wrap {
+fn judge(lines: usize, step: impl Fn(usize) -> NeighbourSteps) -> Wrap {
     let across = step(lines - 1).rms();
-    let inner: Vec<Steps> = (0..lines - 1).map(step).collect();
-    let mut inside = Steps::default();
+    let inner: Vec<NeighbourSteps> = (0..lines - 1).map(step).collect();
+    let mut inside = NeighbourSteps::default();
     inner.iter().for_each(|steps| inside.merge(*steps));
     if inner.is_empty() {
         return Wrap { ratio: 1.0, rank: 0.0 };

@@ -11,12 +11,12 @@ use std::f64::consts::{PI, TAU};
 
 use realfft::num_complex::Complex64;
 
-use super::Method;
+use super::IntegrationMethod;
 use crate::numeric::fourier::Fourier;
 use crate::surface::slopes::Slopes;
 
 /// Heights on the torus, zero on average, row after row from the top.
-pub(super) fn solve(slopes: &Slopes, method: Method) -> Vec<f64> {
+pub(super) fn solve(slopes: &Slopes, method: IntegrationMethod) -> Vec<f64> {
     let plan = Fourier::new(slopes.size());
     let spectrum = heights(slopes, method, 0.0, &plan);
     plan.inverse(spectrum)
@@ -25,8 +25,8 @@ pub(super) fn solve(slopes: &Slopes, method: Method) -> Vec<f64> {
 /// The slopes of the surface of Frankot and Chellappa, damped by springs of the given strength.
 pub(super) fn project(slopes: &Slopes, spring: f64) -> Slopes {
     let plan = Fourier::new(slopes.size());
-    let spectrum = heights(slopes, Method::FrankotChellappa, spring, &plan);
-    let (columns, rows) = axes(slopes, Method::FrankotChellappa);
+    let spectrum = heights(slopes, IntegrationMethod::FrankotChellappa, spring, &plan);
+    let (columns, rows) = axes(slopes, IntegrationMethod::FrankotChellappa);
     let slope = |along: &dyn Fn(usize, usize) -> f64| {
         let bin = |(i, z): (usize, &Complex64)| z * Complex64::i() * along(i / rows.len(), i % rows.len());
         plan.inverse(spectrum.iter().enumerate().map(bin).collect())
@@ -38,7 +38,7 @@ pub(super) fn project(slopes: &Slopes, spring: f64) -> Slopes {
 }
 
 /// The spectrum of the heights; a spring adds its strength to the denominator.
-fn heights(slopes: &Slopes, method: Method, spring: f64, plan: &Fourier) -> Vec<Complex64> {
+fn heights(slopes: &Slopes, method: IntegrationMethod, spring: f64, plan: &Fourier) -> Vec<Complex64> {
     let (columns, rows) = axes(slopes, method);
     let mut spectrum = plan.forward(slopes.p.clone());
     let along_y = plan.forward(slopes.q.clone());
@@ -54,21 +54,21 @@ fn heights(slopes: &Slopes, method: Method, spring: f64, plan: &Fourier) -> Vec<
 
 /// (a / i, b) of the kept columns and of all rows.
 #[allow(clippy::type_complexity, reason = "two lists of one kind of pair")]
-fn axes(slopes: &Slopes, method: Method) -> (Vec<(f64, f64)>, Vec<(f64, f64)>) {
+fn axes(slopes: &Slopes, method: IntegrationMethod) -> (Vec<(f64, f64)>, Vec<(f64, f64)>) {
     let (width, height) = (slopes.size().width, slopes.size().height);
     let columns = (0..width / 2 + 1).map(|k| factors(k, width, method)).collect();
     (columns, (0..height).map(|l| factors(l, height, method)).collect())
 }
 
 /// (a / i, b) of frequency `k` of `n`.
-fn factors(k: usize, n: usize, method: Method) -> (f64, f64) {
+fn factors(k: usize, n: usize, method: IntegrationMethod) -> (f64, f64) {
     let signed = if 2 * k > n { k as f64 - n as f64 } else { k as f64 };
     let w = TAU * signed / n as f64;
     let highest = 2 * k == n;
     match method {
-        Method::FrankotChellappa if highest => (0.0, PI * PI),
-        Method::FrankotChellappa => (w, w * w),
-        Method::Poisson if highest => (0.0, 4.0),
-        Method::Poisson => (w.sin(), 4.0 * (0.5 * w).sin().powi(2)),
+        IntegrationMethod::FrankotChellappa if highest => (0.0, PI * PI),
+        IntegrationMethod::FrankotChellappa => (w, w * w),
+        IntegrationMethod::Poisson if highest => (0.0, 4.0),
+        IntegrationMethod::Poisson => (w.sin(), 4.0 * (0.5 * w).sin().powi(2)),
     }
 }

@@ -1,10 +1,10 @@
 //! From slopes to heights. Measured slopes are rarely integrable. Both methods find the surface whose slopes
 //! are nearest in the sum of squares; they differ in the definition of a slope.
 //!
-//! - [`Method::FrankotChellappa`]: derivatives of the trigonometric interpolation, exact for
+//! - [`IntegrationMethod::FrankotChellappa`]: derivatives of the trigonometric interpolation, exact for
 //!   band-limited surfaces (R. T. Frankot, R. Chellappa, A method for enforcing integrability in shape
 //!   from shading algorithms, IEEE PAMI 10(4), 1988, eq. 21);
-//! - [`Method::Poisson`]: differences of neighbours, each to equal the mean of the two slopes (the discrete
+//! - [`IntegrationMethod::Poisson`]: differences of neighbours, each to equal the mean of the two slopes (the discrete
 //!   Poisson equation, with natural boundary conditions for an open picture).
 //!
 //! Both are one division in the Fourier domain. [`reference::poisson`] solves the second by
@@ -26,40 +26,40 @@ use crate::planes::Planes;
 /// What a slope is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Method {
+pub enum IntegrationMethod {
     /// The derivative of the trigonometric interpolation.
     FrankotChellappa,
     /// The mean of the differences to both neighbours.
     Poisson,
 }
 
-named!(Method { Poisson => "poisson", FrankotChellappa => "frankot-chellappa" });
+named!(IntegrationMethod { Poisson => "poisson", FrankotChellappa => "frankot-chellappa" });
 
 /// What lies beyond the borders.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Border {
+pub enum SurfaceBorder {
     /// The surface repeats.
     Periodic,
     /// Nothing is known.
     Open,
 }
 
-named!(Border { Open => "open", Periodic => "periodic" });
+named!(SurfaceBorder { Open => "open", Periodic => "periodic" });
 
 /// How to integrate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub struct IntegrateOptions {
     /// What a slope is.
-    pub method: Method,
+    pub method: IntegrationMethod,
     /// What lies beyond the borders.
-    pub border: Border,
+    pub border: SurfaceBorder,
 }
 
 impl Default for IntegrateOptions {
     /// Poisson on an open picture: suitable for measured slopes of any picture.
     fn default() -> Self {
-        Self { method: Method::Poisson, border: Border::Open }
+        Self { method: IntegrationMethod::Poisson, border: SurfaceBorder::Open }
     }
 }
 
@@ -68,12 +68,12 @@ impl Default for IntegrateOptions {
 /// # Errors
 /// When it does not fit into memory.
 pub fn integrate(slopes: &Slopes, options: &IntegrateOptions, job: &Job) -> Result<Planes> {
-    let mirrored = if options.border == Border::Open { 4 } else { 1 };
+    let mirrored = if options.border == SurfaceBorder::Open { 4 } else { 1 };
     // Both slopes and the sum of their spectra.
     job.check("the integration of slopes", slopes.size(), mirrored * 3 * BYTES_PER_TEXEL)?;
     let heights = match options.border {
-        Border::Periodic => fourier::solve(slopes, options.method),
-        Border::Open => {
+        SurfaceBorder::Periodic => fourier::solve(slopes, options.method),
+        SurfaceBorder::Open => {
             let doubled = slopes.mirrored();
             let heights = fourier::solve(&doubled, options.method);
             let rows = heights.chunks_exact(doubled.size().width).take(slopes.size().height);
@@ -98,7 +98,7 @@ mod tests {
     use crate::planes::Size;
     use std::f64::consts::TAU;
 
-    fn integrated(slopes: &Slopes, method: Method, border: Border) -> Vec<f64> {
+    fn integrated(slopes: &Slopes, method: IntegrationMethod, border: SurfaceBorder) -> Vec<f64> {
         let options = IntegrateOptions { method, border };
         let heights = integrate(slopes, &options, &Job::default()).unwrap();
         heights.as_slice().iter().map(|&h| f64::from(h)).collect()
@@ -138,11 +138,13 @@ mod tests {
     fn band_limited_surfaces_come_back_exactly() {
         for (width, height) in [(17, 23), (16, 12), (31, 10)] {
             let (truth, slopes) = waves(Size::new(width, height));
-            let found = integrated(&slopes, Method::FrankotChellappa, Border::Periodic);
+            let found = integrated(&slopes, IntegrationMethod::FrankotChellappa, SurfaceBorder::Periodic);
             assert!(worst(&found, &truth) < 1e-5, "{width} x {height}");
         }
         let (truth, slopes) = waves(Size::new(128, 96));
-        assert!(worst(&integrated(&slopes, Method::Poisson, Border::Periodic), &truth) < 0.05);
+        assert!(
+            worst(&integrated(&slopes, IntegrationMethod::Poisson, SurfaceBorder::Periodic), &truth) < 0.05
+        );
     }
 
     #[test]
@@ -159,8 +161,8 @@ mod tests {
         let mean = truth.iter().sum::<f64>() / truth.len() as f64;
         truth.iter_mut().for_each(|z| *z -= mean);
         // The mean of two slopes is the difference of a quadratic: exact.
-        assert!(worst(&integrated(&slopes, Method::Poisson, Border::Open), &truth) < 1e-5);
-        let fourier = integrated(&slopes, Method::FrankotChellappa, Border::Open);
+        assert!(worst(&integrated(&slopes, IntegrationMethod::Poisson, SurfaceBorder::Open), &truth) < 1e-5);
+        let fourier = integrated(&slopes, IntegrationMethod::FrankotChellappa, SurfaceBorder::Open);
         assert!(worst(&fourier, &truth) < 0.05 * 14.0, "{}", worst(&fourier, &truth));
     }
 
@@ -168,9 +170,9 @@ mod tests {
     fn the_poisson_solution_is_that_of_conjugate_gradients() {
         for (width, height) in [(1, 1), (1, 7), (6, 1), (2, 2), (5, 8), (13, 11), (16, 9)] {
             let slopes = random_slopes(Size::new(width, height));
-            for border in [Border::Open, Border::Periodic] {
+            for border in [SurfaceBorder::Open, SurfaceBorder::Periodic] {
                 let truth = reference::poisson(&slopes, border);
-                let found = integrated(&slopes, Method::Poisson, border);
+                let found = integrated(&slopes, IntegrationMethod::Poisson, border);
                 assert!(worst(&found, &truth) < 1e-5, "{width} x {height} {border:?}");
             }
         }
@@ -182,7 +184,8 @@ mod tests {
         let once = project(&slopes, f64::INFINITY);
         let twice = project(&once, f64::INFINITY);
         assert!(worst(&once.p, &twice.p) < 1e-12 && worst(&once.q, &twice.q) < 1e-12);
-        let heights = |s: &Slopes| integrated(s, Method::FrankotChellappa, Border::Periodic);
+        let heights =
+            |s: &Slopes| integrated(s, IntegrationMethod::FrankotChellappa, SurfaceBorder::Periodic);
         assert!(worst(&heights(&slopes), &heights(&once)) < 1e-5);
         // The removed part is orthogonal to the rest.
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();

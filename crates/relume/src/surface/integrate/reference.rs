@@ -1,7 +1,7 @@
 //! The slow truth of the Poisson solution: conjugate gradients (M. R. Hestenes, E. Stiefel, 1952) on the
 //! normal equations over the pairs of neighbours, sharing nothing with the fast method.
 
-use super::Border;
+use super::SurfaceBorder;
 use crate::planes::Size;
 use crate::surface::slopes::Slopes;
 
@@ -13,7 +13,7 @@ struct Edge {
 }
 
 /// Heights, zero on average, row after row from the top.
-pub fn poisson(slopes: &Slopes, border: Border) -> Vec<f64> {
+pub fn poisson(slopes: &Slopes, border: SurfaceBorder) -> Vec<f64> {
     let edges = edges(slopes, border);
     let mut heights = vec![0.0; slopes.size().texels()];
     let mut rest = vec![0.0; heights.len()];
@@ -42,16 +42,16 @@ pub fn poisson(slopes: &Slopes, border: Border) -> Vec<f64> {
     heights
 }
 
-fn edges(slopes: &Slopes, border: Border) -> Vec<Edge> {
+fn edges(slopes: &Slopes, border: SurfaceBorder) -> Vec<Edge> {
     let size @ Size { width, height } = slopes.size();
     let mut edges = Vec::new();
     for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
         let from = size.index(x, y);
-        if x + 1 < width || border == Border::Periodic {
+        if x + 1 < width || border == SurfaceBorder::Periodic {
             let to = size.index((x + 1) % width, y);
             edges.push(Edge { from, to, rise: 0.5 * (slopes.p[from] + slopes.p[to]) });
         }
-        if y + 1 < height || border == Border::Periodic {
+        if y + 1 < height || border == SurfaceBorder::Periodic {
             let to = size.index(x, (y + 1) % height);
             edges.push(Edge { from, to, rise: -0.5 * (slopes.q[from] + slopes.q[to]) });
         }

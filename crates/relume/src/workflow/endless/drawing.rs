@@ -30,9 +30,9 @@ impl FileTarget {
 
 /// A window about to be written: none of its texels are in memory yet, unless its format is not written in
 /// rows.
-pub struct Drawing<'a>(Kind<'a>);
+pub struct Drawing<'a>(DrawingKind<'a>);
 
-enum Kind<'a> {
+enum DrawingKind<'a> {
     Rows { streamed: Arc<Streamed>, size: Size, rows: Box<Rows<'a>>, job: &'a Job },
     Whole(Vec<u8>),
 }
@@ -40,12 +40,12 @@ enum Kind<'a> {
 impl<'a> Drawing<'a> {
     /// A window written row by row; `rows` may contain the data that `streamed` encodes.
     pub(super) fn of_rows(streamed: Arc<Streamed>, size: Size, job: &'a Job, rows: Box<Rows<'a>>) -> Self {
-        Self(Kind::Rows { streamed, size, rows, job })
+        Self(DrawingKind::Rows { streamed, size, rows, job })
     }
 
     /// A window made as a whole.
     pub(super) fn whole(bytes: Vec<u8>) -> Self {
-        Self(Kind::Whole(bytes))
+        Self(DrawingKind::Whole(bytes))
     }
 
     /// Writes the file.
@@ -54,8 +54,10 @@ impl<'a> Drawing<'a> {
     /// A size or rows beyond the limits, errors of the system, and a cancelled job.
     pub fn write(self, mut out: impl Read + Write + Seek) -> Result<()> {
         match self.0 {
-            Kind::Whole(bytes) => out.write_all(&bytes).map_err(|e| Error::io("cannot write the file", &e)),
-            Kind::Rows { streamed, size, mut rows, job } => {
+            DrawingKind::Whole(bytes) => {
+                out.write_all(&bytes).map_err(|e| Error::io("cannot write the file", &e))
+            }
+            DrawingKind::Rows { streamed, size, mut rows, job } => {
                 job.check("the output", size, 0)?;
                 job.check_bytes("the rows of the output", streamed.working_bytes(size))?;
                 let across = size.width.div_ceil(streamed.block(size).width);
@@ -74,8 +76,8 @@ impl<'a> Drawing<'a> {
     /// As [`Drawing::write`], and a file beyond the limits.
     pub fn into_bytes(self) -> Result<Vec<u8>> {
         match self.0 {
-            Kind::Whole(bytes) => Ok(bytes),
-            Kind::Rows { ref streamed, size, job, .. } => {
+            DrawingKind::Whole(bytes) => Ok(bytes),
+            DrawingKind::Rows { ref streamed, size, job, .. } => {
                 let texel: usize = streamed.lanes().iter().map(|lane| lane.bytes_per_texel).sum();
                 job.check("the output", size, texel as u64)?;
                 let mut bytes = Cursor::new(Vec::new());
@@ -89,8 +91,10 @@ impl<'a> Drawing<'a> {
 impl fmt::Debug for Drawing<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.0 {
-            Kind::Rows { size, .. } => f.debug_struct("Drawing").field("size", size).finish_non_exhaustive(),
-            Kind::Whole(bytes) => f.debug_struct("Drawing").field("bytes", &bytes.len()).finish(),
+            DrawingKind::Rows { size, .. } => {
+                f.debug_struct("Drawing").field("size", size).finish_non_exhaustive()
+            }
+            DrawingKind::Whole(bytes) => f.debug_struct("Drawing").field("bytes", &bytes.len()).finish(),
         }
     }
 }

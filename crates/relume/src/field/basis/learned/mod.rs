@@ -18,7 +18,7 @@ use std::sync::Arc;
 
 use crate::direction::Directions;
 use crate::error::{Error, Result};
-use nearest::{MOST, Tree};
+use nearest::{MOST, PairTree};
 
 /// The tolerance of orthonormality for sums over measured pairs: values are `f32`.
 const ORTHONORMAL_TO: f64 = 1e-4;
@@ -32,15 +32,15 @@ const MARGIN: f64 = 1e-6;
 
 /// Functions of light and view known at measured pairs. Copies share the table.
 #[derive(Debug, Clone)]
-pub struct Learned(Arc<Table>);
+pub struct Learned(Arc<MeasuredValues>);
 
 #[derive(Debug)]
-struct Table {
+struct MeasuredValues {
     pairs: Vec<Directions>,
     weights: Vec<f64>,
     functions: usize,
     values: Vec<f32>,
-    tree: Tree,
+    tree: PairTree,
 }
 
 impl Learned {
@@ -67,7 +67,7 @@ impl Learned {
         }
         check_orthonormal(&weights, &values, functions)?;
         let points: Vec<[f64; 6]> = pairs.iter().map(|pair| pair.to_array()).collect();
-        Ok(Self(Arc::new(Table { tree: Tree::new(&points), pairs, weights, functions, values })))
+        Ok(Self(Arc::new(MeasuredValues { tree: PairTree::new(&points), pairs, weights, functions, values })))
     }
 
     /// The number of functions.

@@ -11,7 +11,7 @@ pub(super) type Neighbour = (f64, u32);
 
 /// The measured pairs as a tree: the middle of a range is its root and divides the rest along a stored axis.
 #[derive(Debug, Clone)]
-pub(super) struct Tree {
+pub(super) struct PairTree {
     points: Vec<[f64; 6]>,
     /// The index of the pair of each point.
     pairs: Vec<u32>,
@@ -20,12 +20,12 @@ pub(super) struct Tree {
 
 /// The neighbours found so far, nearest first; ties by the index of the pair.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Found {
+pub(super) struct NearestPairs {
     neighbours: [Neighbour; MOST],
     count: usize,
 }
 
-impl Found {
+impl NearestPairs {
     /// The neighbours, nearest first.
     pub fn neighbours(&self) -> &[Neighbour] {
         &self.neighbours[..self.count]
@@ -47,7 +47,7 @@ impl Found {
     }
 }
 
-impl Tree {
+impl PairTree {
     /// A tree of points.
     pub fn new(points: &[[f64; 6]]) -> Self {
         let mut order: Vec<u32> = (0..points.len() as u32).collect();
@@ -58,13 +58,13 @@ impl Tree {
     }
 
     /// The nearest [`MOST`] points, or all if there are fewer.
-    pub fn nearest(&self, place: &[f64; 6]) -> Found {
-        let mut found = Found { neighbours: [(f64::INFINITY, u32::MAX); MOST], count: 0 };
+    pub fn nearest(&self, place: &[f64; 6]) -> NearestPairs {
+        let mut found = NearestPairs { neighbours: [(f64::INFINITY, u32::MAX); MOST], count: 0 };
         self.search(0, self.points.len(), place, &mut found);
         found
     }
 
-    fn search(&self, start: usize, end: usize, place: &[f64; 6], found: &mut Found) {
+    fn search(&self, start: usize, end: usize, place: &[f64; 6], found: &mut NearestPairs) {
         if start == end {
             return;
         }
@@ -119,7 +119,7 @@ mod tests {
             // Coarse coordinates, so that distances repeat.
             let mut coordinate = || (stream.unit() * 8.0).floor() / 4.0 - 1.0;
             let points: Vec<[f64; 6]> = (0..count).map(|_| std::array::from_fn(|_| coordinate())).collect();
-            let tree = Tree::new(&points);
+            let tree = PairTree::new(&points);
             for _ in 0..50 {
                 let place: [f64; 6] = std::array::from_fn(|_| coordinate());
                 let mut truth: Vec<Neighbour> =

@@ -44,7 +44,7 @@ pub struct Shader<'a> {
 type MeshPlace = (usize, [f64; 3]);
 
 /// A point of the object with the frame of the texture there, on the visible side.
-struct Point {
+struct SurfacePoint {
     position: Vec3,
     tangent: Vec3,
     bitangent: Vec3,
@@ -56,7 +56,7 @@ struct Point {
     to_viewer: Vec3,
 }
 
-impl Point {
+impl SurfacePoint {
     /// A world vector in the frame of the texture.
     fn in_tangent_frame(&self, v: Vec3) -> Vec3 {
         Vec3::new(v.dot(self.tangent), v.dot(self.bitangent), v.dot(self.normal))
@@ -124,7 +124,7 @@ impl Shader<'_> {
     }
 
     /// The visible point, with the frame of the original mesh.
-    fn point(&self, setup: &Setup, seen: [f64; 3], (triangle, barycentric): MeshPlace) -> Point {
+    fn point(&self, setup: &Setup, seen: [f64; 3], (triangle, barycentric): MeshPlace) -> SurfacePoint {
         let mix = |v: [Vec3; 3], b: [f64; 3]| v[0] * b[0] + v[1] * b[1] + v[2] * b[2];
         let geometry = self.geometry();
         let corners = geometry.corners(geometry.triangles()[setup.triangle as usize]);
@@ -142,11 +142,17 @@ impl Shader<'_> {
         // Seen from behind, the surface shows the same relief inverted.
         let side = if face_normal.dot(to_viewer) < 0.0 { -1.0 } else { 1.0 };
         let (normal, face_normal) = (normal * side, face_normal * side);
-        Point { position, tangent, bitangent, normal, untilted: normal, face_normal, to_viewer }
+        SurfacePoint { position, tangent, bitangent, normal, untilted: normal, face_normal, to_viewer }
     }
 
     /// The point with its frame tilted by the slopes of the relief and orthonormalised.
-    fn tilted(&self, point: Point, setup: &Setup, sample: (f64, f64), place: MeshPlace) -> Point {
+    fn tilted(
+        &self,
+        point: SurfacePoint,
+        setup: &Setup,
+        sample: (f64, f64),
+        place: MeshPlace,
+    ) -> SurfacePoint {
         let Some((slopes, factor)) = self.slopes else { return point };
         let mut values = Vec::new();
         let footprint = self.footprint(setup, sample, place, slopes.size());
@@ -157,11 +163,11 @@ impl Shader<'_> {
         let flat = |v: Vec3, n: Vec3| v - n * n.dot(v);
         let tangent = flat(point.tangent, normal).unit().unwrap_or(normal.any_perpendicular());
         let bitangent = flat(flat(point.bitangent, normal), tangent).unit().unwrap_or(point.bitangent);
-        Point { normal, tangent, bitangent, ..point }
+        SurfacePoint { normal, tangent, bitangent, ..point }
     }
 
     /// The share of a light left by attached and cast shadows.
-    fn lit_share(&self, point: &Point, light: &Light, shadow: Option<&ShadowMap>) -> f64 {
+    fn lit_share(&self, point: &SurfacePoint, light: &Light, shadow: Option<&ShadowMap>) -> f64 {
         let above = |normal: Vec3| smooth_step(Vec3::from(light.direction).dot(normal) / FADE_COSINE);
         // For a bump, the horizon of the object itself still counts.
         let own = if self.slopes.is_some() && self.moved.is_none() { above(point.untilted) } else { 1.0 };
@@ -173,7 +179,7 @@ impl Shader<'_> {
     }
 
     /// The light reflected by the texture to the viewer under a unit light above its horizon.
-    fn reflected(&self, point: &Point, light: &Light, lookup: &mut Lookup) -> [f64; 3] {
+    fn reflected(&self, point: &SurfacePoint, light: &Light, lookup: &mut Lookup) -> [f64; 3] {
         let local = point.in_tangent_frame(light.direction.into());
         let view = point.in_tangent_frame(point.to_viewer);
         let directions = Directions {
@@ -190,7 +196,7 @@ impl Shader<'_> {
         }
     }
 
-    fn highlight(&self, point: &Point, light: Vec3, values: &[f32]) -> f64 {
+    fn highlight(&self, point: &SurfacePoint, light: Vec3, values: &[f32]) -> f64 {
         match self.material.normal(values).and_then(|n| Vec3::from(n).unit()) {
             Some(normal) if self.options.specular.strength > 0.0 => {
                 lobe(&self.options.specular, normal, light, point.in_tangent_frame(point.to_viewer))

@@ -6,6 +6,7 @@ mod names;
 mod analysis;
 mod bases_and_channels;
 mod circles;
+mod distinct_names;
 mod format_pictures;
 mod format_robustness;
 mod format_round_trips;

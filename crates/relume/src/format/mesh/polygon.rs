@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 /// The most corners of a polygon that is not a fan.
 const MAX_CORNERS: usize = 2048;
 
-type Point = [f64; 2];
+type PlanePoint = [f64; 2];
 
 /// The triangles of a polygon, as indices into `corners`, with the orientation of the polygon.
 ///
@@ -36,7 +36,7 @@ pub(super) fn triangulate(corners: &[[f32; 3]]) -> Result<Vec<[usize; 3]>> {
 }
 
 /// The polygon in the plane of its normal, seen from the side on which it is counter-clockwise.
-fn flattened(corners: &[[f32; 3]]) -> Vec<Point> {
+fn flattened(corners: &[[f32; 3]]) -> Vec<PlanePoint> {
     let corners: Vec<[f64; 3]> = corners.iter().map(|c| c.map(f64::from)).collect();
     let next = corners.iter().cycle().skip(1);
     // Components of the Newell normal: the areas of the projections of the polygon on the coordinate planes.
@@ -50,11 +50,11 @@ fn flattened(corners: &[[f32; 3]]) -> Vec<Point> {
     corners.iter().map(|c| [c[a], c[b]]).collect()
 }
 
-fn twice_area([a, b, c]: [Point; 3]) -> f64 {
+fn twice_area([a, b, c]: [PlanePoint; 3]) -> f64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
-fn ears(points: &[Point]) -> Vec<[usize; 3]> {
+fn ears(points: &[PlanePoint]) -> Vec<[usize; 3]> {
     let mut left: Vec<usize> = (0..points.len()).collect();
     let mut triangles = Vec::with_capacity(points.len() - 2);
     let mut start = 0;
@@ -75,9 +75,9 @@ fn ears(points: &[Point]) -> Vec<[usize; 3]> {
 }
 
 /// Whether no corner lies in a triangle or on its edges, apart from corners at its own points.
-fn is_empty(triangle: [usize; 3], corners: &[usize], points: &[Point]) -> bool {
+fn is_empty(triangle: [usize; 3], corners: &[usize], points: &[PlanePoint]) -> bool {
     let [a, b, c] = triangle.map(|i| points[i]);
-    let inside = |p: Point| {
+    let inside = |p: PlanePoint| {
         p != a
             && p != b
             && p != c
@@ -92,7 +92,7 @@ mod tests {
     use proptest::prelude::*;
 
     /// Whether each sample of the plane lies in as many triangles as the even-odd rule requires: none or one.
-    fn check_cover(polygon: &[Point]) {
+    fn check_cover(polygon: &[PlanePoint]) {
         let corners: Vec<[f32; 3]> = polygon.iter().map(|p| [p[0] as f32, p[1] as f32, 0.0]).collect();
         let triangles = triangulate(&corners).unwrap();
         assert_eq!(triangles.len(), polygon.len() - 2);
@@ -114,7 +114,7 @@ mod tests {
     fn concave_polygons_are_covered_once() {
         let l = [[-4.0, -4.0], [4.0, -4.0], [4.0, -1.0], [-1.0, -1.0], [-1.0, 4.0], [-4.0, 4.0]];
         let arrow = [[-4.0, 0.0], [4.0, 4.0], [0.0, 0.0], [4.0, -4.0]];
-        let comb: Vec<Point> = (0..9)
+        let comb: Vec<PlanePoint> = (0..9)
             .map(|i| [4.0 - f64::from(i), if i % 2 == 0 { 3.0 } else { -2.0 }])
             .chain([[-4.5, -4.0], [4.5, -4.0]])
             .collect();
@@ -123,7 +123,7 @@ mod tests {
                 check_cover(&[&polygon[turn..], &polygon[..turn]].concat());
             }
         }
-        let turned: Vec<Point> = arrow.into_iter().rev().collect();
+        let turned: Vec<PlanePoint> = arrow.into_iter().rev().collect();
         check_cover(&turned);
     }
 

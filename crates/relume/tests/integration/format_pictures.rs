@@ -96,6 +96,25 @@ fn tiff(orientation: u16) -> Vec<u8> {
 }
 
 #[test]
+fn a_bigtiff_picture_is_read() {
+    let entries: [(u16, u64); 9] =
+        [(256, 3), (257, 2), (258, 8), (259, 1), (262, 1), (273, 16), (277, 1), (278, 2), (279, 6)];
+    let mut file = b"II\x2b\0\x08\0\0\0\x18\0\0\0\0\0\0\0".to_vec();
+    file.extend(STORED);
+    file.extend([0, 0]);
+    file.extend((entries.len() as u64).to_le_bytes());
+    for (tag, value) in entries {
+        file.extend(tag.to_le_bytes());
+        file.extend(4u16.to_le_bytes());
+        file.extend(1u64.to_le_bytes());
+        file.extend(value.to_le_bytes());
+    }
+    file.extend([0; 8]);
+    let truth = Raster::new(Size::new(3, 2), 1, Samples::U8(STORED.to_vec())).unwrap();
+    assert_eq!(decode_raster(&file, &job()).unwrap(), truth);
+}
+
+#[test]
 fn alpha_is_dropped_and_palettes_are_expanded() {
     let mut file = Vec::new();
     let texels = [1u8, 2, 3, 200, 4, 5, 6, 0];

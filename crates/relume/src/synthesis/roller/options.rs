@@ -58,6 +58,12 @@ impl RollerOptions {
                 most = Self::LONGEST_PERIOD
             )));
         }
+        if let Some(overlap) = self.overlap.filter(|overlap| *overlap > Self::MOST_OVERLAP) {
+            return Err(Error::usage(format!(
+                "an overlap of {overlap} texels: choose 1 to {}",
+                Self::MOST_OVERLAP
+            )));
+        }
         if self.overlap == Some(0) {
             return Err(Error::usage("an overlap of 0 texels leaves no room for a cut: choose at least 1"));
         }
@@ -66,6 +72,9 @@ impl RollerOptions {
         }
         Ok(())
     }
+
+    /// The largest overlap: half the longest side of a texture.
+    pub const MOST_OVERLAP: usize = 1 << 16;
 
     /// The longest period along x or y: the longest side of a texture.
     pub const LONGEST_PERIOD: f64 = 131_072.0;
@@ -103,6 +112,7 @@ mod tests {
             RollerOptions { tiles: 0, ..good.clone() },
             RollerOptions { tiles: 257, ..good.clone() },
             RollerOptions { overlap: Some(0), ..good.clone() },
+            RollerOptions { overlap: Some(usize::MAX), ..good.clone() },
             RollerOptions { pattern: Some(Pattern::Stripes([0.0, f64::NAN])), ..good.clone() },
             RollerOptions {
                 pattern: Lattice::new([2f64.powi(64), 0.0], [0.0, 4.0]).map(Pattern::Lattice),

@@ -40,6 +40,7 @@
 //!
 //! | feature | formats |
 //! |---|---|
+//! | `exr` | EXR pictures and fields |
 //! | `gif` | animated GIF |
 //! | `mesh` | binary glTF meshes |
 

@@ -1,21 +1,12 @@
-//! Writing an EXR file block by block, in rows or in tiles, from samples copied in by a callback. Only a few
-//! blocks are kept at a time, and the table of their offsets.
+//! The blocks of an EXR file: rows or tiles that are compressed together.
 
-use std::io::{BufWriter, Read, Seek, SeekFrom, Write};
+use half::f16;
 
-use ::exr::block::writer::{ChunkWriter, ChunksWriter, write_chunks_with};
-use ::exr::block::{BlockIndex, UncompressedBlock};
-use ::exr::error::UnitResult;
-use ::exr::math::RoundingMode;
-use ::exr::meta::attribute::{ChannelDescription, LevelMode, TileDescription};
-use ::exr::meta::header::Header;
-use ::exr::meta::{BlockDescription, MetaData};
-use ::exr::prelude::{AttributeValue, Compression, LayerAttributes, LineOrder, SampleType, Text, Vec2, f16};
-
-use super::{ExrDepth, attributes};
-use crate::error::{Error, Result};
-use crate::format::rows::Rows;
+use super::ExrDepth;
 use crate::planes::Size;
+
+/// The rows that ZIP compresses together ("OpenEXR File Layout", Academy Software Foundation).
+const ROWS: usize = 16;
 
 /// The contents of the header of a file, apart from its size.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,91 +23,8 @@ pub(in crate::format) struct Head<'a> {
 impl Head<'_> {
     /// The texels compressed together in a file of `size` texels.
     pub fn block(&self, size: Size) -> Size {
-        self.tile.unwrap_or(Size::new(size.width, Compression::ZIP16.scan_lines_per_block()))
+        self.tile.unwrap_or(Size::new(size.width, ROWS))
     }
-}
-
-/// Writes a file of `size` texels. `rows(channel, x, y, row)` copies the bytes of samples from
-/// column `x` of row `y` on.
-pub(in crate::format) fn write_blocks(
-    head: &Head<'_>,
-    size: Size,
-    mut out: impl Read + Write + Seek,
-    rows: &mut Rows<'_>,
-) -> Result<()> {
-    let header = header(head, size)?;
-    let channels = head.names.len();
-    let mut failure = None;
-    let mut block = |index: BlockIndex| -> ::exr::error::Result<UncompressedBlock> {
-        let (Vec2(x, y), Vec2(width, height)) = (index.pixel_position, index.pixel_size);
-        let line = width * head.depth.bytes();
-        let mut data = vec![0; height * channels * line];
-        for (number, row) in data.chunks_exact_mut(line).enumerate() {
-            let copied = rows(number % channels, x, y + number / channels, row);
-            copied.map_err(|error| {
-                failure = Some(error);
-                ::exr::error::Error::Aborted
-            })?;
-        }
-        Ok(UncompressedBlock { index, data })
-    };
-    let write = |meta: MetaData, chunks: &mut ChunkWriter<_>| -> UnitResult {
-        let places: Vec<_> = ::exr::block::enumerate_ordered_header_block_indices(&meta.headers).collect();
-        if let Some(mut compressor) = chunks.parallel_blocks_compressor(&meta) {
-            return places
-                .into_iter()
-                .try_for_each(|(at, index)| compressor.add_block_to_compression_queue(at, block(index)?));
-        }
-        let mut compressor = chunks.sequential_blocks_compressor(&meta);
-        places.into_iter().try_for_each(|(at, index)| compressor.compress_block(at, block(index)?))
-    };
-    let written = write_chunks_with(BufWriter::new(&mut out), std::iter::once(header).collect(), true, write);
-    written.map_err(|error| {
-        let other = || Error::invalid(format!("the EXR file cannot be written: {error}"));
-        failure.take().unwrap_or_else(other)
-    })?;
-    sort_attributes(&mut out, &head.texts).map_err(|e| Error::io("cannot write the EXR file", &e))
-}
-
-fn header(head: &Head<'_>, size: Size) -> Result<Header> {
-    let kind = match head.depth {
-        ExrDepth::Half => SampleType::F16,
-        ExrDepth::Float => SampleType::F32,
-    };
-    let channels: Result<_> =
-        head.names.iter().map(|name| Ok(ChannelDescription::named(text(name)?, kind))).collect();
-    let mut attributes = LayerAttributes::default();
-    for (name, value) in &head.texts {
-        attributes.other.insert(text(name)?, AttributeValue::Text(text(value)?));
-    }
-    let blocks = head.tile.map_or(BlockDescription::ScanLines, |tile| {
-        BlockDescription::Tiles(TileDescription {
-            tile_size: Vec2(tile.width, tile.height),
-            level_mode: LevelMode::Singular,
-            rounding_mode: RoundingMode::Down,
-        })
-    });
-    Ok(Header::new(Text::default(), (size.width, size.height), channels?)
-        .with_encoding(Compression::ZIP16, blocks, LineOrder::Increasing)
-        .with_attributes(attributes))
-}
-
-/// Sorts the attributes at the head of a file. They take little more than their texts.
-fn sort_attributes(out: &mut (impl Read + Write + Seek), texts: &[(&str, String)]) -> std::io::Result<()> {
-    const STANDARD: u64 = 1 << 16;
-    let length =
-        STANDARD + texts.iter().map(|(name, value)| 64 + name.len() + value.len()).sum::<usize>() as u64;
-    let mut head = Vec::new();
-    out.seek(SeekFrom::Start(0))?;
-    Read::by_ref(out).take(length).read_to_end(&mut head)?;
-    attributes::sort(&mut head);
-    out.seek(SeekFrom::Start(0))?;
-    out.write_all(&head)
-}
-
-fn text(value: &str) -> Result<Text> {
-    let ascii = Text::new_or_none(value).filter(|_| value.is_ascii());
-    ascii.ok_or_else(|| Error::usage(format!("'{value}' cannot be text of an EXR file: use ASCII only")))
 }
 
 /// The samples of a plane in the form the writer expects; finite values stay finite.

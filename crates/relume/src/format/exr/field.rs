@@ -18,6 +18,7 @@
 use std::collections::BTreeMap;
 
 use super::ExrDepth;
+use super::codec;
 use super::container::{self, Layer};
 use super::learned;
 use super::picture::{is_picture, picture_of};
@@ -47,7 +48,7 @@ pub(in crate::format) fn is_field(names: &[String], texts: &BTreeMap<String, Str
 
 /// The linear picture in an EXR file.
 pub(in crate::format) fn decode_picture(bytes: &[u8], job: &Job) -> Result<Raster> {
-    let layer = container::decode(bytes, job)?;
+    let layer = codec::decode(bytes, job)?;
     if is_field(&layer.names, &layer.attributes) {
         return Err(Error::unsupported(
             "the EXR file holds a texture of functions: expected a picture; relight it to make one",
@@ -86,7 +87,7 @@ pub(in crate::format) fn field_head(field: &ReflectanceField) -> (Vec<String>, V
 
 /// The field in an EXR file; a plain picture is a linear field of constants.
 pub(in crate::format) fn decode_field(bytes: &[u8], job: &Job) -> Result<(ReflectanceField, ExrDepth)> {
-    let layer = container::decode(bytes, job)?;
+    let layer = codec::decode(bytes, job)?;
     let Some(version) = layer.attributes.get(VERSION_KEY) else {
         let picture = picture_of(&layer)?.to_picture(Space::Linear);
         return Ok((ReflectanceField::from_picture(picture), layer.depth));

@@ -3,16 +3,34 @@
 //! One part of scan lines, ZIP-compressed, in increasing order, rows from the top; large files optionally in
 //! tiles of one resolution. Layout of the container: "OpenEXR File Layout", Academy Software Foundation.
 
+#[cfg(not(feature = "exr"))]
+mod absent;
+#[cfg(feature = "exr")]
 mod attributes;
 mod blocks;
 mod container;
 mod field;
 mod learned;
 mod picture;
+#[cfg(feature = "exr")]
+mod reading;
 mod tiles;
+#[cfg(feature = "exr")]
+mod writing;
 
-pub(super) use blocks::{Head, sample_bytes, write_blocks};
-pub(super) use container::head;
+/// What decodes and encodes.
+mod codec {
+    #[cfg(not(feature = "exr"))]
+    pub(in crate::format) use super::absent::{decode, head, write_blocks};
+    #[cfg(feature = "exr")]
+    pub(in crate::format) use super::{
+        reading::{decode, head},
+        writing::write_blocks,
+    };
+}
+
+pub(super) use blocks::{Head, sample_bytes};
+pub(super) use codec::{head, write_blocks};
 pub(super) use field::{decode_field, decode_picture, encode_field, field_head, is_field};
 pub(super) use picture::encode_picture;
 pub(super) use tiles::tiles_of;
@@ -69,6 +87,6 @@ pub(super) fn encode_with_texts(
 /// # Errors
 /// As for pictures.
 pub fn decode_labelled(bytes: &[u8], job: &Job) -> Result<(Vec<String>, Planes)> {
-    let Layer { names, planes, .. } = container::decode(bytes, job)?;
+    let Layer { names, planes, .. } = codec::decode(bytes, job)?;
     Ok((names, planes))
 }

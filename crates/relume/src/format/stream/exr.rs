@@ -34,7 +34,7 @@ pub(super) fn check_tile(tile: Size) -> Result<()> {
     )))
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "exr"))]
 mod tests {
     use std::io::Cursor;
 

@@ -252,16 +252,11 @@ fn sync_folder(folder: &Path) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::context::Common;
-
-    fn context(force: bool) -> Context {
-        Context::new(Common { json: false, force, threads: None, memory: None }, Default::default()).unwrap()
-    }
 
     /// Two outputs with their bytes; something appears at the place of the second before they are put there.
     fn failing(folder: &Path, force: bool) -> Error {
         let [a, b] = ["a", "b"].map(|name| folder.join(name));
-        let mut outputs = Outputs::new(&context(force));
+        let mut outputs = Outputs { force, files: Vec::new(), folders: MadeFolders::default() };
         for path in [&a, &b] {
             outputs.file(path, &[]).unwrap();
             outputs.write(path, b"new".to_vec()).unwrap();

@@ -178,7 +178,7 @@ fn outputs_follow_their_guide() {
     assert!(synth(&["--size", "60x48", "--block", "8"]).contains("--guide-target"));
     let to = ["--size", "60x48", "--guide-target", "to.png"];
     assert!(synth(&[&to[..], &["--method", "noise"]].concat()).contains("--guide-source has no meaning"));
-    assert!(synth(&[&to[..], &["--block", "8", "--guide-weight", "0"]].concat()).contains("above 0"));
+    assert!(synth(&[&to[..], &["--block", "8", "--guide-weight", "0"]].concat()).contains("from 0.000001"));
 }
 
 #[test]
@@ -219,7 +219,7 @@ fn holes_and_bands_follow_their_guide() {
     let failed = |more: &[&str]| refused(folder.path(), &[&fill[..], &["-o", "new.png"], more].concat());
     let text = failed(&["--guide", "small.png"]);
     assert!(text.contains("small.png") && text.contains("5 x 5") && text.contains("56 x 40"), "{text}");
-    assert!(failed(&["--guide", "guide.png", "--guide-weight", "0"]).contains("above 0"));
+    assert!(failed(&["--guide", "guide.png", "--guide-weight", "0"]).contains("from 0.000001"));
     assert!(failed(&["--guide-weight", "2"]).contains("--guide"));
     assert!(failed(&["--guide", "guide.png", "--source-map", "guide.png"]).contains("guide.png"));
 }
@@ -249,9 +249,9 @@ fn what_cannot_be_filled_is_said() {
     };
     assert!(synth(&["--neighbourhood", "5"]).contains("quilting"));
     assert!(synth(&["--method", "efros-leung", "--levels", "2"]).contains("wei-levoy"));
-    assert!(synth(&["--method", "wei-levoy", "--coherence", "0"]).contains("at least 1"));
+    assert!(synth(&["--method", "wei-levoy", "--coherence", "0"]).contains("choose 1 to 256"));
     assert!(synth(&["--method", "patchmatch", "--block", "8"]).contains("quilting"));
-    assert!(synth(&["--method", "patchmatch", "--rounds", "0"]).contains("at least 1"));
+    assert!(synth(&["--method", "patchmatch", "--rounds", "0"]).contains("1 to 1000"));
     assert!(synth(&["--method", "patchmatch", "--epsilon", "0"]).contains("efros-leung"));
     assert!(synth(&["--method", "wei-levoy", "--levels", "5"]).contains("fewer levels"));
     assert!(synth(&["--method", "efros-leung", "--neighbourhood", "6"]).contains("odd"));

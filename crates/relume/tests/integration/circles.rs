@@ -121,7 +121,7 @@ fn reachable<'a>(imports: &'a BTreeMap<&Module, BTreeSet<Module>>, from: &Module
 
 /// A source text without its comments and its tests.
 fn code(text: &str) -> String {
-    let text = text.split("#[cfg(test)]\nmod tests").next().unwrap_or_default();
+    let text = text.split("\nmod tests {").next().unwrap_or_default();
     let lines = text.lines().map(|line| line.split("//").next().unwrap_or_default());
     lines.collect::<Vec<_>>().join("\n")
 }

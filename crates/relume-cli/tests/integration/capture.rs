@@ -1,17 +1,8 @@
 //! `relume capture` as a user runs it.
 
 use std::fs;
-use std::path::Path;
 
-use crate::support::{failed, json, read_png, run, write_grey};
-
-fn names(folder: &Path) -> Vec<String> {
-    let entries = fs::read_dir(folder).unwrap();
-    let mut names: Vec<String> =
-        entries.map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned()).collect();
-    names.sort();
-    names
-}
+use crate::support::{failed, json, names, read_png, run, write_grey};
 
 #[test]
 fn a_material_becomes_photographs_lights_and_truth() {

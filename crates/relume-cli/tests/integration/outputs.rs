@@ -7,21 +7,13 @@ use std::path::Path;
 use relume::Size;
 use relume::procedural::Material;
 
-use crate::support::{done, failed, json, refused, run, write_grey, write_material};
+use crate::support::{done, failed, json, names, refused, run, write_grey, write_material};
 
 /// A folder with a picture of 24 x 24 texels.
 fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     write_material(&folder.path().join("a.png"), Material::Pebbles, Size::new(24, 24), 8.0);
     folder
-}
-
-fn names(folder: &Path) -> Vec<String> {
-    let entries = fs::read_dir(folder).unwrap();
-    let mut names: Vec<String> =
-        entries.map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned()).collect();
-    names.sort();
-    names
 }
 
 fn text(path: &Path) -> String {

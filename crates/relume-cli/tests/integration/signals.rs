@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use relume::Size;
 use relume::procedural::Material;
 
-use crate::support::{done, grains, run, write_grey, write_material};
+use crate::support::{done, grains, names, run, write_grey, write_material};
 
 fn start(folder: &Path, arguments: &[&str]) -> Child {
     Command::new(env!("CARGO_BIN_EXE_relume"))
@@ -25,14 +25,6 @@ fn start(folder: &Path, arguments: &[&str]) -> Child {
 fn signal(child: &Child, name: &str) {
     let sent = Command::new("kill").args([name, &child.id().to_string()]).status().unwrap();
     assert!(sent.success());
-}
-
-fn names(folder: &Path) -> Vec<String> {
-    let entries = fs::read_dir(folder).unwrap();
-    let mut names: Vec<String> =
-        entries.map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned()).collect();
-    names.sort();
-    names
 }
 
 fn has_temporary(folder: &Path) -> bool {

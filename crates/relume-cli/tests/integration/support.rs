@@ -47,6 +47,15 @@ pub fn refused(folder: &Path, arguments: &[&str]) -> String {
     failed(folder, arguments, 2)
 }
 
+/// The sorted names of what a folder holds.
+pub fn names(folder: &Path) -> Vec<String> {
+    let entries = fs::read_dir(folder).unwrap();
+    let mut names: Vec<String> =
+        entries.map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned()).collect();
+    names.sort();
+    names
+}
+
 /// Writes the colours of a built-in material with features of `feature` texels.
 pub fn write_material(path: &Path, material: Material, size: Size, feature: f64) {
     let options = MaterialOptions { size, feature, ..MaterialOptions::default() };

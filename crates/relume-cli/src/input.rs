@@ -1,17 +1,53 @@
 //! Inputs by path, or `-` for standard input: each is opened and read once.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{self, RecvTimeoutError, Sender};
+use std::time::Duration;
 
 use relume::format::{self, FieldFile, HeightMap, Opened};
 use relume::{Error, Job, Planes, Raster, Result, Size};
 
 use crate::output::is_stream;
 
+/// How long a pipe may stay without data before it is named.
+const SILENCE: Duration = Duration::from_secs(2);
+
 /// Reads a file and recognises it by its content.
 pub fn open(path: &Path, job: &Job) -> Result<Opened> {
+    let _notice = is_pipe(path).then(|| Notice::of(path.to_path_buf()));
     match is_stream(path) {
         true => format::read(std::io::stdin().lock(), "standard input", job),
         false => format::open(path, job),
+    }
+}
+
+/// Whether a path is a pipe by name, which is opened only when another program opens its other end.
+fn is_pipe(path: &Path) -> bool {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::FileTypeExt;
+        std::fs::metadata(path).is_ok_and(|metadata| metadata.file_type().is_fifo())
+    }
+    #[cfg(not(unix))]
+    {
+        let _ = path;
+        false
+    }
+}
+
+/// Says on standard error which pipe is waited for, unless it is dropped before.
+struct Notice(#[expect(dead_code, reason = "its drop ends the wait")] Sender<()>);
+
+impl Notice {
+    fn of(path: PathBuf) -> Self {
+        let (ends, wait) = mpsc::channel();
+        // Without a thread for it the wait is a silent one.
+        let _ = std::thread::Builder::new().spawn(move || {
+            if wait.recv_timeout(SILENCE) == Err(RecvTimeoutError::Timeout) {
+                eprintln!("relume: waiting for data from {}", path.display());
+            }
+        });
+        Self(ends)
     }
 }
 

@@ -1,6 +1,7 @@
 //! Every verb opens each of its inputs once: an input may be a pipe, which can be read only once.
 
 use std::fs;
+use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::thread;
@@ -140,4 +141,23 @@ fn no_verb_opens_a_file_twice() {
         }
     }
     assert!(piped > 45, "only {piped} inputs were pipes");
+}
+
+/// A named fault: a pipe without a writer was waited for in silence, for ever.
+#[test]
+fn a_pipe_without_a_writer_is_named_and_can_be_interrupted() {
+    let folder = tempfile::tempdir().unwrap();
+    mknodat(CWD, folder.path().join("pipe.png"), FileType::Fifo, Mode::RUSR | Mode::WUSR, 0).unwrap();
+    let mut child = Command::new(env!("CARGO_BIN_EXE_relume"))
+        .current_dir(folder.path())
+        .args(["info", "pipe.png"])
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut line = String::new();
+    BufReader::new(child.stderr.take().unwrap()).read_line(&mut line).unwrap();
+    assert_eq!(line, "relume: waiting for data from pipe.png\n");
+    let sent = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(sent.success());
+    assert_eq!(child.wait().unwrap().code(), Some(130));
 }

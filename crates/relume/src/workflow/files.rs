@@ -1,5 +1,8 @@
 //! Reading and writing fields and pictures by file name.
 
+use std::ffi::OsString;
+use std::fs::{self, File};
+use std::io::Write;
 use std::path::Path;
 
 use crate::error::{Error, Result};
@@ -50,6 +53,18 @@ impl Picture {
     }
 }
 
+/// Writes beside the place of the file and renames, so that the file is never seen incomplete.
 fn write(path: &Path, bytes: &[u8]) -> Result<()> {
-    std::fs::write(path, bytes).map_err(|e| Error::io("cannot write the file", &e).at(path))
+    let mut name = OsString::from(".");
+    name.push(path.file_name().unwrap_or_default());
+    name.push(format!(".{}.tmp", std::process::id()));
+    let beside = path.with_file_name(name);
+    let written = File::create_new(&beside)
+        .and_then(|mut file| file.write_all(bytes).and_then(|()| file.sync_all()))
+        .and_then(|()| fs::rename(&beside, path));
+    written.map_err(|e| {
+        // What is left of it is of no use; the error of the write is the one to report.
+        let _ = fs::remove_file(&beside);
+        Error::io("cannot write the file", &e).at(path)
+    })
 }

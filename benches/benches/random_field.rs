@@ -32,7 +32,8 @@ fn recursion(threads: usize) {
         let kernel = Kernel::new(2).expect("two is a factor");
         let side = if planes > 3 { side / 4 } else { side };
         let area = Rect::new(0, 0, Size::new(side, side));
-        let seconds = best(|| drop(black_box(Realisation::new(&level, &kernel, 1, None).field(area))));
+        let seconds =
+            best(|| drop(black_box(Realisation::new(&level, &kernel, 1, None).field(area, &Job::default()))));
         let rate = (side * side) as f64 / seconds;
         let operations = 2.0 * (planes * planes * neighbours) as f64;
         println!(

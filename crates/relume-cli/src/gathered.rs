@@ -6,7 +6,8 @@ use std::path::Path;
 use relume::field::IndexSpace;
 use relume::format::{Encoding, ExrDepth, FieldFile, FieldFormat, PictureFormat, encode_field, exr, npy};
 use relume::synthesis::{SourceMap, gather};
-use relume::{Error, Planes, ReflectanceField, Result};
+use relume::workflow::memory::MemoryPeak;
+use relume::{Error, Planes, ReflectanceField, Result, Size};
 
 use crate::context::Context;
 use crate::output;
@@ -16,9 +17,20 @@ pub fn index(files: &[FieldFile], space: &IndexSpace, context: &Context) -> Resu
     let bytes = 4 * space.planes() as u64;
     let planes = |file: &FieldFile| {
         context.job.check("the index of the exemplar", file.field.size(), bytes)?;
-        Ok(space.index_planes(&file.field))
+        space.index_planes(&file.field).held(&context.job, "the index of the exemplar")
     };
     files.iter().map(planes).collect()
+}
+
+/// Refuses, before any work, outputs of `size` texels of these files that could not be written within
+/// the memory.
+pub fn check_memory<'a>(
+    size: Size,
+    files: impl Iterator<Item = &'a FieldFile>,
+    context: &Context,
+) -> Result<()> {
+    let planes: Vec<usize> = files.map(|file| file.field.coefficients().count()).collect();
+    MemoryPeak::of_copies(size, &planes).check(&context.job)
 }
 
 /// Refuses names of source maps without a known format.

@@ -28,7 +28,7 @@ use crate::size::Size;
 #[derive(Clone, Default)]
 pub struct Job {
     limits: Limits,
-    held_bytes: Arc<AtomicU64>,
+    ledger: Arc<Ledger>,
     progress: Option<Arc<dyn Progress>>,
     cancel: Cancel,
 }
@@ -37,12 +37,22 @@ pub struct Job {
 #[derive(Debug, Clone, Default)]
 pub struct Cancel(Arc<AtomicBool>);
 
+/// What all clones of a job have taken of its budget, in bytes.
+#[derive(Debug, Default)]
+struct Ledger {
+    held: AtomicU64,
+    peak: AtomicU64,
+}
+
 /// Bytes that count against the budget of a job until this guard is dropped.
-#[derive(Debug)]
+///
+/// A clone stands for a copy of the data, so it counts again. It never fails: the copy exists already,
+/// and the next request is refused instead.
+#[derive(Debug, Default)]
 #[must_use = "the bytes are given back as soon as this is dropped"]
 pub struct Held {
     bytes: u64,
-    held_bytes: Arc<AtomicU64>,
+    ledger: Arc<Ledger>,
 }
 
 impl Cancel {
@@ -82,7 +92,13 @@ impl Job {
 
     /// The bytes of the budget not yet held.
     pub fn free_bytes(&self) -> u64 {
-        self.limits.max_bytes.saturating_sub(self.held_bytes.load(Ordering::Relaxed))
+        self.limits.max_bytes.saturating_sub(self.ledger.held.load(Ordering::Relaxed))
+    }
+
+    /// The most bytes that were held and asked for at one time so far: the peak of the job's memory
+    /// as its stages foresaw it.
+    pub fn peak_bytes(&self) -> u64 {
+        self.ledger.peak.load(Ordering::Relaxed)
     }
 
     /// Refuses `what` when a side of `size` is zero or too long, or when it does not fit beside the memory
@@ -91,7 +107,9 @@ impl Job {
     /// # Errors
     /// [`ErrorKind::Limit`], and [`ErrorKind::Invalid`] for a side of zero.
     pub fn check(&self, what: &str, size: Size, bytes_per_texel: u64) -> Result<()> {
-        self.free().check(what, size, bytes_per_texel)
+        self.free().check(what, size, bytes_per_texel)?;
+        self.ledger.note(size.texels() as u64 * bytes_per_texel);
+        Ok(())
     }
 
     /// Refuses `what` when it does not fit beside the memory held.
@@ -99,7 +117,9 @@ impl Job {
     /// # Errors
     /// [`ErrorKind::Limit`].
     pub fn check_bytes(&self, what: &str, bytes: u64) -> Result<()> {
-        self.free().check_bytes(what, bytes)
+        self.free().check_bytes(what, bytes)?;
+        self.ledger.note(bytes);
+        Ok(())
     }
 
     /// Counts `bytes` against the budget for as long as the result lives.
@@ -107,10 +127,13 @@ impl Job {
     /// # Errors
     /// [`ErrorKind::Limit`] when they do not fit beside the memory held.
     pub fn hold(&self, what: &str, bytes: u64) -> Result<Held> {
-        let limits = self.limits;
-        let added = |held: u64| held.checked_add(bytes).filter(|sum| *sum <= limits.max_bytes);
-        match self.held_bytes.fetch_update(Ordering::Relaxed, Ordering::Relaxed, added) {
-            Ok(_) => Ok(Held { bytes, held_bytes: Arc::clone(&self.held_bytes) }),
+        let most = self.limits.max_bytes;
+        let added = |held: u64| held.checked_add(bytes).filter(|sum| *sum <= most);
+        match self.ledger.held.fetch_update(Ordering::Relaxed, Ordering::Relaxed, added) {
+            Ok(_) => {
+                self.ledger.note(0);
+                Ok(Held { bytes, ledger: Arc::clone(&self.ledger) })
+            }
             Err(_) => Err(self.free().refusal(what, bytes)),
         }
     }
@@ -149,9 +172,42 @@ impl Job {
     }
 }
 
+impl Ledger {
+    /// Keeps the peak: `more` bytes are about to be taken beside those that are held.
+    fn note(&self, more: u64) {
+        self.peak.fetch_max(self.held.load(Ordering::Relaxed).saturating_add(more), Ordering::Relaxed);
+    }
+}
+
+impl Held {
+    /// Gives back what is more than `bytes`.
+    pub fn shrink(&mut self, bytes: u64) {
+        let less = self.bytes.saturating_sub(bytes);
+        self.bytes -= less;
+        self.ledger.held.fetch_sub(less, Ordering::Relaxed);
+    }
+}
+
+impl Clone for Held {
+    fn clone(&self) -> Self {
+        self.ledger.held.fetch_add(self.bytes, Ordering::Relaxed);
+        self.ledger.note(0);
+        Self { bytes: self.bytes, ledger: Arc::clone(&self.ledger) }
+    }
+}
+
+impl PartialEq for Held {
+    /// Always: which job counts them makes no difference between data.
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+impl Eq for Held {}
+
 impl Drop for Held {
     fn drop(&mut self) {
-        self.held_bytes.fetch_sub(self.bytes, Ordering::Relaxed);
+        self.ledger.held.fetch_sub(self.bytes, Ordering::Relaxed);
     }
 }
 
@@ -159,7 +215,7 @@ impl fmt::Debug for Job {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Job")
             .field("limits", &self.limits)
-            .field("held_bytes", &self.held_bytes)
+            .field("ledger", &self.ledger)
             .field("is_heard", &self.progress.is_some())
             .field("cancel", &self.cancel)
             .finish()
@@ -180,7 +236,21 @@ mod tests {
         assert_eq!(stage.hold("a table", 41).unwrap_err().kind(), ErrorKind::Limit);
         assert_eq!(stage.hold("a table", u64::MAX).unwrap_err().kind(), ErrorKind::Limit);
         drop(held);
-        assert_eq!(stage.free_bytes(), 100);
+        assert_eq!((stage.free_bytes(), job.peak_bytes()), (100, 100));
+    }
+
+    #[test]
+    fn copies_count_again_and_the_next_request_is_refused() {
+        let job = Job::new(Limits { max_bytes: 100, ..Limits::default() });
+        let mut held = job.hold("the exemplar", 60).unwrap();
+        let copy = held.clone();
+        assert_eq!((job.free_bytes(), job.peak_bytes()), (0, 120));
+        assert_eq!(job.check_bytes("a table", 1).unwrap_err().kind(), ErrorKind::Limit);
+        drop(copy);
+        held.shrink(10);
+        assert_eq!(job.free_bytes(), 90);
+        drop(held);
+        assert_eq!(job.free_bytes(), 100);
     }
 
     #[test]

@@ -50,6 +50,7 @@ pub mod error;
 pub mod job;
 pub mod limits;
 pub mod maps;
+mod memory;
 pub mod microfacet;
 pub mod names;
 pub mod numeric;

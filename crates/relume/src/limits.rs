@@ -6,7 +6,7 @@ use crate::size::Size;
 /// How large a job may be. Readers and stages check before they allocate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Limits {
-    /// Bytes that one stage may hold at a time.
+    /// Bytes that the whole job may hold at a time.
     pub max_bytes: u64,
     /// Texels along either side of any image or field.
     pub max_side: usize,

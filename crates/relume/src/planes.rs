@@ -5,27 +5,52 @@
 //! that store rows bottom-up are flipped when they are read and written.
 
 use crate::error::{Error, Result};
-use crate::job::Job;
+use crate::job::{Held, Job};
+use crate::memory;
 pub use crate::size::Size;
 
 /// A stack of planes of the same size.
+///
+/// Planes made for a job ([`Planes::zeros_within`], [`Planes::held`]) count against its memory budget
+/// for as long as they live, and so do their clones.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Planes {
     size: Size,
     count: usize,
     data: Vec<f32>,
+    held: Held,
 }
 
 impl Planes {
     /// `count` planes of zeros.
     pub fn zeros(size: Size, count: usize) -> Self {
-        Self { size, count, data: vec![0.0; size.texels() * count] }
+        Self::of(size, count, vec![0.0; size.texels() * count])
     }
 
-    /// `count` planes of zeros, refused when they exceed the limits; `what` names them in the message.
+    fn of(size: Size, count: usize, data: Vec<f32>) -> Self {
+        Self { size, count, data, held: Held::default() }
+    }
+
+    /// `count` planes of zeros that count against the job's budget; `what` names them in the message.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Limit`](crate::ErrorKind::Limit) when they do not fit beside what is held, or the
+    /// system does not give the memory.
     pub fn zeros_within(job: &Job, what: &str, size: Size, count: usize) -> Result<Self> {
         job.check(what, size, 4 * count as u64)?;
-        Ok(Self::zeros(size, count))
+        let held = job.hold(what, 4 * (size.texels() * count) as u64)?;
+        let data = memory::zeros(what, size.texels() * count)?;
+        Ok(Self { held, ..Self::of(size, count, data) })
+    }
+
+    /// The same planes, counted against the job's budget; `what` names them in the message.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Limit`](crate::ErrorKind::Limit) when they do not fit beside what is held.
+    pub fn held(mut self, job: &Job, what: &str) -> Result<Self> {
+        self.held = Held::default();
+        self.held = job.hold(what, 4 * self.data.len() as u64)?;
+        Ok(self)
     }
 
     /// Planes from their samples, plane after plane, each row by row from the top.
@@ -37,7 +62,7 @@ impl Planes {
                 data.len()
             )));
         }
-        Ok(Self { size, count, data })
+        Ok(Self::of(size, count, data))
     }
 
     /// Width and height.
@@ -99,6 +124,7 @@ impl Planes {
         self.count = self.count.min(count);
         self.data.truncate(self.size.texels() * self.count);
         self.data.shrink_to_fit();
+        self.held.shrink(4 * self.data.len() as u64);
         self
     }
 
@@ -128,7 +154,7 @@ impl Planes {
         });
         let mut data = Vec::with_capacity(size.texels() * self.count);
         rows.for_each(|row| data.extend_from_slice(row));
-        Ok(Self { size, count: self.count, data })
+        Ok(Self::of(size, self.count, data))
     }
 
     /// The planes repeated `across` times to the right and `down` times downwards.
@@ -142,13 +168,14 @@ impl Planes {
                 }
             }
         }
-        Self { size, count: self.count, data }
+        Self::of(size, self.count, data)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::error::ErrorKind;
 
     fn numbered(size: Size, count: usize) -> Planes {
         Planes::from_vec(size, count, (0..size.texels() * count).map(|i| i as f32).collect()).unwrap()
@@ -178,6 +205,25 @@ mod tests {
         }
         let kept = planes.truncated(2);
         assert_eq!((kept.count(), kept.as_slice()), (2, &original.as_slice()[..30]));
+    }
+
+    #[test]
+    fn planes_of_a_job_count_for_as_long_as_they_live() {
+        let job = Job::new(crate::Limits { max_bytes: 100, ..crate::Limits::default() });
+        let planes = Planes::zeros_within(&job, "planes", Size::new(3, 2), 3).unwrap();
+        assert_eq!(job.free_bytes(), 28);
+        let copy = planes.clone();
+        assert_eq!((job.free_bytes(), copy == planes), (0, true));
+        drop(planes);
+        assert_eq!(job.free_bytes(), 28);
+        assert_eq!(
+            Planes::zeros_within(&job, "more", Size::new(3, 2), 2).unwrap_err().kind(),
+            ErrorKind::Limit
+        );
+        let fewer = copy.truncated(1);
+        assert_eq!(job.free_bytes(), 76);
+        drop(fewer);
+        assert_eq!(job.free_bytes(), 100);
     }
 
     #[test]

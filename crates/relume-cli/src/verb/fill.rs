@@ -133,6 +133,7 @@ impl How {
         let guide = |path: &PathBuf| input::guide(path, index.size(), &context.job);
         let guide = self.guide.as_ref().map(guide).transpose()?;
         let images = read_registered(&claimed.applied, &file, context)?;
+        gathered::check_memory(index.size(), file.iter().chain(images.iter().flatten()), context)?;
         Ok(FilledTexture { file, index, excluded, guide, claimed, images })
     }
 

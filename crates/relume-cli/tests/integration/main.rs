@@ -9,6 +9,8 @@ mod fill;
 mod fit;
 mod gallery;
 mod height;
+#[cfg(target_os = "linux")]
+mod memory;
 mod model;
 mod one_door;
 mod outputs;

@@ -109,9 +109,12 @@ pub fn analyze(planes: &Planes, job: &Job) -> Result<Analysis> {
     check(planes)?;
     job.check("the texture without its trend", planes.size(), 8 * planes.count() as u64)?;
     let (even, trend) = trend::removed(planes);
+    let even = even.held(job, "the texture without its trend")?;
     let correlation = Autocorrelation::new(&even, Autocorrelation::half(even.size()), job)?;
+    job.proceed()?;
     let feature = feature::size(&correlation);
     let [scale, contrast] = blocks::drifts(&even, feature);
+    job.proceed()?;
     let mut found = Analysis {
         periods: periods::find(&correlation),
         orientation: orientation::of(&even),

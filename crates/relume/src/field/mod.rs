@@ -16,6 +16,7 @@ pub use layout::{PlaneLayout, PlaneRole};
 
 use crate::direction::{Direction, Directions};
 use crate::error::{Error, Result};
+use crate::job::Job;
 use crate::picture::Picture;
 use crate::planes::{Planes, Size};
 use crate::space::Space;
@@ -72,6 +73,15 @@ impl ReflectanceField {
     pub fn with_coefficients(&self, coefficients: Planes) -> Result<Self> {
         let field = Self::new(self.basis.clone(), self.layout.clone(), self.space, coefficients)?;
         Ok(field.with_lights(self.lights.clone()))
+    }
+
+    /// The same field, whose coefficients count against the job's budget; `what` names it in a refusal.
+    ///
+    /// # Errors
+    /// When they do not fit beside the memory held.
+    pub fn held(mut self, job: &Job, what: &str) -> Result<Self> {
+        self.coefficients = self.coefficients.held(job, what)?;
+        Ok(self)
     }
 
     /// The functions b_k.

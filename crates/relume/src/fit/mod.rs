@@ -131,13 +131,18 @@ pub fn fit(
     let stream = PhotographStream::open(lights, load, options.basis.len(), job)?;
     let layout = options.layout_for(stream.channels())?;
     let grid = Grid::new(stream.size(), options.report_texels);
-    job.check_bytes("the sample for the error report", stream.sample_bytes(&grid))?;
+    let planes = (options.basis.len() * stream.channels()).max(options.basis.len() + stream.channels());
+    let _sums = job.hold("the fit", 4 * (planes * stream.size().texels()) as u64)?;
+    let _sample = job.hold("the sample for the error report", stream.sample_bytes(&grid))?;
     let levels = SampleLevels::new(options.space);
 
     let (sums, kept) = sum_photographs(&stream, &design, &levels, &grid, job)?;
     let linear = options.leave_one_out.then(|| grid.planes(&sums));
     let coefficients = finish(sums, &layout, &design);
 
+    // The coefficients on the grid, and for each photograph left out those without it.
+    let copies = if options.leave_one_out { 2 + rayon::current_num_threads() } else { 1 };
+    job.check_bytes("the error report", 4 * (planes * grid.texels() * copies) as u64)?;
     let measured = report::FitMeasurement {
         layout: &layout,
         grid: &grid,
@@ -145,7 +150,7 @@ pub fn fit(
         design: &design,
         kept: &kept,
     };
-    let report = measured.report(&stream, &grid.planes(&coefficients), linear.as_ref())?;
+    let report = measured.report(&stream, &grid.planes(&coefficients), linear.as_ref(), job)?;
     let field = ReflectanceField::new(options.basis.clone(), layout, options.space, coefficients)?;
     Ok(Fit { field: field.with_lights(directions), report })
 }
@@ -165,7 +170,7 @@ fn sum_photographs(
     let planes = (functions * channels).max(functions + channels);
     let mut sums = Planes::zeros(stream.size(), planes);
     let mut kept = Vec::new();
-    stream.for_each_batch(|first, batch| {
+    stream.for_each_batch(job, |first, batch| {
         accumulate(&mut sums, design, first, batch, levels);
         if grid.is_kept() {
             kept.extend(batch.iter().map(|photograph| grid.raster(photograph)));

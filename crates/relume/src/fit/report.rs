@@ -11,6 +11,7 @@ use super::sample::Grid;
 use super::stream::PhotographStream;
 use crate::error::Result;
 use crate::field::PlaneLayout;
+use crate::job::Job;
 use crate::numeric::decibel::psnr_db;
 use crate::planes::Planes;
 use crate::raster::Raster;
@@ -100,10 +101,14 @@ impl FitMeasurement<'_> {
         stream: &PhotographStream,
         coefficients: &Planes,
         linear: Option<&Planes>,
+        job: &Job,
     ) -> Result<FitReport> {
         let lights = stream.lights();
-        let errors: Vec<Result<Errors>> =
-            (0..lights.len()).into_par_iter().map(|i| self.errors(i, stream, coefficients, linear)).collect();
+        let errors_of = |i: usize| {
+            job.proceed()?;
+            self.errors(i, stream, coefficients, linear)
+        };
+        let errors: Vec<Result<Errors>> = (0..lights.len()).into_par_iter().map(errors_of).collect();
         let errors = errors.into_iter().collect::<Result<Vec<Errors>>>()?;
         let samples = self.grid.texels() * stream.channels();
         let light = |(i, error): (usize, &Errors)| LightReport {

@@ -92,10 +92,15 @@ impl<'a> PhotographStream<'a> {
     ///
     /// # Errors
     /// The error of the first photograph, in order, that cannot be read, and errors of `take`.
-    pub fn for_each_batch(&self, mut take: impl FnMut(usize, &[Raster]) -> Result<()>) -> Result<()> {
+    pub fn for_each_batch(
+        &self,
+        job: &Job,
+        mut take: impl FnMut(usize, &[Raster]) -> Result<()>,
+    ) -> Result<()> {
         for start in (0..self.lights.len()).step_by(self.batch) {
             let end = (start + self.batch).min(self.lights.len());
-            let read: Vec<Result<Raster>> = (start..end).into_par_iter().map(|i| self.read(i)).collect();
+            let read = |i: usize| job.proceed().and_then(|()| self.read(i));
+            let read: Vec<Result<Raster>> = (start..end).into_par_iter().map(read).collect();
             take(start, &read.into_iter().collect::<Result<Vec<_>>>()?)?;
         }
         Ok(())

@@ -97,6 +97,12 @@ impl FieldFormat {
 /// # Errors
 /// A file that is truncated, is of another kind or exceeds the limits.
 pub fn decode_field(bytes: &[u8], job: &Job) -> Result<FieldFile> {
+    let FieldFile { field, encoding } = decode_any(bytes, job)?;
+    Ok(FieldFile { field: field.held(job, "the texture")?, encoding })
+}
+
+fn decode_any(bytes: &[u8], job: &Job) -> Result<FieldFile> {
+    let _file = job.hold("the file", bytes.len() as u64)?;
     match Kind::of_texels(bytes)? {
         Kind::Ptm => {
             let (field, encoding) = ptm::decode(bytes, job)?;
@@ -138,8 +144,8 @@ pub fn encode_field(
     encoding: Option<&Encoding>,
     job: &Job,
 ) -> Result<Vec<u8>> {
-    // A copy of the samples and the file itself.
-    let bytes_per_texel = 8 * field.coefficients().count() as u64;
+    // A copy of the samples, their codes, and the file itself.
+    let bytes_per_texel = 12 * field.coefficients().count() as u64;
     job.check("writing the field", field.size(), bytes_per_texel)?;
     match (format, encoding) {
         (FieldFormat::Ptm, Some(Encoding::Ptm(stored))) => ptm::encode(field, Under::Stored(stored)),

@@ -53,6 +53,7 @@ impl Autocorrelation {
         let mut power = vec![0.0; plan.columns() * padded.height];
         let mut squares = vec![0.0; planes.size().texels()];
         for plane in planes.iter() {
+            job.proceed()?;
             let values = centred(plane);
             squares.iter_mut().zip(&values).for_each(|(sum, v)| *sum += v * v);
             let spectrum = plan.forward(pad(&values, planes.size(), padded));

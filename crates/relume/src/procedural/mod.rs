@@ -150,9 +150,10 @@ impl Material {
     pub fn make(self, options: &MaterialOptions, job: &Job) -> Result<SurfaceMaps> {
         options.validate()?;
         options.parameters.validate(self.name(), self.parameters())?;
+        // Five planes, and a few texels at a time besides.
         job.check("a material's maps", options.size, 5 * 4)?;
         let canvas = Canvas { size: options.size, tiling: options.tiling, seed: options.seed };
-        Ok(paint(options.size, self.sampler(&canvas, options.feature, &options.parameters)))
+        paint(options.size, self.sampler(&canvas, options.feature, &options.parameters), job)
     }
 
     fn sampler(self, canvas: &Canvas, feature: f64, parameters: &Parameters) -> Box<Sampler> {

@@ -1,6 +1,8 @@
 //! From a function of position to the maps of a material, and small functions of shape and colour shared by
 //! the materials.
 
+use crate::error::Result;
+use crate::job::Job;
 use crate::maps::SurfaceMaps;
 use crate::microfacet::LEAST_ROUGHNESS;
 use crate::planes::{Planes, Size};
@@ -24,26 +26,30 @@ pub struct PaintedTexel {
 /// A material as a function of position, in texels from the middle of the top left texel.
 pub type Sampler = dyn Fn([f64; 2]) -> PaintedTexel + Sync;
 
-/// The maps of a function of position, computed row by row in parallel.
-pub fn paint(size: Size, sample: Box<Sampler>) -> SurfaceMaps {
-    let texels: Vec<PaintedTexel> = (0..size.texels())
-        .into_par_iter()
-        .with_min_len(size.width)
-        .map(|i| sample([(i % size.width) as f64, (i / size.width) as f64]))
-        .collect();
-    let plane = |count: usize, value: &dyn Fn(&PaintedTexel, usize) -> f64| {
-        let mut planes = Planes::zeros(size, count);
-        for (k, plane) in planes.iter_mut().enumerate() {
-            plane.iter_mut().zip(&texels).for_each(|(out, texel)| *out = value(texel, k) as f32);
+/// Texels that are computed together before they become samples.
+const TOGETHER: usize = 1 << 16;
+
+/// The maps of a function of position, computed in parallel.
+///
+/// # Errors
+/// When the maps exceed the job's limits, or it is cancelled.
+pub fn paint(size: Size, sample: Box<Sampler>, job: &Job) -> Result<SurfaceMaps> {
+    let zeros = |count| Planes::zeros_within(job, "a material's maps", size, count);
+    let (mut height, mut albedo, mut roughness) = (zeros(1)?, zeros(3)?, zeros(1)?);
+    let place = |i: usize| [(i % size.width) as f64, (i / size.width) as f64];
+    for start in (0..size.texels()).step_by(TOGETHER) {
+        job.proceed()?;
+        let some = (start..(start + TOGETHER).min(size.texels())).into_par_iter();
+        let texels: Vec<PaintedTexel> = some.with_min_len(256).map(|i| sample(place(i))).collect();
+        for (i, texel) in (start..).zip(&texels) {
+            height.as_mut_slice()[i] = texel.height as f32;
+            roughness.as_mut_slice()[i] = texel.roughness.clamp(LEAST_ROUGHNESS, 1.0) as f32;
+            for (k, channel) in texel.albedo.iter().enumerate() {
+                albedo.plane_mut(k)[i] = channel.clamp(0.01, 0.95) as f32;
+            }
         }
-        planes
-    };
-    SurfaceMaps {
-        height: plane(1, &|t, _| t.height),
-        albedo: plane(3, &|t, k| t.albedo[k].clamp(0.01, 0.95)),
-        normal: None,
-        roughness: Some(plane(1, &|t, _| t.roughness.clamp(LEAST_ROUGHNESS, 1.0))),
     }
+    Ok(SurfaceMaps { height, albedo, normal: None, roughness: Some(roughness) })
 }
 
 /// The linear colour of an sRGB code such as `0xd9a441`.

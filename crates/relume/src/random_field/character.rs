@@ -64,7 +64,7 @@ impl fmt::Display for Character {
 /// A field smaller than a small neighbourhood.
 pub fn character(field: &ReflectanceField, job: &Job) -> Result<Character> {
     let scores = luminance_scores(field);
-    Ok(Character { regularity: regularity(&scores, job)?, edges: edges(&scores)? })
+    Ok(Character { regularity: regularity(&scores, job)?, edges: edges(&scores, job)? })
 }
 
 /// Normal scores of the sum of all index planes that represent brightness: those of the first function in
@@ -112,9 +112,9 @@ fn highest_peak(at: impl Fn(isize, isize) -> f64, across: isize, down: isize) ->
 }
 
 /// Excess kurtosis of the errors of prediction from the twelve nearest causal neighbours.
-fn edges(scores: &Planes) -> Result<f64> {
+fn edges(scores: &Planes, job: &Job) -> Result<f64> {
     let set = NeighbourCandidates { near: causal(12), coarse: Vec::new() };
-    let statistics = set.statistics(scores, 1)?;
+    let statistics = set.statistics(scores, 1, job)?;
     let all: Vec<usize> = (0..set.near.len()).collect();
     let weights = posterior(&statistics, &statistics.prior(1.0), &all)?.weights;
     let (size, margin) = (scores.size(), 3);

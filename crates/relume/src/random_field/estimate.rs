@@ -183,6 +183,7 @@ pub(super) fn level(
     k: usize,
     kernel: &Kernel,
     options: &ModelOptions,
+    job: &Job,
 ) -> Result<(Level, LevelReport)> {
     let expanded = gaussian.get(k + 1).map(|coarse| pyramid::expand(coarse, kernel, gaussian[k].size()));
     let mut band = gaussian[k].clone();
@@ -195,10 +196,11 @@ pub(super) fn level(
         _ => band,
     };
     let m = gaussian[k].count();
-    let statistics = candidates.statistics(&stack, m)?;
+    let statistics = candidates.statistics(&stack, m, job)?;
     let prior = statistics.prior(options.prior);
-    let choices = search(&statistics, &prior, options.search, options.most)?;
+    let choices = search(&statistics, &prior, options.search, options.most, job)?;
     for (unstable, choice) in choices.iter().enumerate() {
+        job.proceed()?;
         let posterior = posterior(&statistics, &prior, &choice.candidates)?;
         let Some((level, radius)) = candidates.stable_level(choice, &posterior, &statistics)? else {
             continue;
@@ -255,7 +257,7 @@ impl NeighbourCandidates {
     ///
     /// # Errors
     /// When the planes are smaller than the reach of the candidates.
-    pub fn statistics(&self, stack: &Planes, m: usize) -> Result<SufficientStatistics> {
+    pub fn statistics(&self, stack: &Planes, m: usize, job: &Job) -> Result<SufficientStatistics> {
         let all: Vec<Offset> = self.near.iter().chain(&self.coarse).copied().collect();
         let window = inside(stack.size(), Reach::of(&all))?;
         let here = [Offset::new(0, 0)];
@@ -266,7 +268,7 @@ impl NeighbourCandidates {
         let coarse =
             self.coarse.iter().flat_map(|&offset| (m..2 * m).map(move |plane| Regressor { plane, offset }));
         let regressors: Vec<Regressor> = own.chain(coarse).collect();
-        let products = inner_products(stack, &regressors, window);
+        let products = inner_products(stack, &regressors, window, job)?;
         Ok(SufficientStatistics { products, planes: m, texels: window.size.texels() })
     }
 

@@ -71,7 +71,7 @@ impl Fits {
         let jobs: Vec<(usize, usize)> = (0..most - 1).map(|k| (k, k + 2)).chain(coarsest).collect();
         job.start("estimating levels", jobs.len() as u64);
         let fit = |&(k, count): &(usize, usize)| {
-            let fitted = level(&gaussian[..count], k, kernel, options);
+            let fitted = level(&gaussian[..count], k, kernel, options, job);
             job.advance(1)?;
             fitted
         };
@@ -93,11 +93,14 @@ fn nearest_count(components: &Planes, fits: &Fits, model: &Model, job: &Job) -> 
     let reach = Size::new(half.width.min(REFERENCE_WINDOW / 2), half.height.min(REFERENCE_WINDOW / 2));
     let resemblance =
         |components: &Planes| Autocorrelation::new(&model.mixing.planes_of(components), reach, job);
+    // The window, and the planes that are made of its components.
+    let planes = model.mixing.components() + model.planes();
+    let _window = job.hold("the reference window", 4 * (area.size.texels() * planes) as u64)?;
     let truth = resemblance(components)?;
     let mut best = (f64::INFINITY, 1);
     for count in fits.tried.clone() {
         let (levels, _) = fits.levels(count);
-        let made = Realisation::new(&levels, &model.kernel, 0, None).field(area);
+        let made = Realisation::new(&levels, &model.kernel, 0, None).field(area, job)?;
         let distance = resemblance(&made)?.distance(&truth);
         if distance < best.0 {
             best = (distance, count);
@@ -122,6 +125,7 @@ fn fitting_levels(mut size: Size, components: usize, options: &ModelOptions) -> 
 /// The gains that give the scores of each plane their deviation, measured on the reference window.
 fn gains_of(model: &Model, deviations: &[f64], job: &Job) -> Result<Vec<f32>> {
     let area = Rect::new(0, 0, Size::new(REFERENCE_WINDOW, REFERENCE_WINDOW));
+    job.check("the reference window", area.size, model.bytes_per_texel())?;
     let scores = model.scores(area, 0, None, job)?;
     let deviation = |plane: &[f32]| {
         let square: f64 = plane.iter().map(|&v| f64::from(v) * f64::from(v)).sum();

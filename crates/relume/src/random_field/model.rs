@@ -95,7 +95,7 @@ impl Model {
     ) -> Result<Planes> {
         let mut field = match self.levels.is_empty() {
             true => Planes::zeros(area.size, self.mixing.components()),
-            false => Realisation::new(&self.levels, &self.kernel, seed, period).field(area),
+            false => Realisation::new(&self.levels, &self.kernel, seed, period).field(area, job)?,
         };
         if let Some(structure) = &self.structure {
             pyramid::add(&mut field, &structure.window(area, seed, period, job)?);
@@ -122,7 +122,7 @@ impl Model {
 
     /// The working memory per texel, in bytes: the field, the expanded level, the drive and coarser levels.
     pub fn bytes_per_texel(&self) -> u64 {
-        4 * (8 * self.mixing.components() + 2 * self.planes()) as u64
+        4 * (4 * self.mixing.components() + 2 * self.planes()) as u64
     }
 
     fn check_period(&self, period: Size) -> Result<()> {

@@ -11,6 +11,8 @@ use rayon::prelude::*;
 use super::level::Level;
 use super::neighbourhood::Reach;
 use super::recursion::{Drive, LANES, Recursion, RecursionRun};
+use crate::error::Result;
+use crate::job::Job;
 use crate::numeric::pyramid::{self, Kernel};
 use crate::planes::{Planes, Size};
 use crate::rect::Rect;
@@ -66,36 +68,39 @@ impl<'a> Realisation<'a> {
     }
 
     /// The field over an area of the finest level.
-    pub fn field(&self, area: Rect) -> Planes {
-        self.level(0, area)
+    ///
+    /// # Errors
+    /// When the job is cancelled.
+    pub fn field(&self, area: Rect, job: &Job) -> Result<Planes> {
+        self.level(0, area, job)
     }
 
     /// A level of the Gaussian pyramid over an area: the expanded coarser level plus the band.
-    fn level(&self, k: usize, area: Rect) -> Planes {
+    fn level(&self, k: usize, area: Rect, job: &Job) -> Result<Planes> {
         let (level, cells) = (&self.levels[k], cells(area));
         if k + 1 == self.levels.len() {
-            return cut(self.band(k, cells, None), cells, area);
+            return Ok(cut(self.band(k, cells, None, job)?, cells, area));
         }
         let run = grown(cells, margin(level));
         let seen = grown(run, Reach::of(&level.coarse));
-        let expanded = self.expanded(k, seen);
+        let expanded = self.expanded(k, seen, job)?;
         let drive = (!level.coarse.is_empty()).then(|| drive(level, &expanded, run.size));
         let drive = drive.as_ref().map(|planes| Drive { planes, origin: run.origin() });
-        let mut field = cut(self.band(k, cells, drive), cells, area);
+        let mut field = cut(self.band(k, cells, drive, job)?, cells, area);
         pyramid::add(&mut field, &cut(expanded, seen, area));
-        field
+        Ok(field)
     }
 
     /// The level coarser than `k`, expanded over an area of level `k`.
-    fn expanded(&self, k: usize, area: Rect) -> Planes {
+    fn expanded(&self, k: usize, area: Rect, job: &Job) -> Result<Planes> {
         let (x, width) = pyramid::window_for(self.kernel, area.x, area.size.width);
         let (y, height) = pyramid::window_for(self.kernel, area.y, area.size.height);
-        let coarse = self.level(k + 1, Rect::new(x, y, Size::new(width, height)));
-        pyramid::expand_window(&coarse, self.kernel, [x, y], area.origin(), area.size)
+        let coarse = self.level(k + 1, Rect::new(x, y, Size::new(width, height)), job)?;
+        Ok(pyramid::expand_window(&coarse, self.kernel, [x, y], area.origin(), area.size))
     }
 
     /// The band of a level over whole cells.
-    fn band(&self, k: usize, cells: Rect, drive: Option<Drive<'_>>) -> Planes {
+    fn band(&self, k: usize, cells: Rect, drive: Option<Drive<'_>>, job: &Job) -> Result<Planes> {
         let m = self.levels[k].planes();
         let (columns, rows) = (cells.size.width / CELL, cells.size.height / CELL);
         let scale = (self.kernel.factor() as i64).pow(k as u32);
@@ -110,7 +115,7 @@ impl<'a> Realisation<'a> {
         let together = LANES.div_ceil(columns).min(rows);
         let mut band = Planes::zeros(cells.size, m);
         let parts = band.bands_mut(together * CELL * cells.size.width);
-        parts.into_par_iter().enumerate().for_each(|(part, mut planes)| {
+        parts.into_par_iter().enumerate().try_for_each(|(part, mut planes)| -> Result<()> {
             let cells: Vec<Cell> = (0..planes[0].len() / (CELL * CELL))
                 .map(|c| (c % columns, c / columns))
                 .map(|(x, y)| Cell {
@@ -118,9 +123,13 @@ impl<'a> Realisation<'a> {
                     at: (y * CELL) * cells.size.width + x * CELL,
                 })
                 .collect();
-            cells.chunks(LANES).for_each(|some| run.fill(some, &mut planes, cells_width(columns)));
-        });
-        band
+            cells.chunks(LANES).try_for_each(|some| {
+                job.proceed()?;
+                run.fill(some, &mut planes, cells_width(columns));
+                Ok(())
+            })
+        })?;
+        Ok(band)
     }
 }
 

@@ -14,6 +14,7 @@ use rayon::prelude::*;
 
 use super::normal_wishart::{Evidence, Posterior, SufficientStatistics, log_determinant};
 use crate::error::{Error, Result};
+use crate::job::Job;
 use crate::names::named;
 use crate::numeric::Matrix;
 
@@ -54,6 +55,7 @@ pub fn search(
     prior: &[f64],
     how: SelectionOrder,
     most: usize,
+    job: &Job,
 ) -> Result<Vec<Selected>> {
     let candidates = statistics.regressors() / statistics.planes;
     let mut sweep = CandidateSweep::new(statistics, prior);
@@ -65,11 +67,11 @@ pub fn search(
                 path.push(sweep.choice(how)?);
             }
         }
-        SelectionOrder::Forward => greedy(&mut sweep, &mut path, how, most)?,
+        SelectionOrder::Forward => greedy(&mut sweep, &mut path, how, most, job)?,
         SelectionOrder::Backward => {
             (0..candidates).try_for_each(|c| sweep.toggle(c))?;
             path.push(sweep.choice(how)?);
-            greedy(&mut sweep, &mut path, how, most)?;
+            greedy(&mut sweep, &mut path, how, most, job)?;
             path.retain(|choice| choice.candidates.len() <= most);
         }
     }
@@ -84,8 +86,10 @@ fn greedy(
     path: &mut Vec<Selected>,
     how: SelectionOrder,
     most: usize,
+    job: &Job,
 ) -> Result<()> {
     loop {
+        job.proceed()?;
         let current = path[path.len() - 1].log_posterior;
         let (size, adding) = (sweep.inside.len(), how == SelectionOrder::Forward);
         if (adding && size >= most) || (!adding && size == 0) {
@@ -306,7 +310,7 @@ mod tests {
             let statistics = statistics(d, candidates, n, seed);
             let prior = statistics.prior(1.0);
             for how in [SelectionOrder::Nested, SelectionOrder::Forward, SelectionOrder::Backward] {
-                for choice in search(&statistics, &prior, how, candidates).unwrap() {
+                for choice in search(&statistics, &prior, how, candidates, &Job::default()).unwrap() {
                     let swept = posterior(&statistics, &prior, &choice.candidates).unwrap();
                     let regressors: Vec<usize> = choice.candidates.iter().flat_map(|c| d * c..d * (c + 1)).collect();
                     let some: Vec<f64> = prior[..d].iter().copied().chain(regressors.iter().map(|r| prior[d + r])).collect();
@@ -328,13 +332,13 @@ mod tests {
         let statistics = statistics(2, 12, 2000, 5);
         let prior = statistics.prior(1.0);
         for how in [SelectionOrder::Forward, SelectionOrder::Backward] {
-            let path = search(&statistics, &prior, how, 12).unwrap();
+            let path = search(&statistics, &prior, how, 12, &Job::default()).unwrap();
             let mut best = path[0].candidates.clone();
             best.sort_unstable();
             assert_eq!(best, [1, 3], "{how:?}");
             assert!(path.iter().any(|choice| choice.candidates.is_empty()) || how == SelectionOrder::Forward);
         }
-        let nested = search(&statistics, &prior, SelectionOrder::Nested, 12).unwrap();
+        let nested = search(&statistics, &prior, SelectionOrder::Nested, 12, &Job::default()).unwrap();
         assert_eq!(nested[0].candidates, [0, 1, 2, 3]);
     }
 
@@ -343,7 +347,7 @@ mod tests {
         let statistics = statistics(1, 8, 500, 2);
         let prior = statistics.prior(1.0);
         for how in [SelectionOrder::Nested, SelectionOrder::Forward, SelectionOrder::Backward] {
-            let path = search(&statistics, &prior, how, 1).unwrap();
+            let path = search(&statistics, &prior, how, 1, &Job::default()).unwrap();
             assert!(path.iter().all(|choice| choice.candidates.len() <= 1), "{how:?}");
         }
     }
@@ -353,6 +357,6 @@ mod tests {
         let mut statistics = statistics(1, 3, 50, 2);
         statistics.products[(2, 2)] = f64::NAN;
         let prior = vec![1.0; 4];
-        assert!(search(&statistics, &prior, SelectionOrder::Nested, 3).is_err());
+        assert!(search(&statistics, &prior, SelectionOrder::Nested, 3, &Job::default()).is_err());
     }
 }

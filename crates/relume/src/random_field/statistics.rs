@@ -12,6 +12,7 @@ use rayon::prelude::*;
 
 use super::neighbourhood::{Offset, Reach};
 use crate::error::{Error, Result};
+use crate::job::Job;
 use crate::numeric::Matrix;
 use crate::planes::{Planes, Size};
 use crate::rect::Rect;
@@ -45,12 +46,24 @@ pub fn inside(size: Size, reach: Reach) -> Result<Rect<usize>> {
 
 /// The sums over the window of the products of all pairs of regressors.
 ///
+/// # Errors
+/// When the job is cancelled.
+///
 /// # Panics
 /// When a regressor leaves the planes for a texel of the window.
-pub fn inner_products(planes: &Planes, regressors: &[Regressor], window: Rect<usize>) -> Matrix {
+pub fn inner_products(
+    planes: &Planes,
+    regressors: &[Regressor],
+    window: Rect<usize>,
+    job: &Job,
+) -> Result<Matrix> {
     let rows = SummedRows::new(planes, window);
     let groups: Vec<(Lag, Vec<RegressorPair>)> = grouped(regressors).into_iter().collect();
-    let sums: Vec<Vec<f64>> = groups.par_iter().map(|(lag, pairs)| rows.sums(*lag, pairs)).collect();
+    let sums_of = |(lag, pairs): &(Lag, Vec<RegressorPair>)| {
+        job.proceed()?;
+        Ok(rows.sums(*lag, pairs))
+    };
+    let sums: Vec<Vec<f64>> = groups.par_iter().map(sums_of).collect::<Result<_>>()?;
     let mut gram = Matrix::zeros(regressors.len(), regressors.len());
     for ((_, pairs), sums) in groups.iter().zip(sums) {
         for (pair, sum) in pairs.iter().zip(sums) {
@@ -58,7 +71,7 @@ pub fn inner_products(planes: &Planes, regressors: &[Regressor], window: Rect<us
             gram[(pair.b, pair.a)] = sum;
         }
     }
-    gram
+    Ok(gram)
 }
 
 /// The same sums, product by product: the slow truth.
@@ -220,7 +233,7 @@ mod tests {
             let planes = Planes::from_vec(size, 3, data).unwrap();
             let window = inside(size, reach).unwrap();
             prop_assert_eq!(window.size, Size::new(width, height));
-            let fast = inner_products(&planes, &regressors, window);
+            let fast = inner_products(&planes, &regressors, window, &Job::default()).unwrap();
             let slow = inner_products_slow(&planes, &regressors, window);
             for a in 0..regressors.len() {
                 for b in 0..regressors.len() {

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::material::{LitTexture, Lookup};
 use super::mesh::{Mesh, Tangents};
 use super::raster::{self, Hit, Setup};
-use super::relief::{MeshRelief, displaced};
+use super::relief::{MeshRelief, TRIANGLE_BYTES, displaced};
 use super::relight::relight;
 use super::scene::{CastShadows, RenderOptions, TexelShading};
 use super::shade::Shader;
@@ -21,6 +21,8 @@ use crate::space::Space;
 
 /// Rows of pixels rendered by one task.
 const BAND: usize = 8;
+/// Memory of a pixel: its colour in a band and in the picture.
+const PIXEL_BYTES: u64 = 24;
 
 /// A linear RGB picture of `field` on `mesh`, without relief.
 ///
@@ -51,9 +53,11 @@ pub fn render_relief(
 ) -> Result<Picture> {
     options.validate()?;
     relief.map_or(Ok(()), MeshRelief::validate)?;
-    job.check("the picture", options.size, 24)?;
+    job.check("the picture", options.size, PIXEL_BYTES)?;
+    let _picture = job.hold("the picture", PIXEL_BYTES * options.size.texels() as u64)?;
     let shadow_bytes = ShadowMap::BYTES.saturating_mul(options.lights.len() as u64);
-    job.check_bytes("the shadow maps", shadow_bytes)?;
+    let _shadows = job.hold("the shadow maps", shadow_bytes)?;
+    let _mesh = job.hold("the mesh", TRIANGLE_BYTES * mesh.triangles().len() as u64)?;
     let material = match options.shading {
         TexelShading::Reflectance => LitTexture::of_field(field, normals, job)?,
         TexelShading::Plain { light } => {

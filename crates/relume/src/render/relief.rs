@@ -20,7 +20,7 @@ use crate::planes::{Planes, Size};
 /// The most triangles after subdivision.
 const MOST_TRIANGLES: usize = 2_000_000;
 /// The memory of a triangle: its set-up for the picture and for a shadow map, vertices, indices.
-const TRIANGLE_BYTES: u64 = 512;
+pub(super) const TRIANGLE_BYTES: u64 = 512;
 
 /// A height map and its use.
 #[derive(Debug, Clone, PartialEq)]

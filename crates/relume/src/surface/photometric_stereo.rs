@@ -65,10 +65,14 @@ pub fn photometric_stereo(
     let first = load(0)?;
     let (size, channels) = (first.size(), first.channels());
     let texel_bytes = 4 * (channels * lights.len()) as u64;
-    job.check("the normals and albedo", size, 4 * (3 + channels) as u64)?;
+    // Solved texels, of the last band twice, and the planes that are made of them.
+    let solved_bytes = (2 * size_of::<Solved>() + 4 * (3 + channels)) as u64;
+    job.check("the normals and albedo", size, solved_bytes)?;
+    let _solved = job.hold("the normals and albedo", solved_bytes * size.texels() as u64)?;
     let row_bytes = texel_bytes * size.width as u64;
     job.check_bytes("a row of all photographs", row_bytes)?;
-    let rows = (BAND_BYTES.min(job.limits().max_bytes / 2) / row_bytes).clamp(1, size.height as u64) as usize;
+    let rows = (BAND_BYTES.min(job.free_bytes() / 2) / row_bytes).clamp(1, size.height as u64) as usize;
+    let _band = job.hold("rows of all photographs", row_bytes * rows as u64)?;
 
     job.start("photometric stereo", (lights.len() * size.height.div_ceil(rows)) as u64);
     let mut texels = Vec::with_capacity(size.texels());
@@ -81,7 +85,7 @@ pub fn photometric_stereo(
             Ok(photograph.crop(0, top, band)?.to_picture(Space::Linear).planes)
         };
         let values = (0..lights.len()).into_par_iter().map(read).collect::<Result<Vec<Planes>>>()?;
-        solve_band(&directions, &values, options, &mut texels);
+        texels.extend(solve_band(&directions, &values, options, job)?);
     }
     Ok(collect(size, channels, &texels))
 }
@@ -127,20 +131,26 @@ fn check_alike(photograph: &Raster, expected: (Size, usize), name: &str) -> Resu
     )))
 }
 
-fn solve_band(lights: &[[f64; 3]], photographs: &[Planes], options: &StereoOptions, out: &mut Vec<Solved>) {
+fn solve_band(
+    lights: &[[f64; 3]],
+    photographs: &[Planes],
+    options: &StereoOptions,
+    job: &Job,
+) -> Result<Vec<Solved>> {
     let texels = photographs[0].size().texels();
     let solved = (0..texels).into_par_iter().with_min_len(256).map_init(
         || (Scratch::default(), Vec::with_capacity(lights.len())),
         |(scratch, values), texel| {
+            job.proceed()?;
             values.clear();
             values.extend(photographs.iter().map(|planes| luminance::of_texel(planes, texel)));
-            match robust::solve(lights, values, (options.estimator, options.ambient), scratch) {
+            Ok(match robust::solve(lights, values, (options.estimator, options.ambient), scratch) {
                 Some(matt) => finish(&matt, lights, photographs, &scratch.weights, texel),
                 None => UNDETERMINED,
-            }
+            })
         },
     );
-    out.par_extend(solved);
+    solved.collect()
 }
 
 const UNDETERMINED: Solved = Solved { normal: [0.0, 0.0, 1.0], albedo: [0.0; 3], determined: false };
@@ -300,8 +310,10 @@ mod tests {
         let lights = lights(8);
         let planted = planted(Size::new(6, 11), &lights, 0.0, true);
         let whole = run(&planted, &lights, StereoOptions::default(), Job::default()).unwrap();
-        // Twice the bytes of two rows of eight photographs in three channels.
-        let tight = Job::new(Limits { max_bytes: 2 * 2 * 6 * 8 * 3 * 4, ..Limits::default() });
+        // The result, and twice the bytes of two rows of eight photographs in three channels.
+        let solved = (2 * size_of::<Solved>() + 4 * 6) * 6 * 11;
+        let max_bytes = (solved + 2 * 2 * 6 * 8 * 3 * 4) as u64;
+        let tight = Job::new(Limits { max_bytes, ..Limits::default() });
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
         assert_eq!(whole, pool.install(|| run(&planted, &lights, StereoOptions::default(), tight)).unwrap());
     }

@@ -93,6 +93,12 @@ impl RejectionCurve {
 /// The number of blocks on which the rejection curve is measured.
 const CURVE_BLOCKS: usize = 16;
 
+/// Memory of the shares of blended texels, a texel of the output: measured with ramps.
+const MIX_BYTES: u64 = 40;
+
+/// Blocks that are searched for together, between which a search can be stopped.
+const TOGETHER: usize = 32;
+
 /// The choice for one block.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Placement {
@@ -119,6 +125,7 @@ pub fn synthesize(exemplars: &[Exemplar<'_>], options: &BlockOptions, job: &Job)
     let begun = Instant::now();
     let guided = Guided::new(exemplars, options.guidance.as_ref(), options.size, job)?;
     let (quantised, guides) = guided.apart(job)?;
+    let _codes = job.hold("the codes of the exemplars", quantised.bytes())?;
     let positions = Positions::new(exemplars, options.block)?;
     let layout = BlockLayout::new(options, job)?;
     let recipe = plan(options, &layout, quantised.planes());
@@ -127,8 +134,12 @@ pub fn synthesize(exemplars: &[Exemplar<'_>], options: &BlockOptions, job: &Job)
         let at_once = BYTES_PER_TEXEL * rayon::current_num_threads() as u64;
         job.check("the graph of a block", Size::new(options.block, options.block), at_once)?;
     }
-    let search = recipe.prepare(&quantised, &positions, guides.as_ref());
     let mut canvas = BlockCanvas::new(layout.size, quantised.planes(), job)?;
+    let blends = options.blend == Blend::Alpha || options.feather > 0;
+    let blended = if blends { MIX_BYTES * layout.size.texels() as u64 } else { 0 };
+    let _blended = job.hold("the blended texels", blended)?;
+    let _tables = job.hold("preparing the search", recipe.bytes(&quantised, guides.as_ref()))?;
+    let search = recipe.prepare(&quantised, &positions, guides.as_ref(), job)?;
     let work = BlockWork { options, quantised: &quantised, positions: &positions, search: &*search };
     let prepare_s = begun.elapsed().as_secs_f64();
     let (report, search_s) = work.fill(&layout, &mut canvas, job)?;
@@ -171,7 +182,7 @@ impl BlockWork<'_> {
             let blocks: Vec<&PlacedBlock> = wave.iter().map(|&index| &layout.sequence[index]).collect();
             let queries: Vec<BlockQuery> = blocks.par_iter().map(|block| self.query(block, canvas)).collect();
             let begun = Instant::now();
-            let found = self.search(&queries);
+            let found = self.search(&queries, job)?;
             search_s += begun.elapsed().as_secs_f64();
             if self.options.search.curve {
                 let chosen = wave.iter().map(|index| index % sampled == sampled / 2);
@@ -208,11 +219,16 @@ impl BlockWork<'_> {
 
     /// The candidates of blocks that do not touch; `None` for the first block, which fits anywhere unless it
     /// follows a guide.
-    fn search(&self, queries: &[BlockQuery]) -> Vec<Option<Found>> {
-        match queries {
-            [first] if first.neighbourhood.is_empty() && self.options.guidance.is_none() => vec![None],
-            _ => self.search.candidates(queries).into_iter().map(Some).collect(),
+    fn search(&self, queries: &[BlockQuery], job: &Job) -> Result<Vec<Option<Found>>> {
+        if queries[0].neighbourhood.is_empty() && self.options.guidance.is_none() {
+            return Ok(vec![None]);
         }
+        let mut found = Vec::with_capacity(queries.len());
+        for some in queries.chunks(TOGETHER) {
+            job.proceed()?;
+            found.extend(self.search.candidates(some).into_iter().map(Some));
+        }
+        Ok(found)
     }
 
     /// Adds a block to the rejection curve.

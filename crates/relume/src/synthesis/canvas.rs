@@ -6,7 +6,8 @@ use super::layout::PlacedBlock;
 use super::quantise::{Exemplar, Quantised};
 use super::source_map::{Part, SourceMap, Texel};
 use crate::error::Result;
-use crate::job::Job;
+use crate::job::{Held, Job};
+use crate::memory;
 use crate::planes::Size;
 
 /// The codes and sources of the output. Blocks that cross an edge continue at the opposite one.
@@ -16,20 +17,30 @@ pub struct BlockCanvas {
     codes: Vec<i16>,
     sources: Vec<Texel>,
     mixes: BTreeMap<usize, Vec<Part>>,
+    held: Held,
 }
+
+/// What the output is called in a refusal.
+const WHAT: &str = "the synthesised output";
 
 impl BlockCanvas {
     /// An empty canvas.
     pub fn new(size: Size, planes: usize, job: &Job) -> Result<Self> {
-        let bytes = (planes * size_of::<i16>() + size_of::<Texel>()) as u64;
-        job.check("the synthesised output", size, bytes)?;
+        let bytes = Self::bytes_per_texel(planes);
+        job.check(WHAT, size, bytes)?;
         Ok(Self {
             size,
             planes,
-            codes: vec![0; size.texels() * planes],
-            sources: vec![Texel::default(); size.texels()],
+            codes: memory::zeros(WHAT, size.texels() * planes)?,
+            sources: memory::zeros(WHAT, size.texels())?,
             mixes: BTreeMap::new(),
+            held: job.hold(WHAT, bytes * size.texels() as u64)?,
         })
+    }
+
+    /// Memory of a texel without blends: its codes and its source, or at the end its source twice.
+    fn bytes_per_texel(planes: usize) -> u64 {
+        (size_of::<Texel>() + (planes * size_of::<i16>()).max(size_of::<Texel>())) as u64
     }
 
     /// The output texels of row `dy` of a block, in order.
@@ -111,6 +122,7 @@ impl BlockCanvas {
 
     /// The finished map of the upper left `size` texels.
     pub fn into_map(self, size: Size, exemplars: &[Exemplar<'_>]) -> SourceMap {
+        drop(self.codes);
         let rows = self.sources.chunks_exact(self.size.width).take(size.height);
         let sources = rows.flat_map(|row| &row[..size.width]).copied().collect();
         let mut map = SourceMap::new(size, exemplars, sources);
@@ -120,6 +132,6 @@ impl BlockCanvas {
                 map.push_mix(size.index(x, y), parts);
             }
         }
-        map
+        map.holding(self.held)
     }
 }

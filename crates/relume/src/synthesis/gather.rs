@@ -27,7 +27,7 @@ pub fn gather(map: &SourceMap, fields: &[&ReflectanceField], job: &Job) -> Resul
         }
     });
     if map.mix_count() > 0 {
-        let blended = blend(map, fields)?;
+        let blended = blend(map, fields, job)?;
         for (k, plane) in output.iter_mut().enumerate() {
             map.mixes().zip(blended.plane(k)).for_each(|((texel, _), value)| plane[texel] = *value);
         }
@@ -73,12 +73,17 @@ fn check<'a>(map: &SourceMap, fields: &[&'a ReflectanceField]) -> Result<&'a Ref
 }
 
 /// The coefficients of the blended texels alone, in their order, as planes of one row.
-fn blend(map: &SourceMap, fields: &[&ReflectanceField]) -> Result<Planes> {
+fn blend(map: &SourceMap, fields: &[&ReflectanceField], job: &Job) -> Result<Planes> {
     if !fields[0].layout().is_product() {
         let planes: Vec<&Planes> = fields.iter().map(|field| field.coefficients()).collect();
         return Ok(weighted_sums(map, &planes));
     }
     let space = IndexSpace::new(fields[0], Metric::Function, Domain::Hemisphere)?;
+    let texels: usize = fields.iter().map(|field| field.size().texels()).sum();
+    // Index planes of the fields; of the blended texels those, their coefficients, and a copy of these.
+    let blended = space.planes() + 2 * fields[0].coefficients().count();
+    let bytes = 4 * (texels * space.planes() + map.mix_count() * blended) as u64;
+    job.check_bytes("blending functions", bytes)?;
     let index: Vec<Planes> = fields.iter().map(|field| space.index_planes(field)).collect();
     let sums = weighted_sums(map, &index.iter().collect::<Vec<_>>());
     Ok(space.field(fields[0], &sums)?.coefficients().clone())

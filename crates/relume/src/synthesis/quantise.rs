@@ -124,6 +124,11 @@ impl Quantised {
         self.planes
     }
 
+    /// The memory of all codes.
+    pub fn bytes(&self) -> u64 {
+        self.texels.iter().map(|texels| size_of_val(texels.codes()) as u64).sum()
+    }
+
     /// The same exemplars at half the size.
     pub(super) fn halved(&self) -> Self {
         let texels = self.texels.iter().map(IndexTexels::halved).collect();

@@ -1,6 +1,7 @@
 //! The source of each output texel: the result of synthesis.
 
 use super::quantise::Exemplar;
+use crate::job::Held;
 use crate::planes::Size;
 
 /// A texel of an exemplar. Ordered by exemplar, row, column: the order that breaks ties.
@@ -46,6 +47,7 @@ pub struct SourceMap {
     mixed: Vec<usize>,
     part_ends: Vec<usize>,
     parts: Vec<Part>,
+    held: Held,
 }
 
 impl SourceMap {
@@ -68,7 +70,20 @@ impl SourceMap {
 
     fn of_sizes(size: Size, exemplars: Vec<Size>, copies: Vec<Texel>) -> Self {
         assert_eq!(copies.len(), size.texels(), "one source for each texel");
-        Self { size, exemplars, copies, mixed: Vec::new(), part_ends: Vec::new(), parts: Vec::new() }
+        let (mixed, part_ends, parts) = (Vec::new(), Vec::new(), Vec::new());
+        Self { size, exemplars, copies, mixed, part_ends, parts, held: Held::default() }
+    }
+
+    /// The same map; what was held for more than it takes is given back once it is dropped.
+    pub(super) fn holding(mut self, mut held: Held) -> Self {
+        held.shrink(self.bytes());
+        self.held = held;
+        self
+    }
+
+    fn bytes(&self) -> u64 {
+        let mixes = size_of_val(&*self.mixed) + size_of_val(&*self.part_ends) + size_of_val(&*self.parts);
+        (size_of_val(&*self.copies) + mixes) as u64
     }
 
     /// Marks a texel as a blend; texels come in increasing order. Its dominant source is the share with the

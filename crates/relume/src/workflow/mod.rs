@@ -13,6 +13,7 @@
 //! | [`comparison`] | textures compared under several lights |
 //! | [`shader`] | what a shader draws textures and endless noise from |
 //! | [`auto`] | textures made in several ways, of which the nearest to the exemplar is kept |
+//! | [`memory`] | the memory of whole jobs, known before they begin |
 //! | [`endless`] | windows of endless planes, of any size, written row by row |
 
 pub mod auto;
@@ -21,6 +22,7 @@ pub mod comparison;
 pub mod endless;
 pub mod files;
 pub mod front;
+pub mod memory;
 pub mod method;
 pub mod metric;
 pub mod model;

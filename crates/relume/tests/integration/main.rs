@@ -5,6 +5,7 @@ mod names;
 
 mod analysis;
 mod bases_and_channels;
+mod cancellation;
 mod circles;
 mod distinct_names;
 mod format_pictures;
@@ -18,6 +19,7 @@ mod random_fields;
 mod real_captures;
 mod rlm_independent;
 mod roller;
+mod stages;
 mod support;
 mod synthesis;
 mod texture_measures;

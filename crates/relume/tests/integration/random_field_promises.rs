@@ -70,10 +70,11 @@ fn planted(m: usize, parts: &[(i32, i32, Vec<f64>)], size: Size, seed: u64) -> P
 fn found(planes: &Planes, candidates: usize) -> (Vec<Offset>, Posterior, Matrix) {
     let m = planes.count();
     let set = NeighbourCandidates { near: causal(candidates), coarse: Vec::new() };
-    let statistics = set.statistics(planes, m).unwrap();
+    let statistics = set.statistics(planes, m, &job()).unwrap();
     let prior = statistics.prior(1.0);
-    let mut best =
-        search(&statistics, &prior, SelectionOrder::Forward, candidates).unwrap()[0].candidates.clone();
+    let mut best = search(&statistics, &prior, SelectionOrder::Forward, candidates, &job()).unwrap()[0]
+        .candidates
+        .clone();
     best.sort_unstable();
     let posterior = posterior(&statistics, &prior, &best).unwrap();
     let regressors: Vec<usize> = best.iter().flat_map(|c| m * c..m * (c + 1)).collect();
@@ -372,7 +373,7 @@ fn an_unstable_fit_is_caught_and_one_that_keeps_the_moments_is_taken() {
     let planes = planted(1, &wild, Size::new(64, 64), 3);
     // Unchecked: two neighbours fitted to the values themselves.
     let set = NeighbourCandidates { near: causal(2), coarse: Vec::new() };
-    let statistics = set.statistics(&planes, 1).unwrap();
+    let statistics = set.statistics(&planes, 1, &job()).unwrap();
     let fitted = posterior(&statistics, &statistics.prior(1.0), &[0, 1]).unwrap();
     let weight = |r: usize| vec![fitted.weights[(r, 0)]];
     let naive = [(-1, 0, weight(0)), (0, -1, weight(1))];

@@ -53,12 +53,13 @@ fn evidence_chooses_a_neighbourhood_of_wool_that_predicts_what_it_has_not_seen()
     let Some(planes) = fabric("wool") else { return };
     let planes = centred(planes);
     let set = NeighbourCandidates { near: causal(112), coarse: Vec::new() };
-    let whole = set.statistics(&planes, 3).unwrap();
-    let path = search(&whole, &whole.prior(1.0), SelectionOrder::Nested, 112).unwrap();
+    let whole = set.statistics(&planes, 3, &job()).unwrap();
+    let path = search(&whole, &whole.prior(1.0), SelectionOrder::Nested, 112, &job()).unwrap();
     let disks = half_disks(112);
     let best = path.iter().find(|c| disks.contains(&c.candidates.len())).unwrap().candidates.len();
     let Size { width, height } = planes.size();
-    let half = |y| set.statistics(&planes.crop(0, y, Size::new(width, height / 2)).unwrap(), 3).unwrap();
+    let half =
+        |y| set.statistics(&planes.crop(0, y, Size::new(width, height / 2)).unwrap(), 3, &job()).unwrap();
     let (top, bottom) = (half(0), half(height / 2));
     for count in
         disks.iter().copied().filter(|n| [2, 6, 14, 24, 30, 40, 56, 60, 112].contains(n) || *n == best)
@@ -80,9 +81,10 @@ fn evidence_chooses_a_neighbourhood_of_wool_that_predicts_what_it_has_not_seen()
 fn chosen_and_better(planes: &Planes) -> (usize, bool, bool) {
     let set = NeighbourCandidates { near: causal(112), coarse: Vec::new() };
     let Size { width, height } = planes.size();
-    let half = |y| set.statistics(&planes.crop(0, y, Size::new(width, height / 2)).unwrap(), 3).unwrap();
+    let half =
+        |y| set.statistics(&planes.crop(0, y, Size::new(width, height / 2)).unwrap(), 3, &job()).unwrap();
     let (top, bottom) = (half(0), half(height / 2));
-    let path = search(&top, &top.prior(1.0), SelectionOrder::Nested, 112).unwrap();
+    let path = search(&top, &top.prior(1.0), SelectionOrder::Nested, 112, &job()).unwrap();
     let disks = half_disks(112);
     let best = path.iter().find(|c| disks.contains(&c.candidates.len())).unwrap().candidates.len();
     let score = |count: usize| held_out(&top, &bottom, count).1;
@@ -98,7 +100,7 @@ fn evidence_on_half_of_each_photograph_of_wool_predicts_the_other_better_than_si
     let found: Vec<_> = names
         .iter()
         .step_by(8)
-        .map(|path| read_field(path, &job()).unwrap().field.coefficients().clone())
+        .map(|path| read_field(path, &Job::default()).unwrap().field.coefficients().clone())
         .map(|planes| chosen_and_better(&centred(planes)))
         .collect();
     println!("wool, evidence of upper halves (eta, better than 6, than 112): {found:?}");
@@ -123,10 +125,10 @@ fn gained(planes: &Planes, rows: usize) -> (usize, f64, f64) {
     let set = NeighbourCandidates { near: causal(112), coarse: Vec::new() };
     let Size { width, height } = planes.size();
     let part = |y, rows| {
-        set.statistics(&planes.crop(0, y, Size::new(width, rows)).unwrap(), planes.count()).unwrap()
+        set.statistics(&planes.crop(0, y, Size::new(width, rows)).unwrap(), planes.count(), &job()).unwrap()
     };
     let (train, test) = (part(0, rows), part(height / 2, height / 2));
-    let path = search(&train, &train.prior(1.0), SelectionOrder::Nested, 112).unwrap();
+    let path = search(&train, &train.prior(1.0), SelectionOrder::Nested, 112, &job()).unwrap();
     let disks = half_disks(112);
     let best = path.iter().find(|c| disks.contains(&c.candidates.len())).unwrap().candidates.len();
     let score = |count: usize| held_out(&train, &test, count).1;
@@ -152,7 +154,7 @@ fn what_evidence_chooses_on_a_small_part_of_wool_predicts_the_rest_better_than_6
 fn unchecked(planes: &Planes, count: usize) -> Level {
     let m = planes.count();
     let set = NeighbourCandidates { near: causal(count), coarse: Vec::new() };
-    let statistics = set.statistics(planes, m).unwrap();
+    let statistics = set.statistics(planes, m, &job()).unwrap();
     let chosen: Vec<usize> = (0..count).collect();
     let fitted = posterior(&statistics, &statistics.prior(1.0), &chosen).unwrap();
     let weights: Vec<f64> = (0..count * m * m).map(|i| fitted.weights[(i / m, i % m)]).collect();

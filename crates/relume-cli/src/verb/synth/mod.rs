@@ -138,6 +138,8 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let (options, approach) = args.options(guidance)?;
     let files = read_all(&args.exemplars, opened, context)?;
     let images = read_registered(&applied, &files, context)?;
+    let written = files.first().into_iter().chain(images.iter().filter_map(|images| images.first()));
+    gathered::check_memory(options.size, written, context)?;
     let outcome = synthesise(args, &files, &approach, context)?;
     let (map, report) = (&outcome.made.map, describe(&args.output, &options, &outcome, &args.exemplars));
     let output = gathered::apply(map, &files, &args.output, context)?;

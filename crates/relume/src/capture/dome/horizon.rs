@@ -12,6 +12,8 @@
 
 use super::march::{Heading, UNSEEN, crossings, first_at_least, steepest_slopes};
 use super::relief::Relief;
+use crate::error::Result;
+use crate::job::Job;
 use crate::planes::Planes;
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
@@ -51,20 +53,23 @@ pub fn bytes_per_texel(sectors: usize) -> u64 {
 
 impl Surroundings {
     /// Marches all horizons of a relief with the given `normals`.
-    pub fn new(relief: &Relief, normals: &Planes, sectors: usize) -> Self {
+    ///
+    /// # Errors
+    /// When the job is cancelled.
+    pub fn new(relief: &Relief, normals: &Planes, sectors: usize, job: &Job) -> Result<Self> {
         let mut all = Self { sky: vec![0.0; relief.size().texels()], links: Vec::with_capacity(sectors) };
         for k in 0..sectors {
             // Half a step away from the axes of the grid, where errors are largest.
             let azimuth = (k as f64 + 0.5) * TAU / sectors as f64;
-            let sector = sector(relief, normals, azimuth, TAU / sectors as f64);
+            let sector = sector(relief, normals, azimuth, TAU / sectors as f64, job)?;
             all.sky.iter_mut().zip(sector.sky).for_each(|(sum, share)| *sum += share);
             all.links.push(sector.links);
         }
-        all
+        Ok(all)
     }
 }
 
-fn sector(relief: &Relief, normals: &Planes, azimuth_rad: f64, width_rad: f64) -> Sector {
+fn sector(relief: &Relief, normals: &Planes, azimuth_rad: f64, width_rad: f64, job: &Job) -> Result<Sector> {
     let size = relief.size();
     let heading = Heading::from_azimuth(azimuth_rad);
     let reach = relief.reach().min(f64::from(relief.range()) / f64::from(NEGLIGIBLE_SLOPE));
@@ -72,7 +77,8 @@ fn sector(relief: &Relief, normals: &Planes, azimuth_rad: f64, width_rad: f64) -
     let mut sky = vec![0.0f32; size.texels()];
     let mut links = vec![Link { share: 0.0, texel: 0 }; size.texels()];
     let rows = sky.par_chunks_mut(size.width).zip(links.par_chunks_mut(size.width)).enumerate();
-    rows.for_each(|(y, (sky, links))| {
+    rows.try_for_each(|(y, (sky, links))| -> Result<()> {
+        job.proceed()?;
         let mut horizon = vec![0.0f32; size.width];
         steepest_slopes(relief, &path, y, NEGLIGIBLE_SLOPE, &mut horizon);
         let mut middle = vec![0.0f32; size.width];
@@ -97,8 +103,9 @@ fn sector(relief: &Relief, normals: &Planes, azimuth_rad: f64, width_rad: f64) -
                 None => link.share = 0.0,
             }
         }
-    });
-    Sector { sky, links }
+        Ok(())
+    })?;
+    Ok(Sector { sky, links })
 }
 
 /// The normal of a texel in the vertical plane of one azimuth: its component along the heading, and up.
@@ -149,7 +156,7 @@ mod tests {
     ) -> Surroundings {
         let values = (0..size.texels()).map(|i| height(i % size.width, i / size.width)).collect();
         let relief = Relief::new(&Planes::from_vec(size, 1, values).unwrap(), border);
-        Surroundings::new(&relief, &relief.normals(), sectors)
+        Surroundings::new(&relief, &relief.normals(), sectors, &Job::default()).unwrap()
     }
 
     #[test]
@@ -177,7 +184,7 @@ mod tests {
         let relief = Relief::new(&Planes::zeros(Size::new(1, 1), 1), ReliefBorder::Wrap);
         let mut normals = Planes::zeros(Size::new(1, 1), 3);
         normals.as_mut_slice().copy_from_slice(&[0.6, 0.0, 0.8]);
-        let sky = Surroundings::new(&relief, &normals, 64).sky[0];
+        let sky = Surroundings::new(&relief, &normals, 64, &Job::default()).unwrap().sky[0];
         assert!((sky - 0.9).abs() < 1e-3, "{sky}");
     }
 

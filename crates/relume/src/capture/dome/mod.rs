@@ -153,7 +153,7 @@ impl Dome {
             Some(map) => upright(map)?,
             None => relief.normals(),
         };
-        let surroundings = Surroundings::new(&relief, &normals, options.sectors);
+        let surroundings = Surroundings::new(&relief, &normals, options.sectors, job)?;
         Ok(Self { maps, normals, relief, surroundings, options: *options })
     }
 

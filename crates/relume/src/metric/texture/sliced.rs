@@ -89,18 +89,18 @@ pub fn levels(reference: &Planes, other: &Planes, options: &SlicedOptions, job: 
     let dimension = options.patch * options.patch * reference.count();
     job.check_bytes("the patches", 2 * 4 * (dimension * options.patches) as u64)?;
     let (mut a, mut b) = (reference.clone(), other.clone());
-    let mut distances = vec![level_distance(&a, &b, options, 0)];
+    let mut distances = vec![level_distance(&a, &b, options, 0, job)?];
     for level in 1..options.levels {
         (a, b) = (pyramid::halved(&a), pyramid::halved(&b));
         if !fits(&a, 4) || !fits(&b, 4) {
             break;
         }
-        distances.push(level_distance(&a, &b, options, level as u64));
+        distances.push(level_distance(&a, &b, options, level as u64, job)?);
     }
     Ok(distances)
 }
 
-fn level_distance(a: &Planes, b: &Planes, options: &SlicedOptions, level: u64) -> f64 {
+fn level_distance(a: &Planes, b: &Planes, options: &SlicedOptions, level: u64, job: &Job) -> Result<f64> {
     // Both textures are sampled at the same positions as far as they are equally large, so that a texture is
     // at distance 0 from itself.
     let gather = |planes: &Planes| {
@@ -110,10 +110,12 @@ fn level_distance(a: &Planes, b: &Planes, options: &SlicedOptions, level: u64) -
     let along = |k: u64| {
         let direction =
             unit_vector(a.dimension, &mut Stream::new(options.seed, Purpose::MeasuredDirections, [level, k]));
-        wasserstein::distance(&a.projected(&direction), &b.projected(&direction))
+        job.proceed()?;
+        Ok(wasserstein::distance(&a.projected(&direction), &b.projected(&direction)))
     };
-    let distances: Vec<f64> = (0..options.directions as u64).into_par_iter().map(along).collect();
-    distances.iter().sum::<f64>() / distances.len() as f64 / a.unit()
+    let directions = (0..options.directions as u64).into_par_iter();
+    let distances: Vec<f64> = directions.map(along).collect::<Result<_>>()?;
+    Ok(distances.iter().sum::<f64>() / distances.len() as f64 / a.unit())
 }
 
 /// Patches as vectors, one after another.

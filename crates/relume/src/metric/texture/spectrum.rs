@@ -43,6 +43,7 @@ fn bins(planes: &Planes, job: &Job) -> Result<Vec<Option<f64>>> {
     let plan = Fourier::new(planes.size());
     let mut sums = vec![(0.0, 0u32); BANDS * DIRECTIONS];
     for plane in planes.iter() {
+        job.proceed()?;
         let spectrum = plan.forward(windowed(plane, planes.size()));
         for (i, bin) in spectrum.iter().enumerate() {
             if let Some(place) = bin_of(i / planes.size().height, i % planes.size().height, planes.size()) {

@@ -47,7 +47,7 @@ pub fn distance(reference: &Planes, other: &Planes, job: &Job) -> Result<f64> {
     for (a, b) in reference.iter().zip(other.iter()) {
         let weight = variance(a).max(f64::MIN_POSITIVE);
         let nothing = NOTHING * weight;
-        let (a, b) = (Statistics::of(a, reference.size()), Statistics::of(b, other.size()));
+        let (a, b) = (Statistics::of(a, reference.size(), job)?, Statistics::of(b, other.size(), job)?);
         sum += weight * (1.0 - a.similarity(&b, nothing));
         weights += weight;
     }
@@ -68,7 +68,7 @@ struct BandStatistics {
 }
 
 impl Statistics {
-    fn of(plane: &[f32], size: Size) -> Self {
+    fn of(plane: &[f32], size: Size, job: &Job) -> Result<Self> {
         let plan = Fourier::new(size);
         let spectrum = plan.forward(plane.iter().map(|&v| f64::from(v)).collect());
         let image = |gain: &dyn Fn(f64, f64) -> Complex64| plan.inverse(filtered(&spectrum, size, gain));
@@ -80,6 +80,7 @@ impl Statistics {
         let mut magnitudes = Vec::new();
         for scale in 0..SCALES {
             for direction in 0..DIRECTIONS {
+                job.proceed()?;
                 let gain = |radius: f64, angle: f64| {
                     low_pass(radius, scale) * high_pass(radius, scale + 1) * turn_gain(angle, direction)
                 };
@@ -90,7 +91,7 @@ impl Statistics {
                 magnitudes.push(magnitude);
             }
         }
-        Self { bands, crosses: crosses(&magnitudes) }
+        Ok(Self { bands, crosses: crosses(&magnitudes) })
     }
 
     fn similarity(&self, other: &Self, nothing: f64) -> f64 {

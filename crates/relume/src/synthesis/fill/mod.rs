@@ -85,7 +85,7 @@ pub fn fill(
 ) -> Result<(SourceMap, Growth)> {
     check_holes(holes, index.size())?;
     job.check("the texture to fill", index.size(), 4 * index.count() as u64)?;
-    let blank = blanked(index, holes);
+    let blank = blanked(index, holes).held(job, "the texture to fill")?;
     let unusable = match excluded {
         None => holes.to_vec(),
         Some(mask) if mask.len() != holes.len() => {

@@ -155,14 +155,19 @@ impl Noise {
     pub fn window(&self, x: i64, y: i64, size: Size, job: &Job) -> Result<Planes> {
         let count = self.marginals.len();
         job.check("the window", size, 8 * count as u64)?;
+        let bytes = 8 * (count * size.texels()) + size_of_val(&*self.normal);
+        job.check_bytes("the window and its model", bytes as u64)?;
         let mut together = vec![0.0; size.texels() * count];
-        together.par_chunks_exact_mut(size.width * count).enumerate().for_each(|(row, texels)| {
+        let rows = together.par_chunks_exact_mut(size.width * count).enumerate();
+        rows.try_for_each(|(row, texels)| -> Result<()> {
+            job.proceed()?;
             let mut principal = vec![0.0; count];
             for (column, out) in texels.chunks_exact_mut(count).enumerate() {
                 self.blend(x + column as i64, y + row as i64, &mut principal);
                 self.index_of(&principal, out);
             }
-        });
+            Ok(())
+        })?;
         Ok(self.planes_of(size, &together))
     }
 

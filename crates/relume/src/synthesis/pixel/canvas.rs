@@ -3,7 +3,8 @@
 use std::ops::Range;
 
 use crate::error::Result;
-use crate::job::Job;
+use crate::job::{Held, Job};
+use crate::memory;
 use crate::planes::Size;
 use crate::synthesis::options::Boundary;
 use crate::synthesis::quantise::{Exemplar, IndexTexels, Quantised};
@@ -20,7 +21,11 @@ pub struct PixelCanvas {
     codes: Vec<i16>,
     sources: Vec<Texel>,
     known: Vec<bool>,
+    held: Held,
 }
+
+/// What the output is called in a refusal.
+const WHAT: &str = "the synthesised output";
 
 impl PixelCanvas {
     /// A canvas without known texels.
@@ -29,16 +34,17 @@ impl PixelCanvas {
     /// When it exceeds the limits.
     pub fn new(size: Size, planes: usize, boundary: Boundary, job: &Job) -> Result<Self> {
         let bytes = (planes * size_of::<i16>() + size_of::<Texel>() + size_of::<bool>()) as u64;
-        job.check("the synthesised output", size, bytes)?;
+        job.check(WHAT, size, bytes)?;
         let texels = size.texels();
         Ok(Self {
             size,
             planes,
             guides: 0,
             boundary,
-            codes: vec![0; texels * planes],
-            sources: vec![Texel::default(); texels],
-            known: vec![false; texels],
+            codes: memory::zeros(WHAT, texels * planes)?,
+            sources: memory::zeros(WHAT, texels)?,
+            known: memory::zeros(WHAT, texels)?,
+            held: job.hold(WHAT, bytes * texels as u64)?,
         })
     }
 
@@ -169,7 +175,7 @@ impl PixelCanvas {
 
     /// The finished map.
     pub fn into_map(self, exemplars: &[Exemplar<'_>]) -> SourceMap {
-        SourceMap::new(self.size, exemplars, self.sources)
+        SourceMap::new(self.size, exemplars, self.sources).holding(self.held)
     }
 }
 

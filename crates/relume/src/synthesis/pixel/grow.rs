@@ -72,6 +72,7 @@ impl Task<'_> {
         check_epsilon(self.epsilon)?;
         let guided = Guided::new(self.exemplars, self.guidance, self.size, job)?;
         let (quantised, target) = guided.interleaved(job)?;
+        let _codes = job.hold("the codes of the exemplars", quantised.bytes())?;
         let positions = Positions::of_windows(self.exemplars, self.window.side())?;
         let scan = Scan::guided(&quantised, &positions, guided.guides(), job)?;
         let mut canvas = PixelCanvas::new(self.size, quantised.planes(), self.boundary, job)?;
@@ -136,8 +137,11 @@ impl Grower<'_> {
         while !round.is_empty() {
             let order = front::ordered(canvas, round, radius, self.seed);
             for batch in front::batches(canvas, &order, radius, &mut scratch) {
-                let draw = |&texel: &usize| self.draw(canvas, texel, matches);
-                let drawn: Vec<(Texel, usize)> = batch.par_iter().map(draw).collect();
+                let draw = |&texel: &usize| {
+                    job.proceed()?;
+                    Ok(self.draw(canvas, texel, matches))
+                };
+                let drawn: Vec<(Texel, usize)> = batch.par_iter().map(draw).collect::<Result<_>>()?;
                 for (&texel, (corner, count)) in batch.iter().zip(drawn) {
                     canvas.put(texel, corner.offset(radius, radius), self.exemplars);
                     candidates += count as u64;

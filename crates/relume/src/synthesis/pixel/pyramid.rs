@@ -24,6 +24,11 @@ impl ExemplarLevel {
         Positions::of_areas(&areas, window, "window")
     }
 
+    /// The memory of codes and masks.
+    pub fn bytes(&self) -> u64 {
+        self.exemplars.bytes() + self.masks.iter().flatten().map(|mask| mask.len() as u64).sum::<u64>()
+    }
+
     fn halved(&self) -> Self {
         let sizes = self.exemplars.texels().iter().map(|texels| texels.size());
         let masks = self.masks.iter().zip(sizes);

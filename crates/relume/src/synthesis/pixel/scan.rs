@@ -12,7 +12,7 @@ use super::sieve::Sieve;
 use super::target::{NearWindows, WindowTarget};
 use super::window::WindowQuery;
 use crate::error::Result;
-use crate::job::Job;
+use crate::job::{Held, Job};
 use crate::synthesis::positions::Positions;
 use crate::synthesis::quantise::{IndexTexels, Quantised};
 use crate::synthesis::source_map::Texel;
@@ -28,6 +28,7 @@ pub struct Scan<'a> {
     guides: usize,
     /// The largest code.
     peak: i16,
+    _held: Held,
 }
 
 impl<'a> Scan<'a> {
@@ -54,12 +55,12 @@ impl<'a> Scan<'a> {
         let count = copied.div_ceil(2) + guides.div_ceil(2) + sieve.axes();
         let length = |texels: &IndexTexels| texels.size().texels() * count + LANES;
         let pairs: usize = exemplars.texels().iter().map(length).sum();
-        job.check_bytes("preparing the search", (pairs * size_of::<CodePair>()) as u64)?;
+        let held = job.hold("preparing the search", (pairs * size_of::<CodePair>()) as u64)?;
         let paired =
             exemplars.texels().iter().map(|texels| pair_up(texels, copied, guides, &sieve)).collect();
         let codes = exemplars.texels().iter().flat_map(|texels| texels.codes());
         let peak = codes.copied().max().unwrap_or(0);
-        Ok(Self { exemplars, positions, sieve, paired, guides, peak })
+        Ok(Self { exemplars, positions, sieve, paired, guides, peak, _held: held })
     }
 
     /// All positions within (1 + `epsilon`) of the nearest; `hints` are positions likely to be near: they

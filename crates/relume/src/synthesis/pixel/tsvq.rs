@@ -15,6 +15,8 @@
 use rayon::prelude::*;
 
 use super::vectors::{self, Vectors, moments};
+use crate::error::Result;
+use crate::job::Job;
 
 /// Iterations of Lloyd's algorithm for a split.
 const ITERATIONS: usize = 2;
@@ -47,13 +49,30 @@ enum Node {
 impl Tsvq {
     /// A tree of up to `codewords` leaves over training vectors.
     ///
+    /// # Errors
+    /// When the job is cancelled.
+    ///
     /// # Panics
     /// When there is no vector.
-    pub fn new(training: &Vectors, codewords: usize) -> Self {
+    pub fn new(training: &Vectors, codewords: usize, job: &Job) -> Result<Self> {
         assert!(training.count() > 0, "a tree needs a vector");
         let mut growing = Growing::new(training);
-        growing.split_until(codewords);
-        growing.finish()
+        growing.split_until(codewords, job)?;
+        Ok(growing.finish())
+    }
+
+    /// Memory that making a tree of training vectors takes: their copy, and of each its number in two
+    /// generations of leaves; and the nodes with their centroids, as they grow and as they are kept.
+    pub fn bytes(training: &Vectors, codewords: usize) -> u64 {
+        let nodes = 2 * codewords.min(training.count());
+        let node = size_of::<GrowingNode>() + size_of::<Node>() + 4 * training.length();
+        training.bytes() + (12 * training.count() + nodes * node) as u64
+    }
+
+    /// The memory of this tree.
+    pub fn held_bytes(&self) -> u64 {
+        let tree = size_of_val(&*self.nodes) + size_of_val(&*self.numbers);
+        tree as u64 + self.centroids.bytes() + self.vectors.bytes()
     }
 
     /// The number of leaves.
@@ -224,22 +243,26 @@ impl<'a> Growing<'a> {
     }
 
     /// Splits generation after generation, the largest distortions first.
-    fn split_until(&mut self, codewords: usize) {
+    fn split_until(&mut self, codewords: usize, job: &Job) -> Result<()> {
         let mut generation = vec![0];
         while self.leaves < codewords && !generation.is_empty() {
             generation.sort_by(|&a, &b| self.distortion(b).total_cmp(&self.distortion(a)).then(a.cmp(&b)));
             let waiting = generation.split_off(generation.len().min(codewords - self.leaves));
-            let split = |&node: &usize| match &self.nodes[node] {
-                GrowingNode::Leaf(cluster) => cluster.split(self.training),
-                GrowingNode::Inner { .. } => None,
+            let split = |&node: &usize| {
+                job.proceed()?;
+                Ok(match &self.nodes[node] {
+                    GrowingNode::Leaf(cluster) => cluster.split(self.training),
+                    GrowingNode::Inner { .. } => None,
+                })
             };
-            let parts: Vec<Option<[Cluster; 2]>> = generation.par_iter().map(split).collect();
+            let parts = generation.par_iter().map(split).collect::<Result<Vec<Option<[Cluster; 2]>>>>()?;
             let mut next = waiting;
             for (node, parts) in generation.into_iter().zip(parts) {
                 next.extend(parts.into_iter().flat_map(|parts| self.replace(node, parts)));
             }
             generation = next;
         }
+        Ok(())
     }
 
     fn distortion(&self, node: usize) -> f64 {
@@ -320,7 +343,7 @@ mod tests {
             (count, length, codewords, seed) in (1usize..300, 1usize..40, 1usize..80, any::<u64>()),
         ) {
             let vectors = clustered(count, length, seed);
-            let tree = Tsvq::new(&vectors, codewords);
+            let tree = Tsvq::new(&vectors, codewords, &Job::default()).unwrap();
             prop_assert!(tree.codewords() <= codewords);
             let leaves = tree.leaves();
             prop_assert_eq!(leaves.len(), tree.codewords());
@@ -343,7 +366,7 @@ mod tests {
         let vectors = clustered(3000, 24, 5);
         let queries = clustered(300, 24, 6);
         let excess = |codewords| -> f64 {
-            let tree = Tsvq::new(&vectors, codewords);
+            let tree = Tsvq::new(&vectors, codewords, &Job::default()).unwrap();
             let ratio = |query| tree.near(query).1 as f64 / full_search(&vectors, query).1.max(1) as f64;
             (0..300).map(|n| ratio(queries.row(n))).sum::<f64>() / 300.0
         };

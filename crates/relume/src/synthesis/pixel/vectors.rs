@@ -33,6 +33,11 @@ impl Vectors {
         self.codes.resize(self.codes.len().next_multiple_of(self.length), 0);
     }
 
+    /// The memory that they take.
+    pub fn bytes(&self) -> u64 {
+        size_of_val(&*self.codes) as u64
+    }
+
     /// Codes in a row.
     pub fn length(&self) -> usize {
         self.length

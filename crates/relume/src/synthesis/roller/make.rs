@@ -68,6 +68,7 @@ pub fn roll(exemplar: &Exemplar<'_>, options: &RollerOptions, job: &Job) -> Resu
     let tables = 2 * if options.oblique { oblique::SHORTLIST } else { SHORTLIST };
     job.check("the Roller's tables", exemplar.index.size(), 8 * tables as u64 + 64)?;
     let quantised = Quantised::new(std::slice::from_ref(exemplar), job)?;
+    let _codes = job.hold("the codes of the exemplar", quantised.bytes())?;
     let size = exemplar.index.size();
     let overlap = options.overlap.unwrap_or_else(|| RollerOptions::customary_overlap(size));
     let periods = match options.pattern {
@@ -80,13 +81,18 @@ pub fn roll(exemplar: &Exemplar<'_>, options: &RollerOptions, job: &Job) -> Resu
         options,
         overlap,
         pattern: periods.pattern,
+        job,
     };
     let strips = Strips::new(work.texels, exemplar.excluded, overlap);
     let (region, whole_periods) = work.region(&strips)?;
     let (first, corner) = work.first_tile(&region);
     let parts = work.parts(&region, &first, &strips)?;
-    let further = parts.par_iter().map(|part| work.further_tile(&region, &first, part));
-    let tiles: Vec<Vec<Texel>> = rayon::iter::once(first.clone()).chain(further).collect();
+    let further = parts.par_iter().map(|part| {
+        job.proceed()?;
+        Ok(work.further_tile(&region, &first, part))
+    });
+    let tiles = rayon::iter::once(Ok(first.clone())).chain(further);
+    let tiles: Vec<Vec<Texel>> = tiles.collect::<Result<_>>()?;
     let measure =
         |sources: &Vec<Texel>| TileSeams::measure(work.texels, quantised.step(), &region.cells, sources);
     let report = RollReport {
@@ -119,13 +125,14 @@ struct RollWork<'a> {
     options: &'a RollerOptions,
     overlap: usize,
     pattern: Pattern,
+    job: &'a Job,
 }
 
 impl RollWork<'_> {
     /// The part that becomes the first tile, and whether it has whole periods.
     fn region(&self, strips: &Strips<'_>) -> Result<(Region, bool)> {
         let (upright, whole) = self.upright_region(strips)?;
-        Ok(match self.oblique_region(strips, &upright) {
+        Ok(match self.oblique_region(strips, &upright)? {
             Some(oblique) => (oblique, true),
             None => (upright, whole),
         })
@@ -138,7 +145,7 @@ impl RollWork<'_> {
         let cells = |&width: &usize, &height: &usize| Cells::upright(Size::new(width, height));
         let all =
             widths.iter().flat_map(|width| heights.iter().filter_map(move |height| cells(width, height)));
-        let regions = strips.best_origins(&all.collect::<Vec<_>>());
+        let regions = strips.best_origins(&all.collect::<Vec<_>>(), self.job)?;
         let region = largest(&regions, self.options.slack).ok_or_else(|| {
             Error::usage("the mask leaves no place for a tile: exclude less or ask for more, smaller tiles")
         })?;
@@ -146,14 +153,14 @@ impl RollWork<'_> {
     }
 
     /// An oblique cell, if the lattice is oblique and the cell is clearly better than a rectangle.
-    fn oblique_region(&self, strips: &Strips<'_>, upright: &Region) -> Option<Region> {
-        let Pattern::Lattice(lattice) = self.pattern else { return None };
+    fn oblique_region(&self, strips: &Strips<'_>, upright: &Region) -> Result<Option<Region>> {
+        let Pattern::Lattice(lattice) = self.pattern else { return Ok(None) };
         if !self.options.oblique || misfit(&upright.cells, &lattice) <= NEARLY_WHOLE {
-            return None;
+            return Ok(None);
         }
-        let cells = self.oblique_pairs(strips, &lattice)?;
-        let region = largest(&strips.best_origins(&cells), self.options.slack)?;
-        (upright.mean_error() > CLEARLY_WORSE * region.mean_error()).then_some(region)
+        let Some(cells) = self.oblique_pairs(strips, &lattice) else { return Ok(None) };
+        let region = largest(&strips.best_origins(&cells, self.job)?, self.options.slack);
+        Ok(region.filter(|region| upright.mean_error() > CLEARLY_WORSE * region.mean_error()))
     }
 
     fn oblique_pairs(&self, strips: &Strips<'_>, lattice: &Lattice) -> Option<Vec<Cells>> {
@@ -242,6 +249,7 @@ impl RollWork<'_> {
         let offset = |side: usize| (self.options.least_offset * side as f64).ceil().max(1.0) as usize;
         let (least_x, least_y) = (offset(tile.width), offset(tile.height));
         while parts.len() + 1 < self.options.tiles {
+            self.job.proceed()?;
             let is_apart = |x: usize, y: usize, from: (usize, usize)| {
                 x.abs_diff(from.0) >= least_x || y.abs_diff(from.1) >= least_y
             };

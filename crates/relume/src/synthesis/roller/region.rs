@@ -12,6 +12,8 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::profile::{Axis, squared_step};
+use crate::error::Result;
+use crate::job::Job;
 use crate::numeric::cells::Cells;
 use crate::numeric::lattice::length;
 use crate::numeric::periods::Pattern;
@@ -118,14 +120,25 @@ impl<'a> Strips<'a> {
     }
 
     /// The best origin of cells by their steps to the right and down, for each pair that has one.
-    pub fn best_origins(&self, pairs: &[Cells]) -> Vec<Region> {
+    ///
+    /// # Errors
+    /// When the job is cancelled.
+    pub fn best_origins(&self, pairs: &[Cells], job: &Job) -> Result<Vec<Region>> {
         let mut steps: Vec<[i64; 2]> = pairs.iter().flat_map(|cells| [cells.right(), cells.down()]).collect();
         steps.sort_unstable();
         steps.dedup();
-        let tables: Vec<SummedArea> = steps.par_iter().map(|&step| self.differences(step)).collect();
+        let differences = |&step: &[i64; 2]| {
+            job.proceed()?;
+            Ok(self.differences(step))
+        };
+        let tables: Vec<SummedArea> = steps.par_iter().map(differences).collect::<Result<_>>()?;
         let table = |step: [i64; 2]| &tables[steps.binary_search(&step).expect("a table for each step")];
-        let best = |cells: &Cells| self.best_origin(cells, table(cells.right()), table(cells.down()));
-        pairs.par_iter().filter_map(best).collect()
+        let best = |cells: &Cells| {
+            job.proceed()?;
+            Ok(self.best_origin(cells, table(cells.right()), table(cells.down())))
+        };
+        let regions = pairs.par_iter().map(best).collect::<Result<Vec<Option<Region>>>>()?;
+        Ok(regions.into_iter().flatten().collect())
     }
 
     fn best_origin(&self, cells: &Cells, across: &SummedArea, down: &SummedArea) -> Option<Region> {
@@ -251,7 +264,7 @@ mod tests {
             let strips = Strips::new(texels, masked.then_some(&mask[..]), overlap);
             let pair = |w: i64, h: i64| Cells::new([w, t], [s, h]).unwrap();
             let all: Vec<Cells> = (4..18).flat_map(|w| (4..18).map(move |h| pair(w, h))).collect();
-            let found = strips.best_origins(&all);
+            let found = strips.best_origins(&all, &Job::default()).unwrap();
             let mut number = 0;
             for cells in all {
                 let ([mx, my], [dx, dy], tile) = (strips.margins(&cells), cells.origin(), cells.bounds());

@@ -215,7 +215,7 @@ mod tests {
             }
             let truth = Plain { exemplars: &quantised, positions: &positions }.candidates(&queries);
             for recipe in recipes(block, narrow) {
-                let found = recipe.prepare(&quantised, &positions, None).candidates(&queries);
+                let found = recipe.prepare(&quantised, &positions, None, &Job::default()).unwrap().candidates(&queries);
                 prop_assert_eq!(found.len(), count);
                 for (found, truth) in found.iter().zip(&truth) {
                     prop_assert_eq!(&found.candidates, &truth.candidates, "{:?}", recipe);
@@ -240,7 +240,9 @@ mod tests {
         let codes = vec![0; block * block * planes];
         let query = [BlockQuery { neighbourhood, place: [0, 0], codes, acceptance, likely: Vec::new() }];
         for recipe in recipes(block, 29) {
-            let found = &recipe.prepare(&quantised, &positions, None).candidates(&query)[0].candidates;
+            let found =
+                &recipe.prepare(&quantised, &positions, None, &Job::default()).unwrap().candidates(&query)[0]
+                    .candidates;
             assert_eq!(found.best, 3600 * planes as u64 * 4095 * 4095, "{recipe:?}");
             assert_eq!(found.positions.len(), 31, "{recipe:?}");
         }

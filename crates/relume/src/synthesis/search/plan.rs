@@ -5,6 +5,8 @@ use super::fft::Fft;
 use super::guided::GuidedSearch;
 use super::projection::{Projection, cells};
 use super::{KernelBasis, Search, SearchMethod, SearchOptions};
+use crate::error::Result;
+use crate::job::Job;
 use crate::synthesis::guidance::GuideCodes;
 use crate::synthesis::layout::BlockLayout;
 use crate::synthesis::options::{BlockOptions, Boundary};
@@ -74,14 +76,20 @@ impl Recipe {
         let texels: usize = exemplars.texels().iter().map(|texels| texels.size().texels()).sum();
         match self {
             Self::Brute => 0,
-            // Half a complex number for each plane, and the sums of squares.
-            Self::Fft => texels as u64 * (8 * exemplars.planes() as u64 + 8),
+            // Half a complex number for each plane, the sums of squares, and the spectra of a query a thread.
+            Self::Fft => {
+                let threads = rayon::current_num_threads() as u64;
+                texels as u64 * (8 * exemplars.planes() as u64 + 8 + 32 * threads)
+            }
             Self::Projection { kernels, .. } => Projection::bytes(exemplars, kernels),
             Self::Guided { .. } => guides.map_or(0, GuidedSearch::bytes),
         }
     }
 
     /// Prepares the search.
+    ///
+    /// # Errors
+    /// When the job is cancelled.
     ///
     /// # Panics
     /// When a guided one gets no guides.
@@ -90,25 +98,25 @@ impl Recipe {
         exemplars: &'a Quantised,
         positions: &'a Positions,
         guides: Option<&GuideCodes>,
-    ) -> Box<dyn Search + 'a> {
-        match self {
+        job: &Job,
+    ) -> Result<Box<dyn Search + 'a>> {
+        Ok(match self {
             Self::Brute => Box::new(Brute { exemplars, positions }),
             Self::Fft => Box::new(Fft::new(exemplars, positions)),
             Self::Projection { block, side, basis, kernels } => {
-                Box::new(Projection::new(exemplars, positions, (block, side), basis, kernels))
+                Box::new(Projection::new(exemplars, positions, (block, side), basis, kernels, job)?)
             }
             Self::Guided { block, wraps } => {
                 let guides = guides.expect("a guided search has guides");
                 Box::new(GuidedSearch::new(exemplars, positions, guides, block, wraps))
             }
-        }
+        })
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::job::Job;
     use crate::planes::{Planes, Size};
     use crate::synthesis::guidance::{Guidance, Guided};
     use crate::synthesis::quantise::Exemplar;

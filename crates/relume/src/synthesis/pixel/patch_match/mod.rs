@@ -25,7 +25,7 @@ use serde::Serialize;
 
 use super::canvas::PixelCanvas;
 use super::grow::check_output;
-use super::pyramid::{guided_pyramid, halved_size};
+use super::pyramid::{ExemplarLevel, guided_pyramid, halved_size};
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::numeric::random::{Purpose, Stream, key};
@@ -140,6 +140,7 @@ pub fn patch_match(
     let levels = options.fitting_levels(exemplars);
     let guided = Guided::new(exemplars, options.guidance.as_ref(), options.size, job)?;
     let (pyramid, targets) = guided_pyramid(&guided, levels, options.window, job)?;
+    let _codes = job.hold("the codes of the exemplars", pyramid.iter().map(ExemplarLevel::bytes).sum())?;
     let sizes: Vec<Size> =
         std::iter::successors(Some(options.size), |size| Some(halved_size(*size))).take(levels).collect();
     job.start("improving matches", levels as u64);
@@ -157,7 +158,7 @@ pub fn patch_match(
         for round in 0..rounds {
             let key = key(options.seed, Purpose::PatchSearch, [place, round as u64]);
             let how = Improvement { search: options.search, uniformity: options.uniformity, key };
-            matching.improve(&canvas, &patches, how);
+            matching.improve(&canvas, &patches, how, job)?;
             let weights = votes::weights(&matching, &patches, number == 0);
             votes::cast(&mut canvas, &patches, &matching, &weights);
             job.proceed()?;

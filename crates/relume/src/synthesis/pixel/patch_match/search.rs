@@ -18,6 +18,8 @@ use super::super::canvas::PixelCanvas;
 use super::super::vectors::LANES;
 use super::SPACING;
 use super::patches::{self, ExemplarPatches};
+use crate::error::Result;
+use crate::job::Job;
 use crate::numeric::hash;
 use crate::planes::Size;
 use crate::synthesis::source_map::Texel;
@@ -102,16 +104,29 @@ impl Matching {
     }
 
     /// Improves all matches for the texels of a canvas.
-    pub fn improve(&mut self, canvas: &PixelCanvas, patches: &ExemplarPatches<'_>, how: Improvement) {
+    ///
+    /// # Errors
+    /// When the job is cancelled.
+    pub fn improve(
+        &mut self,
+        canvas: &PixelCanvas,
+        patches: &ExemplarPatches<'_>,
+        how: Improvement,
+        job: &Job,
+    ) -> Result<()> {
         let costs = self.costs(patches, how.uniformity);
         for color in 0..2 {
             let cells: Vec<usize> =
                 (0..self.matches.len()).filter(|&cell| self.color(cell) == color).collect();
-            let better =
-                |patch: &mut Vec<i16>, &cell: &usize| self.better(cell, canvas, patches, &costs, how, patch);
-            let found: Vec<Match> = cells.par_iter().with_min_len(64).map_init(Vec::new, better).collect();
+            let better = |patch: &mut Vec<i16>, &cell: &usize| {
+                job.proceed()?;
+                Ok(self.better(cell, canvas, patches, &costs, how, patch))
+            };
+            let found = cells.par_iter().with_min_len(64).map_init(Vec::new, better);
+            let found: Vec<Match> = found.collect::<Result<_>>()?;
             cells.into_iter().zip(found).for_each(|(cell, found)| self.matches[cell] = found);
         }
+        Ok(())
     }
 
     /// The extra cost of a match in each block of the exemplars.

@@ -60,14 +60,14 @@ proptest! {
         let mut canvas = PixelCanvas::new(size, planes, Boundary::Torus, &job).unwrap();
         let mut matching = begin(&mut canvas, &patches, None, (seed, 0));
         let mut full = matching.clone();
-        full.improve(&canvas, &patches, how(PatchSearch::Full, 0));
+        full.improve(&canvas, &patches, how(PatchSearch::Full, 0), &Job::default()).unwrap();
         for (middle, least) in Matching::middles(size).zip(full.matches()) {
             let truth = patches.iter().map(|corner| plain::distance(&canvas, &patches, middle, corner)).min();
             prop_assert_eq!(Some(least.distance), truth);
         }
         let mut before = vec![u64::MAX; matching.matches().len()];
         for round in 0..4 {
-            matching.improve(&canvas, &patches, how(PatchSearch::Propagation, round));
+            matching.improve(&canvas, &patches, how(PatchSearch::Propagation, round), &Job::default()).unwrap();
             for (middle, found) in Matching::middles(size).zip(matching.matches()) {
                 prop_assert_eq!(found.distance, plain::distance(&canvas, &patches, middle, found.corner));
             }
@@ -94,7 +94,7 @@ proptest! {
         let size = Size::new(width, height);
         let mut canvas = PixelCanvas::new(size, planes, Boundary::Torus, &job).unwrap();
         let mut matching = begin(&mut canvas, &patches, None, (seed, 0));
-        matching.improve(&canvas, &patches, how(PatchSearch::Propagation, seed));
+        matching.improve(&canvas, &patches, how(PatchSearch::Propagation, seed), &Job::default()).unwrap();
         for (n, middle) in Matching::middles(size).enumerate() {
             let corner = patches.nth(n * 7 % patches.count());
             let truth = plain::distance(&canvas, &patches, middle, corner);
@@ -139,7 +139,7 @@ fn patches_of_the_exemplar_itself_are_found_by_propagation() {
         );
     }
     for round in 0..20 {
-        matching.improve(&canvas, &patches, how(PatchSearch::Propagation, round));
+        matching.improve(&canvas, &patches, how(PatchSearch::Propagation, round), &Job::default()).unwrap();
     }
     let exact = matching.matches().iter().filter(|found| found.distance == 0).count();
     // Those that cross the border, at most 4 of 32 cells either way, have none.

@@ -84,8 +84,14 @@ impl<'a> Coherence<'a> {
             let (size, numbers) = &mut numbers[place.exemplar as usize];
             numbers[size.index(place.x as usize, place.y as usize)] = number as u32;
         }
-        let sets = sets(&samples.vectors, count, codewords);
+        let sets = sets(&samples.vectors, count, codewords, job)?;
         Ok(Self { samples, causal, count, sets, numbers, draws })
+    }
+
+    /// Memory besides the samples.
+    pub fn bytes(&self) -> u64 {
+        let numbers: usize = self.numbers.iter().map(|(_, numbers)| size_of_val(&**numbers)).sum();
+        (size_of_val(&*self.sets) + numbers) as u64
     }
 
     /// The number of the nearest candidate, the first among equals, and its squared distance.
@@ -133,23 +139,30 @@ impl<'a> Coherence<'a> {
 }
 
 /// For each vector its own number and those of the `count - 1` nearest others.
-fn sets(vectors: &Vectors, count: usize, codewords: usize) -> Vec<u32> {
+fn sets(vectors: &Vectors, count: usize, codewords: usize, job: &Job) -> Result<Vec<u32>> {
     let all = || (0..vectors.count()).collect();
     let leaves: Vec<Vec<usize>> = match (count, codewords) {
-        (1, _) => return (0..vectors.count() as u32).collect(),
+        (1, _) => return Ok((0..vectors.count() as u32).collect()),
         (_, 0) => vec![all()],
-        _ => Tsvq::new(vectors, codewords).leaves(),
+        _ => {
+            job.check_bytes("the tree of the neighbourhoods", Tsvq::bytes(vectors, codewords))?;
+            Tsvq::new(vectors, codewords, job)?.leaves()
+        }
     };
     let mut sets = vec![NONE; vectors.count() * count];
     for leaf in &leaves {
-        let found: Vec<Vec<u32>> = leaf.par_iter().map(|&n| nearest(vectors, leaf, n, count)).collect();
+        let near = |&n: &usize| {
+            job.proceed()?;
+            Ok(nearest(vectors, leaf, n, count))
+        };
+        let found: Vec<Vec<u32>> = leaf.par_iter().map(near).collect::<Result<_>>()?;
         for (&number, found) in leaf.iter().zip(found) {
             sets[number * count..][..found.len()].copy_from_slice(&found);
         }
     }
     // Of equal vectors a leaf keeps one: the others have only themselves.
     sets.chunks_exact_mut(count).enumerate().for_each(|(n, set)| set[0] = n as u32);
-    sets
+    Ok(sets)
 }
 
 /// The numbers of the vectors of a leaf nearest to one of them, itself first.

@@ -160,6 +160,7 @@ pub fn wei_levoy(
     let guided = Guided::new(exemplars, options.guidance.as_ref(), options.size, job)?;
     let guides = guided.guides();
     let (pyramid, targets) = guided_pyramid(&guided, options.levels, options.window, job)?;
+    let _codes = job.hold("the codes of the exemplars", pyramid.iter().map(ExemplarLevel::bytes).sum())?;
     let sizes: Vec<Size> = std::iter::successors(Some(options.size), |size| Some(halved_size(*size)))
         .take(options.levels)
         .collect();
@@ -172,6 +173,7 @@ pub fn wei_levoy(
         let draws = Draws { seed: options.seed, level: number as u64 };
         let causal = neighbourhood.causal();
         let search = PreparedSearch::new(options.search, &samples, &causal, level, draws, job)?;
+        let _search = job.hold("the search of neighbourhoods", search.bytes())?;
         let mut canvas = noise(level, &samples, size, draws, job)?;
         if let Some(target) = &targets[number] {
             canvas.guide(target);
@@ -215,7 +217,10 @@ impl<'a> PreparedSearch<'a> {
     ) -> Result<Self> {
         Ok(match search {
             NeighbourSearch::Full => Self::Full(Full { vectors: &samples.vectors }),
-            NeighbourSearch::Tsvq(codewords) => Self::Tsvq(Tsvq::new(&samples.vectors, codewords)),
+            NeighbourSearch::Tsvq(codewords) => {
+                job.check_bytes("the tree of the neighbourhoods", Tsvq::bytes(&samples.vectors, codewords))?;
+                Self::Tsvq(Tsvq::new(&samples.vectors, codewords, job)?)
+            }
             NeighbourSearch::Coherence { candidates, codewords } => {
                 let sizes: Vec<Size> = level.exemplars.texels().iter().map(|texels| texels.size()).collect();
                 let sets = (candidates, codewords);
@@ -229,6 +234,15 @@ impl<'a> PreparedSearch<'a> {
             Self::Full(full) => full.nearest(query),
             Self::Tsvq(tree) => tree.near(query),
             Self::Coherence(coherence) => coherence.near(query, here),
+        }
+    }
+
+    /// Memory besides the samples.
+    fn bytes(&self) -> u64 {
+        match self {
+            Self::Full(_) => 0,
+            Self::Tsvq(tree) => tree.held_bytes(),
+            Self::Coherence(coherence) => coherence.bytes(),
         }
     }
 

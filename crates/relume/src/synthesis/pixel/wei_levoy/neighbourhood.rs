@@ -5,7 +5,7 @@ use super::super::canvas::PixelCanvas;
 use super::super::pyramid::ExemplarLevel;
 use super::super::vectors::{Vectors, padded};
 use crate::error::{Error, Result};
-use crate::job::Job;
+use crate::job::{Held, Job};
 use crate::synthesis::positions::Positions;
 use crate::synthesis::quantise::IndexTexels;
 use crate::synthesis::source_map::Texel;
@@ -109,6 +109,7 @@ pub struct ScanSamples {
     pub vectors: Vectors,
     /// The texels at their centres.
     pub places: Vec<Texel>,
+    _held: Held,
 }
 
 impl ScanSamples {
@@ -127,11 +128,12 @@ impl ScanSamples {
         let positions = level.positions(neighbourhood.window)?;
         let length = neighbourhood.codes(level.exemplars.planes());
         let bytes = positions.count() * (padded(length) * size_of::<i16>() + size_of::<Texel>());
-        job.check_bytes("the neighbourhoods of the exemplars and their tree", 3 * bytes as u64)?;
+        let held = job.hold("the neighbourhoods of the exemplars", bytes as u64)?;
         let parents = coarser.map(|level| level.positions(3)).transpose()?;
-        let mut samples =
-            Self { vectors: Vectors::with_capacity(length, positions.count()), places: Vec::new() };
+        let vectors = Vectors::with_capacity(length, positions.count());
+        let mut samples = Self { vectors, places: Vec::with_capacity(positions.count()), _held: held };
         for run in positions.runs() {
+            job.proceed()?;
             for corner in (0..run.length).map(|x| run.first.offset(x, 0)) {
                 let place = corner.offset(radius, radius);
                 let parent = Texel { x: place.x / 2, y: place.y / 2, ..place }.moved(-1, -1);

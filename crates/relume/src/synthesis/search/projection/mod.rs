@@ -29,6 +29,8 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use super::{BlockQuery, Candidates, Effort, Found, KernelBasis, Search};
+use crate::error::Result;
+use crate::job::Job;
 use crate::numeric::pairs::SUMS;
 use crate::synthesis::neighbourhood::Neighbourhood;
 use crate::synthesis::positions::{PositionRun, Positions};
@@ -62,16 +64,20 @@ pub struct Projection<'a> {
 impl<'a> Projection<'a> {
     /// Projects all cells of the exemplars on at most `most` kernels of a basis, for neighbourhoods of blocks
     /// of `block` texels divided into cells of `side`.
+    ///
+    /// # Errors
+    /// When the job is cancelled.
     pub fn new(
         exemplars: &'a Quantised,
         positions: &'a Positions,
         (block, side): (usize, usize),
         basis: KernelBasis,
         most: usize,
-    ) -> Self {
+        job: &Job,
+    ) -> Result<Self> {
         let kernels = Kernels::new(basis, most, exemplars, side);
-        let table = Table::new(kernels, exemplars, (block / side).pow(2));
-        Self { exemplars, positions, table, rounds: rounds(positions) }
+        let table = Table::new(kernels, exemplars, (block / side).pow(2), job)?;
+        Ok(Self { exemplars, positions, table, rounds: rounds(positions) })
     }
 
     /// The bytes of the preparation.
@@ -271,7 +277,6 @@ fn rounds(positions: &Positions) -> Vec<Vec<Vec<PositionRun>>> {
 mod tests {
     use super::second_look::SecondLook;
     use super::*;
-    use crate::job::Job;
     use crate::numeric::random::{Purpose, Stream};
     use crate::planes::{Planes, Size};
     use crate::synthesis::neighbourhood::Margins;
@@ -300,7 +305,9 @@ mod tests {
             let margins = Margins { left: side, top: side, ..Margins::default() };
             let neighbourhood = Neighbourhood { extent: Size::new(block, block), margins };
             let acceptance = Acceptance::new(Tolerance::Relative(0.1), 1, 1.0);
-            let search = Projection::new(&quantised, &positions, (block, side), KernelBasis::Svd, 12);
+            let search =
+                Projection::new(&quantised, &positions, (block, side), KernelBasis::Svd, 12, &Job::default())
+                    .unwrap();
             for spread in [1, 40, 4096] {
                 // A block of the exemplar with little noise, with some, or only noise.
                 let rows = (3..3 + block).flat_map(|y| quantised.texels()[0].run(90, y, block));
@@ -339,7 +346,8 @@ mod tests {
         let quantised = Quantised::new(&exemplars, &Job::default()).unwrap();
         let positions = Positions::new(&exemplars, block).unwrap();
         for basis in [KernelBasis::Svd, KernelBasis::Dct, KernelBasis::WalshHadamard] {
-            let search = Projection::new(&quantised, &positions, (block, 4), basis, 6);
+            let search =
+                Projection::new(&quantised, &positions, (block, 4), basis, 6, &Job::default()).unwrap();
             let neighbourhood = Neighbourhood {
                 extent: Size::new(block, block),
                 margins: Margins { left: 4, top: 4, ..Margins::default() },

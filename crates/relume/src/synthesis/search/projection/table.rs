@@ -14,6 +14,8 @@ use rayon::prelude::*;
 use super::coordinates::{Coordinates, Further, Units, WIDE};
 use super::kernels::Kernels;
 use super::product::{MOST, Product, STRETCH, Stretch, WordPlanes, pair, quad};
+use crate::error::Result;
+use crate::job::Job;
 use crate::numeric::pairs::SUMS;
 use crate::numeric::summed_area::SummedArea;
 use crate::planes::Size;
@@ -78,7 +80,7 @@ impl CoordinateGrid {
 
 impl Table {
     /// Projects every cell of the exemplars, for neighbourhoods of at most `cells` cells.
-    pub fn new(kernels: Kernels, exemplars: &Quantised, cells: usize) -> Self {
+    pub fn new(kernels: Kernels, exemplars: &Quantised, cells: usize, job: &Job) -> Result<Self> {
         let means = plane_means(exemplars);
         let offsets = pair_offsets(kernels.side);
         let chunks = kernels.weights.chunks(MOST);
@@ -91,11 +93,11 @@ impl Table {
         let mut table =
             Self { kernels, factors, offsets, means, units, grids: Vec::new(), largest_errors: [0.0; 2] };
         for shifted in &shifted {
-            let (grid, errors) = table.grid(shifted);
+            let (grid, errors) = table.grid(shifted, job)?;
             table.grids.push(grid);
             table.largest_errors = larger(table.largest_errors, errors);
         }
-        table
+        Ok(table)
     }
 
     /// The memory of the table of cells of exemplars of this size, with `most` kernels for the first look,
@@ -154,7 +156,7 @@ impl Table {
     }
 
     /// The coordinates of the cells of an exemplar, and the largest squared errors of one.
-    fn grid(&self, shifted: &Shifted) -> (CoordinateGrid, [f64; 2]) {
+    fn grid(&self, shifted: &Shifted, job: &Job) -> Result<(CoordinateGrid, [f64; 2])> {
         let size = shifted.size;
         let places = Size::new(size.width + 1 - self.kernels.side, size.height + 1 - self.kernels.side);
         let (pairs, quads) = words(self.kernels.first);
@@ -167,6 +169,7 @@ impl Table {
         let first: Vec<&mut [i32]> = grid.first.rows_mut().collect();
         let rows = first.into_par_iter().zip(grid.further.par_chunks_exact_mut(places.width));
         let fill = |(y, (first, further)): (usize, (&mut [i32], &mut [Further]))| {
+            job.proceed()?;
             let mut errors = [0.0; 2];
             for x in (0..places.width).step_by(STRETCH) {
                 let width = STRETCH.min(places.width - x);
@@ -178,10 +181,11 @@ impl Table {
                     errors = larger(errors, [own.first_errors[i], own.further_errors[i]]);
                 }
             }
-            errors
+            Ok(errors)
         };
-        let errors = rows.enumerate().map(fill).reduce(|| [0.0; 2], larger);
-        (grid, errors)
+        let both = |a, b| Ok(larger(a, b));
+        let errors = rows.enumerate().map(fill).try_reduce(|| [0.0; 2], both)?;
+        Ok((grid, errors))
     }
 
     /// The words of a cell of the exemplars.

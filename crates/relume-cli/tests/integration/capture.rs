@@ -83,6 +83,24 @@ fn map_files_are_lit_from_where_the_light_file_says() {
     assert!(compared > 8);
 }
 
+/// A named fault: maps that the dome does not know were ignored in silence.
+#[test]
+fn maps_that_are_not_used_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["a_height.png", "a_albedo.png", "a_metallic.png"] {
+        write_grey(&folder.path().join(name), (8, 8), &[128; 64]);
+    }
+    let report = json(folder.path(), &["capture", ".", "-o", "out", "--lights", "2"]);
+    let warnings = report["warnings"].as_array().unwrap();
+    assert!(warnings.len() == 1 && warnings[0].as_str().unwrap().contains("a_metallic.png"), "{warnings:?}");
+    assert!(
+        json(folder.path(), &["capture", "weave", "-o", "none", "--size", "16", "--lights", "2"])["warnings"]
+            .as_array()
+            .unwrap()
+            .is_empty()
+    );
+}
+
 #[test]
 fn what_cannot_be_photographed_is_refused_in_one_sentence() {
     let folder = tempfile::tempdir().unwrap();

@@ -53,19 +53,24 @@ impl MapFiles {
             )
             .at(folder));
         }
-        let unreadable = |e: &std::io::Error| Error::io("cannot read the folder", e).at(folder);
-        let mut paths = Vec::new();
-        for entry in fs::read_dir(folder).map_err(|e| unreadable(&e))? {
-            paths.push(entry.map_err(|e| unreadable(&e))?.path());
-        }
-        paths.retain(|path| EXTENSIONS.contains(&extension(path).as_str()));
-        paths.sort();
+        let paths = pictures(folder)?;
         Ok(Self {
             height: only(&paths, "height", &HEIGHT)?,
             albedo: only(&paths, "albedo", &ALBEDO)?,
             normal: only(&paths, "normal", &NORMAL)?,
             roughness: only(&paths, "roughness", &ROUGHNESS)?,
         })
+    }
+
+    /// The pictures in a folder that are none of these maps.
+    ///
+    /// # Errors
+    /// A folder that cannot be read.
+    pub fn unused(&self, folder: &Path) -> Result<Vec<PathBuf>> {
+        let used = [&self.height, &self.albedo, &self.normal, &self.roughness];
+        let mut others = pictures(folder)?;
+        others.retain(|path| !used.iter().any(|map| map.as_ref() == Some(path)));
+        Ok(others)
     }
 
     /// These files, completed by the others.
@@ -115,6 +120,18 @@ impl MapFiles {
         };
         Ok(SurfaceMaps { height, albedo, normal, roughness })
     }
+}
+
+/// The pictures in a folder, in order of their names.
+fn pictures(folder: &Path) -> Result<Vec<PathBuf>> {
+    let unreadable = |e: &std::io::Error| Error::io("cannot read the folder", e).at(folder);
+    let mut paths = Vec::new();
+    for entry in fs::read_dir(folder).map_err(|e| unreadable(&e))? {
+        paths.push(entry.map_err(|e| unreadable(&e))?.path());
+    }
+    paths.retain(|path| EXTENSIONS.contains(&extension(path).as_str()));
+    paths.sort();
+    Ok(paths)
 }
 
 fn wanted<'a>(file: &'a Option<PathBuf>, name: &str) -> Result<&'a Path> {

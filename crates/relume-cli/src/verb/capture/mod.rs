@@ -17,6 +17,7 @@ use super::material::MaterialArgs;
 use crate::args;
 use crate::context::Context;
 use crate::output::Folder;
+use crate::paths;
 use crate::report::Report;
 use maps::MapFiles;
 pub use maps::{NormalY, normals_of};
@@ -101,7 +102,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let inputs: Vec<&Path> =
         args.maps.as_deref().filter(|path| material(path).is_none()).into_iter().collect();
     let mut folder = Folder::stage(&args.output, &inputs, context)?;
-    let (name, maps) = source(args, context)?;
+    let (name, maps, unused) = source(args, context)?;
     let dome = Dome::new(maps, &options, &context.job).map_err(|e| match &args.maps {
         Some(path) if material(path).is_none() => e.at(path),
         _ => e,
@@ -131,7 +132,8 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     });
     folder.add("capture.json", format!("{json:#}\n").as_bytes())?;
     let written = folder.commit()?;
-    Ok(Report::new(summary(args, &name, &dome, clipped), json).with_outputs(written))
+    let report = Report::new(summary(args, &name, &dome, clipped), json).with_outputs(written);
+    Ok(report.with_warnings(ignored(&unused)))
 }
 
 fn summary(args: &Args, name: &str, dome: &Dome, clipped: f64) -> String {
@@ -147,8 +149,8 @@ fn summary(args: &Args, name: &str, dome: &Dome, clipped: f64) -> String {
     lines.join("\n")
 }
 
-/// The maps and their name.
-fn source(args: &Args, context: &Context) -> Result<(String, SurfaceMaps)> {
+/// The name of the maps, the maps, and the pictures beside them.
+fn source(args: &Args, context: &Context) -> Result<(String, SurfaceMaps, Vec<PathBuf>)> {
     match args.maps.as_deref() {
         Some(path) if material(path).is_some() => {
             args.files.refuse("a built-in material has its own maps")?;
@@ -156,6 +158,7 @@ fn source(args: &Args, context: &Context) -> Result<(String, SurfaceMaps)> {
             Ok((
                 material.name().to_owned(),
                 material.make(&args.material.options(Tiling::Torus), &context.job)?,
+                Vec::new(),
             ))
         }
         folder => {
@@ -171,9 +174,18 @@ fn source(args: &Args, context: &Context) -> Result<(String, SurfaceMaps)> {
                 None => named,
             };
             let name = folder.unwrap_or(Path::new("the maps")).display().to_string();
-            Ok((name, files.read(args.files.height_scale, args.files.normal_y, &context.job)?))
+            let unused = folder.map_or(Ok(Vec::new()), |folder| files.unused(folder))?;
+            Ok((name, files.read(args.files.height_scale, args.files.normal_y, &context.job)?, unused))
         }
     }
+}
+
+/// What is said of pictures beside the maps.
+fn ignored(unused: &[PathBuf]) -> Option<String> {
+    let names: Vec<String> = unused.iter().filter_map(|path| path.file_name()).map(paths::text).collect();
+    (!names.is_empty()).then(|| {
+        format!("not used: {}; height, albedo, normals and roughness are photographed", names.join(", "))
+    })
 }
 
 fn material(path: &Path) -> Option<Material> {

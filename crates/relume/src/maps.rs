@@ -1,7 +1,8 @@
 //! Registered maps of a surface: the input of a virtual capture and the output of a procedural material.
 
 use crate::error::{Error, Result};
-use crate::planes::{Planes, Size};
+use crate::planes::Planes;
+use crate::size::Size;
 
 /// Height, colour, and optional normal and roughness maps of one surface, all of the same size.
 #[derive(Debug, Clone, PartialEq)]

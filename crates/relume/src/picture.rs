@@ -1,6 +1,7 @@
 //! A picture: planes of colour with their space, as produced by relighting and rendering.
 
-use crate::planes::{Planes, Size};
+use crate::planes::Planes;
+use crate::size::Size;
 use crate::space::Space;
 
 /// One (grey) or three (RGB) planes, and whether they are linear or encoded. 1 is white.

@@ -7,7 +7,7 @@
 use crate::error::{Error, Result};
 use crate::job::{Held, Job};
 use crate::memory;
-pub use crate::size::Size;
+use crate::size::Size;
 
 /// A stack of planes of the same size.
 ///

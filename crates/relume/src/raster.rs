@@ -6,7 +6,8 @@
 
 use crate::error::{Error, Result};
 use crate::picture::Picture;
-use crate::planes::{Planes, Size};
+use crate::planes::Planes;
+use crate::size::Size;
 use crate::space::Space;
 
 /// Reads photograph `i` of several; called from any thread, and perhaps more than once for each.

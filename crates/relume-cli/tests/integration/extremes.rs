@@ -2,7 +2,6 @@
 //! seconds and within the allowed memory.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::io::Read;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -13,7 +12,7 @@ use relume::Size;
 use relume::numeric::random::{Purpose, Stream};
 use relume::procedural::Material;
 
-use crate::support::{done, refused, relume, run, write_grey, write_material};
+use crate::support::{done, high_water_mark_kib, refused, relume, run, write_grey, write_material};
 
 /// The number of random command lines; `RELUME_EXTREMES` sets another number, and thereby other lines.
 const RUNS: u64 = 250;
@@ -187,15 +186,13 @@ fn fault(folder: &Path, arguments: &[String]) -> Option<String> {
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    let (begun, status) = (Instant::now(), format!("/proc/{}/status", child.id()));
+    let begun = Instant::now();
     let mut peak = 0;
     let code = loop {
         if let Some(ended) = child.try_wait().unwrap() {
             break ended.code();
         }
-        let text = fs::read_to_string(&status).unwrap_or_default();
-        let line = text.lines().find_map(|line| line.strip_prefix("VmHWM:"));
-        peak = line.and_then(|kib| kib.trim().strip_suffix(" kB")?.parse().ok()).unwrap_or(0).max(peak);
+        peak = high_water_mark_kib(child.id()).unwrap_or(0).max(peak);
         if begun.elapsed() > PATIENCE {
             child.kill().unwrap();
             child.wait().unwrap();

@@ -11,6 +11,8 @@ use relume::format::{FieldFormat, encode_field};
 use relume::numeric::random::{Purpose, Stream};
 use relume::{Job, Planes, ReflectanceField, Size, Space};
 
+use crate::support::high_water_mark_kib;
+
 /// Resident memory that is no data of the job: the program itself and the stacks of its threads.
 const PROGRAM_MIB: f64 = 32.0;
 /// Processor seconds within which a job is refused that does not fit.
@@ -36,7 +38,7 @@ fn watched(folder: &Path, arguments: &[&str]) -> Taken {
     let (mut peak_mib, mut processor_s) = (0.0f64, 0.0f64);
     loop {
         let ended = program.try_wait().unwrap().is_some();
-        peak_mib = peak_mib.max(high_water_mark_mib(program.id()).unwrap_or(0.0));
+        peak_mib = peak_mib.max(high_water_mark_kib(program.id()).map_or(0.0, |kib| kib as f64 / 1024.0));
         processor_s = processor_s.max(processor_seconds(program.id()).unwrap_or(0.0));
         if ended {
             break;
@@ -46,12 +48,6 @@ fn watched(folder: &Path, arguments: &[&str]) -> Taken {
     let output = program.wait_with_output().unwrap();
     let message = String::from_utf8(output.stderr).unwrap();
     Taken { status: output.status.code(), message, peak_mib, processor_s }
-}
-
-fn high_water_mark_mib(process: u32) -> Option<f64> {
-    let status = fs::read_to_string(format!("/proc/{process}/status")).ok()?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
-    Some(line.trim().strip_suffix("kB")?.trim().parse::<f64>().ok()? / 1024.0)
 }
 
 /// User and system time, in ticks of a hundredth of a second.

@@ -47,6 +47,13 @@ pub fn refused(folder: &Path, arguments: &[&str]) -> String {
     failed(folder, arguments, 2)
 }
 
+/// The most resident memory of a running process so far; none once it has ended.
+pub fn high_water_mark_kib(process: u32) -> Option<u64> {
+    let status = fs::read_to_string(format!("/proc/{process}/status")).ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    line.trim().strip_suffix(" kB")?.trim().parse().ok()
+}
+
 /// The sorted names of what a folder holds.
 pub fn names(folder: &Path) -> Vec<String> {
     let entries = fs::read_dir(folder).unwrap();

@@ -18,7 +18,7 @@ use serde::Serialize;
 use super::Analysis;
 use crate::numeric::lattice::length;
 use crate::numeric::periods::Pattern;
-use crate::planes::Size;
+use crate::size::Size;
 
 /// Sides of blocks as fractions of the smaller side of the exemplar, and overlaps as fractions of the block:
 /// a sixth is customary (Efros, Freeman 2001), a third makes cuts smoother.

@@ -10,7 +10,8 @@
 
 use serde::Serialize;
 
-use crate::planes::{Planes, Size};
+use crate::planes::Planes;
+use crate::size::Size;
 
 /// The most and the fewest blocks along a side.
 const GRID: (usize, usize) = (8, 3);

@@ -11,7 +11,8 @@ use crate::numeric::fourier::{self, Fourier};
 use crate::numeric::lattice::{determinant, length};
 use crate::numeric::periods::Pattern;
 use crate::picture::Picture;
-use crate::planes::{Planes, Size};
+use crate::planes::Planes;
+use crate::size::Size;
 use crate::space::Space;
 
 /// Colour of lattice lines: orange, which few textures have.

@@ -28,7 +28,8 @@ use crate::job::Job;
 use crate::numeric::autocorrelation::Autocorrelation;
 use crate::numeric::lattice::length;
 use crate::numeric::periods::{self, Pattern, Periods};
-use crate::planes::{Planes, Size};
+use crate::planes::Planes;
+use crate::size::Size;
 use blocks::Drift;
 use orientation::Orientation;
 

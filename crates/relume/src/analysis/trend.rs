@@ -5,7 +5,8 @@
 //! texture itself, whose autocorrelation is then independent of the light.
 
 use crate::numeric::Matrix;
-use crate::planes::{Planes, Size};
+use crate::planes::Planes;
+use crate::size::Size;
 
 /// Powers (i, j) of x and y, the constant first.
 const POWERS: [(i32, i32); 6] = [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)];

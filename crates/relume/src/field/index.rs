@@ -174,7 +174,7 @@ impl IndexSpace {
 mod tests {
     use super::*;
     use crate::numeric::random::{Purpose, Stream};
-    use crate::planes::Size;
+    use crate::size::Size;
     use crate::space::Space;
 
     fn random_field(basis: Basis, color: PlaneLayout, seed: u64) -> ReflectanceField {

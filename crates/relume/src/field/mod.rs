@@ -18,7 +18,8 @@ use crate::direction::{Direction, Directions};
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::picture::Picture;
-use crate::planes::{Planes, Size};
+use crate::planes::Planes;
+use crate::size::Size;
 use crate::space::Space;
 
 /// A texture of functions: basis, layout of planes, space, and coefficient planes.

@@ -57,7 +57,7 @@ fn strided<T: Copy>(samples: &[T], step: usize, out: &mut [f32], value: impl Fn(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::planes::Size;
+    use crate::size::Size;
 
     #[test]
     fn values_are_those_of_the_raster_as_a_picture() {

@@ -1,7 +1,8 @@
 //! The texels at which a fit is compared with its photographs: a regular grid.
 
-use crate::planes::{Planes, Size};
+use crate::planes::Planes;
 use crate::raster::{Raster, Samples};
+use crate::size::Size;
 
 /// Grids of at most this many texels are kept from each streamed photograph; for larger ones the photographs
 /// are read again.

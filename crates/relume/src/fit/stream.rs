@@ -8,8 +8,8 @@ use super::sample::Grid;
 use crate::direction::Direction;
 use crate::error::{Error, Result};
 use crate::job::Job;
-use crate::planes::Size;
 use crate::raster::{LoadRaster, Raster, Samples};
+use crate::size::Size;
 
 /// The most photographs in a batch. Every batch passes over all sums once, so small batches are slow; with
 /// sixteen this costs a tenth of the decoding.

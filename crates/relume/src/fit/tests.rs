@@ -5,8 +5,8 @@ use proptest::prelude::*;
 use super::*;
 use crate::limits::Limits;
 use crate::numeric::random::{Purpose, Stream as Random};
-use crate::planes::Size;
 use crate::raster::Samples;
+use crate::size::Size;
 
 /// Lights all over the hemisphere.
 fn lights(count: usize, random: &mut Random) -> Vec<(String, Direction)> {

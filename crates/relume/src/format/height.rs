@@ -188,7 +188,7 @@ fn scale(low: f64, high: f64, unit: &str, pixel: Option<&str>) -> Result<Option<
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::planes::Size;
+    use crate::size::Size;
 
     fn heights() -> Planes {
         Planes::from_vec(Size::new(4, 3), 1, (0..12).map(|i| -3.25 + 0.5 * ((i * 7) % 12) as f32).collect())

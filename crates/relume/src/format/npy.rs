@@ -6,7 +6,7 @@
 
 use crate::error::{Error, Result};
 use crate::job::Job;
-use crate::planes::Size;
+use crate::size::Size;
 
 const MAGIC: &[u8] = b"\x93NUMPY\x01\x00";
 

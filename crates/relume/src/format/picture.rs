@@ -11,7 +11,7 @@ use super::exr::{self, ExrDepth};
 use super::{codes, png};
 use crate::error::{Error, Result};
 use crate::picture::Picture;
-use crate::planes::Size;
+use crate::size::Size;
 use crate::space::Space;
 
 /// Bits of an integer sample.

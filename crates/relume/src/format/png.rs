@@ -5,7 +5,7 @@ use std::io::Cursor;
 
 use super::kind::{Kind, damaged};
 use crate::error::{Error, Result};
-use crate::planes::Size;
+use crate::size::Size;
 
 /// The encoder for pictures of 1 or 3 channels, marked as sRGB.
 pub(super) fn encoder<'a, W: std::io::Write + 'a>(

@@ -8,8 +8,8 @@ use super::kind::{Kind, damaged, unknown};
 use super::{complete, exr, finite, plausible};
 use crate::error::{Error, Result};
 use crate::job::Job;
-use crate::planes::Size;
 use crate::raster::{Raster, Samples};
+use crate::size::Size;
 
 /// The picture in the bytes of a file: PNG or TIFF of 8 or 16 bits, TIFF or EXR of floats, JPEG.
 ///

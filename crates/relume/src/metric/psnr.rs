@@ -41,7 +41,7 @@ fn mean_square(a: &Planes, b: &Planes) -> Result<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::planes::Size;
+    use crate::size::Size;
 
     fn planes(values: &[f32]) -> Planes {
         Planes::from_vec(Size::new(values.len(), 1), 1, values.to_vec()).unwrap()

@@ -86,7 +86,7 @@ fn check(found: &Planes, truth: &Planes, count: usize) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::planes::Size;
+    use crate::size::Size;
 
     fn planes(count: usize, data: &[f32]) -> Planes {
         Planes::from_vec(Size::new(data.len() / count, 1), count, data.to_vec()).unwrap()

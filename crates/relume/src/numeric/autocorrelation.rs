@@ -20,7 +20,8 @@ use realfft::num_complex::Complex64;
 use super::fourier::{self, Fourier, fast_length};
 use crate::error::Result;
 use crate::job::Job;
-use crate::planes::{Planes, Size};
+use crate::planes::Planes;
+use crate::size::Size;
 
 /// The correlation of planes with themselves at all shifts within reach.
 #[derive(Debug, Clone, PartialEq)]

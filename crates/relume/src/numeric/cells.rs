@@ -7,7 +7,7 @@
 
 use serde::Serialize;
 
-use crate::planes::Size;
+use crate::size::Size;
 
 /// Equal cells, given by the steps from one to the next. Coordinates within a cell are relative to its
 /// lattice point, x to the right and y down; they are negative where an oblique cell extends to the other

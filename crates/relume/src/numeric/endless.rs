@@ -17,7 +17,8 @@ use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::numeric::cells::Cells;
 use crate::numeric::hash;
-use crate::planes::{Planes, Size};
+use crate::planes::Planes;
+use crate::size::Size;
 
 /// A plane of tiles in all directions; the lattice point of the cell (0, 0) is the texel (0, 0). It repeats
 /// after 2^32 cells.

@@ -14,7 +14,7 @@ use realfft::num_complex::Complex64;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use rustfft::{Fft, FftPlanner};
 
-use crate::planes::Size;
+use crate::size::Size;
 
 /// Bytes per texel of a transform in progress: the image, the spectrum, and its transpose.
 pub const BYTES_PER_TEXEL: u64 = 8 + 8 + 8;

@@ -1,7 +1,7 @@
 //! Sums over rectangles in constant time: Crow, "Summed-area tables for texture mapping",
 //! SIGGRAPH 1984. Sums are integers, so they are exact in any order.
 
-use crate::planes::Size;
+use crate::size::Size;
 
 /// The sums over all upper left rectangles of a table of integers.
 #[derive(Debug, Clone, PartialEq, Eq)]

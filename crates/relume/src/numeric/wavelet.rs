@@ -10,7 +10,8 @@
 //! n is odd, two averages are adjacent at its end, and a step uses the neighbour on the other side instead.
 //! Each step is exactly invertible.
 
-use crate::planes::{Planes, Size};
+use crate::planes::Planes;
+use crate::size::Size;
 
 /// Factors of the lifting steps: differences, averages, differences, averages.
 const STEPS: [f32; 4] = [-1.586_134_3, -0.052_980_12, 0.882_911_1, 0.443_506_85];

@@ -45,7 +45,7 @@ mod tests {
     use super::super::Tiling;
     use super::super::noise::Canvas;
     use super::*;
-    use crate::planes::Size;
+    use crate::size::Size;
 
     #[test]
     fn heights_are_the_sum_of_four_octaves() {

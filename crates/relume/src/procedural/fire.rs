@@ -97,7 +97,7 @@ impl Fire {
 mod tests {
     use super::super::noise::Canvas;
     use super::*;
-    use crate::planes::Size;
+    use crate::size::Size;
 
     fn fire(tiling: Tiling, phi: f64) -> Fire {
         let canvas = Canvas { size: Size::new(60, 50), tiling, seed: 6 };

@@ -65,7 +65,7 @@ mod tests {
     use super::super::Tiling;
     use super::super::noise::Canvas;
     use super::*;
-    use crate::planes::Size;
+    use crate::size::Size;
 
     #[test]
     fn bands_are_the_power_of_the_sine_of_x_plus_turbulence() {

@@ -29,7 +29,7 @@ pub use parameters::{Cut, Parameters};
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::maps::SurfaceMaps;
-use crate::planes::Size;
+use crate::size::Size;
 use noise::Canvas;
 use paint::{Sampler, paint};
 use solid::SolidBlock;

@@ -10,7 +10,7 @@
 //! pseudorandom number generators, OOPSLA 2014), so a value depends only on position and seed. Only sums,
 //! products and square roots are used: every machine gives the same numbers.
 
-use crate::planes::Size;
+use crate::size::Size;
 
 /// Whether noise closes on the torus.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

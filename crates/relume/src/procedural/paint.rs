@@ -5,7 +5,8 @@ use crate::error::Result;
 use crate::job::Job;
 use crate::maps::SurfaceMaps;
 use crate::microfacet::LEAST_ROUGHNESS;
-use crate::planes::{Planes, Size};
+use crate::planes::Planes;
+use crate::size::Size;
 use crate::space::linear_from_srgb;
 use rayon::prelude::*;
 

@@ -123,8 +123,8 @@ impl SolidFractal {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::planes::Size;
     use crate::procedural::Tiling;
+    use crate::size::Size;
 
     pub fn block(tiling: Tiling, depth: f64, depth_period: Option<u32>) -> SolidBlock {
         SolidBlock {

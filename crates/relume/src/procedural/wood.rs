@@ -110,7 +110,7 @@ impl Wood {
 mod tests {
     use super::super::noise::Canvas;
     use super::*;
-    use crate::planes::Size;
+    use crate::size::Size;
 
     fn wood(tiling: Tiling, cut: Cut) -> Wood {
         let canvas = Canvas { size: Size::new(64, 48), tiling, seed: 4 };

@@ -18,7 +18,8 @@ use crate::error::Result;
 use crate::field::ReflectanceField;
 use crate::job::Job;
 use crate::numeric::autocorrelation::Autocorrelation;
-use crate::planes::{Planes, Size};
+use crate::planes::Planes;
+use crate::size::Size;
 
 /// The kind of material of a texture.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]

@@ -8,8 +8,9 @@ use super::structure::{Structure, Tiles};
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::numeric::pyramid;
-use crate::planes::{Planes, Size};
+use crate::planes::Planes;
 use crate::rect::Rect;
+use crate::size::Size;
 
 /// The budget of the structure.
 #[derive(Clone, Copy)]

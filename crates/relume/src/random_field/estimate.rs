@@ -17,7 +17,8 @@ use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::numeric::Matrix;
 use crate::numeric::pyramid::{self, Kernel};
-use crate::planes::{Planes, Size};
+use crate::planes::Planes;
+use crate::size::Size;
 
 /// Options of a model.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -12,7 +12,8 @@ use crate::direction::Direction;
 use crate::error::Result;
 use crate::field::{Basis, Domain, IndexSpace, Metric, PlaneLayout, ReflectanceField};
 use crate::job::Job;
-use crate::planes::{Planes, Size};
+use crate::planes::Planes;
+use crate::size::Size;
 use crate::space::Space;
 
 /// A model and the meaning of its planes.

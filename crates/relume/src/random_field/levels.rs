@@ -19,8 +19,9 @@ use crate::error::Result;
 use crate::job::Job;
 use crate::numeric::autocorrelation::Autocorrelation;
 use crate::numeric::pyramid::{self, Kernel};
-use crate::planes::{Planes, Size};
+use crate::planes::Planes;
 use crate::rect::Rect;
+use crate::size::Size;
 
 /// The least side of a coarsest level, in texels.
 const LEAST_SIDE: usize = 16;

@@ -108,7 +108,7 @@ impl Mixing {
 mod tests {
     use super::*;
     use crate::numeric::random::{Purpose, Stream};
-    use crate::planes::Size;
+    use crate::size::Size;
 
     #[test]
     fn components_are_uncorrelated_and_lead_back_to_the_planes() {

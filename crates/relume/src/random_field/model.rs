@@ -11,8 +11,9 @@ use super::structure::Structure;
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::numeric::pyramid::{self, Kernel};
-use crate::planes::{Planes, Size};
+use crate::planes::Planes;
 use crate::rect::Rect;
+use crate::size::Size;
 
 /// A random field of d planes.
 #[derive(Debug, Clone, PartialEq)]

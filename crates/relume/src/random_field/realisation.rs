@@ -14,8 +14,9 @@ use super::recursion::{Drive, LANES, Recursion, RecursionRun};
 use crate::error::Result;
 use crate::job::Job;
 use crate::numeric::pyramid::{self, Kernel};
-use crate::planes::{Planes, Size};
+use crate::planes::Planes;
 use crate::rect::Rect;
+use crate::size::Size;
 
 /// Side of a cell, in texels of its level.
 pub const CELL: usize = 128;

@@ -11,7 +11,8 @@ use super::neighbourhood::{Offset, Reach};
 use super::noise::{BATCH, NUMBERS, normals};
 use super::octets::{OCTET, Octets, PortableOctets};
 use crate::numeric::random::{Purpose, key};
-use crate::planes::{Planes, Size};
+use crate::planes::Planes;
+use crate::size::Size;
 
 /// The number of rectangles computed side by side.
 pub const LANES: usize = 2 * OCTET;

@@ -16,7 +16,7 @@ use rustfft::num_complex::Complex64;
 use super::level::Level;
 use super::neighbourhood::Offset;
 use super::recursion::{LANES, Recursion, RecursionRun};
-use crate::planes::Size;
+use crate::size::Size;
 
 /// Frequencies tried between 0 and pi; narrower resonances show in [`burn_in`].
 const FREQUENCIES: usize = 48;

@@ -14,8 +14,9 @@ use super::neighbourhood::{Offset, Reach};
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::numeric::Matrix;
-use crate::planes::{Planes, Size};
+use crate::planes::Planes;
 use crate::rect::Rect;
+use crate::size::Size;
 
 /// A plane seen through an offset: its value at texel r is that of the plane at r + offset.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

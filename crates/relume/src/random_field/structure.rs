@@ -14,8 +14,9 @@ use crate::error::Result;
 use crate::job::Job;
 use crate::numeric::endless::Endless;
 use crate::numeric::wavelet;
-use crate::planes::{Planes, Size};
+use crate::planes::Planes;
 use crate::rect::Rect;
+use crate::size::Size;
 
 /// The least side of the coarsest averages.
 const LEAST_SIDE: usize = 6;

@@ -8,7 +8,8 @@ use rayon::prelude::*;
 
 use crate::error::Result;
 use crate::job::Job;
-use crate::planes::{Planes, Size};
+use crate::planes::Planes;
+use crate::size::Size;
 
 /// Values of texels, those of a texel adjacent, in a pyramid; the finest level first, one texel last.
 #[derive(Debug)]

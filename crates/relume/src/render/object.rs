@@ -16,7 +16,8 @@ use crate::error::Result;
 use crate::field::ReflectanceField;
 use crate::job::Job;
 use crate::picture::Picture;
-use crate::planes::{Planes, Size};
+use crate::planes::Planes;
+use crate::size::Size;
 use crate::space::Space;
 
 /// Rows of pixels rendered by one task.

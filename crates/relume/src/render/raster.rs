@@ -157,7 +157,7 @@ mod tests {
     use super::super::scene::Camera;
     use super::super::vector::length;
     use super::*;
-    use crate::planes::Size;
+    use crate::size::Size;
 
     const SIZE: Size = Size::new(64, 48);
 

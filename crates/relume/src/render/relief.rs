@@ -15,7 +15,8 @@ use super::mip_map::MipMap;
 use super::vector::{Vec3, length};
 use crate::error::{Error, Result};
 use crate::job::Job;
-use crate::planes::{Planes, Size};
+use crate::planes::Planes;
+use crate::size::Size;
 
 /// The most triangles after subdivision.
 const MOST_TRIANGLES: usize = 2_000_000;

@@ -218,7 +218,7 @@ mod tests {
     use crate::direction::Direction;
     use crate::field::{Basis, PlaneLayout};
     use crate::numeric::random::{Purpose, Stream};
-    use crate::planes::Size;
+    use crate::size::Size;
     use crate::space::Space;
 
     fn random_field(basis: Basis, color: PlaneLayout, space: Space, size: Size) -> ReflectanceField {

@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use crate::direction::Direction;
 use crate::error::{Error, Result};
 use crate::microfacet::LEAST_ROUGHNESS;
-use crate::planes::Size;
+use crate::size::Size;
 
 /// A camera on an orbit around the object, looking at the centre of its bounding sphere.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -20,7 +20,7 @@ use super::vector::{Vec3, length};
 use super::view::View;
 use crate::direction::{Direction, Directions};
 use crate::microfacet;
-use crate::planes::Size;
+use crate::size::Size;
 
 /// The cosine between light and object below which the attached shadow begins: six degrees.
 const FADE_COSINE: f64 = 0.1;

@@ -2,7 +2,7 @@
 
 use super::scene::Camera;
 use super::vector::Vec3;
-use crate::planes::Size;
+use crate::size::Size;
 
 /// A viewpoint: an orthonormal frame and its projection. Sample (i, j) has its centre at (i + 1/2, j + 1/2);
 /// j counts downwards.

@@ -94,7 +94,7 @@ mod tests {
     use super::*;
     use crate::field::PlaneLayout;
     use crate::numeric::matrix::{Matrix, Qr};
-    use crate::planes::Size;
+    use crate::size::Size;
     use crate::space::Space;
     use crate::surface::argmax::maximum_by_search;
 

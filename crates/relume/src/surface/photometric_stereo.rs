@@ -14,8 +14,9 @@ use crate::direction::Direction;
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::picture::Picture;
-use crate::planes::{Planes, Size};
+use crate::planes::Planes;
 use crate::raster::{LoadRaster, Raster};
+use crate::size::Size;
 use crate::space::Space;
 
 /// The most memory for the values of a band.

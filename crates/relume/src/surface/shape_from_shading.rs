@@ -22,7 +22,8 @@ use crate::direction::Direction;
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::numeric::fourier::{BYTES_PER_TEXEL, Fourier};
-use crate::planes::{Planes, Size};
+use crate::planes::Planes;
+use crate::size::Size;
 
 /// Values darker than this fraction of the albedo are shadows and have no effect.
 const SHADOW: f64 = 0.02;

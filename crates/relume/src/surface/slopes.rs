@@ -1,7 +1,8 @@
 //! Slopes of a height field z: p = dz/dx and q = dz/dy, x right and y up, in texels per texel.
 
 use crate::error::{Error, Result};
-use crate::planes::{Planes, Size};
+use crate::planes::Planes;
+use crate::size::Size;
 
 /// A bound for measured slopes: normals less than about three degrees above the horizon say little about the
 /// steepness of the surface.

@@ -1,7 +1,7 @@
 //! Joining a block to the existing texels by linear ramps across the overlaps.
 
 use super::neighbourhood::{Margins, Neighbourhood};
-use crate::planes::Size;
+use crate::size::Size;
 
 /// The weight of the new block at each texel: (d + 1) / (margin + 1) at d texels from the edge of a filled
 /// margin, the product of the ramps in corners, and 1 where nothing is filled.

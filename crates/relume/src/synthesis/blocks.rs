@@ -25,7 +25,7 @@ use super::source_map::{SourceMap, Texel};
 use crate::error::Result;
 use crate::job::Job;
 use crate::numeric::random::{Purpose, Stream};
-use crate::planes::Size;
+use crate::size::Size;
 
 /// The result of a synthesis.
 #[derive(Debug, Clone, PartialEq)]

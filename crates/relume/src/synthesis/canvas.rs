@@ -8,7 +8,7 @@ use super::source_map::{Part, SourceMap, Texel};
 use crate::error::Result;
 use crate::job::{Held, Job};
 use crate::memory;
-use crate::planes::Size;
+use crate::size::Size;
 
 /// The codes and sources of the output. Blocks that cross an edge continue at the opposite one.
 pub struct BlockCanvas {

@@ -6,7 +6,8 @@ use super::source_map::SourceMap;
 use crate::error::{Error, Result};
 use crate::field::{Basis, Domain, IndexSpace, Metric, PlaneLayout, ReflectanceField};
 use crate::job::Job;
-use crate::planes::{Planes, Size};
+use crate::planes::Planes;
+use crate::size::Size;
 use crate::space::Space;
 
 /// The output of a map applied to fields, one for each exemplar of the map and of the same size.

@@ -10,7 +10,8 @@
 use super::quantise::{Channels, Exemplar, IndexTexels, Quantised, Scale, check};
 use crate::error::{Error, Result};
 use crate::job::Job;
-use crate::planes::{Planes, Size};
+use crate::planes::Planes;
+use crate::size::Size;
 
 /// The guides of an output.
 #[derive(Debug, Clone, PartialEq)]

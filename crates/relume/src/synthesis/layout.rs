@@ -17,7 +17,7 @@ use super::options::{BlockOptions, Boundary};
 use super::source_map::Texel;
 use crate::error::Result;
 use crate::job::Job;
-use crate::planes::Size;
+use crate::size::Size;
 
 /// One block of the output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,7 +1,7 @@
 //! The filled part of a block, as data that any search can sum over.
 
-use crate::planes::Size;
 use crate::rect::Rect;
+use crate::size::Size;
 
 /// Widths of the strips along the four sides of a block that earlier blocks have filled; 0 for none.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]

@@ -6,7 +6,7 @@ use super::guidance::Guidance;
 use super::search::SearchOptions;
 use crate::error::{Error, Result};
 use crate::names::named;
-use crate::planes::Size;
+use crate::size::Size;
 
 /// The tolerance within which blocks of the exemplar are candidates.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]

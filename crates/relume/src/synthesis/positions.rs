@@ -3,7 +3,7 @@
 use super::quantise::Exemplar;
 use super::source_map::Texel;
 use crate::error::{Error, Result};
-use crate::planes::Size;
+use crate::size::Size;
 
 /// Consecutive positions in one row of an exemplar.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

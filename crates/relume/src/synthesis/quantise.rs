@@ -9,7 +9,8 @@ use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::job::Job;
-use crate::planes::{Planes, Size};
+use crate::planes::Planes;
+use crate::size::Size;
 
 /// The largest code.
 pub const MAX_CODE: i16 = 4095;

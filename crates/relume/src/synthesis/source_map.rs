@@ -2,7 +2,7 @@
 
 use super::quantise::Exemplar;
 use crate::job::Held;
-use crate::planes::Size;
+use crate::size::Size;
 
 /// A texel of an exemplar. Ordered by exemplar, row, column: the order that breaks ties.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default, serde::Serialize)]

@@ -3,7 +3,7 @@
 
 use crate::error::Result;
 use crate::job::Job;
-use crate::planes::Size;
+use crate::size::Size;
 use crate::synthesis::Texel;
 
 /// The stage of a job that needs the most memory, beside the memory held when it is asked for.

@@ -146,7 +146,7 @@ impl Facet {
 mod tests {
     use super::super::relief::ReliefBorder;
     use super::*;
-    use crate::planes::Size;
+    use crate::size::Size;
 
     fn surroundings(
         size: Size,

@@ -181,7 +181,8 @@ pub fn slope_by_brute_force(
 mod tests {
     use super::super::relief::ReliefBorder;
     use super::*;
-    use crate::planes::{Planes, Size};
+    use crate::planes::Planes;
+    use crate::size::Size;
 
     /// Smooth bumps with a step across the middle.
     fn bumps(border: ReliefBorder) -> Relief {

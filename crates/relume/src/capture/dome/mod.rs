@@ -29,7 +29,8 @@ use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::maps::SurfaceMaps;
 use crate::microfacet;
-use crate::planes::{Planes, Size};
+use crate::planes::Planes;
+use crate::size::Size;
 use horizon::Surroundings;
 use relief::Relief;
 

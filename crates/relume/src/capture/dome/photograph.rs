@@ -130,7 +130,7 @@ mod tests {
     use crate::job::Job;
     use crate::limits::Limits;
     use crate::maps::SurfaceMaps;
-    use crate::planes::Size;
+    use crate::size::Size;
 
     fn maps(size: Size, height: impl Fn(usize, usize) -> f32, albedo: f32) -> SurfaceMaps {
         let heights = (0..size.texels()).map(|i| height(i % size.width, i / size.width)).collect();

@@ -1,7 +1,8 @@
 //! The height field under the dome: what lies beyond its borders, its slopes and its normals.
 
 use crate::names::named;
-use crate::planes::{Planes, Size};
+use crate::planes::Planes;
+use crate::size::Size;
 
 /// What lies beyond the borders of the maps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -49,7 +49,8 @@ mod tests {
     use super::super::relief::ReliefBorder;
     use super::*;
     use crate::numeric::quadrature::gauss_legendre;
-    use crate::planes::{Planes, Size};
+    use crate::planes::Planes;
+    use crate::size::Size;
 
     fn relief(size: Size, border: ReliefBorder, height: impl Fn(f64, f64) -> f64) -> Relief {
         let values =

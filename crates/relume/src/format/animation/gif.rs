@@ -5,7 +5,7 @@ use super::{check_rate, common_shape};
 use crate::error::{Error, Result};
 use crate::format::codes;
 use crate::picture::Picture;
-use crate::planes::Size;
+use crate::size::Size;
 
 /// Delays are whole hundredths of a second, and browsers slow down frames shorter than two.
 const MOST_FRAMES_PER_SECOND: u16 = 50;

@@ -12,7 +12,7 @@ pub use gif::encode_gif;
 
 use crate::error::{Error, Result};
 use crate::picture::Picture;
-use crate::planes::Size;
+use crate::size::Size;
 
 /// Refuses to write GIF in a build without it.
 ///

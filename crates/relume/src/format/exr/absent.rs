@@ -8,7 +8,7 @@ use super::container::Layer;
 use crate::error::{Error, Result};
 use crate::format::rows::Rows;
 use crate::job::Job;
-use crate::planes::Size;
+use crate::size::Size;
 
 fn absent<T>() -> Result<T> {
     Err(Error::unsupported(

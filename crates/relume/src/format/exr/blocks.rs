@@ -3,7 +3,7 @@
 use half::f16;
 
 use super::ExrDepth;
-use crate::planes::Size;
+use crate::size::Size;
 
 /// The rows that ZIP compresses together ("OpenEXR File Layout", Academy Software Foundation).
 const ROWS: usize = 16;

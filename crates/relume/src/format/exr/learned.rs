@@ -67,7 +67,8 @@ mod tests {
     use crate::field::{Basis, PlaneLayout, ReflectanceField};
     use crate::format::{ExrDepth, FieldFormat, decode_field, encode_field};
     use crate::job::Job;
-    use crate::planes::{Planes, Size};
+    use crate::planes::Planes;
+    use crate::size::Size;
     use crate::space::Space;
 
     fn example() -> Learned {

@@ -14,7 +14,8 @@ use crate::error::{Error, Result};
 use crate::format::kind::{Kind, damaged};
 use crate::format::{finite, plausible};
 use crate::job::Job;
-use crate::planes::{Planes, Size};
+use crate::planes::Planes;
+use crate::size::Size;
 
 /// Reads the first part of a file, with all its channels, as floats.
 pub(in crate::format) fn decode(bytes: &[u8], job: &Job) -> Result<Layer> {

@@ -16,7 +16,7 @@ use super::blocks::Head;
 use super::{ExrDepth, attributes};
 use crate::error::{Error, Result};
 use crate::format::rows::Rows;
-use crate::planes::Size;
+use crate::size::Size;
 
 /// Writes a file of `size` texels. `rows(channel, x, y, row)` copies the bytes of samples from
 /// column `x` of row `y` on.

@@ -6,7 +6,7 @@
 
 use super::PtmEncoding;
 use crate::error::{Error, Result};
-use crate::planes::Size;
+use crate::size::Size;
 
 /// The arrangement of the bytes of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

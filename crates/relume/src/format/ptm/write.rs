@@ -9,7 +9,8 @@ use super::{PtmEncoding, header, quantise};
 use crate::error::{Error, Result};
 use crate::field::{Basis, ReflectanceField};
 use crate::format::codes::code8;
-use crate::planes::{Planes, Size};
+use crate::planes::Planes;
+use crate::size::Size;
 use crate::space::Space;
 
 /// The scale and bias under which values become bytes.

@@ -38,11 +38,12 @@ mod tests {
     use crate::job::Job;
     use crate::limits::Limits;
     use crate::numeric::random::{Purpose, Stream};
-    use crate::planes::{Planes, Size};
+    use crate::planes::Planes;
     use crate::random_field::{
         Budget, FieldModel, Fields, Heights, Model, ModelOptions, RealisationOptions, Tiles, combine_field,
         model_field, model_lights,
     };
+    use crate::size::Size;
     use crate::{ReflectanceField, Space};
 
     fn job() -> Job {

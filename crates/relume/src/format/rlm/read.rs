@@ -7,7 +7,6 @@ use crate::field::{Basis, PlaneLayout};
 use crate::job::Job;
 use crate::names::Named;
 use crate::numeric::pyramid::Kernel;
-use crate::planes::Size;
 use crate::random_field::level::{Level, MAX_CODE, Weights};
 use crate::random_field::marginal::{KNOTS, Marginal, STEPS};
 use crate::random_field::mixing::Mixing;
@@ -15,6 +14,7 @@ use crate::random_field::neighbourhood::{Offset, all_around, causal};
 use crate::random_field::stability::BURN_INS;
 use crate::random_field::structure::MOST_SCALES;
 use crate::random_field::{FieldModel, Fields, Heights, LightModel, Model, ModelSource, Structure};
+use crate::size::Size;
 use crate::space::Space;
 
 /// The model in the bytes of a file.

@@ -11,9 +11,9 @@ use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::numeric::range_coder::{Chance, Decoder, Encoder};
 use crate::numeric::wavelet;
-use crate::planes::Size;
 use crate::random_field::Structure;
 use crate::random_field::structure::MOST_CODE;
+use crate::size::Size;
 
 /// Magnitudes below this are coded in unary; the remainder of larger ones is an Elias gamma code.
 const COUNTED: usize = 15;

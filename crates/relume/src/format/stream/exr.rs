@@ -5,7 +5,7 @@ use crate::error::{Error, Result};
 use crate::field::ReflectanceField;
 use crate::format::ExrDepth;
 use crate::format::exr::{self, Head};
-use crate::planes::Size;
+use crate::size::Size;
 
 /// The samples of each channel, in the order of the file.
 pub(super) fn lanes(field: &ReflectanceField, depth: ExrDepth) -> Result<(Vec<Lane>, StreamKind)> {

@@ -25,7 +25,7 @@ use super::{Depth, PictureFormat};
 use crate::error::{Error, Result};
 use crate::field::ReflectanceField;
 use crate::job::Job;
-use crate::planes::Size;
+use crate::size::Size;
 
 /// The bytes of the texels of a field as stored in a file.
 #[derive(Debug, Clone, PartialEq, Eq)]

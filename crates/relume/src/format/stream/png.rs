@@ -8,7 +8,7 @@ use crate::format::png::{encoder, failed};
 use crate::format::rows::Rows;
 use crate::format::{Depth, codes};
 use crate::picture::Picture;
-use crate::planes::Size;
+use crate::size::Size;
 
 /// The codes of a picture.
 pub(super) fn lanes(picture: &Picture, depth: Depth) -> (Vec<Lane>, StreamKind) {

@@ -5,7 +5,7 @@ use std::io::{Seek, SeekFrom, Write};
 use super::{Lane, StreamKind, unwritable};
 use crate::error::{Error, Result};
 use crate::format::rows::Rows;
-use crate::planes::Size;
+use crate::size::Size;
 
 /// The positions of width and height among the header lines written by this program.
 const SIZE_LINES: [usize; 2] = [2, 3];

@@ -13,7 +13,7 @@
 use serde::Serialize;
 
 use super::sources::{Source, Sources};
-use crate::planes::Size;
+use crate::size::Size;
 
 /// How the exemplar is used.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]

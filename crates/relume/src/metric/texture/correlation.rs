@@ -8,7 +8,8 @@
 use crate::error::Result;
 use crate::job::Job;
 use crate::numeric::autocorrelation::Autocorrelation;
-use crate::planes::{Planes, Size};
+use crate::planes::Planes;
+use crate::size::Size;
 
 /// The distance; see the module.
 ///

@@ -21,7 +21,7 @@ pub fn distance(reference: &Planes, other: &Planes) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::planes::Size;
+    use crate::size::Size;
 
     #[test]
     fn places_do_not_count_and_brightness_does() {

@@ -4,7 +4,8 @@
 
 use rayon::prelude::*;
 
-use crate::planes::{Planes, Size};
+use crate::planes::Planes;
+use crate::size::Size;
 
 const KERNEL: [f32; 5] = [1.0, 4.0, 6.0, 4.0, 1.0];
 

@@ -190,7 +190,7 @@ fn dot(a: &[f32], b: &[f32]) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::planes::Size;
+    use crate::size::Size;
 
     fn noise(size: Size, count: usize, seed: u64) -> Planes {
         let mut random = Stream::new(seed, Purpose::Sample, [0]);

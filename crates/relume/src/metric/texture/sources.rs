@@ -2,7 +2,7 @@
 //! record of any method can be measured.
 
 use crate::error::{Error, Result};
-use crate::planes::Size;
+use crate::size::Size;
 
 /// The exemplar texel that an output texel copies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -11,7 +11,8 @@ use std::f64::consts::PI;
 use crate::error::Result;
 use crate::job::Job;
 use crate::numeric::fourier::{self, Fourier};
-use crate::planes::{Planes, Size};
+use crate::planes::Planes;
+use crate::size::Size;
 
 /// Directions over half a turn.
 const DIRECTIONS: usize = 8;

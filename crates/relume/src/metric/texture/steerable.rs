@@ -23,7 +23,8 @@ use super::variance;
 use crate::error::Result;
 use crate::job::Job;
 use crate::numeric::fourier::{self, Fourier};
-use crate::planes::{Planes, Size};
+use crate::planes::Planes;
+use crate::size::Size;
 
 const SCALES: usize = 3;
 const DIRECTIONS: usize = 4;

@@ -55,7 +55,7 @@ fn judge(lines: usize, step: impl Fn(usize) -> NeighbourSteps) -> Wrap {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::planes::Size;
+    use crate::size::Size;
     use std::f32::consts::TAU;
 
     #[test]

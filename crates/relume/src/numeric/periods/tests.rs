@@ -4,7 +4,8 @@ use super::*;
 use crate::job::Job;
 use crate::numeric::lattice::length;
 use crate::numeric::random::{Purpose, Stream};
-use crate::planes::{Planes, Size};
+use crate::planes::Planes;
+use crate::size::Size;
 
 fn planes(size: Size, value: impl Fn(f64, f64) -> f64) -> Planes {
     let data = (0..size.texels()).map(|i| value((i % size.width) as f64, (i / size.width) as f64) as f32);

@@ -13,7 +13,8 @@ pub use kernel::Kernel;
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
-use crate::planes::{Planes, Size};
+use crate::planes::Planes;
+use crate::size::Size;
 
 /// The next level: planes convolved with the kernel and sampled at every n-th texel. A side of s texels
 /// becomes ceil(s / n).

@@ -95,7 +95,7 @@ mod tests {
     use super::*;
     use crate::limits::Limits;
     use crate::numeric::random::{Purpose, Stream};
-    use crate::planes::Size;
+    use crate::size::Size;
     use std::f64::consts::TAU;
 
     fn integrated(slopes: &Slopes, method: IntegrationMethod, border: SurfaceBorder) -> Vec<f64> {

@@ -2,7 +2,7 @@
 //! normal equations over the pairs of neighbours, sharing nothing with the fast method.
 
 use super::SurfaceBorder;
-use crate::planes::Size;
+use crate::size::Size;
 use crate::surface::slopes::Slopes;
 
 /// A pair of neighbours and the difference their heights should have.

@@ -1,7 +1,7 @@
 //! Feathering: a linear ramp of the weight of the new block across its seam, in index space.
 
 use super::depths;
-use crate::planes::Size;
+use crate::size::Size;
 use crate::synthesis::neighbourhood::Neighbourhood;
 
 /// The weight of the new block at each texel: from 0 to 1 in equal steps within `texels` of the seam on

@@ -14,7 +14,7 @@
 
 use super::max_flow::GridNetwork;
 use super::{connected, depths, middle};
-use crate::planes::Size;
+use crate::size::Size;
 use crate::synthesis::neighbourhood::Neighbourhood;
 
 /// The most memory of [`inside_seam`] per texel of a block.

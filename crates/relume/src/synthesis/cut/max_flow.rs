@@ -11,7 +11,7 @@
 
 use std::collections::VecDeque;
 
-use crate::planes::Size;
+use crate::size::Size;
 
 /// The neighbours of a node: right, down, left, up.
 const SIDES: usize = 4;

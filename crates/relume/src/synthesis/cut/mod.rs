@@ -19,7 +19,7 @@ pub mod path;
 pub use feather::feather;
 
 use super::neighbourhood::{Margins, Neighbourhood};
-use crate::planes::Size;
+use crate::size::Size;
 use path::least_path;
 
 /// Whether each texel of a block is taken from the new block. `error(x, y)` is the squared distance between

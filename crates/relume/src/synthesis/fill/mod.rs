@@ -23,7 +23,8 @@ use super::source_map::{SourceMap, Texel};
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::names::named;
-use crate::planes::{Planes, Size};
+use crate::planes::Planes;
+use crate::size::Size;
 
 /// The methods of filling.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -10,7 +10,8 @@ use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::numeric::random::{Purpose, key};
 use crate::numeric::{Matrix, eigen, hash};
-use crate::planes::{Planes, Size};
+use crate::planes::Planes;
+use crate::size::Size;
 
 /// Options of [`Noise::new`].
 #[derive(Debug, Clone, PartialEq, Serialize)]

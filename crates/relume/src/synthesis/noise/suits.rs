@@ -71,7 +71,7 @@ fn coherence(index: &Planes) -> f64 {
 mod tests {
     use super::*;
     use crate::numeric::random::{Purpose, Stream};
-    use crate::planes::Size;
+    use crate::size::Size;
 
     fn planes(value: impl FnMut(usize) -> f32) -> Planes {
         let size = Size::new(64, 64);

@@ -5,7 +5,7 @@ use std::ops::Range;
 use crate::error::Result;
 use crate::job::{Held, Job};
 use crate::memory;
-use crate::planes::Size;
+use crate::size::Size;
 use crate::synthesis::options::Boundary;
 use crate::synthesis::quantise::{Exemplar, IndexTexels, Quantised};
 use crate::synthesis::source_map::{SourceMap, Texel};

@@ -16,7 +16,7 @@ use super::window::ComparedWindow;
 use crate::error::Result;
 use crate::job::Job;
 use crate::numeric::random::{Purpose, Stream};
-use crate::planes::Size;
+use crate::size::Size;
 use crate::synthesis::guidance::Guidance;
 use crate::synthesis::options::Boundary;
 use crate::synthesis::quantise::Exemplar;

@@ -12,7 +12,7 @@ use super::window::{ComparedWindow, WindowQuery};
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::numeric::random::{Purpose, Stream};
-use crate::planes::Size;
+use crate::size::Size;
 use crate::synthesis::guidance::{Guidance, Guided};
 use crate::synthesis::options::Boundary;
 use crate::synthesis::positions::Positions;

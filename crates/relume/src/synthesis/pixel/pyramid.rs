@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::job::Job;
-use crate::planes::Size;
+use crate::size::Size;
 use crate::synthesis::guidance::Guided;
 use crate::synthesis::positions::Positions;
 use crate::synthesis::quantise::{Exemplar, IndexTexels, Quantised};

@@ -110,7 +110,8 @@ fn pair_up(texels: &IndexTexels, copied: usize, guides: usize, sieve: &Sieve) ->
 mod tests {
     use super::*;
     use crate::numeric::random::{Purpose, Stream};
-    use crate::planes::{Planes, Size};
+    use crate::planes::Planes;
+    use crate::size::Size;
     use crate::synthesis::pixel::plain;
     use crate::synthesis::pixel::window::ComparedWindow;
     use crate::synthesis::quantise::Exemplar;

@@ -13,7 +13,7 @@
 use super::kernel::Term;
 use super::window::{Tap, WindowQuery};
 use crate::numeric::{Matrix, eigen};
-use crate::planes::Size;
+use crate::size::Size;
 use crate::synthesis::quantise::{IndexTexels, Quantised};
 
 /// Steps between the farthest two texels along an axis.

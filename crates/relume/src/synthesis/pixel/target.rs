@@ -4,7 +4,7 @@ use super::kernel::{CodePair, LANES, Term, add_all, largest_term, portable, reac
 use super::plain::{NOWHERE, limit};
 use super::sieve::{self, Sieve};
 use super::window::WindowQuery;
-use crate::planes::Size;
+use crate::size::Size;
 use crate::synthesis::positions::PositionRun;
 use crate::synthesis::quantise::MAX_CODE;
 use crate::synthesis::source_map::Texel;

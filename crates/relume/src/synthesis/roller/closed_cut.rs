@@ -202,7 +202,7 @@ pub fn least_of_all(cells: &Cells, band: usize, errors: &[u64]) -> u64 {
 mod tests {
     use super::*;
     use crate::numeric::random::{Purpose, Stream};
-    use crate::planes::Size;
+    use crate::size::Size;
 
     fn upright(width: usize, height: usize) -> Cells {
         Cells::upright(Size::new(width, height)).unwrap()

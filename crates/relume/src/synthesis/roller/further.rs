@@ -12,7 +12,7 @@ use super::profile::squared_distance;
 use crate::numeric::cells::Cells;
 use crate::numeric::fourier::Fourier;
 use crate::numeric::summed_area::SummedArea;
-use crate::planes::Size;
+use crate::size::Size;
 use crate::synthesis::quantise::{IndexTexels, squared_length, squared_lengths};
 
 /// Error of a correlation relative to the product of the lengths of its factors, as in

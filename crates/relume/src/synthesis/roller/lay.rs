@@ -5,7 +5,7 @@ use super::Endless;
 use super::tile_set::TileSet;
 use crate::error::{Error, Result};
 use crate::job::Job;
-use crate::planes::Size;
+use crate::size::Size;
 use crate::synthesis::options::Boundary;
 use crate::synthesis::source_map::{SourceMap, Texel};
 

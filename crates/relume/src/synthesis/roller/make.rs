@@ -18,7 +18,7 @@ use crate::numeric::autocorrelation::Autocorrelation;
 use crate::numeric::cells::Cells;
 use crate::numeric::lattice::Lattice;
 use crate::numeric::periods::{Pattern, Periods, find};
-use crate::planes::Size;
+use crate::size::Size;
 use crate::synthesis::quantise::{Exemplar, IndexTexels, Quantised};
 use crate::synthesis::source_map::{SourceMap, Texel};
 

@@ -45,7 +45,8 @@ pub use tile_set::TileSet;
 mod tests {
     use crate::job::Job;
     use crate::numeric::random::{Purpose, Stream};
-    use crate::planes::{Planes, Size};
+    use crate::planes::Planes;
+    use crate::size::Size;
     use crate::synthesis::quantise::{Exemplar, Quantised};
 
     /// Random texels as codes.

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::error::{Error, Result};
 use crate::numeric::periods::Pattern;
-use crate::planes::Size;
+use crate::size::Size;
 
 /// Options of [`super::roll`].
 #[derive(Debug, Clone, PartialEq, Serialize)]

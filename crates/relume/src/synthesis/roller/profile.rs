@@ -8,7 +8,7 @@ use realfft::RealFftPlanner;
 use realfft::num_complex::Complex64;
 
 use crate::numeric::fourier::fast_length;
-use crate::planes::Size;
+use crate::size::Size;
 use crate::synthesis::quantise::IndexTexels;
 
 /// The axis of a shift.

@@ -18,7 +18,7 @@ use crate::numeric::cells::Cells;
 use crate::numeric::lattice::length;
 use crate::numeric::periods::Pattern;
 use crate::numeric::summed_area::SummedArea;
-use crate::planes::Size;
+use crate::size::Size;
 use crate::synthesis::quantise::IndexTexels;
 
 /// The number of sides tried along each axis: enough for the whole periods and the half-way minima of weaves

@@ -110,7 +110,8 @@ fn distance(exemplar: &IndexTexels, a: Texel, b: Texel) -> u64 {
 mod tests {
     use super::*;
     use crate::job::Job;
-    use crate::planes::{Planes, Size};
+    use crate::planes::Planes;
+    use crate::size::Size;
     use crate::synthesis::quantise::{Exemplar, Quantised};
 
     fn ramp(size: Size) -> Quantised {

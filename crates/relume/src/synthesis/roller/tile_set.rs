@@ -1,7 +1,7 @@
 //! A tile set as data: the source of each texel of each tile.
 
 use crate::numeric::cells::Cells;
-use crate::planes::Size;
+use crate::size::Size;
 use crate::synthesis::source_map::{SourceMap, Texel};
 
 /// Tiles of one shape with a common border, so that any may be neighbours, each given by the sources of its

@@ -180,7 +180,7 @@ pub fn least_of_all(upright: &Strip, level: &Strip) -> u64 {
 mod tests {
     use super::*;
     use crate::numeric::random::{Purpose, Stream};
-    use crate::planes::Size;
+    use crate::size::Size;
     use proptest::prelude::*;
 
     fn random(period: usize, width: usize, seed: u64) -> Strip {

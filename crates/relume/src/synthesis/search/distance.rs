@@ -138,7 +138,8 @@ mod tests {
     use crate::job::Job;
     use crate::numeric::pairs::PortablePairs;
     use crate::numeric::random::{Purpose, Stream};
-    use crate::planes::{Planes, Size};
+    use crate::planes::Planes;
+    use crate::size::Size;
     use crate::synthesis::neighbourhood::Margins;
     use crate::synthesis::quantise::Exemplar;
     use crate::synthesis::search::plain::squared_distance;

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::distance::BlockTarget;
 use super::{BlockQuery, Candidates, Effort, Found, Search};
-use crate::planes::Size;
+use crate::size::Size;
 use crate::synthesis::guidance::GuideCodes;
 use crate::synthesis::positions::{PositionRun, Positions};
 use crate::synthesis::quantise::{IndexTexels, Quantised};

@@ -132,7 +132,8 @@ mod tests {
     use super::*;
     use crate::job::Job;
     use crate::numeric::random::{Purpose, Stream};
-    use crate::planes::{Planes, Size};
+    use crate::planes::Planes;
+    use crate::size::Size;
     use crate::synthesis::neighbourhood::Margins;
     use crate::synthesis::positions::Positions;
     use crate::synthesis::quantise::{Exemplar, MAX_CODE, Quantised};

@@ -117,7 +117,8 @@ impl Recipe {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::planes::{Planes, Size};
+    use crate::planes::Planes;
+    use crate::size::Size;
     use crate::synthesis::guidance::{Guidance, Guided};
     use crate::synthesis::quantise::Exemplar;
 

@@ -29,7 +29,7 @@ use super::pyramid::{ExemplarLevel, guided_pyramid, halved_size};
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::numeric::random::{Purpose, Stream, key};
-use crate::planes::Size;
+use crate::size::Size;
 use crate::synthesis::guidance::{Guidance, Guided};
 use crate::synthesis::options::Boundary;
 use crate::synthesis::quantise::Exemplar;

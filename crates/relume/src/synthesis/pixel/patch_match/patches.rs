@@ -74,7 +74,7 @@ impl<'a> ExemplarPatches<'a> {
         let texels = sizes.iter().map(|size| size.texels() as u64).sum();
         job.check_bytes("the places of the exemplars' patches", texels)?;
         let mut block_count = 0;
-        let mut area = |size: &crate::planes::Size| {
+        let mut area = |size: &crate::size::Size| {
             let (first_block, columns) = (block_count, size.width.div_ceil(BLOCK));
             block_count += columns * size.height.div_ceil(BLOCK);
             PatchArea { allowed: vec![false; size.texels()], first_block, columns }

@@ -21,7 +21,7 @@ use super::patches::{self, ExemplarPatches};
 use crate::error::Result;
 use crate::job::Job;
 use crate::numeric::hash;
-use crate::planes::Size;
+use crate::size::Size;
 use crate::synthesis::source_map::Texel;
 
 /// The methods of finding matches.

@@ -18,7 +18,7 @@ use super::neighbourhood::ScanSamples;
 use crate::error::Result;
 use crate::job::Job;
 use crate::numeric::random::{Purpose, Stream};
-use crate::planes::Size;
+use crate::size::Size;
 use crate::synthesis::source_map::Texel;
 
 /// The number of texels drawn where no piece continues.

@@ -26,7 +26,7 @@ use super::tsvq::Tsvq;
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::numeric::random::{Purpose, Stream};
-use crate::planes::Size;
+use crate::size::Size;
 use crate::synthesis::guidance::{Guidance, Guided};
 use crate::synthesis::options::Boundary;
 use crate::synthesis::quantise::Exemplar;

@@ -31,7 +31,7 @@ fn paved(strip: Rect<usize>, side: usize) -> impl Iterator<Item = (usize, usize)
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::planes::Size;
+    use crate::size::Size;
     use crate::synthesis::neighbourhood::Margins;
 
     #[test]

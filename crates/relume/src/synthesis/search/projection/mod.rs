@@ -278,7 +278,8 @@ mod tests {
     use super::second_look::SecondLook;
     use super::*;
     use crate::numeric::random::{Purpose, Stream};
-    use crate::planes::{Planes, Size};
+    use crate::planes::Planes;
+    use crate::size::Size;
     use crate::synthesis::neighbourhood::Margins;
     use crate::synthesis::options::Tolerance;
     use crate::synthesis::quantise::{Exemplar, MAX_CODE};

@@ -18,7 +18,7 @@ use crate::error::Result;
 use crate::job::Job;
 use crate::numeric::pairs::SUMS;
 use crate::numeric::summed_area::SummedArea;
-use crate::planes::Size;
+use crate::size::Size;
 use crate::synthesis::quantise::{IndexTexels, Quantised, squared_length, squared_lengths};
 use crate::synthesis::search::BlockQuery;
 use crate::synthesis::source_map::Texel;

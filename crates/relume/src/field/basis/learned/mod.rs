@@ -23,6 +23,9 @@ use nearest::{MOST, PairTree};
 /// The tolerance of orthonormality for sums over measured pairs: values are `f32`.
 const ORTHONORMAL_TO: f64 = 1e-4;
 
+/// Functions whose inner products with all others are computed in one pass over the pairs.
+const TOGETHER: usize = 16;
+
 /// A pair within this squared distance of a measured one gets its values.
 const SAME: f64 = 1e-18;
 
@@ -134,24 +137,32 @@ impl PartialEq for Learned {
     }
 }
 
+/// Refuses functions that are not orthonormal. Of the n x n inner products, those of a few functions with all
+/// later ones are in memory at a time.
 fn check_orthonormal(weights: &[f64], values: &[f32], n: usize) -> Result<()> {
-    let mut products = vec![0.0f64; n * n];
-    for (weight, row) in weights.iter().zip(values.chunks_exact(n)) {
-        for (j, sums) in products.chunks_exact_mut(n).enumerate() {
-            let factor = weight * f64::from(row[j]);
-            sums.iter_mut().zip(row).for_each(|(sum, &v)| *sum += factor * f64::from(v));
+    for first in (0..n).step_by(TOGETHER) {
+        let some = first..(first + TOGETHER).min(n);
+        let mut products = vec![0.0f64; some.len() * (n - first)];
+        for (weight, row) in weights.iter().zip(values.chunks_exact(n)) {
+            for (j, sums) in some.clone().zip(products.chunks_exact_mut(n - first)) {
+                let factor = weight * f64::from(row[j]);
+                sums.iter_mut().zip(&row[first..]).for_each(|(sum, &v)| *sum += factor * f64::from(v));
+            }
+        }
+        for (i, product) in products.into_iter().enumerate() {
+            check_product(product, first + i / (n - first), first + i % (n - first))?;
         }
     }
-    for (i, product) in products.into_iter().enumerate() {
-        let expected = f64::from(u8::from(i / n == i % n));
-        if product.is_nan() || (product - expected).abs() > ORTHONORMAL_TO {
-            return Err(Error::invalid(format!(
-                "functions {} and {} of the learned basis have the inner product {product:.6} and orthonormal ones \
-                 {expected}: make them orthonormal under the weights of the pairs",
-                i / n,
-                i % n
-            )));
-        }
+    Ok(())
+}
+
+fn check_product(product: f64, j: usize, k: usize) -> Result<()> {
+    let expected = f64::from(u8::from(j == k));
+    if product.is_nan() || (product - expected).abs() > ORTHONORMAL_TO {
+        return Err(Error::invalid(format!(
+            "functions {j} and {k} of the learned basis have the inner product {product:.6} and orthonormal ones \
+             {expected}: make them orthonormal under the weights of the pairs"
+        )));
     }
     Ok(())
 }
@@ -229,6 +240,20 @@ mod tests {
                 assert!((a - b).abs() < 1e-9, "{a} and {b}");
             }
         }
+    }
+
+    /// A fault: the check allocated n x n products, 4 GiB for as many functions as measured pairs.
+    #[test]
+    fn as_many_functions_as_pairs_are_checked_in_bounded_memory() {
+        // Each function is 1 at one pair: orthonormal, and with 40 not a multiple of those in one pass.
+        let n = 40;
+        let light = |i: usize| Direction::from_angles(0.03 * i as f64, 2.4 * i as f64);
+        let pairs: Vec<Directions> = (0..n).map(|i| Directions::from(light(i))).collect();
+        let mut values: Vec<f32> = (0..n * n).map(|i| if i / n == i % n { 1.0 } else { 0.0 }).collect();
+        assert!(Learned::new(pairs.clone(), vec![1.0; n], values.clone()).is_ok());
+        (values[3 * n + 3], values[37 * n + 3]) = (0.937_5f32.sqrt(), 0.25);
+        let error = Learned::new(pairs, vec![1.0; n], values).unwrap_err().to_string();
+        assert!(error.contains("functions 3 and 37") && error.contains("0.250000"), "{error}");
     }
 
     #[test]

@@ -2,18 +2,51 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{self, RecvTimeoutError, Sender};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use relume::format::{self, FieldFile, HeightMap, Opened};
-use relume::{Error, Job, Planes, Raster, Result, Size};
+use relume::{Error, Held, Job, Planes, Raster, Result, Size};
 
 use crate::output::is_stream;
 
 /// How long a pipe may stay without data before it is named.
 const SILENCE: Duration = Duration::from_secs(2);
 
+/// The file that several verbs in sequence read as one input, and its path.
+static KEPT: Mutex<Option<(PathBuf, Opened)>> = Mutex::new(None);
+
+/// A file that [`open`] gives out without reading it again, for as long as this lives.
+pub struct KeptInput {
+    _held: Held,
+}
+
+/// Reads a file for several verbs in sequence, one file at a time.
+///
+/// # Errors
+/// As [`open`], and a file that does not fit into the memory.
+pub fn keep(path: &Path, job: &Job) -> Result<KeptInput> {
+    let opened = open(path, job)?;
+    let held = job.hold("the file", opened.length()).map_err(|e| e.at(path))?;
+    *kept() = Some((path.to_path_buf(), opened));
+    Ok(KeptInput { _held: held })
+}
+
+fn kept() -> MutexGuard<'static, Option<(PathBuf, Opened)>> {
+    KEPT.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Drop for KeptInput {
+    fn drop(&mut self) {
+        *kept() = None;
+    }
+}
+
 /// Reads a file and recognises it by its content.
 pub fn open(path: &Path, job: &Job) -> Result<Opened> {
+    if let Some((_, opened)) = kept().as_ref().filter(|(kept, _)| kept == path) {
+        return Ok(opened.clone());
+    }
     let _notice = is_pipe(path).then(|| Notice::of(path.to_path_buf()));
     match is_stream(path) {
         true => format::read(std::io::stdin().lock(), "standard input", job),

@@ -96,7 +96,7 @@ pub use names::Named;
 pub use picture::Picture;
 pub use planes::Planes;
 pub use progress::Progress;
-pub use raster::{Raster, Samples};
+pub use raster::{Raster, RasterSequence, Samples};
 pub use rect::Rect;
 pub use render::relight;
 pub use size::Size;

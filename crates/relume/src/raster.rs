@@ -4,6 +4,8 @@
 //! samples are sRGB-encoded, floating-point samples are linear, by the convention of the files they come
 //! from. Nothing is converted until a caller asks for a [`Picture`].
 
+use std::sync::{Mutex, PoisonError};
+
 use crate::error::{Error, Result};
 use crate::picture::Picture;
 use crate::planes::Planes;
@@ -138,9 +140,66 @@ impl Raster {
     }
 }
 
+/// Rasters read by number. The first is read beforehand, so that the common size is known before the work, and
+/// given out where it is asked for: none is opened twice for it.
+pub struct RasterSequence<'a> {
+    load: &'a LoadRaster<'a>,
+    size: Size,
+    channels: usize,
+    first: Mutex<Option<Raster>>,
+}
+
+impl<'a> RasterSequence<'a> {
+    /// Reads the first.
+    ///
+    /// # Errors
+    /// Those of `load`.
+    pub fn open(load: &'a LoadRaster<'a>) -> Result<Self> {
+        let first = load(0)?;
+        Ok(Self { load, size: first.size(), channels: first.channels(), first: Mutex::new(Some(first)) })
+    }
+
+    /// Width and height of the first.
+    pub fn size(&self) -> Size {
+        self.size
+    }
+
+    /// The channels of the first.
+    pub fn channels(&self) -> usize {
+        self.channels
+    }
+
+    /// Raster `i`, which may be unlike the first.
+    ///
+    /// # Errors
+    /// Those of `load`.
+    pub fn read(&self, i: usize) -> Result<Raster> {
+        let kept = || self.first.lock().unwrap_or_else(PoisonError::into_inner).take();
+        (i == 0).then(kept).flatten().map_or_else(|| (self.load)(i), Ok)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_first_of_a_sequence_is_loaded_once() {
+        let loaded = Mutex::new(Vec::new());
+        let load = |i: usize| {
+            loaded.lock().unwrap().push(i);
+            Raster::new(Size::new(2, 1), 1, Samples::U8(vec![i as u8, 7]))
+        };
+        let sequence = RasterSequence::open(&load).unwrap();
+        assert_eq!((sequence.size(), sequence.channels()), (Size::new(2, 1), 1));
+        for i in 0..3 {
+            assert_eq!(sequence.read(i).unwrap().samples().value(0), i as f32 / 255.0);
+        }
+        assert_eq!(*loaded.lock().unwrap(), [0, 1, 2]);
+        // A second pass over photographs that were too many to keep reads them again.
+        sequence.read(0).unwrap();
+        assert_eq!(loaded.lock().unwrap().len(), 4);
+    }
 
     #[test]
     fn a_crop_is_that_of_the_picture() {

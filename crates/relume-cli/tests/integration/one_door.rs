@@ -143,6 +143,67 @@ fn no_verb_opens_a_file_twice() {
     assert!(piped > 45, "only {piped} inputs were pipes");
 }
 
+/// A copy of a folder in which the files that end in `.png` are pipes, each with a writer that writes once.
+fn piped_copy(from: &Path, to: &Path) -> Vec<thread::JoinHandle<std::io::Result<()>>> {
+    fs::create_dir(to).unwrap();
+    let mut writers = Vec::new();
+    for entry in fs::read_dir(from).unwrap().flatten().filter(|entry| entry.path().is_file()) {
+        let (path, name) = (entry.path(), entry.file_name());
+        if path.extension().is_some_and(|ending| ending == "png") {
+            let (end, bytes) = (to.join(name), fs::read(path).unwrap());
+            mknodat(CWD, &end, FileType::Fifo, Mode::RUSR | Mode::WUSR, 0).unwrap();
+            writers.push(thread::spawn(move || fs::write(end, bytes)));
+        } else if path.extension().is_some_and(|ending| ending == "lp") {
+            fs::copy(path, to.join(name)).unwrap();
+        }
+    }
+    writers
+}
+
+/// Seen: photometric stereo read its first photograph twice.
+#[test]
+fn no_photograph_is_opened_twice() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    done(folder, &["capture", "weave", "-o", "shots", "--size", "32", "--lights", "8"]);
+    for command in [
+        "fit pipes -o out.ptm",
+        "fit pipes -o out.exr --color rgb --leave-one-out --crop 4,4,20,20",
+        "height pipes -o out.exr",
+        "height pipes/lights.lp -o out.png --estimator least-squares --ambient",
+    ] {
+        let writers = piped_copy(&folder.join("shots"), &folder.join("pipes"));
+        assert_eq!(writers.len(), 8);
+        let words: Vec<String> = command.split(' ').chain(["--force"]).map(str::to_owned).collect();
+        let outcome = run_within(folder, &words);
+        assert!(matches!(outcome, Some((true, _))), "{command}: {outcome:?} (none: it did not end)");
+        writers.into_iter().for_each(|writer| writer.join().unwrap().unwrap());
+        fs::remove_dir_all(folder.join("pipes")).unwrap();
+    }
+}
+
+/// Seen: analysis, every method, every comparison and the picture on the page each read the exemplar again.
+#[test]
+fn a_gallery_opens_each_exemplar_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    fs::create_dir(folder.join("in")).unwrap();
+    for (name, material) in [("a.png", Material::Weave), ("b.png", Material::Pebbles)] {
+        write_material(&folder.join("in").join(name), material, Size::new(32, 32), 8.0);
+    }
+    let writers = piped_copy(&folder.join("in"), &folder.join("pipes"));
+    assert_eq!(writers.len(), 2);
+    let words = ["gallery", "pipes", "-o", "out", "--methods", "quilting,efros-leung", "--size", "24"];
+    let outcome = run_within(folder, &words.map(str::to_owned));
+    assert!(matches!(outcome, Some((true, _))), "{outcome:?} (none: it did not end)");
+    writers.into_iter().for_each(|writer| writer.join().unwrap().unwrap());
+    for texture in
+        ["a.png/quilting.png", "a.png/efros-leung.png", "b.png/quilting.png", "b.png/efros-leung.png"]
+    {
+        assert!(folder.join("out").join(texture).is_file(), "{texture}");
+    }
+}
+
 /// A named fault: a pipe without a writer was waited for in silence, for ever.
 #[test]
 fn a_pipe_without_a_writer_is_named_and_can_be_interrupted() {

@@ -109,7 +109,7 @@ impl<'a> Finder<'a> {
                 }
             }
         }
-        Ok(path.is_file().then_some(path))
+        Ok(can_be_read(&path).then_some(path))
     }
 
     /// The names in a folder; empty if it does not exist or cannot be listed.
@@ -162,7 +162,7 @@ fn as_listed(entry: &LpEntry, folder: &Path) -> Option<PathBuf> {
     let slashed = entry.name.replace('\\', "/");
     let spellings = [path_of_bytes(&entry.raw_name), PathBuf::from(&entry.name), PathBuf::from(slashed)];
     // Joining an absolute path yields that path.
-    spellings.into_iter().map(|path| folder.join(path)).find(|path| path.is_file())
+    spellings.into_iter().map(|path| folder.join(path)).find(|path| can_be_read(path))
 }
 
 #[cfg(unix)]
@@ -233,4 +233,9 @@ fn natural_key(name: &str) -> (Vec<(usize, String)>, String) {
 pub(super) fn listing(names: &[String]) -> String {
     let shown = names.iter().take(8).map(String::as_str).collect::<Vec<_>>().join(", ");
     if names.len() > 8 { format!("{shown} and {} more", names.len() - 8) } else { shown }
+}
+
+/// Whether a path is anything that can be read as a file: a pipe can.
+fn can_be_read(path: &Path) -> bool {
+    path.metadata().is_ok_and(|metadata| !metadata.is_dir())
 }

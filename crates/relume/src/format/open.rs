@@ -4,6 +4,7 @@
 use std::fmt;
 use std::io::Read;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use super::field_file::{FieldFile, decode_field};
 use super::height::{self, HeightMap, decode_height};
@@ -66,7 +67,8 @@ impl fmt::Display for Content {
 #[derive(Debug, Clone)]
 pub struct Opened {
     name: PathBuf,
-    bytes: Vec<u8>,
+    /// Shared, so that a copy of an opened file takes no more memory.
+    bytes: Arc<Vec<u8>>,
     content: Content,
     tiles: Option<Said>,
     job: Job,
@@ -79,7 +81,7 @@ pub struct Opened {
 /// The error names the file: one that cannot be read or exceeds the limits, or has a damaged record of tiles.
 pub fn open(path: &Path, job: &Job) -> Result<Opened> {
     if path.is_dir() {
-        let (name, bytes) = (path.to_path_buf(), Vec::new());
+        let (name, bytes) = (path.to_path_buf(), Arc::default());
         return Ok(Opened { name, bytes, content: Content::Capture, tiles: None, job: job.clone() });
     }
     let opened = recognise(read_file(path, job)?, path, job)?;
@@ -102,7 +104,7 @@ pub fn read(source: impl Read, name: impl AsRef<Path>, job: &Job) -> Result<Open
 
 fn recognise(bytes: Vec<u8>, name: &Path, job: &Job) -> Result<Opened> {
     let (content, tiles) = content(&bytes).map_err(|e| e.at(name))?;
-    Ok(Opened { name: name.to_path_buf(), bytes, content, tiles, job: job.clone() })
+    Ok(Opened { name: name.to_path_buf(), bytes: Arc::new(bytes), content, tiles, job: job.clone() })
 }
 
 fn content(bytes: &[u8]) -> Result<(Content, Option<Said>)> {
@@ -159,6 +161,11 @@ impl Opened {
     /// The name it was opened by.
     pub fn name(&self) -> &Path {
         &self.name
+    }
+
+    /// The number of bytes in the file.
+    pub fn length(&self) -> u64 {
+        self.bytes.len() as u64
     }
 
     /// The stamp of the file's bytes.

@@ -15,7 +15,7 @@ use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::picture::Picture;
 use crate::planes::Planes;
-use crate::raster::{LoadRaster, Raster};
+use crate::raster::{LoadRaster, Raster, RasterSequence};
 use crate::size::Size;
 use crate::space::Space;
 
@@ -63,8 +63,8 @@ pub fn photometric_stereo(
 ) -> Result<Stereo> {
     let directions: Vec<[f64; 3]> = lights.iter().map(|(_, light)| light.to_array()).collect();
     check_lights(&directions, options.ambient)?;
-    let first = load(0)?;
-    let (size, channels) = (first.size(), first.channels());
+    let photographs = RasterSequence::open(load)?;
+    let (size, channels) = (photographs.size(), photographs.channels());
     let texel_bytes = 4 * (channels * lights.len()) as u64;
     // Solved texels, of the last band twice, and the planes that are made of them.
     let solved_bytes = (2 * size_of::<Solved>() + 4 * (3 + channels)) as u64;
@@ -80,7 +80,7 @@ pub fn photometric_stereo(
     for top in (0..size.height).step_by(rows) {
         let band = Size::new(size.width, rows.min(size.height - top));
         let read = |i: usize| {
-            let photograph = load(i)?;
+            let photograph = photographs.read(i)?;
             check_alike(&photograph, (size, channels), &lights[i].0)?;
             job.advance(1)?;
             Ok(photograph.crop(0, top, band)?.to_picture(Space::Linear).planes)

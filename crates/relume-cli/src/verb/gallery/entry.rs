@@ -70,7 +70,10 @@ impl GalleryExemplar {
     pub fn run(file: &Path, args: &Args, stage: &Folder, place: &str, context: &Context) -> Result<Self> {
         let name = file.file_name().unwrap_or(file.as_os_str());
         context.bar.set_part(format!("{place}{} ", name.to_string_lossy()));
-        let size = input::field(file, &context.job).map(|read| read.field.size());
+        // Read once for all verbs; where that fails, each entry says so.
+        let kept = input::keep(file, &context.job);
+        let size = kept.as_ref().map_err(Error::clone);
+        let size = size.and_then(|_| input::field(file, &context.job)).map(|read| read.field.size());
         let folder = stage.path().join(name);
         fs::create_dir(&folder).map_err(|e| Error::io("cannot create the folder", &e).at(&folder))?;
         let scratch = stage.scratch()?;

@@ -94,7 +94,7 @@ fn files(folder: &Path) -> Result<Vec<PathBuf>> {
     let paths = entries.map(|entry| entry.map(|entry| entry.path()).map_err(|e| failed(&e)));
     let mut paths = paths.collect::<Result<Vec<PathBuf>>>()?;
     let ending = |path: &Path| path.extension().map(|e| e.to_string_lossy().to_lowercase());
-    paths.retain(|path| path.is_file() && ending(path).is_some_and(|e| ENDINGS.contains(&e.as_str())));
+    paths.retain(|path| !path.is_dir() && ending(path).is_some_and(|e| ENDINGS.contains(&e.as_str())));
     paths.sort();
     if paths.is_empty() {
         let message = format!("holds no exemplar: expected files that end in .{}", ENDINGS.join(", ."));

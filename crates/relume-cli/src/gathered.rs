@@ -4,13 +4,15 @@
 use std::path::Path;
 
 use relume::field::IndexSpace;
-use relume::format::{Encoding, ExrDepth, FieldFile, FieldFormat, PictureFormat, encode_field, exr, npy};
+use relume::format::{
+    Encoding, ExrDepth, FieldFile, FieldFormat, PictureFormat, encode_translucent, exr, npy,
+};
 use relume::synthesis::{SourceMap, gather};
 use relume::workflow::memory::MemoryPeak;
 use relume::{Error, Planes, ReflectanceField, Result, Size};
 
 use crate::context::Context;
-use crate::output;
+use crate::{opacity, output};
 
 /// The index planes of fields of one kind.
 pub fn index(files: &[FieldFile], space: &IndexSpace, context: &Context) -> Result<Vec<Planes>> {
@@ -52,8 +54,16 @@ pub fn apply(map: &SourceMap, files: &[FieldFile], output: &Path, context: &Cont
     } else {
         FieldFormat::from_path(output)?.in_depth_of(encoding)
     };
+    let mut opacity = opacity::gathered(map, files, context)?;
+    if opacity.is_some() && !format.holds_opacity() {
+        opacity = None;
+        context
+            .job
+            .about(output)
+            .remark("this format holds no opacity (alpha): write PNG, TIFF or EXR to keep it");
+    }
     let shared = files.iter().all(|file| file.encoding == *encoding).then_some(encoding);
-    encode_field(&field, format, shared, &context.job).map_err(|e| e.at(output))
+    encode_translucent(&field, opacity.as_ref(), format, shared, &context.job).map_err(|e| e.at(output))
 }
 
 /// A file format of source maps.

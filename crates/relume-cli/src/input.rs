@@ -89,9 +89,24 @@ pub fn field(path: &Path, job: &Job) -> Result<FieldFile> {
     open(path, job)?.into_field()
 }
 
-/// Reads a picture as stored.
+/// Reads a texture whose opacity the verb keeps.
+pub fn exemplar(path: &Path, job: &Job) -> Result<FieldFile> {
+    open(path, job)?.into_exemplar()
+}
+
+/// Reads an image that is registered with an exemplar: colours or data, as stored.
+pub fn registered(path: &Path, job: &Job) -> Result<FieldFile> {
+    open(path, job)?.into_registered()
+}
+
+/// Reads a picture of colours.
 pub fn raster(path: &Path, job: &Job) -> Result<Raster> {
     open(path, job)?.into_raster()
+}
+
+/// Reads a picture of data, such as normals.
+pub fn data(path: &Path, job: &Job) -> Result<Raster> {
+    open(path, job)?.into_data()
 }
 
 /// Reads a height map with its recorded scale.
@@ -106,7 +121,7 @@ pub fn texels(map: &HeightMap) -> Planes {
 
 /// The planes of a guide, which must have the size of the image it covers.
 pub fn guide(path: &Path, size: Size, job: &Job) -> Result<Planes> {
-    let guide = field(path, job)?.field.coefficients().clone();
+    let guide = registered(path, job)?.field.coefficients().clone();
     if guide.size() != size {
         return Err(Error::usage(format!(
             "the guide has {} texels, the image below it {size}: they must have the same size",
@@ -117,16 +132,15 @@ pub fn guide(path: &Path, size: Size, job: &Job) -> Result<Planes> {
     Ok(guide)
 }
 
-/// The texels of a mask that are brighter than half; it must have the size of the image it masks.
+/// The painted texels of a mask; it must have the size of the image it masks.
 pub fn mask(path: &Path, size: Size, job: &Job) -> Result<Vec<bool>> {
-    let mask = raster(path, job)?;
-    if mask.size() != size {
+    let mask = open(path, job)?.into_mask()?;
+    if mask.size != size {
         return Err(Error::usage(format!(
             "the mask has {} texels, the image it masks {size}: they must have the same size",
-            mask.size()
+            mask.size
         ))
         .at(path));
     }
-    let bright = |texel: usize| mask.samples().value(texel * mask.channels()) > 0.5;
-    Ok((0..size.texels()).map(bright).collect())
+    Ok(mask.painted)
 }

@@ -13,6 +13,7 @@ mod gathered;
 mod input;
 mod memory;
 mod normals;
+mod opacity;
 mod output;
 mod paths;
 mod progress;
@@ -51,7 +52,7 @@ fn run(typed: &[OsString]) -> u8 {
     let name = verb::named(typed).unwrap_or_default();
     let done = watch().and_then(|cancel| Context::new(cli.common, cancel)).and_then(|context| {
         let report = verb::run(cli.verb, &context)?;
-        report.print(&name, &context)
+        report.with_warnings(context.job.remarks()).print(&name, &context)
     });
     done.map_or_else(|error| fail(&Failure::of(&name, &error), typed), |()| 0)
 }

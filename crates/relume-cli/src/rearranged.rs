@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use relume::format::{FieldFile, FieldFormat, Opened};
 use relume::synthesis::SourceMap;
-use relume::{Error, ReflectanceField, Result};
+use relume::{Error, Job, ReflectanceField, Result};
 
 use crate::context::Context;
 use crate::output::Outputs;
@@ -106,7 +106,7 @@ impl Args {
 impl Applied<'_> {
     /// Reads the images, which must have the sizes of the exemplars.
     pub fn read(&self, exemplars: &[FieldFile], context: &Context) -> Result<Vec<FieldFile>> {
-        let images = read_all(self.images, None, context)?;
+        let images = read_all(self.images, None, context, input::registered)?;
         for ((image, exemplar), path) in images.iter().zip(exemplars).zip(self.images) {
             let (found, expected) = (image.field.size(), exemplar.field.size());
             if found != expected {
@@ -130,16 +130,21 @@ pub fn read_registered(
     jobs.iter().map(|job| job.read(exemplars, context)).collect()
 }
 
-/// Reads fields that must be of one kind; the first may have been read already.
-pub fn read_all(paths: &[PathBuf], mut first: Option<Opened>, context: &Context) -> Result<Vec<FieldFile>> {
+/// Reads fields that must be of one kind; the first may have been opened already, as an exemplar.
+pub fn read_all(
+    paths: &[PathBuf],
+    mut first: Option<Opened>,
+    context: &Context,
+    read: fn(&Path, &Job) -> Result<FieldFile>,
+) -> Result<Vec<FieldFile>> {
     let kind = |field: &ReflectanceField| {
         format!("{} {} in {} values", field.layout().name(), field.basis().name(), field.space())
     };
-    let read = |path: &PathBuf| match first.take() {
-        Some(opened) => opened.into_field(),
-        None => input::field(path, &context.job),
+    let read_one = |path: &PathBuf| match first.take() {
+        Some(opened) => opened.into_exemplar(),
+        None => read(path, &context.job),
     };
-    let files = paths.iter().map(read).collect::<Result<Vec<_>>>()?;
+    let files = paths.iter().map(read_one).collect::<Result<Vec<_>>>()?;
     for (file, path) in files.iter().zip(paths) {
         let (found, expected) = (kind(&file.field), kind(&files[0].field));
         if found != expected {

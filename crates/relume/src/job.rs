@@ -1,17 +1,20 @@
-//! One job: its limits, the memory it holds, the listener to its progress, and its cancellation.
+//! One job: its limits, the memory it holds, the listener to its progress, its cancellation, and the remarks
+//! of its readers.
 
 use std::fmt;
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use crate::error::{Error, ErrorKind, Result};
 use crate::limits::Limits;
 use crate::progress::Progress;
+use crate::remarks::Remarks;
 use crate::size::Size;
 
-/// The limits, progress listener and cancellation flag of one piece of work.
+/// The limits, progress listener, cancellation flag and remarks of one piece of work.
 ///
-/// Clones share all three, so one memory budget covers all stages of a job: before a stage allocates, it asks
+/// Clones share them all, so one memory budget covers all stages of a job: before a stage allocates, it asks
 /// [`Job::check`] whether the allocation fits beside the memory already held; whatever outlives a stage is
 /// held with [`Job::hold`].
 ///
@@ -31,6 +34,9 @@ pub struct Job {
     ledger: Arc<Ledger>,
     progress: Option<Arc<dyn Progress>>,
     cancel: Cancel,
+    remarks: Arc<Remarks>,
+    /// The file that is being read.
+    file: Option<Arc<Path>>,
 }
 
 /// A flag that cancels a job from outside; clones are the same flag.
@@ -136,6 +142,23 @@ impl Job {
             }
             Err(_) => Err(self.free().refusal(what, bytes)),
         }
+    }
+
+    /// The same job, whose remarks concern a file.
+    #[must_use]
+    pub fn about(&self, file: &Path) -> Self {
+        Self { file: Some(file.into()), ..self.clone() }
+    }
+
+    /// Keeps a remark on the file that is read: a sentence about a value that was left out, converted or
+    /// taken by convention. It has no full stop.
+    pub fn remark(&self, sentence: impl Into<String>) {
+        self.remarks.add(sentence.into(), self.file.as_deref());
+    }
+
+    /// The remarks so far, each once and with the files it concerns, in alphabetical order.
+    pub fn remarks(&self) -> Vec<String> {
+        self.remarks.sentences()
     }
 
     fn free(&self) -> Limits {

@@ -59,6 +59,7 @@ pub mod planes;
 pub mod progress;
 pub mod raster;
 pub mod rect;
+mod remarks;
 pub mod size;
 pub mod space;
 pub mod stamp;

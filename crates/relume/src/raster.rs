@@ -1,7 +1,7 @@
 //! Samples as stored in a picture file: the interface between file readers and the stages.
 //!
-//! A raster is interleaved (all channels of a texel are adjacent), grey or RGB, rows from the top. Integer
-//! samples are sRGB-encoded, floating-point samples are linear, by the convention of the files they come
+//! A raster is interleaved (all channels of a texel are adjacent), grey or RGB, rows from the top, with an
+//! opacity of its own where the file has one. Integer samples are sRGB-encoded, floating-point samples are linear, by the convention of the files they come
 //! from. Nothing is converted until a caller asks for a [`Picture`].
 
 use std::sync::{Mutex, PoisonError};
@@ -57,14 +57,30 @@ impl Samples {
             Self::F32(s) => s[i],
         }
     }
+
+    /// Those of the rectangle of `size` texels at (x, y), which lies inside a picture of `of` texels.
+    fn crop(&self, of: Size, x: usize, y: usize, size: Size) -> Self {
+        fn rows<T: Copy>(samples: &[T], of: Size, x: usize, y: usize, size: Size) -> Vec<T> {
+            let channels = samples.len() / of.texels();
+            let row = |y: usize| &samples[of.index(x, y) * channels..][..size.width * channels];
+            (y..y + size.height).flat_map(|y| row(y).iter().copied()).collect()
+        }
+        match self {
+            Self::U8(s) => Self::U8(rows(s, of, x, y, size)),
+            Self::U16(s) => Self::U16(rows(s, of, x, y, size)),
+            Self::F32(s) => Self::F32(rows(s, of, x, y, size)),
+        }
+    }
 }
 
-/// A picture as stored: interleaved samples, one or three channels, rows from the top.
+/// A picture as stored: interleaved samples, one or three channels, rows from the top, and the opacity (alpha)
+/// of its texels where it varies.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Raster {
     size: Size,
     channels: usize,
     samples: Samples,
+    opacity: Option<Samples>,
 }
 
 impl Raster {
@@ -76,7 +92,38 @@ impl Raster {
                 samples.len()
             )));
         }
-        Ok(Self { size, channels, samples })
+        Ok(Self { size, channels, samples, opacity: None })
+    }
+
+    /// The same picture with an opacity: one sample per texel, 0 is transparent and white opaque. Colours are
+    /// not multiplied by it.
+    pub fn with_opacity(self, opacity: Samples) -> Result<Self> {
+        if opacity.len() != self.size.texels() {
+            return Err(Error::invalid(format!(
+                "a picture of {} texels cannot have the opacity of {}",
+                self.size,
+                opacity.len()
+            )));
+        }
+        Ok(Self { opacity: Some(opacity), ..self })
+    }
+
+    /// The same picture without an opacity.
+    #[must_use]
+    pub fn without_opacity(self) -> Self {
+        Self { opacity: None, ..self }
+    }
+
+    /// The opacity of each texel, if the file has one that varies.
+    pub fn opacity(&self) -> Option<&Samples> {
+        self.opacity.as_ref()
+    }
+
+    /// The opacity as a plane, from 0 to 1: coverage, in which no space is encoded.
+    pub fn opacity_plane(&self) -> Option<Planes> {
+        let opacity = self.opacity.as_ref()?;
+        let values = (0..self.size.texels()).map(|texel| opacity.value(texel).clamp(0.0, 1.0)).collect();
+        Some(Planes::from_vec(self.size, 1, values).expect("one value per texel"))
     }
 
     /// Width and height.
@@ -100,18 +147,11 @@ impl Raster {
     /// When the rectangle does not lie inside.
     pub fn crop(&self, x: usize, y: usize, size: Size) -> Result<Self> {
         self.size.check_crop(x, y, size)?;
-        let samples = match &self.samples {
-            Samples::U8(s) => Samples::U8(self.cropped(s, x, y, size)),
-            Samples::U16(s) => Samples::U16(self.cropped(s, x, y, size)),
-            Samples::F32(s) => Samples::F32(self.cropped(s, x, y, size)),
-        };
-        Self::new(size, self.channels, samples)
-    }
-
-    fn cropped<T: Copy>(&self, samples: &[T], x: usize, y: usize, size: Size) -> Vec<T> {
-        let row =
-            |row: usize| &samples[self.size.index(x, row) * self.channels..][..size.width * self.channels];
-        (y..y + size.height).flat_map(|y| row(y).iter().copied()).collect()
+        let cropped = Self::new(size, self.channels, self.samples.crop(self.size, x, y, size))?;
+        match &self.opacity {
+            Some(opacity) => cropped.with_opacity(opacity.crop(self.size, x, y, size)),
+            None => Ok(cropped),
+        }
     }
 
     /// The values as planes, converted to `space`.
@@ -208,6 +248,9 @@ mod tests {
         let size = Size::new(3, 2);
         let expected = raster.to_picture(Space::Srgb).planes.crop(2, 1, size).unwrap();
         assert_eq!(raster.crop(2, 1, size).unwrap().to_picture(Space::Srgb).planes, expected);
+        let opaque = raster.clone().with_opacity(Samples::U8((0..20).collect())).unwrap();
+        let cropped = opaque.crop(2, 1, size).unwrap();
+        assert_eq!(cropped.opacity(), Some(&Samples::U8(vec![7, 8, 9, 12, 13, 14])));
         assert!(raster.crop(3, 0, size).is_err() && raster.crop(0, usize::MAX, size).is_err());
         assert!(raster.crop(0, 0, Size::new(0, 2)).is_err());
     }

@@ -15,7 +15,7 @@ use crate::context::Context;
 use crate::output::Outputs;
 use crate::rearranged::{self, Applied, read_registered};
 use crate::report::Report;
-use crate::{args, gathered, input};
+use crate::{args, gathered, input, opacity};
 
 /// Arguments of `relume fill`.
 #[derive(Debug, clap::Args)]
@@ -125,11 +125,12 @@ impl How {
         claimed: Claimed<'a>,
         context: &Context,
     ) -> Result<FilledTexture<'a>> {
-        let file = [input::field(path, &context.job)?];
+        let file = [input::exemplar(path, &context.job)?];
         let space = self.metric.space(&file[0].field, self.domain)?;
         let index = gathered::index(&file, &space, context)?.swap_remove(0);
         let mask = |path: &PathBuf| input::mask(path, index.size(), &context.job);
         let excluded = self.exclude.as_ref().map(mask).transpose()?;
+        let excluded = opacity::excluded(&file[0], path, excluded, context);
         let guide = |path: &PathBuf| input::guide(path, index.size(), &context.job);
         let guide = self.guide.as_ref().map(guide).transpose()?;
         let images = read_registered(&claimed.applied, &file, context)?;

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use relume::field::{Domain, IndexSpace, Metric};
 use relume::format::tile_set::{in_words, sidecar, sidecar_path};
-use relume::format::{Encoding, FieldFile, FieldFormat, PictureFormat, encode_field, exr};
+use relume::format::{Encoding, FieldFile, FieldFormat, PictureFormat, encode_translucent, exr};
 use relume::numeric::lattice::Lattice;
 use relume::numeric::periods::Pattern;
 use relume::synthesis::roller::{RollReport, Rolled, RollerOptions, roll};
@@ -16,7 +16,7 @@ use crate::context::Context;
 use crate::output::Outputs;
 use crate::rearranged::{self, read_registered};
 use crate::report::Report;
-use crate::{args, input, output};
+use crate::{args, input, opacity, output};
 
 /// Arguments of `relume roll`.
 #[derive(Debug, clap::Args)]
@@ -66,7 +66,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         ..RollerOptions::default()
     };
     options.validate()?;
-    let file = input::field(&args.file, &context.job)?;
+    let file = input::exemplar(&args.file, &context.job)?;
     let images = read_registered(&applied, std::slice::from_ref(&file), context)?;
     let rolled = make(args, &file, &options, context)?;
     let mut files = tiles(&args.output, &rolled, &file, context)?;
@@ -116,20 +116,23 @@ fn make(args: &Args, file: &FieldFile, options: &RollerOptions, context: &Contex
     let index = space.index_planes(&file.field);
     let mask = |path: &PathBuf| input::mask(path, index.size(), &context.job);
     let excluded = args.exclude.as_ref().map(mask).transpose()?;
+    let excluded = opacity::excluded(file, &args.file, excluded, context);
     roll(&Exemplar { index: &index, excluded: excluded.as_deref() }, options, &context.job)
 }
 
 /// The file of the tiles, in the encoding of the exemplar.
 fn encode(rolled: &Rolled, file: &FieldFile, format: FieldFormat, context: &Context) -> Result<Vec<u8>> {
     let field = gather(rolled.tiles.map(), &[&file.field], &context.job)?;
+    let opacity = opacity::gathered(rolled.tiles.map(), std::slice::from_ref(file), context)?;
+    let opacity = opacity.as_ref();
     match format.in_depth_of(&file.encoding) {
         FieldFormat::Exr(depth) => {
-            exr::encode_tiles(&field, rolled.tiles.count(), rolled.tiles.cells(), depth)
+            exr::encode_tiles(&field, opacity, rolled.tiles.count(), rolled.tiles.cells(), depth)
         }
         FieldFormat::Ptm if !matches!(file.encoding, Encoding::Ptm(_)) => {
-            encode_field(&field, format, None, &context.job)
+            encode_translucent(&field, opacity, format, None, &context.job)
         }
-        format => encode_field(&field, format, Some(&file.encoding), &context.job),
+        format => encode_translucent(&field, opacity, format, Some(&file.encoding), &context.job),
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod auto;
 mod capture;
+mod channels;
 mod compare_analyze;
 mod everything;
 mod extremes;

@@ -5,15 +5,17 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::exr::{self, ExrDepth};
+use super::exr::{self, ExrDepth, ExrField};
 use super::kind::{Kind, unknown};
-use super::picture::{Depth, PictureFormat, encode_picture, extension};
+use super::meaning::Meaning;
+use super::picture::{Depth, PictureFormat, encode_with, extension};
 use super::ptm::{self, PtmEncoding, Under};
-use super::raster::decode_raster;
+use super::raster;
 use crate::error::{Error, Result};
 use crate::field::{Basis, ReflectanceField};
 use crate::job::Job;
 use crate::picture::Picture;
+use crate::planes::Planes;
 use crate::raster::Samples;
 
 /// A field read from a file.
@@ -21,8 +23,18 @@ use crate::raster::Samples;
 pub struct FieldFile {
     /// The field.
     pub field: ReflectanceField,
+    /// The opacity of its texels where it varies: one plane, from 0 (transparent) to 1.
+    pub opacity: Option<Planes>,
     /// The storage of the values in the file.
     pub encoding: Encoding,
+}
+
+impl FieldFile {
+    /// Which texels are fully transparent, if any is.
+    pub fn transparent(&self) -> Option<Vec<bool>> {
+        let opacity = self.opacity.as_ref()?.plane(0);
+        opacity.contains(&0.0).then(|| opacity.iter().map(|&opacity| opacity == 0.0).collect())
+    }
 }
 
 /// The storage of values in a file, so that copies of them can be stored in the same way.
@@ -89,6 +101,11 @@ impl FieldFormat {
             _ => self,
         }
     }
+
+    /// Whether files of this format hold the opacity of texels.
+    pub fn holds_opacity(self) -> bool {
+        !matches!(self, Self::Ptm | Self::Picture(PictureFormat::Jpeg { .. }))
+    }
 }
 
 /// The field in the bytes of a file: a `.ptm`, an EXR field, or any picture as a field of constants.
@@ -97,28 +114,34 @@ impl FieldFormat {
 /// # Errors
 /// A file that is truncated, is of another kind or exceeds the limits.
 pub fn decode_field(bytes: &[u8], job: &Job) -> Result<FieldFile> {
-    let FieldFile { field, encoding } = decode_any(bytes, job)?;
-    Ok(FieldFile { field: field.held(job, "the texture")?, encoding })
+    decode_as(bytes, Meaning::Colors, job)
 }
 
-fn decode_any(bytes: &[u8], job: &Job) -> Result<FieldFile> {
+/// As [`decode_field`], for values of a given meaning.
+pub(super) fn decode_as(bytes: &[u8], meaning: Meaning, job: &Job) -> Result<FieldFile> {
+    let FieldFile { field, opacity, encoding } = decode_any(bytes, meaning, job)?;
+    let opacity = opacity.map(|opacity| opacity.held(job, "the opacity")).transpose()?;
+    Ok(FieldFile { field: field.held(job, "the texture")?, opacity, encoding })
+}
+
+fn decode_any(bytes: &[u8], meaning: Meaning, job: &Job) -> Result<FieldFile> {
     let _file = job.hold("the file", bytes.len() as u64)?;
     match Kind::of_texels(bytes)? {
         Kind::Ptm => {
             let (field, encoding) = ptm::decode(bytes, job)?;
-            Ok(FieldFile { field, encoding: Encoding::Ptm(encoding) })
+            Ok(FieldFile { field, opacity: None, encoding: Encoding::Ptm(encoding) })
         }
         Kind::Exr => {
-            let (field, depth) = exr::decode_field(bytes, job)?;
-            Ok(FieldFile { field, encoding: Encoding::Exr(depth) })
+            let ExrField { field, opacity, depth } = exr::decode_field(bytes, meaning, job)?;
+            Ok(FieldFile { field, opacity, encoding: Encoding::Exr(depth) })
         }
-        Kind::Png | Kind::Jpeg | Kind::Tiff => decode_constants(bytes, job),
+        Kind::Png | Kind::Jpeg | Kind::Tiff => decode_constants(bytes, meaning, job),
         Kind::Rlm | Kind::Npy | Kind::Glb => Err(unknown(bytes)),
     }
 }
 
-fn decode_constants(bytes: &[u8], job: &Job) -> Result<FieldFile> {
-    let raster = decode_raster(bytes, job)?;
+fn decode_constants(bytes: &[u8], meaning: Meaning, job: &Job) -> Result<FieldFile> {
+    let raster = raster::decode_as(bytes, meaning, job)?;
     job.check("the picture as a field", raster.size(), 8 * raster.channels() as u64)?;
     let encoding = match raster.samples() {
         Samples::U8(_) => Encoding::Picture(Depth::Eight),
@@ -126,7 +149,8 @@ fn decode_constants(bytes: &[u8], job: &Job) -> Result<FieldFile> {
         Samples::F32(_) => Encoding::Exr(ExrDepth::Float),
     };
     let picture = raster.to_picture(raster.samples().space());
-    Ok(FieldFile { field: ReflectanceField::from_picture(picture), encoding })
+    let opacity = raster.opacity_plane();
+    Ok(FieldFile { field: ReflectanceField::from_picture(picture), opacity, encoding })
 }
 
 /// The bytes of the file of a field.
@@ -144,14 +168,31 @@ pub fn encode_field(
     encoding: Option<&Encoding>,
     job: &Job,
 ) -> Result<Vec<u8>> {
+    encode_translucent(field, None, format, encoding, job)
+}
+
+/// As [`encode_field`], with an opacity of one plane from 0 to 1; see [`FieldFormat::holds_opacity`].
+///
+/// # Errors
+/// As [`encode_field`], and for an opacity that the format cannot hold.
+pub fn encode_translucent(
+    field: &ReflectanceField,
+    opacity: Option<&Planes>,
+    format: FieldFormat,
+    encoding: Option<&Encoding>,
+    job: &Job,
+) -> Result<Vec<u8>> {
     // A copy of the samples, their codes, and the file itself.
-    let bytes_per_texel = 12 * field.coefficients().count() as u64;
+    let bytes_per_texel = 12 * (field.coefficients().count() + usize::from(opacity.is_some())) as u64;
     job.check("writing the field", field.size(), bytes_per_texel)?;
+    if opacity.is_some() && !format.holds_opacity() {
+        return Err(Error::usage("JPEG and PTM files hold no opacity: write PNG, TIFF or EXR"));
+    }
     match (format, encoding) {
         (FieldFormat::Ptm, Some(Encoding::Ptm(stored))) => ptm::encode(field, Under::Stored(stored)),
         (FieldFormat::Ptm, _) => ptm::encode(field, Under::Chosen),
-        (FieldFormat::Exr(depth), _) => exr::encode_field(field, depth),
-        (FieldFormat::Picture(format), _) => encode_picture(&constants(field)?, format),
+        (FieldFormat::Exr(depth), _) => exr::encode_field(field, opacity, depth),
+        (FieldFormat::Picture(format), _) => encode_with(&constants(field)?, opacity, format),
     }
 }
 

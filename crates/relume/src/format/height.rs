@@ -14,12 +14,14 @@ use std::path::Path;
 
 use super::exr::{self, ExrDepth};
 use super::kind::Kind;
+use super::meaning::Meaning;
+use super::opacity::OPACITY_UNUSED;
 use super::picture::extension;
-use super::raster::decode_raster;
+use super::raster::decode_as;
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::planes::Planes;
-use crate::raster::Samples;
+use crate::raster::{Raster, Samples};
 
 const RANGE: &str = "Height-Range";
 const PIXEL: &str = "Millimetres-Per-Texel";
@@ -142,12 +144,24 @@ pub(super) fn is_recorded(bytes: &[u8]) -> bool {
 /// # Errors
 /// A file that is not a picture, or has an invalid record.
 pub fn decode_height(bytes: &[u8], job: &Job) -> Result<HeightMap> {
-    let raster = decode_raster(bytes, job)?;
+    let raster = decode_as(bytes, Meaning::Data, job)?;
+    if raster.opacity().is_some() {
+        job.remark(OPACITY_UNUSED);
+    }
+    if raster.channels() > 1 && !is_grey(&raster) {
+        job.remark("the height map is in colour: its first channel, red, is used");
+    }
     let recorded = recorded(&texts(bytes)?)?;
     let floats = matches!(raster.samples(), Samples::F32(_));
     let texels = floats.then_some(HeightScale { offset: 0.0, step: 1.0, mm_per_texel: None });
     let samples = raster.to_picture(raster.samples().space()).planes.truncated(1);
     Ok(HeightMap { samples, scale: recorded.or(texels) })
+}
+
+/// Whether the channels of all texels are equal.
+fn is_grey(raster: &Raster) -> bool {
+    let samples = raster.samples();
+    (0..samples.len()).all(|i| samples.value(i) == samples.value(i - i % raster.channels()))
 }
 
 /// The record of heights in a file.

@@ -7,7 +7,8 @@
 //! |---|---|---|
 //! | `.ptm` | [`Opened::into_field`] | [`encode_field`] |
 //! | EXR field | [`Opened::into_field`] | [`encode_field`] |
-//! | PNG, JPEG, TIFF, EXR picture | [`Opened::into_raster`], [`Opened::into_field`] | [`encode_picture`], [`encode_field`] |
+//! | PNG, JPEG, TIFF, EXR picture | [`Opened::into_raster`], [`Opened::into_field`], [`Opened::into_exemplar`] | [`encode_picture`], [`encode_field`] |
+//! | pictures of data | [`Opened::into_data`], [`Opened::into_registered`], [`Opened::into_mask`] | |
 //! | height map, PNG or EXR | [`Opened::into_height`] | [`encode_height`] |
 //! | set of tiles | [`Opened::into_tiles`] | [`exr::encode_tiles`], [`tile_set::sidecar`] |
 //! | animated PNG, GIF | | [`animation`] |
@@ -23,14 +24,18 @@
 
 pub mod animation;
 mod codes;
+mod color;
 mod complete;
 pub mod exr;
 mod field_file;
 mod finite;
 mod height;
 mod kind;
+mod mask;
+mod meaning;
 mod mesh;
 pub mod npy;
+mod opacity;
 mod open;
 mod picture;
 mod plausible;
@@ -40,12 +45,15 @@ mod raster;
 pub mod rlm;
 mod rows;
 mod stream;
+mod tiff;
 pub mod tile_set;
+mod turned;
 mod whole;
 
 pub use exr::ExrDepth;
-pub use field_file::{Encoding, FieldFile, FieldFormat, decode_field, encode_field};
+pub use field_file::{Encoding, FieldFile, FieldFormat, decode_field, encode_field, encode_translucent};
 pub use height::{HeightFormat, HeightMap, HeightScale, decode_height, encode_height};
+pub use mask::{Mask, decode_mask};
 pub use mesh::decode_mesh;
 pub use open::{Content, Opened, open, read, read_field, read_height, read_mesh, read_raster};
 pub use picture::{Depth, PictureFormat, encode_picture};

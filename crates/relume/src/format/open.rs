@@ -6,12 +6,15 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::field_file::{FieldFile, decode_field};
+use super::field_file::{self, FieldFile};
 use super::height::{self, HeightMap, decode_height};
 use super::kind::{Class, Kind, unknown};
+use super::mask::{Mask, decode_mask};
+use super::meaning::Meaning;
 use super::mesh::decode_mesh;
 use super::npy::{self, Array};
-use super::raster::decode_raster;
+use super::opacity::OPACITY_UNUSED;
+use super::raster;
 use super::tile_set::{self, Said, TileSetFile};
 use super::whole::{read_bytes, read_file};
 use super::{exr, rlm};
@@ -82,7 +85,7 @@ pub struct Opened {
 pub fn open(path: &Path, job: &Job) -> Result<Opened> {
     if path.is_dir() {
         let (name, bytes) = (path.to_path_buf(), Arc::default());
-        return Ok(Opened { name, bytes, content: Content::Capture, tiles: None, job: job.clone() });
+        return Ok(Opened { name, bytes, content: Content::Capture, tiles: None, job: job.about(path) });
     }
     let opened = recognise(read_file(path, job)?, path, job)?;
     match (opened.content, tile_set::beside(path, &opened.bytes)?) {
@@ -104,7 +107,7 @@ pub fn read(source: impl Read, name: impl AsRef<Path>, job: &Job) -> Result<Open
 
 fn recognise(bytes: Vec<u8>, name: &Path, job: &Job) -> Result<Opened> {
     let (content, tiles) = content(&bytes).map_err(|e| e.at(name))?;
-    Ok(Opened { name: name.to_path_buf(), bytes: Arc::new(bytes), content, tiles, job: job.clone() })
+    Ok(Opened { name: name.to_path_buf(), bytes: Arc::new(bytes), content, tiles, job: job.about(name) })
 }
 
 fn content(bytes: &[u8]) -> Result<(Content, Option<Said>)> {
@@ -173,29 +176,83 @@ impl Opened {
         Stamp::of(&self.bytes)
     }
 
-    /// The texture: functions, or a picture as constant functions.
+    /// The texture: functions, or a picture as constant functions. An opacity is left out, with a remark of
+    /// the job.
     ///
     /// # Errors
     /// The error names the file: one that holds no texture, is damaged or exceeds the limits.
     pub fn into_field(self) -> Result<FieldFile> {
+        let job = self.job.clone();
+        let file = self.field_of(Meaning::Colors)?;
+        if file.opacity.is_some() {
+            job.remark(OPACITY_UNUSED);
+        }
+        Ok(FieldFile { opacity: None, ..file })
+    }
+
+    /// As [`Opened::into_field`], with the opacity.
+    ///
+    /// # Errors
+    /// As [`Opened::into_field`].
+    pub fn into_exemplar(self) -> Result<FieldFile> {
+        self.field_of(Meaning::Colors)
+    }
+
+    /// As [`Opened::into_exemplar`], of an image that is registered with an exemplar and may hold data: its
+    /// values are those of the file, whatever space that names.
+    ///
+    /// # Errors
+    /// As [`Opened::into_field`].
+    pub fn into_registered(self) -> Result<FieldFile> {
+        self.field_of(Meaning::Copies)
+    }
+
+    fn field_of(self, meaning: Meaning) -> Result<FieldFile> {
         let hint = match self.content {
             Content::Model => "; `relume synth` makes one of it",
             Content::Capture => "; `relume fit` makes one of it",
             _ => "",
         };
-        self.decoded("a texture", hint, |opened| decode_field(&opened.bytes, &opened.job))
+        self.decoded("a texture", hint, |opened| field_file::decode_as(&opened.bytes, meaning, &opened.job))
     }
 
-    /// The picture as stored.
+    /// The picture as stored, in colours. An opacity is left out, with a remark of the job.
     ///
     /// # Errors
     /// As [`Opened::into_field`], for a file that holds no picture.
     pub fn into_raster(self) -> Result<Raster> {
+        self.opaque_raster(Meaning::Colors)
+    }
+
+    /// As [`Opened::into_raster`], of data such as normals or roughness: values are those of the file, whatever
+    /// space that names.
+    ///
+    /// # Errors
+    /// As [`Opened::into_raster`].
+    pub fn into_data(self) -> Result<Raster> {
+        self.opaque_raster(Meaning::Data)
+    }
+
+    /// The mask; see [`decode_mask`].
+    ///
+    /// # Errors
+    /// As [`Opened::into_raster`].
+    pub fn into_mask(self) -> Result<Mask> {
+        self.decoded("a mask", "", |opened| decode_mask(&opened.bytes, &opened.job))
+    }
+
+    fn opaque_raster(self, meaning: Meaning) -> Result<Raster> {
         let hint = if self.content == Content::Field { "; relight it to make one" } else { "" };
         if self.content == Content::Field {
             return Err(self.refused("a picture", hint));
         }
-        self.decoded("a picture", hint, |opened| decode_raster(&opened.bytes, &opened.job))
+        let job = self.job.clone();
+        let decode = |opened: &Self| raster::decode_as(&opened.bytes, meaning, &opened.job);
+        let raster = self.decoded("a picture", hint, decode)?;
+        if raster.opacity().is_some() {
+            job.remark(OPACITY_UNUSED);
+        }
+        Ok(raster.without_opacity())
     }
 
     /// The height map, with its scale if recorded; for a colour picture, the first channel.

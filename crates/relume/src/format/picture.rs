@@ -11,6 +11,7 @@ use super::exr::{self, ExrDepth};
 use super::{codes, png};
 use crate::error::{Error, Result};
 use crate::picture::Picture;
+use crate::planes::Planes;
 use crate::size::Size;
 use crate::space::Space;
 
@@ -87,21 +88,64 @@ pub(super) fn extension(path: &Path) -> String {
 /// When the picture does not fit the format: neither one nor three channels, a JPEG with a side
 /// over 65,535 texels, a quality outside 1 to 100.
 pub fn encode_picture(picture: &Picture, format: PictureFormat) -> Result<Vec<u8>> {
-    let (size, channels) = (picture.size(), picture.planes.count());
+    encode_with(picture, None, format)
+}
+
+/// As [`encode_picture`], with an opacity of one plane from 0 to 1, which JPEG and EXR pictures leave out.
+pub(super) fn encode_with(
+    picture: &Picture,
+    opacity: Option<&Planes>,
+    format: PictureFormat,
+) -> Result<Vec<u8>> {
+    let channels = picture.planes.count();
     if !matches!(channels, 1 | 3) {
         return Err(Error::invalid(format!("a picture has 1 or 3 channels, not {channels}")));
     }
+    let size = picture.size();
     match format {
-        PictureFormat::Png(Depth::Eight) => {
-            png::encode(size, channels, ::png::BitDepth::Eight, &codes::interleaved8(picture))
-        }
-        PictureFormat::Png(Depth::Sixteen) => {
-            let samples = bytes_of(&codes::interleaved16(picture), u16::to_be_bytes);
-            png::encode(size, channels, ::png::BitDepth::Sixteen, &samples)
+        PictureFormat::Png(depth) => {
+            let (channels, samples) = samples(picture, opacity, depth, u16::to_be_bytes);
+            png::encode(size, channels, bit_depth(depth), &samples)
         }
         PictureFormat::Jpeg { quality } => encode_jpeg(picture, quality),
-        PictureFormat::Tiff(depth) => encode_tiff(picture, depth),
+        PictureFormat::Tiff(depth) => encode_tiff(picture, opacity, depth),
         PictureFormat::Exr(depth) => exr::encode_picture(&picture.to_space(Space::Linear), depth),
+    }
+}
+
+fn bit_depth(depth: Depth) -> ::png::BitDepth {
+    match depth {
+        Depth::Eight => ::png::BitDepth::Eight,
+        Depth::Sixteen => ::png::BitDepth::Sixteen,
+    }
+}
+
+/// The number of channels, the opacity among them, and the bytes of interleaved codes.
+fn samples(
+    picture: &Picture,
+    opacity: Option<&Planes>,
+    depth: Depth,
+    order: fn(u16) -> [u8; 2],
+) -> (usize, Vec<u8>) {
+    let channels = picture.planes.count();
+    let alphas = opacity.map(|opacity| opacity.plane(0));
+    match depth {
+        Depth::Eight => {
+            let codes = codes::interleaved8(picture);
+            let Some(alphas) = alphas else { return (channels, codes) };
+            let joined = codes.chunks_exact(channels).zip(alphas).flat_map(|(texel, &alpha)| {
+                texel.iter().copied().chain(std::iter::once(codes::code8(alpha)))
+            });
+            (channels + 1, joined.collect())
+        }
+        Depth::Sixteen => {
+            let codes = codes::interleaved16(picture);
+            let Some(alphas) = alphas else { return (channels, bytes_of(&codes, order)) };
+            let joined = codes.chunks_exact(channels).zip(alphas).flat_map(|(texel, &alpha)| {
+                texel.iter().copied().chain(std::iter::once(codes::code16(alpha)))
+            });
+            (channels + 1, bytes_of(&joined.collect::<Vec<_>>(), order))
+        }
     }
 }
 
@@ -115,35 +159,48 @@ fn encode_jpeg(picture: &Picture, quality: u8) -> Result<Vec<u8>> {
     if !(1..=100).contains(&quality) {
         return Err(Error::usage(format!("the quality of a JPEG is 1 to 100, not {quality}")));
     }
-    let color = color_type(picture, Depth::Eight);
+    let color = color_type(picture.planes.count(), Depth::Eight);
     let mut out = Vec::new();
     JpegEncoder::new_with_quality(&mut out, quality)
         .encode(&codes::interleaved8(picture), width as u32, height as u32, color)
-        .map_err(|error| Error::invalid(format!("the picture cannot be written as JPEG: {error}")))?;
+        .map_err(|_| unwritable("JPEG", picture.size()))?;
     Ok(out)
 }
 
-fn encode_tiff(picture: &Picture, depth: Depth) -> Result<Vec<u8>> {
+fn encode_tiff(picture: &Picture, opacity: Option<&Planes>, depth: Depth) -> Result<Vec<u8>> {
     let Size { width, height } = picture.size();
     let sides = u32::try_from(width).ok().zip(u32::try_from(height).ok());
     let (width, height) = sides.ok_or_else(|| {
         Error::usage(format!("a TIFF picture has sides up to 4294967295 texels, not {width} x {height}"))
     })?;
-    let samples = match depth {
-        Depth::Eight => codes::interleaved8(picture),
-        Depth::Sixteen => bytes_of(&codes::interleaved16(picture), u16::to_ne_bytes),
-    };
+    // The encoder knows no grey with an opacity.
+    let in_color = (opacity.is_some() && picture.planes.count() == 1).then(|| colored(picture));
+    let (channels, samples) = samples(in_color.as_ref().unwrap_or(picture), opacity, depth, u16::to_ne_bytes);
     let mut out = Cursor::new(Vec::new());
     TiffEncoder::new(&mut out)
-        .write_image(&samples, width, height, color_type(picture, depth))
-        .map_err(|error| Error::invalid(format!("the picture cannot be written as TIFF: {error}")))?;
+        .write_image(&samples, width, height, color_type(channels, depth))
+        .map_err(|_| unwritable("TIFF", picture.size()))?;
     Ok(out.into_inner())
 }
 
-fn color_type(picture: &Picture, depth: Depth) -> ExtendedColorType {
-    match (picture.planes.count(), depth) {
+/// A grey picture as RGB.
+fn colored(grey: &Picture) -> Picture {
+    let samples = [grey.planes.plane(0); 3].concat();
+    let planes = Planes::from_vec(grey.size(), 3, samples).expect("three planes of one size");
+    Picture { planes, space: grey.space }
+}
+
+/// The error of an encoder that writes to memory: only a size can be at fault.
+pub(super) fn unwritable(kind: &str, size: Size) -> Error {
+    Error::limit(format!("a {kind} file cannot hold a picture of {size} texels: write EXR, or a smaller one"))
+}
+
+fn color_type(channels: usize, depth: Depth) -> ExtendedColorType {
+    match (channels, depth) {
         (1, Depth::Eight) => ExtendedColorType::L8,
         (1, Depth::Sixteen) => ExtendedColorType::L16,
+        (4, Depth::Eight) => ExtendedColorType::Rgba8,
+        (4, Depth::Sixteen) => ExtendedColorType::Rgba16,
         (_, Depth::Eight) => ExtendedColorType::Rgb8,
         (_, Depth::Sixteen) => ExtendedColorType::Rgb16,
     }

@@ -7,7 +7,7 @@ use super::kind::{Kind, damaged};
 use crate::error::{Error, Result};
 use crate::size::Size;
 
-/// The encoder for pictures of 1 or 3 channels, marked as sRGB.
+/// The encoder for pictures of 1 or 3 channels, or one more for the opacity, marked as sRGB.
 pub(super) fn encoder<'a, W: std::io::Write + 'a>(
     out: W,
     size: Size,
@@ -15,7 +15,12 @@ pub(super) fn encoder<'a, W: std::io::Write + 'a>(
     depth: ::png::BitDepth,
 ) -> Result<::png::Encoder<'a, W>> {
     let mut encoder = ::png::Encoder::new(out, side(size.width)?, side(size.height)?);
-    encoder.set_color(if channels == 1 { ::png::ColorType::Grayscale } else { ::png::ColorType::Rgb });
+    encoder.set_color(match channels {
+        1 => ::png::ColorType::Grayscale,
+        2 => ::png::ColorType::GrayscaleAlpha,
+        3 => ::png::ColorType::Rgb,
+        _ => ::png::ColorType::Rgba,
+    });
     encoder.set_depth(depth);
     encoder.set_source_srgb(::png::SrgbRenderingIntent::RelativeColorimetric);
     encoder.set_compression(::png::Compression::Fast);
@@ -54,8 +59,15 @@ pub(super) fn texts(bytes: &[u8]) -> Result<BTreeMap<String, String>> {
     Ok(chunks.map(|chunk| (chunk.keyword.clone(), chunk.text.clone())).collect())
 }
 
+/// The error of the encoder in the user's terms: the system's, or that of a size.
 pub(super) fn failed(error: ::png::EncodingError) -> Error {
-    Error::invalid(format!("the picture cannot be written as PNG: {error}"))
+    match error {
+        ::png::EncodingError::IoError(error) => Error::io("cannot write the PNG picture", &error),
+        ::png::EncodingError::LimitsExceeded => {
+            Error::limit("the PNG picture needs more memory than the limits allow: write a smaller one")
+        }
+        _ => Error::limit("a PNG file cannot hold a picture of this size: write EXR, or a smaller one"),
+    }
 }
 
 fn side(texels: usize) -> Result<u32> {

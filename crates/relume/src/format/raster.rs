@@ -1,11 +1,15 @@
-//! Pictures in the depth of their files: PNG, JPEG and TIFF by the `image` crate, EXR by ours.
+//! Pictures in the depth of their files: PNG, JPEG and TIFF of CMYK colours by the `image` crate, others by
+//! readers of ours.
 
 use std::io::Cursor;
 
 use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader};
 
+use super::color::ColorTag;
 use super::kind::{Kind, damaged, unknown};
-use super::{complete, exr, finite, plausible};
+use super::meaning::Meaning;
+use super::tiff::{self, TiffPicture};
+use super::{color, complete, exr, finite, opacity, plausible};
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::raster::{Raster, Samples};
@@ -13,31 +17,43 @@ use crate::size::Size;
 
 /// The picture in the bytes of a file: PNG or TIFF of 8 or 16 bits, TIFF or EXR of floats, JPEG.
 ///
-/// Samples keep their depth. Alpha is dropped, palettes are expanded, EXIF orientation is applied.
+/// Samples keep their depth, and opacity is kept beside them. Palettes are expanded, EXIF orientation is
+/// applied. What could not be taken as stored becomes a remark of the job.
 ///
 /// # Errors
 /// A file that is truncated, is of another kind or exceeds the limits.
 pub fn decode_raster(bytes: &[u8], job: &Job) -> Result<Raster> {
+    decode_as(bytes, Meaning::Colors, job)
+}
+
+/// As [`decode_raster`], for values of a given meaning.
+pub(super) fn decode_as(bytes: &[u8], meaning: Meaning, job: &Job) -> Result<Raster> {
     match Kind::of_texels(bytes)? {
         Kind::Ptm => Err(Error::unsupported(
             "the file is a polynomial texture map: expected a picture; relight it to make one",
         )),
-        Kind::Exr => exr::decode_picture(bytes, job),
+        Kind::Exr => exr::decode_picture(bytes, meaning, job),
         Kind::Png => {
             complete::check_png(bytes)?;
-            decode_with(bytes, ImageFormat::Png, job)
+            decode_with(bytes, ImageFormat::Png, meaning, job)
         }
         Kind::Jpeg => {
             let frame = complete::check_jpeg(bytes)?;
             job.check_bytes("decoding the JPEG picture", frame.map_or(0, |frame| frame.working_bytes()))?;
-            decode_with(bytes, ImageFormat::Jpeg, job)
+            decode_with(bytes, ImageFormat::Jpeg, meaning, job)
         }
-        Kind::Tiff => decode_with(bytes, ImageFormat::Tiff, job),
+        Kind::Tiff => match tiff::decode(bytes, job)? {
+            Some(TiffPicture { raster, profile }) => {
+                let tag = profile.map_or(ColorTag::Silent, |profile| ColorTag::of_icc(&profile));
+                Ok(color::in_srgb(raster, &tag, meaning, job))
+            }
+            None => decode_with(bytes, ImageFormat::Tiff, meaning, job),
+        },
         Kind::Rlm | Kind::Npy | Kind::Glb => Err(unknown(bytes)),
     }
 }
 
-fn decode_with(bytes: &[u8], format: ImageFormat, job: &Job) -> Result<Raster> {
+fn decode_with(bytes: &[u8], format: ImageFormat, meaning: Meaning, job: &Job) -> Result<Raster> {
     let explain = |error| explain(format, &error);
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
     reader.limits(decoder_limits(job));
@@ -50,9 +66,13 @@ fn decode_with(bytes: &[u8], format: ImageFormat, job: &Job) -> Result<Raster> {
         plausible::check("TIFF", size, size.texels() as u64 * bytes_per_texel, found, plausible::LZW)?;
     }
     let orientation = decoder.orientation().map_err(explain)?;
+    let tag = match format {
+        ImageFormat::Png => color::tag_of_png(bytes),
+        _ => decoder.icc_profile().ok().flatten().map_or(ColorTag::Silent, |icc| ColorTag::of_icc(&icc)),
+    };
     let mut image = DynamicImage::from_decoder(decoder).map_err(explain)?;
     image.apply_orientation(orientation);
-    raster_from(image)
+    Ok(color::in_srgb(raster_from(image, job)?, &tag, meaning, job))
 }
 
 fn decoder_limits(job: &Job) -> image::Limits {
@@ -84,8 +104,6 @@ fn explain(format: ImageFormat, error: &ImageError) -> Error {
 /// What is not read, by the words that the decoders have for it.
 fn unsupported(kind: Kind, words: &str) -> Error {
     let known = [
-        ("YCbCr", "colours stored as YCbCr"),
-        ("Palette", "palettes"),
         ("CMYK", "CMYK colours in planes"),
         ("ycck", "YCCK colours"),
         ("rithmetic", "arithmetic coding"),
@@ -99,34 +117,44 @@ fn unsupported(kind: Kind, words: &str) -> Error {
     ))
 }
 
-fn raster_from(image: DynamicImage) -> Result<Raster> {
+fn raster_from(image: DynamicImage, job: &Job) -> Result<Raster> {
     let size = Size::new(image.width() as usize, image.height() as usize);
-    let (channels, samples) = match image {
-        DynamicImage::ImageLuma8(b) => (1, Samples::U8(b.into_raw())),
-        DynamicImage::ImageLumaA8(b) => (1, Samples::U8(without_alpha(&b.into_raw(), 1))),
-        DynamicImage::ImageRgb8(b) => (3, Samples::U8(b.into_raw())),
-        DynamicImage::ImageRgba8(b) => (3, Samples::U8(without_alpha(&b.into_raw(), 3))),
-        DynamicImage::ImageLuma16(b) => (1, Samples::U16(b.into_raw())),
-        DynamicImage::ImageLumaA16(b) => (1, Samples::U16(without_alpha(&b.into_raw(), 1))),
-        DynamicImage::ImageRgb16(b) => (3, Samples::U16(b.into_raw())),
-        DynamicImage::ImageRgba16(b) => (3, Samples::U16(without_alpha(&b.into_raw(), 3))),
-        DynamicImage::ImageRgb32F(b) => (3, Samples::F32(b.into_raw())),
-        DynamicImage::ImageRgba32F(b) => (3, Samples::F32(without_alpha(&b.into_raw(), 3))),
-        other => {
-            let channels = other.color().channel_count();
-            return Err(Error::unsupported(format!(
-                "pictures of {channels} channels stored in this way are not read: expected grey or RGB of 8 or 16 bits"
-            )));
+    fn opaque(samples: Samples) -> (Samples, Option<Samples>) {
+        (samples, None)
+    }
+    fn translucent<T: Copy>(
+        texels: &[T],
+        channels: usize,
+        kind: fn(Vec<T>) -> Samples,
+    ) -> (Samples, Option<Samples>) {
+        let (samples, alphas) = opacity::split(texels, channels);
+        (kind(samples), Some(kind(alphas)))
+    }
+    let channels = if image.color().has_color() { 3 } else { 1 };
+    let (samples, alphas) = match image {
+        DynamicImage::ImageLuma8(b) => opaque(Samples::U8(b.into_raw())),
+        DynamicImage::ImageLumaA8(b) => translucent(&b, 1, Samples::U8),
+        DynamicImage::ImageRgb8(b) => opaque(Samples::U8(b.into_raw())),
+        DynamicImage::ImageRgba8(b) => translucent(&b, 3, Samples::U8),
+        DynamicImage::ImageLuma16(b) => opaque(Samples::U16(b.into_raw())),
+        DynamicImage::ImageLumaA16(b) => translucent(&b, 1, Samples::U16),
+        DynamicImage::ImageRgb16(b) => opaque(Samples::U16(b.into_raw())),
+        DynamicImage::ImageRgba16(b) => translucent(&b, 3, Samples::U16),
+        DynamicImage::ImageRgb32F(b) => opaque(Samples::F32(b.into_raw())),
+        DynamicImage::ImageRgba32F(b) => translucent(&b, 3, Samples::F32),
+        _ => {
+            return Err(Error::unsupported(
+                "samples of this kind are not read: export the picture as grey or RGB of 8 or 16 bits",
+            ));
         }
     };
     if let Samples::F32(samples) = &samples {
         let names: &[&str] = if channels == 1 { &["Y"] } else { &["R", "G", "B"] };
         finite::check(samples, size, |i| names[i % channels], |i| i / channels)?;
     }
-    Raster::new(size, channels, samples)
-}
-
-/// The samples of texels of `channels` + 1 samples without the last of each.
-fn without_alpha<T: Copy>(samples: &[T], channels: usize) -> Vec<T> {
-    samples.chunks_exact(channels + 1).flat_map(|texel| &texel[..channels]).copied().collect()
+    let raster = Raster::new(size, channels, samples)?;
+    match alphas {
+        Some(alphas) => opacity::attach(raster, alphas, job),
+        None => Ok(raster),
+    }
 }

@@ -115,16 +115,18 @@ fn a_bigtiff_picture_is_read() {
 }
 
 #[test]
-fn alpha_is_dropped_and_palettes_are_expanded() {
+fn alpha_is_kept_and_palettes_are_expanded() {
     let mut file = Vec::new();
     let texels = [1u8, 2, 3, 200, 4, 5, 6, 0];
     PngEncoder::new(&mut file).write_image(&texels, 2, 1, ExtendedColorType::Rgba8).unwrap();
     let truth = Raster::new(Size::new(2, 1), 3, Samples::U8(vec![1, 2, 3, 4, 5, 6])).unwrap();
+    let truth = truth.with_opacity(Samples::U8(vec![200, 0])).unwrap();
     assert_eq!(decode_raster(&file, &job()).unwrap(), truth);
 
     let mut file = Vec::new();
     PngEncoder::new(&mut file).write_image(&[9, 255, 7, 3], 2, 1, ExtendedColorType::La8).unwrap();
     let truth = Raster::new(Size::new(2, 1), 1, Samples::U8(vec![9, 7])).unwrap();
+    let truth = truth.with_opacity(Samples::U8(vec![255, 3])).unwrap();
     assert_eq!(decode_raster(&file, &job()).unwrap(), truth);
 
     let mut file = Vec::new();

@@ -198,11 +198,13 @@ fn crc32(bytes: &[u8]) -> u32 {
 fn exr_files_without_a_picture_say_what_they_hold() {
     let planes = Planes::zeros(Size::new(4, 4), 2);
     let file = encode_labelled(&["depth", "mask"], &planes, ExrDepth::Float).unwrap();
-    for result in read(&file) {
-        let error = result.unwrap_err();
-        assert_eq!(error.kind(), ErrorKind::Unsupported);
-        assert!(error.message().contains("depth, mask"), "{error}");
-    }
+    let error = decode_raster(&file, &job()).unwrap_err();
+    assert_eq!(error.kind(), ErrorKind::Unsupported);
+    assert!(error.message().contains("depth, mask"), "{error}");
+    let listening = job();
+    let field = decode_field(&file, &listening).unwrap().field;
+    assert_eq!(field.layout().channel_names(), ["depth", "mask"]);
+    assert!(listening.remarks()[0].contains("depth, mask"), "{:?}", listening.remarks());
     let field = random_field(Basis::Ptm, PlaneLayout::RGB, Space::Linear, Size::new(4, 4), 1);
     let file = encode_field(&field, FieldFormat::Exr(ExrDepth::Float), None, &job()).unwrap();
     assert!(decode_raster(&file, &job()).unwrap_err().message().contains("relight"));

@@ -93,8 +93,8 @@ impl MapFiles {
         }
         let (height_file, albedo_file) = (wanted(&self.height, "height")?, wanted(&self.albedo, "albedo")?);
         let height = height(&input::height(height_file, job)?, height_scale);
-        let same_size = |path: &Path| {
-            let raster = input::raster(path, job)?;
+        let same_size = |path: &Path, raster: Result<Raster>| {
+            let raster = raster?;
             if raster.size() != height.size() {
                 return Err(Error::invalid(format!(
                     "is {} texels, but {} is {}: all maps must have the same size",
@@ -106,16 +106,17 @@ impl MapFiles {
             }
             Ok(raster)
         };
-        let albedo = albedo(&same_size(albedo_file)?);
+        let data = |path: &Path| same_size(path, input::data(path, job));
+        let albedo = albedo(&same_size(albedo_file, input::raster(albedo_file, job))?);
         let normal = match &self.normal {
             Some(path) => {
                 let y = y.unwrap_or(if is_directx(path) { NormalY::Down } else { NormalY::Up });
-                Some(normals_of(&same_size(path)?, y).map_err(|e| e.at(path))?)
+                Some(normals_of(&data(path)?, y).map_err(|e| e.at(path))?)
             }
             None => None,
         };
         let roughness = match &self.roughness {
-            Some(path) => Some(first_channel(&same_size(path)?)),
+            Some(path) => Some(first_channel(&data(path)?)),
             None => None,
         };
         Ok(SurfaceMaps { height, albedo, normal, roughness })

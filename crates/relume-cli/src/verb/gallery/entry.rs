@@ -73,7 +73,7 @@ impl GalleryExemplar {
         // Read once for all verbs; where that fails, each entry says so.
         let kept = input::keep(file, &context.job);
         let size = kept.as_ref().map_err(Error::clone);
-        let size = size.and_then(|_| input::field(file, &context.job)).map(|read| read.field.size());
+        let size = size.and_then(|_| input::exemplar(file, &context.job)).map(|read| read.field.size());
         let folder = stage.path().join(name);
         fs::create_dir(&folder).map_err(|e| Error::io("cannot create the folder", &e).at(&folder))?;
         let scratch = stage.scratch()?;

@@ -39,7 +39,7 @@ impl Truth {
             height_error(height, &truth).map_err(|e| e.at(path))
         });
         let normals = self.truth_normals.as_ref().map(|path| {
-            let truth = normals_of(&input::raster(path, &context.job)?, NormalY::Up);
+            let truth = normals_of(&input::data(path, &context.job)?, NormalY::Up);
             truth.and_then(|truth| angle_error(normals, &truth)).map_err(|e| e.at(path))
         });
         Ok(Compared { height: height.transpose()?, normals: normals.transpose()? })

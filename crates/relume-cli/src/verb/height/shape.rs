@@ -82,7 +82,7 @@ pub fn find(args: &Args, context: &Context) -> Result<Shape> {
         HeightMethod::ShapeFromShading => shading(args, is_capture, context),
         HeightMethod::PtmNormals => field_normals(args, context),
         HeightMethod::NormalMap => {
-            let raster = input::raster(&args.input, &context.job)?;
+            let raster = input::data(&args.input, &context.job)?;
             let normals = normals_of(&raster, NormalY::Up).map_err(|e| e.at(&args.input))?;
             Shape::of_normals(method, normals, args.steepest).map_err(|e| e.at(&args.input))
         }

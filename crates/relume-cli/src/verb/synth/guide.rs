@@ -45,7 +45,7 @@ impl Args {
             )));
         }
         let planes = |path: &PathBuf| -> Result<Planes> {
-            Ok(input::field(path, &context.job)?.field.coefficients().clone())
+            Ok(input::registered(path, &context.job)?.field.coefficients().clone())
         };
         Ok(Some(Guidance {
             sources: self.guide_source.iter().map(planes).collect::<Result<_>>()?,

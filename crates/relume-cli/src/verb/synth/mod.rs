@@ -21,7 +21,7 @@ use crate::context::Context;
 use crate::output::Outputs;
 use crate::rearranged::{self, Applied, read_all, read_registered};
 use crate::report::Report;
-use crate::{args, gathered, input};
+use crate::{args, gathered, input, opacity};
 use describe::describe;
 
 /// Arguments of `relume synth`.
@@ -136,7 +136,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let applied = claim_outputs(args, &mut outputs)?;
     let guidance = args.guide.read(args.exemplars.len(), context)?;
     let (options, approach) = args.options(guidance)?;
-    let files = read_all(&args.exemplars, opened, context)?;
+    let files = read_all(&args.exemplars, opened, context, input::exemplar)?;
     let images = read_registered(&applied, &files, context)?;
     let written = files.first().into_iter().chain(images.iter().filter_map(|images| images.first()));
     gathered::check_memory(options.size, written, context)?;
@@ -195,7 +195,7 @@ fn synthesise(args: &Args, files: &[FieldFile], approach: &Approach, context: &C
     let space = args.metric.space(&files[0].field, args.domain)?;
     let index = gathered::index(files, &space, context)?;
     let masks = masks(args, files, context)?;
-    let excluded = (0..index.len()).map(|i| masks.get(i).map(Vec::as_slice));
+    let excluded = masks.iter().map(Option::as_deref);
     let planes: Vec<Exemplar<'_>> =
         index.iter().zip(excluded).map(|(index, excluded)| Exemplar { index, excluded }).collect();
     let fields: Vec<&ReflectanceField> = files.iter().map(|file| &file.field).collect();
@@ -203,8 +203,8 @@ fn synthesise(args: &Args, files: &[FieldFile], approach: &Approach, context: &C
     approach.run(&exemplars, &context.job)
 }
 
-/// The excluded texels of each exemplar: those whose mask is brighter than half.
-fn masks(args: &Args, files: &[FieldFile], context: &Context) -> Result<Vec<Vec<bool>>> {
+/// The excluded texels of each exemplar: those that its mask paints, and transparent ones.
+fn masks(args: &Args, files: &[FieldFile], context: &Context) -> Result<Vec<Option<Vec<bool>>>> {
     if !args.exclude.is_empty() && args.exclude.len() != files.len() {
         return Err(Error::usage(format!(
             "--exclude has {} masks for {} exemplars: give one for each in turn",
@@ -212,6 +212,10 @@ fn masks(args: &Args, files: &[FieldFile], context: &Context) -> Result<Vec<Vec<
             files.len()
         )));
     }
-    let masks = args.exclude.iter().zip(files);
-    masks.map(|(path, file)| input::mask(path, file.field.size(), &context.job)).collect()
+    let one = |(number, file): (usize, &FieldFile)| {
+        let mask = args.exclude.get(number);
+        let mask = mask.map(|path| input::mask(path, file.field.size(), &context.job)).transpose()?;
+        Ok(opacity::excluded(file, &args.exemplars[number], mask, context))
+    };
+    files.iter().enumerate().map(one).collect()
 }

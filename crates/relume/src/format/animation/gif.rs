@@ -52,7 +52,10 @@ fn delay_centiseconds(i: usize, frames_per_second: u16) -> u16 {
 }
 
 fn failed(error: ::gif::EncodingError) -> Error {
-    Error::invalid(format!("the animation cannot be written as GIF: {error}"))
+    match error {
+        ::gif::EncodingError::Io(error) => Error::io("cannot write the GIF animation", &error),
+        _ => Error::limit("a GIF file cannot hold frames of this size: write PNG"),
+    }
 }
 
 #[cfg(test)]

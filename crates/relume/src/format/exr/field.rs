@@ -13,22 +13,26 @@
 //! A channel is named `basis.function.colour`, so that viewers show each function as a layer: `ptm.u2.R`;
 //! `ptm.u2.Y` for luminance; `color.R` for the colour of an LRGB field. Files store channels in alphabetical
 //! order, so planes are looked up by name, never by position. A linear field of constants has the plain names
-//! of its channels, such as `R`, `G`, `B` or `Y`, and any program reads it as a picture.
+//! of its channels, such as `R`, `G`, `B` or `Y`, and any program reads it as a picture. An opacity is the
+//! channel `A`; it multiplies the values of such a picture, and no others.
 
 use std::collections::BTreeMap;
 
 use super::ExrDepth;
+use super::channels;
 use super::codec;
 use super::container::{self, Layer};
 use super::learned;
-use super::picture::{is_picture, picture_of};
+use super::picture::{multiplied, picture_of};
 use crate::direction::Direction;
 use crate::error::{Error, Result};
 use crate::field::{Basis, PlaneLayout, PlaneRole, ReflectanceField};
+use crate::format::meaning::Meaning;
+use crate::format::opacity;
 use crate::job::Job;
 use crate::names::Named;
 use crate::planes::Planes;
-use crate::raster::Raster;
+use crate::raster::{Raster, Samples};
 use crate::space::Space;
 
 const VERSION_KEY: &str = "relumeField";
@@ -41,26 +45,54 @@ const LIGHTS_KEY: &str = "relumeLights";
 
 const VERSION: &str = "1";
 
+/// The channel of the opacity.
+const OPACITY: &str = "A";
+
 /// Whether channels and attributes belong to functions rather than to a picture.
 pub(in crate::format) fn is_field(names: &[String], texts: &BTreeMap<String, String>) -> bool {
-    texts.contains_key(VERSION_KEY) && !is_picture(names)
+    texts.contains_key(VERSION_KEY) && !channels::are_plain(names)
 }
 
 /// The linear picture in an EXR file.
-pub(in crate::format) fn decode_picture(bytes: &[u8], job: &Job) -> Result<Raster> {
+pub(in crate::format) fn decode_picture(bytes: &[u8], meaning: Meaning, job: &Job) -> Result<Raster> {
     let layer = codec::decode(bytes, job)?;
     if is_field(&layer.names, &layer.attributes) {
         return Err(Error::unsupported(
             "the EXR file holds a texture of functions: expected a picture; relight it to make one",
         ));
     }
-    picture_of(&layer)
+    picture_of(&layer, meaning, job)
 }
 
-/// The bytes of a field.
-pub(in crate::format) fn encode_field(field: &ReflectanceField, depth: ExrDepth) -> Result<Vec<u8>> {
-    let (names, attributes) = field_head(field);
-    container::encode(&names, field.coefficients(), depth, &attributes)
+/// The bytes of a field, with an opacity if there is one.
+pub(in crate::format) fn encode_field(
+    field: &ReflectanceField,
+    opacity: Option<&Planes>,
+    depth: ExrDepth,
+) -> Result<Vec<u8>> {
+    encode_with(field, opacity, depth, &[])
+}
+
+/// As [`encode_field`], with more attributes.
+pub(super) fn encode_with(
+    field: &ReflectanceField,
+    opacity: Option<&Planes>,
+    depth: ExrDepth,
+    more: &[(&'static str, String)],
+) -> Result<Vec<u8>> {
+    let (mut names, mut attributes) = field_head(field);
+    attributes.extend_from_slice(more);
+    let Some(opacity) = opacity else {
+        return container::encode(&names, field.coefficients(), depth, &attributes);
+    };
+    let planes = match channels::are_plain(&names) {
+        true => multiplied(field.coefficients(), opacity),
+        false => field.coefficients().clone(),
+    };
+    names.push(OPACITY.to_owned());
+    let samples = [planes.as_slice(), opacity.plane(0)].concat();
+    let planes = Planes::from_vec(field.size(), names.len(), samples)?;
+    container::encode(&names, &planes, depth, &attributes)
 }
 
 /// The name of each plane's channel, and the attributes of a field.
@@ -85,24 +117,62 @@ pub(in crate::format) fn field_head(field: &ReflectanceField) -> (Vec<String>, V
     (names, attributes)
 }
 
-/// The field in an EXR file; a plain picture is a linear field of constants.
-pub(in crate::format) fn decode_field(bytes: &[u8], job: &Job) -> Result<(ReflectanceField, ExrDepth)> {
+/// A field as an EXR file holds it.
+pub(in crate::format) struct ExrField {
+    pub field: ReflectanceField,
+    /// One plane, where it varies.
+    pub opacity: Option<Planes>,
+    pub depth: ExrDepth,
+}
+
+/// The field in an EXR file. A picture is a linear field of constants, and so are several channels that are
+/// no picture.
+pub(in crate::format) fn decode_field(bytes: &[u8], meaning: Meaning, job: &Job) -> Result<ExrField> {
     let layer = codec::decode(bytes, job)?;
-    let Some(version) = layer.attributes.get(VERSION_KEY) else {
-        let picture = picture_of(&layer)?.to_picture(Space::Linear);
-        return Ok((ReflectanceField::from_picture(picture), layer.depth));
-    };
-    if version != VERSION {
-        return Err(Error::unsupported(format!(
+    match layer.attributes.get(VERSION_KEY) {
+        None if channels::choose(&layer.names, meaning != Meaning::Colors).is_none() => {
+            named_channels(&layer, job)
+        }
+        None => {
+            let raster = picture_of(&layer, meaning, job)?;
+            let opacity = raster.opacity_plane();
+            let field = ReflectanceField::from_picture(raster.to_picture(Space::Linear));
+            Ok(ExrField { field, opacity, depth: layer.depth })
+        }
+        Some(version) if version == VERSION => described(&layer, job),
+        Some(version) => Err(Error::unsupported(format!(
             "the field's layout has version '{version}' and this program reads version {VERSION}: update it"
-        )));
+        ))),
     }
-    let basis = basis_of(&layer)?;
-    let layout = layout_of(&layer)?;
-    let space = named(&layer, SPACE_KEY, Space::from_name)?;
-    let planes = ordered(&layer, &channel_names(&basis, &layout, space))?;
-    let field = ReflectanceField::new(basis, layout, space, planes)?;
-    Ok((field.with_lights(lights_of(&layer)?), layer.depth))
+}
+
+/// The field that attributes describe.
+fn described(layer: &Layer, job: &Job) -> Result<ExrField> {
+    let basis = basis_of(layer)?;
+    let layout = layout_of(layer)?;
+    let space = named(layer, SPACE_KEY, Space::from_name)?;
+    let names = channel_names(&basis, &layout, space);
+    let mut planes = ordered(layer, &names)?;
+    let has_opacity = !names.iter().any(|name| name == OPACITY);
+    let alphas = layer.names.iter().position(|name| name == OPACITY).filter(|_| has_opacity);
+    let alphas = alphas.map(|k| Samples::F32(layer.planes.plane(k).to_vec()));
+    if let Some(alphas) = alphas.as_ref().filter(|_| channels::are_plain(&names)) {
+        planes.iter_mut().for_each(|plane| opacity::divide_plane(plane, alphas));
+    }
+    let opacity = alphas.and_then(|alphas| opacity::plane(layer.planes.size(), alphas, job));
+    let field = ReflectanceField::new(basis, layout, space, planes)?.with_lights(lights_of(layer)?);
+    Ok(ExrField { field, opacity, depth: layer.depth })
+}
+
+/// All channels as those of one texture of constants, with a remark: which of them are a picture is not clear.
+fn named_channels(layer: &Layer, job: &Job) -> Result<ExrField> {
+    job.remark(format!(
+        "the EXR channels {} are no picture: all are taken, as the named channels of one texture",
+        channels::listed(&layer.names)
+    ));
+    let layout = PlaneLayout::of_channels(layer.names.iter().cloned())?;
+    let field = ReflectanceField::new(Basis::Constant, layout, Space::Linear, layer.planes.clone())?;
+    Ok(ExrField { field, opacity: None, depth: layer.depth })
 }
 
 fn basis_of(layer: &Layer) -> Result<Basis> {

@@ -8,6 +8,7 @@ mod absent;
 #[cfg(feature = "exr")]
 mod attributes;
 mod blocks;
+mod channels;
 mod container;
 mod field;
 mod learned;
@@ -31,7 +32,7 @@ mod codec {
 
 pub(super) use blocks::{Head, sample_bytes};
 pub(super) use codec::{head, write_blocks};
-pub(super) use field::{decode_field, decode_picture, encode_field, field_head, is_field};
+pub(super) use field::{ExrField, decode_field, decode_picture, encode_field, field_head, is_field};
 pub(super) use picture::encode_picture;
 pub(super) use tiles::tiles_of;
 

@@ -1,40 +1,54 @@
-//! EXR files as plain pictures: linear `R`, `G`, `B`, or a single grey channel.
+//! EXR files as plain pictures: linear colours or greys, with an opacity.
+//!
+//! By the convention of the format the colours of a file with an opacity are multiplied by it (associated
+//! alpha; "Technical Introduction to OpenEXR", Academy Software Foundation); they are divided on reading and
+//! multiplied on writing.
 
 use super::ExrDepth;
+use super::channels::{self, ChosenChannels};
 use super::container::{self, Layer};
-use crate::error::{Error, Result};
+use crate::error::Result;
+use crate::format::meaning::Meaning;
+use crate::format::opacity;
+use crate::job::Job;
 use crate::picture::Picture;
+use crate::planes::Planes;
 use crate::raster::{Raster, Samples};
 
-/// The picture in a layer: `R`, `G`, `B`, otherwise `Y`, otherwise the only channel.
-pub(super) fn picture_of(layer: &Layer) -> Result<Raster> {
-    let chosen = chosen(&layer.names).ok_or_else(|| no_picture(&layer.names))?;
-    let size = layer.planes.size();
-    let planes: Vec<&[f32]> = chosen.iter().map(|&k| layer.planes.plane(k)).collect();
-    let samples = (0..size.texels()).flat_map(|texel| planes.iter().map(move |plane| plane[texel]));
-    Raster::new(size, planes.len(), Samples::F32(samples.collect()))
-}
-
-/// Whether channels of these names are a picture.
-pub(super) fn is_picture(names: &[String]) -> bool {
-    chosen(names).is_some()
-}
-
-fn chosen(names: &[String]) -> Option<Vec<usize>> {
-    let find = |name: &str| names.iter().position(|n| n == name);
-    let rgb: Option<Vec<usize>> = ["R", "G", "B"].into_iter().map(find).collect();
-    let grey = || find("Y").or((names.len() == 1).then_some(0)).map(|k| vec![k]);
-    rgb.or_else(grey)
-}
-
-fn no_picture(names: &[String]) -> Error {
-    let mut listed = names.iter().take(8).cloned().collect::<Vec<_>>().join(", ");
-    if names.len() > 8 {
-        listed.push_str(", ...");
+/// The picture in a layer. Channels that are not part of it become a remark.
+pub(super) fn picture_of(layer: &Layer, meaning: Meaning, job: &Job) -> Result<Raster> {
+    let chosen = channels::choose(&layer.names, meaning != Meaning::Colors);
+    let ChosenChannels { colors, opacity, unused } = chosen.ok_or_else(|| channels::unclear(&layer.names))?;
+    if !unused.is_empty() {
+        let taken: Vec<String> = colors.iter().map(|&k| layer.names[k].clone()).collect();
+        job.remark(format!(
+            "of the EXR channels {} are used: {} are not",
+            channels::listed(&taken),
+            channels::listed(&unused)
+        ));
     }
-    Error::unsupported(format!(
-        "the EXR file holds the channels {listed}: expected R, G and B, or Y, or a single channel"
-    ))
+    let size = layer.planes.size();
+    let planes: Vec<&[f32]> = colors.iter().map(|&k| layer.planes.plane(k)).collect();
+    let texels = (0..size.texels()).flat_map(|texel| planes.iter().map(move |plane| plane[texel]));
+    let mut samples = Samples::F32(texels.collect());
+    let alphas = opacity.map(|k| Samples::F32(layer.planes.plane(k).to_vec()));
+    if let Some(alphas) = &alphas {
+        opacity::divide(&mut samples, alphas);
+    }
+    let raster = Raster::new(size, planes.len(), samples)?;
+    match alphas {
+        Some(alphas) => opacity::attach(raster, alphas, job),
+        None => Ok(raster),
+    }
+}
+
+/// Planes multiplied by an opacity.
+pub(super) fn multiplied(planes: &Planes, opacity: &Planes) -> Planes {
+    let mut out = planes.clone();
+    for plane in out.iter_mut() {
+        plane.iter_mut().zip(opacity.plane(0)).filter(|(_, o)| **o > 0.0).for_each(|(v, o)| *v *= o);
+    }
+    out
 }
 
 /// The bytes of a picture with linear values.

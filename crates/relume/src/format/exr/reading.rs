@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 use std::io::Cursor;
 
 use ::exr::block::reader::Reader;
+use ::exr::meta::attribute::Chromaticities;
+use ::exr::meta::header::Header;
 use ::exr::prelude::{
     AttributeValue, Compression, FlatSamples, LayerAttributes, ReadChannels, ReadLayers, SampleType, Vec2,
 };
@@ -21,6 +23,7 @@ use crate::size::Size;
 pub(in crate::format) fn decode(bytes: &[u8], job: &Job) -> Result<Layer> {
     let reader = ::exr::block::read(Cursor::new(bytes), false).map_err(unreadable)?;
     check_header(&reader, bytes.len() as u64, job)?;
+    remark_on(reader.headers(), job);
     let image = ::exr::prelude::read()
         .no_deep_data()
         .largest_resolution_level()
@@ -44,6 +47,21 @@ pub(in crate::format) fn decode(bytes: &[u8], job: &Job) -> Result<Layer> {
         depth: if half { ExrDepth::Half } else { ExrDepth::Float },
         attributes: texts(&layer.attributes),
     })
+}
+
+/// Remarks on what the texels do not show: further parts, and primaries other than those of sRGB.
+fn remark_on(headers: &[Header], job: &Job) {
+    if headers.len() > 1 {
+        job.remark(format!("the EXR file has {} parts: the first is used", headers.len()));
+    }
+    let first = headers.first().and_then(|header| header.shared_attributes.chromaticities);
+    let Some(Chromaticities { red, green, blue, white }) = first else { return };
+    let near = |Vec2(x, y): Vec2<f32>, (u, v): (f32, f32)| (x - u).abs().max((y - v).abs()) <= 0.005;
+    let rec709 =
+        [(red, (0.64, 0.33)), (green, (0.30, 0.60)), (blue, (0.15, 0.06)), (white, (0.3127, 0.3290))];
+    if !rec709.into_iter().all(|(found, expected)| near(found, expected)) {
+        job.remark("its primaries are not those of sRGB: its values are taken as if they were");
+    }
 }
 
 /// Refuses unsupported files, and sizes over the limits, before samples are allocated.

@@ -7,32 +7,34 @@
 
 use std::collections::BTreeMap;
 
-use super::{ExrDepth, container, field_head};
+use super::ExrDepth;
+use super::field::encode_with;
 use crate::error::{Error, Result};
 use crate::field::ReflectanceField;
 use crate::numeric::cells::Cells;
+use crate::planes::Planes;
 
 const TILES_KEY: &str = "relumeTiles";
 const CELL_KEY: &str = "relumeCell";
 
 /// The bytes of a field of `tiles` tiles that fill the given cells, with their bounding rectangles stacked
-/// one below the other.
+/// one below the other, and of their opacity if they have one.
 ///
 /// # Errors
 /// As for any field.
 pub fn encode_tiles(
     field: &ReflectanceField,
+    opacity: Option<&Planes>,
     tiles: usize,
     cells: &Cells,
     depth: ExrDepth,
 ) -> Result<Vec<u8>> {
-    let (names, mut attributes) = field_head(field);
-    attributes.push((TILES_KEY, tiles.to_string()));
+    let mut attributes = vec![(TILES_KEY, tiles.to_string())];
     if !cells.are_upright() {
         let ([w, t], [s, h]) = (cells.right(), cells.down());
         attributes.push((CELL_KEY, format!("{w} {t} {s} {h}")));
     }
-    container::encode(&names, field.coefficients(), depth, &attributes)
+    encode_with(field, opacity, depth, &attributes)
 }
 
 /// The number of tiles according to the attributes of a file, and the cells they fill if they are oblique;

@@ -54,8 +54,10 @@ pub(in crate::format) fn write_blocks(
     };
     let written = write_chunks_with(BufWriter::new(&mut out), std::iter::once(header).collect(), true, write);
     written.map_err(|error| {
-        let other = || Error::invalid(format!("the EXR file cannot be written: {error}"));
-        failure.take().unwrap_or_else(other)
+        failure.take().unwrap_or_else(|| match error {
+            ::exr::error::Error::Io(error) => Error::io("cannot write the EXR file", &error),
+            _ => Error::limit("an EXR file cannot hold a picture of this size: write a smaller one"),
+        })
     })?;
     sort_attributes(&mut out, &head.texts).map_err(|e| Error::io("cannot write the EXR file", &e))
 }

@@ -358,6 +358,13 @@ mod tests {
     }
 
     #[test]
+    fn an_accessor_that_claims_more_than_the_file_holds_is_refused() {
+        let bomb = edited("", 6, r#""count":3"#, r#""count":4294967295"#);
+        let error = decoded(&bomb).unwrap_err().to_string();
+        assert!(error.contains("accessor 0 reaches beyond"), "{error}");
+    }
+
+    #[test]
     fn no_truncation_or_changed_byte_panics() {
         let good = triangle("", 6);
         for end in 0..good.len() {

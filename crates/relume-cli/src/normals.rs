@@ -3,7 +3,7 @@
 use relume::format::{Depth, PictureFormat, encode_picture};
 use relume::{Picture, Planes, Result, Space};
 
-/// The bytes of a normal map (+Y): components from -1 to 1 in EXR, packed to 0..1 in 16-bit codes
+/// The bytes of a normal map (+Y): components from -1 to 1 in EXR and PFM, packed to 0..1 in 16-bit codes
 /// otherwise.
 pub fn encode(normals: &Planes, format: PictureFormat) -> Result<Vec<u8>> {
     encode_picture(&picture(normals, format), format.with_depth(Depth::Sixteen))
@@ -12,7 +12,7 @@ pub fn encode(normals: &Planes, format: PictureFormat) -> Result<Vec<u8>> {
 /// Normals as a picture for the given format.
 pub fn picture(normals: &Planes, format: PictureFormat) -> Picture {
     let mut planes = normals.clone();
-    if matches!(format, PictureFormat::Exr(_)) {
+    if matches!(format, PictureFormat::Exr(_) | PictureFormat::Pfm) {
         return Picture { planes, space: Space::Linear };
     }
     planes.as_mut_slice().iter_mut().for_each(|v| *v = 0.5 * *v + 0.5);

@@ -24,7 +24,7 @@ use crate::{args, gathered, input, opacity};
 pub struct Args {
     /// A .ptm, an .exr field, or a picture; - is standard input
     file: PathBuf,
-    /// The holes: white in a mask as large as the texture
+    /// The holes: white in a mask as large as the texture, or painted in its opacity
     #[arg(long, value_name = "MASK")]
     mask: PathBuf,
     /// The texture tiles: its opposite edges are adjacent

@@ -21,7 +21,7 @@ pub struct Args {
     file: PathBuf,
     #[command(flatten)]
     what: What,
-    /// The picture to write (.png, .jpg, .tif, .exr); for a sweep .png or .gif is an animation,
+    /// The picture to write (.png, .jpg, .tif, .exr, .pfm); for a sweep .png or .gif is an animation,
     /// and any other name a folder of numbered PNG files; - is standard output, as PNG
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,

@@ -19,7 +19,7 @@ use crate::stamp::Stamp;
 const MAX_LIGHT_FILE_BYTES: u64 = 16 << 20;
 
 /// Extensions taken as photographs when pairing by order, in lower case.
-const PICTURE_EXTENSIONS: [&str; 6] = ["png", "jpg", "jpeg", "tif", "tiff", "exr"];
+const PICTURE_EXTENSIONS: [&str; 7] = ["png", "jpg", "jpeg", "tif", "tiff", "exr", "pfm"];
 
 /// How lights are paired with photographs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]

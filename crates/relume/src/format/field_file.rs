@@ -82,10 +82,10 @@ impl FieldFormat {
         match extension(path).as_str() {
             "ptm" => Ok(Self::Ptm),
             "exr" => Ok(Self::Exr(ExrDepth::Float)),
-            "png" | "jpg" | "jpeg" | "tif" | "tiff" => PictureFormat::from_path(path).map(Self::Picture),
+            "png" | "jpg" | "jpeg" | "tif" | "tiff" | "pfm" => PictureFormat::from_path(path).map(Self::Picture),
             other => Err(Error::usage(format!(
-                "no format of textures has the extension '{other}': name the file .ptm or .exr, or .png, .jpg \
-                 or .tif for a texture of constants"
+                "no format of textures has the extension '{other}': name the file .ptm or .exr, or .png, .jpg, \
+                 .tif or .pfm for a texture of constants"
             ))
             .at(path)),
         }
@@ -104,7 +104,7 @@ impl FieldFormat {
 
     /// Whether files of this format hold the opacity of texels.
     pub fn holds_opacity(self) -> bool {
-        !matches!(self, Self::Ptm | Self::Picture(PictureFormat::Jpeg { .. }))
+        !matches!(self, Self::Ptm | Self::Picture(PictureFormat::Jpeg { .. } | PictureFormat::Pfm))
     }
 }
 
@@ -135,7 +135,7 @@ fn decode_any(bytes: &[u8], meaning: Meaning, job: &Job) -> Result<FieldFile> {
             let ExrField { field, opacity, depth } = exr::decode_field(bytes, meaning, job)?;
             Ok(FieldFile { field, opacity, encoding: Encoding::Exr(depth) })
         }
-        Kind::Png | Kind::Jpeg | Kind::Tiff => decode_constants(bytes, meaning, job),
+        Kind::Png | Kind::Jpeg | Kind::Tiff | Kind::Pfm => decode_constants(bytes, meaning, job),
         Kind::Rlm | Kind::Npy | Kind::Glb => Err(unknown(bytes)),
     }
 }
@@ -186,7 +186,7 @@ pub fn encode_translucent(
     let bytes_per_texel = 12 * (field.coefficients().count() + usize::from(opacity.is_some())) as u64;
     job.check("writing the field", field.size(), bytes_per_texel)?;
     if opacity.is_some() && !format.holds_opacity() {
-        return Err(Error::usage("JPEG and PTM files hold no opacity: write PNG, TIFF or EXR"));
+        return Err(Error::usage("JPEG, PFM and PTM files hold no opacity: write PNG, TIFF or EXR"));
     }
     match (format, encoding) {
         (FieldFormat::Ptm, Some(Encoding::Ptm(stored))) => ptm::encode(field, Under::Stored(stored)),

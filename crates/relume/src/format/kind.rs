@@ -10,6 +10,7 @@ pub(super) enum Kind {
     Png,
     Jpeg,
     Tiff,
+    Pfm,
     Rlm,
     Npy,
     Glb,
@@ -29,7 +30,7 @@ pub(super) enum Class {
 type Row = (&'static [u8], Kind, &'static str, Class);
 
 /// All kinds of files with a signature.
-const KINDS: [Row; 11] = [
+const KINDS: [Row; 15] = [
     (b"PTM_", Kind::Ptm, "PTM", Class::Texels),
     (&[0x76, 0x2f, 0x31, 0x01], Kind::Exr, "EXR", Class::Texels),
     (b"\x89PNG\r\n\x1a\n", Kind::Png, "PNG", Class::Texels),
@@ -39,6 +40,10 @@ const KINDS: [Row; 11] = [
     // BigTIFF.
     (b"II\x2b\0", Kind::Tiff, "TIFF", Class::Texels),
     (b"MM\0\x2b", Kind::Tiff, "TIFF", Class::Texels),
+    (b"PF\n", Kind::Pfm, "PFM", Class::Texels),
+    (b"Pf\n", Kind::Pfm, "PFM", Class::Texels),
+    (b"PF\r\n", Kind::Pfm, "PFM", Class::Texels),
+    (b"Pf\r\n", Kind::Pfm, "PFM", Class::Texels),
     (b"RLM\x1a", Kind::Rlm, "RLM", Class::Model),
     (b"\x93NUMPY", Kind::Npy, "NPY", Class::Array),
     (b"glTF", Kind::Glb, "GLB", Class::Mesh),

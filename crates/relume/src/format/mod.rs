@@ -7,7 +7,7 @@
 //! |---|---|---|
 //! | `.ptm` | [`Opened::into_field`] | [`encode_field`] |
 //! | EXR field | [`Opened::into_field`] | [`encode_field`] |
-//! | PNG, JPEG, TIFF, EXR picture | [`Opened::into_raster`], [`Opened::into_field`], [`Opened::into_exemplar`] | [`encode_picture`], [`encode_field`] |
+//! | PNG, JPEG, TIFF, EXR, PFM picture | [`Opened::into_raster`], [`Opened::into_field`], [`Opened::into_exemplar`] | [`encode_picture`], [`encode_field`] |
 //! | pictures of data | [`Opened::into_data`], [`Opened::into_registered`], [`Opened::into_mask`] | |
 //! | height map, PNG or EXR | [`Opened::into_height`] | [`encode_height`] |
 //! | set of tiles | [`Opened::into_tiles`] | [`exr::encode_tiles`], [`tile_set::sidecar`] |
@@ -37,6 +37,7 @@ mod mesh;
 pub mod npy;
 mod opacity;
 mod open;
+mod pfm;
 mod picture;
 mod plausible;
 mod png;

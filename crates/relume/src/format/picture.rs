@@ -1,4 +1,4 @@
-//! Pictures to files. Integer formats are sRGB-encoded, EXR is linear.
+//! Pictures to files. Integer formats are sRGB-encoded, EXR and PFM are linear.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -8,7 +8,7 @@ use image::codecs::tiff::TiffEncoder;
 use image::{ExtendedColorType, ImageEncoder};
 
 use super::exr::{self, ExrDepth};
-use super::{codes, png};
+use super::{codes, pfm, png};
 use crate::error::{Error, Result};
 use crate::picture::Picture;
 use crate::planes::Planes;
@@ -39,6 +39,8 @@ pub enum PictureFormat {
     Tiff(Depth),
     /// EXR, linear.
     Exr(ExrDepth),
+    /// Portable FloatMap, linear.
+    Pfm,
 }
 
 /// The quality of JPEG files from [`PictureFormat::from_path`].
@@ -51,15 +53,16 @@ impl PictureFormat {
     /// The format of an extension: 8 bits if there is a choice, floats for EXR.
     ///
     /// # Errors
-    /// When the extension is none of `png`, `jpg`, `jpeg`, `tif`, `tiff`, `exr`.
+    /// When the extension is none of `png`, `jpg`, `jpeg`, `tif`, `tiff`, `exr`, `pfm`.
     pub fn from_path(path: &Path) -> Result<Self> {
         match extension(path).as_str() {
             "png" => Ok(Self::Png(Depth::Eight)),
             "jpg" | "jpeg" => Ok(Self::Jpeg { quality: JPEG_QUALITY }),
             "tif" | "tiff" => Ok(Self::Tiff(Depth::Eight)),
             "exr" => Ok(Self::Exr(ExrDepth::Float)),
+            "pfm" => Ok(Self::Pfm),
             other => Err(Error::usage(format!(
-                "no picture format has the extension '{other}': name the file .png, .jpg, .tif or .exr"
+                "no picture format has the extension '{other}': name the file .png, .jpg, .tif, .exr or .pfm"
             ))
             .at(path)),
         }
@@ -71,7 +74,7 @@ impl PictureFormat {
         match self {
             Self::Png(_) => Self::Png(depth),
             Self::Tiff(_) => Self::Tiff(depth),
-            Self::Jpeg { .. } | Self::Exr(_) => self,
+            Self::Jpeg { .. } | Self::Exr(_) | Self::Pfm => self,
         }
     }
 }
@@ -82,7 +85,7 @@ pub(super) fn extension(path: &Path) -> String {
 }
 
 /// The bytes of a picture file. Integer codes are sRGB-encoded, rounded to nearest without
-/// dithering and clamped, NaN is 0; EXR gets linear values.
+/// dithering and clamped, NaN is 0; EXR and PFM get linear values.
 ///
 /// # Errors
 /// When the picture does not fit the format: neither one nor three channels, a JPEG with a side
@@ -91,7 +94,7 @@ pub fn encode_picture(picture: &Picture, format: PictureFormat) -> Result<Vec<u8
     encode_with(picture, None, format)
 }
 
-/// As [`encode_picture`], with an opacity of one plane from 0 to 1, which JPEG and EXR pictures leave out.
+/// As [`encode_picture`], with an opacity of one plane from 0 to 1, which JPEG, PFM and EXR pictures leave out.
 pub(super) fn encode_with(
     picture: &Picture,
     opacity: Option<&Planes>,
@@ -109,6 +112,7 @@ pub(super) fn encode_with(
         }
         PictureFormat::Jpeg { quality } => encode_jpeg(picture, quality),
         PictureFormat::Tiff(depth) => encode_tiff(picture, opacity, depth),
+        PictureFormat::Pfm => Ok(pfm::encode(&picture.to_space(Space::Linear))),
         PictureFormat::Exr(depth) => exr::encode_picture(&picture.to_space(Space::Linear), depth),
     }
 }

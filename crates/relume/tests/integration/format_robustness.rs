@@ -7,7 +7,7 @@ use relume::field::{Basis, PlaneLayout};
 use relume::format::exr::encode_labelled;
 use relume::format::{
     Depth, ExrDepth, FieldFormat, PictureFormat, decode_field, decode_raster, encode_field, encode_picture,
-    npy,
+    npy, rlm,
 };
 use relume::numeric::random::{Purpose, Stream};
 use relume::{Error, ErrorKind, Job, Limits, Picture, Planes, Size, Space};
@@ -33,6 +33,7 @@ fn small_files() -> Vec<(String, Vec<u8>)> {
         PictureFormat::Tiff(Depth::Sixteen),
         PictureFormat::Jpeg { quality: 90 },
         PictureFormat::Exr(ExrDepth::Float),
+        PictureFormat::Pfm,
     ];
     for channels in [1, 3] {
         let mut random = Stream::new(2, Purpose::Sample, [channels as u64]);
@@ -240,6 +241,27 @@ fn small_files_that_claim_gigabytes_are_refused_by_their_headers() {
         assert_eq!(error.kind(), ErrorKind::Invalid, "{error}");
         assert!(error.message().contains("cannot hold so many"), "{error}");
     }
+}
+
+/// A model file of version 1 around the bits of a model.
+fn model_file(body: &[u8]) -> Vec<u8> {
+    let length = (body.len() as u32).to_le_bytes();
+    let sum = crc32(&[&length, body].concat()).to_le_bytes();
+    [b"RLM\x1a\x01", &sum[..], &length, body].concat()
+}
+
+#[test]
+fn a_model_that_claims_more_than_its_file_or_the_memory_holds_is_refused() {
+    let mut announced = model_file(&[0; 8]);
+    announced[9..13].copy_from_slice(&u32::MAX.to_le_bytes());
+    let error = rlm::decode(&announced, &job()).unwrap_err();
+    assert!(error.message().contains("announces 4294967295 bytes, but 8 follow"), "{error}");
+    // 65,535 planes with a component each have two thousand million weights.
+    let names = [b"\x08constant", &b"\x09luminance"[..], b"\x06linear", &[0; 16]].concat();
+    let model = [&names[..], &[0xff, 0xff, 2, 1], &[0xff; 8192]].concat();
+    let tight = Job::new(Limits { max_bytes: 1 << 20, ..Limits::default() });
+    let error = rlm::decode(&model_file(&model), &tight).unwrap_err();
+    assert_eq!(error.kind(), ErrorKind::Limit, "{error}");
 }
 
 #[test]

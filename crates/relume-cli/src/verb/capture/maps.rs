@@ -22,7 +22,7 @@ pub enum NormalY {
     Down,
 }
 
-const EXTENSIONS: [&str; 6] = ["png", "jpg", "jpeg", "tif", "tiff", "exr"];
+const EXTENSIONS: [&str; 7] = ["png", "jpg", "jpeg", "tif", "tiff", "exr", "pfm"];
 const HEIGHT: [&str; 5] = ["height", "displacement", "disp", "bump", "heightmap"];
 const ALBEDO: [&str; 8] = ["albedo", "color", "colour", "diffuse", "diff", "basecolor", "base", "col"];
 const NORMAL: [&str; 5] = ["normal", "normals", "nor", "normalgl", "normaldx"];

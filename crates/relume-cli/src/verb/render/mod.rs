@@ -32,7 +32,7 @@ pub struct Args {
     /// @R,G,B for its strength or colour; may be repeated
     #[arg(long, value_name = "X,Y,Z[@I]", value_parser = light, allow_hyphen_values = true, default_value = "-1,1,1")]
     light: Vec<Light>,
-    /// The picture to write (.png, .jpg, .tif, .exr); - is standard output, as PNG
+    /// The picture to write (.png, .jpg, .tif, .exr, .pfm); - is standard output, as PNG
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
     /// Size of the picture in pixels

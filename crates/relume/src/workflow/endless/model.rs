@@ -68,9 +68,12 @@ impl<'a> ModelPlane<'a> {
     /// A format that cannot hold the functions, and limits exceeded.
     pub fn drawing(self, window: PlaneWindow, target: &FileTarget, job: &'a Job) -> Result<Drawing<'a>> {
         match (target.format, target.tile) {
-            (FieldFormat::Picture(PictureFormat::Jpeg { .. } | PictureFormat::Tiff(_)), None) => {
-                encode_field(&self.part(&window, job)?, target.format, None, job).map(Drawing::whole)
-            }
+            (
+                FieldFormat::Picture(
+                    PictureFormat::Jpeg { .. } | PictureFormat::Tiff(_) | PictureFormat::Pfm,
+                ),
+                None,
+            ) => encode_field(&self.part(&window, job)?, target.format, None, job).map(Drawing::whole),
             _ => self.in_bands(window, target, job),
         }
     }

@@ -5,23 +5,31 @@ use std::path::Path;
 
 use relume::field::IndexSpace;
 use relume::format::{
-    Encoding, ExrDepth, FieldFile, FieldFormat, PictureFormat, encode_translucent, exr, npy,
+    Encoding, ExrDepth, FieldFile, FieldFormat, HeightFormat, HeightMap, HeightScale, MapRole, NormalY,
+    PictureFormat, encode_scaled_height, encode_stored_normals, encode_translucent, exr, npy,
 };
-use relume::synthesis::{SourceMap, gather};
+use relume::synthesis::SourceMap;
+use relume::workflow::RegisteredMap;
+use relume::workflow::map_set::{gather_map, joint_index};
 use relume::workflow::memory::MemoryPeak;
-use relume::{Error, Planes, ReflectanceField, Result, Size};
+use relume::{Error, Picture, Planes, ReflectanceField, Result, Size, Space};
 
 use crate::context::Context;
 use crate::{opacity, output};
 
-/// The index planes of fields of one kind.
-pub fn index(files: &[FieldFile], space: &IndexSpace, context: &Context) -> Result<Vec<Planes>> {
+/// The index planes of fields of one kind, and of the maps that are compared with them.
+pub fn index(
+    files: &[FieldFile],
+    maps: &[RegisteredMap<'_>],
+    space: &IndexSpace,
+    context: &Context,
+) -> Result<Vec<Planes>> {
     let bytes = 4 * space.planes() as u64;
     let planes = |file: &FieldFile| {
         context.job.check("the index of the exemplar", file.field.size(), bytes)?;
         space.index_planes(&file.field).held(&context.job, "the index of the exemplar")
     };
-    files.iter().map(planes).collect()
+    joint_index(files.iter().map(planes).collect::<Result<_>>()?, maps, &context.job)
 }
 
 /// Refuses, before any work, outputs of `size` texels of these files that could not be written within
@@ -40,10 +48,37 @@ pub fn check_map(path: &Path) -> Result<()> {
     MapFormat::from_path(path).map(|_| ())
 }
 
-/// The file made by applying a map to registered fields, in the encoding of the first one.
-pub fn apply(map: &SourceMap, files: &[FieldFile], output: &Path, context: &Context) -> Result<Vec<u8>> {
-    let fields: Vec<&ReflectanceField> = files.iter().map(|file| &file.field).collect();
-    let field = gather(map, &fields, &context.job).map_err(|e| e.at(output))?;
+/// The field made by applying a map to exemplars, the first of which has a name that says its meaning.
+pub fn gather(
+    map: &SourceMap,
+    files: &[FieldFile],
+    name: &Path,
+    context: &Context,
+) -> Result<ReflectanceField> {
+    let fields = files.iter().map(|file| &file.field).collect();
+    gather_map(map, &RegisteredMap { role: MapRole::of_name(name), fields }, &context.job)
+}
+
+/// The file made by applying a map to exemplars.
+pub fn apply(
+    map: &SourceMap,
+    files: &[FieldFile],
+    name: &Path,
+    output: &Path,
+    context: &Context,
+) -> Result<Vec<u8>> {
+    let field = gather(map, files, name, context).map_err(|e| e.at(output))?;
+    encode(&field, map, files, output, context)
+}
+
+/// The file of a field made of the texels of files by a map, in the encoding of the first one.
+pub fn encode(
+    field: &ReflectanceField,
+    map: &SourceMap,
+    files: &[FieldFile],
+    output: &Path,
+    context: &Context,
+) -> Result<Vec<u8>> {
     let encoding = &files[0].encoding;
     let format = if output::is_stream(output) {
         match *encoding {
@@ -63,7 +98,38 @@ pub fn apply(map: &SourceMap, files: &[FieldFile], output: &Path, context: &Cont
             .remark("this format holds no opacity (alpha): write PNG, TIFF or EXR to keep it");
     }
     let shared = files.iter().all(|file| file.encoding == *encoding).then_some(encoding);
-    encode_translucent(&field, opacity.as_ref(), format, shared, &context.job).map_err(|e| e.at(output))
+    encode_translucent(field, opacity.as_ref(), format, shared, &context.job).map_err(|e| e.at(output))
+}
+
+/// The file of normals as stored, in the depth of the file they come from.
+pub fn encode_normals(
+    made: &ReflectanceField,
+    y: NormalY,
+    from: &FieldFile,
+    output: &Path,
+) -> Result<Vec<u8>> {
+    let format = match FieldFormat::from_path(output)?.in_depth_of(&from.encoding) {
+        FieldFormat::Exr(depth) => PictureFormat::Exr(depth),
+        FieldFormat::Picture(format) => format,
+        FieldFormat::Ptm => {
+            return Err(Error::usage("a .ptm holds functions of light, not normals: name a picture"));
+        }
+    };
+    let mut planes = made.coefficients().clone();
+    let is_packed = made.space() == Space::Srgb;
+    let is_float = matches!(format, PictureFormat::Exr(_) | PictureFormat::Pfm);
+    if is_packed == is_float {
+        let convert = |v: &mut f32| *v = if is_packed { 2.0 * *v - 1.0 } else { 0.5 * *v + 0.5 };
+        planes.as_mut_slice().iter_mut().for_each(convert);
+    }
+    let space = if is_float { Space::Linear } else { Space::Srgb };
+    encode_stored_normals(&Picture { planes, space }, y, format)
+}
+
+/// The file of heights as stored, with their scale.
+pub fn encode_heights(made: &ReflectanceField, scale: HeightScale, format: HeightFormat) -> Result<Vec<u8>> {
+    let samples = made.coefficients().clone().truncated(1);
+    encode_scaled_height(&HeightMap { samples, scale: Some(scale) }, format)
 }
 
 /// A file format of source maps.

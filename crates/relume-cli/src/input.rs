@@ -5,7 +5,7 @@ use std::sync::mpsc::{self, RecvTimeoutError, Sender};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use relume::format::{self, FieldFile, HeightMap, Opened};
+use relume::format::{self, FieldFile, HeightMap, NormalMap, NormalY, Opened};
 use relume::{Error, Held, Job, Planes, Raster, Result, Size};
 
 use crate::output::is_stream;
@@ -112,6 +112,11 @@ pub fn data(path: &Path, job: &Job) -> Result<Raster> {
 /// Reads a height map with its recorded scale.
 pub fn height(path: &Path, job: &Job) -> Result<HeightMap> {
     open(path, job)?.into_height()
+}
+
+/// Reads a normal map; `y` is the direction of its second channel where that is known otherwise.
+pub fn normals(path: &Path, y: Option<NormalY>, job: &Job) -> Result<NormalMap> {
+    open(path, job)?.into_normals(y)
 }
 
 /// Heights in texels; integer maps without a record are assumed to span a 25th of the width.

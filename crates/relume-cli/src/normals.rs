@@ -1,21 +1,35 @@
-//! Normals as pictures.
+//! Normal maps of verbs that read or write them: one option, and the words.
 
-use relume::format::{Depth, PictureFormat, encode_picture};
-use relume::{Picture, Planes, Result, Space};
+use std::path::Path;
 
-/// The bytes of a normal map (+Y): components from -1 to 1 in EXR and PFM, packed to 0..1 in 16-bit codes
-/// otherwise.
-pub fn encode(normals: &Planes, format: PictureFormat) -> Result<Vec<u8>> {
-    encode_picture(&picture(normals, format), format.with_depth(Depth::Sixteen))
+use relume::Named;
+use relume::format::NormalY;
+
+use crate::args;
+
+/// The option of verbs with normal maps.
+#[derive(Debug, Clone, clap::Args)]
+#[group(skip)]
+pub struct Args {
+    /// Direction of the green channel of all normal maps read and written: up (OpenGL) or down (DirectX)
+    /// [default: by the record in the file, else by its name (_gl, _dx), else up]
+    #[arg(long, value_name = "Y", value_parser = args::named::<NormalY>())]
+    pub normal_y: Option<NormalY>,
 }
 
-/// Normals as a picture for the given format.
-pub fn picture(normals: &Planes, format: PictureFormat) -> Picture {
-    let mut planes = normals.clone();
-    if matches!(format, PictureFormat::Exr(_) | PictureFormat::Pfm) {
-        return Picture { planes, space: Space::Linear };
+impl Args {
+    /// The direction in which a file is written.
+    pub fn of_output(&self, path: &Path) -> NormalY {
+        self.normal_y.or(NormalY::of_name(path)).unwrap_or_default()
     }
-    planes.as_mut_slice().iter_mut().for_each(|v| *v = 0.5 * *v + 0.5);
-    // Declared as encoded, so that the codes are the packed components themselves.
-    Picture { planes, space: Space::Srgb }
+}
+
+/// What is said of a written normal map.
+pub fn described(y: NormalY) -> String {
+    format!("normals ({})", y.in_words())
+}
+
+/// The direction in reports.
+pub fn as_json(y: NormalY) -> serde_json::Value {
+    serde_json::json!(y.name())
 }

@@ -1,16 +1,21 @@
-//! The outputs of verbs with a source map besides the texture: the map itself, and other registered images
-//! rearranged in the same way.
+//! The outputs of verbs with a source map besides the texture: the map itself, and the maps registered with
+//! the texture, which by default have their say in the choice of texels, rearranged in the same way.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use relume::format::{FieldFile, FieldFormat, Opened};
-use relume::synthesis::SourceMap;
-use relume::{Error, Job, ReflectanceField, Result};
+use relume::format::{FieldFile, FieldFormat, HeightFormat, MapRole, NormalY, Opened, PictureFormat};
+use relume::surface::integrate::SurfaceBorder;
+use relume::synthesis::{Boundary, SourceMap};
+use relume::workflow::RegisteredMap;
+use relume::workflow::map_set::{gather_map, is_normal_map, join_heights, with_y_reversed};
+use relume::{Error, Job, Named, ReflectanceField, Result};
+use serde_json::json;
 
 use crate::context::Context;
 use crate::output::Outputs;
-use crate::{gathered, input, output};
+use crate::report::Report;
+use crate::{args, gathered, input, normals, output, paths};
 
 /// Options for source maps and registered images.
 #[derive(Debug, clap::Args)]
@@ -19,26 +24,56 @@ pub struct Args {
     /// Also write the source of each texel, as x, y and exemplar: .npy or .exr
     #[arg(long, value_name = "FILE")]
     source_map: Option<PathBuf>,
-    /// Also rearrange these registered images in the same way; with several exemplars, one image for
-    /// each in turn. OUTPUT_IMAGE beside the output, or IMAGE in --apply-dir
+    /// Maps registered with the exemplar (normals, height, roughness and so on, known by the words in their
+    /// names): they are rearranged as the exemplar is, and all are compared together to choose texels. With
+    /// several exemplars, one map for each in turn. Written as OUTPUT_IMAGE beside the output, or IMAGE in
+    /// --apply-dir; a JPEG comes back as PNG, without further loss
     #[arg(long, value_name = "IMAGE", num_args = 1..)]
     apply: Vec<PathBuf>,
-    /// The folder for the images of --apply
-    #[arg(long, value_name = "DIR", requires = "apply")]
+    /// As --apply, but without a say in the choice of texels
+    #[arg(long, value_name = "IMAGE", num_args = 1..)]
+    follow: Vec<PathBuf>,
+    /// The folder for the images of --apply and --follow
+    #[arg(long, value_name = "DIR")]
     apply_dir: Option<PathBuf>,
+    /// The format of the images of --apply and --follow, by extension: png, tif, exr, jpg or ptm [default: that of
+    /// each image, but png for JPEG]
+    #[arg(long, value_name = "EXTENSION")]
+    apply_format: Option<String>,
+    /// Join height maps by their slopes instead of copying their texels: no cliffs at seams, heights change a
+    /// little
+    #[arg(long)]
+    join_heights: bool,
+    /// Write normal maps of --apply and --follow with Y up (OpenGL) or down (DirectX) [default: as they are]
+    #[arg(long, value_parser = args::named::<NormalY>())]
+    normal_y: Option<NormalY>,
 }
 
 /// Images to rearrange into one output, one for each exemplar.
 pub struct Applied<'a> {
     images: &'a [PathBuf],
+    /// Whether they have a say in the choice of texels.
+    is_compared: bool,
     /// The file to write.
     pub output: PathBuf,
 }
 
+/// The images of one output, read.
+pub struct Registered<'a> {
+    /// What they are and where they go.
+    pub applied: Applied<'a>,
+    /// One for each exemplar.
+    pub files: Vec<FieldFile>,
+}
+
 impl Args {
     /// Whether a source map and whether rearranged images are requested.
-    pub fn given(&self) -> [(&'static str, bool); 2] {
-        [("--source-map", self.source_map.is_some()), ("--apply", !self.apply.is_empty())]
+    pub fn given(&self) -> [(&'static str, bool); 3] {
+        [
+            ("--source-map", self.source_map.is_some()),
+            ("--apply", !self.apply.is_empty()),
+            ("--follow", !self.follow.is_empty()),
+        ]
     }
 
     /// Claims all outputs of a command before the work; it reads `inputs` and also writes `named`, of which
@@ -50,7 +85,8 @@ impl Args {
         exemplars: usize,
         outputs: &mut Outputs,
     ) -> Result<Vec<Applied<'_>>> {
-        let inputs: Vec<&Path> = inputs.iter().copied().chain(self.apply.iter().map(|p| &**p)).collect();
+        let images = self.apply.iter().chain(&self.follow).map(|path| &**path);
+        let inputs: Vec<&Path> = inputs.iter().copied().chain(images).collect();
         if inputs.iter().filter(|path| output::is_stream(path)).count() > 1 {
             return Err(Error::usage("standard input can be read only once: give - for one input at most"));
         }
@@ -70,30 +106,156 @@ impl Args {
     }
 
     fn jobs(&self, output: &Path, exemplars: usize) -> Result<Vec<Applied<'_>>> {
-        if !self.apply.len().is_multiple_of(exemplars) {
-            return Err(Error::usage(format!(
-                "--apply has {} images for {exemplars} exemplars: give one for each exemplar in turn",
-                self.apply.len()
-            )));
+        let lists = [("--apply", &self.apply, true), ("--follow", &self.follow, false)];
+        let mut jobs = Vec::new();
+        for (option, images, is_compared) in lists {
+            if !images.len().is_multiple_of(exemplars) {
+                return Err(Error::usage(format!(
+                    "{option} has {} images for {exemplars} exemplars: give one for each exemplar in turn",
+                    images.len()
+                )));
+            }
+            for images in images.chunks(exemplars) {
+                jobs.push(Applied { images, is_compared, output: self.output_of(&images[0], output)? });
+            }
         }
-        let job = |images| Ok(Applied { images, output: self.output_of(&images[0], output)? });
-        self.apply.chunks(exemplars).map(job).collect()
+        let alone =
+            [("--apply-dir", self.apply_dir.is_some()), ("--apply-format", self.apply_format.is_some())];
+        let more = [("--normal-y", self.normal_y.is_some()), ("--join-heights", self.join_heights)];
+        match alone.into_iter().chain(more).find(|(_, given)| *given) {
+            Some((option, _)) if jobs.is_empty() => {
+                Err(Error::usage(format!("{option} is about the images of --apply and --follow: name some")))
+            }
+            _ => Ok(jobs),
+        }
     }
 
     /// The path of a rearranged image.
     fn output_of(&self, image: &Path, output: &Path) -> Result<PathBuf> {
         let name = image.file_name().filter(|_| !output::is_stream(image));
         let name = name.ok_or_else(|| Error::usage("has no file name to call its output by").at(image))?;
-        if let Some(folder) = &self.apply_dir {
-            return Ok(folder.join(name));
+        let path = match &self.apply_dir {
+            Some(folder) => folder.join(name),
+            None => {
+                let stem = output.file_stem().filter(|_| !output::is_stream(output)).ok_or_else(|| {
+                    Error::usage(
+                        "--apply names its outputs after the output file: give a file or --apply-dir",
+                    )
+                })?;
+                let mut joined = OsString::from(stem);
+                joined.push("_");
+                joined.push(name);
+                output.with_file_name(joined)
+            }
+        };
+        let is_jpeg = matches!(PictureFormat::from_path(&path), Ok(PictureFormat::Jpeg { .. }));
+        Ok(match &self.apply_format {
+            Some(extension) => path.with_extension(extension.trim_start_matches('.')),
+            None if is_jpeg => path.with_extension("png"),
+            None => path,
+        })
+    }
+
+    /// Refuses heights joined by their slopes.
+    pub fn refuse_joined(&self, why: &str) -> Result<()> {
+        match self.join_heights {
+            true => Err(Error::usage(format!("--join-heights cannot be used: {why}"))),
+            false => Ok(()),
         }
-        let stem = output.file_stem().filter(|_| !output::is_stream(output)).ok_or_else(|| {
-            Error::usage("--apply names its outputs after the output file: give a file or --apply-dir")
-        })?;
-        let mut joined = OsString::from(stem);
-        joined.push("_");
-        joined.push(name);
-        Ok(output.with_file_name(joined))
+    }
+
+    /// The files made by applying a map to registered images.
+    pub fn rearranged(
+        &self,
+        map: &SourceMap,
+        registered: &[Registered<'_>],
+        boundary: Boundary,
+        context: &Context,
+    ) -> Result<Vec<(PathBuf, Vec<u8>)>> {
+        let file = |one: &Registered<'_>| {
+            let output = &one.applied.output;
+            let made = self.gathered(map, one, boundary, context)?;
+            Ok((output.clone(), self.encoded(&made, map, one, context).map_err(|e| e.at(output))?))
+        };
+        registered.iter().map(file).collect()
+    }
+
+    /// A map made of the texels of registered images; normals with Y as it is to be written.
+    pub fn gathered(
+        &self,
+        map: &SourceMap,
+        of: &Registered<'_>,
+        boundary: Boundary,
+        context: &Context,
+    ) -> Result<ReflectanceField> {
+        let border = match boundary {
+            Boundary::Open => SurfaceBorder::Open,
+            Boundary::Torus => SurfaceBorder::Periodic,
+        };
+        let made = match of.applied.role() {
+            MapRole::Height if self.join_heights => join_heights(map, &of.map(), border, &context.job),
+            _ => gather_map(map, &of.map(), &context.job),
+        };
+        let made = made.map_err(|e| e.at(&of.applied.output))?;
+        match of.is_normal_map() && self.written_y(of) != of.normal_y() {
+            true => with_y_reversed(&made),
+            false => Ok(made),
+        }
+    }
+
+    /// The file of such a map, with what the images record.
+    fn encoded(
+        &self,
+        made: &ReflectanceField,
+        map: &SourceMap,
+        of: &Registered<'_>,
+        context: &Context,
+    ) -> Result<Vec<u8>> {
+        let (file, output) = (&of.files[0], &of.applied.output);
+        let is_opaque = of.files.iter().all(|file| file.opacity.is_none());
+        match (file.record.heights, HeightFormat::from_path(output)) {
+            _ if is_opaque && of.is_normal_map() => {
+                gathered::encode_normals(made, self.written_y(of), file, output)
+            }
+            (Some(scale), Ok(format)) if is_opaque => gathered::encode_heights(made, scale, format),
+            _ => gathered::encode(made, map, &of.files, output, context),
+        }
+    }
+
+    /// The direction of Y in which a normal map is written.
+    fn written_y(&self, registered: &Registered<'_>) -> NormalY {
+        self.normal_y.unwrap_or(registered.normal_y())
+    }
+
+    /// What is said of the images: which were compared, and the direction of normals.
+    pub fn describe(&self, registered: &[Registered<'_>], report: Report) -> Report {
+        let mut report = report;
+        let mut lines = Vec::new();
+        for one in registered {
+            let mut line = format!("{}: {}", one.applied.output.display(), one.applied.role().name());
+            if one.is_normal_map() {
+                line =
+                    format!("{}: {}", one.applied.output.display(), normals::described(self.written_y(one)));
+            }
+            if !one.applied.is_compared {
+                line.push_str(", not compared");
+            }
+            lines.push(line);
+        }
+        if registered.is_empty() {
+            return report;
+        }
+        report.text = format!("{}\n{}", report.text, lines.join("\n"));
+        let images = registered.iter().map(|one| {
+            json!({
+                "output": paths::text(&one.applied.output),
+                "role": one.applied.role(),
+                "compared": one.applied.is_compared,
+                "normal_y": one.is_normal_map().then(|| normals::as_json(self.written_y(one))),
+            })
+        });
+        report.json["registered"] = images.collect();
+        report
     }
 
     /// The file of the source map, if requested.
@@ -103,11 +265,11 @@ impl Args {
     }
 }
 
-impl Applied<'_> {
+impl<'a> Applied<'a> {
     /// Reads the images, which must have the sizes of the exemplars.
-    pub fn read(&self, exemplars: &[FieldFile], context: &Context) -> Result<Vec<FieldFile>> {
-        let images = read_all(self.images, None, context, input::registered)?;
-        for ((image, exemplar), path) in images.iter().zip(exemplars).zip(self.images) {
+    fn read(self, exemplars: &[FieldFile], context: &Context) -> Result<Registered<'a>> {
+        let files = read_all(self.images, None, context, input::registered)?;
+        for ((image, exemplar), path) in files.iter().zip(exemplars).zip(self.images) {
             let (found, expected) = (image.field.size(), exemplar.field.size());
             if found != expected {
                 return Err(Error::usage(format!(
@@ -117,17 +279,46 @@ impl Applied<'_> {
                 .at(path));
             }
         }
-        Ok(images)
+        Ok(Registered { applied: self, files })
+    }
+
+    /// What the images mean, by the name of the first.
+    fn role(&self) -> MapRole {
+        MapRole::of_name(&self.images[0])
     }
 }
 
+impl Registered<'_> {
+    /// The map for the library.
+    fn map(&self) -> RegisteredMap<'_> {
+        let fields = self.files.iter().map(|file| &file.field).collect();
+        RegisteredMap { role: self.applied.role(), fields }
+    }
+
+    /// Whether the images are normals in a picture.
+    fn is_normal_map(&self) -> bool {
+        is_normal_map(&self.files[0].field, self.applied.role())
+    }
+
+    /// The direction of Y of the images, by the record or the name of the first.
+    fn normal_y(&self) -> NormalY {
+        let recorded = self.files[0].record.normal_y;
+        recorded.or(NormalY::of_name(&self.applied.images[0])).unwrap_or_default()
+    }
+}
+
+/// The maps that have a say in the choice of texels.
+pub fn compared<'a>(registered: &'a [Registered<'_>]) -> Vec<RegisteredMap<'a>> {
+    registered.iter().filter(|one| one.applied.is_compared).map(Registered::map).collect()
+}
+
 /// The images of all jobs.
-pub fn read_registered(
-    jobs: &[Applied<'_>],
+pub fn read_registered<'a>(
+    jobs: Vec<Applied<'a>>,
     exemplars: &[FieldFile],
     context: &Context,
-) -> Result<Vec<Vec<FieldFile>>> {
-    jobs.iter().map(|job| job.read(exemplars, context)).collect()
+) -> Result<Vec<Registered<'a>>> {
+    jobs.into_iter().map(|job| job.read(exemplars, context)).collect()
 }
 
 /// Reads fields that must be of one kind; the first may have been opened already, as an exemplar.

@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use relume::format::tile_set::in_words;
-use relume::format::{Content, Encoding, FieldFormat, HeightFormat, Opened, PictureFormat, TileSetFile};
+use relume::format::{
+    Content, Encoding, FieldFormat, HeightFormat, MapRole, Opened, PictureFormat, TileSetFile,
+};
 use relume::random_field::FieldModel;
 use relume::synthesis::noise::NoiseOptions;
 use relume::workflow::endless::{Drawing, FileTarget, ModelPlane, NoisePlane, PlaneWindow, TilePlane};
@@ -180,7 +182,8 @@ impl Request<'_> {
         let (window, path) = (self.window()?, exemplar.name().to_owned());
         let file = exemplar.into_field()?;
         let options = NoiseOptions { side: self.args.triangle, seed: self.seed };
-        let plane = NoisePlane::new(&file, &options, &context.job).map_err(|e| e.at(path))?;
+        let role = MapRole::of_name(&path);
+        let plane = NoisePlane::new(&file, role, &options, &context.job).map_err(|e| e.at(path))?;
         let target = self.target(self.format(&file.encoding)?);
         self.write(plane.drawing(window, &target, &context.job), outputs)?;
         let noise = plane.noise();

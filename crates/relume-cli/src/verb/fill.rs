@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 
 use crate::context::Context;
 use crate::output::Outputs;
-use crate::rearranged::{self, Applied, read_registered};
+use crate::rearranged::{self, Applied, Registered, compared, read_registered};
 use crate::report::Report;
 use crate::{args, gathered, input, opacity};
 
@@ -82,18 +82,16 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let options = args.how.options(boundary, &texture);
     let excluded = texture.excluded.as_deref();
     let (map, growth) = fill(&texture.index, &holes, excluded, &options, &context.job)?;
-    args.how.finish(texture, &map, &growth, "of the holes", json!({ "tile": args.tile }), context)
+    args.how.finish(texture, boundary, &map, &growth, "of the holes", json!({ "tile": args.tile }), context)
 }
 
-/// The outputs.
-pub struct Claimed<'a> {
-    /// Images that are filled in the same way as the texture.
-    applied: Vec<Applied<'a>>,
-    outputs: Outputs,
-}
+/// The images that are filled in the same way as the texture, and all outputs.
+pub type Claimed<'a> = (Vec<Applied<'a>>, Outputs);
 
 /// A texture ready to be filled.
 pub struct FilledTexture<'a> {
+    /// The path of the file.
+    name: PathBuf,
     /// The file, one alone.
     pub file: [FieldFile; 1],
     /// Its index planes.
@@ -103,8 +101,8 @@ pub struct FilledTexture<'a> {
     /// The guide, for known texels and holes.
     guide: Option<relume::Planes>,
     /// Where it goes.
-    claimed: Claimed<'a>,
-    images: Vec<Vec<FieldFile>>,
+    outputs: Outputs,
+    images: Vec<Registered<'a>>,
 }
 
 impl How {
@@ -114,7 +112,7 @@ impl How {
         let inputs: Vec<&Path> = inputs.iter().copied().chain(masks).collect();
         let mut outputs = Outputs::new(context);
         let applied = self.rearranged.claim(&inputs, &[&self.output], 1, &mut outputs)?;
-        Ok(Claimed { applied, outputs })
+        Ok((applied, outputs))
     }
 
     /// Reads a texture, its index planes, the texels that may not be copied, its guide, and the images
@@ -122,20 +120,22 @@ impl How {
     pub fn read<'a>(
         &self,
         path: &Path,
-        claimed: Claimed<'a>,
+        (applied, outputs): Claimed<'a>,
         context: &Context,
     ) -> Result<FilledTexture<'a>> {
         let file = [input::exemplar(path, &context.job)?];
+        let images = read_registered(applied, &file, context)?;
         let space = self.metric.space(&file[0].field, self.domain)?;
-        let index = gathered::index(&file, &space, context)?.swap_remove(0);
+        let index = gathered::index(&file, &compared(&images), &space, context)?.swap_remove(0);
         let mask = |path: &PathBuf| input::mask(path, index.size(), &context.job);
         let excluded = self.exclude.as_ref().map(mask).transpose()?;
         let excluded = opacity::excluded(&file[0], path, excluded, context);
         let guide = |path: &PathBuf| input::guide(path, index.size(), &context.job);
         let guide = self.guide.as_ref().map(guide).transpose()?;
-        let images = read_registered(&claimed.applied, &file, context)?;
-        gathered::check_memory(index.size(), file.iter().chain(images.iter().flatten()), context)?;
-        Ok(FilledTexture { file, index, excluded, guide, claimed, images })
+        let written = file.iter().chain(images.iter().flat_map(|one| &one.files));
+        gathered::check_memory(index.size(), written, context)?;
+        let name = path.to_owned();
+        Ok(FilledTexture { name, file, index, excluded, guide, outputs, images })
     }
 
     /// The options for the library. The guide of a texture also serves for the filled texture.
@@ -161,19 +161,18 @@ impl How {
     pub fn finish(
         &self,
         texture: FilledTexture<'_>,
+        boundary: Boundary,
         map: &SourceMap,
         growth: &Growth,
         what: &str,
         special: Value,
         context: &Context,
     ) -> Result<Report> {
-        let made = gathered::apply(map, &texture.file, &self.output, context)?;
+        let made = gathered::apply(map, &texture.file, &texture.name, &self.output, context)?;
         let mut files = vec![(self.output.clone(), made)];
-        for (job, images) in texture.claimed.applied.iter().zip(&texture.images) {
-            files.push((job.output.clone(), gathered::apply(map, images, &job.output, context)?));
-        }
+        files.extend(self.rearranged.rearranged(map, &texture.images, boundary, context)?);
         files.extend(self.rearranged.source_map(map, context)?);
-        let mut outputs = texture.claimed.outputs;
+        let mut outputs = texture.outputs;
         for (path, bytes) in files {
             outputs.write(&path, bytes)?;
         }
@@ -193,6 +192,6 @@ impl How {
             "filling": growth,
         });
         special.as_object().into_iter().flatten().for_each(|(name, value)| json[name] = value.clone());
-        Ok(Report::new(text, json).with_outputs(written))
+        Ok(self.rearranged.describe(&texture.images, Report::new(text, json)).with_outputs(written))
     }
 }

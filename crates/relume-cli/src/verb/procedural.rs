@@ -4,7 +4,9 @@ use std::path::PathBuf;
 
 use relume::capture::dome::ReliefBorder;
 use relume::capture::dome::relief::Relief;
-use relume::format::{Depth, HeightFormat, PictureFormat, encode_height, encode_picture};
+use relume::format::{
+    Depth, HeightFormat, NormalY, PictureFormat, encode_height, encode_normals, encode_picture,
+};
 use relume::maps::SurfaceMaps;
 use relume::procedural::{Material, MaterialOptions, Tiling};
 use relume::{Error, Picture, Planes, Result, Space};
@@ -12,9 +14,9 @@ use serde_json::{Value, json};
 
 use super::material::MaterialArgs;
 use crate::context::Context;
-use crate::normals;
 use crate::output::Folder;
 use crate::report::Report;
+use crate::{args, normals};
 
 /// Arguments of `relume procedural`.
 #[derive(Debug, clap::Args)]
@@ -25,12 +27,15 @@ pub struct Args {
     /// The material: sponge, weave, pebbles, leather, bark, marble, wood, clouds or fire
     material: String,
     /// The folder to write: albedo.png, height.png (16 bits, range recorded), roughness.png,
-    /// normals_gl.png, material.json
+    /// normals_gl.png (or normals_dx.png), material.json
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
     /// Make the maps periodic, so that they repeat without a seam
     #[arg(long)]
     tile: bool,
+    /// Direction of the green channel of the normal map: up (normals_gl.png) or down (normals_dx.png)
+    #[arg(long, value_name = "Y", default_value = "up", value_parser = args::named::<NormalY>())]
+    normal_y: NormalY,
     #[command(flatten)]
     options: MaterialArgs,
 }
@@ -45,21 +50,30 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let options = args.options.options(tiling);
     let folder = Folder::stage(&args.output, &[], context)?;
     let maps = material.make(&options, &context.job)?;
-    write(&maps, tiling, &folder)?;
+    write(&maps, tiling, args.normal_y, &folder)?;
     let json = description(args, material, &options, &maps);
     folder.add("material.json", format!("{json:#}\n").as_bytes())?;
     let written = folder.commit()?;
     let (low, high) = maps.height.range(0);
     let text = format!(
-        "{}: {}, {} texels, heights {low:.2} to {high:.2} texels",
+        "{}: {}, {} texels, heights {low:.2} to {high:.2} texels, {}",
         args.output.display(),
         material.name(),
-        maps.size()
+        maps.size(),
+        normals::described(args.normal_y)
     );
     Ok(Report::new(text, json).with_outputs(written))
 }
 
-fn write(maps: &SurfaceMaps, tiling: Tiling, folder: &Folder) -> Result<()> {
+/// The file of the normals.
+fn normals_file(y: NormalY) -> &'static str {
+    match y {
+        NormalY::Up => "normals_gl.png",
+        NormalY::Down => "normals_dx.png",
+    }
+}
+
+fn write(maps: &SurfaceMaps, tiling: Tiling, y: NormalY, folder: &Folder) -> Result<()> {
     let border = if tiling == Tiling::Torus { ReliefBorder::Wrap } else { ReliefBorder::Clamp };
     let albedo = Picture { planes: maps.albedo.clone(), space: Space::Linear };
     folder.add("albedo.png", &encode_picture(&albedo, PictureFormat::Png(Depth::Eight))?)?;
@@ -71,7 +85,7 @@ fn write(maps: &SurfaceMaps, tiling: Tiling, folder: &Folder) -> Result<()> {
         )?;
     }
     let normals = Relief::new(&maps.height, border).normals();
-    folder.add("normals_gl.png", &normals::encode(&normals, PictureFormat::Png(Depth::Sixteen))?)
+    folder.add(normals_file(y), &encode_normals(&normals, y, PictureFormat::Png(Depth::Sixteen))?)
 }
 
 /// Data as a picture, declared as encoded, so that the codes are the values themselves.
@@ -91,6 +105,7 @@ fn description(args: &Args, material: Material, options: &MaterialOptions, maps:
         "height_texels": { "file": "height.png", "lowest": low, "highest": high },
         "albedo_srgb": "albedo.png",
         "roughness": "roughness.png",
-        "normals_y_up": "normals_gl.png",
+        "normals": normals_file(args.normal_y),
+        "normal_y": normals::as_json(args.normal_y),
     })
 }

@@ -2,8 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use relume::format::{Depth, PictureFormat, animation as encode, encode_picture};
+use relume::format::{Depth, PictureFormat, animation as encode, encode_normals, encode_picture};
 use relume::render::{Sweep, relight};
+use relume::surface::NormalDoubt;
 use relume::{Direction, Error, Picture, ReflectanceField, Result, surface};
 use serde_json::json;
 
@@ -25,6 +26,8 @@ pub struct Args {
     /// and any other name a folder of numbered PNG files; - is standard output, as PNG
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
+    #[command(flatten)]
+    normal_maps: normals::Args,
     /// Frames per second of an animation
     #[arg(long, value_name = "N", default_value_t = 12)]
     fps: u16,
@@ -41,7 +44,7 @@ struct What {
     /// N lights in a circle (orbit:N) or over the zenith from left to right (arc:N)
     #[arg(long, value_name = "PATH:N")]
     sweep: Option<Sweep>,
-    /// Write the surface normals instead: +Y (green is up), 0..1 in integer files, -1..1 in EXR
+    /// Write the surface normals instead: 0..1 in integer files, -1..1 in EXR
     #[arg(long)]
     normals: bool,
     /// Write the colour of the texture without its shading instead: each texel at its brightest
@@ -59,25 +62,39 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     outputs.file(&args.output, &[&args.file])?;
     let field = args.evaluated.texture(&args.file, &context.job)?;
     context.job.check("the picture", field.size(), 24)?;
-    let (picture, format, what) = match args.what.light {
-        Some(light) => (relight(&field, light), format, "picture"),
-        None if args.what.albedo => (surface::albedo(&field), format, "albedo"),
-        None => (
-            normals::picture(&surface::normals(&field), format),
-            format.with_depth(Depth::Sixteen),
-            "normals (+Y)",
-        ),
+    let y = args.what.normals.then(|| args.normal_maps.of_output(&args.output));
+    let mut warnings = Vec::new();
+    let (bytes, what) = match (args.what.light, y) {
+        (Some(light), _) => (encode_picture(&relight(&field, light), format)?, "picture".to_owned()),
+        (None, Some(y)) => {
+            let found = surface::normals(&field);
+            warnings = doubted(&surface::doubts(&field, &found));
+            (encode_normals(&found, y, format)?, normals::described(y))
+        }
+        (None, None) => (encode_picture(&surface::albedo(&field), format)?, "albedo".to_owned()),
     };
-    outputs.write(&args.output, encode_picture(&picture, format)?)?;
+    outputs.write(&args.output, bytes)?;
     let written = outputs.commit()?;
-    let text = format!("{}: {what}, {}", args.output.display(), picture.size());
+    let text = format!("{}: {what}, {}", args.output.display(), field.size());
     let json = json!({
         "what": what,
-        "width": picture.size().width,
-        "height": picture.size().height,
+        "width": field.size().width,
+        "height": field.size().height,
         "light": args.what.light.map(Direction::to_array),
+        "normal_y": y.map(normals::as_json),
     });
-    Ok(Report::new(text, json).with_outputs(written))
+    Ok(Report::new(text, json).with_outputs(written).with_warnings(warnings))
+}
+
+/// What is said of normals that are not to be trusted.
+fn doubted(doubts: &[NormalDoubt]) -> Vec<String> {
+    let reasons: Vec<String> = doubts.iter().map(ToString::to_string).collect();
+    let warning = format!(
+        "these normals are not to be trusted: {}; `relume height PHOTOGRAPHS -o height.exr --normals FILE` finds \
+         better ones from the photographs",
+        reasons.join("; ")
+    );
+    if reasons.is_empty() { Vec::new() } else { vec![warning] }
 }
 
 fn still_format(path: &Path) -> Result<PictureFormat> {

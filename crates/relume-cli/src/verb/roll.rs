@@ -8,15 +8,15 @@ use relume::format::{Encoding, FieldFile, FieldFormat, PictureFormat, encode_tra
 use relume::numeric::lattice::Lattice;
 use relume::numeric::periods::Pattern;
 use relume::synthesis::roller::{RollReport, Rolled, RollerOptions, roll};
-use relume::synthesis::{Exemplar, gather};
-use relume::{Error, Result};
+use relume::synthesis::{Boundary, Exemplar};
+use relume::{Error, ReflectanceField, Result};
 use serde_json::json;
 
 use crate::context::Context;
 use crate::output::Outputs;
-use crate::rearranged::{self, read_registered};
+use crate::rearranged::{self, Registered, compared, read_registered};
 use crate::report::Report;
-use crate::{args, input, opacity, output};
+use crate::{args, gathered, input, opacity, output};
 
 /// Arguments of `relume roll`.
 #[derive(Debug, clap::Args)]
@@ -66,19 +66,24 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         ..RollerOptions::default()
     };
     options.validate()?;
+    args.rearranged.refuse_joined("tiles share their borders as copies only")?;
     let file = input::exemplar(&args.file, &context.job)?;
-    let images = read_registered(&applied, std::slice::from_ref(&file), context)?;
-    let rolled = make(args, &file, &options, context)?;
-    let mut files = tiles(&args.output, &rolled, &file, context)?;
-    for (job, image) in applied.iter().zip(&images) {
-        files.extend(tiles(&job.output, &rolled, &image[0], context)?);
+    let images = read_registered(applied, std::slice::from_ref(&file), context)?;
+    let rolled = make(args, &file, &images, &options, context)?;
+    let map = rolled.tiles.map();
+    let made = gathered::gather(map, std::slice::from_ref(&file), &args.file, context)?;
+    let mut files = tiles(&args.output, &made, &rolled, &file, context)?;
+    for one in &images {
+        let made = args.rearranged.gathered(map, one, Boundary::Open, context)?;
+        files.extend(tiles(&one.applied.output, &made, &rolled, &one.files[0], context)?);
     }
     files.extend(args.rearranged.source_map(rolled.tiles.map(), context)?);
     for (path, bytes) in files {
         outputs.write(&path, bytes)?;
     }
     let written = outputs.commit()?;
-    Ok(report(&args.output, &options, &rolled).with_outputs(written))
+    let report = report(&args.output, &options, &rolled);
+    Ok(args.rearranged.describe(&images, report).with_outputs(written))
 }
 
 /// Refuses a file that cannot hold tiles, and claims its companion.
@@ -99,21 +104,27 @@ fn claim_tiles(path: &Path, inputs: &[&Path], outputs: &mut Outputs) -> Result<(
 /// The files of one set of tiles.
 fn tiles(
     path: &Path,
+    made: &ReflectanceField,
     rolled: &Rolled,
     from: &FieldFile,
     context: &Context,
 ) -> Result<Vec<(PathBuf, Vec<u8>)>> {
-    let bytes = encode(rolled, from, FieldFormat::from_path(path)?, context).map_err(|e| e.at(path))?;
+    let bytes = encode(made, rolled, from, FieldFormat::from_path(path)?, context).map_err(|e| e.at(path))?;
     let beside = sidecar_path(path)
         .map(|beside| (beside, sidecar(rolled.tiles.count(), rolled.tiles.cells(), &bytes)));
     Ok(std::iter::once((path.to_owned(), bytes)).chain(beside).collect())
 }
 
-fn make(args: &Args, file: &FieldFile, options: &RollerOptions, context: &Context) -> Result<Rolled> {
+fn make(
+    args: &Args,
+    file: &FieldFile,
+    images: &[Registered<'_>],
+    options: &RollerOptions,
+    context: &Context,
+) -> Result<Rolled> {
     let space = IndexSpace::new(&file.field, Metric::Function, Domain::Hemisphere)?;
-    let bytes = 4 * space.planes() as u64;
-    context.job.check("the index of the exemplar", file.field.size(), bytes)?;
-    let index = space.index_planes(&file.field);
+    let files = std::slice::from_ref(file);
+    let index = gathered::index(files, &compared(images), &space, context)?.swap_remove(0);
     let mask = |path: &PathBuf| input::mask(path, index.size(), &context.job);
     let excluded = args.exclude.as_ref().map(mask).transpose()?;
     let excluded = opacity::excluded(file, &args.file, excluded, context);
@@ -121,18 +132,23 @@ fn make(args: &Args, file: &FieldFile, options: &RollerOptions, context: &Contex
 }
 
 /// The file of the tiles, in the encoding of the exemplar.
-fn encode(rolled: &Rolled, file: &FieldFile, format: FieldFormat, context: &Context) -> Result<Vec<u8>> {
-    let field = gather(rolled.tiles.map(), &[&file.field], &context.job)?;
+fn encode(
+    field: &ReflectanceField,
+    rolled: &Rolled,
+    file: &FieldFile,
+    format: FieldFormat,
+    context: &Context,
+) -> Result<Vec<u8>> {
     let opacity = opacity::gathered(rolled.tiles.map(), std::slice::from_ref(file), context)?;
     let opacity = opacity.as_ref();
     match format.in_depth_of(&file.encoding) {
         FieldFormat::Exr(depth) => {
-            exr::encode_tiles(&field, opacity, rolled.tiles.count(), rolled.tiles.cells(), depth)
+            exr::encode_tiles(field, opacity, rolled.tiles.count(), rolled.tiles.cells(), depth)
         }
         FieldFormat::Ptm if !matches!(file.encoding, Encoding::Ptm(_)) => {
-            encode_translucent(&field, opacity, format, None, &context.job)
+            encode_translucent(field, opacity, format, None, &context.job)
         }
-        format => encode_translucent(&field, opacity, format, Some(&file.encoding), &context.job),
+        format => encode_translucent(field, opacity, format, Some(&file.encoding), &context.job),
     }
 }
 

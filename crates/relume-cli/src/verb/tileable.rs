@@ -34,5 +34,5 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let options = args.how.options(Boundary::Torus, &texture);
     let (map, growth) = tileable(exemplar, band, &options, &context.job)?;
     let what = format!("of a band of {band} along the border");
-    args.how.finish(texture, &map, &growth, &what, json!({ "band": band }), context)
+    args.how.finish(texture, Boundary::Torus, &map, &growth, &what, json!({ "band": band }), context)
 }

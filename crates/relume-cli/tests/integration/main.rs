@@ -10,12 +10,14 @@ mod fill;
 mod fit;
 mod gallery;
 mod height;
+mod maps;
 #[cfg(target_os = "linux")]
 mod memory;
 mod model;
 mod one_door;
 mod outputs;
 mod procedural;
+mod readme;
 mod relight_render;
 mod roll;
 mod signals;

@@ -176,3 +176,14 @@ fn wrong_usage_has_status_2() {
         refused(folder.path(), args);
     }
 }
+
+#[test]
+fn normals_of_few_lights_are_doubted_and_better_ones_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    run(at, &["capture", "sponge", "-o", "sponge", "--lights", "8", "--size", "32"]);
+    run(at, &["fit", "sponge", "-o", "sponge.exr"]);
+    let text = run(at, &["relight", "sponge.exr", "--normals", "-o", "n.png"]);
+    assert!(text.contains("not to be trusted") && text.contains("8 lights"), "{text}");
+    assert!(text.contains("relume height"), "{text}");
+}

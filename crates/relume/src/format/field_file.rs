@@ -6,8 +6,11 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::exr::{self, ExrDepth, ExrField};
+use super::height::{self, HeightScale};
 use super::kind::{Kind, unknown};
+use super::map_role::NormalY;
 use super::meaning::Meaning;
+use super::normal_map;
 use super::picture::{Depth, PictureFormat, encode_with, extension};
 use super::ptm::{self, PtmEncoding, Under};
 use super::raster;
@@ -27,6 +30,17 @@ pub struct FieldFile {
     pub opacity: Option<Planes>,
     /// The storage of the values in the file.
     pub encoding: Encoding,
+    /// What the file records of the meaning of its values.
+    pub record: MapRecord,
+}
+
+/// What a picture records of the meaning of its values, so that copies of them can be stored with it.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct MapRecord {
+    /// The scale of heights.
+    pub heights: Option<HeightScale>,
+    /// The direction of Y of normals.
+    pub normal_y: Option<NormalY>,
 }
 
 impl FieldFile {
@@ -47,6 +61,13 @@ pub enum Encoding {
     Picture(Depth),
     /// Floats.
     Exr(ExrDepth),
+}
+
+impl MapRecord {
+    /// The record in the bytes of a picture.
+    fn of(bytes: &[u8]) -> Result<Self> {
+        Ok(Self { heights: height::recorded_scale(bytes)?, normal_y: normal_map::recorded(bytes)? })
+    }
 }
 
 impl fmt::Display for Encoding {
@@ -119,9 +140,9 @@ pub fn decode_field(bytes: &[u8], job: &Job) -> Result<FieldFile> {
 
 /// As [`decode_field`], for values of a given meaning.
 pub(super) fn decode_as(bytes: &[u8], meaning: Meaning, job: &Job) -> Result<FieldFile> {
-    let FieldFile { field, opacity, encoding } = decode_any(bytes, meaning, job)?;
-    let opacity = opacity.map(|opacity| opacity.held(job, "the opacity")).transpose()?;
-    Ok(FieldFile { field: field.held(job, "the texture")?, opacity, encoding })
+    let file = decode_any(bytes, meaning, job)?;
+    let opacity = file.opacity.map(|opacity| opacity.held(job, "the opacity")).transpose()?;
+    Ok(FieldFile { field: file.field.held(job, "the texture")?, opacity, ..file })
 }
 
 fn decode_any(bytes: &[u8], meaning: Meaning, job: &Job) -> Result<FieldFile> {
@@ -129,11 +150,12 @@ fn decode_any(bytes: &[u8], meaning: Meaning, job: &Job) -> Result<FieldFile> {
     match Kind::of_texels(bytes)? {
         Kind::Ptm => {
             let (field, encoding) = ptm::decode(bytes, job)?;
-            Ok(FieldFile { field, opacity: None, encoding: Encoding::Ptm(encoding) })
+            let record = MapRecord::default();
+            Ok(FieldFile { field, opacity: None, encoding: Encoding::Ptm(encoding), record })
         }
         Kind::Exr => {
             let ExrField { field, opacity, depth } = exr::decode_field(bytes, meaning, job)?;
-            Ok(FieldFile { field, opacity, encoding: Encoding::Exr(depth) })
+            Ok(FieldFile { field, opacity, encoding: Encoding::Exr(depth), record: MapRecord::of(bytes)? })
         }
         Kind::Png | Kind::Jpeg | Kind::Tiff | Kind::Pfm => decode_constants(bytes, meaning, job),
         Kind::Rlm | Kind::Npy | Kind::Glb => Err(unknown(bytes)),
@@ -149,8 +171,8 @@ fn decode_constants(bytes: &[u8], meaning: Meaning, job: &Job) -> Result<FieldFi
         Samples::F32(_) => Encoding::Exr(ExrDepth::Float),
     };
     let picture = raster.to_picture(raster.samples().space());
-    let opacity = raster.opacity_plane();
-    Ok(FieldFile { field: ReflectanceField::from_picture(picture), opacity, encoding })
+    let (opacity, record) = (raster.opacity_plane(), MapRecord::of(bytes)?);
+    Ok(FieldFile { field: ReflectanceField::from_picture(picture), opacity, encoding, record })
 }
 
 /// The bytes of the file of a field.

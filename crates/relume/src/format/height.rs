@@ -10,6 +10,7 @@
 //! without a record are assumed to be in texels.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::path::Path;
 
 use super::exr::{self, ExrDepth};
@@ -22,6 +23,7 @@ use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::planes::Planes;
 use crate::raster::{Raster, Samples};
+use crate::size::Size;
 
 const RANGE: &str = "Height-Range";
 const PIXEL: &str = "Millimetres-Per-Texel";
@@ -119,10 +121,38 @@ fn encode_png(height: &Planes, mm_per_texel: Option<f64>) -> Result<Vec<u8>> {
         true => ((f64::from(h) - f64::from(low)) / span * 65535.0).round() as u16,
         false => 0,
     };
-    let samples: Vec<u8> = height.as_slice().iter().flat_map(|&h| code(h).to_be_bytes()).collect();
-    let mut texts = vec![(RANGE, format!("{low} {high} {}", unit(mm_per_texel)))];
+    let codes = height.as_slice().iter().map(|&h| code(h));
+    data16(height.size(), codes, f64::from(low)..f64::from(high), mm_per_texel)
+}
+
+/// A PNG file of codes from the lowest to the highest height, in the unit of the record.
+fn data16(
+    size: Size,
+    codes: impl Iterator<Item = u16>,
+    range: Range<f64>,
+    mm_per_texel: Option<f64>,
+) -> Result<Vec<u8>> {
+    let samples: Vec<u8> = codes.flat_map(u16::to_be_bytes).collect();
+    let mut texts = vec![(RANGE, format!("{} {} {}", range.start, range.end, unit(mm_per_texel)))];
     texts.extend(mm_per_texel.map(|mm| (PIXEL, mm.to_string())));
-    super::png::encode_data16(height.size(), &samples, &texts)
+    super::png::encode_data(size, 1, (::png::BitDepth::Sixteen, &samples), &texts)
+}
+
+/// The bytes of a height map of which the samples are given as stored, with their scale: the record and the codes
+/// stay what they were, so that copies are exact. Samples of a PNG file outside 0..1 widen its range.
+///
+/// # Errors
+/// As [`encode_height`].
+pub fn encode_scaled_height(map: &HeightMap, format: HeightFormat) -> Result<Vec<u8>> {
+    let HeightScale { offset, step, mm_per_texel } =
+        map.scale.ok_or_else(|| Error::invalid("the scale of the heights is not known"))?;
+    let (low, high) = map.samples.range(0);
+    if format == HeightFormat::Exr || low < 0.0 || high > 1.0 || map.samples.count() != 1 {
+        return encode_height(&map.texels(1.0), mm_per_texel, format);
+    }
+    let codes = map.samples.as_slice().iter().map(|&v| (f64::from(v) * 65535.0).round() as u16);
+    let mm = mm_per_texel.unwrap_or(1.0);
+    data16(map.samples.size(), codes, mm * offset..mm * (offset + step), mm_per_texel)
 }
 
 /// The texts of a file that may hold a record of its heights.
@@ -164,6 +194,14 @@ fn is_grey(raster: &Raster) -> bool {
     (0..samples.len()).all(|i| samples.value(i) == samples.value(i - i % raster.channels()))
 }
 
+/// The scale that a file records.
+///
+/// # Errors
+/// An invalid record.
+pub(super) fn recorded_scale(bytes: &[u8]) -> Result<Option<HeightScale>> {
+    recorded(&texts(bytes)?)
+}
+
 /// The record of heights in a file.
 fn recorded(texts: &BTreeMap<String, String>) -> Result<Option<HeightScale>> {
     if let Some(unit) = texts.get(EXR_UNIT) {
@@ -202,7 +240,6 @@ fn scale(low: f64, high: f64, unit: &str, pixel: Option<&str>) -> Result<Option<
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::size::Size;
 
     fn heights() -> Planes {
         Planes::from_vec(Size::new(4, 3), 1, (0..12).map(|i| -3.25 + 0.5 * ((i * 7) % 12) as f32).collect())
@@ -241,7 +278,13 @@ mod tests {
         let with = |range: &str, pixel: Option<&str>| {
             let mut texts = vec![(RANGE, range.to_owned())];
             texts.extend(pixel.map(|p| (PIXEL, p.to_owned())));
-            let bytes = super::super::png::encode_data16(Size::new(1, 1), &[0, 7], &texts).unwrap();
+            let bytes = super::super::png::encode_data(
+                Size::new(1, 1),
+                1,
+                (::png::BitDepth::Sixteen, &[0, 7]),
+                &texts,
+            )
+            .unwrap();
             decode_height(&bytes, &Job::default())
         };
         assert!(with("0 1 texels", None).is_ok());

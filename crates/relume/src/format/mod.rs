@@ -10,6 +10,7 @@
 //! | PNG, JPEG, TIFF, EXR, PFM picture | [`Opened::into_raster`], [`Opened::into_field`], [`Opened::into_exemplar`] | [`encode_picture`], [`encode_field`] |
 //! | pictures of data | [`Opened::into_data`], [`Opened::into_registered`], [`Opened::into_mask`] | |
 //! | height map, PNG or EXR | [`Opened::into_height`] | [`encode_height`] |
+//! | normal map | [`Opened::into_normals`] | [`encode_normals`] |
 //! | set of tiles | [`Opened::into_tiles`] | [`exr::encode_tiles`], [`tile_set::sidecar`] |
 //! | animated PNG, GIF | | [`animation`] |
 //! | `.ptm`, EXR field, PNG of any size | | [`Streamed`] |
@@ -31,9 +32,11 @@ mod field_file;
 mod finite;
 mod height;
 mod kind;
+mod map_role;
 mod mask;
 mod meaning;
 mod mesh;
+mod normal_map;
 pub mod npy;
 mod opacity;
 mod open;
@@ -52,10 +55,14 @@ mod turned;
 mod whole;
 
 pub use exr::ExrDepth;
-pub use field_file::{Encoding, FieldFile, FieldFormat, decode_field, encode_field, encode_translucent};
-pub use height::{HeightFormat, HeightMap, HeightScale, decode_height, encode_height};
+pub use field_file::{
+    Encoding, FieldFile, FieldFormat, MapRecord, decode_field, encode_field, encode_translucent,
+};
+pub use height::{HeightFormat, HeightMap, HeightScale, decode_height, encode_height, encode_scaled_height};
+pub use map_role::{MapRole, NormalY};
 pub use mask::{Mask, decode_mask};
 pub use mesh::decode_mesh;
+pub use normal_map::{NormalMap, decode_normals, encode_normals, encode_stored_normals};
 pub use open::{Content, Opened, open, read, read_field, read_height, read_mesh, read_raster};
 pub use picture::{Depth, PictureFormat, encode_picture};
 pub use ptm::PtmEncoding;

@@ -9,9 +9,11 @@ use std::sync::Arc;
 use super::field_file::{self, FieldFile};
 use super::height::{self, HeightMap, decode_height};
 use super::kind::{Class, Kind, unknown};
+use super::map_role::NormalY;
 use super::mask::{Mask, decode_mask};
 use super::meaning::Meaning;
 use super::mesh::decode_mesh;
+use super::normal_map::{NormalMap, decode_normals};
 use super::npy::{self, Array};
 use super::opacity::OPACITY_UNUSED;
 use super::raster;
@@ -264,6 +266,19 @@ impl Opened {
             return Err(self.refused("a height map", ""));
         }
         self.decoded("a height map", "", |opened| decode_height(&opened.bytes, &opened.job))
+    }
+
+    /// The normal map, y up; `asked` is the direction of y in the file where it is known otherwise.
+    ///
+    /// # Errors
+    /// As [`Opened::into_field`], for a file that holds no picture of three channels, or has an invalid record.
+    pub fn into_normals(self, asked: Option<NormalY>) -> Result<NormalMap> {
+        if self.content == Content::Field {
+            return Err(self.refused("a normal map", "; `relume relight --normals` makes one"));
+        }
+        self.decoded("a normal map", "", |opened| {
+            decode_normals(&opened.bytes, &opened.name, asked, &opened.job)
+        })
     }
 
     /// The set of tiles.

@@ -117,6 +117,11 @@ pub(super) fn encode_with(
     }
 }
 
+/// The samples of a PNG file of an opaque picture.
+pub(super) fn png_samples(picture: &Picture, depth: Depth) -> (::png::BitDepth, Vec<u8>) {
+    (bit_depth(depth), samples(picture, None, depth, u16::to_be_bytes).1)
+}
+
 fn bit_depth(depth: Depth) -> ::png::BitDepth {
     match depth {
         Depth::Eight => ::png::BitDepth::Eight,

@@ -15,16 +15,20 @@ pub(super) fn encoder<'a, W: std::io::Write + 'a>(
     depth: ::png::BitDepth,
 ) -> Result<::png::Encoder<'a, W>> {
     let mut encoder = ::png::Encoder::new(out, side(size.width)?, side(size.height)?);
-    encoder.set_color(match channels {
-        1 => ::png::ColorType::Grayscale,
-        2 => ::png::ColorType::GrayscaleAlpha,
-        3 => ::png::ColorType::Rgb,
-        _ => ::png::ColorType::Rgba,
-    });
+    encoder.set_color(color(channels));
     encoder.set_depth(depth);
     encoder.set_source_srgb(::png::SrgbRenderingIntent::RelativeColorimetric);
     encoder.set_compression(::png::Compression::Fast);
     Ok(encoder)
+}
+
+fn color(channels: usize) -> ::png::ColorType {
+    match channels {
+        1 => ::png::ColorType::Grayscale,
+        2 => ::png::ColorType::GrayscaleAlpha,
+        3 => ::png::ColorType::Rgb,
+        _ => ::png::ColorType::Rgba,
+    }
 }
 
 /// A PNG file of the given samples, 16-bit ones in big-endian order.
@@ -36,12 +40,17 @@ pub(super) fn encode(size: Size, channels: usize, depth: ::png::BitDepth, sample
     Ok(out)
 }
 
-/// A grey 16-bit PNG file of data, with text chunks before the image.
-pub(super) fn encode_data16(size: Size, samples: &[u8], texts: &[(&str, String)]) -> Result<Vec<u8>> {
+/// A PNG file of data, which is not marked as sRGB, with text chunks before the image.
+pub(super) fn encode_data(
+    size: Size,
+    channels: usize,
+    (depth, samples): (::png::BitDepth, &[u8]),
+    texts: &[(&str, String)],
+) -> Result<Vec<u8>> {
     let mut out = Vec::new();
     let mut encoder = ::png::Encoder::new(&mut out, side(size.width)?, side(size.height)?);
-    encoder.set_color(::png::ColorType::Grayscale);
-    encoder.set_depth(::png::BitDepth::Sixteen);
+    encoder.set_color(color(channels));
+    encoder.set_depth(depth);
     for (keyword, text) in texts {
         encoder.add_text_chunk((*keyword).to_owned(), text.clone()).map_err(failed)?;
     }

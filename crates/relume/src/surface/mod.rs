@@ -3,6 +3,7 @@
 //! | file | content |
 //! |---|---|
 //! | `normals`, `argmax` | normals and albedo of a field: the direction of maximal luminance |
+//! | `doubts` | whether those normals can be trusted |
 //! | `photometric_stereo`, `robust` | normals and albedo from photographs under many lights |
 //! | `shape_from_shading` | slopes from one photograph under a known light |
 //! | `slopes` | normals to slopes and back |
@@ -10,6 +11,7 @@
 
 pub mod argmax;
 mod brightest;
+mod doubts;
 pub mod integrate;
 mod luminance;
 mod normals;
@@ -18,6 +20,7 @@ mod robust;
 pub mod shape_from_shading;
 mod slopes;
 
+pub use doubts::{NormalDoubt, doubts};
 pub use luminance::luminance;
 pub use normals::{albedo, normals};
 pub use robust::{Ambient, Estimator};

@@ -20,20 +20,46 @@ use crate::space::Space;
 /// the limits.
 pub fn gather(map: &SourceMap, fields: &[&ReflectanceField], job: &Job) -> Result<ReflectanceField> {
     let first = check(map, fields)?;
-    let count = first.coefficients().count();
-    let mut output = Planes::zeros_within(job, "the synthesised field", map.size(), count)?;
-    output.as_mut_slice().par_chunks_exact_mut(map.size().texels()).enumerate().for_each(|(k, plane)| {
-        for (value, from) in plane.iter_mut().zip(map.copies()) {
-            *value = fields[from.exemplar as usize].coefficients().at(k, from.x as usize, from.y as usize);
-        }
-    });
+    let planes: Vec<&Planes> = fields.iter().map(|field| field.coefficients()).collect();
+    let mut output = copied(map, &planes, job)?;
     if map.mix_count() > 0 {
-        let blended = blend(map, fields, job)?;
-        for (k, plane) in output.iter_mut().enumerate() {
-            map.mixes().zip(blended.plane(k)).for_each(|((texel, _), value)| plane[texel] = *value);
-        }
+        place(map, &blend(map, fields, job)?, &mut output);
     }
     first.with_coefficients(output)
+}
+
+/// The index planes of the output of a map, from those of its exemplars; blended texels are weighted sums.
+///
+/// # Errors
+/// When the planes are not registered with the exemplars, or the output exceeds the limits.
+pub fn gather_index(map: &SourceMap, index: &[&Planes], job: &Job) -> Result<Planes> {
+    let sizes = index.iter().map(|planes| planes.size());
+    if index.is_empty() || !sizes.eq(map.exemplars().iter().copied()) {
+        return Err(Error::usage("index planes are gathered by a map of exemplars of other sizes"));
+    }
+    let mut output = copied(map, index, job)?;
+    if map.mix_count() > 0 {
+        place(map, &weighted_sums(map, index), &mut output);
+    }
+    Ok(output)
+}
+
+/// The planes of the dominant source of every texel.
+fn copied(map: &SourceMap, planes: &[&Planes], job: &Job) -> Result<Planes> {
+    let mut output = Planes::zeros_within(job, "the synthesised field", map.size(), planes[0].count())?;
+    output.as_mut_slice().par_chunks_exact_mut(map.size().texels()).enumerate().for_each(|(k, plane)| {
+        for (value, from) in plane.iter_mut().zip(map.copies()) {
+            *value = planes[from.exemplar as usize].at(k, from.x as usize, from.y as usize);
+        }
+    });
+    Ok(output)
+}
+
+/// Puts the blended texels into their places.
+fn place(map: &SourceMap, blended: &Planes, output: &mut Planes) {
+    for (k, plane) in output.iter_mut().enumerate() {
+        map.mixes().zip(blended.plane(k)).for_each(|((texel, _), value)| plane[texel] = *value);
+    }
 }
 
 /// Checks that fields match a map and each other, and returns the first.

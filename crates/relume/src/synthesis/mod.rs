@@ -40,7 +40,7 @@ pub mod search;
 pub mod source_map;
 
 pub use blocks::{Placement, RejectionCurve, StageTimes, Synthesis, SynthesisReport, synthesize};
-pub use gather::gather;
+pub use gather::{gather, gather_index};
 pub use guidance::Guidance;
 pub use options::{Blend, BlockOptions, Boundary, Tolerance};
 pub use quantise::Exemplar;

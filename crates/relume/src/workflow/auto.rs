@@ -20,8 +20,9 @@ use crate::job::Job;
 use crate::metric::texture::copying::copying;
 use crate::metric::texture::{SlicedOptions, Source, Sources, sliced};
 use crate::numeric::random::{self, Purpose};
+use crate::planes::Planes;
 use crate::synthesis::pixel::{NeighbourSearch, PatchMatchOptions, WeiLevoyOptions};
-use crate::synthesis::{Blend, BlockOptions, Exemplar, SourceMap, Tolerance, gather};
+use crate::synthesis::{Blend, BlockOptions, Exemplar, SourceMap, Tolerance, gather_index};
 
 /// The largest piece that a texture may copy verbatim, as a fraction of the smallest exemplar.
 pub const LARGEST_PIECE: f64 = 0.5;
@@ -213,7 +214,8 @@ impl Auto {
         let sources = Sources::new(map.size(), &texels, map.exemplars())?;
         let smallest = map.exemplars().iter().map(|size| size.texels()).min().unwrap_or(1);
         let piece = copying(&sources).largest_piece as f64 / smallest as f64;
-        let made = exemplars.space.index_planes(&gather(map, exemplars.fields, job)?);
+        let index: Vec<&Planes> = exemplars.planes.iter().map(|exemplar| exemplar.index).collect();
+        let made = gather_index(map, &index, job)?;
         let options = SlicedOptions { seed: MEASURE_SEED, ..SlicedOptions::default() };
         let mut sum = 0.0;
         for exemplar in exemplars.planes {

@@ -13,6 +13,7 @@
 //! | [`comparison`] | textures compared under several lights |
 //! | [`shader`] | what a shader draws textures and endless noise from |
 //! | [`auto`] | textures made in several ways, of which the nearest to the exemplar is kept |
+//! | [`map_set`] | the maps of a material as one exemplar |
 //! | [`memory`] | the memory of whole jobs, known before they begin |
 //! | [`endless`] | windows of endless planes, of any size, written row by row |
 
@@ -22,6 +23,7 @@ pub mod comparison;
 pub mod endless;
 pub mod files;
 pub mod front;
+pub mod map_set;
 pub mod memory;
 pub mod method;
 pub mod metric;
@@ -30,6 +32,7 @@ pub mod options;
 pub mod shader;
 
 pub use auto::Exemplars;
+pub use map_set::RegisteredMap;
 pub use method::{MadeTexture, MethodReport, Plan, SynthesisMethod};
 pub use metric::NamedMetric;
 pub use options::{Approach, Outcome, SynthOptions};

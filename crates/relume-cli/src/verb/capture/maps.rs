@@ -1,32 +1,18 @@
 //! Maps from files: the role of each file, and the meaning of its samples.
 //!
 //! Height, normal and roughness files hold data, not colours: integer codes are read as values from 0 to 1,
-//! without decoding sRGB. If such a file is RGB, height and roughness use its first channel. Integer normals
-//! are packed, v = (n + 1) / 2; floats are packed only when none is negative.
+//! without decoding sRGB. If such a file is RGB, height and roughness use its first channel.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use relume::format::HeightMap;
+use relume::format::{HeightMap, MapRole, NormalY};
 use relume::maps::SurfaceMaps;
-use relume::{Error, Job, Planes, Raster, Result, Samples, Space};
+use relume::{Error, Job, Named, Planes, Raster, Result, Size, Space};
 
 use crate::input;
 
-/// The direction of the second channel of a normal map.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum NormalY {
-    /// To the top of the picture (OpenGL).
-    Up,
-    /// To the bottom (DirectX).
-    Down,
-}
-
 const EXTENSIONS: [&str; 7] = ["png", "jpg", "jpeg", "tif", "tiff", "exr", "pfm"];
-const HEIGHT: [&str; 5] = ["height", "displacement", "disp", "bump", "heightmap"];
-const ALBEDO: [&str; 8] = ["albedo", "color", "colour", "diffuse", "diff", "basecolor", "base", "col"];
-const NORMAL: [&str; 5] = ["normal", "normals", "nor", "normalgl", "normaldx"];
-const ROUGHNESS: [&str; 2] = ["roughness", "rough"];
 
 /// The files of the available maps.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -55,10 +41,10 @@ impl MapFiles {
         }
         let paths = pictures(folder)?;
         Ok(Self {
-            height: only(&paths, "height", &HEIGHT)?,
-            albedo: only(&paths, "albedo", &ALBEDO)?,
-            normal: only(&paths, "normal", &NORMAL)?,
-            roughness: only(&paths, "roughness", &ROUGHNESS)?,
+            height: only(&paths, MapRole::Height)?,
+            albedo: only(&paths, MapRole::Albedo)?,
+            normal: only(&paths, MapRole::Normal)?,
+            roughness: only(&paths, MapRole::Roughness)?,
         })
     }
 
@@ -93,25 +79,29 @@ impl MapFiles {
         }
         let (height_file, albedo_file) = (wanted(&self.height, "height")?, wanted(&self.albedo, "albedo")?);
         let height = height(&input::height(height_file, job)?, height_scale);
+        let check = |size: Size, path: &Path| {
+            if size == height.size() {
+                return Ok(());
+            }
+            Err(Error::invalid(format!(
+                "is {size} texels, but {} is {}: all maps must have the same size",
+                height_file.display(),
+                height.size()
+            ))
+            .at(path))
+        };
         let same_size = |path: &Path, raster: Result<Raster>| {
             let raster = raster?;
-            if raster.size() != height.size() {
-                return Err(Error::invalid(format!(
-                    "is {} texels, but {} is {}: all maps must have the same size",
-                    raster.size(),
-                    height_file.display(),
-                    height.size()
-                ))
-                .at(path));
-            }
+            check(raster.size(), path)?;
             Ok(raster)
         };
         let data = |path: &Path| same_size(path, input::data(path, job));
         let albedo = albedo(&same_size(albedo_file, input::raster(albedo_file, job))?);
         let normal = match &self.normal {
             Some(path) => {
-                let y = y.unwrap_or(if is_directx(path) { NormalY::Down } else { NormalY::Up });
-                Some(normals_of(&data(path)?, y).map_err(|e| e.at(path))?)
+                let map = input::normals(path, y, job)?;
+                check(map.normals.size(), path)?;
+                Some(map.normals)
             }
             None => None,
         };
@@ -145,20 +135,11 @@ fn extension(path: &Path) -> String {
     path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default()
 }
 
-fn words(path: &Path) -> Vec<String> {
-    let stem = path.file_stem().map(|s| s.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
-    stem.split(|c: char| !c.is_ascii_alphanumeric()).map(str::to_owned).collect()
-}
-
-fn is_directx(path: &Path) -> bool {
-    words(path).iter().any(|word| word == "dx" || word == "normaldx" || word == "directx")
-}
-
-/// The only file with one of the words in its name; +Y normals before -Y ones, EXR before others.
-fn only(paths: &[PathBuf], name: &str, known: &[&str]) -> Result<Option<PathBuf>> {
-    let rank = |path: &PathBuf| (is_directx(path), extension(path) != "exr");
-    let mut found: Vec<&PathBuf> =
-        paths.iter().filter(|path| words(path).iter().any(|word| known.contains(&word.as_str()))).collect();
+/// The only file whose name says the role; +Y normals before -Y ones, EXR before others.
+fn only(paths: &[PathBuf], role: MapRole) -> Result<Option<PathBuf>> {
+    let name = role.name();
+    let rank = |path: &PathBuf| (NormalY::of_name(path) == Some(NormalY::Down), extension(path) != "exr");
+    let mut found: Vec<&PathBuf> = paths.iter().filter(|path| MapRole::of_name(path) == role).collect();
     found.sort_by_key(|path| rank(path));
     match found.as_slice() {
         [first, second, ..] if rank(first) == rank(second) => Err(Error::usage(format!(
@@ -198,29 +179,10 @@ fn albedo(raster: &Raster) -> Planes {
     albedo
 }
 
-/// The normals in a picture, +Y.
-///
-/// # Errors
-/// A grey picture.
-pub fn normals_of(raster: &Raster, y: NormalY) -> Result<Planes> {
-    if raster.channels() != 3 {
-        return Err(Error::invalid("is grey: a normal map needs three channels"));
-    }
-    let mut normal = data(raster);
-    let unpacked = matches!(raster.samples(), Samples::F32(_)) && normal.as_slice().iter().any(|v| *v < 0.0);
-    if !unpacked {
-        normal.as_mut_slice().iter_mut().for_each(|v| *v = 2.0 * *v - 1.0);
-    }
-    if y == NormalY::Down {
-        normal.plane_mut(1).iter_mut().for_each(|v| *v = -*v);
-    }
-    Ok(normal)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use relume::Size;
+    use relume::Samples;
     use relume::format::HeightScale;
 
     fn choose(names: &[&str]) -> Result<Vec<Option<String>>> {
@@ -259,12 +221,5 @@ mod tests {
         assert_eq!(height(&recorded, None).as_slice(), [-1.0, 3.0]);
         assert_eq!(height(&recorded, Some(10.0)).as_slice(), [0.0, 2.0]);
         assert!((albedo(&codes).at(1, 0, 0) - 0.2158).abs() < 1e-4);
-        let up = normals_of(&codes, NormalY::Up).unwrap();
-        let down = normals_of(&codes, NormalY::Down).unwrap();
-        assert_eq!((up.at(0, 0, 0), up.at(2, 0, 0), up.at(1, 1, 0)), (-1.0, 1.0, 1.0));
-        assert_eq!((down.plane(0), down.at(1, 1, 0)), (up.plane(0), -1.0));
-        let floats = Raster::new(size, 3, Samples::F32(vec![0.0, -0.6, 0.8, 0.0, 0.0, 1.0])).unwrap();
-        assert_eq!(normals_of(&floats, NormalY::Up).unwrap().at(1, 0, 0), -0.6);
-        assert!(normals_of(&Raster::new(size, 1, Samples::U8(vec![1, 2])).unwrap(), NormalY::Up).is_err());
     }
 }

@@ -5,7 +5,6 @@ mod truth;
 
 use std::path::{Path, PathBuf};
 
-use clap::builder::{PossibleValuesParser, TypedValueParser};
 use relume::capture::dome::{Bounce, Dome, DomeOptions, ReliefBorder, Surface, lights};
 use relume::maps::SurfaceMaps;
 use relume::procedural::{Material, Tiling};
@@ -14,13 +13,12 @@ use relume::{Error, Result};
 use serde_json::json;
 
 use super::material::MaterialArgs;
-use crate::args;
 use crate::context::Context;
 use crate::output::Folder;
 use crate::paths;
 use crate::report::Report;
+use crate::{args, normals};
 use maps::MapFiles;
-pub use maps::{NormalY, normals_of};
 
 /// Arguments of `relume capture`.
 #[derive(Debug, clap::Args)]
@@ -68,10 +66,8 @@ struct Files {
     /// files without a record; 1 for floats, which are in texels]
     #[arg(long, value_name = "TEXELS")]
     height_scale: Option<f64>,
-    /// Direction of the green channel of the normal map: up (OpenGL) or down (DirectX) [default: from the
-    /// file name, else up]
-    #[arg(long, value_parser = normal_y())]
-    normal_y: Option<NormalY>,
+    #[command(flatten)]
+    normals: normals::Args,
 }
 
 /// Options of the dome.
@@ -175,7 +171,11 @@ fn source(args: &Args, context: &Context) -> Result<(String, SurfaceMaps, Vec<Pa
             };
             let name = folder.unwrap_or(Path::new("the maps")).display().to_string();
             let unused = folder.map_or(Ok(Vec::new()), |folder| files.unused(folder))?;
-            Ok((name, files.read(args.files.height_scale, args.files.normal_y, &context.job)?, unused))
+            Ok((
+                name,
+                files.read(args.files.height_scale, args.files.normals.normal_y, &context.job)?,
+                unused,
+            ))
         }
     }
 }
@@ -200,7 +200,7 @@ impl Files {
             ("--normal", self.normal.is_some()),
             ("--roughness", self.roughness.is_some()),
             ("--height-scale", self.height_scale.is_some()),
-            ("--normal-y", self.normal_y.is_some()),
+            ("--normal-y", self.normals.normal_y.is_some()),
         ];
         match given.iter().find(|(_, given)| *given) {
             Some((option, _)) => Err(Error::usage(format!("{option} cannot be used: {why}"))),
@@ -221,9 +221,4 @@ impl DomeArgs {
             sectors: default.sectors,
         }
     }
-}
-
-fn normal_y() -> impl TypedValueParser<Value = NormalY> {
-    PossibleValuesParser::new(["up", "down"])
-        .map(|name| if name == "up" { NormalY::Up } else { NormalY::Down })
 }

@@ -1,10 +1,9 @@
 //! The ground truth of a capture.
 
 use relume::capture::dome::Dome;
-use relume::format::{Depth, ExrDepth, PictureFormat, encode_picture};
+use relume::format::{Depth, ExrDepth, NormalY, PictureFormat, encode_normals, encode_picture};
 use relume::{Picture, Planes, Result, Space};
 
-use crate::normals;
 use crate::output::Folder;
 
 /// Writes the true normals, albedo and height.
@@ -13,9 +12,10 @@ pub fn write(dome: &Dome, folder: &mut Folder) -> Result<()> {
         let picture = Picture { planes: planes.clone(), space: Space::Linear };
         encode_picture(&picture, PictureFormat::Exr(ExrDepth::Float))
     };
-    folder.add("truth/normals.exr", &exr(dome.normals())?)?;
+    let normals = encode_normals(dome.normals(), NormalY::Up, PictureFormat::Exr(ExrDepth::Float))?;
+    folder.add("truth/normals.exr", &normals)?;
     folder.add("truth/albedo.exr", &exr(&dome.maps().albedo)?)?;
     folder.add("truth/height.exr", &exr(&dome.maps().height)?)?;
-    let packed = normals::encode(dome.normals(), PictureFormat::Png(Depth::Sixteen))?;
+    let packed = encode_normals(dome.normals(), NormalY::Up, PictureFormat::Png(Depth::Sixteen))?;
     folder.add("truth/normals_gl.png", &packed)
 }

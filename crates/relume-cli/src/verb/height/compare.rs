@@ -2,12 +2,12 @@
 
 use std::path::PathBuf;
 
+use relume::format::NormalY;
 use relume::metric::{AngleError, HeightError, angle_error, height_error};
 use relume::{Planes, Result};
 
 use crate::context::Context;
 use crate::input;
-use crate::verb::capture::{NormalY, normals_of};
 
 /// Files of the truth.
 #[derive(Debug, clap::Args)]
@@ -19,7 +19,7 @@ pub struct Truth {
     /// Texels from 0 to 1 of a known height map without a recorded range
     #[arg(long, value_name = "TEXELS", requires = "truth_height", default_value_t = 1.0)]
     truth_scale: f64,
-    /// A known normal map (+Y) to compare with
+    /// A known normal map to compare with
     #[arg(long, value_name = "FILE")]
     truth_normals: Option<PathBuf>,
 }
@@ -33,14 +33,20 @@ pub struct Compared {
 
 impl Truth {
     /// Compares with the given files.
-    pub fn compare(&self, height: &Planes, normals: &Planes, context: &Context) -> Result<Compared> {
+    pub fn compare(
+        &self,
+        height: &Planes,
+        normals: &Planes,
+        y: Option<NormalY>,
+        context: &Context,
+    ) -> Result<Compared> {
         let height = self.truth_height.as_ref().map(|path| {
             let truth = input::height(path, &context.job)?.texels(self.truth_scale);
             height_error(height, &truth).map_err(|e| e.at(path))
         });
         let normals = self.truth_normals.as_ref().map(|path| {
-            let truth = normals_of(&input::data(path, &context.job)?, NormalY::Up);
-            truth.and_then(|truth| angle_error(normals, &truth)).map_err(|e| e.at(path))
+            let truth = input::normals(path, y, &context.job)?.normals;
+            angle_error(normals, &truth).map_err(|e| e.at(path))
         });
         Ok(Compared { height: height.transpose()?, normals: normals.transpose()? })
     }

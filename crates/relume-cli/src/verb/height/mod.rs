@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use relume::capture::Pairing;
-use relume::format::{HeightFormat, PictureFormat, encode_height, encode_picture};
+use relume::format::{HeightFormat, PictureFormat, encode_height, encode_normals, encode_picture};
 use relume::surface::integrate::{IntegrateOptions, IntegrationMethod, SurfaceBorder, integrate};
 use relume::surface::shape_from_shading::ShadingOptions;
 use relume::surface::{Ambient, Estimator};
@@ -28,7 +28,7 @@ use shape::{HeightMethod, Shape};
     relume height normals_gl.png --method normal-map -o height.exr")]
 pub struct Args {
     /// A folder of photographs with its .lp file, or the .lp; a .ptm or .exr field; a photograph; a
-    /// normal map (+Y)
+    /// normal map
     input: PathBuf,
     /// The height map to write: .exr (floats, in texels, or in mm with --pixel-mm) or .png (16 bits,
     /// its range recorded)
@@ -50,12 +50,14 @@ pub struct Args {
     /// The size of a texel in millimetres: heights are then written in millimetres
     #[arg(long, value_name = "MM")]
     pixel_mm: Option<f64>,
-    /// Also write the normals (+Y; 0..1 in integer files, -1..1 in EXR)
+    /// Also write the normals: 0..1 in integer files, -1..1 in EXR
     #[arg(long, value_name = "FILE")]
     normals: Option<PathBuf>,
     /// Also write the albedo estimated by photometric stereo
     #[arg(long, value_name = "FILE")]
     albedo_map: Option<PathBuf>,
+    #[command(flatten)]
+    normal_maps: normals::Args,
     #[command(flatten)]
     stereo: StereoArgs,
     #[command(flatten)]
@@ -122,11 +124,12 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let albedo = albedo_map(args, &shape)?;
     let options = IntegrateOptions { method: args.integration, border: args.border };
     let height = integrate(&shape.slopes, &options, &context.job)?;
-    let compared = args.truth.compare(&height, &shape.normals, context)?;
+    let compared = args.truth.compare(&height, &shape.normals, args.normal_maps.normal_y, context)?;
 
     outputs.write(&args.output, encode_height(&height, args.pixel_mm, format)?)?;
     if let Some(path) = &args.normals {
-        outputs.write(path, normals::encode(&shape.normals, PictureFormat::from_path(path)?)?)?;
+        let y = args.normal_maps.of_output(path);
+        outputs.write(path, encode_normals(&shape.normals, y, PictureFormat::from_path(path)?)?)?;
     }
     if let (Some(path), Some(bytes)) = (&args.albedo_map, albedo) {
         outputs.write(path, bytes)?;
@@ -157,7 +160,9 @@ fn report(args: &Args, shape: &Shape, height: &Planes, compared: compare::Compar
             f64::from(high) * mm
         ))
     );
-    for line in shape.notes.iter().chain(&compared.lines()) {
+    let written = args.normals.as_ref().map(|path| args.normal_maps.of_output(path));
+    let normals = written.map(|y| format!("wrote {}", normals::described(y)));
+    for line in shape.notes.iter().chain(&normals).chain(&compared.lines()) {
         text.push('\n');
         text.push_str(line);
     }
@@ -170,6 +175,7 @@ fn report(args: &Args, shape: &Shape, height: &Planes, compared: compare::Compar
         "lowest_texels": low,
         "highest_texels": high,
         "pixel_mm": args.pixel_mm,
+        "normal_y": written.map(normals::as_json),
         "facts": shape.facts,
         "height_error": compared.height,
         "normal_error": compared.normals,

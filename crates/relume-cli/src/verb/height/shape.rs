@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use relume::capture::{Capture, Photograph};
+use relume::format::MapRole;
 use relume::surface::photometric_stereo::{StereoOptions, photometric_stereo};
 use relume::surface::shape_from_shading::{ShadingOptions, shape_from_shading};
 use relume::surface::{self, STEEPEST, Slopes};
@@ -12,8 +13,7 @@ use serde_json::{Value, json};
 use super::{Args, no_facts};
 use crate::context::Context;
 use crate::output::CaptureFiles;
-use crate::verb::capture::{NormalY, normals_of};
-use crate::{input, paths};
+use crate::{input, normals, paths};
 
 /// The slope of 50 degrees: for steeper normals of a polynomial only the azimuth is reliable.
 const PTM_STEEPEST: f64 = 1.19;
@@ -72,19 +72,22 @@ impl Shape {
 /// Estimates the shape by the requested method, or by the one that suits the input.
 pub fn find(args: &Args, context: &Context) -> Result<Shape> {
     let is_capture = is_capture(&args.input);
-    let method = args.method.unwrap_or(if is_capture {
-        HeightMethod::PhotometricStereo
-    } else {
-        HeightMethod::PtmNormals
+    let method = args.method.unwrap_or_else(|| match MapRole::of_name(&args.input) {
+        _ if is_capture => HeightMethod::PhotometricStereo,
+        MapRole::Normal => HeightMethod::NormalMap,
+        _ => HeightMethod::PtmNormals,
     });
     match method {
         HeightMethod::PhotometricStereo => stereo(args, context),
         HeightMethod::ShapeFromShading => shading(args, is_capture, context),
         HeightMethod::PtmNormals => field_normals(args, context),
         HeightMethod::NormalMap => {
-            let raster = input::data(&args.input, &context.job)?;
-            let normals = normals_of(&raster, NormalY::Up).map_err(|e| e.at(&args.input))?;
-            Shape::of_normals(method, normals, args.steepest).map_err(|e| e.at(&args.input))
+            let map = input::normals(&args.input, args.normal_maps.normal_y, &context.job)?;
+            let shape = Shape::of_normals(method, map.normals, args.steepest);
+            let mut shape = shape.map_err(|e| e.at(&args.input))?;
+            shape.notes.push(format!("read as {}", normals::described(map.y)));
+            shape.facts = json!({ "normal_y": normals::as_json(map.y) });
+            Ok(shape)
         }
     }
 }

@@ -19,7 +19,7 @@ use relume::{Error, ReflectanceField, Result, Size};
 use super::endless::{self, Drawn};
 use crate::context::Context;
 use crate::output::Outputs;
-use crate::rearranged::{self, Applied, read_all, read_registered};
+use crate::rearranged::{self, Applied, Registered, compared, read_all, read_registered};
 use crate::report::Report;
 use crate::{args, gathered, input, opacity};
 use describe::describe;
@@ -137,17 +137,15 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let guidance = args.guide.read(args.exemplars.len(), context)?;
     let (options, approach) = args.options(guidance)?;
     let files = read_all(&args.exemplars, opened, context, input::exemplar)?;
-    let images = read_registered(&applied, &files, context)?;
-    let written = files.first().into_iter().chain(images.iter().filter_map(|images| images.first()));
+    let images = read_registered(applied, &files, context)?;
+    let written = files.first().into_iter().chain(images.iter().filter_map(|one| one.files.first()));
     gathered::check_memory(options.size, written, context)?;
-    let outcome = synthesise(args, &files, &approach, context)?;
+    let outcome = synthesise(args, &files, &images, &approach, context)?;
     let (map, report) = (&outcome.made.map, describe(&args.output, &options, &outcome, &args.exemplars));
-    let output = gathered::apply(map, &files, &args.output, context)?;
+    let output = gathered::apply(map, &files, &args.exemplars[0], &args.output, context)?;
     let mut bytes = vec![(args.output.clone(), output)];
-    for (job, images) in applied.into_iter().zip(&images) {
-        let image = gathered::apply(map, images, &job.output, context)?;
-        bytes.push((job.output, image));
-    }
+    let boundary = if outcome.plan.tiles() { Boundary::Torus } else { Boundary::Open };
+    bytes.extend(args.rearranged.rearranged(map, &images, boundary, context)?);
     bytes.extend(args.rearranged.source_map(map, context)?);
     if let Some(path) = &args.report {
         bytes.push((path.clone(), format!("{:#}\n", report.json).into_bytes()));
@@ -155,7 +153,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     for (path, bytes) in bytes {
         outputs.write(&path, bytes)?;
     }
-    Ok(report.with_outputs(outputs.commit()?))
+    Ok(args.rearranged.describe(&images, report).with_outputs(outputs.commit()?))
 }
 
 /// The request for a window of an endless plane.
@@ -191,9 +189,15 @@ fn claim_outputs<'a>(args: &'a Args, outputs: &mut Outputs) -> Result<Vec<Applie
     args.rearranged.claim(&inputs, &named, args.exemplars.len(), outputs)
 }
 
-fn synthesise(args: &Args, files: &[FieldFile], approach: &Approach, context: &Context) -> Result<Outcome> {
+fn synthesise(
+    args: &Args,
+    files: &[FieldFile],
+    images: &[Registered<'_>],
+    approach: &Approach,
+    context: &Context,
+) -> Result<Outcome> {
     let space = args.metric.space(&files[0].field, args.domain)?;
-    let index = gathered::index(files, &space, context)?;
+    let index = gathered::index(files, &compared(images), &space, context)?;
     let masks = masks(args, files, context)?;
     let excluded = masks.iter().map(Option::as_deref);
     let planes: Vec<Exemplar<'_>> =

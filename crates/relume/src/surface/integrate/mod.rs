@@ -13,8 +13,11 @@
 //! The mean height is unknown and set to zero. A periodic surface has no overall tilt; an open one keeps its
 //! tilt, because it is mirrored at its borders before the transform (four times the texels).
 
+mod anchored;
 mod fourier;
 pub mod reference;
+
+pub use anchored::{Differences, anchored};
 
 use super::slopes::Slopes;
 use crate::error::Result;

@@ -5,10 +5,13 @@ use std::sync::Arc;
 use super::bands::{BandLayout, Bands, Cost};
 use super::{Drawing, FileTarget, PlaneWindow};
 use crate::error::Result;
+use crate::field::ReflectanceField;
 use crate::field::{Domain, IndexSpace, Metric};
-use crate::format::{Encoding, FieldFile, FieldFormat, PtmEncoding, Streamed};
+use crate::format::{Encoding, FieldFile, FieldFormat, MapRole, PtmEncoding, Streamed};
 use crate::job::Job;
+use crate::planes::Planes;
 use crate::synthesis::noise::{Noise, NoiseOptions};
+use crate::workflow::map_set::{is_normal_map, normals_of_slopes, slopes_of_normals};
 
 /// Rows of bands and columns of pieces are multiples of this.
 const CELL: usize = 64;
@@ -17,20 +20,29 @@ const CELL: usize = 64;
 #[derive(Debug)]
 pub struct NoisePlane<'a> {
     file: &'a FieldFile,
-    space: IndexSpace,
+    coordinates: Coordinates,
     noise: Noise,
 }
 
+/// What is blended.
+#[derive(Debug)]
+enum Coordinates {
+    /// Functions, or colours.
+    Functions(IndexSpace),
+    /// The slopes of normals: blended normals would be too short, and renormalised ones too flat.
+    Slopes,
+}
+
 impl<'a> NoisePlane<'a> {
-    /// Models an exemplar.
+    /// Models an exemplar; `role` is what it means.
     ///
     /// # Errors
     /// Options without meaning, an exemplar unsuitable for noise, and limits exceeded.
-    pub fn new(file: &'a FieldFile, options: &NoiseOptions, job: &Job) -> Result<Self> {
-        let space = IndexSpace::new(&file.field, Metric::Function, Domain::Hemisphere)?;
-        job.check("the index of the exemplar", file.field.size(), 4 * space.planes() as u64)?;
-        let noise = Noise::new(&space.index_planes(&file.field), options, job)?;
-        Ok(Self { file, space, noise })
+    pub fn new(file: &'a FieldFile, role: MapRole, options: &NoiseOptions, job: &Job) -> Result<Self> {
+        let coordinates = Coordinates::of(&file.field, role)?;
+        job.check("the index of the exemplar", file.field.size(), 4 * coordinates.planes() as u64)?;
+        let noise = Noise::new(&coordinates.forward(&file.field)?, options, job)?;
+        Ok(Self { file, coordinates, noise })
     }
 
     /// The model.
@@ -53,11 +65,11 @@ impl<'a> NoisePlane<'a> {
         let head = target.laid(Streamed::made(field, format, scale.as_ref(), job)?)?;
         let stored = head.lanes().iter().map(|lane| lane.bytes_per_texel).sum();
         // Index planes twice, and those of the field.
-        let made = 4 * (2 * self.space.planes() + field.coefficients().count()) as u64;
+        let made = 4 * (2 * self.coordinates.planes() + field.coefficients().count()) as u64;
         let cut = BandLayout::new(&window, CELL, target.tile, Cost { stored, made }, job)?;
         let make = move |part: &PlaneWindow| {
             let index = self.noise.window(part.x, part.y, part.size, job)?;
-            Streamed::made(&self.space.field(field, &index)?, format, scale.as_ref(), job)
+            Streamed::made(&self.coordinates.backward(field, &index)?, format, scale.as_ref(), job)
         };
         let mut bands = Bands::new(window, cut, Box::new(make));
         let rows = move |lane: usize, x: usize, y: usize, row: &mut [u8]| bands.row(lane, x, y, row);
@@ -70,6 +82,36 @@ impl<'a> NoisePlane<'a> {
             (FieldFormat::Ptm, Encoding::Ptm(stored)) => Ok(Some(stored)),
             (FieldFormat::Ptm, _) => PtmEncoding::chosen(&self.file.field).map(Some),
             _ => Ok(None),
+        }
+    }
+}
+
+impl Coordinates {
+    fn of(field: &ReflectanceField, role: MapRole) -> Result<Self> {
+        match is_normal_map(field, role) {
+            true => Ok(Self::Slopes),
+            false => IndexSpace::new(field, Metric::Function, Domain::Hemisphere).map(Self::Functions),
+        }
+    }
+
+    fn planes(&self) -> usize {
+        match self {
+            Self::Functions(space) => space.planes(),
+            Self::Slopes => 2,
+        }
+    }
+
+    fn forward(&self, field: &ReflectanceField) -> Result<Planes> {
+        match self {
+            Self::Functions(space) => Ok(space.index_planes(field)),
+            Self::Slopes => slopes_of_normals(field),
+        }
+    }
+
+    fn backward(&self, like: &ReflectanceField, index: &Planes) -> Result<ReflectanceField> {
+        match self {
+            Self::Functions(space) => space.field(like, index),
+            Self::Slopes => normals_of_slopes(like, index),
         }
     }
 }

@@ -1,0 +1,199 @@
+//! Sets of maps: one exemplar, written back as what they are.
+
+use std::fs;
+use std::path::Path;
+
+use relume::format::{Depth, ExrDepth, NormalY, PictureFormat, encode_normals, encode_picture, read_height};
+use relume::{Job, Picture, Planes, Raster, Samples, Space};
+
+use crate::support::{failed, json, relume, run};
+
+/// The maps of a built-in material, 96 x 96.
+fn maps(folder: &Path) {
+    run(folder, &["procedural", "pebbles", "-o", "maps", "--size", "96", "--feature", "14"]);
+}
+
+fn raster(path: &Path) -> Raster {
+    relume::format::read_raster(path, &Job::default()).unwrap()
+}
+
+fn heights(path: &Path) -> Planes {
+    read_height(path, &Job::default()).unwrap().texels(1.0)
+}
+
+fn largest_step(plane: &Planes) -> f32 {
+    let (size, values) = (plane.size(), plane.plane(0));
+    let across = values.chunks_exact(size.width).flat_map(|row| row.windows(2)).map(|p| (p[1] - p[0]).abs());
+    let down = values.iter().zip(&values[size.width..]).map(|(a, b)| (a - b).abs());
+    across.chain(down).fold(0.0, f32::max)
+}
+
+#[test]
+fn maps_that_are_compared_jointly_leave_no_cliffs_in_the_height() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    maps(at);
+    let synth = ["synth", "maps/albedo.png", "--size", "160", "--block", "24", "--overlap", "8"];
+    let made = |name: &str, option: &str, more: &[&str]| {
+        let output = format!("{name}.png");
+        run(at, &[&synth[..], &["-o", &output, option, "maps/height.png"], more].concat());
+        largest_step(&heights(&at.join(format!("{name}_height.png"))))
+    };
+    let natural = largest_step(&heights(&at.join("maps/height.png")));
+    let (alone, jointly) = (made("alone", "--follow", &[]), made("jointly", "--apply", &[]));
+    assert!(alone > 2.0 * natural, "seams that follow the colour tear the height: {alone}, {natural}");
+    assert!(jointly < 0.7 * alone, "{jointly}, {alone}, {natural}");
+    let joined = made("joined", "--follow", &["--join-heights"]);
+    assert!(joined < 1.5 * natural, "{joined}, {natural}");
+}
+
+#[test]
+fn a_height_map_keeps_its_record_and_every_copied_code() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    maps(at);
+    let whole = ["--size", "96", "--block", "96", "--overlap", "8", "--apply", "maps/height.png"];
+    run(at, &[&["synth", "maps/albedo.png", "-o", "o.png"][..], &whole].concat());
+    assert_eq!(raster(&at.join("o_height.png")), raster(&at.join("maps/height.png")));
+    assert_eq!(heights(&at.join("o_height.png")), heights(&at.join("maps/height.png")));
+}
+
+#[test]
+fn a_jpeg_map_comes_back_without_further_loss_unless_told_otherwise() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    maps(at);
+    let picture = raster(&at.join("maps/roughness.png")).to_picture(Space::Srgb);
+    let jpeg = encode_picture(&picture, PictureFormat::Jpeg { quality: 90 }).unwrap();
+    fs::write(at.join("roughness.jpg"), jpeg).unwrap();
+    let synth = [
+        "synth",
+        "maps/albedo.png",
+        "-o",
+        "o.png",
+        "--size",
+        "120",
+        "--block",
+        "24",
+        "--apply",
+        "roughness.jpg",
+    ];
+    let report = json(at, &synth);
+    assert_eq!(report["outputs"], serde_json::json!(["o.png", "o_roughness.png"]));
+    let (found, from) = (raster(&at.join("o_roughness.png")), raster(&at.join("roughness.jpg")));
+    let codes = |raster: &Raster| match raster.samples() {
+        Samples::U8(codes) => codes.iter().copied().collect::<std::collections::BTreeSet<u8>>(),
+        _ => panic!("8 bits"),
+    };
+    assert!(codes(&found).is_subset(&codes(&from)), "copies are exact");
+    run(at, &[&synth[..], &["--apply-format", "jpg", "--force"]].concat());
+    assert!(at.join("o_roughness.jpg").exists());
+}
+
+#[test]
+fn blended_normals_are_unit_vectors_and_say_which_way_y_points() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    maps(at);
+    run(
+        at,
+        &["procedural", "pebbles", "-o", "down", "--size", "96", "--feature", "14", "--normal-y", "down"],
+    );
+    fs::rename(at.join("down/normals_dx.png"), at.join("normals_dx.png")).unwrap();
+    let blocks = ["--size", "160", "--block", "24", "--overlap", "8", "--feather", "4", "--force"];
+    let synth = [&["synth", "maps/albedo.png", "-o", "o.png"][..], &blocks].concat();
+    let report = json(at, &[&synth[..], &["--apply", "normals_dx.png"]].concat());
+    assert_eq!(report["registered"][0]["role"], "normal");
+    assert_eq!(report["registered"][0]["normal_y"], "down");
+    let read = |name: &str, asked| {
+        let opened = relume::format::open(&at.join(name), &Job::default()).unwrap();
+        opened.into_normals(asked).unwrap()
+    };
+    let (made, source) = (read("o_normals_dx.png", None), read("normals_dx.png", None));
+    assert_eq!((made.y, source.y), (NormalY::Down, NormalY::Down));
+    let shortest = |normals: &Planes| {
+        let squared = |texel: usize| (0..3).map(|k: usize| normals.plane(k)[texel].powi(2)).sum::<f32>();
+        (0..normals.size().texels()).map(squared).fold(9.0f32, f32::min).sqrt()
+    };
+    assert!(shortest(&made.normals) > 0.999, "{}", shortest(&made.normals));
+    let text = run(at, &[&synth[..], &["--apply", "normals_dx.png", "--normal-y", "up"]].concat());
+    assert!(text.contains("normals (+Y, OpenGL)"), "{text}");
+    let turned = read("o_normals_dx.png", None);
+    assert_eq!(turned.y, NormalY::Up, "the record counts, not the name");
+    for (a, b) in turned.normals.as_slice().iter().zip(made.normals.as_slice()) {
+        assert!((a - b).abs() < 1e-4);
+    }
+}
+
+#[test]
+fn normals_with_y_down_are_known_by_name_record_or_option_to_every_verb() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    maps(at);
+    let up = relume::format::open(&at.join("maps/normals_gl.png"), &Job::default()).unwrap();
+    let normals = up.into_normals(None).unwrap().normals;
+    let exr = PictureFormat::Exr(ExrDepth::Float);
+    fs::write(at.join("recorded.exr"), encode_normals(&normals, NormalY::Down, exr).unwrap()).unwrap();
+    let mut stored = normals.clone();
+    stored.plane_mut(1).iter_mut().for_each(|v| *v = -*v);
+    stored.as_mut_slice().iter_mut().for_each(|v| *v = 0.5 * *v + 0.5);
+    let picture = Picture { planes: stored, space: Space::Srgb };
+    let plain = encode_picture(&picture, PictureFormat::Png(Depth::Sixteen)).unwrap();
+    fs::write(at.join("rock_nor_dx.png"), &plain).unwrap();
+    fs::write(at.join("unsaid.png"), &plain).unwrap();
+    let height = |file: &str, more: &[&str]| {
+        let verb = ["height", file, "--method", "normal-map", "-o", "h.exr", "--force"];
+        run(at, &[&verb[..], more].concat());
+        heights(&at.join("h.exr"))
+    };
+    let truth = height("maps/normals_gl.png", &[]);
+    for (file, more) in
+        [("recorded.exr", &[][..]), ("rock_nor_dx.png", &[]), ("unsaid.png", &["--normal-y", "down"])]
+    {
+        let found = height(file, more);
+        let worst =
+            found.as_slice().iter().zip(truth.as_slice()).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        assert!(worst < 0.05, "{file}: {worst}");
+    }
+    let wrong = height("unsaid.png", &[]);
+    assert!(wrong.as_slice().iter().zip(truth.as_slice()).any(|(a, b)| (a - b).abs() > 1.0));
+    let text = run(at, &["height", "rock_nor_dx.png", "-o", "h.exr", "--normals", "n_dx.png", "--force"]);
+    assert!(text.contains("read as normals (-Y, DirectX)"), "{text}");
+    assert!(text.contains("wrote normals (-Y, DirectX)"), "{text}");
+}
+
+#[test]
+fn noise_of_a_normal_map_is_made_of_slopes() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    run(at, &["procedural", "leather", "-o", "maps", "--size", "128", "--feature", "5"]);
+    let noise = ["synth", "maps/normals_gl.png", "--method", "noise", "-o", "n_gl.png", "--size", "100"];
+    run(at, &noise);
+    let opened = relume::format::open(&at.join("n_gl.png"), &Job::default()).unwrap();
+    let normals = opened.into_normals(None).unwrap().normals;
+    for texel in 0..normals.size().texels() {
+        let length: f32 = (0..3).map(|k| normals.plane(k)[texel].powi(2)).sum::<f32>().sqrt();
+        assert!((length - 1.0).abs() < 1e-3, "texel {texel}: {length}");
+    }
+}
+
+#[test]
+fn options_about_registered_maps_need_some() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    maps(at);
+    let synth = ["synth", "maps/albedo.png", "-o", "o.png", "--size", "100", "--block", "24"];
+    for option in
+        [&["--apply-dir", "d"][..], &["--apply-format", "png"], &["--normal-y", "up"], &["--join-heights"]]
+    {
+        let text = failed(at, &[&synth[..], option].concat(), 2);
+        assert!(text.contains(option[0]) && text.contains("--follow"), "{text}");
+    }
+    let roll = ["roll", "maps/albedo.png", "-o", "t.png", "--apply", "maps/height.png", "--join-heights"];
+    assert!(failed(at, &roll, 2).contains("--join-heights"));
+    assert!(
+        !relume(at, &[&synth[..], &["--apply", "maps/height.png", "--apply-format", "bmp"]].concat())
+            .status
+            .success()
+    );
+}

@@ -1,0 +1,40 @@
+//! The commands of the documents, run in the order in which they are printed.
+
+use std::fs;
+use std::path::Path;
+
+use crate::support::done;
+
+/// The lines of code blocks that run the program.
+fn commands(document: &str) -> Vec<Vec<String>> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(document);
+    let text = fs::read_to_string(path).unwrap();
+    let (mut in_code, mut commands) = (false, Vec::new());
+    for line in text.lines() {
+        if line.starts_with("```") {
+            in_code = !in_code;
+        } else if let Some(arguments) = line.strip_prefix("relume ").filter(|_| in_code) {
+            commands.push(arguments.split_whitespace().map(str::to_owned).collect());
+        }
+    }
+    commands
+}
+
+fn run_in_order(document: &str, at_least: usize) {
+    let folder = tempfile::tempdir().unwrap();
+    let commands = commands(document);
+    assert!(commands.len() >= at_least, "{document} has {} commands", commands.len());
+    for command in &commands {
+        done(folder.path(), &command.iter().map(String::as_str).collect::<Vec<_>>());
+    }
+}
+
+#[test]
+fn every_command_of_the_readme_works_in_the_order_printed_in_a_new_folder() {
+    run_in_order("README.md", 18);
+}
+
+#[test]
+fn the_how_to_from_five_maps_to_a_seamless_material_works() {
+    run_in_order("docs/maps.md", 3);
+}

@@ -109,7 +109,10 @@ fn meshes_come_from_files() {
         "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n";
     fs::write(folder.path().join("square.obj"), square).unwrap();
     let render = |mesh: &str, out: &str| {
-        run(folder.path(), &["render", "field.ptm", "--mesh", mesh, "--size", "50", "-o", out]);
+        // Of 24 x 16 texels: the plane is a square.
+        let tiling = ["--tiling", "2,3"];
+        let render = ["render", "field.ptm", "--mesh", mesh, "--size", "50", "-o", out];
+        run(folder.path(), &[&render[..], &tiling].concat());
         fs::read(folder.path().join(out)).unwrap()
     };
     assert_eq!(render("square.obj", "a.png"), render("plane", "b.png"));
@@ -186,4 +189,46 @@ fn normals_of_few_lights_are_doubted_and_better_ones_named() {
     let text = run(at, &["relight", "sponge.exr", "--normals", "-o", "n.png"]);
     assert!(text.contains("not to be trusted") && text.contains("8 lights"), "{text}");
     assert!(text.contains("relume height"), "{text}");
+}
+
+#[test]
+fn a_plane_keeps_the_proportions_of_its_texture_and_a_displaced_object_stays_in_the_frame() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    crate::support::write_grey(&at.join("wide.png"), (64, 16), &[200; 1024]);
+    let lit = |name: &str| {
+        let raster = decode_raster(&fs::read(at.join(name)).unwrap(), &Job::default()).unwrap();
+        let size = raster.size();
+        let bright = |x: usize, y: usize| raster.samples().value(3 * size.index(x, y)) > 0.0;
+        let columns = (0..size.width).filter(|&x| (0..size.height).any(|y| bright(x, y))).collect::<Vec<_>>();
+        let rows = (0..size.height).filter(|&y| (0..size.width).any(|x| bright(x, y))).collect::<Vec<_>>();
+        (columns, rows)
+    };
+    let render = ["render", "wide.png", "--light", "0,0,1", "--samples", "1", "--force"];
+    run(at, &[&render[..], &["--mesh", "plane", "-o", "plane.png", "--size", "200"]].concat());
+    let (columns, rows) = lit("plane.png");
+    assert!((columns.len() as f64 / rows.len() as f64 - 4.0).abs() < 0.3, "{} {}", columns.len(), rows.len());
+    // Heights of half the width of the object's texture.
+    let codes: Vec<u8> = (0..1024).map(|i| if i % 64 < 32 { 0 } else { 255 }).collect();
+    crate::support::write_grey(&at.join("h.png"), (64, 16), &codes);
+    let relief = ["--height", "h.png", "--displace", "40", "--mesh", "sphere", "--tiling", "1"];
+    run(at, &[&render[..], &relief, &["-o", "sphere.png", "--size", "120"]].concat());
+    let (columns, rows) = lit("sphere.png");
+    assert!(columns[0] > 0 && *columns.last().unwrap() < 119 && rows[0] > 0 && *rows.last().unwrap() < 119);
+}
+
+#[test]
+fn a_height_map_of_other_proportions_is_refused_and_one_of_another_size_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    crate::support::write_grey(&at.join("t.png"), (32, 32), &[200; 1024]);
+    crate::support::write_grey(&at.join("wide.png"), (64, 16), &[9; 1024]);
+    crate::support::write_grey(&at.join("half.png"), (16, 16), &[9; 256]);
+    let render = |height: &'static str| {
+        ["render", "t.png", "-o", "o.png", "--size", "40", "--height", height, "--displace", "3", "--force"]
+    };
+    let text = failed(at, &render("wide.png"), 2);
+    assert!(text.contains("64 x 16") && text.contains("proportions"), "{text}");
+    assert!(run(at, &render("half.png")).contains("stretched over the texture"));
+    assert!(!run(at, &render("t.png")).contains("stretched"));
 }

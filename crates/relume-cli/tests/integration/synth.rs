@@ -74,7 +74,10 @@ fn pictures_keep_their_codes_and_registered_images_follow() {
     assert_eq!(size, OUTPUT);
     assert_copies(&map, &color, &made, 3);
     assert_copies(&map, &grey, &read_png(&at("b_height.png")).1, 2);
-    synth(folder.path(), &["a.png", "-o", "c.png", "--tile", "--source-map", "map.exr"]);
+    synth(
+        folder.path(),
+        &["a.png", "-o", "c.png", "--tile", "--source-map", "map.exr", "--apply", "height.png"],
+    );
     let (names, planes) = exr::decode_labelled(&fs::read(at("map.exr")).unwrap(), &Job::default()).unwrap();
     assert_eq!(names, ["exemplar", "x", "y"]);
     for (texel, from) in map.iter().enumerate() {

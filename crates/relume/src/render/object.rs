@@ -75,7 +75,7 @@ pub fn render_relief(
     };
     let geometry = moved.as_ref().map_or(mesh, |moved| &moved.mesh);
     let samples = Size::new(options.size.width * options.samples, options.size.height * options.samples);
-    let view = View::of_camera(&options.camera, mesh.bounding_sphere(), samples);
+    let view = View::of_camera(&options.camera, geometry.bounding_sphere(), samples);
     let shadows = match options.shadows {
         CastShadows::Off => Vec::new(),
         CastShadows::On => {

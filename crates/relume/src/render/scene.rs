@@ -24,15 +24,25 @@ impl Default for Camera {
     /// From the front, at a distance that just shows the whole bounding sphere.
     fn default() -> Self {
         let field_of_view_rad = 30.0 * PI / 180.0;
-        let distance_radii = Self::distance_to_fit(field_of_view_rad);
+        let distance_radii = Self::distance_to_fit(field_of_view_rad, Size::new(1, 1));
         Self { azimuth_rad: 0.0, elevation_rad: 0.0, distance_radii, field_of_view_rad }
     }
 }
 
 impl Camera {
-    /// The distance, in radii, from which a sphere fills 94 % of the height of the picture.
-    pub fn distance_to_fit(field_of_view_rad: f64) -> f64 {
-        1.0 / (0.94 * (0.5 * field_of_view_rad).tan()).atan().sin()
+    /// The distance, in radii, from which a sphere fills 94 % of the smaller side of a picture of that size.
+    pub fn distance_to_fit(field_of_view_rad: f64, size: Size) -> f64 {
+        let smaller = (size.width as f64 / size.height as f64).min(1.0);
+        1.0 / (0.94 * smaller * (0.5 * field_of_view_rad).tan()).atan().sin()
+    }
+
+    /// A direction given in the frame of the picture (x right, y up, z to the viewer), in world space.
+    pub fn to_world(&self, in_picture: Direction) -> Direction {
+        let ((sin_a, cos_a), (sin_e, cos_e)) = (self.azimuth_rad.sin_cos(), self.elevation_rad.sin_cos());
+        let [x, y, z] = in_picture.to_array();
+        let (level, up) = (z * cos_e - y * sin_e, z * sin_e + y * cos_e);
+        let turned = [x * cos_a + level * sin_a, up, level * cos_a - x * sin_a];
+        Direction::new(turned[0], turned[1], turned[2]).expect("a rotated unit vector has a length")
     }
 
     fn validate(&self) -> Result<()> {
@@ -166,5 +176,45 @@ impl RenderOptions {
             within("colour component of a light or the background", f64::from(value), 0.0, 1e6)?;
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::vector::Vec3;
+    use super::super::view::View;
+    use super::*;
+
+    #[test]
+    fn a_direction_of_the_picture_points_the_same_way_in_it_for_any_camera() {
+        for (azimuth_rad, elevation_rad) in [(0.0, 0.0), (0.7, 0.4), (-2.5, -1.1), (3.0, 1.5)] {
+            let camera = Camera { azimuth_rad, elevation_rad, ..Camera::default() };
+            let view = View::of_camera(&camera, (Vec3::new(0.0, 0.0, 0.0), 1.0), Size::new(100, 100));
+            // Right, up and towards the viewer, in samples and radii.
+            let seen = |x: f64, y: f64, z: f64| {
+                let at = view.project(Vec3::from(camera.to_world(Direction::new(x, y, z).unwrap())) * 0.1);
+                [at.x / at.z - 50.0, 50.0 - at.y / at.z, camera.distance_radii - at.z]
+            };
+            let (right, up, near) = (seen(1.0, 0.0, 0.0), seen(0.0, 1.0, 0.0), seen(0.0, 0.0, 1.0));
+            assert!(right[0] > 1.0 && right[1].abs() < 1e-9 && right[2].abs() < 1e-9, "{right:?}");
+            assert!(up[1] > 1.0 && up[0].abs() < 1e-9 && up[2].abs() < 1e-9, "{up:?}");
+            assert!((near[2] - 0.1).abs() < 1e-9 && near[0].abs() < 1e-9, "{near:?}");
+        }
+    }
+
+    #[test]
+    fn a_sphere_fits_the_smaller_side_of_the_picture() {
+        for size in [Size::new(100, 100), Size::new(40, 100), Size::new(100, 40)] {
+            let field_of_view_rad = 0.5;
+            let distance_radii = Camera::distance_to_fit(field_of_view_rad, size);
+            let camera = Camera { distance_radii, field_of_view_rad, ..Camera::default() };
+            let view = View::of_camera(&camera, (Vec3::new(0.0, 0.0, 0.0), 1.0), size);
+            // The outline of a sphere lies where rays touch it.
+            let touch = (1.0 - distance_radii.powi(-2)).sqrt();
+            let edge = view.project(Vec3::new(touch, 0.0, 1.0 / distance_radii));
+            let across = edge.x / edge.z - 0.5 * size.width as f64;
+            let smaller = 0.5 * size.width.min(size.height) as f64;
+            assert!((across / smaller - 0.94).abs() < 1e-6, "{size}: {across}");
+        }
     }
 }

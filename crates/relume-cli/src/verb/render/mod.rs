@@ -123,23 +123,26 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let inputs: Vec<&Path> = [&*args.file, &*args.mesh].into_iter().chain(args.relief.file()).collect();
     let mut outputs = Outputs::new(context);
     outputs.file(&args.output, &inputs)?;
-    let mesh = match primitive {
-        Some(primitive) => primitive.mesh(),
-        None => read_mesh(&args.mesh, &context.job)?,
-    };
     let job = &context.job;
+    let object = if primitive.is_none() { Some(read_mesh(&args.mesh, job)?) } else { None };
     let Texture { field, source, of_model } = args.evaluated.texture_of(&args.file, job)?;
     if args.tiling.is_none() {
         options.tiling = as_large(options.tiling, source, field.size());
     }
-    let relief = args.relief.read(&args.evaluated, of_model, job)?;
+    let mesh = object.unwrap_or_else(|| {
+        let [across, down] = options.tiling;
+        let (width, height) = (field.size().width as f64, field.size().height as f64);
+        primitive.expect("an object that is no file").mesh_with_aspect(across * width / (down * height))
+    });
+    let relief = args.relief.read(&args.evaluated, (&args.file, field.size(), of_model), job)?;
     let shiny = args.plain.is_none() && args.specular > 0.0;
     let normals = shiny.then(|| surface::normals(&field));
     let normals = normals.as_ref();
+    let (relief, fitted) = relief.map_or((None, None), |(relief, fitted)| (Some(relief), fitted));
     let relief = relief.as_ref();
     let picture = render::render_relief(&field, normals, relief, &mesh, &options, job)?;
     outputs.write(&args.output, encode_picture(&picture, format)?)?;
-    Ok(report(args, &mesh, &options, relief).with_outputs(outputs.commit()?))
+    Ok(report(args, &mesh, &options, relief).with_outputs(outputs.commit()?).with_warnings(fitted))
 }
 
 /// The tiling that shows the features of a model's tile as large as `tiling` shows those of its source,
@@ -154,16 +157,19 @@ fn as_large(tiling: [f64; 2], source: Size, made: Size) -> [f64; 2] {
 
 fn options(args: &Args, primitive: Option<Primitive>) -> RenderOptions {
     let field_of_view_rad = args.fov.to_radians();
+    let distance = args.camera.distance_radii;
+    let camera = Camera {
+        azimuth_rad: args.camera.azimuth_deg.to_radians(),
+        elevation_rad: args.camera.elevation_deg.to_radians(),
+        distance_radii: distance.unwrap_or_else(|| Camera::distance_to_fit(field_of_view_rad, args.size)),
+        field_of_view_rad,
+    };
+    let in_world = |light: &Light| Light { direction: camera.to_world(light.direction), ..*light };
     RenderOptions {
         size: args.size,
         samples: args.samples,
-        camera: Camera {
-            azimuth_rad: args.camera.azimuth_deg.to_radians(),
-            elevation_rad: args.camera.elevation_deg.to_radians(),
-            distance_radii: args.camera.distance_radii.unwrap_or(Camera::distance_to_fit(field_of_view_rad)),
-            field_of_view_rad,
-        },
-        lights: args.light.clone(),
+        camera,
+        lights: args.light.iter().map(in_world).collect(),
         tiling: args.tiling.unwrap_or(primitive.map_or([1.0; 2], Primitive::default_tiling)),
         background: args.background,
         shading: args.plain.map_or(TexelShading::Reflectance, |light| TexelShading::Plain { light }),
@@ -173,8 +179,8 @@ fn options(args: &Args, primitive: Option<Primitive>) -> RenderOptions {
 }
 
 fn report(args: &Args, mesh: &Mesh, options: &RenderOptions, relief: Option<&MeshRelief>) -> Report {
-    let lights: Vec<_> = options
-        .lights
+    let lights: Vec<_> = args
+        .light
         .iter()
         .map(|light| json!({ "direction": light.direction.to_array(), "color": light.color }))
         .collect();

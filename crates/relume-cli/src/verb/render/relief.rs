@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use relume::format::HeightScale;
 use relume::render::MeshRelief;
-use relume::{Error, Job, Planes, Result};
+use relume::{Error, Job, Planes, Result, Size};
 
 use crate::{evaluated, input};
 
@@ -52,11 +52,18 @@ impl ReliefArgs {
         self.height.as_deref()
     }
 
-    /// The relief, if a height map is given.
+    /// The relief of a texture, if a height map is given, and what is said where it has another size than the
+    /// texture.
     ///
     /// # Errors
-    /// When it cannot be read, has no effect, or lacks the size of a texel for an amount in millimetres.
-    pub fn read(&self, evaluated: &evaluated::Args, of_model: bool, job: &Job) -> Result<Option<MeshRelief>> {
+    /// When it cannot be read, has no effect, other proportions than the texture, or lacks the size of a texel
+    /// for an amount in millimetres.
+    pub fn read(
+        &self,
+        evaluated: &evaluated::Args,
+        (texture, size, of_model): (&Path, Size, bool),
+        job: &Job,
+    ) -> Result<Option<(MeshRelief, Option<String>)>> {
         let Some(path) = &self.height else {
             evaluated.check(of_model)?;
             return Ok(None);
@@ -67,11 +74,12 @@ impl ReliefArgs {
         let (map, model) = evaluated.height(path, job)?;
         evaluated.check(of_model || model)?;
         let height = input::texels(&map);
+        let fitted = if model || of_model { None } else { fitted(path, height.size(), texture, size)? };
         let factor = |amount: Option<Amount>| {
             amount.map_or(Ok(0.0), |amount| self.factor(amount, &height, map.scale).map_err(|e| e.at(path)))
         };
         let (displacement, bump) = (factor(self.displace)?, factor(self.bump)?);
-        Ok(Some(MeshRelief { height, displacement, bump }))
+        Ok(Some((MeshRelief { height, displacement, bump }, fitted)))
     }
 
     /// The height as a multiple of the recorded range.
@@ -93,6 +101,30 @@ impl ReliefArgs {
             }
         }
     }
+}
+
+/// What is said of a height map that is stretched over a texture of another size but the same proportions, to a
+/// texel.
+///
+/// # Errors
+/// Other proportions.
+fn fitted(path: &Path, height: Size, texture: &Path, size: Size) -> Result<Option<String>> {
+    if height == size {
+        return Ok(None);
+    }
+    let across = height.width as f64 / size.width as f64;
+    let rows = across * size.height as f64;
+    if (rows - height.height as f64).abs() > across.max(1.0) {
+        return Err(Error::usage(format!(
+            "is {height} texels, but the texture {} is {size}: a height map has the proportions of its texture",
+            texture.display()
+        ))
+        .at(path));
+    }
+    Ok(Some(format!(
+        "the height map {} is {height} texels and the texture {size}: it is stretched over the texture",
+        path.display()
+    )))
 }
 
 #[cfg(test)]

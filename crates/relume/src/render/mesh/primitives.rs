@@ -10,7 +10,7 @@ use super::Mesh;
 pub enum Primitive {
     /// The unit sphere; s runs around the y axis eastwards, t from the south pole to the north.
     Sphere,
-    /// The square [-1, 1]^2 that faces +z; it shows the texture as a picture does.
+    /// A rectangle that faces +z, [-1, 1] along its longer side; it shows the texture as a picture does.
     Plane,
     /// A ring around the z axis with radii 0.7 and 0.3, tilted towards the viewer; s runs around the axis, t
     /// around the tube.
@@ -53,16 +53,25 @@ impl Primitive {
         }
     }
 
-    /// The triangles.
+    /// The triangles, for a square texture.
     pub fn mesh(self) -> Mesh {
+        self.mesh_with_aspect(1.0)
+    }
+
+    /// The triangles. `aspect` is the width of what the texture coordinates span, as a multiple of its height:
+    /// the proportions of a plane.
+    pub fn mesh_with_aspect(self, aspect: f64) -> Mesh {
         match self {
             Self::Sphere => grid(192, 96, sphere, sphere),
-            Self::Plane => grid(
-                1,
-                1,
-                |s, t| Vec3::new(2.0 * s - 1.0, 2.0 * t - 1.0, 0.0),
-                |_, _| Vec3::new(0.0, 0.0, 1.0),
-            ),
+            Self::Plane => {
+                let (x, y) = (aspect.min(1.0), (1.0 / aspect).min(1.0));
+                grid(
+                    1,
+                    1,
+                    |s, t| Vec3::new((2.0 * s - 1.0) * x, (2.0 * t - 1.0) * y, 0.0),
+                    |_, _| Vec3::new(0.0, 0.0, 1.0),
+                )
+            }
             Self::Torus => grid(192, 96, torus, torus_normal),
             Self::Cloth => grid(160, 160, cloth, cloth_normal),
         }

@@ -20,13 +20,13 @@ const CELL: usize = 64;
 #[derive(Debug)]
 pub struct NoisePlane<'a> {
     file: &'a FieldFile,
-    coordinates: Coordinates,
+    coordinates: NoiseCoordinates,
     noise: Noise,
 }
 
 /// What is blended.
 #[derive(Debug)]
-enum Coordinates {
+enum NoiseCoordinates {
     /// Functions, or colours.
     Functions(IndexSpace),
     /// The slopes of normals: blended normals would be too short, and renormalised ones too flat.
@@ -39,7 +39,7 @@ impl<'a> NoisePlane<'a> {
     /// # Errors
     /// Options without meaning, an exemplar unsuitable for noise, and limits exceeded.
     pub fn new(file: &'a FieldFile, role: MapRole, options: &NoiseOptions, job: &Job) -> Result<Self> {
-        let coordinates = Coordinates::of(&file.field, role)?;
+        let coordinates = NoiseCoordinates::of(&file.field, role)?;
         job.check("the index of the exemplar", file.field.size(), 4 * coordinates.planes() as u64)?;
         let noise = Noise::new(&coordinates.forward(&file.field)?, options, job)?;
         Ok(Self { file, coordinates, noise })
@@ -86,7 +86,7 @@ impl<'a> NoisePlane<'a> {
     }
 }
 
-impl Coordinates {
+impl NoiseCoordinates {
     fn of(field: &ReflectanceField, role: MapRole) -> Result<Self> {
         match is_normal_map(field, role) {
             true => Ok(Self::Slopes),

@@ -9,6 +9,7 @@ use relume::synthesis::fill::{FillMethod, FillOptions, fill};
 use relume::synthesis::pixel::Growth;
 use relume::synthesis::{Boundary, Guidance, SourceMap};
 use relume::workflow::NamedMetric;
+use relume::workflow::sizes::filling_window;
 use serde_json::{Value, json};
 
 use crate::context::Context;
@@ -43,9 +44,9 @@ pub struct How {
     /// Fill patch by patch, or texel by texel
     #[arg(long, default_value = "patches", value_parser = args::named::<FillMethod>())]
     method: FillMethod,
-    /// Side of the patches, or of the window of compared texels: odd
-    #[arg(long = "neighbourhood", value_name = "N", default_value_t = 11)]
-    window: usize,
+    /// Side of the patches, or of the window of compared texels: odd [default: two features, 11 to 21]
+    #[arg(long = "neighbourhood", value_name = "N")]
+    window: Option<usize>,
     /// Draw from windows up to (1 + E) times the squared distance of the best one [default: 0 for patches,
     /// 0.1 for efros-leung]
     #[arg(long, value_name = "E")]
@@ -79,10 +80,11 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let boundary = if args.tile { Boundary::Torus } else { Boundary::Open };
     let texture = args.how.read(&args.file, claimed, context)?;
     let holes = input::mask(&args.mask, texture.file[0].field.size(), &context.job)?;
-    let options = args.how.options(boundary, &texture);
+    let options = args.how.options(boundary, &texture, &holes, context)?;
     let excluded = texture.excluded.as_deref();
     let (map, growth) = fill(&texture.index, &holes, excluded, &options, &context.job)?;
-    args.how.finish(texture, boundary, &map, &growth, "of the holes", json!({ "tile": args.tile }), context)
+    let special = json!({ "window": options.window, "tile": args.tile });
+    args.how.finish(texture, boundary, (&map, &growth), "of the holes", special, context)
 }
 
 /// The images that are filled in the same way as the texture, and all outputs.
@@ -139,31 +141,39 @@ impl How {
     }
 
     /// The options for the library. The guide of a texture also serves for the filled texture.
-    pub fn options(&self, boundary: Boundary, texture: &FilledTexture<'_>) -> FillOptions {
+    /// A window that is not given is fitted to what lies outside the `holes`.
+    pub fn options(
+        &self,
+        boundary: Boundary,
+        texture: &FilledTexture<'_>,
+        holes: &[bool],
+        context: &Context,
+    ) -> Result<FillOptions> {
         let customary = if self.method == FillMethod::Texels { 0.1 } else { 0.0 };
         let guidance = |guide: &relume::Planes| Guidance {
             sources: vec![guide.clone()],
             target: guide.clone(),
             weight: self.guide_weight.unwrap_or(1.0),
         };
-        FillOptions {
+        let excluded = texture.excluded.as_deref();
+        let fitted = || filling_window(&texture.index, holes, excluded, &context.job);
+        Ok(FillOptions {
             method: self.method,
-            window: self.window,
+            window: self.window.map_or_else(fitted, Ok)?,
             epsilon: self.epsilon.unwrap_or(customary),
             boundary,
             guidance: texture.guide.as_ref().map(guidance),
             seed: self.seed,
-        }
+        })
     }
 
     /// Writes the texture made by a map, and reports; `special` is the part of the report specific to one
-    /// verb.
+    /// verb, with the `window`.
     pub fn finish(
         &self,
         texture: FilledTexture<'_>,
         boundary: Boundary,
-        map: &SourceMap,
-        growth: &Growth,
+        (map, growth): (&SourceMap, &Growth),
         what: &str,
         special: Value,
         context: &Context,
@@ -181,13 +191,12 @@ impl How {
             "{}: {} texels {what} filled from windows of {}, drawn from {} positions",
             self.output.display(),
             growth.texels,
-            self.window,
+            special["window"],
             growth.positions
         );
         let mut json = json!({
             "width": map.size().width,
             "height": map.size().height,
-            "window": self.window,
             "seed": self.seed,
             "filling": growth,
         });

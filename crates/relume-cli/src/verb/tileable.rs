@@ -31,8 +31,11 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let size = texture.index.size();
     let band = args.band.unwrap_or_else(|| (size.width.min(size.height) / 8).max(1));
     let exemplar = Exemplar { index: &texture.index, excluded: texture.excluded.as_deref() };
-    let options = args.how.options(Boundary::Torus, &texture);
+    // The band is filled with what lies in it too.
+    let none = vec![false; size.texels()];
+    let options = args.how.options(Boundary::Torus, &texture, &none, context)?;
     let (map, growth) = tileable(exemplar, band, &options, &context.job)?;
     let what = format!("of a band of {band} along the border");
-    args.how.finish(texture, Boundary::Torus, &map, &growth, &what, json!({ "band": band }), context)
+    let special = json!({ "window": options.window, "band": band });
+    args.how.finish(texture, Boundary::Torus, (&map, &growth), &what, special, context)
 }

@@ -21,5 +21,6 @@ mod readme;
 mod relight_render;
 mod roll;
 mod signals;
+mod sizes;
 mod support;
 mod synth;

@@ -15,8 +15,7 @@
 
 use serde::Serialize;
 
-use super::Analysis;
-use crate::numeric::lattice::length;
+use super::{Analysis, Extents};
 use crate::numeric::periods::Pattern;
 use crate::size::Size;
 
@@ -25,8 +24,6 @@ use crate::size::Size;
 const BLOCKS: [(f64, usize); 5] = [(4.0, 6), (6.0, 6), (8.0, 6), (11.0, 6), (4.0, 3)];
 /// The least number of features across a block.
 const LEAST_FEATURES: f64 = 3.0;
-/// The share of the variance from which a texture counts as plainly regular.
-const PLAINLY_REGULAR: f64 = 0.5;
 /// Tiles of a set: each takes about a quarter of the exemplar.
 const TILES: usize = 4;
 /// The coherence from which a texture counts as oriented.
@@ -154,11 +151,12 @@ fn consequence(kind: TextureKind) -> &'static str {
 fn ways(exemplars: &[(&Analysis, Size)]) -> Vec<Way> {
     let sides = exemplars.iter().map(|(_, size)| size.width.min(size.height));
     let side = sides.min().unwrap_or(0) as f64;
-    let least = exemplars.iter().map(|(found, _)| least_block(found)).fold(0.0, f64::max).min(side / 2.0);
+    let extents: Vec<Extents> = exemplars.iter().map(|&(found, size)| Extents::of(found, size)).collect();
+    let least = needed(&extents);
     let mut ways: Vec<Way> = Vec::new();
-    for (part, overlap) in BLOCKS {
-        let block = ((side / part).max(least).round() as usize).max(4);
-        let way = Way::Quilting { block, overlap: (block / overlap).max(1) };
+    for part in BLOCKS {
+        let (block, overlap) = sized(side, least, part);
+        let way = Way::Quilting { block, overlap };
         if !ways.contains(&way) {
             ways.push(way);
         }
@@ -174,17 +172,26 @@ fn ways(exemplars: &[(&Analysis, Size)]) -> Vec<Way> {
 }
 
 /// The least side of a block in texels: three features, and a period.
-fn least_block(found: &Analysis) -> f64 {
-    let features = LEAST_FEATURES * found.feature.unwrap_or(f64::INFINITY);
-    if found.periods.share < PLAINLY_REGULAR {
-        return features;
-    }
-    let period = match found.periods.pattern {
-        Pattern::None => 0.0,
-        Pattern::Stripes(period) => length(period),
-        Pattern::Lattice(lattice) => lattice.basis().into_iter().map(length).fold(0.0, f64::max),
-    };
-    features.max(period)
+fn least_block(extents: &Extents) -> f64 {
+    let features = LEAST_FEATURES * extents.feature.unwrap_or(f64::INFINITY);
+    features.max(extents.period.unwrap_or(0.0))
+}
+
+/// The side of a block and its overlap: a `part` of the given side of an exemplar, but at least what the
+/// extents demand, at most half of the side, and at least four texels.
+fn sized(side: f64, least: f64, (part, overlap): (f64, usize)) -> (usize, usize) {
+    let block = ((side / part).max(least.min(side / 2.0)).round() as usize).max(4);
+    (block, (block / overlap).max(1))
+}
+
+/// The first side of blocks that is suggested for exemplars with these extents and the given shortest side.
+pub fn first_block(extents: &[Extents], side: usize) -> usize {
+    sized(side as f64, needed(extents), BLOCKS[0]).0
+}
+
+/// The least side of a block for all exemplars.
+fn needed(extents: &[Extents]) -> f64 {
+    extents.iter().map(least_block).fold(0.0, f64::max)
 }
 
 #[cfg(test)]

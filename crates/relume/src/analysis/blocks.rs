@@ -114,7 +114,7 @@ fn fitted(values: &[f64], grid: usize) -> [Drift; 2] {
 }
 
 /// Means of two by two texels; an odd last row or column is left out.
-fn halved(planes: &Planes) -> Planes {
+pub(super) fn halved(planes: &Planes) -> Planes {
     let (from, to) = (planes.size(), Size::new(planes.size().width / 2, planes.size().height / 2));
     let mut out = Planes::zeros(to, planes.count());
     for (plane, half) in planes.iter().zip(out.iter_mut()) {

@@ -8,18 +8,21 @@
 //! - [`orientation`]: the main direction, by the structure tensor;
 //! - [`feature`]: the size of features, by the autocorrelation;
 //! - [`blocks`]: whether scale and contrast are the same everywhere;
+//! - [`extents`]: sizes of features and periods alone, quickly;
 //! - [`advice`]: suitable methods;
 //! - [`draw()`]: all of it in one picture.
 
 pub mod advice;
 pub mod blocks;
 mod draw;
+pub mod extents;
 pub mod feature;
 pub mod orientation;
 pub mod trend;
 
 pub use advice::{Advice, advise};
 pub use draw::draw;
+pub use extents::Extents;
 
 use serde::Serialize;
 
@@ -154,12 +157,7 @@ fn warnings(found: &Analysis, size: Size) -> Vec<Warning> {
     let by_chance = 5.0 * feature * feature / size.texels() as f64;
     let (least, times) = LEAST_TREND;
     let uneven = found.trend > least.max(times * by_chance.min(1.0));
-    let needed = match found.periods.pattern {
-        Pattern::None => LEAST_FEATURES * feature,
-        Pattern::Stripes(period) => LEAST_PERIODS * length(period),
-        Pattern::Lattice(lattice) => LEAST_PERIODS * lattice.cell_area().sqrt(),
-    };
-    let small = needed > size.width.min(size.height) as f64;
+    let small = is_too_small(found.feature, &found.periods, size);
     let perspective = found.scale.iter().any(Drift::is_plain);
     let unlike = !perspective && found.contrast.iter().any(Drift::is_plain);
     let all = [
@@ -169,4 +167,14 @@ fn warnings(found: &Analysis, size: Size) -> Vec<Warning> {
         (small, Warning::TooSmall),
     ];
     all.into_iter().filter(|(found, _)| *found).map(|(_, warning)| warning).collect()
+}
+
+/// Whether a picture holds too few features or periods to sample from.
+fn is_too_small(feature: Option<f64>, periods: &Periods, size: Size) -> bool {
+    let needed = match periods.pattern {
+        Pattern::None => LEAST_FEATURES * feature.unwrap_or(f64::INFINITY),
+        Pattern::Stripes(period) => LEAST_PERIODS * length(period),
+        Pattern::Lattice(lattice) => LEAST_PERIODS * lattice.cell_area().sqrt(),
+    };
+    needed > size.width.min(size.height) as f64
 }

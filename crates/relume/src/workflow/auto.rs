@@ -12,6 +12,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use super::method::{LaidTiles, MadeTexture, Plan};
+use super::sizes::Room;
 use crate::analysis::advice::Way;
 use crate::analysis::{Advice, Analysis, advise, analyze};
 use crate::error::{Error, Result};
@@ -21,14 +22,11 @@ use crate::metric::texture::copying::copying;
 use crate::metric::texture::{SlicedOptions, Source, Sources, sliced};
 use crate::numeric::random::{self, Purpose};
 use crate::planes::Planes;
-use crate::synthesis::pixel::{NeighbourSearch, PatchMatchOptions, WeiLevoyOptions};
+use crate::synthesis::pixel::{PatchMatchOptions, WeiLevoyOptions};
 use crate::synthesis::{Blend, BlockOptions, Exemplar, SourceMap, Tolerance, gather_index};
 
 /// The largest piece that a texture may copy verbatim, as a fraction of the smallest exemplar.
 pub const LARGEST_PIECE: f64 = 0.5;
-/// The search of scanlines that only continue their neighbours: without other candidates, which would need a
-/// tree.
-const CONTINUED: NeighbourSearch = NeighbourSearch::Coherence { candidates: 1, codewords: 4096 };
 /// The seed of the measure. It differs from the one with which textures are customarily compared, so that the
 /// choice does not bias that comparison.
 const MEASURE_SEED: u64 = 1;
@@ -134,7 +132,8 @@ impl Auto {
         let advice = advise(&analyses.iter().zip(sizes).collect::<Vec<_>>());
         let mut best: Option<(Score, usize, MadeTexture)> = None;
         let mut tries = Vec::new();
-        let mut waiting = VecDeque::from(self.plans(&advice));
+        let room = Room::of(&analyses, exemplars.planes, self.blocks.size);
+        let mut waiting = VecDeque::from(self.plans(&advice, &room));
         while let Some(plan) = waiting.pop_front() {
             let (number, started) = (tries.len(), Instant::now());
             let made = plan.validate().and_then(|()| plan.run(exemplars.planes, job));
@@ -162,8 +161,14 @@ impl Auto {
 
     /// The plans, in order: blocks as requested, otherwise all suggestions, and for the remaining tries the
     /// same again with other seeds.
-    fn plans(&self, advice: &Advice) -> Vec<Plan> {
-        let mut plans: Vec<Plan> = advice.ways.iter().filter_map(|way| self.plan(*way)).collect();
+    fn plans(&self, advice: &Advice, room: &Room) -> Vec<Plan> {
+        let mut plans: Vec<Plan> = Vec::new();
+        for plan in advice.ways.iter().filter_map(|way| self.plan(*way, room)) {
+            // Blocks limited by the output may be the same.
+            if !plans.contains(&plan) {
+                plans.push(plan);
+            }
+        }
         if self.asked.block.is_some() {
             plans.push(Plan::Quilting(self.blocks.clone()));
         }
@@ -176,7 +181,7 @@ impl Auto {
     }
 
     /// The plan of a suggested method; `None` if the request excludes it.
-    fn plan(&self, way: Way) -> Option<Plan> {
+    fn plan(&self, way: Way, room: &Room) -> Option<Plan> {
         let BlockOptions { size, boundary, ref guidance, seed, .. } = self.blocks;
         let is_joined_otherwise = self.blocks.blend != Blend::Cut || self.blocks.feather > 0;
         let is_about_blocks = is_joined_otherwise
@@ -184,17 +189,21 @@ impl Auto {
             || matches!(self.blocks.tolerance, Tolerance::Absolute(_));
         match way {
             Way::Quilting { block, overlap } if self.asked.block.is_none() => {
-                let overlap = self.asked.overlap.unwrap_or(overlap);
+                let block = block.min(room.most_block(boundary));
+                let overlap = self.asked.overlap.unwrap_or(overlap.min(block / 2));
                 Some(Plan::Quilting(BlockOptions { block, overlap, ..self.blocks.clone() }))
             }
             Way::PatchMatch if !is_about_blocks => {
-                let guidance = guidance.clone();
-                let options = PatchMatchOptions { size, guidance, seed, ..PatchMatchOptions::default() };
-                Some(Plan::PatchMatch(options))
+                let default =
+                    PatchMatchOptions { size, seed, guidance: guidance.clone(), ..Default::default() };
+                let window = room.small_window(default.window);
+                Some(Plan::PatchMatch(PatchMatchOptions { window, levels: room.levels(window), ..default }))
             }
             Way::Scanlines if !is_about_blocks => {
-                let (guidance, search) = (guidance.clone(), CONTINUED);
-                let options = WeiLevoyOptions { size, search, guidance, seed, ..WeiLevoyOptions::default() };
+                let default =
+                    WeiLevoyOptions { size, seed, guidance: guidance.clone(), ..Default::default() };
+                let window = room.small_window(default.window);
+                let options = WeiLevoyOptions { window, levels: room.levels(window), ..default };
                 Some(Plan::WeiLevoy(options, boundary))
             }
             Way::Roller { tiles } if !is_about_blocks && guidance.is_none() => {

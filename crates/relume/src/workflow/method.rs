@@ -1,5 +1,6 @@
 //! Methods of synthesis as plans: the method with all its options, before anything is made.
 
+use super::sizes::closing_window;
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::names::named;
@@ -153,6 +154,23 @@ impl Plan {
         plan
     }
 
+    /// The same at another size, to be looked at: whole tiles are not required.
+    #[must_use]
+    pub fn trial(&self, size: Size) -> Self {
+        let mut plan = self.clone();
+        match &mut plan {
+            Self::Quilting(options) => options.size = size,
+            Self::EfrosLeung(options) => options.size = size,
+            Self::WeiLevoy(options, _) => options.size = size,
+            Self::PatchMatch(options) => options.size = size,
+            Self::Roller(laid) if laid.size != size => {
+                (laid.size, laid.boundary) = (size, Boundary::Open);
+            }
+            Self::Roller(_) => {}
+        }
+        plan
+    }
+
     /// Whether the texture tiles.
     pub fn tiles(&self) -> bool {
         match self {
@@ -233,7 +251,8 @@ fn closed(
 ) -> Result<SourceMap> {
     let Size { width, height } = options.size;
     let band = (width.min(height) / 8).clamp(1, CLOSED);
-    let guidance = options.guidance.clone();
-    let filling = FillOptions { guidance, seed: options.seed, ..FillOptions::default() };
+    let (guidance, seed, default) = (options.guidance.clone(), options.seed, FillOptions::default());
+    let window = closing_window(default.window, exemplars, options.size);
+    let filling = FillOptions { window, guidance, seed, ..default };
     Ok(close(map, exemplars, band, &filling, job)?.0)
 }

@@ -7,6 +7,8 @@
 //! | [`files`] | reading and writing fields and pictures by file name |
 //! | [`mod@capture`] | captures of a virtual dome as files |
 //! | [`options`] | the options of a synthesis, and the resulting plan |
+//! | [`fitted`] | options whose open sizes are fitted to exemplars |
+//! | [`sizes`] | sizes of blocks and windows that fit |
 //! | [`method`] | methods of synthesis as plans, with one way to run them |
 //! | [`metric`] | metrics by name |
 //! | [`model`] | models of functions jointly, of structure and detail, or of single lights |
@@ -22,6 +24,7 @@ pub mod capture;
 pub mod comparison;
 pub mod endless;
 pub mod files;
+pub mod fitted;
 pub mod front;
 pub mod map_set;
 pub mod memory;
@@ -30,6 +33,7 @@ pub mod metric;
 pub mod model;
 pub mod options;
 pub mod shader;
+pub mod sizes;
 
 pub use auto::Exemplars;
 pub use map_set::RegisteredMap;

@@ -1,8 +1,10 @@
 //! The options of a synthesis, whatever the method, and the resulting plan.
 
 use super::auto::{Asked, Auto, Choice, Chosen, Exemplars};
+use super::fitted::Advised;
 use super::method::{LaidTiles, MadeTexture, Plan, SynthesisMethod};
 use super::metric::NamedMetric;
+use super::sizes::Room;
 use crate::error::{Error, Result};
 use crate::field::Domain;
 use crate::job::Job;
@@ -12,8 +14,9 @@ use crate::synthesis::pixel::{EfrosLeungOptions, NeighbourSearch, PatchMatchOpti
 use crate::synthesis::search::{KernelBasis, SearchMethod, SearchOptions};
 use crate::synthesis::{Blend, BlockOptions, Boundary, Guidance, Tolerance};
 
-/// Options of a synthesis. `None` leaves the choice to the method; options of other methods than the chosen
-/// one are refused by [`SynthOptions::approach`].
+/// Options of a synthesis. `None` leaves the choice to the method: the sizes of blocks and windows and the
+/// number of levels are then fitted to the exemplars ([`SynthOptions::fitted`]). Options of other methods than
+/// the chosen one are refused by [`SynthOptions::approach`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct SynthOptions {
     /// The method.
@@ -30,7 +33,7 @@ pub struct SynthOptions {
     pub guidance: Option<Guidance>,
     /// Seed of the random choices.
     pub seed: u64,
-    /// Side of the blocks in texels.
+    /// Side of the blocks in texels; `None` as the analysis suggests.
     pub block: Option<usize>,
     /// Texels by which blocks overlap; `None` for [`BlockOptions::customary_overlap`].
     pub overlap: Option<usize>,
@@ -46,14 +49,15 @@ pub struct SynthOptions {
     pub kernels: Option<KernelBasis>,
     /// Whether the rejection curve of the projection search is measured, which takes time.
     pub curve: bool,
-    /// Side of the window of texels that pixel methods compare, odd.
+    /// Side of the window of texels that pixel methods compare, odd; `None` as the analysis suggests.
     pub neighbourhood: Option<usize>,
     /// How much farther than the best a window may be to be a candidate, as a fraction of the best squared
     /// distance.
     pub epsilon: Option<f64>,
-    /// Resolutions, each half the one before.
+    /// Resolutions, each half the one before; `None` as the analysis suggests.
     pub levels: Option<usize>,
-    /// Leaves of the tree that is searched for neighbourhoods; 0 searches all of them instead.
+    /// Leaves of the tree that is searched for neighbourhoods; 0 searches all of them instead. `None` without a
+    /// coherence searches the continuations of neighbours only.
     pub codewords: Option<usize>,
     /// Candidates for each continuation of a neighbour; nothing else is searched.
     pub coherence: Option<usize>,
@@ -68,7 +72,7 @@ pub struct SynthOptions {
 }
 
 impl Default for SynthOptions {
-    /// Blocks of 32 joined along cuts into 256 x 256 texels with open edges, compared as functions
+    /// Blocks as the analysis suggests, joined along cuts into 256 x 256 texels with open edges, compared as functions
     /// over the hemisphere.
     fn default() -> Self {
         Self {
@@ -105,6 +109,8 @@ impl Default for SynthOptions {
 pub enum Approach {
     /// By one plan.
     Plan(Plan),
+    /// By one method, whose open sizes are fitted to the exemplars.
+    Fitted(Box<SynthOptions>),
     /// By several plans, of which the best is kept.
     Auto(Auto),
 }
@@ -116,6 +122,8 @@ pub struct Outcome {
     pub plan: Plan,
     /// The texture.
     pub made: MadeTexture,
+    /// The sizes that were fitted to the exemplars.
+    pub advised: Option<Advised>,
     /// How the plan was chosen, where several were tried.
     pub choice: Option<Choice>,
 }
@@ -129,11 +137,20 @@ impl Approach {
         match self {
             Self::Plan(plan) => {
                 let made = plan.run(exemplars.planes, job)?;
-                Ok(Outcome { plan: plan.clone(), made, choice: None })
+                Ok(Outcome { plan: plan.clone(), made, advised: None, choice: None })
+            }
+            Self::Fitted(options) => {
+                let room = Room::measure(exemplars.planes, options.size, job)?;
+                let (options, advised) = options.fitted(&room);
+                let plan = options.plan()?;
+                plan.validate()?;
+                let made = plan.run(exemplars.planes, job)?;
+                Ok(Outcome { plan, made, advised: Some(advised), choice: None })
             }
             Self::Auto(auto) => {
                 let Chosen { made, choice } = auto.run(exemplars, job)?;
-                Ok(Outcome { plan: choice.tries[choice.kept].plan.clone(), made, choice: Some(choice) })
+                let plan = choice.tries[choice.kept].plan.clone();
+                Ok(Outcome { plan, made, advised: None, choice: Some(choice) })
             }
         }
     }
@@ -198,22 +215,32 @@ impl SynthOptions {
                 names.join(" and ")
             )));
         }
-        let plan = match self.method {
-            SynthesisMethod::Quilting => Plan::Quilting(self.blocks()),
+        if self.method == SynthesisMethod::Auto {
+            let asked = Asked { block: self.block, overlap: self.overlap };
+            return Ok(Approach::Auto(Auto::new(self.tries, self.blocks(), asked)?));
+        }
+        // Sizes that are left open are checked when they are known; the others now, before the work.
+        let plan = self.plan()?;
+        if self.open_sizes().is_empty() {
+            plan.validate()?;
+            return Ok(Approach::Plan(plan));
+        }
+        self.tolerant().plan()?.validate()?;
+        Ok(Approach::Fitted(Box::new(self.clone())))
+    }
+
+    /// The plan of the chosen method, with customary sizes where none are given.
+    pub(super) fn plan(&self) -> Result<Plan> {
+        Ok(match self.method {
             SynthesisMethod::EfrosLeung => Plan::EfrosLeung(self.efros_leung()),
             SynthesisMethod::WeiLevoy => Plan::WeiLevoy(self.wei_levoy(), self.boundary),
             SynthesisMethod::PatchMatch => Plan::PatchMatch(self.patch_match()),
             SynthesisMethod::Roller => Plan::Roller(self.laid_tiles()?),
-            SynthesisMethod::Auto => {
-                let asked = Asked { block: self.block, overlap: self.overlap };
-                return Ok(Approach::Auto(Auto::new(self.tries, self.blocks(), asked)?));
-            }
+            SynthesisMethod::Quilting | SynthesisMethod::Auto => Plan::Quilting(self.blocks()),
             SynthesisMethod::Noise => {
                 return Err(Error::usage("the method noise makes windows of an endless plane only"));
             }
-        };
-        plan.validate()?;
-        Ok(Approach::Plan(plan))
+        })
     }
 
     fn blocks(&self) -> BlockOptions {
@@ -256,22 +283,24 @@ impl SynthOptions {
             size: self.size,
             window: self.neighbourhood.unwrap_or(default.window),
             levels: self.levels.unwrap_or(default.levels),
-            search: self.neighbour_search(default.search),
+            search: self.neighbour_search(),
             guidance: self.guidance.clone(),
             seed: self.seed,
         }
     }
 
-    /// How Wei-Levoy searches.
-    fn neighbour_search(&self, default: NeighbourSearch) -> NeighbourSearch {
-        let customary = match default {
-            NeighbourSearch::Tsvq(codewords) => codewords,
-            _ => 0,
-        };
-        match (self.coherence, self.codewords.unwrap_or(customary)) {
-            (Some(candidates), codewords) => NeighbourSearch::Coherence { candidates, codewords },
-            (None, 0) => NeighbourSearch::Full,
-            (None, codewords) => NeighbourSearch::Tsvq(codewords),
+    /// How Wei-Levoy searches: as given, and by the classical tree where only its leaves are given, or where
+    /// continued pieces would not follow a guide.
+    fn neighbour_search(&self) -> NeighbourSearch {
+        match (self.coherence, self.codewords) {
+            (None, None) if self.guidance.is_some() => NeighbourSearch::Tsvq(NeighbourSearch::CODEWORDS),
+            (None, None) => NeighbourSearch::CONTINUED,
+            (None, Some(0)) => NeighbourSearch::Full,
+            (None, Some(codewords)) => NeighbourSearch::Tsvq(codewords),
+            (Some(candidates), codewords) => {
+                let codewords = codewords.unwrap_or(NeighbourSearch::CODEWORDS);
+                NeighbourSearch::Coherence { candidates, codewords }
+            }
         }
     }
 
@@ -307,15 +336,20 @@ mod tests {
         let approach = |options: SynthOptions| options.approach();
         let plan = |options| match approach(options).unwrap() {
             Approach::Plan(plan) => plan,
-            Approach::Auto(_) => panic!("one way was asked for"),
+            Approach::Fitted(_) | Approach::Auto(_) => panic!("one way was asked for, and all sizes"),
         };
         let blocks = SynthOptions { block: Some(48), ..SynthOptions::default() };
         assert_eq!(
             plan(blocks),
             Plan::Quilting(BlockOptions { block: 48, overlap: 8, ..Default::default() })
         );
-        let scanlines =
-            SynthOptions { method: SynthesisMethod::WeiLevoy, codewords: Some(0), ..Default::default() };
+        let scanlines = SynthOptions {
+            method: SynthesisMethod::WeiLevoy,
+            codewords: Some(0),
+            neighbourhood: Some(5),
+            levels: Some(4),
+            ..Default::default()
+        };
         let full = WeiLevoyOptions { search: NeighbourSearch::Full, ..Default::default() };
         assert_eq!(plan(scanlines), Plan::WeiLevoy(full, Boundary::Open));
         let closed =

@@ -1,6 +1,6 @@
 //! The analysis of built-in materials, and of the same with planted faults.
 
-use relume::analysis::{Analysis, Warning, analyze, draw};
+use relume::analysis::{Analysis, Extents, Warning, analyze, draw};
 use relume::numeric::periods::Pattern;
 use relume::numeric::random::{Purpose, Stream};
 use relume::procedural::{Material, MaterialOptions, Tiling};
@@ -223,4 +223,25 @@ fn the_picture_shows_texture_correlation_and_spectrum() {
     let lines =
         (0..64 * 64).filter(|i| drawn.planes.at(2, i % 64, i / 64) != encoded.at(2, i % 64, i / 64)).count();
     assert!((64..2048).contains(&lines), "{lines} texels of lines");
+}
+
+#[test]
+fn quick_lengths_are_those_of_the_whole_analysis_to_a_reduced_texel() {
+    let job = Job::default();
+    for (side, feature, texel) in [(256, 24.0, 2.0), (400, 40.0, 4.0)] {
+        for kind in Material::ALL {
+            let planes = material(kind, side, feature);
+            let quick = Extents::measure(&planes, &job).unwrap();
+            let whole = Extents::of(&found(&planes), planes.size());
+            println!("{} {side}: {quick:?} {whole:?}", kind.name());
+            // Fine grain on smooth shapes is averaged away: features may appear larger, never smaller.
+            match (quick.feature, whole.feature) {
+                (Some(quick), Some(whole)) => assert!(quick > whole - texel, "{}", kind.name()),
+                (quick, whole) => assert!(quick.is_none() || whole.is_some(), "{}", kind.name()),
+            }
+            if let (Some(quick), Some(whole)) = (quick.period, whole.period) {
+                assert!((quick - whole).abs() < texel, "{}: {quick} {whole}", kind.name());
+            }
+        }
+    }
 }

@@ -3,14 +3,14 @@
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
+use relume::analysis::{Extents, Warning};
 use relume::synthesis::pixel::patch_match::Optimised;
 use relume::synthesis::pixel::wei_levoy::Scanned;
-use relume::synthesis::pixel::{
-    EfrosLeungOptions, Growth, NeighbourSearch, PatchMatchOptions, WeiLevoyOptions,
-};
+use relume::synthesis::pixel::{EfrosLeungOptions, Growth, PatchMatchOptions, WeiLevoyOptions};
 use relume::synthesis::roller::Rolled;
 use relume::synthesis::{BlockOptions, Boundary, SourceMap, StageTimes, SynthesisReport};
 use relume::workflow::auto::{Choice, Score, Try};
+use relume::workflow::fitted::Advised;
 use relume::workflow::method::LaidTiles;
 use relume::workflow::{MethodReport, Outcome, Plan, SynthOptions, SynthesisMethod};
 use relume::{Named, Size};
@@ -40,10 +40,31 @@ pub fn describe(output: &Path, asked: &SynthOptions, outcome: &Outcome, files: &
         (Plan::Roller(laid), MethodReport::Roller(rolled)) => roller_report(output, laid, rolled),
         _ => unreachable!("a plan's result is of its own method"),
     };
+    let report = match &outcome.advised {
+        Some(advised) => with_advised(report, advised),
+        None => report,
+    };
     match &outcome.choice {
         Some(choice) => with_choice(report, choice, files),
         None => report,
     }
+}
+
+/// The report with the sizes that were fitted to the exemplars, and what they follow from.
+fn with_advised(mut report: Report, advised: &Advised) -> Report {
+    let lengths = |extents: &Extents| {
+        let feature = match extents.feature {
+            Some(feature) => format!("features of {feature:.1} texels"),
+            None => "features as large as half the exemplar".to_owned(),
+        };
+        let period = extents.period.map(|period| format!(" and periods of {period:.1}"));
+        feature + &period.unwrap_or_default()
+    };
+    let each: Vec<String> = advised.extents.iter().map(lengths).collect();
+    let _ = write!(report.text, "\n{} fitted to {}", advised.chosen.join(" and "), each.join(", "));
+    report.json["advised"] = json!(advised);
+    let warning = advised.extents.iter().find_map(Extents::warning);
+    report.with_warnings(warning.map(Warning::sentence))
 }
 
 fn block_report(
@@ -196,16 +217,15 @@ fn with_choice(kept: Report, choice: &Choice, files: &[PathBuf]) -> Report {
 
 /// The options that reproduce the texture of a suggested plan.
 fn command(plan: &Plan) -> String {
-    let seed = plan.seed();
+    let (method, seed) = (plan.method().name(), plan.seed());
     match plan {
         Plan::Quilting(o) => format!("--block {} --overlap {} --seed {seed}", o.block, o.overlap),
-        Plan::Roller(laid) => format!("--method roller --tiles {} --seed {seed}", laid.options.tiles),
-        Plan::WeiLevoy(WeiLevoyOptions { search: NeighbourSearch::Coherence { candidates, .. }, .. }, _) => {
-            format!("--method wei-levoy --coherence {candidates} --seed {seed}")
+        Plan::Roller(laid) => format!("--method {method} --tiles {} --seed {seed}", laid.options.tiles),
+        Plan::WeiLevoy(WeiLevoyOptions { window, levels, .. }, _)
+        | Plan::PatchMatch(PatchMatchOptions { window, levels, .. }) => {
+            format!("--method {method} --neighbourhood {window} --levels {levels} --seed {seed}")
         }
-        Plan::EfrosLeung(_) | Plan::WeiLevoy(..) | Plan::PatchMatch(_) => {
-            format!("--method {} --seed {seed}", plan.method().name())
-        }
+        Plan::EfrosLeung(o) => format!("--method {method} --neighbourhood {} --seed {seed}", o.window),
     }
 }
 

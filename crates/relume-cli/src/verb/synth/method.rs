@@ -15,21 +15,23 @@ pub struct Args {
     #[arg(long, default_value = "quilting", value_parser = args::named::<SynthesisMethod>())]
     method: SynthesisMethod,
     /// Side of the window of compared texels, odd; it must contain the largest feature of the texture, with
-    /// several levels at the coarsest one [default: 11 for efros-leung, 5 for wei-levoy, 9 for patchmatch]
+    /// several levels at the coarsest one [default: for efros-leung two features, 11 to 21; 5 for wei-levoy,
+    /// 9 for patchmatch; less for tiny exemplars]
     #[arg(long, value_name = "N", help_heading = "Options of the pixel methods")]
     neighbourhood: Option<usize>,
     /// Draw from windows up to (1 + E) times the squared distance of the best one [default: 0.1]
     #[arg(long, value_name = "E", help_heading = "Options of the pixel methods")]
     epsilon: Option<f64>,
-    /// Number of resolutions, each half the one before [default: 4 for wei-levoy; for patchmatch 5, or as
-    /// many as have room for patches]
+    /// Number of resolutions, each half the one before [default: until windows span three features
+    /// and a period, at least 4, as far as they fit]
     #[arg(long, value_name = "N", help_heading = "Options of the pixel methods")]
     levels: Option<usize>,
-    /// Leaves of the tree that is searched for neighbourhoods; 0 searches all of them instead [default: 4096]
+    /// Leaves of the tree that is searched for neighbourhoods; 0 searches all of them instead [default: no
+    /// search, as --coherence 1]
     #[arg(long, value_name = "N", help_heading = "Options of the pixel methods")]
     codewords: Option<usize>,
     /// Search only the continuations of neighbours, and for each of these K - 1 similar exemplar texels: 1 is
-    /// the fastest and keeps pieces together
+    /// the fastest and keeps pieces together [default: 1; with --codewords alone the tree is searched instead]
     #[arg(long, value_name = "K", help_heading = "Options of the pixel methods")]
     coherence: Option<usize>,
     /// Number of improvements of matches and texels at each level, at most two at the finest one [default: 5]

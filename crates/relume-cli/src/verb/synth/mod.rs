@@ -43,7 +43,8 @@ pub struct Args {
     endless: endless::EndlessArgs,
     #[command(flatten)]
     method: method::Args,
-    /// Side of the blocks in texels [default: 32, or as auto chooses]
+    /// Side of the blocks in texels [default: as relume analyze suggests: a quarter of the
+    /// exemplar, or more where features or periods are large]
     #[arg(long, value_name = "N")]
     block: Option<usize>,
     /// Texels by which blocks overlap [default: a sixth of the block]

@@ -54,6 +54,10 @@ pub enum NeighbourSearch {
 }
 
 impl NeighbourSearch {
+    /// Leaves of a tree: the fastest number (docs/methods.md).
+    pub const CODEWORDS: usize = 4096;
+    /// Only the continuations of neighbours, for which no tree is needed: pieces stay together.
+    pub const CONTINUED: Self = Self::Coherence { candidates: 1, codewords: Self::CODEWORDS };
     /// The most candidates for each continuation.
     const MOST_CANDIDATES: usize = 256;
     /// The most codewords: more than any exemplar has neighbourhoods.
@@ -99,13 +103,13 @@ pub struct WeiLevoyOptions {
 }
 
 impl Default for WeiLevoyOptions {
-    /// 256 x 256 texels, windows of 5 at 4 levels, 4096 codewords.
+    /// 256 x 256 texels, windows of 5 at 4 levels, continued pieces.
     fn default() -> Self {
         Self {
             size: Size::new(256, 256),
             window: 5,
             levels: 4,
-            search: NeighbourSearch::Tsvq(4096),
+            search: NeighbourSearch::CONTINUED,
             guidance: None,
             seed: 0,
         }

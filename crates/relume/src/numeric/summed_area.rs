@@ -43,6 +43,23 @@ impl SummedArea {
         let at = |x: usize, y: usize| self.sums[y.min(rows) * (columns + 1) + x.min(columns)];
         at(x + width, y + height) + at(x, y) - at(x + width, y) - at(x, y + height)
     }
+
+    /// Adds to each of `sums` the sum over a rectangle of `width` x `height` values: the first with its top left
+    /// one at (x, y), every other one column to the right of that before it.
+    ///
+    /// # Panics
+    /// When the last of them is not inside the table.
+    pub fn add_row(&self, (x, y): (usize, usize), (width, height): (usize, usize), sums: &mut [u64]) {
+        let stride = self.size.width + 1;
+        let corners = |x: usize, y: usize| &self.sums[y * stride..][..stride][x..][..sums.len()];
+        let (first, second) = (corners(x, y), corners(x + width, y));
+        let (third, fourth) = (corners(x, y + height), corners(x + width, y + height));
+        let positive = fourth.iter().zip(first);
+        let negative = second.iter().zip(third);
+        for ((sum, (a, b)), (c, d)) in sums.iter_mut().zip(positive).zip(negative) {
+            *sum += a + b - c - d;
+        }
+    }
 }
 
 #[cfg(test)]
@@ -66,6 +83,20 @@ mod tests {
                     assert_eq!(table.sum(x, y, w + more, h + lower), truth);
                 }
             }
+        }
+    }
+
+    #[test]
+    fn rows_of_rectangles_have_the_sums_of_each() {
+        let mut stream = Stream::new(4, Purpose::Sample, [0]);
+        let size = Size::new(9, 6);
+        let values: Vec<u64> = (0..size.texels()).map(|_| stream.below(1000) as u64).collect();
+        let table = SummedArea::new(size, &values);
+        for (x, y, w, h) in [(0, 0, 1, 1), (2, 1, 3, 5), (0, 5, 9, 1), (4, 2, 0, 3)] {
+            let mut sums = vec![7; size.width + 1 - w - x];
+            table.add_row((x, y), (w, h), &mut sums);
+            let each: Vec<u64> = (0..sums.len()).map(|i| 7 + table.sum(x + i, y, w, h)).collect();
+            assert_eq!(sums, each);
         }
     }
 }

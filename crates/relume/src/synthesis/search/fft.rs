@@ -14,6 +14,7 @@ use super::distance::BlockTarget;
 use super::{BlockQuery, Candidates, Effort, Found, Search};
 use crate::numeric::fourier::Fourier;
 use crate::numeric::summed_area::SummedArea;
+use crate::size::Size;
 use crate::synthesis::positions::Positions;
 use crate::synthesis::quantise::{IndexTexels, Quantised, squared_length, squared_lengths};
 use crate::synthesis::source_map::Texel;
@@ -50,7 +51,8 @@ impl<'a> Fft<'a> {
         Self { exemplars, positions, spectra }
     }
 
-    /// The approximate squared distances of all positions of one exemplar, row by row, and their error.
+    /// The approximate squared distances of all positions of one exemplar, row by row, and their error; places
+    /// that are no positions hold anything.
     fn distances(&self, query: &BlockQuery, spectra: &Spectra) -> (Vec<f64>, f64) {
         let (shape, planes) = (query.neighbourhood, self.exemplars.planes());
         let size = spectra.transform.size();
@@ -81,13 +83,15 @@ impl<'a> Fft<'a> {
             );
         }
         let mut distances = spectra.transform.inverse(product);
-        for (i, value) in distances.iter_mut().enumerate() {
-            let (x, y) = (i % size.width, i / size.width);
-            let there: u64 = rects
-                .iter()
-                .map(|r| spectra.squares.sum(x + r.x, y + r.y, r.size.width, r.size.height))
-                .sum();
-            *value = (own + there) as f64 - 2.0 * *value;
+        // Only where the neighbourhood lies inside: nothing else is a position.
+        let valid = Size::new(size.width + 1 - shape.extent.width, size.height + 1 - shape.extent.height);
+        let mut there = vec![0; valid.width];
+        for (y, row) in distances.chunks_exact_mut(size.width).take(valid.height).enumerate() {
+            there.fill(own);
+            for r in &rects {
+                spectra.squares.add_row((r.x, y + r.y), (r.size.width, r.size.height), &mut there);
+            }
+            row.iter_mut().zip(&there).for_each(|(value, sum)| *value = *sum as f64 - 2.0 * *value);
         }
         let error = 2.0 * RELATIVE_ERROR * spectra.norm * (own as f64).sqrt() * (planes as f64).sqrt();
         (distances, error + 0.5)
@@ -106,25 +110,28 @@ impl Fft<'_> {
         let approximate: Vec<(Vec<f64>, f64)> =
             self.spectra.par_iter().map(|spectra| self.distances(query, spectra)).collect();
         let targets = BlockTarget::all(query, self.exemplars);
-        let all = || {
-            self.positions.runs().iter().flat_map(|run| (0..run.length).map(|i| run.first.offset(i, 0))).map(
-                |p| {
-                    let e = p.exemplar as usize;
-                    let (distances, error) = &approximate[e];
-                    (p, distances[self.spectra[e].transform.size().index(p.x as usize, p.y as usize)], *error)
-                },
-            )
+        let runs = || {
+            self.positions.runs().iter().map(|run| {
+                let (e, first) = (run.first.exemplar as usize, run.first);
+                let (distances, error) = &approximate[e];
+                let start = self.spectra[e].transform.size().index(first.x as usize, first.y as usize);
+                (first, &distances[start..start + run.length], *error)
+            })
         };
         // No distance is larger than this one, so neither is the smallest.
-        let above = all().map(|(_, value, error)| value + error).fold(f64::INFINITY, f64::min);
+        let least = |values: &[f64]| values.iter().copied().fold(f64::INFINITY, f64::min);
+        let above = runs().map(|(_, values, error)| least(values) + error).fold(f64::INFINITY, f64::min);
         let limit = acceptance.limit(above.max(0.0).ceil() as u64) as f64;
         let mut effort = Effort { examined: self.positions.count() as u64, verified: 0 };
         let mut near = Vec::new();
-        for (position, _, _) in all().filter(|(_, value, error)| value - error <= limit) {
-            effort.verified += 1;
-            let Texel { exemplar, y, x } = position;
-            let exact = targets[exemplar as usize].distance_within(x as usize, y as usize, u64::MAX);
-            near.extend(exact.map(|exact| (position, exact)));
+        for (first, values, error) in runs() {
+            let within = values.iter().enumerate().filter(|(_, value)| **value - error <= limit);
+            for position in within.map(|(i, _)| first.offset(i, 0)) {
+                effort.verified += 1;
+                let Texel { exemplar, y, x } = position;
+                let exact = targets[exemplar as usize].distance_within(x as usize, y as usize, u64::MAX);
+                near.extend(exact.map(|exact| (position, exact)));
+            }
         }
         Found { candidates: Candidates::within(near, acceptance), effort }
     }

@@ -41,9 +41,9 @@ pub enum Recipe {
 }
 
 /// The number of cells per transform above which correlation is faster, with one transform per plane and one
-/// back. On 256 x 256 RGB, projections of 7 cells take a third of its time and those of 80 twice its time; on
-/// 18 planes those of 28 cells take six tenths.
-const CELLS_A_TRANSFORM: usize = 12;
+/// back. On 256 x 256 RGB, projections of 11 cells take eight tenths of its time, those of 28 cells the same,
+/// and those of 32 to 51 cells 1.3 to 2 times its time (`docs/performance.md`).
+const CELLS_A_TRANSFORM: usize = 7;
 
 /// Decides for a layout of blocks and exemplars of the given number of planes. With a guide there is no
 /// choice: guided distances have no bounds or transforms yet, so all positions are examined whatever method

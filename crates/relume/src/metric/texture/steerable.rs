@@ -40,7 +40,8 @@ const NOTHING: f64 = 1e-6;
 /// When the numbers of planes differ.
 pub fn distance(reference: &Planes, other: &Planes, job: &Job) -> Result<f64> {
     assert_eq!(reference.count(), other.count(), "as many planes");
-    let bands = (2 * SCALES * DIRECTIONS + 4) as u64;
+    // The bands, and the gains at half as many bins.
+    let bands = (2 * SCALES * DIRECTIONS + 4 + SCALES + DIRECTIONS) as u64;
     for planes in [reference, other] {
         job.check("the steerable pyramid", planes.size(), 8 * bands + fourier::BYTES_PER_TEXEL)?;
     }
@@ -72,23 +73,23 @@ impl Statistics {
     fn of(plane: &[f32], size: Size, job: &Job) -> Result<Self> {
         let plan = Fourier::new(size);
         let spectrum = plan.forward(plane.iter().map(|&v| f64::from(v)).collect());
-        let image = |gain: &dyn Fn(f64, f64) -> Complex64| plan.inverse(filtered(&spectrum, size, gain));
-        let real = |gain: &dyn Fn(f64) -> f64| image(&|radius, _| Complex64::from(gain(radius)));
-        let low = real(&|radius| low_pass(radius, SCALES));
-        let high = real(&|radius| high_pass(radius, 0));
+        let gains = Gains::of(&polar(spectrum.len(), size));
+        let image = |gain: &dyn Fn(usize) -> Complex64| {
+            plan.inverse(spectrum.iter().enumerate().map(|(i, bin)| bin * gain(i)).collect())
+        };
+        let low = image(&|i| Complex64::from(gains.low[i]));
+        let high = image(&|i| Complex64::from(gains.high[i]));
         let mut bands =
             vec![BandStatistics::of(&low, None, size, 1 << SCALES), BandStatistics::of(&high, None, size, 1)];
         let mut magnitudes = Vec::new();
         for scale in 0..SCALES {
             for direction in 0..DIRECTIONS {
                 job.proceed()?;
-                let gain = |radius: f64, angle: f64| {
-                    low_pass(radius, scale) * high_pass(radius, scale + 1) * turn_gain(angle, direction)
-                };
-                let even = image(&|radius, angle| Complex64::from(gain(radius, angle).abs()));
-                let odd = image(&|radius, angle| Complex64::new(0.0, -gain(radius, angle)));
-                bands.push(BandStatistics::of(&even, Some(&odd), size, 1 << scale));
+                let gain = |i: usize| gains.radial[scale][i] * gains.turns[direction][i];
+                let even = image(&|i| Complex64::from(gain(i).abs()));
+                let odd = image(&|i| Complex64::new(0.0, -gain(i)));
                 let magnitude: Vec<f64> = even.iter().zip(&odd).map(|(a, b)| a.hypot(*b)).collect();
+                bands.push(BandStatistics::of(&even, Some((&odd, &magnitude)), size, 1 << scale));
                 magnitudes.push(magnitude);
             }
         }
@@ -103,10 +104,10 @@ impl Statistics {
 }
 
 impl BandStatistics {
-    /// The statistics of a real band, or of a complex one with its imaginary part.
-    fn of(even: &[f64], odd: Option<&[f64]>, size: Size, step: usize) -> Self {
+    /// The statistics of a real band, or of a complex one with its imaginary part and its magnitude.
+    fn of(even: &[f64], odd: Option<(&[f64], &[f64])>, size: Size, step: usize) -> Self {
         let count = even.len() as f64;
-        let value = |i: usize| Complex64::new(even[i], odd.map_or(0.0, |odd| odd[i]));
+        let value = |i: usize| Complex64::new(even[i], odd.map_or(0.0, |(odd, _)| odd[i]));
         let centre = even.iter().sum::<f64>() / count;
         let energy = (0..even.len()).map(|i| (value(i) - centre).norm_sqr()).sum::<f64>() / count;
         let lagged = |dx: usize, dy: usize| {
@@ -123,8 +124,8 @@ impl BandStatistics {
         let neighbours = [lagged(step(size.width), 0), lagged(0, step(size.height))];
         match odd {
             None => Self { mean: centre, variance: energy, neighbours },
-            Some(_) => {
-                let mean = (0..even.len()).map(|i| value(i).norm()).sum::<f64>() / count;
+            Some((_, magnitude)) => {
+                let mean = magnitude.iter().sum::<f64>() / count;
                 Self { mean, variance: (energy - mean * mean).max(0.0), neighbours }
             }
         }
@@ -140,18 +141,40 @@ impl BandStatistics {
     }
 }
 
-/// The spectrum times a gain, a function of the radius in half cycles per texel and of the angle.
-fn filtered(spectrum: &[Complex64], size: Size, gain: &dyn Fn(f64, f64) -> Complex64) -> Vec<Complex64> {
+/// The gains of all filters at each bin of a spectrum; those of a band are the product of a radial and a turning
+/// one.
+struct Gains {
+    low: Vec<f64>,
+    high: Vec<f64>,
+    radial: Vec<Vec<f64>>,
+    turns: Vec<Vec<f64>>,
+}
+
+impl Gains {
+    fn of(polar: &[(f64, f64)]) -> Self {
+        let all = |gain: &dyn Fn(f64, f64) -> f64| {
+            polar.iter().map(|&(radius, angle)| gain(radius, angle)).collect()
+        };
+        Self {
+            low: all(&|radius, _| low_pass(radius, SCALES)),
+            high: all(&|radius, _| high_pass(radius, 0)),
+            radial: (0..SCALES)
+                .map(|s| all(&|radius, _| low_pass(radius, s) * high_pass(radius, s + 1)))
+                .collect(),
+            turns: (0..DIRECTIONS).map(|d| all(&|_, angle| turn_gain(angle, d))).collect(),
+        }
+    }
+}
+
+/// The radius in half cycles per texel, and the angle, of each bin of a spectrum.
+fn polar(bins: usize, size: Size) -> Vec<(f64, f64)> {
     let place = |i: usize| {
         let (k, l) = (i / size.height, i % size.height);
         let down = if 2 * l > size.height { l as f64 - size.height as f64 } else { l as f64 };
-        (2.0 * k as f64 / size.width as f64, 2.0 * down / size.height as f64)
+        let (u, v) = (2.0 * k as f64 / size.width as f64, 2.0 * down / size.height as f64);
+        (u.hypot(v), v.atan2(u))
     };
-    let apply = |(i, bin): (usize, &Complex64)| {
-        let (u, v) = place(i);
-        bin * gain(u.hypot(v), v.atan2(u))
-    };
-    spectrum.iter().enumerate().map(apply).collect()
+    (0..bins).map(place).collect()
 }
 
 /// The low pass of scale `s`, whose octave ends at 2^-s: a raised cosine in octaves (J. Portilla, E.

@@ -21,7 +21,8 @@ fn folder() -> tempfile::TempDir {
     let format = FieldFormat::Picture(PictureFormat::from_path(Path::new("a.png")).unwrap());
     let bytes = encode_field(&field, format, None, &Job::default()).unwrap();
     fs::write(folder.path().join("leather.png"), bytes).unwrap();
-    run(folder.path(), &["model", "leather.png", "-o", "leather.rlm", "--candidates", "12"]);
+    let model = ["model", "leather.png", "-o", "leather.rlm", "--candidates", "12", "--combine", "never"];
+    run(folder.path(), &model);
     folder
 }
 
@@ -283,4 +284,57 @@ fn a_modelled_height_map_keeps_its_millimetres() {
         }
     }
     assert!(refused(folder, &["synth", "r.rlm", "-o", "made.jpg", "--size", "80"]).contains("height map"));
+}
+
+/// A grey picture of 96 x 96 texels.
+fn picture(path: &Path, value: impl Fn(usize, usize) -> f32) {
+    let size = Size::new(96, 96);
+    let data = (0..size.texels()).map(|i| value(i % 96, i / 96)).collect();
+    let planes = relume::Planes::from_vec(size, 1, data).unwrap();
+    let field = ReflectanceField::new(Basis::Constant, PlaneLayout::LUMINANCE, Space::Srgb, planes).unwrap();
+    let format = FieldFormat::Picture(PictureFormat::from_path(path).unwrap());
+    fs::write(path, encode_field(&field, format, None, &Job::default()).unwrap()).unwrap();
+}
+
+fn grain(x: usize, y: usize) -> f32 {
+    ((x * 7919 + y * 104_729 + x * y * 31) % 101) as f32 / 101.0
+}
+
+#[test]
+fn a_model_says_whether_it_looks_like_the_material() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    picture(&at.join("grain.png"), |x, y| 0.2 + 0.6 * grain(x * x + 3 * y, y * y + x));
+    picture(&at.join("stones.png"), |x, y| {
+        let joint = (x + y / 16 * 7) % 16 < 3 || y % 16 < 3;
+        (if joint { 0.1 } else { 0.6 }) + 0.1 * grain(x, y)
+    });
+    let model = |name: &str, more: &[&str]| {
+        json(at, &[&["model", name, "-o", "m.rlm", "--force", "--candidates", "12"], more].concat())
+    };
+    let report = model("grain.png", &[]);
+    assert!(report["likeness"]["alike"] == true && report["warnings"] == serde_json::json!([]), "{report}");
+    let report = model("stones.png", &["--combine", "never"]);
+    assert_eq!(report["likeness"]["alike"], false, "{report}");
+    let warning = report["warnings"][0].as_str().unwrap();
+    assert!(
+        warning.contains("does not look like the material") && warning.contains("relume synth"),
+        "{warning}"
+    );
+    let text = run(at, &["model", "stones.png", "-o", "m.rlm", "--force", "--combine", "never"]);
+    assert!(text.contains("a made sample, patches 0.") && text.contains("of the way to shuffled"), "{text}");
+}
+
+#[test]
+fn a_structure_chosen_by_itself_keeps_the_model_of_a_picture_to_two_thousand_bytes() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    run(at, &["procedural", "pebbles", "-o", "maps", "--size", "128", "--feature", "24"]);
+    let report = json(at, &["model", "maps/albedo.png", "-o", "p.rlm", "--candidates", "12"]);
+    assert!(report["structure"].is_object(), "{report}");
+    assert!(report["bytes"].as_u64().unwrap() <= 2000, "{report}");
+    let plain =
+        json(at, &["model", "maps/albedo.png", "-o", "q.rlm", "--candidates", "12", "--combine", "never"]);
+    let excess = |report: &serde_json::Value| report["likeness"]["excess"].as_f64().unwrap();
+    assert!(excess(&report) < excess(&plain), "{report} {plain}");
 }

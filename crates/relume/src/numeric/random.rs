@@ -53,6 +53,8 @@ pub enum Purpose {
     Tries = 15,
     /// The seed for another attempt at a texture that was a copy, by [`key`]. Place: none.
     CopiedAgain = 16,
+    /// The order of the shuffled texels to which a model is compared. Place: none.
+    ShuffledTexels = 17,
 }
 
 /// The most integers of a place.

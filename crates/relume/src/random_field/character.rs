@@ -51,9 +51,9 @@ impl Character {
 impl fmt::Display for Character {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let verdict = match (self.is_regular(), self.is_structured()) {
-            (true, _) => "regular: a random field alone loses the pattern; copy it from tiles",
-            (false, true) => "structured: a random field loses edges and shapes; check the result",
-            (false, false) => "stochastic: suited to a random field",
+            (true, _) => "regular",
+            (false, true) => "structured",
+            (false, false) => "neither regular nor structured",
         };
         write!(f, "regularity {:.2}, edges {:.1}: {verdict}", self.regularity, self.edges)
     }

@@ -117,6 +117,7 @@ mod tests {
             height: 8,
             path,
             unstable,
+            prior: 1.0,
             predicted: 0.5,
             radius: 0.9,
         };

@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 use serde::Serialize;
 
+use super::joint_color::{JointColor, in_axes};
 use super::level::{Level, Weights};
 use super::levels::completed;
 use super::marginal::Marginal;
@@ -44,6 +45,8 @@ pub struct ModelOptions {
     pub prior: f64,
     /// Whether the distributions of values are preserved, or normal ones assumed.
     pub marginals: bool,
+    /// The first of three planes that hold a colour, whose joint distribution is preserved.
+    pub color: Option<usize>,
 }
 
 impl Default for ModelOptions {
@@ -58,6 +61,7 @@ impl Default for ModelOptions {
             search: SelectionOrder::Forward,
             prior: 1.0,
             marginals: true,
+            color: None,
         }
     }
 }
@@ -98,8 +102,10 @@ pub struct LevelReport {
     pub height: usize,
     /// Sizes and log evidences of the sets examined, the most probable first.
     pub path: Vec<(usize, f64)>,
-    /// The number of sets more probable than the chosen one, but unstable.
+    /// The number of sets more probable than the chosen one, but unstable whatever the prior.
     pub unstable: usize,
+    /// The weight of the prior in texels: more than requested where less left the level unstable.
+    pub prior: f64,
     /// The share of the variance of the band that its neighbours predict, averaged over components.
     pub predicted: f64,
     /// The largest bound of a spectral radius.
@@ -108,6 +114,9 @@ pub struct LevelReport {
 
 /// A plane with less than this share of its variance left by earlier ones has no component.
 const LEAST_SHARE: f64 = 1e-4;
+
+/// The most doublings of the weight of a prior: to a million texels, which leave no weight to speak of.
+const MOST_DOUBLINGS: u32 = 20;
 
 /// Fits a model to planes.
 ///
@@ -122,6 +131,7 @@ pub fn estimate(planes: &Planes, options: &ModelOptions, job: &Job) -> Result<(M
 /// Planes prepared for modelling.
 pub(super) struct Scored {
     pub(super) marginals: Vec<Marginal>,
+    pub(super) color: Option<JointColor>,
     pub(super) mixing: Mixing,
     /// The input of the random fields.
     pub(super) components: Planes,
@@ -137,45 +147,64 @@ impl Scored {
         if let Some(k) = (0..planes.count()).find(|&k| planes.plane(k).iter().any(|v| !v.is_finite())) {
             return Err(Error::invalid(format!("plane {k} holds values that are not finite")));
         }
-        let (marginals, scores) = normalised(planes, options);
+        if options.color.is_some_and(|first| first + 3 > planes.count()) {
+            return Err(Error::usage(format!("{} planes do not hold the colour to model", planes.count())));
+        }
+        let (marginals, color, scores) = normalised(planes, options);
         let mixing = Mixing::of(&scores, LEAST_SHARE);
         if mixing.components() == 0 {
             return Err(Error::invalid(
                 "the texture is the same everywhere: a random field needs values that vary",
             ));
         }
-        Ok(Self { marginals, components: mixing.components_of(&scores), mixing })
+        Ok(Self { marginals, color, components: mixing.components_of(&scores), mixing })
     }
 }
 
-/// The distribution of each plane, and its scores minus their mean.
-fn normalised(planes: &Planes, options: &ModelOptions) -> (Vec<Marginal>, Planes) {
+/// The distribution of each plane, that of a colour, and the scores minus their mean.
+fn normalised(planes: &Planes, options: &ModelOptions) -> (Vec<Marginal>, Option<JointColor>, Planes) {
     let texels = planes.size().texels();
-    let marginals = planes
-        .as_slice()
-        .par_chunks_exact(texels)
-        .map(|plane| if options.marginals { Marginal::curve(plane) } else { Marginal::normal(plane) });
-    let marginals: Vec<Marginal> = marginals.collect();
-    let mut scores = scores_of(planes, &marginals);
+    let color = options.color.filter(|_| options.marginals);
+    let single: Vec<usize> = outside(color, planes.count()).collect();
+    let marginal = |&k: &usize| match options.marginals {
+        true => Marginal::curve(planes.plane(k)),
+        false => Marginal::normal(planes.plane(k)),
+    };
+    let marginals: Vec<Marginal> = single.par_iter().map(marginal).collect();
+    let mut scores = match color {
+        Some(first) => in_axes(planes.clone(), first),
+        None => planes.clone(),
+    };
+    for (marginal, k) in marginals.iter().zip(single) {
+        score(scores.plane_mut(k), marginal);
+    }
+    let color = color.map(|first| JointColor::scored(&mut scores, first));
     scores.as_mut_slice().par_chunks_exact_mut(texels).for_each(|plane| {
         let mean = plane.iter().map(|&v| f64::from(v)).sum::<f64>() / texels as f64;
         plane.iter_mut().for_each(|v| *v -= mean as f32);
     });
-    (marginals, scores)
+    (marginals, color, scores)
+}
+
+/// The numbers of the planes that do not belong to a colour.
+pub(super) fn outside(color: Option<usize>, planes: usize) -> impl Iterator<Item = usize> {
+    (0..planes).filter(move |k| color.is_none_or(|first| !(first..first + 3).contains(k)))
 }
 
 /// The scores of planes with these distributions; 0 for constant planes.
 pub(super) fn scores_of(planes: &Planes, marginals: &[Marginal]) -> Planes {
     let mut scores = planes.clone();
-    let texels = planes.size().texels();
-    scores.as_mut_slice().par_chunks_exact_mut(texels).zip(marginals).for_each(|(plane, marginal)| {
-        if marginal.is_constant() {
-            return plane.fill(0.0);
-        }
-        let score = marginal.scores();
-        plane.iter_mut().for_each(|v| *v = score(*v));
-    });
+    scores.iter_mut().zip(marginals).for_each(|(plane, marginal)| score(plane, marginal));
     scores
+}
+
+/// Scores instead of values; 0 for constant planes.
+pub(super) fn score(plane: &mut [f32], marginal: &Marginal) {
+    if marginal.is_constant() {
+        return plane.fill(0.0);
+    }
+    let score = marginal.scores();
+    plane.par_iter_mut().for_each(|v| *v = score(*v));
 }
 
 /// The model of level `k` of a Gaussian pyramid.
@@ -201,22 +230,28 @@ pub(super) fn level(
     let prior = statistics.prior(options.prior);
     let choices = search(&statistics, &prior, options.search, options.most, job)?;
     for (unstable, choice) in choices.iter().enumerate() {
-        job.proceed()?;
-        let posterior = posterior(&statistics, &prior, &choice.candidates)?;
-        let Some((level, radius)) = candidates.stable_level(choice, &posterior, &statistics)? else {
-            continue;
-        };
+        let fitted = candidates.shrunk_until_stable(choice, &statistics, options.prior, job)?;
+        let Some(StableFit { level, radius, prior, posterior }) = fitted else { continue };
         let report = LevelReport {
             width: gaussian[k].size().width,
             height: gaussian[k].size().height,
             path: choices.iter().map(|c| (c.candidates.len(), c.log_evidence)).collect(),
             unstable,
+            prior,
             predicted: predicted(&posterior, &statistics),
             radius,
         };
         return Ok((level, report));
     }
     Err(Error::invalid(format!("no model of level {k} is stable, not even noise without neighbours")))
+}
+
+/// A stable level, the bound of its spectral radius, the weight of its prior and its posterior.
+struct StableFit {
+    level: Level,
+    radius: f64,
+    prior: f64,
+    posterior: Posterior,
 }
 
 /// All planes of one stack and then of another.
@@ -273,6 +308,30 @@ impl NeighbourCandidates {
         Ok(SufficientStatistics { products, planes: m, texels: window.size.texels() })
     }
 
+    /// The level of a choice, with a prior of the given weight, or of the least of its doublings that makes it
+    /// stable; `None` if none does.
+    ///
+    /// A heavier prior adds white noise to the statistics: it takes the sharpest resonances, which are those
+    /// that make a fit unstable, and leaves the rest of the spectrum. Of the alternatives in `docs/models.md`
+    /// it kept the most.
+    fn shrunk_until_stable(
+        &self,
+        choice: &Selected,
+        statistics: &SufficientStatistics,
+        weight: f64,
+        job: &Job,
+    ) -> Result<Option<StableFit>> {
+        for doubling in 0..=MOST_DOUBLINGS {
+            job.proceed()?;
+            let weight = weight * f64::from(1 << doubling);
+            let posterior = posterior(statistics, &statistics.prior(weight), &choice.candidates)?;
+            if let Some((level, radius)) = self.stable_level(choice, &posterior, statistics)? {
+                return Ok(Some(StableFit { level, radius, prior: weight, posterior }));
+            }
+        }
+        Ok(None)
+    }
+
     /// The level of a choice, rounded as it will be stored, and the bound of its spectral radius; `None` if
     /// it is unstable.
     fn stable_level(
@@ -303,10 +362,13 @@ impl NeighbourCandidates {
             log_evidence: choice.log_evidence as f32,
             texels: u32::try_from(statistics.texels).unwrap_or(u32::MAX),
         };
+        let stability = Stability::of(&level);
+        if !stability.is_stable() {
+            return Ok(None);
+        }
         let Some(texels) = burn_in(&level) else { return Ok(None) };
         level.burn_in = texels;
-        let stability = Stability::of(&level);
-        Ok(stability.is_stable().then(|| (level, stability.left.max(stability.rows))))
+        Ok(Some((level, stability.left.max(stability.rows))))
     }
 
     /// Steps that round each weight to sqrt(12) of its standard error given all others, where bits

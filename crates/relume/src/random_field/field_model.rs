@@ -84,8 +84,18 @@ pub fn model_field(
     job: &Job,
 ) -> Result<(FieldModel, Vec<LevelReport>)> {
     let space = checked_index_space(field, job)?;
-    let (model, reports) = estimate(&space.index_planes(field), options, job)?;
+    let options = ModelOptions { color: color_planes(field), ..*options };
+    let (model, reports) = estimate(&space.index_planes(field), &options, job)?;
     Ok((FieldModel::of(field, Fields::Joint(Box::new(model))), reports))
+}
+
+/// The first of the three index planes that hold the colour of a texel: of pictures, and of products of a
+/// luminance and a colour.
+fn color_planes(field: &ReflectanceField) -> Option<usize> {
+    if field.layout().is_product() {
+        return Some(field.basis().len());
+    }
+    (field.basis().len() == 1 && *field.layout() == PlaneLayout::RGB).then_some(0)
 }
 
 /// Fits a model of structure and detail to the index planes of a field and of tiles made from it; see
@@ -104,7 +114,8 @@ pub fn combine_field(
     job.check("the index planes of the tiles", tiles.texels.size(), 4 * space.planes() as u64)?;
     let laid = space.index_planes(tiles.texels);
     let tiles = Tiles { texels: &laid, size: tiles.size };
-    let (model, reports) = combine(&space.index_planes(field), tiles, budget, options, job)?;
+    let options = ModelOptions { color: color_planes(field), ..*options };
+    let (model, reports) = combine(&space.index_planes(field), tiles, budget, &options, job)?;
     Ok((FieldModel::of(field, Fields::Joint(Box::new(model))), reports))
 }
 

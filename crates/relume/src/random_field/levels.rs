@@ -42,11 +42,11 @@ pub(super) fn completed(
     options: &ModelOptions,
     job: &Job,
 ) -> Result<(Model, Vec<LevelReport>)> {
-    let Scored { marginals, mixing, components } = scored;
+    let Scored { marginals, color, mixing, components } = scored;
     let kernel = Kernel::new(options.factor)?;
     let fits = Fits::of(&components, &kernel, options, job)?;
-    let gains = vec![1.0; marginals.len()];
-    let mut model = Model { marginals, mixing, gains, kernel, levels: Vec::new(), structure };
+    let gains = vec![1.0; mixing.own.len()];
+    let mut model = Model { marginals, color, mixing, gains, kernel, levels: Vec::new(), structure };
     let count = if options.fewer { nearest_count(&components, &fits, &model, job)? } else { fits.most };
     let (levels, reports) = fits.levels(count);
     model.levels = levels;

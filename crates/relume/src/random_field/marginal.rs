@@ -115,7 +115,7 @@ impl Marginal {
         move |value| match &knots {
             None if line.1 > 0.0 => (value - line.0) / line.1,
             None => 0.0,
-            Some(knots) => inverse(knots, value),
+            Some(knots) => inverse(knots, value, -SPAN, 1.0 / PER_KNOT),
         }
     }
 
@@ -138,19 +138,21 @@ fn knot(i: usize) -> f64 {
     i as f64 / PER_KNOT - SPAN
 }
 
-/// The score at which the line through the knots has a value.
-fn inverse(knots: &[f32; KNOTS], value: f32) -> f32 {
-    let first = knots.partition_point(|&k| k < value);
+/// The score at which the line through knots has a value; the first knot has the score `first`, and each
+/// further one is a `step` on.
+pub(super) fn inverse(knots: &[f32], value: f32, first: f64, step: f64) -> f32 {
+    let score = |i: usize| first + i as f64 * step;
+    let equal = knots.partition_point(|&k| k < value);
     let beyond = knots.partition_point(|&k| k <= value);
-    if beyond > first {
+    if beyond > equal {
         // Several knots have this value: the middle of the level stretch.
-        return ((knot(first) + knot(beyond - 1)) / 2.0) as f32;
+        return ((score(equal) + score(beyond - 1)) / 2.0) as f32;
     }
-    if first == 0 || first == KNOTS {
-        return knot(first.min(KNOTS - 1)) as f32;
+    if equal == 0 || equal == knots.len() {
+        return score(equal.min(knots.len() - 1)) as f32;
     }
-    let (below, above) = (knots[first - 1], knots[first]);
-    (knot(first - 1) + f64::from((value - below) / (above - below)) / PER_KNOT) as f32
+    let (below, above) = (knots[equal - 1], knots[equal]);
+    (score(equal - 1) + f64::from((value - below) / (above - below)) * step) as f32
 }
 
 /// The normal distribution function, to 1e-7: Abramowitz and Stegun 26.2.17.

@@ -65,11 +65,12 @@ impl Mixing {
         })
     }
 
-    /// The magnitude of each component over all planes: the root of the sum of its squared weights.
-    pub fn norms(&self) -> Vec<f64> {
+    /// The magnitude of each component over all planes of given lengths: the root of the sum of its squared
+    /// weights, each times the length of the plane.
+    pub fn norms(&self, lengths: &[f64]) -> Vec<f64> {
         let mut squares = vec![0.0; self.components()];
-        for (weights, _) in self.rows() {
-            squares.iter_mut().zip(weights).for_each(|(sum, &w)| *sum += f64::from(w).powi(2));
+        for ((weights, _), length) in self.rows().zip(lengths) {
+            squares.iter_mut().zip(weights).for_each(|(sum, &w)| *sum += (length * f64::from(w)).powi(2));
         }
         squares.into_iter().map(f64::sqrt).collect()
     }

@@ -20,6 +20,7 @@
 //! | module | content |
 //! |---|---|
 //! | [`marginal`], [`histogram`] | distributions of values |
+//! | [`conditional`], [`joint_color`] | joint distributions of colours |
 //! | [`mixing`] | planes as combinations of uncorrelated components |
 //! | [`neighbourhood`] | the texels from which a texel is predicted |
 //! | [`statistics`] | inner products of shifted planes |
@@ -42,10 +43,12 @@
 
 pub mod character;
 pub mod combine;
+pub mod conditional;
 pub mod curves;
 pub mod estimate;
 pub mod field_model;
 pub mod histogram;
+pub mod joint_color;
 pub mod level;
 mod levels;
 pub mod marginal;

@@ -2,6 +2,8 @@
 
 use rayon::prelude::*;
 
+use super::estimate::outside;
+use super::joint_color::JointColor;
 use super::level::Level;
 use super::marginal::Marginal;
 use super::mixing::Mixing;
@@ -18,8 +20,10 @@ use crate::size::Size;
 /// A random field of d planes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Model {
-    /// The distribution of the values of each plane.
+    /// The distribution of the values of each plane that is no part of the colour.
     pub marginals: Vec<Marginal>,
+    /// The joint distribution of three planes that hold a colour.
+    pub color: Option<JointColor>,
     /// The normal scores of the planes as combinations of m components.
     pub mixing: Mixing,
     /// The factors that bring the scores of each plane to variance one.
@@ -51,7 +55,7 @@ const FARTHEST: u64 = 1 << 40;
 impl Model {
     /// The number of planes d.
     pub fn planes(&self) -> usize {
-        self.marginals.len()
+        self.mixing.own.len()
     }
 
     /// The texels of which the sides of a tile must be multiples, along x and y: the finest texels in one
@@ -76,13 +80,7 @@ impl Model {
             period,
             job,
         )?;
-        let texels = options.size.texels();
-        for (k, plane) in planes.as_mut_slice().chunks_exact_mut(texels).enumerate() {
-            let (gain, values) = (self.gains[k], self.marginals[k].values());
-            plane
-                .par_chunks_mut(1 << 14)
-                .for_each(|part| part.iter_mut().for_each(|v| *v = values(gain * *v)));
-        }
+        self.distribute(&mut planes);
         Ok(planes)
     }
 
@@ -102,6 +100,19 @@ impl Model {
             pyramid::add(&mut field, &structure.window(area, seed, period, job)?);
         }
         Ok(self.mixing.planes_of(&field))
+    }
+
+    /// Turns the scores of all planes into values.
+    fn distribute(&self, planes: &mut Planes) {
+        let single = outside(self.color.as_ref().map(|color| color.first), self.planes());
+        for (k, marginal) in single.zip(&self.marginals) {
+            let (gain, values) = (self.gains[k], marginal.values());
+            let plane = planes.plane_mut(k).par_chunks_mut(1 << 14);
+            plane.for_each(|part| part.iter_mut().for_each(|v| *v = values(gain * *v)));
+        }
+        if let Some(color) = &self.color {
+            color.apply(planes, &self.gains);
+        }
     }
 
     fn check(&self, options: &RealisationOptions, job: &Job) -> Result<()> {

@@ -71,9 +71,11 @@ pub fn model_lights(
         )));
     }
     job.check("a picture to model", field.size(), 4 * field.layout().channels() as u64)?;
+    let color = (field.layout().channels() == 3).then_some(0);
+    let options = ModelOptions { color, ..*options };
     let (mut models, mut reports) = (Vec::new(), Vec::new());
     for disk in disks {
-        let (model, levels) = estimate(&picture(direction(disk)), options, job)?;
+        let (model, levels) = estimate(&picture(direction(disk)), &options, job)?;
         models.push(LightModel { disk, model });
         reports.push(levels);
     }

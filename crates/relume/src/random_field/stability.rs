@@ -7,8 +7,6 @@
 //! below one, as well as that of the recursion within the row over left neighbours. ||M^p||^(1/p) is never
 //! below the spectral radius of M and converges to it, so a value below one proves stability at that
 //! frequency; frequencies are tried on a grid.
-//! ||M^p||^(1/p) is never below the spectral radius of M and tends to it, so a value below one proves
-//! stability at that frequency; frequencies are tried on a grid.
 
 use rayon::prelude::*;
 use rustfft::num_complex::Complex64;
@@ -175,8 +173,10 @@ impl Square {
 /// even the last does not suffice.
 pub fn burn_in(level: &Level) -> Option<usize> {
     let recursion = Recursion::new(level, 0);
+    // Margins double: what is far from one is near to the next.
+    let mut far = corner(&recursion, BURN_INS[0]);
     BURN_INS.into_iter().find(|&margin| {
-        let (near, far) = (corner(&recursion, margin), corner(&recursion, 2 * margin));
+        let near = std::mem::replace(&mut far, corner(&recursion, 2 * margin));
         let difference: f64 = near.iter().zip(&far).map(|(a, b)| (a - b).powi(2)).sum();
         let square: f64 = far.iter().map(|v| v * v).sum();
         // A field of zeros, or one that overflows, gives NaN here.

@@ -68,6 +68,26 @@ impl SourceMap {
         Self::of_sizes(size, self.exemplars.clone(), copies)
     }
 
+    /// The map in which each texel stands for `factor` x `factor` texels, of an exemplar of the given size at
+    /// the finer resolution.
+    ///
+    /// # Panics
+    /// When there are blended texels, or the finer exemplar is smaller than `factor` times the coarse one.
+    pub fn finer(&self, factor: usize, exemplar: Size) -> Self {
+        let Size { width, height } = self.exemplars[0];
+        assert!(
+            self.mixed.is_empty() && factor * width <= exemplar.width && factor * height <= exemplar.height
+        );
+        let size = Size::new(factor * self.size.width, factor * self.size.height);
+        let copy = |i: usize| {
+            let (x, y) = (i % size.width, i / size.width);
+            let Texel { exemplar, x: column, y: row } = self.copies[self.size.index(x / factor, y / factor)];
+            let along = |coarse: u32, at: usize| coarse * factor as u32 + (at % factor) as u32;
+            Texel { exemplar, x: along(column, x), y: along(row, y) }
+        };
+        Self::of_sizes(size, vec![exemplar], (0..size.texels()).map(copy).collect())
+    }
+
     fn of_sizes(size: Size, exemplars: Vec<Size>, copies: Vec<Texel>) -> Self {
         assert_eq!(copies.len(), size.texels(), "one source for each texel");
         let (mixed, part_ends, parts) = (Vec::new(), Vec::new(), Vec::new());

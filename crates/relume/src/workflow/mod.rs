@@ -12,6 +12,7 @@
 //! | [`method`] | methods of synthesis as plans, with one way to run them |
 //! | [`metric`] | metrics by name |
 //! | [`model`] | models of functions jointly, of structure and detail, or of single lights |
+//! | [`likeness`] | whether what a model makes looks like the material |
 //! | [`comparison`] | textures compared under several lights |
 //! | [`shader`] | what a shader draws textures and endless noise from |
 //! | [`auto`] | textures made in several ways, of which the nearest to the exemplar is kept |
@@ -26,6 +27,7 @@ pub mod endless;
 pub mod files;
 pub mod fitted;
 pub mod front;
+pub mod likeness;
 pub mod map_set;
 pub mod memory;
 pub mod method;

@@ -3,13 +3,15 @@
 
 use std::fmt;
 
+use super::likeness::{Likeness, LikenessReference};
 use crate::capture::dome;
 use crate::direction::Direction;
-use crate::error::{Error, Result};
+use crate::error::{Error, ErrorKind, Result};
 use crate::field::{Domain, IndexSpace, Metric, ReflectanceField};
 use crate::format::rlm;
 use crate::job::Job;
 use crate::names::named;
+use crate::numeric::pyramid::{self, Kernel};
 use crate::planes::Planes;
 use crate::random_field::{
     Budget, Character, FieldModel, LevelReport, ModelOptions, Tiles, combine_field, model_field, model_lights,
@@ -25,10 +27,25 @@ const LEAST_SIDE: usize = 64;
 /// The default number of lights: twice the number of functions of a polynomial texture map.
 const CUSTOMARY_LIGHTS: usize = 12;
 
+/// The bytes of a model of a picture, which those of its structure are chosen to keep to where the request does
+/// not name them.
+pub const PICTURE_BYTES: usize = 2000;
+
+/// The bytes of such a structure: at least, and at most.
+const SMALL_STRUCTURE: [usize; 2] = [400, 1000];
+
+/// The excess of a sample of a random field alone up to which no structure is tried: at 1 a sample still passes
+/// whose bands or stones are lost, if the halves of the texture differ much.
+const NEAR_ENOUGH: f64 = 0.7;
+
+/// The levels of the detail of such a structure, which holds what is coarser.
+const DETAIL_LEVELS: usize = 2;
+
 /// When the structure is modelled by compressed tiles and only the detail by the random field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Combine {
-    /// For regular materials at least 64 texels wide.
+    /// For materials at least 64 texels wide that are regular, or of which a sample of structure and detail is
+    /// nearer than a sample of the random field alone that hardly looks like the material.
     #[default]
     Auto,
     /// Always.
@@ -38,17 +55,6 @@ pub enum Combine {
 }
 
 named!(Combine { Auto => "auto", Always => "always", Never => "never" });
-
-impl Combine {
-    /// Whether a material of this kind and size is modelled by structure and detail.
-    pub fn applies(self, kind: &Character, size: Size) -> bool {
-        match self {
-            Self::Auto => kind.is_regular() && size.width.min(size.height) >= LEAST_SIDE,
-            Self::Always => true,
-            Self::Never => false,
-        }
-    }
-}
 
 /// How functions of light direction are modelled.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -68,7 +74,8 @@ pub struct ModelRequest {
     pub options: ModelOptions,
     /// When to combine structure and detail.
     pub combine: Combine,
-    /// The most bytes of the structure; `None` for 3000 plus 900 for each plane of the index.
+    /// The most bytes of the structure; `None` for 3000 plus 900 for each plane of the index, and for pictures
+    /// that are not regular as many as keep the model to [`PICTURE_BYTES`].
     pub structure_bytes: Option<usize>,
     /// The number of tiles of the structure.
     pub tiles: usize,
@@ -77,10 +84,11 @@ pub struct ModelRequest {
 }
 
 impl Default for ModelRequest {
-    /// The default options: structure from one tile if the material is regular, functions jointly.
+    /// The default options: the nearest number of levels, structure from one tile where it helps, functions
+    /// jointly.
     fn default() -> Self {
         Self {
-            options: ModelOptions::default(),
+            options: ModelOptions { fewer: true, ..ModelOptions::default() },
             combine: Combine::default(),
             structure_bytes: None,
             tiles: 1,
@@ -98,6 +106,8 @@ pub struct FittedModel {
     pub levels: Vec<Vec<LevelReport>>,
     /// The origin of the structure.
     pub structure: Option<StructureSource>,
+    /// Whether a made sample looks like the material; `None` for textures that are too small to tell.
+    pub likeness: Option<Likeness>,
 }
 
 /// The origin of the tiles of a structure.
@@ -143,16 +153,34 @@ impl ModelRequest {
     /// Options without meaning, per-light models of pictures or with a structure, textures that are too
     /// small, and limits exceeded.
     pub fn fit(&self, field: &ReflectanceField, kind: &Character, job: &Job) -> Result<FittedModel> {
+        let reference = LikenessReference::of(field, job)?;
+        let compared = |mut fitted: FittedModel| -> Result<FittedModel> {
+            let likeness = reference.as_ref().map(|reference| reference.likeness(&fitted.model, job));
+            fitted.likeness = likeness.transpose()?;
+            Ok(fitted)
+        };
         if let Some(lights) = self.chosen_lights(field)? {
             let picture = |light| relight(field, light).planes;
             let (model, levels) = model_lights(field, &lights, &picture, &self.options, job)?;
-            return Ok(FittedModel { model, levels, structure: None });
+            return compared(FittedModel { model, levels, structure: None, likeness: None });
         }
-        if self.combine.applies(kind, field.size()) {
-            return self.combined(field, job);
+        let Size { width, height } = field.size();
+        let may_combine = self.combine == Combine::Auto && width.min(height) >= LEAST_SIDE;
+        if self.combine == Combine::Always || may_combine && kind.is_regular() {
+            return compared(self.combined(field, job)?);
         }
         let (model, levels) = model_field(field, &self.options, job)?;
-        Ok(FittedModel { model, levels: vec![levels], structure: None })
+        let plain = compared(FittedModel { model, levels: vec![levels], structure: None, likeness: None })?;
+        if !may_combine || plain.likeness.is_none_or(|likeness| likeness.excess <= NEAR_ENOUGH) {
+            return Ok(plain);
+        }
+        let combined = match self.combined_within(field, &plain, job).and_then(compared) {
+            // The plain model is one that fits into memory.
+            Err(error) if error.kind() == ErrorKind::Limit => return Ok(plain),
+            combined => combined?,
+        };
+        let excess = |fitted: &FittedModel| fitted.likeness.map_or(f64::INFINITY, |likeness| likeness.excess);
+        Ok(if excess(&combined) < excess(&plain) { combined } else { plain })
     }
 
     /// The lights under which pictures of a field are modelled; `None` for a joint model.
@@ -174,17 +202,63 @@ impl ModelRequest {
     fn combined(&self, field: &ReflectanceField, job: &Job) -> Result<FittedModel> {
         let space = IndexSpace::new(field, Metric::Function, Domain::Hemisphere)?;
         job.check("the index of the exemplar", field.size(), 4 * space.planes() as u64)?;
-        let (map, source) = self.structure(&space.index_planes(field), job)?;
-        let texels = gather(&map, &[field], job)?;
+        let (map, source) = self.tiles(&space.index_planes(field), job)?;
+        let bytes = self.structure_bytes.unwrap_or_else(|| general_bytes(&space));
+        self.with_structure(field, &map, source, bytes, job)
+    }
+
+    /// Structure and detail of a material without periods: a picture in [`PICTURE_BYTES`], measured by the
+    /// plain model.
+    fn combined_within(
+        &self,
+        field: &ReflectanceField,
+        plain: &FittedModel,
+        job: &Job,
+    ) -> Result<FittedModel> {
+        let space = IndexSpace::new(field, Metric::Function, Domain::Hemisphere)?;
+        job.check("the index of the exemplar", field.size(), 4 * space.planes() as u64)?;
+        let (map, source) = coarse_block_tile(&space.index_planes(field), job)?;
+        let levels = self.options.levels.min(DETAIL_LEVELS);
+        let request = Self { options: ModelOptions { levels, ..self.options }, ..self.clone() };
+        let [least, most] = SMALL_STRUCTURE;
+        let is_picture = field.basis().len() == 1;
+        let left = PICTURE_BYTES.saturating_sub(rlm::encode(&plain.model)?.len());
+        let bytes = match self.structure_bytes {
+            Some(bytes) => bytes,
+            None if is_picture => left.clamp(least, most),
+            None => general_bytes(&space),
+        };
+        let fitted = request.with_structure(field, &map, source, bytes, job)?;
+        let over = rlm::encode(&fitted.model)?.len().saturating_sub(PICTURE_BYTES);
+        if self.structure_bytes.is_some() || !is_picture || over == 0 {
+            return Ok(fitted);
+        }
+        request.with_structure(
+            field,
+            &map,
+            source,
+            bytes.saturating_sub(over + over / 8 + 8).max(least / 2),
+            job,
+        )
+    }
+
+    fn with_structure(
+        &self,
+        field: &ReflectanceField,
+        map: &SourceMap,
+        source: StructureSource,
+        bytes: usize,
+        job: &Job,
+    ) -> Result<FittedModel> {
+        let texels = gather(map, &[field], job)?;
         let tiles = Tiles { texels: &texels, size: source.tile() };
-        let bytes = self.structure_bytes.unwrap_or_else(|| 3000 + 900 * space.planes());
         let budget = Budget { bytes, cost: &rlm::structure_bytes };
         let (model, levels) = combine_field(field, tiles, &budget, &self.options, job)?;
-        Ok(FittedModel { model, levels: vec![levels], structure: Some(source) })
+        Ok(FittedModel { model, levels: vec![levels], structure: Some(source), likeness: None })
     }
 
     /// Tiles by the Roller, or, where their seams would show, one synthesised from blocks on a torus.
-    fn structure(&self, index: &Planes, job: &Job) -> Result<(SourceMap, StructureSource)> {
+    fn tiles(&self, index: &Planes, job: &Job) -> Result<(SourceMap, StructureSource)> {
         let exemplar = Exemplar { index, excluded: None };
         let options = RollerOptions { tiles: self.tiles, ..RollerOptions::default() };
         let rolled = roll(&exemplar, &options, job)?;
@@ -192,16 +266,37 @@ impl ModelRequest {
             let (tile, count) = (rolled.tiles.tile(), rolled.tiles.count());
             return Ok((rolled.tiles.map().clone(), StructureSource::Roller { count, tile }));
         }
-        let size = index.size();
-        let block = (size.width.min(size.height) / 4).max(8);
-        let options = BlockOptions {
-            size,
-            block,
-            overlap: BlockOptions::customary_overlap(block),
-            boundary: Boundary::Torus,
-            ..BlockOptions::default()
-        };
-        let made = synthesize(&[exemplar], &options, job)?;
-        Ok((made.map, StructureSource::Blocks { tile: size, block }))
+        let (map, block) = block_tile(exemplar, job)?;
+        Ok((map, StructureSource::Blocks { tile: index.size(), block }))
     }
+}
+
+/// The most bytes of a structure in general.
+fn general_bytes(space: &IndexSpace) -> usize {
+    3000 + 900 * space.planes()
+}
+
+/// A tile as large as the exemplar, of blocks of a quarter of its side on a torus, and that side.
+fn block_tile(exemplar: Exemplar<'_>, job: &Job) -> Result<(SourceMap, usize)> {
+    let size = exemplar.index.size();
+    let block = (size.width.min(size.height) / 4).max(8);
+    let options = BlockOptions {
+        size,
+        block,
+        overlap: BlockOptions::customary_overlap(block),
+        boundary: Boundary::Torus,
+        ..BlockOptions::default()
+    };
+    Ok((synthesize(&[exemplar], &options, job)?.map, block))
+}
+
+/// The same at half the resolution: the few bytes of a small structure hold nothing finer, and the search takes
+/// a tenth of the time.
+fn coarse_block_tile(index: &Planes, job: &Job) -> Result<(SourceMap, StructureSource)> {
+    let Size { width, height } = index.size();
+    let even = index.crop(0, 0, Size::new(width / 2 * 2, height / 2 * 2))?;
+    let halved = pyramid::reduce(&even, &Kernel::new(2)?);
+    let (map, block) = block_tile(Exemplar { index: &halved, excluded: None }, job)?;
+    let tile = even.size();
+    Ok((map.finer(2, index.size()), StructureSource::Blocks { tile, block: 2 * block }))
 }

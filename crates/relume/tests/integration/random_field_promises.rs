@@ -390,6 +390,9 @@ fn an_unstable_fit_is_caught_and_one_that_keeps_the_moments_is_taken() {
     let (model, reports) = estimate(&planes, &options, &job()).unwrap();
     println!("unstable fit: {blown:.3e}, not {truth:.3e}; {} passed over", reports[0].unstable);
     assert!(model.levels.iter().all(|level| Stability::of(level).is_stable()));
+    // Shrunk, not dropped.
+    assert_eq!((model.levels[0].neighbours.len(), reports[0].unstable), (2, 0));
+    assert!(reports[0].prior > options.prior);
     let made = deviation(model.synthesize(&realisation([0, 0], 512, 512), &job()).unwrap().plane(0));
     assert!((made / truth - 1.0).abs() < 0.05, "{made} {truth}");
 }

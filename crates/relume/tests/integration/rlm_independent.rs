@@ -5,6 +5,7 @@ use std::collections::VecDeque;
 use relume::field::{Basis, PlaneLayout};
 use relume::format::rlm;
 use relume::numeric::random::{Purpose, Stream};
+use relume::random_field::joint_color::JointColor;
 use relume::random_field::marginal::Marginal;
 use relume::random_field::neighbourhood::{all_around, causal};
 use relume::random_field::{
@@ -68,7 +69,7 @@ fn body(bytes: &[u8]) -> (u8, Bits) {
 }
 
 /// Checks the bits of one model against the model.
-fn check_model(bits: &mut Bits, model: &Model) {
+fn check_model(bits: &mut Bits, model: &Model, version: u8) {
     let (d, factor, levels) = (bits.number(16) as usize, bits.number(8), bits.number(8));
     assert_eq!(
         (d, factor, levels),
@@ -84,6 +85,9 @@ fn check_model(bits: &mut Bits, model: &Model) {
     }
     assert_eq!(weights, model.mixing.weights);
     assert_eq!((0..d).map(|_| bits.half()).collect::<Vec<f32>>(), model.gains);
+    if version == 4 {
+        check_color(bits, model.color.as_ref());
+    }
     model.marginals.iter().for_each(|marginal| check_marginal(bits, marginal));
     for level in &model.levels {
         assert_eq!(8 << bits.number(3), level.burn_in);
@@ -124,6 +128,28 @@ fn check_marginal(bits: &mut Bits, marginal: &Marginal) {
     }
 }
 
+fn check_color(bits: &mut Bits, color: Option<&JointColor>) {
+    assert_eq!(bits.number(1) == 1, color.is_some());
+    let Some(color) = color else { return };
+    assert_eq!(bits.number(16) as usize, color.first);
+    check_marginal(bits, &color.lightness);
+    for (opponent, (nodes, quantiles)) in color.opponents.iter().zip([(9, 17), (25, 9)]) {
+        assert_eq!((bits.float(), bits.float()), (opponent.low, opponent.high));
+        let (mut lowest, mut others) = ((4, 1), (4, 1));
+        let mut start = 0;
+        for node in opponent.codes.chunks_exact(quantiles) {
+            start += bits.rice(&mut lowest);
+            let mut code = start;
+            assert_eq!(i64::from(node[0]), code);
+            for &quantile in &node[1..] {
+                code += bits.rice(&mut others);
+                assert_eq!(i64::from(quantile), code);
+            }
+        }
+        assert_eq!(opponent.codes.len(), nodes * quantiles);
+    }
+}
+
 /// Checks all but the codes of a structure, which take as many bytes as announced.
 fn check_structure(bits: &mut Bits, structure: &Structure) {
     let numbers = [bits.number(16), bits.number(16), bits.number(16), bits.number(4)];
@@ -145,7 +171,7 @@ fn check(field: &FieldModel) -> u8 {
         assert_eq!(bits.number(32), u64::from(number));
     }
     let mut lights = Vec::new();
-    if version == 3 {
+    if version >= 3 {
         let heights = match bits.number(2) {
             0 => None,
             1 => Some(None),
@@ -159,14 +185,14 @@ fn check(field: &FieldModel) -> u8 {
     match &field.fields {
         Fields::Joint(model) => {
             assert!(lights.is_empty());
-            check_model(&mut bits, model);
-            let has_structure = version == 2 || version == 3 && bits.number(1) == 1;
+            check_model(&mut bits, model, version);
+            let has_structure = version == 2 || version >= 3 && bits.number(1) == 1;
             assert_eq!(has_structure, model.structure.is_some());
             model.structure.iter().for_each(|structure| check_structure(&mut bits, structure));
         }
         Fields::PerLight(models) => {
             assert_eq!(lights, models.iter().map(|light| light.disk).collect::<Vec<_>>());
-            models.iter().for_each(|light| check_model(&mut bits, &light.model));
+            models.iter().for_each(|light| check_model(&mut bits, &light.model, version));
         }
     }
     assert!(bits.0.len() < 8 && bits.0.iter().all(|&bit| bit == 0));
@@ -196,15 +222,18 @@ fn every_kind_of_model_is_read_by_the_other_decoder() {
     };
     let colour = field(Basis::Constant, PlaneLayout::RGB, Space::Srgb);
     let functions = field(Basis::Ptm, PlaneLayout::LRGB, Space::Srgb);
-    for marginals in [true, false] {
-        assert_eq!((check(&plain(&colour, marginals)), check(&plain(&functions, marginals))), (1, 1));
+    for (marginals, version) in [(true, 4), (false, 1)] {
+        let versions = (check(&plain(&colour, marginals)), check(&plain(&functions, marginals)));
+        assert_eq!(versions, (version, version));
     }
-    assert_eq!(check(&combined(&colour)), 2);
+    assert_eq!(check(&combined(&colour)), 4);
+    let grey = field(Basis::Constant, PlaneLayout::LUMINANCE, Space::Srgb);
+    assert_eq!((check(&plain(&grey, true)), check(&combined(&grey))), (1, 2));
     let relief = field(Basis::Constant, PlaneLayout::LUMINANCE, Space::Linear);
     for (mm_per_texel, model) in [(None, plain(&relief, true)), (Some(0.037), combined(&relief))] {
         assert_eq!(check(&FieldModel { heights: Some(Heights { mm_per_texel }), ..model }), 3);
     }
     let lights = relume::capture::dome::lights(8);
     let picture = |light| relight(&functions, light).planes;
-    assert_eq!(check(&model_lights(&functions, &lights, &picture, &options, &job).unwrap().0), 3);
+    assert_eq!(check(&model_lights(&functions, &lights, &picture, &options, &job).unwrap().0), 4);
 }

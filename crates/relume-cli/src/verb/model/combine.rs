@@ -8,11 +8,12 @@ use crate::args;
 #[derive(Debug, clap::Args)]
 #[group(skip)]
 pub struct CombineArgs {
-    /// Model the structure by compressed tiles and only the detail by the random field: where the material is
-    /// regular and at least 64 texels wide (auto), always, or never
+    /// Model the structure by compressed tiles and only the detail by the random field: always, never, or
+    /// (auto) where the material is regular or a sample made by the random field alone does not look like it,
+    /// in textures at least 64 texels wide
     #[arg(long, default_value = "auto", value_parser = args::named::<Combine>())]
     pub combine: Combine,
-    /// The most bytes for the tiles [default: 3000, plus 900 for each plane of colour or function]
+    /// The most bytes for the tiles [default: 3000, plus 900 for each plane of colour or function; for pictures that are not regular as many as keep the model to 2000]
     #[arg(long, value_name = "BYTES")]
     pub structure_bytes: Option<usize>,
     /// Number of tiles; more of them repeat less visibly and share the bytes

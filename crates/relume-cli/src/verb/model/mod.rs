@@ -12,7 +12,8 @@ use relume::format::{Content, rlm};
 use relume::random_field::{
     Character, Heights, LevelReport, ModelOptions, SelectionOrder, character, curves,
 };
-use relume::workflow::model::{FittedModel, ModelRequest, StructureSource};
+use relume::workflow::likeness::Likeness;
+use relume::workflow::model::{Combine, FittedModel, ModelRequest, StructureSource};
 use relume::{Picture, ReflectanceField, Result, Space};
 use serde_json::json;
 
@@ -34,8 +35,8 @@ pub struct Args {
     #[arg(short, long, value_name = "FILE.rlm")]
     output: PathBuf,
     /// The most levels of the pyramid; auto tries 1 to 4 and uses the number whose field has the
-    /// autocorrelation nearest to that of the texture, in about three times the time
-    #[arg(long, value_name = "N", default_value = "4", value_parser = levels)]
+    /// autocorrelation nearest to that of the texture; 4 takes a third of the time of auto
+    #[arg(long, value_name = "N", default_value = "auto", value_parser = levels)]
     levels: LevelChoice,
     /// Factor by which each level is coarser than the one before
     #[arg(long, value_name = "N", default_value_t = ModelOptions::default().factor)]
@@ -87,7 +88,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     rlm::check_kind(field.basis(), field.layout()).map_err(|e| e.at(&args.texture))?;
     let kind = character(&field, &context.job)?;
     let fitted = request.fit(&field, &kind, &context.job).map_err(|e| e.at(&args.texture))?;
-    let FittedModel { mut model, levels, structure } = fitted;
+    let FittedModel { mut model, levels, structure, likeness } = fitted;
     model.heights = heights;
     let bytes = rlm::encode(&model)?;
     outputs.write(&args.output, bytes)?;
@@ -97,9 +98,14 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let written = outputs.commit()?;
     let mut report = describe(&model)?;
     let _ = write!(report.text, "\n{}", advice(&kind, &levels, structure));
+    if let Some(likeness) = &likeness {
+        let _ = write!(report.text, "\n{likeness}");
+    }
+    report.json["likeness"] = json!(likeness);
     report.json["character"] = json!(kind);
     report.json["estimation"] = if let [joint] = &levels[..] { json!(joint) } else { json!(levels) };
-    Ok(report.with_outputs(written))
+    let warning = likeness.filter(|likeness| !likeness.alike).map(|likeness| unlike(&likeness, args));
+    Ok(report.with_outputs(written).with_warnings(warning))
 }
 
 /// The checked request.
@@ -140,15 +146,30 @@ fn advice(kind: &Character, models: &[Vec<LevelReport>], structure: Option<Struc
     let mut text = String::new();
     for (number, levels) in models.iter().enumerate() {
         let light = if models.len() > 1 { format!("light {}, ", number + 1) } else { String::new() };
-        for (k, level) in levels.iter().enumerate().filter(|(_, level)| level.unstable > 0) {
+        let least = ModelOptions::default().prior;
+        for (k, level) in levels.iter().enumerate().filter(|(_, level)| level.prior > least) {
             let _ = writeln!(
                 text,
-                "{light}level {k}: {} more probable models were unstable or had too long a memory; the best stable one is \
-                 taken",
-                level.unstable
+                "{light}level {k}: weights shrunk until stable, by a prior worth {} of its {} texels",
+                level.prior,
+                level.width * level.height
             );
         }
     }
     let structure = structure.map(|how| format!("structure: {how}\n"));
     text + &structure.unwrap_or_default() + &kind.to_string()
+}
+
+/// What to do about a model whose textures do not look like the material.
+fn unlike(likeness: &Likeness, args: &Args) -> String {
+    let more = match args.combine.combine {
+        Combine::Always => "give --structure-bytes more bytes",
+        _ => "give it more bytes with --combine always",
+    };
+    format!(
+        "this model does not look like the material: its textures are {:.1} times as far from it as may pass; {more}, or \
+         copy the texture instead (relume synth {} --method auto)",
+        likeness.excess,
+        args.texture.display()
+    )
 }

@@ -14,8 +14,9 @@ pub use write::{check_kind, encode};
 /// First bytes of the file.
 const SIGNATURE: [u8; 4] = *b"RLM\x1a";
 
-/// The versions of the layout: without a structure, with one, and with heights or one model per light.
-const VERSIONS: [u8; 3] = [1, 2, 3];
+/// The versions of the layout: without a structure, with one, with heights or one model per light, and with the
+/// joint distribution of a colour.
+const VERSIONS: [u8; 4] = [1, 2, 3, 4];
 
 /// Signature, version, checksum and length of the rest.
 const HEADER: usize = 4 + 1 + 4 + 4;
@@ -115,7 +116,8 @@ mod tests {
         for model in colors.into_iter().map(per_light).chain(heights) {
             let bytes = encode(&model).unwrap();
             let back = decode(&bytes, &job()).unwrap();
-            assert_eq!((bytes[4], &back), (3, &model));
+            assert_eq!(&back, &model);
+            assert_eq!(bytes[4], if model.layout == PlaneLayout::LUMINANCE { 3 } else { 4 });
             let options =
                 RealisationOptions { origin: [-9, 3], size: Size::new(20, 10), seed: 3, period: None };
             let made = model.synthesize(&options, &job()).unwrap();
@@ -131,14 +133,14 @@ mod tests {
     fn a_structure_comes_back_and_keeps_to_its_bytes() {
         let model = combined();
         let bytes = encode(&model).unwrap();
-        assert_eq!((bytes[4], decode(&bytes, &job()).unwrap()), (2, model.clone()));
+        assert_eq!((bytes[4], decode(&bytes, &job()).unwrap()), (4, model.clone()));
         let structure = joint(&model).structure.clone().unwrap();
         assert!((200..=250).contains(&structure_bytes(&structure)), "{}", structure_bytes(&structure));
         let mut plain = model;
         let Fields::Joint(field) = &mut plain.fields else { panic!("one model") };
         field.structure = None;
         let without = encode(&plain).unwrap();
-        assert_eq!(without[4], 1);
+        assert_eq!(without[4], 4);
         assert!((bytes.len() - without.len()).abs_diff(structure_bytes(&structure)) <= 1);
     }
 

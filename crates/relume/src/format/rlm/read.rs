@@ -7,6 +7,8 @@ use crate::field::{Basis, PlaneLayout};
 use crate::job::Job;
 use crate::names::Named;
 use crate::numeric::pyramid::Kernel;
+use crate::random_field::conditional::{CODES, Conditional};
+use crate::random_field::joint_color::JointColor;
 use crate::random_field::level::{Level, MAX_CODE, Weights};
 use crate::random_field::marginal::{KNOTS, Marginal, STEPS};
 use crate::random_field::mixing::Mixing;
@@ -31,10 +33,10 @@ pub fn decode(bytes: &[u8], job: &Job) -> Result<FieldModel> {
     let mut number = || bits.bits(32);
     let (width, height, photographs, channels) = (number()?, number()?, number()?, number()?);
     let source = ModelSource { width, height, photographs, channels };
-    let kind = if version == VERSIONS[2] { read_kind(&mut bits)? } else { ModelKind::default() };
-    let mut fields = read_fields(&mut bits, &kind.lights, job)?;
+    let kind = if version >= VERSIONS[2] { read_kind(&mut bits)? } else { ModelKind::default() };
+    let mut fields = read_fields(&mut bits, version, &kind.lights, job)?;
     if let Fields::Joint(model) = &mut fields {
-        let has_structure = version == VERSIONS[1] || version == VERSIONS[2] && bits.bits(1)? == 1;
+        let has_structure = version == VERSIONS[1] || version >= VERSIONS[2] && bits.bits(1)? == 1;
         if has_structure {
             model.structure = Some(read_structure(&mut bits, model.mixing.components(), job)?);
         }
@@ -92,11 +94,11 @@ fn read_kind(bits: &mut BitReader<'_>) -> Result<ModelKind> {
     Ok(ModelKind { heights, lights })
 }
 
-fn read_fields(bits: &mut BitReader<'_>, lights: &[[f32; 2]], job: &Job) -> Result<Fields> {
+fn read_fields(bits: &mut BitReader<'_>, version: u8, lights: &[[f32; 2]], job: &Job) -> Result<Fields> {
     if lights.is_empty() {
-        return Ok(Fields::Joint(Box::new(read_model(bits, job)?)));
+        return Ok(Fields::Joint(Box::new(read_model(bits, version, job)?)));
     }
-    let model = |&disk: &[f32; 2]| Ok(LightModel { disk, model: read_model(bits, job)? });
+    let model = |&disk: &[f32; 2]| Ok(LightModel { disk, model: read_model(bits, version, job)? });
     lights.iter().map(model).collect::<Result<_>>().map(Fields::PerLight)
 }
 
@@ -111,7 +113,7 @@ fn body(bytes: &[u8]) -> Result<&[u8]> {
     if !VERSIONS.contains(&header[4]) {
         return Err(Error::unsupported(format!(
             "the model is of version {}: this program reads versions {} to {}",
-            header[4], VERSIONS[0], VERSIONS[2]
+            header[4], VERSIONS[0], VERSIONS[3]
         )));
     }
     let word = |at: usize| u32::from_le_bytes([header[at], header[at + 1], header[at + 2], header[at + 3]]);
@@ -139,7 +141,7 @@ fn name<T>(bits: &mut BitReader<'_>, what: &str, known: impl Fn(&str) -> Option<
     known(&text).ok_or_else(|| Error::unsupported(format!("the model's {what} '{text}' is not known")))
 }
 
-fn read_model(bits: &mut BitReader<'_>, job: &Job) -> Result<Model> {
+fn read_model(bits: &mut BitReader<'_>, version: u8, job: &Job) -> Result<Model> {
     let (planes, factor, levels) = (bits.bits(16)? as usize, bits.bits(8)? as usize, bits.bits(8)? as usize);
     let kernel = Kernel::new(factor)?;
     let own = (0..planes).map(|_| Ok(bits.bits(1)? == 1)).collect::<Result<Vec<bool>>>()?;
@@ -158,9 +160,11 @@ fn read_model(bits: &mut BitReader<'_>, job: &Job) -> Result<Model> {
     }
     let weights = floats(bits, components.iter().sum(), "mixing", job)?;
     let gains = (0..planes).map(|_| bits.half("gain")).collect::<Result<_>>()?;
-    let marginals = (0..planes).map(|_| read_marginal(bits)).collect::<Result<_>>()?;
+    let color = if version == VERSIONS[3] { read_color(bits, planes)? } else { None };
+    let single = planes - if color.is_some() { 3 } else { 0 };
+    let marginals = (0..single).map(|_| read_marginal(bits)).collect::<Result<_>>()?;
     let levels = (0..levels).map(|_| read_level(bits, m, job)).collect::<Result<_>>()?;
-    Ok(Model { marginals, mixing: Mixing { own, weights }, gains, kernel, levels, structure: None })
+    Ok(Model { marginals, color, mixing: Mixing { own, weights }, gains, kernel, levels, structure: None })
 }
 
 /// `count` floats; the bits are checked before memory is allocated.
@@ -188,6 +192,47 @@ fn read_marginal(bits: &mut BitReader<'_>) -> Result<Marginal> {
         *place = code as u16;
     }
     Ok(Marginal::Curve { low: first, high: second, codes })
+}
+
+fn read_color(bits: &mut BitReader<'_>, planes: usize) -> Result<Option<JointColor>> {
+    if bits.bits(1)? == 0 {
+        return Ok(None);
+    }
+    let first = bits.bits(16)? as usize;
+    if first + 3 > planes {
+        return Err(Error::invalid(format!(
+            "the model's colour begins in plane {first}, and there are only {planes} planes"
+        )));
+    }
+    let lightness = read_marginal(bits)?;
+    let opponents = [read_conditional(bits, 1)?, read_conditional(bits, 2)?];
+    Ok(Some(JointColor { first, lightness, opponents }))
+}
+
+fn read_conditional(bits: &mut BitReader<'_>, parents: usize) -> Result<Conditional> {
+    let (low, high) = (bits.float("colour")?, bits.float("colour")?);
+    let [nodes, knots] = Conditional::grid(parents);
+    let (mut across, mut up) = (Rice::new(), Rice::new());
+    let mut codes: Vec<u8> = Vec::with_capacity(nodes * knots);
+    for i in 0..nodes * knots {
+        let rises = i % knots > 0;
+        let step = bits.rice(if rises { &mut up } else { &mut across })?;
+        let before = if rises {
+            codes[i - 1]
+        } else if i == 0 {
+            0
+        } else {
+            codes[i - knots]
+        };
+        let code = i32::from(before).saturating_add(step);
+        if rises && step < 0 || !(0..=i32::from(CODES)).contains(&code) {
+            return Err(Error::invalid(
+                "the quantiles of the model's colour do not rise from its least to its greatest value",
+            ));
+        }
+        codes.push(code as u8);
+    }
+    Ok(Conditional { parents, low, high, codes })
 }
 
 fn read_level(bits: &mut BitReader<'_>, m: usize, job: &Job) -> Result<Level> {

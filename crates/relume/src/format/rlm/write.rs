@@ -4,6 +4,8 @@ use super::bits::{BitWriter, Rice};
 use super::{HEADER, MOST_CANDIDATES, SIGNATURE, VERSIONS, checksum, structure};
 use crate::error::{Error, Result};
 use crate::field::{Basis, PlaneLayout};
+use crate::random_field::conditional::Conditional;
+use crate::random_field::joint_color::JointColor;
 use crate::random_field::level::Level;
 use crate::random_field::marginal::Marginal;
 use crate::random_field::neighbourhood::{Offset, all_around, causal};
@@ -27,14 +29,14 @@ pub fn encode(field: &FieldModel) -> Result<Vec<u8>> {
         bits.bits(number, 32);
     }
     let version = version(field);
-    if version == VERSIONS[2] {
+    if version >= VERSIONS[2] {
         write_kind(&mut bits, field);
     }
     for (_, model) in field.fields.models() {
-        write_model(&mut bits, model)?;
+        write_model(&mut bits, model, version)?;
     }
     if let Fields::Joint(model) = &field.fields {
-        if version == VERSIONS[2] {
+        if version >= VERSIONS[2] {
             bits.bits(u32::from(model.structure.is_some()), 1);
         }
         model.structure.as_ref().map_or(Ok(()), |structure| write_structure(&mut bits, structure))?;
@@ -59,6 +61,9 @@ pub fn check_kind(basis: &Basis, layout: &PlaneLayout) -> Result<()> {
 
 /// The lowest version that can hold a model.
 fn version(field: &FieldModel) -> u8 {
+    if field.fields.models().iter().any(|(_, model)| model.color.is_some()) {
+        return VERSIONS[3];
+    }
     match &field.fields {
         Fields::Joint(model) if field.heights.is_none() => VERSIONS[usize::from(model.structure.is_some())],
         _ => VERSIONS[2],
@@ -85,13 +90,16 @@ fn write_kind(bits: &mut BitWriter, field: &FieldModel) {
     lights.iter().flat_map(|light| light.disk).for_each(|number| bits.float(number));
 }
 
-fn write_model(bits: &mut BitWriter, model: &Model) -> Result<()> {
+fn write_model(bits: &mut BitWriter, model: &Model, version: u8) -> Result<()> {
     bits.bits(model.planes() as u32, 16);
     bits.bits(model.kernel.factor() as u32, 8);
     bits.bits(model.levels.len() as u32, 8);
     model.mixing.own.iter().for_each(|&own| bits.bits(u32::from(own), 1));
     model.mixing.weights.iter().for_each(|&weight| bits.float(weight));
     model.gains.iter().for_each(|&gain| bits.half(gain));
+    if version == VERSIONS[3] {
+        write_color(bits, model.color.as_ref());
+    }
     model.marginals.iter().for_each(|marginal| write_marginal(bits, marginal));
     model.levels.iter().try_for_each(|level| write_level(bits, level))
 }
@@ -121,6 +129,29 @@ fn write_marginal(bits: &mut BitWriter, marginal: &Marginal) {
             for pair in codes.windows(2) {
                 bits.rice(i32::from(pair[1]) - i32::from(pair[0]), &mut rice);
             }
+        }
+    }
+}
+
+fn write_color(bits: &mut BitWriter, color: Option<&JointColor>) {
+    bits.bits(u32::from(color.is_some()), 1);
+    let Some(color) = color else { return };
+    bits.bits(color.first as u32, 16);
+    write_marginal(bits, &color.lightness);
+    for opponent in &color.opponents {
+        bits.float(opponent.low);
+        bits.float(opponent.high);
+        let [_, knots] = Conditional::grid(opponent.parents);
+        // The lowest quantiles of neighbouring nodes are alike, and so are the steps between quantiles.
+        let (mut across, mut up, mut before) = (Rice::new(), Rice::new(), 0);
+        for (i, code) in opponent.codes.iter().map(|&code| i32::from(code)).enumerate() {
+            if i % knots == 0 {
+                let first = if i == 0 { 0 } else { i32::from(opponent.codes[i - knots]) };
+                bits.rice(code - first, &mut across);
+            } else {
+                bits.rice(code - before, &mut up);
+            }
+            before = code;
         }
     }
 }

@@ -24,23 +24,35 @@ pub fn index(
     space: &IndexSpace,
     context: &Context,
 ) -> Result<Vec<Planes>> {
-    let bytes = 4 * space.planes() as u64;
-    let planes = |file: &FieldFile| {
-        context.job.check("the index of the exemplar", file.field.size(), bytes)?;
-        space.index_planes(&file.field).held(&context.job, "the index of the exemplar")
-    };
+    let planes =
+        |file: &FieldFile| space.index_planes_within(&file.field, &context.job, "the index of the exemplar");
     joint_index(files.iter().map(planes).collect::<Result<_>>()?, maps, &context.job)
 }
 
-/// Refuses, before any work, outputs of `size` texels of these files that could not be written within
-/// the memory.
+/// Refuses, before any work, outputs of `size` texels that could not be written within the memory: files
+/// made by applying a map to fields such as these, and with them the map.
 pub fn check_memory<'a>(
     size: Size,
-    files: impl Iterator<Item = &'a FieldFile>,
+    outputs: impl Iterator<Item = (&'a Path, &'a FieldFile)>,
     context: &Context,
 ) -> Result<()> {
-    let planes: Vec<usize> = files.map(|file| file.field.coefficients().count()).collect();
-    MemoryPeak::of_copies(size, &planes).check(&context.job)
+    let output = |(path, file): (&Path, &FieldFile)| {
+        Ok((format_of(path, &file.encoding)?, file.field.coefficients().count()))
+    };
+    let outputs = outputs.map(output).collect::<Result<Vec<_>>>()?;
+    MemoryPeak::of_copies(size, &outputs).check(&context.job)
+}
+
+/// The format of an output with the values of a file in the given encoding; on standard output its own.
+fn format_of(output: &Path, encoding: &Encoding) -> Result<FieldFormat> {
+    if !output::is_stream(output) {
+        return Ok(FieldFormat::from_path(output)?.in_depth_of(encoding));
+    }
+    Ok(match *encoding {
+        Encoding::Ptm(_) => FieldFormat::Ptm,
+        Encoding::Picture(depth) => FieldFormat::Picture(PictureFormat::Png(depth)),
+        Encoding::Exr(depth) => FieldFormat::Exr(depth),
+    })
 }
 
 /// Refuses names of source maps without a known format.
@@ -80,15 +92,7 @@ pub fn encode(
     context: &Context,
 ) -> Result<Vec<u8>> {
     let encoding = &files[0].encoding;
-    let format = if output::is_stream(output) {
-        match *encoding {
-            Encoding::Ptm(_) => FieldFormat::Ptm,
-            Encoding::Picture(depth) => FieldFormat::Picture(PictureFormat::Png(depth)),
-            Encoding::Exr(depth) => FieldFormat::Exr(depth),
-        }
-    } else {
-        FieldFormat::from_path(output)?.in_depth_of(encoding)
-    };
+    let format = format_of(output, encoding)?;
     let mut opacity = opacity::gathered(map, files, context)?;
     if opacity.is_some() && !format.holds_opacity() {
         opacity = None;
@@ -162,7 +166,7 @@ pub fn source_map(map: &SourceMap, path: &Path, context: &Context) -> Result<Vec
             for (k, plane) in planes.iter_mut().enumerate() {
                 plane.iter_mut().zip(values.clone().skip(k).step_by(3)).for_each(|(out, v)| *out = v as f32);
             }
-            exr::encode_labelled(&["x", "y", "exemplar"], &planes, ExrDepth::Float)
+            exr::encode_labelled_with(&["x", "y", "exemplar"], &planes, ExrDepth::Float, &context.job)
         }
     }
 }

@@ -79,6 +79,11 @@ impl Job {
         Self { limits, ..Self::default() }
     }
 
+    /// A job without limits, of callers that have none.
+    pub(crate) fn unlimited() -> Self {
+        Self::new(Limits { max_bytes: u64::MAX, max_side: usize::MAX })
+    }
+
     /// The same job, with a progress listener.
     #[must_use]
     pub fn with_progress(self, progress: Arc<dyn Progress>) -> Self {

@@ -93,6 +93,7 @@ pub use field::ReflectanceField;
 pub use fit::FitOptions;
 pub use job::{Cancel, Held, Job};
 pub use limits::Limits;
+pub use memory::Footprint;
 pub use names::Named;
 pub use picture::Picture;
 pub use planes::Planes;

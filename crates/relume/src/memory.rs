@@ -1,7 +1,31 @@
-//! Vectors whose length comes from input: where the system does not give the memory, one sentence
-//! comes back instead of an abort.
+//! Memory whose amount comes from input: what a stage takes, known from sizes alone, and vectors for which
+//! one sentence comes back instead of an abort where the system does not give the memory.
 
 use crate::error::{Error, Result};
+use crate::size::Size;
+
+/// The memory of a stage in bytes, beside that of its inputs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Footprint {
+    /// The most at a time, the result included.
+    pub peak: u64,
+    /// The result, which stays.
+    pub kept: u64,
+}
+
+impl Footprint {
+    /// That of `size` texels of which each takes `peak` bytes, and its result `kept`.
+    pub fn of_texels(size: Size, peak: u64, kept: u64) -> Self {
+        let texels = (size.width as u64).saturating_mul(size.height as u64);
+        Self { peak: texels.saturating_mul(peak), kept: texels.saturating_mul(kept) }
+    }
+
+    /// That of this stage and of another that takes its result and drops it.
+    #[must_use]
+    pub fn then(self, next: Self) -> Self {
+        Self { peak: self.peak.max(self.kept.saturating_add(next.peak)), kept: next.kept }
+    }
+}
 
 /// An empty vector with room for `length` values; `what` names them in the message.
 ///
@@ -33,6 +57,13 @@ pub(crate) fn zeros<T: Clone + Default>(what: &str, length: usize) -> Result<Vec
 mod tests {
     use super::*;
     use crate::error::ErrorKind;
+
+    #[test]
+    fn a_stage_that_takes_the_result_of_another_runs_beside_it() {
+        let (made, written) = (Footprint { peak: 100, kept: 40 }, Footprint { peak: 70, kept: 30 });
+        assert_eq!(made.then(written), Footprint { peak: 110, kept: 30 });
+        assert_eq!(Footprint::of_texels(Size::new(usize::MAX, 2), 3, 1).peak, u64::MAX);
+    }
 
     #[test]
     fn what_the_system_does_not_give_is_said_in_words() {

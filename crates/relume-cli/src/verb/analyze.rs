@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use relume::analysis::advice::Way;
 use relume::analysis::{Analysis, advise, analyze, blocks::Drift, draw};
 use relume::field::{Domain, IndexSpace, Metric};
-use relume::format::{Depth, PictureFormat, encode_picture};
+use relume::format::{Depth, PictureFormat, encode_picture_with};
 use relume::numeric::periods::Pattern;
 use relume::render::relight;
 use relume::{Direction, Result};
@@ -45,12 +45,11 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let target = target.transpose()?;
     let field = args.evaluated.texture(&args.file, &context.job)?;
     let space = IndexSpace::new(&field, Metric::Function, Domain::Hemisphere)?;
-    context.job.check("the index of the texture", field.size(), 4 * space.planes() as u64)?;
-    let planes = space.index_planes(&field);
+    let planes = space.index_planes_within(&field, &context.job, "the index of the texture")?;
     let found = analyze(&planes, &context.job).map_err(|e| e.at(&args.file))?;
     if let Some((path, format)) = target {
         let picture = draw(&relight(&field, Direction::ZENITH), &planes, &found, &context.job)?;
-        outputs.write(path, encode_picture(&picture, format)?)?;
+        outputs.write(path, encode_picture_with(&picture, format, &context.job)?)?;
     }
     let written = outputs.commit()?;
     let mut json = json!(found);

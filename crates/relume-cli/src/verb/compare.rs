@@ -58,7 +58,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let sizes = [reference.field.size(), other.field.size()];
     let comparison = Comparison::new(&reference.field, &other.field, args.lights.into());
     if !args.texture {
-        return texel_by_texel(&comparison, sizes, args);
+        return texel_by_texel(&comparison, sizes, args, context);
     }
     let map = args.source_map.as_deref().map(|path| SourceFile::read(path, context)).transpose()?;
     let exemplars = [sizes[0]];
@@ -68,7 +68,12 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     Ok(Report::new(texture_text(&measures, args), texture_json(&measures, comparison.lights())))
 }
 
-fn texel_by_texel(comparison: &Comparison<'_>, sizes: [Size; 2], args: &Args) -> Result<Report> {
+fn texel_by_texel(
+    comparison: &Comparison<'_>,
+    sizes: [Size; 2],
+    args: &Args,
+    context: &Context,
+) -> Result<Report> {
     if sizes[0] != sizes[1] {
         return Err(Error::usage(format!(
             "is {} texels and the reference {}: give --texture to compare textures of different sizes",
@@ -76,7 +81,7 @@ fn texel_by_texel(comparison: &Comparison<'_>, sizes: [Size; 2], args: &Args) ->
         ))
         .at(&args.other));
     }
-    let TexelErrors { psnr_db, rmse, worst_psnr_db, worst_rmse } = comparison.texel_errors()?;
+    let TexelErrors { psnr_db, rmse, worst_psnr_db, worst_rmse } = comparison.texel_errors(&context.job)?;
     let lights = comparison.lights();
     let mut text = format!("PSNR {psnr_db:.2} dB, RMSE {rmse:.5} of white");
     if lights.len() > 1 {

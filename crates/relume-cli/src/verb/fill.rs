@@ -134,8 +134,9 @@ impl How {
         let excluded = opacity::excluded(&file[0], path, excluded, context);
         let guide = |path: &PathBuf| input::guide(path, index.size(), &context.job);
         let guide = self.guide.as_ref().map(guide).transpose()?;
-        let written = file.iter().chain(images.iter().flat_map(|one| &one.files));
-        gathered::check_memory(index.size(), written, context)?;
+        let rearranged = images.iter().map(|one| (&*one.applied.output, &one.files[0]));
+        let outputs_of = std::iter::once((&*self.output, &file[0])).chain(rearranged);
+        gathered::check_memory(index.size(), outputs_of, context)?;
         let name = path.to_owned();
         Ok(FilledTexture { name, file, index, excluded, guide, outputs, images })
     }

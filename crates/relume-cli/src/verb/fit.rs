@@ -7,7 +7,7 @@ use relume::capture::{Capture, Pairing};
 use relume::field::{Basis, PlaneLayout};
 use relume::fit::{self, FitOptions, FitReport};
 use relume::format::{ExrDepth, FieldFormat, encode_field};
-use relume::{Error, ReflectanceField, Result, Size, Space};
+use relume::{Error, Footprint, RasterSequence, ReflectanceField, Result, Size, Space};
 use serde_json::json;
 
 use crate::args;
@@ -88,6 +88,9 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         let cropped = args.crop.map(|r| photograph.crop(r.x, r.y, r.size));
         cropped.unwrap_or(Ok(photograph)).map_err(|e| e.at(paths[i]))
     };
+    let photographs = RasterSequence::open(&load)?;
+    foresee(&options, &photographs, format, context)?;
+    let load = |i: usize| photographs.read(i);
     let mut fit =
         fit::fit(&capture.lights(), &load, &options, &context.job).map_err(|e| e.at(&capture.light_file))?;
     fit.report.warnings.extend(capture.warnings.iter().cloned());
@@ -102,6 +105,22 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     });
     let text = summary(&args.output, &fit.field, &fit.report);
     Ok(Report::new(text, json).with_outputs(written).with_warnings(&fit.report.warnings))
+}
+
+/// Refuses a texture that could be fitted, but not written within the memory.
+fn foresee(
+    options: &FitOptions,
+    photographs: &RasterSequence<'_>,
+    format: FieldFormat,
+    context: &Context,
+) -> Result<()> {
+    let planes = match photographs.channels() {
+        1 => options.basis.len(),
+        _ => options.layout.planes(options.basis.len()),
+    };
+    let size = photographs.size();
+    let fitted = Footprint::of_texels(size, 4 * planes as u64, 4 * planes as u64);
+    context.job.check_bytes("the texture and its file", fitted.then(format.footprint(size, planes)).peak)
 }
 
 fn output_format(args: &Args) -> Result<FieldFormat> {

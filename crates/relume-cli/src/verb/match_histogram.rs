@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use relume::format::{ExrDepth, FieldFormat, encode_field};
 use relume::random_field::histogram::{Distribution, Ranks};
-use relume::{Error, Planes, ReflectanceField, Result};
+use relume::workflow::memory::MemoryPeak;
+use relume::{Error, Footprint, Planes, ReflectanceField, Result};
 use serde_json::json;
 
 use crate::context::Context;
@@ -52,7 +53,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     if args.ranks.is_some() && texels > MOST_RANKS {
         return Err(Error::usage(format!("--ranks holds at most {MOST_RANKS} ranks, found {texels} texels")));
     }
-    context.job.check("the ranks", file.field.size(), 28 * file.field.coefficients().count() as u64)?;
+    foresee(&file.field, format, args.ranks.is_some(), context)?;
     let (matched, ranks) = matched(&file.field, &to.field).map_err(|e| e.at(&args.file))?;
     let format = if output::is_stream(&args.output) { format } else { format.in_depth_of(&to.encoding) };
     let bytes = encode_field(&matched, format, Some(&to.encoding), &context.job);
@@ -73,6 +74,19 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     Ok(Report::new(text, json).with_outputs(written))
 }
 
+/// Refuses textures that cannot be matched and written within the memory.
+fn foresee(field: &ReflectanceField, format: FieldFormat, ranks: bool, context: &Context) -> Result<()> {
+    let (size, planes) = (field.size(), field.coefficients().count());
+    // Both results, and of one plane its ranks, sorted values, and numbers.
+    let both = 8 * planes as u64;
+    let matched = Footprint::of_texels(size, both + 28, both);
+    let mut stages = vec![matched, format.footprint(size, planes)];
+    if ranks {
+        stages.push(FieldFormat::Exr(ExrDepth::Float).footprint(size, planes));
+    }
+    MemoryPeak::of_stages("the matched texture and its file", stages).check(&context.job)
+}
+
 /// The field with the values of the other, plane by plane, and its ranks.
 fn matched(field: &ReflectanceField, to: &ReflectanceField) -> Result<(ReflectanceField, ReflectanceField)> {
     if (field.basis(), field.layout()) != (to.basis(), to.layout()) {
@@ -84,7 +98,8 @@ fn matched(field: &ReflectanceField, to: &ReflectanceField) -> Result<(Reflectan
             to.basis().name()
         )));
     }
-    let (mut values, mut order) = (Vec::new(), Vec::new());
+    let length = field.coefficients().as_slice().len();
+    let (mut values, mut order) = (Vec::with_capacity(length), Vec::with_capacity(length));
     let numbers: Vec<f32> = (0..field.size().texels()).map(|rank| rank as f32).collect();
     let numbers = Distribution::of(&numbers)?;
     for (plane, source) in field.coefficients().iter().zip(to.coefficients().iter()) {

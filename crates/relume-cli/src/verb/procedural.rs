@@ -5,11 +5,11 @@ use std::path::PathBuf;
 use relume::capture::dome::ReliefBorder;
 use relume::capture::dome::relief::Relief;
 use relume::format::{
-    Depth, HeightFormat, NormalY, PictureFormat, encode_height, encode_normals, encode_picture,
+    Depth, HeightFormat, NormalY, PictureFormat, encode_height_with, encode_normals, encode_picture_with,
 };
 use relume::maps::SurfaceMaps;
 use relume::procedural::{Material, MaterialOptions, Tiling};
-use relume::{Error, Picture, Planes, Result, Space};
+use relume::{Error, Footprint, Job, Picture, Planes, Result, Size, Space};
 use serde_json::{Value, json};
 
 use super::material::MaterialArgs;
@@ -49,8 +49,9 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let tiling = if args.tile { Tiling::Torus } else { Tiling::Free };
     let options = args.options.options(tiling);
     let folder = Folder::stage(&args.output, &[], context)?;
+    context.job.check_bytes("the maps and their files", footprint(options.size).peak)?;
     let maps = material.make(&options, &context.job)?;
-    write(&maps, tiling, args.normal_y, &folder)?;
+    write(&maps, tiling, args.normal_y, &folder, &context.job)?;
     let json = description(args, material, &options, &maps);
     folder.add("material.json", format!("{json:#}\n").as_bytes())?;
     let written = folder.commit()?;
@@ -73,15 +74,23 @@ fn normals_file(y: NormalY) -> &'static str {
     }
 }
 
-fn write(maps: &SurfaceMaps, tiling: Tiling, y: NormalY, folder: &Folder) -> Result<()> {
+/// The memory of the maps and of writing them: the relief with its continuation, and normals made of it, take the
+/// most.
+fn footprint(size: Size) -> Footprint {
+    let relief = Footprint::of_texels(size, 12 + 12, 12);
+    let normals = PictureFormat::Png(Depth::Sixteen).normals_footprint(size);
+    MaterialOptions::footprint(size).then(relief.then(normals))
+}
+
+fn write(maps: &SurfaceMaps, tiling: Tiling, y: NormalY, folder: &Folder, job: &Job) -> Result<()> {
     let border = if tiling == Tiling::Torus { ReliefBorder::Wrap } else { ReliefBorder::Clamp };
     let albedo = Picture { planes: maps.albedo.clone(), space: Space::Linear };
-    folder.add("albedo.png", &encode_picture(&albedo, PictureFormat::Png(Depth::Eight))?)?;
-    folder.add("height.png", &encode_height(&maps.height, None, HeightFormat::Png)?)?;
+    folder.add("albedo.png", &encode_picture_with(&albedo, PictureFormat::Png(Depth::Eight), job)?)?;
+    folder.add("height.png", &encode_height_with(&maps.height, None, HeightFormat::Png, job)?)?;
     if let Some(roughness) = &maps.roughness {
         folder.add(
             "roughness.png",
-            &encode_picture(&data(roughness.clone()), PictureFormat::Png(Depth::Eight))?,
+            &encode_picture_with(&data(roughness.clone()), PictureFormat::Png(Depth::Eight), job)?,
         )?;
     }
     let normals = Relief::new(&maps.height, border).normals();

@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use relume::format::{Depth, PictureFormat, animation as encode, encode_normals, encode_picture};
+use relume::format::{Depth, PictureFormat, animation as encode, encode_normals, encode_picture_with};
 use relume::render::{Sweep, relight};
 use relume::surface::NormalDoubt;
-use relume::{Direction, Error, Picture, ReflectanceField, Result, surface};
+use relume::{Direction, Error, Footprint, Picture, ReflectanceField, Result, surface};
 use serde_json::json;
 
 use crate::context::Context;
@@ -61,17 +61,20 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let mut outputs = Outputs::new(context);
     outputs.file(&args.output, &[&args.file])?;
     let field = args.evaluated.texture(&args.file, &context.job)?;
-    context.job.check("the picture", field.size(), 24)?;
+    foresee(args, &field, format, context)?;
+    let job = &context.job;
     let y = args.what.normals.then(|| args.normal_maps.of_output(&args.output));
     let mut warnings = Vec::new();
     let (bytes, what) = match (args.what.light, y) {
-        (Some(light), _) => (encode_picture(&relight(&field, light), format)?, "picture".to_owned()),
+        (Some(light), _) => {
+            (encode_picture_with(&relight(&field, light), format, job)?, "picture".to_owned())
+        }
         (None, Some(y)) => {
             let found = surface::normals(&field);
             warnings = doubted(&surface::doubts(&field, &found));
             (encode_normals(&found, y, format)?, normals::described(y))
         }
-        (None, None) => (encode_picture(&surface::albedo(&field), format)?, "albedo".to_owned()),
+        (None, None) => (encode_picture_with(&surface::albedo(&field), format, job)?, "albedo".to_owned()),
     };
     outputs.write(&args.output, bytes)?;
     let written = outputs.commit()?;
@@ -95,6 +98,18 @@ fn doubted(doubts: &[NormalDoubt]) -> Vec<String> {
         reasons.join("; ")
     );
     if reasons.is_empty() { Vec::new() } else { vec![warning] }
+}
+
+/// Refuses a picture that cannot be made and written within the memory.
+fn foresee(args: &Args, field: &ReflectanceField, format: PictureFormat, context: &Context) -> Result<()> {
+    let size = field.size();
+    // Normals and a packed copy of them.
+    let (planes, channels, format) = match args.what.normals {
+        true => (6, 3, format.with_depth(Depth::Sixteen)),
+        false => (field.layout().channels(), field.layout().channels(), format),
+    };
+    let made = Footprint::of_texels(size, 4 * planes as u64, 4 * planes as u64);
+    context.job.check_bytes("the picture and its file", made.then(format.footprint(size, channels)).peak)
 }
 
 fn still_format(path: &Path) -> Result<PictureFormat> {
@@ -161,7 +176,8 @@ fn write_folder(
 ) -> Result<Vec<PathBuf>> {
     context.job.start("relighting", lights.len() as u64);
     for (i, &light) in lights.iter().enumerate() {
-        let bytes = encode_picture(&relight(field, light), PictureFormat::Png(Depth::Eight))?;
+        let bytes =
+            encode_picture_with(&relight(field, light), PictureFormat::Png(Depth::Eight), &context.job)?;
         folder.add(format!("{i:04}.png"), &bytes)?;
         context.job.advance(1)?;
     }
@@ -175,12 +191,20 @@ fn animation(
     lights: &[Direction],
     context: &Context,
 ) -> Result<Vec<u8>> {
-    let bytes_per_texel = (4 * field.layout().channels() * lights.len()) as u64;
-    context.job.check("the animation", field.size(), bytes_per_texel)?;
-    let pictures: Vec<Picture> = lights.iter().map(|&light| relight(field, light)).collect();
+    let (size, channels) = (field.size(), field.layout().channels());
+    let bytes = 4 * (channels * lights.len()) as u64;
+    let pictures = Footprint::of_texels(size, bytes, bytes);
+    let written = match frames {
+        Frames::Gif => encode::gif_footprint(size, channels, lights.len()),
+        Frames::Apng | Frames::Folder => encode::footprint(size, channels, lights.len()),
+    };
+    context.job.check_bytes("the animation", pictures.then(written).peak)?;
+    let _held = context.job.hold("the pictures of the animation", pictures.kept)?;
+    let picture = |&light: &Direction| context.job.proceed().map(|()| relight(field, light));
+    let pictures: Vec<Picture> = lights.iter().map(picture).collect::<Result<_>>()?;
     let bytes = match frames {
-        Frames::Gif => encode::encode_gif(&pictures, args.fps),
-        Frames::Apng => encode::encode_apng(&pictures, args.fps),
+        Frames::Gif => encode::encode_gif_with(&pictures, args.fps, &context.job),
+        Frames::Apng => encode::encode_apng_with(&pictures, args.fps, &context.job),
         Frames::Folder => Err(Error::usage("a folder is no animation")),
     };
     bytes.map_err(|e| e.at(&args.output))

@@ -143,7 +143,8 @@ fn encode(
     let opacity = opacity.as_ref();
     match format.in_depth_of(&file.encoding) {
         FieldFormat::Exr(depth) => {
-            exr::encode_tiles(field, opacity, rolled.tiles.count(), rolled.tiles.cells(), depth)
+            let (count, cells) = (rolled.tiles.count(), rolled.tiles.cells());
+            exr::encode_tiles(field, opacity, count, cells, depth, &context.job)
         }
         FieldFormat::Ptm if !matches!(file.encoding, Encoding::Ptm(_)) => {
             encode_translucent(field, opacity, format, None, &context.job)

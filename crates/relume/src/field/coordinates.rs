@@ -38,18 +38,19 @@ impl OrthonormalMap {
         })
     }
 
-    /// Coordinate `j` of the function whose coefficients are the planes from `first` on.
-    pub fn forward(&self, j: usize, planes: &Planes, first: usize, out: &mut [f32]) {
+    /// Coordinate `j` of the function whose coefficients are the planes from `first` on, for the texels from
+    /// `texel` on.
+    pub fn forward(&self, j: usize, planes: &Planes, first: usize, texel: usize, out: &mut [f32]) {
         match self {
-            Self::Dense { forward, .. } => combine(forward.row(j), planes, first, out),
-            Self::Diagonal(norms) => scale(norms[j], planes.plane(first + j), out),
+            Self::Dense { forward, .. } => combine(forward.row(j), planes, first, texel, out),
+            Self::Diagonal(norms) => scale(norms[j], &planes.plane(first + j)[texel..], out),
         }
     }
 
     /// Coefficient `k` of the function whose coordinates are the planes from `first` on.
     pub fn backward(&self, k: usize, planes: &Planes, first: usize, out: &mut [f32]) {
         match self {
-            Self::Dense { backward, .. } => combine(backward.row(k), planes, first, out),
+            Self::Dense { backward, .. } => combine(backward.row(k), planes, first, 0, out),
             Self::Diagonal(norms) => scale(1.0 / norms[k], planes.plane(first + k), out),
         }
     }
@@ -65,12 +66,12 @@ impl OrthonormalMap {
     }
 }
 
-/// out = sum_k weights_k plane_(first + k), skipping zero weights.
-fn combine(weights: &[f64], planes: &Planes, first: usize, out: &mut [f32]) {
+/// out = sum_k weights_k plane_(first + k) for the texels from `texel` on, skipping zero weights.
+fn combine(weights: &[f64], planes: &Planes, first: usize, texel: usize, out: &mut [f32]) {
     out.fill(0.0);
     for (k, &weight) in weights.iter().enumerate().filter(|(_, w)| **w != 0.0) {
         let weight = weight as f32;
-        out.iter_mut().zip(planes.plane(first + k)).for_each(|(o, v)| *o += weight * v);
+        out.iter_mut().zip(&planes.plane(first + k)[texel..]).for_each(|(o, v)| *o += weight * v);
     }
 }
 

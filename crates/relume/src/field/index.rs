@@ -15,7 +15,11 @@ use serde::Serialize;
 use super::coordinates::OrthonormalMap;
 use super::{Basis, Domain, PlaneLayout, ReflectanceField, lrgb};
 use crate::error::{Error, Result};
+use crate::job::Job;
 use crate::planes::Planes;
+
+/// Texels of a plane between two questions whether the job goes on.
+const PART: usize = 1 << 18;
 
 /// The meaning of the distance of two texels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -92,22 +96,55 @@ impl IndexSpace {
     /// # Panics
     /// When the basis or layout of the field differs from the one this space was made for.
     pub fn index_planes(&self, field: &ReflectanceField) -> Planes {
-        assert!((field.basis(), field.layout()) == (&self.basis, &self.layout), "the space of another field");
-        let (n, size, source) = (self.basis.len(), field.size(), field.coefficients());
-        let mut planes = Planes::zeros(size, self.planes());
-        planes.as_mut_slice().par_chunks_exact_mut(size.texels()).enumerate().for_each(|(p, out)| {
-            if self.metric == Metric::LuminanceAndColor && p >= n {
-                out.copy_from_slice(source.plane(p));
-                return;
-            }
-            let channel = p / n;
-            self.coordinates.forward(p % n, source, self.layout.function_plane(channel, n), out);
-            let color = self.layout.color_plane(channel, n).filter(|_| self.metric == Metric::Function);
-            if let Some(color) = color {
-                out.iter_mut().zip(source.plane(color)).for_each(|(o, c)| *o *= c);
-            }
-        });
+        let mut planes = Planes::zeros(field.size(), self.planes());
+        let parts = self.parts(&mut planes);
+        parts.for_each(|(plane, texel, out)| self.coordinates_into(field, plane, texel, out));
         planes
+    }
+
+    /// [`IndexSpace::index_planes`] as a part of a job, whose memory they count against; `what` names them in
+    /// the message.
+    ///
+    /// # Errors
+    /// Limits exceeded, and a cancelled job.
+    ///
+    /// # Panics
+    /// As [`IndexSpace::index_planes`].
+    pub fn index_planes_within(&self, field: &ReflectanceField, job: &Job, what: &str) -> Result<Planes> {
+        let mut planes = Planes::zeros_within(job, what, field.size(), self.planes())?;
+        self.parts(&mut planes).try_for_each(|(plane, texel, out)| {
+            job.proceed()?;
+            self.coordinates_into(field, plane, texel, out);
+            Ok(())
+        })?;
+        Ok(planes)
+    }
+
+    /// Parts of planes, each with the number of its plane and that of its first texel.
+    fn parts<'a>(
+        &self,
+        planes: &'a mut Planes,
+    ) -> impl ParallelIterator<Item = (usize, usize, &'a mut [f32])> + use<'a> {
+        let texels = planes.size().texels();
+        planes.as_mut_slice().par_chunks_exact_mut(texels).enumerate().flat_map(|(plane, values)| {
+            let parts = values.par_chunks_mut(PART).enumerate();
+            parts.map(move |(part, out)| (plane, part * PART, out))
+        })
+    }
+
+    /// Index plane `p` of a field from texel `texel` on.
+    fn coordinates_into(&self, field: &ReflectanceField, p: usize, texel: usize, out: &mut [f32]) {
+        assert!((field.basis(), field.layout()) == (&self.basis, &self.layout), "the space of another field");
+        let (n, source) = (self.basis.len(), field.coefficients());
+        if self.metric == Metric::LuminanceAndColor && p >= n {
+            return out.copy_from_slice(&source.plane(p)[texel..][..out.len()]);
+        }
+        let channel = p / n;
+        self.coordinates.forward(p % n, source, self.layout.function_plane(channel, n), texel, out);
+        let color = self.layout.color_plane(channel, n).filter(|_| self.metric == Metric::Function);
+        if let Some(color) = color {
+            out.iter_mut().zip(&source.plane(color)[texel..]).for_each(|(o, c)| *o *= c);
+        }
     }
 
     /// The field of given index planes: the inverse of [`IndexSpace::index_planes`]. Index planes of an LRGB

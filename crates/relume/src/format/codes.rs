@@ -2,6 +2,9 @@
 
 use rayon::prelude::*;
 
+use crate::error::Result;
+use crate::job::Job;
+use crate::memory;
 use crate::picture::Picture;
 use crate::space::Space;
 
@@ -21,32 +24,38 @@ fn code(encoded: f32, most: f64) -> u32 {
 }
 
 /// Interleaved 8-bit codes of a picture, rows from the top.
-pub(super) fn interleaved8(picture: &Picture) -> Vec<u8> {
+pub(super) fn interleaved8(picture: &Picture, job: &Job) -> Result<Vec<u8>> {
     match picture.space {
-        Space::Srgb => interleaved(picture, code8),
+        Space::Srgb => interleaved(picture, job, code8),
         Space::Linear => {
             let steps = CodeSteps::new();
-            interleaved(picture, |value| steps.code(value))
+            interleaved(picture, job, |value| steps.code(value))
         }
     }
 }
 
 /// Interleaved 16-bit codes of a picture, rows from the top.
-pub(super) fn interleaved16(picture: &Picture) -> Vec<u16> {
+pub(super) fn interleaved16(picture: &Picture, job: &Job) -> Result<Vec<u16>> {
     let space = picture.space;
-    interleaved(picture, |value| code16(space.to_srgb(value)))
+    interleaved(picture, job, |value| code16(space.to_srgb(value)))
 }
 
-fn interleaved<T: Copy + Default + Send>(picture: &Picture, code: impl Fn(f32) -> T + Sync) -> Vec<T> {
+fn interleaved<T: Copy + Default + Send>(
+    picture: &Picture,
+    job: &Job,
+    code: impl Fn(f32) -> T + Sync,
+) -> Result<Vec<T>> {
     let (width, channels) = (picture.size().width, picture.planes.count());
-    let mut codes = vec![T::default(); picture.size().texels() * channels];
-    codes.par_chunks_mut(width * channels).enumerate().for_each(|(y, row)| {
+    let mut codes = memory::zeros("the codes of the picture", picture.size().texels() * channels)?;
+    codes.par_chunks_mut(width * channels).enumerate().try_for_each(|(y, row)| {
+        job.proceed()?;
         for (c, plane) in picture.planes.iter().enumerate() {
             let values = &plane[y * width..][..width];
             row.iter_mut().skip(c).step_by(channels).zip(values).for_each(|(out, &v)| *out = code(v));
         }
-    });
-    codes
+        Ok(())
+    })?;
+    Ok(codes)
 }
 
 /// The least linear value of each 8-bit code but the first: encoding by look-up instead of a power. Encoding

@@ -204,17 +204,17 @@ pub fn encode_translucent(
     encoding: Option<&Encoding>,
     job: &Job,
 ) -> Result<Vec<u8>> {
-    // A copy of the samples, their codes, and the file itself.
-    let bytes_per_texel = 12 * (field.coefficients().count() + usize::from(opacity.is_some())) as u64;
-    job.check("writing the field", field.size(), bytes_per_texel)?;
+    let footprint = format.footprint(field.size(), field.coefficients().count());
+    let joined = if opacity.is_some() { format.opacity_footprint(field) } else { Footprint::default() };
+    job.check_bytes("writing the texture", footprint.peak.saturating_add(joined.peak))?;
     if opacity.is_some() && !format.holds_opacity() {
         return Err(Error::usage("JPEG, PFM and PTM files hold no opacity: write PNG, TIFF or EXR"));
     }
     match (format, encoding) {
-        (FieldFormat::Ptm, Some(Encoding::Ptm(stored))) => ptm::encode(field, Under::Stored(stored)),
-        (FieldFormat::Ptm, _) => ptm::encode(field, Under::Chosen),
-        (FieldFormat::Exr(depth), _) => exr::encode_field(field, opacity, depth),
-        (FieldFormat::Picture(format), _) => encode_with(&constants(field)?, opacity, format),
+        (FieldFormat::Ptm, Some(Encoding::Ptm(stored))) => ptm::encode(field, Under::Stored(stored), job),
+        (FieldFormat::Ptm, _) => ptm::encode(field, Under::Chosen, job),
+        (FieldFormat::Exr(depth), _) => exr::encode_field(field, opacity, depth, job),
+        (FieldFormat::Picture(format), _) => encode_with(&constants(field)?, opacity, format, job),
     }
 }
 

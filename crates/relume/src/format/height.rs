@@ -92,9 +92,23 @@ impl HeightMap {
 /// # Errors
 /// When there is not exactly one plane, or heights are not finite.
 pub fn encode_height(height: &Planes, mm_per_texel: Option<f64>, format: HeightFormat) -> Result<Vec<u8>> {
+    encode_height_with(height, mm_per_texel, format, &Job::unlimited())
+}
+
+/// [`encode_height`] as a part of a job.
+///
+/// # Errors
+/// As [`encode_height`]; limits exceeded, and a cancelled job.
+pub fn encode_height_with(
+    height: &Planes,
+    mm_per_texel: Option<f64>,
+    format: HeightFormat,
+    job: &Job,
+) -> Result<Vec<u8>> {
     if height.count() != 1 || !height.as_slice().iter().all(|h| h.is_finite()) {
         return Err(Error::invalid("a height map is one plane of finite numbers"));
     }
+    job.check_bytes("writing the height map", format.footprint(height.size()).peak)?;
     let mut scaled = height.clone();
     if let Some(mm) = mm_per_texel {
         scaled.as_mut_slice().iter_mut().for_each(|h| *h = (f64::from(*h) * mm) as f32);
@@ -105,7 +119,7 @@ pub fn encode_height(height: &Planes, mm_per_texel: Option<f64>, format: HeightF
             let pixel = mm_per_texel.map(|mm| (EXR_PIXEL, mm.to_string()));
             let unit = (EXR_UNIT, unit(mm_per_texel).to_owned());
             let texts: Vec<_> = std::iter::once(unit).chain(pixel).collect();
-            exr::encode_with_texts(&["Y"], &scaled, ExrDepth::Float, &texts)
+            exr::encode_with_texts(&["Y"], &scaled, ExrDepth::Float, &texts, job)
         }
     }
 }

@@ -30,6 +30,7 @@ mod complete;
 pub mod exr;
 mod field_file;
 mod finite;
+mod footprint;
 mod height;
 mod kind;
 mod map_role;
@@ -58,13 +59,16 @@ pub use exr::ExrDepth;
 pub use field_file::{
     Encoding, FieldFile, FieldFormat, MapRecord, decode_field, encode_field, encode_translucent,
 };
-pub use height::{HeightFormat, HeightMap, HeightScale, decode_height, encode_height, encode_scaled_height};
+pub use height::{
+    HeightFormat, HeightMap, HeightScale, decode_height, encode_height, encode_height_with,
+    encode_scaled_height,
+};
 pub use map_role::{MapRole, NormalY};
 pub use mask::{Mask, decode_mask};
 pub use mesh::decode_mesh;
 pub use normal_map::{NormalMap, decode_normals, encode_normals, encode_stored_normals};
 pub use open::{Content, Opened, open, read, read_field, read_height, read_mesh, read_raster};
-pub use picture::{Depth, PictureFormat, encode_picture};
+pub use picture::{Depth, PictureFormat, encode_picture, encode_picture_with};
 pub use ptm::PtmEncoding;
 pub use raster::decode_raster;
 pub use rows::Rows;

@@ -55,12 +55,16 @@ pub fn encode_stored_normals(picture: &Picture, y: NormalY, format: PictureForma
     let record = y.name().to_owned();
     match format {
         PictureFormat::Png(depth) => {
-            let (depth, samples) = png_samples(picture, depth);
+            let (depth, samples) = png_samples(picture, depth, &Job::unlimited())?;
             png::encode_data(picture.size(), 3, (depth, &samples), &[(PNG_RECORD, record)])
         }
-        PictureFormat::Exr(depth) => {
-            exr::encode_with_texts(&["R", "G", "B"], &picture.planes, depth, &[(EXR_RECORD, record)])
-        }
+        PictureFormat::Exr(depth) => exr::encode_with_texts(
+            &["R", "G", "B"],
+            &picture.planes,
+            depth,
+            &[(EXR_RECORD, record)],
+            &Job::unlimited(),
+        ),
         PictureFormat::Pfm | PictureFormat::Jpeg { .. } | PictureFormat::Tiff(_) => {
             encode_picture(picture, format)
         }

@@ -10,6 +10,8 @@ use image::{ExtendedColorType, ImageEncoder};
 use super::exr::{self, ExrDepth};
 use super::{codes, pfm, png};
 use crate::error::{Error, Result};
+use crate::job::Job;
+use crate::memory;
 use crate::picture::Picture;
 use crate::planes::Planes;
 use crate::size::Size;
@@ -48,6 +50,9 @@ const JPEG_QUALITY: u8 = 92;
 
 /// The longest side of a JPEG picture (ITU-T T.81, B.2.2).
 const JPEG_MAX_SIDE: usize = 65535;
+
+/// Room for the tags of a TIFF file, and the places of its strips, for any picture of usual shape.
+const TIFF_HEAD_BYTES: usize = 1 << 14;
 
 impl PictureFormat {
     /// The format of an extension: 8 bits if there is a choice, floats for EXR.
@@ -91,35 +96,45 @@ pub(super) fn extension(path: &Path) -> String {
 /// When the picture does not fit the format: neither one nor three channels, a JPEG with a side
 /// over 65,535 texels, a quality outside 1 to 100.
 pub fn encode_picture(picture: &Picture, format: PictureFormat) -> Result<Vec<u8>> {
-    encode_with(picture, None, format)
+    encode_picture_with(picture, format, &Job::unlimited())
 }
 
-/// As [`encode_picture`], with an opacity of one plane from 0 to 1, which JPEG, PFM and EXR pictures leave out.
+/// [`encode_picture`] as a part of a job.
+///
+/// # Errors
+/// As [`encode_picture`]; limits exceeded, and a cancelled job.
+pub fn encode_picture_with(picture: &Picture, format: PictureFormat, job: &Job) -> Result<Vec<u8>> {
+    encode_with(picture, None, format, job)
+}
+
+/// As [`encode_picture_with`], with an opacity of one plane from 0 to 1, which JPEG, PFM and EXR pictures leave
+/// out.
 pub(super) fn encode_with(
     picture: &Picture,
     opacity: Option<&Planes>,
     format: PictureFormat,
+    job: &Job,
 ) -> Result<Vec<u8>> {
-    let channels = picture.planes.count();
+    let (size, channels) = (picture.size(), picture.planes.count());
     if !matches!(channels, 1 | 3) {
         return Err(Error::invalid(format!("a picture has 1 or 3 channels, not {channels}")));
     }
-    let size = picture.size();
+    job.check_bytes("writing the picture", format.footprint(size, channels).peak)?;
     match format {
         PictureFormat::Png(depth) => {
-            let (channels, samples) = samples(picture, opacity, depth, u16::to_be_bytes);
+            let (channels, samples) = samples(picture, opacity, depth, u16::to_be_bytes, job)?;
             png::encode(size, channels, bit_depth(depth), &samples)
         }
-        PictureFormat::Jpeg { quality } => encode_jpeg(picture, quality),
-        PictureFormat::Tiff(depth) => encode_tiff(picture, opacity, depth),
+        PictureFormat::Jpeg { quality } => encode_jpeg(picture, quality, job),
+        PictureFormat::Tiff(depth) => encode_tiff(picture, opacity, depth, job),
         PictureFormat::Pfm => Ok(pfm::encode(&picture.to_space(Space::Linear))),
-        PictureFormat::Exr(depth) => exr::encode_picture(&picture.to_space(Space::Linear), depth),
+        PictureFormat::Exr(depth) => exr::encode_picture(&picture.to_space(Space::Linear), depth, job),
     }
 }
 
 /// The samples of a PNG file of an opaque picture.
-pub(super) fn png_samples(picture: &Picture, depth: Depth) -> (::png::BitDepth, Vec<u8>) {
-    (bit_depth(depth), samples(picture, None, depth, u16::to_be_bytes).1)
+pub(super) fn png_samples(picture: &Picture, depth: Depth, job: &Job) -> Result<(::png::BitDepth, Vec<u8>)> {
+    Ok((bit_depth(depth), samples(picture, None, depth, u16::to_be_bytes, job)?.1))
 }
 
 fn bit_depth(depth: Depth) -> ::png::BitDepth {
@@ -135,30 +150,31 @@ fn samples(
     opacity: Option<&Planes>,
     depth: Depth,
     order: fn(u16) -> [u8; 2],
-) -> (usize, Vec<u8>) {
+    job: &Job,
+) -> Result<(usize, Vec<u8>)> {
     let channels = picture.planes.count();
     let alphas = opacity.map(|opacity| opacity.plane(0));
-    match depth {
+    Ok(match depth {
         Depth::Eight => {
-            let codes = codes::interleaved8(picture);
-            let Some(alphas) = alphas else { return (channels, codes) };
+            let codes = codes::interleaved8(picture, job)?;
+            let Some(alphas) = alphas else { return Ok((channels, codes)) };
             let joined = codes.chunks_exact(channels).zip(alphas).flat_map(|(texel, &alpha)| {
                 texel.iter().copied().chain(std::iter::once(codes::code8(alpha)))
             });
             (channels + 1, joined.collect())
         }
         Depth::Sixteen => {
-            let codes = codes::interleaved16(picture);
-            let Some(alphas) = alphas else { return (channels, bytes_of(&codes, order)) };
+            let codes = codes::interleaved16(picture, job)?;
+            let Some(alphas) = alphas else { return Ok((channels, bytes_of(&codes, order))) };
             let joined = codes.chunks_exact(channels).zip(alphas).flat_map(|(texel, &alpha)| {
                 texel.iter().copied().chain(std::iter::once(codes::code16(alpha)))
             });
             (channels + 1, bytes_of(&joined.collect::<Vec<_>>(), order))
         }
-    }
+    })
 }
 
-fn encode_jpeg(picture: &Picture, quality: u8) -> Result<Vec<u8>> {
+fn encode_jpeg(picture: &Picture, quality: u8, job: &Job) -> Result<Vec<u8>> {
     let Size { width, height } = picture.size();
     if width.max(height) > JPEG_MAX_SIDE {
         return Err(Error::usage(format!(
@@ -171,12 +187,12 @@ fn encode_jpeg(picture: &Picture, quality: u8) -> Result<Vec<u8>> {
     let color = color_type(picture.planes.count(), Depth::Eight);
     let mut out = Vec::new();
     JpegEncoder::new_with_quality(&mut out, quality)
-        .encode(&codes::interleaved8(picture), width as u32, height as u32, color)
+        .encode(&codes::interleaved8(picture, job)?, width as u32, height as u32, color)
         .map_err(|_| unwritable("JPEG", picture.size()))?;
     Ok(out)
 }
 
-fn encode_tiff(picture: &Picture, opacity: Option<&Planes>, depth: Depth) -> Result<Vec<u8>> {
+fn encode_tiff(picture: &Picture, opacity: Option<&Planes>, depth: Depth, job: &Job) -> Result<Vec<u8>> {
     let Size { width, height } = picture.size();
     let sides = u32::try_from(width).ok().zip(u32::try_from(height).ok());
     let (width, height) = sides.ok_or_else(|| {
@@ -184,8 +200,9 @@ fn encode_tiff(picture: &Picture, opacity: Option<&Planes>, depth: Depth) -> Res
     })?;
     // The encoder knows no grey with an opacity.
     let in_color = (opacity.is_some() && picture.planes.count() == 1).then(|| colored(picture));
-    let (channels, samples) = samples(in_color.as_ref().unwrap_or(picture), opacity, depth, u16::to_ne_bytes);
-    let mut out = Cursor::new(Vec::new());
+    let shown = in_color.as_ref().unwrap_or(picture);
+    let (channels, samples) = samples(shown, opacity, depth, u16::to_ne_bytes, job)?;
+    let mut out = Cursor::new(memory::with_capacity("the TIFF file", samples.len() + TIFF_HEAD_BYTES)?);
     TiffEncoder::new(&mut out)
         .write_image(&samples, width, height, color_type(channels, depth))
         .map_err(|_| unwritable("TIFF", picture.size()))?;

@@ -49,7 +49,7 @@ impl Autocorrelation {
             fast_length(planes.size().width + reach.width),
             fast_length(planes.size().height + reach.height),
         );
-        job.check("the autocorrelation", padded, fourier::BYTES_PER_TEXEL + 16)?;
+        job.check_bytes("the autocorrelation", Self::bytes(planes.size(), reach))?;
         let plan = Fourier::new(padded);
         let mut power = vec![0.0; plan.columns() * padded.height];
         let mut squares = vec![0.0; planes.size().texels()];
@@ -66,6 +66,14 @@ impl Autocorrelation {
             products[dy * padded.width + dx.rem_euclid(padded.width as isize) as usize]
         };
         Ok(Self::from_fn(reach, |dx, dy| ratio(product(dx, dy), energy.of_overlaps(dx, dy), energy.total())))
+    }
+
+    /// The memory of [`Autocorrelation::new`] for planes of `size`.
+    pub fn bytes(size: Size, reach: Size) -> u64 {
+        let reach = within(size, reach);
+        let padded =
+            Size::new(fast_length(size.width + reach.width), fast_length(size.height + reach.height));
+        (fourier::BYTES_PER_TEXEL + 16).saturating_mul(padded.texels() as u64)
     }
 
     /// The slow truth of [`Autocorrelation::new`]: the defining sums.

@@ -14,10 +14,14 @@ use realfft::num_complex::Complex64;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use rustfft::{Fft, FftPlanner};
 
+use crate::error::Result;
+use crate::job::Job;
 use crate::size::Size;
 
 /// Bytes per texel of a transform in progress: the image, the spectrum, and its transpose.
 pub const BYTES_PER_TEXEL: u64 = 8 + 8 + 8;
+
+const NOT_CANCELLED: &str = "a job of its own is not cancelled";
 
 /// The plans for images of one size.
 pub struct Fourier {
@@ -60,48 +64,79 @@ impl Fourier {
     /// # Panics
     /// When the image has another size.
     pub fn forward(&self, image: Vec<f64>) -> Vec<Complex64> {
+        self.forward_within(image, &Job::default()).expect(NOT_CANCELLED)
+    }
+
+    /// [`Fourier::forward`] as a part of a job, which ends it when it is cancelled; memory is the caller's
+    /// matter ([`BYTES_PER_TEXEL`]).
+    ///
+    /// # Errors
+    /// [`ErrorKind::Cancelled`](crate::ErrorKind::Cancelled).
+    ///
+    /// # Panics
+    /// As [`Fourier::forward`].
+    pub fn forward_within(&self, image: Vec<f64>, job: &Job) -> Result<Vec<Complex64>> {
         assert_eq!(image.len(), self.size.texels(), "an image of the planned size");
-        self.forward_top(image)
+        self.spectrum_of_top(image, job)
     }
 
     /// The spectrum of an image given by its top rows; the others are zero.
     ///
     /// # Panics
     /// When they are not whole rows, or there are too many.
-    pub fn forward_top(&self, mut rows: Vec<f64>) -> Vec<Complex64> {
+    pub fn forward_top(&self, rows: Vec<f64>) -> Vec<Complex64> {
+        self.spectrum_of_top(rows, &Job::default()).expect(NOT_CANCELLED)
+    }
+
+    fn spectrum_of_top(&self, mut rows: Vec<f64>, job: &Job) -> Result<Vec<Complex64>> {
         let Size { width, height } = self.size;
         assert!(rows.len().is_multiple_of(width) && rows.len() <= self.size.texels(), "rows of the image");
         let mut by_rows = vec![Complex64::ZERO; self.columns() * (rows.len() / width)];
-        by_rows.par_chunks_exact_mut(self.columns()).zip(rows.par_chunks_exact_mut(width)).for_each(
-            |(bins, row)| self.rows.process(row, bins).expect("rows and bins have the planned lengths"),
-        );
+        by_rows.par_chunks_exact_mut(self.columns()).zip(rows.par_chunks_exact_mut(width)).try_for_each(
+            |(bins, row)| {
+                self.rows.process(row, bins).expect("rows and bins have the planned lengths");
+                job.proceed()
+            },
+        )?;
         let mut spectrum = turned(&by_rows, self.columns(), height);
-        spectrum.par_chunks_exact_mut(height).for_each(|column| self.columns.process(column));
-        spectrum
+        transform_columns(&mut spectrum, &*self.columns, height, job)?;
+        Ok(spectrum)
     }
 
     /// The image of a spectrum. Imaginary parts that no real image has are discarded.
     ///
     /// # Panics
     /// When the spectrum has another size.
-    pub fn inverse(&self, mut spectrum: Vec<Complex64>) -> Vec<f64> {
+    pub fn inverse(&self, spectrum: Vec<Complex64>) -> Vec<f64> {
+        self.inverse_within(spectrum, &Job::default()).expect(NOT_CANCELLED)
+    }
+
+    /// [`Fourier::inverse`] as a part of a job, as [`Fourier::forward_within`].
+    ///
+    /// # Errors
+    /// [`ErrorKind::Cancelled`](crate::ErrorKind::Cancelled).
+    ///
+    /// # Panics
+    /// As [`Fourier::inverse`].
+    pub fn inverse_within(&self, mut spectrum: Vec<Complex64>, job: &Job) -> Result<Vec<f64>> {
         let Size { width, height } = self.size;
         assert_eq!(spectrum.len(), self.columns() * height, "a spectrum of the planned size");
-        spectrum.par_chunks_exact_mut(height).for_each(|column| self.columns_back.process(column));
+        transform_columns(&mut spectrum, &*self.columns_back, height, job)?;
         let mut by_rows = turned(&spectrum, height, self.columns());
         let mut image = vec![0.0; self.size.texels()];
-        image.par_chunks_exact_mut(width).zip(by_rows.par_chunks_exact_mut(self.columns())).for_each(
+        image.par_chunks_exact_mut(width).zip(by_rows.par_chunks_exact_mut(self.columns())).try_for_each(
             |(row, bins)| {
                 bins[0].im = 0.0;
                 if width.is_multiple_of(2) {
                     bins[width / 2].im = 0.0;
                 }
                 self.rows_back.process(bins, row).expect("rows and bins have the planned lengths");
+                job.proceed()
             },
-        );
+        )?;
         let scale = 1.0 / self.size.texels() as f64;
         image.iter_mut().for_each(|value| *value *= scale);
-        image
+        Ok(image)
     }
 
     /// The slow truth of [`Fourier::forward`]: the defining sum.
@@ -114,6 +149,19 @@ impl Fourier {
         };
         (0..self.columns()).flat_map(|k| (0..height).map(move |l| (k, l))).map(|(k, l)| bin(k, l)).collect()
     }
+}
+
+/// Transforms each column of a spectrum in place.
+fn transform_columns(
+    spectrum: &mut [Complex64],
+    transform: &dyn Fft<f64>,
+    height: usize,
+    job: &Job,
+) -> Result<()> {
+    spectrum.par_chunks_exact_mut(height).try_for_each(|column| {
+        transform.process(column);
+        job.proceed()
+    })
 }
 
 /// The transpose of a matrix with rows of `length` entries, each resulting row padded with zeros to `filled`

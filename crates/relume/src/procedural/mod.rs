@@ -29,9 +29,10 @@ pub use parameters::{Cut, Parameters};
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::maps::SurfaceMaps;
+use crate::memory::Footprint;
 use crate::size::Size;
 use noise::Canvas;
-use paint::{Sampler, paint};
+use paint::{PaintedTexel, Sampler, TOGETHER, paint};
 use solid::SolidBlock;
 
 /// The built-in materials.
@@ -97,6 +98,15 @@ impl MaterialOptions {
     }
 }
 
+impl MaterialOptions {
+    /// The memory of [`Material::make`]: five planes, and the texels that are computed together.
+    pub fn footprint(size: Size) -> Footprint {
+        let planes = Footprint::of_texels(size, 20, 20);
+        let together = (size_of::<PaintedTexel>() * TOGETHER.min(size.texels())) as u64;
+        Footprint { peak: planes.peak.saturating_add(together), ..planes }
+    }
+}
+
 impl Material {
     /// All materials.
     pub const ALL: [Self; 9] = [
@@ -150,8 +160,8 @@ impl Material {
     pub fn make(self, options: &MaterialOptions, job: &Job) -> Result<SurfaceMaps> {
         options.validate()?;
         options.parameters.validate(self.name(), self.parameters())?;
-        // Five planes, and a few texels at a time besides.
-        job.check("a material's maps", options.size, 5 * 4)?;
+        job.check("a material's maps", options.size, 0)?;
+        job.check_bytes("a material's maps", MaterialOptions::footprint(options.size).peak)?;
         let canvas = Canvas { size: options.size, tiling: options.tiling, seed: options.seed };
         paint(options.size, self.sampler(&canvas, options.feature, &options.parameters), job)
     }

@@ -28,7 +28,7 @@ pub struct PaintedTexel {
 pub type Sampler = dyn Fn([f64; 2]) -> PaintedTexel + Sync;
 
 /// Texels that are computed together before they become samples.
-const TOGETHER: usize = 1 << 16;
+pub(super) const TOGETHER: usize = 1 << 16;
 
 /// The maps of a function of position, computed in parallel.
 ///

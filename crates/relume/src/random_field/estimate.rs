@@ -67,6 +67,14 @@ impl Default for ModelOptions {
 }
 
 impl ModelOptions {
+    /// The memory of fitting a model to `planes` of `size`: scores, components, pyramid; for each level the
+    /// expanded coarser one, and double precision for the products, twice where the finest is fitted both
+    /// with a coarser one and without.
+    pub fn bytes(&self, size: Size, planes: usize) -> u64 {
+        let bytes: u64 = if self.fewer { 96 } else { 56 };
+        bytes.saturating_mul((size.texels() * planes) as u64)
+    }
+
     /// Checks the range of every number.
     pub fn validate(&self) -> Result<()> {
         let ranges = [
@@ -140,10 +148,7 @@ pub(super) struct Scored {
 impl Scored {
     pub(super) fn of(planes: &Planes, options: &ModelOptions, job: &Job) -> Result<Self> {
         options.validate()?;
-        // Scores, components, pyramid; for each level the expanded coarser one, and double precision for the
-        // products: twice where the finest is fitted both with a coarser one and without.
-        let bytes = if options.fewer { 96 } else { 56 };
-        job.check("the planes to model", planes.size(), bytes * planes.count() as u64)?;
+        job.check_bytes("the planes to model", options.bytes(planes.size(), planes.count()))?;
         if let Some(k) = (0..planes.count()).find(|&k| planes.plane(k).iter().any(|v| !v.is_finite())) {
             return Err(Error::invalid(format!("plane {k} holds values that are not finite")));
         }

@@ -16,6 +16,11 @@ use crate::planes::Planes;
 use crate::size::Size;
 use crate::space::Space;
 
+/// The index planes of a field, in messages.
+const MODELLED: &str = "the index planes to model";
+/// The field made of its models, in messages.
+const MADE: &str = "the texture of the models";
+
 /// A model and the meaning of its planes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FieldModel {
@@ -83,9 +88,9 @@ pub fn model_field(
     options: &ModelOptions,
     job: &Job,
 ) -> Result<(FieldModel, Vec<LevelReport>)> {
-    let space = checked_index_space(field, job)?;
+    let space = index_space(field)?;
     let options = ModelOptions { color: color_planes(field), ..*options };
-    let (model, reports) = estimate(&space.index_planes(field), &options, job)?;
+    let (model, reports) = estimate(&space.index_planes_within(field, job, MODELLED)?, &options, job)?;
     Ok((FieldModel::of(field, Fields::Joint(Box::new(model))), reports))
 }
 
@@ -110,19 +115,13 @@ pub fn combine_field(
     options: &ModelOptions,
     job: &Job,
 ) -> Result<(FieldModel, Vec<LevelReport>)> {
-    let space = checked_index_space(field, job)?;
-    job.check("the index planes of the tiles", tiles.texels.size(), 4 * space.planes() as u64)?;
-    let laid = space.index_planes(tiles.texels);
+    let space = index_space(field)?;
+    let laid = space.index_planes_within(tiles.texels, job, "the index planes of the tiles")?;
     let tiles = Tiles { texels: &laid, size: tiles.size };
     let options = ModelOptions { color: color_planes(field), ..*options };
-    let (model, reports) = combine(&space.index_planes(field), tiles, budget, &options, job)?;
+    let (model, reports) =
+        combine(&space.index_planes_within(field, job, MODELLED)?, tiles, budget, &options, job)?;
     Ok((FieldModel::of(field, Fields::Joint(Box::new(model))), reports))
-}
-
-fn checked_index_space(field: &ReflectanceField, job: &Job) -> Result<IndexSpace> {
-    let space = index_space(field)?;
-    job.check("the index planes to model", field.size(), 4 * space.planes() as u64)?;
-    Ok(space)
 }
 
 /// The modelled index planes: the coordinates of the functions over the hemisphere, and for LRGB fields those
@@ -142,10 +141,10 @@ fn like_functions(like: &ReflectanceField, functions: Planes, job: &Job) -> Resu
     if !like.layout().is_product() {
         return like.with_coefficients(functions);
     }
-    job.check("the texture of the models", functions.size(), 12 * functions.count() as u64)?;
+    job.check(MADE, functions.size(), 12 * functions.count() as u64)?;
     let channels = ReflectanceField::new(like.basis().clone(), PlaneLayout::RGB, like.space(), functions)?;
     let space = |field| IndexSpace::new(field, Metric::Function, Domain::Hemisphere);
-    space(like)?.field(like, &space(&channels)?.index_planes(&channels))
+    space(like)?.field(like, &space(&channels)?.index_planes_within(&channels, job, MADE)?)
 }
 
 impl FieldModel {

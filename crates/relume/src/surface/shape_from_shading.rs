@@ -21,6 +21,7 @@ use super::slopes::Slopes;
 use crate::direction::Direction;
 use crate::error::{Error, Result};
 use crate::job::Job;
+use crate::memory::Footprint;
 use crate::numeric::fourier::{BYTES_PER_TEXEL, Fourier};
 use crate::planes::Planes;
 use crate::size::Size;
@@ -105,23 +106,37 @@ pub fn shape_from_shading(
 ) -> Result<Shading> {
     options.validate()?;
     check_light(light)?;
-    let mirrored = if options.border == SurfaceBorder::Open { 4 } else { 1 };
-    job.check("shape from shading", luminance.size(), mirrored * (5 * BYTES_PER_TEXEL + 32))?;
+    job.check_bytes("shape from shading", footprint(luminance.size(), options.border).peak)?;
     let albedo = options.albedo.map_or_else(|| level_albedo(luminance, light), Ok)?;
     let shades: Vec<f64> = luminance.plane(0).iter().map(|&v| f64::from(v) / albedo).collect();
     if !shades.iter().all(|e| e.is_finite()) {
         return Err(Error::invalid("the photograph holds values that are not finite"));
     }
-    let mut slopes = linear_start(&shades, luminance.size(), light, options.border);
+    let mut slopes = linear_start(&shades, luminance.size(), light, options.border, job)?;
     job.start("shape from shading", options.rounds as u64);
     for _ in 0..options.rounds {
         step(&mut slopes, &shades, light);
-        slopes = integrable(&slopes, options);
+        slopes = integrable(&slopes, options, job)?;
         job.advance(1)?;
     }
     let residual = residual(&slopes, &shades, light);
     Ok(Shading { slopes, albedo, residual })
 }
+
+/// The memory of [`shape_from_shading`], beside the photograph.
+pub fn footprint(size: Size, border: SurfaceBorder) -> Footprint {
+    let bytes = match border {
+        SurfaceBorder::Periodic => PROJECTED,
+        // Mirrored slopes are four times as many.
+        SurfaceBorder::Open => 4 * PROJECTED,
+    };
+    // The shades and the slopes.
+    Footprint::of_texels(size, 8 + 16 + bytes, 16)
+}
+
+/// Bytes of a texel while slopes are projected: these and the projected slopes, the spectrum of the heights, and
+/// a transform.
+const PROJECTED: u64 = 16 + 16 + 8 + BYTES_PER_TEXEL;
 
 /// The shading of slopes under a light, negative where they face away.
 pub fn shading(p: f64, q: f64, light: Direction) -> f64 {
@@ -151,14 +166,20 @@ fn level_albedo(luminance: &Planes, light: Direction) -> Result<f64> {
 }
 
 /// Pentland's linear solution: E - l_z = -p l_x - q l_y, with Wiener damping where the light does not shade.
-fn linear_start(shades: &[f64], size: Size, light: Direction, border: SurfaceBorder) -> Slopes {
+fn linear_start(
+    shades: &[f64],
+    size: Size,
+    light: Direction,
+    border: SurfaceBorder,
+    job: &Job,
+) -> Result<Slopes> {
     let image: Vec<f64> = shades.iter().map(|e| e - light.z()).collect();
     let (image, whole) = match border {
         SurfaceBorder::Periodic => (image, size),
         SurfaceBorder::Open => (even_mirror(&image, size), Size::new(2 * size.width, 2 * size.height)),
     };
     let plan = Fourier::new(whole);
-    let mut spectrum = plan.forward(image);
+    let mut spectrum = plan.forward_within(image, job)?;
     let frequency = |k: usize, n: usize| {
         let signed = if 2 * k > n { k as f64 - n as f64 } else { k as f64 };
         std::f64::consts::TAU * signed / n as f64
@@ -170,8 +191,8 @@ fn linear_start(shades: &[f64], size: Size, light: Direction, border: SurfaceBor
         // E = -i (wx l_x + wy l_y) Z.
         *bin *= Complex64::i() * along / below;
     }
-    let heights = plan.inverse(spectrum);
-    central_slopes(&heights, whole, size)
+    let heights = plan.inverse_within(spectrum, job)?;
+    Ok(central_slopes(&heights, whole, size))
 }
 
 /// An image mirrored at its right and lower border.
@@ -214,13 +235,13 @@ fn step(slopes: &mut Slopes, shades: &[f64], light: Direction) {
     }
 }
 
-fn integrable(slopes: &Slopes, options: &ShadingOptions) -> Slopes {
+fn integrable(slopes: &Slopes, options: &ShadingOptions, job: &Job) -> Result<Slopes> {
     let size = slopes.size();
     match options.border {
-        SurfaceBorder::Periodic => project(slopes, options.longest.unwrap_or(f64::INFINITY)),
+        SurfaceBorder::Periodic => project(slopes, options.longest.unwrap_or(f64::INFINITY), job),
         SurfaceBorder::Open => {
             let longest = options.longest.unwrap_or(size.width.max(size.height) as f64);
-            project(&slopes.mirrored(), longest).cropped(size)
+            Ok(project(&slopes.mirrored(), longest, job)?.cropped(size))
         }
     }
 }

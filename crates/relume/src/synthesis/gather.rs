@@ -109,9 +109,10 @@ fn blend(map: &SourceMap, fields: &[&ReflectanceField], job: &Job) -> Result<Pla
     let texels: usize = fields.iter().map(|field| field.size().texels()).sum();
     // Index planes of the fields; of the blended texels those, their coefficients, and a copy of these.
     let blended = space.planes() + 2 * fields[0].coefficients().count();
-    let bytes = 4 * (texels * space.planes() + map.mix_count() * blended) as u64;
-    job.check_bytes("blending functions", bytes)?;
-    let index: Vec<Planes> = fields.iter().map(|field| space.index_planes(field)).collect();
+    const WHAT: &str = "blending functions";
+    job.check_bytes(WHAT, 4 * (texels * space.planes() + map.mix_count() * blended) as u64)?;
+    let index = fields.iter().map(|field| space.index_planes_within(field, job, WHAT));
+    let index: Vec<Planes> = index.collect::<Result<_>>()?;
     let sums = weighted_sums(map, &index.iter().collect::<Vec<_>>());
     Ok(space.field(fields[0], &sums)?.coefficients().clone())
 }

@@ -18,12 +18,13 @@ use crate::analysis::{Advice, Analysis, advise, analyze};
 use crate::error::{Error, Result};
 use crate::field::{IndexSpace, ReflectanceField};
 use crate::job::Job;
+use crate::memory::Footprint;
 use crate::metric::texture::copying::copying;
 use crate::metric::texture::{SlicedOptions, Source, Sources, sliced};
 use crate::numeric::random::{self, Purpose};
 use crate::planes::Planes;
 use crate::synthesis::pixel::{PatchMatchOptions, WeiLevoyOptions};
-use crate::synthesis::{Blend, BlockOptions, Exemplar, SourceMap, Tolerance, gather_index};
+use crate::synthesis::{Blend, BlockOptions, Exemplar, SourceMap, Texel, Tolerance, gather_index};
 
 /// The largest piece that a texture may copy verbatim, as a fraction of the smallest exemplar.
 pub const LARGEST_PIECE: f64 = 0.5;
@@ -127,6 +128,7 @@ impl Auto {
     /// # Errors
     /// Exemplars that cannot be analysed; if no texture could be made, the error of the first.
     pub fn run(&self, exemplars: &Exemplars<'_>, job: &Job) -> Result<Chosen> {
+        self.foresee(exemplars, job)?;
         let analyses = exemplars.analyses(job)?;
         let sizes = exemplars.planes.iter().map(|exemplar| exemplar.index.size());
         let advice = advise(&analyses.iter().zip(sizes).collect::<Vec<_>>());
@@ -157,6 +159,22 @@ impl Auto {
             return Err(reason.unwrap_or_else(|| Error::usage("there was nothing to try")));
         };
         Ok(Chosen { made, choice: Choice { analyses, advice, tries, kept } })
+    }
+
+    /// Refuses tries that could be made, but not measured within the memory: beside the best so far, the try
+    /// and the texture made by it, its index planes, and the patches of both.
+    fn foresee(&self, exemplars: &Exemplars<'_>, job: &Job) -> Result<()> {
+        if self.tries == 1 {
+            return Ok(());
+        }
+        let (size, planes) = (self.blocks.size, exemplars.space.planes());
+        let made = exemplars.fields[0].coefficients().count() + planes;
+        let texel = 2 * size_of::<Texel>() + size_of::<Source>() + 4 * made;
+        let held = Footprint::of_texels(size, texel as u64, texel as u64);
+        let sizes = exemplars.planes.iter().map(|exemplar| [exemplar.index.size(), size]);
+        let measure = |sizes| sliced::bytes(sizes, planes, &SlicedOptions::default());
+        let peak = sizes.map(measure).max().unwrap_or(0);
+        job.check_bytes("the tries and their measures", held.then(Footprint { peak, kept: 0 }).peak)
     }
 
     /// The plans, in order: blocks as requested, otherwise all suggestions, and for the remaining tries the

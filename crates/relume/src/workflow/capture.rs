@@ -4,13 +4,15 @@ use std::path::Path;
 
 use rayon::prelude::*;
 
-use crate::capture::dome::Dome;
+use crate::capture::dome::{Dome, DomeOptions};
 use crate::capture::lp;
 use crate::direction::Direction;
 use crate::error::{Error, Result};
-use crate::format::{Depth, ExrDepth, PictureFormat, encode_picture};
+use crate::format::{Depth, ExrDepth, PictureFormat, encode_picture_with};
 use crate::job::Job;
+use crate::memory::Footprint;
 use crate::names::named;
+use crate::size::Size;
 
 /// File formats of photographs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -48,9 +50,14 @@ impl PhotographFormat {
 /// The name of the light file.
 pub const LIGHT_FILE: &str = "lights.lp";
 
+/// The memory of one photograph and its file, beside the dome.
+pub fn footprint(size: Size, options: &DomeOptions, format: PhotographFormat) -> Footprint {
+    Dome::photograph_footprint(size, options).then(format.picture_format().footprint(size, 3))
+}
+
 /// Takes a photograph for every lamp and passes its name and bytes to `keep`, in order, and the light file
 /// last. Returns the fraction of values brighter than white, which the files cannot hold. Memory holds as
-/// many photographs as there are threads.
+/// many photographs as there are threads, or as fit.
 ///
 /// # Errors
 /// Errors of the dome or of `keep`, and a cancelled job.
@@ -62,15 +69,18 @@ pub fn photographs(
     keep: &mut dyn FnMut(&str, &[u8]) -> Result<()>,
 ) -> Result<f64> {
     let photograph = |lamp: &Direction| {
-        let picture = dome.photograph(*lamp)?;
+        let picture = dome.photograph_within(*lamp, job)?;
         let bright = picture.planes.as_slice().iter().filter(|v| **v > 1.0).count();
-        let bytes = encode_picture(&picture, format.picture_format())?;
+        let bytes = encode_picture_with(&picture, format.picture_format(), job)?;
         job.advance(1)?;
         Ok((bytes, bright))
     };
     job.start("photographing", lamps.len() as u64);
     let mut clipped = 0;
-    let batch = rayon::current_num_threads();
+    let one = footprint(dome.size(), dome.options(), format).peak;
+    let fitting = usize::try_from(job.free_bytes() / one.max(1)).unwrap_or(usize::MAX);
+    let batch = rayon::current_num_threads().min(lamps.len()).min(fitting).max(1);
+    job.check_bytes("the photographs taken at a time", one * batch as u64)?;
     for (number, lamps) in lamps.chunks(batch).enumerate() {
         let taken: Result<Vec<(Vec<u8>, usize)>> = lamps.par_iter().map(photograph).collect();
         for (k, (bytes, bright)) in taken?.into_iter().enumerate() {

@@ -6,6 +6,7 @@ use crate::direction::Direction;
 use crate::error::Result;
 use crate::field::{Basis, ReflectanceField};
 use crate::job::Job;
+use crate::memory::Footprint;
 use crate::metric::texture::copying::{Copying, copying};
 use crate::metric::texture::seams::{Seams, seams};
 use crate::metric::texture::wrap::{Wrap, wrap};
@@ -69,12 +70,21 @@ impl<'a> Comparison<'a> {
         [self.reference, self.other].map(|field| relight(field, light).to_space(Space::Srgb).planes)
     }
 
+    /// The memory of both under one light: their planes, and those of one of them in its own space.
+    fn footprint(&self) -> Footprint {
+        let bytes = |field: &ReflectanceField| 4 * (field.layout().channels() * field.size().texels()) as u64;
+        let (a, b) = (bytes(self.reference), bytes(self.other));
+        Footprint { peak: a + b + a.max(b), kept: a + b }
+    }
+
     /// Errors texel by texel.
     ///
     /// # Errors
-    /// Textures of different sizes or channels.
-    pub fn texel_errors(&self) -> Result<TexelErrors> {
+    /// Textures of different sizes or channels, limits exceeded, and a cancelled job.
+    pub fn texel_errors(&self, job: &Job) -> Result<TexelErrors> {
+        job.check_bytes("the textures under a light", self.footprint().peak)?;
         let error = |light: &Direction| {
+            job.proceed()?;
             let [a, b] = self.under(*light);
             Ok((psnr(&a, &b)?, rmse(&a, &b)?))
         };
@@ -106,12 +116,11 @@ impl<'a> Comparison<'a> {
             seams: None,
             copying: sources.map(copying),
         };
+        let footprint = self.footprint();
+        job.check_bytes("the textures under a light", footprint.peak)?;
+        let _pictures = job.hold("the textures under a light", footprint.kept)?;
         job.start("comparing", self.lights.len() as u64);
         for &light in &self.lights {
-            for field in [self.reference, self.other] {
-                let bytes = 8 * field.layout().channels() as u64;
-                job.check("the texture under a light", field.size(), bytes)?;
-            }
             let [a, b] = self.under(light);
             found.distances.push(distances(&a, &b, &options, job)?);
             for (worst, wrap) in found.wraps.iter_mut().zip(wrap(&b)) {

@@ -65,8 +65,7 @@ pub fn synthesize_with(
 ) -> Result<Synthesized> {
     let approach = options.approach()?;
     let space = options.metric.space(exemplar, options.domain)?;
-    job.check("the index of the exemplar", exemplar.size(), 4 * space.planes() as u64)?;
-    let index = space.index_planes(exemplar);
+    let index = space.index_planes_within(exemplar, job, "the index of the exemplar")?;
     let exemplars = Exemplars {
         fields: &[exemplar],
         planes: &[Exemplar { index: &index, excluded: None }],

@@ -201,8 +201,10 @@ impl ModelRequest {
 
     fn combined(&self, field: &ReflectanceField, job: &Job) -> Result<FittedModel> {
         let space = IndexSpace::new(field, Metric::Function, Domain::Hemisphere)?;
-        job.check("the index of the exemplar", field.size(), 4 * space.planes() as u64)?;
-        let (map, source) = self.tiles(&space.index_planes(field), job)?;
+        // What follows the search for tiles.
+        job.check_bytes("the planes to model", self.options.bytes(field.size(), space.planes()))?;
+        let index = space.index_planes_within(field, job, "the index of the exemplar")?;
+        let (map, source) = self.tiles(&index, job)?;
         let bytes = self.structure_bytes.unwrap_or_else(|| general_bytes(&space));
         self.with_structure(field, &map, source, bytes, job)
     }
@@ -216,8 +218,8 @@ impl ModelRequest {
         job: &Job,
     ) -> Result<FittedModel> {
         let space = IndexSpace::new(field, Metric::Function, Domain::Hemisphere)?;
-        job.check("the index of the exemplar", field.size(), 4 * space.planes() as u64)?;
-        let (map, source) = coarse_block_tile(&space.index_planes(field), job)?;
+        let index = space.index_planes_within(field, job, "the index of the exemplar")?;
+        let (map, source) = coarse_block_tile(&index, job)?;
         let levels = self.options.levels.min(DETAIL_LEVELS);
         let request = Self { options: ModelOptions { levels, ..self.options }, ..self.clone() };
         let [least, most] = SMALL_STRUCTURE;

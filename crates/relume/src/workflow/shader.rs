@@ -71,7 +71,11 @@ impl NoiseFunctions {
             return Err(Error::invalid("the page needs functions of red, green and blue"));
         }
         let space = IndexSpace::new(field, Metric::Function, Domain::Hemisphere)?;
-        let noise = Noise::new(&space.index_planes(field), &NoiseOptions::default(), job)?;
+        let noise = Noise::new(
+            &space.index_planes_within(field, job, "the index of the exemplar")?,
+            &NoiseOptions::default(),
+            job,
+        )?;
         let functions = functions(&noise, &space, field)?;
         Ok(Self { noise, functions })
     }

@@ -34,3 +34,21 @@ fn every_stage_stops_soon_after_it_is_cancelled() {
     }
     assert!(late.is_empty(), "{late:#?}");
 }
+
+/// Files are decoded by other crates, which ask nobody.
+const NOT_ASKING: &str = "reading ";
+
+#[test]
+fn a_stage_of_a_cancelled_job_has_no_result() {
+    let cancel = Cancel::default();
+    cancel.cancel();
+    let job = Job::default().with_cancel(cancel);
+    let mut unasked = Vec::new();
+    for stage in stages::all(128).iter().filter(|stage| !stage.name.starts_with(NOT_ASKING)) {
+        match (stage.run)(&job) {
+            Err(error) => assert_eq!(error.kind(), ErrorKind::Cancelled, "{}: {error}", stage.name),
+            Ok(()) => unasked.push(stage.name),
+        }
+    }
+    assert!(unasked.is_empty(), "these did not ask whether to go on: {unasked:#?}");
+}

@@ -5,7 +5,10 @@ use relume::analysis::analyze;
 use relume::capture::dome::{Dome, DomeOptions, lights};
 use relume::field::{Basis, Domain, IndexSpace, Metric, PlaneLayout};
 use relume::fit::{FitOptions, fit};
-use relume::format::{Depth, ExrDepth, FieldFormat, PictureFormat, decode_field, encode_field};
+use relume::format::animation::{encode_apng_with, encode_gif_with};
+use relume::format::{
+    Depth, ExrDepth, FieldFormat, HeightFormat, PictureFormat, decode_field, encode_field, encode_height_with,
+};
 use relume::metric::texture::{SlicedOptions, sliced, spectrum, steerable};
 use relume::numeric::random::{Purpose, Stream};
 use relume::procedural::{Material, MaterialOptions};
@@ -24,7 +27,7 @@ use relume::synthesis::pixel::{
 use relume::synthesis::roller::{RollerOptions, lay, roll};
 use relume::synthesis::search::{SearchMethod, SearchOptions};
 use relume::synthesis::{Blend, BlockOptions, Boundary, Exemplar, Guidance, Tolerance, gather, synthesize};
-use relume::{Direction, Job, Planes, Raster, ReflectanceField, Result, Samples, Size, Space};
+use relume::{Direction, Job, Picture, Planes, Raster, ReflectanceField, Result, Samples, Size, Space};
 
 /// A stage as a function of its job.
 type Run = dyn Fn(&Job) -> Result<()> + Sync;
@@ -150,7 +153,12 @@ fn of_tiles_and_noise(side: usize) -> Vec<Stage> {
     let size = Size::new(side, side);
     let (regular, laid, plain, field) =
         (texture(size, 9, 8), texture(size, 3, 8), texture(size, 9, 9), polynomials(size));
+    let indexed = polynomials(size);
     vec![
+        stage("index planes", move |job| {
+            let space = IndexSpace::new(&indexed, Metric::Function, Domain::Hemisphere)?;
+            space.index_planes_within(&indexed, job, "the index")
+        }),
         stage("rolling tiles", move |job| {
             let exemplar = Exemplar { index: &regular, excluded: None };
             roll(&exemplar, &RollerOptions { oblique: true, ..RollerOptions::default() }, job)
@@ -229,7 +237,7 @@ fn of_photographs(side: usize) -> Vec<Stage> {
         }),
         stage("photographing", move |job| {
             let dome = Dome::new(maps.clone(), &DomeOptions::default(), job)?;
-            dome.photograph(Direction::new(0.5, 0.3, 0.8)?)
+            dome.photograph_within(Direction::new(0.5, 0.3, 0.8)?, job)
         }),
     ]
 }
@@ -292,6 +300,11 @@ fn of_measures(side: usize) -> Vec<Stage> {
     ]
 }
 
+/// Pictures of an animation.
+fn frames(size: Size) -> Vec<Picture> {
+    (0..4).map(|seed| Picture { planes: texture(size, 3, 20 + seed), space: Space::Srgb }).collect()
+}
+
 fn of_files(side: usize) -> Vec<Stage> {
     let size = Size::new(side, side);
     let functions = [
@@ -306,7 +319,18 @@ fn of_files(side: usize) -> Vec<Stage> {
         ("a JPEG", PictureFormat::Jpeg { quality: 90 }),
     ];
     let pictures = pictures.map(|(name, format)| (name, FieldFormat::Picture(format)));
-    let mut stages = Vec::new();
+    let (frames, heights) = (frames(size), texture(size, 1, 19));
+    let (also_frames, also_heights) = (frames.clone(), heights.clone());
+    let mut stages = vec![
+        stage("writing an animated PNG", move |job| encode_apng_with(&frames, 10, job)),
+        stage("writing an animated GIF", move |job| encode_gif_with(&also_frames, 10, job)),
+        stage("writing heights as a PNG", move |job| {
+            encode_height_with(&heights, None, HeightFormat::Png, job)
+        }),
+        stage("writing heights as EXR", move |job| {
+            encode_height_with(&also_heights, Some(0.1), HeightFormat::Exr, job)
+        }),
+    ];
     for (name, format) in functions.into_iter().chain(pictures) {
         let field = if matches!(format, FieldFormat::Picture(_)) {
             ReflectanceField::new(Basis::Constant, PlaneLayout::RGB, Space::Srgb, texture(size, 3, 18))

@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 
 use relume::capture::dome::{Bounce, Dome, DomeOptions, ReliefBorder, Surface, lights};
 use relume::maps::SurfaceMaps;
-use relume::procedural::{Material, Tiling};
-use relume::workflow::capture::{PhotographFormat, photographs};
-use relume::{Error, Result};
+use relume::procedural::{Material, MaterialOptions, Tiling};
+use relume::workflow::capture::{PhotographFormat, footprint, photographs};
+use relume::{Error, Footprint, Result, Size};
 use serde_json::json;
 
 use super::material::MaterialArgs;
@@ -99,6 +99,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         args.maps.as_deref().filter(|path| material(path).is_none()).into_iter().collect();
     let mut folder = Folder::stage(&args.output, &inputs, context)?;
     let (name, maps, unused) = source(args, context)?;
+    foresee(args, maps.size(), &options, context)?;
     let dome = Dome::new(maps, &options, &context.job).map_err(|e| match &args.maps {
         Some(path) if material(path).is_none() => e.at(path),
         _ => e,
@@ -106,7 +107,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let lamps = lights(args.lights as usize);
     let mut keep = |name: &str, bytes: &[u8]| folder.add(name, bytes);
     let clipped = photographs(&dome, &lamps, args.format, &context.job, &mut keep)?;
-    truth::write(&dome, &mut folder)?;
+    truth::write(&dome, &mut folder, &context.job)?;
     let (low, high) = dome.maps().height.range(0);
     let json = json!({
         "source": name,
@@ -132,6 +133,13 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     Ok(report.with_warnings(ignored(&unused)))
 }
 
+/// Refuses a capture that cannot be taken and written within the memory, beside its maps.
+fn foresee(args: &Args, size: Size, options: &DomeOptions, context: &Context) -> Result<()> {
+    let (dome, one) = (Dome::footprint(size, options), footprint(size, options, args.format));
+    let written = Footprint { peak: one.peak.max(truth::footprint(size).peak), kept: 0 };
+    context.job.check_bytes("the virtual dome and its photographs", dome.then(written).peak)
+}
+
 fn summary(args: &Args, name: &str, dome: &Dome, clipped: f64) -> String {
     let (low, high) = dome.maps().height.range(0);
     let mut lines = vec![
@@ -151,11 +159,7 @@ fn source(args: &Args, context: &Context) -> Result<(String, SurfaceMaps, Vec<Pa
         Some(path) if material(path).is_some() => {
             args.files.refuse("a built-in material has its own maps")?;
             let material = material(path).expect("the arm's condition");
-            Ok((
-                material.name().to_owned(),
-                material.make(&args.material.options(Tiling::Torus), &context.job)?,
-                Vec::new(),
-            ))
+            Ok((material.name().to_owned(), made(material, args, context)?, Vec::new()))
         }
         folder => {
             args.material.refuse()?;
@@ -178,6 +182,16 @@ fn source(args: &Args, context: &Context) -> Result<(String, SurfaceMaps, Vec<Pa
             ))
         }
     }
+}
+
+/// The maps of a built-in material, unless the photographs of them would not fit into the memory.
+fn made(material: Material, args: &Args, context: &Context) -> Result<SurfaceMaps> {
+    let options = args.material.options(Tiling::Torus);
+    options.validate()?;
+    let maps = context.job.hold("a material's maps", MaterialOptions::footprint(options.size).kept)?;
+    foresee(args, options.size, &args.dome.options(), context)?;
+    drop(maps);
+    material.make(&options, &context.job)
 }
 
 /// What is said of pictures beside the maps.

@@ -50,12 +50,23 @@ const COMMANDS: [&str; 15] = [
     "fit DIR/noise -o DIR/noise.ptm --color rgb",
 ];
 
+/// The memory of the command that takes the most whatever the options, a rendering: measured.
+const RENDERING_BYTES: u64 = 88 << 20;
+/// The memory of fitting the photographs of 256 x 256 texels, beside their samples.
+const FITTING_BYTES: u64 = 24 << 20;
+
+/// The memory of the demo: each command would refuse only when its turn comes.
+fn bytes(args: &Args) -> u64 {
+    RENDERING_BYTES.max(FITTING_BYTES + u64::from(args.lights) * 256 * 256 * 3)
+}
+
 /// Runs the commands and writes the page.
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
     if Material::from_name(&args.material).is_none() {
         let names = Material::ALL.map(Material::name).join(", ");
         return Err(Error::usage(format!("there is no material '{}': choose one of {names}", args.material)));
     }
+    context.job.check_bytes("the demo", bytes(args))?;
     let folder = Folder::stage(&args.output, &[], context)?;
     let reports = COMMANDS
         .iter()

@@ -7,11 +7,12 @@ use std::path::PathBuf;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use relume::capture::Pairing;
-use relume::format::{HeightFormat, PictureFormat, encode_height, encode_normals, encode_picture};
-use relume::surface::integrate::{IntegrateOptions, IntegrationMethod, SurfaceBorder, integrate};
+use relume::format::{HeightFormat, PictureFormat, encode_height_with, encode_normals, encode_picture_with};
+use relume::surface::integrate::{self, IntegrateOptions, IntegrationMethod, SurfaceBorder, integrate};
 use relume::surface::shape_from_shading::ShadingOptions;
 use relume::surface::{Ambient, Estimator};
-use relume::{Direction, Error, Planes, Result};
+use relume::workflow::memory::MemoryPeak;
+use relume::{Direction, Error, Footprint, Job, Planes, Result, Size};
 use serde_json::{Value, json};
 
 use crate::context::Context;
@@ -121,12 +122,12 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         PictureFormat::from_path(path)?;
     }
     let shape = shape::find(args, context)?;
-    let albedo = albedo_map(args, &shape)?;
+    let albedo = albedo_map(args, &shape, &context.job)?;
     let options = IntegrateOptions { method: args.integration, border: args.border };
     let height = integrate(&shape.slopes, &options, &context.job)?;
     let compared = args.truth.compare(&height, &shape.normals, args.normal_maps.normal_y, context)?;
 
-    outputs.write(&args.output, encode_height(&height, args.pixel_mm, format)?)?;
+    outputs.write(&args.output, encode_height_with(&height, args.pixel_mm, format, &context.job)?)?;
     if let Some(path) = &args.normals {
         let y = args.normal_maps.of_output(path);
         outputs.write(path, encode_normals(&shape.normals, y, PictureFormat::from_path(path)?)?)?;
@@ -137,14 +138,31 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     Ok(report(args, &shape, &height, compared).with_outputs(outputs.commit()?))
 }
 
+/// Refuses a surface that cannot be integrated and written within the memory; `channels` are those of its
+/// albedo, 0 without one.
+fn foresee(args: &Args, size: Size, channels: usize, context: &Context) -> Result<()> {
+    // Slopes in double precision, normals, and the albedo.
+    let shape = 16 + 12 + 4 * channels as u64;
+    let mut stages = vec![Footprint::of_texels(size, shape, shape)];
+    if let (Some(path), true) = (&args.albedo_map, channels > 0) {
+        stages.push(PictureFormat::from_path(path)?.footprint(size, channels));
+    }
+    stages.push(integrate::footprint(size, args.border));
+    stages.push(Footprint { kept: 0, ..HeightFormat::from_path(&args.output)?.footprint(size) });
+    if let Some(path) = &args.normals {
+        stages.push(PictureFormat::from_path(path)?.normals_footprint(size));
+    }
+    MemoryPeak::of_stages("the surface and its files", stages).check(&context.job)
+}
+
 /// The bytes of the albedo map, if requested.
-fn albedo_map(args: &Args, shape: &Shape) -> Result<Option<Vec<u8>>> {
+fn albedo_map(args: &Args, shape: &Shape, job: &Job) -> Result<Option<Vec<u8>>> {
     let Some(path) = &args.albedo_map else { return Ok(None) };
     let albedo = shape
         .albedo
         .as_ref()
         .ok_or_else(|| Error::usage(format!("{} finds no albedo", shape.method.name())).at(path))?;
-    encode_picture(albedo, PictureFormat::from_path(path)?).map(Some)
+    encode_picture_with(albedo, PictureFormat::from_path(path)?, job).map(Some)
 }
 
 fn report(args: &Args, shape: &Shape, height: &Planes, compared: compare::Compared) -> Report {

@@ -7,10 +7,10 @@ use relume::format::MapRole;
 use relume::surface::photometric_stereo::{StereoOptions, photometric_stereo};
 use relume::surface::shape_from_shading::{ShadingOptions, shape_from_shading};
 use relume::surface::{self, STEEPEST, Slopes};
-use relume::{Direction, Error, Picture, Planes, Result, Space};
+use relume::{Direction, Error, Picture, Planes, RasterSequence, Result, Space};
 use serde_json::{Value, json};
 
-use super::{Args, no_facts};
+use super::{Args, foresee, no_facts};
 use crate::context::Context;
 use crate::output::CaptureFiles;
 use crate::{input, normals, paths};
@@ -83,6 +83,7 @@ pub fn find(args: &Args, context: &Context) -> Result<Shape> {
         HeightMethod::PtmNormals => field_normals(args, context),
         HeightMethod::NormalMap => {
             let map = input::normals(&args.input, args.normal_maps.normal_y, &context.job)?;
+            foresee(args, map.normals.size(), 0, context)?;
             let shape = Shape::of_normals(method, map.normals, args.steepest);
             let mut shape = shape.map_err(|e| e.at(&args.input))?;
             shape.notes.push(format!("read as {}", normals::described(map.y)));
@@ -100,6 +101,9 @@ fn stereo(args: &Args, context: &Context) -> Result<Shape> {
     let capture = Capture::open_paired(&args.input, args.stereo.pair)?;
     let files = CaptureFiles::of(&capture)?;
     let load = |i: usize| files.raster(&capture.photographs[i].path, &context.job);
+    let photographs = RasterSequence::open(&load)?;
+    foresee(args, photographs.size(), photographs.channels(), context)?;
+    let load = |i: usize| photographs.read(i);
     let options = StereoOptions { estimator: args.stereo.estimator, ambient: args.stereo.ambient() };
     let lights = capture.lights();
     let found =
@@ -119,7 +123,10 @@ fn stereo(args: &Args, context: &Context) -> Result<Shape> {
 
 fn shading(args: &Args, is_capture: bool, context: &Context) -> Result<Shape> {
     let photograph = photograph(args, is_capture)?;
-    let picture = input::raster(&photograph.path, &context.job)?.to_picture(Space::Linear);
+    let raster = input::raster(&photograph.path, &context.job)?;
+    foresee(args, raster.size(), 0, context)?;
+    let picture = raster.to_picture(Space::Linear);
+    drop(raster);
     let options = ShadingOptions {
         albedo: args.shading.albedo,
         rounds: args.shading.rounds,
@@ -180,6 +187,7 @@ fn field_normals(args: &Args, context: &Context) -> Result<Shape> {
         )
         .at(&args.input));
     }
+    foresee(args, field.size(), field.layout().channels(), context)?;
     let mut shape = Shape::of_normals(HeightMethod::PtmNormals, surface::normals(&field), args.steepest)?;
     shape.albedo = Some(surface::albedo(&field));
     Ok(shape)

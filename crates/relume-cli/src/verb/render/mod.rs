@@ -4,11 +4,11 @@ mod relief;
 
 use std::path::{Path, PathBuf};
 
-use relume::format::{Depth, PictureFormat, encode_picture, read_mesh};
+use relume::format::{Depth, PictureFormat, encode_picture_with, read_mesh};
 use relume::render::{
     self, Camera, CastShadows, Light, Mesh, MeshRelief, Primitive, RenderOptions, Specular, TexelShading,
 };
-use relume::{Direction, Result, Size, Space, surface};
+use relume::{Direction, Footprint, Result, Size, Space, surface};
 use serde_json::json;
 
 use crate::context::Context;
@@ -129,6 +129,8 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     if args.tiling.is_none() {
         options.tiling = as_large(options.tiling, source, field.size());
     }
+    let pixels = Footprint::of_texels(args.size, 12, 12).then(format.footprint(args.size, 3));
+    job.check_bytes("the picture and its file", pixels.peak)?;
     let mesh = object.unwrap_or_else(|| {
         let [across, down] = options.tiling;
         let (width, height) = (field.size().width as f64, field.size().height as f64);
@@ -141,7 +143,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let (relief, fitted) = relief.map_or((None, None), |(relief, fitted)| (Some(relief), fitted));
     let relief = relief.as_ref();
     let picture = render::render_relief(&field, normals, relief, &mesh, &options, job)?;
-    outputs.write(&args.output, encode_picture(&picture, format)?)?;
+    outputs.write(&args.output, encode_picture_with(&picture, format, job)?)?;
     Ok(report(args, &mesh, &options, relief).with_outputs(outputs.commit()?).with_warnings(fitted))
 }
 

@@ -139,7 +139,8 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let (options, approach) = args.options(guidance)?;
     let files = read_all(&args.exemplars, opened, context, input::exemplar)?;
     let images = read_registered(applied, &files, context)?;
-    let written = files.first().into_iter().chain(images.iter().filter_map(|one| one.files.first()));
+    let rearranged = images.iter().map(|one| (&*one.applied.output, &one.files[0]));
+    let written = std::iter::once((&*args.output, &files[0])).chain(rearranged);
     gathered::check_memory(options.size, written, context)?;
     let outcome = synthesise(args, &files, &images, &approach, context)?;
     let (map, report) = (&outcome.made.map, describe(&args.output, &options, &outcome, &args.exemplars));

@@ -26,8 +26,9 @@ pub use lights::lights;
 pub use relief::ReliefBorder;
 
 use crate::error::{Error, Result};
-use crate::job::Job;
+use crate::job::{Held, Job};
 use crate::maps::SurfaceMaps;
+use crate::memory::Footprint;
 use crate::microfacet;
 use crate::planes::Planes;
 use crate::size::Size;
@@ -124,6 +125,7 @@ pub struct Dome {
     relief: Relief,
     surroundings: Surroundings,
     options: DomeOptions,
+    _held: Held,
 }
 
 impl Dome {
@@ -136,9 +138,10 @@ impl Dome {
         options.validate()?;
         maps.validate()?;
         let size = maps.size();
-        // The extended relief, normals, the sky, and a photograph with its components.
-        let bytes = horizon::bytes_per_texel(options.sectors) + 12 + 12 + 12 + 24;
-        job.check("the virtual dome", size, bytes)?;
+        let footprint = Self::footprint(size, options);
+        job.check("the virtual dome", size, 0)?;
+        job.check_bytes("the virtual dome", footprint.peak)?;
+        let held = job.hold("the virtual dome", footprint.kept)?;
         if u32::try_from(size.texels()).is_err() {
             return Err(Error::limit(format!("maps of {size} texels are too large for the virtual dome")));
         }
@@ -155,12 +158,31 @@ impl Dome {
             None => relief.normals(),
         };
         let surroundings = Surroundings::new(&relief, &normals, options.sectors, job)?;
-        Ok(Self { maps, normals, relief, surroundings, options: *options })
+        Ok(Self { maps, normals, relief, surroundings, options: *options, _held: held })
+    }
+
+    /// The memory of a dome over maps of `size`, beside the maps: the relief with its continuation, normals,
+    /// and what each texel sees.
+    pub fn footprint(size: Size, options: &DomeOptions) -> Footprint {
+        let seen = horizon::bytes_per_texel(options.sectors);
+        Footprint::of_texels(size, seen + 12 + 12, seen - 4 + 12 + 12)
+    }
+
+    /// The memory of a photograph of maps of `size`: light from the lamp, the light that texels pass on and what
+    /// arrives of it, collected from parts, or colours and their planes, which stay.
+    pub fn photograph_footprint(size: Size, options: &DomeOptions) -> Footprint {
+        let bounced = if options.bounce == Bounce::Once { 16 } else { 0 };
+        Footprint::of_texels(size, 4 + bounced + 12 + 12, 12)
     }
 
     /// Width and height of the photographs.
     pub fn size(&self) -> Size {
         self.maps.size()
+    }
+
+    /// The options it was made with.
+    pub fn options(&self) -> &DomeOptions {
+        &self.options
     }
 
     /// The maps under the dome: the true height and albedo.

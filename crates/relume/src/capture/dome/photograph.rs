@@ -3,6 +3,7 @@
 use super::{Bounce, Dome, Surface, shadow};
 use crate::direction::Direction;
 use crate::error::{Error, Result};
+use crate::job::Job;
 use crate::microfacet;
 use crate::picture::Picture;
 use crate::planes::Planes;
@@ -18,6 +19,14 @@ impl Dome {
     /// # Errors
     /// A lamp less than about half a degree above the surface, or below it.
     pub fn photograph(&self, light: Direction) -> Result<Picture> {
+        self.photograph_within(light, &Job::default())
+    }
+
+    /// [`Dome::photograph`] as a part of a job; its memory is [`Dome::photograph_footprint`].
+    ///
+    /// # Errors
+    /// As [`Dome::photograph`], and a cancelled job.
+    pub fn photograph_within(&self, light: Direction, job: &Job) -> Result<Picture> {
         if light.z() < LEAST_LIGHT_Z {
             return Err(Error::usage(format!(
                 "a lamp at ({}, {}, {}) does not shine onto the surface: expected z of at least {LEAST_LIGHT_Z}",
@@ -26,19 +35,20 @@ impl Dome {
                 light.z()
             )));
         }
-        let lamp = self.lamp_irradiance(light);
+        let lamp = self.lamp_irradiance(light, job)?;
         let bounced = match self.options.bounce {
             Bounce::None => None,
-            Bounce::Once => Some(self.bounced_irradiance(&lamp)),
+            Bounce::Once => Some(self.bounced_irradiance(&lamp, job)?),
         };
         let colors: Vec<[f32; 3]> = (0..self.size().texels())
             .into_par_iter()
             .with_min_len(self.size().width)
             .map(|texel| {
+                job.proceed()?;
                 let indirect = bounced.as_ref().map_or([0.0; 3], |b| b[texel]).map(|b| b + self.sky(texel));
-                self.reflected(texel, light, lamp[texel], indirect)
+                Ok(self.reflected(texel, light, lamp[texel], indirect))
             })
-            .collect();
+            .collect::<Result<_>>()?;
         let mut planes = Planes::zeros(self.size(), 3);
         for (k, plane) in planes.iter_mut().enumerate() {
             plane.iter_mut().zip(&colors).for_each(|(out, color)| *out = color[k]);
@@ -47,15 +57,15 @@ impl Dome {
     }
 
     /// Irradiance from the lamp for each texel; 1 if facing the lamp and unshadowed.
-    fn lamp_irradiance(&self, light: Direction) -> Vec<f32> {
-        let mut irradiance = shadow::lamp_share(&self.relief, light, self.options.lamp_radius_rad);
+    fn lamp_irradiance(&self, light: Direction, job: &Job) -> Result<Vec<f32>> {
+        let mut irradiance = shadow::lamp_share(&self.relief, light, self.options.lamp_radius_rad, job)?;
         let [x, y, z] = light.to_array().map(|c| c as f32);
         let cosines = |texel: usize| {
             let [nx, ny, nz] = self.normal(texel);
             (nx * x + ny * y + nz * z).max(0.0)
         };
         irradiance.par_iter_mut().enumerate().for_each(|(texel, share)| *share *= cosines(texel));
-        irradiance
+        Ok(irradiance)
     }
 
     /// Irradiance from the sky.
@@ -64,7 +74,7 @@ impl Dome {
     }
 
     /// Irradiance from the surface that each texel sees, lit by the lamp and the sky.
-    fn bounced_irradiance(&self, lamp: &[f32]) -> Vec<[f32; 3]> {
+    fn bounced_irradiance(&self, lamp: &[f32], job: &Job) -> Result<Vec<[f32; 3]>> {
         let radiosity: Vec<[f32; 4]> = (0..lamp.len())
             .into_par_iter()
             .map(|texel| {
@@ -74,13 +84,14 @@ impl Dome {
             })
             .collect();
         let gathered = |texel: usize| {
+            job.proceed()?;
             let mut sum = [0.0f32; 4];
             for links in &self.surroundings.links {
                 let link = links[texel];
                 let from = &radiosity[link.texel as usize];
                 sum.iter_mut().zip(from).for_each(|(s, r)| *s += link.share * r);
             }
-            [sum[0], sum[1], sum[2]]
+            Ok([sum[0], sum[1], sum[2]])
         };
         (0..lamp.len()).into_par_iter().with_min_len(self.size().width).map(gathered).collect()
     }
@@ -127,7 +138,6 @@ impl Dome {
 mod tests {
     use super::super::{DomeOptions, ReliefBorder, lights};
     use super::*;
-    use crate::job::Job;
     use crate::limits::Limits;
     use crate::maps::SurfaceMaps;
     use crate::size::Size;
@@ -217,8 +227,8 @@ mod tests {
             1.0,
         );
         let dome = dome(white, DomeOptions { ambient: 0.0, ..matte() });
-        let lamp = dome.lamp_irradiance(Direction::ZENITH);
-        let bounced = dome.bounced_irradiance(&lamp);
+        let lamp = dome.lamp_irradiance(Direction::ZENITH, &Job::default()).unwrap();
+        let bounced = dome.bounced_irradiance(&lamp, &Job::default()).unwrap();
         // Integrate over the true area of the facets: texel area divided by the z of the normal.
         let area = |texel: usize| 1.0 / dome.normal(texel)[2];
         let arrived: f32 = (0..lamp.len()).map(|t| lamp[t] * area(t)).sum();

@@ -3,6 +3,8 @@
 use super::march::{Heading, crossings, steepest_slopes};
 use super::relief::Relief;
 use crate::direction::Direction;
+use crate::error::Result;
+use crate::job::Job;
 use rayon::prelude::*;
 
 /// The least elevation of the lower edge of a lamp, which limits the length of rays.
@@ -11,24 +13,29 @@ const LEAST_ELEVATION_RAD: f64 = 0.01;
 /// The visible share of a lamp of angular radius `lamp_radius_rad` for every texel, row by row.
 ///
 /// Only the horizon in the azimuth of the lamp is used, as if it ran level across the disk.
-pub fn lamp_share(relief: &Relief, light: Direction, lamp_radius_rad: f64) -> Vec<f32> {
+///
+/// # Errors
+/// A cancelled job.
+pub fn lamp_share(relief: &Relief, light: Direction, lamp_radius_rad: f64, job: &Job) -> Result<Vec<f32>> {
     let level = light.x().hypot(light.y());
     let mut share = vec![1.0f32; relief.size().texels()];
     if level < 1e-9 {
-        return share;
+        return Ok(share);
     }
     let heading = Heading { column: light.x() / level, row: -light.y() / level };
     let elevation = light.z().atan2(level);
     let lower_edge = (elevation - lamp_radius_rad).max(LEAST_ELEVATION_RAD).tan();
     let path = crossings(heading, relief.reach().min(f64::from(relief.range()) / lower_edge));
-    share.par_chunks_mut(relief.size().width).enumerate().for_each(|(y, row)| {
+    share.par_chunks_mut(relief.size().width).enumerate().try_for_each(|(y, row)| {
+        job.proceed()?;
         row.fill(f32::MIN);
         steepest_slopes(relief, &path, y, lower_edge as f32, row);
         for value in row {
             *value = disk_share(elevation - f64::from(*value).atan(), lamp_radius_rad) as f32;
         }
-    });
-    share
+        Ok(())
+    })?;
+    Ok(share)
 }
 
 /// The share of a disk above a level line that runs `above_rad` below its middle.
@@ -64,7 +71,7 @@ mod tests {
             let wall =
                 relief(Size::new(64, 5), ReliefBorder::Clamp, |x, _| if x >= 40.0 { height } else { 0.0 });
             let light = Direction::from_angles((90.0 - degrees).to_radians(), 0.0);
-            let share = lamp_share(&wall, light, 0.0);
+            let share = lamp_share(&wall, light, 0.0, &Job::default()).unwrap();
             let length = height / degrees.to_radians().tan();
             for x in 0..64 {
                 let shadowed = x < 40 && (40 - x) as f64 <= length;
@@ -80,7 +87,9 @@ mod tests {
         let post = relief(size, ReliefBorder::Clamp, |x, y| if (x, y) == (20.0, 20.0) { 8.0 } else { 0.0 });
         // A light above the top of the picture (y up) throws the shadow down the rows.
         for (azimuth, [dx, dy]) in [(0.0f64, [-1, 0]), (90.0, [0, 1]), (180.0, [1, 0]), (270.0, [0, -1])] {
-            let share = lamp_share(&post, Direction::from_angles(0.8, azimuth.to_radians()), 0.0);
+            let share =
+                lamp_share(&post, Direction::from_angles(0.8, azimuth.to_radians()), 0.0, &Job::default())
+                    .unwrap();
             let at = |k: i32| share[size.index((20 + k * dx) as usize, (20 + k * dy) as usize)];
             assert_eq!([at(-3), at(0), at(3), at(5)], [1.0, 1.0, 0.0, 0.0], "azimuth {azimuth}");
         }
@@ -95,7 +104,7 @@ mod tests {
         for (relief, lights) in [(&cone, [(0.9, 0.3), (1.2, 2.5)]), (&ball, [(1.1, 4.0), (1.3, 5.9)])] {
             for (polar, azimuth) in lights {
                 let light = Direction::from_angles(polar, azimuth);
-                let share = lamp_share(relief, light, 0.0);
+                let share = lamp_share(relief, light, 0.0, &Job::default()).unwrap();
                 let (heading, slope) = (Heading::from_azimuth(azimuth), 1.0 / polar.tan());
                 let slow = |i: usize| {
                     let texel = [i % 64, i / 64];

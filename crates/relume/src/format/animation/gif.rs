@@ -1,9 +1,10 @@
 //! Animated GIF (GIF89a, CompuServe 1990) with one palette for all frames, without dithering.
 
 use super::palette::Palette;
-use super::{check_rate, common_shape};
+use super::{check_rate, common_shape, gif_footprint};
 use crate::error::{Error, Result};
 use crate::format::codes;
+use crate::job::Job;
 use crate::picture::Picture;
 use crate::size::Size;
 
@@ -16,6 +17,14 @@ const MOST_FRAMES_PER_SECOND: u16 = 50;
 /// # Errors
 /// No frames, frames that differ in size, sides over 65,535, or a rate outside 1 to 50.
 pub fn encode_gif(frames: &[Picture], frames_per_second: u16) -> Result<Vec<u8>> {
+    encode_gif_with(frames, frames_per_second, &Job::unlimited())
+}
+
+/// [`encode_gif`] as a part of a job.
+///
+/// # Errors
+/// As [`encode_gif`]; limits exceeded, and a cancelled job.
+pub fn encode_gif_with(frames: &[Picture], frames_per_second: u16, job: &Job) -> Result<Vec<u8>> {
     let (size, channels) = common_shape(frames)?;
     check_rate(frames_per_second, MOST_FRAMES_PER_SECOND)?;
     let Size { width, height } = size;
@@ -23,7 +32,9 @@ pub fn encode_gif(frames: &[Picture], frames_per_second: u16) -> Result<Vec<u8>>
     let (width, height) = sides.ok_or_else(|| {
         Error::usage(format!("a GIF has sides up to 65535 texels, not {width} x {height}: write PNG instead"))
     })?;
-    let codes: Vec<Vec<u8>> = frames.iter().map(codes::interleaved8).collect();
+    job.check_bytes("writing the animation", gif_footprint(size, channels, frames.len()).peak)?;
+    let codes: Vec<Vec<u8>> =
+        frames.iter().map(|frame| codes::interleaved8(frame, job)).collect::<Result<_>>()?;
     let palette = match channels {
         1 => Palette::greys(),
         _ => Palette::of_colors(codes.iter().flat_map(|frame| frame.as_chunks().0)),
@@ -32,6 +43,7 @@ pub fn encode_gif(frames: &[Picture], frames_per_second: u16) -> Result<Vec<u8>>
     let mut encoder = ::gif::Encoder::new(&mut out, width, height, &palette.bytes()).map_err(failed)?;
     encoder.set_repeat(::gif::Repeat::Infinite).map_err(failed)?;
     for (i, frame) in codes.into_iter().enumerate() {
+        job.proceed()?;
         let buffer = match channels {
             1 => frame,
             _ => frame.as_chunks().0.iter().map(|color| palette.index_of(color)).collect(),

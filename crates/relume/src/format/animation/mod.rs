@@ -6,11 +6,14 @@ mod gif;
 #[cfg(feature = "gif")]
 mod palette;
 
-pub use apng::encode_apng;
+pub use apng::{encode_apng, encode_apng_with};
 #[cfg(feature = "gif")]
-pub use gif::encode_gif;
+pub use gif::{encode_gif, encode_gif_with};
 
 use crate::error::{Error, Result};
+#[cfg(not(feature = "gif"))]
+use crate::job::Job;
+use crate::memory::Footprint;
 use crate::picture::Picture;
 use crate::size::Size;
 
@@ -22,6 +25,31 @@ use crate::size::Size;
 pub fn encode_gif(_frames: &[Picture], _frames_per_second: u16) -> Result<Vec<u8>> {
     Err(Error::unsupported("this build writes no GIF files: write PNG, or build with the feature 'gif'"))
 }
+
+/// As [`encode_gif`].
+///
+/// # Errors
+/// Always.
+#[cfg(not(feature = "gif"))]
+pub fn encode_gif_with(frames: &[Picture], frames_per_second: u16, _job: &Job) -> Result<Vec<u8>> {
+    encode_gif(frames, frames_per_second)
+}
+
+/// The memory of an animation, beside its frames: the codes of all frames, and the file, of at most as many
+/// bytes, in a buffer that doubles as it grows.
+pub fn footprint(size: Size, channels: usize, frames: usize) -> Footprint {
+    let codes = (channels * frames) as u64;
+    Footprint::of_texels(size, 3 * codes, codes)
+}
+
+/// The memory of an animated GIF: that of any animation, and the tables in which its colours are counted.
+pub fn gif_footprint(size: Size, channels: usize, frames: usize) -> Footprint {
+    let all = footprint(size, channels, frames);
+    Footprint { peak: all.peak.saturating_add(COUNTED_COLORS_BYTES), ..all }
+}
+
+/// Counts, occurring colours and entries for 64 x 64 x 64 colours.
+const COUNTED_COLORS_BYTES: u64 = (32 + 16 + 1) << 18;
 
 /// The size and the number of channels of all frames.
 fn common_shape(frames: &[Picture]) -> Result<(Size, usize)> {

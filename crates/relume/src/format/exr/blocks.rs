@@ -6,7 +6,7 @@ use super::ExrDepth;
 use crate::size::Size;
 
 /// The rows that ZIP compresses together ("OpenEXR File Layout", Academy Software Foundation).
-const ROWS: usize = 16;
+pub(in crate::format) const ROWS: usize = 16;
 
 /// The contents of the header of a file, apart from its size.
 #[derive(Debug, Clone, PartialEq)]

@@ -7,7 +7,12 @@ use super::ExrDepth;
 use super::blocks::{Head, sample_bytes};
 use super::codec::write_blocks;
 use crate::error::{Error, Result};
+use crate::job::Job;
+use crate::memory;
 use crate::planes::Planes;
+
+/// Room for a usual head of a file.
+const HEAD_BYTES: usize = 1 << 14;
 
 /// The first part of an EXR file.
 #[derive(Debug, Clone)]
@@ -27,6 +32,7 @@ pub(super) fn encode(
     planes: &Planes,
     depth: ExrDepth,
     texts: &[(&str, String)],
+    job: &Job,
 ) -> Result<Vec<u8>> {
     check_names(names, planes.count())?;
     let mut order: Vec<usize> = (0..names.len()).collect();
@@ -34,10 +40,15 @@ pub(super) fn encode(
     let sorted: Vec<String> = order.iter().map(|&k| names[k].clone()).collect();
     let width = planes.size().width;
     let mut rows = |channel: usize, _: usize, y: usize, row: &mut [u8]| {
+        job.proceed()?;
         row.copy_from_slice(&sample_bytes(&planes.plane(order[channel])[y * width..][..width], depth));
         Ok(())
     };
-    let mut out = Cursor::new(Vec::new());
+    let footprint = depth.footprint(planes.size(), planes.count() as u64);
+    job.check_bytes("writing the EXR file", footprint.peak)?;
+    // What compression cannot shorten is stored as it is.
+    let file = memory::with_capacity("the EXR file", footprint.kept as usize + HEAD_BYTES)?;
+    let mut out = Cursor::new(file);
     let head = Head { names: sorted, depth, texts: texts.to_vec(), tile: None };
     write_blocks(&head, planes.size(), &mut out, &mut rows)?;
     Ok(out.into_inner())

@@ -69,8 +69,9 @@ pub(in crate::format) fn encode_field(
     field: &ReflectanceField,
     opacity: Option<&Planes>,
     depth: ExrDepth,
+    job: &Job,
 ) -> Result<Vec<u8>> {
-    encode_with(field, opacity, depth, &[])
+    encode_with(field, opacity, depth, &[], job)
 }
 
 /// As [`encode_field`], with more attributes.
@@ -79,11 +80,12 @@ pub(super) fn encode_with(
     opacity: Option<&Planes>,
     depth: ExrDepth,
     more: &[(&'static str, String)],
+    job: &Job,
 ) -> Result<Vec<u8>> {
     let (mut names, mut attributes) = field_head(field);
     attributes.extend_from_slice(more);
     let Some(opacity) = opacity else {
-        return container::encode(&names, field.coefficients(), depth, &attributes);
+        return container::encode(&names, field.coefficients(), depth, &attributes, job);
     };
     let planes = match channels::are_plain(&names) {
         true => multiplied(field.coefficients(), opacity),
@@ -92,7 +94,7 @@ pub(super) fn encode_with(
     names.push(OPACITY.to_owned());
     let samples = [planes.as_slice(), opacity.plane(0)].concat();
     let planes = Planes::from_vec(field.size(), names.len(), samples)?;
-    container::encode(&names, &planes, depth, &attributes)
+    container::encode(&names, &planes, depth, &attributes, job)
 }
 
 /// The name of each plane's channel, and the attributes of a field.

@@ -30,7 +30,7 @@ mod codec {
     };
 }
 
-pub(super) use blocks::{Head, sample_bytes};
+pub(super) use blocks::{Head, ROWS, sample_bytes};
 pub(super) use codec::{head, write_blocks};
 pub(super) use field::{ExrField, decode_field, decode_picture, encode_field, field_head, is_field};
 pub(super) use picture::encode_picture;
@@ -69,18 +69,27 @@ impl ExrDepth {
 /// # Errors
 /// When the numbers of names and planes differ, or a name is empty, not plain text or given twice.
 pub fn encode_labelled(names: &[&str], planes: &Planes, depth: ExrDepth) -> Result<Vec<u8>> {
-    encode_with_texts(names, planes, depth, &[])
+    encode_with_texts(names, planes, depth, &[], &Job::unlimited())
 }
 
-/// As [`encode_labelled`], with text attributes.
+/// [`encode_labelled`] as a part of a job.
+///
+/// # Errors
+/// As [`encode_labelled`]; limits exceeded, and a cancelled job.
+pub fn encode_labelled_with(names: &[&str], planes: &Planes, depth: ExrDepth, job: &Job) -> Result<Vec<u8>> {
+    encode_with_texts(names, planes, depth, &[], job)
+}
+
+/// As [`encode_labelled_with`], with text attributes.
 pub(super) fn encode_with_texts(
     names: &[&str],
     planes: &Planes,
     depth: ExrDepth,
     texts: &[(&str, String)],
+    job: &Job,
 ) -> Result<Vec<u8>> {
     let names: Vec<String> = names.iter().map(|&name| name.to_owned()).collect();
-    container::encode(&names, planes, depth, texts)
+    container::encode(&names, planes, depth, texts, job)
 }
 
 /// All channels of an EXR file, in alphabetical order of their names.

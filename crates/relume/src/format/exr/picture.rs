@@ -52,8 +52,8 @@ pub(super) fn multiplied(planes: &Planes, opacity: &Planes) -> Planes {
 }
 
 /// The bytes of a picture with linear values.
-pub(in crate::format) fn encode_picture(linear: &Picture, depth: ExrDepth) -> Result<Vec<u8>> {
-    container::encode(&channel_names(linear.planes.count()), &linear.planes, depth, &[])
+pub(in crate::format) fn encode_picture(linear: &Picture, depth: ExrDepth, job: &Job) -> Result<Vec<u8>> {
+    container::encode(&channel_names(linear.planes.count()), &linear.planes, depth, &[], job)
 }
 
 /// The channels of a plain picture.

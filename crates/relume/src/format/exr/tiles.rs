@@ -11,6 +11,7 @@ use super::ExrDepth;
 use super::field::encode_with;
 use crate::error::{Error, Result};
 use crate::field::ReflectanceField;
+use crate::job::Job;
 use crate::numeric::cells::Cells;
 use crate::planes::Planes;
 
@@ -21,20 +22,21 @@ const CELL_KEY: &str = "relumeCell";
 /// one below the other, and of their opacity if they have one.
 ///
 /// # Errors
-/// As for any field.
+/// As for any field; limits exceeded, and a cancelled job.
 pub fn encode_tiles(
     field: &ReflectanceField,
     opacity: Option<&Planes>,
     tiles: usize,
     cells: &Cells,
     depth: ExrDepth,
+    job: &Job,
 ) -> Result<Vec<u8>> {
     let mut attributes = vec![(TILES_KEY, tiles.to_string())];
     if !cells.are_upright() {
         let ([w, t], [s, h]) = (cells.right(), cells.down());
         attributes.push((CELL_KEY, format!("{w} {t} {s} {h}")));
     }
-    encode_with(field, opacity, depth, &attributes)
+    encode_with(field, opacity, depth, &attributes, job)
 }
 
 /// The number of tiles according to the attributes of a file, and the cells they fill if they are oblique;

@@ -9,6 +9,8 @@ use super::{PtmEncoding, header, quantise};
 use crate::error::{Error, Result};
 use crate::field::{Basis, ReflectanceField};
 use crate::format::codes::code8;
+use crate::job::Job;
+use crate::memory;
 use crate::planes::Planes;
 use crate::size::Size;
 use crate::space::Space;
@@ -30,15 +32,17 @@ pub(in crate::format) enum Under<'a> {
 ///
 /// # Errors
 /// Fields of another basis or with other channels, linear fields, and values that are not finite.
-pub(in crate::format) fn encode(field: &ReflectanceField, under: Under<'_>) -> Result<Vec<u8>> {
+pub(in crate::format) fn encode(field: &ReflectanceField, under: Under<'_>, job: &Job) -> Result<Vec<u8>> {
     check(field)?;
     let parts = CoefficientParts::of(field, matches!(under, Under::Stored(_)));
+    job.proceed()?;
     let rounding = match under {
         Under::Stored(encoding) => Rounding::nearest(encoding),
         Under::Given(encoding) => Rounding::successive(encoding)?,
         Under::Chosen => Rounding::successive(&parts.chosen())?,
     };
-    Ok(parts.bytes(&rounding))
+    job.proceed()?;
+    parts.bytes(&rounding)
 }
 
 impl PtmEncoding {
@@ -128,15 +132,19 @@ impl<'a> CoefficientParts<'a> {
         }
     }
 
-    fn bytes(&self, rounding: &Rounding) -> Vec<u8> {
+    fn bytes(&self, rounding: &Rounding) -> Result<Vec<u8>> {
         let planes = &self.functions;
         let (name, blocks) =
             if self.colors.is_some() { ("PTM_FORMAT_LRGB", 1) } else { ("PTM_FORMAT_RGB", 3) };
-        let mut out = header::to_text(name, planes.size(), rounding.encoding()).into_bytes();
+        let header = header::to_text(name, planes.size(), rounding.encoding()).into_bytes();
+        let texel = 6 * blocks + if self.colors.is_some() { 3 } else { 0 };
+        let length = header.len() + texel * planes.size().texels();
+        let mut out = memory::with_capacity("the .ptm file", length)?;
+        out.extend_from_slice(&header);
         (0..blocks).for_each(|channel| append_functions(&mut out, planes, 6 * channel, rounding));
         let colors = self.colors.iter().flat_map(|colors| colors.chunks_exact(3 * planes.size().width).rev());
         colors.for_each(|row| out.extend_from_slice(row));
-        out
+        Ok(out)
     }
 }
 

@@ -92,11 +92,11 @@ impl Streamed {
         job.check("writing the field", field.size(), 8 * field.coefficients().count() as u64)?;
         let (lanes, kind) = match format {
             FieldFormat::Ptm => {
-                let bytes = ptm_file::encode(field, scale.map_or(Under::Chosen, Under::Given))?;
+                let bytes = ptm_file::encode(field, scale.map_or(Under::Chosen, Under::Given), job)?;
                 return Self::ptm(&bytes, field.size());
             }
             FieldFormat::Exr(depth) => exr::lanes(field, depth)?,
-            FieldFormat::Picture(PictureFormat::Png(depth)) => png::lanes(&constants(field)?, depth),
+            FieldFormat::Picture(PictureFormat::Png(depth)) => png::lanes(&constants(field)?, depth, job)?,
             FieldFormat::Picture(PictureFormat::Exr(depth)) => exr::lanes(field, depth)?,
             FieldFormat::Picture(
                 PictureFormat::Jpeg { .. } | PictureFormat::Tiff(_) | PictureFormat::Pfm,

@@ -7,17 +7,20 @@ use crate::error::Result;
 use crate::format::png::{encoder, failed};
 use crate::format::rows::Rows;
 use crate::format::{Depth, codes};
+use crate::job::Job;
 use crate::picture::Picture;
 use crate::size::Size;
 
 /// The codes of a picture.
-pub(super) fn lanes(picture: &Picture, depth: Depth) -> (Vec<Lane>, StreamKind) {
+pub(super) fn lanes(picture: &Picture, depth: Depth, job: &Job) -> Result<(Vec<Lane>, StreamKind)> {
     let channels = picture.planes.count();
     let (bytes, data) = match depth {
-        Depth::Eight => (1, codes::interleaved8(picture)),
-        Depth::Sixteen => (2, codes::interleaved16(picture).into_iter().flat_map(u16::to_be_bytes).collect()),
+        Depth::Eight => (1, codes::interleaved8(picture, job)?),
+        Depth::Sixteen => {
+            (2, codes::interleaved16(picture, job)?.into_iter().flat_map(u16::to_be_bytes).collect())
+        }
     };
-    (vec![Lane { bytes_per_texel: bytes * channels, data }], StreamKind::Png { channels, depth })
+    Ok((vec![Lane { bytes_per_texel: bytes * channels, data }], StreamKind::Png { channels, depth }))
 }
 
 /// Writes the file.

@@ -32,7 +32,9 @@ use serde::Serialize;
 
 use crate::error::{Error, Result};
 use crate::job::Job;
+use crate::numeric::autocorrelation::Autocorrelation;
 use crate::planes::Planes;
+use crate::size::Size;
 pub use sliced::SlicedOptions;
 pub use sources::{Source, Sources};
 
@@ -94,6 +96,8 @@ pub fn distances(
 ) -> Result<Distances> {
     options.validate()?;
     check(reference, other)?;
+    let sizes = [reference.size(), other.size()];
+    job.check_bytes("the measures of the textures", bytes(sizes, reference.count(), options))?;
     let sliced_levels = sliced::levels(reference, other, options, job)?;
     Ok(Distances {
         sliced: sliced_levels.iter().sum::<f64>() / sliced_levels.len() as f64,
@@ -103,6 +107,15 @@ pub fn distances(
         spectrum_db: spectrum::distance_db(reference, other, job)?,
         steerable: steerable::distance(reference, other, job)?,
     })
+}
+
+/// The memory of [`distances`], beside both textures: that of the measure that takes the most.
+pub fn bytes(sizes: [Size; 2], planes: usize, options: &SlicedOptions) -> u64 {
+    let alone = |size: Size| {
+        let correlated = Autocorrelation::bytes(size, Autocorrelation::half(size));
+        correlated.max(spectrum::bytes(size)).max(steerable::bytes(size))
+    };
+    sizes.into_iter().map(alone).fold(sliced::bytes(sizes, planes, options), u64::max)
 }
 
 fn check(reference: &Planes, other: &Planes) -> Result<()> {

@@ -26,6 +26,7 @@ use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::numeric::random::{Purpose, Stream};
 use crate::planes::Planes;
+use crate::size::Size;
 
 /// How patches are compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -86,8 +87,8 @@ pub fn levels(reference: &Planes, other: &Planes, options: &SlicedOptions, job: 
             other.size()
         )));
     }
-    let dimension = options.patch * options.patch * reference.count();
-    job.check_bytes("the patches", 2 * 4 * (dimension * options.patches) as u64)?;
+    let sizes = [reference.size(), other.size()];
+    job.check_bytes("the patches", bytes(sizes, reference.count(), options))?;
     let (mut a, mut b) = (reference.clone(), other.clone());
     let mut distances = vec![level_distance(&a, &b, options, 0, job)?];
     for level in 1..options.levels {
@@ -98,6 +99,19 @@ pub fn levels(reference: &Planes, other: &Planes, options: &SlicedOptions, job: 
         distances.push(level_distance(&a, &b, options, level as u64, job)?);
     }
     Ok(distances)
+}
+
+/// The memory of comparing textures of `planes`: both, the patches of both, and for each thread the coordinates
+/// of these along a direction.
+pub fn bytes(sizes: [Size; 2], planes: usize, options: &SlicedOptions) -> u64 {
+    let patches = |size: Size| {
+        let places = |side: usize| (side + 1).saturating_sub(options.patch);
+        places(size.width).saturating_mul(places(size.height)).min(options.patches) as u64
+    };
+    let patch = 4 * (options.patch * options.patch * planes) as u64;
+    let coordinates = 8 * rayon::current_num_threads() as u64;
+    let one = |size: Size| 4 * (size.texels() * planes) as u64 + patches(size) * (patch + coordinates);
+    sizes.into_iter().map(one).fold(0, u64::saturating_add)
 }
 
 fn level_distance(a: &Planes, b: &Planes, options: &SlicedOptions, level: u64, job: &Job) -> Result<f64> {
@@ -190,7 +204,6 @@ fn dot(a: &[f32], b: &[f32]) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::size::Size;
 
     fn noise(size: Size, count: usize, seed: u64) -> Planes {
         let mut random = Stream::new(seed, Purpose::Sample, [0]);

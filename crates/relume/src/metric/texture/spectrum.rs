@@ -40,7 +40,7 @@ pub fn distance_db(reference: &Planes, other: &Planes, job: &Job) -> Result<f64>
 
 /// The mean power per texel in each bin, `None` where there are too few frequencies.
 fn bins(planes: &Planes, job: &Job) -> Result<Vec<Option<f64>>> {
-    job.check("the power spectrum", planes.size(), fourier::BYTES_PER_TEXEL + 8)?;
+    job.check_bytes("the power spectrum", bytes(planes.size()))?;
     let plan = Fourier::new(planes.size());
     let mut sums = vec![(0.0, 0u32); BANDS * DIRECTIONS];
     for plane in planes.iter() {
@@ -56,6 +56,11 @@ fn bins(planes: &Planes, job: &Job) -> Result<Vec<Option<f64>>> {
     let least = LEAST_FREQUENCIES * planes.count() as u32;
     let mean = |(sum, count): (f64, u32)| (count >= least).then(|| sum / f64::from(count));
     Ok(sums.into_iter().map(mean).collect())
+}
+
+/// The memory of the spectrum of a texture of `size`.
+pub(super) fn bytes(size: Size) -> u64 {
+    fourier::BYTES_PER_TEXEL.saturating_mul(size.texels() as u64)
 }
 
 /// The bin of frequency (k / width, l / height); the mean has none.

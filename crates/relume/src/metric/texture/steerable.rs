@@ -28,6 +28,9 @@ use crate::size::Size;
 
 const SCALES: usize = 3;
 const DIRECTIONS: usize = 4;
+/// Bytes of a texel: the spectrum, the two residual bands, and the magnitudes of the oriented bands, the last of
+/// which is being transformed.
+const BYTES: u64 = 8 * (1 + 2 + (SCALES * DIRECTIONS) as u64) + fourier::BYTES_PER_TEXEL;
 /// The threshold, relative to the variance of the reference, below which statistics are negligible.
 const NOTHING: f64 = 1e-6;
 
@@ -40,10 +43,8 @@ const NOTHING: f64 = 1e-6;
 /// When the numbers of planes differ.
 pub fn distance(reference: &Planes, other: &Planes, job: &Job) -> Result<f64> {
     assert_eq!(reference.count(), other.count(), "as many planes");
-    // The bands, and the gains at half as many bins.
-    let bands = (2 * SCALES * DIRECTIONS + 4 + SCALES + DIRECTIONS) as u64;
     for planes in [reference, other] {
-        job.check("the steerable pyramid", planes.size(), 8 * bands + fourier::BYTES_PER_TEXEL)?;
+        job.check_bytes("the steerable pyramid", bytes(planes.size()))?;
     }
     let (mut sum, mut weights) = (0.0, 0.0);
     for (a, b) in reference.iter().zip(other.iter()) {
@@ -54,6 +55,11 @@ pub fn distance(reference: &Planes, other: &Planes, job: &Job) -> Result<f64> {
         weights += weight;
     }
     Ok(if weights > 0.0 { sum / weights } else { 0.0 })
+}
+
+/// The memory of the pyramid of a texture of `size`.
+pub(super) fn bytes(size: Size) -> u64 {
+    BYTES.saturating_mul(size.texels() as u64)
 }
 
 /// The compared statistics of one plane.

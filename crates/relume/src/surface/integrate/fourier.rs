@@ -12,36 +12,44 @@ use std::f64::consts::{PI, TAU};
 use realfft::num_complex::Complex64;
 
 use super::IntegrationMethod;
+use crate::error::Result;
+use crate::job::Job;
 use crate::numeric::fourier::Fourier;
 use crate::surface::slopes::Slopes;
 
 /// Heights on the torus, zero on average, row after row from the top.
-pub(super) fn solve(slopes: &Slopes, method: IntegrationMethod) -> Vec<f64> {
+pub(super) fn solve(slopes: &Slopes, method: IntegrationMethod, job: &Job) -> Result<Vec<f64>> {
     let plan = Fourier::new(slopes.size());
-    let spectrum = heights(slopes, method, 0.0, &plan);
-    plan.inverse(spectrum)
+    let spectrum = heights(slopes, method, 0.0, &plan, job)?;
+    plan.inverse_within(spectrum, job)
 }
 
 /// The slopes of the surface of Frankot and Chellappa, damped by springs of the given strength.
-pub(super) fn project(slopes: &Slopes, spring: f64) -> Slopes {
+pub(super) fn project(slopes: &Slopes, spring: f64, job: &Job) -> Result<Slopes> {
     let plan = Fourier::new(slopes.size());
-    let spectrum = heights(slopes, IntegrationMethod::FrankotChellappa, spring, &plan);
+    let spectrum = heights(slopes, IntegrationMethod::FrankotChellappa, spring, &plan, job)?;
     let (columns, rows) = axes(slopes, IntegrationMethod::FrankotChellappa);
     let slope = |along: &dyn Fn(usize, usize) -> f64| {
         let bin = |(i, z): (usize, &Complex64)| z * Complex64::i() * along(i / rows.len(), i % rows.len());
-        plan.inverse(spectrum.iter().enumerate().map(bin).collect())
+        plan.inverse_within(spectrum.iter().enumerate().map(bin).collect(), job)
     };
     let mut projected = Slopes::level(slopes.size());
-    projected.p = slope(&|k, _| columns[k].0);
-    projected.q = slope(&|_, l| -rows[l].0);
-    projected
+    projected.p = slope(&|k, _| columns[k].0)?;
+    projected.q = slope(&|_, l| -rows[l].0)?;
+    Ok(projected)
 }
 
 /// The spectrum of the heights; a spring adds its strength to the denominator.
-fn heights(slopes: &Slopes, method: IntegrationMethod, spring: f64, plan: &Fourier) -> Vec<Complex64> {
+fn heights(
+    slopes: &Slopes,
+    method: IntegrationMethod,
+    spring: f64,
+    plan: &Fourier,
+    job: &Job,
+) -> Result<Vec<Complex64>> {
     let (columns, rows) = axes(slopes, method);
-    let mut spectrum = plan.forward(slopes.p.clone());
-    let along_y = plan.forward(slopes.q.clone());
+    let mut spectrum = plan.forward_within(slopes.p.clone(), job)?;
+    let along_y = plan.forward_within(slopes.q.clone(), job)?;
     for (i, (bin, q)) in spectrum.iter_mut().zip(&along_y).enumerate() {
         let ((a_x, b_x), (a_y, b_y)) = (columns[i / rows.len()], rows[i % rows.len()]);
         // Rows run down, y runs up.
@@ -49,7 +57,7 @@ fn heights(slopes: &Slopes, method: IntegrationMethod, spring: f64, plan: &Fouri
         let below = b_x + b_y + spring;
         *bin = if below > 0.0 { sum / below } else { Complex64::ZERO };
     }
-    spectrum
+    Ok(spectrum)
 }
 
 /// (a / i, b) of the kept columns and of all rows.

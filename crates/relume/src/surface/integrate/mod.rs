@@ -22,9 +22,11 @@ pub use anchored::{Differences, anchored};
 use super::slopes::Slopes;
 use crate::error::Result;
 use crate::job::Job;
+use crate::memory::Footprint;
 use crate::names::named;
 use crate::numeric::fourier::BYTES_PER_TEXEL;
 use crate::planes::Planes;
+use crate::size::Size;
 
 /// What a slope is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
@@ -66,19 +68,20 @@ impl Default for IntegrateOptions {
     }
 }
 
+/// Bytes of a texel while heights are solved for: one spectrum, and the transform of the other slope.
+const SOLVED: u64 = 8 + BYTES_PER_TEXEL;
+
 /// One plane of heights in texels, zero on average.
 ///
 /// # Errors
-/// When it does not fit into memory.
+/// When it does not fit into memory, and a cancelled job.
 pub fn integrate(slopes: &Slopes, options: &IntegrateOptions, job: &Job) -> Result<Planes> {
-    let mirrored = if options.border == SurfaceBorder::Open { 4 } else { 1 };
-    // Both slopes and the sum of their spectra.
-    job.check("the integration of slopes", slopes.size(), mirrored * 3 * BYTES_PER_TEXEL)?;
+    job.check_bytes("the integration of slopes", footprint(slopes.size(), options.border).peak)?;
     let heights = match options.border {
-        SurfaceBorder::Periodic => fourier::solve(slopes, options.method),
+        SurfaceBorder::Periodic => fourier::solve(slopes, options.method, job)?,
         SurfaceBorder::Open => {
             let doubled = slopes.mirrored();
-            let heights = fourier::solve(&doubled, options.method);
+            let heights = fourier::solve(&doubled, options.method, job)?;
             let rows = heights.chunks_exact(doubled.size().width).take(slopes.size().height);
             rows.flat_map(|row| row[..slopes.size().width].to_vec()).collect()
         }
@@ -86,11 +89,24 @@ pub fn integrate(slopes: &Slopes, options: &IntegrateOptions, job: &Job) -> Resu
     Planes::from_vec(slopes.size(), 1, heights.into_iter().map(|h| h as f32).collect())
 }
 
+/// The memory of [`integrate`], beside the slopes.
+pub fn footprint(size: Size, border: SurfaceBorder) -> Footprint {
+    let bytes = match border {
+        SurfaceBorder::Periodic => SOLVED,
+        // Mirrored slopes are four times as many.
+        SurfaceBorder::Open => 4 * (16 + SOLVED),
+    };
+    Footprint::of_texels(size, bytes, 4)
+}
+
 /// The slopes nearest to the given ones that are slopes of a periodic surface: the projection of Frankot and
 /// Chellappa. Undulations of the wavelength `longest` in texels are halved and longer ones damped more, as by
 /// a spring at every texel; infinity disables the damping.
-pub fn project(slopes: &Slopes, longest: f64) -> Slopes {
-    fourier::project(slopes, (std::f64::consts::TAU / longest).powi(2))
+///
+/// # Errors
+/// A cancelled job.
+pub fn project(slopes: &Slopes, longest: f64, job: &Job) -> Result<Slopes> {
+    fourier::project(slopes, (std::f64::consts::TAU / longest).powi(2), job)
 }
 
 #[cfg(test)]
@@ -98,7 +114,6 @@ mod tests {
     use super::*;
     use crate::limits::Limits;
     use crate::numeric::random::{Purpose, Stream};
-    use crate::size::Size;
     use std::f64::consts::TAU;
 
     fn integrated(slopes: &Slopes, method: IntegrationMethod, border: SurfaceBorder) -> Vec<f64> {
@@ -184,8 +199,8 @@ mod tests {
     #[test]
     fn projected_slopes_are_those_of_the_integrated_surface_and_stay_when_projected_again() {
         let slopes = random_slopes(Size::new(15, 9));
-        let once = project(&slopes, f64::INFINITY);
-        let twice = project(&once, f64::INFINITY);
+        let once = project(&slopes, f64::INFINITY, &Job::default()).unwrap();
+        let twice = project(&once, f64::INFINITY, &Job::default()).unwrap();
         assert!(worst(&once.p, &twice.p) < 1e-12 && worst(&once.q, &twice.q) < 1e-12);
         let heights =
             |s: &Slopes| integrated(s, IntegrationMethod::FrankotChellappa, SurfaceBorder::Periodic);

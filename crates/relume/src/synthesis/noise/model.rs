@@ -7,7 +7,8 @@ use super::gaussian::{GaussianTransport, transport};
 use super::grid::{corners, vertex};
 use super::suits::{Suitability, suits};
 use crate::error::{Error, Result};
-use crate::job::Job;
+use crate::job::{Held, Job};
+use crate::memory;
 use crate::numeric::random::{Purpose, key};
 use crate::numeric::{Matrix, eigen, hash};
 use crate::planes::Planes;
@@ -60,6 +61,7 @@ pub struct Noise {
     means: Vec<f32>,
     axes: Matrix,
     suitability: Suitability,
+    _held: Held,
 }
 
 impl Noise {
@@ -87,7 +89,9 @@ impl Noise {
             return Err(Error::usage(objection));
         }
         let key = key(options.seed, Purpose::NoiseVertices, []);
-        Ok(Self::of(index, side, key, suitability))
+        job.proceed()?;
+        let held = job.hold("the noise model", 4 * (size.texels() * index.count()) as u64)?;
+        Ok(Self { _held: held, ..Self::of(index, side, key, suitability) })
     }
 
     fn of(index: &Planes, side: f64, key: u64, suitability: Suitability) -> Self {
@@ -108,7 +112,7 @@ impl Noise {
             normal[k..].iter_mut().step_by(count).zip(plane).for_each(|(out, v)| *out = *v);
         }
         let marginals = planes.into_iter().map(|(_, marginal)| marginal).collect();
-        Self { side, key, normal, size, marginals, means, axes, suitability }
+        Self { side, key, normal, size, marginals, means, axes, suitability, _held: Held::default() }
     }
 
     /// The measurements of the exemplar.
@@ -156,9 +160,7 @@ impl Noise {
     pub fn window(&self, x: i64, y: i64, size: Size, job: &Job) -> Result<Planes> {
         let count = self.marginals.len();
         job.check("the window", size, 8 * count as u64)?;
-        let bytes = 8 * (count * size.texels()) + size_of_val(&*self.normal);
-        job.check_bytes("the window and its model", bytes as u64)?;
-        let mut together = vec![0.0; size.texels() * count];
+        let mut together = memory::zeros("the window", size.texels() * count)?;
         let rows = together.par_chunks_exact_mut(size.width * count).enumerate();
         rows.try_for_each(|(row, texels)| -> Result<()> {
             job.proceed()?;

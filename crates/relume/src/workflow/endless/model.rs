@@ -8,7 +8,7 @@ use crate::error::{Error, Result};
 use crate::field::ReflectanceField;
 use crate::format::{
     Depth, ExrDepth, FieldFormat, HeightFormat, PictureFormat, PtmEncoding, Streamed, encode_field,
-    encode_height,
+    encode_height_with,
 };
 use crate::job::Job;
 use crate::random_field::realisation::CELL;
@@ -59,7 +59,7 @@ impl<'a> ModelPlane<'a> {
     ) -> Result<Drawing<'a>> {
         let heights = self.model.heights.ok_or_else(|| Error::usage("is not a model of a height map"))?;
         let field = self.part(&window, job)?;
-        encode_height(field.coefficients(), heights.mm_per_texel, format).map(Drawing::whole)
+        encode_height_with(field.coefficients(), heights.mm_per_texel, format, job).map(Drawing::whole)
     }
 
     /// A window of anything but a height map: in bands, or as a whole if the format is not written in rows.

@@ -40,8 +40,7 @@ impl<'a> NoisePlane<'a> {
     /// Options without meaning, an exemplar unsuitable for noise, and limits exceeded.
     pub fn new(file: &'a FieldFile, role: MapRole, options: &NoiseOptions, job: &Job) -> Result<Self> {
         let coordinates = NoiseCoordinates::of(&file.field, role)?;
-        job.check("the index of the exemplar", file.field.size(), 4 * coordinates.planes() as u64)?;
-        let noise = Noise::new(&coordinates.forward(&file.field)?, options, job)?;
+        let noise = Noise::new(&coordinates.forward(&file.field, job)?, options, job)?;
         Ok(Self { file, coordinates, noise })
     }
 
@@ -101,10 +100,11 @@ impl NoiseCoordinates {
         }
     }
 
-    fn forward(&self, field: &ReflectanceField) -> Result<Planes> {
+    fn forward(&self, field: &ReflectanceField, job: &Job) -> Result<Planes> {
+        const WHAT: &str = "the index of the exemplar";
         match self {
-            Self::Functions(space) => Ok(space.index_planes(field)),
-            Self::Slopes => slopes_of_normals(field),
+            Self::Functions(space) => space.index_planes_within(field, job, WHAT),
+            Self::Slopes => slopes_of_normals(field)?.held(job, WHAT),
         }
     }
 

@@ -68,8 +68,7 @@ impl RegisteredMap<'_> {
                 return Ok(field.coefficients().clone());
             }
             let space = NamedMetric::Function.space(field, Domain::Hemisphere)?;
-            job.check("the index of a registered map", field.size(), 4 * space.planes() as u64)?;
-            Ok(space.index_planes(field))
+            space.index_planes_within(field, job, "the index of a registered map")
         };
         self.fields.iter().map(planes).collect()
     }

@@ -10,6 +10,8 @@
 use pulp::Arch;
 
 use super::coordinates::WIDE;
+use crate::error::Result;
+use crate::job::Job;
 use crate::numeric::random::{Purpose, Stream};
 use crate::synthesis::quantise::{MAX_CODE, Quantised};
 use crate::synthesis::search::KernelBasis;
@@ -60,25 +62,38 @@ pub struct Kernels {
 impl Kernels {
     /// Kernels of a basis, the most significant first: as many as are enough for the first look, but at most
     /// `most` of those, and at most [`FURTHER`] others.
-    pub fn new(basis: KernelBasis, most: usize, exemplars: &Quantised, side: usize) -> Self {
+    ///
+    /// # Errors
+    /// When their choice does not fit into the memory, or the job is cancelled.
+    pub fn new(
+        basis: KernelBasis,
+        most: usize,
+        exemplars: &Quantised,
+        side: usize,
+        job: &Job,
+    ) -> Result<Self> {
         let planes = exemplars.planes();
         let length = side * side * planes;
+        job.check_bytes("the choice of kernels", 4 * (length * (length + SAMPLES)) as u64)?;
         let samples = centred_samples(exemplars, side);
-        let covariance = Covariance::new(&samples);
+        let covariance = Covariance::new(&samples, job)?;
         let most = most.min(MOST_FIRST);
         let count = (most + FURTHER).min(length);
         let mut vectors = match basis {
-            KernelBasis::Svd => covariance.leading_directions(count),
-            KernelBasis::Dct => most_energetic(&covariance, count, products(planes, side, cosine)),
-            KernelBasis::WalshHadamard => most_energetic(&covariance, count, products(planes, side, walsh)),
+            KernelBasis::Svd => covariance.leading_directions(count, job)?,
+            KernelBasis::Dct => most_energetic(&covariance, count, products(planes, side, cosine), job)?,
+            KernelBasis::WalshHadamard => {
+                most_energetic(&covariance, count, products(planes, side, walsh), job)?
+            }
         };
-        let energies: Vec<f64> = vectors.iter().map(|vector| covariance.energy(vector)).collect();
+        let energies = vectors.iter().map(|vector| job.proceed().map(|()| covariance.energy(vector)));
+        let energies: Vec<f64> = energies.collect::<Result<_>>()?;
         let first = enough(&energies, covariance.total()).min(most).min(vectors.len());
         vectors.truncate(first + FURTHER);
         let left = covariance.total() - energies[..vectors.len()].iter().sum::<f64>();
         let weights = rounded(&vectors, length);
         let lambda = largest_eigenvalue_bound(&weights);
-        Self {
+        Ok(Self {
             side,
             weights,
             first,
@@ -86,7 +101,7 @@ impl Kernels {
             usual_narrow: vectors.get(WIDE).map_or(0.0, |vector| usual(&samples, vector)),
             usual_further: vectors.get(first).map_or(0.0, |vector| usual(&samples, vector)),
             usual_residual: left.max(0.0).sqrt(),
-        }
+        })
     }
 }
 
@@ -132,19 +147,20 @@ struct Covariance {
 }
 
 impl Covariance {
-    fn new(samples: &[Vec<f32>]) -> Self {
+    fn new(samples: &[Vec<f32>], job: &Job) -> Result<Self> {
         Arch::new().dispatch(
             #[inline(always)]
             || {
                 let length = samples[0].len();
                 let mut rows = vec![vec![0.0f32; length]; length];
                 for sample in samples {
+                    job.proceed()?;
                     for (row, share) in rows.iter_mut().zip(sample) {
                         row.iter_mut().zip(sample).for_each(|(sum, x)| *sum += share * x);
                     }
                 }
                 rows.iter_mut().flatten().for_each(|sum| *sum /= samples.len() as f32);
-                Self { rows }
+                Ok(Self { rows })
             },
         )
     }
@@ -165,39 +181,45 @@ impl Covariance {
     }
 
     /// The leading right singular vectors of the samples, by subspace iteration from a fixed start.
-    fn leading_directions(&self, count: usize) -> Vec<Vec<f32>> {
+    fn leading_directions(&self, count: usize, job: &Job) -> Result<Vec<Vec<f32>>> {
         Arch::new().dispatch(
             #[inline(always)]
-            || self.iterated(count),
+            || self.iterated(count, job),
         )
     }
 
     #[inline(always)]
-    fn iterated(&self, count: usize) -> Vec<Vec<f32>> {
+    fn iterated(&self, count: usize, job: &Job) -> Result<Vec<Vec<f32>>> {
         let length = self.rows.len();
         let mut stream = Stream::new(0, Purpose::KernelStart, [length as u64]);
         let mut vectors: Vec<Vec<f32>> =
             (0..count).map(|_| (0..length).map(|_| stream.unit() as f32 - 0.5).collect()).collect();
         for _ in 0..ROUNDS {
-            vectors = orthonormal(vectors.iter().map(|vector| self.times(vector)).collect());
+            let times = vectors.iter().map(|vector| job.proceed().map(|()| self.times(vector)));
+            vectors = orthonormal(times.collect::<Result<_>>()?);
         }
-        by_energy(self, vectors)
+        by_energy(self, vectors, job)
     }
 }
 
 /// The most energetic products of one function along x, one along y and one plane, orthonormal.
-fn most_energetic(covariance: &Covariance, count: usize, products: Vec<Vec<f32>>) -> Vec<Vec<f32>> {
-    let mut ordered = by_energy(covariance, products);
+fn most_energetic(
+    covariance: &Covariance,
+    count: usize,
+    products: Vec<Vec<f32>>,
+    job: &Job,
+) -> Result<Vec<Vec<f32>>> {
+    let mut ordered = by_energy(covariance, products, job)?;
     ordered.truncate(count);
-    orthonormal(ordered)
+    Ok(orthonormal(ordered))
 }
 
 /// Unit vectors sorted by the energy of the samples along them; ties keep their order.
-fn by_energy(covariance: &Covariance, vectors: Vec<Vec<f32>>) -> Vec<Vec<f32>> {
-    let energy = |vector: Vec<f32>| (covariance.energy(&vector), vector);
-    let mut ranked: Vec<(f64, Vec<f32>)> = vectors.into_iter().map(energy).collect();
+fn by_energy(covariance: &Covariance, vectors: Vec<Vec<f32>>, job: &Job) -> Result<Vec<Vec<f32>>> {
+    let energy = |vector: Vec<f32>| job.proceed().map(|()| (covariance.energy(&vector), vector));
+    let mut ranked: Vec<(f64, Vec<f32>)> = vectors.into_iter().map(energy).collect::<Result<_>>()?;
     ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
-    ranked.into_iter().map(|(_, v)| v).collect()
+    Ok(ranked.into_iter().map(|(_, v)| v).collect())
 }
 
 /// All low-frequency products of a family of functions along x and y, for each plane.

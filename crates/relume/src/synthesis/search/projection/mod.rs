@@ -75,7 +75,7 @@ impl<'a> Projection<'a> {
         most: usize,
         job: &Job,
     ) -> Result<Self> {
-        let kernels = Kernels::new(basis, most, exemplars, side);
+        let kernels = Kernels::new(basis, most, exemplars, side, job)?;
         let table = Table::new(kernels, exemplars, (block / side).pow(2), job)?;
         Ok(Self { exemplars, positions, table, rounds: rounds(positions) })
     }

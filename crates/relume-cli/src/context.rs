@@ -44,23 +44,41 @@ impl Context {
         if let Some(threads) = common.threads.filter(|threads| !(1..=1024).contains(threads)) {
             return Err(Error::usage(format!("--threads {threads}: expected a number from 1 to 1024")));
         }
-        let limits = limits(common.memory, common.threads.unwrap_or_else(default_threads))?;
-        // Started here, since a system that refuses a thread later would stop the program. 0 is the default.
-        rayon::ThreadPoolBuilder::new().num_threads(common.threads.unwrap_or(0)).build_global().map_err(|_| {
+        let threads = common.threads.unwrap_or_else(default_threads);
+        let limits = limits(common.memory, at_a_time(threads))?;
+        // Started here, since a system that refuses a thread later would stop the program. 0 is the default
+        // of the pool.
+        let started = common.threads.unwrap_or(if threads == processors() { 0 } else { threads });
+        rayon::ThreadPoolBuilder::new().num_threads(started).build_global().map_err(|_| {
             Error::new(
                 relume::ErrorKind::Io,
                 "cannot start the worker threads: allow more memory or processes, or ask for fewer --threads",
             )
         })?;
         let bar = Arc::new(Bar::default());
-        let job = Job::new(limits).with_progress(bar.clone()).with_cancel(cancel);
+        let job = Job::new(limits).asking_system().with_progress(bar.clone()).with_cancel(cancel);
         Ok(Self { json: common.json, force: common.force, job, bar })
     }
 }
 
-/// One for each processor.
-fn default_threads() -> usize {
+/// The threads that exist at a time where `threads` of our own do: decoders of EXR files start one for each
+/// processor, if any.
+fn at_a_time(threads: usize) -> usize {
+    if threads > 1 { threads + processors() } else { threads }
+}
+
+fn processors() -> usize {
     std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
+}
+
+/// The address space that is left for data where threads have to be given up for it.
+const LEAST_DATA_BYTES: u64 = 192 << 20;
+
+/// One for each processor, or as many as leave room for data within the limits of the process.
+fn default_threads() -> usize {
+    let leave_room =
+        |threads: &usize| memory::process(at_a_time(*threads)).is_none_or(|left| left >= LEAST_DATA_BYTES);
+    (1..=processors()).rev().find(leave_room).unwrap_or(1)
 }
 
 /// The limits for a budget in GiB, or for the memory that is free now. More than the limits of the

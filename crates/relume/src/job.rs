@@ -8,6 +8,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use crate::error::{Error, ErrorKind, Result};
 use crate::limits::Limits;
+use crate::memory;
 use crate::progress::Progress;
 use crate::remarks::Remarks;
 use crate::size::Size;
@@ -37,6 +38,7 @@ pub struct Job {
     remarks: Arc<Remarks>,
     /// The file that is being read.
     file: Option<Arc<Path>>,
+    asks_system: bool,
 }
 
 /// A flag that cancels a job from outside; clones are the same flag.
@@ -96,6 +98,14 @@ impl Job {
         Self { cancel, ..self }
     }
 
+    /// The same job, which also asks the system for every request: limits on the address space of a process
+    /// (`ulimit -v`) and sizes that no machine has are then refused in words, where an allocation without
+    /// memory would end the process. What is asked for is given back at once, untouched.
+    #[must_use]
+    pub fn asking_system(self) -> Self {
+        Self { asks_system: true, ..self }
+    }
+
     /// The limits of the whole job.
     pub fn limits(&self) -> &Limits {
         &self.limits
@@ -119,7 +129,9 @@ impl Job {
     /// [`ErrorKind::Limit`], and [`ErrorKind::Invalid`] for a side of zero.
     pub fn check(&self, what: &str, size: Size, bytes_per_texel: u64) -> Result<()> {
         self.free().check(what, size, bytes_per_texel)?;
-        self.ledger.note(size.texels() as u64 * bytes_per_texel);
+        let bytes = size.texels() as u64 * bytes_per_texel;
+        self.ask(what, bytes)?;
+        self.ledger.note(bytes);
         Ok(())
     }
 
@@ -129,6 +141,7 @@ impl Job {
     /// [`ErrorKind::Limit`].
     pub fn check_bytes(&self, what: &str, bytes: u64) -> Result<()> {
         self.free().check_bytes(what, bytes)?;
+        self.ask(what, bytes)?;
         self.ledger.note(bytes);
         Ok(())
     }
@@ -138,6 +151,7 @@ impl Job {
     /// # Errors
     /// [`ErrorKind::Limit`] when they do not fit beside the memory held.
     pub fn hold(&self, what: &str, bytes: u64) -> Result<Held> {
+        self.ask(what, bytes.min(self.free_bytes()))?;
         let most = self.limits.max_bytes;
         let added = |held: u64| held.checked_add(bytes).filter(|sum| *sum <= most);
         match self.ledger.held.fetch_update(Ordering::Relaxed, Ordering::Relaxed, added) {
@@ -164,6 +178,15 @@ impl Job {
     /// The remarks so far, each once and with the files it concerns, in alphabetical order.
     pub fn remarks(&self) -> Vec<String> {
         self.remarks.sentences()
+    }
+
+    fn ask(&self, what: &str, bytes: u64) -> Result<()> {
+        if !self.asks_system {
+            return Ok(());
+        }
+        memory::with_capacity::<u8>(what, usize::try_from(bytes).unwrap_or(usize::MAX)).map(|given| {
+            std::hint::black_box(given);
+        })
     }
 
     fn free(&self) -> Limits {
@@ -246,6 +269,7 @@ impl fmt::Debug for Job {
             .field("ledger", &self.ledger)
             .field("is_heard", &self.progress.is_some())
             .field("cancel", &self.cancel)
+            .field("asks_system", &self.asks_system)
             .finish()
     }
 }
@@ -279,6 +303,23 @@ mod tests {
         assert_eq!(job.free_bytes(), 90);
         drop(held);
         assert_eq!(job.free_bytes(), 100);
+    }
+
+    #[test]
+    fn a_job_that_asks_the_system_refuses_what_no_machine_has() {
+        let limits = Limits { max_bytes: u64::MAX, max_side: usize::MAX };
+        let (trusting, asking) = (Job::new(limits), Job::new(limits).asking_system());
+        let most = u64::MAX / 2;
+        assert!(trusting.check_bytes("a table", most).is_ok());
+        for refused in [
+            asking.clone().check_bytes("a table", most).unwrap_err(),
+            asking.check("a table", Size::new(1 << 40, 1 << 20), 1).unwrap_err(),
+            asking.hold("a table", most).unwrap_err(),
+        ] {
+            assert_eq!(refused.kind(), ErrorKind::Limit);
+            assert!(refused.message().contains("which the system does not give"), "{refused}");
+        }
+        assert!(asking.hold("a table", 100).is_ok());
     }
 
     #[test]

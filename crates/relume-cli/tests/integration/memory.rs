@@ -11,10 +11,15 @@ use relume::format::{FieldFormat, encode_field};
 use relume::numeric::random::{Purpose, Stream};
 use relume::{Job, Planes, ReflectanceField, Size, Space};
 
-use crate::support::high_water_mark_kib;
+use crate::support::{done, high_water_mark_kib, run, write_grey};
 
 /// Resident memory that is no data of the job: the program itself and the stacks of its threads.
 const PROGRAM_MIB: f64 = 32.0;
+/// The GNU allocator gives blocks of this size back to the system as soon as they are freed. By itself it raises
+/// this to 32 MiB as such blocks come and go, and then keeps them: the program holds what it counts, and the
+/// allocator up to twice that.
+const FREED: &str = "MALLOC_MMAP_THRESHOLD_";
+const FREED_FROM: &str = "131072";
 /// Processor seconds within which a job is refused that does not fit.
 const REFUSED_WITHIN_S: f64 = 1.0;
 
@@ -31,6 +36,7 @@ fn watched(folder: &Path, arguments: &[&str]) -> Taken {
     let mut program = Command::new(env!("CARGO_BIN_EXE_relume"))
         .current_dir(folder)
         .args(arguments)
+        .env(FREED, FREED_FROM)
         .stdout(Stdio::null())
         .stderr(Stdio::piped())
         .spawn()
@@ -109,4 +115,187 @@ fn a_texture_made_tileable_stays_within_the_memory_allowed() {
     write_functions(&folder.path().join("functions.ptm"), Size::new(160, 160));
     let close = ["tileable", "functions.ptm", "-o", "out.ptm", "--band", "4"];
     kept_or_refused(folder.path(), &close, &[1, 3, 6, 12, 24]);
+}
+
+/// Every verb that works on data, with sizes at which it takes more than the program itself. Words that
+/// begin with `out` are outputs.
+const COMMANDS: &[&str] = &[
+    "capture leather -o out --size 384 --lights 3",
+    "capture maps -o out --lights 2 --format exr --no-bounce",
+    "fit photographs -o out.ptm",
+    "fit photographs -o out.exr --color rgb",
+    "procedural clouds -o out --size 768",
+    "height photographs -o out.exr --normals out_n.png --albedo-map out_a.png",
+    "height functions.ptm -o out.png --border periodic",
+    "height maps/normals_gl.png --method normal-map -o out.exr",
+    "height maps/albedo.png --method shape-from-shading --light 0.5,0.2,0.8 --rounds 3 -o out.exr",
+    "relight functions.ptm --light 0,0,1 -o out.png",
+    "relight functions.ptm --normals -o out.png",
+    "relight functions.ptm --albedo -o out.exr",
+    "relight functions.ptm --sweep orbit:6 -o out.png",
+    "relight functions.ptm --sweep orbit:6 -o out.gif",
+    "relight functions.ptm --sweep orbit:3 -o out",
+    "render functions.ptm --mesh sphere --size 512 --samples 1 -o out.png",
+    "render functions.ptm --mesh plane --size 512 --samples 1 --height maps/height.png --bump 1x -o out.exr",
+    "match functions.ptm --to functions.ptm -o out.ptm --ranks out.exr",
+    "compare functions.ptm functions.ptm",
+    "compare --texture small.ptm small.ptm --lights 2",
+    "analyze functions.ptm -o out.png",
+    "info functions.ptm",
+    "info functions.exr",
+    "model small.ptm -o out.rlm --levels 2 --combine never",
+    "synth model.rlm -o out.exr --size 512",
+    "synth tiles.exr -o out.ptm --size 1024",
+    "synth small.ptm -o out.exr --size 768 --method noise",
+    "synth small.ptm -o out.ptm --size 512 --block 64 --apply maps/crop.png --source-map out.npy",
+    "synth small.ptm -o out.ptm --size 256 --method auto --tries 2",
+    "roll regular.png -o out.exr --period 16,0,0,16",
+    "fill small.ptm --mask hole.png -o out.ptm",
+    "tileable small.ptm -o out.exr --band 3",
+    "gallery folder -o out --methods quilting --size 128",
+    "demo -o out --lights 8",
+];
+
+/// Verbs that work on no data.
+const WITHOUT_DATA: [&str; 3] = ["completions", "man", "help"];
+
+/// The inputs of [`COMMANDS`].
+fn write_inputs(folder: &Path) {
+    write_functions(&folder.join("functions.ptm"), Size::new(640, 640));
+    write_functions(&folder.join("small.ptm"), Size::new(192, 192));
+    let hole: Vec<u8> = (0..192 * 192).map(|i| if i / 192 < 8 && i % 192 < 8 { 255 } else { 0 }).collect();
+    write_grey(&folder.join("hole.png"), (192, 192), &hole);
+    let regular: Vec<u8> = (0..512 * 512).map(|i| (i % 16 * 9 + i / 512 % 16 * 5) as u8).collect();
+    write_grey(&folder.join("regular.png"), (512, 512), &regular);
+    let commands: [&[&str]; 7] = [
+        &["capture", "sponge", "-o", "photographs", "--size", "512", "--lights", "9", "--no-bounce"],
+        &["procedural", "leather", "-o", "maps", "--size", "512"],
+        &["match", "functions.ptm", "--to", "functions.ptm", "-o", "functions.exr"],
+        &["model", "small.ptm", "-o", "model.rlm", "--levels", "2", "--combine", "never"],
+        &["procedural", "weave", "-o", "crops", "--size", "192"],
+        &["capture", "weave", "-o", "weave", "--size", "128", "--lights", "9", "--no-bounce"],
+        &["fit", "weave", "-o", "weave.ptm"],
+    ];
+    commands.iter().for_each(|words| drop(done(folder, words)));
+    done(folder, &["roll", "weave.ptm", "-o", "tiles.exr"]);
+    fs::copy(folder.join("crops/albedo.png"), folder.join("maps/crop.png")).unwrap();
+    fs::create_dir(folder.join("folder")).unwrap();
+    fs::copy(folder.join("crops/albedo.png"), folder.join("folder/a.png")).unwrap();
+}
+
+/// The verbs of the program, from its help.
+fn verbs(folder: &Path) -> Vec<String> {
+    let help = run(folder, &["--help"]);
+    let listed = help.lines().skip_while(|line| *line != "Commands:").skip(1);
+    let names = listed.take_while(|line| !line.trim().is_empty());
+    // Continued descriptions are indented deeper.
+    let names = names.filter(|line| line.starts_with("  ") && !line.starts_with("   "));
+    names.filter_map(|line| line.split_whitespace().next().map(str::to_owned)).collect()
+}
+
+/// What a refusal says is needed, and what was left, in MiB.
+fn needed_mib(message: &str) -> Option<[f64; 2]> {
+    let (before, after) = message.split_once(" MiB of memory and the limit is ")?;
+    let needed = before.rsplit(' ').next()?.parse().ok()?;
+    Some([needed, after.split(' ').next()?.parse().ok()?])
+}
+
+/// Removes all outputs.
+fn clear(folder: &Path) {
+    for entry in fs::read_dir(folder).unwrap().flatten() {
+        if entry.file_name().to_string_lossy().starts_with("out") {
+            let path = entry.path();
+            if path.is_dir() { fs::remove_dir_all(path).unwrap() } else { fs::remove_file(path).unwrap() }
+        }
+    }
+}
+
+/// Gives a command what its refusals ask for, until it is done. Returns the last budget in MiB.
+fn granted(folder: &Path, command: &str) -> Result<(f64, Taken), String> {
+    let words: Vec<&str> = command.split_whitespace().collect();
+    let before = fs::read_dir(folder).unwrap().count();
+    let mut budget_mib = 0.25;
+    for _ in 0..MOST_REFUSALS {
+        let gib = (budget_mib / 1024.0).to_string();
+        let taken = watched(folder, &[&words[..], &["--threads", "2", "--memory", &gib]].concat());
+        let what = format!("{command} with {budget_mib:.2} MiB: {}", taken.message.trim());
+        match (taken.status, needed_mib(&taken.message)) {
+            (Some(0), _) => return Ok((budget_mib, taken)),
+            (Some(1), Some([needed, left])) => {
+                if taken.processor_s > REFUSED_WITHIN_S {
+                    return Err(format!("{what} after {:.2} s", taken.processor_s));
+                }
+                if fs::read_dir(folder).unwrap().count() != before {
+                    return Err(format!("{what} left something behind"));
+                }
+                // Figures are rounded to a tenth.
+                budget_mib += (needed - left).max(0.0) + 0.06;
+            }
+            (status, _) => return Err(format!("{what}: exit status {status:?}")),
+        }
+    }
+    Err(format!("{command} asked for more memory {MOST_REFUSALS} times"))
+}
+
+/// A verb may learn what it needs from several inputs, one after another.
+const MOST_REFUSALS: usize = 12;
+
+/// Any verb, given what it says it needs, keeps to it; given less, it refuses at once and leaves nothing.
+#[test]
+fn every_verb_keeps_to_the_memory_it_asks_for_or_refuses_before_it_works() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let tested = |verb: &String| COMMANDS.iter().any(|command| command.split(' ').next() == Some(verb));
+    let missing: Vec<String> = verbs(folder)
+        .into_iter()
+        .filter(|verb| !tested(verb) && !WITHOUT_DATA.contains(&verb.as_str()))
+        .collect();
+    assert!(missing.is_empty(), "add a command to the table for {missing:?}");
+    write_inputs(folder);
+    let mut faults = Vec::new();
+    for command in COMMANDS {
+        match granted(folder, command) {
+            Ok((budget_mib, taken)) => {
+                let line = format!("{command}: {budget_mib:.1} MiB allowed, {:.1} used", taken.peak_mib);
+                eprintln!("{line}");
+                if taken.peak_mib > budget_mib + PROGRAM_MIB {
+                    faults.push(line);
+                }
+            }
+            Err(fault) => faults.push(fault),
+        }
+        clear(folder);
+    }
+    assert!(faults.is_empty(), "{faults:#?}");
+}
+
+/// Limits of the address space, in KiB: the program and a thread barely start under the first.
+const ADDRESS_SPACES_KIB: [u64; 6] = [100_000, 150_000, 220_000, 330_000, 500_000, 750_000];
+
+/// What a command does under `ulimit -v`: an allocation that the system refuses would end it with a signal.
+#[cfg(target_os = "linux")]
+#[test]
+fn under_any_limit_of_the_address_space_every_verb_gives_a_result_or_a_sentence() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write_inputs(folder);
+    // The others make whole textures, for which the budget test runs them.
+    let slow = ["--method auto", "gallery", "demo", "synth small", "tileable", "model small"];
+    let mut faults = Vec::new();
+    for command in COMMANDS.iter().filter(|command| !slow.iter().any(|part| command.contains(part))) {
+        let (mut done, mut refused) = (0, 0);
+        for kib in ADDRESS_SPACES_KIB {
+            let script = format!("ulimit -v {kib} && exec '{}' {command}", env!("CARGO_BIN_EXE_relume"));
+            let output = Command::new("sh").args(["-c", &script]).current_dir(folder).output().unwrap();
+            let text = String::from_utf8_lossy(&output.stderr).trim().to_owned();
+            match output.status.code() {
+                Some(0) => done += 1,
+                Some(1) if text.lines().count() == 1 && !text.contains("fault of relume") => refused += 1,
+                status => faults.push(format!("{command} under {kib} KiB: {status:?} {text}")),
+            }
+            clear(folder);
+        }
+        eprintln!("{command}: {done} done, {refused} refused");
+    }
+    assert!(faults.is_empty(), "{faults:#?}");
 }

@@ -29,9 +29,10 @@ pub(in crate::format) fn decode(bytes: &[u8], job: &Job) -> Result<Layer> {
         .largest_resolution_level()
         .all_channels()
         .first_valid_layer()
-        .all_attributes()
-        .from_chunks(reader)
-        .map_err(unreadable)?;
+        .all_attributes();
+    // The decoder has a pool of its own, of all processors.
+    let image = if rayon::current_num_threads() > 1 { image } else { image.non_parallel() };
+    let image = image.from_chunks(reader).map_err(unreadable)?;
     let layer = image.layer_data;
     let size = Size::new(layer.size.width(), layer.size.height());
     let channels = layer.channel_data.list;

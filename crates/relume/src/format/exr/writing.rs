@@ -3,7 +3,7 @@
 
 use std::io::{BufWriter, Read, Seek, SeekFrom, Write};
 
-use ::exr::block::writer::{ChunkWriter, ChunksWriter, write_chunks_with};
+use ::exr::block::writer::{ChunkWriter, ChunksWriter, ParallelBlocksCompressor, write_chunks_with};
 use ::exr::block::{BlockIndex, UncompressedBlock};
 use ::exr::error::UnitResult;
 use ::exr::math::RoundingMode;
@@ -44,7 +44,15 @@ pub(in crate::format) fn write_blocks(
     };
     let write = |meta: MetaData, chunks: &mut ChunkWriter<_>| -> UnitResult {
         let places: Vec<_> = ::exr::block::enumerate_ordered_header_block_indices(&meta.headers).collect();
-        if let Some(mut compressor) = chunks.parallel_blocks_compressor(&meta) {
+        // The compressor has a pool of its own, which is to be no larger than that of the program.
+        let threads = rayon::current_num_threads();
+        let pool = || rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        let parallel = if threads > 1 {
+            ParallelBlocksCompressor::new_with_thread_pool(&meta, chunks, pool)
+        } else {
+            None
+        };
+        if let Some(mut compressor) = parallel {
             return places
                 .into_iter()
                 .try_for_each(|(at, index)| compressor.add_block_to_compression_queue(at, block(index)?));

@@ -17,6 +17,7 @@ use super::raster;
 use crate::error::{Error, Result};
 use crate::field::{Basis, ReflectanceField};
 use crate::job::Job;
+use crate::memory::Footprint;
 use crate::picture::Picture;
 use crate::planes::Planes;
 use crate::raster::Samples;

@@ -28,9 +28,10 @@ use crate::size::Size;
 
 const SCALES: usize = 3;
 const DIRECTIONS: usize = 4;
-/// Bytes of a texel: the spectrum, the two residual bands, and the magnitudes of the oriented bands, the last of
-/// which is being transformed.
-const BYTES: u64 = 8 * (1 + 2 + (SCALES * DIRECTIONS) as u64) + fourier::BYTES_PER_TEXEL;
+/// Bytes of a texel: the spectrum, the two residual bands, the magnitudes of the oriented bands, the last of which is
+/// being transformed, and the gains at half as many bins.
+const BYTES: u64 =
+    8 * (1 + 2 + (SCALES * DIRECTIONS) as u64) + 4 * (SCALES + DIRECTIONS) as u64 + fourier::BYTES_PER_TEXEL;
 /// The threshold, relative to the variance of the reference, below which statistics are negligible.
 const NOTHING: f64 = 1e-6;
 

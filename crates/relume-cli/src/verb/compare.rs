@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use relume::format::Content;
 use relume::format::npy::Array;
-use relume::metric::texture::{Distances, Source, Sources};
+use relume::metric::texture::{Appearance, Distances, Source, Sources};
 use relume::workflow::comparison::{Comparison, TexelErrors, TextureMeasures};
 use relume::{Direction, Error, Planes, Result, Size};
 use serde_json::json;
@@ -131,6 +131,7 @@ fn texture_text(measures: &TextureMeasures, args: &Args) -> String {
         "mean",
         "worst"
     );
+    append_appearance(&mean.appearance, &worst.appearance, &mut text);
     let rows = [
         ("patches at several scales", mean.sliced, worst.sliced),
         ("histogram", mean.histogram, worst.histogram),
@@ -149,6 +150,17 @@ fn texture_text(measures: &TextureMeasures, args: &Args) -> String {
     );
     append_sources(measures, &mut text);
     text
+}
+
+fn append_appearance(mean: &Appearance, worst: &Appearance, text: &mut String) {
+    let parts = ["patches", "colours", "detail", "direction", "order", "repetition"];
+    let rows = [("appearance", mean.distance, worst.distance)].into_iter();
+    let rows =
+        rows.chain(parts.iter().zip(mean.parts()).zip(worst.parts()).map(|((name, a), b)| (*name, a, b)));
+    for (number, (name, mean, worst)) in rows.enumerate() {
+        let name = if number > 0 { format!("  {name}") } else { name.to_owned() };
+        let _ = writeln!(text, "{name:<34} {mean:>8.2} {worst:>8.2}");
+    }
 }
 
 fn append_sources(measures: &TextureMeasures, text: &mut String) {

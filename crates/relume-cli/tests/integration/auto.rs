@@ -25,7 +25,7 @@ fn the_nearest_try_is_kept_and_its_options_make_it_again() {
         let found = json(folder.path(), &[&synth[..], &["--method", "auto"]].concat());
         let tries = found["auto"]["tries"].as_array().unwrap();
         let kept = found["auto"]["kept"].as_u64().unwrap() as usize;
-        let distance = |one: &Value| one["patches"].as_f64().unwrap();
+        let distance = |one: &Value| one["appearance"]["distance"].as_f64().unwrap();
         let is_copy = |one: &Value| one["largest_piece"].as_f64().unwrap() > 0.5;
         // Each copy among the first seven is made again.
         let copies = tries[..7].iter().filter(|one| is_copy(one)).count();
@@ -98,7 +98,7 @@ fn blocks_that_are_asked_for_are_all_that_is_tried() {
     assert!(options(&[]).iter().any(|one| one.contains("roller")));
     // A single try is used unmeasured.
     let one = json(folder.path(), &[&synth[..], &["--tries", "1"]].concat());
-    assert_eq!(one["auto"]["tries"][0]["patches"], Value::Null);
+    assert_eq!(one["auto"]["tries"][0]["appearance"], Value::Null);
 }
 
 /// Also where a copy was made again: its seed is printed like any other.
@@ -114,6 +114,40 @@ fn printed_options_make_the_texture_that_was_kept() {
         done(folder.path(), &[&synth[..], &again].concat());
         let [auto, again] = ["auto.png", "again.png"].map(|name| fs::read(folder.path().join(name)).unwrap());
         assert!(auto == again, "{options}");
+    }
+}
+
+/// A former fault: all tries were made at the full size, 138 s for 2048 x 2048.
+#[test]
+fn large_outputs_are_chosen_at_a_small_size_and_made_once() {
+    let folder = with_exemplars();
+    let synth = ["synth", "weave.png", "--size", "500x90", "--force"];
+    let found = json(folder.path(), &[&synth[..], &["-o", "auto.png", "--method", "auto"]].concat());
+    assert_eq!((&found["width"], &found["height"]), (&500.into(), &90.into()));
+    let auto = &found["auto"];
+    assert_eq!((&auto["trial_width"], &auto["trial_height"]), (&256.into(), &90.into()));
+    let options = auto["options"].as_str().unwrap();
+    done(
+        folder.path(),
+        &[&synth[..], &["-o", "again.png"], &options.split(' ').collect::<Vec<_>>()].concat(),
+    );
+    let [auto, again] = ["auto.png", "again.png"].map(|name| fs::read(folder.path().join(name)).unwrap());
+    assert!(auto == again, "{options}");
+}
+
+/// A former fault: the choice did not see colours.
+#[test]
+fn the_choice_weighs_colours() {
+    let folder = tempfile::tempdir().unwrap();
+    write_material(&folder.path().join("o.png"), Material::Marble, Size::new(128, 128), 40.0);
+    let found = json(folder.path(), &["synth", "o.png", "-o", "a.png", "--size", "200", "--method", "auto"]);
+    let tries = found["auto"]["tries"].as_array().unwrap();
+    let kept = &tries[found["auto"]["kept"].as_u64().unwrap() as usize]["appearance"];
+    let parts = ["patches", "colours", "detail", "direction", "order", "repetition"];
+    let worst = |one: &Value| parts.iter().map(|part| one[part].as_f64().unwrap()).fold(0.0, f64::max);
+    // The worst part decides: nothing that was tried is better by it than what was kept, but for a little.
+    for one in tries.iter().filter(|one| one["largest_piece"].as_f64().is_some_and(|piece| piece <= 0.5)) {
+        assert!(worst(kept) < 1.35 * worst(&one["appearance"]), "{found}");
     }
 }
 

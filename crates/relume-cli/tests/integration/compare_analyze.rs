@@ -22,6 +22,9 @@ fn a_texture_is_at_no_distance_from_itself() {
     for measure in ["sliced", "histogram", "autocorrelation", "spectrum_db", "steerable"] {
         assert!(same["worst"][measure].as_f64().unwrap().abs() < 1e-9, "{measure}: {same}");
     }
+    for part in ["distance", "patches", "colours", "detail", "direction", "order", "repetition"] {
+        assert_eq!(same["worst"]["appearance"][part], 0.0, "{part}: {same}");
+    }
 }
 
 #[test]

@@ -52,7 +52,7 @@ fn every_method_has_its_entry_and_the_page_needs_nothing_else() {
     // Among textures that are not copies the nearest is the best, and only that.
     for exemplar in &exemplars[..2] {
         let entries = exemplar["entries"].as_array().unwrap();
-        let distance = |entry: &Value| entry["measures"]["mean"]["sliced"].as_f64();
+        let distance = |entry: &Value| entry["measures"]["mean"]["appearance"]["distance"].as_f64();
         let rivals = entries.iter().filter(|e| e["largest_piece"].as_f64().is_none_or(|piece| piece <= 0.5));
         let least = rivals.filter_map(distance).fold(f64::INFINITY, f64::min);
         let best: Vec<&Value> = entries.iter().filter(|e| e["is_best"] == true).collect();

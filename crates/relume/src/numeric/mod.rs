@@ -12,6 +12,7 @@ pub mod matrix;
 pub mod normal;
 pub mod pairs;
 pub mod periods;
+pub mod principal;
 pub mod pyramid;
 pub mod quadrature;
 pub mod random;

@@ -53,8 +53,10 @@ pub enum Purpose {
     Tries = 15,
     /// The seed for another attempt at a texture that was a copy, by [`key`]. Place: none.
     CopiedAgain = 16,
+    /// The places of the windows of the repetition measure. Place: none.
+    MeasuredWindows = 17,
     /// The order of the shuffled texels to which a model is compared. Place: none.
-    ShuffledTexels = 17,
+    ShuffledTexels = 18,
 }
 
 /// The most integers of a place.

@@ -1,12 +1,18 @@
 //! Choosing a method by measuring: exemplars are analysed, textures are made in the ways suggested by the
 //! analysis, and the one nearest to the exemplar is kept.
 //!
-//! The distance is the multi-scale patch distance of index planes, that is of functions, over all exemplars.
-//! Such a measure favours verbatim copies: textures with one piece larger than half of an exemplar are made
-//! again with another seed, and used only if all are copies. When all suggestions have been tried, they are
-//! repeated with other seeds, because the seed alone changes the distance by a tenth to a third. The cost is
-//! that of all textures and their measures.
+//! The distance is that in appearance ([`crate::metric::texture::appearance`]) of index planes, that is of
+//! functions, over all exemplars: shapes, colours at all scales, order, and repetition within the output, each in
+//! units of the differences between parts of the exemplar. Verbatim copies have a small distance too: textures
+//! with one piece larger than half of an exemplar are made again with another seed, and used only if all are
+//! copies. When all suggestions have been tried, they are repeated with other seeds, because the seed alone
+//! changes the distance.
+//!
+//! Large outputs are chosen at a smaller size ([`Auto::trial_size`]), a little larger than the exemplar, which
+//! shows periods and repetition; the best way is then taken once at the full size. The cost is that of all trials
+//! and their measures, and of one texture.
 
+use std::cmp::Ordering;
 use std::collections::VecDeque;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -20,14 +26,20 @@ use crate::field::{IndexSpace, ReflectanceField};
 use crate::job::Job;
 use crate::memory::Footprint;
 use crate::metric::texture::copying::copying;
-use crate::metric::texture::{SlicedOptions, Source, Sources, sliced};
+use crate::metric::texture::{Appearance, Reference, Source, Sources};
 use crate::numeric::random::{self, Purpose};
 use crate::planes::Planes;
+use crate::size::Size;
 use crate::synthesis::pixel::{PatchMatchOptions, WeiLevoyOptions};
 use crate::synthesis::{Blend, BlockOptions, Exemplar, SourceMap, Texel, Tolerance, gather_index};
 
 /// The largest piece that a texture may copy verbatim, as a fraction of the smallest exemplar.
 pub const LARGEST_PIECE: f64 = 0.5;
+/// The side of trials relative to the largest side of an exemplar, as a fraction: enough to show its periods, and
+/// pieces laid more than once.
+const TRIAL: (usize, usize) = (5, 4);
+/// The least side of trials in texels.
+const LEAST_TRIAL: usize = 256;
 /// The seed of the measure. It differs from the one with which textures are customarily compared, so that the
 /// choice does not bias that comparison.
 const MEASURE_SEED: u64 = 1;
@@ -78,11 +90,16 @@ pub struct Choice {
     pub analyses: Vec<Analysis>,
     /// The suggestions.
     pub advice: Advice,
+    /// The size of the tries in texels.
+    pub trial: Size,
     /// The tries, in order.
     pub tries: Vec<Try>,
     /// The index of the try that was kept.
     pub kept: usize,
 }
+
+/// A texture, and the number of the try that it is of.
+type Numbered = (usize, MadeTexture);
 
 /// One texture, or the reason why it was not made.
 #[derive(Debug, Clone)]
@@ -98,8 +115,8 @@ pub struct Try {
 /// The measures of a texture; empty for a single one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Score {
-    /// The mean patch distance to the exemplars.
-    pub patches: Option<f64>,
+    /// The mean distance to the exemplars in appearance.
+    pub appearance: Option<Appearance>,
     /// The largest piece copied, as a fraction of the smallest exemplar.
     pub largest_piece: Option<f64>,
 }
@@ -123,7 +140,7 @@ impl Auto {
         Ok(Self { tries, blocks, asked })
     }
 
-    /// Makes all textures and keeps the best.
+    /// Makes all trials, and the texture of the best way.
     ///
     /// # Errors
     /// Exemplars that cannot be analysed; if no texture could be made, the error of the first.
@@ -132,14 +149,46 @@ impl Auto {
         let analyses = exemplars.analyses(job)?;
         let sizes = exemplars.planes.iter().map(|exemplar| exemplar.index.size());
         let advice = advise(&analyses.iter().zip(sizes).collect::<Vec<_>>());
-        let mut best: Option<(Score, usize, MadeTexture)> = None;
-        let mut tries = Vec::new();
         let room = Room::of(&analyses, exemplars.planes, self.blocks.size);
-        let mut waiting = VecDeque::from(self.plans(&advice, &room));
+        let trial = self.trial_size(exemplars);
+        let (tries, best) = self.tries(self.plans(&advice, &room), trial, exemplars, job)?;
+        let (kept, made) = match best {
+            Some(made) if trial == self.blocks.size => made,
+            _ => full(&tries, exemplars, job)?,
+        };
+        Ok(Chosen { made, choice: Choice { analyses, advice, trial, tries, kept } })
+    }
+
+    /// The size at which textures are compared: that of the output, but no larger than [`TRIAL`] times the
+    /// largest side of an exemplar, and at least [`LEAST_TRIAL`]. Guided textures, which have to follow their
+    /// guide, and a single one are made at the size of the output.
+    pub fn trial_size(&self, exemplars: &Exemplars<'_>) -> Size {
+        let size = self.blocks.size;
+        if self.blocks.guidance.is_some() || self.tries == 1 {
+            return size;
+        }
+        let sides = exemplars.planes.iter().map(|exemplar| exemplar.index.size());
+        let largest = sides.map(|size| size.width.max(size.height)).max().unwrap_or(0);
+        let most = (largest * TRIAL.0 / TRIAL.1).max(LEAST_TRIAL);
+        Size::new(size.width.min(most), size.height.min(most))
+    }
+
+    /// Makes and measures all trials; the best, and its number.
+    fn tries(
+        &self,
+        plans: Vec<Plan>,
+        trial: Size,
+        exemplars: &Exemplars<'_>,
+        job: &Job,
+    ) -> Result<(Vec<Try>, Option<Numbered>)> {
+        let references = self.references(exemplars, job)?;
+        let mut best: Option<(Score, Numbered)> = None;
+        let mut tries = Vec::new();
+        let mut waiting = VecDeque::from(plans);
         while let Some(plan) = waiting.pop_front() {
             let (number, started) = (tries.len(), Instant::now());
-            let made = plan.validate().and_then(|()| plan.run(exemplars.planes, job));
-            let measured = made.and_then(|made| Ok((self.score(&made.map, exemplars, job)?, made)));
+            let made = plan.validate().and_then(|()| plan.trial(trial).run(exemplars.planes, job));
+            let measured = made.and_then(|made| Ok((score(&made.map, &references, exemplars, job)?, made)));
             let outcome = measured.as_ref().map(|(score, _)| *score).map_err(Error::clone);
             if outcome.as_ref().is_ok_and(Score::is_copy) && number < self.tries {
                 // The first block came from a corner, where the exemplar continues the longest, at any size
@@ -150,15 +199,16 @@ impl Auto {
             if let Ok((score, made)) = measured
                 && best.as_ref().is_none_or(|(least, ..)| score.is_better_than(least))
             {
-                best = Some((score, number, made));
+                best = Some((score, (number, made)));
             }
         }
-        let Some((_, kept, made)) = best else {
-            // Nothing was made: report the first error.
-            let reason = tries.into_iter().find_map(|one| one.outcome.err());
-            return Err(reason.unwrap_or_else(|| Error::usage("there was nothing to try")));
-        };
-        Ok(Chosen { made, choice: Choice { analyses, advice, tries, kept } })
+        Ok((tries, best.map(|(_, made)| made)))
+    }
+
+    /// The measured exemplars; none for a single try, which is not measured.
+    fn references(&self, exemplars: &Exemplars<'_>, job: &Job) -> Result<Vec<Reference>> {
+        let measured = if self.tries == 1 { &[] } else { exemplars.planes };
+        measured.iter().map(|exemplar| Reference::new(exemplar.index, MEASURE_SEED, job)).collect()
     }
 
     /// Refuses tries that could be made, but not measured within the memory: beside the best so far, the try
@@ -230,27 +280,43 @@ impl Auto {
             _ => None,
         }
     }
+}
 
-    /// The distance of a texture from the exemplars, and whether it is a copy of one.
-    fn score(&self, map: &SourceMap, exemplars: &Exemplars<'_>, job: &Job) -> Result<Score> {
-        if self.tries == 1 {
-            return Ok(Score::UNMEASURED);
+/// The texture of the best try that can be made at the full size, and the number of that try.
+fn full(tries: &[Try], exemplars: &Exemplars<'_>, job: &Job) -> Result<Numbered> {
+    let scores =
+        tries.iter().enumerate().filter_map(|(number, one)| Some((number, one.outcome.as_ref().ok()?)));
+    let mut order: Vec<(usize, &Score)> = scores.collect();
+    // A stable order: of equals the first.
+    order.sort_by(|(_, a), (_, b)| a.key().partial_cmp(&b.key()).unwrap_or(Ordering::Equal));
+    let mut reason = None;
+    for (number, _) in order {
+        match tries[number].plan.run(exemplars.planes, job) {
+            Ok(made) => return Ok((number, made)),
+            Err(error) => reason = reason.or(Some(error)),
         }
-        let texels: Vec<Source> =
-            map.copies().iter().map(|t| Source { exemplar: t.exemplar, x: t.x, y: t.y }).collect();
-        let sources = Sources::new(map.size(), &texels, map.exemplars())?;
-        let smallest = map.exemplars().iter().map(|size| size.texels()).min().unwrap_or(1);
-        let piece = copying(&sources).largest_piece as f64 / smallest as f64;
-        let index: Vec<&Planes> = exemplars.planes.iter().map(|exemplar| exemplar.index).collect();
-        let made = gather_index(map, &index, job)?;
-        let options = SlicedOptions { seed: MEASURE_SEED, ..SlicedOptions::default() };
-        let mut sum = 0.0;
-        for exemplar in exemplars.planes {
-            let levels = sliced::levels(exemplar.index, &made, &options, job)?;
-            sum += levels.iter().sum::<f64>() / levels.len() as f64;
-        }
-        Ok(Score { patches: Some(sum / exemplars.planes.len() as f64), largest_piece: Some(piece) })
+        job.proceed()?;
     }
+    // Nothing was made: report the first error.
+    let reason = reason.or_else(|| tries.iter().find_map(|one| one.outcome.as_ref().err().cloned()));
+    Err(reason.unwrap_or_else(|| Error::usage("there was nothing to try")))
+}
+
+/// The distance of a texture from the exemplars, if they were measured, and whether it is a copy of one.
+fn score(map: &SourceMap, references: &[Reference], exemplars: &Exemplars<'_>, job: &Job) -> Result<Score> {
+    if references.is_empty() {
+        return Ok(Score::UNMEASURED);
+    }
+    let texels: Vec<Source> =
+        map.copies().iter().map(|t| Source { exemplar: t.exemplar, x: t.x, y: t.y }).collect();
+    let sources = Sources::new(map.size(), &texels, map.exemplars())?;
+    let smallest = map.exemplars().iter().map(|size| size.texels()).min().unwrap_or(1);
+    let piece = copying(&sources).largest_piece as f64 / smallest as f64;
+    let index: Vec<&Planes> = exemplars.planes.iter().map(|exemplar| exemplar.index).collect();
+    let made = gather_index(map, &index, job)?;
+    let distances: Vec<Appearance> =
+        references.iter().map(|reference| reference.distance(&made, job)).collect::<Result<_>>()?;
+    Ok(Score { appearance: Appearance::mean(&distances), largest_piece: Some(piece) })
 }
 
 /// The seed of another try, printed so that it makes the texture again: 32 bits, which are short to type and
@@ -272,12 +338,15 @@ impl Exemplars<'_> {
 }
 
 impl Score {
-    const UNMEASURED: Self = Self { patches: None, largest_piece: None };
+    const UNMEASURED: Self = Self { appearance: None, largest_piece: None };
 
     /// Textures that are not verbatim copies first, then the nearest.
     fn is_better_than(&self, other: &Self) -> bool {
-        let key = |score: &Self| (score.is_copy(), score.patches.unwrap_or(0.0));
-        key(self) < key(other)
+        self.key() < other.key()
+    }
+
+    fn key(&self) -> (bool, f64) {
+        (self.is_copy(), self.appearance.map_or(0.0, |appearance| appearance.distance))
     }
 
     /// Whether it is a verbatim copy of most of an exemplar.

@@ -1,5 +1,6 @@
 //! One test binary; each module tests one promise of the library.
 
+mod appearance;
 mod layering;
 mod names;
 

@@ -16,7 +16,7 @@ use crate::support::data;
 const SPOILT: [&str; 3] = ["blurred", "tiled", "scrambled"];
 
 /// The binomial kernel along rows and columns, twice: the deviation is 1.4 texels.
-fn blurred(planes: &Planes) -> Planes {
+pub fn blurred(planes: &Planes) -> Planes {
     let size = planes.size();
     let once = |from: &Planes| {
         let mut out = from.clone();
@@ -34,14 +34,14 @@ fn blurred(planes: &Planes) -> Planes {
 }
 
 /// The middle sixteenth sixteen times.
-fn tiled(planes: &Planes) -> Planes {
+pub fn tiled(planes: &Planes) -> Planes {
     let size = planes.size();
     let tile = Size::new(size.width / 4, size.height / 4);
     planes.crop(3 * size.width / 8, 3 * size.height / 8, tile).unwrap().repeated(4, 4)
 }
 
 /// The same texels in random places.
-fn scrambled(planes: &Planes) -> Planes {
+pub fn scrambled(planes: &Planes) -> Planes {
     let mut order: Vec<usize> = (0..planes.size().texels()).collect();
     let mut random = Stream::new(7, Purpose::Sample, [0]);
     (1..order.len()).rev().for_each(|i| order.swap(i, random.below(i + 1)));
@@ -50,7 +50,7 @@ fn scrambled(planes: &Planes) -> Planes {
 }
 
 /// Left and right half.
-fn halves(planes: &Planes) -> [Planes; 2] {
+pub fn halves(planes: &Planes) -> [Planes; 2] {
     let half = Size::new(planes.size().width / 2, planes.size().height);
     [0, half.width].map(|x| planes.crop(x, 0, half).unwrap())
 }

@@ -21,6 +21,8 @@ use crate::verb::run_typed;
 
 /// The light of the pictures on the page: from the upper left, so that relief shows.
 const LIGHT: &str = "--light=-0.45,0.45,0.77";
+/// The place of the distance by which textures are ranked in the report of `relume compare --texture`.
+pub const DISTANCE: &str = "/mean/appearance/distance";
 
 /// An exemplar and its textures.
 #[derive(Debug, Serialize)]
@@ -59,7 +61,7 @@ pub struct GalleryEntry {
     pub measures: Option<Value>,
     /// The largest piece copied verbatim, as a fraction of the exemplar.
     pub largest_piece: Option<f64>,
-    /// Whether it is the nearest to the exemplar by the patch distance, verbatim copies excluded.
+    /// Whether it is the nearest to the exemplar in appearance, verbatim copies excluded.
     pub is_best: bool,
     #[serde(skip)]
     pub preview: Option<String>,
@@ -114,7 +116,7 @@ impl GalleryExemplar {
 
     fn mark_best(&mut self) {
         let rivals = self.entries.iter_mut().filter(|entry| !entry.is_copy());
-        let near = rivals.filter_map(|entry| entry.figure("/mean/sliced").map(|distance| (distance, entry)));
+        let near = rivals.filter_map(|entry| entry.figure(DISTANCE).map(|distance| (distance, entry)));
         if let Some((_, best)) = near.min_by(|a, b| a.0.total_cmp(&b.0)) {
             best.is_best = true;
         }

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use serde_json::Value;
 
 use super::Args;
-use super::entry::{GalleryEntry, GalleryExemplar};
+use super::entry::{DISTANCE, GalleryEntry, GalleryExemplar};
 
 const TEMPLATE: &str = include_str!("page.html");
 
@@ -24,7 +24,7 @@ pub fn html(exemplars: &[GalleryExemplar], args: &Args) -> String {
         .fold(TEMPLATE.to_owned(), |page, (name, value)| page.replace(&format!("{{{{{name}}}}}"), value))
 }
 
-/// The table of patch distances.
+/// The table of distances in appearance.
 fn summary(exemplars: &[GalleryExemplar]) -> String {
     let mut html = "<table><thead><tr><th></th>".to_owned();
     for entry in exemplars.first().map_or(&[][..], |first| &first.entries) {
@@ -48,8 +48,8 @@ fn cell(entry: &GalleryEntry) -> String {
         ""
     };
     let why = escaped(entry.error.as_deref().unwrap_or_default());
-    match entry.figure("/mean/sliced") {
-        Some(distance) => format!("<td{class}>{distance:.4}</td>"),
+    match entry.figure(DISTANCE) {
+        Some(distance) => format!("<td{class}>{distance:.2}</td>"),
         None => format!("<td class=\"none\" title=\"{why}\">none</td>"),
     }
 }
@@ -107,6 +107,7 @@ fn figures(entry: &GalleryEntry) -> String {
         .processor_seconds
         .map_or(format!("{:.2} s", entry.times.seconds), |processor| format!("{processor:.2} processor s"));
     let mut rows = vec![
+        ("appearance", number(DISTANCE, 2)),
         ("patches", number("/mean/sliced", 4)),
         ("spectrum", format!("{} dB", number("/mean/spectrum_db", 2))),
         ("steerable pyramid", number("/mean/steerable", 4)),

@@ -2,10 +2,11 @@
 
 use std::fmt::Write;
 
-use super::entry::{GalleryEntry, GalleryExemplar};
+use super::entry::{DISTANCE, GalleryEntry, GalleryExemplar};
 
 /// Figures of a texture: their names and their paths in the report of `relume compare --texture`.
-pub const FIGURES: [(&str, &str); 12] = [
+pub const FIGURES: [(&str, &str); 13] = [
+    ("appearance", DISTANCE),
     ("patches", "/mean/sliced"),
     ("patches_worst", "/worst/sliced"),
     ("histogram", "/mean/histogram"),
@@ -60,10 +61,11 @@ fn quoted(field: &str) -> String {
     field.to_owned()
 }
 
-/// The patch distances, a line for each exemplar; each line ends in a break.
+/// The distances in appearance, a line for each exemplar; each line ends in a break.
 pub fn text(exemplars: &[GalleryExemplar]) -> String {
     let mut text =
-        "patch distance to the exemplar; * the nearest, = a verbatim copy, - no texture\n".to_owned();
+        "distance from the exemplar in appearance; * the nearest, = a verbatim copy, - no texture\n"
+            .to_owned();
     let names = exemplars.iter().map(|exemplar| exemplar.name.chars().count());
     let width = names.max().unwrap_or(0).max(8);
     let methods = exemplars.first().map_or(&[][..], |first| &first.entries);
@@ -79,7 +81,7 @@ pub fn text(exemplars: &[GalleryExemplar]) -> String {
                 (_, true) => "=",
                 _ => " ",
             };
-            let distance = entry.figure("/mean/sliced").map_or("-".to_owned(), |d| format!("{d:.4}"));
+            let distance = entry.figure(DISTANCE).map_or("-".to_owned(), |d| format!("{d:.2}"));
             let _ = write!(text, " {distance:>10}{mark}");
         }
     }

@@ -4,6 +4,7 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use relume::analysis::{Extents, Warning};
+use relume::metric::texture::Appearance;
 use relume::synthesis::pixel::patch_match::Optimised;
 use relume::synthesis::pixel::wei_levoy::Scanned;
 use relume::synthesis::pixel::{EfrosLeungOptions, Growth, PatchMatchOptions, WeiLevoyOptions};
@@ -200,7 +201,8 @@ fn with_choice(kept: Report, choice: &Choice, files: &[PathBuf]) -> Report {
         }
         let _ = write!(text, "\n{}", analyze::describe(found));
     }
-    let _ = write!(text, "\nmade {}, kept the nearest to the exemplar (*):", choice.tries.len());
+    let (count, trial) = (choice.tries.len(), choice.trial);
+    let _ = write!(text, "\nmade {count} of {trial} texels, kept the nearest to the exemplar (*):");
     for (number, one) in choice.tries.iter().enumerate() {
         text.push_str(&line(one, number == choice.kept));
     }
@@ -208,11 +210,27 @@ fn with_choice(kept: Report, choice: &Choice, files: &[PathBuf]) -> Report {
     json["auto"] = json!({
         "analyses": choice.analyses,
         "advice": choice.advice,
+        "trial_width": choice.trial.width,
+        "trial_height": choice.trial.height,
         "tries": choice.tries.iter().map(try_as_json).collect::<Vec<_>>(),
         "kept": choice.kept,
         "options": command(&choice.tries[choice.kept].plan),
     });
-    Report::new(text, json).with_warnings(choice.analyses.iter().flat_map(analyze::warnings))
+    let far = choice.tries[choice.kept].outcome.as_ref().ok().and_then(far_from_exemplar);
+    let warnings = choice.analyses.iter().flat_map(analyze::warnings).chain(far);
+    Report::new(text, json).with_warnings(warnings)
+}
+
+/// Says that even the nearest texture is not near.
+fn far_from_exemplar(score: &Score) -> Option<String> {
+    /// In units of the distance between the halves of an exemplar.
+    const FAR: f64 = 1.5;
+    let distance =
+        score.appearance.map(|appearance| appearance.distance).filter(|distance| *distance > FAR)?;
+    Some(format!(
+        "the nearest texture is {distance:.1} times as far from the exemplar as the halves of the exemplar are from \
+         each other: look at it, and try a larger or more even sample"
+    ))
 }
 
 /// The options that reproduce the texture of a suggested plan.
@@ -233,7 +251,7 @@ fn try_as_json(one: &Try) -> Value {
     let score = one.outcome.as_ref().ok();
     json!({
         "options": command(&one.plan),
-        "patches": score.and_then(|s| s.patches),
+        "appearance": score.and_then(|s| s.appearance),
         "largest_piece": score.and_then(|s| s.largest_piece),
         "error": one.outcome.as_ref().err().map(ToString::to_string),
         "seconds": one.seconds,
@@ -242,8 +260,8 @@ fn try_as_json(one: &Try) -> Value {
 
 fn line(one: &Try, is_kept: bool) -> String {
     let what = match &one.outcome {
-        Ok(Score { patches: Some(patches), largest_piece: Some(piece) }) => {
-            format!("patch distance {patches:.4}, largest piece {:.0} % of the exemplar", 100.0 * piece)
+        Ok(Score { appearance: Some(Appearance { distance, .. }), largest_piece: Some(piece) }) => {
+            format!("distance {distance:.2}, largest piece {:.0} % of the exemplar", 100.0 * piece)
         }
         Ok(_) => "not measured".to_owned(),
         Err(error) => error.to_string(),

@@ -11,14 +11,21 @@
 //! | [`spectrum`] | power by frequency and direction | dB |
 //! | [`steerable`] | statistics of a steerable pyramid, STSIM-2 | 1 - similarity |
 //!
+//! [`appearance`] weighs six kinds of statistics by how much they differ within the reference, and is what
+//! textures are chosen by.
+//!
 //! For one texture alone: [`wrap`], the step across its borders. For a synthesised one with its sources
 //! ([`sources`]): [`seams`], the steps across cuts, and [`copying`], its use of the exemplar.
 //! `docs/measures.md` shows by measurement what each detects.
 
+pub mod appearance;
+mod colour;
 pub mod copying;
 pub mod correlation;
+mod detail;
 pub mod histogram;
 mod pyramid;
+mod repetition;
 pub mod seams;
 pub mod sliced;
 pub mod sources;
@@ -35,6 +42,7 @@ use crate::job::Job;
 use crate::numeric::autocorrelation::Autocorrelation;
 use crate::planes::Planes;
 use crate::size::Size;
+pub use appearance::{Appearance, Reference};
 pub use sliced::SlicedOptions;
 pub use sources::{Source, Sources};
 
@@ -44,6 +52,8 @@ pub const LEAST_SIDE: usize = 16;
 /// All distances of a texture from a reference.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Distances {
+    /// In appearance, in units of the differences within the reference.
+    pub appearance: Appearance,
     /// Multi-scale patch distance: the mean over the levels of [`Distances::sliced_levels`].
     pub sliced: f64,
     /// The patch distance at each level, from the finest.
@@ -61,18 +71,24 @@ pub struct Distances {
 impl Distances {
     /// The mean of each measure, such as over renderings under several lights; `None` for an empty list.
     pub fn mean(all: &[Self]) -> Option<Self> {
-        Self::combined(all, |values| values.iter().sum::<f64>() / values.len() as f64)
+        Self::combined(all, |values| values.iter().sum::<f64>() / values.len() as f64, Appearance::mean)
     }
 
     /// The largest of each measure.
     pub fn worst(all: &[Self]) -> Option<Self> {
-        Self::combined(all, |values| values.iter().copied().fold(0.0, f64::max))
+        Self::combined(all, |values| values.iter().copied().fold(0.0, f64::max), Appearance::worst)
     }
 
-    fn combined(all: &[Self], of: impl Fn(&[f64]) -> f64) -> Option<Self> {
+    fn combined(
+        all: &[Self],
+        of: impl Fn(&[f64]) -> f64,
+        appearance: fn(&[Appearance]) -> Option<Appearance>,
+    ) -> Option<Self> {
         let each = |value: &dyn Fn(&Self) -> f64| of(&all.iter().map(value).collect::<Vec<_>>());
         let levels = all.iter().map(|d| d.sliced_levels.len()).min()?;
+        let appearances: Vec<Appearance> = all.iter().map(|d| d.appearance).collect();
         Some(Self {
+            appearance: appearance(&appearances)?,
             sliced: each(&|d| d.sliced),
             sliced_levels: (0..levels).map(|level| each(&|d| d.sliced_levels[level])).collect(),
             histogram: each(&|d| d.histogram),
@@ -100,6 +116,7 @@ pub fn distances(
     job.check_bytes("the measures of the textures", bytes(sizes, reference.count(), options))?;
     let sliced_levels = sliced::levels(reference, other, options, job)?;
     Ok(Distances {
+        appearance: Reference::new(reference, options.seed, job)?.distance(other, job)?,
         sliced: sliced_levels.iter().sum::<f64>() / sliced_levels.len() as f64,
         sliced_levels,
         histogram: histogram::distance(reference, other),

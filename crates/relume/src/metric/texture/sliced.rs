@@ -115,21 +115,42 @@ pub fn bytes(sizes: [Size; 2], planes: usize, options: &SlicedOptions) -> u64 {
 }
 
 fn level_distance(a: &Planes, b: &Planes, options: &SlicedOptions, level: u64, job: &Job) -> Result<f64> {
-    // Both textures are sampled at the same positions as far as they are equally large, so that a texture is
-    // at distance 0 from itself.
-    let gather = |planes: &Planes| {
-        patches(planes, options, &mut Stream::new(options.seed, Purpose::MeasuredPatches, [level]))
-    };
-    let (a, b) = (gather(a), gather(b));
-    let along = |k: u64| {
-        let direction =
-            unit_vector(a.dimension, &mut Stream::new(options.seed, Purpose::MeasuredDirections, [level, k]));
-        job.proceed()?;
-        Ok(wasserstein::distance(&a.projected(&direction), &b.projected(&direction)))
-    };
-    let directions = (0..options.directions as u64).into_par_iter();
-    let distances: Vec<f64> = directions.map(along).collect::<Result<_>>()?;
-    Ok(distances.iter().sum::<f64>() / distances.len() as f64 / a.unit())
+    let a = Projections::new(a, options, level, job)?;
+    Ok(a.distance(&Projections::new(b, options, level, job)?))
+}
+
+/// The patches of a level, projected on each random vector.
+#[derive(Debug, Clone)]
+pub(super) struct Projections {
+    /// For each vector the coordinates of all patches, in increasing order.
+    lines: Vec<Vec<f32>>,
+    /// The root mean square value in the patches.
+    unit: f64,
+}
+
+impl Projections {
+    /// Textures of one size are sampled at the same positions, so that a texture is at distance 0 from itself.
+    ///
+    /// # Panics
+    /// When a patch does not fit.
+    pub(super) fn new(planes: &Planes, options: &SlicedOptions, level: u64, job: &Job) -> Result<Self> {
+        let mut random = Stream::new(options.seed, Purpose::MeasuredPatches, [level]);
+        let patches = patches(planes, options, &mut random);
+        let along = |k: u64| {
+            let mut random = Stream::new(options.seed, Purpose::MeasuredDirections, [level, k]);
+            job.proceed()?;
+            Ok(patches.projected(&unit_vector(patches.dimension, &mut random)))
+        };
+        let lines = (0..options.directions as u64).into_par_iter().map(along).collect::<Result<_>>()?;
+        Ok(Self { lines, unit: patches.unit() })
+    }
+
+    /// The mean distance along the vectors, in units of these patches.
+    pub(super) fn distance(&self, other: &Self) -> f64 {
+        let pairs = self.lines.par_iter().zip(&other.lines);
+        let distances: Vec<f64> = pairs.map(|(a, b)| wasserstein::distance(a, b)).collect();
+        distances.iter().sum::<f64>() / distances.len() as f64 / self.unit
+    }
 }
 
 /// Patches as vectors, one after another.

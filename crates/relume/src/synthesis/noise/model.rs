@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 use crate::job::{Held, Job};
 use crate::memory;
 use crate::numeric::random::{Purpose, key};
-use crate::numeric::{Matrix, eigen, hash};
+use crate::numeric::{Matrix, hash, principal};
 use crate::planes::Planes;
 use crate::size::Size;
 
@@ -96,7 +96,7 @@ impl Noise {
 
     fn of(index: &Planes, side: f64, key: u64, suitability: Suitability) -> Self {
         let (size, count) = (index.size(), index.count());
-        let (means, axes) = principal_axes(index);
+        let (means, axes) = principal::axes(index);
         let along = |k: usize| -> Vec<f32> {
             let mut plane = vec![0.0; size.texels()];
             for (j, values) in index.iter().enumerate() {
@@ -219,18 +219,6 @@ impl Noise {
             out.iter_mut().zip(self.axes.row(k)).for_each(|(sum, axis)| *sum += *axis as f32 * value);
         }
     }
-}
-
-/// The mean of each plane, and the principal axes of the values of the planes as rows, largest first.
-fn principal_axes(index: &Planes) -> (Vec<f32>, Matrix) {
-    let texels = index.size().texels() as f64;
-    let mean = |plane: &[f32]| plane.iter().map(|&v| f64::from(v)).sum::<f64>() / texels;
-    let means: Vec<f64> = index.iter().map(mean).collect();
-    let covariance = Matrix::from_fn(index.count(), index.count(), |j, k| {
-        let values = index.plane(j).iter().zip(index.plane(k));
-        values.map(|(a, b)| (f64::from(*a) - means[j]) * (f64::from(*b) - means[k])).sum::<f64>() / texels
-    });
-    (means.iter().map(|&m| m as f32).collect(), eigen::symmetric(&covariance).1)
 }
 
 #[cfg(test)]

@@ -1,0 +1,99 @@
+//! Statistics of the steps between neighbours at one resolution: how strong they are, and in which direction.
+//!
+//! The strength is the logarithm of the gradient's magnitude over all planes. Its distribution tells smooth
+//! parts from rough ones, so it shows a blur, noise in what was smooth, and missing joints, whatever the
+//! contrast. The direction is that of the structure tensor (J. Bigün, G. Granlund, Optimal orientation detection
+//! of linear symmetry, 1987), as the vector of its anisotropy: a quarter turn reverses it.
+
+use super::wasserstein::{self, sorted};
+use crate::planes::Planes;
+
+/// Steps below this fraction of the root mean square step of the reference are alike.
+const NEGLIGIBLE: f64 = 0.02;
+
+/// The steps of one texture.
+#[derive(Debug, Clone)]
+pub(super) struct Detail {
+    /// Squared magnitudes in increasing order, evenly sampled.
+    squares: Vec<f32>,
+    /// The root mean square magnitude.
+    rms: f64,
+    /// Twice the cosine and sine of the double angle, weighted by energy: anisotropy along x, and along the
+    /// diagonal.
+    direction: [f64; 2],
+}
+
+impl Detail {
+    /// Measures at most `most` steps.
+    ///
+    /// # Panics
+    /// When a side is a single texel.
+    pub(super) fn new(planes: &Planes, most: usize) -> Self {
+        let size = planes.size();
+        let (mut across, mut along, mut sum) = (0.0f64, 0.0f64, 0.0f64);
+        let count = (size.width - 1) * (size.height - 1);
+        let mut squares = Vec::with_capacity(count);
+        for i in 0..count {
+            let at = size.index(i % (size.width - 1), i / (size.width - 1));
+            let mut square = 0.0;
+            for plane in planes.iter() {
+                let x = f64::from(plane[at + 1]) - f64::from(plane[at]);
+                let y = f64::from(plane[at + size.width]) - f64::from(plane[at]);
+                across += x * x - y * y;
+                along += 2.0 * x * y;
+                square += x * x + y * y;
+            }
+            sum += square;
+            squares.push(square as f32);
+        }
+        let direction = if sum > 0.0 { [across / sum, along / sum] } else { [0.0; 2] };
+        let squares = sorted(evenly(&squares, most));
+        Self { squares, rms: (sum / count as f64).sqrt(), direction }
+    }
+
+    /// The distance of the distributions of the logarithms of the magnitudes, and that of the directions.
+    pub(super) fn distances(&self, other: &Self) -> [f64; 2] {
+        let least = NEGLIGIBLE * self.rms;
+        let logs = |of: &Self| -> Vec<f32> {
+            let log = |&square: &f32| (f64::from(square).sqrt() + least).max(f64::MIN_POSITIVE).ln() as f32;
+            of.squares.iter().map(log).collect()
+        };
+        let turned = (self.direction[0] - other.direction[0]).hypot(self.direction[1] - other.direction[1]);
+        [wasserstein::distance(&logs(self), &logs(other)), turned]
+    }
+}
+
+/// At most `most` of the values, at even steps.
+pub(super) fn evenly(values: &[f32], most: usize) -> Vec<f32> {
+    let count = values.len().min(most);
+    (0..count).map(|i| values[i * values.len() / count]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::size::Size;
+
+    fn planes(f: impl Fn(usize, usize) -> f32) -> Planes {
+        Planes::from_vec(Size::new(40, 40), 1, (0..1600).map(|i| f(i % 40, i / 40)).collect()).unwrap()
+    }
+
+    #[test]
+    fn twice_the_contrast_is_the_logarithm_of_two_and_a_quarter_turn_reverses() {
+        let wave = |x: usize, y: usize| (x as f32 * 0.8).sin() + 0.1 * (y as f32 * 1.3).sin();
+        let detail = |planes: &Planes| Detail::new(planes, 10_000);
+        let a = detail(&planes(wave));
+        assert_eq!(a.distances(&a), [0.0; 2]);
+        let [strength, turn] = a.distances(&detail(&planes(|x, y| 2.0 * wave(x, y))));
+        assert!((strength - 2.0f64.ln()).abs() < 0.1 && turn < 1e-6, "{strength} {turn}");
+        let [strength, turn] = a.distances(&detail(&planes(|x, y| wave(y, x))));
+        assert!(strength < 0.02 && turn > 1.5, "{strength} {turn}");
+    }
+
+    #[test]
+    fn constant_planes_have_no_steps() {
+        let flat = Detail::new(&planes(|_, _| 0.5), 100);
+        assert_eq!(flat.distances(&flat), [0.0; 2]);
+        assert!(flat.distances(&Detail::new(&planes(|x, _| x as f32), 100))[0].is_finite());
+    }
+}

@@ -21,8 +21,18 @@ fn main() {
     let many: Vec<f32> =
         (0..6).flat_map(|k| maps.albedo.as_slice().iter().map(move |v| v * (k + 1) as f32)).collect();
     analyses("18 planes", &Planes::from_vec(maps.albedo.size(), 18, many).expect("18 planes"));
+    corners();
     windows();
     noise();
+}
+
+fn corners() {
+    let maps =
+        Material::Sponge.make(&MaterialOptions::default(), &Job::default()).expect("the options are valid");
+    let exemplar = Exemplar { index: &maps.albedo, excluded: None };
+    let options = RollerOptions { tiles: 16, vary: true, ..RollerOptions::default() };
+    let seconds = best(|| roll(&exemplar, &options, &Job::default()).expect("the sponge has room for tiles"));
+    println!("16 tiles whose borders vary, 3 planes: {seconds:.3} s");
 }
 
 fn best<T>(mut work: impl FnMut() -> T) -> f64 {

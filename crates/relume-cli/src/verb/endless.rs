@@ -168,8 +168,8 @@ impl Request<'_> {
                 "--triangle belongs to --method noise, and this is a set of tiles: leave it out",
             ));
         }
-        let (window, TileSetFile { file, count, cells }) = (self.window()?, tiles);
-        let plane = TilePlane { file, count: *count, cells: *cells, seed: self.seed };
+        let (window, TileSetFile { file, count, cells, corners }) = (self.window()?, tiles);
+        let plane = TilePlane { file, count: *count, cells: *cells, corners: *corners, seed: self.seed };
         let target = self.target(self.format(&file.encoding)?);
         self.write(plane.drawing(window, &target, &context.job), outputs)?;
         let Size { width, height } = cells.bounds();

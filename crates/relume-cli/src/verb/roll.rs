@@ -1,5 +1,6 @@
 //! `relume roll`: tiles of a regular texture that fit together in any order.
 
+use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use relume::field::{Domain, IndexSpace, Metric};
@@ -63,6 +64,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         overlap: args.overlap,
         pattern: args.period.map(Pattern::Lattice),
         oblique: !args.upright,
+        vary: true,
         ..RollerOptions::default()
     };
     options.validate()?;
@@ -110,8 +112,9 @@ fn tiles(
     context: &Context,
 ) -> Result<Vec<(PathBuf, Vec<u8>)>> {
     let bytes = encode(made, rolled, from, FieldFormat::from_path(path)?, context).map_err(|e| e.at(path))?;
-    let beside = sidecar_path(path)
-        .map(|beside| (beside, sidecar(rolled.tiles.count(), rolled.tiles.cells(), &bytes)));
+    let beside = sidecar_path(path).map(|beside| {
+        (beside, sidecar(rolled.tiles.count(), rolled.tiles.cells(), rolled.tiles.corners(), &bytes))
+    });
     Ok(std::iter::once((path.to_owned(), bytes)).chain(beside).collect())
 }
 
@@ -143,8 +146,9 @@ fn encode(
     let opacity = opacity.as_ref();
     match format.in_depth_of(&file.encoding) {
         FieldFormat::Exr(depth) => {
-            let (count, cells) = (rolled.tiles.count(), rolled.tiles.cells());
-            exr::encode_tiles(field, opacity, count, cells, depth, &context.job)
+            let tiles = &rolled.tiles;
+            let (count, cells, corners) = (tiles.count(), tiles.cells(), tiles.corners());
+            exr::encode_tiles(field, opacity, count, cells, corners, depth, &context.job)
         }
         FieldFormat::Ptm if !matches!(file.encoding, Encoding::Ptm(_)) => {
             encode_translucent(field, opacity, format, None, &context.job)
@@ -166,6 +170,7 @@ fn report(output: &Path, options: &RollerOptions, rolled: &Rolled) -> Report {
         "tile_width": tiles.tile().width,
         "tile_height": tiles.tile().height,
         "cells": tiles.cells(),
+        "corner_colors": tiles.corners(),
         "acceptable": how.is_acceptable(),
         "options": options,
         "roller": how,
@@ -177,23 +182,35 @@ fn report(output: &Path, options: &RollerOptions, rolled: &Rolled) -> Report {
 fn quality(how: &RollReport, oblique: bool) -> String {
     let worst = how.seams.iter().map(|seams| seams.ratio()).fold(0.0, f64::max);
     let large = how.seams.iter().map(|seams| seams.large).fold(0.0, f64::max);
-    let mut text = format!(
-        "{}; the overlaps differ by {:.0} % of unrelated texels; steps across cuts are {worst:.2} of \
-         natural ones, {:.0} % of them large",
-        repeats(how),
-        100.0 * how.mismatch,
+    let mut text = repeats(how);
+    if let Some(first) = &how.first {
+        let _ = write!(text, "; the overlaps differ by {:.0} % of unrelated texels", 100.0 * first.mismatch);
+    }
+    let _ = write!(
+        text,
+        "; steps across cuts are {worst:.2} of natural ones, {:.0} % of them large",
         100.0 * large
     );
     text.push_str(if how.is_acceptable() { ": acceptable" } else { ": seams may be seen" });
     if how.periods.pattern == Pattern::None {
-        text.push_str(
-            "\nA texture that does not repeat shows its tiles; relume synth without tiles may suit it better",
-        );
+        let _ = write!(text, "\nThe texture does not repeat, and {}", grid_in_words(how));
     } else if !how.whole_periods {
         text.push_str("\nNo whole periods fit: give a larger exemplar");
         text.push_str(if oblique { "" } else { ", or leave --upright out" });
     }
     text
+}
+
+/// What shows the tiles of a texture that does not repeat.
+fn grid_in_words(how: &RollReport) -> String {
+    if how.first.is_none() {
+        return "so the borders of the tiles vary: no part is common to all of them".to_owned();
+    }
+    format!(
+        "{:.0} % of each tile returns in every cell, which shows as rows: 16 or more tiles (-k 16) have borders that \
+         vary, and relume synth without tiles may suit it better",
+        100.0 * how.common
+    )
 }
 
 fn repeats(how: &RollReport) -> String {

@@ -94,7 +94,7 @@ fn tiles_are_oblique_where_periods_are() {
         let report = json(folder, &["roll", exemplar, "-k", "2", "-o", tiles]);
         let steps = |key: &str| [0, 1].map(|axis| report["cells"][key][axis].as_i64().unwrap());
         let cells = Cells::new(steps("right"), steps("down")).unwrap();
-        assert!(!cells.are_upright() && report["roller"]["mismatch"] == 0.0, "{report:#}");
+        assert!(!cells.are_upright() && report["roller"]["first"]["mismatch"] == 0.0, "{report:#}");
         let info = json(folder, &["info", tiles]);
         assert_eq!((&info["tiles"]["cells"], &info["tiles"]["count"]), (&report["cells"], &Value::from(2)));
         run(folder, &["synth", tiles, "--window=-57,1000,90,70", "-o", out]);

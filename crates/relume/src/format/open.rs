@@ -125,8 +125,8 @@ fn content(bytes: &[u8]) -> Result<(Content, Option<Said>)> {
             if let Some((_, texts)) = &head
                 && let Some(tiles) = exr::tiles_of(texts)?
             {
-                let (count, cells) = tiles;
-                return Ok((Content::Tiles, Some(Said { count, cells, stamp: None })));
+                let (count, cells, corners) = tiles;
+                return Ok((Content::Tiles, Some(Said { count, cells, corners, stamp: None })));
             }
             match head {
                 Some((names, texts)) if exr::is_field(&names, &texts) => Content::Field,

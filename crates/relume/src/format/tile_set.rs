@@ -14,6 +14,7 @@ use serde_json::{Value, json};
 use super::field_file::FieldFile;
 use crate::error::{Error, Result};
 use crate::numeric::cells::Cells;
+use crate::numeric::corner_colors::CornerColors;
 use crate::size::Size;
 use crate::stamp::Stamp;
 
@@ -26,11 +27,13 @@ pub struct TileSetFile {
     pub count: usize,
     /// The cells that they fill.
     pub cells: Cells,
+    /// The colours of their corners.
+    pub corners: CornerColors,
 }
 
 impl TileSetFile {
     /// The tiles that a file is declared to hold.
-    pub(super) fn new(file: FieldFile, Said { count, cells, .. }: Said) -> Result<Self> {
+    pub(super) fn new(file: FieldFile, Said { count, cells, corners, .. }: Said) -> Result<Self> {
         let Size { width, height } = file.field.size();
         if count == 0 || !height.is_multiple_of(count) {
             return Err(Error::invalid(format!(
@@ -45,7 +48,13 @@ impl TileSetFile {
                 "holds {count} tiles of {tile}, but their cells are declared with another size"
             ))
         })?;
-        Ok(Self { file, count, cells })
+        let corners = CornerColors::new(corners, count).ok_or_else(|| {
+            Error::invalid(format!(
+                "holds {count} tiles, declared to have corners of {corners} colours: expected 1 to 4, and a tile for \
+                 every choice of four"
+            ))
+        })?;
+        Ok(Self { file, count, cells, corners })
     }
 }
 
@@ -63,6 +72,7 @@ pub fn in_words(count: usize, cells: &Cells) -> String {
 /// The keys of the companion file.
 const KEY: &str = "relumeTiles";
 const CELL_KEY: &str = "cell";
+const CORNERS_KEY: &str = "corner_colors";
 const STAMP_KEY: &str = "file";
 
 /// The largest companion file that is read: it holds a few numbers.
@@ -78,12 +88,16 @@ pub fn sidecar_path(tiles: &Path) -> Option<PathBuf> {
     Some(PathBuf::from(name))
 }
 
-/// The contents of the companion file for the given number of tiles and cells, beside a file of these bytes.
-pub fn sidecar(count: usize, cells: &Cells, file: &[u8]) -> Vec<u8> {
+/// The contents of the companion file for the given number of tiles, cells and colours of corners,
+/// beside a file of these bytes.
+pub fn sidecar(count: usize, cells: &Cells, corners: CornerColors, file: &[u8]) -> Vec<u8> {
     let tile = cells.bounds();
     let mut value = json!({ KEY: count, "tile_width": tile.width, "tile_height": tile.height });
     if !cells.are_upright() {
         value[CELL_KEY] = json!([cells.right(), cells.down()]);
+    }
+    if corners.vary() {
+        value[CORNERS_KEY] = json!(corners);
     }
     value[STAMP_KEY] = json!(Stamp::of(file));
     format!("{value:#}\n").into_bytes()
@@ -95,6 +109,8 @@ pub(super) struct Said {
     pub count: usize,
     /// The cells, if the tiles are oblique.
     pub cells: Option<Cells>,
+    /// The number of colours of the corners, 1 if there are none.
+    pub corners: usize,
     /// The stamp of the file described.
     pub stamp: Option<Stamp>,
 }
@@ -154,7 +170,13 @@ fn said(text: &[u8]) -> Result<Option<Said>> {
             .map_err(|_| Error::invalid(format!("'{STAMP_KEY}' is {stamp}: expected 'bytes' and 'crc32'")))
     };
     let cells = value.get(CELL_KEY).map(steps).transpose()?;
-    Ok(Some(Said { count: number, cells, stamp: value.get(STAMP_KEY).map(stamp).transpose()? }))
+    let corners = |corners: &Value| {
+        let count = corners.as_u64().and_then(|count| usize::try_from(count).ok());
+        let expected = "expected the number of colours of the corners";
+        count.ok_or_else(|| Error::invalid(format!("'{CORNERS_KEY}' is {corners}: {expected}")))
+    };
+    let corners = value.get(CORNERS_KEY).map(corners).transpose()?.unwrap_or(1);
+    Ok(Some(Said { count: number, cells, corners, stamp: value.get(STAMP_KEY).map(stamp).transpose()? }))
 }
 
 #[cfg(test)]
@@ -165,15 +187,21 @@ mod tests {
     fn a_sidecar_says_what_it_was_told_and_a_damaged_one_is_an_error() {
         let upright = Cells::upright(Size::new(7, 5)).unwrap();
         let stamp = Some(Stamp::of(b"tiles"));
-        let expected = Some(Said { count: 3, cells: None, stamp });
-        assert_eq!(said(&sidecar(3, &upright, b"tiles")).unwrap(), expected);
+        let expected = Some(Said { count: 3, cells: None, corners: 1, stamp });
+        assert_eq!(said(&sidecar(3, &upright, CornerColors::ALIKE, b"tiles")).unwrap(), expected);
+        let expected = Some(Said { count: 17, cells: None, corners: 2, stamp });
+        assert_eq!(said(&sidecar(17, &upright, CornerColors::most(17), b"tiles")).unwrap(), expected);
         let leaning = Cells::new([9, 1], [-2, 8]).unwrap();
-        let text = sidecar(1, &leaning, b"tiles");
-        assert_eq!(said(&text).unwrap(), Some(Said { count: 1, cells: Some(leaning), stamp }));
+        let text = sidecar(1, &leaning, CornerColors::ALIKE, b"tiles");
+        assert_eq!(said(&text).unwrap(), Some(Said { count: 1, cells: Some(leaning), corners: 1, stamp }));
         assert_eq!(said(b"{\"made by\": \"another program\"}").unwrap(), None);
-        for bad in
-            [&text[..text.len() / 2], b"", b"{\"relumeTiles\": -1}", b"{\"relumeTiles\": 2, \"cell\": 3}"]
-        {
+        for bad in [
+            &text[..text.len() / 2],
+            b"",
+            b"{\"relumeTiles\": -1}",
+            b"{\"relumeTiles\": 2, \"cell\": 3}",
+            b"{\"relumeTiles\": 2, \"corner_colors\": -3}",
+        ] {
             assert!(said(bad).is_err(), "{}", String::from_utf8_lossy(bad));
         }
     }

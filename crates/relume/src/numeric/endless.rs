@@ -9,6 +9,9 @@
 //! uint tileOf(ivec2 cell, uvec2 seed) { return (hash4(uvec4(cell, seed)).x >> 16) % tiles; }
 //! ```
 //!
+//! Where the corners of tiles have colours, the hash gives the colour of a lattice point, and those of its four
+//! corners the tile of a cell ([`crate::numeric::corner_colors`]).
+//!
 //! The upper half of the hash is used: the lowest bits of neighbouring seeds are not independent.
 
 use rayon::prelude::*;
@@ -16,7 +19,7 @@ use rayon::prelude::*;
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::numeric::cells::Cells;
-use crate::numeric::hash;
+use crate::numeric::corner_colors::CornerColors;
 use crate::planes::Planes;
 use crate::size::Size;
 
@@ -27,6 +30,9 @@ pub struct Endless {
     cells: Cells,
     tiles: usize,
     seed: u64,
+    corners: CornerColors,
+    /// Columns and rows of cells after which the plane repeats, if it does before 2^32.
+    repeats: Option<[i64; 2]>,
 }
 
 /// Consecutive texels of one row of one tile.
@@ -62,7 +68,19 @@ impl Endless {
         if tiles == 0 {
             return Err(Error::usage("no tiles make no plane"));
         }
-        Ok(Self { cells, tiles, seed })
+        Ok(Self { cells, tiles, seed, corners: CornerColors::ALIKE, repeats: None })
+    }
+
+    /// The same with tiles that fit at corners of their colours only.
+    #[must_use]
+    pub fn with_corners(self, corners: CornerColors) -> Self {
+        Self { corners, ..self }
+    }
+
+    /// The same, repeating after that many columns and rows of cells.
+    #[must_use]
+    pub fn repeating(self, columns: usize, rows: usize) -> Self {
+        Self { repeats: Some([columns as i64, rows as i64]), ..self }
     }
 
     /// The size of the bounding rectangle of a tile.
@@ -72,7 +90,11 @@ impl Endless {
 
     /// The tile of a cell.
     pub fn tile_at(&self, column: i64, row: i64) -> usize {
-        (hash::of_place(self.seed, column, row)[0] >> 16) as usize % self.tiles
+        let wrapped = |[column, row]: [i64; 2]| match self.repeats {
+            Some([columns, rows]) => [column.rem_euclid(columns), row.rem_euclid(rows)],
+            None => [column, row],
+        };
+        self.corners.tile_at(self.tiles, self.seed, [column, row], wrapped)
     }
 
     /// The tile and its texel shown at (x, y) of the plane: the slow truth of [`Endless::runs`].

@@ -2,6 +2,7 @@
 
 pub mod autocorrelation;
 pub mod cells;
+pub mod corner_colors;
 pub mod decibel;
 pub mod eigen;
 pub mod endless;

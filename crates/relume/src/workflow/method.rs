@@ -89,7 +89,8 @@ impl LaidTiles {
     pub fn new(tiles: usize, size: Size, boundary: Boundary, seed: u64) -> Self {
         // Only rectangles close on the sides of the output.
         let oblique = boundary == Boundary::Open;
-        Self { options: RollerOptions { tiles, oblique, ..RollerOptions::default() }, size, boundary, seed }
+        let options = RollerOptions { tiles, oblique, vary: true, ..RollerOptions::default() };
+        Self { options, size, boundary, seed }
     }
 }
 

@@ -5,8 +5,8 @@ use relume::numeric::cells::Cells;
 use relume::numeric::lattice::Lattice;
 use relume::numeric::periods::Pattern;
 use relume::numeric::random::{Purpose, Stream};
-use relume::synthesis::roller::{Endless, Rolled, RollerOptions, roll};
-use relume::synthesis::{Exemplar, gather};
+use relume::synthesis::roller::{Endless, Rolled, RollerOptions, lay, roll};
+use relume::synthesis::{Boundary, Exemplar, gather};
 use relume::{Job, Limits, Picture, Planes, ReflectanceField, Size, Space};
 
 fn noise(size: Size, planes: usize, seed: u64) -> Planes {
@@ -32,7 +32,11 @@ fn a_texture_that_repeats_exactly_goes_on_exactly() {
         let rolled = make(&index, &RollerOptions { tiles: 4, ..RollerOptions::default() });
         let tile = rolled.tiles.tile();
         assert_eq!((tile.width % period.width, tile.height % period.height), (0, 0), "{tile}");
-        assert!(rolled.report.whole_periods && rolled.report.mismatch == 0.0, "{:?}", rolled.report);
+        assert!(
+            rolled.report.whole_periods && rolled.report.first.unwrap().mismatch == 0.0,
+            "{:?}",
+            rolled.report
+        );
         assert!(rolled.report.is_acceptable());
         let plane = Endless::new(tile, 4, 5).unwrap();
         let tiles = stacked(&rolled, &index);
@@ -64,7 +68,7 @@ fn oblique_periods_are_found_and_kept() {
     assert!(matches!(rolled.report.periods.pattern, Pattern::Lattice(_)), "{:?}", rolled.report.periods);
     let tile = rolled.tiles.tile();
     assert_eq!((tile.width % 18, tile.height % 14), (0, 0), "{tile}");
-    assert!(rolled.report.mismatch < 1e-3);
+    assert!(rolled.report.first.unwrap().mismatch < 1e-3);
 }
 
 /// Noise that repeats in equal cells.
@@ -88,8 +92,12 @@ fn oblique_periods_that_meet_no_axis_go_on_exactly() {
             let options = RollerOptions { oblique: true, ..upright.clone() };
             let rolled = make(&index, &options);
             let cells = *rolled.tiles.cells();
-            assert!(!cells.are_upright() && rolled.report.mismatch == 0.0, "{cells:?}: {:?}", rolled.report);
-            assert!(make(&index, &upright).report.mismatch > 0.2, "no rectangle repeats");
+            assert!(
+                !cells.are_upright() && rolled.report.first.unwrap().mismatch == 0.0,
+                "{cells:?}: {:?}",
+                rolled.report
+            );
+            assert!(make(&index, &upright).report.first.unwrap().mismatch > 0.2, "no rectangle repeats");
             let plane = Endless::of(cells, tiles, 5).unwrap();
             let made = stacked(&rolled, &index);
             let window = plane.window(&made, -90, 211, Size::new(120, 110), &Job::default()).unwrap();
@@ -112,7 +120,10 @@ fn a_rectangle_one_texel_off_its_periods_is_not_whole() {
     let index = cellular(&Cells::new([15, 3], [0, 19]).unwrap(), Size::new(110, 100), 2, 1);
     let options = RollerOptions { overlap: Some(1), oblique: true, ..RollerOptions::default() };
     let report = make(&index, &options).report;
-    assert!(!report.region.cells.are_upright() && report.mismatch == 0.0, "{report:?}");
+    assert!(
+        !report.first.unwrap().region.cells.are_upright() && report.first.unwrap().mismatch == 0.0,
+        "{report:?}"
+    );
 }
 
 /// A lattice between whole texels: cells follow it to less than one texel, where rectangles are off by
@@ -131,12 +142,21 @@ fn cells_lean_where_that_follows_the_periods_better() {
     let (upright, oblique) =
         (RollerOptions::default(), RollerOptions { oblique: true, ..Default::default() });
     let (upright, oblique) = (make(&index, &upright).report, make(&index, &oblique).report);
-    assert!(oblique.mismatch < 0.25 * upright.mismatch, "{} against {}", oblique.mismatch, upright.mismatch);
-    assert!(oblique.is_acceptable() && oblique.whole_periods && oblique.region.cells.texels() > 9000);
+    assert!(
+        oblique.first.unwrap().mismatch < 0.25 * upright.first.unwrap().mismatch,
+        "{} against {}",
+        oblique.first.unwrap().mismatch,
+        upright.first.unwrap().mismatch
+    );
+    assert!(
+        oblique.is_acceptable()
+            && oblique.whole_periods
+            && oblique.first.unwrap().region.cells.texels() > 9000
+    );
     // Where a rectangle repeats, nothing is oblique.
     let straight = noise(Size::new(13, 9), 2, 1).repeated(8, 9);
     let report = make(&straight, &RollerOptions { oblique: true, ..Default::default() }).report;
-    assert!(report.region.cells.are_upright(), "{report:?}");
+    assert!(report.first.unwrap().region.cells.are_upright(), "{report:?}");
 }
 
 proptest! {
@@ -163,7 +183,7 @@ proptest! {
         };
         let rolled = make(&index, &options);
         let (cells, first) = (*rolled.tiles.cells(), rolled.tiles.sources(0));
-        prop_assert!(rolled.report.mismatch < 1e-9, "{:?}", rolled.report);
+        prop_assert!(rolled.report.first.unwrap().mismatch < 1e-9, "{:?}", rolled.report);
         for number in 0..tiles {
             for (place, source) in cells.rectangle().zip(rolled.tiles.sources(number)) {
                 prop_assert!((source.x as usize) < 130 && (source.y as usize) < 120);
@@ -243,4 +263,66 @@ fn what_has_no_room_or_no_meaning_is_refused() {
     let slanted = Pattern::Lattice(Lattice::new([50.0, 3.0], [-3.0, 50.0]).unwrap());
     let made = make(&index, &RollerOptions { pattern: Some(slanted), ..RollerOptions::default() });
     assert!(!made.report.whole_periods);
+}
+
+/// Sixteen tiles of a texture that does not repeat once had one border, which returned in every cell and showed
+/// as rows of copies.
+#[test]
+fn the_borders_of_many_tiles_of_a_texture_that_does_not_repeat_vary() {
+    let index = noise(Size::new(160, 150), 2, 6);
+    let shared = RollerOptions { tiles: 18, pattern: Some(Pattern::None), ..RollerOptions::default() };
+    let varied = RollerOptions { vary: true, ..shared.clone() };
+    assert!(make(&index, &shared).report.common > 0.2);
+    let rolled = make(&index, &varied);
+    assert!(rolled.report.common < 0.01 && rolled.report.first.is_none(), "{:?}", rolled.report);
+    let (tiles, corners) = (&rolled.tiles, rolled.tiles.corners());
+    assert_eq!((tiles.count(), corners.count()), (18, 2));
+    // Tiles that agree in the corners of an edge agree in the texels along it.
+    let Size { width, height } = tiles.tile();
+    let edge = |tile: usize, edge: usize| -> Vec<relume::synthesis::Texel> {
+        let at = |x: usize, y: usize| tiles.sources(tile)[y * width + x];
+        match edge {
+            0 => (0..width).map(|x| at(x, 0)).collect(),
+            1 => (0..width).map(|x| at(x, height - 1)).collect(),
+            2 => (0..height).map(|y| at(0, y)).collect(),
+            _ => (0..height).map(|y| at(width - 1, y)).collect(),
+        }
+    };
+    const ENDS: [[usize; 2]; 4] = [[0, 1], [2, 3], [0, 2], [1, 3]];
+    for (a, b) in (0..18).flat_map(|a| (0..18).map(move |b| (a, b))) {
+        for (number, ends) in ENDS.into_iter().enumerate() {
+            let [ours, theirs] = [a, b].map(|tile| ends.map(|end| corners.corners(tile)[end]));
+            assert_eq!(
+                ours == theirs,
+                edge(a, number) == edge(b, number),
+                "tiles {a} and {b}, edge {number}"
+            );
+        }
+    }
+}
+
+/// The plane of tiles with coloured corners closes on whole tiles, as any other.
+#[test]
+fn tiles_whose_borders_vary_close_on_a_torus() {
+    let index = noise(Size::new(160, 150), 1, 8);
+    let options =
+        RollerOptions { tiles: 16, pattern: Some(Pattern::None), vary: true, ..RollerOptions::default() };
+    let tiles = make(&index, &options).tiles;
+    let Size { width, height } = tiles.tile();
+    let torus = lay(&tiles, Size::new(3 * width, 2 * height), Boundary::Torus, 3, &Job::default()).unwrap();
+    let number = |column: usize, row: usize| {
+        let copied = |tile: &usize| {
+            (0..width).all(|x| {
+                let there = torus.copies()[(row * height + height / 2) * 3 * width + column * width + x];
+                tiles.sources(*tile)[height / 2 * width + x] == there
+            })
+        };
+        (0..16).find(copied).expect("a cell shows a tile")
+    };
+    for (column, row) in (0..3).flat_map(|column| (0..2).map(move |row| (column, row))) {
+        let here = tiles.corners().corners(number(column, row));
+        let right = tiles.corners().corners(number((column + 1) % 3, row));
+        let below = tiles.corners().corners(number(column, (row + 1) % 2));
+        assert_eq!(([here[1], here[3]], [here[2], here[3]]), ([right[0], right[2]], [below[0], below[1]]));
+    }
 }

@@ -17,7 +17,7 @@ use crate::synthesis::quantise::{IndexTexels, squared_length, squared_lengths};
 
 /// Error of a correlation relative to the product of the lengths of its factors, as in
 /// [`crate::synthesis::search::fft`].
-const RELATIVE_ERROR: f64 = 1e-13;
+pub(super) const RELATIVE_ERROR: f64 = 1e-13;
 
 /// A part of the exemplar with the size of the rectangle of a tile.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]

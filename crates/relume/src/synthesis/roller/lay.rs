@@ -31,7 +31,11 @@ pub fn lay(tiles: &TileSet, size: Size, boundary: Boundary, seed: u64, job: &Job
             Size::new(near(size.width, width), near(size.height, height))
         )));
     }
-    let plane = Endless::of(*tiles.cells(), tiles.count(), seed)?;
+    let plane = Endless::of(*tiles.cells(), tiles.count(), seed)?.with_corners(tiles.corners());
+    let plane = match boundary {
+        Boundary::Torus => plane.repeating(size.width / width, size.height / height),
+        Boundary::Open => plane,
+    };
     let mut copies = vec![Texel::default(); size.texels()];
     for (y, row) in copies.chunks_exact_mut(size.width).enumerate() {
         plane.copy_row(tiles.map().copies(), 1, 0, y as i64, row);

@@ -4,6 +4,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::closed_cut::{has_room, least_closed_cut, least_side};
+use super::corners::{self, CornerWork, laid_seams};
 use super::further::{SharedBorder, TilePart};
 use super::oblique::{self, misfit, pairs};
 use super::options::RollerOptions;
@@ -16,6 +17,7 @@ use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::numeric::autocorrelation::Autocorrelation;
 use crate::numeric::cells::Cells;
+use crate::numeric::corner_colors::CornerColors;
 use crate::numeric::lattice::Lattice;
 use crate::numeric::periods::{Pattern, Periods, find};
 use crate::size::Size;
@@ -34,21 +36,30 @@ pub struct Rolled {
 /// How a tile set was made, and its quality.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RollReport {
-    /// The part of the exemplar that became the first tile.
-    pub region: Region,
+    /// How the first tile was made, whose border all others have; `None` if borders vary.
+    pub first: Option<FirstTile>,
     /// The periods of the texture.
     pub periods: Periods,
     /// Whether the sides of the tile are whole periods; true if there are none.
     pub whole_periods: bool,
+    /// The parts that became the further tiles, or all of them if borders vary.
+    pub parts: Vec<TilePart>,
+    /// The seams of each tile; if borders vary, those of a part of the plane.
+    pub seams: Vec<TileSeams>,
+    /// The share of texels that all tiles have in common, 1 for a single one: what returns in every cell.
+    pub common: f64,
+}
+
+/// How the first tile was made.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct FirstTile {
+    /// The part of the exemplar that became the tile.
+    pub region: Region,
     /// The corner through which both cuts go, relative to the lattice point of the cell.
     pub corner: (usize, usize),
     /// The mean squared difference of the overlaps as a fraction of that of unrelated texels: 0 where the
     /// texture repeats exactly, about 1 where it does not.
     pub mismatch: f64,
-    /// The parts that became the further tiles.
-    pub parts: Vec<TilePart>,
-    /// The seams of each tile.
-    pub seams: Vec<TileSeams>,
 }
 
 impl RollReport {
@@ -84,6 +95,9 @@ pub fn roll(exemplar: &Exemplar<'_>, options: &RollerOptions, job: &Job) -> Resu
         job,
     };
     let strips = Strips::new(work.texels, exemplar.excluded, overlap);
+    if let Some((tile, border)) = work.varied()? {
+        return work.rolled_with_corners(exemplar, &strips, (tile, border), quantised.step());
+    }
     let (region, whole_periods) = work.region(&strips)?;
     let (first, corner) = work.first_tile(&region);
     let parts = work.parts(&region, &first, &strips)?;
@@ -95,19 +109,14 @@ pub fn roll(exemplar: &Exemplar<'_>, options: &RollerOptions, job: &Job) -> Resu
     let tiles: Vec<Vec<Texel>> = tiles.collect::<Result<_>>()?;
     let measure =
         |sources: &Vec<Texel>| TileSeams::measure(work.texels, quantised.step(), &region.cells, sources);
-    let report = RollReport {
-        region,
-        periods,
-        whole_periods,
-        corner,
-        mismatch: work.mismatch(&region),
-        parts,
-        seams: tiles.iter().map(measure).collect(),
-    };
+    let seams = tiles.iter().map(measure).collect();
     let tile = region.tile();
     let stacked = Size::new(tile.width, tile.height * tiles.len());
     let map = SourceMap::new(stacked, std::slice::from_ref(exemplar), tiles.concat());
-    Ok(Rolled { tiles: TileSet::new(region.cells, map), report })
+    let tiles = TileSet::new(region.cells, CornerColors::ALIKE, map);
+    let first = Some(FirstTile { region, corner, mismatch: work.mismatch(&region) });
+    let report = RollReport { first, periods, whole_periods, parts, seams, common: tiles.common() };
+    Ok(Rolled { tiles, report })
 }
 
 /// The largest deviation of the sides of a rectangle from whole periods, in texels, for which oblique cells
@@ -129,6 +138,44 @@ struct RollWork<'a> {
 }
 
 impl RollWork<'_> {
+    /// The size and the border of tiles with coloured corners, if such are to be made.
+    fn varied(&self) -> Result<Option<(Size, usize)>> {
+        let repeats = self.pattern != Pattern::None;
+        if !self.options.vary || repeats || !CornerColors::most(self.options.tiles).vary() {
+            return Ok(None);
+        }
+        let tile = Size::new(self.lengths(Axis::X)?.1, self.lengths(Axis::Y)?.1);
+        Ok(corners::border(tile, self.overlap + 1).map(|border| (tile, border)))
+    }
+
+    /// Tiles with coloured corners.
+    fn rolled_with_corners(
+        &self,
+        exemplar: &Exemplar<'_>,
+        strips: &Strips<'_>,
+        (tile, border): (Size, usize),
+        step: f64,
+    ) -> Result<Rolled> {
+        let (count, colors) = (self.options.tiles, CornerColors::most(self.options.tiles));
+        let work = CornerWork { texels: self.texels, strips, tile, border, colors, job: self.job };
+        let bytes = 8 * (self.planes as u64 + 4) + 32;
+        self.job.check("the spectra of the exemplar", self.texels.size(), bytes)?;
+        let (tiles, parts) = work.tiles(count)?;
+        let cells = Cells::upright(tile).expect("a tile has texels");
+        let stacked = Size::new(tile.width, tile.height * count);
+        let map = SourceMap::new(stacked, std::slice::from_ref(exemplar), tiles.concat());
+        let tiles = TileSet::new(cells, colors, map);
+        let report = RollReport {
+            first: None,
+            periods: Periods { pattern: self.pattern, share: 0.0 },
+            whole_periods: true,
+            parts,
+            seams: vec![laid_seams(&tiles, self.texels, step, self.job)?],
+            common: tiles.common(),
+        };
+        Ok(Rolled { tiles, report })
+    }
+
     /// The part that becomes the first tile, and whether it has whole periods.
     fn region(&self, strips: &Strips<'_>) -> Result<(Region, bool)> {
         let (upright, whole) = self.upright_region(strips)?;

@@ -16,6 +16,8 @@
 //! - [`toroidal`]: two closed cuts through one corner turn it into a seamless tile;
 //! - [`further`]: other parts that fit the border of the first tile;
 //! - [`closed_cut`]: a closed cut joins each of them to that border;
+//! - [`corners`]: for textures that do not repeat, tiles whose borders vary; [`template`]: the place of an
+//!   exemplar that fits given texels best;
 //! - [`seams`]: steps across the cuts compared with those inside;
 //! - [`Endless`]: the plane of tiles, each chosen by a hash of the seed and its cell;
 //! - [`lay()`]: a part of it as a source map.
@@ -23,6 +25,7 @@
 //! Deciding errors are sums of integers; the result does not depend on threads.
 
 pub mod closed_cut;
+pub mod corners;
 pub mod further;
 mod lay;
 mod make;
@@ -31,6 +34,7 @@ pub mod options;
 pub mod profile;
 pub mod region;
 pub mod seams;
+pub mod template;
 mod tile_set;
 pub mod toroidal;
 

@@ -27,6 +27,9 @@ pub struct RollerOptions {
     pub least_offset: f64,
     /// Whether tiles may be oblique, if that follows oblique periods better than rectangles do.
     pub oblique: bool,
+    /// Whether 16 tiles or more of a texture that does not repeat have borders that vary: those that meet at
+    /// corners of one colour fit together, instead of all.
+    pub vary: bool,
 }
 
 impl RollerOptions {
@@ -85,7 +88,8 @@ impl RollerOptions {
 
 impl Default for RollerOptions {
     /// One tile, the customary overlap, periods as measured, sides of at least 0.6 of the longest,
-    /// a slack of 0.1 (the tolerance of image quilting), parts a quarter of a tile apart, rectangles.
+    /// a slack of 0.1 (the tolerance of image quilting), parts a quarter of a tile apart, rectangles
+    /// with one border.
     fn default() -> Self {
         Self {
             tiles: 1,
@@ -95,6 +99,7 @@ impl Default for RollerOptions {
             slack: 0.1,
             least_offset: 0.25,
             oblique: false,
+            vary: false,
         }
     }
 }

@@ -1,15 +1,17 @@
 //! A tile set as data: the source of each texel of each tile.
 
 use crate::numeric::cells::Cells;
+use crate::numeric::corner_colors::CornerColors;
 use crate::size::Size;
 use crate::synthesis::source_map::{SourceMap, Texel};
 
-/// Tiles of one shape with a common border, so that any may be neighbours, each given by the sources of its
-/// texels in the exemplar. [`crate::synthesis::gather`] applies [`TileSet::map`] to anything registered with
+/// Tiles of one shape that may be neighbours where the colours of their corners agree, each given by the
+/// sources of its texels in the exemplar. [`crate::synthesis::gather`] applies [`TileSet::map`] to anything registered with
 /// it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TileSet {
     cells: Cells,
+    corners: CornerColors,
     map: SourceMap,
 }
 
@@ -18,13 +20,13 @@ impl TileSet {
     ///
     /// # Panics
     /// When the map is not a whole number of tiles high.
-    pub(super) fn new(cells: Cells, map: SourceMap) -> Self {
+    pub(super) fn new(cells: Cells, corners: CornerColors, map: SourceMap) -> Self {
         let tile = cells.bounds();
         assert!(
             map.size().width == tile.width && map.size().height.is_multiple_of(tile.height),
             "whole tiles"
         );
-        Self { cells, map }
+        Self { cells, corners, map }
     }
 
     /// The size of a tile, or of its bounding rectangle if it is oblique. The texels beside the tile there
@@ -38,9 +40,21 @@ impl TileSet {
         &self.cells
     }
 
+    /// The colours of their corners.
+    pub fn corners(&self) -> CornerColors {
+        self.corners
+    }
+
     /// The number of tiles.
     pub fn count(&self) -> usize {
         self.map.size().height / self.tile().height
+    }
+
+    /// The share of texels that have the same source in all tiles.
+    pub fn common(&self) -> f64 {
+        let texels = self.tile().texels();
+        let same = |&t: &usize| (1..self.count()).all(|number| self.sources(number)[t] == self.sources(0)[t]);
+        (0..texels).filter(same).count() as f64 / texels as f64
     }
 
     /// All tiles one below the other, the first on top.

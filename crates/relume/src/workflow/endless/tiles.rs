@@ -7,6 +7,7 @@ use crate::error::Result;
 use crate::format::{FieldFile, Streamed};
 use crate::job::Job;
 use crate::numeric::cells::Cells;
+use crate::numeric::corner_colors::CornerColors;
 use crate::synthesis::roller::Endless;
 
 /// The plane of a tile set.
@@ -18,6 +19,8 @@ pub struct TilePlane<'a> {
     pub count: usize,
     /// The cells that they fill.
     pub cells: Cells,
+    /// The colours of their corners.
+    pub corners: CornerColors,
     /// Seed of the order of tiles.
     pub seed: u64,
 }
@@ -28,7 +31,7 @@ impl<'a> TilePlane<'a> {
     /// # Errors
     /// A number of tiles without a plane, and a format that cannot hold them.
     pub fn drawing(&self, window: PlaneWindow, target: &FileTarget, job: &'a Job) -> Result<Drawing<'a>> {
-        let plane = Endless::of(self.cells, self.count, self.seed)?;
+        let plane = Endless::of(self.cells, self.count, self.seed)?.with_corners(self.corners);
         let encoding = Some(&self.file.encoding);
         let streamed =
             Arc::new(target.laid(Streamed::new(&self.file.field, target.format, encoding, job)?)?);

@@ -20,6 +20,7 @@ mod progress;
 mod rearranged;
 mod report;
 mod signals;
+mod tiling;
 mod verb;
 
 use std::ffi::OsString;

@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use relume::Result;
 use relume::field::Domain;
 use relume::format::FieldFile;
 use relume::synthesis::fill::{FillMethod, FillOptions, fill};
@@ -10,12 +9,15 @@ use relume::synthesis::pixel::Growth;
 use relume::synthesis::{Boundary, Guidance, SourceMap};
 use relume::workflow::NamedMetric;
 use relume::workflow::sizes::filling_window;
+use relume::workflow::tiling::MeasuredTiling;
+use relume::{Error, Named, Result};
 use serde_json::{Value, json};
 
 use crate::context::Context;
 use crate::output::Outputs;
 use crate::rearranged::{self, Applied, Registered, compared, read_registered};
 use crate::report::Report;
+use crate::tiling::with_tiling;
 use crate::{args, gathered, input, opacity};
 
 /// Arguments of `relume fill`.
@@ -41,9 +43,10 @@ pub struct How {
     /// The texture to write; - writes it to standard output in the input's format
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
-    /// Fill patch by patch, or texel by texel
-    #[arg(long, default_value = "patches", value_parser = args::named::<FillMethod>())]
-    method: FillMethod,
+    /// Fill patch by patch, texel by texel, or, where the texture tiles, all at once from coarse to fine, or
+    /// bridge its border by large blocks [default: patches; of relume tileable bridges]
+    #[arg(long, value_parser = args::named::<FillMethod>())]
+    method: Option<FillMethod>,
     /// Side of the patches, or of the window of compared texels: odd [default: two features, 11 to 21]
     #[arg(long = "neighbourhood", value_name = "N")]
     window: Option<usize>,
@@ -80,10 +83,10 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let boundary = if args.tile { Boundary::Torus } else { Boundary::Open };
     let texture = args.how.read(&args.file, claimed, context)?;
     let holes = input::mask(&args.mask, texture.file[0].field.size(), &context.job)?;
-    let options = args.how.options(boundary, &texture, &holes, context)?;
+    let options = args.how.options(FillMethod::Patches, boundary, &texture, &holes, context)?;
     let excluded = texture.excluded.as_deref();
     let (map, growth) = fill(&texture.index, &holes, excluded, &options, &context.job)?;
-    let special = json!({ "window": options.window, "tile": args.tile });
+    let special = json!({ "tile": args.tile });
     args.how.finish(texture, boundary, (&map, &growth), "of the holes", special, context)
 }
 
@@ -141,16 +144,24 @@ impl How {
         Ok(FilledTexture { name, file, index, excluded, guide, outputs, images })
     }
 
-    /// The options for the library. The guide of a texture also serves for the filled texture.
-    /// A window that is not given is fitted to what lies outside the `holes`.
+    /// The options for the library, by the given method unless another is asked for. The guide of a texture
+    /// also serves for the filled texture. A window that is not given is fitted to what lies outside the `holes`.
     pub fn options(
         &self,
+        method: FillMethod,
         boundary: Boundary,
         texture: &FilledTexture<'_>,
         holes: &[bool],
         context: &Context,
     ) -> Result<FillOptions> {
-        let customary = if self.method == FillMethod::Texels { 0.1 } else { 0.0 };
+        let method = self.method.unwrap_or(method);
+        if matches!(method, FillMethod::Optimised | FillMethod::Bridges) && self.epsilon.is_some() {
+            return Err(Error::usage(format!(
+                "--epsilon does not apply to --method {}: it is an option of patches and efros-leung",
+                method.name()
+            )));
+        }
+        let customary = if method == FillMethod::Texels { 0.1 } else { 0.0 };
         let guidance = |guide: &relume::Planes| Guidance {
             sources: vec![guide.clone()],
             target: guide.clone(),
@@ -159,7 +170,7 @@ impl How {
         let excluded = texture.excluded.as_deref();
         let fitted = || filling_window(&texture.index, holes, excluded, &context.job);
         Ok(FillOptions {
-            method: self.method,
+            method,
             window: self.window.map_or_else(fitted, Ok)?,
             epsilon: self.epsilon.unwrap_or(customary),
             boundary,
@@ -179,6 +190,9 @@ impl How {
         special: Value,
         context: &Context,
     ) -> Result<Report> {
+        let tiles = boundary == Boundary::Torus;
+        let tiling =
+            tiles.then(|| MeasuredTiling::measure(map, &[&texture.index], &context.job)).transpose()?;
         let made = gathered::apply(map, &texture.file, &texture.name, &self.output, context)?;
         let mut files = vec![(self.output.clone(), made)];
         files.extend(self.rearranged.rearranged(map, &texture.images, boundary, context)?);
@@ -189,19 +203,22 @@ impl How {
         }
         let written = outputs.commit()?;
         let text = format!(
-            "{}: {} texels {what} filled from windows of {}, drawn from {} positions",
+            "{}: {} texels {what} filled from windows of {} at {} positions",
             self.output.display(),
             growth.texels,
-            special["window"],
+            growth.window,
             growth.positions
         );
         let mut json = json!({
             "width": map.size().width,
             "height": map.size().height,
+            "window": growth.window,
             "seed": self.seed,
             "filling": growth,
         });
         special.as_object().into_iter().flatten().for_each(|(name, value)| json[name] = value.clone());
-        Ok(self.rearranged.describe(&texture.images, Report::new(text, json)).with_outputs(written))
+        let remedy = "try another --seed or --neighbourhood, or a wider band by relume tileable --band";
+        let report = self.rearranged.describe(&texture.images, Report::new(text, json));
+        Ok(with_tiling(report, tiling.as_ref(), remedy).with_outputs(written))
     }
 }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use relume::Result;
-use relume::synthesis::fill::tileable;
+use relume::synthesis::fill::{FillMethod, tileable};
 use relume::synthesis::{Boundary, Exemplar};
 use serde_json::json;
 
@@ -33,9 +33,9 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let exemplar = Exemplar { index: &texture.index, excluded: texture.excluded.as_deref() };
     // The band is filled with what lies in it too.
     let none = vec![false; size.texels()];
-    let options = args.how.options(Boundary::Torus, &texture, &none, context)?;
+    let options = args.how.options(FillMethod::Bridges, Boundary::Torus, &texture, &none, context)?;
     let (map, growth) = tileable(exemplar, band, &options, &context.job)?;
     let what = format!("of a band of {band} along the border");
-    let special = json!({ "window": options.window, "band": band });
+    let special = json!({ "band": band, "tile": true });
     args.how.finish(texture, Boundary::Torus, (&map, &growth), &what, special, context)
 }

@@ -261,7 +261,7 @@ fn numbers_that_would_never_end_or_fit_are_refused_with_their_range() {
     let path = folder.path();
     write_material(&path.join("a.png"), Material::Leather, Size::new(48, 48), 8.0);
     for (words, expected) in [
-        ("tileable a.png -o o.png --epsilon 1e11", "from 0 to 1,000,000"),
+        ("tileable a.png -o o.png --method patches --epsilon 1e11", "from 0 to 1,000,000"),
         ("tileable a.png -o o.png --band 9223372036854775808", "choose 1 to 23"),
         ("tileable a.png -o o.png --neighbourhood 18446744073709551615", "at most 1023"),
         ("synth a.png -o o.png --size 64 --method efros-leung --neighbourhood 20001", "at most 1023"),

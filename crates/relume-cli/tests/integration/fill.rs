@@ -131,6 +131,7 @@ fn textures_of_single_texels_are_the_same_at_any_number_of_threads() {
             let more = ["--threads", threads, "-o", output, "--force"];
             let said = json(folder.path(), &[&arguments[..], &more, special].concat());
             assert_eq!((said["method"].as_str(), said["tile"].as_bool()), (Some(method), Some(tiles)));
+            assert_eq!(said["wrap"]["shows"].is_boolean(), tiles, "what is said of tiling is measured");
             fs::read(folder.path().join(output)).unwrap()
         };
         assert_eq!(textured("1", "1.png"), textured("5", "5.png"));
@@ -243,6 +244,8 @@ fn what_cannot_be_filled_is_said() {
     assert!(fill("mask.png", &["--exclude", "white.png"]).contains("no place"));
     let band = refused(folder.path(), &["tileable", "clean.png", "-o", "out.png", "--band", "15"]);
     assert!(band.contains("1 to 14"), "{band}");
+    assert!(fill("mask.png", &["--method", "patchmatch"]).contains("textures that tile"));
+    assert!(fill("mask.png", &["--method", "patchmatch", "--tile", "--epsilon", "1"]).contains("--epsilon"));
     let synth = |more: &[&str]| {
         let arguments = ["synth", "clean.png", "-o", "out.png", "--size", "40"];
         refused(folder.path(), &[&arguments[..], more].concat())

@@ -29,7 +29,8 @@ pub enum Purpose {
     GrowthOrder = 3,
     /// The choice of a fitting window for a growing texel. Place: the texel.
     GrownTexel = 4,
-    /// The random initialisation of PatchMatch. Place: level, texel.
+    /// The random initialisation of PatchMatch. Place: level, patch; or level, texel, 0 for a patch to replace one with
+    /// excluded texels.
     FirstPatch = 5,
     /// The random search of PatchMatch, by [`key`]. Place: level, round.
     PatchSearch = 6,

@@ -57,34 +57,50 @@ impl IndexTexels {
     }
 
     /// Half the size, rounded up: rounded means of 4 x 4 texels, weighted 1 3 3 1 along both axes; edge
-    /// texels are repeated beyond the edges.
-    pub(super) fn halved(&self) -> Self {
-        let planes = self.planes;
-        let (fine, size) = (self.size, Size::new(self.size.width.div_ceil(2), self.size.height.div_ceil(2)));
-        let near = |at: usize, length: usize| -> [usize; 4] {
-            std::array::from_fn(|i| (2 * at + i).saturating_sub(1).min(length - 1))
-        };
-        let mut codes = Vec::with_capacity(size.texels() * planes + PADDING);
+    /// texels are repeated beyond the edges. Excluded texels do not count, unless all 16 are excluded.
+    pub(super) fn halved(&self, excluded: Option<&[bool]>) -> Self {
+        let size = Size::new(self.size.width.div_ceil(2), self.size.height.div_ceil(2));
+        let mut codes = Vec::with_capacity(size.texels() * self.planes + PADDING);
         for (x, y) in (0..size.height).flat_map(|y| (0..size.width).map(move |x| (x, y))) {
-            let (columns, rows) = (near(x, fine.width), near(y, fine.height));
-            for k in 0..planes {
-                let code = |x, y| i32::from(self.codes[self.start(x, y) + k]);
-                let row = |y| {
-                    code(columns[0], y)
-                        + 3 * (code(columns[1], y) + code(columns[2], y))
-                        + code(columns[3], y)
-                };
-                let sum = row(rows[0]) + 3 * (row(rows[1]) + row(rows[2])) + row(rows[3]);
-                codes.push(((sum + 32) >> 6) as i16);
+            let around = HalvingWindow::new(self.size, x, y);
+            let weights = excluded.map(|mask| around.weights(mask)).filter(|weights| *weights != [0; 16]);
+            let weights = weights.unwrap_or(HalvingWindow::WEIGHTS);
+            let total: i32 = weights.iter().sum();
+            for k in 0..self.planes {
+                let code = |&texel: &usize| i32::from(self.codes[texel * self.planes + k]);
+                let sum: i32 = around.texels.iter().map(code).zip(weights).map(|(code, w)| w * code).sum();
+                codes.push((sum + total / 2).div_euclid(total) as i16);
             }
         }
         codes.resize(codes.len() + PADDING, 0);
-        Self { size, planes, codes }
+        Self { size, planes: self.planes, codes }
     }
 
     /// The codes of `width` texels from (x, y) to the right.
     pub fn run(&self, x: usize, y: usize, width: usize) -> &[i16] {
         &self.codes[self.start(x, y)..][..width * self.planes]
+    }
+}
+
+/// The 4 x 4 texels that a texel of half the resolution averages, row by row.
+pub(super) struct HalvingWindow {
+    texels: [usize; 16],
+}
+
+impl HalvingWindow {
+    /// Their weights: 1 3 3 1 along both axes.
+    pub const WEIGHTS: [i32; 16] = [1, 3, 3, 1, 3, 9, 9, 3, 3, 9, 9, 3, 1, 3, 3, 1];
+
+    /// Those of the coarser texel (x, y); edge texels are repeated beyond the edges.
+    pub fn new(fine: Size, x: usize, y: usize) -> Self {
+        let near = |at: usize, i: usize, length: usize| (2 * at + i).saturating_sub(1).min(length - 1);
+        let place = |i: usize| fine.index(near(x, i % 4, fine.width), near(y, i / 4, fine.height));
+        Self { texels: std::array::from_fn(place) }
+    }
+
+    /// The weights, 0 for excluded texels.
+    pub fn weights(&self, excluded: &[bool]) -> [i32; 16] {
+        std::array::from_fn(|i| if excluded[self.texels[i]] { 0 } else { Self::WEIGHTS[i] })
     }
 }
 
@@ -130,9 +146,10 @@ impl Quantised {
         self.texels.iter().map(|texels| size_of_val(texels.codes()) as u64).sum()
     }
 
-    /// The same exemplars at half the size.
-    pub(super) fn halved(&self) -> Self {
-        let texels = self.texels.iter().map(IndexTexels::halved).collect();
+    /// The same exemplars at half the size, made of the texels that are not excluded.
+    pub(super) fn halved(&self, masks: &[Option<Vec<bool>>]) -> Self {
+        let masks = masks.iter().map(Option::as_deref);
+        let texels = self.texels.iter().zip(masks).map(|(texels, mask)| texels.halved(mask)).collect();
         Self { texels, ..*self }
     }
 

@@ -1,11 +1,13 @@
 //! Methods of synthesis as plans: the method with all its options, before anything is made.
 
 use super::sizes::closing_window;
-use crate::error::{Error, Result};
+use super::tiling::MeasuredTiling;
+use crate::error::{Error, ErrorKind, Result};
 use crate::job::Job;
 use crate::names::named;
+use crate::planes::Planes;
 use crate::size::Size;
-use crate::synthesis::fill::{FillOptions, close};
+use crate::synthesis::fill::{FillMethod, FillOptions, close};
 use crate::synthesis::pixel::patch_match::Optimised;
 use crate::synthesis::pixel::wei_levoy::Scanned;
 use crate::synthesis::pixel::{
@@ -13,7 +15,7 @@ use crate::synthesis::pixel::{
 };
 use crate::synthesis::roller::{Rolled, RollerOptions, lay, roll};
 use crate::synthesis::{
-    BlockOptions, Boundary, Exemplar, SourceMap, StageTimes, SynthesisReport, synthesize,
+    BlockOptions, Boundary, Exemplar, Guidance, SourceMap, StageTimes, SynthesisReport, synthesize,
 };
 
 /// The methods of synthesis.
@@ -60,9 +62,9 @@ pub enum Plan {
     Quilting(BlockOptions),
     /// Growth from a seed.
     EfrosLeung(EfrosLeungOptions),
-    /// Scanlines from noise; if the output has to tile, a band along its border is refilled.
+    /// Scanlines from noise; if the output has to tile, its border is bridged.
     WeiLevoy(WeiLevoyOptions, Boundary),
-    /// The whole output improved by matching its patches; it always tiles.
+    /// The whole output improved by matching its patches; it always tiles, and its border is bridged if it shows.
     PatchMatch(PatchMatchOptions),
     /// Tiles of whole periods in random order.
     Roller(LaidTiles),
@@ -89,8 +91,12 @@ impl LaidTiles {
     pub fn new(tiles: usize, size: Size, boundary: Boundary, seed: u64) -> Self {
         // Only rectangles close on the sides of the output.
         let oblique = boundary == Boundary::Open;
-        let options = RollerOptions { tiles, oblique, vary: true, ..RollerOptions::default() };
-        Self { options, size, boundary, seed }
+        Self {
+            options: RollerOptions { tiles, oblique, vary: true, ..RollerOptions::default() },
+            size,
+            boundary,
+            seed,
+        }
     }
 }
 
@@ -215,12 +221,13 @@ impl Plan {
                 let (map, scanned) = wei_levoy(exemplars, options, job)?;
                 let map = match boundary {
                     Boundary::Open => map,
-                    Boundary::Torus => closed(&map, options, exemplars, job)?,
+                    Boundary::Torus => closed(&map, options.guidance.clone(), options.seed, exemplars, job)?,
                 };
                 Ok(MadeTexture { map, how: MethodReport::WeiLevoy(scanned) })
             }
             Self::PatchMatch(options) => {
                 let (map, optimised) = patch_match(exemplars, options, job)?;
+                let map = closed_if_it_shows(map, options, exemplars, job)?;
                 Ok(MadeTexture { map, how: MethodReport::PatchMatch(optimised) })
             }
             Self::Roller(laid) => laid.run(exemplars, job),
@@ -239,21 +246,39 @@ impl LaidTiles {
     }
 }
 
-/// The width of the band along each edge that is refilled for scanlines that have to tile: their last rows do
-/// not see the first.
+/// The width of the band along each edge within which the border of a texture that has to tile is bridged: the
+/// last rows of scanlines do not see the first, and an optimisation may end with a border that shows.
 const CLOSED: usize = 16;
+
+/// The texture of an optimisation, with its border bridged if it shows and there is room for bridges.
+fn closed_if_it_shows(
+    map: SourceMap,
+    options: &PatchMatchOptions,
+    exemplars: &[Exemplar<'_>],
+    job: &Job,
+) -> Result<SourceMap> {
+    let index: Vec<&Planes> = exemplars.iter().map(|exemplar| exemplar.index).collect();
+    if !MeasuredTiling::measure(&map, &index, job)?.shows {
+        return Ok(map);
+    }
+    match closed(&map, options.guidance.clone(), options.seed, exemplars, job) {
+        Err(error) if error.kind() == ErrorKind::Usage => Ok(map),
+        closed => closed,
+    }
+}
 
 /// The same texture, tiling.
 fn closed(
     map: &SourceMap,
-    options: &WeiLevoyOptions,
+    guidance: Option<Guidance>,
+    seed: u64,
     exemplars: &[Exemplar<'_>],
     job: &Job,
 ) -> Result<SourceMap> {
-    let Size { width, height } = options.size;
+    let Size { width, height } = map.size();
     let band = (width.min(height) / 8).clamp(1, CLOSED);
-    let (guidance, seed, default) = (options.guidance.clone(), options.seed, FillOptions::default());
-    let window = closing_window(default.window, exemplars, options.size);
-    let filling = FillOptions { window, guidance, seed, ..default };
+    let default = FillOptions::default();
+    let window = closing_window(default.window, exemplars, map.size());
+    let filling = FillOptions { method: FillMethod::Bridges, window, guidance, seed, ..default };
     Ok(close(map, exemplars, band, &filling, job)?.0)
 }

@@ -17,6 +17,7 @@
 //! | [`shader`] | what a shader draws textures and endless noise from |
 //! | [`auto`] | textures made in several ways, of which the nearest to the exemplar is kept |
 //! | [`map_set`] | the maps of a material as one exemplar |
+//! | [`tiling`] | how well a texture tiles, measured on it |
 //! | [`memory`] | the memory of whole jobs, known before they begin |
 //! | [`endless`] | windows of endless planes, of any size, written row by row |
 
@@ -36,6 +37,7 @@ pub mod model;
 pub mod options;
 pub mod shader;
 pub mod sizes;
+pub mod tiling;
 
 pub use auto::Exemplars;
 pub use map_set::RegisteredMap;

@@ -27,3 +27,4 @@ mod stages;
 mod support;
 mod synthesis;
 mod texture_measures;
+mod tiling;

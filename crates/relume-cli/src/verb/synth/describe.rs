@@ -13,16 +13,23 @@ use relume::synthesis::{BlockOptions, Boundary, SourceMap, StageTimes, Synthesis
 use relume::workflow::auto::{Choice, Score, Try};
 use relume::workflow::fitted::Advised;
 use relume::workflow::method::LaidTiles;
+use relume::workflow::tiling::MeasuredTiling;
 use relume::workflow::{MethodReport, Outcome, Plan, SynthOptions, SynthesisMethod};
 use relume::{Named, Size};
 use serde_json::{Value, json};
 
 use crate::report::Report;
+use crate::tiling::with_tiling;
 use crate::verb::analyze;
 use relume::format::tile_set::in_words;
 
-/// The report of the texture written to `output` as `asked`, from these files.
-pub fn describe(output: &Path, asked: &SynthOptions, outcome: &Outcome, files: &[PathBuf]) -> Report {
+/// The report of the texture written to `output` as `asked`, from these files, and of how well it tiles.
+pub fn describe(
+    output: &Path,
+    asked: &SynthOptions,
+    (outcome, tiling): &(Outcome, Option<MeasuredTiling>),
+    files: &[PathBuf],
+) -> Report {
     let map = &outcome.made.map;
     let texels = |how: String, special: Value| texel_report(output, asked, map.size(), &how, &special);
     let report = match (&outcome.plan, &outcome.made.how) {
@@ -41,6 +48,8 @@ pub fn describe(output: &Path, asked: &SynthOptions, outcome: &Outcome, files: &
         (Plan::Roller(laid), MethodReport::Roller(rolled)) => roller_report(output, laid, rolled),
         _ => unreachable!("a plan's result is of its own method"),
     };
+    let remedy = "try another --seed or --method, or make it without --tile and close it by relume tileable";
+    let report = with_tiling(report, tiling.as_ref(), remedy);
     let report = match &outcome.advised {
         Some(advised) => with_advised(report, advised),
         None => report,
@@ -80,14 +89,13 @@ fn block_report(
     let is_closed = options.boundary == Boundary::Torus;
     let text = format!(
         "{}: {} texels from {} x {} blocks of {}, drawn from {} positions, {candidates:.1} candidates a \
-         block{}",
+         block",
         output.display(),
         map.size(),
         how.columns,
         how.rows,
         options.block,
         how.positions,
-        if is_closed { "; tiles without a seam" } else { "" }
     );
     let json = json!({
         "width": map.size().width,
@@ -151,8 +159,7 @@ fn optimisation_as_json(options: &PatchMatchOptions, optimised: &Optimised) -> V
 /// The report of a pixel method.
 fn texel_report(output: &Path, asked: &SynthOptions, size: Size, how: &str, special: &Value) -> Report {
     let closed = asked.boundary == Boundary::Torus || asked.method == SynthesisMethod::PatchMatch;
-    let tiles = if closed { "; tiles without a seam" } else { "" };
-    let text = format!("{}: {size} texels {how}{tiles}", output.display());
+    let text = format!("{}: {size} texels {how}", output.display());
     let mut json = json!({
         "width": size.width,
         "height": size.height,
@@ -218,7 +225,7 @@ fn with_choice(kept: Report, choice: &Choice, files: &[PathBuf]) -> Report {
     });
     let far = choice.tries[choice.kept].outcome.as_ref().ok().and_then(far_from_exemplar);
     let warnings = choice.analyses.iter().flat_map(analyze::warnings).chain(far);
-    Report::new(text, json).with_warnings(warnings)
+    Report::new(text, json).with_warnings(kept.warnings.into_iter().chain(warnings))
 }
 
 /// Says that even the nearest texture is not near.

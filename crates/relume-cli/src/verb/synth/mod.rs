@@ -13,8 +13,9 @@ use relume::field::Domain;
 use relume::format::FieldFile;
 use relume::synthesis::search::{KernelBasis, SearchMethod};
 use relume::synthesis::{Blend, Boundary, Exemplar, Guidance, Tolerance};
+use relume::workflow::tiling::MeasuredTiling;
 use relume::workflow::{Approach, Exemplars, NamedMetric, Outcome, SynthOptions};
-use relume::{Error, ReflectanceField, Result, Size};
+use relume::{Error, Planes, ReflectanceField, Result, Size};
 
 use super::endless::{self, Drawn};
 use crate::context::Context;
@@ -142,11 +143,11 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let rearranged = images.iter().map(|one| (&*one.applied.output, &one.files[0]));
     let written = std::iter::once((&*args.output, &files[0])).chain(rearranged);
     gathered::check_memory(options.size, written, context)?;
-    let outcome = synthesise(args, &files, &images, &approach, context)?;
-    let (map, report) = (&outcome.made.map, describe(&args.output, &options, &outcome, &args.exemplars));
+    let made = synthesise(args, &files, &images, &approach, context)?;
+    let (map, report) = (&made.0.made.map, describe(&args.output, &options, &made, &args.exemplars));
     let output = gathered::apply(map, &files, &args.exemplars[0], &args.output, context)?;
     let mut bytes = vec![(args.output.clone(), output)];
-    let boundary = if outcome.plan.tiles() { Boundary::Torus } else { Boundary::Open };
+    let boundary = if made.0.plan.tiles() { Boundary::Torus } else { Boundary::Open };
     bytes.extend(args.rearranged.rearranged(map, &images, boundary, context)?);
     bytes.extend(args.rearranged.source_map(map, context)?);
     if let Some(path) = &args.report {
@@ -191,13 +192,14 @@ fn claim_outputs<'a>(args: &'a Args, outputs: &mut Outputs) -> Result<Vec<Applie
     args.rearranged.claim(&inputs, &named, args.exemplars.len(), outputs)
 }
 
+/// Makes the texture, and measures how well it tiles if it is to.
 fn synthesise(
     args: &Args,
     files: &[FieldFile],
     images: &[Registered<'_>],
     approach: &Approach,
     context: &Context,
-) -> Result<Outcome> {
+) -> Result<(Outcome, Option<MeasuredTiling>)> {
     let space = args.metric.space(&files[0].field, args.domain)?;
     let index = gathered::index(files, &compared(images), &space, context)?;
     let masks = masks(args, files, context)?;
@@ -206,7 +208,11 @@ fn synthesise(
         index.iter().zip(excluded).map(|(index, excluded)| Exemplar { index, excluded }).collect();
     let fields: Vec<&ReflectanceField> = files.iter().map(|file| &file.field).collect();
     let exemplars = Exemplars { fields: &fields, planes: &planes, space: &space, files: &args.exemplars };
-    approach.run(&exemplars, &context.job)
+    let outcome = approach.run(&exemplars, &context.job)?;
+    let index: Vec<&Planes> = index.iter().collect();
+    let measure = || MeasuredTiling::measure(&outcome.made.map, &index, &context.job);
+    let tiling = outcome.plan.tiles().then(measure).transpose()?;
+    Ok((outcome, tiling))
 }
 
 /// The excluded texels of each exemplar: those that its mask paints, and transparent ones.

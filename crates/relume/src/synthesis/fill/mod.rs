@@ -2,9 +2,10 @@
 //! blemishes, colour charts, or the border that prevents a picture from tiling.
 //!
 //! - [`fill()`] fills the holes of a mask, from their edges inward: texel by texel, in the manner of the
-//!   Efros-Leung method ([`super::pixel::grow`]), or by patches in the order of `patches`;
-//! - [`tileable`] clears a band along the border and fills it on the torus; [`close`] does so for an output
-//!   of copies.
+//!   Efros-Leung method ([`super::pixel::grow`]), or by patches in the order of `patches`, or on a torus as a
+//!   whole, coarse to fine ([`super::pixel::patch_match`]), so that what is known on all sides counts at once;
+//! - [`tileable`] clears a band along the border and fills it on the torus, or lays [`bridges`] over the border;
+//!   [`close`] does so for an output of copies.
 //!
 //! Texels outside the holes are their own sources, so everything there is unchanged to the bit. The content
 //! of a hole does not matter, not even if it is NaN.
@@ -12,19 +13,23 @@
 //! A [`Guidance`] steers the content of the holes: windows are compared by the guides too, also where the
 //! texture is not known yet.
 
+pub mod bridges;
 mod patches;
 
 use super::guidance::Guidance;
 use super::options::Boundary;
 use super::pixel::grow::{Growth, Task, check_output};
+use super::pixel::patch_match::anchors::Anchors;
+use super::pixel::patch_match::{Completed, PatchMatchOptions, complete};
 use super::pixel::window::ComparedWindow;
-use super::quantise::Exemplar;
+use super::quantise::{Exemplar, Quantised};
 use super::source_map::{SourceMap, Texel};
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::names::named;
 use crate::planes::Planes;
 use crate::size::Size;
+use bridges::{Bridging, LEAST_BAND};
 
 /// The methods of filling.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -33,14 +38,23 @@ pub enum FillMethod {
     Texels,
     /// Patch by patch, starting where edges lead into the hole.
     Patches,
+    /// As a whole, coarse to fine, by matching patches; of textures that tile.
+    Optimised,
+    /// By blocks that bridge the border of a texture; of borders alone.
+    Bridges,
 }
 
-named!(FillMethod { Patches => "patches", Texels => "efros-leung" });
+named!(FillMethod {
+    Patches => "patches",
+    Texels => "efros-leung",
+    Optimised => "patchmatch",
+    Bridges => "bridges",
+});
 
 /// Options of [`fill()`] and [`tileable`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct FillOptions {
-    /// By texels or by patches.
+    /// By texels, by patches, as a whole, or by bridges.
     pub method: FillMethod,
     /// Side of the window, or of the patches, in texels: odd, 3 to 1023.
     pub window: usize,
@@ -154,13 +168,46 @@ fn fill_band(
             (size.width.min(size.height).saturating_sub(1)) / 2
         )));
     }
+    if options.method == FillMethod::Bridges && band >= LEAST_BAND && options.guidance.is_none() {
+        let sources = (0..size.texels()).map(&source).collect();
+        if let Some(closed) = bridged(exemplars, size, sources, band, job)? {
+            return Ok(closed);
+        }
+    }
     let middle = |at: usize, length: usize| (band..length - band).contains(&at);
     let known = |texel: usize| {
         let (x, y) = (texel % size.width, texel / size.width);
         (middle(x, size.width) && middle(y, size.height)).then(|| source(texel))
     };
-    let options = FillOptions { boundary: Boundary::Torus, ..options.clone() };
+    let method = match options.method {
+        FillMethod::Bridges => FillMethod::Patches,
+        method => method,
+    };
+    let options = FillOptions { method, boundary: Boundary::Torus, ..options.clone() };
     fill_from(exemplars, size, known, &options, job)
+}
+
+/// Lays bridges over the border; `None` if one fits nowhere in the exemplars.
+fn bridged(
+    exemplars: &[Exemplar<'_>],
+    size: Size,
+    sources: Vec<Texel>,
+    band: usize,
+    job: &Job,
+) -> Result<Option<(SourceMap, Growth)>> {
+    job.check("the texture to close", size, 2 * size_of::<Texel>() as u64)?;
+    let quantised = Quantised::new(exemplars, job)?;
+    let _codes = job.hold("the codes of the exemplars", quantised.bytes())?;
+    let before = sources.clone();
+    let mut bridging = Bridging::new(exemplars, &quantised, size, sources, band);
+    if !bridging.run(job)? {
+        return Ok(None);
+    }
+    let (window, positions) = bridging.blocks();
+    let sources = bridging.into_sources();
+    let texels = before.iter().zip(&sources).filter(|(before, after)| before != after).count() as u64;
+    let growth = Growth { window, positions, step: quantised.step(), texels, candidates: texels };
+    Ok(Some((SourceMap::new(size, exemplars, sources), growth)))
 }
 
 fn check_holes(holes: &[bool], size: Size) -> Result<()> {
@@ -199,7 +246,15 @@ fn fill_from(
     options: &FillOptions,
     job: &Job,
 ) -> Result<(SourceMap, Growth)> {
+    if options.method == FillMethod::Bridges {
+        return Err(Error::usage(
+            "the method bridges closes the border of a texture: fill holes by patches, efros-leung or patchmatch",
+        ));
+    }
     check_output(size, options.window, options.boundary)?;
+    if options.method == FillMethod::Optimised {
+        return optimised(exemplars, size, known, options, job);
+    }
     let task = Task {
         exemplars,
         guidance: options.guidance.as_ref(),
@@ -207,7 +262,7 @@ fn fill_from(
         boundary: options.boundary,
         window: match options.method {
             FillMethod::Texels => ComparedWindow::gaussian(options.window),
-            FillMethod::Patches => ComparedWindow::uniform(options.window),
+            _ => ComparedWindow::uniform(options.window),
         },
         epsilon: options.epsilon,
         seed: options.seed,
@@ -218,9 +273,40 @@ fn fill_from(
         }
         match options.method {
             FillMethod::Texels => grower.grow(canvas, matches, job),
-            FillMethod::Patches => patches::fill(grower, canvas, matches, job),
+            _ => patches::fill(grower, canvas, matches, job),
         }
     })
+}
+
+/// Finds the texels without a known source all together.
+fn optimised(
+    exemplars: &[Exemplar<'_>],
+    size: Size,
+    known: impl Fn(usize) -> Option<Texel>,
+    options: &FillOptions,
+    job: &Job,
+) -> Result<(SourceMap, Growth)> {
+    if options.boundary == Boundary::Open {
+        return Err(Error::usage(
+            "the method patchmatch fills textures that tile: say that this one does, or choose patches or \
+             efros-leung",
+        ));
+    }
+    job.check("the texels around the holes", size, 2 * size_of::<Option<Texel>>() as u64)?;
+    let anchors = Anchors::new(size, (0..size.texels()).map(known).collect());
+    let texels = anchors.free().count() as u64;
+    let matching = PatchMatchOptions {
+        size,
+        window: options.window,
+        guidance: options.guidance.clone(),
+        seed: options.seed,
+        ..PatchMatchOptions::default()
+    };
+    let Completed { map, optimised, step } = complete(exemplars, &matching, Some(anchors), job)?;
+    Ok((
+        map,
+        Growth { window: options.window, positions: optimised.positions, step, texels, candidates: texels },
+    ))
 }
 
 #[cfg(test)]

@@ -97,7 +97,7 @@ proptest! {
         let search = |query: &_, _: &[_]| plain::matches(&quantised, &positions, query, 0.1);
         match method {
             FillMethod::Texels => grower.grow(&mut canvas, &search, &Job::default()).unwrap(),
-            FillMethod::Patches => patches::fill(&grower, &mut canvas, &search, &Job::default()).unwrap(),
+            _ => patches::fill(&grower, &mut canvas, &search, &Job::default()).unwrap(),
         };
         prop_assert_eq!(canvas.into_map(&exemplars), fast.unwrap().0);
     }

@@ -164,6 +164,11 @@ impl PixelCanvas {
         self.sources[texel]
     }
 
+    /// The sources of the texels of a row.
+    pub fn sources(&self, y: usize) -> &[Texel] {
+        &self.sources[y * self.size.width..][..self.size.width]
+    }
+
     /// Puts a copy of an exemplar texel.
     pub fn put(&mut self, texel: usize, source: Texel, exemplars: &Quantised) {
         let from = exemplars.texels()[source.exemplar as usize].run(source.x as usize, source.y as usize, 1);

@@ -28,6 +28,8 @@ pub type Matcher<'a> = dyn Fn(&WindowQuery, &[Texel]) -> Matches + Sync + 'a;
 /// The report of a growth.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Growth {
+    /// The side of the compared windows, or of the largest blocks.
+    pub window: usize,
     /// The number of window positions in the exemplars.
     pub positions: usize,
     /// The difference in index space of one code.
@@ -156,7 +158,13 @@ impl Grower<'_> {
 
     /// The report of an output with the given number of texels grown.
     pub fn growth(&self, texels: u64, candidates: u64) -> Growth {
-        Growth { positions: self.positions.count(), step: self.exemplars.step(), texels, candidates }
+        Growth {
+            window: self.window.side(),
+            positions: self.positions.count(),
+            step: self.exemplars.step(),
+            texels,
+            candidates,
+        }
     }
 
     /// The top-left texel of a window that fits around a texel, and the number of candidates.

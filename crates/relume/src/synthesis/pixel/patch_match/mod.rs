@@ -14,8 +14,12 @@
 //! match of distance d has the weight m / (d + m / 20), at the finest level the square of that. The coarser
 //! levels thus agree on positions, and the finest one keeps the result sharp.
 //!
-//! The output is always a torus: it tiles.
+//! The output is always a torus, at every level, and tiles whatever its size: where a side does not halve
+//! evenly, [`finer`] drops a seam of least error. Texels with [`anchors`] stay as they are, so that the same
+//! method completes a hole.
 
+pub mod anchors;
+mod finer;
 pub mod patches;
 pub mod plain;
 pub mod search;
@@ -34,6 +38,8 @@ use crate::synthesis::guidance::{Guidance, Guided};
 use crate::synthesis::options::Boundary;
 use crate::synthesis::quantise::Exemplar;
 use crate::synthesis::source_map::{SourceMap, Texel};
+use anchors::Anchors;
+use finer::finer;
 use patches::ExemplarPatches;
 use search::{Improvement, Matching};
 
@@ -136,73 +142,138 @@ pub fn patch_match(
     options: &PatchMatchOptions,
     job: &Job,
 ) -> Result<(SourceMap, Optimised)> {
+    let done = complete(exemplars, options, None, job)?;
+    Ok((done.map, done.optimised))
+}
+
+/// What [`complete`] made.
+pub(in crate::synthesis) struct Completed {
+    /// Where each texel comes from.
+    pub map: SourceMap,
+    /// The report.
+    pub optimised: Optimised,
+    /// The difference in index space of one code.
+    pub step: f64,
+}
+
+/// As [`patch_match`], but texels with anchors stay as they are; what lies between them continues them.
+///
+/// # Errors
+/// As [`patch_match`].
+pub(in crate::synthesis) fn complete(
+    exemplars: &[Exemplar<'_>],
+    options: &PatchMatchOptions,
+    anchors: Option<Anchors>,
+    job: &Job,
+) -> Result<Completed> {
     options.validate()?;
     let levels = options.fitting_levels(exemplars);
     let guided = Guided::new(exemplars, options.guidance.as_ref(), options.size, job)?;
-    let (pyramid, targets) = guided_pyramid(&guided, levels, options.window, job)?;
+    let (mut pyramid, targets) = guided_pyramid(&guided, levels, options.window, job)?;
+    drop_crowded(&mut pyramid, options.window);
     let _codes = job.hold("the codes of the exemplars", pyramid.iter().map(ExemplarLevel::bytes).sum())?;
-    let sizes: Vec<Size> =
-        std::iter::successors(Some(options.size), |size| Some(halved_size(*size))).take(levels).collect();
-    job.start("improving matches", levels as u64);
-    let mut optimised = Optimised { levels, positions: 0, patches: 0, distance: 0.0 };
+    let (mut levels, mut size, mut anchors) = (Vec::new(), options.size, anchors);
+    for _ in &pyramid {
+        let coarser = anchors.as_ref().map(Anchors::halved);
+        levels.push((size, std::mem::replace(&mut anchors, coarser)));
+        size = halved_size(size);
+    }
+    job.start("improving matches", levels.len() as u64);
+    let mut optimised = Optimised { levels: levels.len(), positions: 0, patches: 0, distance: 0.0 };
     let mut done: Option<PixelCanvas> = None;
-    for (number, (level, size)) in pyramid.iter().zip(sizes).enumerate().rev() {
+    for (number, (level, (size, anchors))) in pyramid.iter().zip(levels).enumerate().rev() {
         let patches = ExemplarPatches::new(level, options.window, job)?;
         let mut canvas = PixelCanvas::new(size, level.exemplars.planes(), Boundary::Torus, job)?;
         if let Some(target) = &targets[number] {
             canvas.guide(target);
         }
-        let place = number as u64;
-        let mut matching = begin(&mut canvas, &patches, done.as_ref(), (options.seed, place));
-        let rounds = if number == 0 { options.rounds.min(FINEST_ROUNDS) } else { options.rounds };
-        for round in 0..rounds {
-            let key = key(options.seed, Purpose::PatchSearch, [place, round as u64]);
-            let how = Improvement { search: options.search, uniformity: options.uniformity, key };
-            matching.improve(&canvas, &patches, how, job)?;
-            let weights = votes::weights(&matching, &patches, number == 0);
-            votes::cast(&mut canvas, &patches, &matching, &weights);
-            job.proceed()?;
-        }
+        let sources = match &done {
+            Some(coarser) => finer(coarser, level, size, anchors.as_ref()),
+            None => random_patches(size, &patches, options.seed, number as u64),
+        };
+        let mut work = LevelWork { options, number, patches, anchors, job };
+        let matching = work.run(&mut canvas, &sources)?;
         job.advance(1)?;
-        optimised.positions = patches.count();
-        optimised.patches = matching.matches().len();
+        optimised.positions = work.patches.count();
+        optimised.patches = matching.in_use();
         let texels = (options.window * options.window) as f64;
         optimised.distance = (matching.mean_distance() / texels).sqrt() * level.exemplars.step();
         done = Some(canvas);
     }
-    Ok((done.expect("there is at least one level").into_map(exemplars), optimised))
+    let map = done.expect("there is at least one level").into_map(exemplars);
+    Ok(Completed { map, optimised, step: pyramid[0].exemplars.step() })
 }
 
-/// The initial texels and matches of a level: those of the coarser one at twice the resolution, or random
-/// patches side by side, drawn for the level of that number.
-fn begin(
-    canvas: &mut PixelCanvas,
-    patches: &ExemplarPatches<'_>,
-    coarser: Option<&PixelCanvas>,
-    (seed, level): (u64, u64),
-) -> Matching {
-    let (size, radius) = (canvas.size(), patches.radius());
-    let random = |texel: usize| {
-        let mut stream = Stream::new(seed, Purpose::FirstPatch, [level, texel as u64]);
+/// Removes the levels, from the first coarser one on, at which excluded texels leave no place for a patch.
+fn drop_crowded(pyramid: &mut Vec<ExemplarLevel>, window: usize) {
+    let has_room = |level: &ExemplarLevel| level.positions(window).is_ok();
+    let fitting = pyramid.iter().skip(1).take_while(|level| has_room(level)).count();
+    pyramid.truncate(1 + fitting);
+}
+
+/// Random whole patches side by side: the texels with which the coarsest level begins. Smaller pieces would leave
+/// little but means, which draw the matches to blank parts.
+fn random_patches(size: Size, patches: &ExemplarPatches<'_>, seed: u64, level: u64) -> Vec<Texel> {
+    let side = patches.window();
+    let cells = Size::new(size.width.div_ceil(side), size.height.div_ceil(side));
+    let corner = |cell: usize| {
+        let mut stream = Stream::new(seed, Purpose::FirstPatch, [level, cell as u64]);
         patches.nth(stream.below(patches.count()))
     };
-    let finer = |coarser: &PixelCanvas, x: usize, y: usize| {
-        let source = coarser.source(coarser.size().index(x / 2, y / 2));
-        let place = Texel { x: 2 * source.x, y: 2 * source.y, ..source }.offset(x % 2, y % 2);
-        patches.moved(place, -radius.cast_signed(), -radius.cast_signed())
-    };
-    let corner = |(x, y)| {
-        let found = coarser.and_then(|coarser| finer(coarser, x, y));
-        found.unwrap_or_else(|| random(size.index(x, y)))
-    };
-    let matching = Matching::new(size, Matching::middles(size).map(corner).collect());
-    for texel in 0..size.texels() {
-        let (x, y) = canvas.place(texel);
-        let middle = (x / SPACING * SPACING, y / SPACING * SPACING);
-        let source = matching.at(middle).corner.offset(radius + x - middle.0, radius + y - middle.1);
-        canvas.put(texel, source, &patches.level().exemplars);
+    let corners: Vec<Texel> = (0..cells.texels()).map(corner).collect();
+    let source = |(x, y): (usize, usize)| corners[cells.index(x / side, y / side)].offset(x % side, y % side);
+    (0..size.height).flat_map(|y| (0..size.width).map(move |x| (x, y))).map(source).collect()
+}
+
+/// The improvement of one level.
+struct LevelWork<'a> {
+    options: &'a PatchMatchOptions,
+    /// The number of the level, 0 for the finest.
+    number: usize,
+    patches: ExemplarPatches<'a>,
+    anchors: Option<Anchors>,
+    job: &'a Job,
+}
+
+impl LevelWork<'_> {
+    /// Improves a canvas that begins with these sources.
+    fn run(&mut self, canvas: &mut PixelCanvas, sources: &[Texel]) -> Result<Matching> {
+        let (options, place) = (self.options, self.number as u64);
+        let mut matching = self.begin(canvas, sources);
+        let rounds = if self.number == 0 { options.rounds.min(FINEST_ROUNDS) } else { options.rounds };
+        for round in 0..rounds {
+            let key = key(options.seed, Purpose::PatchSearch, [place, round as u64]);
+            let how = Improvement { search: options.search, uniformity: options.uniformity, key };
+            matching.improve(canvas, &self.patches, how, self.job)?;
+            let weights = votes::weights(&matching, &self.patches, self.number == 0);
+            votes::cast(canvas, &self.patches, &matching, &weights, self.anchors.as_ref());
+            self.job.proceed()?;
+        }
+        Ok(matching)
     }
-    matching
+
+    /// Puts the first texels, and matches each patch to the one around the source of its middle: the nearest
+    /// inside the exemplar, or a random one where that contains excluded texels.
+    fn begin(&self, canvas: &mut PixelCanvas, sources: &[Texel]) -> Matching {
+        let size = canvas.size();
+        for (texel, source) in sources.iter().enumerate() {
+            let anchor = self.anchors.as_ref().and_then(|anchors| anchors.source(texel));
+            canvas.put(texel, anchor.unwrap_or(*source), &self.patches.level().exemplars);
+        }
+        let corner = |(x, y)| {
+            let around = self.patches.around(canvas.source(size.index(x, y)));
+            around.unwrap_or_else(|| {
+                let place = [self.number as u64, size.index(x, y) as u64, 0];
+                let mut stream = Stream::new(self.options.seed, Purpose::FirstPatch, place);
+                self.patches.nth(stream.below(self.patches.count()))
+            })
+        };
+        let matching = Matching::new(size, Matching::middles(size).map(corner).collect());
+        match &self.anchors {
+            Some(anchors) => matching.around(anchors, self.patches.radius()),
+            None => matching,
+        }
+    }
 }
 
 #[cfg(test)]

@@ -152,6 +152,18 @@ impl<'a> ExemplarPatches<'a> {
         corner.moved(dx, dy).filter(|corner| self.contains(*corner))
     }
 
+    /// The patch around a texel, or the nearest one inside the exemplar; `None` if that contains excluded
+    /// texels.
+    pub fn around(&self, middle: Texel) -> Option<Texel> {
+        let size = self.level.exemplars.texels()[middle.exemplar as usize].size();
+        let first = |at: u32, side: usize| {
+            let last = side.checked_sub(self.window)?;
+            Some((at as usize).saturating_sub(self.radius()).min(last) as u32)
+        };
+        let corner = Texel { x: first(middle.x, size.width)?, y: first(middle.y, size.height)?, ..middle };
+        Some(corner).filter(|corner| self.contains(*corner))
+    }
+
     /// Whether a patch begins at a texel.
     pub fn contains(&self, corner: Texel) -> bool {
         let size = self.level.exemplars.texels()[corner.exemplar as usize].size();

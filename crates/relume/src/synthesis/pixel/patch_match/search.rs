@@ -17,6 +17,7 @@ use serde::Serialize;
 use super::super::canvas::PixelCanvas;
 use super::super::vectors::LANES;
 use super::SPACING;
+use super::anchors::Anchors;
 use super::patches::{self, ExemplarPatches};
 use crate::error::Result;
 use crate::job::Job;
@@ -60,15 +61,46 @@ pub struct Matching {
     size: Size,
     cells: Size,
     matches: Vec<Match>,
+    /// The numbers of the patches that are matched, in order; the others lie among texels that stay.
+    active: Vec<usize>,
 }
 
 impl Matching {
-    /// Matches, given by their top-left texels, with unknown distances.
+    /// Matches of all patches, given by their top-left texels, with unknown distances.
     pub fn new(size: Size, corners: Vec<Texel>) -> Self {
         let cells = Self::cells(size);
         assert_eq!(corners.len(), cells.texels(), "one match for each patch");
         let matches = corners.into_iter().map(|corner| Match { corner, distance: 0 }).collect();
-        Self { size, cells, matches }
+        let active = (0..cells.texels()).collect();
+        Self { size, cells, matches, active }
+    }
+
+    /// The same, matching only the patches with texels to be found.
+    #[must_use]
+    pub fn around(mut self, anchors: &Anchors, radius: usize) -> Self {
+        let mut reached = vec![false; self.cells.texels()];
+        let near = |at: usize, length: usize| {
+            let around = (at + length - radius..=at + length + radius).map(move |at| at % length);
+            around.filter(|at| at.is_multiple_of(SPACING)).map(|at| at / SPACING)
+        };
+        for texel in anchors.free() {
+            let (x, y) = (texel % self.size.width, texel / self.size.width);
+            for row in near(y, self.size.height) {
+                near(x, self.size.width).for_each(|column| reached[self.cells.index(column, row)] = true);
+            }
+        }
+        self.active.retain(|&cell| reached[cell]);
+        self
+    }
+
+    /// The number of patches that are matched.
+    pub fn in_use(&self) -> usize {
+        self.active.len()
+    }
+
+    /// The numbers of the patches that are matched.
+    pub fn active(&self) -> &[usize] {
+        &self.active
     }
 
     /// Columns and rows of patches of an output.
@@ -97,10 +129,10 @@ impl Matching {
         self.matches[self.cells.index(x / SPACING, y / SPACING)]
     }
 
-    /// The mean squared distance of the matches.
+    /// The mean squared distance of the patches that are matched.
     pub fn mean_distance(&self) -> f64 {
-        let sum: u64 = self.matches.iter().map(|found| found.distance).sum();
-        sum as f64 / self.matches.len() as f64
+        let sum: u64 = self.active.iter().map(|&cell| self.matches[cell].distance).sum();
+        sum as f64 / self.active.len().max(1) as f64
     }
 
     /// Improves all matches for the texels of a canvas.
@@ -117,7 +149,7 @@ impl Matching {
         let costs = self.costs(patches, how.uniformity);
         for color in 0..2 {
             let cells: Vec<usize> =
-                (0..self.matches.len()).filter(|&cell| self.color(cell) == color).collect();
+                self.active.iter().copied().filter(|&cell| self.color(cell) == color).collect();
             let better = |patch: &mut Vec<i16>, &cell: &usize| {
                 job.proceed()?;
                 Ok(self.better(cell, canvas, patches, &costs, how, patch))

@@ -15,6 +15,17 @@ fn how(search: PatchSearch, key: u64) -> Improvement {
     Improvement { search, uniformity: 0.0, key }
 }
 
+/// Random patches side by side, and their matches.
+fn begin(canvas: &mut PixelCanvas, patches: &ExemplarPatches<'_>, seed: u64) -> Matching {
+    let size = canvas.size();
+    let sources = random_patches(size, patches, seed, 0);
+    for (texel, source) in sources.iter().enumerate() {
+        canvas.put(texel, *source, &patches.level().exemplars);
+    }
+    let corner = |(x, y)| patches.around(sources[size.index(x, y)]).unwrap();
+    Matching::new(size, Matching::middles(size).map(corner).collect())
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(25))]
 
@@ -58,7 +69,7 @@ proptest! {
         let patches = ExemplarPatches::new(level, 2 * half + 1, &job).unwrap();
         let size = Size::new(width, height);
         let mut canvas = PixelCanvas::new(size, planes, Boundary::Torus, &job).unwrap();
-        let mut matching = begin(&mut canvas, &patches, None, (seed, 0));
+        let mut matching = begin(&mut canvas, &patches, seed);
         let mut full = matching.clone();
         full.improve(&canvas, &patches, how(PatchSearch::Full, 0), &Job::default()).unwrap();
         for (middle, least) in Matching::middles(size).zip(full.matches()) {
@@ -93,7 +104,7 @@ proptest! {
         let patches = ExemplarPatches::new(level, window, &job).unwrap();
         let size = Size::new(width, height);
         let mut canvas = PixelCanvas::new(size, planes, Boundary::Torus, &job).unwrap();
-        let mut matching = begin(&mut canvas, &patches, None, (seed, 0));
+        let mut matching = begin(&mut canvas, &patches, seed);
         matching.improve(&canvas, &patches, how(PatchSearch::Propagation, seed), &Job::default()).unwrap();
         for (n, middle) in Matching::middles(size).enumerate() {
             let corner = patches.nth(n * 7 % patches.count());
@@ -115,7 +126,7 @@ proptest! {
             let truth: Vec<Texel> = (0..size.texels())
                 .map(|texel| plain::elect(&canvas, &patches, &matching, &weights, texel))
                 .collect();
-            votes::cast(&mut canvas, &patches, &matching, &weights);
+            votes::cast(&mut canvas, &patches, &matching, &weights, None);
             prop_assert!((0..size.texels()).all(|texel| canvas.source(texel) == truth[texel]));
         }
     }
@@ -130,7 +141,7 @@ fn patches_of_the_exemplar_itself_are_found_by_propagation() {
     let level = &pyramid(&exemplars, 1, 7, &job).unwrap()[0];
     let patches = ExemplarPatches::new(level, 7, &job).unwrap();
     let mut canvas = PixelCanvas::new(Size::new(64, 64), 3, Boundary::Torus, &job).unwrap();
-    let mut matching = begin(&mut canvas, &patches, None, (3, 0));
+    let mut matching = begin(&mut canvas, &patches, 3);
     for texel in 0..64 * 64 {
         canvas.put(
             texel,

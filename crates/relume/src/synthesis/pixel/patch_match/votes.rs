@@ -9,6 +9,7 @@ use rayon::prelude::*;
 
 use super::super::canvas::PixelCanvas;
 use super::SPACING;
+use super::anchors::Anchors;
 use super::patches::ExemplarPatches;
 use super::search::{Match, Matching};
 use crate::synthesis::quantise::MAX_CODE;
@@ -21,7 +22,8 @@ const UNIT: f64 = 16.0;
 /// or at the finest level 400 times, the weight of one with the mean distance.
 const SOFTNESS: f64 = 0.05;
 
-/// The weight of each match: the mean distance divided by its own, or the square of that.
+/// The weight of each match: the mean distance divided by its own, or the square of that; 0 for patches that
+/// are not matched.
 pub fn weights(matching: &Matching, patches: &ExemplarPatches<'_>, squared: bool) -> Vec<u32> {
     let mean = matching.mean_distance().max(1.0);
     let votes = patches.window().div_ceil(SPACING).pow(2) as u32;
@@ -31,15 +33,28 @@ pub fn weights(matching: &Matching, patches: &ExemplarPatches<'_>, squared: bool
         let raised = if squared { ratio * ratio } else { ratio };
         ((UNIT * raised) as u32).clamp(1, most)
     };
-    matching.matches().iter().map(weight).collect()
+    let mut weights = vec![0; matching.matches().len()];
+    matching.active().iter().for_each(|&cell| weights[cell] = weight(&matching.matches()[cell]));
+    weights
 }
 
-/// Sets every texel anew; each match has a vote of the given weight.
-pub fn cast(canvas: &mut PixelCanvas, patches: &ExemplarPatches<'_>, matching: &Matching, weights: &[u32]) {
+/// Sets every texel without an anchor anew; each match has a vote of the given weight.
+pub fn cast(
+    canvas: &mut PixelCanvas,
+    patches: &ExemplarPatches<'_>,
+    matching: &Matching,
+    weights: &[u32],
+    anchors: Option<&Anchors>,
+) {
     let size = canvas.size();
-    let row = |y: usize| VoteRow::new(canvas, patches, matching, weights, y).elect();
+    let is_free = |texel: usize| anchors.is_none_or(|anchors| anchors.source(texel).is_none());
+    let row = |y: usize| {
+        let has_free = (0..size.width).any(|x| is_free(size.index(x, y)));
+        let elected = has_free.then(|| VoteRow::new(canvas, patches, matching, weights, y).elect());
+        elected.unwrap_or_else(|| canvas.sources(y).to_vec())
+    };
     let sources: Vec<Vec<Texel>> = (0..size.height).into_par_iter().with_min_len(4).map(row).collect();
-    for (texel, source) in sources.into_iter().flatten().enumerate() {
+    for (texel, source) in sources.into_iter().flatten().enumerate().filter(|(texel, _)| is_free(*texel)) {
         canvas.put(texel, source, &patches.level().exemplars);
     }
 }
@@ -97,7 +112,8 @@ impl<'a> VoteRow<'a> {
     fn add(&self, sums: &mut [i32], totals: &mut [i32]) {
         let window = self.patches.window();
         for (matches, weights, dy) in &self.reaching {
-            for (cell, (found, &weight)) in matches.iter().zip(*weights).enumerate() {
+            let cells = matches.iter().zip(*weights).enumerate().filter(|(_, (_, weight))| **weight > 0);
+            for (cell, (found, &weight)) in cells {
                 let start = cell * SPACING;
                 let weight = weight.cast_signed();
                 totals[start..][..window].iter_mut().for_each(|total| *total += weight);
@@ -125,9 +141,13 @@ impl<'a> VoteRow<'a> {
     /// equals.
     fn compare(&self, sums: &[i32], totals: &[i32], nearest: &mut [(u64, Texel)]) {
         let window = self.patches.window();
-        for (matches, _, dy) in &self.reaching {
+        for (matches, weights, dy) in &self.reaching {
             let mut before = None;
-            for (cell, found) in matches.iter().enumerate() {
+            for (cell, (found, &weight)) in matches.iter().zip(*weights).enumerate() {
+                if weight == 0 {
+                    before = None;
+                    continue;
+                }
                 let continues = before == Some(found.corner);
                 before = Some(found.corner.offset(SPACING, 0));
                 let first = if continues { window - SPACING } else { 0 };

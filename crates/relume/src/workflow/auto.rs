@@ -26,7 +26,7 @@ use crate::field::{IndexSpace, ReflectanceField};
 use crate::job::Job;
 use crate::memory::Footprint;
 use crate::metric::texture::copying::copying;
-use crate::metric::texture::{Appearance, Reference, Source, Sources};
+use crate::metric::texture::{self, Appearance, Reference, SlicedOptions, Source, Sources};
 use crate::numeric::random::{self, Purpose};
 use crate::planes::Planes;
 use crate::size::Size;
@@ -217,12 +217,12 @@ impl Auto {
         if self.tries == 1 {
             return Ok(());
         }
-        let (size, planes) = (self.blocks.size, exemplars.space.planes());
+        let (size, planes) = (self.trial_size(exemplars), exemplars.planes[0].index.count());
         let made = exemplars.fields[0].coefficients().count() + planes;
         let texel = 2 * size_of::<Texel>() + size_of::<Source>() + 4 * made;
         let held = Footprint::of_texels(size, texel as u64, texel as u64);
         let sizes = exemplars.planes.iter().map(|exemplar| [exemplar.index.size(), size]);
-        let measure = |sizes| sliced::bytes(sizes, planes, &SlicedOptions::default());
+        let measure = |sizes| texture::bytes(sizes, planes, &SlicedOptions::default());
         let peak = sizes.map(measure).max().unwrap_or(0);
         job.check_bytes("the tries and their measures", held.then(Footprint { peak, kept: 0 }).peak)
     }

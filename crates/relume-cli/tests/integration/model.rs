@@ -21,7 +21,18 @@ fn folder() -> tempfile::TempDir {
     let format = FieldFormat::Picture(PictureFormat::from_path(Path::new("a.png")).unwrap());
     let bytes = encode_field(&field, format, None, &Job::default()).unwrap();
     fs::write(folder.path().join("leather.png"), bytes).unwrap();
-    let model = ["model", "leather.png", "-o", "leather.rlm", "--candidates", "12", "--combine", "never"];
+    let model = [
+        "model",
+        "leather.png",
+        "-o",
+        "leather.rlm",
+        "--candidates",
+        "12",
+        "--combine",
+        "never",
+        "--levels",
+        "4",
+    ];
     run(folder.path(), &model);
     folder
 }

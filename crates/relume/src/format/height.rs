@@ -113,6 +113,7 @@ pub fn encode_height_with(
     if let Some(mm) = mm_per_texel {
         scaled.as_mut_slice().iter_mut().for_each(|h| *h = (f64::from(*h) * mm) as f32);
     }
+    job.proceed()?;
     match format {
         HeightFormat::Png => encode_png(&scaled, mm_per_texel),
         HeightFormat::Exr => {

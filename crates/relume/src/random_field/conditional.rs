@@ -264,7 +264,8 @@ mod tests {
             let pairs = scores.iter().zip(&earlier).map(|(&s, &z)| of(f64::from(s), f64::from(z)));
             pairs.sum::<f64>() / scores.len() as f64
         };
-        assert!(mean(&|s, _| s).abs() < 0.05 && (mean(&|s, _| s * s) - 1.0).abs() < 0.08);
+        let (first, second) = (mean(&|s, _| s), mean(&|s, _| s * s));
+        assert!(first.abs() < 0.05 && (second - 1.0).abs() < 0.08, "{first} {second}");
         // Neither the mean nor the spread of the scores depends on the earlier plane.
         assert!(mean(&|s, z| s * z).abs() < 0.05 && mean(&|s, z| (s * s - 1.0) * z).abs() < 0.1);
         let span = 0.02 * f64::from(values.iter().fold(0.0f32, |most, v| most.max(v.abs())));

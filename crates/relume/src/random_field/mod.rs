@@ -70,7 +70,7 @@ pub use character::{Character, character};
 pub use combine::{Budget, combine};
 pub use estimate::{LevelReport, ModelOptions, estimate};
 pub use field_model::{FieldModel, Fields, Heights, ModelSource, combine_field, model_field};
-pub use model::{Model, RealisationOptions};
+pub use model::{Model, RealisationOptions, realisation_bytes};
 pub use per_light::{LightModel, model_lights};
 pub use selection::SelectionOrder;
 pub use structure::{Structure, Tiles};

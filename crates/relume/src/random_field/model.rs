@@ -123,13 +123,8 @@ impl Model {
                 options.origin[0], options.origin[1]
             )));
         }
-        // Cells and margins around the area.
-        let around = CELL + 2 * BURN_INS[BURN_INS.len() - 1];
-        let [width, height] =
-            [options.size.width, options.size.height].map(|side| side.saturating_add(around));
         job.check("the texture", options.size, 4 * self.planes() as u64)?;
-        let texels = (width as u64).saturating_mul(height as u64);
-        job.check_bytes("making the texture", texels.saturating_mul(self.bytes_per_texel()))
+        job.check_bytes("making the texture", realisation_bytes(options.size, self.bytes_per_texel()))
     }
 
     /// The working memory per texel, in bytes: the field, the expanded level, the drive and coarser levels.
@@ -150,6 +145,13 @@ impl Model {
             Size::new(width.next_multiple_of(across), height.next_multiple_of(down))
         )))
     }
+}
+
+/// The memory of making `size` texels at so many bytes each, with the cells and margins around them.
+pub fn realisation_bytes(size: Size, bytes_per_texel: u64) -> u64 {
+    let around = CELL + 2 * BURN_INS[BURN_INS.len() - 1];
+    let [width, height] = [size.width, size.height].map(|side| side.saturating_add(around) as u64);
+    width.saturating_mul(height).saturating_mul(bytes_per_texel)
 }
 
 fn gcd(a: usize, b: usize) -> usize {

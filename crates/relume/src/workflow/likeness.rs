@@ -76,13 +76,18 @@ pub struct LikenessReference {
 }
 
 impl LikenessReference {
+    /// The size of the samples compared with a texture of that size; `None` if it is too small.
+    pub fn sample_size(size: Size) -> Option<Size> {
+        let Size { width, height } = size;
+        (width.min(height) >= LEAST_SIDE).then(|| Size::new(width.min(MOST_SIDE), height.min(MOST_SIDE)))
+    }
+
     /// Prepares a field; `None` if it is too small.
     ///
     /// # Errors
     /// When the limits are exceeded, or the job is cancelled.
     pub fn of(field: &ReflectanceField, job: &Job) -> Result<Option<Self>> {
-        let size = field.size();
-        if size.width.min(size.height) < LEAST_SIDE {
+        if Self::sample_size(field.size()).is_none() {
             return Ok(None);
         }
         let picture = middle(&seen(field, job)?)?;

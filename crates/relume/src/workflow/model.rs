@@ -14,7 +14,8 @@ use crate::names::named;
 use crate::numeric::pyramid::{self, Kernel};
 use crate::planes::Planes;
 use crate::random_field::{
-    Budget, Character, FieldModel, LevelReport, ModelOptions, Tiles, combine_field, model_field, model_lights,
+    Budget, Character, FieldModel, LevelReport, ModelOptions, Tiles, combine_field, model_field,
+    model_lights, realisation_bytes,
 };
 use crate::render::relight;
 use crate::size::Size;
@@ -153,6 +154,7 @@ impl ModelRequest {
     /// Options without meaning, per-light models of pictures or with a structure, textures that are too
     /// small, and limits exceeded.
     pub fn fit(&self, field: &ReflectanceField, kind: &Character, job: &Job) -> Result<FittedModel> {
+        self.foresee(field, job)?;
         let reference = LikenessReference::of(field, job)?;
         let compared = |mut fitted: FittedModel| -> Result<FittedModel> {
             let likeness = reference.as_ref().map(|reference| reference.likeness(&fitted.model, job));
@@ -181,6 +183,18 @@ impl ModelRequest {
         };
         let excess = |fitted: &FittedModel| fitted.likeness.map_or(f64::INFINITY, |likeness| likeness.excess);
         Ok(if excess(&combined) < excess(&plain) { combined } else { plain })
+    }
+
+    /// Refuses a joint model that could be fitted, but not judged by a sample within the memory.
+    fn foresee(&self, field: &ReflectanceField, job: &Job) -> Result<()> {
+        let Some(sample) = LikenessReference::sample_size(field.size()) else { return Ok(()) };
+        if self.lights != LightModels::Joint {
+            return Ok(());
+        }
+        let space = IndexSpace::new(field, Metric::Function, Domain::Hemisphere)?;
+        // What a model takes that has as many components as planes, and the sample itself.
+        let texel = 4 * (6 * space.planes() + field.coefficients().count()) as u64;
+        job.check_bytes("the sample by which the model is judged", realisation_bytes(sample, texel))
     }
 
     /// The lights under which pictures of a field are modelled; `None` for a joint model.

@@ -147,7 +147,7 @@ fn shorter(size: Size) -> usize {
 
 /// The largest odd side of a window up to `side`, at least 3.
 fn odd(side: usize) -> usize {
-    (side - usize::from(side % 2 == 0 && side > 0)).max(3)
+    (side - usize::from(side.is_multiple_of(2) && side > 0)).max(3)
 }
 
 /// The side of the largest square without excluded texels, by the squares that end at each texel.

@@ -394,7 +394,8 @@ fn an_unstable_fit_is_caught_and_one_that_keeps_the_moments_is_taken() {
     assert_eq!((model.levels[0].neighbours.len(), reports[0].unstable), (2, 0));
     assert!(reports[0].prior > options.prior);
     let made = deviation(model.synthesize(&realisation([0, 0], 512, 512), &job()).unwrap().plane(0));
-    assert!((made / truth - 1.0).abs() < 0.05, "{made} {truth}");
+    // The deviation of a small sample of so slow a field is itself uncertain by a tenth.
+    assert!((made / truth - 1.0).abs() < 0.1, "{made} {truth}");
 }
 
 #[test]

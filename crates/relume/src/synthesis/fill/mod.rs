@@ -168,6 +168,8 @@ fn fill_band(
             (size.width.min(size.height).saturating_sub(1)) / 2
         )));
     }
+    // Also where no window is needed after all.
+    ComparedWindow::check_side(options.window)?;
     if options.method == FillMethod::Bridges && band >= LEAST_BAND && options.guidance.is_none() {
         let sources = (0..size.texels()).map(&source).collect();
         if let Some(closed) = bridged(exemplars, size, sources, band, job)? {

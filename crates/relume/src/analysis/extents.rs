@@ -2,7 +2,7 @@
 //! quickly.
 //!
 //! They bound the blocks and windows of a synthesis from below, and matter only where they exceed a fraction of
-//! the exemplar. So they are measured at a resolution of at most [`FINEST`] texels along the shorter side, at a
+//! the exemplar. So they are measured at a resolution of at most `FINEST` texels along the shorter side, at a
 //! hundredth of the cost of a whole analysis of a large picture. Lengths are those of [`super::analyze`] to
 //! about a texel of that resolution.
 

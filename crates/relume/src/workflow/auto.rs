@@ -159,8 +159,8 @@ impl Auto {
         Ok(Chosen { made, choice: Choice { analyses, advice, trial, tries, kept } })
     }
 
-    /// The size at which textures are compared: that of the output, but no larger than [`TRIAL`] times the
-    /// largest side of an exemplar, and at least [`LEAST_TRIAL`]. Guided textures, which have to follow their
+    /// The size at which textures are compared: that of the output, but no larger than `TRIAL` times the
+    /// largest side of an exemplar, and at least `LEAST_TRIAL`. Guided textures, which have to follow their
     /// guide, and a single one are made at the size of the output.
     pub fn trial_size(&self, exemplars: &Exemplars<'_>) -> Size {
         let size = self.blocks.size;

@@ -3,7 +3,7 @@
 //!
 //! - [`fill()`] fills the holes of a mask, from their edges inward: texel by texel, in the manner of the
 //!   Efros-Leung method ([`super::pixel::grow`]), or by patches in the order of `patches`, or on a torus as a
-//!   whole, coarse to fine ([`super::pixel::patch_match`]), so that what is known on all sides counts at once;
+//!   whole, coarse to fine ([`mod@super::pixel::patch_match`]), so that what is known on all sides counts at once;
 //! - [`tileable`] clears a band along the border and fills it on the torus, or lays [`bridges`] over the border;
 //!   [`close`] does so for an output of copies.
 //!

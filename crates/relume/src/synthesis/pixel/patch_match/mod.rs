@@ -15,7 +15,7 @@
 //! levels thus agree on positions, and the finest one keeps the result sharp.
 //!
 //! The output is always a torus, at every level, and tiles whatever its size: where a side does not halve
-//! evenly, [`finer`] drops a seam of least error. Texels with [`anchors`] stay as they are, so that the same
+//! evenly, `finer` drops a seam of least error. Texels with `anchors` stay as they are, so that the same
 //! method completes a hole.
 
 pub mod anchors;

@@ -12,7 +12,7 @@ use relume::synthesis::SourceMap;
 use relume::workflow::RegisteredMap;
 use relume::workflow::map_set::{gather_map, joint_index};
 use relume::workflow::memory::MemoryPeak;
-use relume::{Error, Picture, Planes, ReflectanceField, Result, Size, Space};
+use relume::{Error, Job, Picture, Planes, ReflectanceField, Result, Size, Space};
 
 use crate::context::Context;
 use crate::{opacity, output};
@@ -44,7 +44,7 @@ pub fn check_memory<'a>(
 }
 
 /// The format of an output with the values of a file in the given encoding; on standard output its own.
-fn format_of(output: &Path, encoding: &Encoding) -> Result<FieldFormat> {
+pub fn format_of(output: &Path, encoding: &Encoding) -> Result<FieldFormat> {
     if !output::is_stream(output) {
         return Ok(FieldFormat::from_path(output)?.in_depth_of(encoding));
     }
@@ -111,6 +111,7 @@ pub fn encode_normals(
     y: NormalY,
     from: &FieldFile,
     output: &Path,
+    job: &Job,
 ) -> Result<Vec<u8>> {
     let format = match FieldFormat::from_path(output)?.in_depth_of(&from.encoding) {
         FieldFormat::Exr(depth) => PictureFormat::Exr(depth),
@@ -127,13 +128,18 @@ pub fn encode_normals(
         planes.as_mut_slice().iter_mut().for_each(convert);
     }
     let space = if is_float { Space::Linear } else { Space::Srgb };
-    encode_stored_normals(&Picture { planes, space }, y, format)
+    encode_stored_normals(&Picture { planes, space }, y, format, job)
 }
 
 /// The file of heights as stored, with their scale.
-pub fn encode_heights(made: &ReflectanceField, scale: HeightScale, format: HeightFormat) -> Result<Vec<u8>> {
+pub fn encode_heights(
+    made: &ReflectanceField,
+    scale: HeightScale,
+    format: HeightFormat,
+    job: &Job,
+) -> Result<Vec<u8>> {
     let samples = made.coefficients().clone().truncated(1);
-    encode_scaled_height(&HeightMap { samples, scale: Some(scale) }, format)
+    encode_scaled_height(&HeightMap { samples, scale: Some(scale) }, format, job)
 }
 
 /// A file format of source maps.

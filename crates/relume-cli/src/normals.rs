@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use relume::Named;
 use relume::format::NormalY;
 
 use crate::args;
@@ -27,9 +26,4 @@ impl Args {
 /// What is said of a written normal map.
 pub fn described(y: NormalY) -> String {
     format!("normals ({})", y.in_words())
-}
-
-/// The direction in reports.
-pub fn as_json(y: NormalY) -> serde_json::Value {
-    serde_json::json!(y.name())
 }

@@ -215,9 +215,11 @@ impl Args {
         let is_opaque = of.files.iter().all(|file| file.opacity.is_none());
         match (file.record.heights, HeightFormat::from_path(output)) {
             _ if is_opaque && of.is_normal_map() => {
-                gathered::encode_normals(made, self.written_y(of), file, output)
+                gathered::encode_normals(made, self.written_y(of), file, output, &context.job)
             }
-            (Some(scale), Ok(format)) if is_opaque => gathered::encode_heights(made, scale, format),
+            (Some(scale), Ok(format)) if is_opaque => {
+                gathered::encode_heights(made, scale, format, &context.job)
+            }
             _ => gathered::encode(made, map, &of.files, output, context),
         }
     }
@@ -228,33 +230,26 @@ impl Args {
     }
 
     /// What is said of the images: which were compared, and the direction of normals.
-    pub fn describe(&self, registered: &[Registered<'_>], report: Report) -> Report {
-        let mut report = report;
-        let mut lines = Vec::new();
+    pub fn describe(&self, registered: &[Registered<'_>], mut report: Report) -> Report {
         for one in registered {
-            let mut line = format!("{}: {}", one.applied.output.display(), one.applied.role().name());
-            if one.is_normal_map() {
-                line =
-                    format!("{}: {}", one.applied.output.display(), normals::described(self.written_y(one)));
-            }
-            if !one.applied.is_compared {
-                line.push_str(", not compared");
-            }
-            lines.push(line);
+            let role = match one.is_normal_map() {
+                true => normals::described(self.written_y(one)),
+                false => one.applied.role().name().to_owned(),
+            };
+            let remark = if one.applied.is_compared { "" } else { ", not compared" };
+            report.text.push_str(&format!("\n{}: {role}{remark}", one.applied.output.display()));
         }
-        if registered.is_empty() {
-            return report;
-        }
-        report.text = format!("{}\n{}", report.text, lines.join("\n"));
         let images = registered.iter().map(|one| {
             json!({
                 "output": paths::text(&one.applied.output),
                 "role": one.applied.role(),
                 "compared": one.applied.is_compared,
-                "normal_y": one.is_normal_map().then(|| normals::as_json(self.written_y(one))),
+                "normal_y": one.is_normal_map().then(|| self.written_y(one)),
             })
         });
-        report.json["registered"] = images.collect();
+        if !registered.is_empty() {
+            report.json["registered"] = images.collect();
+        }
         report
     }
 

@@ -5,9 +5,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use relume::format::tile_set::in_words;
-use relume::format::{
-    Content, Encoding, FieldFormat, HeightFormat, MapRole, Opened, PictureFormat, TileSetFile,
-};
+use relume::format::{Content, FieldFormat, HeightFormat, MapRole, Opened, TileSetFile};
 use relume::random_field::FieldModel;
 use relume::synthesis::noise::NoiseOptions;
 use relume::workflow::endless::{Drawing, FileTarget, ModelPlane, NoisePlane, PlaneWindow, TilePlane};
@@ -17,7 +15,7 @@ use serde_json::{Value, json};
 use crate::context::Context;
 use crate::output::Outputs;
 use crate::report::Report;
-use crate::{args, input, output};
+use crate::{args, gathered, input, output};
 
 /// Arguments for endless textures.
 #[derive(Debug, clap::Args)]
@@ -144,18 +142,6 @@ impl Request<'_> {
         window.ok_or_else(|| Error::usage("the output has no size: give --size or --window"))
     }
 
-    /// The format of the output; on standard output that of the input.
-    fn format(&self, encoding: &Encoding) -> Result<FieldFormat> {
-        if !output::is_stream(self.output) {
-            return Ok(FieldFormat::from_path(self.output)?.in_depth_of(encoding));
-        }
-        Ok(match *encoding {
-            Encoding::Ptm(_) => FieldFormat::Ptm,
-            Encoding::Picture(depth) => FieldFormat::Picture(PictureFormat::Png(depth)),
-            Encoding::Exr(depth) => FieldFormat::Exr(depth),
-        })
-    }
-
     /// The file to write, in a given format.
     fn target(&self, format: FieldFormat) -> FileTarget {
         FileTarget { format, tile: self.args.exr_tile }
@@ -170,7 +156,7 @@ impl Request<'_> {
         }
         let (window, TileSetFile { file, count, cells, corners }) = (self.window()?, tiles);
         let plane = TilePlane { file, count: *count, cells: *cells, corners: *corners, seed: self.seed };
-        let target = self.target(self.format(&file.encoding)?);
+        let target = self.target(gathered::format_of(self.output, &file.encoding)?);
         self.write(plane.drawing(window, &target, &context.job), outputs)?;
         let Size { width, height } = cells.bounds();
         let details = json!({ "tiles": count, "tile_width": width, "tile_height": height, "cells": cells });
@@ -184,7 +170,7 @@ impl Request<'_> {
         let options = NoiseOptions { side: self.args.triangle, seed: self.seed };
         let role = MapRole::of_name(&path);
         let plane = NoisePlane::new(&file, role, &options, &context.job).map_err(|e| e.at(path))?;
-        let target = self.target(self.format(&file.encoding)?);
+        let target = self.target(gathered::format_of(self.output, &file.encoding)?);
         self.write(plane.drawing(window, &target, &context.job), outputs)?;
         let noise = plane.noise();
         let details = json!({ "triangle": noise.side(), "measured": noise.suitability() });

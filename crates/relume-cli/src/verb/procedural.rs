@@ -94,7 +94,7 @@ fn write(maps: &SurfaceMaps, tiling: Tiling, y: NormalY, folder: &Folder, job: &
         )?;
     }
     let normals = Relief::new(&maps.height, border).normals();
-    folder.add(normals_file(y), &encode_normals(&normals, y, PictureFormat::Png(Depth::Sixteen))?)
+    folder.add(normals_file(y), &encode_normals(&normals, y, PictureFormat::Png(Depth::Sixteen), job)?)
 }
 
 /// Data as a picture, declared as encoded, so that the codes are the values themselves.
@@ -115,6 +115,6 @@ fn description(args: &Args, material: Material, options: &MaterialOptions, maps:
         "albedo_srgb": "albedo.png",
         "roughness": "roughness.png",
         "normals": normals_file(args.normal_y),
-        "normal_y": normals::as_json(args.normal_y),
+        "normal_y": args.normal_y,
     })
 }

@@ -72,7 +72,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         (None, Some(y)) => {
             let found = surface::normals(&field);
             warnings = doubted(&surface::doubts(&field, &found));
-            (encode_normals(&found, y, format)?, normals::described(y))
+            (encode_normals(&found, y, format, &context.job)?, normals::described(y))
         }
         (None, None) => (encode_picture_with(&surface::albedo(&field), format, job)?, "albedo".to_owned()),
     };
@@ -84,7 +84,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         "width": field.size().width,
         "height": field.size().height,
         "light": args.what.light.map(Direction::to_array),
-        "normal_y": y.map(normals::as_json),
+        "normal_y": y,
     });
     Ok(Report::new(text, json).with_outputs(written).with_warnings(warnings))
 }

@@ -141,7 +141,11 @@ fn normals_with_y_down_are_known_by_name_record_or_option_to_every_verb() {
     let up = relume::format::open(&at.join("maps/normals_gl.png"), &Job::default()).unwrap();
     let normals = up.into_normals(None).unwrap().normals;
     let exr = PictureFormat::Exr(ExrDepth::Float);
-    fs::write(at.join("recorded.exr"), encode_normals(&normals, NormalY::Down, exr).unwrap()).unwrap();
+    fs::write(
+        at.join("recorded.exr"),
+        encode_normals(&normals, NormalY::Down, exr, &Job::default()).unwrap(),
+    )
+    .unwrap();
     let mut stored = normals.clone();
     stored.plane_mut(1).iter_mut().for_each(|v| *v = -*v);
     stored.as_mut_slice().iter_mut().for_each(|v| *v = 0.5 * *v + 0.5);

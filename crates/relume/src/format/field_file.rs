@@ -67,7 +67,8 @@ pub enum Encoding {
 impl MapRecord {
     /// The record in the bytes of a picture.
     fn of(bytes: &[u8]) -> Result<Self> {
-        Ok(Self { heights: height::recorded_scale(bytes)?, normal_y: normal_map::recorded(bytes)? })
+        let texts = height::texts(bytes)?;
+        Ok(Self { heights: height::recorded(&texts)?, normal_y: normal_map::recorded(&texts)? })
     }
 }
 

@@ -158,20 +158,21 @@ fn data16(
 ///
 /// # Errors
 /// As [`encode_height`].
-pub fn encode_scaled_height(map: &HeightMap, format: HeightFormat) -> Result<Vec<u8>> {
+pub fn encode_scaled_height(map: &HeightMap, format: HeightFormat, job: &Job) -> Result<Vec<u8>> {
     let HeightScale { offset, step, mm_per_texel } =
         map.scale.ok_or_else(|| Error::invalid("the scale of the heights is not known"))?;
     let (low, high) = map.samples.range(0);
     if format == HeightFormat::Exr || low < 0.0 || high > 1.0 || map.samples.count() != 1 {
-        return encode_height(&map.texels(1.0), mm_per_texel, format);
+        return encode_height_with(&map.texels(1.0), mm_per_texel, format, job);
     }
+    job.proceed()?;
     let codes = map.samples.as_slice().iter().map(|&v| (f64::from(v) * 65535.0).round() as u16);
     let mm = mm_per_texel.unwrap_or(1.0);
     data16(map.samples.size(), codes, mm * offset..mm * (offset + step), mm_per_texel)
 }
 
-/// The texts of a file that may hold a record of its heights.
-fn texts(bytes: &[u8]) -> Result<BTreeMap<String, String>> {
+/// The texts of a picture that may record the meaning of its values.
+pub(super) fn texts(bytes: &[u8]) -> Result<BTreeMap<String, String>> {
     match Kind::of(bytes) {
         Some(Kind::Png) => super::png::texts(bytes),
         Some(Kind::Exr) => Ok(exr::head(bytes)?.1),
@@ -209,16 +210,11 @@ fn is_grey(raster: &Raster) -> bool {
     (0..samples.len()).all(|i| samples.value(i) == samples.value(i - i % raster.channels()))
 }
 
-/// The scale that a file records.
+/// The scale that the texts of a file record.
 ///
 /// # Errors
 /// An invalid record.
-pub(super) fn recorded_scale(bytes: &[u8]) -> Result<Option<HeightScale>> {
-    recorded(&texts(bytes)?)
-}
-
-/// The record of heights in a file.
-fn recorded(texts: &BTreeMap<String, String>) -> Result<Option<HeightScale>> {
+pub(super) fn recorded(texts: &BTreeMap<String, String>) -> Result<Option<HeightScale>> {
     if let Some(unit) = texts.get(EXR_UNIT) {
         return scale(0.0, 1.0, unit, texts.get(EXR_PIXEL).map(String::as_str));
     }

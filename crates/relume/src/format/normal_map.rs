@@ -5,14 +5,14 @@
 //! grows to the top (OpenGL) or to the bottom of the picture (DirectX) is recorded as the text `Normal-Y` in PNG and
 //! as the attribute `normalY` in EXR, `up` or `down`; files of other programs say it in their names at best.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::kind::Kind;
 use super::map_role::NormalY;
 use super::meaning::Meaning;
-use super::picture::{Depth, PictureFormat, encode_picture, png_samples};
+use super::picture::{Depth, PictureFormat, encode_picture_with, png_samples};
 use super::raster::decode_as;
-use super::{exr, png};
+use super::{exr, height, png};
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::names::Named;
@@ -36,16 +36,22 @@ pub struct NormalMap {
 /// The bytes of a map of normals given with y up: packed to 16 bits where the format has them, or floats.
 ///
 /// # Errors
-/// When there are not three planes, and as [`encode_picture`].
-pub fn encode_normals(normals: &Planes, y: NormalY, format: PictureFormat) -> Result<Vec<u8>> {
-    encode_stored_normals(&stored(normals, y, format), y, format.with_depth(Depth::Sixteen))
+/// When there are not three planes, and as [`encode_picture`](super::encode_picture).
+pub fn encode_normals(normals: &Planes, y: NormalY, format: PictureFormat, job: &Job) -> Result<Vec<u8>> {
+    encode_stored_normals(&stored(normals, y, format), y, format.with_depth(Depth::Sixteen), job)
 }
 
 /// The bytes of a normal map of which the values are given as stored in the file, with its record.
 ///
 /// # Errors
 /// As [`encode_normals`].
-pub fn encode_stored_normals(picture: &Picture, y: NormalY, format: PictureFormat) -> Result<Vec<u8>> {
+pub fn encode_stored_normals(
+    picture: &Picture,
+    y: NormalY,
+    format: PictureFormat,
+    job: &Job,
+) -> Result<Vec<u8>> {
+    job.proceed()?;
     if picture.planes.count() != 3 {
         return Err(Error::invalid(format!(
             "a normal map has three channels, found {}",
@@ -58,15 +64,11 @@ pub fn encode_stored_normals(picture: &Picture, y: NormalY, format: PictureForma
             let (depth, samples) = png_samples(picture, depth, &Job::unlimited())?;
             png::encode_data(picture.size(), 3, (depth, &samples), &[(PNG_RECORD, record)])
         }
-        PictureFormat::Exr(depth) => exr::encode_with_texts(
-            &["R", "G", "B"],
-            &picture.planes,
-            depth,
-            &[(EXR_RECORD, record)],
-            &Job::unlimited(),
-        ),
+        PictureFormat::Exr(depth) => {
+            exr::encode_with_texts(&["R", "G", "B"], &picture.planes, depth, &[(EXR_RECORD, record)], job)
+        }
         PictureFormat::Pfm | PictureFormat::Jpeg { .. } | PictureFormat::Tiff(_) => {
-            encode_picture(picture, format)
+            encode_picture_with(picture, format, job)
         }
     }
 }
@@ -92,23 +94,18 @@ fn stored(normals: &Planes, y: NormalY, format: PictureFormat) -> Picture {
 /// A file that is no picture of three channels, or has an invalid record.
 pub fn decode_normals(bytes: &[u8], name: &Path, asked: Option<NormalY>, job: &Job) -> Result<NormalMap> {
     let raster = decode_as(bytes, Meaning::Data, job)?;
-    let recorded = recorded(bytes)?;
+    let recorded = recorded(&height::texts(bytes)?)?;
     let y = asked.or(recorded).or(NormalY::of_name(name)).unwrap_or_default();
     Ok(NormalMap { normals: normals_of(&raster, y, recorded.is_some())?, y })
 }
 
-/// The direction of Y that a file records.
+/// The direction of Y that the texts of a file record.
 ///
 /// # Errors
 /// A record of another word.
-pub(super) fn recorded(bytes: &[u8]) -> Result<Option<NormalY>> {
-    let word = match Kind::of(bytes) {
-        Some(Kind::Png) => png::texts(bytes)?.remove(PNG_RECORD),
-        Some(Kind::Exr) => exr::head(bytes)?.1.remove(EXR_RECORD),
-        _ => None,
-    };
-    let Some(word) = word else { return Ok(None) };
-    NormalY::from_name(&word).map(Some).ok_or_else(|| {
+pub(super) fn recorded(texts: &BTreeMap<String, String>) -> Result<Option<NormalY>> {
+    let Some(word) = texts.get(PNG_RECORD).or(texts.get(EXR_RECORD)) else { return Ok(None) };
+    NormalY::from_name(word).map(Some).ok_or_else(|| {
         Error::invalid(format!(
             "the normal map's record of Y is '{}': expected up or down",
             word.escape_default()
@@ -138,7 +135,7 @@ fn normals_of(raster: &Raster, y: NormalY, is_recorded: bool) -> Result<Planes> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::format::ExrDepth;
+    use crate::format::{ExrDepth, encode_picture};
     use crate::size::Size;
 
     fn normals() -> Planes {
@@ -154,7 +151,7 @@ mod tests {
         ];
         for format in formats {
             for y in [NormalY::Up, NormalY::Down] {
-                let bytes = encode_normals(&normals(), y, format).unwrap();
+                let bytes = encode_normals(&normals(), y, format, &Job::default()).unwrap();
                 let asked = matches!(format, PictureFormat::Tiff(_)).then_some(y);
                 let map = decode_normals(&bytes, Path::new("n"), asked, &Job::default()).unwrap();
                 assert_eq!(map.y, y);
@@ -171,7 +168,7 @@ mod tests {
             decode_normals(bytes, Path::new(name), asked, &Job::default()).unwrap().y
         };
         let png = PictureFormat::Png(Depth::Eight);
-        let recorded = encode_normals(&normals(), NormalY::Up, png).unwrap();
+        let recorded = encode_normals(&normals(), NormalY::Up, png, &Job::default()).unwrap();
         let plain = encode_picture(&stored(&normals(), NormalY::Up, png), png).unwrap();
         assert_eq!(y(&plain, "a_normal.png", None), NormalY::Up);
         assert_eq!(y(&plain, "a_nor_dx.png", None), NormalY::Down);

@@ -10,7 +10,7 @@ use std::fmt;
 
 use serde::Serialize;
 
-use super::estimate::NeighbourCandidates;
+use super::candidates::NeighbourCandidates;
 use super::marginal::Marginal;
 use super::neighbourhood::causal;
 use super::selection::posterior;

@@ -29,7 +29,7 @@
 //! | [`stability`] | spectral radius, burn-in |
 //! | [`level`], [`model`] | the data of a model |
 //! | [`structure`] | compressed tiles of the periodic part |
-//! | [`estimate`](mod@estimate), [`combine`](mod@combine), [`field_model`], [`per_light`] | estimation |
+//! | [`estimate`](mod@estimate), [`candidates`], [`combine`](mod@combine), [`field_model`], [`per_light`] | estimation |
 //! | [`curves`] | the evidence as a picture |
 //! | [`noise`], [`recursion`], [`realisation`] | synthesis |
 //! | [`character`](mod@character) | whether a random field suits a material |
@@ -41,6 +41,7 @@
 //! weaves become noise of the right colour and grain. Bands of a decimated pyramid are assumed to be
 //! stationary, which they are only from one coarse texel to the next.
 
+pub mod candidates;
 pub mod character;
 pub mod combine;
 pub mod conditional;

@@ -2,6 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
+use super::vector::Vec3;
 use crate::direction::Direction;
 use crate::error::{Error, Result};
 use crate::microfacet::LEAST_ROUGHNESS;
@@ -38,11 +39,19 @@ impl Camera {
 
     /// A direction given in the frame of the picture (x right, y up, z to the viewer), in world space.
     pub fn to_world(&self, in_picture: Direction) -> Direction {
-        let ((sin_a, cos_a), (sin_e, cos_e)) = (self.azimuth_rad.sin_cos(), self.elevation_rad.sin_cos());
+        let [right, up, back] = self.frame();
         let [x, y, z] = in_picture.to_array();
-        let (level, up) = (z * cos_e - y * sin_e, z * sin_e + y * cos_e);
-        let turned = [x * cos_a + level * sin_a, up, level * cos_a - x * sin_a];
-        Direction::new(turned[0], turned[1], turned[2]).expect("a rotated unit vector has a length")
+        let turned = right * x + up * y + back * z;
+        Direction::new(turned.x, turned.y, turned.z).expect("a rotated unit vector has a length")
+    }
+
+    /// Unit vectors in world space: right and up in the picture, and towards the camera.
+    pub(super) fn frame(&self) -> [Vec3; 3] {
+        let ((sin_azimuth, cos_azimuth), (sin_elevation, cos_elevation)) =
+            (self.azimuth_rad.sin_cos(), self.elevation_rad.sin_cos());
+        let back = Vec3::new(sin_azimuth * cos_elevation, sin_elevation, cos_azimuth * cos_elevation);
+        let right = Vec3::new(cos_azimuth, 0.0, -sin_azimuth);
+        [right, back.cross(right), back]
     }
 
     fn validate(&self) -> Result<()> {
@@ -181,7 +190,6 @@ impl RenderOptions {
 
 #[cfg(test)]
 mod tests {
-    use super::super::vector::Vec3;
     use super::super::view::View;
     use super::*;
 

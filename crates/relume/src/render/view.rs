@@ -34,16 +34,13 @@ pub enum ViewProjection {
 impl View {
     /// The view of a camera on an object with a bounding sphere.
     pub fn of_camera(camera: &Camera, (center, radius): (Vec3, f64), size: Size) -> Self {
-        let ((sin_azimuth, cos_azimuth), (sin_elevation, cos_elevation)) =
-            (camera.azimuth_rad.sin_cos(), camera.elevation_rad.sin_cos());
-        let back = Vec3::new(sin_azimuth * cos_elevation, sin_elevation, cos_azimuth * cos_elevation);
-        let right = Vec3::new(cos_azimuth, 0.0, -sin_azimuth);
+        let [right, up, back] = camera.frame();
         let distance = camera.distance_radii * radius;
         Self {
             size,
             origin: center + back * distance,
             right,
-            up: back.cross(right),
+            up,
             back,
             scale: 0.5 * size.height as f64 / (0.5 * camera.field_of_view_rad).tan(),
             projection: ViewProjection::Perspective { near: 1e-3 * distance.min(radius) },

@@ -22,7 +22,6 @@ use super::sizes::Room;
 use crate::analysis::advice::Way;
 use crate::analysis::{Advice, Analysis, advise, analyze};
 use crate::error::{Error, Result};
-use crate::field::{IndexSpace, ReflectanceField};
 use crate::job::Job;
 use crate::memory::Footprint;
 use crate::metric::texture::copying::copying;
@@ -64,13 +63,9 @@ pub struct Asked {
 /// The input of the textures and their measures.
 #[derive(Debug, Clone, Copy)]
 pub struct Exemplars<'a> {
-    /// The fields of the exemplars.
-    pub fields: &'a [&'a ReflectanceField],
-    /// Their index planes.
+    /// Their index planes, and the texels that may not be used.
     pub planes: &'a [Exemplar<'a>],
-    /// The space of the index planes.
-    pub space: &'a IndexSpace,
-    /// Their files, named in errors; as many as there are fields, or none.
+    /// Their files, named in errors; as many as there are exemplars, or none.
     pub files: &'a [PathBuf],
 }
 
@@ -211,15 +206,14 @@ impl Auto {
         measured.iter().map(|exemplar| Reference::new(exemplar.index, MEASURE_SEED, job)).collect()
     }
 
-    /// Refuses tries that could be made, but not measured within the memory: beside the best so far, the try
-    /// and the texture made by it, its index planes, and the patches of both.
+    /// Refuses tries that could be made, but not measured within the memory: beside the best so far, the try,
+    /// the index planes of its texture, and the patches of both.
     fn foresee(&self, exemplars: &Exemplars<'_>, job: &Job) -> Result<()> {
         if self.tries == 1 {
             return Ok(());
         }
         let (size, planes) = (self.trial_size(exemplars), exemplars.planes[0].index.count());
-        let made = exemplars.fields[0].coefficients().count() + planes;
-        let texel = 2 * size_of::<Texel>() + size_of::<Source>() + 4 * made;
+        let texel = 2 * size_of::<Texel>() + size_of::<Source>() + 4 * planes;
         let held = Footprint::of_texels(size, texel as u64, texel as u64);
         let sizes = exemplars.planes.iter().map(|exemplar| [exemplar.index.size(), size]);
         let measure = |sizes| texture::bytes(sizes, planes, &SlicedOptions::default());

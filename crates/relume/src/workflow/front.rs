@@ -66,12 +66,7 @@ pub fn synthesize_with(
     let approach = options.approach()?;
     let space = options.metric.space(exemplar, options.domain)?;
     let index = space.index_planes_within(exemplar, job, "the index of the exemplar")?;
-    let exemplars = Exemplars {
-        fields: &[exemplar],
-        planes: &[Exemplar { index: &index, excluded: None }],
-        space: &space,
-        files: &[],
-    };
+    let exemplars = Exemplars { planes: &[Exemplar { index: &index, excluded: None }], files: &[] };
     let outcome = approach.run(&exemplars, job)?;
     let field = gather(&outcome.made.map, &[exemplar], job)?;
     let (map, report) = (outcome.made.map, outcome.made.how);

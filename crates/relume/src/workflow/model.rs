@@ -6,7 +6,7 @@ use std::fmt;
 use super::likeness::{Likeness, LikenessReference};
 use crate::capture::dome;
 use crate::direction::Direction;
-use crate::error::{Error, ErrorKind, Result};
+use crate::error::{Error, Result};
 use crate::field::{Domain, IndexSpace, Metric, ReflectanceField};
 use crate::format::rlm;
 use crate::job::Job;
@@ -176,11 +176,8 @@ impl ModelRequest {
         if !may_combine || plain.likeness.is_none_or(|likeness| likeness.excess <= NEAR_ENOUGH) {
             return Ok(plain);
         }
-        let combined = match self.combined_within(field, &plain, job).and_then(compared) {
-            // The plain model is one that fits into memory.
-            Err(error) if error.kind() == ErrorKind::Limit => return Ok(plain),
-            combined => combined?,
-        };
+        // A limit of the memory refuses the request: it must not choose the model.
+        let combined = compared(self.combined_within(field, &plain, job)?)?;
         let excess = |fitted: &FittedModel| fitted.likeness.map_or(f64::INFINITY, |likeness| likeness.excess);
         Ok(if excess(&combined) < excess(&plain) { combined } else { plain })
     }

@@ -114,9 +114,7 @@ impl Room {
 
 /// The side of patches that refill the border of an output, customarily `side`.
 pub(super) fn closing_window(side: usize, exemplars: &[Exemplar<'_>], output: Size) -> usize {
-    let clear = exemplars.iter().map(clear_side).max().unwrap_or(0);
-    let exemplar = exemplars.iter().map(|exemplar| shorter(exemplar.index.size())).min().unwrap_or(0);
-    odd(side.min(clear / 2).min(exemplar / 2).min(shorter(output)))
+    Room::new(Vec::new(), exemplars, output).small_window(side)
 }
 
 /// The side of windows that fill the holes of a texture, whatever the holes hold; fitted to the texels outside

@@ -10,7 +10,7 @@ use crate::error::Result;
 use crate::job::Job;
 use crate::metric::texture::wrap::{Wrap, wrap};
 use crate::planes::Planes;
-use crate::synthesis::SourceMap;
+use crate::synthesis::{SourceMap, gather_index};
 
 /// The share of inner lines with smaller steps from which a border may show: all but one in a hundred.
 const UNUSUAL: f64 = 0.99;
@@ -31,20 +31,9 @@ impl MeasuredTiling {
     /// Measures the texture that a map makes of index planes, one for each exemplar.
     ///
     /// # Errors
-    /// When the memory it takes exceeds the limits.
+    /// As [`gather_index`].
     pub fn measure(map: &SourceMap, index: &[&Planes], job: &Job) -> Result<Self> {
-        let planes = index.first().map_or(0, |planes| planes.count());
-        let mut made = Planes::zeros_within(job, "measuring the border", map.size(), planes)?;
-        for (k, plane) in made.iter_mut().enumerate() {
-            let value = |from: crate::synthesis::Texel| {
-                index[from.exemplar as usize].at(k, from.x as usize, from.y as usize)
-            };
-            plane.iter_mut().zip(map.copies()).for_each(|(to, from)| *to = value(*from));
-            for (texel, parts) in map.mixes() {
-                plane[texel] = parts.iter().map(|part| part.weight * value(part.source)).sum();
-            }
-        }
-        Ok(Self::of(wrap(&made)))
+        Ok(Self::of(wrap(&gather_index(map, index, job)?)))
     }
 
     /// The judgement of measured steps.

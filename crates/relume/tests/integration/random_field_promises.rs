@@ -6,7 +6,7 @@ use relume::numeric::Matrix;
 use relume::numeric::pyramid::{self, Kernel};
 use relume::numeric::random::{Purpose, Stream};
 use relume::procedural::{Material, MaterialOptions};
-use relume::random_field::estimate::NeighbourCandidates;
+use relume::random_field::candidates::NeighbourCandidates;
 use relume::random_field::level::{Level, Weights};
 use relume::random_field::neighbourhood::{Offset, causal};
 use relume::random_field::normal_wishart::{Posterior, SufficientStatistics};
@@ -393,9 +393,9 @@ fn an_unstable_fit_is_caught_and_one_that_keeps_the_moments_is_taken() {
     // Shrunk, not dropped.
     assert_eq!((model.levels[0].neighbours.len(), reports[0].unstable), (2, 0));
     assert!(reports[0].prior > options.prior);
-    let made = deviation(model.synthesize(&realisation([0, 0], 512, 512), &job()).unwrap().plane(0));
-    // The deviation of a small sample of so slow a field is itself uncertain by a tenth.
-    assert!((made / truth - 1.0).abs() < 0.1, "{made} {truth}");
+    // So slow a field needs room: windows of 512 x 512 texels have 0.92 to 1.00 of the deviation, of 2048 x 2048 0.985.
+    let made = deviation(model.synthesize(&realisation([0, 0], 2048, 2048), &job()).unwrap().plane(0));
+    assert!((made / truth - 1.0).abs() < 0.05, "{made} {truth}");
 }
 
 #[test]

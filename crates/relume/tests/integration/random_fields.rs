@@ -3,7 +3,7 @@
 
 use relume::format::read_field;
 use relume::numeric::pyramid::{Kernel, gaussian};
-use relume::random_field::estimate::NeighbourCandidates;
+use relume::random_field::candidates::NeighbourCandidates;
 use relume::random_field::level::{Level, Weights};
 use relume::random_field::marginal::Marginal;
 use relume::random_field::neighbourhood::{causal, half_disks};

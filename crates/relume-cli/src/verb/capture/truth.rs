@@ -12,11 +12,11 @@ pub fn write(dome: &Dome, folder: &mut Folder, job: &Job) -> Result<()> {
         let picture = Picture { planes: planes.clone(), space: Space::Linear };
         encode_picture_with(&picture, PictureFormat::Exr(ExrDepth::Float), job)
     };
-    let normals = encode_normals(dome.normals(), NormalY::Up, PictureFormat::Exr(ExrDepth::Float))?;
+    let normals = encode_normals(dome.normals(), NormalY::Up, PictureFormat::Exr(ExrDepth::Float), job)?;
     folder.add("truth/normals.exr", &normals)?;
     folder.add("truth/albedo.exr", &exr(&dome.maps().albedo)?)?;
     folder.add("truth/height.exr", &exr(&dome.maps().height)?)?;
-    let packed = encode_normals(dome.normals(), NormalY::Up, PictureFormat::Png(Depth::Sixteen))?;
+    let packed = encode_normals(dome.normals(), NormalY::Up, PictureFormat::Png(Depth::Sixteen), job)?;
     folder.add("truth/normals_gl.png", &packed)
 }
 

@@ -130,7 +130,8 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     outputs.write(&args.output, encode_height_with(&height, args.pixel_mm, format, &context.job)?)?;
     if let Some(path) = &args.normals {
         let y = args.normal_maps.of_output(path);
-        outputs.write(path, encode_normals(&shape.normals, y, PictureFormat::from_path(path)?)?)?;
+        outputs
+            .write(path, encode_normals(&shape.normals, y, PictureFormat::from_path(path)?, &context.job)?)?;
     }
     if let (Some(path), Some(bytes)) = (&args.albedo_map, albedo) {
         outputs.write(path, bytes)?;
@@ -193,7 +194,7 @@ fn report(args: &Args, shape: &Shape, height: &Planes, compared: compare::Compar
         "lowest_texels": low,
         "highest_texels": high,
         "pixel_mm": args.pixel_mm,
-        "normal_y": written.map(normals::as_json),
+        "normal_y": written,
         "facts": shape.facts,
         "height_error": compared.height,
         "normal_error": compared.normals,

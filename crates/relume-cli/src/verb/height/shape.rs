@@ -87,7 +87,7 @@ pub fn find(args: &Args, context: &Context) -> Result<Shape> {
             let shape = Shape::of_normals(method, map.normals, args.steepest);
             let mut shape = shape.map_err(|e| e.at(&args.input))?;
             shape.notes.push(format!("read as {}", normals::described(map.y)));
-            shape.facts = json!({ "normal_y": normals::as_json(map.y) });
+            shape.facts = json!({ "normal_y": map.y });
             Ok(shape)
         }
     }

@@ -15,7 +15,7 @@ use relume::synthesis::search::{KernelBasis, SearchMethod};
 use relume::synthesis::{Blend, Boundary, Exemplar, Guidance, Tolerance};
 use relume::workflow::tiling::MeasuredTiling;
 use relume::workflow::{Approach, Exemplars, NamedMetric, Outcome, SynthOptions};
-use relume::{Error, Planes, ReflectanceField, Result, Size};
+use relume::{Error, Planes, Result, Size};
 
 use super::endless::{self, Drawn};
 use crate::context::Context;
@@ -206,8 +206,7 @@ fn synthesise(
     let excluded = masks.iter().map(Option::as_deref);
     let planes: Vec<Exemplar<'_>> =
         index.iter().zip(excluded).map(|(index, excluded)| Exemplar { index, excluded }).collect();
-    let fields: Vec<&ReflectanceField> = files.iter().map(|file| &file.field).collect();
-    let exemplars = Exemplars { fields: &fields, planes: &planes, space: &space, files: &args.exemplars };
+    let exemplars = Exemplars { planes: &planes, files: &args.exemplars };
     let outcome = approach.run(&exemplars, &context.job)?;
     let index: Vec<&Planes> = index.iter().collect();
     let measure = || MeasuredTiling::measure(&outcome.made.map, &index, &context.job);

@@ -14,7 +14,8 @@
 use realfft::num_complex::Complex64;
 use std::f64::consts::TAU;
 
-use super::SurfaceBorder;
+use super::fourier::factors;
+use super::{IntegrationMethod, SurfaceBorder};
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::numeric::fourier::{BYTES_PER_TEXEL, Fourier};
@@ -96,7 +97,7 @@ fn mirrored_values(size: Size, values: &[f64]) -> Vec<f64> {
 fn solve(size: Size, wanted: Vec<f64>, spring: f64) -> Vec<f64> {
     let plan = Fourier::new(size);
     let mut spectrum = plan.forward(wanted);
-    let factor = |k: usize, n: usize| 4.0 * (0.5 * TAU * k as f64 / n as f64).sin().powi(2);
+    let factor = |k: usize, n: usize| factors(k, n, IntegrationMethod::Poisson).1;
     let rows: Vec<f64> = (0..size.height).map(|l| factor(l, size.height)).collect();
     let divide = |(i, bin): (usize, &mut Complex64)| {
         *bin /= factor(i / rows.len(), size.width) + rows[i % rows.len()] + spring;

@@ -69,7 +69,7 @@ fn axes(slopes: &Slopes, method: IntegrationMethod) -> (Vec<(f64, f64)>, Vec<(f6
 }
 
 /// (a / i, b) of frequency `k` of `n`.
-fn factors(k: usize, n: usize, method: IntegrationMethod) -> (f64, f64) {
+pub(super) fn factors(k: usize, n: usize, method: IntegrationMethod) -> (f64, f64) {
     let signed = if 2 * k > n { k as f64 - n as f64 } else { k as f64 };
     let w = TAU * signed / n as f64;
     let highest = 2 * k == n;

@@ -25,6 +25,11 @@ pub fn light(text: &str) -> Result<Direction, String> {
     Ok(direction)
 }
 
+/// As [`light`], towards the viewer.
+pub fn view(text: &str) -> Result<Direction, String> {
+    light(text).map_err(|e| e.replace("this light", "this view"))
+}
+
 /// `N` comma-separated finite numbers.
 pub fn numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
     let parsed: Option<Vec<f64>> =

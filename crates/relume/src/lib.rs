@@ -48,6 +48,7 @@
 pub mod direction;
 pub mod error;
 pub mod job;
+pub mod lab;
 pub mod limits;
 pub mod maps;
 mod memory;

@@ -3,11 +3,13 @@
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
+use relume::direction::Directions;
 use relume::format::Content;
 use relume::format::npy::Array;
 use relume::metric::texture::{Appearance, Distances, Source, Sources};
 use relume::workflow::comparison::{Comparison, TexelErrors, TextureMeasures};
-use relume::{Direction, Error, Planes, Result, Size};
+use relume::workflow::{Btf, Missing, btf_comparison};
+use relume::{Error, Planes, Result, Size};
 use serde_json::json;
 
 use crate::context::Context;
@@ -18,13 +20,15 @@ use crate::{evaluated, input, output};
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Examples:\n  relume compare photograph.png relit.png\n  relume synth wool.ptm -o cloth.ptm --size 512 \
-                  --source-map map.npy\n  relume compare --texture wool.ptm cloth.ptm --source-map map.npy\n\n\
+                  --source-map map.npy\n  relume compare --texture wool.ptm cloth.ptm --source-map map.npy\n  \
+                  relume compare wool.zip wool.exr\n\n\
                   All values are compared sRGB-encoded. Textures of functions are compared as pictures under \
                   several lights: the mean and the worst of them are given. docs/measures.md says what each measure \
                   can and cannot see."
 )]
 pub struct Args {
-    /// The reference: a .ptm, an .exr field, a picture or a .rlm model; - is standard input
+    /// The reference: a .ptm, an .exr field, a picture or a .rlm model; or a folder or .zip of photographs under light and
+    /// view, all of which are compared; - is standard input
     reference: PathBuf,
     /// The texture to compare with it; of the same size unless --texture is given
     other: PathBuf,
@@ -48,6 +52,9 @@ pub struct Args {
 
 /// Compares and reports.
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
+    if Btf::is_at(&args.reference) {
+        return with_photographs(args, context);
+    }
     let inputs = [Some(&args.reference), Some(&args.other), args.source_map.as_ref()];
     if inputs.into_iter().flatten().filter(|path| output::is_stream(path)).count() > 1 {
         return Err(Error::usage("standard input can be read only once: give - for one input at most"));
@@ -65,7 +72,46 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let sources = map.as_ref().map(|map| Sources::new(map.size, &map.texels, &exemplars)).transpose();
     let sources = sources.map_err(|e| e.at(args.source_map.as_deref().unwrap_or(Path::new("-"))))?;
     let measures = comparison.texture_measures(sources.as_ref(), args.seed, &context.job)?;
-    Ok(Report::new(texture_text(&measures, args), texture_json(&measures, comparison.lights())))
+    Ok(Report::new(texture_text(&measures, args), texture_json(&measures, comparison.directions())))
+}
+
+/// Compares a texture with all photographs under light and view.
+fn with_photographs(args: &Args, context: &Context) -> Result<Report> {
+    if args.texture {
+        return Err(Error::usage(
+            "--texture compares two textures: relight both for the statistics of single pairs of light and view",
+        )
+        .at(&args.reference));
+    }
+    let btf = Btf::open(&args.reference, Missing::Fill)?;
+    let other = args.evaluated.texture(&args.other, &context.job)?;
+    let errors = btf_comparison::compare(&btf, &other, &context.job)?;
+    let (mean, worst) = (&errors.mean, &errors.worst);
+    let mut text =
+        format!("{} photographs, means and (worst, {}):\n", btf.list().entries.len(), errors.worst_name);
+    for (name, mean, worst, digits) in [
+        ("PSNR, dB", mean.psnr_db, worst.psnr_db, 2),
+        ("RMSE, of white", mean.rmse, worst.rmse, 5),
+        ("mean difference in CIE Lab", mean.mae_lab, worst.mae_lab, 3),
+        ("CIEDE2000", mean.ciede2000, worst.ciede2000, 3),
+        ("structural similarity", mean.ssim, worst.ssim, 4),
+    ] {
+        let _ = writeln!(text, "{name:<28} {mean:>9.digits$} ({worst:.digits$})");
+    }
+    let by_view = errors.by_view.iter().map(|(polar, db)| format!("{polar}: {db:.2}"));
+    let _ = write!(text, "dB by the polar angle of the view: {}", by_view.collect::<Vec<_>>().join(", "));
+    let pairs = btf.list().entries.iter().map(|entry| entry.directions);
+    let json = json!({
+        "psnr_db": mean.psnr_db.is_finite().then_some(mean.psnr_db),
+        "rmse": mean.rmse,
+        "mean": mean,
+        "worst": worst,
+        "worst_name": errors.worst_name,
+        "by_view": errors.by_view,
+        "lights": pairs.clone().map(|pair| pair.light.to_array()).collect::<Vec<_>>(),
+        "views": pairs.map(|pair| pair.view.to_array()).collect::<Vec<_>>(),
+    });
+    Ok(Report::new(text, json))
 }
 
 fn texel_by_texel(
@@ -82,7 +128,7 @@ fn texel_by_texel(
         .at(&args.other));
     }
     let TexelErrors { psnr_db, rmse, worst_psnr_db, worst_rmse } = comparison.texel_errors(&context.job)?;
-    let lights = comparison.lights();
+    let lights = comparison.directions();
     let mut text = format!("PSNR {psnr_db:.2} dB, RMSE {rmse:.5} of white");
     if lights.len() > 1 {
         let count = lights.len();
@@ -94,16 +140,13 @@ fn texel_by_texel(
         "psnr_db": finite(psnr_db),
         "rmse": rmse,
         "worst": { "psnr_db": finite(worst_psnr_db), "rmse": worst_rmse },
-        "lights": directions(lights),
+        "lights": lights.iter().map(|pair| pair.light.to_array()).collect::<Vec<_>>(),
+        "views": lights.iter().map(|pair| pair.view.to_array()).collect::<Vec<_>>(),
     });
     Ok(Report::new(text, json))
 }
 
-fn directions(lights: &[Direction]) -> Vec<[f64; 3]> {
-    lights.iter().map(|light| light.to_array()).collect()
-}
-
-fn texture_json(measures: &TextureMeasures, lights: &[Direction]) -> serde_json::Value {
+fn texture_json(measures: &TextureMeasures, lights: &[Directions]) -> serde_json::Value {
     json!({
         "mean": Distances::mean(&measures.distances),
         "worst": Distances::worst(&measures.distances),
@@ -111,7 +154,8 @@ fn texture_json(measures: &TextureMeasures, lights: &[Direction]) -> serde_json:
         "wrap": { "right_to_left": measures.wraps[0], "bottom_to_top": measures.wraps[1] },
         "seams": measures.seams,
         "copying": measures.copying,
-        "lights": directions(lights),
+        "lights": lights.iter().map(|pair| pair.light.to_array()).collect::<Vec<_>>(),
+        "views": lights.iter().map(|pair| pair.view.to_array()).collect::<Vec<_>>(),
     })
 }
 

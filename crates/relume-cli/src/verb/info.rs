@@ -3,8 +3,11 @@
 use std::fmt::Write;
 use std::path::PathBuf;
 
-use relume::Result;
+use relume::capture::pairs::PairEntry;
+use relume::direction::Directions;
 use relume::format::{Content, FieldFile, tile_set};
+use relume::workflow::{Btf, Missing};
+use relume::{Direction, Result};
 use serde_json::{Value, json};
 
 use crate::context::Context;
@@ -15,12 +18,16 @@ use crate::report::Report;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  relume info wool.ptm\n  relume info --json wool.exr")]
 pub struct Args {
-    /// A .ptm, an .exr field, a picture, a tile set, or a model; - is standard input
+    /// A .ptm, an .exr field, a picture, a tile set, or a model; or a folder or .zip of photographs under light and view;
+    /// - is standard input
     file: PathBuf,
 }
 
 /// Reads the file and describes it.
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
+    if Btf::is_at(&args.file) {
+        return btf(args, context);
+    }
     let opened = input::open(&args.file, &context.job)?;
     match opened.content() {
         Content::Model => super::model::describe(&opened.into_model()?),
@@ -36,6 +43,49 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
             Ok(Report::new(text(&file), value(&file)))
         }
     }
+}
+
+/// Describes photographs under light and view by their names and the first of them.
+fn btf(args: &Args, context: &Context) -> Result<Report> {
+    let btf = Btf::open(&args.file, Missing::Fill)?;
+    let list = btf.list();
+    let first = btf.photograph(0, &context.job)?;
+    let (size, channels) = (first.size(), first.channels());
+    let largest = |of: fn(&Directions) -> Direction| {
+        let polar = |entry: &PairEntry| of(&entry.directions).z().clamp(-1.0, 1.0).acos().to_degrees();
+        list.entries.iter().map(polar).fold(0.0, f64::max)
+    };
+    let (light_deg, view_deg) = (largest(|pair| pair.light), largest(|pair| pair.view));
+    let mut text = format!(
+        "{} photographs of {size}, {channels} channels, under {} lights (to {light_deg:.1} degrees) and {} views (to \
+         {view_deg:.1} degrees)",
+        list.entries.len(),
+        list.lights,
+        list.views
+    );
+    if list.missing_count > 0 {
+        let _ = write!(
+            text,
+            "\n{} of a full grid are missing, first {}",
+            list.missing_count,
+            list.missing.join(", ")
+        );
+    }
+    let value = json!({
+        "basis": "photographs",
+        "color": if channels == 1 { "luminance" } else { "rgb" },
+        "space": first.samples().space(),
+        "width": size.width,
+        "height": size.height,
+        "photographs": list.entries.len(),
+        "channels": channels,
+        "light_count": list.lights,
+        "view_count": list.views,
+        "light_polar_deg": light_deg,
+        "view_polar_deg": view_deg,
+        "missing": list.missing_count,
+    });
+    Ok(Report::new(text, value))
 }
 
 fn value(file: &FieldFile) -> Value {

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use relume::direction::Directions;
 use relume::format::{Depth, PictureFormat, animation as encode, encode_normals, encode_picture_with};
 use relume::render::{Sweep, relight};
 use relume::surface::NormalDoubt;
@@ -22,6 +23,13 @@ pub struct Args {
     file: PathBuf,
     #[command(flatten)]
     what: What,
+    /// Direction towards the viewer, for textures of light and view [default: straight above]
+    #[arg(long, value_name = "X,Y,Z", value_parser = args::view, allow_hyphen_values = true)]
+    view: Option<Direction>,
+    /// The light of --view-sweep [default: 0.5,0.5,0.7]
+    #[arg(long, value_name = "X,Y,Z", value_parser = args::light, allow_hyphen_values = true,
+          requires = "view_sweep")]
+    sweep_light: Option<Direction>,
     /// The picture to write (.png, .jpg, .tif, .exr, .pfm); for a sweep .png or .gif is an animation,
     /// and any other name a folder of numbered PNG files; - is standard output, as PNG
     #[arg(short, long, value_name = "OUT")]
@@ -44,6 +52,9 @@ struct What {
     /// N lights in a circle (orbit:N) or over the zenith from left to right (arc:N)
     #[arg(long, value_name = "PATH:N")]
     sweep: Option<Sweep>,
+    /// N views on the same paths, of a texture of light and view; --sweep-light is the light
+    #[arg(long, value_name = "PATH:N")]
+    view_sweep: Option<Sweep>,
     /// Write the surface normals instead: 0..1 in integer files, -1..1 in EXR
     #[arg(long)]
     normals: bool,
@@ -54,20 +65,23 @@ struct What {
 
 /// Reads the field, makes the pictures, writes them.
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
-    if let Some(sweep) = args.what.sweep {
-        return run_sweep(args, sweep, context);
+    if let Some(directions) = sweep_directions(args)? {
+        return run_sweep(args, &directions, context);
     }
     let format = still_format(&args.output)?;
     let mut outputs = Outputs::new(context);
     outputs.file(&args.output, &[&args.file])?;
     let field = args.evaluated.texture(&args.file, &context.job)?;
+    check_view(args, &field)?;
     foresee(args, &field, format, context)?;
     let job = &context.job;
     let y = args.what.normals.then(|| args.normal_maps.of_output(&args.output));
     let mut warnings = Vec::new();
+    let view = args.view.unwrap_or(Direction::ZENITH);
     let (bytes, what) = match (args.what.light, y) {
         (Some(light), _) => {
-            (encode_picture_with(&relight(&field, light), format, job)?, "picture".to_owned())
+            let picture = relight(&field, Directions { light, view });
+            (encode_picture_with(&picture, format, job)?, "picture".to_owned())
         }
         (None, Some(y)) => {
             let found = surface::normals(&field);
@@ -84,9 +98,43 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         "width": field.size().width,
         "height": field.size().height,
         "light": args.what.light.map(Direction::to_array),
+        "view": args.what.light.map(|_| view.to_array()),
         "normal_y": y,
     });
     Ok(Report::new(text, json).with_outputs(written).with_warnings(warnings))
+}
+
+/// The light and view of each picture of a sweep, if one is asked for.
+fn sweep_directions(args: &Args) -> Result<Option<Vec<Directions>>> {
+    if let Some(sweep) = args.what.sweep {
+        let view = args.view.unwrap_or(Direction::ZENITH);
+        let lights = sweep.directions().into_iter();
+        return Ok(Some(lights.map(|light| Directions { light, view }).collect()));
+    }
+    let Some(sweep) = args.what.view_sweep else { return Ok(None) };
+    if args.view.is_some() {
+        return Err(Error::usage("--view-sweep moves the view: leave out --view"));
+    }
+    let light = args.sweep_light.map_or_else(|| Direction::new(0.5, 0.5, 0.7), Ok)?;
+    let views = sweep.directions().into_iter();
+    Ok(Some(views.map(|view| Directions { light, view }).collect()))
+}
+
+/// Refuses a view where it makes no difference.
+fn check_view(args: &Args, field: &ReflectanceField) -> Result<()> {
+    let asked = args.view.is_some() || args.what.view_sweep.is_some();
+    if asked && !field.basis().depends_on_view() {
+        return Err(Error::usage(format!(
+            "the functions of this texture ({}) are those of one view, and a view makes no difference: fit photographs of \
+             light and view for one that has it",
+            field.basis().name()
+        ))
+        .at(&args.file));
+    }
+    if args.view.is_some() && args.what.light.is_none() && args.what.sweep.is_none() {
+        return Err(Error::usage("--view is of a picture or a sweep: give also --light or --sweep"));
+    }
+    Ok(())
 }
 
 /// What is said of normals that are not to be trusted.
@@ -140,29 +188,34 @@ impl Frames {
     }
 }
 
-fn run_sweep(args: &Args, sweep: Sweep, context: &Context) -> Result<Report> {
-    let lights = sweep.directions();
+fn run_sweep(args: &Args, directions: &[Directions], context: &Context) -> Result<Report> {
     let frames = Frames::of(&args.output);
-    let read = || args.evaluated.texture(&args.file, &context.job);
+    let read = || {
+        let field = args.evaluated.texture(&args.file, &context.job)?;
+        check_view(args, &field).map(|()| field)
+    };
     let (field, written) = if frames == Frames::Folder {
         let folder = Folder::stage(&args.output, &[&args.file], context)?;
         let field = read()?;
-        let written = write_folder(folder, &field, &lights, context)?;
+        let written = write_folder(folder, &field, directions, context)?;
         (field, written)
     } else {
         let mut outputs = Outputs::new(context);
         outputs.file(&args.output, &[&args.file])?;
         let field = read()?;
-        outputs.write(&args.output, animation(args, frames, &field, &lights, context)?)?;
+        outputs.write(&args.output, animation(args, frames, &field, directions, context)?)?;
         (field, outputs.commit()?)
     };
-    let directions: Vec<[f64; 3]> = lights.iter().map(|light| light.to_array()).collect();
-    let text = format!("{}: {} pictures, {}", args.output.display(), lights.len(), field.size());
+    let arrays = |of: fn(&Directions) -> Direction| -> Vec<[f64; 3]> {
+        directions.iter().map(|pair| of(pair).to_array()).collect()
+    };
+    let text = format!("{}: {} pictures, {}", args.output.display(), directions.len(), field.size());
     let json = json!({
         "what": "sweep",
         "width": field.size().width,
         "height": field.size().height,
-        "lights": directions,
+        "lights": arrays(|pair| pair.light),
+        "views": arrays(|pair| pair.view),
     });
     Ok(Report::new(text, json).with_outputs(written))
 }
@@ -171,13 +224,13 @@ fn run_sweep(args: &Args, sweep: Sweep, context: &Context) -> Result<Report> {
 fn write_folder(
     folder: Folder,
     field: &ReflectanceField,
-    lights: &[Direction],
+    directions: &[Directions],
     context: &Context,
 ) -> Result<Vec<PathBuf>> {
-    context.job.start("relighting", lights.len() as u64);
-    for (i, &light) in lights.iter().enumerate() {
+    context.job.start("relighting", directions.len() as u64);
+    for (i, &pair) in directions.iter().enumerate() {
         let bytes =
-            encode_picture_with(&relight(field, light), PictureFormat::Png(Depth::Eight), &context.job)?;
+            encode_picture_with(&relight(field, pair), PictureFormat::Png(Depth::Eight), &context.job)?;
         folder.add(format!("{i:04}.png"), &bytes)?;
         context.job.advance(1)?;
     }
@@ -188,20 +241,20 @@ fn animation(
     args: &Args,
     frames: Frames,
     field: &ReflectanceField,
-    lights: &[Direction],
+    directions: &[Directions],
     context: &Context,
 ) -> Result<Vec<u8>> {
     let (size, channels) = (field.size(), field.layout().channels());
-    let bytes = 4 * (channels * lights.len()) as u64;
+    let bytes = 4 * (channels * directions.len()) as u64;
     let pictures = Footprint::of_texels(size, bytes, bytes);
     let written = match frames {
-        Frames::Gif => encode::gif_footprint(size, channels, lights.len()),
-        Frames::Apng | Frames::Folder => encode::footprint(size, channels, lights.len()),
+        Frames::Gif => encode::gif_footprint(size, channels, directions.len()),
+        Frames::Apng | Frames::Folder => encode::footprint(size, channels, directions.len()),
     };
     context.job.check_bytes("the animation", pictures.then(written).peak)?;
     let _held = context.job.hold("the pictures of the animation", pictures.kept)?;
-    let picture = |&light: &Direction| context.job.proceed().map(|()| relight(field, light));
-    let pictures: Vec<Picture> = lights.iter().map(picture).collect::<Result<_>>()?;
+    let picture = |&pair: &Directions| context.job.proceed().map(|()| relight(field, pair));
+    let pictures: Vec<Picture> = directions.iter().map(picture).collect::<Result<_>>()?;
     let bytes = match frames {
         Frames::Gif => encode::encode_gif_with(&pictures, args.fps, &context.job),
         Frames::Apng => encode::encode_apng_with(&pictures, args.fps, &context.job),

@@ -4,5 +4,6 @@ pub mod dome;
 mod finder;
 mod folder;
 pub mod lp;
+pub mod pairs;
 
 pub use folder::{Capture, Pairing, Photograph};

@@ -85,7 +85,8 @@ impl IndexSpace {
     pub fn planes(&self) -> usize {
         let n = self.basis.len();
         match self.metric {
-            Metric::Function => n * self.layout.channels(),
+            Metric::Function if self.layout.is_product() => n * self.layout.channels(),
+            Metric::Function => n * self.layout.functions(),
             Metric::LuminanceAndColor => self.layout.planes(n),
             Metric::Luminance => n,
         }
@@ -230,10 +231,9 @@ mod tests {
 
     /// Every basis with every layout, and each domain over which it is defined.
     fn members() -> Vec<(Basis, PlaneLayout, Domain)> {
-        let named = PlaneLayout::of_channels(["base", "metallic", "a", "b", "c"]).unwrap();
         let mut members = Vec::new();
         for basis in Basis::examples() {
-            for layout in PlaneLayout::COLORS.into_iter().chain([named.clone()]) {
+            for layout in PlaneLayout::examples(&basis) {
                 let domains = Domain::ALL.into_iter().filter(|domain| basis.is_defined_over(*domain));
                 members.extend(domains.map(|domain| (basis.clone(), layout.clone(), domain)));
             }
@@ -241,13 +241,13 @@ mod tests {
         members
     }
 
-    /// The channel functions of a texel as coefficient vectors.
+    /// The functions of a texel as coefficient vectors.
     fn channel_functions(field: &ReflectanceField, texel: usize) -> Vec<Vec<f64>> {
         let n = field.basis().len();
         let c = |k: usize| f64::from(field.coefficients().plane(k)[texel]);
         match field.layout().is_product() {
             false => {
-                (0..field.layout().channels()).map(|ch| (0..n).map(|k| c(ch * n + k)).collect()).collect()
+                (0..field.layout().functions()).map(|f| (0..n).map(|k| c(f * n + k)).collect()).collect()
             }
             true => (0..3).map(|ch| (0..n).map(|k| c(k) * c(n + ch)).collect()).collect(),
         }

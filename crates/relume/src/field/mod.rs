@@ -38,8 +38,18 @@ impl ReflectanceField {
     /// A field from its parts.
     ///
     /// # Errors
-    /// When the number of planes does not match the basis and the layout.
+    /// When the number of planes does not match the basis and the layout, or the basis has values for other
+    /// channels than those of a [shared](PlaneLayout::shared) layout.
     pub fn new(basis: Basis, layout: PlaneLayout, space: Space, coefficients: Planes) -> Result<Self> {
+        if !layout.takes(basis.channels()) {
+            return Err(Error::invalid(format!(
+                "a {} field of {} channels cannot have the basis {} with {} values of a function",
+                layout.name(),
+                layout.channels(),
+                basis.name(),
+                basis.channels()
+            )));
+        }
         let expected = layout.planes(basis.len());
         if coefficients.count() != expected || coefficients.size().texels() == 0 {
             return Err(Error::invalid(format!(
@@ -121,18 +131,21 @@ impl ReflectanceField {
         let functions = self.basis.function_names();
         let name = |role: PlaneRole<'_>| match role {
             PlaneRole::Coefficient { channel, function } => format!("{channel}.{}", functions[function]),
+            PlaneRole::Shared { function } => functions[function].clone(),
             PlaneRole::Color { channel } => channel.to_owned(),
         };
         self.layout.roles(functions.len()).into_iter().map(name).collect()
     }
 
-    /// A channel of one texel, given the values of the functions: the slow truth of relighting.
+    /// A channel of one texel, given the values of the functions ([`Basis::weights`]): the slow truth of
+    /// relighting.
     ///
     /// # Panics
     /// When the layout has no such `channel`.
     pub fn channel_value(&self, channel: usize, x: usize, y: usize, weights: &[f64]) -> f32 {
         assert!(channel < self.layout.channels(), "a channel of the layout");
-        let n = weights.len();
+        let n = self.basis.len();
+        let weights = self.layout.weights(channel, n, weights);
         let coefficient = |k: usize| f64::from(self.coefficients.at(k, x, y));
         let first = self.layout.function_plane(channel, n);
         let function: f64 = (0..n).map(|k| weights[k] * coefficient(first + k)).sum();
@@ -160,10 +173,16 @@ impl ReflectanceField {
     /// picture. The functions of the channels of LRGB fields are multiplied out.
     ///
     /// # Errors
-    /// A channel that the field does not have, or one named twice.
+    /// A channel that the field does not have, or one named twice; channels with common coefficients.
     pub fn of_channels(&self, names: &[&str]) -> Result<Self> {
-        let layout = PlaneLayout::of_channels(names.iter().copied())?;
         let channels = self.layout.channel_names();
+        if self.layout.is_shared() {
+            return Err(Error::usage(format!(
+                "the channels {} of the texture have common coefficients and cannot be separated: relight it",
+                channels.join(", ")
+            )));
+        }
+        let layout = PlaneLayout::of_channels(names.iter().copied())?;
         let n = self.basis.len();
         let mut planes = Planes::zeros(self.size(), layout.planes(n));
         for (name, out) in names.iter().zip(planes.as_mut_slice().chunks_exact_mut(n * self.size().texels()))

@@ -13,16 +13,19 @@
 //! | `design` | the matrix A, its factorisation, and the reasons why lights may not suffice |
 //! | `levels` | samples of a file as values in the space of the fit |
 //! | `stream` | photographs one batch at a time, checked against the first |
-//! | `accumulate` | sums += pseudo-inverse x photographs, vectorised |
+//! | `accumulate`, `products` | sums += pseudo-inverse x photographs, vectorised |
+//! | `learned/` | functions of light and view learned from the photographs themselves |
 //! | `product` | three channel functions to a luminance and a colour |
 //! | `sample`, `residual`, `leave_one_out`, `report` | how well the result relights the photographs |
 //! | `reference` | the slow and obvious fit against which the tests compare |
 
 mod accumulate;
 mod design;
+pub mod learned;
 mod leave_one_out;
 mod levels;
 mod product;
+mod products;
 pub mod reference;
 mod report;
 mod residual;
@@ -128,10 +131,13 @@ pub fn fit(
     let directions: Vec<Direction> = lights.iter().map(|(_, light)| *light).collect();
     let design = Design::new(&options.basis, &directions)?;
     job.start("fitting photographs", lights.len() as u64);
-    let stream = PhotographStream::open(lights, load, options.basis.len(), job)?;
+    let names = lights.iter().map(|(name, _)| name.as_str()).collect();
+    let functions = options.basis.len();
+    let sums = |channels: usize| (functions * channels).max(functions + channels);
+    let stream = PhotographStream::open(names, load, sums, job)?;
     let layout = options.layout_for(stream.channels())?;
     let grid = Grid::new(stream.size(), options.report_texels);
-    let planes = (options.basis.len() * stream.channels()).max(options.basis.len() + stream.channels());
+    let planes = sums(stream.channels());
     let _sums = job.hold("the fit", 4 * (planes * stream.size().texels()) as u64)?;
     let _sample = job.hold("the sample for the error report", stream.sample_bytes(&grid))?;
     let levels = SampleLevels::new(options.space);
@@ -144,6 +150,7 @@ pub fn fit(
     let copies = if options.leave_one_out { 2 + rayon::current_num_threads() } else { 1 };
     job.check_bytes("the error report", 4 * (planes * grid.texels() * copies) as u64)?;
     let measured = report::FitMeasurement {
+        lights,
         layout: &layout,
         grid: &grid,
         levels: &levels,

@@ -9,6 +9,7 @@ use super::levels::SampleLevels;
 use super::residual::squared_error;
 use super::sample::Grid;
 use super::stream::PhotographStream;
+use crate::direction::Direction;
 use crate::error::Result;
 use crate::field::PlaneLayout;
 use crate::job::Job;
@@ -79,6 +80,7 @@ impl FitReport {
 
 /// The inputs of the error measurement.
 pub(super) struct FitMeasurement<'a> {
+    pub lights: &'a [(String, Direction)],
     pub layout: &'a PlaneLayout,
     pub grid: &'a Grid,
     pub levels: &'a SampleLevels,
@@ -103,7 +105,7 @@ impl FitMeasurement<'_> {
         linear: Option<&Planes>,
         job: &Job,
     ) -> Result<FitReport> {
-        let lights = stream.lights();
+        let lights = self.lights;
         let errors_of = |i: usize| {
             job.proceed()?;
             self.errors(i, stream, coefficients, linear)
@@ -171,7 +173,8 @@ impl FitMeasurement<'_> {
     }
 }
 
-fn residual(sum_of_squares: f64, samples: usize) -> Residual {
+/// The error of samples from the sum of its squares.
+pub(super) fn residual(sum_of_squares: f64, samples: usize) -> Residual {
     let mean = sum_of_squares / samples as f64;
     Residual { rmse: mean.sqrt(), psnr_db: psnr_db(mean) }
 }

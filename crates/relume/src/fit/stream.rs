@@ -5,7 +5,6 @@ use std::sync::Mutex;
 use rayon::prelude::*;
 
 use super::sample::Grid;
-use crate::direction::Direction;
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::raster::{LoadRaster, Raster, Samples};
@@ -20,7 +19,7 @@ const LARGEST_SAMPLE: f32 = 1e12;
 
 /// The photographs of a fit.
 pub(super) struct PhotographStream<'a> {
-    lights: &'a [(String, Direction)],
+    names: Vec<&'a str>,
     load: &'a LoadRaster<'a>,
     size: Size,
     channels: usize,
@@ -31,27 +30,27 @@ pub(super) struct PhotographStream<'a> {
 }
 
 impl<'a> PhotographStream<'a> {
-    /// Reads the first photograph, which determines the size, and refuses a fit of `functions` functions that
-    /// does not fit into the limits.
+    /// Reads the first photograph, which determines the size, and refuses a fit that does not fit into the
+    /// limits: `sums` is the number of planes of sums for photographs with that many channels.
     pub fn open(
-        lights: &'a [(String, Direction)],
+        names: Vec<&'a str>,
         load: &'a LoadRaster<'a>,
-        functions: usize,
+        sums: impl FnOnce(usize) -> usize,
         job: &Job,
     ) -> Result<Self> {
         let first = load(0)?;
-        check_samples(&first, &lights[0].0)?;
+        check_samples(&first, names[0])?;
         let (size, channels) = (first.size(), first.channels());
         let depth = match first.samples() {
             Samples::U8(_) => 1,
             Samples::U16(_) => 2,
             Samples::F32(_) => 4,
         };
-        // A batch takes no more memory than the sums, four bytes per function, or than four photographs.
-        let batch = (4 * functions / depth).clamp(4, BATCH);
-        let bytes = 4 * (functions * channels).max(functions + channels) + batch * channels * depth;
-        job.check("the fit", size, bytes as u64)?;
-        Ok(Self { lights, load, size, channels, depth, batch, first: Mutex::new(Some(first)) })
+        // A batch takes no more memory than the sums, four bytes per plane, or than four photographs.
+        let sums = sums(channels);
+        let batch = (4 * sums / (channels * depth)).clamp(4, BATCH);
+        job.check("the fit", size, (4 * sums + batch * channels * depth) as u64)?;
+        Ok(Self { names, load, size, channels, depth, batch, first: Mutex::new(Some(first)) })
     }
 
     /// The size of every photograph.
@@ -64,9 +63,9 @@ impl<'a> PhotographStream<'a> {
         self.channels
     }
 
-    /// The names of the photographs and their lights.
-    pub fn lights(&self) -> &'a [(String, Direction)] {
-        self.lights
+    /// The number of photographs.
+    pub fn len(&self) -> usize {
+        self.names.len()
     }
 
     /// The memory of the texels of a grid when they are kept from every photograph.
@@ -74,7 +73,7 @@ impl<'a> PhotographStream<'a> {
         if !grid.is_kept() {
             return 0;
         }
-        (grid.texels() * self.channels * self.depth) as u64 * self.lights.len() as u64
+        (grid.texels() * self.channels * self.depth) as u64 * self.names.len() as u64
     }
 
     /// Reads photograph `i`.
@@ -97,8 +96,8 @@ impl<'a> PhotographStream<'a> {
         job: &Job,
         mut take: impl FnMut(usize, &[Raster]) -> Result<()>,
     ) -> Result<()> {
-        for start in (0..self.lights.len()).step_by(self.batch) {
-            let end = (start + self.batch).min(self.lights.len());
+        for start in (0..self.names.len()).step_by(self.batch) {
+            let end = (start + self.batch).min(self.names.len());
             let read = |i: usize| job.proceed().and_then(|()| self.read(i));
             let read: Vec<Result<Raster>> = (start..end).into_par_iter().map(read).collect();
             take(start, &read.into_iter().collect::<Result<Vec<_>>>()?)?;
@@ -107,7 +106,7 @@ impl<'a> PhotographStream<'a> {
     }
 
     fn check(&self, photograph: &Raster, i: usize) -> Result<()> {
-        let (name, first) = (&self.lights[i].0, &self.lights[0].0);
+        let (name, first) = (self.names[i], self.names[0]);
         if photograph.size() != self.size {
             return Err(Error::invalid(format!(
                 "the photograph {name} is {} texels and {first} is {}: all must have the same size",

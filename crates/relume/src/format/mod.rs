@@ -24,6 +24,7 @@
 //! `docs/formats.md` has the layouts byte by byte.
 
 pub mod animation;
+mod archive;
 mod codes;
 mod color;
 mod complete;
@@ -55,6 +56,7 @@ pub mod tile_set;
 mod turned;
 mod whole;
 
+pub use archive::ImageArchive;
 pub use exr::ExrDepth;
 pub use field_file::{
     Encoding, FieldFile, FieldFormat, MapRecord, decode_field, encode_field, encode_translucent,

@@ -2,7 +2,7 @@
 //!
 //! Functions are interpolated, not colours, in a mip map of their coefficients. Interpolation is linear in
 //! the coefficients, so LRGB texels become RGB functions first; averaging luminance and colour separately
-//! would not be linear. Coefficients of an encoded field are averaged without decoding, which is accurate
+//! would not be linear. Coefficients common to all channels stay so. Coefficients of an encoded field are averaged without decoding, which is accurate
 //! only where neighbours differ little.
 
 use rayon::prelude::*;
@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::mip_map::MipMap;
 use crate::direction::Directions;
 use crate::error::{Error, Result};
-use crate::field::{Basis, ReflectanceField};
+use crate::field::{Basis, PlaneLayout, ReflectanceField};
 use crate::job::Job;
 use crate::planes::Planes;
 use crate::space::Space;
@@ -25,8 +25,8 @@ pub struct LitTexture {
 /// The meaning of the values of a texel.
 #[derive(Debug)]
 enum Shown {
-    /// Coefficients of the function of each channel, then the normal if there are normals.
-    Functions { basis: Basis, space: Space, channels: usize, has_normals: bool },
+    /// Coefficients of the function of each channel, or of all of them, then the normal if there are normals.
+    Functions { basis: Basis, layout: PlaneLayout, space: Space, has_normals: bool },
     /// A linear colour, independent of the light.
     Colors { channels: usize },
 }
@@ -62,12 +62,12 @@ impl LitTexture {
                 field.layout().channel_names().join(", ")
             )));
         }
-        let channels = field.layout().channels();
-        let stride = channels * field.basis().len() + if normals.is_some() { 3 } else { 0 };
+        let layout = linear(field.layout());
+        let stride = layout.planes(field.basis().len()) + if normals.is_some() { 3 } else { 0 };
         let data = || interleaved(field, normals, stride);
         let texels = MipMap::new("the texture's pyramid", field.size(), stride, job, data)?;
         let (basis, space, has_normals) = (field.basis().clone(), field.space(), normals.is_some());
-        Ok(Self { texels, shown: Shown::Functions { basis, space, channels, has_normals } })
+        Ok(Self { texels, shown: Shown::Functions { basis, layout, space, has_normals } })
     }
 
     /// From linear colours, one plane of grey or three planes.
@@ -88,15 +88,17 @@ impl LitTexture {
     pub fn color(&self, lookup: &mut Lookup, directions: Directions) -> [f64; 3] {
         let Lookup { values, weights } = lookup;
         match &self.shown {
-            Shown::Functions { basis, space, channels, .. } => {
-                weights.resize(basis.len(), 0.0);
+            Shown::Functions { basis, layout, space, .. } => {
+                let n = basis.len();
+                weights.resize(n * basis.channels(), 0.0);
                 basis.weights_into(directions, weights);
-                let function = |coefficients: &[f32]| {
-                    let terms = weights.iter().zip(coefficients);
+                let function = |c: usize| {
+                    let coefficients = &values[layout.function_plane(c, n)..];
+                    let terms = layout.weights(c, n, weights).iter().zip(coefficients);
                     let value: f64 = terms.map(|(w, &v)| w * f64::from(v)).sum();
                     f64::from(space.to_linear(value as f32)).max(0.0)
                 };
-                of_channels(*channels, |c| function(&values[c * weights.len()..]))
+                of_channels(layout.channels(), function)
             }
             Shown::Colors { channels } => of_channels(*channels, |c| f64::from(values[c]).max(0.0)),
         }
@@ -111,6 +113,11 @@ impl LitTexture {
     }
 }
 
+/// The layout without products.
+fn linear(layout: &PlaneLayout) -> PlaneLayout {
+    if layout.is_product() { PlaneLayout::RGB } else { layout.clone() }
+}
+
 /// Red, green and blue of one or three channels.
 fn of_channels(channels: usize, value: impl Fn(usize) -> f64) -> [f64; 3] {
     match channels {
@@ -122,7 +129,7 @@ fn of_channels(channels: usize, value: impl Fn(usize) -> f64) -> [f64; 3] {
 /// All values of each texel adjacent; LRGB texels as three functions.
 fn interleaved(field: &ReflectanceField, normals: Option<&Planes>, stride: usize) -> Vec<f32> {
     let (n, layout, planes) = (field.basis().len(), field.layout(), field.coefficients());
-    let functions = layout.channels() * n;
+    let functions = linear(layout).planes(n);
     let mut data = vec![0.0; field.size().texels() * stride];
     data.par_chunks_exact_mut(stride).enumerate().for_each(|(texel, out)| {
         let (functions, normal) = out.split_at_mut(functions);

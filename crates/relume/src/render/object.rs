@@ -220,10 +220,13 @@ mod tests {
             let light = Direction::new(0.5, -0.3, 0.6).unwrap();
             // The values of the functions as coefficients: a sum of squares is positive.
             let weights = basis.weights(light);
-            let data = weights.iter().flat_map(|&w| [w as f32; 9]).collect();
+            let data = weights[..basis.len()].iter().flat_map(|&w| [w as f32; 9]).collect();
             let planes = Planes::from_vec(Size::new(3, 3), basis.len(), data).unwrap();
-            let field =
-                ReflectanceField::new(basis.clone(), PlaneLayout::LUMINANCE, Space::Linear, planes).unwrap();
+            let layout = match basis.channels() {
+                1 => PlaneLayout::LUMINANCE,
+                _ => PlaneLayout::shared(["R", "G", "B"]).unwrap(),
+            };
+            let field = ReflectanceField::new(basis.clone(), layout, Space::Linear, planes).unwrap();
             let picture = rendered(&field, &Primitive::Plane.mesh(), &facing(field.size(), [0.5, -0.3, 0.6]));
             let truth = field.value(1, 1, light)[0];
             assert!((picture.planes.at(0, 1, 1) / truth - 1.0).abs() < 1e-5, "{}", basis.name());

@@ -91,14 +91,14 @@ impl<'a> Relighting<'a> {
             return self.product_block(first, channels);
         }
         for (c, out) in channels.into_iter().take(self.field.layout().channels()).enumerate() {
-            self.combine(c * self.weights.len(), first, out);
+            self.combine(c, first, out);
         }
     }
 
     /// One block of a function times a colour.
     #[inline(always)]
     fn product_block(&self, first: usize, channels: [&mut [f32]; 3]) {
-        let n = self.weights.len();
+        let n = self.field.basis().len();
         let mut luminance = [0.0f32; BLOCK];
         let luminance = &mut luminance[..channels[0].len()];
         self.combine(0, first, luminance);
@@ -109,12 +109,14 @@ impl<'a> Relighting<'a> {
         }
     }
 
-    /// out = sum_k weight_k plane_(plane + k) over the texels from `first` on, three planes per pass.
+    /// out = sum_k weight_k plane_k over the planes of the function of a channel and the texels from `first` on,
+    /// three planes per pass.
     #[inline(always)]
-    fn combine(&self, plane: usize, first: usize, out: &mut [f32]) {
-        let n = out.len();
+    fn combine(&self, channel: usize, first: usize, out: &mut [f32]) {
+        let (n, functions, layout) = (out.len(), self.field.basis().len(), self.field.layout());
+        let plane = layout.function_plane(channel, functions);
         let source = |k: usize| &self.field.coefficients().plane(plane + k)[first..][..n];
-        let triples = self.weights.chunks_exact(3);
+        let triples = layout.weights(channel, functions, &self.weights).chunks_exact(3);
         let (first_single, singles) = (3 * triples.len(), triples.remainder());
         for (t, w) in triples.enumerate() {
             let terms = source(3 * t).iter().zip(source(3 * t + 1)).zip(source(3 * t + 2));
@@ -145,9 +147,8 @@ impl WithSimd for ChannelTask<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _simd: S) {
-        let plane = self.channel * self.job.weights.len();
         for (i, out) in self.out.chunks_mut(BLOCK).enumerate() {
-            self.job.combine(plane, self.first + i * BLOCK, out);
+            self.job.combine(self.channel, self.first + i * BLOCK, out);
         }
     }
 }
@@ -234,7 +235,10 @@ mod tests {
         let sizes = [(1, 1), (7, 3), (1023, 1), (1, 1025), (129, 130)].map(|(w, h)| Size::new(w, h));
         let kinds = Basis::examples()
             .into_iter()
-            .flat_map(|basis| PlaneLayout::COLORS.into_iter().map(move |layout| (basis.clone(), layout)));
+            .flat_map(|basis| {
+                PlaneLayout::examples(&basis).into_iter().map(move |layout| (basis.clone(), layout))
+            })
+            .filter(|(_, layout)| !layout.is_named());
         kinds.flat_map(move |(basis, layout)| {
             [Space::Linear, Space::Srgb].into_iter().flat_map(move |space| {
                 let kind = (basis.clone(), layout.clone());

@@ -5,10 +5,12 @@
 //! Problems", Journal of the ACM 8, 1961): to the best of eight neighbours, or to half the step. Steps go
 //! along the meridian and across it, because harmonics have narrow ridges along the horizon, on which
 //! steps in u and v get stuck. Limits: a peak narrower than a step of the grid may be missed, and of two
-//! peaks nearly as high the lower may be found. The view is the zenith.
+//! peaks nearly as high the lower may be found. The view is the zenith. Functions with a value for each of
+//! three channels are combined to their luminance, others to their mean.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
+use super::luminance::LUMINANCE;
 use crate::direction::{Direction, Directions};
 use crate::field::Basis;
 
@@ -43,16 +45,37 @@ impl<'a> BrightestSearch<'a> {
         let lights: Vec<Direction> =
             std::iter::once(Direction::ZENITH).chain((1..=RINGS).flat_map(ring)).collect();
         let n = basis.len();
+        let mut search = Self { basis, lights: Vec::new(), values: Vec::new() };
+        let mut scratch = search.scratch();
         let mut values = vec![0.0; lights.len() * n];
         for (&light, row) in lights.iter().zip(values.chunks_exact_mut(n)) {
-            basis.weights_into(Directions::lit_from(light), row);
+            row.copy_from_slice(search.luminances(light, &mut scratch));
         }
-        Self { basis, lights, values }
+        (search.lights, search.values) = (lights, values);
+        search
+    }
+
+    /// Memory for the values of the functions.
+    pub fn scratch(&self) -> Vec<f64> {
+        vec![0.0; self.basis.len() * self.basis.channels()]
+    }
+
+    /// The functions for a light, seen from above, as one value each.
+    fn luminances<'s>(&self, light: Direction, scratch: &'s mut [f64]) -> &'s [f64] {
+        let (n, channels) = (self.basis.len(), self.basis.channels());
+        self.basis.weights_into(Directions::lit_from(light), scratch);
+        if channels > 1 {
+            let share = |c: usize| if channels == 3 { LUMINANCE[c] } else { 1.0 / channels as f64 };
+            for k in 0..n {
+                scratch[k] = (0..channels).map(|c| share(c) * scratch[c * n + k]).sum();
+            }
+        }
+        &scratch[..n]
     }
 
     /// The light under which the function of these coefficients is largest; of equal ones of the grid
-    /// the nearest to the zenith. `weights` is scratch of the basis's length.
-    pub fn maximum(&self, coefficients: &[f64], weights: &mut [f64]) -> Direction {
+    /// the nearest to the zenith. `scratch` is that of [`BrightestSearch::scratch`].
+    pub fn maximum(&self, coefficients: &[f64], scratch: &mut [f64]) -> Direction {
         let dot = |row: &[f64]| -> f64 { row.iter().zip(coefficients).map(|(w, c)| w * c).sum() };
         let (mut place, mut best) = (Direction::ZENITH, f64::NEG_INFINITY);
         for (&light, row) in self.lights.iter().zip(self.values.chunks_exact(coefficients.len())) {
@@ -69,8 +92,7 @@ impl<'a> BrightestSearch<'a> {
             let middle = place;
             for (along, across) in NEIGHBOURS {
                 let light = moved(middle, step * along, step * across);
-                self.basis.weights_into(Directions::lit_from(light), weights);
-                let value = dot(weights);
+                let value = dot(self.luminances(light, scratch));
                 if value > best {
                     (place, best) = (light, value);
                 }

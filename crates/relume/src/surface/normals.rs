@@ -41,7 +41,7 @@ pub fn albedo(field: &ReflectanceField) -> Picture {
     let texels = field.size().texels();
     planes.as_mut_slice().par_chunks_exact_mut(texels).enumerate().for_each(|(channel, plane)| {
         plane.par_iter_mut().enumerate().for_each_init(
-            || vec![0.0; field.basis().len()],
+            || vec![0.0; field.basis().len() * field.basis().channels()],
             |weights, (texel, out)| {
                 field.basis().weights_into(Directions::lit_from(directions[texel]), weights);
                 *out = field.channel_value(channel, texel % width, texel / width, weights);
@@ -64,7 +64,7 @@ fn brightest(field: &ReflectanceField) -> Vec<Direction> {
             .collect(),
         basis @ (Basis::Harmonics | Basis::Learned(_)) => {
             let search = BrightestSearch::new(basis);
-            let scratch = || (vec![0.0; basis.len()], vec![0.0; basis.len()]);
+            let scratch = || (vec![0.0; basis.len()], search.scratch());
             let one = |(coefficients, weights): &mut (Vec<f64>, Vec<f64>), texel: usize| {
                 (0..basis.len()).for_each(|k| coefficients[k] = luminance_coefficient(field, k, texel));
                 search.maximum(coefficients, weights)
@@ -76,7 +76,7 @@ fn brightest(field: &ReflectanceField) -> Vec<Direction> {
 
 /// Coefficient `k` of the luminance of a texel. In an LRGB field the colour scales the function and is not
 /// negative, so the function itself serves, even where the colour is black. Channels with other names have
-/// equal weights.
+/// equal weights. Channels with common coefficients have them as they are: the search combines their functions.
 fn luminance_coefficient(field: &ReflectanceField, k: usize, texel: usize) -> f64 {
     let (layout, n) = (field.layout(), field.basis().len());
     let functions = layout.functions();

@@ -2,7 +2,7 @@
 
 use std::f64::consts::FRAC_PI_4;
 
-use crate::direction::Direction;
+use crate::direction::{Direction, Directions};
 use crate::error::Result;
 use crate::field::{Basis, ReflectanceField};
 use crate::job::Job;
@@ -21,7 +21,7 @@ use crate::space::Space;
 pub struct Comparison<'a> {
     reference: &'a ReflectanceField,
     other: &'a ReflectanceField,
-    lights: Vec<Direction>,
+    directions: Vec<Directions>,
 }
 
 /// Errors of texels over all lights.
@@ -52,22 +52,33 @@ pub struct TextureMeasures {
 
 impl<'a> Comparison<'a> {
     /// Compares under the given number of lights, at least one: at the zenith, and on a circle 45 degrees
-    /// from it. One is enough for two pictures.
+    /// from it. One is enough for two pictures. Textures whose functions depend on the view are seen from straight above
+    /// under the first light, and then in turns from 45 degrees, a quarter of a circle on, and from straight above.
     pub fn new(reference: &'a ReflectanceField, other: &'a ReflectanceField, lights: usize) -> Self {
         let are_pictures = [reference, other].iter().all(|field| *field.basis() == Basis::Constant);
         let ring = Sweep::Orbit { lights: lights.saturating_sub(1), polar_rad: FRAC_PI_4 };
         let ring = if are_pictures { Vec::new() } else { ring.directions() };
-        Self { reference, other, lights: [Direction::ZENITH].into_iter().chain(ring).collect() }
+        let depends_on_view = [reference, other].iter().any(|field| field.basis().depends_on_view());
+        let pair = |(i, light): (usize, Direction)| match depends_on_view && i % 2 == 0 {
+            true => Directions { light, view: a_quarter_on(light) },
+            false => Directions::lit_from(light),
+        };
+        let ring = ring.into_iter().enumerate().map(pair);
+        Self {
+            reference,
+            other,
+            directions: [Directions::lit_from(Direction::ZENITH)].into_iter().chain(ring).collect(),
+        }
     }
 
-    /// The lights.
-    pub fn lights(&self) -> &[Direction] {
-        &self.lights
+    /// The lights and views.
+    pub fn directions(&self) -> &[Directions] {
+        &self.directions
     }
 
     /// Both under one light, sRGB-encoded.
-    fn under(&self, light: Direction) -> [Planes; 2] {
-        [self.reference, self.other].map(|field| relight(field, light).to_space(Space::Srgb).planes)
+    fn under(&self, directions: Directions) -> [Planes; 2] {
+        [self.reference, self.other].map(|field| relight(field, directions).to_space(Space::Srgb).planes)
     }
 
     /// The memory of both under one light: their planes, and those of one of them in its own space.
@@ -83,12 +94,12 @@ impl<'a> Comparison<'a> {
     /// Textures of different sizes or channels, limits exceeded, and a cancelled job.
     pub fn texel_errors(&self, job: &Job) -> Result<TexelErrors> {
         job.check_bytes("the textures under a light", self.footprint().peak)?;
-        let error = |light: &Direction| {
+        let error = |directions: &Directions| {
             job.proceed()?;
-            let [a, b] = self.under(*light);
+            let [a, b] = self.under(*directions);
             Ok((psnr(&a, &b)?, rmse(&a, &b)?))
         };
-        let errors = self.lights.iter().map(error).collect::<Result<Vec<(f64, f64)>>>()?;
+        let errors = self.directions.iter().map(error).collect::<Result<Vec<(f64, f64)>>>()?;
         let count = errors.len() as f64;
         Ok(TexelErrors {
             psnr_db: errors.iter().map(|e| e.0).sum::<f64>() / count,
@@ -119,9 +130,9 @@ impl<'a> Comparison<'a> {
         let footprint = self.footprint();
         job.check_bytes("the textures under a light", footprint.peak)?;
         let _pictures = job.hold("the textures under a light", footprint.kept)?;
-        job.start("comparing", self.lights.len() as u64);
-        for &light in &self.lights {
-            let [a, b] = self.under(light);
+        job.start("comparing", self.directions.len() as u64);
+        for &directions in &self.directions {
+            let [a, b] = self.under(directions);
             found.distances.push(distances(&a, &b, &options, job)?);
             for (worst, wrap) in found.wraps.iter_mut().zip(wrap(&b)) {
                 *worst = if wrap.ratio > worst.ratio { wrap } else { *worst };
@@ -134,4 +145,9 @@ impl<'a> Comparison<'a> {
         }
         Ok(found)
     }
+}
+
+/// The direction turned by a quarter of a circle around the zenith.
+fn a_quarter_on(direction: Direction) -> Direction {
+    Direction::from_disk(-direction.y(), direction.x())
 }

@@ -13,6 +13,8 @@
 //! | [`metric`] | metrics by name |
 //! | [`model`] | models of functions jointly, of structure and detail, or of single lights |
 //! | [`likeness`] | whether what a model makes looks like the material |
+//! | [`btf`](mod@btf) | textures of light and view on disk |
+//! | [`btf_comparison`] | textures of functions compared with photographs under light and view |
 //! | [`comparison`] | textures compared under several lights |
 //! | [`shader`] | what a shader draws textures and endless noise from |
 //! | [`auto`] | textures made in several ways, of which the nearest to the exemplar is kept |
@@ -22,6 +24,8 @@
 //! | [`endless`] | windows of endless planes, of any size, written row by row |
 
 pub mod auto;
+pub mod btf;
+pub mod btf_comparison;
 pub mod capture;
 pub mod comparison;
 pub mod endless;
@@ -40,6 +44,7 @@ pub mod sizes;
 pub mod tiling;
 
 pub use auto::Exemplars;
+pub use btf::{Btf, Missing};
 pub use map_set::RegisteredMap;
 pub use method::{MadeTexture, MethodReport, Plan, SynthesisMethod};
 pub use metric::NamedMetric;

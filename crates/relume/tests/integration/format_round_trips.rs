@@ -15,10 +15,8 @@ const SIZE: Size = Size { width: 13, height: 9 };
 const FLOAT: FieldFormat = FieldFormat::Exr(ExrDepth::Float);
 
 fn all_fields() -> impl Iterator<Item = ReflectanceField> {
-    let named = PlaneLayout::of_channels(["base", "metallic", "L", "R", "480 nm"]).unwrap();
-    let layouts: Vec<_> = PlaneLayout::COLORS.into_iter().chain([named]).collect();
     Basis::examples().into_iter().flat_map(move |basis| {
-        layouts.clone().into_iter().flat_map(move |layout| {
+        PlaneLayout::examples(&basis).into_iter().flat_map(move |layout| {
             let kind = (basis.clone(), layout);
             let field = move |space| random_field(kind.0.clone(), kind.1.clone(), space, SIZE, 1);
             [Space::Linear, Space::Srgb].into_iter().map(field)

@@ -5,31 +5,54 @@ use std::f64::consts::TAU;
 use super::{Basis, Learned};
 use crate::direction::{Direction, Directions};
 
-/// The named bases, and a small learned one with a view.
+/// The named bases, and small learned ones with a view: of three channels, and of one.
 pub(super) fn all() -> Vec<Basis> {
-    Basis::NAMED.into_iter().chain([Basis::Learned(learned(12, 5, 4))]).collect()
+    let learned = [learned_of_channels(3, 9, 4, 3), learned(12, 5, 4)];
+    Basis::NAMED.into_iter().chain(learned.map(Basis::Learned)).collect()
 }
 
 /// A learned basis of smooth functions on all pairs of `lights` and `views`.
 pub(crate) fn learned(lights: usize, views: usize, functions: usize) -> Learned {
-    let pairs: Vec<Directions> = spread(lights)
+    learned_of_channels(1, lights, views, functions)
+}
+
+/// As [`learned`], with a value for each channel.
+pub(crate) fn learned_of_channels(channels: usize, lights: usize, views: usize, functions: usize) -> Learned {
+    learned_at(grid(lights, views), channels, functions)
+}
+
+/// As [`learned`], without some of the pairs.
+#[cfg(test)]
+pub(super) fn scattered(lights: usize, views: usize, functions: usize) -> Learned {
+    let kept = grid(lights, views).into_iter().enumerate().filter(|(i, _)| i % 5 != 2);
+    learned_at(kept.map(|(_, pair)| pair).collect(), 1, functions)
+}
+
+/// All pairs of lights and views.
+fn grid(lights: usize, views: usize) -> Vec<Directions> {
+    spread(lights)
         .into_iter()
         .flat_map(|light| spread(views).into_iter().map(move |view| Directions { light, view }))
-        .collect();
+        .collect()
+}
+
+/// A learned basis of smooth functions at some pairs.
+fn learned_at(pairs: Vec<Directions>, channels: usize, functions: usize) -> Learned {
     let weight = TAU * TAU / pairs.len() as f64;
-    let smooth = |k: usize, pair: &Directions| {
+    let smooth = |k: usize, channel: usize, pair: &Directions| {
         let [x, y, z] = pair.light.to_array();
         let half = pair.light.dot(pair.view);
         // A frequency that grows with the number of the function, each in its own direction.
-        let angle = 1.3 * k as f64;
+        let angle = 1.3 * k as f64 + 0.4 * channel as f64;
         1.0 / (k + 1) as f64 + (0.5 * k as f64 * (x * angle.cos() + y * angle.sin()) + half + 0.2 * z).sin()
     };
-    let mut columns: Vec<Vec<f64>> =
-        (0..functions).map(|k| pairs.iter().map(|pair| smooth(k, pair)).collect()).collect();
+    let column = |k: usize| pairs.iter().flat_map(move |pair| (0..channels).map(move |c| smooth(k, c, pair)));
+    let mut columns: Vec<Vec<f64>> = (0..functions).map(|k| column(k).collect()).collect();
     make_orthonormal(&mut columns, weight);
-    let values = (0..pairs.len()).flat_map(|i| columns.iter().map(move |column| column[i] as f32)).collect();
+    let rows = 0..pairs.len() * channels;
+    let values = rows.flat_map(|i| columns.iter().map(move |column| column[i] as f32)).collect();
     let weights = vec![weight; pairs.len()];
-    Learned::new(pairs, weights, values).expect("orthonormal functions are a basis")
+    Learned::of_channels(channels, pairs, weights, values).expect("orthonormal functions are a basis")
 }
 
 /// Directions spread evenly over the hemisphere: a Fibonacci lattice.

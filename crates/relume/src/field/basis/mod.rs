@@ -76,6 +76,23 @@ impl Basis {
         }
     }
 
+    /// The number of values of a function for a pair of directions: 1, or one for each channel of a learned
+    /// basis whose channels have common coefficients ([`PlaneLayout::shared`](super::PlaneLayout::shared)).
+    pub fn channels(&self) -> usize {
+        match self {
+            Self::Constant | Self::Ptm | Self::Harmonics => 1,
+            Self::Learned(learned) => learned.channels(),
+        }
+    }
+
+    /// Whether the functions differ between views.
+    pub fn depends_on_view(&self) -> bool {
+        match self {
+            Self::Constant | Self::Ptm | Self::Harmonics => false,
+            Self::Learned(learned) => learned.pairs().iter().any(|pair| pair.view != learned.pairs()[0].view),
+        }
+    }
+
     /// The name used in files, options and messages.
     pub fn name(&self) -> &'static str {
         match self {
@@ -101,10 +118,10 @@ impl Basis {
         }
     }
 
-    /// The values of the functions for a light and a view, without an allocation.
+    /// The values of the functions for a light and a view, channel after channel, without an allocation.
     ///
     /// # Panics
-    /// When `out` does not hold [`Basis::len`] numbers.
+    /// When `out` does not hold [`Basis::len`] numbers for each of [`Basis::channels`].
     pub fn weights_into(&self, directions: Directions, out: &mut [f64]) {
         let light = directions.light;
         match self {
@@ -112,7 +129,8 @@ impl Basis {
             Self::Ptm => out.copy_from_slice(&ptm::weights(light.x(), light.y())),
             Self::Harmonics => out.copy_from_slice(&harmonics::weights(light)),
             Self::Learned(learned) => {
-                assert_eq!(out.len(), learned.functions(), "a number for each function");
+                let expected = learned.channels() * learned.functions();
+                assert_eq!(out.len(), expected, "a number for each function and channel");
                 learned.weights_into(directions, out);
             }
         }
@@ -121,7 +139,7 @@ impl Basis {
     /// The values of the functions for a light and a view; a light alone implies the view from straight
     /// above. For many directions, [`Basis::weights_into`] saves the allocations.
     pub fn weights(&self, directions: impl Into<Directions>) -> Vec<f64> {
-        let mut out = vec![0.0; self.len()];
+        let mut out = vec![0.0; self.channels() * self.len()];
         self.weights_into(directions.into(), &mut out);
         out
     }
@@ -163,7 +181,7 @@ impl Basis {
     }
 
     /// Integrates a function of the values of the functions over a domain numerically, with `nodes` nodes per
-    /// dimension, or over the measured pairs: the slow truth of every Gram matrix.
+    /// dimension, or over the measured pairs and the channels: the slow truth of every Gram matrix.
     ///
     /// # Errors
     /// When the basis is not defined over the domain.
@@ -259,7 +277,7 @@ mod tests {
             names.sort();
             names.dedup();
             assert_eq!(names.len(), basis.len());
-            assert_eq!(basis.weights(Direction::ZENITH).len(), basis.len());
+            assert_eq!(basis.weights(Direction::ZENITH).len(), basis.channels() * basis.len());
         }
     }
 
@@ -270,6 +288,7 @@ mod tests {
         for basis in Basis::examples() {
             let same = basis.weights(light) == basis.weights(aside);
             assert_eq!(same, !matches!(basis, Basis::Learned(_)), "{}", basis.name());
+            assert_eq!(basis.depends_on_view(), !same);
         }
     }
 

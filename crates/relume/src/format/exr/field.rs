@@ -4,14 +4,15 @@
 //! |---|---|
 //! | `relumeField` | `1`, the version of this layout |
 //! | `relumeBasis` | the basis: `constant`, `ptm`, `hsh9`, `learned` |
-//! | `relumeLearned` | the table of a learned basis: see [`learned`] |
-//! | `relumeColor` | the layout of planes: `luminance`, `rgb`, `lrgb`, `channels` |
-//! | `relumeChannels` | the names of `channels`, in order, separated by `;` |
+//! | `relumeLearned`, `relumeLearnedValues` | the table of a learned basis: see [`learned`] |
+//! | `relumeColor` | the layout of planes: `luminance`, `rgb`, `lrgb`, `channels`, `shared` |
+//! | `relumeChannels` | the names of the channels of `channels` and `shared`, in order, separated by `;` |
 //! | `relumeSpace` | `linear` or `srgb` |
 //! | `relumeLights` | directions `x y z`, separated by `;`, where known |
 //!
 //! A channel is named `basis.function.colour`, so that viewers show each function as a layer: `ptm.u2.R`;
-//! `ptm.u2.Y` for luminance; `color.R` for the colour of an LRGB field. Files store channels in alphabetical
+//! `ptm.u2.Y` for luminance; `color.R` for the colour of an LRGB field; `learned.f0` for coefficients common to
+//! all channels. Files store channels in alphabetical
 //! order, so planes are looked up by name, never by position. A linear field of constants has the plain names
 //! of its channels, such as `R`, `G`, `B` or `Y`, and any program reads it as a picture. An opacity is the
 //! channel `A`; it multiplies the values of such a picture, and no others.
@@ -38,6 +39,7 @@ use crate::space::Space;
 const VERSION_KEY: &str = "relumeField";
 const BASIS_KEY: &str = "relumeBasis";
 const LEARNED_KEY: &str = "relumeLearned";
+const VALUES_KEY: &str = "relumeLearnedValues";
 const COLOR_KEY: &str = "relumeColor";
 const CHANNELS_KEY: &str = "relumeChannels";
 const SPACE_KEY: &str = "relumeSpace";
@@ -107,9 +109,10 @@ pub(in crate::format) fn field_head(field: &ReflectanceField) -> (Vec<String>, V
         (SPACE_KEY, field.space().to_string()),
     ];
     if let Basis::Learned(learned) = field.basis() {
-        attributes.push((LEARNED_KEY, learned::text_of(learned)));
+        attributes.push((LEARNED_KEY, learned::pairs_of(learned)));
+        attributes.push((VALUES_KEY, learned::values_of(learned)));
     }
-    if field.layout().is_named() {
+    if field.layout().is_named() || field.layout().is_shared() {
         attributes.push((CHANNELS_KEY, field.layout().channel_names().join(";")));
     }
     if !field.lights().is_empty() {
@@ -150,8 +153,8 @@ pub(in crate::format) fn decode_field(bytes: &[u8], meaning: Meaning, job: &Job)
 
 /// The field that attributes describe.
 fn described(layer: &Layer, job: &Job) -> Result<ExrField> {
-    let basis = basis_of(layer)?;
     let layout = layout_of(layer)?;
+    let basis = basis_of(layer, &layout)?;
     let space = named(layer, SPACE_KEY, Space::from_name)?;
     let names = channel_names(&basis, &layout, space);
     let mut planes = ordered(layer, &names)?;
@@ -177,9 +180,13 @@ fn named_channels(layer: &Layer, job: &Job) -> Result<ExrField> {
     Ok(ExrField { field, opacity: None, depth: layer.depth })
 }
 
-fn basis_of(layer: &Layer) -> Result<Basis> {
+fn basis_of(layer: &Layer, layout: &PlaneLayout) -> Result<Basis> {
+    let channels = if layout.is_shared() { layout.channels() } else { 1 };
     match layer.attributes.get(BASIS_KEY).map(String::as_str) {
-        Some("learned") => learned::from_text(attribute(layer, LEARNED_KEY)?).map(Basis::Learned),
+        Some("learned") => {
+            let (pairs, values) = (attribute(layer, LEARNED_KEY)?, attribute(layer, VALUES_KEY)?);
+            learned::from_texts(pairs, values, channels).map(Basis::Learned)
+        }
         _ => named(layer, BASIS_KEY, Basis::from_name),
     }
 }
@@ -187,6 +194,7 @@ fn basis_of(layer: &Layer) -> Result<Basis> {
 fn layout_of(layer: &Layer) -> Result<PlaneLayout> {
     match layer.attributes.get(COLOR_KEY).map(String::as_str) {
         Some("channels") => PlaneLayout::of_channels(attribute(layer, CHANNELS_KEY)?.split(';')),
+        Some("shared") => PlaneLayout::shared(attribute(layer, CHANNELS_KEY)?.split(';')),
         _ => named(layer, COLOR_KEY, PlaneLayout::from_name),
     }
 }
@@ -203,6 +211,7 @@ fn channel_names(basis: &Basis, layout: &PlaneLayout, space: Space) -> Vec<Strin
         PlaneRole::Coefficient { channel, function } => {
             format!("{}.{}.{}", basis.name(), functions[function], of_exr(channel))
         }
+        PlaneRole::Shared { function } => format!("{}.{}", basis.name(), functions[function]),
         PlaneRole::Color { channel } => format!("color.{channel}"),
     };
     layout.roles(functions.len()).into_iter().map(name).collect()

@@ -1,63 +1,69 @@
-//! The table of a learned basis as text: for each measured pair the light, the view, the weight and the
-//! values of the functions, numbers separated by spaces and pairs by `;`. Numbers are the shortest decimals
-//! that read back to the same bits.
+//! The table of a learned basis as two texts. The pairs: for each the light, the view and the weight, numbers
+//! separated by spaces and pairs by `;`, the shortest decimals that read back to the same bits. The values of the
+//! functions, pair after pair and channel after channel: little-endian 32-bit floats in Base64 (RFC 4648).
 
 use std::fmt::Write as _;
+
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD as BASE64;
 
 use crate::direction::{Direction, Directions};
 use crate::error::{Error, Result};
 use crate::field::Learned;
 
-/// Numbers of a pair before its values.
-const HEAD: usize = 7;
+/// Numbers of a pair.
+const NUMBERS: usize = 7;
 
-/// The table as text.
-pub(super) fn text_of(learned: &Learned) -> String {
+/// The pairs as text.
+pub(super) fn pairs_of(learned: &Learned) -> String {
     let mut text = String::new();
-    let functions = learned.values().len() / learned.pairs().len();
-    let rows = learned.values().chunks_exact(functions);
-    for ((pair, weight), values) in learned.pairs().iter().zip(learned.weights()).zip(rows) {
+    for (pair, weight) in learned.pairs().iter().zip(learned.weights()) {
         if !text.is_empty() {
             text.push(';');
         }
         let numbers = pair.to_array().into_iter().chain([*weight]);
         let _ =
             numbers.enumerate().try_for_each(|(i, v)| write!(text, "{}{v}", if i == 0 { "" } else { " " }));
-        let _ = values.iter().try_for_each(|v| write!(text, " {v}"));
     }
     text
 }
 
-/// The basis of a table.
+/// The values as text.
+pub(super) fn values_of(learned: &Learned) -> String {
+    BASE64.encode(learned.values().iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<u8>>())
+}
+
+/// The basis of a table with values for each of some channels.
 ///
 /// # Errors
-/// Rows that are not numbers or differ in length, vectors that are not of length 1, and tables that are not a
-/// basis.
-pub(super) fn from_text(text: &str) -> Result<Learned> {
-    let (mut pairs, mut weights, mut values) = (Vec::new(), Vec::new(), Vec::new());
-    let mut length = None;
-    for (number, row) in text.split(';').enumerate() {
-        let broken = |found: String| {
-            Error::invalid(format!("pair {number} of the learned basis in the EXR field holds {found}"))
-        };
-        let words: Vec<&str> = row.split_ascii_whitespace().collect();
-        if words.len() <= HEAD || words.len() != *length.get_or_insert(words.len()) {
-            return Err(broken(format!(
-                "{} numbers: expected a light, a view, a weight and as many values as all pairs",
-                words.len()
-            )));
-        }
-        let number_in =
-            |word: &str| word.parse::<f64>().map_err(|_| broken(format!("'{word}': expected a number")));
-        let head: Vec<f64> = words[..HEAD].iter().map(|word| number_in(word)).collect::<Result<_>>()?;
-        let direction = |k: usize| Direction::from_unit_vector(head[k], head[k + 1], head[k + 2]);
-        pairs.push(Directions { light: direction(0)?, view: direction(3)? });
-        weights.push(head[6]);
-        for word in &words[HEAD..] {
-            values.push(word.parse::<f32>().map_err(|_| broken(format!("'{word}': expected a number")))?);
-        }
+/// Pairs that are not seven numbers, vectors that are not of length 1, values that are not Base64 of floats, and tables
+/// that are not a basis.
+pub(super) fn from_texts(pairs: &str, values: &str, channels: usize) -> Result<Learned> {
+    let rows = pairs.split(';').enumerate().map(|(number, row)| pair_of(number, row));
+    let (pairs, weights) = rows.collect::<Result<(Vec<Directions>, Vec<f64>)>>()?;
+    let bytes = BASE64.decode(values.trim_ascii()).ok().filter(|bytes| bytes.len().is_multiple_of(4));
+    let bytes = bytes.ok_or_else(|| {
+        Error::invalid(
+            "the values of the learned basis in the EXR field are damaged: expected 32-bit floats in Base64",
+        )
+    })?;
+    let values = bytes.as_chunks::<4>().0.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect();
+    Learned::of_channels(channels, pairs, weights, values)
+}
+
+/// A pair and its weight.
+fn pair_of(number: usize, row: &str) -> Result<(Directions, f64)> {
+    let broken = |found: String| {
+        Error::invalid(format!("pair {number} of the learned basis in the EXR field holds {found}"))
+    };
+    let words: Vec<&str> = row.split_ascii_whitespace().collect();
+    let numbers: Option<Vec<f64>> = words.iter().map(|word| word.parse().ok()).collect();
+    let numbers = numbers.ok_or_else(|| broken(format!("'{}': expected numbers", row.escape_default())))?;
+    if numbers.len() != NUMBERS {
+        return Err(broken(format!("{} numbers: expected a light, a view and a weight", numbers.len())));
     }
-    Learned::new(pairs, weights, values)
+    let direction = |k: usize| Direction::from_unit_vector(numbers[k], numbers[k + 1], numbers[k + 2]);
+    Ok((Directions { light: direction(0)?, view: direction(3)? }, numbers[6]))
 }
 
 #[cfg(test)]
@@ -80,7 +86,8 @@ mod tests {
 
     #[test]
     fn a_table_comes_back_to_the_bit() {
-        assert_eq!(from_text(&text_of(&example())).unwrap(), example());
+        let learned = example();
+        assert_eq!(from_texts(&pairs_of(&learned), &values_of(&learned), 1).unwrap(), learned);
     }
 
     /// A file with the directions of the usual BTF samples, 81 x 81.
@@ -95,12 +102,19 @@ mod tests {
 
     #[test]
     fn broken_tables_are_refused_in_a_sentence() {
-        let text = text_of(&example());
-        let message = |text: &str| from_text(text).unwrap_err().to_string();
-        assert!(message("").contains("pair 0"));
-        assert!(message(&format!("{text};1 0 0")).contains("3 numbers"));
-        assert!(message(&text.replacen(' ', " x", 1)).contains("expected a number"));
-        assert!(message("2 0 0 0 0 1 1 1").contains("length"));
-        assert!(message("0 0 1 0 0 1 1 3").contains("orthonormal"));
+        let (pairs, values) = (pairs_of(&example()), values_of(&example()));
+        let message = |pairs: &str, values: &str, channels: usize| {
+            from_texts(pairs, values, channels).unwrap_err().to_string()
+        };
+        assert!(message(&pairs, &values, 3).contains("3 channels"));
+        assert!(message("", &values, 1).contains("pair 0"));
+        assert!(message(&format!("{pairs};1 0 0"), &values, 1).contains("3 numbers"));
+        assert!(message(&pairs.replacen(' ', " x", 1), &values, 1).contains("expected numbers"));
+        assert!(message("2 0 0 0 0 1 1", &values, 1).contains("length"));
+        assert!(message("0 0 1 0 0 1 1", &BASE64.encode(3f32.to_le_bytes()), 1).contains("orthonormal"));
+        for damaged in ["*", "AAAA", &values[..values.len() - 4]] {
+            let text = message(&pairs, damaged, 1);
+            assert!(text.contains("damaged") || text.contains("values"), "{text}");
+        }
     }
 }

@@ -1,6 +1,10 @@
-//! A basis learned from measurements: the values of the functions for each measured pair of light and view.
+//! A basis learned from measurements: the values of the functions for each measured pair of light and view,
+//! and for each channel where the channels of a texture have common coefficients.
 //!
-//! Between measured pairs the functions are interpolated by the modified inverse distances of Franke,
+//! Where the pairs are those of all of some lights with all of some views, as in usual measurements, the functions are
+//! interpolated linearly in the triangles of both: nine pairs with products of barycentric coordinates; beyond the
+//! last ring of directions they stay constant ([`triangulated`]). Between other pairs they are interpolated by the
+//! modified inverse distances of Franke,
 //! Nielson, "Smooth Interpolation of Large Sets of Scattered Data" (International Journal for Numerical
 //! Methods in Engineering 15, 1980, equation 2.2), after Shepard, "A two-dimensional interpolation function
 //! for irregularly-spaced data" (1968): among the 16 nearest pairs, one at distance d has the weight ((R - d)
@@ -9,15 +13,18 @@
 //! zero before one pair replaces another. The slope is zero at measured pairs: curves have flat spots there.
 //! The layout of the pairs is arbitrary; reciprocity is not used.
 //!
-//! The inner product over the hemisphere is the weighted sum over measured pairs, under which the functions
-//! are orthonormal. It is undefined over other domains.
+//! The inner product over the hemisphere is the weighted sum over measured pairs and channels, under which the
+//! functions are orthonormal. It is undefined over other domains.
 
+mod grid;
 mod nearest;
+mod triangulated;
 
 use std::sync::Arc;
 
 use crate::direction::Directions;
 use crate::error::{Error, Result};
+use grid::PairGrid;
 use nearest::{MOST, PairTree};
 
 /// The tolerance of orthonormality for sums over measured pairs: values are `f32`.
@@ -41,9 +48,17 @@ pub struct Learned(Arc<MeasuredValues>);
 struct MeasuredValues {
     pairs: Vec<Directions>,
     weights: Vec<f64>,
+    channels: usize,
     functions: usize,
     values: Vec<f32>,
-    tree: PairTree,
+    between: Between,
+}
+
+/// How functions are interpolated between measured pairs.
+#[derive(Debug)]
+enum Between {
+    Grid(PairGrid),
+    Scattered(PairTree),
 }
 
 impl Learned {
@@ -54,11 +69,26 @@ impl Learned {
     /// No pair or function; numbers of weights and values that do not match; numbers that are not finite,
     /// weights that are not positive; functions that are not orthonormal to 1e-4 under the weights.
     pub fn new(pairs: Vec<Directions>, weights: Vec<f64>, values: Vec<f32>) -> Result<Self> {
-        let functions = values.len().checked_div(pairs.len()).unwrap_or(0);
-        if functions == 0 || values.len() != functions * pairs.len() || weights.len() != pairs.len() {
+        Self::of_channels(1, pairs, weights, values)
+    }
+
+    /// Functions with a value for each of some `channels`: `values[(i * channels + c) * n + k]` is the value of
+    /// function `k` of `n` for channel `c` of pair `i`.
+    ///
+    /// # Errors
+    /// As [`Learned::new`], and no channel.
+    pub fn of_channels(
+        channels: usize,
+        pairs: Vec<Directions>,
+        weights: Vec<f64>,
+        values: Vec<f32>,
+    ) -> Result<Self> {
+        let rows = pairs.len().saturating_mul(channels);
+        let functions = values.len().checked_div(rows).unwrap_or(0);
+        if functions == 0 || values.len() != functions * rows || weights.len() != pairs.len() {
             return Err(Error::invalid(format!(
-                "a learned basis needs a weight and the values of all functions for each pair of directions, found \
-                 {} pairs, {} weights and {} values",
+                "a learned basis needs a weight and the values of all functions for each channel of each pair of \
+                 directions, found {channels} channels, {} pairs, {} weights and {} values",
                 pairs.len(),
                 weights.len(),
                 values.len()
@@ -68,14 +98,23 @@ impl Learned {
         if !is_sound || values.iter().any(|v| !v.is_finite()) {
             return Err(Error::invalid("a learned basis has finite values and positive weights only"));
         }
-        check_orthonormal(&weights, &values, functions)?;
-        let points: Vec<[f64; 6]> = pairs.iter().map(|pair| pair.to_array()).collect();
-        Ok(Self(Arc::new(MeasuredValues { tree: PairTree::new(&points), pairs, weights, functions, values })))
+        check_orthonormal(&weights, &values, channels, functions)?;
+        let scattered = || {
+            let points: Vec<[f64; 6]> = pairs.iter().map(|pair| pair.to_array()).collect();
+            Between::Scattered(PairTree::new(&points))
+        };
+        let between = PairGrid::new(&pairs).map_or_else(scattered, Between::Grid);
+        Ok(Self(Arc::new(MeasuredValues { between, pairs, weights, channels, functions, values })))
     }
 
     /// The number of functions.
-    pub(super) fn functions(&self) -> usize {
+    pub fn functions(&self) -> usize {
         self.0.functions
+    }
+
+    /// The number of values of a function for a pair: 1, or one for each channel.
+    pub fn channels(&self) -> usize {
+        self.0.channels
     }
 
     /// The measured pairs of directions.
@@ -88,19 +127,35 @@ impl Learned {
         &self.0.weights
     }
 
-    /// The values, all functions of a pair adjacent.
+    /// The values, all functions of a channel of a pair adjacent, then the next channel.
     pub fn values(&self) -> &[f32] {
         &self.0.values
     }
 
-    /// The values of the functions for pair `i`.
+    /// The values of the functions for pair `i`, channel after channel.
     fn row(&self, i: usize) -> &[f32] {
-        &self.0.values[i * self.0.functions..][..self.0.functions]
+        let length = self.0.channels * self.0.functions;
+        &self.0.values[i * length..][..length]
     }
 
-    /// The functions for any pair of directions.
+    /// The functions for any pair of directions, channel after channel.
     pub(super) fn weights_into(&self, directions: Directions, out: &mut [f64]) {
-        let found = self.0.tree.nearest(&directions.to_array());
+        match &self.0.between {
+            Between::Grid(grid) => {
+                out.fill(0.0);
+                for (pair, share) in grid.shares(directions) {
+                    if share != 0.0 {
+                        out.iter_mut().zip(self.row(pair)).for_each(|(o, &v)| *o += share * f64::from(v));
+                    }
+                }
+            }
+            Between::Scattered(tree) => self.nearest_into(tree, directions, out),
+        }
+    }
+
+    /// The functions by inverse distances to the nearest pairs.
+    fn nearest_into(&self, tree: &PairTree, directions: Directions, out: &mut [f64]) {
+        let found = tree.nearest(&directions.to_array());
         let neighbours = found.neighbours();
         if neighbours[0].0 <= SAME {
             let row = self.row(neighbours[0].1 as usize);
@@ -122,10 +177,11 @@ impl Learned {
         out.iter_mut().for_each(|o| *o /= sum);
     }
 
-    /// The weighted sum of f(values) over the measured pairs.
+    /// The weighted sum of f(values) over the measured pairs and channels.
     pub(super) fn integrate(&self, mut f: impl FnMut(&[f64]) -> f64) -> f64 {
-        let row = |i: usize| self.row(i).iter().map(|&v| f64::from(v)).collect::<Vec<f64>>();
-        self.0.weights.iter().enumerate().map(|(i, weight)| weight * f(&row(i))).sum()
+        let rows = self.0.values.chunks_exact(self.0.functions);
+        let mut value = |row: &[f32]| f(&row.iter().map(|&v| f64::from(v)).collect::<Vec<f64>>());
+        rows.enumerate().map(|(i, row)| self.0.weights[i / self.0.channels] * value(row)).sum()
     }
 }
 
@@ -133,17 +189,21 @@ impl Learned {
 impl PartialEq for Learned {
     fn eq(&self, other: &Self) -> bool {
         let (a, b) = (&self.0, &other.0);
-        Arc::ptr_eq(a, b) || (&a.pairs, &a.weights, &a.values) == (&b.pairs, &b.weights, &b.values)
+        let same = |a: &MeasuredValues, b: &MeasuredValues| {
+            (a.channels, &a.pairs, &a.weights, &a.values) == (b.channels, &b.pairs, &b.weights, &b.values)
+        };
+        Arc::ptr_eq(a, b) || same(a, b)
     }
 }
 
 /// Refuses functions that are not orthonormal. Of the n x n inner products, those of a few functions with all
 /// later ones are in memory at a time.
-fn check_orthonormal(weights: &[f64], values: &[f32], n: usize) -> Result<()> {
+fn check_orthonormal(weights: &[f64], values: &[f32], channels: usize, n: usize) -> Result<()> {
+    let row_weights = || weights.iter().flat_map(|weight| std::iter::repeat_n(weight, channels));
     for first in (0..n).step_by(TOGETHER) {
         let some = first..(first + TOGETHER).min(n);
         let mut products = vec![0.0f64; some.len() * (n - first)];
-        for (weight, row) in weights.iter().zip(values.chunks_exact(n)) {
+        for (weight, row) in row_weights().zip(values.chunks_exact(n)) {
             for (j, sums) in some.clone().zip(products.chunks_exact_mut(n - first)) {
                 let factor = weight * f64::from(row[j]);
                 sums.iter_mut().zip(&row[first..]).for_each(|(sum, &v)| *sum += factor * f64::from(v));
@@ -175,17 +235,21 @@ mod tests {
 
     #[test]
     fn measured_pairs_keep_their_values() {
-        let learned = examples::learned(7, 5, 4);
-        let mut out = [0.0; 4];
-        for (pair, row) in learned.pairs().iter().zip(learned.values().chunks_exact(4)) {
-            learned.weights_into(*pair, &mut out);
-            assert_eq!(out.map(|v| v as f32), row);
+        for learned in [examples::learned(7, 5, 4), examples::scattered(7, 5, 4)] {
+            let mut out = [0.0; 4];
+            for (pair, row) in learned.pairs().iter().zip(learned.values().chunks_exact(4)) {
+                learned.weights_into(*pair, &mut out);
+                out.iter().zip(row).for_each(|(o, v)| assert!((o - f64::from(*v)).abs() < 1e-6));
+            }
         }
     }
 
     #[test]
     fn values_between_pairs_are_between_theirs_and_continuous() {
-        let learned = examples::learned(9, 6, 3);
+        [examples::learned(9, 6, 3), examples::scattered(9, 6, 3)].iter().for_each(check_between);
+    }
+
+    fn check_between(learned: &Learned) {
         let range = |k: usize| {
             let values = learned.values().iter().skip(k).step_by(3).map(|&v| f64::from(v));
             values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)))
@@ -228,8 +292,8 @@ mod tests {
     }
 
     #[test]
-    fn interpolation_equals_its_definition() {
-        let learned = examples::learned(8, 8, 5);
+    fn inverse_distances_equal_their_definition() {
+        let learned = examples::scattered(8, 8, 5);
         let mut out = [0.0; 5];
         for i in 0..100 {
             let t = f64::from(i);
@@ -265,6 +329,8 @@ mod tests {
             Learned::new(p.to_vec(), w.to_vec(), v.to_vec()).unwrap_err().to_string()
         };
         assert!(refused(&[], &[], &[]).contains("0 pairs"));
+        let none = Learned::of_channels(0, pairs.clone(), weights.clone(), values.clone()).unwrap_err();
+        assert!(none.to_string().contains("0 channels"), "{none}");
         assert!(refused(&pairs, &weights[1..], &values).contains("11 weights"));
         assert!(refused(&pairs, &weights, &values[1..]).contains("23 values"));
         let doubled: Vec<f32> = values.iter().map(|v| 2.0 * v).collect();

@@ -1,0 +1,104 @@
+//! Functions of light and view learned from the photographs.
+
+use relume::fit::learned::{self, LearnedOptions, LearnedReport, MOST_FUNCTIONS, Rank};
+use relume::format::{FieldFormat, encode_field};
+use relume::{Footprint, RasterSequence, Result, Space};
+use serde_json::json;
+
+use super::Args;
+use super::input::Inputs;
+use crate::context::Context;
+use crate::output::Outputs;
+use crate::report::Report;
+
+/// Learns functions and writes the field.
+pub(super) fn run(
+    args: &Args,
+    format: FieldFormat,
+    inputs: &Inputs,
+    mut outputs: Outputs,
+    context: &Context,
+) -> Result<Report> {
+    let defaults = LearnedOptions::default();
+    let options = LearnedOptions {
+        rank: args.error.map_or(args.rank.map_or(defaults.rank, Rank::Functions), Rank::Error),
+        space: args.space.unwrap_or(Space::Srgb),
+        hold_out: args.hold_out,
+        ..defaults
+    };
+    options.validate()?;
+    let load = |i: usize| inputs.photograph(i, &context.job);
+    let photographs = RasterSequence::open(&load)?;
+    foresee(options.rank, &photographs, inputs.pairs().len(), format, context)?;
+    let load = |i: usize| photographs.read(i);
+    let fit =
+        learned::fit(inputs.pairs(), &load, &options, &context.job).map_err(|e| e.at(inputs.place()))?;
+    outputs.write(&args.output, encode_field(&fit.field, format, None, &context.job)?)?;
+    let written = outputs.commit()?;
+    let json = json!({
+        "width": fit.field.size().width,
+        "height": fit.field.size().height,
+        "basis": fit.field.basis(),
+        "color": fit.field.layout(),
+        "report": fit.report,
+    });
+    let what = format!(
+        "{}: {} texels, {} learned functions, {} values, from {} photographs",
+        args.output.display(),
+        fit.field.size(),
+        fit.report.functions,
+        fit.report.space,
+        inputs.pairs().len()
+    );
+    let text = format!("{what}\n{}", summary(&fit.report));
+    Ok(Report::new(text, json).with_outputs(written).with_warnings(inputs.warnings()))
+}
+
+/// Refuses a texture that could be fitted, but not written within the memory: with the table of its functions as
+/// numbers and as text.
+fn foresee(
+    rank: Rank,
+    photographs: &RasterSequence<'_>,
+    pairs: usize,
+    format: FieldFormat,
+    context: &Context,
+) -> Result<()> {
+    const TEXT_BYTES: usize = 14;
+    let functions = if let Rank::Functions(n) = rank { n } else { MOST_FUNCTIONS };
+    let table = (photographs.channels() * functions).saturating_mul(pairs);
+    let table = Footprint { peak: (4 + 2 * TEXT_BYTES) as u64 * table as u64, kept: 4 * table as u64 };
+    let size = photographs.size();
+    let fitted = Footprint::of_texels(size, 4 * functions as u64, 4 * functions as u64);
+    let peak = fitted.then(format.footprint(size, functions)).then(table).peak;
+    context.job.check_bytes("the texture and its file", peak)
+}
+
+fn summary(report: &LearnedReport) -> String {
+    let lab =
+        |mae: Option<f64>| mae.map_or(String::new(), |mae| format!(", mean difference {mae:.2} in CIE Lab"));
+    let mut lines = vec![format!(
+        "relit photographs: {:.2} dB PSNR, RMSE {:.4} ({:.2} of 255){}",
+        report.error.psnr_db,
+        report.error.rmse,
+        255.0 * report.error.rmse,
+        lab(report.fitted.mae_lab)
+    )];
+    if let Some(left_out) = &report.held_out {
+        lines.push(format!(
+            "{} photographs left out and predicted: {:.2} dB, RMSE {:.4}{} ({:.2} dB for those fitted)",
+            left_out.pairs,
+            left_out.error.psnr_db,
+            left_out.error.rmse,
+            lab(left_out.mae_lab),
+            report.fitted.error.psnr_db
+        ));
+    }
+    let by_view = report.by_view.iter().map(|p| format!("{}: {:.2}", p.polar_deg, p.error.psnr_db));
+    lines.push(format!("dB by the polar angle of the view: {}", by_view.collect::<Vec<_>>().join(", ")));
+    lines.push(format!("worst: {}", report.worst));
+    lines.push(format!(
+        "measured on {} of {} texels, before rounding to the file's depth",
+        report.texels_measured, report.texels
+    ));
+    lines.join("\n")
+}

@@ -1,0 +1,95 @@
+//! Functions of light: polynomials or harmonics.
+
+use std::path::Path;
+
+use relume::direction::Direction;
+use relume::field::{Basis, PlaneLayout};
+use relume::fit::{self, FitOptions, FitReport};
+use relume::format::{FieldFormat, encode_field};
+use relume::{Footprint, RasterSequence, ReflectanceField, Result, Space};
+use serde_json::json;
+
+use super::Args;
+use super::input::Inputs;
+use crate::context::Context;
+use crate::output::Outputs;
+use crate::report::Report;
+
+/// Fits the functions of a basis and writes the field.
+pub(super) fn run(
+    args: &Args,
+    basis: Basis,
+    format: FieldFormat,
+    inputs: &Inputs,
+    mut outputs: Outputs,
+    context: &Context,
+) -> Result<Report> {
+    let options = FitOptions {
+        basis,
+        layout: args.color.clone().unwrap_or(PlaneLayout::LRGB),
+        space: args.space.unwrap_or(if format == FieldFormat::Ptm { Space::Srgb } else { Space::Linear }),
+        report_texels: args.report_texels,
+        leave_one_out: args.leave_one_out,
+    };
+    let load = |i: usize| inputs.photograph(i, &context.job);
+    let photographs = RasterSequence::open(&load)?;
+    foresee(&options, &photographs, format, context)?;
+    let load = |i: usize| photographs.read(i);
+    let lights: Vec<(String, Direction)> =
+        inputs.pairs().iter().map(|(name, pair)| (name.clone(), pair.light)).collect();
+    let mut fit = fit::fit(&lights, &load, &options, &context.job).map_err(|e| e.at(inputs.place()))?;
+    fit.report.warnings.extend(inputs.warnings().iter().cloned());
+    outputs.write(&args.output, encode_field(&fit.field, format, None, &context.job)?)?;
+    let written = outputs.commit()?;
+    let json = json!({
+        "width": fit.field.size().width,
+        "height": fit.field.size().height,
+        "basis": fit.field.basis(),
+        "color": fit.field.layout(),
+        "report": fit.report,
+    });
+    let text = summary(&args.output, &fit.field, &fit.report);
+    Ok(Report::new(text, json).with_outputs(written).with_warnings(&fit.report.warnings))
+}
+
+/// Refuses a texture that could be fitted, but not written within the memory.
+fn foresee(
+    options: &FitOptions,
+    photographs: &RasterSequence<'_>,
+    format: FieldFormat,
+    context: &Context,
+) -> Result<()> {
+    let planes = match photographs.channels() {
+        1 => options.basis.len(),
+        _ => options.layout.planes(options.basis.len()),
+    };
+    let size = photographs.size();
+    let fitted = Footprint::of_texels(size, 4 * planes as u64, 4 * planes as u64);
+    context.job.check_bytes("the texture and its file", fitted.then(format.footprint(size, planes)).peak)
+}
+
+fn summary(output: &Path, field: &ReflectanceField, report: &FitReport) -> String {
+    let worst = report.worst_light();
+    let [x, y, z] = worst.direction;
+    let mut lines = vec![
+        format!(
+            "{}: {} texels, {} {}, {} values, from {} photographs",
+            output.display(),
+            field.size(),
+            field.layout().name(),
+            field.basis().name(),
+            report.space,
+            report.lights.len()
+        ),
+        format!("relit photographs: {:.2} dB PSNR, RMSE {:.4}", report.error.psnr_db, report.error.rmse),
+        format!("worst: {} at ({x:.3}, {y:.3}, {z:.3}), {:.2} dB", worst.name, worst.error.psnr_db),
+    ];
+    if let Some(error) = report.leave_one_out {
+        lines.push(format!("each predicted from the others: {:.2} dB", error.psnr_db));
+    }
+    lines.push(format!(
+        "measured on {} of {} texels, before rounding to the file's depth",
+        report.texels_measured, report.texels
+    ));
+    lines.join("\n")
+}

@@ -1,0 +1,196 @@
+//! `relume fit`: from photographs under known lights, or lights and views, to a texture of functions.
+
+mod input;
+mod learned;
+mod light;
+
+use std::path::PathBuf;
+
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use relume::capture::Pairing;
+use relume::field::{Basis, PlaneLayout};
+use relume::format::{ExrDepth, FieldFormat};
+use relume::workflow::{Btf, Missing};
+use relume::{Error, Result, Size, Space};
+
+use crate::args;
+use crate::context::Context;
+use crate::output::{self, Outputs};
+use crate::report::Report;
+use input::Inputs;
+
+/// Arguments of `relume fit`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  relume fit photographs/lights.lp -o wool.ptm --leave-one-out\n  \
+                        relume fit wool.zip -o wool.exr --rank 32 --half")]
+pub struct Args {
+    /// A light-position file (.lp), or a folder that holds exactly one; or a texture of light and view: a folder or .zip
+    /// of photographs with names such as `00008 tl015 pl060 tv030 pv000.jpg`
+    capture: PathBuf,
+    /// The texture to write: .ptm or .exr; `-` writes a .ptm to standard output
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// The basis functions: six polynomials (ptm) or nine hemispherical harmonics (hsh9) of the light, or functions
+    /// learned from the photographs (learned) [default: ptm; learned for textures of light and view]
+    #[arg(long, value_parser = basis())]
+    basis: Option<BasisChoice>,
+    /// The number of learned functions, which is that of the numbers of a texel [default: 32]
+    #[arg(long, value_name = "N", conflicts_with = "error")]
+    rank: Option<usize>,
+    /// Learn as few functions as give this root mean square error, of values with white at 1
+    #[arg(long, value_name = "E")]
+    error: Option<f64>,
+    /// Leave every N-th light and view out of the fit of learned functions, and measure how well they are predicted
+    #[arg(long, value_name = "N")]
+    hold_out: Option<usize>,
+    /// Photographs missing from a grid of lights and views: refuse the set, or fill them from the others
+    /// [default: refuse]
+    #[arg(long, value_parser = args::named::<Missing>())]
+    missing: Option<Missing>,
+    /// One luminance function times a colour (lrgb), or one function per channel (rgb); not needed for grey
+    /// photographs [default: lrgb]
+    #[arg(long, value_parser = color())]
+    color: Option<PlaneLayout>,
+    /// Fit sRGB-encoded values (srgb) or values proportional to light (linear) [default: srgb for .ptm and learned
+    /// functions, linear for others in an .exr]
+    #[arg(long, value_parser = args::named::<Space>())]
+    space: Option<Space>,
+    /// Store an .exr in 16-bit floats
+    #[arg(long)]
+    half: bool,
+    /// Pair lights and photographs by name, or in order of sorted names
+    #[arg(long, default_value = "name", value_parser = args::named::<Pairing>())]
+    pair: Pairing,
+    /// Also measure how well each photograph is predicted from all others
+    #[arg(long)]
+    leave_one_out: bool,
+    /// Number of texels of each photograph to compare with the result, or `all`
+    #[arg(long, value_name = "N", default_value = "65536", value_parser = texels)]
+    report_texels: usize,
+    /// Fit only this rectangle of the photographs: left, top, width and height in texels
+    #[arg(long, value_name = "X,Y,W,H", value_parser = rectangle)]
+    crop: Option<Rectangle>,
+}
+
+/// A rectangle of texels.
+#[derive(Debug, Clone, Copy)]
+struct Rectangle {
+    x: usize,
+    y: usize,
+    size: Size,
+}
+
+/// Fits a capture, or a texture of light and view, and writes the field.
+pub fn run(args: &Args, context: &Context) -> Result<Report> {
+    let is_btf = Btf::is_at(&args.capture);
+    let default = if is_btf { BasisChoice::Learned } else { BasisChoice::OfLight(Basis::Ptm) };
+    let basis = args.basis.clone().unwrap_or(default);
+    args.check(is_btf, &basis)?;
+    let mut outputs = Outputs::new(context);
+    outputs.file(&args.output, &[&args.capture])?;
+    let format = output_format(args, &basis)?;
+    let inputs = Inputs::open(args, is_btf, &basis, context)?;
+    match basis {
+        BasisChoice::OfLight(basis) => light::run(args, basis, format, &inputs, outputs, context),
+        BasisChoice::Learned => learned::run(args, format, &inputs, outputs, context),
+    }
+}
+
+impl Args {
+    /// Refuses options without a part in the fit asked for.
+    fn check(&self, is_btf: bool, basis: &BasisChoice) -> Result<()> {
+        let learns = *basis == BasisChoice::Learned;
+        let only_learned = [
+            (self.rank.is_some(), "--rank"),
+            (self.error.is_some(), "--error"),
+            (self.hold_out.is_some(), "--hold-out"),
+        ];
+        let never_learned = [(self.leave_one_out, "--leave-one-out"), (self.color.is_some(), "--color")];
+        if let Some((_, name)) = only_learned.iter().find(|(given, _)| *given && !learns) {
+            return Err(Error::usage(format!(
+                "{name} is of functions that are learned: give also --basis learned"
+            )));
+        }
+        if let Some((_, name)) = never_learned.iter().find(|(given, _)| *given && learns) {
+            return Err(Error::usage(format!(
+                "{name} has no meaning for learned functions, which have values for each channel; --hold-out N measures \
+                 how well directions are predicted"
+            )));
+        }
+        if !is_btf && self.missing.is_some() {
+            return Err(Error::usage(
+                "--missing is of textures of light and view, and this is a capture of lights",
+            ));
+        }
+        Ok(())
+    }
+}
+
+fn output_format(args: &Args, basis: &BasisChoice) -> Result<FieldFormat> {
+    let format = named_format(args)?;
+    if format == FieldFormat::Ptm && *basis != BasisChoice::OfLight(Basis::Ptm) {
+        return Err(Error::usage(format!(
+            "a .ptm file holds functions of the basis ptm, not {}: name an .exr to write",
+            basis.name()
+        ))
+        .at(&args.output));
+    }
+    Ok(format)
+}
+
+fn named_format(args: &Args) -> Result<FieldFormat> {
+    if output::is_stream(&args.output) && !args.half {
+        return Ok(FieldFormat::Ptm);
+    }
+    match (FieldFormat::from_path(&args.output)?, args.half) {
+        (FieldFormat::Exr(_), true) => Ok(FieldFormat::Exr(ExrDepth::Half)),
+        (format @ (FieldFormat::Exr(_) | FieldFormat::Ptm), false) => Ok(format),
+        (_, true) => Err(Error::usage("--half needs an .exr to write").at(&args.output)),
+        (FieldFormat::Picture(_), false) => {
+            Err(Error::usage("a picture cannot hold functions: name a .ptm or .exr to write")
+                .at(&args.output))
+        }
+    }
+}
+
+/// What is asked for by `--basis`.
+#[derive(Debug, Clone, PartialEq)]
+enum BasisChoice {
+    OfLight(Basis),
+    Learned,
+}
+
+impl BasisChoice {
+    fn name(&self) -> &'static str {
+        match self {
+            Self::OfLight(basis) => basis.name(),
+            Self::Learned => "learned",
+        }
+    }
+}
+
+fn basis() -> impl TypedValueParser<Value = BasisChoice> {
+    let learned = BasisChoice::Learned.name();
+    PossibleValuesParser::new([Basis::Ptm.name(), Basis::Harmonics.name(), learned])
+        .map(|name| Basis::from_name(&name).map_or(BasisChoice::Learned, BasisChoice::OfLight))
+}
+
+fn color() -> impl TypedValueParser<Value = PlaneLayout> {
+    PossibleValuesParser::new([PlaneLayout::LRGB.name(), PlaneLayout::RGB.name()])
+        .map(|name| PlaneLayout::from_name(&name).expect("a possible value is a layout"))
+}
+
+fn texels(text: &str) -> std::result::Result<usize, String> {
+    let number = if text == "all" { Some(usize::MAX) } else { text.parse().ok().filter(|n| *n > 0) };
+    number.ok_or_else(|| "expected a number of at least 1, or all".to_owned())
+}
+
+fn rectangle(text: &str) -> std::result::Result<Rectangle, String> {
+    let numbers: Option<Vec<usize>> = text.split(',').map(|n| n.trim().parse().ok()).collect();
+    match numbers.as_deref() {
+        Some(&[x, y, width, height]) if width > 0 && height > 0 => {
+            Ok(Rectangle { x, y, size: Size::new(width, height) })
+        }
+        _ => Err("expected four whole numbers such as 100,80,512,512, the last two at least 1".to_owned()),
+    }
+}

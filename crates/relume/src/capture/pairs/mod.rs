@@ -1,0 +1,179 @@
+//! Photographs of a texture under pairs of light and view, identified by the angles in their names: the sets of
+//! UBO2003, ATRIUM, UTIA and the spectral one of Bonn, as folders or archives.
+
+mod angles;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+use super::finder::{is_hidden, list, listing};
+use crate::direction::Directions;
+use crate::error::{Error, Result};
+use angles::PairAngles;
+
+/// Folders below the one opened that are searched for photographs.
+const DEEPEST: usize = 6;
+
+/// A photograph and its directions.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PairEntry {
+    /// The number of its name in the list that was given.
+    pub index: usize,
+    /// The name, without folders.
+    pub name: String,
+    /// Towards light and viewer.
+    pub directions: Directions,
+}
+
+/// The photographs of a texture of light and view, ordered by the polar angle and azimuth of the view, then of
+/// the light.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PairList {
+    /// Each photograph.
+    pub entries: Vec<PairEntry>,
+    /// Distinct directions of light.
+    pub lights: usize,
+    /// Distinct directions of view.
+    pub views: usize,
+    /// The first pairs of a light and a view that have no photograph, and the number of all of them. None for
+    /// sets that are no grid: fewer than half of the pairs exist.
+    pub missing: Vec<String>,
+    /// How many pairs are missing.
+    pub missing_count: usize,
+}
+
+impl PairList {
+    /// The photographs among the paths of a folder or archive, with `/` between folders; others are left out.
+    /// `None` where no name has the four angles.
+    ///
+    /// # Errors
+    /// Angles that are not those of a hemisphere, and two photographs of one pair.
+    pub fn of_paths<'a>(paths: impl IntoIterator<Item = &'a str>) -> Result<Option<Self>> {
+        let mut found: BTreeMap<PairAngles, PairEntry> = BTreeMap::new();
+        for (index, path) in paths.into_iter().enumerate() {
+            let name = path.rsplit(['/', '\\']).next().unwrap_or(path);
+            let Some(angles) = PairAngles::of_name(name).filter(|_| !name.starts_with('.')) else { continue };
+            let directions = angles.directions().map_err(|e| Error::invalid(format!("{name}: {e}")))?;
+            let entry = PairEntry { index, name: name.to_owned(), directions };
+            if let Some(other) = found.insert(angles, entry) {
+                return Err(Error::invalid(format!(
+                    "{} and {name} have the same directions: a pair of light and view has one photograph",
+                    other.name
+                )));
+            }
+        }
+        if found.is_empty() {
+            return Ok(None);
+        }
+        let lights: BTreeSet<_> = found.keys().map(PairAngles::light).collect();
+        let views: BTreeSet<_> = found.keys().map(PairAngles::view).collect();
+        let (missing, missing_count) = missing(&found, &lights, &views);
+        let (lights, views) = (lights.len(), views.len());
+        Ok(Some(Self { entries: found.into_values().collect(), lights, views, missing, missing_count }))
+    }
+
+    /// Refuses a grid of lights and views in which photographs are missing.
+    ///
+    /// # Errors
+    /// When any is.
+    pub fn check_complete(&self) -> Result<()> {
+        if self.missing_count == 0 {
+            return Ok(());
+        }
+        Err(Error::invalid(format!(
+            "{} of the {} photographs of {} views and {} lights are missing ({}): add them, or ask to fill what is missing \
+             from the others",
+            self.missing_count,
+            self.views * self.lights,
+            self.views,
+            self.lights,
+            match self.missing_count - self.missing.len().min(self.missing_count) {
+                0 => self.missing.join(", "),
+                more => format!("{} and {more} more", self.missing.join(", ")),
+            }
+        )))
+    }
+}
+
+/// The first missing pairs of a grid, and their number.
+fn missing(
+    found: &BTreeMap<PairAngles, PairEntry>,
+    lights: &BTreeSet<(i64, i64)>,
+    views: &BTreeSet<(i64, i64)>,
+) -> (Vec<String>, usize) {
+    let count = lights.len() * views.len() - found.len();
+    if 2 * count > lights.len() * views.len() {
+        return (Vec::new(), 0);
+    }
+    let all = views.iter().flat_map(|view| lights.iter().map(|light| PairAngles::new(*light, *view)));
+    let absent = all.filter(|angles| !found.contains_key(angles)).take(3);
+    (absent.map(|angles| angles.to_string()).collect(), count)
+}
+
+/// The paths of all files in a folder and the folders below it, with `/` between folders, relative to it.
+///
+/// # Errors
+/// Folders that cannot be listed.
+pub fn files_below(folder: &Path) -> Result<Vec<(String, PathBuf)>> {
+    let mut files = Vec::new();
+    gather(folder, "", DEEPEST, &mut files)?;
+    Ok(files)
+}
+
+fn gather(folder: &Path, prefix: &str, depth: usize, files: &mut Vec<(String, PathBuf)>) -> Result<()> {
+    for name in list(folder)?.into_iter().filter(|name| !is_hidden(name)) {
+        let (path, text) = (folder.join(&name), format!("{prefix}{}", name.to_string_lossy()));
+        if path.is_dir() {
+            if depth > 0 {
+                gather(&path, &format!("{text}/"), depth - 1, files)?;
+            }
+        } else {
+            files.push((text, path));
+        }
+    }
+    Ok(())
+}
+
+/// What a folder or archive without angles in its names holds, for a message.
+pub fn first_names(names: &[String]) -> String {
+    listing(names)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn grids_are_ordered_and_counted_whatever_the_order_of_names() {
+        let name = |v: usize, l: usize| format!("X/tv{v:03}_pv000/00000 tl{l:03} pl090 tv{v:03} pv000.jpg");
+        let mut names: Vec<String> = (0..3).flat_map(|v| (0..4).map(move |l| name(15 * v, 15 * l))).collect();
+        let sorted = PairList::of_paths(names.iter().map(String::as_str)).unwrap().unwrap();
+        assert_eq!((sorted.lights, sorted.views, sorted.missing_count), (4, 3, 0));
+        names.reverse();
+        names.push("readme.txt".to_owned());
+        let again = PairList::of_paths(names.iter().map(String::as_str)).unwrap().unwrap();
+        let of = |list: &PairList| list.entries.iter().map(|e| e.name.clone()).collect::<Vec<_>>();
+        assert_eq!(of(&sorted), of(&again));
+        assert_eq!(again.entries[0].index, 11);
+        assert!(PairList::of_paths(["a.jpg", "notes"]).unwrap().is_none());
+    }
+
+    #[test]
+    fn missing_photographs_are_counted_and_doubles_refused() {
+        let name = |v: usize, l: usize| format!("tl{l} pl0 tv{v} pv0.png");
+        let names: Vec<String> = (0..5).flat_map(|v| (0..5).map(move |l| name(v, l))).skip(2).collect();
+        let list = PairList::of_paths(names.iter().map(String::as_str)).unwrap().unwrap();
+        assert_eq!(list.missing_count, 2);
+        let error = list.check_complete().unwrap_err().to_string();
+        assert!(error.contains("2 of the 25") && error.contains("tl0 pl0 tv0 pv0"), "{error}");
+        let twice =
+            PairList::of_paths(["a tl1 pl2 tv3 pv4.png", "tv3_pv4_tl1_pl2.0.jpg"]).unwrap_err().to_string();
+        assert!(twice.contains("same directions"), "{twice}");
+        // Irregular pairs are no grid with holes.
+        let irregular: Vec<String> = (0..9).map(|i| name(i, 8 - i)).collect();
+        assert_eq!(
+            PairList::of_paths(irregular.iter().map(String::as_str)).unwrap().unwrap().missing_count,
+            0
+        );
+    }
+}

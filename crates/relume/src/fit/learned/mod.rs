@@ -1,0 +1,213 @@
+//! Functions of light and view learned from photographs: factorisation of a bidirectional texture function.
+//!
+//! The photographs of a texture, one for each pair of light and view, are the columns of a matrix B of texels by
+//! pairs and channels. The nearest matrix of rank C is U S V' of its singular value decomposition: the texel's
+//! coefficients (eigen-textures) are rows of U S, the functions (eigen-ABRDFs) columns of V (Koudelka, Magda,
+//! Belhumeur, Kriegman, "Acquisition, Compression, and Synthesis of Bidirectional Texture Functions", Texture
+//! 2003; "full BTF-matrix factorization" in the survey of Filip, Haindl, "Bidirectional Texture Function Modeling:
+//! A State of the Art Survey", IEEE PAMI 31, 2009).
+//!
+//! Photographs are streamed twice, never all in memory. With a random matrix O, the first pass sums Y = B O
+//! and Q is an orthonormal basis of Y; the second finds Z = B' Q and Y2 = B Z together. The columns of Z span
+//! nearly the functions with the largest singular values (one and a half power iterations: Halko, Martinsson,
+//! Tropp, "Finding Structure with Randomness", SIAM Review 53, 2011, algorithm 4.4), and with Z = W R, W
+//! orthonormal, B W = Y2 R^-1 is known without a third pass.
+//!
+//! The product of coefficients and functions is that of the unweighted decomposition. Its factors are chosen
+//! such that the functions are orthonormal by solid angle, and coefficients uncorrelated, largest first: so
+//! coefficients are index planes.
+
+mod dots;
+mod finish;
+mod held_out;
+mod reference;
+mod report;
+mod sketch;
+mod solid_angles;
+
+pub use reference::exact;
+pub use report::{LearnedReport, PairsReport, PolarReport};
+
+use serde::Serialize;
+
+use super::levels::SampleLevels;
+use super::sample::Grid;
+use super::stream::PhotographStream;
+use crate::direction::Directions;
+use crate::error::{Error, Result};
+use crate::field::{Basis, Learned, PlaneLayout, ReflectanceField};
+use crate::job::Job;
+use crate::raster::LoadRaster;
+use crate::space::Space;
+use held_out::HeldOut;
+use sketch::Sketch;
+
+/// The most functions; more are neither compact nor fast.
+pub const MOST_FUNCTIONS: usize = 256;
+
+/// Functions of the first sketch where an error is given.
+const FIRST_SKETCH: usize = 64;
+
+/// How many functions are learned.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Rank {
+    /// That many.
+    Functions(usize),
+    /// As few as give this root mean square error or less, of values with white at 1.
+    Error(f64),
+}
+
+/// The options of a factorisation.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LearnedOptions {
+    /// How many functions are learned.
+    pub rank: Rank,
+    /// The space of the fitted values, as in [`FitOptions`](super::FitOptions).
+    pub space: Space,
+    /// Every so-manieth light and view is left out of the fit, and its photographs are predicted; `None` leaves
+    /// none out.
+    pub hold_out: Option<usize>,
+    /// At most this many texels, on a regular grid, are compared with the photographs.
+    pub report_texels: usize,
+    /// The seed of the random matrix; its influence is below the error of the factorisation.
+    pub seed: u64,
+}
+
+impl Default for LearnedOptions {
+    fn default() -> Self {
+        Self { rank: Rank::Functions(32), space: Space::Srgb, hold_out: None, report_texels: 1024, seed: 0 }
+    }
+}
+
+impl LearnedOptions {
+    /// Checks the options before a photograph is read.
+    ///
+    /// # Errors
+    /// No function or more than [`MOST_FUNCTIONS`], an error that is not between 0 and 1, no texel to compare,
+    /// and a step of less than 2 of what is left out.
+    pub fn validate(&self) -> Result<()> {
+        match self.rank {
+            Rank::Functions(n) if n == 0 || n > MOST_FUNCTIONS => {
+                return Err(Error::usage(format!("1 to {MOST_FUNCTIONS} functions are learned, not {n}")));
+            }
+            Rank::Error(error) if !(error > 0.0 && error < 1.0) => {
+                return Err(Error::usage(format!(
+                    "the error is that of values with white at 1, between 0 and 1, not {error}"
+                )));
+            }
+            Rank::Functions(_) | Rank::Error(_) => {}
+        }
+        if self.report_texels == 0 {
+            return Err(Error::usage("the error report needs at least 1 texel, found 0"));
+        }
+        if self.hold_out.is_some_and(|step| step < 2) {
+            return Err(Error::usage("leaving out every first light and view leaves none: give 2 or more"));
+        }
+        Ok(())
+    }
+}
+
+/// A factorised texture of light and view, and its errors.
+#[derive(Debug, Clone)]
+pub struct LearnedFit {
+    /// The result.
+    pub field: ReflectanceField,
+    /// Its errors.
+    pub report: LearnedReport,
+}
+
+/// Learns functions of light and view: `pairs` names each photograph and its directions, and `load(i)` reads
+/// the i-th, twice or more. The result is the same at any number of threads.
+///
+/// # Errors
+/// Options without meaning; more functions than pairs and channels, or than texels; an error that no
+/// [`MOST_FUNCTIONS`] functions reach; too few pairs left where some are left out; errors of `load`, photographs that
+/// differ in size or channels, samples that are not finite, and sizes beyond the limits of the job.
+pub fn fit(
+    pairs: &[(String, Directions)],
+    load: &LoadRaster,
+    options: &LearnedOptions,
+    job: &Job,
+) -> Result<LearnedFit> {
+    options.validate()?;
+    let directions: Vec<Directions> = pairs.iter().map(|(_, pair)| *pair).collect();
+    let held_out = HeldOut::new(&directions, options.hold_out)?;
+    let names = pairs.iter().map(|(name, _)| name.as_str()).collect();
+    let first = match options.rank {
+        Rank::Functions(n) => with_margin(n),
+        Rank::Error(_) => FIRST_SKETCH,
+    };
+    let stream = PhotographStream::open(names, load, |_| 3 * first, job)?;
+    let columns = held_out.kept() * stream.channels();
+    let most = columns.min(stream.size().texels());
+    check_rank(options.rank, columns, stream.size().texels())?;
+    let grid = Grid::new(stream.size(), options.report_texels);
+    let _sample = job.hold("the sample for the error report", stream.sample_bytes(&grid))?;
+    let levels = SampleLevels::new(options.space);
+    let setting =
+        sketch::Setting { stream: &stream, levels: &levels, held_out: &held_out, seed: options.seed };
+
+    let mut width = first.min(most);
+    loop {
+        let sketched = Sketch::new(&setting, width, &grid, job)?;
+        let factors = finish::Factors::new(&sketched, job)?;
+        let Some(rank) = factors.rank(options.rank) else {
+            if width >= MOST_FUNCTIONS.min(most) {
+                return Err(not_reached(options.rank, &factors));
+            }
+            width = (2 * width).min(MOST_FUNCTIONS).min(most);
+            continue;
+        };
+        let (values, weights, planes) = factors.finish(rank, &held_out, job)?;
+        let basis = Learned::of_channels(stream.channels(), held_out.pairs(), weights, values)?;
+        let layout = PlaneLayout::shared(channel_names(stream.channels()))?;
+        let field = ReflectanceField::new(Basis::Learned(basis), layout, options.space, planes)?;
+        let measured = report::Measurement { pairs, grid: &grid, levels: &levels, held_out: &held_out };
+        let report = measured.report(
+            &field,
+            &sketched.kept,
+            &factors.singular_values[..rank],
+            factors.error(rank),
+            job,
+        )?;
+        return Ok(LearnedFit { field, report });
+    }
+}
+
+/// More columns of the sketch than functions, so that the last ones are found as well as the first.
+fn with_margin(functions: usize) -> usize {
+    2 * functions + 8
+}
+
+fn check_rank(rank: Rank, columns: usize, texels: usize) -> Result<()> {
+    match rank {
+        Rank::Functions(n) if n > columns || n > texels => Err(Error::usage(format!(
+            "{n} functions cannot be learned from {columns} values (pairs and channels) of {texels} texels: ask for at \
+             most {}",
+            columns.min(texels)
+        ))),
+        Rank::Functions(_) | Rank::Error(_) => Ok(()),
+    }
+}
+
+fn not_reached(rank: Rank, factors: &finish::Factors<'_>) -> Error {
+    let asked = if let Rank::Error(error) = rank { error } else { 0.0 };
+    let most = factors.singular_values.len();
+    Error::usage(format!(
+        "{most} functions, the most that are learned, leave an error of {:.5} where {asked} was asked for: ask for a \
+         larger one",
+        factors.error(most)
+    ))
+}
+
+fn channel_names(channels: usize) -> Vec<String> {
+    match channels {
+        1 => vec!["L".to_owned()],
+        3 => ["R", "G", "B"].map(str::to_owned).to_vec(),
+        n => (0..n).map(|c| format!("band {c}")).collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,149 @@
+//! Textures of light and view (bidirectional texture functions) as they are on disk: a folder or a zip archive of
+//! photographs whose names hold the angles of light and view. They stream: only one photograph a thread is in
+//! memory.
+
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+
+use crate::capture::pairs::{PairList, files_below, first_names};
+use crate::direction::Directions;
+use crate::error::{Error, Result};
+use crate::format::{ImageArchive, decode_raster, read_raster};
+use crate::job::Job;
+use crate::names::named;
+use crate::raster::Raster;
+
+/// The cosine above which a view is that from straight above, within a degree.
+const FRONTAL_COSINE: f64 = 0.999_847;
+
+/// What is done about photographs missing from a grid of lights and views.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Missing {
+    /// The set is refused.
+    #[default]
+    Refuse,
+    /// Their values are interpolated from those of the others.
+    Fill,
+}
+
+named!(Missing { Refuse => "refuse", Fill => "fill" });
+
+/// A texture of light and view on disk.
+#[derive(Debug)]
+pub struct Btf {
+    path: PathBuf,
+    list: PairList,
+    source: ImageSource,
+}
+
+#[derive(Debug)]
+enum ImageSource {
+    /// The path of each photograph.
+    Folder(Vec<PathBuf>),
+    Archive(ImageArchive),
+}
+
+impl Btf {
+    /// Whether a path is to be opened as such a texture: an archive by its name, or a folder without a light file
+    /// that holds photographs with angles in their names.
+    pub fn is_at(path: &Path) -> bool {
+        let has_extension =
+            |path: &Path, of: &str| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(of));
+        if !path.is_dir() {
+            return has_extension(path, "zip");
+        }
+        let Ok(files) = files_below(path) else { return false };
+        let holds_lights = files.iter().any(|(name, path)| !name.contains('/') && has_extension(path, "lp"));
+        !holds_lights
+            && matches!(PairList::of_paths(files.iter().map(|(name, _)| name.as_str())), Ok(Some(_)) | Err(_))
+    }
+
+    /// Opens a folder or an archive. Photographs are located, not read.
+    ///
+    /// # Errors
+    /// A folder or archive that cannot be read or holds no photograph with angles in its name, angles that are not
+    /// those of a hemisphere, two photographs of one pair, and missing ones, unless they are to be filled.
+    pub fn open(path: impl AsRef<Path>, missing: Missing) -> Result<Self> {
+        let path = path.as_ref();
+        let (names, source) = if path.is_dir() {
+            let (names, paths) = files_below(path)?.into_iter().unzip();
+            (names, ImageSource::Folder(paths))
+        } else {
+            let archive = ImageArchive::open(path)?;
+            (archive.names().to_vec(), ImageSource::Archive(archive))
+        };
+        let list = PairList::of_paths(names.iter().map(String::as_str)).map_err(|e| e.at(path))?;
+        let list = list.ok_or_else(|| {
+            Error::invalid(format!(
+                "no photograph has the angles of light and view in its name (found {}): expected names such as \
+                 `00008 tl015 pl060 tv030 pv000.jpg`",
+                if names.is_empty() { "no file".to_owned() } else { first_names(&names) }
+            ))
+            .at(path)
+        })?;
+        if missing == Missing::Refuse {
+            list.check_complete().map_err(|e| e.at(path))?;
+        }
+        Ok(Self { path: path.to_path_buf(), list, source })
+    }
+
+    /// The folder or archive.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The photographs and how they form a grid.
+    pub fn list(&self) -> &PairList {
+        &self.list
+    }
+
+    /// The name and the directions of each photograph, as needed for a fit.
+    pub fn pairs(&self) -> Vec<(String, Directions)> {
+        self.list.entries.iter().map(|entry| (entry.name.clone(), entry.directions)).collect()
+    }
+
+    /// The numbers of the photographs seen from straight above.
+    ///
+    /// # Errors
+    /// When there are none.
+    pub fn frontal(&self) -> Result<Vec<usize>> {
+        let entries = self.list.entries.iter().enumerate();
+        let frontal: Vec<usize> =
+            entries.filter(|(_, e)| e.directions.view.z() > FRONTAL_COSINE).map(|(i, _)| i).collect();
+        if frontal.is_empty() {
+            return Err(Error::usage(
+                "no photograph is seen from straight above, as functions of light alone need: fit the basis learned",
+            )
+            .at(&self.path));
+        }
+        Ok(frontal)
+    }
+
+    /// The paths of the photographs of a folder.
+    pub fn paths(&self) -> Vec<&Path> {
+        match &self.source {
+            ImageSource::Folder(paths) => {
+                self.list.entries.iter().map(|e| paths[e.index].as_path()).collect()
+            }
+            ImageSource::Archive(_) => Vec::new(),
+        }
+    }
+
+    /// Photograph `i`.
+    ///
+    /// # Errors
+    /// The error names the file: one that cannot be read or decoded, or exceeds the limits.
+    pub fn photograph(&self, i: usize, job: &Job) -> Result<Raster> {
+        let index = self.list.entries[i].index;
+        match &self.source {
+            ImageSource::Folder(paths) => read_raster(&paths[index], job),
+            ImageSource::Archive(archive) => {
+                let place = || archive.path().join(&archive.names()[index]);
+                let bytes = archive.read(index, job)?;
+                decode_raster(&bytes, job).map(Raster::without_opacity).map_err(|e| e.at(place()))
+            }
+        }
+    }
+}

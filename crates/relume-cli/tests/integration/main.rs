@@ -1,6 +1,7 @@
 //! One test binary; each module runs verbs of the program as a user does.
 
 mod auto;
+mod btf;
 mod capture;
 mod channels;
 mod compare_analyze;

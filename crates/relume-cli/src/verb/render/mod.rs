@@ -54,9 +54,10 @@ pub struct Args {
     #[arg(long, value_name = "X,Y,Z", value_parser = args::light, num_args = 0..=1, require_equals = true,
           default_missing_value = "0,0,1")]
     plain: Option<Direction>,
-    /// Strength of the highlights added from the normals of the texture, 0 to 1
-    #[arg(long, value_name = "S", default_value_t = Specular::default().strength)]
-    specular: f64,
+    /// Strength of the highlights added from the normals of the texture, 0 to 1 [default: 0.04; 0 for textures of light and
+    /// view, whose functions hold their highlights]
+    #[arg(long, value_name = "S")]
+    specular: Option<f64>,
     /// Roughness of the highlights, 0.05 to 1
     #[arg(long, value_name = "R", default_value_t = Specular::default().roughness)]
     roughness: f64,
@@ -137,7 +138,8 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         primitive.expect("an object that is no file").mesh_with_aspect(across * width / (down * height))
     });
     let relief = args.relief.read(&args.evaluated, (&args.file, field.size(), of_model), job)?;
-    let shiny = args.plain.is_none() && args.specular > 0.0;
+    let has_highlights = field.basis().depends_on_view() && args.specular.is_none();
+    let shiny = args.plain.is_none() && !has_highlights && options.specular.strength > 0.0;
     let normals = shiny.then(|| surface::normals(&field));
     let normals = normals.as_ref();
     let (relief, fitted) = relief.map_or((None, None), |(relief, fitted)| (Some(relief), fitted));
@@ -175,7 +177,10 @@ fn options(args: &Args, primitive: Option<Primitive>) -> RenderOptions {
         tiling: args.tiling.unwrap_or(primitive.map_or([1.0; 2], Primitive::default_tiling)),
         background: args.background,
         shading: args.plain.map_or(TexelShading::Reflectance, |light| TexelShading::Plain { light }),
-        specular: Specular { strength: args.specular, roughness: args.roughness },
+        specular: Specular {
+            strength: args.specular.unwrap_or(Specular::default().strength),
+            roughness: args.roughness,
+        },
         shadows: if args.no_cast_shadows { CastShadows::Off } else { CastShadows::On },
     }
 }

@@ -2,10 +2,10 @@
 
 use rayon::prelude::*;
 
-use super::Rank;
 use super::held_out::HeldOut;
 use super::sketch::{ROUNDING, Sketch, combined, gram};
 use super::solid_angles::pair_weights;
+use super::{MOST_FUNCTIONS, Rank};
 use crate::error::Result;
 use crate::job::Job;
 use crate::numeric::Matrix;
@@ -44,7 +44,7 @@ impl<'a> Factors<'a> {
 
     /// The number of functions, unless more are needed than there are.
     pub fn rank(&self, asked: Rank) -> Option<usize> {
-        let most = self.singular_values.len();
+        let most = self.singular_values.len().min(MOST_FUNCTIONS);
         match asked {
             Rank::Functions(n) => Some(n.min(most)),
             Rank::Error(error) => (1..=most).find(|&n| self.error(n) <= error),

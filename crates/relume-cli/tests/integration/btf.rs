@@ -1,0 +1,220 @@
+//! Textures of light and view as a user meets them: folders and archives of photographs with angles in their names.
+
+use std::fs::{self, File};
+use std::io::Write;
+use std::path::Path;
+
+use serde_json::Value;
+use zip::ZipWriter;
+use zip::write::SimpleFileOptions;
+
+use crate::support::{done, failed, json, read_png, refused};
+
+const SIDE: u32 = 24;
+
+/// Polar angle and azimuth in degrees.
+const DIRECTIONS: [(u32, u32); 8] =
+    [(0, 0), (30, 0), (30, 120), (30, 240), (60, 0), (60, 90), (60, 180), (60, 270)];
+
+/// The photograph of a texel pattern that depends on light, view and channel.
+fn photograph((tl, pl): (u32, u32), (tv, pv): (u32, u32)) -> Vec<u8> {
+    let direction = |t: u32, p: u32| {
+        let (t, p) = (f64::from(t).to_radians(), f64::from(p).to_radians());
+        [t.sin() * p.cos(), t.sin() * p.sin(), t.cos()]
+    };
+    let (light, view) = (direction(tl, pl), direction(tv, pv));
+    let half: f64 = light.iter().zip(view).map(|(a, b)| a * b).sum();
+    let value = |i: u32| {
+        let (texel, channel) = (i / 3, f64::from(i % 3));
+        let (x, y) = (f64::from(texel % SIDE), f64::from(texel / SIDE));
+        let bump =
+            (x * 0.7).sin() * light[0] + (y * 0.9).cos() * light[1] + 0.4 * (x * 0.3 + y).sin() * view[0];
+        120.0 + 60.0 * bump * (1.0 - 0.2 * channel) + 40.0 * half
+    };
+    (0..3 * SIDE * SIDE).map(|i| value(i).clamp(0.0, 255.0) as u8).collect()
+}
+
+fn png_of(side: u32, samples: &[u8]) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, side, side);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.write_header().unwrap().write_image_data(samples).unwrap();
+    bytes
+}
+
+/// The name and file of each photograph of the full grid.
+fn photographs() -> Vec<(String, Vec<u8>)> {
+    let mut all = Vec::new();
+    for view in DIRECTIONS {
+        for light in DIRECTIONS {
+            let name = format!(
+                "X/tv{:03}_pv{:03}/{:05} tl{:03} pl{:03} tv{:03} pv{:03}.png",
+                view.0,
+                view.1,
+                all.len(),
+                light.0,
+                light.1,
+                view.0,
+                view.1
+            );
+            all.push((name, png_of(SIDE, &photograph(light, view))));
+        }
+    }
+    all
+}
+
+fn write_folder(root: &Path, photographs: &[(String, Vec<u8>)]) {
+    for (name, bytes) in photographs {
+        let path = root.join(name);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, bytes).unwrap();
+    }
+}
+
+fn write_zip(path: &Path, photographs: &[(String, Vec<u8>)]) {
+    let mut zip = ZipWriter::new(File::create(path).unwrap());
+    for (name, bytes) in photographs {
+        zip.start_file(name.as_str(), SimpleFileOptions::default()).unwrap();
+        zip.write_all(bytes).unwrap();
+    }
+    zip.finish().unwrap();
+}
+
+#[test]
+fn a_folder_and_its_archive_give_the_same_texture() {
+    let folder = tempfile::tempdir().unwrap();
+    let (path, all) = (folder.path(), photographs());
+    write_folder(&path.join("btf"), &all);
+    write_zip(&path.join("btf.zip"), &all);
+    for input in ["btf", "btf.zip"] {
+        let info = json(path, &["info", input]);
+        assert_eq!(
+            (&info["photographs"], &info["light_count"], &info["view_count"]),
+            (&64.into(), &8.into(), &8.into())
+        );
+        let output = format!("{input}.exr");
+        let fit = json(path, &["fit", input, "-o", &output, "--rank", "6"]);
+        assert_eq!((&fit["basis"], &fit["color"]), (&Value::from("learned"), &Value::from("shared")));
+        assert!(fit["report"]["error"]["psnr_db"].as_f64().unwrap() > 45.0, "{fit}");
+        let compared = json(path, &["compare", input, &output]);
+        assert!(compared["psnr_db"].as_f64().unwrap() > 44.0, "{compared}");
+        assert!(compared["mean"]["ssim"].as_f64().unwrap() > 0.98, "{compared}");
+    }
+    assert!(fs::read(path.join("btf.exr")).unwrap() == fs::read(path.join("btf.zip.exr")).unwrap());
+}
+
+#[test]
+fn a_measured_pair_is_shown_as_its_photograph() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    write_folder(&path.join("btf"), &photographs());
+    done(path, &["fit", "btf", "-o", "b.exr", "--rank", "12"]);
+    // tl030 pl120 seen from tv060 pv090.
+    let (sin, cos) = (30f64.to_radians().sin(), 30f64.to_radians().cos());
+    let light = format!("{},{},{cos}", sin * 120f64.to_radians().cos(), sin * 120f64.to_radians().sin());
+    let view = format!("0,{},0.5", 60f64.to_radians().sin());
+    done(path, &["relight", "b.exr", "--light", &light, "--view", &view, "-o", "p.png"]);
+    let (_, shown) = read_png(&path.join("p.png"));
+    let truth = photograph((30, 120), (60, 90));
+    let worst = shown.iter().zip(&truth).map(|(a, b)| a.abs_diff(*b)).max().unwrap();
+    assert!(worst <= 3, "off by {worst}");
+    let sweep = json(path, &["relight", "b.exr", "--view-sweep", "arc:3", "-o", "s.png"]);
+    assert_eq!(sweep["views"].as_array().unwrap().len(), 3);
+}
+
+#[test]
+fn every_verb_takes_a_factorised_texture() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    write_zip(&path.join("b.zip"), &photographs());
+    done(path, &["fit", "b.zip", "-o", "b.exr", "--error", "0.02", "--half"]);
+    done(path, &["synth", "b.exr", "-o", "large.exr", "--size", "40", "--source-map", "m.npy"]);
+    done(path, &["render", "large.exr", "--size", "24", "--mesh", "sphere", "-o", "r.png"]);
+    done(path, &["tileable", "b.exr", "-o", "t.exr"]);
+    done(path, &["analyze", "b.exr"]);
+    done(path, &["relight", "b.exr", "--normals", "-o", "n_gl.png"]);
+    let compared = json(path, &["compare", "b.exr", "b.exr"]);
+    assert!(compared["views"].as_array().unwrap().iter().any(|view| view[2] != 1.0), "{compared}");
+    // The functions of light alone are fitted to the photographs seen from above.
+    let light = json(path, &["fit", "b.zip", "-o", "l.ptm", "--basis", "ptm"]);
+    assert_eq!(light["report"]["lights"].as_array().unwrap().len(), 8);
+    assert!(light["warnings"][0].as_str().unwrap().contains("8 of 64 photographs"), "{light}");
+}
+
+#[test]
+fn pairs_left_out_are_reported() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    write_zip(&path.join("b.zip"), &photographs());
+    let fit = json(path, &["fit", "b.zip", "-o", "b.exr", "--rank", "6", "--hold-out", "4"]);
+    assert_eq!(fit["report"]["held_out"]["pairs"], 64 - 36);
+    assert_eq!(fit["report"]["fitted"]["pairs"], 36);
+}
+
+#[test]
+fn a_grid_with_holes_is_refused_or_filled() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let mut some = photographs();
+    let lost = some.remove(19);
+    write_folder(&path.join("btf"), &some);
+    let text = failed(path, &["fit", "btf", "-o", "b.exr"], 1);
+    assert!(
+        text.contains("1 of the 64 photographs") && text.contains("tl30 pl240 tv30 pv120"),
+        "{text} {}",
+        lost.0
+    );
+    let filled = json(path, &["fit", "btf", "-o", "b.exr", "--missing", "fill", "--rank", "8"]);
+    assert!(filled["warnings"][0].as_str().unwrap().contains("1 of 64"), "{filled}");
+    assert_eq!(json(path, &["info", "btf"])["missing"], 1);
+}
+
+#[test]
+fn sets_that_are_no_texture_are_refused_in_a_sentence() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let all = photographs();
+    let with = |name: &str, change: &dyn Fn(&mut Vec<(String, Vec<u8>)>)| {
+        let mut set = all.clone();
+        change(&mut set);
+        write_zip(&path.join(name), &set);
+        failed(path, &["fit", name, "-o", "out.exr", "--missing", "fill"], 1)
+    };
+    let twice = with("twice.zip", &|set| {
+        let (name, bytes) = set[5].clone();
+        set.push((name.replace("X/", "Y/"), bytes));
+    });
+    assert!(twice.contains("same directions"), "{twice}");
+    let below = with("below.zip", &|set| set[5].0 = "tl120 pl000 tv000 pv000.png".to_owned());
+    assert!(below.contains("120 degrees"), "{below}");
+    let sizes = with("sizes.zip", &|set| set[5].1 = png_of(8, &[7; 192]));
+    assert!(sizes.contains("same size"), "{sizes}");
+    let leaving = with("leaving.zip", &|set| set[5].0 = "../tl120 pl000 tv000 pv000.png".to_owned());
+    assert!(leaving.contains("leads out of its folder"), "{leaving}");
+    let damaged = with("damaged.zip", &|set| set[5].1.truncate(60));
+    assert!(damaged.contains("00005"), "{damaged}");
+    let none = with("none.zip", &|set| set.iter_mut().for_each(|(name, _)| *name = name.replace("tl", "xl")));
+    assert!(none.contains("expected names such as"), "{none}");
+    write_zip(&path.join("cut.zip"), &all);
+    let bytes = fs::read(path.join("cut.zip")).unwrap();
+    fs::write(path.join("cut.zip"), &bytes[..bytes.len() / 2]).unwrap();
+    let cut = failed(path, &["fit", "cut.zip", "-o", "out.exr"], 1);
+    assert!(cut.contains("not a complete zip archive"), "{cut}");
+}
+
+#[test]
+fn options_without_a_part_in_the_fit_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    write_zip(&path.join("b.zip"), &photographs());
+    let refuse = |arguments: &[&str]| refused(path, &[&["fit", "b.zip", "-o", "o.exr"], arguments].concat());
+    assert!(refuse(&["--rank", "0"]).contains("1 to 256"));
+    assert!(refuse(&["--rank", "193"]).contains("at most 192"));
+    assert!(refuse(&["--basis", "ptm", "--rank", "3"]).contains("--basis learned"));
+    assert!(refuse(&["--leave-one-out"]).contains("--hold-out"));
+    assert!(refuse(&["--hold-out", "1"]).contains("2 or more"));
+    assert!(refused(path, &["fit", "b.zip", "-o", "o.ptm"]).contains("name an .exr"));
+    done(path, &["fit", "b.zip", "-o", "l.exr", "--basis", "ptm", "--crop", "0,0,8,8", "--missing", "fill"]);
+    let view = refused(path, &["relight", "l.exr", "--light", "0,0,1", "--view", "1,0,1", "-o", "x.png"]);
+    assert!(view.contains("a view makes no difference"), "{view}");
+}

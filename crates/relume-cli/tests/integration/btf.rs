@@ -42,8 +42,11 @@ fn png_of(side: u32, samples: &[u8]) -> Vec<u8> {
     bytes
 }
 
+/// Names and files.
+type Files = Vec<(String, Vec<u8>)>;
+
 /// The name and file of each photograph of the full grid.
-fn photographs() -> Vec<(String, Vec<u8>)> {
+fn photographs() -> Files {
     let mut all = Vec::new();
     for view in DIRECTIONS {
         for light in DIRECTIONS {
@@ -174,7 +177,7 @@ fn sets_that_are_no_texture_are_refused_in_a_sentence() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     let all = photographs();
-    let with = |name: &str, change: &dyn Fn(&mut Vec<(String, Vec<u8>)>)| {
+    let with = |name: &str, change: &dyn Fn(&mut Files)| {
         let mut set = all.clone();
         change(&mut set);
         write_zip(&path.join(name), &set);

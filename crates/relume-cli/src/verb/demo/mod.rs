@@ -42,7 +42,7 @@ const COMMANDS: [&str; 15] = [
     "relight DIR/small.ptm --sweep orbit:16 -o DIR/orbit.png",
     "render DIR/large.ptm --mesh sphere --light -1,0.7,0.35 --size 640x640 -o DIR/sphere.png",
     "render DIR/large.ptm --mesh sphere --light -1,0.7,0.35 --size 640x640 --plain -o DIR/sphere_plain.png",
-    "render DIR/large.ptm --mesh cloth --light 0.9,0.5,0.6 --camera 20,25 --size 640x640 -o DIR/cloth.png",
+    "render DIR/large.ptm --mesh cloth --light=-0.3,0.4,0.9 --camera 20,25 --size 640x640 -o DIR/cloth.png",
     "capture weave -o DIR/weave --lights 24 --size 256x256",
     "fit DIR/weave -o DIR/weave.ptm",
     "roll DIR/weave.ptm -k 4 -o DIR/tiles.ptm",

@@ -6,6 +6,7 @@ use relume::direction::Directions;
 use relume::format::{Depth, PictureFormat, animation as encode, encode_normals, encode_picture_with};
 use relume::render::{Sweep, relight};
 use relume::surface::NormalDoubt;
+use relume::workflow::{Btf, Missing};
 use relume::{Direction, Error, Footprint, Picture, ReflectanceField, Result, surface};
 use serde_json::json;
 
@@ -19,7 +20,8 @@ use crate::{args, evaluated, normals, output};
 #[command(after_help = "Examples:\n  relume relight wool.ptm --light 0.7,0.3,0.6 -o wool.png\n  \
                         relume relight wool.ptm --sweep orbit:24 -o wool.gif")]
 pub struct Args {
-    /// A .ptm, an .exr field, a picture, or a .rlm model; - is standard input
+    /// A .ptm, an .exr field, a picture, or a .rlm model; or a folder or .zip of photographs under light and view; - is
+    /// standard input
     file: PathBuf,
     #[command(flatten)]
     what: What,
@@ -65,6 +67,9 @@ struct What {
 
 /// Reads the field, makes the pictures, writes them.
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
+    if Btf::is_at(&args.file) {
+        return of_photographs(args, context);
+    }
     if let Some(directions) = sweep_directions(args)? {
         return run_sweep(args, &directions, context);
     }
@@ -102,6 +107,35 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         "normal_y": y,
     });
     Ok(Report::new(text, json).with_outputs(written).with_warnings(warnings))
+}
+
+/// A picture from photographs under light and view, without a fit.
+fn of_photographs(args: &Args, context: &Context) -> Result<Report> {
+    let Some(light) = args.what.light else {
+        return Err(Error::usage(
+            "photographs under light and view are shown for one --light (and --view); `relume fit` makes a texture of them \
+             for everything else",
+        )
+        .at(&args.file));
+    };
+    let format = still_format(&args.output)?;
+    let mut outputs = Outputs::new(context);
+    outputs.file(&args.output, &[&args.file])?;
+    let view = args.view.unwrap_or(Direction::ZENITH);
+    let picture = Btf::open(&args.file, Missing::Fill)?.relit(Directions { light, view }, &context.job)?;
+    let (size, channels) = (picture.size(), picture.planes.count());
+    context.job.check_bytes("the picture's file", format.footprint(size, channels).peak)?;
+    outputs.write(&args.output, encode_picture_with(&picture, format, &context.job)?)?;
+    let written = outputs.commit()?;
+    let text = format!("{}: picture, {size}, from photographs", args.output.display());
+    let json = json!({
+        "what": "picture",
+        "width": size.width,
+        "height": size.height,
+        "light": light.to_array(),
+        "view": view.to_array(),
+    });
+    Ok(Report::new(text, json).with_outputs(written))
 }
 
 /// The light and view of each picture of a sweep, if one is asked for.

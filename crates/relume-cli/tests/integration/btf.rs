@@ -121,6 +121,11 @@ fn a_measured_pair_is_shown_as_its_photograph() {
     let truth = photograph((30, 120), (60, 90));
     let worst = shown.iter().zip(&truth).map(|(a, b)| a.abs_diff(*b)).max().unwrap();
     assert!(worst <= 3, "off by {worst}");
+    // The photograph itself, without a fit; and a mean of photographs between them.
+    done(path, &["relight", "btf", "--light", &light, "--view", &view, "-o", "q.png"]);
+    assert_eq!(read_png(&path.join("q.png")).1, truth);
+    done(path, &["relight", "btf", "--light", "0.3,0.1,0.8", "--view", "0.2,0.2,0.9", "-o", "m.png"]);
+    assert!(refused(path, &["relight", "btf", "--normals", "-o", "n_gl.png"]).contains("relume fit"));
     let sweep = json(path, &["relight", "b.exr", "--view-sweep", "arc:3", "-o", "s.png"]);
     assert_eq!(sweep["views"].as_array().unwrap().len(), 3);
 }

@@ -1,6 +1,7 @@
 //! Numerical tools shared by the stages.
 
 pub mod autocorrelation;
+pub mod between;
 pub mod cells;
 pub mod corner_colors;
 pub mod decibel;

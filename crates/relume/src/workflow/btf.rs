@@ -12,7 +12,11 @@ use crate::error::{Error, Result};
 use crate::format::{ImageArchive, decode_raster, read_raster};
 use crate::job::Job;
 use crate::names::named;
+use crate::numeric::between::Between;
+use crate::picture::Picture;
+use crate::planes::Planes;
 use crate::raster::Raster;
+use crate::space::Space;
 
 /// The cosine above which a view is that from straight above, within a degree.
 const FRONTAL_COSINE: f64 = 0.999_847;
@@ -129,6 +133,38 @@ impl Btf {
             }
             ImageSource::Archive(_) => Vec::new(),
         }
+    }
+
+    /// The texture for a light and a view, in linear light: a photograph where the pair is measured, and otherwise a mean of
+    /// those around it, weighted as learned functions are between pairs.
+    ///
+    /// # Errors
+    /// As [`Btf::photograph`], and photographs of different sizes or channels.
+    pub fn relit(&self, directions: Directions, job: &Job) -> Result<Picture> {
+        let pairs: Vec<Directions> = self.list.entries.iter().map(|entry| entry.directions).collect();
+        let shares = Between::new(&pairs).shares(directions);
+        let mut sum: Option<Planes> = None;
+        for &(i, share) in shares.as_slice() {
+            let photograph = self.photograph(i, job)?;
+            let (size, channels) = (photograph.size(), photograph.channels());
+            let what = "the pictures around the directions";
+            job.check(what, size, 12 * channels as u64)?;
+            let planes = photograph.to_picture(Space::Linear).planes;
+            let sum = sum.get_or_insert_with(|| Planes::zeros(size, channels));
+            if (sum.size(), sum.count()) != (size, channels) {
+                return Err(Error::invalid(format!(
+                    "the photograph {} is {size} with {channels} channels, others {} with {}: all must be alike",
+                    self.list.entries[i].name,
+                    sum.size(),
+                    sum.count()
+                ))
+                .at(&self.path));
+            }
+            let values = sum.as_mut_slice().iter_mut().zip(planes.as_slice());
+            values.for_each(|(sum, value)| *sum += share as f32 * value);
+        }
+        let planes = sum.ok_or_else(|| Error::invalid("there is no photograph").at(&self.path))?;
+        Ok(Picture { planes, space: Space::Linear })
     }
 
     /// Photograph `i`.

@@ -1,44 +1,23 @@
 //! A basis learned from measurements: the values of the functions for each measured pair of light and view,
 //! and for each channel where the channels of a texture have common coefficients.
 //!
-//! Where the pairs are those of all of some lights with all of some views, as in usual measurements, the functions are
-//! interpolated linearly in the triangles of both: nine pairs with products of barycentric coordinates; beyond the
-//! last ring of directions they stay constant ([`triangulated`]). Between other pairs they are interpolated by the
-//! modified inverse distances of Franke,
-//! Nielson, "Smooth Interpolation of Large Sets of Scattered Data" (International Journal for Numerical
-//! Methods in Engineering 15, 1980, equation 2.2), after Shepard, "A two-dimensional interpolation function
-//! for irregularly-spaced data" (1968): among the 16 nearest pairs, one at distance d has the weight ((R - d)
-//! / (R d))^2, where R is the distance of the 17th, and weights are divided by their sum. The distance is
-//! that of the six components of both unit vectors. So measured pairs keep their values, and weights fade to
-//! zero before one pair replaces another. The slope is zero at measured pairs: curves have flat spots there.
-//! The layout of the pairs is arbitrary; reciprocity is not used.
+//! Between measured pairs the functions are interpolated ([`crate::numeric::between`]). The layout of the pairs is
+//! arbitrary.
 //!
 //! The inner product over the hemisphere is the weighted sum over measured pairs and channels, under which the
 //! functions are orthonormal. It is undefined over other domains.
-
-mod grid;
-mod nearest;
-mod triangulated;
 
 use std::sync::Arc;
 
 use crate::direction::Directions;
 use crate::error::{Error, Result};
-use grid::PairGrid;
-use nearest::{MOST, PairTree};
+use crate::numeric::between::Between;
 
 /// The tolerance of orthonormality for sums over measured pairs: values are `f32`.
 const ORTHONORMAL_TO: f64 = 1e-4;
 
 /// Functions whose inner products with all others are computed in one pass over the pairs.
 const TOGETHER: usize = 16;
-
-/// A pair within this squared distance of a measured one gets its values.
-const SAME: f64 = 1e-18;
-
-/// The relative excess of the radius of the weights over the distance of the first pair left out, so that
-/// equidistant pairs have equal weights instead of zero weights.
-const MARGIN: f64 = 1e-6;
 
 /// Functions of light and view known at measured pairs. Copies share the table.
 #[derive(Debug, Clone)]
@@ -52,13 +31,6 @@ struct MeasuredValues {
     functions: usize,
     values: Vec<f32>,
     between: Between,
-}
-
-/// How functions are interpolated between measured pairs.
-#[derive(Debug)]
-enum Between {
-    Grid(PairGrid),
-    Scattered(PairTree),
 }
 
 impl Learned {
@@ -99,11 +71,7 @@ impl Learned {
             return Err(Error::invalid("a learned basis has finite values and positive weights only"));
         }
         check_orthonormal(&weights, &values, channels, functions)?;
-        let scattered = || {
-            let points: Vec<[f64; 6]> = pairs.iter().map(|pair| pair.to_array()).collect();
-            Between::Scattered(PairTree::new(&points))
-        };
-        let between = PairGrid::new(&pairs).map_or_else(scattered, Between::Grid);
+        let between = Between::new(&pairs);
         Ok(Self(Arc::new(MeasuredValues { between, pairs, weights, channels, functions, values })))
     }
 
@@ -140,41 +108,10 @@ impl Learned {
 
     /// The functions for any pair of directions, channel after channel.
     pub(super) fn weights_into(&self, directions: Directions, out: &mut [f64]) {
-        match &self.0.between {
-            Between::Grid(grid) => {
-                out.fill(0.0);
-                for (pair, share) in grid.shares(directions) {
-                    if share != 0.0 {
-                        out.iter_mut().zip(self.row(pair)).for_each(|(o, &v)| *o += share * f64::from(v));
-                    }
-                }
-            }
-            Between::Scattered(tree) => self.nearest_into(tree, directions, out),
-        }
-    }
-
-    /// The functions by inverse distances to the nearest pairs.
-    fn nearest_into(&self, tree: &PairTree, directions: Directions, out: &mut [f64]) {
-        let found = tree.nearest(&directions.to_array());
-        let neighbours = found.neighbours();
-        if neighbours[0].0 <= SAME {
-            let row = self.row(neighbours[0].1 as usize);
-            return out.iter_mut().zip(row).for_each(|(o, &v)| *o = f64::from(v));
-        }
-        // If all pairs are neighbours, the radius is large and the weights are inverse squares.
-        let radius = match neighbours.len() {
-            MOST => neighbours[MOST - 1].0.sqrt() * (1.0 + MARGIN),
-            _ => 1.0 / MARGIN,
-        };
-        let mut sum = 0.0;
         out.fill(0.0);
-        for &(square, pair) in &neighbours[..neighbours.len().min(MOST - 1)] {
-            let distance = square.sqrt();
-            let weight = ((radius - distance) / (radius * distance)).powi(2);
-            sum += weight;
-            out.iter_mut().zip(self.row(pair as usize)).for_each(|(o, &v)| *o += weight * f64::from(v));
+        for &(pair, share) in self.0.between.shares(directions).as_slice() {
+            out.iter_mut().zip(self.row(pair)).for_each(|(o, &v)| *o += share * f64::from(v));
         }
-        out.iter_mut().for_each(|o| *o /= sum);
     }
 
     /// The weighted sum of f(values) over the measured pairs and channels.
@@ -270,39 +207,6 @@ mod tests {
                 assert!(step < 0.002 * (high - low), "a jump of {step} at step {i}");
             }
             before = out;
-        }
-    }
-
-    /// The slow truth: all pairs sorted by distance.
-    fn slow(learned: &Learned, directions: Directions) -> Vec<f64> {
-        let n = learned.functions();
-        let far = |i: usize| {
-            nearest::square_distance(&learned.pairs()[i].to_array(), &directions.to_array()).sqrt()
-        };
-        let mut order: Vec<usize> = (0..learned.pairs().len()).collect();
-        order.sort_by(|&a, &b| far(a).total_cmp(&far(b)));
-        let radius = far(order[MOST - 1]) * (1.0 + MARGIN);
-        let shares: Vec<f64> =
-            order[..MOST - 1].iter().map(|&i| (1.0 / far(i) - 1.0 / radius).powi(2)).collect();
-        let sum: f64 = shares.iter().sum();
-        let value = |k| {
-            order.iter().zip(&shares).map(|(&i, s)| s / sum * f64::from(learned.values()[i * n + k])).sum()
-        };
-        (0..n).map(value).collect()
-    }
-
-    #[test]
-    fn inverse_distances_equal_their_definition() {
-        let learned = examples::scattered(8, 8, 5);
-        let mut out = [0.0; 5];
-        for i in 0..100 {
-            let t = f64::from(i);
-            let light = Direction::from_angles(0.011 * t + 0.07, 2.1 * t);
-            let directions = Directions { light, view: Direction::from_angles(1.2 - 0.009 * t, 0.7 * t) };
-            learned.weights_into(directions, &mut out);
-            for (a, b) in out.iter().zip(slow(&learned, directions)) {
-                assert!((a - b).abs() < 1e-9, "{a} and {b}");
-            }
         }
     }
 

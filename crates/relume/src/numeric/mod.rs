@@ -5,6 +5,7 @@ pub mod between;
 pub mod cells;
 pub mod corner_colors;
 pub mod decibel;
+pub mod dot;
 pub mod eigen;
 pub mod endless;
 pub mod fourier;
@@ -23,4 +24,5 @@ pub mod small;
 pub mod summed_area;
 pub mod wavelet;
 
+pub use dot::dot;
 pub use matrix::Matrix;

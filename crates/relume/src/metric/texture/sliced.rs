@@ -24,6 +24,7 @@ use super::pyramid;
 use super::wasserstein::{self, sorted};
 use crate::error::{Error, Result};
 use crate::job::Job;
+use crate::numeric::dot;
 use crate::numeric::random::{Purpose, Stream};
 use crate::planes::Planes;
 use crate::size::Size;
@@ -209,17 +210,6 @@ fn unit_vector(dimension: usize, random: &mut Stream) -> Vec<f32> {
     let vector: Vec<f64> = (0..dimension).map(|_| normal()).collect();
     let length = vector.iter().map(|v| v * v).sum::<f64>().sqrt();
     vector.into_iter().map(|v| (v / length) as f32).collect()
-}
-
-/// The inner product, in eight sums that a compiler can keep in one register.
-fn dot(a: &[f32], b: &[f32]) -> f32 {
-    let (a8, a_rest) = a.as_chunks::<8>();
-    let (b8, b_rest) = b.as_chunks::<8>();
-    let mut sums = [0.0f32; 8];
-    for (x, y) in a8.iter().zip(b8) {
-        (0..8).for_each(|k| sums[k] += x[k] * y[k]);
-    }
-    sums.iter().sum::<f32>() + a_rest.iter().zip(b_rest).map(|(x, y)| x * y).sum::<f32>()
 }
 
 #[cfg(test)]

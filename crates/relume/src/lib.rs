@@ -45,6 +45,7 @@
 //! | `mesh` | binary glTF meshes |
 
 // The foundation of everything else.
+pub mod brdf;
 pub mod direction;
 pub mod error;
 pub mod job;

@@ -160,7 +160,7 @@ fn decode_any(bytes: &[u8], meaning: Meaning, job: &Job) -> Result<FieldFile> {
             Ok(FieldFile { field, opacity, encoding: Encoding::Exr(depth), record: MapRecord::of(bytes)? })
         }
         Kind::Png | Kind::Jpeg | Kind::Tiff | Kind::Pfm => decode_constants(bytes, meaning, job),
-        Kind::Rlm | Kind::Npy | Kind::Glb => Err(unknown(bytes)),
+        Kind::Rlm | Kind::Npy | Kind::Glb | Kind::Btf | Kind::Bsdf | Kind::Merl => Err(unknown(bytes)),
     }
 }
 

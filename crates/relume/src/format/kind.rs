@@ -14,6 +14,9 @@ pub(super) enum Kind {
     Rlm,
     Npy,
     Glb,
+    Btf,
+    Bsdf,
+    Merl,
 }
 
 /// The contents of files of a kind.
@@ -24,13 +27,17 @@ pub(super) enum Class {
     Model,
     Array,
     Mesh,
+    /// Images of pairs of light and view.
+    Btf,
+    /// A measured reflectance.
+    Brdf,
 }
 
 /// First bytes, kind, name and class.
 type Row = (&'static [u8], Kind, &'static str, Class);
 
 /// All kinds of files with a signature.
-const KINDS: [Row; 15] = [
+const KINDS: [Row; 22] = [
     (b"PTM_", Kind::Ptm, "PTM", Class::Texels),
     (&[0x76, 0x2f, 0x31, 0x01], Kind::Exr, "EXR", Class::Texels),
     (b"\x89PNG\r\n\x1a\n", Kind::Png, "PNG", Class::Texels),
@@ -47,6 +54,14 @@ const KINDS: [Row; 15] = [
     (b"RLM\x1a", Kind::Rlm, "RLM", Class::Model),
     (b"\x93NUMPY", Kind::Npy, "NPY", Class::Array),
     (b"glTF", Kind::Glb, "GLB", Class::Mesh),
+    (b"!DFMF08FC", Kind::Btf, "BTF", Class::Btf),
+    (b"!FMF12FCE", Kind::Btf, "BTF", Class::Btf),
+    (b"!FMF06FC", Kind::Btf, "BTF", Class::Btf),
+    (b"!PVF06FC", Kind::Btf, "BTF", Class::Btf),
+    (b"!BDIF06R", Kind::Btf, "BTF", Class::Btf),
+    (b"tensor_file\0", Kind::Bsdf, "BSDF", Class::Brdf),
+    // The numbers of cells: 90, 90 and 180.
+    (b"\x5a\0\0\0\x5a\0\0\0\xb4\0\0\0", Kind::Merl, "MERL", Class::Brdf),
 ];
 
 impl Kind {

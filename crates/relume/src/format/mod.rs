@@ -18,6 +18,8 @@
 //! | OBJ, binary glTF | [`Opened::into_mesh`] | |
 //! | `.npy` | [`Opened::into_array`] | [`npy::encode_i32`] |
 //! | `.rlm` | [`Opened::into_model`] | [`rlm::encode`] |
+//! | `.btf` | [`Opened::into_btf`], [`bonn::BonnBtf::open`] | [`bonn::encode_fmf`], [`bonn::encode_dfmf`] |
+//! | MERL `.binary`, UTIA `.bin`, RGL `.bsdf` | [`Opened::into_brdf`] | |
 //!
 //! Readers recognise files by content, never by name; writers are chosen by extension. Readers ask their
 //! [`Job`](crate::Job) before they allocate. Writers return bytes: the caller decides where they go.
@@ -25,6 +27,8 @@
 
 pub mod animation;
 mod archive;
+pub mod bonn;
+mod brdf;
 mod codes;
 mod color;
 mod complete;
@@ -57,6 +61,7 @@ mod turned;
 mod whole;
 
 pub use archive::ImageArchive;
+pub use brdf::decode_brdf;
 pub use exr::ExrDepth;
 pub use field_file::{
     Encoding, FieldFile, FieldFormat, MapRecord, decode_field, encode_field, encode_translucent,

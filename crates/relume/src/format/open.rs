@@ -6,6 +6,8 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use super::bonn::BonnBtf;
+use super::brdf::{self, decode_brdf};
 use super::field_file::{self, FieldFile};
 use super::height::{self, HeightMap, decode_height};
 use super::kind::{Class, Kind, unknown};
@@ -20,6 +22,7 @@ use super::raster;
 use super::tile_set::{self, Said, TileSetFile};
 use super::whole::{read_bytes, read_file};
 use super::{exr, rlm};
+use crate::brdf::MeasuredBrdf;
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::planes::Planes;
@@ -46,6 +49,10 @@ pub enum Content {
     Array,
     /// Triangles.
     Mesh,
+    /// A texture of light and view, as images of pairs of directions.
+    Btf,
+    /// A measured reflectance.
+    Brdf,
     /// A light file, or a folder of photographs.
     Capture,
     /// None of these.
@@ -62,6 +69,8 @@ impl fmt::Display for Content {
             Self::Model => "a random-field model",
             Self::Array => "an array of numbers",
             Self::Mesh => "a mesh",
+            Self::Btf => "a texture of light and view (BTF)",
+            Self::Brdf => "a measured reflectance (BRDF)",
             Self::Capture => "a capture of photographs under known lights",
             Self::Unknown => "of an unknown kind",
         })
@@ -113,11 +122,16 @@ fn recognise(bytes: Vec<u8>, name: &Path, job: &Job) -> Result<Opened> {
 }
 
 fn content(bytes: &[u8]) -> Result<(Content, Option<Said>)> {
-    let Some(kind) = Kind::of(bytes) else { return Ok((content_of_text(bytes), None)) };
+    let Some(kind) = Kind::of(bytes) else {
+        let content = if brdf::is_utia(bytes) { Content::Brdf } else { content_of_text(bytes) };
+        return Ok((content, None));
+    };
     let content = match kind.class() {
         Class::Model => Content::Model,
         Class::Array => Content::Array,
         Class::Mesh => Content::Mesh,
+        Class::Btf => Content::Btf,
+        Class::Brdf => Content::Brdf,
         Class::Texels if kind == Kind::Ptm => Content::Field,
         Class::Texels => {
             // A header that cannot be read is reported where the file is decoded.
@@ -313,6 +327,29 @@ impl Opened {
             return Err(self.refused("a mesh, .obj or .glb", ""));
         }
         decode_mesh(&self.bytes, &self.job).map_err(|e| e.at(self.name))
+    }
+
+    /// The texture of light and view of a `.btf` file. A file of images that is larger than memory is read by
+    /// [`BonnBtf::open`].
+    ///
+    /// # Errors
+    /// As [`Opened::into_field`], for a file that is not of this kind.
+    pub fn into_btf(self) -> Result<BonnBtf> {
+        if self.content != Content::Btf {
+            return Err(self.refused("a texture of light and view, .btf", ""));
+        }
+        BonnBtf::decode(self.bytes, &self.job).map_err(|e| e.at(self.name))
+    }
+
+    /// The measured reflectance.
+    ///
+    /// # Errors
+    /// As [`Opened::into_field`], for a file that holds no BRDF.
+    pub fn into_brdf(self) -> Result<MeasuredBrdf> {
+        if self.content != Content::Brdf {
+            return Err(self.refused("a measured reflectance (BRDF)", ""));
+        }
+        decode_brdf(&self.bytes, &self.job).map_err(|e| e.at(self.name))
     }
 
     /// The array of numbers.

@@ -50,7 +50,7 @@ pub(super) fn decode_as(bytes: &[u8], meaning: Meaning, job: &Job) -> Result<Ras
             None => decode_with(bytes, ImageFormat::Tiff, meaning, job),
         },
         Kind::Pfm => pfm::decode(bytes, job),
-        Kind::Rlm | Kind::Npy | Kind::Glb => Err(unknown(bytes)),
+        Kind::Rlm | Kind::Npy | Kind::Glb | Kind::Btf | Kind::Bsdf | Kind::Merl => Err(unknown(bytes)),
     }
 }
 

@@ -2,16 +2,21 @@
 //! to need.
 
 use std::panic::catch_unwind;
+use std::sync::Arc;
 
+use relume::direction::{Direction, Directions};
 use relume::field::{Basis, PlaneLayout};
+use relume::format::bonn::BonnBtf;
 use relume::format::exr::encode_labelled;
 use relume::format::{
-    Depth, ExrDepth, FieldFormat, PictureFormat, decode_field, decode_raster, encode_field, encode_picture,
-    npy, rlm,
+    Depth, ExrDepth, FieldFormat, PictureFormat, decode_brdf, decode_field, decode_raster, encode_field,
+    encode_picture, npy, rlm,
 };
 use relume::numeric::random::{Purpose, Stream};
 use relume::{Error, ErrorKind, Job, Limits, Picture, Planes, Size, Space};
 
+use crate::brdf_files::small_rgl_files;
+use crate::btf_files::small_btf_files;
 use crate::support::{job, random_field};
 
 /// A small valid file of every kind that is read.
@@ -45,6 +50,24 @@ fn small_files() -> Vec<(String, Vec<u8>)> {
         }
     }
     files
+}
+
+/// A small valid file of every kind that depends on light and view. Those of MERL and UTIA have one size only, of
+/// megabytes: `measured_brdf.rs` breaks them.
+fn small_measured_files() -> Vec<(String, Vec<u8>)> {
+    let btf = small_btf_files().into_iter().map(|(name, file)| (name, file.bytes));
+    btf.chain(small_rgl_files()).collect()
+}
+
+/// Reads a texture of light and view with all its images, or a reflectance with a value.
+fn read_measured(bytes: &[u8]) -> Result<(), Error> {
+    if bytes.starts_with(b"tensor") {
+        let brdf = decode_brdf(bytes, &job())?;
+        brdf.evaluate(Directions::lit_from(Direction::from_angles(0.5, 1.0)));
+        return Ok(());
+    }
+    let btf = BonnBtf::decode(Arc::new(bytes.to_vec()), &job())?;
+    (0..btf.pairs().len().min(50)).try_for_each(|i| btf.planes(i, &job()).map(drop))
 }
 
 /// Every reader on the same bytes; whether it could read them.
@@ -97,6 +120,40 @@ fn changed_bytes_never_panic() {
                 );
             });
             assert!(outcome.is_ok(), "{name}, round {round}");
+        }
+    }
+}
+
+#[test]
+fn measured_files_cut_at_any_byte_are_errors() {
+    for (name, file) in small_measured_files() {
+        read_measured(&file).unwrap_or_else(|e| panic!("{name}: {e}"));
+        for length in 0..file.len() {
+            let error = read_measured(&file[..length]).expect_err(&format!("{name} cut to {length}"));
+            assert_one_sentence(&error);
+        }
+    }
+}
+
+#[test]
+fn changed_bytes_of_measured_files_never_panic() {
+    let mut random = Stream::new(79, Purpose::Sample, [0]);
+    for (name, file) in small_measured_files() {
+        for round in 0..2000 {
+            let mut changed = file.clone();
+            for _ in 0..=random.below(4) {
+                let at = random.below(changed.len());
+                changed[at] = match random.below(3) {
+                    0 => changed[at] ^ (1 << random.below(8)),
+                    1 => [0, 0xff, 0x7f, 0x80][random.below(4)],
+                    _ => random.below(256) as u8,
+                };
+            }
+            let outcome = catch_unwind(|| read_measured(&changed));
+            let result = outcome.unwrap_or_else(|_| panic!("{name}, round {round}"));
+            if let Err(error) = result {
+                assert_one_sentence(&error);
+            }
         }
     }
 }

@@ -6,6 +6,9 @@ mod names;
 
 mod analysis;
 mod bases_and_channels;
+mod bonn_btf;
+mod brdf_files;
+mod btf_files;
 mod cancellation;
 mod circles;
 mod distinct_names;
@@ -16,6 +19,7 @@ mod format_robustness;
 mod format_round_trips;
 mod format_tiff;
 mod goldens;
+mod measured_brdf;
 mod ptm_independent;
 mod ptm_precision;
 mod random_field_promises;

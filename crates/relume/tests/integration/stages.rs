@@ -1,11 +1,17 @@
 //! The library's stages as functions of a job, on inputs of our own: what is promised of all of them
 //! (the memory they foresee, how soon they stop) is tested over this list.
 
+use std::sync::Arc;
+
 use relume::analysis::analyze;
 use relume::capture::dome::{Dome, DomeOptions, lights};
+use relume::direction::Directions;
 use relume::field::{Basis, Domain, IndexSpace, Metric, PlaneLayout};
 use relume::fit::{FitOptions, fit};
 use relume::format::animation::{encode_apng_with, encode_gif_with};
+use relume::format::bonn::{
+    BonnBtf, BtfColorModel, BtfFactors, BtfScalar, FactorShape, encode_dfmf, encode_fmf,
+};
 use relume::format::{
     Depth, ExrDepth, FieldFormat, HeightFormat, PictureFormat, decode_field, encode_field, encode_height_with,
 };
@@ -80,6 +86,7 @@ pub fn all(side: usize) -> Vec<Stage> {
     stages.extend(of_pictures(side));
     stages.extend(of_measures(side));
     stages.extend(of_files(side));
+    stages.extend(of_textures_of_light_and_view(side));
     stages
 }
 
@@ -345,6 +352,36 @@ fn of_files(side: usize) -> Vec<Stage> {
         stages.push(stage(leaked(&format!("reading {name}")), move |job| decode_field(&bytes, job)));
     }
     stages
+}
+
+/// Factors of a texture of light and view: 16 x 16 pairs.
+fn factors_of(side: usize, shape: FactorShape, rows: usize) -> BtfFactors {
+    let (count, size) = (8, Size::new(side, side));
+    let functions = texture(Size::new(count, rows), 1, 21).as_slice().to_vec();
+    BtfFactors { shape, functions, coefficients: texture(size, count, 22), singular: vec![1.0; count] }
+}
+
+fn of_textures_of_light_and_view(side: usize) -> Vec<Stage> {
+    let direction = |i: usize| Direction::from_angles(0.08 * i as f64, i as f64);
+    let pair = |i: usize| Directions { light: direction(i % 16), view: direction(i / 16) };
+    let pairs: Vec<Directions> = (0..256).map(pair).collect();
+    let all = factors_of(side, FactorShape::Functions, 3 * 256);
+    let channels = [(); 3].map(|()| factors_of(side, FactorShape::Coefficients, 256));
+    let model = BtfColorModel::LogYRatios;
+    let fmf = Arc::new(encode_fmf(&pairs, &all, BtfScalar::Half, &Job::default()).unwrap());
+    let dfmf = encode_dfmf(&pairs, &channels, model, BtfScalar::Half, &Job::default()).unwrap();
+    let [decoded, linear] =
+        [&dfmf, &*fmf].map(|bytes| BonnBtf::decode(Arc::new(bytes.clone()), &Job::default()).unwrap());
+    let also_pairs = pairs.clone();
+    vec![
+        stage("writing the factors of a BTF", move |job| encode_fmf(&pairs, &all, BtfScalar::Half, job)),
+        stage("writing the factored channels of a BTF", move |job| {
+            encode_dfmf(&also_pairs, &channels, model, BtfScalar::Half, job)
+        }),
+        stage("reading the factors of a BTF", move |job| BonnBtf::decode(Arc::clone(&fmf), job)),
+        stage("the image of a factored BTF", move |job| decoded.planes(77, job)),
+        stage("the basis of a factored BTF", move |job| linear.linear_factors(job)),
+    ]
 }
 
 fn leaked(name: &str) -> &'static str {

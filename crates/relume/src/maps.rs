@@ -4,7 +4,7 @@ use crate::error::{Error, Result};
 use crate::planes::Planes;
 use crate::size::Size;
 
-/// Height, colour, and optional normal and roughness maps of one surface, all of the same size.
+/// Height, colour, and optional normal, roughness and metallic maps of one surface, all of the same size.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SurfaceMaps {
     /// One plane: height in **texels** above an arbitrary level, so that slopes are dimensionless.
@@ -15,6 +15,8 @@ pub struct SurfaceMaps {
     pub normal: Option<Planes>,
     /// One plane: GGX roughness in 0..1 (the square root of alpha); 1 where absent.
     pub roughness: Option<Planes>,
+    /// One plane: the share of bare metal in 0..1, whose colour is the albedo; 0 where absent.
+    pub metallic: Option<Planes>,
 }
 
 impl SurfaceMaps {
@@ -30,6 +32,7 @@ impl SurfaceMaps {
             ("albedo", Some(&self.albedo), 3),
             ("normal", self.normal.as_ref(), 3),
             ("roughness", self.roughness.as_ref(), 1),
+            ("metallic", self.metallic.as_ref(), 1),
         ];
         for (name, map, count) in maps.into_iter().filter_map(|(n, m, c)| m.map(|m| (n, m, c))) {
             if map.size() != self.size() {

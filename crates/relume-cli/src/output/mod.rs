@@ -7,6 +7,7 @@
 
 mod file_list;
 mod folder;
+mod folder_or_archive;
 mod place;
 mod temporary;
 mod within;
@@ -22,6 +23,7 @@ pub use crate::paths::is_stream;
 use crate::report::write_stdout;
 pub use file_list::CaptureFiles;
 pub use folder::Folder;
+pub use folder_or_archive::{FolderOrArchive, KeepFile, is_archive};
 use temporary::{HeldRegistry, MadeFolders, folder_of, hold};
 pub use temporary::{Temporary, remove_all};
 

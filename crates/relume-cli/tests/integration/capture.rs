@@ -23,7 +23,7 @@ fn a_material_becomes_photographs_lights_and_truth() {
         assert_eq!(names(&output), expected);
         assert_eq!(
             names(&output.join("truth")),
-            ["albedo.exr", "height.exr", "normals.exr", "normals_gl.png"]
+            ["albedo.exr", "height.exr", "normals.exr", "normals_gl.png", "roughness.exr"]
         );
         run(folder.path(), &["fit", output.to_str().unwrap(), "-o", &format!("{format}.exr")]);
     }
@@ -48,7 +48,7 @@ fn the_bytes_do_not_depend_on_the_number_of_threads() {
 #[test]
 fn the_truth_photographed_again_gives_the_same_photographs() {
     let folder = tempfile::tempdir().unwrap();
-    let common = ["--lights", "4", "--matte"];
+    let common = ["--lights", "4"];
     run(folder.path(), &[&["capture", "pebbles", "-o", "first", "--size", "48x30"], &common[..]].concat());
     run(folder.path(), &[&["capture", "first/truth", "-o", "second"], &common[..]].concat());
     for k in 0..4 {
@@ -87,18 +87,36 @@ fn map_files_are_lit_from_where_the_light_file_says() {
 #[test]
 fn maps_that_are_not_used_are_named() {
     let folder = tempfile::tempdir().unwrap();
-    for name in ["a_height.png", "a_albedo.png", "a_metallic.png"] {
+    for name in ["a_height.png", "a_albedo.png", "a_metallic.png", "a_ao.png"] {
         write_grey(&folder.path().join(name), (8, 8), &[128; 64]);
     }
     let report = json(folder.path(), &["capture", ".", "-o", "out", "--lights", "2"]);
     let warnings = report["warnings"].as_array().unwrap();
-    assert!(warnings.len() == 1 && warnings[0].as_str().unwrap().contains("a_metallic.png"), "{warnings:?}");
+    assert!(warnings.len() == 1 && warnings[0].as_str().unwrap().contains("a_ao.png"), "{warnings:?}");
     assert!(
         json(folder.path(), &["capture", "weave", "-o", "none", "--size", "16", "--lights", "2"])["warnings"]
             .as_array()
             .unwrap()
             .is_empty()
     );
+}
+
+/// The colour of a metal is that of its highlight; away from it a metal without surroundings is dark.
+#[test]
+fn a_metallic_map_changes_the_photographs() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, code) in [("height", 9), ("albedo", 200), ("rough", 100), ("metalness", 255)] {
+        write_grey(&folder.path().join(format!("{name}.png")), (8, 8), &[code; 64]);
+    }
+    let common = ["--lights", "5", "--ambient", "0"];
+    run(folder.path(), &[&["capture", ".", "-o", "metal"], &common[..]].concat());
+    let files = ["--height", "height.png", "--albedo", "albedo.png", "--roughness", "rough.png"];
+    run(folder.path(), &[&["capture", "-o", "plain"], &files[..], &common[..]].concat());
+    let code = |out: &str, k: usize| read_png(&folder.path().join(format!("{out}/light_00{k}.png"))).1[0];
+    let (metal, plain) = (code("metal", 4), code("plain", 4));
+    assert!(metal > 0 && 2 * metal < plain, "{metal} {plain}");
+    assert!(folder.path().join("metal/truth/metallic.exr").exists());
+    assert!(!folder.path().join("plain/truth/metallic.exr").exists());
 }
 
 #[test]

@@ -14,9 +14,11 @@ use serde_json::Value;
 use crate::support::{write_grey, write_material};
 
 /// All verbs; `@name` is a file or folder of that name.
-const COMMANDS: [&str; 38] = [
+const COMMANDS: [&str; 40] = [
     "capture sponge -o @c --size 48 --lights 9",
     "capture --height @mask.png --albedo @a.png -o @maps --lights 3",
+    "capture --height @mask.png --albedo @a.png --metallic @a.png -o @btf --views 2",
+    "capture weave --size 16 -o @btf.zip --pairs 2",
     "fit @c -o @f.ptm",
     "fit @c -o @g.exr",
     "procedural marble -o @p --size 48",

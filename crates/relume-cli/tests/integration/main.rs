@@ -10,6 +10,7 @@ mod extremes;
 mod fill;
 mod fit;
 mod gallery;
+mod gonioreflectometer;
 mod height;
 mod maps;
 #[cfg(target_os = "linux")]

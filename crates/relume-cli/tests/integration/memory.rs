@@ -122,6 +122,7 @@ fn a_texture_made_tileable_stays_within_the_memory_allowed() {
 const COMMANDS: &[&str] = &[
     "capture leather -o out --size 384 --lights 3",
     "capture maps -o out --lights 2 --format exr --no-bounce",
+    "capture leather -o out.zip --size 320 --views 3",
     "fit photographs -o out.ptm",
     "fit photographs -o out.exr --color rgb",
     "procedural clouds -o out --size 768",

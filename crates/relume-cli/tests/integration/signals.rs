@@ -66,6 +66,8 @@ fn every_long_verb_is_interrupted_within_a_second_and_leaves_nothing() {
     let before = names(at);
     let commands = [
         "capture sponge -o out --size 512 --lights 400",
+        "capture weave -o out --size 256 --views bonn",
+        "capture weave -o new/o.zip --size 256 --pairs 100000",
         "demo -o out",
         "gallery in -o out --size 512",
         "synth n.png -o new/o.png --method noise --size 9000x60000",

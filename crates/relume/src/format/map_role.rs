@@ -55,7 +55,9 @@ pub enum MapRole {
     Height,
     /// Roughness of the surface.
     Roughness,
-    /// Anything else: metalness, occlusion, opacity, labels, photographs, functions.
+    /// Share of bare metal.
+    Metallic,
+    /// Anything else: occlusion, opacity, labels, photographs, functions.
     Other,
 }
 
@@ -64,6 +66,7 @@ named!(MapRole {
     Normal => "normal",
     Height => "height",
     Roughness => "roughness",
+    Metallic => "metallic",
     Other => "other",
 });
 
@@ -71,30 +74,20 @@ const ALBEDO: [&str; 8] = ["albedo", "color", "colour", "diffuse", "diff", "base
 const NORMAL: [&str; 5] = ["normal", "normals", "nor", "normalgl", "normaldx"];
 const HEIGHT: [&str; 6] = ["height", "heights", "displacement", "disp", "bump", "heightmap"];
 const ROUGHNESS: [&str; 2] = ["roughness", "rough"];
+const METALLIC: [&str; 4] = ["metallic", "metalness", "metallness", "metal"];
 /// Words that name a map of another kind, so that `metal_base_ao.png` is no albedo.
-const OTHER: [&str; 12] = [
-    "ao",
-    "ambientocclusion",
-    "occlusion",
-    "arm",
-    "orm",
-    "metal",
-    "metallic",
-    "metalness",
-    "opacity",
-    "alpha",
-    "mask",
-    "emission",
-];
+const OTHER: [&str; 9] =
+    ["ao", "ambientocclusion", "occlusion", "arm", "orm", "opacity", "alpha", "mask", "emission"];
 
 impl MapRole {
     /// The meaning that a file name says; [`MapRole::Other`] without a known word.
     pub fn of_name(path: &Path) -> Self {
-        let known: [(&[&str], Self); 5] = [
+        let known: [(&[&str], Self); 6] = [
             (&ALBEDO, Self::Albedo),
             (&NORMAL, Self::Normal),
             (&HEIGHT, Self::Height),
             (&ROUGHNESS, Self::Roughness),
+            (&METALLIC, Self::Metallic),
             (&OTHER, Self::Other),
         ];
         let role = |word: String| {
@@ -124,6 +117,8 @@ mod tests {
             ("rough_rock_diff_2k.jpg", MapRole::Albedo),
             ("rock_rough_2k.jpg", MapRole::Roughness),
             ("base_height.png", MapRole::Height),
+            ("Metal014_4K-PNG_Metalness.png", MapRole::Metallic),
+            ("metal_base_rough.png", MapRole::Roughness),
             ("base_ao.png", MapRole::Other),
             ("colorful.png", MapRole::Other),
             ("photograph.png", MapRole::Other),

@@ -15,6 +15,7 @@
 //! | animated PNG, GIF | | [`animation`] |
 //! | `.ptm`, EXR field, PNG of any size | | [`Streamed`] |
 //! | EXR with named channels | [`Opened::into_labelled`] | [`exr::encode_labelled`] |
+//! | zip of images named by their directions | | [`ZipArchive`], [`ubo2003`] |
 //! | OBJ, binary glTF | [`Opened::into_mesh`] | |
 //! | `.npy` | [`Opened::into_array`] | [`npy::encode_i32`] |
 //! | `.rlm` | [`Opened::into_model`] | [`rlm::encode`] |
@@ -58,7 +59,9 @@ mod stream;
 mod tiff;
 pub mod tile_set;
 mod turned;
+pub mod ubo2003;
 mod whole;
+mod zip;
 
 pub use archive::ImageArchive;
 pub use brdf::decode_brdf;
@@ -75,9 +78,11 @@ pub use mask::{Mask, decode_mask};
 pub use mesh::decode_mesh;
 pub use normal_map::{NormalMap, decode_normals, encode_normals, encode_stored_normals};
 pub use open::{Content, Opened, open, read, read_field, read_height, read_mesh, read_raster};
+pub(crate) use picture::JPEG_QUALITY;
 pub use picture::{Depth, PictureFormat, encode_picture, encode_picture_with};
 pub use ptm::PtmEncoding;
 pub use raster::decode_raster;
 pub use rows::Rows;
 pub use stream::{Lane, Streamed};
 pub use tile_set::TileSetFile;
+pub use zip::ZipArchive;

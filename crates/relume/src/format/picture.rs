@@ -46,7 +46,7 @@ pub enum PictureFormat {
 }
 
 /// The quality of JPEG files from [`PictureFormat::from_path`].
-const JPEG_QUALITY: u8 = 92;
+pub(crate) const JPEG_QUALITY: u8 = 92;
 
 /// The longest side of a JPEG picture (ITU-T T.81, B.2.2).
 const JPEG_MAX_SIDE: usize = 65535;

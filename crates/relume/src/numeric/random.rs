@@ -60,6 +60,10 @@ pub enum Purpose {
     ShuffledTexels = 18,
     /// The random matrix that begins the factorisation of photographs. Place: the photograph.
     FactorSketch = 20,
+    /// The directions of a virtual gonioreflectometer that keep apart. Place: their number.
+    SpreadDirections = 21,
+    /// Independent pairs of directions. Place: the number of the pair.
+    RandomDirections = 22,
 }
 
 /// The most integers of a place.

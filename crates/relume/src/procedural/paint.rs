@@ -50,7 +50,7 @@ pub fn paint(size: Size, sample: Box<Sampler>, job: &Job) -> Result<SurfaceMaps>
             }
         }
     }
-    Ok(SurfaceMaps { height, albedo, normal: None, roughness: Some(roughness) })
+    Ok(SurfaceMaps { height, albedo, normal: None, roughness: Some(roughness), metallic: None })
 }
 
 /// The linear colour of an sRGB code such as `0xd9a441`.

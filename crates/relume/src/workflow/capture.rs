@@ -4,15 +4,16 @@ use std::path::Path;
 
 use rayon::prelude::*;
 
-use crate::capture::dome::{Dome, DomeOptions};
+use crate::capture::dome::Dome;
 use crate::capture::lp;
 use crate::direction::Direction;
 use crate::error::{Error, Result};
-use crate::format::{Depth, ExrDepth, PictureFormat, encode_picture_with};
+use crate::format::{Depth, ExrDepth, JPEG_QUALITY, PictureFormat, encode_picture_with};
 use crate::job::Job;
 use crate::memory::Footprint;
 use crate::names::named;
 use crate::size::Size;
+use crate::space::Space;
 
 /// File formats of photographs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -24,13 +25,16 @@ pub enum PhotographFormat {
     Png16,
     /// 16-bit floats, linear.
     Exr,
+    /// 8 bits, sRGB-encoded, compressed with loss.
+    Jpeg,
 }
 
-named!(PhotographFormat { Png => "png", Png16 => "png16", Exr => "exr" });
+named!(PhotographFormat { Png => "png", Png16 => "png16", Exr => "exr", Jpeg => "jpg" });
 
 impl PhotographFormat {
-    fn picture_format(self) -> PictureFormat {
+    pub(super) fn picture_format(self) -> PictureFormat {
         match self {
+            Self::Jpeg => PictureFormat::Jpeg { quality: JPEG_QUALITY },
             Self::Png => PictureFormat::Png(Depth::Eight),
             Self::Png16 => PictureFormat::Png(Depth::Sixteen),
             Self::Exr => PictureFormat::Exr(ExrDepth::Half),
@@ -39,11 +43,24 @@ impl PhotographFormat {
 
     /// The name of photograph `number`.
     pub fn file_name(self, number: usize) -> String {
-        let extension = match self {
+        format!("light_{number:03}.{}", self.extension())
+    }
+
+    /// The extension of the files.
+    pub fn extension(self) -> &'static str {
+        match self {
             Self::Png | Self::Png16 => "png",
             Self::Exr => "exr",
-        };
-        format!("light_{number:03}.{extension}")
+            Self::Jpeg => "jpg",
+        }
+    }
+
+    /// The space of the values in the files.
+    pub fn space(self) -> Space {
+        match self {
+            Self::Png | Self::Png16 | Self::Jpeg => Space::Srgb,
+            Self::Exr => Space::Linear,
+        }
     }
 }
 
@@ -51,8 +68,8 @@ impl PhotographFormat {
 pub const LIGHT_FILE: &str = "lights.lp";
 
 /// The memory of one photograph and its file, beside the dome.
-pub fn footprint(size: Size, options: &DomeOptions, format: PhotographFormat) -> Footprint {
-    Dome::photograph_footprint(size, options).then(format.picture_format().footprint(size, 3))
+pub fn footprint(size: Size, format: PhotographFormat) -> Footprint {
+    Dome::photograph_footprint(size).then(format.picture_format().footprint(size, 3))
 }
 
 /// Takes a photograph for every lamp and passes its name and bytes to `keep`, in order, and the light file
@@ -77,7 +94,7 @@ pub fn photographs(
     };
     job.start("photographing", lamps.len() as u64);
     let mut clipped = 0;
-    let one = footprint(dome.size(), dome.options(), format).peak;
+    let one = footprint(dome.size(), format).peak;
     let fitting = usize::try_from(job.free_bytes() / one.max(1)).unwrap_or(usize::MAX);
     let batch = rayon::current_num_threads().min(lamps.len()).min(fitting).max(1);
     job.check_bytes("the photographs taken at a time", one * batch as u64)?;

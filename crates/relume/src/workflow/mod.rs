@@ -6,6 +6,7 @@
 //! | [`front`] | the shortest way through the library |
 //! | [`files`] | reading and writing fields and pictures by file name |
 //! | [`mod@capture`] | captures of a virtual dome as files |
+//! | [`gonioreflectometer`] | images for pairs of light and view as files |
 //! | [`options`] | the options of a synthesis, and the resulting plan |
 //! | [`fitted`] | options whose open sizes are fitted to exemplars |
 //! | [`sizes`] | sizes of blocks and windows that fit |
@@ -32,6 +33,7 @@ pub mod endless;
 pub mod files;
 pub mod fitted;
 pub mod front;
+pub mod gonioreflectometer;
 pub mod likeness;
 pub mod map_set;
 pub mod memory;

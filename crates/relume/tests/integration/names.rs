@@ -36,6 +36,7 @@ fn every_member_is_found_by_its_name() {
     check::<Cut>();
     check::<Estimator>();
     check::<dome::ReliefBorder>();
+    check::<dome::DirectionSampling>();
     check::<integrate::SurfaceBorder>();
     check::<integrate::IntegrationMethod>();
 }

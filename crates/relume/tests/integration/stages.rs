@@ -4,7 +4,8 @@
 use std::sync::Arc;
 
 use relume::analysis::analyze;
-use relume::capture::dome::{Dome, DomeOptions, lights};
+use relume::capture::dome::sampling::{all_pairs, random_pairs};
+use relume::capture::dome::{Dome, DomeOptions, Gonioreflectometer, lights};
 use relume::direction::Directions;
 use relume::field::{Basis, Domain, IndexSpace, Metric, PlaneLayout};
 use relume::fit::{FitOptions, fit};
@@ -33,6 +34,8 @@ use relume::synthesis::pixel::{
 use relume::synthesis::roller::{RollerOptions, lay, roll};
 use relume::synthesis::search::{SearchMethod, SearchOptions};
 use relume::synthesis::{Blend, BlockOptions, Boundary, Exemplar, Guidance, Tolerance, gather, synthesize};
+use relume::workflow::capture::PhotographFormat;
+use relume::workflow::gonioreflectometer::images;
 use relume::{Direction, Job, Picture, Planes, Raster, ReflectanceField, Result, Samples, Size, Space};
 
 /// A stage as a function of its job.
@@ -230,6 +233,7 @@ fn of_photographs(side: usize) -> Vec<Stage> {
     let maps = Material::Leather
         .make(&MaterialOptions { size, ..MaterialOptions::default() }, &Job::default())
         .unwrap();
+    let measured = maps.clone();
     vec![
         stage("fitting", move |job| {
             fit(&named_lights(40), &|i| Ok(photograph(size, i)), &FitOptions::default(), job)
@@ -245,6 +249,12 @@ fn of_photographs(side: usize) -> Vec<Stage> {
         stage("photographing", move |job| {
             let dome = Dome::new(maps.clone(), &DomeOptions::default(), job)?;
             dome.photograph_within(Direction::new(0.5, 0.3, 0.8)?, job)
+        }),
+        stage("measuring pairs of light and view", move |job| {
+            let dome = Dome::new(measured.clone(), &DomeOptions::default(), job)?;
+            let pairs = [all_pairs(&lights(4), &lights(3)), random_pairs(8, 0)].concat();
+            let device = Gonioreflectometer::new(dome, pairs, job)?;
+            images(&device, PhotographFormat::Jpeg, job, &mut |_, _| Ok(()))
         }),
     ]
 }

@@ -1,7 +1,7 @@
 //! Maps from files: the role of each file, and the meaning of its samples.
 //!
-//! Height, normal and roughness files hold data, not colours: integer codes are read as values from 0 to 1,
-//! without decoding sRGB. If such a file is RGB, height and roughness use its first channel.
+//! Height, normal, roughness and metallic files hold data, not colours: integer codes are read as values from 0 to 1,
+//! without decoding sRGB. If such a file is RGB, all but normals use its first channel.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -25,6 +25,8 @@ pub struct MapFiles {
     pub normal: Option<PathBuf>,
     /// One channel.
     pub roughness: Option<PathBuf>,
+    /// One channel.
+    pub metallic: Option<PathBuf>,
 }
 
 impl MapFiles {
@@ -45,6 +47,7 @@ impl MapFiles {
             albedo: only(&paths, MapRole::Albedo)?,
             normal: only(&paths, MapRole::Normal)?,
             roughness: only(&paths, MapRole::Roughness)?,
+            metallic: only(&paths, MapRole::Metallic)?,
         })
     }
 
@@ -53,7 +56,7 @@ impl MapFiles {
     /// # Errors
     /// A folder that cannot be read.
     pub fn unused(&self, folder: &Path) -> Result<Vec<PathBuf>> {
-        let used = [&self.height, &self.albedo, &self.normal, &self.roughness];
+        let used = [&self.height, &self.albedo, &self.normal, &self.roughness, &self.metallic];
         let mut others = pictures(folder)?;
         others.retain(|path| !used.iter().any(|map| map.as_ref() == Some(path)));
         Ok(others)
@@ -66,6 +69,7 @@ impl MapFiles {
             albedo: self.albedo.or(others.albedo),
             normal: self.normal.or(others.normal),
             roughness: self.roughness.or(others.roughness),
+            metallic: self.metallic.or(others.metallic),
         }
     }
 
@@ -105,11 +109,11 @@ impl MapFiles {
             }
             None => None,
         };
-        let roughness = match &self.roughness {
-            Some(path) => Some(first_channel(&data(path)?)),
-            None => None,
+        let share = |path: &Option<PathBuf>| -> Result<Option<Planes>> {
+            path.as_deref().map(|path| Ok(first_channel(&data(path)?))).transpose()
         };
-        Ok(SurfaceMaps { height, albedo, normal, roughness })
+        let (roughness, metallic) = (share(&self.roughness)?, share(&self.metallic)?);
+        Ok(SurfaceMaps { height, albedo, normal, roughness, metallic })
     }
 }
 

@@ -1,5 +1,7 @@
-//! `relume capture`: maps or a built-in material under a virtual light dome.
+//! `relume capture`: maps or a built-in material under a virtual light dome, photographed from above or measured
+//! from all sides.
 
+mod btf;
 mod maps;
 mod truth;
 
@@ -10,34 +12,41 @@ use relume::maps::SurfaceMaps;
 use relume::procedural::{Material, MaterialOptions, Tiling};
 use relume::workflow::capture::{PhotographFormat, footprint, photographs};
 use relume::{Error, Footprint, Result, Size};
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::material::MaterialArgs;
 use crate::context::Context;
-use crate::output::Folder;
+use crate::output::{Folder, is_archive};
 use crate::paths;
 use crate::report::Report;
 use crate::{args, normals};
+use btf::BtfArgs;
 use maps::MapFiles;
 
 /// Arguments of `relume capture`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  relume capture sponge -o sponge --lights 50\n  \
-    relume capture materials/bark -o bark --height-scale 60 --format exr")]
+    relume capture materials/bark -o bark --height-scale 60 --format exr\n  \
+    relume capture weave --size 128 --views bonn -o weave.zip")]
 pub struct Args {
     /// A built-in material (sponge, weave, pebbles, leather, bark, marble, wood, clouds, fire), or a folder
-    /// of maps recognised by their names: height or displacement, albedo or color, normal, roughness
+    /// of maps recognised by their names: height or displacement, albedo or color, normal, roughness, metallic
     #[arg(required_unless_present_all = ["height", "albedo"])]
     maps: Option<PathBuf>,
-    /// The folder to write: photographs, `lights.lp`, `capture.json`, and the ground truth in `truth`
+    /// The folder to write: photographs, `lights.lp`, `capture.json`, and the ground truth in `truth`. With --views and
+    /// --pairs also a `.zip` archive
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// Number of lamps, spread evenly from the zenith to 75 degrees from it
-    #[arg(long, value_name = "N", default_value = "50", value_parser = clap::value_parser!(u32).range(1..=10_000))]
-    lights: u32,
-    /// File format of the photographs; integers are sRGB-encoded, floats linear
-    #[arg(long, default_value = "png", value_parser = args::named::<PhotographFormat>())]
-    format: PhotographFormat,
+    /// Number of lamps, spread evenly from the zenith to 75 degrees from it [default: 50; with --views as many as
+    /// views]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    lights: Option<u32>,
+    /// File format of the photographs; integers are sRGB-encoded, floats linear [default: png; jpg with --views and
+    /// --pairs]
+    #[arg(long, value_parser = args::named::<PhotographFormat>())]
+    format: Option<PhotographFormat>,
+    #[command(flatten)]
+    btf: BtfArgs,
     #[command(flatten)]
     files: Files,
     #[command(flatten)]
@@ -62,6 +71,9 @@ struct Files {
     /// The roughness map; without one, roughness is 1
     #[arg(long, value_name = "FILE")]
     roughness: Option<PathBuf>,
+    /// The map of bare metal, whose colour is the albedo; without one, there is none
+    #[arg(long, value_name = "FILE")]
+    metallic: Option<PathBuf>,
     /// Texels from height 0 to height 1 [default: the record in the file; a 25th of the width for integer
     /// files without a record; 1 for floats, which are in texels]
     #[arg(long, value_name = "TEXELS")]
@@ -77,9 +89,10 @@ struct DomeArgs {
     /// Whether maps repeat beyond their borders or end there
     #[arg(long, default_value = "wrap", value_parser = args::named::<ReliefBorder>())]
     border: ReliefBorder,
-    /// Radiance of the sky, as a fraction of that of a white matte surface facing the lamp
-    #[arg(long, value_name = "FRACTION", default_value_t = DomeOptions::default().ambient)]
-    ambient: f64,
+    /// Radiance of the sky, as a fraction of that of a white matte surface facing the lamp [default: 0.04; 0 with
+    /// --views and --pairs]
+    #[arg(long, value_name = "FRACTION")]
+    ambient: Option<f64>,
     /// Angular radius of a lamp in degrees, which determines the softness of shadows
     #[arg(long, value_name = "DEGREES", default_value = "1")]
     lamp_radius: f64,
@@ -91,60 +104,74 @@ struct DomeArgs {
     matte: bool,
 }
 
-/// Photographs under every lamp and writes the folder.
+/// Photographs under every lamp, or from every view, and writes the files.
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
-    let options = args.dome.options();
+    match args.btf.pairs(args.lights)? {
+        Some(pairs) => btf::run(args, pairs, context),
+        None => photograph(args, context),
+    }
+}
+
+fn photograph(args: &Args, context: &Context) -> Result<Report> {
+    if is_archive(&args.output) {
+        return Err(Error::usage(
+            "photographs go into a folder; archives hold the images of --views or --pairs: name a folder",
+        )
+        .at(&args.output));
+    }
+    let (format, options) =
+        (args.format.unwrap_or_default(), args.dome.options(DomeOptions::default().ambient));
     options.validate()?;
-    let inputs: Vec<&Path> =
-        args.maps.as_deref().filter(|path| material(path).is_none()).into_iter().collect();
-    let mut folder = Folder::stage(&args.output, &inputs, context)?;
-    let (name, maps, unused) = source(args, context)?;
-    foresee(args, maps.size(), &options, context)?;
-    let dome = Dome::new(maps, &options, &context.job).map_err(|e| match &args.maps {
-        Some(path) if material(path).is_none() => e.at(path),
-        _ => e,
-    })?;
-    let lamps = lights(args.lights as usize);
+    let folder = Folder::stage(&args.output, &args.inputs(), context)?;
+    let CapturedSurface { name, dome, unused } =
+        source(args, &options, &|size| footprint(size, format), context)?;
+    let lamps = lights(args.lights.unwrap_or(LIGHTS) as usize);
     let mut keep = |name: &str, bytes: &[u8]| folder.add(name, bytes);
-    let clipped = photographs(&dome, &lamps, args.format, &context.job, &mut keep)?;
-    truth::write(&dome, &mut folder, &context.job)?;
-    let (low, high) = dome.maps().height.range(0);
-    let json = json!({
+    let clipped = photographs(&dome, &lamps, format, &context.job, &mut keep)?;
+    truth::write(&dome, &mut keep, &context.job)?;
+    let mut json = json!({
         "source": name,
         "width": dome.size().width,
         "height": dome.size().height,
         "lights": lamps.len(),
-        "photographs": args.format.file_name(0).replace("000", "*"),
+        "photographs": format.file_name(0).replace("000", "*"),
+    });
+    append(&mut json, conditions(args, &dome, clipped));
+    folder.add("capture.json", format!("{json:#}\n").as_bytes())?;
+    let written = folder.commit()?;
+    let what = format!("{} photographs", lamps.len());
+    let report = Report::new(summary(args, &what, &name, &dome, clipped), json).with_outputs(written);
+    Ok(report.with_warnings(ignored(&unused)))
+}
+
+/// The number of lamps unless another is asked for.
+const LIGHTS: u32 = 50;
+
+/// Under which conditions the surface was seen, and where its truth is.
+fn conditions(args: &Args, dome: &Dome, clipped: f64) -> Value {
+    let options = dome.options();
+    json!({
         "exposure": "a white Lambertian that faces the lamp is 1",
         "clipped_fraction": clipped,
         "border": format!("{:?}", options.border).to_lowercase(),
         "ambient": options.ambient,
         "bounce": format!("{:?}", options.bounce).to_lowercase(),
         "lamp_radius_deg": args.dome.lamp_radius,
-        "truth": {
-            "height_texels": { "file": "truth/height.exr", "lowest": low, "highest": high },
-            "albedo_linear": "truth/albedo.exr",
-            "normals_y_up": ["truth/normals.exr", "truth/normals_gl.png"],
-        },
-    });
-    folder.add("capture.json", format!("{json:#}\n").as_bytes())?;
-    let written = folder.commit()?;
-    let report = Report::new(summary(args, &name, &dome, clipped), json).with_outputs(written);
-    Ok(report.with_warnings(ignored(&unused)))
+        "truth": truth::describe(dome),
+    })
 }
 
-/// Refuses a capture that cannot be taken and written within the memory, beside its maps.
-fn foresee(args: &Args, size: Size, options: &DomeOptions, context: &Context) -> Result<()> {
-    let (dome, one) = (Dome::footprint(size, options), footprint(size, options, args.format));
-    let written = Footprint { peak: one.peak.max(truth::footprint(size).peak), kept: 0 };
-    context.job.check_bytes("the virtual dome and its photographs", dome.then(written).peak)
+/// Adds the fields of an object to another.
+fn append(json: &mut Value, more: Value) {
+    let (Value::Object(json), Value::Object(more)) = (json, more) else { unreachable!("both are objects") };
+    json.extend(more);
 }
 
-fn summary(args: &Args, name: &str, dome: &Dome, clipped: f64) -> String {
+fn summary(args: &Args, what: &str, name: &str, dome: &Dome, clipped: f64) -> String {
     let (low, high) = dome.maps().height.range(0);
     let mut lines = vec![
-        format!("{}: {} photographs of {name}, {} texels", args.output.display(), args.lights, dome.size()),
-        format!("relief {:.1} texels high; lights in lights.lp, the truth in truth/", high - low),
+        format!("{}: {what} of {name}, {} texels", args.output.display(), dome.size()),
+        format!("relief {:.1} texels high; the conditions in capture.json, the truth in truth/", high - low),
     ];
     if clipped > 0.0 {
         lines
@@ -153,43 +180,73 @@ fn summary(args: &Args, name: &str, dome: &Dome, clipped: f64) -> String {
     lines.join("\n")
 }
 
+/// A surface under the dome.
+struct CapturedSurface {
+    /// The material, or the folder of maps.
+    name: String,
+    dome: Dome,
+    /// The pictures beside the maps.
+    unused: Vec<PathBuf>,
+}
+
+/// Puts the maps under the dome, unless they do not fit into the memory beside one picture.
+fn source(
+    args: &Args,
+    options: &DomeOptions,
+    picture: &dyn Fn(Size) -> Footprint,
+    context: &Context,
+) -> Result<CapturedSurface> {
+    let foresee = |size: Size| {
+        let written = Footprint { peak: picture(size).peak.max(truth::footprint(size).peak), kept: 0 };
+        let all = Dome::footprint(size, options).then(written);
+        context.job.check_bytes("the virtual dome and its photographs", all.peak)
+    };
+    let (name, maps, unused) = maps(args, &foresee, context)?;
+    foresee(maps.size())?;
+    let dome = Dome::new(maps, options, &context.job).map_err(|e| match args.inputs().first() {
+        Some(path) => e.at(path),
+        None => e,
+    })?;
+    Ok(CapturedSurface { name, dome, unused })
+}
+
 /// The name of the maps, the maps, and the pictures beside them.
-fn source(args: &Args, context: &Context) -> Result<(String, SurfaceMaps, Vec<PathBuf>)> {
+fn maps(
+    args: &Args,
+    foresee: &dyn Fn(Size) -> Result<()>,
+    context: &Context,
+) -> Result<(String, SurfaceMaps, Vec<PathBuf>)> {
     match args.maps.as_deref() {
         Some(path) if material(path).is_some() => {
             args.files.refuse("a built-in material has its own maps")?;
             let material = material(path).expect("the arm's condition");
-            Ok((material.name().to_owned(), made(material, args, context)?, Vec::new()))
+            Ok((material.name().to_owned(), made(material, args, foresee, context)?, Vec::new()))
         }
         folder => {
             args.material.refuse()?;
-            let named = MapFiles {
-                height: args.files.height.clone(),
-                albedo: args.files.albedo.clone(),
-                normal: args.files.normal.clone(),
-                roughness: args.files.roughness.clone(),
-            };
             let files = match folder {
-                Some(folder) => named.or(MapFiles::find(folder)?),
-                None => named,
+                Some(folder) => args.files.named().or(MapFiles::find(folder)?),
+                None => args.files.named(),
             };
             let name = folder.unwrap_or(Path::new("the maps")).display().to_string();
             let unused = folder.map_or(Ok(Vec::new()), |folder| files.unused(folder))?;
-            Ok((
-                name,
-                files.read(args.files.height_scale, args.files.normals.normal_y, &context.job)?,
-                unused,
-            ))
+            let maps = files.read(args.files.height_scale, args.files.normals.normal_y, &context.job)?;
+            Ok((name, maps, unused))
         }
     }
 }
 
 /// The maps of a built-in material, unless the photographs of them would not fit into the memory.
-fn made(material: Material, args: &Args, context: &Context) -> Result<SurfaceMaps> {
+fn made(
+    material: Material,
+    args: &Args,
+    foresee: &dyn Fn(Size) -> Result<()>,
+    context: &Context,
+) -> Result<SurfaceMaps> {
     let options = args.material.options(Tiling::Torus);
     options.validate()?;
     let maps = context.job.hold("a material's maps", MaterialOptions::footprint(options.size).kept)?;
-    foresee(args, options.size, &args.dome.options(), context)?;
+    foresee(options.size)?;
     drop(maps);
     material.make(&options, &context.job)
 }
@@ -198,7 +255,10 @@ fn made(material: Material, args: &Args, context: &Context) -> Result<SurfaceMap
 fn ignored(unused: &[PathBuf]) -> Option<String> {
     let names: Vec<String> = unused.iter().filter_map(|path| path.file_name()).map(paths::text).collect();
     (!names.is_empty()).then(|| {
-        format!("not used: {}; height, albedo, normals and roughness are photographed", names.join(", "))
+        format!(
+            "not used: {}; height, albedo, normals, roughness and metal are photographed",
+            names.join(", ")
+        )
     })
 }
 
@@ -206,13 +266,31 @@ fn material(path: &Path) -> Option<Material> {
     path.to_str().and_then(Material::from_name)
 }
 
+impl Args {
+    /// The folder of maps.
+    fn inputs(&self) -> Vec<&Path> {
+        self.maps.as_deref().filter(|path| material(path).is_none()).into_iter().collect()
+    }
+}
+
 impl Files {
+    fn named(&self) -> MapFiles {
+        MapFiles {
+            height: self.height.clone(),
+            albedo: self.albedo.clone(),
+            normal: self.normal.clone(),
+            roughness: self.roughness.clone(),
+            metallic: self.metallic.clone(),
+        }
+    }
+
     fn refuse(&self, why: &str) -> Result<()> {
         let given = [
             ("--height", self.height.is_some()),
             ("--albedo", self.albedo.is_some()),
             ("--normal", self.normal.is_some()),
             ("--roughness", self.roughness.is_some()),
+            ("--metallic", self.metallic.is_some()),
             ("--height-scale", self.height_scale.is_some()),
             ("--normal-y", self.normals.normal_y.is_some()),
         ];
@@ -224,11 +302,12 @@ impl Files {
 }
 
 impl DomeArgs {
-    fn options(&self) -> DomeOptions {
+    /// The options, with the ambient light that is usual.
+    fn options(&self, ambient: f64) -> DomeOptions {
         let default = DomeOptions::default();
         DomeOptions {
             border: self.border,
-            ambient: self.ambient,
+            ambient: self.ambient.unwrap_or(ambient),
             bounce: if self.no_bounce { Bounce::None } else { Bounce::Once },
             surface: if self.matte { Surface::Matte } else { default.surface },
             lamp_radius_rad: self.lamp_radius.to_radians(),

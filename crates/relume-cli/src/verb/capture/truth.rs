@@ -3,21 +3,47 @@
 use relume::capture::dome::Dome;
 use relume::format::{Depth, ExrDepth, NormalY, PictureFormat, encode_normals, encode_picture_with};
 use relume::{Footprint, Job, Picture, Planes, Result, Size, Space};
+use serde_json::{Value, json};
 
-use crate::output::Folder;
+use crate::output::KeepFile;
 
-/// Writes the true normals, albedo and height.
-pub fn write(dome: &Dome, folder: &mut Folder, job: &Job) -> Result<()> {
+/// Writes the true normals, albedo and height, and roughness and metal where there are maps of them.
+pub fn write(dome: &Dome, keep: &mut KeepFile, job: &Job) -> Result<()> {
     let exr = |planes: &Planes| {
         let picture = Picture { planes: planes.clone(), space: Space::Linear };
         encode_picture_with(&picture, PictureFormat::Exr(ExrDepth::Float), job)
     };
+    let maps = dome.maps();
     let normals = encode_normals(dome.normals(), NormalY::Up, PictureFormat::Exr(ExrDepth::Float), job)?;
-    folder.add("truth/normals.exr", &normals)?;
-    folder.add("truth/albedo.exr", &exr(&dome.maps().albedo)?)?;
-    folder.add("truth/height.exr", &exr(&dome.maps().height)?)?;
+    keep("truth/normals.exr", &normals)?;
+    keep("truth/albedo.exr", &exr(&maps.albedo)?)?;
+    keep("truth/height.exr", &exr(&maps.height)?)?;
+    for (name, map) in [(ROUGHNESS, &maps.roughness), (METALLIC, &maps.metallic)] {
+        if let Some(map) = map {
+            keep(name, &exr(map)?)?;
+        }
+    }
     let packed = encode_normals(dome.normals(), NormalY::Up, PictureFormat::Png(Depth::Sixteen), job)?;
-    folder.add("truth/normals_gl.png", &packed)
+    keep("truth/normals_gl.png", &packed)
+}
+
+const ROUGHNESS: &str = "truth/roughness.exr";
+const METALLIC: &str = "truth/metallic.exr";
+
+/// What [`write`] has written, for programs.
+pub fn describe(dome: &Dome) -> Value {
+    let (low, high) = dome.maps().height.range(0);
+    let mut truth = json!({
+        "height_texels": { "file": "truth/height.exr", "lowest": low, "highest": high },
+        "albedo_linear": "truth/albedo.exr",
+        "normals_y_up": ["truth/normals.exr", "truth/normals_gl.png"],
+    });
+    let maps =
+        [("roughness", ROUGHNESS, &dome.maps().roughness), ("metallic", METALLIC, &dome.maps().metallic)];
+    for (field, file, _) in maps.into_iter().filter(|(_, _, map)| map.is_some()) {
+        truth[field] = file.into();
+    }
+    truth
 }
 
 /// The memory of [`write`], beside the dome.

@@ -44,6 +44,11 @@ impl Heading {
     pub fn from_azimuth(azimuth_rad: f64) -> Self {
         Self { column: azimuth_rad.cos(), row: -azimuth_rad.sin() }
     }
+
+    /// The way back.
+    pub fn opposite(self) -> Self {
+        Self { column: -self.column, row: -self.row }
+    }
 }
 
 /// All crossings on the way out to `reach` texels, nearest first.

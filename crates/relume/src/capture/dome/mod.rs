@@ -1,29 +1,43 @@
-//! A virtual light dome: photographs of registered maps from straight above under one distant lamp after
-//! another, together with the ground truth.
+//! A virtual light dome: photographs of registered maps under one distant lamp after another, from straight above or
+//! from any side, together with the ground truth.
 //!
 //! - [`mod@lights`]: positions of the lamps;
 //! - [`relief`]: the height field and its borders; [`march`]: its horizons, fast and slow;
 //! - [`shadow`]: cast shadows with penumbra;
 //! - [`horizon`]: open sky and visible surface for each texel, shared by all lamps;
+//! - [`Illumination`]: the light that arrives under one lamp, shared by all viewers;
+//! - [`parallax`], [`Sight`]: what one viewer sees, shared by all lamps;
+//! - [`gonioreflectometer`], [`sampling`]: images for many pairs of light and view.
 //!
-//! The camera is orthographic and straight above, so a texel of the maps is a pixel. Light reaches a texel
-//! from the lamp; from a uniform sky, dimmed where the relief hides it; and after **one** diffuse bounce from
-//! the surface it sees (the light which that surface receives from lamp and sky, times its albedo). Sky and
-//! bounce light only the body, not the glossy surface. Highlights are masked only by the shadow of the lamp,
-//! not by the relief itself.
+//! The camera is orthographic. That of [`Dome::photograph`] is straight above, so a texel of the maps is a pixel; that
+//! of [`Dome::image`] may be anywhere, and its image is rectified to the plane at the mean height. Light reaches a
+//! point from the lamp; from a uniform sky, dimmed where the relief hides it; and after **one** diffuse bounce from the
+//! surface it sees (the light which that surface receives from lamp and sky, times its albedo). Sky and bounce light
+//! only the body, not the glossy surface, and metal as if it were rough. Highlights are masked only by the shadow of
+//! the lamp and by what hides the point, not by the relief itself.
 //!
 //! Exposure is fixed: **a white Lambertian that faces the lamp is 1.0**, so photographs under all lamps are
 //! comparable and nothing is normalised. Highlights may exceed 1.
 
+pub mod gonioreflectometer;
 pub mod horizon;
+mod illumination;
 pub mod lights;
 pub mod march;
+pub mod parallax;
 mod photograph;
+mod reflect;
 pub mod relief;
+pub mod sampling;
 pub mod shadow;
+mod sight;
 
+pub use gonioreflectometer::Gonioreflectometer;
+pub use illumination::Illumination;
 pub use lights::lights;
 pub use relief::ReliefBorder;
+pub use sampling::DirectionSampling;
+pub use sight::Sight;
 
 use crate::error::{Error, Result};
 use crate::job::{Held, Job};
@@ -33,6 +47,7 @@ use crate::microfacet;
 use crate::planes::Planes;
 use crate::size::Size;
 use horizon::Surroundings;
+use reflect::ReflectingPoint;
 use relief::Relief;
 
 /// The largest span of heights in texels: more indicates a wrong height scale.
@@ -123,6 +138,8 @@ pub struct Dome {
     maps: SurfaceMaps,
     normals: Planes,
     relief: Relief,
+    /// The level of the reference plane of oblique views: the mean height.
+    level: f32,
     surroundings: Surroundings,
     options: DomeOptions,
     _held: Held,
@@ -158,7 +175,8 @@ impl Dome {
             None => relief.normals(),
         };
         let surroundings = Surroundings::new(&relief, &normals, options.sectors, job)?;
-        Ok(Self { maps, normals, relief, surroundings, options: *options, _held: held })
+        let level = mean(&maps.height);
+        Ok(Self { maps, normals, relief, level, surroundings, options: *options, _held: held })
     }
 
     /// The memory of a dome over maps of `size`, beside the maps: the relief with its continuation, normals,
@@ -168,11 +186,10 @@ impl Dome {
         Footprint::of_texels(size, seen + 12 + 12, seen - 4 + 12 + 12)
     }
 
-    /// The memory of a photograph of maps of `size`: light from the lamp, the light that texels pass on and what
-    /// arrives of it, collected from parts, or colours and their planes, which stay.
-    pub fn photograph_footprint(size: Size, options: &DomeOptions) -> Footprint {
-        let bounced = if options.bounce == Bounce::Once { 16 } else { 0 };
-        Footprint::of_texels(size, 4 + bounced + 12 + 12, 12)
+    /// The memory of a photograph of maps of `size`: the light that arrives, then colours and their
+    /// planes, which stay.
+    pub fn photograph_footprint(size: Size) -> Footprint {
+        Illumination::footprint(size).then(Footprint::of_texels(size, 12 + 12, 12))
     }
 
     /// Width and height of the photographs.
@@ -190,6 +207,17 @@ impl Dome {
         &self.maps
     }
 
+    /// What is known of a texel.
+    fn point(&self, texel: usize) -> ReflectingPoint {
+        let of = |map: &Option<Planes>, default: f32| map.as_ref().map_or(default, |map| map.plane(0)[texel]);
+        ReflectingPoint {
+            normal: [0, 1, 2].map(|k| self.normals.plane(k)[texel]),
+            albedo: [0, 1, 2].map(|k| self.maps.albedo.plane(k)[texel]),
+            roughness: of(&self.maps.roughness, 1.0),
+            metallic: of(&self.maps.metallic, 0.0),
+        }
+    }
+
     /// The true normals, three planes of unit vectors (x right, y up, z out): from the normal map if there is
     /// one, otherwise from the height.
     pub fn normals(&self) -> &Planes {
@@ -197,15 +225,22 @@ impl Dome {
     }
 }
 
+fn mean(height: &Planes) -> f32 {
+    let heights = height.plane(0);
+    (heights.iter().copied().map(f64::from).sum::<f64>() / heights.len() as f64) as f32
+}
+
 /// Refuses heights, colours and roughnesses without meaning.
 fn check_ranges(maps: &SurfaceMaps) -> Result<()> {
     let limit = f32::MAX / 4.0;
     check_range("height", "a finite number", &maps.height, -limit, limit)?;
     check_range("albedo", "a reflectance from 0 to 1", &maps.albedo, 0.0, 1.0)?;
-    match &maps.roughness {
-        Some(roughness) => check_range("roughness", "a number from 0 to 1", roughness, 0.0, 1.0),
-        None => Ok(()),
+    for (name, map) in [("roughness", &maps.roughness), ("metallic", &maps.metallic)] {
+        if let Some(map) = map {
+            check_range(name, "a number from 0 to 1", map, 0.0, 1.0)?;
+        }
     }
+    Ok(())
 }
 
 fn check_range(name: &str, expected: &str, map: &Planes, low: f32, high: f32) -> Result<()> {

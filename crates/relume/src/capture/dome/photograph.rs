@@ -1,17 +1,13 @@
-//! One photograph: light from the lamp, the sky and one bounce, reflected by each texel.
+//! One photograph from straight above: a texel is a pixel.
 
-use super::{Bounce, Dome, Surface, shadow};
-use crate::direction::Direction;
-use crate::error::{Error, Result};
+use super::Dome;
+use crate::direction::{Direction, Directions};
+use crate::error::Result;
 use crate::job::Job;
-use crate::microfacet;
 use crate::picture::Picture;
 use crate::planes::Planes;
 use crate::space::Space;
 use rayon::prelude::*;
-
-/// The least sine of the elevation of a lamp.
-const LEAST_LIGHT_Z: f64 = 0.01;
 
 impl Dome {
     /// The photograph under a distant lamp: linear RGB, 1 for a white Lambertian facing the lamp.
@@ -27,116 +23,30 @@ impl Dome {
     /// # Errors
     /// As [`Dome::photograph`], and a cancelled job.
     pub fn photograph_within(&self, light: Direction, job: &Job) -> Result<Picture> {
-        if light.z() < LEAST_LIGHT_Z {
-            return Err(Error::usage(format!(
-                "a lamp at ({}, {}, {}) does not shine onto the surface: expected z of at least {LEAST_LIGHT_Z}",
-                light.x(),
-                light.y(),
-                light.z()
-            )));
-        }
-        let lamp = self.lamp_irradiance(light, job)?;
-        let bounced = match self.options.bounce {
-            Bounce::None => None,
-            Bounce::Once => Some(self.bounced_irradiance(&lamp, job)?),
-        };
-        let colors: Vec<[f32; 3]> = (0..self.size().texels())
-            .into_par_iter()
-            .with_min_len(self.size().width)
-            .map(|texel| {
+        let lit = self.illumination(light, job)?;
+        let directions = Directions::lit_from(light);
+        let mut colors = vec![[0.0; 3]; self.size().texels()];
+        colors.par_iter_mut().enumerate().with_min_len(self.size().width).try_for_each(
+            |(texel, color)| {
                 job.proceed()?;
-                let indirect = bounced.as_ref().map_or([0.0; 3], |b| b[texel]).map(|b| b + self.sky(texel));
-                Ok(self.reflected(texel, light, lamp[texel], indirect))
-            })
-            .collect::<Result<_>>()?;
+                let [share, indirect @ ..] = lit.texels[texel];
+                let point = self.point(texel);
+                let lamp = share * point.cosine(light);
+                *color = point.reflected(self.options.surface, directions, lamp, indirect);
+                Ok(())
+            },
+        )?;
         let mut planes = Planes::zeros(self.size(), 3);
         for (k, plane) in planes.iter_mut().enumerate() {
             plane.iter_mut().zip(&colors).for_each(|(out, color)| *out = color[k]);
         }
         Ok(Picture { planes, space: Space::Linear })
     }
-
-    /// Irradiance from the lamp for each texel; 1 if facing the lamp and unshadowed.
-    fn lamp_irradiance(&self, light: Direction, job: &Job) -> Result<Vec<f32>> {
-        let mut irradiance = shadow::lamp_share(&self.relief, light, self.options.lamp_radius_rad, job)?;
-        let [x, y, z] = light.to_array().map(|c| c as f32);
-        let cosines = |texel: usize| {
-            let [nx, ny, nz] = self.normal(texel);
-            (nx * x + ny * y + nz * z).max(0.0)
-        };
-        irradiance.par_iter_mut().enumerate().for_each(|(texel, share)| *share *= cosines(texel));
-        Ok(irradiance)
-    }
-
-    /// Irradiance from the sky.
-    fn sky(&self, texel: usize) -> f32 {
-        self.options.ambient as f32 * self.surroundings.sky[texel]
-    }
-
-    /// Irradiance from the surface that each texel sees, lit by the lamp and the sky.
-    fn bounced_irradiance(&self, lamp: &[f32], job: &Job) -> Result<Vec<[f32; 3]>> {
-        let radiosity: Vec<[f32; 4]> = (0..lamp.len())
-            .into_par_iter()
-            .map(|texel| {
-                let received = lamp[texel] + self.sky(texel);
-                let [r, g, b] = self.albedo(texel).map(|albedo| albedo * received);
-                [r, g, b, 0.0]
-            })
-            .collect();
-        let gathered = |texel: usize| {
-            job.proceed()?;
-            let mut sum = [0.0f32; 4];
-            for links in &self.surroundings.links {
-                let link = links[texel];
-                let from = &radiosity[link.texel as usize];
-                sum.iter_mut().zip(from).for_each(|(s, r)| *s += link.share * r);
-            }
-            Ok([sum[0], sum[1], sum[2]])
-        };
-        (0..lamp.len()).into_par_iter().with_min_len(self.size().width).map(gathered).collect()
-    }
-
-    /// The light that a texel reflects to the camera, given the light from the lamp and from its
-    /// surroundings.
-    fn reflected(&self, texel: usize, light: Direction, lamp: f32, indirect: [f32; 3]) -> [f32; 3] {
-        let albedo = self.albedo(texel);
-        let Surface::Ggx { f0 } = self.options.surface else {
-            return std::array::from_fn(|k| albedo[k] * (lamp + indirect[k]));
-        };
-        let normal = self.normal(texel).map(f64::from);
-        let dot = |v: [f64; 3]| normal[0] * v[0] + normal[1] * v[1] + normal[2] * v[2];
-        let (n_l, n_v) = (dot(light.to_array()).max(0.0), normal[2]);
-        // The cosine-weighted mean of Schlick's term over all directions is f0 + (1 - f0) / 21.
-        let around = (1.0 - microfacet::fresnel(n_v, f0)) * (1.0 - f0) * 20.0 / 21.0;
-        let body = (f64::from(lamp) * microfacet::body_share(n_l, n_v, f0)) as f32;
-        let glossy = if lamp > 0.0 {
-            // Halfway between the light and the camera, which is straight above.
-            let l_h = (0.5 * (1.0 + light.z())).sqrt();
-            let n_h = (n_l + n_v) / (2.0 * l_h);
-            f64::from(lamp)
-                * microfacet::specular(n_l, n_v, n_h, l_h, microfacet::alpha(self.roughness(texel)), f0)
-        } else {
-            0.0
-        };
-        std::array::from_fn(|k| albedo[k] * (body + around as f32 * indirect[k]) + glossy as f32)
-    }
-
-    fn normal(&self, texel: usize) -> [f32; 3] {
-        [0, 1, 2].map(|k| self.normals.plane(k)[texel])
-    }
-
-    fn albedo(&self, texel: usize) -> [f32; 3] {
-        [0, 1, 2].map(|k| self.maps.albedo.plane(k)[texel])
-    }
-
-    fn roughness(&self, texel: usize) -> f64 {
-        self.maps.roughness.as_ref().map_or(1.0, |map| f64::from(map.plane(0)[texel]))
-    }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::{DomeOptions, ReliefBorder, lights};
+    use super::super::{Bounce, DomeOptions, ReliefBorder, Surface, lights};
     use super::*;
     use crate::limits::Limits;
     use crate::maps::SurfaceMaps;
@@ -149,6 +59,7 @@ mod tests {
             albedo: Planes::from_vec(size, 3, vec![albedo; 3 * size.texels()]).unwrap(),
             normal: None,
             roughness: None,
+            metallic: None,
         }
     }
 
@@ -227,10 +138,10 @@ mod tests {
             1.0,
         );
         let dome = dome(white, DomeOptions { ambient: 0.0, ..matte() });
-        let lamp = dome.lamp_irradiance(Direction::ZENITH, &Job::default()).unwrap();
-        let bounced = dome.bounced_irradiance(&lamp, &Job::default()).unwrap();
+        let lamp = dome.lamp_irradiance(&vec![1.0; size.texels()], Direction::ZENITH);
+        let bounced = dome.bounced_irradiance(&lamp, |_, light| light, &Job::default()).unwrap();
         // Integrate over the true area of the facets: texel area divided by the z of the normal.
-        let area = |texel: usize| 1.0 / dome.normal(texel)[2];
+        let area = |texel: usize| 1.0 / dome.point(texel).normal[2];
         let arrived: f32 = (0..lamp.len()).map(|t| lamp[t] * area(t)).sum();
         let again: f32 = (0..lamp.len()).map(|t| bounced[t][0] * area(t)).sum();
         assert!((arrived / size.texels() as f32 - 1.0).abs() < 1e-5);

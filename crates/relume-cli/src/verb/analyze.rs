@@ -7,7 +7,7 @@ use relume::analysis::advice::Way;
 use relume::analysis::{Analysis, advise, analyze, blocks::Drift, draw};
 use relume::field::{Domain, IndexSpace, Metric};
 use relume::format::{Depth, PictureFormat, encode_picture_with};
-use relume::numeric::periods::Pattern;
+use relume::numeric::periods::{Pattern, UncertainLattice};
 use relume::render::relight;
 use relume::{Direction, Result};
 use serde_json::json;
@@ -85,11 +85,28 @@ pub fn warnings(found: &Analysis) -> Vec<String> {
 }
 
 /// The measurements, in lines without a final break.
+/// A lattice that the texture suggests and does not prove, in words.
+fn doubtful(found: &UncertainLattice) -> String {
+    let [a, b] = found.lattice.basis();
+    format!(
+        "uncertain: perhaps ({:.2}, {:.2}) and ({:.2}, {:.2}) texels, at most {:.1} repeats; {:.0} % repeats",
+        a[0],
+        a[1],
+        b[0],
+        b[1],
+        found.repeats,
+        100.0 * found.share
+    )
+}
+
 pub fn describe(found: &Analysis) -> String {
     let mut text = String::new();
     let share = 100.0 * found.periods.share;
     let _ = match found.periods.pattern {
-        Pattern::None => writeln!(text, "  periods      none"),
+        Pattern::None => match found.periods.uncertain {
+            None => writeln!(text, "  periods      none"),
+            Some(uncertain) => writeln!(text, "  periods      {}", doubtful(&uncertain)),
+        },
         Pattern::Stripes([x, y]) => {
             writeln!(
                 text,

@@ -206,7 +206,7 @@ mod tests {
     fn found(pattern: Pattern, share: f64, feature: Option<f64>) -> Analysis {
         let none = [Drift { factor: 1.0, errors: 0.0 }; 2];
         Analysis {
-            periods: Periods { pattern, share },
+            periods: Periods { pattern, share, uncertain: None },
             orientation: Orientation { angle_deg: 0.0, coherence: 0.1 },
             feature,
             kurtosis: 6.0,

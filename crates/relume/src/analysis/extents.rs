@@ -11,7 +11,6 @@ use serde::Serialize;
 use super::{Analysis, LEAST_SIDE, Warning, blocks, check, feature, is_too_small, trend};
 use crate::error::Result;
 use crate::job::Job;
-use crate::numeric::autocorrelation::Autocorrelation;
 use crate::numeric::lattice::length;
 use crate::numeric::periods::{self, Pattern, Periods};
 use crate::planes::Planes;
@@ -59,9 +58,9 @@ impl Extents {
             factor *= 2.0;
         }
         let (even, _) = trend::removed(reduced.as_ref().unwrap_or(planes));
-        let correlation = Autocorrelation::new(&even, Autocorrelation::half(even.size()), job)?;
+        let correlation = periods::correlation(&even, job)?;
         let feature = feature::size(&correlation);
-        let mut found = Self::new(feature, &periods::find(&correlation), even.size());
+        let mut found = Self::new(feature, &periods::find(&correlation, &even, job)?, even.size());
         for length in [&mut found.feature, &mut found.period].into_iter().flatten() {
             *length *= factor;
         }

@@ -11,9 +11,10 @@ use crate::numeric::autocorrelation::Autocorrelation;
 /// Directions over half a turn; the other half is a mirror image.
 const DIRECTIONS: u32 = 32;
 
-/// The size in texels; `None` where the correlation stays above one half within reach.
+/// The size in texels; `None` where the correlation stays above one half up to half the smaller side.
 pub fn size(correlation: &Autocorrelation) -> Option<f64> {
-    let reach = correlation.reach().width.min(correlation.reach().height);
+    let size = correlation.size();
+    let reach = size.width.min(size.height) / 2;
     let ring = |radius: f64| {
         let angle = |k: u32| PI * f64::from(k) / f64::from(DIRECTIONS);
         let around =

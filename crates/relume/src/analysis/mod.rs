@@ -28,7 +28,6 @@ use serde::Serialize;
 
 use crate::error::{Error, Result};
 use crate::job::Job;
-use crate::numeric::autocorrelation::Autocorrelation;
 use crate::numeric::lattice::length;
 use crate::numeric::periods::{self, Pattern, Periods};
 use crate::planes::Planes;
@@ -114,13 +113,13 @@ pub fn analyze(planes: &Planes, job: &Job) -> Result<Analysis> {
     job.check("the texture without its trend", planes.size(), 8 * planes.count() as u64)?;
     let (even, trend) = trend::removed(planes);
     let even = even.held(job, "the texture without its trend")?;
-    let correlation = Autocorrelation::new(&even, Autocorrelation::half(even.size()), job)?;
+    let correlation = periods::correlation(&even, job)?;
     job.proceed()?;
     let feature = feature::size(&correlation);
     let [scale, contrast] = blocks::drifts(&even, feature);
     job.proceed()?;
     let mut found = Analysis {
-        periods: periods::find(&correlation),
+        periods: periods::find(&correlation, &even, job)?,
         orientation: orientation::of(&even),
         feature,
         kurtosis: orientation::kurtosis(&even),

@@ -26,6 +26,8 @@ use crate::size::Size;
 /// The correlation of planes with themselves at all shifts within reach.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Autocorrelation {
+    /// The size of the planes.
+    size: Size,
     reach: Size,
     /// Shifts (-reach.width..=reach.width, 0..=reach.height), row after row.
     values: Vec<f64>,
@@ -36,6 +38,12 @@ impl Autocorrelation {
     /// least a quarter of the texels.
     pub fn half(size: Size) -> Size {
         Size::new(size.width / 2, size.height / 2)
+    }
+
+    /// The range of shifts in which periods are sought: three quarters of each side, so that the diagonals of a
+    /// lattice that occurs twice lie inside; an overlap is at least a sixteenth of the texels.
+    pub fn far(size: Size) -> Size {
+        Size::new(3 * size.width / 4, 3 * size.height / 4)
     }
 
     /// Correlates planes with themselves at all shifts up to `reach` texels along x and y, limited so that an
@@ -65,7 +73,8 @@ impl Autocorrelation {
         let product = |dx: isize, dy: usize| {
             products[dy * padded.width + dx.rem_euclid(padded.width as isize) as usize]
         };
-        Ok(Self::from_fn(reach, |dx, dy| ratio(product(dx, dy), energy.of_overlaps(dx, dy), energy.total())))
+        let value = |dx, dy| ratio(product(dx, dy), energy.of_overlaps(dx, dy), energy.total());
+        Ok(Self::from_fn(planes.size(), reach, value))
     }
 
     /// The memory of [`Autocorrelation::new`] for planes of `size`.
@@ -74,6 +83,12 @@ impl Autocorrelation {
         let padded =
             Size::new(fast_length(size.width + reach.width), fast_length(size.height + reach.height));
         (fourier::BYTES_PER_TEXEL + 16).saturating_mul(padded.texels() as u64)
+    }
+
+    /// The memory of the result of [`Autocorrelation::new`].
+    pub fn kept_bytes(size: Size, reach: Size) -> u64 {
+        let reach = within(size, reach);
+        size_of::<f64>() as u64 * (2 * reach.width as u64 + 1) * (reach.height as u64 + 1)
     }
 
     /// The slow truth of [`Autocorrelation::new`]: the defining sums.
@@ -94,13 +109,18 @@ impl Autocorrelation {
             }
             ratio(product, energy, total)
         };
-        Self::from_fn(within(size, reach), sums)
+        Self::from_fn(size, within(size, reach), sums)
     }
 
-    fn from_fn(reach: Size, value: impl Fn(isize, usize) -> f64) -> Self {
+    fn from_fn(size: Size, reach: Size, value: impl Fn(isize, usize) -> f64) -> Self {
         let across = reach.width as isize;
         let shifts = (0..=reach.height).flat_map(|dy| (-across..=across).map(move |dx| (dx, dy)));
-        Self { reach, values: shifts.map(|(dx, dy)| value(dx, dy)).collect() }
+        Self { size, reach, values: shifts.map(|(dx, dy)| value(dx, dy)).collect() }
+    }
+
+    /// The size of the planes.
+    pub fn size(&self) -> Size {
+        self.size
     }
 
     /// The largest shifts known, along x and y.
@@ -124,6 +144,18 @@ impl Autocorrelation {
         let (a, b) = (self.reach, other.reach);
         let reach = Size::new(a.width.min(b.width), a.height.min(b.height));
         octave_means(reach, |dx, dy| (self.at(dx, dy) - other.at(dx, dy)).powi(2)).sqrt()
+    }
+
+    /// The same shifts with values that are a function of shift and value.
+    pub fn mapped(&self, value: impl Fn([f64; 2], f64) -> f64) -> Self {
+        let at = |dx: isize, dy: usize| value([dx as f64, dy as f64], self.at(dx, dy as isize));
+        Self::from_fn(self.size, self.reach, at)
+    }
+
+    /// The number of texels that a shift leaves in the overlap.
+    pub fn overlap(&self, shift: [f64; 2]) -> f64 {
+        let side = |side: usize, shift: f64| (side as f64 - shift.abs()).max(0.0);
+        side(self.size.width, shift[0]) * side(self.size.height, shift[1])
     }
 
     /// Whether a shift lies within reach.
@@ -308,7 +340,7 @@ mod tests {
         assert!((found.sample([6.0, -4.0]) - found.at(6, -4)).abs() < 1e-12);
         assert!((found.sample([-0.25, -0.75]) - found.sample([0.25, 0.75])).abs() < 1e-12);
         // Quadratic values are interpolated exactly: here those of a smooth peak, by hand.
-        let peak = Autocorrelation::from_fn(Size::new(6, 6), |dx, dy| {
+        let peak = Autocorrelation::from_fn(Size::new(8, 8), Size::new(6, 6), |dx, dy| {
             1.0 - 0.01 * (dx * dx) as f64 - 0.02 * (dy * dy) as f64 - 0.005 * (dx * dy as isize) as f64
         });
         let truth = 1.0 - 0.01 * 2.3 * 2.3 - 0.02 * 3.6 * 3.6 + 0.005 * 2.3 * 3.6;

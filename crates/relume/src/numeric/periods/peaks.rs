@@ -2,8 +2,13 @@
 
 use crate::numeric::autocorrelation::Autocorrelation;
 
-/// Candidates kept: the number of pairs grows with the square.
-const CANDIDATES: usize = 48;
+/// Candidates kept for their multiples and for their regions: the number of pairs grows with the square.
+const FOLLOWED: usize = 40;
+const DOMINANT: usize = 24;
+/// The highest peaks, whose regions are compared.
+const HIGHEST: usize = 400;
+/// Candidates at most this far apart, in texels, are one.
+const SAME: f64 = 0.7;
 /// Multiples of a candidate examined to rank it.
 const MULTIPLES: i32 = 8;
 /// The distance in texels from the predicted position of a multiple within which its peak is searched.
@@ -18,17 +23,45 @@ pub struct Peak {
     pub height: f64,
 }
 
-/// The peaks that are most likely periods, best first. Multiples of a period are peaks and lie between
-/// valleys: candidates are ranked by the mean rise from half-way to each multiple, times the root of the
-/// number of multiples, because means of more values are more certain.
+/// The peaks that are most likely periods: those whose multiples are peaks as well, best first, then those that
+/// dominate the largest regions.
 pub fn candidates(correlation: &Autocorrelation) -> Vec<[f64; 2]> {
+    let peaks = all(correlation);
     let mut ranked: Vec<([f64; 2], f64)> =
-        all(correlation).into_iter().map(|peak| followed(correlation, peak.shift)).collect();
+        peaks.iter().map(|peak| followed(correlation, peak.shift)).collect();
     ranked.sort_by(|a, b| b.1.total_cmp(&a.1));
-    ranked.into_iter().take(CANDIDATES).map(|(shift, _)| shift).collect()
+    let mut found: Vec<[f64; 2]> = ranked.into_iter().take(FOLLOWED).map(|(shift, _)| shift).collect();
+    for shift in dominant(correlation, peaks) {
+        if found.iter().all(|other| distance(*other, shift) > SAME) {
+            found.push(shift);
+        }
+    }
+    found
 }
 
-/// A candidate refined by the peaks at its multiples, and its rank. The position of a peak is known to one or
+/// The peaks farthest from any higher one. Heights are in deviations of unrelated texels: those of small
+/// overlaps are less certain.
+fn dominant(correlation: &Autocorrelation, mut peaks: Vec<Peak>) -> Vec<[f64; 2]> {
+    let height = |peak: &Peak| peak.height * correlation.overlap(peak.shift).sqrt();
+    peaks.sort_by(|a, b| height(b).total_cmp(&height(a)));
+    peaks.truncate(HIGHEST);
+    let region = |n: usize| {
+        let here = peaks[n].shift;
+        let higher = peaks[..n].iter().flat_map(|peak| [peak.shift, peak.shift.map(|c| -c)]);
+        higher.chain([[0.0; 2]]).map(|there| distance(here, there)).fold(f64::INFINITY, f64::min)
+    };
+    let mut ranked: Vec<([f64; 2], f64)> = (0..peaks.len()).map(|n| (peaks[n].shift, region(n))).collect();
+    ranked.sort_by(|a, b| b.1.total_cmp(&a.1));
+    ranked.into_iter().take(DOMINANT).map(|(shift, _)| shift).collect()
+}
+
+fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
+    (a[0] - b[0]).hypot(a[1] - b[1])
+}
+
+/// A candidate refined by the peaks at its multiples, and its rank: multiples of a period are peaks and lie
+/// between valleys, so it is the mean rise from half-way to each multiple, times the root of the number of
+/// multiples, because means of more values are more certain. The position of a peak is known to one or
 /// two tenths of a texel; each multiple divides that error.
 fn followed(correlation: &Autocorrelation, first: [f64; 2]) -> ([f64; 2], f64) {
     let (mut shift, mut rise, mut count) = (first, 0.0, 0);
@@ -53,6 +86,7 @@ fn all(correlation: &Autocorrelation) -> Vec<Peak> {
     let half = inside.filter(|&(dx, dy)| dy > 0 || dx > 0);
     half.filter(|&(dx, dy)| is_peak(correlation, dx, dy))
         .map(|(dx, dy)| refined(correlation, dx, dy))
+        .filter(|peak| correlation.covers(peak.shift))
         .collect()
 }
 

@@ -5,11 +5,12 @@
 //! orientation detection of linear symmetry, ICCV 1987). The mean over a stretch of the ridges is a profile
 //! across the stripes, in which periods are judged in the same way as lattices.
 
-use super::NEARLY_BEST;
+use super::background::Background;
 use super::peaks::vertex;
-use super::share::Tally;
 use crate::numeric::autocorrelation::Autocorrelation;
 
+/// Periods with at least this fraction of the best share are equivalent: the shortest of them is taken.
+const NEARLY_BEST: f64 = 0.9;
 /// The least number of visible multiples.
 const LEAST_MULTIPLES: usize = 3;
 /// The number of multiples examined.
@@ -17,29 +18,56 @@ const MULTIPLES: usize = 8;
 /// The stretch of ridges averaged on either side, as a fraction of the reach.
 const STRETCH: f64 = 0.25;
 
+/// The least share in standard deviations that counts as stripes.
+const LEAST_DEVIATIONS: f64 = 1.2;
+
+/// The least share of `multiples` mean correlations that counts as stripes. Unrelated textures of large
+/// features reach 0.15 with the best of many periods of three or four multiples, and less with more; real fabrics
+/// are at 0.6 and above.
+fn least_share(multiples: usize) -> f64 {
+    0.15 + 0.3 / (multiples as f64).sqrt()
+}
+
 /// A period across stripes.
 #[derive(Debug, Clone, Copy)]
 pub struct StripePeriod {
+    /// The period, in texels.
     pub period: [f64; 2],
+    /// Its direction.
+    pub unit: [f64; 2],
+    /// The share of the variance that repeats.
     pub share: f64,
-    pub points: usize,
+    /// The number of visible multiples.
+    multiples: usize,
+    /// The share in standard deviations of what the correlation is elsewhere.
+    deviations: f64,
+}
+
+impl StripePeriod {
+    /// Whether the share is more than chance.
+    pub fn is_certain(&self, background: &Background) -> bool {
+        let share = background.of_smooth(self.share);
+        share >= least_share(self.multiples) && self.deviations >= LEAST_DEVIATIONS
+    }
 }
 
 /// The best period across the stripes, if one can be judged.
-pub fn best(correlation: &Autocorrelation) -> Option<StripePeriod> {
-    let [ux, uy] = across(correlation);
-    let profile = Profile::new(correlation, [ux, uy]);
+pub fn best(correlation: &Autocorrelation, background: &Background) -> Option<StripePeriod> {
+    let unit @ [ux, uy] = across(correlation);
+    let profile = Profile::new(correlation, unit);
     let judged: Vec<(f64, f64, usize)> = profile
         .peaks()
-        .map(|at| (at, profile.judge(at)))
-        .filter(|(_, t)| t.points() >= LEAST_MULTIPLES)
-        .map(|(at, tally)| (at, tally.share(), tally.points()))
+        .map(|at| (at, profile.share(at), profile.multiples(at).count()))
+        .filter(|(.., multiples)| *multiples >= LEAST_MULTIPLES)
         .collect();
     let best = judged.iter().map(|(_, share, _)| *share).fold(f64::NEG_INFINITY, f64::max);
     // Multiples of a period are periods too: the shortest of the good ones.
-    let (at, share, points) = judged.into_iter().find(|(_, share, _)| *share >= NEARLY_BEST * best)?;
+    let (at, share, multiples) = judged.into_iter().find(|(_, share, _)| *share >= NEARLY_BEST * best)?;
     let length = profile.refined(at);
-    Some(StripePeriod { period: [length * ux, length * uy], share, points })
+    let period = [length * ux, length * uy];
+    let overlaps = (1..=multiples).map(|k| correlation.overlap(period.map(|c| k as f64 * c)));
+    let deviations = share / background.deviation(overlaps.sum());
+    Some(StripePeriod { period, unit, share, multiples, deviations })
 }
 
 /// The unit vector along which the correlation changes most, pointing right.
@@ -92,14 +120,16 @@ impl Profile {
             .map(|(i, w)| (i + 1) as f64 + vertex([w[0], w[1], w[2]]))
     }
 
-    fn judge(&self, period: f64) -> Tally {
-        let mut tally = Tally::default();
-        for k in self.multiples(period) {
-            tally.add_point(self.sample(k * period));
-            let between = [0.25, 0.5, 0.75].map(|t| k - t).into_iter().filter(|&t| t > 0.3);
-            between.for_each(|t| tally.add_between(self.sample(t * period)));
-        }
-        tally
+    /// The share of the variance that repeats with a period: the mean at its multiples, m, and that between
+    /// them, b, give (m - b) / (1 - b).
+    fn share(&self, period: f64) -> f64 {
+        let mean =
+            |at: &[f64]| at.iter().map(|k| self.sample(k * period)).sum::<f64>() / at.len().max(1) as f64;
+        let at: Vec<f64> = self.multiples(period).collect();
+        let between: Vec<f64> =
+            at.iter().flat_map(|k| [0.25, 0.5, 0.75].map(|t| k - t)).filter(|&t| t > 0.3).collect();
+        let background = mean(&between);
+        (mean(&at) - background) / (1.0 - background).max(1e-9)
     }
 
     fn multiples(&self, period: f64) -> impl Iterator<Item = f64> + use<> {

@@ -13,8 +13,7 @@ fn planes(size: Size, value: impl Fn(f64, f64) -> f64) -> Planes {
 }
 
 fn periods(planes: &Planes) -> Periods {
-    let reach = Autocorrelation::half(planes.size());
-    find(&Autocorrelation::new(planes, reach, &Job::default()).unwrap())
+    of(planes, &Job::default()).unwrap()
 }
 
 /// A motif without symmetry on every cell of a lattice: random waves that all have its period.
@@ -71,10 +70,9 @@ fn stripes_that_change_along_themselves_are_no_lattice() {
         assert!((length(across) - period).abs() < 0.1 && across[1].abs() < 0.3, "{period}: {across:?}");
         true
     };
-    // Some bends happen to repeat along the stripes: seven of these.
     let cases = [4.0, 5.3, 7.0].into_iter().flat_map(|period| (0..12).map(move |seed| (period, seed)));
-    let found = cases.filter(|&(period, seed)| is_stripes(period, seed)).count();
-    assert!(found >= 28, "{found} of 36");
+    let wrong: Vec<(f64, u64)> = cases.filter(|&(period, seed)| !is_stripes(period, seed)).collect();
+    assert!(wrong.is_empty(), "{wrong:?} of 36");
 }
 
 #[test]
@@ -132,7 +130,6 @@ fn stripes_have_one_period_whatever_their_direction() {
     }
 }
 
-/// Few waves may repeat by chance: three of these do.
 #[test]
 fn what_does_not_repeat_has_no_period() {
     let cases = [3.0, 8.0, 20.0, 45.0].into_iter().flat_map(|scale| (0..24).map(move |seed| (scale, seed)));
@@ -140,7 +137,7 @@ fn what_does_not_repeat_has_no_period() {
         periods(&noise(Size::new(128, 120), scale, seed)).pattern != Pattern::None
     };
     let wrong: Vec<(f64, u64)> = cases.filter(found).collect();
-    assert!(wrong.len() <= 3, "{wrong:?} of 96");
+    assert!(wrong.is_empty(), "{wrong:?} of 96");
 }
 
 #[test]

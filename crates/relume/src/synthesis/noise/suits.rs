@@ -4,8 +4,7 @@ use serde::Serialize;
 
 use crate::error::Result;
 use crate::job::Job;
-use crate::numeric::autocorrelation::Autocorrelation;
-use crate::numeric::periods::{Pattern, Periods, find};
+use crate::numeric::periods::{self, Pattern, Periods};
 use crate::planes::Planes;
 
 /// The measurements of a texture.
@@ -46,8 +45,7 @@ impl Suitability {
 /// # Errors
 /// When the limits are exceeded.
 pub fn suits(index: &Planes, job: &Job) -> Result<Suitability> {
-    let correlation = Autocorrelation::new(index, Autocorrelation::half(index.size()), job)?;
-    Ok(Suitability { periods: find(&correlation), coherence: coherence(index) })
+    Ok(Suitability { periods: periods::of(index, job)?, coherence: coherence(index) })
 }
 
 /// See [`Suitability::coherence`].

@@ -15,11 +15,10 @@ use super::tile_set::TileSet;
 use super::toroidal::{Strip, closed_cuts};
 use crate::error::{Error, Result};
 use crate::job::Job;
-use crate::numeric::autocorrelation::Autocorrelation;
 use crate::numeric::cells::Cells;
 use crate::numeric::corner_colors::CornerColors;
 use crate::numeric::lattice::Lattice;
-use crate::numeric::periods::{Pattern, Periods, find};
+use crate::numeric::periods::{self, Pattern, Periods};
 use crate::size::Size;
 use crate::synthesis::quantise::{Exemplar, IndexTexels, Quantised};
 use crate::synthesis::source_map::{SourceMap, Texel};
@@ -83,8 +82,8 @@ pub fn roll(exemplar: &Exemplar<'_>, options: &RollerOptions, job: &Job) -> Resu
     let size = exemplar.index.size();
     let overlap = options.overlap.unwrap_or_else(|| RollerOptions::customary_overlap(size));
     let periods = match options.pattern {
-        Some(pattern) => Periods { pattern, share: 1.0 },
-        None => find(&Autocorrelation::new(exemplar.index, Autocorrelation::half(size), job)?),
+        Some(pattern) => Periods { pattern, share: 1.0, uncertain: None },
+        None => periods::of(exemplar.index, job)?,
     };
     let work = RollWork {
         texels: &quantised.texels()[0],

@@ -259,10 +259,39 @@ fn what_has_no_room_or_no_meaning_is_refused() {
             roll(&Exemplar { index: &index, excluded: None }, &RollerOptions::default(), &Job::default());
         assert!(made.is_err(), "{tiny} leaves no room for an overlap of two and a tile larger than it");
     }
-    // Periods too long for any tile are reported, and the tile is made nevertheless.
-    let slanted = Pattern::Lattice(Lattice::new([50.0, 3.0], [-3.0, 50.0]).unwrap());
-    let made = make(&index, &RollerOptions { pattern: Some(slanted), ..RollerOptions::default() });
-    assert!(!made.report.whole_periods);
+}
+
+/// Given periods were followed to a fifth of their length, and where none fitted, others were used.
+#[test]
+fn given_periods_are_followed_to_the_texel_or_refused() {
+    let index = noise(Size::new(120, 110), 1, 3);
+    let exemplar = Exemplar { index: &index, excluded: None };
+    let with = |a: [f64; 2], b: [f64; 2], oblique: bool| {
+        let pattern = Lattice::new(a, b).map(Pattern::Lattice);
+        let options = RollerOptions { pattern, oblique, overlap: Some(4), ..RollerOptions::default() };
+        roll(&exemplar, &options, &Job::default())
+    };
+    for (w, h) in [(24.0, 31.0), (17.3, 20.6), (100.0, 90.0)] {
+        let made = with([w, 0.0], [0.0, h], false).unwrap();
+        let tile = made.tiles.tile();
+        for (side, period) in [(tile.width, w), (tile.height, h)] {
+            let periods = (side as f64 / period).round().max(1.0);
+            assert!((side as f64 - periods * period).abs() <= 0.71, "{tile} for periods of {w} and {h}");
+        }
+        assert!(made.report.whole_periods);
+    }
+    // No multiple of these lies within a texel of an axis.
+    let slanted = ([40.0, 7.0], [-7.0, 40.0]);
+    let error = with(slanted.0, slanted.1, false).unwrap_err();
+    assert!(error.message().contains("no rectangle") && error.message().contains("(40, 7)"), "{error}");
+    let cells = *with(slanted.0, slanted.1, true).unwrap().tiles.cells();
+    let lattice = Lattice::new(slanted.0, slanted.1).unwrap();
+    for step in [cells.right(), cells.down()].map(|step| step.map(|c| c as f64)) {
+        let near = lattice.nearest(step);
+        assert!((near[0] - step[0]).hypot(near[1] - step[1]) < 1e-9, "{cells:?}");
+    }
+    let error = with([200.0, 0.0], [0.0, 20.0], true).unwrap_err();
+    assert!(error.message().contains("larger exemplar"), "{error}");
 }
 
 /// Sixteen tiles of a texture that does not repeat once had one border, which returned in every cell and showed

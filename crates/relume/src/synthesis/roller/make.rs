@@ -9,7 +9,7 @@ use super::further::{SharedBorder, TilePart};
 use super::oblique::{self, misfit, pairs};
 use super::options::RollerOptions;
 use super::profile::{Axis, profile, squared_distance, squared_step};
-use super::region::{Region, SHORTLIST, Strips, is_whole, largest, sides};
+use super::region::{ROUNDING, Region, SHORTLIST, Strips, is_exactly_whole, is_whole, largest, sides};
 use super::seams::TileSeams;
 use super::tile_set::TileSet;
 use super::toroidal::{Strip, closed_cuts};
@@ -118,10 +118,6 @@ pub fn roll(exemplar: &Exemplar<'_>, options: &RollerOptions, job: &Job) -> Resu
     Ok(Rolled { tiles, report })
 }
 
-/// The largest deviation of the sides of a rectangle from whole periods, in texels, for which oblique cells
-/// are not tried: the deviation of steps of oblique cells by rounding, half a texel along both axes.
-const NEARLY_WHOLE: f64 = 0.71;
-
 /// A rectangle is kept unless its overlaps differ by more than this times the error of an oblique cell: other
 /// programs can use it as well.
 const CLEARLY_WORSE: f64 = 1.25;
@@ -178,10 +174,32 @@ impl RollWork<'_> {
     /// The part that becomes the first tile, and whether it has whole periods.
     fn region(&self, strips: &Strips<'_>) -> Result<(Region, bool)> {
         let (upright, whole) = self.upright_region(strips)?;
-        Ok(match self.oblique_region(strips, &upright)? {
-            Some(oblique) => (oblique, true),
-            None => (upright, whole),
-        })
+        match self.oblique_region(strips, &upright, whole)? {
+            Some(oblique) => Ok((oblique, true)),
+            None if whole || self.options.pattern.is_none() => Ok((upright, whole)),
+            None => Err(self.no_such_tile(&upright)),
+        }
+    }
+
+    /// Why no tile has the given periods.
+    fn no_such_tile(&self, upright: &Region) -> Error {
+        let periods = match self.pattern {
+            Pattern::None => String::new(),
+            Pattern::Stripes([x, y]) => format!("the given period of ({x}, {y})"),
+            Pattern::Lattice(lattice) => {
+                let [[ax, ay], [bx, by]] = lattice.basis();
+                format!("the given periods of ({ax}, {ay}) and ({bx}, {by})")
+            }
+        };
+        let shapes = if self.options.oblique { "rectangle or oblique tile" } else { "rectangle" };
+        let advice = if self.options.oblique { "" } else { ", or allow oblique tiles" };
+        Error::usage(format!(
+            "no {shapes} for k = {} in the exemplar of {} holds whole numbers of {periods} texels; the nearest is {}: \
+             give a larger exemplar, fewer tiles or a smaller overlap{advice}",
+            self.options.tiles,
+            self.texels.size(),
+            upright.tile()
+        ))
     }
 
     /// The best rectangle.
@@ -198,15 +216,17 @@ impl RollWork<'_> {
         Ok((region, whole_x && whole_y))
     }
 
-    /// An oblique cell, if the lattice is oblique and the cell is clearly better than a rectangle.
-    fn oblique_region(&self, strips: &Strips<'_>, upright: &Region) -> Result<Option<Region>> {
+    /// An oblique cell, if the lattice is oblique and the cell is clearly better than a rectangle, or the only one
+    /// with the given periods.
+    fn oblique_region(&self, strips: &Strips<'_>, upright: &Region, whole: bool) -> Result<Option<Region>> {
         let Pattern::Lattice(lattice) = self.pattern else { return Ok(None) };
-        if !self.options.oblique || misfit(&upright.cells, &lattice) <= NEARLY_WHOLE {
+        if !self.options.oblique || misfit(&upright.cells, &lattice) <= ROUNDING {
             return Ok(None);
         }
         let Some(cells) = self.oblique_pairs(strips, &lattice) else { return Ok(None) };
         let region = largest(&strips.best_origins(&cells, self.job)?, self.options.slack);
-        Ok(region.filter(|region| upright.mean_error() > CLEARLY_WORSE * region.mean_error()))
+        let is_needed = !whole && self.options.pattern.is_some();
+        Ok(region.filter(|region| is_needed || upright.mean_error() > CLEARLY_WORSE * region.mean_error()))
     }
 
     fn oblique_pairs(&self, strips: &Strips<'_>, lattice: &Lattice) -> Option<Vec<Cells>> {
@@ -242,7 +262,11 @@ impl RollWork<'_> {
     fn sides(&self, axis: Axis) -> Result<(Vec<usize>, bool)> {
         let ((least, longest), room) = (self.lengths(axis)?, self.room(axis));
         let profile = profile(self.texels, self.planes, axis);
-        let whole = |shift: usize| is_whole(self.pattern, axis, shift);
+        // Measured periods are known to a fraction of a texel, given ones are meant.
+        let whole = |shift: usize| match self.options.pattern {
+            None => is_whole(self.pattern, axis, shift),
+            Some(given) => is_exactly_whole(given, axis, shift),
+        };
         let found = sides(&profile, least, longest, whole);
         if !found.is_empty() {
             return Ok((found, true));

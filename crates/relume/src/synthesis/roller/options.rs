@@ -14,8 +14,8 @@ pub struct RollerOptions {
     /// Texels by which a tile overlaps its continuation, and the width of the common border; `None` for
     /// [`RollerOptions::customary_overlap`].
     pub overlap: Option<usize>,
-    /// The periods of the texture, if known; otherwise they are measured. Sides of tiles are whole periods
-    /// where there are any.
+    /// The periods of the texture, if known: sides of tiles are whole numbers of them, to the rounding to texels,
+    /// or there is an error. Otherwise they are measured, and sides are whole periods where there are any.
     pub pattern: Option<Pattern>,
     /// The least side of a tile as a fraction of the longest possible one.
     pub least_side: f64,

@@ -81,20 +81,33 @@ const NEAR: f64 = 0.2;
 /// Whether a shift along an axis is near a whole number of periods; one texel is always near. Without periods
 /// every shift is.
 pub fn is_whole(pattern: Pattern, axis: Axis, shift: usize) -> bool {
+    deviation(pattern, axis, shift).is_none_or(|(distance, shortest)| distance <= (NEAR * shortest).max(1.0))
+}
+
+/// Whether a shift along an axis is a whole number of periods, apart from the rounding to texels. Without periods
+/// every shift is.
+pub fn is_exactly_whole(pattern: Pattern, axis: Axis, shift: usize) -> bool {
+    deviation(pattern, axis, shift).is_none_or(|(distance, _)| distance <= ROUNDING)
+}
+
+/// The deviation of texels from positions by rounding: half a texel along both axes.
+pub const ROUNDING: f64 = 0.71;
+
+/// The deviation of a shift along an axis from whole periods, and the shortest period; `None` without periods.
+fn deviation(pattern: Pattern, axis: Axis, shift: usize) -> Option<(f64, f64)> {
     let place = if axis == Axis::X { [shift as f64, 0.0] } else { [0.0, shift as f64] };
-    let (distance, shortest) = match pattern {
-        Pattern::None => return true,
+    match pattern {
+        Pattern::None => None,
         Pattern::Stripes([x, y]) => {
             let periods = (place[0] * x + place[1] * y) / (x * x + y * y);
-            ((periods - periods.round()).abs() * length([x, y]), length([x, y]))
+            Some(((periods - periods.round()).abs() * length([x, y]), length([x, y])))
         }
         Pattern::Lattice(lattice) => {
             let nearest = lattice.nearest(place);
             let [a, b] = lattice.basis().map(length);
-            (length([nearest[0] - place[0], nearest[1] - place[1]]), a.min(b))
+            Some((length([nearest[0] - place[0], nearest[1] - place[1]]), a.min(b)))
         }
-    };
-    distance <= (NEAR * shortest).max(1.0)
+    }
 }
 
 /// The differences of an exemplar from its shifted copies, as tables.

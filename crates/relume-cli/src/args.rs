@@ -1,6 +1,7 @@
 //! Values on the command line: sizes, lights, names.
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
+use relume::numeric::lattice::Lattice;
 use relume::{Direction, Named, Size};
 
 /// `512x512` or `512` for a square.
@@ -35,6 +36,18 @@ pub fn numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
     let parsed: Option<Vec<f64>> =
         text.split(',').map(|s| s.trim().parse::<f64>().ok().filter(|v| v.is_finite())).collect();
     parsed?.try_into().ok()
+}
+
+/// A lattice: `W,H` or `X,Y,X,Y`.
+pub fn lattice(text: &str) -> Result<Lattice, String> {
+    let shifts = match (numbers::<2>(text), numbers::<4>(text)) {
+        (Some([w, h]), _) => ([w, 0.0], [0.0, h]),
+        (_, Some([ax, ay, bx, by])) => ([ax, ay], [bx, by]),
+        _ => return Err("expected two numbers such as 24,31.5, or four for two shifts".to_owned()),
+    };
+    Lattice::new(shifts.0, shifts.1)
+        .filter(|lattice| lattice.cell_area() >= 1.0)
+        .ok_or_else(|| "these shifts lie on one line or span less than a texel".to_owned())
 }
 
 /// A member of a closed family, by its name.

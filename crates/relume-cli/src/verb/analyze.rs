@@ -76,6 +76,7 @@ fn way_in_words(way: Way) -> String {
         Way::PatchMatch => "--method patchmatch".to_owned(),
         Way::Scanlines => "--method wei-levoy --coherence 1".to_owned(),
         Way::Roller { tiles } => format!("--method roller --tiles {tiles}"),
+        Way::Elements => "--method elements".to_owned(),
     }
 }
 
@@ -84,7 +85,6 @@ pub fn warnings(found: &Analysis) -> Vec<String> {
     found.warnings.iter().map(|warning| warning.sentence().to_string()).collect()
 }
 
-/// The measurements, in lines without a final break.
 /// A lattice that the texture suggests and does not prove, in words.
 fn doubtful(found: &UncertainLattice) -> String {
     let [a, b] = found.lattice.basis();
@@ -99,6 +99,7 @@ fn doubtful(found: &UncertainLattice) -> String {
     )
 }
 
+/// The measurements, in lines without a final break.
 pub fn describe(found: &Analysis) -> String {
     let mut text = String::new();
     let share = 100.0 * found.periods.share;

@@ -38,7 +38,7 @@ pub struct Args {
     #[arg(long, value_name = "N")]
     overlap: Option<usize>,
     /// The periods, instead of measured ones: W,H in texels, or two shifts X,Y,X,Y to the right and down
-    #[arg(long, value_name = "W,H", value_parser = lattice, allow_hyphen_values = true)]
+    #[arg(long, value_name = "W,H", value_parser = args::lattice, allow_hyphen_values = true)]
     period: Option<Lattice>,
     /// Make rectangles, which other programs can repeat as well, even where oblique tiles follow oblique
     /// periods better
@@ -222,16 +222,4 @@ fn repeats(how: &RollReport) -> String {
             format!("it repeats after ({ax:.1}, {ay:.1}) and ({bx:.1}, {by:.1})")
         }
     }
-}
-
-/// `W,H` or `X,Y,X,Y`.
-fn lattice(text: &str) -> Result<Lattice, String> {
-    let shifts = match (args::numbers::<2>(text), args::numbers::<4>(text)) {
-        (Some([w, h]), _) => ([w, 0.0], [0.0, h]),
-        (_, Some([ax, ay, bx, by])) => ([ax, ay], [bx, by]),
-        _ => return Err("expected two numbers such as 24,31.5, or four for two shifts".to_owned()),
-    };
-    Lattice::new(shifts.0, shifts.1)
-        .filter(|lattice| lattice.cell_area() >= 1.0)
-        .ok_or_else(|| "these shifts lie on one line or span less than a texel".to_owned())
 }

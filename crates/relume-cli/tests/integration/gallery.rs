@@ -65,7 +65,7 @@ fn every_method_has_its_entry_and_the_page_needs_nothing_else() {
     }
     assert!(page.matches("data:image/jpeg;base64,").count() >= 14 && page.contains("noise would dissolve"));
     let csv = fs::read_to_string(folder.path().join("out/gallery.csv")).unwrap();
-    assert_eq!(csv.lines().count(), 1 + 3 * 7, "{csv}");
+    assert_eq!(csv.lines().count(), 1 + 3 * 8, "{csv}");
     assert!(csv.contains("\"a<b>, \"\"&{{seed}}.png\",quilting,"));
     let stored = fs::read_to_string(folder.path().join("out/gallery.json")).unwrap();
     let stored: Value = serde_json::from_str(&stored).unwrap();

@@ -5,7 +5,8 @@
 //! to an eleventh of that of the exemplar. The best of these differs from texture to texture and, by a tenth
 //! to a third, from seed to seed. So several sizes are suggested, within bounds from the analysis: a block
 //! holds three features, and one period if the texture is plainly regular. Where there is a period, tiles of
-//! whole periods are worth a try as well. Optimisation by patches is worth one everywhere: it is the nearest
+//! whole periods are worth a try as well, and where they are few and large, their elements laid one by one,
+//! even if the lattice is uncertain. Optimisation by patches is worth one everywhere: it is the nearest
 //! on some pictures of stones. Of the methods that place single texels, only scanlines of continued pieces
 //! (Wei-Levoy with a coherence of 1) were ever within a tenth of the best, on textures without a period.
 //! Noise was not, and has no source map.
@@ -26,6 +27,9 @@ const BLOCKS: [(f64, usize); 5] = [(4.0, 6), (6.0, 6), (8.0, 6), (11.0, 6), (4.0
 const LEAST_FEATURES: f64 = 3.0;
 /// Tiles of a set: each takes about a quarter of the exemplar.
 const TILES: usize = 4;
+/// Up to so many periods along the smaller side, the elements of a lattice are few and large enough to be laid
+/// one by one.
+const FEW_PERIODS: f64 = 5.0;
 /// The coherence from which a texture counts as oriented.
 const ORIENTED: f64 = 0.4;
 /// The kurtosis up to which the steps are nearly those of random phases.
@@ -67,6 +71,8 @@ pub enum Way {
         /// The number of tiles.
         tiles: usize,
     },
+    /// Whole elements of a lattice in random order.
+    Elements,
 }
 
 /// Suggestions for an exemplar.
@@ -168,6 +174,14 @@ fn ways(exemplars: &[(&Analysis, Size)]) -> Vec<Way> {
     } else if exemplars.len() == 1 {
         ways.push(Way::Roller { tiles: TILES });
     }
+    if let [(found, _)] = exemplars
+        && found
+            .periods
+            .likely_lattice()
+            .is_some_and(|lattice| side <= FEW_PERIODS * lattice.cell_area().sqrt())
+    {
+        ways.insert(1, Way::Elements);
+    }
     ways
 }
 
@@ -226,7 +240,7 @@ mod tests {
     fn blocks(advice: &Advice) -> Vec<(usize, usize)> {
         let of = |way: &Way| match *way {
             Way::Quilting { block, overlap } => Some((block, overlap)),
-            Way::PatchMatch | Way::Scanlines | Way::Roller { .. } => None,
+            Way::PatchMatch | Way::Scanlines | Way::Roller { .. } | Way::Elements => None,
         };
         advice.ways.iter().filter_map(of).collect()
     }

@@ -58,6 +58,8 @@ pub enum Purpose {
     MeasuredWindows = 17,
     /// The order of the shuffled texels to which a model is compared. Place: none.
     ShuffledTexels = 18,
+    /// The element of a cell of laid elements. Place: the cell.
+    Elements = 19,
     /// The random matrix that begins the factorisation of photographs. Place: the photograph.
     FactorSketch = 20,
     /// The directions of a virtual gonioreflectometer that keep apart. Place: their number.

@@ -15,6 +15,7 @@
 //! - [`pixel`]: methods that place one texel after another;
 //! - [`fill`]: holes and borders replaced by copies;
 //! - [`roller`]: tiles of regular textures that fit together in any order;
+//! - [`elements`]: whole elements of a regular material in random order;
 //! - [`noise`]: endless stochastic textures, without a source map;
 //! - [`source_map`]: the result; [`gather()`] applies it to anything registered with the exemplars.
 //!
@@ -25,6 +26,7 @@ pub mod alpha;
 mod blocks;
 mod canvas;
 pub mod cut;
+pub mod elements;
 pub mod fill;
 mod gather;
 pub mod guidance;

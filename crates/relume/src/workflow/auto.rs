@@ -29,6 +29,7 @@ use crate::metric::texture::{self, Appearance, Reference, SlicedOptions, Source,
 use crate::numeric::random::{self, Purpose};
 use crate::planes::Planes;
 use crate::size::Size;
+use crate::synthesis::elements::ElementOptions;
 use crate::synthesis::pixel::{PatchMatchOptions, WeiLevoyOptions};
 use crate::synthesis::{Blend, BlockOptions, Exemplar, SourceMap, Texel, Tolerance, gather_index};
 
@@ -267,6 +268,9 @@ impl Auto {
                 let window = room.small_window(default.window);
                 let options = WeiLevoyOptions { window, levels: room.levels(window), ..default };
                 Some(Plan::WeiLevoy(options, boundary))
+            }
+            Way::Elements if !is_about_blocks && guidance.is_none() => {
+                Some(Plan::Elements(ElementOptions { size, boundary, lattice: None, seed }))
             }
             Way::Roller { tiles } if !is_about_blocks && guidance.is_none() => {
                 Some(Plan::Roller(LaidTiles::new(tiles, size, boundary, seed)))

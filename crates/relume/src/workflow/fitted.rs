@@ -21,7 +21,7 @@ pub struct Advised {
 impl SynthOptions {
     /// The sizes that the method has and that are not given.
     pub(super) fn open_sizes(&self) -> Vec<&'static str> {
-        use SynthesisMethod::{Auto, EfrosLeung, Noise, PatchMatch, Quilting, Roller, WeiLevoy};
+        use SynthesisMethod::{Auto, EfrosLeung, Elements, Noise, PatchMatch, Quilting, Roller, WeiLevoy};
         let block = ("block", self.block.is_none());
         let overlap = ("overlap", self.overlap.is_none());
         let window = ("neighbourhood", self.neighbourhood.is_none());
@@ -31,7 +31,7 @@ impl SynthOptions {
             Quilting => &[block, overlap],
             EfrosLeung => &[window],
             WeiLevoy | PatchMatch => &[window, levels],
-            Roller | Noise | Auto => &[],
+            Roller | Elements | Noise | Auto => &[],
         };
         sizes.iter().filter(|(_, is_open)| *is_open).map(|(name, _)| *name).collect()
     }

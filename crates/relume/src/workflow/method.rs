@@ -7,6 +7,7 @@ use crate::job::Job;
 use crate::names::named;
 use crate::planes::Planes;
 use crate::size::Size;
+use crate::synthesis::elements::{self, ElementOptions, ElementsLaid};
 use crate::synthesis::fill::{FillMethod, FillOptions, close};
 use crate::synthesis::pixel::patch_match::Optimised;
 use crate::synthesis::pixel::wei_levoy::Scanned;
@@ -32,6 +33,8 @@ pub enum SynthesisMethod {
     PatchMatch,
     /// Tiles of whole periods in random order.
     Roller,
+    /// Whole elements of a lattice in random order.
+    Elements,
     /// An endless plane of blended noise, which has no source map.
     Noise,
     /// The best by measurement of those suggested by an analysis.
@@ -44,6 +47,7 @@ named!(SynthesisMethod {
     WeiLevoy => "wei-levoy",
     PatchMatch => "patchmatch",
     Roller => "roller",
+    Elements => "elements",
     Noise => "noise",
     Auto => "auto",
 });
@@ -68,6 +72,8 @@ pub enum Plan {
     PatchMatch(PatchMatchOptions),
     /// Tiles of whole periods in random order.
     Roller(LaidTiles),
+    /// Whole elements of a lattice in random order.
+    Elements(ElementOptions),
 }
 
 /// Tiles to make, and the texture to lay from them.
@@ -122,6 +128,8 @@ pub enum MethodReport {
     PatchMatch(Optimised),
     /// The tiles.
     Roller(Box<Rolled>),
+    /// The elements.
+    Elements(ElementsLaid),
 }
 
 impl Plan {
@@ -133,6 +141,7 @@ impl Plan {
             Self::WeiLevoy(..) => SynthesisMethod::WeiLevoy,
             Self::PatchMatch(_) => SynthesisMethod::PatchMatch,
             Self::Roller(_) => SynthesisMethod::Roller,
+            Self::Elements(_) => SynthesisMethod::Elements,
         }
     }
 
@@ -144,6 +153,7 @@ impl Plan {
             Self::WeiLevoy(options, _) => options.seed,
             Self::PatchMatch(options) => options.seed,
             Self::Roller(laid) => laid.seed,
+            Self::Elements(options) => options.seed,
         }
     }
 
@@ -157,6 +167,7 @@ impl Plan {
             Self::WeiLevoy(options, _) => options.seed = seed,
             Self::PatchMatch(options) => options.seed = seed,
             Self::Roller(laid) => laid.seed = seed,
+            Self::Elements(options) => options.seed = seed,
         }
         plan
     }
@@ -170,10 +181,13 @@ impl Plan {
             Self::EfrosLeung(options) => options.size = size,
             Self::WeiLevoy(options, _) => options.size = size,
             Self::PatchMatch(options) => options.size = size,
+            Self::Elements(options) if options.size != size => {
+                (options.size, options.boundary) = (size, Boundary::Open);
+            }
             Self::Roller(laid) if laid.size != size => {
                 (laid.size, laid.boundary) = (size, Boundary::Open);
             }
-            Self::Roller(_) => {}
+            Self::Elements(_) | Self::Roller(_) => {}
         }
         plan
     }
@@ -184,6 +198,7 @@ impl Plan {
             Self::Quilting(BlockOptions { boundary, .. })
             | Self::EfrosLeung(EfrosLeungOptions { boundary, .. })
             | Self::WeiLevoy(_, boundary)
+            | Self::Elements(ElementOptions { boundary, .. })
             | Self::Roller(LaidTiles { boundary, .. }) => *boundary == Boundary::Torus,
             Self::PatchMatch(_) => true,
         }
@@ -200,6 +215,7 @@ impl Plan {
             Self::WeiLevoy(options, _) => options.validate(),
             Self::PatchMatch(options) => options.validate(),
             Self::Roller(laid) => laid.options.validate(),
+            Self::Elements(options) => options.validate(),
         }
     }
 
@@ -231,6 +247,13 @@ impl Plan {
                 Ok(MadeTexture { map, how: MethodReport::PatchMatch(optimised) })
             }
             Self::Roller(laid) => laid.run(exemplars, job),
+            Self::Elements(options) => {
+                let [exemplar] = exemplars else {
+                    return Err(Error::usage("the method elements lays those of one exemplar: give one"));
+                };
+                let (map, laid) = elements::lay(exemplar, options, job)?;
+                Ok(MadeTexture { map, how: MethodReport::Elements(laid) })
+            }
         }
     }
 }

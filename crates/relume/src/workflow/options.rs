@@ -9,7 +9,10 @@ use crate::error::{Error, Result};
 use crate::field::Domain;
 use crate::job::Job;
 use crate::names::Named;
+use crate::numeric::lattice::Lattice;
+use crate::numeric::periods::Pattern;
 use crate::size::Size;
+use crate::synthesis::elements::ElementOptions;
 use crate::synthesis::pixel::{EfrosLeungOptions, NeighbourSearch, PatchMatchOptions, WeiLevoyOptions};
 use crate::synthesis::search::{KernelBasis, SearchMethod, SearchOptions};
 use crate::synthesis::{Blend, BlockOptions, Boundary, Guidance, Tolerance};
@@ -67,6 +70,8 @@ pub struct SynthOptions {
     pub uniformity: Option<f64>,
     /// The number of tiles of the Roller; `None` for [`LaidTiles::TILES`].
     pub tiles: Option<usize>,
+    /// The lattice of the texture, if known; otherwise it is measured.
+    pub period: Option<Lattice>,
     /// The number of textures to choose from; `None` for [`Auto::TRIES`].
     pub tries: Option<usize>,
 }
@@ -99,6 +104,7 @@ impl Default for SynthOptions {
             rounds: None,
             uniformity: None,
             tiles: None,
+            period: None,
             tries: None,
         }
     }
@@ -169,8 +175,8 @@ pub struct Special {
 
 impl SynthOptions {
     /// The options that belong to some methods only.
-    pub fn special(&self) -> [Special; 16] {
-        use SynthesisMethod::{Auto, EfrosLeung, PatchMatch, Quilting, Roller, WeiLevoy};
+    pub fn special(&self) -> [Special; 17] {
+        use SynthesisMethod::{Auto, EfrosLeung, Elements, PatchMatch, Quilting, Roller, WeiLevoy};
         const BLOCKS: &[SynthesisMethod] = &[Quilting, Auto];
         let tolerance = match self.tolerance {
             Some(Tolerance::Absolute(_)) => "delta",
@@ -186,6 +192,7 @@ impl SynthOptions {
             special("search", self.search.is_some(), BLOCKS),
             special("kernels", self.kernels.is_some(), BLOCKS),
             special("tiles", self.tiles.is_some(), &[Roller]),
+            special("period", self.period.is_some(), &[Roller, Elements]),
             special("tries", self.tries.is_some(), &[Auto]),
             special("neighbourhood", self.neighbourhood.is_some(), &[EfrosLeung, WeiLevoy, PatchMatch]),
             special("epsilon", self.epsilon.is_some(), &[EfrosLeung]),
@@ -236,6 +243,7 @@ impl SynthOptions {
             SynthesisMethod::WeiLevoy => Plan::WeiLevoy(self.wei_levoy(), self.boundary),
             SynthesisMethod::PatchMatch => Plan::PatchMatch(self.patch_match()),
             SynthesisMethod::Roller => Plan::Roller(self.laid_tiles()?),
+            SynthesisMethod::Elements => Plan::Elements(self.elements()?),
             SynthesisMethod::Quilting | SynthesisMethod::Auto => Plan::Quilting(self.blocks()),
             SynthesisMethod::Noise => {
                 return Err(Error::usage("the method noise makes windows of an endless plane only"));
@@ -323,7 +331,17 @@ impl SynthOptions {
             return Err(Error::usage("the method roller lays tiles in random order and follows no guides"));
         }
         let tiles = self.tiles.unwrap_or(LaidTiles::TILES);
-        Ok(LaidTiles::new(tiles, self.size, self.boundary, self.seed))
+        let mut laid = LaidTiles::new(tiles, self.size, self.boundary, self.seed);
+        laid.options.pattern = self.period.map(Pattern::Lattice);
+        Ok(laid)
+    }
+
+    fn elements(&self) -> Result<ElementOptions> {
+        if self.guidance.is_some() {
+            return Err(Error::usage("the method elements lays them in random order and follows no guides"));
+        }
+        let (size, boundary, lattice, seed) = (self.size, self.boundary, self.period, self.seed);
+        Ok(ElementOptions { size, boundary, lattice, seed })
     }
 }
 

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use relume::analysis::{Extents, Warning};
 use relume::metric::texture::Appearance;
+use relume::synthesis::elements::{ElementOptions, ElementsLaid};
 use relume::synthesis::pixel::patch_match::Optimised;
 use relume::synthesis::pixel::wei_levoy::Scanned;
 use relume::synthesis::pixel::{EfrosLeungOptions, Growth, PatchMatchOptions, WeiLevoyOptions};
@@ -46,6 +47,7 @@ pub fn describe(
             texels(optimisation_in_words(options, optimised), optimisation_as_json(options, optimised))
         }
         (Plan::Roller(laid), MethodReport::Roller(rolled)) => roller_report(output, laid, rolled),
+        (Plan::Elements(options), MethodReport::Elements(laid)) => elements_report(output, options, laid),
         _ => unreachable!("a plan's result is of its own method"),
     };
     let remedy = "try another --seed or --method, or make it without --tile and close it by relume tileable";
@@ -199,6 +201,32 @@ fn roller_report(output: &Path, laid: &LaidTiles, rolled: &Rolled) -> Report {
     Report::new(text, json)
 }
 
+fn elements_report(output: &Path, options: &ElementOptions, laid: &ElementsLaid) -> Report {
+    let [[ax, ay], [bx, by]] = laid.lattice.basis();
+    let elements = match laid.elements {
+        1 => "the one whole element, repeated".to_owned(),
+        count => format!("{count} elements in random order"),
+    };
+    let text = format!(
+        "{}: {} texels of {}, one at each point of ({ax:.1}, {ay:.1}) and ({bx:.1}, {by:.1}); \
+         {} % of the usual difference between elements along their outline{}",
+        output.display(),
+        options.size,
+        elements,
+        (100.0 * laid.joint_contrast).round(),
+        if laid.has_joints() { "" } else { ": no joints were found, and cuts may be seen" }
+    );
+    let json = json!({
+        "width": options.size.width,
+        "height": options.size.height,
+        "method": "elements",
+        "tile": options.boundary == Boundary::Torus,
+        "seed": options.seed,
+        "elements": laid,
+    });
+    Report::new(text, json)
+}
+
 /// The report of the kept texture, and how it was chosen.
 fn with_choice(kept: Report, choice: &Choice, files: &[PathBuf]) -> Report {
     let mut text = format!("{}\n{}", kept.text, choice.advice.reason);
@@ -246,6 +274,7 @@ fn command(plan: &Plan) -> String {
     match plan {
         Plan::Quilting(o) => format!("--block {} --overlap {} --seed {seed}", o.block, o.overlap),
         Plan::Roller(laid) => format!("--method {method} --tiles {} --seed {seed}", laid.options.tiles),
+        Plan::Elements(_) => format!("--method {method} --seed {seed}"),
         Plan::WeiLevoy(WeiLevoyOptions { window, levels, .. }, _)
         | Plan::PatchMatch(PatchMatchOptions { window, levels, .. }) => {
             format!("--method {method} --neighbourhood {window} --levels {levels} --seed {seed}")

@@ -1,5 +1,6 @@
 //! The options of `relume synth` that choose a method, and those of the pixel methods.
 
+use relume::numeric::lattice::Lattice;
 use relume::workflow::options::Special;
 use relume::workflow::{SynthOptions, SynthesisMethod};
 use relume::{Error, Named, Result};
@@ -10,7 +11,8 @@ use crate::args;
 #[derive(Debug, clap::Args)]
 #[group(skip)]
 pub struct Args {
-    /// The method: blocks, texel by texel, tiles of whole periods, an endless plane of noise, or the best by
+    /// The method: blocks, texel by texel, tiles of whole periods,
+    /// whole elements of a lattice, an endless plane of noise, or the best by
     /// measurement of those suggested by an analysis
     #[arg(long, default_value = "quilting", value_parser = args::named::<SynthesisMethod>())]
     method: SynthesisMethod,
@@ -43,6 +45,10 @@ pub struct Args {
     /// Number of tiles of the Roller [default: 4]
     #[arg(long, value_name = "K", help_heading = "Options of the roller and of auto")]
     tiles: Option<usize>,
+    /// The periods, instead of measured ones: W,H in texels, or two shifts X,Y,X,Y to the right and down
+    #[arg(long, value_name = "W,H", value_parser = args::lattice, allow_hyphen_values = true)]
+    #[arg(help_heading = "Options of the roller and of elements")]
+    period: Option<Lattice>,
     /// Number of textures from which auto chooses; 1 follows the analysis without measuring [default: 7]
     #[arg(long, value_name = "N", help_heading = "Options of the roller and of auto")]
     tries: Option<usize>,
@@ -66,6 +72,7 @@ impl Args {
             rounds: self.rounds,
             uniformity: self.uniformity,
             tiles: self.tiles,
+            period: self.period,
             tries: self.tries,
             ..SynthOptions::default()
         }

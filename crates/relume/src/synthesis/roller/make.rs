@@ -162,7 +162,7 @@ impl RollWork<'_> {
         let tiles = TileSet::new(cells, colors, map);
         let report = RollReport {
             first: None,
-            periods: Periods { pattern: self.pattern, share: 0.0 },
+            periods: Periods { pattern: self.pattern, share: 0.0, uncertain: None },
             whole_periods: true,
             parts,
             seams: vec![laid_seams(&tiles, self.texels, step, self.job)?],

@@ -144,6 +144,13 @@ fn a_regular_material_is_combined_and_its_bytes_are_said() {
     assert!(fs::read_to_string(folder.join("weave.svg")).unwrap().starts_with("<svg"));
     let plain = value(&model("plain.rlm", &["--combine", "never"]));
     assert!(plain["structure"].is_null());
+    // Given periods are followed, or it is said why not.
+    let followed =
+        run(folder, &["model", "weave.png", "--candidates", "12", "-o", "p.rlm", "--period", "31,29"]);
+    assert!(followed.contains("62 x 87 texels by the Roller"), "{followed}");
+    let given = ["model", "weave.png", "-o", "x.rlm", "--period"];
+    assert!(failed(folder, &[&given[..], &["200,200"]].concat(), 2).contains("larger exemplar"));
+    assert!(refused(folder, &[&given[..], &["24,24", "--combine", "never"]].concat()).contains("structure"));
     run(folder, &["synth", "weave.rlm", "-o", "whole.png", "--window", "-30,-20,90,70"]);
     run(folder, &["synth", "weave.rlm", "-o", "part.png", "--window", "15,5,40,30", "--threads", "1"]);
     let read = |name: &str| read_field(&folder.join(name), &Job::default()).unwrap().field;

@@ -11,6 +11,8 @@ use crate::field::{Domain, IndexSpace, Metric, ReflectanceField};
 use crate::format::rlm;
 use crate::job::Job;
 use crate::names::named;
+use crate::numeric::lattice::Lattice;
+use crate::numeric::periods::Pattern;
 use crate::numeric::pyramid::{self, Kernel};
 use crate::planes::Planes;
 use crate::random_field::{
@@ -80,6 +82,9 @@ pub struct ModelRequest {
     pub structure_bytes: Option<usize>,
     /// The number of tiles of the structure.
     pub tiles: usize,
+    /// The lattice of the texture, if known: the tiles of the structure are whole numbers of its periods. Otherwise
+    /// it is measured.
+    pub period: Option<Lattice>,
     /// How functions of light direction are modelled.
     pub lights: LightModels,
 }
@@ -93,6 +98,7 @@ impl Default for ModelRequest {
             combine: Combine::default(),
             structure_bytes: None,
             tiles: 1,
+            period: None,
             lights: LightModels::default(),
         }
     }
@@ -154,6 +160,11 @@ impl ModelRequest {
     /// Options without meaning, per-light models of pictures or with a structure, textures that are too
     /// small, and limits exceeded.
     pub fn fit(&self, field: &ReflectanceField, kind: &Character, job: &Job) -> Result<FittedModel> {
+        if self.period.is_some() && (self.combine == Combine::Never || self.lights != LightModels::Joint) {
+            return Err(Error::usage(
+                "periods are those of the structure: models without a structure, or per light, have none",
+            ));
+        }
         self.foresee(field, job)?;
         let reference = LikenessReference::of(field, job)?;
         let compared = |mut fitted: FittedModel| -> Result<FittedModel> {
@@ -168,7 +179,8 @@ impl ModelRequest {
         }
         let Size { width, height } = field.size();
         let may_combine = self.combine == Combine::Auto && width.min(height) >= LEAST_SIDE;
-        if self.combine == Combine::Always || may_combine && kind.is_regular() {
+        let is_periodic = self.combine == Combine::Always || self.period.is_some();
+        if is_periodic || may_combine && kind.is_regular() {
             return compared(self.combined(field, job)?);
         }
         let (model, levels) = model_field(field, &self.options, job)?;
@@ -273,9 +285,10 @@ impl ModelRequest {
     /// Tiles by the Roller, or, where their seams would show, one synthesised from blocks on a torus.
     fn tiles(&self, index: &Planes, job: &Job) -> Result<(SourceMap, StructureSource)> {
         let exemplar = Exemplar { index, excluded: None };
-        let options = RollerOptions { tiles: self.tiles, ..RollerOptions::default() };
+        let pattern = self.period.map(Pattern::Lattice);
+        let options = RollerOptions { tiles: self.tiles, pattern, ..RollerOptions::default() };
         let rolled = roll(&exemplar, &options, job)?;
-        if rolled.report.is_acceptable() || self.tiles > 1 {
+        if rolled.report.is_acceptable() || self.tiles > 1 || pattern.is_some() {
             let (tile, count) = (rolled.tiles.tile(), rolled.tiles.count());
             return Ok((rolled.tiles.map().clone(), StructureSource::Roller { count, tile }));
         }

@@ -1,5 +1,6 @@
 //! Options of models of regular materials: a compressed set of tiles, and a random field for the residual.
 
+use relume::numeric::lattice::Lattice;
 use relume::workflow::model::Combine;
 
 use crate::args;
@@ -19,4 +20,8 @@ pub struct CombineArgs {
     /// Number of tiles; more of them repeat less visibly and share the bytes
     #[arg(long, value_name = "K", default_value_t = 1)]
     pub tiles: usize,
+    /// The periods of the texture, instead of measured ones, followed by the tiles: W,H in texels, or two shifts
+    /// X,Y,X,Y to the right and down
+    #[arg(long, value_name = "W,H", value_parser = args::lattice, allow_hyphen_values = true)]
+    pub period: Option<Lattice>,
 }

@@ -125,8 +125,8 @@ fn request(args: &Args) -> Result<ModelRequest> {
         ..ModelOptions::default()
     };
     options.validate()?;
-    let combine::CombineArgs { combine, structure_bytes, tiles } = args.combine;
-    Ok(ModelRequest { options, combine, structure_bytes, tiles, lights: args.lights.chosen()? })
+    let combine::CombineArgs { combine, structure_bytes, tiles, period } = args.combine;
+    Ok(ModelRequest { options, combine, structure_bytes, tiles, period, lights: args.lights.chosen()? })
 }
 
 /// The input: a field, or heights in texels where the file records them.

@@ -280,6 +280,11 @@ fn given_periods_are_followed_to_the_texel_or_refused() {
         }
         assert!(made.report.whole_periods);
     }
+    // One period, where there is no room for two.
+    let pattern = Lattice::new([62.0, 0.0], [0.0, 57.0]).map(Pattern::Lattice);
+    let options = RollerOptions { pattern, tiles: 1, overlap: Some(4), ..RollerOptions::default() };
+    let made = roll(&exemplar, &options, &Job::default()).unwrap();
+    assert_eq!(made.tiles.tile(), Size::new(62, 57));
     // No multiple of these lies within a texel of an axis.
     let slanted = ([40.0, 7.0], [-7.0, 40.0]);
     let error = with(slanted.0, slanted.1, false).unwrap_err();

@@ -258,7 +258,8 @@ impl RollWork<'_> {
     }
 
     /// The sides of tiles worth trying along an axis, best first, and whether they are whole periods: up to
-    /// the longest with room for the other tiles, or the shortest period if that is longer.
+    /// the longest with room for the other tiles, or the shortest whole periods if these are longer, or, of
+    /// given ones, the longest if these are shorter than usual.
     fn sides(&self, axis: Axis) -> Result<(Vec<usize>, bool)> {
         let ((least, longest), room) = (self.lengths(axis)?, self.room(axis));
         let profile = profile(self.texels, self.planes, axis);
@@ -271,7 +272,11 @@ impl RollWork<'_> {
         if !found.is_empty() {
             return Ok((found, true));
         }
-        match (longest + 1..=room).find(|&shift| whole(shift)) {
+        let longer = (longest + 1..=room).find(|&shift| whole(shift));
+        // Given periods are followed even where tiles are small with them.
+        let is_given = self.options.pattern.is_some();
+        let shorter = || (self.least_side()..least).rev().find(|&shift| is_given && whole(shift));
+        match longer.or_else(shorter) {
             Some(first) => Ok((sides(&profile, first, (first + 2).min(room), whole), true)),
             None => Ok((sides(&profile, least, longest, |_| true), false)),
         }

@@ -83,7 +83,7 @@ fn with_photographs(args: &Args, context: &Context) -> Result<Report> {
         )
         .at(&args.reference));
     }
-    let btf = Btf::open(&args.reference, Missing::Fill)?;
+    let btf = Btf::open(&args.reference, Missing::Fill, &context.job)?;
     let other = args.evaluated.texture(&args.other, &context.job)?;
     let errors = btf_comparison::compare(&btf, &other, &context.job)?;
     let (mean, worst) = (&errors.mean, &errors.worst);

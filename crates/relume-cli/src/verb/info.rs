@@ -47,7 +47,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
 
 /// Describes photographs under light and view by their names and the first of them.
 fn btf(args: &Args, context: &Context) -> Result<Report> {
-    let btf = Btf::open(&args.file, Missing::Fill)?;
+    let btf = Btf::open(&args.file, Missing::Fill, &context.job)?;
     let list = btf.list();
     let first = btf.photograph(0, &context.job)?;
     let (size, channels) = (first.size(), first.channels());

@@ -122,7 +122,8 @@ fn of_photographs(args: &Args, context: &Context) -> Result<Report> {
     let mut outputs = Outputs::new(context);
     outputs.file(&args.output, &[&args.file])?;
     let view = args.view.unwrap_or(Direction::ZENITH);
-    let picture = Btf::open(&args.file, Missing::Fill)?.relit(Directions { light, view }, &context.job)?;
+    let picture = Btf::open(&args.file, Missing::Fill, &context.job)?
+        .relit(Directions { light, view }, &context.job)?;
     let (size, channels) = (picture.size(), picture.planes.count());
     context.job.check_bytes("the picture's file", format.footprint(size, channels).peak)?;
     outputs.write(&args.output, encode_picture_with(&picture, format, &context.job)?)?;

@@ -226,3 +226,40 @@ fn options_without_a_part_in_the_fit_are_refused() {
     let view = refused(path, &["relight", "l.exr", "--light", "0,0,1", "--view", "1,0,1", "-o", "x.png"]);
     assert!(view.contains("a view makes no difference"), "{view}");
 }
+
+#[test]
+fn a_btf_file_is_written_read_shown_and_fitted_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    write_zip(&path.join("b.zip"), &photographs());
+    done(path, &["fit", "b.zip", "-o", "b.btf", "--rank", "12"]);
+    let info = json(path, &["info", "b.btf"]);
+    assert_eq!((&info["photographs"], &info["light_count"]), (&64.into(), &8.into()));
+    done(path, &["fit", "b.zip", "-o", "linear.exr", "--rank", "12", "--space", "linear"]);
+    // The file holds the same texture, to the rounding of floats.
+    let compared = json(path, &["compare", "b.btf", "linear.exr"]);
+    assert!(compared["psnr_db"].as_f64().unwrap() > 90.0, "{compared}");
+    done(path, &["fit", "b.btf", "-o", "again.exr", "--rank", "12", "--space", "linear"]);
+    assert!(json(path, &["compare", "linear.exr", "again.exr"])["psnr_db"].as_f64().unwrap() > 60.0);
+    done(path, &["relight", "b.btf", "--light", "0.3,0.1,0.8", "--view", "0.2,0.2,0.9", "-o", "m.png"]);
+    assert!(refused(path, &["fit", "b.zip", "-o", "s.btf", "--space", "srgb"]).contains("proportional to light"));
+    assert!(refused(path, &["fit", "b.zip", "-o", "p.btf", "--basis", "ptm"]).contains("--basis learned"));
+    fs::write(path.join("cut.btf"), &fs::read(path.join("b.btf")).unwrap()[..500]).unwrap();
+    assert!(failed(path, &["info", "cut.btf"], 1).contains("cut.btf"));
+}
+
+/// A measured reflectance is the texture of one texel.
+#[test]
+fn a_reflectance_is_a_texture_of_one_texel() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    // A matt grey in the layout of the UTIA database: planes of 288 x 288 numbers.
+    let numbers = vec![0.25 / std::f64::consts::PI; 3 * 288 * 288];
+    let bytes: Vec<u8> = numbers.iter().flat_map(|v| v.to_le_bytes()).collect();
+    fs::write(path.join("matt.bin"), bytes).unwrap();
+    let fit = json(path, &["fit", "matt.bin", "-o", "matt.exr", "--space", "linear"]);
+    assert_eq!((&fit["width"], &fit["report"]["functions"]), (&1.into(), &1.into()));
+    done(path, &["relight", "matt.exr", "--light", "0,0,1", "-o", "matt.png"]);
+    // A quarter of the light, encoded.
+    assert_eq!(read_png(&path.join("matt.png")).1, [137; 3]);
+}

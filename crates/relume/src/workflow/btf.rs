@@ -1,21 +1,24 @@
 //! Textures of light and view (bidirectional texture functions) as they are on disk: a folder or a zip archive of
-//! photographs whose names hold the angles of light and view. They stream: only one photograph a thread is in
-//! memory.
+//! photographs whose names hold the angles of light and view, a `.btf` file, or a measured reflectance, which is the
+//! texture of a single texel. Photographs stream: only one a thread is in memory.
 
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
+use crate::brdf::BrdfSamples;
+use crate::capture::dome::sampling::{DirectionSampling, all_pairs};
 use crate::capture::pairs::{PairList, files_below, first_names};
-use crate::direction::Directions;
+use crate::direction::{Direction, Directions};
 use crate::error::{Error, Result};
-use crate::format::{ImageArchive, decode_raster, read_raster};
+use crate::format::bonn::BonnBtf;
+use crate::format::{ImageArchive, decode_raster, open, read_raster};
 use crate::job::Job;
 use crate::names::named;
 use crate::numeric::between::Between;
 use crate::picture::Picture;
 use crate::planes::Planes;
-use crate::raster::Raster;
+use crate::raster::{Raster, Samples};
 use crate::space::Space;
 
 /// The cosine above which a view is that from straight above, within a degree.
@@ -47,16 +50,21 @@ enum ImageSource {
     /// The path of each photograph.
     Folder(Vec<PathBuf>),
     Archive(ImageArchive),
+    Bonn(Box<BonnBtf>),
+    Reflectance(Box<BrdfSamples>),
 }
 
+/// The extensions of files that are opened as textures of light and view.
+const EXTENSIONS: [&str; 5] = ["zip", "btf", "binary", "bin", "bsdf"];
+
 impl Btf {
-    /// Whether a path is to be opened as such a texture: an archive by its name, or a folder without a light file
-    /// that holds photographs with angles in their names.
+    /// Whether a path is to be opened as such a texture: a file by its extension (`zip`, `btf`; `binary`, `bin` and `bsdf` of
+    /// reflectances), or a folder without a light file that holds photographs with angles in their names.
     pub fn is_at(path: &Path) -> bool {
         let has_extension =
             |path: &Path, of: &str| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(of));
         if !path.is_dir() {
-            return has_extension(path, "zip");
+            return EXTENSIONS.iter().any(|extension| has_extension(path, extension));
         }
         let Ok(files) = files_below(path) else { return false };
         let holds_lights = files.iter().any(|(name, path)| !name.contains('/') && has_extension(path, "lp"));
@@ -64,13 +72,36 @@ impl Btf {
             && matches!(PairList::of_paths(files.iter().map(|(name, _)| name.as_str())), Ok(Some(_)) | Err(_))
     }
 
-    /// Opens a folder or an archive. Photographs are located, not read.
+    /// Opens a folder, an archive or a file. Photographs are located, not read; factors of a `.btf` file are read. A
+    /// reflectance is taken at the 81 lights and 81 views of the usual measurements.
     ///
     /// # Errors
-    /// A folder or archive that cannot be read or holds no photograph with angles in its name, angles that are not
+    /// A `.btf` file or reflectance that is damaged; a folder or archive that cannot be read or holds no photograph with angles in its name, angles that are not
     /// those of a hemisphere, two photographs of one pair, and missing ones, unless they are to be filled.
-    pub fn open(path: impl AsRef<Path>, missing: Missing) -> Result<Self> {
+    pub fn open(path: impl AsRef<Path>, missing: Missing, job: &Job) -> Result<Self> {
         let path = path.as_ref();
+        match path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).as_deref() {
+            Some("btf") if !path.is_dir() => Self::of_bonn(path, job),
+            Some("binary" | "bin" | "bsdf") if !path.is_dir() => Self::of_reflectance(path, job),
+            _ => Self::of_photographs(path, missing),
+        }
+    }
+
+    fn of_bonn(path: &Path, job: &Job) -> Result<Self> {
+        let btf = BonnBtf::open(path, job)?;
+        let list = PairList::of_directions(btf.pairs());
+        Ok(Self { path: path.to_path_buf(), list, source: ImageSource::Bonn(Box::new(btf)) })
+    }
+
+    fn of_reflectance(path: &Path, job: &Job) -> Result<Self> {
+        let brdf = open(path, job)?.into_brdf()?;
+        let directions = DirectionSampling::Bonn.directions();
+        let samples = BrdfSamples::new(brdf, all_pairs(&directions, &directions));
+        let list = PairList::of_directions(samples.pairs());
+        Ok(Self { path: path.to_path_buf(), list, source: ImageSource::Reflectance(Box::new(samples)) })
+    }
+
+    fn of_photographs(path: &Path, missing: Missing) -> Result<Self> {
         let (names, source) = if path.is_dir() {
             let (names, paths) = files_below(path)?.into_iter().unzip();
             (names, ImageSource::Folder(paths))
@@ -131,7 +162,7 @@ impl Btf {
             ImageSource::Folder(paths) => {
                 self.list.entries.iter().map(|e| paths[e.index].as_path()).collect()
             }
-            ImageSource::Archive(_) => Vec::new(),
+            ImageSource::Archive(_) | ImageSource::Bonn(_) | ImageSource::Reflectance(_) => Vec::new(),
         }
     }
 
@@ -180,6 +211,21 @@ impl Btf {
                 let bytes = archive.read(index, job)?;
                 decode_raster(&bytes, job).map(Raster::without_opacity).map_err(|e| e.at(place()))
             }
+            ImageSource::Bonn(btf) => {
+                let image = btf.image(index, job).map_err(|e| e.at(&self.path))?;
+                let light = self.list.entries[i].directions.light;
+                if btf.has_cosine() { Ok(image) } else { lit(&image, light) }
+            }
+            ImageSource::Reflectance(samples) => {
+                let image = samples.image(index, job).map_err(|e| e.at(&self.path))?;
+                lit(&image, self.list.entries[i].directions.light)
+            }
         }
     }
+}
+
+/// An image of reflectances as a photograph, which holds the cosine between light and surface.
+fn lit(image: &Raster, light: Direction) -> Result<Raster> {
+    let values = (0..image.samples().len()).map(|i| image.samples().value(i) * light.z() as f32);
+    Raster::new(image.size(), image.channels(), Samples::F32(values.collect()))
 }

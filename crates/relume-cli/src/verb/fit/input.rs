@@ -49,7 +49,7 @@ impl Inputs {
     }
 
     fn of_btf(args: &Args, basis: &BasisChoice, context: &Context) -> Result<Self> {
-        let btf = Btf::open(&args.capture, args.missing.unwrap_or_default())?;
+        let btf = Btf::open(&args.capture, args.missing.unwrap_or_default(), &context.job)?;
         output::refuse_input(&args.output, &btf.paths())?;
         let (mut pairs, mut warnings) = (btf.pairs(), Vec::new());
         let list = btf.list();

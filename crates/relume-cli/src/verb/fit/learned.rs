@@ -1,39 +1,55 @@
 //! Functions of light and view learned from the photographs.
 
+use relume::field::Basis;
 use relume::fit::learned::{self, LearnedOptions, LearnedReport, MOST_FUNCTIONS, Rank};
-use relume::format::{FieldFormat, encode_field};
-use relume::{Footprint, RasterSequence, Result, Space};
+use relume::format::bonn::{BtfFactors, FactorShape, encode_fmf};
+use relume::format::encode_field;
+use relume::{Error, Footprint, RasterSequence, ReflectanceField, Result, Space};
 use serde_json::json;
 
-use super::Args;
 use super::input::Inputs;
+use super::{Args, FittedFormat};
 use crate::context::Context;
 use crate::output::Outputs;
 use crate::report::Report;
 
+/// Functions where neither their number nor an error is given.
+const DEFAULT_FUNCTIONS: usize = 32;
+
 /// Learns functions and writes the field.
 pub(super) fn run(
     args: &Args,
-    format: FieldFormat,
+    format: FittedFormat,
     inputs: &Inputs,
     mut outputs: Outputs,
     context: &Context,
 ) -> Result<Report> {
     let defaults = LearnedOptions::default();
-    let options = LearnedOptions {
+    let space =
+        args.space.unwrap_or(if let FittedFormat::Btf(_) = format { Space::Linear } else { Space::Srgb });
+    let mut options = LearnedOptions {
         rank: args.error.map_or(args.rank.map_or(defaults.rank, Rank::Functions), Rank::Error),
-        space: args.space.unwrap_or(Space::Srgb),
+        space,
         hold_out: args.hold_out,
         ..defaults
     };
     options.validate()?;
+    if matches!(format, FittedFormat::Btf(_)) && space != Space::Linear {
+        return Err(Error::usage("a .btf file holds values proportional to light: leave out --space srgb")
+            .at(&args.output));
+    }
     let load = |i: usize| inputs.photograph(i, &context.job);
     let photographs = RasterSequence::open(&load)?;
+    if args.rank.is_none() && args.error.is_none() {
+        // A texture of one texel, or of few pairs, has no more functions.
+        let most = photographs.size().texels().min(inputs.pairs().len() * photographs.channels());
+        options.rank = Rank::Functions(most.min(DEFAULT_FUNCTIONS));
+    }
     foresee(options.rank, &photographs, inputs.pairs().len(), format, context)?;
     let load = |i: usize| photographs.read(i);
     let fit =
         learned::fit(inputs.pairs(), &load, &options, &context.job).map_err(|e| e.at(inputs.place()))?;
-    outputs.write(&args.output, encode_field(&fit.field, format, None, &context.job)?)?;
+    outputs.write(&args.output, encoded(&fit.field, format, context)?)?;
     let written = outputs.commit()?;
     let json = json!({
         "width": fit.field.size().width,
@@ -54,22 +70,45 @@ pub(super) fn run(
     Ok(Report::new(text, json).with_outputs(written).with_warnings(inputs.warnings()))
 }
 
+fn encoded(field: &ReflectanceField, format: FittedFormat, context: &Context) -> Result<Vec<u8>> {
+    let scalar = match format {
+        FittedFormat::Field(format) => return encode_field(field, format, None, &context.job),
+        FittedFormat::Btf(scalar) => scalar,
+    };
+    let Basis::Learned(learned) = field.basis() else {
+        return Err(Error::usage("a .btf file holds learned functions"));
+    };
+    let norm = |plane: &[f32]| plane.iter().map(|v| f64::from(*v).powi(2)).sum::<f64>().sqrt() as f32;
+    let factors = BtfFactors {
+        shape: FactorShape::Functions,
+        functions: learned.values().to_vec(),
+        coefficients: field.coefficients().clone(),
+        singular: field.coefficients().iter().map(norm).collect(),
+    };
+    encode_fmf(learned.pairs(), &factors.without_cosine(learned.pairs())?, scalar, &context.job)
+}
+
 /// Refuses a texture that could be fitted, but not written within the memory: with the table of its functions as
 /// numbers and as text.
 fn foresee(
     rank: Rank,
     photographs: &RasterSequence<'_>,
     pairs: usize,
-    format: FieldFormat,
+    format: FittedFormat,
     context: &Context,
 ) -> Result<()> {
-    const TEXT_BYTES: usize = 14;
+    // Base64 of four bytes, twice while it is made.
+    const TEXT_BYTES: usize = 6;
     let functions = if let Rank::Functions(n) = rank { n } else { MOST_FUNCTIONS };
     let table = (photographs.channels() * functions).saturating_mul(pairs);
     let table = Footprint { peak: (4 + 2 * TEXT_BYTES) as u64 * table as u64, kept: 4 * table as u64 };
     let size = photographs.size();
     let fitted = Footprint::of_texels(size, 4 * functions as u64, 4 * functions as u64);
-    let peak = fitted.then(format.footprint(size, functions)).then(table).peak;
+    let file = match format {
+        FittedFormat::Field(format) => format.footprint(size, functions),
+        FittedFormat::Btf(_) => Footprint::of_texels(size, 8 * functions as u64, 4 * functions as u64),
+    };
+    let peak = fitted.then(file).then(table).peak;
     context.job.check_bytes("the texture and its file", peak)
 }
 

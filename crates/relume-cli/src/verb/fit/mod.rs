@@ -9,6 +9,7 @@ use std::path::PathBuf;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use relume::capture::Pairing;
 use relume::field::{Basis, PlaneLayout};
+use relume::format::bonn::BtfScalar;
 use relume::format::{ExrDepth, FieldFormat};
 use relume::workflow::{Btf, Missing};
 use relume::{Error, Result, Size, Space};
@@ -27,7 +28,8 @@ pub struct Args {
     /// A light-position file (.lp), or a folder that holds exactly one; or a texture of light and view: a folder or .zip
     /// of photographs with names such as `00008 tl015 pl060 tv030 pv000.jpg`
     capture: PathBuf,
-    /// The texture to write: .ptm or .exr; `-` writes a .ptm to standard output
+    /// The texture to write: .ptm or .exr, or .btf for learned functions of as many views as lights; `-` writes a .ptm to
+    /// standard output
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// The basis functions: six polynomials (ptm) or nine hemispherical harmonics (hsh9) of the light, or functions
@@ -52,10 +54,10 @@ pub struct Args {
     #[arg(long, value_parser = color())]
     color: Option<PlaneLayout>,
     /// Fit sRGB-encoded values (srgb) or values proportional to light (linear) [default: srgb for .ptm and learned
-    /// functions, linear for others in an .exr]
+    /// functions, linear for others in an .exr and for .btf]
     #[arg(long, value_parser = args::named::<Space>())]
     space: Option<Space>,
-    /// Store an .exr in 16-bit floats
+    /// Store an .exr or .btf in 16-bit floats
     #[arg(long)]
     half: bool,
     /// Pair lights and photographs by name, or in order of sorted names
@@ -91,7 +93,13 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let format = output_format(args, &basis)?;
     let inputs = Inputs::open(args, is_btf, &basis, context)?;
     match basis {
-        BasisChoice::OfLight(basis) => light::run(args, basis, format, &inputs, outputs, context),
+        BasisChoice::OfLight(basis) => match format {
+            FittedFormat::Field(format) => light::run(args, basis, format, &inputs, outputs, context),
+            FittedFormat::Btf(_) => {
+                Err(Error::usage("a .btf file holds learned functions: give also --basis learned")
+                    .at(&args.output))
+            }
+        },
         BasisChoice::Learned => learned::run(args, format, &inputs, outputs, context),
     }
 }
@@ -126,7 +134,18 @@ impl Args {
     }
 }
 
-fn output_format(args: &Args, basis: &BasisChoice) -> Result<FieldFormat> {
+/// The format of the output.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum FittedFormat {
+    Field(FieldFormat),
+    /// Factors, as the database UBO2014 stores them.
+    Btf(BtfScalar),
+}
+
+fn output_format(args: &Args, basis: &BasisChoice) -> Result<FittedFormat> {
+    if args.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("btf")) {
+        return Ok(FittedFormat::Btf(if args.half { BtfScalar::Half } else { BtfScalar::Float }));
+    }
     let format = named_format(args)?;
     if format == FieldFormat::Ptm && *basis != BasisChoice::OfLight(Basis::Ptm) {
         return Err(Error::usage(format!(
@@ -135,7 +154,7 @@ fn output_format(args: &Args, basis: &BasisChoice) -> Result<FieldFormat> {
         ))
         .at(&args.output));
     }
-    Ok(format)
+    Ok(FittedFormat::Field(format))
 }
 
 fn named_format(args: &Args) -> Result<FieldFormat> {
@@ -145,7 +164,7 @@ fn named_format(args: &Args) -> Result<FieldFormat> {
     match (FieldFormat::from_path(&args.output)?, args.half) {
         (FieldFormat::Exr(_), true) => Ok(FieldFormat::Exr(ExrDepth::Half)),
         (format @ (FieldFormat::Exr(_) | FieldFormat::Ptm), false) => Ok(format),
-        (_, true) => Err(Error::usage("--half needs an .exr to write").at(&args.output)),
+        (_, true) => Err(Error::usage("--half needs an .exr or .btf to write").at(&args.output)),
         (FieldFormat::Picture(_), false) => {
             Err(Error::usage("a picture cannot hold functions: name a .ptm or .exr to write")
                 .at(&args.output))

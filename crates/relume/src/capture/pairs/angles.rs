@@ -21,6 +21,16 @@ impl PairAngles {
         Self([view.0, view.1, light.0, light.1])
     }
 
+    /// The angles of directions, rounded.
+    pub fn of_directions(pair: Directions) -> Self {
+        let angles = |d: Direction| {
+            let parts = |radians: f64| (radians.to_degrees() * PARTS).round() as i64;
+            let polar = parts(d.z().clamp(-1.0, 1.0).acos());
+            (polar, turned(polar, parts(d.y().atan2(d.x()))))
+        };
+        Self::new(angles(pair.light), angles(pair.view))
+    }
+
     /// The angles in a name with an extension, if it holds each of the four exactly once.
     pub fn of_name(name: &str) -> Option<Self> {
         let (stem, extension) = name.rsplit_once('.')?;
@@ -36,10 +46,6 @@ impl PairAngles {
             }
         }
         let [tv, pv, tl, pl] = angles;
-        // Azimuths beyond a turn, and those of the zenith, are the same direction.
-        let turned = |polar: i64, azimuth: i64| {
-            if polar == 0 { 0 } else { azimuth.rem_euclid((360.0 * PARTS) as i64) }
-        };
         let (tv, tl) = (tv?, tl?);
         Some(Self([tv, turned(tv, pv?), tl, turned(tl, pl?)]))
     }
@@ -80,6 +86,11 @@ impl fmt::Display for PairAngles {
     }
 }
 
+/// The azimuth within a turn; zero at the zenith, which has none.
+fn turned(polar: i64, azimuth: i64) -> i64 {
+    if polar == 0 { 0 } else { azimuth.rem_euclid((360.0 * PARTS) as i64) }
+}
+
 /// Which angle a word is, and its degrees.
 fn token(word: &str) -> Option<(usize, f64)> {
     let name = word.get(..2)?.to_ascii_lowercase();
@@ -114,6 +125,14 @@ mod tests {
             "x",
         ] {
             assert_eq!(of(other), None, "{other}");
+        }
+    }
+
+    #[test]
+    fn angles_come_back_from_their_directions() {
+        for name in ["tl15 pl60 tv30 pv0", "tl0 pl0 tv75 pv345", "tl20.25 pl10 tv11.5 pv0"] {
+            let angles = PairAngles::of_name(&format!("{name}.png")).unwrap();
+            assert_eq!(PairAngles::of_directions(angles.directions().unwrap()).to_string(), name);
         }
     }
 

@@ -72,6 +72,23 @@ impl PairList {
         Ok(Some(Self { entries: found.into_values().collect(), lights, views, missing, missing_count }))
     }
 
+    /// The list of pairs that have no names of their own; each is named by its angles.
+    pub fn of_directions(pairs: &[Directions]) -> Self {
+        let angles: Vec<PairAngles> = pairs.iter().map(|pair| PairAngles::of_directions(*pair)).collect();
+        let entry = |(index, (pair, angles)): (usize, (&Directions, &PairAngles))| PairEntry {
+            index,
+            name: angles.to_string(),
+            directions: *pair,
+        };
+        Self {
+            entries: pairs.iter().zip(&angles).enumerate().map(entry).collect(),
+            lights: angles.iter().map(PairAngles::light).collect::<BTreeSet<_>>().len(),
+            views: angles.iter().map(PairAngles::view).collect::<BTreeSet<_>>().len(),
+            missing: Vec::new(),
+            missing_count: 0,
+        }
+    }
+
     /// Refuses a grid of lights and views in which photographs are missing.
     ///
     /// # Errors

@@ -201,7 +201,7 @@ struct Column {
 }
 
 fn squares(values: &[f32]) -> f64 {
-    f64::from(values.iter().map(|v| v * v).sum::<f32>())
+    values.iter().map(|v| f64::from(*v).powi(2)).sum()
 }
 
 /// An orthonormal basis of the space of planes, as planes.

@@ -173,5 +173,7 @@ fn fewer_functions_than_asked_suffice_for_a_flat_texture() {
     }
     let fit = material.fit(&LearnedOptions { rank: Rank::Functions(4), ..Default::default() }).unwrap();
     assert_eq!(fit.field.basis().len(), 1);
-    assert!(fit.report.error.rmse < 1e-4, "{}", fit.report.error.rmse);
+    // The figure is the root of a difference of large sums of floats.
+    assert!(fit.report.error.rmse < 3e-4, "{}", fit.report.error.rmse);
+    assert!(fit.report.fitted.error.rmse < 1e-5, "{}", fit.report.fitted.error.rmse);
 }

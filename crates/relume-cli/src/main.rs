@@ -18,6 +18,7 @@ mod output;
 mod paths;
 mod progress;
 mod rearranged;
+mod rearranged_btf;
 mod report;
 mod signals;
 mod tiling;

@@ -7,13 +7,14 @@ use std::path::{Path, PathBuf};
 use relume::format::{FieldFile, FieldFormat, HeightFormat, MapRole, NormalY, Opened, PictureFormat};
 use relume::surface::integrate::SurfaceBorder;
 use relume::synthesis::{Boundary, SourceMap};
-use relume::workflow::RegisteredMap;
 use relume::workflow::map_set::{gather_map, is_normal_map, join_heights, with_y_reversed};
+use relume::workflow::{Btf, RegisteredMap};
 use relume::{Error, Job, Named, ReflectanceField, Result};
 use serde_json::json;
 
 use crate::context::Context;
 use crate::output::Outputs;
+use crate::rearranged_btf::AppliedBtf;
 use crate::report::Report;
 use crate::{args, gathered, input, normals, output, paths};
 
@@ -27,7 +28,8 @@ pub struct Args {
     /// Maps registered with the exemplar (normals, height, roughness and so on, known by the words in their
     /// names): they are rearranged as the exemplar is, and all are compared together to choose texels. With
     /// several exemplars, one map for each in turn. Written as OUTPUT_IMAGE beside the output, or IMAGE in
-    /// --apply-dir; a JPEG comes back as PNG, without further loss
+    /// --apply-dir; a JPEG comes back as PNG, without further loss. The photographs of a texture of light and view (folder,
+    /// .zip, .btf) are rearranged one by one into a .zip; they are not compared
     #[arg(long, value_name = "IMAGE", num_args = 1..)]
     apply: Vec<PathBuf>,
     /// As --apply, but without a say in the choice of texels
@@ -50,8 +52,8 @@ pub struct Args {
 }
 
 /// Images to rearrange into one output, one for each exemplar.
-pub struct Applied<'a> {
-    images: &'a [PathBuf],
+pub struct Applied {
+    images: Vec<PathBuf>,
     /// Whether they have a say in the choice of texels.
     is_compared: bool,
     /// The file to write.
@@ -59,9 +61,9 @@ pub struct Applied<'a> {
 }
 
 /// The images of one output, read.
-pub struct Registered<'a> {
+pub struct Registered {
     /// What they are and where they go.
-    pub applied: Applied<'a>,
+    pub applied: Applied,
     /// One for each exemplar.
     pub files: Vec<FieldFile>,
 }
@@ -84,7 +86,7 @@ impl Args {
         named: &[&Path],
         exemplars: usize,
         outputs: &mut Outputs,
-    ) -> Result<Vec<Applied<'_>>> {
+    ) -> Result<Vec<Applied>> {
         let images = self.apply.iter().chain(&self.follow).map(|path| &**path);
         let inputs: Vec<&Path> = inputs.iter().copied().chain(images).collect();
         if inputs.iter().filter(|path| output::is_stream(path)).count() > 1 {
@@ -95,6 +97,14 @@ impl Args {
         for path in all.chain(jobs.iter().map(|job| job.output.as_path())) {
             outputs.file(path, &inputs)?;
         }
+        let sets = self.btfs(named[0])?;
+        if exemplars > 1 && !sets.is_empty() {
+            return Err(Error::usage(
+                "photographs of light and view are rearranged for one exemplar alone: leave out the others",
+            )
+            .at(&sets[0].input));
+        }
+        sets.iter().try_for_each(|set| outputs.file(&set.output, &inputs))?;
         if let Some(path) = &self.source_map {
             gathered::check_map(path)?;
         }
@@ -105,10 +115,11 @@ impl Args {
         Ok(jobs)
     }
 
-    fn jobs(&self, output: &Path, exemplars: usize) -> Result<Vec<Applied<'_>>> {
+    fn jobs(&self, output: &Path, exemplars: usize) -> Result<Vec<Applied>> {
         let lists = [("--apply", &self.apply, true), ("--follow", &self.follow, false)];
         let mut jobs = Vec::new();
         for (option, images, is_compared) in lists {
+            let images: Vec<&PathBuf> = images.iter().filter(|path| !Btf::is_at(path)).collect();
             if !images.len().is_multiple_of(exemplars) {
                 return Err(Error::usage(format!(
                     "{option} has {} images for {exemplars} exemplars: give one for each exemplar in turn",
@@ -116,18 +127,35 @@ impl Args {
                 )));
             }
             for images in images.chunks(exemplars) {
-                jobs.push(Applied { images, is_compared, output: self.output_of(&images[0], output)? });
+                let output = self.output_of(images[0], output)?;
+                jobs.push(Applied {
+                    images: images.iter().map(|path| (*path).clone()).collect(),
+                    is_compared,
+                    output,
+                });
             }
         }
         let alone =
             [("--apply-dir", self.apply_dir.is_some()), ("--apply-format", self.apply_format.is_some())];
         let more = [("--normal-y", self.normal_y.is_some()), ("--join-heights", self.join_heights)];
         match alone.into_iter().chain(more).find(|(_, given)| *given) {
-            Some((option, _)) if jobs.is_empty() => {
+            Some((option, _)) if jobs.is_empty() && self.btfs(output)?.is_empty() => {
                 Err(Error::usage(format!("{option} is about the images of --apply and --follow: name some")))
             }
             _ => Ok(jobs),
         }
+    }
+
+    /// The sets of photographs under light and view among the images.
+    pub fn btfs(&self, output: &Path) -> Result<Vec<AppliedBtf>> {
+        let sets = self.apply.iter().chain(&self.follow).filter(|path| Btf::is_at(path));
+        let applied = |path: &PathBuf| {
+            Ok(AppliedBtf {
+                input: path.clone(),
+                output: self.output_of(path, output)?.with_extension("zip"),
+            })
+        };
+        sets.map(applied).collect()
     }
 
     /// The path of a rearranged image.
@@ -168,11 +196,11 @@ impl Args {
     pub fn rearranged(
         &self,
         map: &SourceMap,
-        registered: &[Registered<'_>],
+        registered: &[Registered],
         boundary: Boundary,
         context: &Context,
     ) -> Result<Vec<(PathBuf, Vec<u8>)>> {
-        let file = |one: &Registered<'_>| {
+        let file = |one: &Registered| {
             let output = &one.applied.output;
             let made = self.gathered(map, one, boundary, context)?;
             Ok((output.clone(), self.encoded(&made, map, one, context).map_err(|e| e.at(output))?))
@@ -184,7 +212,7 @@ impl Args {
     pub fn gathered(
         &self,
         map: &SourceMap,
-        of: &Registered<'_>,
+        of: &Registered,
         boundary: Boundary,
         context: &Context,
     ) -> Result<ReflectanceField> {
@@ -208,7 +236,7 @@ impl Args {
         &self,
         made: &ReflectanceField,
         map: &SourceMap,
-        of: &Registered<'_>,
+        of: &Registered,
         context: &Context,
     ) -> Result<Vec<u8>> {
         let (file, output) = (&of.files[0], &of.applied.output);
@@ -225,12 +253,12 @@ impl Args {
     }
 
     /// The direction of Y in which a normal map is written.
-    fn written_y(&self, registered: &Registered<'_>) -> NormalY {
+    fn written_y(&self, registered: &Registered) -> NormalY {
         self.normal_y.unwrap_or(registered.normal_y())
     }
 
     /// What is said of the images: which were compared, and the direction of normals.
-    pub fn describe(&self, registered: &[Registered<'_>], mut report: Report) -> Report {
+    pub fn describe(&self, registered: &[Registered], mut report: Report) -> Report {
         for one in registered {
             let role = match one.is_normal_map() {
                 true => normals::described(self.written_y(one)),
@@ -260,11 +288,11 @@ impl Args {
     }
 }
 
-impl<'a> Applied<'a> {
+impl Applied {
     /// Reads the images, which must have the sizes of the exemplars.
-    fn read(self, exemplars: &[FieldFile], context: &Context) -> Result<Registered<'a>> {
-        let files = read_all(self.images, None, context, input::registered)?;
-        for ((image, exemplar), path) in files.iter().zip(exemplars).zip(self.images) {
+    fn read(self, exemplars: &[FieldFile], context: &Context) -> Result<Registered> {
+        let files = read_all(&self.images, None, context, input::registered)?;
+        for ((image, exemplar), path) in files.iter().zip(exemplars).zip(&self.images) {
             let (found, expected) = (image.field.size(), exemplar.field.size());
             if found != expected {
                 return Err(Error::usage(format!(
@@ -283,7 +311,7 @@ impl<'a> Applied<'a> {
     }
 }
 
-impl Registered<'_> {
+impl Registered {
     /// The map for the library.
     fn map(&self) -> RegisteredMap<'_> {
         let fields = self.files.iter().map(|file| &file.field).collect();
@@ -303,16 +331,16 @@ impl Registered<'_> {
 }
 
 /// The maps that have a say in the choice of texels.
-pub fn compared<'a>(registered: &'a [Registered<'_>]) -> Vec<RegisteredMap<'a>> {
+pub fn compared<'a>(registered: &'a [Registered]) -> Vec<RegisteredMap<'a>> {
     registered.iter().filter(|one| one.applied.is_compared).map(Registered::map).collect()
 }
 
 /// The images of all jobs.
-pub fn read_registered<'a>(
-    jobs: Vec<Applied<'a>>,
+pub fn read_registered(
+    jobs: Vec<Applied>,
     exemplars: &[FieldFile],
     context: &Context,
-) -> Result<Vec<Registered<'a>>> {
+) -> Result<Vec<Registered>> {
     jobs.into_iter().map(|job| job.read(exemplars, context)).collect()
 }
 

@@ -31,6 +31,7 @@ fn main() -> Result<()> {
     relight(&fit.field, aside).save("02_aside.png")?;
 
     // A larger texture, by the distance of the functions of light and view.
-    let large = synthesize(&fit.field, &SynthOptions { size: Size::new(128, 128), ..SynthOptions::default() })?;
+    let large =
+        synthesize(&fit.field, &SynthOptions { size: Size::new(128, 128), ..SynthOptions::default() })?;
     relight(&large.field, aside).save("02_large.png")
 }

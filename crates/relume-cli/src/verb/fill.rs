@@ -7,15 +7,16 @@ use relume::format::FieldFile;
 use relume::synthesis::fill::{FillMethod, FillOptions, fill};
 use relume::synthesis::pixel::Growth;
 use relume::synthesis::{Boundary, Guidance, SourceMap};
-use relume::workflow::NamedMetric;
 use relume::workflow::sizes::filling_window;
 use relume::workflow::tiling::MeasuredTiling;
+use relume::workflow::{Btf, NamedMetric};
 use relume::{Error, Named, Result};
 use serde_json::{Value, json};
 
 use crate::context::Context;
 use crate::output::Outputs;
 use crate::rearranged::{self, Applied, Registered, compared, read_registered};
+use crate::rearranged_btf::{self, AppliedBtf};
 use crate::report::Report;
 use crate::tiling::with_tiling;
 use crate::{args, gathered, input, opacity};
@@ -91,10 +92,10 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
 }
 
 /// The images that are filled in the same way as the texture, and all outputs.
-pub type Claimed<'a> = (Vec<Applied<'a>>, Outputs);
+pub type Claimed = (Vec<Applied>, Outputs);
 
 /// A texture ready to be filled.
-pub struct FilledTexture<'a> {
+pub struct FilledTexture {
     /// The path of the file.
     name: PathBuf,
     /// The file, one alone.
@@ -107,12 +108,15 @@ pub struct FilledTexture<'a> {
     guide: Option<relume::Planes>,
     /// Where it goes.
     outputs: Outputs,
-    images: Vec<Registered<'a>>,
+    images: Vec<Registered>,
+    /// Photographs of light and view that are rearranged as well.
+    sets: Vec<AppliedBtf>,
+    btfs: Vec<Btf>,
 }
 
 impl How {
     /// Claims the outputs before any work is done.
-    pub fn claim(&self, inputs: &[&Path], context: &Context) -> Result<Claimed<'_>> {
+    pub fn claim(&self, inputs: &[&Path], context: &Context) -> Result<Claimed> {
         let masks = self.exclude.as_deref().into_iter().chain(self.guide.as_deref());
         let inputs: Vec<&Path> = inputs.iter().copied().chain(masks).collect();
         let mut outputs = Outputs::new(context);
@@ -122,14 +126,11 @@ impl How {
 
     /// Reads a texture, its index planes, the texels that may not be copied, its guide, and the images
     /// that are filled in the same way.
-    pub fn read<'a>(
-        &self,
-        path: &Path,
-        (applied, outputs): Claimed<'a>,
-        context: &Context,
-    ) -> Result<FilledTexture<'a>> {
+    pub fn read(&self, path: &Path, (applied, outputs): Claimed, context: &Context) -> Result<FilledTexture> {
         let file = [input::exemplar(path, &context.job)?];
         let images = read_registered(applied, &file, context)?;
+        let sets = self.rearranged.btfs(&self.output)?;
+        let btfs = rearranged_btf::open_all(&sets, file[0].field.size(), context)?;
         let space = self.metric.space(&file[0].field, self.domain)?;
         let index = gathered::index(&file, &compared(&images), &space, context)?.swap_remove(0);
         let mask = |path: &PathBuf| input::mask(path, index.size(), &context.job);
@@ -141,7 +142,7 @@ impl How {
         let outputs_of = std::iter::once((&*self.output, &file[0])).chain(rearranged);
         gathered::check_memory(index.size(), outputs_of, context)?;
         let name = path.to_owned();
-        Ok(FilledTexture { name, file, index, excluded, guide, outputs, images })
+        Ok(FilledTexture { name, file, index, excluded, guide, outputs, images, sets, btfs })
     }
 
     /// The options for the library, by the given method unless another is asked for. The guide of a texture
@@ -150,7 +151,7 @@ impl How {
         &self,
         method: FillMethod,
         boundary: Boundary,
-        texture: &FilledTexture<'_>,
+        texture: &FilledTexture,
         holes: &[bool],
         context: &Context,
     ) -> Result<FillOptions> {
@@ -183,7 +184,7 @@ impl How {
     /// verb, with the `window`.
     pub fn finish(
         &self,
-        texture: FilledTexture<'_>,
+        texture: FilledTexture,
         boundary: Boundary,
         (map, growth): (&SourceMap, &Growth),
         what: &str,
@@ -201,6 +202,7 @@ impl How {
         for (path, bytes) in files {
             outputs.write(&path, bytes)?;
         }
+        rearranged_btf::write_all(&texture.sets, &texture.btfs, map, &mut outputs, context)?;
         let written = outputs.commit()?;
         let text = format!(
             "{}: {} texels {what} filled from windows of {} at {} positions",

@@ -17,7 +17,7 @@ use crate::context::Context;
 use crate::output::Outputs;
 use crate::rearranged::{self, Registered, compared, read_registered};
 use crate::report::Report;
-use crate::{args, gathered, input, opacity, output};
+use crate::{args, gathered, input, opacity, output, rearranged_btf};
 
 /// Arguments of `relume roll`.
 #[derive(Debug, clap::Args)]
@@ -71,6 +71,8 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     args.rearranged.refuse_joined("tiles share their borders as copies only")?;
     let file = input::exemplar(&args.file, &context.job)?;
     let images = read_registered(applied, std::slice::from_ref(&file), context)?;
+    let sets = args.rearranged.btfs(&args.output)?;
+    let btfs = rearranged_btf::open_all(&sets, file.field.size(), context)?;
     let rolled = make(args, &file, &images, &options, context)?;
     let map = rolled.tiles.map();
     let made = gathered::gather(map, std::slice::from_ref(&file), &args.file, context)?;
@@ -83,6 +85,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     for (path, bytes) in files {
         outputs.write(&path, bytes)?;
     }
+    rearranged_btf::write_all(&sets, &btfs, map, &mut outputs, context)?;
     let written = outputs.commit()?;
     let report = report(&args.output, &options, &rolled);
     Ok(args.rearranged.describe(&images, report).with_outputs(written))
@@ -121,7 +124,7 @@ fn tiles(
 fn make(
     args: &Args,
     file: &FieldFile,
-    images: &[Registered<'_>],
+    images: &[Registered],
     options: &RollerOptions,
     context: &Context,
 ) -> Result<Rolled> {

@@ -242,7 +242,9 @@ fn a_btf_file_is_written_read_shown_and_fitted_again() {
     done(path, &["fit", "b.btf", "-o", "again.exr", "--rank", "12", "--space", "linear"]);
     assert!(json(path, &["compare", "linear.exr", "again.exr"])["psnr_db"].as_f64().unwrap() > 60.0);
     done(path, &["relight", "b.btf", "--light", "0.3,0.1,0.8", "--view", "0.2,0.2,0.9", "-o", "m.png"]);
-    assert!(refused(path, &["fit", "b.zip", "-o", "s.btf", "--space", "srgb"]).contains("proportional to light"));
+    assert!(
+        refused(path, &["fit", "b.zip", "-o", "s.btf", "--space", "srgb"]).contains("proportional to light")
+    );
     assert!(refused(path, &["fit", "b.zip", "-o", "p.btf", "--basis", "ptm"]).contains("--basis learned"));
     fs::write(path.join("cut.btf"), &fs::read(path.join("b.btf")).unwrap()[..500]).unwrap();
     assert!(failed(path, &["info", "cut.btf"], 1).contains("cut.btf"));
@@ -262,4 +264,34 @@ fn a_reflectance_is_a_texture_of_one_texel() {
     done(path, &["relight", "matt.exr", "--light", "0,0,1", "-o", "matt.png"]);
     // A quarter of the light, encoded.
     assert_eq!(read_png(&path.join("matt.png")).1, [137; 3]);
+}
+
+#[test]
+fn all_photographs_are_rearranged_with_the_texture() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    write_zip(&path.join("b.zip"), &photographs());
+    done(path, &["fit", "b.zip", "-o", "b.exr", "--rank", "8"]);
+    let synth =
+        ["synth", "b.exr", "-o", "large.exr", "--size", "32", "--apply", "b.zip", "--source-map", "m.npy"];
+    let outputs = json(path, &synth)["outputs"].clone();
+    assert!(outputs.as_array().unwrap().contains(&"large_b.zip".into()), "{outputs}");
+    let info = json(path, &["info", "large_b.zip"]);
+    assert_eq!((&info["photographs"], &info["width"]), (&64.into(), &32.into()));
+    // Each photograph is that of the map: the photograph of the exemplar, rearranged by itself.
+    done(path, &["relight", "b.zip", "--light", "0,0,1", "-o", "one.png"]);
+    done(path, &["synth", "b.exr", "-o", "l2.exr", "--size", "32", "--follow", "one.png"]);
+    done(path, &["relight", "large_b.zip", "--light", "0,0,1", "-o", "all.png"]);
+    assert_eq!(read_png(&path.join("all.png")).1, read_png(&path.join("l2_one.png")).1);
+    done(path, &["tileable", "b.exr", "-o", "t.exr", "--follow", "b.zip"]);
+    assert_eq!(json(path, &["info", "t_b.zip"])["photographs"], 64);
+    write_zip(
+        &path.join("small.zip"),
+        &[photographs()[0].clone(), ("tl1 pl0 tv0 pv0.png".to_owned(), png_of(8, &[7; 192]))],
+    );
+    let several = refused(
+        path,
+        &["synth", "b.exr", "b.exr", "-o", "x.exr", "--size", "32", "--apply", "b.zip", "b.zip"],
+    );
+    assert!(several.contains("one exemplar"), "{several}");
 }

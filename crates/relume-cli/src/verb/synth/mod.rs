@@ -22,7 +22,7 @@ use crate::context::Context;
 use crate::output::Outputs;
 use crate::rearranged::{self, Applied, Registered, compared, read_all, read_registered};
 use crate::report::Report;
-use crate::{args, gathered, input, opacity};
+use crate::{args, gathered, input, opacity, rearranged_btf};
 use describe::describe;
 
 /// Arguments of `relume synth`.
@@ -140,6 +140,8 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let (options, approach) = args.options(guidance)?;
     let files = read_all(&args.exemplars, opened, context, input::exemplar)?;
     let images = read_registered(applied, &files, context)?;
+    let sets = args.rearranged.btfs(&args.output)?;
+    let btfs = rearranged_btf::open_all(&sets, files[0].field.size(), context)?;
     let rearranged = images.iter().map(|one| (&*one.applied.output, &one.files[0]));
     let written = std::iter::once((&*args.output, &files[0])).chain(rearranged);
     gathered::check_memory(options.size, written, context)?;
@@ -156,6 +158,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     for (path, bytes) in bytes {
         outputs.write(&path, bytes)?;
     }
+    rearranged_btf::write_all(&sets, &btfs, map, &mut outputs, context)?;
     Ok(args.rearranged.describe(&images, report).with_outputs(outputs.commit()?))
 }
 
@@ -185,7 +188,7 @@ fn endless_job(args: &Args) -> endless::Request<'_> {
 }
 
 /// Claims all outputs before any work is done.
-fn claim_outputs<'a>(args: &'a Args, outputs: &mut Outputs) -> Result<Vec<Applied<'a>>> {
+fn claim_outputs<'a>(args: &'a Args, outputs: &mut Outputs) -> Result<Vec<Applied>> {
     let inputs = [&args.exemplars, &args.exclude].into_iter().flatten().map(PathBuf::as_path);
     let inputs: Vec<&Path> = inputs.chain(args.guide.inputs()).collect();
     let named: Vec<&Path> = std::iter::once(&*args.output).chain(args.report.as_deref()).collect();
@@ -196,7 +199,7 @@ fn claim_outputs<'a>(args: &'a Args, outputs: &mut Outputs) -> Result<Vec<Applie
 fn synthesise(
     args: &Args,
     files: &[FieldFile],
-    images: &[Registered<'_>],
+    images: &[Registered],
     approach: &Approach,
     context: &Context,
 ) -> Result<(Outcome, Option<MeasuredTiling>)> {

@@ -127,7 +127,8 @@ pub fn encode_normals(
         let convert = |v: &mut f32| *v = if is_packed { 2.0 * *v - 1.0 } else { 0.5 * *v + 0.5 };
         planes.as_mut_slice().iter_mut().for_each(convert);
     }
-    let space = if is_float { Space::Linear } else { Space::Srgb };
+    let is_linear = is_float || format == PictureFormat::Radiance;
+    let space = if is_linear { Space::Linear } else { Space::Srgb };
     encode_stored_normals(&Picture { planes, space }, y, format, job)
 }
 

@@ -25,7 +25,7 @@ pub struct Args {
     /// A .ptm, an .exr field, a picture or a .rlm model; - is standard input
     file: PathBuf,
     /// A picture of the texture with its period lattice, the autocorrelation and the spectrum (.png,
-    /// .jpg, .tif, .exr, .pfm); - is standard output, as PNG
+    /// .jpg, .tif, .exr, .pfm, .hdr); - is standard output, as PNG
     #[arg(short, long, value_name = "OUT")]
     output: Option<PathBuf>,
     #[command(flatten)]

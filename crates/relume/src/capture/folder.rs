@@ -19,7 +19,7 @@ use crate::stamp::Stamp;
 const MAX_LIGHT_FILE_BYTES: u64 = 16 << 20;
 
 /// Extensions taken as photographs when pairing by order, in lower case.
-const PICTURE_EXTENSIONS: [&str; 7] = ["png", "jpg", "jpeg", "tif", "tiff", "exr", "pfm"];
+const PICTURE_EXTENSIONS: [&str; 9] = ["png", "jpg", "jpeg", "tif", "tiff", "exr", "pfm", "hdr", "pic"];
 
 /// How lights are paired with photographs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]

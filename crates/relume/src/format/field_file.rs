@@ -105,10 +105,12 @@ impl FieldFormat {
         match extension(path).as_str() {
             "ptm" => Ok(Self::Ptm),
             "exr" => Ok(Self::Exr(ExrDepth::Float)),
-            "png" | "jpg" | "jpeg" | "tif" | "tiff" | "pfm" => PictureFormat::from_path(path).map(Self::Picture),
+            "png" | "jpg" | "jpeg" | "tif" | "tiff" | "pfm" | "hdr" | "pic" => {
+                PictureFormat::from_path(path).map(Self::Picture)
+            }
             other => Err(Error::usage(format!(
                 "no format of textures has the extension '{other}': name the file .ptm or .exr, or .png, .jpg, \
-                 .tif or .pfm for a texture of constants"
+                 .tif, .pfm or .hdr for a texture of constants"
             ))
             .at(path)),
         }
@@ -127,7 +129,10 @@ impl FieldFormat {
 
     /// Whether files of this format hold the opacity of texels.
     pub fn holds_opacity(self) -> bool {
-        !matches!(self, Self::Ptm | Self::Picture(PictureFormat::Jpeg { .. } | PictureFormat::Pfm))
+        let lacks = |format: &PictureFormat| {
+            matches!(format, PictureFormat::Jpeg { .. } | PictureFormat::Pfm | PictureFormat::Radiance)
+        };
+        !matches!(self, Self::Ptm) && !matches!(self, Self::Picture(format) if lacks(&format))
     }
 }
 
@@ -159,7 +164,9 @@ fn decode_any(bytes: &[u8], meaning: Meaning, job: &Job) -> Result<FieldFile> {
             let ExrField { field, opacity, depth } = exr::decode_field(bytes, meaning, job)?;
             Ok(FieldFile { field, opacity, encoding: Encoding::Exr(depth), record: MapRecord::of(bytes)? })
         }
-        Kind::Png | Kind::Jpeg | Kind::Tiff | Kind::Pfm => decode_constants(bytes, meaning, job),
+        Kind::Png | Kind::Jpeg | Kind::Tiff | Kind::Pfm | Kind::Radiance => {
+            decode_constants(bytes, meaning, job)
+        }
         Kind::Rlm | Kind::Npy | Kind::Glb | Kind::Btf | Kind::Bsdf | Kind::Merl => Err(unknown(bytes)),
     }
 }
@@ -210,7 +217,9 @@ pub fn encode_translucent(
     let joined = if opacity.is_some() { format.opacity_footprint(field) } else { Footprint::default() };
     job.check_bytes("writing the texture", footprint.peak.saturating_add(joined.peak))?;
     if opacity.is_some() && !format.holds_opacity() {
-        return Err(Error::usage("JPEG, PFM and PTM files hold no opacity: write PNG, TIFF or EXR"));
+        return Err(Error::usage(
+            "JPEG, PFM, Radiance and PTM files hold no opacity: write PNG, TIFF or EXR",
+        ));
     }
     match (format, encoding) {
         (FieldFormat::Ptm, Some(Encoding::Ptm(stored))) => ptm::encode(field, Under::Stored(stored), job),

@@ -30,6 +30,8 @@ impl PictureFormat {
             Self::Jpeg { .. } => Footprint::of_texels(size, 2 * channels, channels),
             // A linear copy of the values, and the file in one piece.
             Self::Pfm => Footprint::of_texels(size, (4 + 8) * channels, 4 * channels),
+            // A linear copy, and a file of at most five bytes a texel in a buffer that doubles as it grows.
+            Self::Radiance => Footprint::of_texels(size, 4 * channels + 15, 5),
             // A linear copy of the values.
             Self::Exr(depth) => {
                 let file = depth.footprint(size, channels);

@@ -11,6 +11,7 @@ pub(super) enum Kind {
     Jpeg,
     Tiff,
     Pfm,
+    Radiance,
     Rlm,
     Npy,
     Glb,
@@ -37,7 +38,7 @@ pub(super) enum Class {
 type Row = (&'static [u8], Kind, &'static str, Class);
 
 /// All kinds of files with a signature.
-const KINDS: [Row; 22] = [
+const KINDS: [Row; 23] = [
     (b"PTM_", Kind::Ptm, "PTM", Class::Texels),
     (&[0x76, 0x2f, 0x31, 0x01], Kind::Exr, "EXR", Class::Texels),
     (b"\x89PNG\r\n\x1a\n", Kind::Png, "PNG", Class::Texels),
@@ -51,6 +52,7 @@ const KINDS: [Row; 22] = [
     (b"Pf\n", Kind::Pfm, "PFM", Class::Texels),
     (b"PF\r\n", Kind::Pfm, "PFM", Class::Texels),
     (b"Pf\r\n", Kind::Pfm, "PFM", Class::Texels),
+    (b"#?", Kind::Radiance, "Radiance", Class::Texels),
     (b"RLM\x1a", Kind::Rlm, "RLM", Class::Model),
     (b"\x93NUMPY", Kind::Npy, "NPY", Class::Array),
     (b"glTF", Kind::Glb, "GLB", Class::Mesh),

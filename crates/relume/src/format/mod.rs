@@ -7,7 +7,7 @@
 //! |---|---|---|
 //! | `.ptm` | [`Opened::into_field`] | [`encode_field`] |
 //! | EXR field | [`Opened::into_field`] | [`encode_field`] |
-//! | PNG, JPEG, TIFF, EXR, PFM picture | [`Opened::into_raster`], [`Opened::into_field`], [`Opened::into_exemplar`] | [`encode_picture`], [`encode_field`] |
+//! | PNG, JPEG, TIFF, EXR, PFM, Radiance picture | [`Opened::into_raster`], [`Opened::into_field`], [`Opened::into_exemplar`] | [`encode_picture`], [`encode_field`] |
 //! | pictures of data | [`Opened::into_data`], [`Opened::into_registered`], [`Opened::into_mask`] | |
 //! | height map, PNG or EXR | [`Opened::into_height`] | [`encode_height`] |
 //! | normal map | [`Opened::into_normals`] | [`encode_normals`] |
@@ -52,6 +52,7 @@ mod picture;
 mod plausible;
 mod png;
 pub mod ptm;
+mod radiance;
 mod raster;
 pub mod rlm;
 mod rows;

@@ -1,7 +1,7 @@
 //! Normal maps: unit vectors as three channels, and the record of the direction of Y.
 //!
 //! Integer files hold packed components, v = (n + 1) / 2, as data: PNG files are not marked as sRGB. Floats hold
-//! components as they are; a float file without a negative one and without a record is taken as packed. Whether the second channel
+//! components as they are, except in Radiance files, which have no negative numbers; a float file without a negative one and without a record is taken as packed. Whether the second channel
 //! grows to the top (OpenGL) or to the bottom of the picture (DirectX) is recorded as the text `Normal-Y` in PNG and
 //! as the attribute `normalY` in EXR, `up` or `down`; files of other programs say it in their names at best.
 
@@ -67,9 +67,10 @@ pub fn encode_stored_normals(
         PictureFormat::Exr(depth) => {
             exr::encode_with_texts(&["R", "G", "B"], &picture.planes, depth, &[(EXR_RECORD, record)], job)
         }
-        PictureFormat::Pfm | PictureFormat::Jpeg { .. } | PictureFormat::Tiff(_) => {
-            encode_picture_with(picture, format, job)
-        }
+        PictureFormat::Pfm
+        | PictureFormat::Radiance
+        | PictureFormat::Jpeg { .. }
+        | PictureFormat::Tiff(_) => encode_picture_with(picture, format, job),
     }
 }
 
@@ -83,8 +84,9 @@ fn stored(normals: &Planes, y: NormalY, format: PictureFormat) -> Picture {
         return Picture { planes, space: Space::Linear };
     }
     planes.as_mut_slice().iter_mut().for_each(|v| *v = 0.5 * *v + 0.5);
-    // Declared as encoded, so that the codes are the packed components themselves.
-    Picture { planes, space: Space::Srgb }
+    // In the space of the file, so that it holds the packed components themselves.
+    let space = if format == PictureFormat::Radiance { Space::Linear } else { Space::Srgb };
+    Picture { planes, space }
 }
 
 /// The normal map in the bytes of a file. The direction of Y is the one `asked` for, else that of the record, else

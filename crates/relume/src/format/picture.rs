@@ -1,4 +1,4 @@
-//! Pictures to files. Integer formats are sRGB-encoded, EXR and PFM are linear.
+//! Pictures to files. Integer formats are sRGB-encoded, EXR, PFM and Radiance are linear.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -8,7 +8,7 @@ use image::codecs::tiff::TiffEncoder;
 use image::{ExtendedColorType, ImageEncoder};
 
 use super::exr::{self, ExrDepth};
-use super::{codes, pfm, png};
+use super::{codes, pfm, png, radiance};
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::memory;
@@ -43,6 +43,8 @@ pub enum PictureFormat {
     Exr(ExrDepth),
     /// Portable FloatMap, linear.
     Pfm,
+    /// Radiance RGBE, linear, always of three channels.
+    Radiance,
 }
 
 /// The quality of JPEG files from [`PictureFormat::from_path`].
@@ -58,7 +60,7 @@ impl PictureFormat {
     /// The format of an extension: 8 bits if there is a choice, floats for EXR.
     ///
     /// # Errors
-    /// When the extension is none of `png`, `jpg`, `jpeg`, `tif`, `tiff`, `exr`, `pfm`.
+    /// When the extension is none of `png`, `jpg`, `jpeg`, `tif`, `tiff`, `exr`, `pfm`, `hdr`, `pic`.
     pub fn from_path(path: &Path) -> Result<Self> {
         match extension(path).as_str() {
             "png" => Ok(Self::Png(Depth::Eight)),
@@ -66,8 +68,9 @@ impl PictureFormat {
             "tif" | "tiff" => Ok(Self::Tiff(Depth::Eight)),
             "exr" => Ok(Self::Exr(ExrDepth::Float)),
             "pfm" => Ok(Self::Pfm),
+            "hdr" | "pic" => Ok(Self::Radiance),
             other => Err(Error::usage(format!(
-                "no picture format has the extension '{other}': name the file .png, .jpg, .tif, .exr or .pfm"
+                "no picture format has the extension '{other}': name the file .png, .jpg, .tif, .exr, .pfm or .hdr"
             ))
             .at(path)),
         }
@@ -79,7 +82,7 @@ impl PictureFormat {
         match self {
             Self::Png(_) => Self::Png(depth),
             Self::Tiff(_) => Self::Tiff(depth),
-            Self::Jpeg { .. } | Self::Exr(_) | Self::Pfm => self,
+            Self::Jpeg { .. } | Self::Exr(_) | Self::Pfm | Self::Radiance => self,
         }
     }
 }
@@ -90,7 +93,7 @@ pub(super) fn extension(path: &Path) -> String {
 }
 
 /// The bytes of a picture file. Integer codes are sRGB-encoded, rounded to nearest without
-/// dithering and clamped, NaN is 0; EXR and PFM get linear values.
+/// dithering and clamped, NaN is 0; EXR, PFM and Radiance files get linear values.
 ///
 /// # Errors
 /// When the picture does not fit the format: neither one nor three channels, a JPEG with a side
@@ -107,8 +110,8 @@ pub fn encode_picture_with(picture: &Picture, format: PictureFormat, job: &Job) 
     encode_with(picture, None, format, job)
 }
 
-/// As [`encode_picture_with`], with an opacity of one plane from 0 to 1, which JPEG, PFM and EXR pictures leave
-/// out.
+/// As [`encode_picture_with`], with an opacity of one plane from 0 to 1, which JPEG, PFM, Radiance and EXR
+/// pictures leave out.
 pub(super) fn encode_with(
     picture: &Picture,
     opacity: Option<&Planes>,
@@ -128,6 +131,7 @@ pub(super) fn encode_with(
         PictureFormat::Jpeg { quality } => encode_jpeg(picture, quality, job),
         PictureFormat::Tiff(depth) => encode_tiff(picture, opacity, depth, job),
         PictureFormat::Pfm => Ok(pfm::encode(&picture.to_space(Space::Linear))),
+        PictureFormat::Radiance => Ok(radiance::encode(&picture.to_space(Space::Linear))),
         PictureFormat::Exr(depth) => exr::encode_picture(&picture.to_space(Space::Linear), depth, job),
     }
 }

@@ -9,7 +9,7 @@ use super::color::ColorTag;
 use super::kind::{Kind, damaged, unknown};
 use super::meaning::Meaning;
 use super::tiff::{self, TiffPicture};
-use super::{color, complete, exr, finite, opacity, pfm, plausible};
+use super::{color, complete, exr, finite, opacity, pfm, plausible, radiance};
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::raster::{Raster, Samples};
@@ -50,6 +50,7 @@ pub(super) fn decode_as(bytes: &[u8], meaning: Meaning, job: &Job) -> Result<Ras
             None => decode_with(bytes, ImageFormat::Tiff, meaning, job),
         },
         Kind::Pfm => pfm::decode(bytes, job),
+        Kind::Radiance => radiance::decode(bytes, job),
         Kind::Rlm | Kind::Npy | Kind::Glb | Kind::Btf | Kind::Bsdf | Kind::Merl => Err(unknown(bytes)),
     }
 }

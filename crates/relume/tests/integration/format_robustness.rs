@@ -39,6 +39,7 @@ fn small_files() -> Vec<(String, Vec<u8>)> {
         PictureFormat::Jpeg { quality: 90 },
         PictureFormat::Exr(ExrDepth::Float),
         PictureFormat::Pfm,
+        PictureFormat::Radiance,
     ];
     for channels in [1, 3] {
         let mut random = Stream::new(2, Purpose::Sample, [channels as u64]);

@@ -12,7 +12,7 @@ use relume::{Error, Job, Named, Planes, Raster, Result, Size, Space};
 
 use crate::input;
 
-const EXTENSIONS: [&str; 7] = ["png", "jpg", "jpeg", "tif", "tiff", "exr", "pfm"];
+const EXTENSIONS: [&str; 9] = ["png", "jpg", "jpeg", "tif", "tiff", "exr", "pfm", "hdr", "pic"];
 
 /// The files of the available maps.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]

@@ -21,7 +21,7 @@ use crate::report::Report;
 use entry::GalleryExemplar;
 
 /// Extensions of files that may be exemplars.
-const ENDINGS: [&str; 8] = ["png", "jpg", "jpeg", "tif", "tiff", "exr", "pfm", "ptm"];
+const ENDINGS: [&str; 10] = ["png", "jpg", "jpeg", "tif", "tiff", "exr", "pfm", "hdr", "pic", "ptm"];
 
 /// Arguments of `relume gallery`.
 #[derive(Debug, clap::Args)]

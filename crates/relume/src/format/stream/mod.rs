@@ -65,7 +65,7 @@ impl Streamed {
     /// Encodes a field, as [`encode_field`] does, with the `encoding` of the file it was read from.
     ///
     /// # Errors
-    /// When the format is not written in rows (JPEG, TIFF, PFM) or cannot hold the field.
+    /// When the format is not written in rows (JPEG, TIFF, PFM, Radiance) or cannot hold the field.
     pub fn new(
         field: &ReflectanceField,
         format: FieldFormat,
@@ -99,7 +99,10 @@ impl Streamed {
             FieldFormat::Picture(PictureFormat::Png(depth)) => png::lanes(&constants(field)?, depth, job)?,
             FieldFormat::Picture(PictureFormat::Exr(depth)) => exr::lanes(field, depth)?,
             FieldFormat::Picture(
-                PictureFormat::Jpeg { .. } | PictureFormat::Tiff(_) | PictureFormat::Pfm,
+                PictureFormat::Jpeg { .. }
+                | PictureFormat::Tiff(_)
+                | PictureFormat::Pfm
+                | PictureFormat::Radiance,
             ) => {
                 return Err(Error::usage(
                     "textures of any size are written row by row as .png, .ptm or .exr: name the file so",
@@ -268,9 +271,12 @@ mod tests {
     #[test]
     fn formats_that_are_not_written_in_rows_are_refused() {
         let field = field(Basis::Constant, PlaneLayout::RGB, Space::Srgb, Size::new(3, 3));
-        for format in
-            [PictureFormat::Jpeg { quality: 90 }, PictureFormat::Tiff(Depth::Eight), PictureFormat::Pfm]
-        {
+        for format in [
+            PictureFormat::Jpeg { quality: 90 },
+            PictureFormat::Tiff(Depth::Eight),
+            PictureFormat::Pfm,
+            PictureFormat::Radiance,
+        ] {
             let error = Streamed::new(&field, FieldFormat::Picture(format), None, &Job::default());
             assert!(error.unwrap_err().message().contains(".png"));
         }

@@ -70,7 +70,10 @@ impl<'a> ModelPlane<'a> {
         match (target.format, target.tile) {
             (
                 FieldFormat::Picture(
-                    PictureFormat::Jpeg { .. } | PictureFormat::Tiff(_) | PictureFormat::Pfm,
+                    PictureFormat::Jpeg { .. }
+                    | PictureFormat::Tiff(_)
+                    | PictureFormat::Pfm
+                    | PictureFormat::Radiance,
                 ),
                 None,
             ) => encode_field(&self.part(&window, job)?, target.format, None, job).map(Drawing::whole),

@@ -1,4 +1,5 @@
-//! Time of a picture on each built-in object: 800 x 800 pixels, 3 x 3 samples, one light.
+//! Time of a picture on each built-in object: 800 x 800 pixels, 3 x 3 samples, one light; and of a sphere under the
+//! built-in sky, prefiltered and by 256 samples of it a pixel, one point a pixel.
 //!
 //! `cargo bench -p relume-benches --bench render`
 
@@ -6,7 +7,7 @@ use std::time::Instant;
 
 use relume::field::{Basis, PlaneLayout};
 use relume::numeric::random::{Purpose, Stream};
-use relume::render::{Primitive, RenderOptions, render};
+use relume::render::{Environment, EnvironmentLight, EnvironmentMethod, Primitive, RenderOptions, render};
 use relume::{Job, Planes, ReflectanceField, Size, Space, surface};
 
 const ROUNDS: usize = 5;
@@ -24,6 +25,21 @@ fn main() {
             start.elapsed().as_secs_f64()
         });
         println!("{:8} {:.2} s", primitive.name(), seconds.fold(f64::INFINITY, f64::min));
+    }
+    let sky = Environment::sky(&Job::default()).expect("it fits");
+    let sampled = EnvironmentMethod::Sampled { samples: 256, seed: 0 };
+    for (name, method) in [("prefiltered", EnvironmentMethod::Prefiltered), ("256 samples", sampled)] {
+        let options = RenderOptions {
+            samples: 1,
+            lights: Vec::new(),
+            environment: Some(EnvironmentLight { environment: sky.clone(), method }),
+            tiling: Primitive::Sphere.default_tiling(),
+            ..RenderOptions::default()
+        };
+        let start = Instant::now();
+        render(&field, Some(&normals), &Primitive::Sphere.mesh(), &options, &Job::default())
+            .expect("it renders");
+        println!("sphere under the sky, {name}: {:.2} s", start.elapsed().as_secs_f64());
     }
 }
 

@@ -7,6 +7,7 @@
 mod args;
 mod clock;
 mod context;
+mod environment;
 mod evaluated;
 mod fault;
 mod gathered;

@@ -4,21 +4,22 @@ use std::path::{Path, PathBuf};
 
 use relume::direction::Directions;
 use relume::format::{Depth, PictureFormat, animation as encode, encode_normals, encode_picture_with};
-use relume::render::{Sweep, relight};
+use relume::render::{Sweep, relight, relight_under};
 use relume::surface::NormalDoubt;
 use relume::workflow::{Btf, Missing};
-use relume::{Direction, Error, Footprint, Picture, ReflectanceField, Result, surface};
+use relume::{Direction, Error, Footprint, Job, Picture, ReflectanceField, Result, surface};
 use serde_json::json;
 
 use crate::context::Context;
 use crate::output::{Folder, Outputs};
 use crate::report::Report;
-use crate::{args, evaluated, normals, output};
+use crate::{args, environment, evaluated, normals, output};
 
 /// Arguments of `relume relight`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  relume relight wool.ptm --light 0.7,0.3,0.6 -o wool.png\n  \
-                        relume relight wool.ptm --sweep orbit:24 -o wool.gif")]
+                        relume relight wool.ptm --sweep orbit:24 -o wool.gif\n  \
+                        relume relight wool.ptm --env sky -o outdoors.png")]
 pub struct Args {
     /// A .ptm, an .exr field, a picture, or a .rlm model; or a folder or .zip of photographs under light and view; - is
     /// standard input
@@ -32,10 +33,12 @@ pub struct Args {
     #[arg(long, value_name = "X,Y,Z", value_parser = args::light, allow_hyphen_values = true,
           requires = "view_sweep")]
     sweep_light: Option<Direction>,
-    /// The picture to write (.png, .jpg, .tif, .exr, .pfm); for a sweep .png or .gif is an animation,
+    /// The picture to write (.png, .jpg, .tif, .exr, .pfm, .hdr); for a sweep .png or .gif is an animation,
     /// and any other name a folder of numbered PNG files; - is standard output, as PNG
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
+    #[command(flatten)]
+    adjustment: environment::Adjustment,
     #[command(flatten)]
     normal_maps: normals::Args,
     /// Frames per second of an animation
@@ -57,6 +60,10 @@ struct What {
     /// N views on the same paths, of a texture of light and view; --sweep-light is the light
     #[arg(long, value_name = "PATH:N")]
     view_sweep: Option<Sweep>,
+    /// Light from all around: an equirectangular map (.hdr, .exr or any picture), or sky, which is built in; the
+    /// texture faces the edges of the map
+    #[arg(long, value_name = "MAP")]
+    env: Option<PathBuf>,
     /// Write the surface normals instead: 0..1 in integer files, -1..1 in EXR
     #[arg(long)]
     normals: bool,
@@ -75,7 +82,9 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     }
     let format = still_format(&args.output)?;
     let mut outputs = Outputs::new(context);
-    outputs.file(&args.output, &[&args.file])?;
+    let inputs: Vec<&Path> =
+        [&*args.file].into_iter().chain(environment::file(args.what.env.as_ref())).collect();
+    outputs.file(&args.output, &inputs)?;
     let field = args.evaluated.texture(&args.file, &context.job)?;
     check_view(args, &field)?;
     foresee(args, &field, format, context)?;
@@ -84,6 +93,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let mut warnings = Vec::new();
     let view = args.view.unwrap_or(Direction::ZENITH);
     let (bytes, what) = match (args.what.light, y) {
+        _ if args.what.env.is_some() => (under_environment(args, &field, format, job)?, "picture".to_owned()),
         (Some(light), _) => {
             let picture = relight(&field, Directions { light, view });
             (encode_picture_with(&picture, format, job)?, "picture".to_owned())
@@ -105,6 +115,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         "light": args.what.light.map(Direction::to_array),
         "view": args.what.light.map(|_| view.to_array()),
         "normal_y": y,
+        "environment": args.what.env.as_ref().map(|map| environment::described(map, &args.adjustment)),
     });
     Ok(Report::new(text, json).with_outputs(written).with_warnings(warnings))
 }
@@ -172,6 +183,20 @@ fn check_view(args: &Args, field: &ReflectanceField) -> Result<()> {
     Ok(())
 }
 
+/// The picture under an environment.
+fn under_environment(
+    args: &Args,
+    field: &ReflectanceField,
+    format: PictureFormat,
+    job: &Job,
+) -> Result<Vec<u8>> {
+    let map = args.what.env.as_deref().expect("asked for an environment");
+    let environment = environment::read(map, &args.adjustment, job)?;
+    let picture = relight_under(field, &environment, job).map_err(|e| e.at(&args.file))?;
+    drop(environment);
+    encode_picture_with(&picture, format, job)
+}
+
 /// What is said of normals that are not to be trusted.
 fn doubted(doubts: &[NormalDoubt]) -> Vec<String> {
     let reasons: Vec<String> = doubts.iter().map(ToString::to_string).collect();
@@ -189,6 +214,7 @@ fn foresee(args: &Args, field: &ReflectanceField, format: PictureFormat, context
     // Normals and a packed copy of them.
     let (planes, channels, format) = match args.what.normals {
         true => (6, 3, format.with_depth(Depth::Sixteen)),
+        false if args.what.env.is_some() => (3, 3, format),
         false => (field.layout().channels(), field.layout().channels(), format),
     };
     let made = Footprint::of_texels(size, 4 * planes as u64, 4 * planes as u64);

@@ -14,7 +14,7 @@ use serde_json::Value;
 use crate::support::{write_grey, write_material};
 
 /// All verbs; `@name` is a file or folder of that name.
-const COMMANDS: [&str; 40] = [
+const COMMANDS: [&str; 43] = [
     "capture sponge -o @c --size 48 --lights 9",
     "capture --height @mask.png --albedo @a.png -o @maps --lights 3",
     "capture --height @mask.png --albedo @a.png --metallic @a.png -o @btf --views 2",
@@ -43,9 +43,12 @@ const COMMANDS: [&str; 40] = [
     "compare @a.png @a.png",
     "compare --texture @a.png @o.png --source-map @m.npy",
     "relight @f.ptm --light 0,0,1 -o @re.png",
+    "relight @f.ptm --env sky -o @env.hdr",
     "relight @f.ptm --sweep orbit:3 -o @sweep",
     "relight @f.ptm --sweep orbit:3 -o @sweep.gif",
     "render @f.ptm -o @x.png --size 24 --mesh @quad.obj --height @h.exr --bump 1x",
+    "render @f.ptm -o @xe.png --size 24 --env sky",
+    "render @f.ptm -o @xs.png --size 24 --samples 1 --env @env.hdr --env-samples=8 --light 0,0,1",
     "height @f.ptm -o @h.exr --force",
     "height @c -o @hc.exr --normals @hn.png",
     "match @a.png --to @o.png -o @ma.png --ranks @ranks.exr",

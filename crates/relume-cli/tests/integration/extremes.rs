@@ -64,7 +64,7 @@ const SIZES: [&str; 9] = [
 ];
 
 /// The commands, on the inputs of [`inputs`].
-const BASES: [&str; 27] = [
+const BASES: [&str; 28] = [
     "synth a.png -o o.png --size 40",
     "synth f.ptm -o o.ptm --size 30 --method efros-leung --neighbourhood 5",
     "synth a.png -o o.png --size 40 --method wei-levoy --levels 2",
@@ -90,6 +90,7 @@ const BASES: [&str; 27] = [
     "model a.png -o o.rlm",
     "relight f.ptm -o o.gif --sweep orbit:3",
     "render f.ptm -o o.png --size 40",
+    "render a.png -o o.png --size 20 --env sky --env-samples=4 --samples 1",
     "render a.png -o o.png --size 40 --height maps/height.png --displace 1x",
     "roll w.png -o o.png",
 ];

@@ -59,6 +59,8 @@ const COMMANDS: &[&str] = &[
     "relight model.rlm --light 0,0,1 -o out.png",
     "relight field.ptm --sweep orbit:3 -o out.gif",
     "render field.ptm --mesh mesh.obj --size 16 -o out.png",
+    "relight field.ptm --env b.png -o out.png",
+    "render field.ptm --mesh mesh.obj --env b.png --size 16 --samples 1 -o out.png",
     "render a.png --mesh plane --height maps/height.png --bump 1x --size 16 -o out.png",
     "match a.png --to b.png -o out.png",
     "model a.png -o out.rlm --levels 1 --combine never",

@@ -159,6 +159,57 @@ fn displacement_changes_the_outline_and_bump_only_the_shading() {
 }
 
 #[test]
+fn an_environment_lights_objects_and_the_flat_texture() {
+    let (folder, _) = folder_with_field();
+    let at = folder.path();
+    let render = |out: &str, more: &[&str]| {
+        let base = ["render", "field.ptm", "--size", "40", "--env", "sky", "-o", out];
+        let report = crate::support::json(at, &[&base[..], more].concat());
+        (codes(&picture(at, out)).to_vec(), report)
+    };
+    let (fast, report) = render("a.png", &["--threads", "1"]);
+    assert_eq!(report["environment"]["method"], "prefiltered");
+    assert_eq!(report["environment"]["map"], "sky");
+    assert_eq!(report["lights"], serde_json::json!([]));
+    assert_eq!(fast, render("b.png", &["--threads", "3"]).0);
+    let (drawn, report) = render("c.png", &["--env-samples=512", "--env-seed", "3"]);
+    assert_eq!(report["environment"]["samples"], 512);
+    assert_eq!(report["environment"]["seed"], 3);
+    let error: f64 = fast.iter().zip(&drawn).map(|(a, b)| (f64::from(*a) - f64::from(*b)).powi(2)).sum();
+    assert!((error / fast.len() as f64).sqrt() < 4.0, "{error}");
+    assert_ne!(drawn, render("d.png", &["--env-samples=512", "--env-seed", "4"]).0);
+    assert_ne!(fast, render("e.png", &["--env-rotate", "-90"]).0);
+    assert_ne!(fast, render("f.png", &["--light", "1,0,0"]).0);
+    // The sun is to the upper left.
+    let at_texel = |x: usize, y: usize| u32::from(fast[3 * (40 * y + x)]);
+    assert!(at_texel(12, 12) > at_texel(28, 28) + 30, "{} {}", at_texel(12, 12), at_texel(28, 28));
+    run(at, &["relight", "field.ptm", "--env", "sky", "-o", "flat.hdr"]);
+    // A constant map as a file of each kind that holds light.
+    crate::support::write_grey(&at.join("grey.png"), (8, 4), &[255; 32]);
+    for name in ["grey.hdr", "grey.exr", "grey.pfm"] {
+        run(at, &["relight", "grey.png", "--light", "0,0,1", "-o", name]);
+        let out = format!("under_{name}.png");
+        run(at, &["relight", "grey.png", "--env", name, "--env-strength", "0.25", "-o", &out]);
+        // A texture of constants is as bright as all light above it: twice the radiance.
+        assert!(codes(&picture(at, &out)).iter().all(|&code| (186..=190).contains(&code)), "{name}");
+    }
+}
+
+#[test]
+fn maps_that_are_no_environment_are_named() {
+    let (folder, _) = folder_with_field();
+    let at = folder.path();
+    crate::support::write_grey(&at.join("black.png"), (8, 4), &[0; 32]);
+    crate::support::write_grey(&at.join("square.png"), (8, 8), &[90; 64]);
+    let under = |map: &'static str| ["render", "field.ptm", "--size", "20", "--env", map, "-o", "o.png"];
+    assert!(failed(at, &under("black.png"), 1).contains("black.png: the environment map is black"));
+    assert!(failed(at, &under("field.ptm"), 1).contains("field.ptm"));
+    assert!(failed(at, &under("none.hdr"), 1).contains("none.hdr"));
+    let text = run(at, &under("square.png"));
+    assert!(text.contains("twice as wide as high") && text.contains("square.png"), "{text}");
+}
+
+#[test]
 fn wrong_usage_has_status_2() {
     let (folder, _) = folder_with_field();
     for args in [
@@ -172,6 +223,11 @@ fn wrong_usage_has_status_2() {
         &["render", "field.ptm", "--camera", "0,95", "-o", "x.png"],
         &["render", "field.ptm", "--tiling", "nan", "-o", "x.png"],
         &["render", "field.ptm", "-o", "x.tga"],
+        &["render", "field.ptm", "--env-rotate", "3", "-o", "x.png"],
+        &["render", "field.ptm", "--env", "sky", "--env-seed", "3", "-o", "x.png"],
+        &["render", "field.ptm", "--env", "sky", "--env-samples=0", "-o", "x.png"],
+        &["render", "field.ptm", "--env", "sky", "--env-strength", "-1", "-o", "x.png"],
+        &["relight", "field.ptm", "--env", "sky", "--light", "0,0,1", "-o", "x.png"],
         &["render", "field.ptm", "--displace", "3", "-o", "x.png"],
         &["render", "field.ptm", "--height", "field.ptm", "-o", "x.png"],
         &["render", "field.ptm", "--height", "field.ptm", "--bump", "-3", "-o", "x.png"],

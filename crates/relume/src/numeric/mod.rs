@@ -13,6 +13,7 @@ pub mod hash;
 pub mod lattice;
 pub mod matrix;
 pub mod normal;
+pub mod orthogonal;
 pub mod pairs;
 pub mod periods;
 pub mod principal;

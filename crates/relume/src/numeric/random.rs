@@ -66,6 +66,8 @@ pub enum Purpose {
     SpreadDirections = 21,
     /// Independent pairs of directions. Place: the number of the pair.
     RandomDirections = 22,
+    /// The directions drawn from an environment at a point of a picture. Place: column, line of the sample.
+    EnvironmentSamples = 23,
 }
 
 /// The most integers of a place.

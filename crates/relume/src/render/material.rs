@@ -28,7 +28,7 @@ enum Shown {
     /// Coefficients of the function of each channel, or of all of them, then the normal if there are normals.
     Functions { basis: Basis, layout: PlaneLayout, space: Space, has_normals: bool },
     /// A linear colour, independent of the light.
-    Colors { channels: usize },
+    Colors { layout: PlaneLayout },
 }
 
 /// The result of a look-up at one position, and memory for what is computed from it.
@@ -38,6 +38,12 @@ pub struct Lookup {
     pub values: Vec<f32>,
     /// The values of the functions for the current directions.
     weights: Vec<f64>,
+    /// Under an environment: the moments of its light in the current frame,
+    pub moments: Vec<f32>,
+    /// the functions for the current view,
+    pub matrix: Vec<f32>,
+    /// and their products.
+    pub products: Vec<[f32; 3]>,
 }
 
 impl LitTexture {
@@ -76,7 +82,8 @@ impl LitTexture {
     /// When memory does not suffice.
     pub fn of_colors(colors: &Planes, job: &Job) -> Result<Self> {
         let texels = MipMap::of_planes("the texture's pyramid", colors, job)?;
-        Ok(Self { texels, shown: Shown::Colors { channels: colors.count() } })
+        let layout = if colors.count() == 1 { PlaneLayout::LUMINANCE } else { PlaneLayout::RGB };
+        Ok(Self { texels, shown: Shown::Colors { layout } })
     }
 
     /// The texels, for look-ups.
@@ -86,7 +93,7 @@ impl LitTexture {
 
     /// The linear colour of looked-up values, for a light and a view.
     pub fn color(&self, lookup: &mut Lookup, directions: Directions) -> [f64; 3] {
-        let Lookup { values, weights } = lookup;
+        let Lookup { values, weights, .. } = lookup;
         match &self.shown {
             Shown::Functions { basis, layout, space, .. } => {
                 let n = basis.len();
@@ -100,7 +107,22 @@ impl LitTexture {
                 };
                 of_channels(layout.channels(), function)
             }
-            Shown::Colors { channels } => of_channels(*channels, |c| f64::from(values[c]).max(0.0)),
+            Shown::Colors { layout } => of_channels(layout.channels(), |c| f64::from(values[c]).max(0.0)),
+        }
+    }
+
+    /// The functions of the texels and the space of their values; `None` for colours.
+    pub fn functions(&self) -> Option<(&Basis, Space)> {
+        match &self.shown {
+            Shown::Functions { basis, space, .. } => Some((basis, *space)),
+            Shown::Colors { .. } => None,
+        }
+    }
+
+    /// The layout of looked-up values.
+    pub fn layout(&self) -> &PlaneLayout {
+        match &self.shown {
+            Shown::Functions { layout, .. } | Shown::Colors { layout } => layout,
         }
     }
 
@@ -114,7 +136,7 @@ impl LitTexture {
 }
 
 /// The layout without products.
-fn linear(layout: &PlaneLayout) -> PlaneLayout {
+pub(super) fn linear(layout: &PlaneLayout) -> PlaneLayout {
     if layout.is_product() { PlaneLayout::RGB } else { layout.clone() }
 }
 

@@ -1,7 +1,10 @@
 //! Pictures of fields: relighting, and rendering on objects.
 
+pub mod environment;
 pub mod mesh;
 
+mod highlight;
+mod horizon;
 mod material;
 mod mip_map;
 mod object;
@@ -16,11 +19,13 @@ mod sweep;
 mod vector;
 mod view;
 
+pub use environment::{Environment, EnvironmentLight, EnvironmentMethod, relight_under};
+pub use highlight::Specular;
 pub use mesh::{Mesh, Primitive};
 pub use object::{render, render_relief};
 pub use relief::MeshRelief;
 pub use relight::{relight, relight_srgb8};
-pub use scene::{Camera, CastShadows, Light, RenderOptions, Specular, TexelShading};
+pub use scene::{Camera, CastShadows, Light, RenderOptions, TexelShading};
 pub use srgb8::srgb8_from_linear;
 pub use sweep::Sweep;
 pub use vector::Vec3;

@@ -2,13 +2,14 @@
 
 use rayon::prelude::*;
 
+use super::environment::{EnvironmentMethod, ImportanceTable, Prefiltered};
 use super::material::{LitTexture, Lookup};
 use super::mesh::{Mesh, Tangents};
 use super::raster::{self, Hit, Setup};
 use super::relief::{MeshRelief, TRIANGLE_BYTES, displaced};
 use super::relight::relight;
 use super::scene::{CastShadows, RenderOptions, TexelShading};
-use super::shade::Shader;
+use super::shade::{AmbientLight, Shader};
 use super::shadow::ShadowMap;
 use super::vector::Vec3;
 use super::view::View;
@@ -94,8 +95,29 @@ pub fn render_relief(
         view,
         options,
         shadows,
+        ambient: ambient(&material, normals, options, job)?,
     };
     Ok(Picture { planes: all_bands(&shader, job)?, space: Space::Linear })
+}
+
+/// The environment of the scene, prepared for a texture.
+fn ambient(
+    material: &LitTexture,
+    normals: Option<&Planes>,
+    options: &RenderOptions,
+    job: &Job,
+) -> Result<Option<AmbientLight>> {
+    let Some(light) = &options.environment else { return Ok(None) };
+    let shines = normals.is_some() && options.specular.strength > 0.0;
+    let highlights = (shines && options.shading == TexelShading::Reflectance).then_some(&options.specular);
+    Ok(Some(match light.method {
+        EnvironmentMethod::Prefiltered => {
+            AmbientLight::Prefiltered(Prefiltered::new(&light.environment, material, highlights, job)?)
+        }
+        EnvironmentMethod::Sampled { samples, seed } => {
+            AmbientLight::Sampled(ImportanceTable::new(&light.environment, job)?, samples, seed)
+        }
+    }))
 }
 
 /// The factor of the slopes by which frames are tilted: a conventional texture is shaded by its displacement.
@@ -156,8 +178,9 @@ mod tests {
     use crate::field::{Basis, PlaneLayout};
     use crate::limits::Limits;
     use crate::numeric::random::{Purpose, Stream};
+    use crate::render::highlight::Specular;
     use crate::render::mesh::Primitive;
-    use crate::render::scene::{Camera, Light, Specular};
+    use crate::render::scene::{Camera, Light};
 
     /// Positive under any light: the constant outweighs the other coefficients.
     fn random_field(color: PlaneLayout, space: Space, side: usize) -> ReflectanceField {

@@ -2,6 +2,8 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
+use super::environment::EnvironmentLight;
+use super::highlight::Specular;
 use super::vector::Vec3;
 use crate::direction::Direction;
 use crate::error::{Error, Result};
@@ -94,22 +96,6 @@ pub enum TexelShading {
     },
 }
 
-/// Highlights added from the normals of the texture: a GGX lobe.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Specular {
-    /// Reflectance at normal incidence, 0 to 1; 0.04 for plastic, 0 turns highlights off.
-    pub strength: f64,
-    /// The square root of the GGX alpha, [`LEAST_ROUGHNESS`] to 1.
-    pub roughness: f64,
-}
-
-impl Default for Specular {
-    /// Plastic, rough enough to stay subtle: straight on, 8 % of a white matt surface.
-    fn default() -> Self {
-        Self { strength: 0.04, roughness: 0.6 }
-    }
-}
-
 /// Whether the object casts shadows on itself.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CastShadows {
@@ -128,8 +114,10 @@ pub struct RenderOptions {
     pub samples: usize,
     /// The camera.
     pub camera: Camera,
-    /// The lights, at least one.
+    /// The lights; at least one where there is no environment.
     pub lights: Vec<Light>,
+    /// Light from all around, beside the lights.
+    pub environment: Option<EnvironmentLight>,
     /// How often the texture repeats over texture coordinates 0..1, along s and t.
     pub tiling: [f64; 2],
     /// Linear colour where there is no object.
@@ -150,6 +138,7 @@ impl Default for RenderOptions {
             samples: 3,
             camera: Camera::default(),
             lights: vec![Light { direction, color: [1.0; 3] }],
+            environment: None,
             tiling: [1.0, 1.0],
             background: [0.0; 3],
             shading: TexelShading::Reflectance,
@@ -175,7 +164,9 @@ impl RenderOptions {
         within("width of the picture", self.size.width as f64, 1.0, 65_536.0)?;
         within("height of the picture", self.size.height as f64, 1.0, 65_536.0)?;
         within("number of samples along a pixel's side", self.samples as f64, 1.0, 16.0)?;
-        within("number of lights", self.lights.len() as f64, 1.0, 64.0)?;
+        let least = if self.environment.is_some() { 0.0 } else { 1.0 };
+        within("number of lights", self.lights.len() as f64, least, 64.0)?;
+        self.environment.as_ref().map_or(Ok(()), EnvironmentLight::validate)?;
         within("specular strength", self.specular.strength, 0.0, 1.0)?;
         within("roughness", self.specular.roughness, LEAST_ROUGHNESS, 1.0)?;
         for tiling in self.tiling {

@@ -7,23 +7,22 @@
 //! above its horizon (attached shadow); and a shadow map determines the points hidden by the rest of the
 //! object (cast shadow). Highlights, which a function of light alone cannot move with the viewer, are added
 //! from the normals of the texture (Hel-Or, Malzbender, Gelb, HPL-2003-16, section 2) by a GGX lobe
-//! ([`crate::microfacet`]). Everything is summed in linear light.
+//! ([`crate::microfacet`]). An environment ([`super::environment`]) adds light from all around, without cast shadows.
+//! Everything is summed in linear light.
 
+use super::environment::{ImportanceTable, PlacedSamples, Prefiltered, TangentFrame};
+use super::horizon::attached_share;
 use super::material::{LitTexture, Lookup};
 use super::mesh::{Mesh, Tangents};
 use super::mip_map::MipMap;
 use super::raster::Setup;
 use super::relief::Subdivided;
-use super::scene::{Light, RenderOptions, Specular, TexelShading};
+use super::scene::{RenderOptions, TexelShading};
 use super::shadow::ShadowMap;
-use super::vector::{Vec3, length};
+use super::vector::Vec3;
 use super::view::View;
 use crate::direction::{Direction, Directions};
-use crate::microfacet;
 use crate::size::Size;
-
-/// The cosine between light and object below which the attached shadow begins: six degrees.
-const FADE_COSINE: f64 = 0.1;
 
 /// The common data of all points.
 pub struct Shader<'a> {
@@ -38,6 +37,14 @@ pub struct Shader<'a> {
     pub options: &'a RenderOptions,
     /// One for each light, or none.
     pub shadows: Vec<ShadowMap>,
+    pub ambient: Option<AmbientLight>,
+}
+
+/// The environment, prepared.
+pub enum AmbientLight {
+    Prefiltered(Prefiltered),
+    /// With the number of samples of a point, and the seed.
+    Sampled(ImportanceTable, usize, u64),
 }
 
 /// A triangle of the original mesh, and barycentric coordinates in it.
@@ -70,19 +77,52 @@ impl Shader<'_> {
         let place = self.origin(setup, barycentric);
         let point = self.tilted(self.point(setup, barycentric, place), setup, (x, y), place);
         let mut sum = [0.0; 3];
-        let mut fetched = false;
+        let mut fetched = self.ambient.is_some();
+        if fetched {
+            self.fetch(setup, (x, y), place, lookup);
+            sum = self.under_environment(&point, (x, y), lookup);
+        }
         for (i, light) in self.options.lights.iter().enumerate() {
-            let lit = self.lit_share(&point, light, self.shadows.get(i));
+            let lit = self.lit_share(&point, light.direction.into(), self.shadows.get(i));
             if lit == 0.0 {
                 continue;
             }
             if !fetched {
-                let footprint = self.footprint(setup, (x, y), place, self.material.texels().size());
-                self.material.texels().fetch(self.coordinates(place), footprint, &mut lookup.values);
+                self.fetch(setup, (x, y), place, lookup);
                 fetched = true;
             }
-            let color = self.reflected(&point, light, lookup);
+            let color = self.reflected(&point, light.direction.into(), lookup);
             (0..3).for_each(|c| sum[c] += lit * f64::from(light.color[c]) * color[c]);
+        }
+        sum
+    }
+
+    /// Looks up the texels of a place.
+    fn fetch(&self, setup: &Setup, sample: (f64, f64), place: MeshPlace, lookup: &mut Lookup) {
+        let footprint = self.footprint(setup, sample, place, self.material.texels().size());
+        self.material.texels().fetch(self.coordinates(place), footprint, &mut lookup.values);
+    }
+
+    /// What looked-up texels reflect of the environment. The object does not hide any of it from itself.
+    fn under_environment(&self, point: &SurfacePoint, (x, y): (f64, f64), lookup: &mut Lookup) -> [f64; 3] {
+        let mut sum = [0.0; 3];
+        match &self.ambient {
+            None => {}
+            Some(AmbientLight::Prefiltered(prefiltered)) => {
+                let SurfacePoint { tangent, bitangent, normal, to_viewer, .. } = *point;
+                let frame = TangentFrame { tangent, bitangent, normal };
+                sum = prefiltered.reflected(self.material, lookup, &frame, to_viewer);
+            }
+            Some(AmbientLight::Sampled(table, samples, seed)) => {
+                let at = PlacedSamples { samples: *samples, seed: *seed, place: [x as u64, y as u64] };
+                table.for_each(at, |direction, color| {
+                    let lit = self.lit_share(point, direction, None);
+                    if lit > 0.0 {
+                        let reflected = self.reflected(point, direction, lookup);
+                        (0..3).for_each(|c| sum[c] += lit * color[c] * reflected[c]);
+                    }
+                });
+            }
         }
         sum
     }
@@ -167,8 +207,8 @@ impl Shader<'_> {
     }
 
     /// The share of a light left by attached and cast shadows.
-    fn lit_share(&self, point: &SurfacePoint, light: &Light, shadow: Option<&ShadowMap>) -> f64 {
-        let above = |normal: Vec3| smooth_step(Vec3::from(light.direction).dot(normal) / FADE_COSINE);
+    fn lit_share(&self, point: &SurfacePoint, light: Vec3, shadow: Option<&ShadowMap>) -> f64 {
+        let above = |normal: Vec3| attached_share(light.dot(normal));
         // For a bump, the horizon of the object itself still counts.
         let own = if self.slopes.is_some() && self.moved.is_none() { above(point.untilted) } else { 1.0 };
         let attached = own * above(point.normal);
@@ -179,8 +219,8 @@ impl Shader<'_> {
     }
 
     /// The light reflected by the texture to the viewer under a unit light above its horizon.
-    fn reflected(&self, point: &SurfacePoint, light: &Light, lookup: &mut Lookup) -> [f64; 3] {
-        let local = point.in_tangent_frame(light.direction.into());
+    fn reflected(&self, point: &SurfacePoint, light: Vec3, lookup: &mut Lookup) -> [f64; 3] {
+        let local = point.in_tangent_frame(light);
         let view = point.in_tangent_frame(point.to_viewer);
         let directions = Directions {
             light: Direction::from_disk(local.x, local.y),
@@ -199,68 +239,9 @@ impl Shader<'_> {
     fn highlight(&self, point: &SurfacePoint, light: Vec3, values: &[f32]) -> f64 {
         match self.material.normal(values).and_then(|n| Vec3::from(n).unit()) {
             Some(normal) if self.options.specular.strength > 0.0 => {
-                lobe(&self.options.specular, normal, light, point.in_tangent_frame(point.to_viewer))
+                self.options.specular.lobe(normal, light, point.in_tangent_frame(point.to_viewer))
             }
             _ => 0.0,
         }
-    }
-}
-
-/// 0 below 0, 1 above 1, smooth in between.
-fn smooth_step(t: f64) -> f64 {
-    let t = t.clamp(0.0, 1.0);
-    t * t * (3.0 - 2.0 * t)
-}
-
-/// The light reflected by a GGX surface to the viewer under a unit light, in units where a white matt surface
-/// reflects the cosine: pi D V F cos.
-fn lobe(specular: &Specular, normal: Vec3, to_light: Vec3, to_viewer: Vec3) -> f64 {
-    let (n_l, n_v) = (normal.dot(to_light), normal.dot(to_viewer));
-    let half = to_light + to_viewer;
-    if n_l <= 0.0 || n_v <= 0.0 || length(half) < 1e-9 {
-        return 0.0;
-    }
-    let half = half * (1.0 / length(half));
-    let (n_h, l_h) = (normal.dot(half), to_light.dot(half));
-    let alpha = microfacet::alpha(specular.roughness);
-    microfacet::specular(n_l, n_v, n_h, l_h, alpha, specular.strength) * n_l
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::numeric::quadrature::integrate_hemisphere;
-
-    const UP: Vec3 = Vec3::new(0.0, 0.0, 1.0);
-
-    #[test]
-    fn highlights_are_reciprocal_and_reflect_no_more_than_they_get() {
-        for roughness in [0.4, 0.7, 1.0] {
-            let mirror = Specular { strength: 1.0, roughness };
-            let viewer = Vec3::new(0.5, 0.2, 0.8).unit().unwrap();
-            let light = Vec3::new(-0.3, 0.6, 0.4).unit().unwrap();
-            let (there, back) = (lobe(&mirror, UP, light, viewer), lobe(&mirror, UP, viewer, light));
-            assert!((there / light.z - back / viewer.z).abs() < 1e-9);
-            let reflected =
-                integrate_hemisphere(64, |w| lobe(&mirror, UP, w.into(), viewer)) / std::f64::consts::PI;
-            assert!(reflected < 1.0, "roughness {roughness}: {reflected}");
-        }
-        // With alpha 1 and the viewer straight above, the integral is that of l / (1 + l).
-        let mirror = Specular { strength: 1.0, roughness: 1.0 };
-        let reflected = integrate_hemisphere(64, |w| lobe(&mirror, UP, w.into(), UP)) / std::f64::consts::PI;
-        assert!((reflected - (1.0 - 2f64.ln())).abs() < 1e-9, "{reflected}");
-    }
-
-    #[test]
-    fn the_lobe_is_centred_on_the_mirrored_direction() {
-        let specular = Specular { strength: 0.04, roughness: 0.2 };
-        let viewer = Vec3::new(0.3, 0.0, 0.9).unit().unwrap();
-        let mirrored = Vec3::new(-viewer.x, 0.0, viewer.z);
-        let beside = (mirrored + Vec3::new(0.0, 0.3, 0.0)).unit().unwrap();
-        assert!(lobe(&specular, UP, mirrored, viewer) > 10.0 * lobe(&specular, UP, beside, viewer));
-        assert_eq!(lobe(&specular, UP, Vec3::new(0.0, 0.6, -0.8), viewer), 0.0);
-        // Straight on, the lobe has the height F / (4 alpha^2), and a white matt surface 1.
-        let top = lobe(&specular, UP, UP, UP);
-        assert!((top - 0.04 / (4.0 * 0.2f64.powi(4))).abs() < 1e-9, "{top}");
     }
 }

@@ -15,13 +15,15 @@ use crate::context::Context;
 use crate::evaluated::Texture;
 use crate::output::Outputs;
 use crate::report::Report;
-use crate::{args, evaluated, output, paths};
+use crate::{args, environment, evaluated, output, paths};
 
 /// Arguments of `relume render`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  relume render wool.ptm --mesh sphere --light 1,0.4,0.3 -o wool.png\n  \
                         relume render wool.ptm --mesh sphere --light 1,0.4,0.3 --plain -o photograph.png\n  \
-                        relume render wool.ptm --height wool.exr --displace 1x --mesh torus -o relief.png")]
+                        relume render wool.ptm --height wool.exr --displace 1x --mesh torus -o relief.png\n  \
+                        relume render wool.ptm --env studio.hdr --env-rotate 90 -o studio.png\n  \
+                        relume render wool.ptm --env sky --mesh cloth --camera 20,25 -o outdoors.png")]
 pub struct Args {
     /// A .ptm, an .exr field, a picture, or a .rlm model; - is standard input
     file: PathBuf,
@@ -29,10 +31,10 @@ pub struct Args {
     #[arg(long, default_value = "sphere")]
     mesh: PathBuf,
     /// Direction towards a light in the frame of the picture (x right, y up, z to the viewer), with @I or
-    /// @R,G,B for its strength or colour; may be repeated
-    #[arg(long, value_name = "X,Y,Z[@I]", value_parser = light, allow_hyphen_values = true, default_value = "-1,1,1")]
+    /// @R,G,B for its strength or colour; may be repeated [default: -1,1,1, and none beside an environment]
+    #[arg(long, value_name = "X,Y,Z[@I]", value_parser = light, allow_hyphen_values = true)]
     light: Vec<Light>,
-    /// The picture to write (.png, .jpg, .tif, .exr, .pfm); - is standard output, as PNG
+    /// The picture to write (.png, .jpg, .tif, .exr, .pfm, .hdr); - is standard output, as PNG
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
     /// Size of the picture in pixels
@@ -70,6 +72,8 @@ pub struct Args {
     /// Leave out the shadows that the object casts on itself
     #[arg(long)]
     no_cast_shadows: bool,
+    #[command(flatten)]
+    environment: environment::SceneArgs,
     #[command(flatten)]
     relief: relief::ReliefArgs,
     #[command(flatten)]
@@ -120,12 +124,17 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     };
     let primitive = args.mesh.to_str().and_then(Primitive::from_name);
     let mut options = options(args, primitive);
-    options.validate()?;
-    let inputs: Vec<&Path> = [&*args.file, &*args.mesh].into_iter().chain(args.relief.file()).collect();
+    if !args.environment.is_given() {
+        options.validate()?;
+    }
+    let more = args.relief.file().into_iter().chain(args.environment.file());
+    let inputs: Vec<&Path> = [&*args.file, &*args.mesh].into_iter().chain(more).collect();
     let mut outputs = Outputs::new(context);
     outputs.file(&args.output, &inputs)?;
     let job = &context.job;
     let object = if primitive.is_none() { Some(read_mesh(&args.mesh, job)?) } else { None };
+    options.environment = args.environment.read(job)?;
+    options.validate()?;
     let Texture { field, source, of_model } = args.evaluated.texture_of(&args.file, job)?;
     if args.tiling.is_none() {
         options.tiling = as_large(options.tiling, source, field.size());
@@ -159,6 +168,15 @@ fn as_large(tiling: [f64; 2], source: Size, made: Size) -> [f64; 2] {
     })
 }
 
+/// The lights in the frame of the picture.
+fn lights(args: &Args) -> Vec<Light> {
+    if !args.light.is_empty() || args.environment.is_given() {
+        return args.light.clone();
+    }
+    let direction = Direction::new(-1.0, 1.0, 1.0).expect("a vector with a length");
+    vec![Light { direction, color: [1.0; 3] }]
+}
+
 fn options(args: &Args, primitive: Option<Primitive>) -> RenderOptions {
     let field_of_view_rad = args.fov.to_radians();
     let distance = args.camera.distance_radii;
@@ -173,7 +191,8 @@ fn options(args: &Args, primitive: Option<Primitive>) -> RenderOptions {
         size: args.size,
         samples: args.samples,
         camera,
-        lights: args.light.iter().map(in_world).collect(),
+        lights: lights(args).iter().map(in_world).collect(),
+        environment: None,
         tiling: args.tiling.unwrap_or(primitive.map_or([1.0; 2], Primitive::default_tiling)),
         background: args.background,
         shading: args.plain.map_or(TexelShading::Reflectance, |light| TexelShading::Plain { light }),
@@ -186,17 +205,17 @@ fn options(args: &Args, primitive: Option<Primitive>) -> RenderOptions {
 }
 
 fn report(args: &Args, mesh: &Mesh, options: &RenderOptions, relief: Option<&MeshRelief>) -> Report {
-    let lights: Vec<_> = args
-        .light
+    let lights: Vec<_> = lights(args)
         .iter()
         .map(|light| json!({ "direction": light.direction.to_array(), "color": light.color }))
         .collect();
     let text = format!(
-        "{}: {}, {} triangles, {} lights",
+        "{}: {}, {} triangles, {} lights{}",
         args.output.display(),
         args.size,
         mesh.triangles().len(),
-        lights.len()
+        lights.len(),
+        if args.environment.is_given() { " and an environment" } else { "" }
     );
     let json = json!({
         "width": args.size.width,
@@ -206,6 +225,7 @@ fn report(args: &Args, mesh: &Mesh, options: &RenderOptions, relief: Option<&Mes
         "tiling": options.tiling,
         "shading": if args.plain.is_some() { "plain" } else { "reflectance" },
         "lights": lights,
+        "environment": args.environment.described(),
         "displacement_factor": relief.map(|r| r.displacement),
         "bump_factor": relief.map(|r| r.bump),
     });

@@ -18,7 +18,7 @@ const KNOWN_PRIMARIES: [[f64; 8]; 2] = [
 
 /// What the head says, and where the scanlines begin.
 #[derive(Debug)]
-pub(super) struct Head {
+pub(super) struct RadianceHead {
     pub order: ScanOrder,
     /// The values of the file are those of the scene times these.
     pub factors: [f64; 3],
@@ -53,7 +53,7 @@ impl ScanOrder {
 }
 
 /// Reads the head; what is not applied becomes a remark.
-pub(super) fn read(bytes: &[u8], job: &Job) -> Result<Head> {
+pub(super) fn read(bytes: &[u8], job: &Job) -> Result<RadianceHead> {
     let mut at = 0;
     let mut line = || -> Result<&str> {
         let rest = &bytes[at..bytes.len().min(MAX_HEAD)];
@@ -87,7 +87,7 @@ pub(super) fn read(bytes: &[u8], job: &Job) -> Result<Head> {
         job.remark(format!("the Radiance file does not say its FORMAT: taken as {RGBE}"));
     }
     let order = scan_order(line()?)?;
-    Ok(Head { order, factors, start: at })
+    Ok(RadianceHead { order, factors, start: at })
 }
 
 fn checked_format(value: &str) -> Result<()> {

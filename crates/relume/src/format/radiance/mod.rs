@@ -14,7 +14,7 @@ use crate::error::Result;
 use crate::job::Job;
 use crate::picture::Picture;
 use crate::raster::{Raster, Samples};
-use header::{Head, RGBE};
+use header::{RGBE, RadianceHead};
 use scanline::{Rgbe, Scanlines};
 
 /// The exponent e of the unit of the mantissas: m 2^(e - 136).
@@ -24,7 +24,7 @@ const LEAST_LINE_BYTES: u64 = 8;
 
 /// The picture in the bytes of a file.
 pub(super) fn decode(bytes: &[u8], job: &Job) -> Result<Raster> {
-    let Head { order, factors, start } = header::read(bytes, job)?;
+    let RadianceHead { order, factors, start } = header::read(bytes, job)?;
     let size = order.size;
     job.check("the Radiance picture", size, 4 * 3)?;
     let (lines, places) = order.lines();

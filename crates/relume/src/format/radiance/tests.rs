@@ -133,8 +133,9 @@ fn pictures_come_back_to_half_a_unit_of_the_largest_component() {
     let mut stream = Stream::new(3, Purpose::Sample, [0]);
     for (size, channels) in [(Size::new(7, 3), 3), (Size::new(8, 2), 1), (Size::new(300, 2), 3)] {
         // Of a large range, with runs.
-        let mut value =
-            |i: usize| if i / 20 % 2 == 0 { 0.25 } else { (20.0 * stream.unit() - 10.0).exp2() as f32 };
+        let mut value = |i: usize| {
+            if (i / 20).is_multiple_of(2) { 0.25 } else { (20.0 * stream.unit() - 10.0).exp2() as f32 }
+        };
         let data = (0..channels * size.texels()).map(&mut value).collect();
         let picture =
             Picture { planes: Planes::from_vec(size, channels, data).unwrap(), space: Space::Linear };

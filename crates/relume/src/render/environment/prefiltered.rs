@@ -51,7 +51,7 @@ impl DecodingTable {
     /// Linear light of an encoded value; none below zero.
     fn linear(&self, value: f32) -> f32 {
         let place = value * DECODING_STEPS as f32;
-        if !(place > 0.0) {
+        if place.is_nan() || place <= 0.0 {
             return 0.0;
         }
         let low = place as usize;

@@ -8,7 +8,7 @@ use relume::{Error, Footprint, RasterSequence, ReflectanceField, Result, Space};
 use serde_json::json;
 
 use super::input::Inputs;
-use super::{Args, FittedFormat};
+use super::{Args, FittedFormat, described};
 use crate::context::Context;
 use crate::output::Outputs;
 use crate::report::Report;
@@ -51,13 +51,7 @@ pub(super) fn run(
         learned::fit(inputs.pairs(), &load, &options, &context.job).map_err(|e| e.at(inputs.place()))?;
     outputs.write(&args.output, encoded(&fit.field, format, context)?)?;
     let written = outputs.commit()?;
-    let json = json!({
-        "width": fit.field.size().width,
-        "height": fit.field.size().height,
-        "basis": fit.field.basis(),
-        "color": fit.field.layout(),
-        "report": fit.report,
-    });
+    let json = described(&fit.field, json!(fit.report));
     let what = format!(
         "{}: {} texels, {} learned functions, {} values, from {} photographs",
         args.output.display(),

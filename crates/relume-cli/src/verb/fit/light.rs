@@ -9,8 +9,8 @@ use relume::format::{FieldFormat, encode_field};
 use relume::{Footprint, RasterSequence, ReflectanceField, Result, Space};
 use serde_json::json;
 
-use super::Args;
 use super::input::Inputs;
+use super::{Args, described};
 use crate::context::Context;
 use crate::output::Outputs;
 use crate::report::Report;
@@ -41,13 +41,7 @@ pub(super) fn run(
     fit.report.warnings.extend(inputs.warnings().iter().cloned());
     outputs.write(&args.output, encode_field(&fit.field, format, None, &context.job)?)?;
     let written = outputs.commit()?;
-    let json = json!({
-        "width": fit.field.size().width,
-        "height": fit.field.size().height,
-        "basis": fit.field.basis(),
-        "color": fit.field.layout(),
-        "report": fit.report,
-    });
+    let json = described(&fit.field, json!(fit.report));
     let text = summary(&args.output, &fit.field, &fit.report);
     Ok(Report::new(text, json).with_outputs(written).with_warnings(&fit.report.warnings))
 }

@@ -12,7 +12,8 @@ use relume::field::{Basis, PlaneLayout};
 use relume::format::bonn::BtfScalar;
 use relume::format::{ExrDepth, FieldFormat};
 use relume::workflow::{Btf, Missing};
-use relume::{Error, Result, Size, Space};
+use relume::{Error, ReflectanceField, Result, Size, Space};
+use serde_json::{Value, json};
 
 use crate::args;
 use crate::context::Context;
@@ -132,6 +133,17 @@ impl Args {
         }
         Ok(())
     }
+}
+
+/// The fields of a report on a fitted texture.
+fn described(field: &ReflectanceField, report: Value) -> Value {
+    json!({
+        "width": field.size().width,
+        "height": field.size().height,
+        "basis": field.basis(),
+        "color": field.layout(),
+        "report": report,
+    })
 }
 
 /// The format of the output.

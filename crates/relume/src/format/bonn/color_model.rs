@@ -236,7 +236,11 @@ mod tests {
     }
 
     fn assert_near(found: &[f32], expected: &[f32]) {
-        let near = found.iter().zip(expected).all(|(f, e)| (f - e).abs() < 2e-5 * (1.0 + e.abs()));
+        assert_within(2e-5, found, expected);
+    }
+
+    fn assert_within(tolerance: f32, found: &[f32], expected: &[f32]) {
+        let near = found.iter().zip(expected).all(|(f, e)| (f - e).abs() < tolerance * (1.0 + e.abs()));
         assert!(near && found.len() == expected.len(), "{found:?} {expected:?}");
     }
 
@@ -247,9 +251,10 @@ mod tests {
         assert_near(&decoded(Model::Rgb, &[0.1, 2.0, -3.0, 4.0]), &[0.1, 2.0, -3.0, 4.0]);
         assert_near(&decoded(Model::Yuv, &[0.5, 0.1, -0.2]), &[0.272_034, 0.576_655, 0.703_211]);
         assert_near(&decoded(Model::YCoCg, &[0.5, 0.1, -0.2]), &[0.8, 0.3, 0.6]);
-        assert_near(&decoded(Model::Lab, &[100.0, 0.0, 0.0]), &[1.0, 1.0, 1.0]);
+        // The white of the profile connection space is rounded to four digits, and the matrix is not.
+        assert_within(5e-4, &decoded(Model::Lab, &[100.0, 0.0, 0.0]), &[1.0, 1.0, 1.0]);
         // Middle grey has a fifth of the light: ((50 + 16) / 116)^3.
-        assert_near(&decoded(Model::Lab, &[50.0, 0.0, 0.0]), &[0.184_187; 3]);
+        assert_within(5e-4, &decoded(Model::Lab, &[50.0, 0.0, 0.0]), &[0.184_187; 3]);
         let matrix = [[1.0, 2.0, 3.0], [0.0, 1.0, 0.0], [4.0, 0.0, 0.0]];
         let pca = Model::Pca { mean: [10.0, 20.0, 30.0], matrix };
         assert_near(&decoded(pca, &[1.0, 2.0, 0.5]), &[13.0, 24.0, 33.0]);

@@ -11,7 +11,6 @@ use crate::field::{Basis, Domain, PlaneLayout, ReflectanceField};
 use crate::limits::Limits;
 use crate::numeric::quadrature::integrate_hemisphere;
 use crate::render::{CastShadows, Light, Primitive, RenderOptions, TexelShading, relight, render};
-use crate::surface;
 
 fn job() -> Job {
     Job::default()
@@ -38,6 +37,17 @@ fn spot(size: Size, (x, y): (usize, usize)) -> (Environment, Direction) {
     (environment, Direction::new(at.x, at.y, at.z).unwrap())
 }
 
+/// The normal of a texel.
+fn tilted(texel: usize) -> Direction {
+    Direction::from_angles(0.08 * (texel % 5) as f64, 1.9 * texel as f64)
+}
+
+/// The normals of texels tilted like those of [`field`].
+fn normals(size: Size) -> Planes {
+    let data = (0..3).flat_map(|k| (0..size.texels()).map(move |texel| tilted(texel).to_array()[k] as f32));
+    Planes::from_vec(size, 3, data.collect()).unwrap()
+}
+
 /// Texels tilted in different directions, their light projected on a basis; for a learned one, the functions themselves.
 fn field(basis: &Basis, space: Space) -> ReflectanceField {
     let size = Size::new(4, 4);
@@ -45,7 +55,7 @@ fn field(basis: &Basis, space: Space) -> ReflectanceField {
     let gram = basis.gram(Domain::Hemisphere).unwrap();
     let mut planes = Planes::zeros(size, 3 * n);
     for texel in 0..size.texels() {
-        let normal = Direction::from_angles(0.08 * (texel % 5) as f64, 1.9 * texel as f64);
+        let normal = tilted(texel);
         for k in 0..n {
             let coefficient = match basis {
                 Basis::Ptm => {
@@ -87,7 +97,7 @@ fn lit_by(environment: Environment, method: EnvironmentMethod, side: usize) -> R
 }
 
 fn rendered(field: &ReflectanceField, primitive: Primitive, options: &RenderOptions) -> Picture {
-    let normals = surface::normals(field);
+    let normals = normals(field.size());
     render(field, Some(&normals), &primitive.mesh(), options, &job()).unwrap()
 }
 
@@ -274,7 +284,7 @@ fn the_prefiltered_form_is_within_two_per_cent_of_the_truth_and_four_for_light_a
 fn highlights_are_those_of_the_samples() {
     let field = field(&Basis::Ptm, Space::Linear);
     let black = field.with_coefficients(Planes::zeros(field.size(), 18)).unwrap();
-    let normals = surface::normals(&field);
+    let normals = normals(field.size());
     let shown = |method| {
         let mut options = lit_by(Environment::sky(&job()).unwrap(), method, 24);
         options.specular.strength = 0.5;

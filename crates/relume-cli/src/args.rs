@@ -1,7 +1,9 @@
 //! Values on the command line: sizes, lights, names.
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use relume::numeric::lattice::Lattice;
+use relume::format::TEXEL_MM;
+use relume::numeric::lattice::{Lattice, length};
+use relume::synthesis::roller::RollerOptions;
 use relume::{Direction, Named, Size};
 
 /// `512x512` or `512` for a square.
@@ -31,6 +33,20 @@ pub fn view(text: &str) -> Result<Direction, String> {
     light(text).map_err(|e| e.replace("this light", "this view"))
 }
 
+/// The size of a texel in millimetres.
+pub fn texel_mm(text: &str) -> Result<f64, String> {
+    let expected = format!("expected millimetres from {:e} to {:e}", TEXEL_MM.start(), TEXEL_MM.end());
+    text.trim().parse().ok().filter(|mm| TEXEL_MM.contains(mm)).ok_or(expected)
+}
+
+/// A number between two others, both allowed; `what` says what it is, such as "degrees".
+pub fn within(least: f64, most: f64, what: &'static str) -> impl Fn(&str) -> Result<f64, String> + Clone {
+    move |text| {
+        let number = text.trim().parse::<f64>().ok().filter(|v| (least..=most).contains(v));
+        number.ok_or_else(|| format!("expected {what} from {least} to {most}"))
+    }
+}
+
 /// `N` comma-separated finite numbers.
 pub fn numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
     let parsed: Option<Vec<f64>> =
@@ -38,16 +54,32 @@ pub fn numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
     parsed?.try_into().ok()
 }
 
+/// The shortest period that texels can show.
+const SHORTEST_PERIOD: f64 = 2.0;
+
 /// A lattice: `W,H` or `X,Y,X,Y`.
 pub fn lattice(text: &str) -> Result<Lattice, String> {
-    let shifts = match (numbers::<2>(text), numbers::<4>(text)) {
+    let (a, b) = match (numbers::<2>(text), numbers::<4>(text)) {
         (Some([w, h]), _) => ([w, 0.0], [0.0, h]),
         (_, Some([ax, ay, bx, by])) => ([ax, ay], [bx, by]),
         _ => return Err("expected two numbers such as 24,31.5, or four for two shifts".to_owned()),
     };
-    Lattice::new(shifts.0, shifts.1)
-        .filter(|lattice| lattice.cell_area() >= 1.0)
-        .ok_or_else(|| "these shifts lie on one line or span less than a texel".to_owned())
+    let most = RollerOptions::LONGEST_PERIOD;
+    if [a, b].as_flattened().iter().any(|shift| shift.abs() > most) {
+        return Err(format!("expected shifts of at most {most} texels"));
+    }
+    if let Some(short) = [a, b].map(length).into_iter().find(|length| *length < SHORTEST_PERIOD) {
+        return Err(format!(
+            "a period of {short} texels cannot be seen: expected at least {SHORTEST_PERIOD}"
+        ));
+    }
+    let lattice = Lattice::new(a, b).ok_or("these shifts lie on one line: expected two that span an area")?;
+    match lattice.basis().map(length).into_iter().find(|length| *length < SHORTEST_PERIOD) {
+        Some(short) => Err(format!(
+            "these shifts together repeat after {short:.3} texels: expected periods of at least {SHORTEST_PERIOD}"
+        )),
+        None => Ok(lattice),
+    }
 }
 
 /// A member of a closed family, by its name.
@@ -71,5 +103,16 @@ mod tests {
         for bad in ["0,0,0", "1,2", "nan,0,1", "0,0,-1", "1,2,3,4", "inf,0,1"] {
             assert!(light(bad).is_err(), "{bad}");
         }
+    }
+    #[test]
+    fn periods_beyond_all_textures_are_refused_in_no_time() {
+        assert!(lattice("24,31.5").is_ok() && lattice("-20,3,5,30").is_ok());
+        for bad in
+            ["1e-300,20", "1e300,1e-300", "1e300,1e300", "0.01,200", "5,0,5.5,0", "40,30,41,31", "1,2,3"]
+        {
+            assert!(lattice(bad).is_err(), "{bad}");
+        }
+        assert!(lattice("1e300,1e300").unwrap_err().contains("at most 131072 texels"));
+        assert!(lattice("5,0,5.5,0").unwrap_err().contains("on one line"));
     }
 }

@@ -17,7 +17,8 @@ pub struct Common {
     /// Overwrite existing outputs
     #[arg(long, global = true, help_heading = "Common options")]
     pub force: bool,
-    /// Worker threads [default: one for each processor]; results do not depend on it
+    /// Worker threads, 1 to 1024, of which at most four for each processor are started [default: one for each
+    /// processor]; results do not depend on it
     #[arg(long, global = true, value_name = "N", help_heading = "Common options")]
     pub threads: Option<usize>,
     /// Memory limit of a job, in GiB [default: three quarters of what is free]
@@ -44,11 +45,12 @@ impl Context {
         if let Some(threads) = common.threads.filter(|threads| !(1..=1024).contains(threads)) {
             return Err(Error::usage(format!("--threads {threads}: expected a number from 1 to 1024")));
         }
-        let threads = common.threads.unwrap_or_else(default_threads);
+        let chosen = common.threads.map(|threads| threads.min(most_threads()));
+        let threads = chosen.unwrap_or_else(default_threads);
         let limits = limits(common.memory, at_a_time(threads))?;
         // Started here, since a system that refuses a thread later would stop the program. 0 is the default
         // of the pool.
-        let started = common.threads.unwrap_or(if threads == processors() { 0 } else { threads });
+        let started = chosen.unwrap_or(if threads == processors() { 0 } else { threads });
         rayon::ThreadPoolBuilder::new().num_threads(started).build_global().map_err(|_| {
             Error::new(
                 relume::ErrorKind::Io,
@@ -65,6 +67,11 @@ impl Context {
 /// processor, if any.
 fn at_a_time(threads: usize) -> usize {
     if threads > 1 { threads + processors() } else { threads }
+}
+
+/// More threads than this only take each other's time.
+fn most_threads() -> usize {
+    4 * processors()
 }
 
 fn processors() -> usize {

@@ -9,6 +9,7 @@ use relume::format::{self, FieldFile, HeightMap, NormalMap, NormalY, Opened};
 use relume::{Error, Held, Job, Planes, Raster, Result, Size};
 
 use crate::output::is_stream;
+use crate::report::write_stderr;
 
 /// How long a pipe may stay without data before it is named.
 const SILENCE: Duration = Duration::from_secs(2);
@@ -77,7 +78,7 @@ impl Notice {
         // Without a thread for it the wait is a silent one.
         let _ = std::thread::Builder::new().spawn(move || {
             if wait.recv_timeout(SILENCE) == Err(RecvTimeoutError::Timeout) {
-                eprintln!("relume: waiting for data from {}", path.display());
+                write_stderr(&format!("relume: waiting for data from {}", path.display()));
             }
         });
         Self(ends)

@@ -23,17 +23,16 @@ mod rearranged_btf;
 mod report;
 mod signals;
 mod tiling;
+mod usage;
 mod verb;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
 
-use clap::Parser;
 use relume::{Cancel, Error};
 
 use context::Context;
-use report::Failure;
-use verb::Cli;
+use report::{Failure, write_stderr};
 
 fn main() -> ExitCode {
     fault::keep_quiet();
@@ -48,7 +47,7 @@ fn main() -> ExitCode {
 
 /// Runs the command line, and prints its report or the reason of a failure.
 fn run(typed: &[OsString]) -> u8 {
-    let cli = match Cli::try_parse_from(typed) {
+    let cli = match verb::parsed(typed) {
         Ok(cli) => cli,
         Err(error) => return misunderstood(&error, typed),
     };
@@ -64,7 +63,7 @@ fn run(typed: &[OsString]) -> u8 {
 fn fail(failure: &Failure, typed: &[OsString]) -> u8 {
     // A command stopped by a signal has no reason of its own.
     signals::end_if_received();
-    eprintln!("relume: {}", failure.message);
+    write_stderr(&format!("relume: {}", paths::on_one_line(&failure.message)));
     if asks_for_json(typed) {
         failure.print_json();
     }
@@ -73,14 +72,28 @@ fn fail(failure: &Failure, typed: &[OsString]) -> u8 {
 
 /// Prints help if requested, or the error in the command line.
 fn misunderstood(error: &clap::Error, typed: &[OsString]) -> u8 {
-    // With a closed terminal or pipe there is nobody to tell.
-    let _ = error.print();
+    let clear = usage::in_words(&error.to_string());
+    let printed = match &clear {
+        Some(text) => {
+            write_stderr(text.trim_end());
+            Ok(())
+        }
+        None => error.print(),
+    };
     if !error.use_stderr() {
-        return 0;
+        // A reader that has gone away has read enough of a help.
+        return match printed {
+            Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+                write_stderr(&format!("relume: cannot write all of the standard output: {error}"));
+                1
+            }
+            _ => 0,
+        };
     }
     if asks_for_json(typed) {
-        let text = error.to_string();
-        let said = text.lines().map(str::trim).take_while(|line| !line.starts_with("Usage:"));
+        let text = clear.unwrap_or_else(|| error.to_string());
+        let is_help = |line: &str| line.starts_with("Usage:") || line.starts_with("For more information");
+        let said = text.lines().map(str::trim).take_while(|line| !is_help(line));
         let words: Vec<&str> = said.filter(|line| !line.is_empty()).collect();
         let message = words.join(" ").trim_start_matches("error: ").to_owned();
         let verb = verb::named(typed);

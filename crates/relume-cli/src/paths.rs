@@ -46,6 +46,21 @@ fn of_bytes(bytes: Vec<u8>) -> OsString {
     String::from_utf8_lossy(&bytes).into_owned().into()
 }
 
+/// A text for a terminal, which would obey the control characters of a file name; lines stay lines.
+pub fn visible(text: &str) -> String {
+    let shown = |c: char| if c == '\n' { "\n".to_owned() } else { shown(c) };
+    text.chars().map(shown).collect()
+}
+
+/// As [`visible`], on one line.
+pub fn on_one_line(text: &str) -> String {
+    text.chars().map(shown).collect()
+}
+
+fn shown(c: char) -> String {
+    if c.is_control() { c.escape_default().to_string() } else { c.to_string() }
+}
+
 #[cfg(all(test, unix))]
 mod tests {
     use super::*;
@@ -64,5 +79,10 @@ mod tests {
             assert_eq!(percent_decoded(expected), path);
         }
         assert_eq!(percent_decoded("50% off, %"), PathBuf::from("50% off, %"));
+    }
+    #[test]
+    fn control_characters_of_names_are_shown_and_not_sent_to_the_terminal() {
+        assert_eq!(visible("a\u{1b}[31m\nb"), "a\\u{1b}[31m\nb");
+        assert_eq!(on_one_line("a\tb\nc\u{e9}"), "a\\tb\\nc\u{e9}");
     }
 }

@@ -47,12 +47,13 @@ impl Report {
     /// Prints it in the requested form.
     pub fn print(&self, verb: &str, context: &Context) -> Result<()> {
         context.bar.clear();
-        let line = if context.json { format!("{:#}", self.whole(verb)) } else { self.lines() };
+        let line =
+            if context.json { format!("{:#}", self.whole(verb)) } else { paths::visible(&self.lines()) };
         if line.is_empty() {
             return Ok(());
         }
         if self.outputs.iter().any(|path| is_stream(path)) {
-            eprintln!("{line}");
+            write_stderr(&line);
             return Ok(());
         }
         write_stdout(format!("{line}\n").as_bytes())
@@ -88,6 +89,11 @@ pub fn write_stdout(bytes: &[u8]) -> Result<()> {
     let mut stdout = std::io::stdout().lock();
     let written = stdout.write_all(bytes).and_then(|()| stdout.flush());
     written.map_err(|error| Error::io("cannot write all of the standard output", &error))
+}
+
+/// Writes a line to standard error. Where nobody can be told, the exit status says what happened.
+pub fn write_stderr(line: &str) {
+    let _ = std::io::stderr().lock().write_all(format!("{line}\n").as_bytes());
 }
 
 /// The reason of a failure.

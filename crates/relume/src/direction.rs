@@ -17,12 +17,15 @@ impl Direction {
     /// The direction of a vector of any length.
     ///
     /// # Errors
-    /// A vector that is not finite or is shorter than 1e-9 has no direction.
+    /// A vector that is not finite or is shorter than 1e-9 or longer than 1e150 has no direction.
     pub fn new(x: f64, y: f64, z: f64) -> Result<Self> {
         let length = (x * x + y * y + z * z).sqrt();
         if !length.is_finite() || length < 1e-9 {
             return Err(Error::invalid(format!(
-                "({x}, {y}, {z}) has no direction: expected three finite numbers that are not all zero"
+                "({}, {}, {}) has no direction: expected three finite numbers, the largest from 1e-9 to 1e150",
+                Short(x),
+                Short(y),
+                Short(z)
             )));
         }
         Ok(Self { x: x / length, y: y / length, z: z / length })
@@ -80,6 +83,18 @@ impl Direction {
     /// The cosine between two directions.
     pub fn dot(self, other: Self) -> f64 {
         self.x * other.x + self.y * other.y + self.z * other.z
+    }
+}
+
+/// A number in a message: without hundreds of zeros.
+struct Short(f64);
+
+impl std::fmt::Display for Short {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self.0.abs() {
+            usual if usual == 0.0 || (1e-4..1e7).contains(&usual) => write!(f, "{}", self.0),
+            _ => write!(f, "{:e}", self.0),
+        }
     }
 }
 

@@ -6,6 +6,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
+use crate::clipping::{Clipper, Clipping};
 use crate::error::{Error, ErrorKind, Result};
 use crate::limits::Limits;
 use crate::memory;
@@ -128,11 +129,9 @@ impl Job {
     /// # Errors
     /// [`ErrorKind::Limit`], and [`ErrorKind::Invalid`] for a side of zero.
     pub fn check(&self, what: &str, size: Size, bytes_per_texel: u64) -> Result<()> {
-        self.free().check(what, size, bytes_per_texel)?;
-        let bytes = size.texels() as u64 * bytes_per_texel;
-        self.ask(what, bytes)?;
-        self.ledger.note(bytes);
-        Ok(())
+        self.limits.check(what, size, 0)?;
+        let texels = (size.width as u64).saturating_mul(size.height as u64);
+        self.check_bytes(what, texels.saturating_mul(bytes_per_texel))
     }
 
     /// Refuses `what` when it does not fit beside the memory held.
@@ -140,7 +139,9 @@ impl Job {
     /// # Errors
     /// [`ErrorKind::Limit`].
     pub fn check_bytes(&self, what: &str, bytes: u64) -> Result<()> {
-        self.free().check_bytes(what, bytes)?;
+        if bytes > self.free_bytes() {
+            return Err(self.refusal(what, bytes));
+        }
         self.ask(what, bytes)?;
         self.ledger.note(bytes);
         Ok(())
@@ -159,7 +160,7 @@ impl Job {
                 self.ledger.note(0);
                 Ok(Held { bytes, ledger: Arc::clone(&self.ledger) })
             }
-            Err(_) => Err(self.free().refusal(what, bytes)),
+            Err(_) => Err(self.refusal(what, bytes)),
         }
     }
 
@@ -173,6 +174,17 @@ impl Job {
     /// taken by convention. It has no full stop.
     pub fn remark(&self, sentence: impl Into<String>) {
         self.remarks.add(sentence.into(), self.file.as_deref());
+    }
+
+    /// Counts values that a file or a measure cannot hold: one remark says it of all of them together.
+    pub(crate) fn count_clipped(&self, clipper: Clipper, clipping: Clipping) {
+        self.remarks.count(clipper, clipping, self.file.as_deref());
+    }
+
+    /// The same job, whose remarks are not heard: of work of which the caller says the same in its own words.
+    #[must_use]
+    pub(crate) fn unheard(&self) -> Self {
+        Self { remarks: Arc::default(), ..self.clone() }
     }
 
     /// The remarks so far, each once and with the files it concerns, in alphabetical order.
@@ -189,8 +201,8 @@ impl Job {
         })
     }
 
-    fn free(&self) -> Limits {
-        Limits { max_bytes: self.free_bytes(), ..self.limits }
+    fn refusal(&self, what: &str, bytes: u64) -> Error {
+        self.limits.refusal(what, bytes, self.ledger.held.load(Ordering::Relaxed))
     }
 
     /// Work of `steps` steps begins; `what` is a short phrase such as "fitting photographs".

@@ -46,6 +46,7 @@
 
 // The foundation of everything else.
 pub mod brdf;
+mod clipping;
 pub mod direction;
 pub mod error;
 pub mod job;

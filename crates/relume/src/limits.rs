@@ -40,28 +40,50 @@ impl Limits {
     /// Refuses `what` when it needs more than [`Limits::max_bytes`].
     pub fn check_bytes(&self, what: &str, bytes: u64) -> Result<()> {
         if bytes > self.max_bytes {
-            return Err(self.refusal(what, bytes));
+            return Err(self.refusal(what, bytes, 0));
         }
         Ok(())
     }
 
-    /// The error for `what`, which does not fit.
-    pub(crate) fn refusal(&self, what: &str, bytes: u64) -> Error {
+    /// The error for `what`, which does not fit beside the bytes `held`: a limit of the figure that it gives lets
+    /// it pass.
+    pub(crate) fn refusal(&self, what: &str, bytes: u64, held: u64) -> Error {
         Error::limit(format!(
-            "{what} needs {} of memory and the limit is {}: choose a smaller size or raise the limit",
-            megabytes(bytes),
-            megabytes(self.max_bytes)
+            "with {what}, the job needs {} GiB of memory and the limit is {} GiB: choose a smaller size or raise the \
+             limit",
+            gibibytes(bytes.saturating_add(held).saturating_add(1), f64::ceil),
+            gibibytes(self.max_bytes, f64::round)
         ))
     }
 }
 
-fn megabytes(bytes: u64) -> String {
-    format!("{:.1} MiB", bytes as f64 / (1u64 << 20) as f64)
+/// GiB in three significant digits.
+fn gibibytes(bytes: u64, rounded: fn(f64) -> f64) -> String {
+    let gib = bytes as f64 / (1u64 << 30) as f64;
+    if gib == 0.0 {
+        return "0".to_owned();
+    }
+    let decimals = (2 - gib.log10().floor() as i32).max(0);
+    let scale = 10f64.powi(decimals);
+    format!("{:.*}", decimals as usize, rounded(gib * scale) / scale)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_limit_raised_to_the_figure_of_a_refusal_lets_the_job_pass() {
+        for (bytes, held) in [(1, 0), (300 << 20, 77 << 20), (5 << 30, 1), (1u64 << 40, 12345)] {
+            let said = Limits { max_bytes: 0, ..Limits::default() }
+                .refusal("a map", bytes, held)
+                .message()
+                .to_owned();
+            let figure = said.split_once("needs ").unwrap().1.split_once(' ').unwrap().0;
+            let raised = (figure.parse::<f64>().unwrap() * (1u64 << 30) as f64) as u64;
+            assert!(raised >= bytes + held && raised as f64 <= 1.01 * (bytes + held) as f64 + 2.0, "{said}");
+        }
+    }
 
     #[test]
     fn sizes_that_overflow_are_refused_rather_than_wrapped() {

@@ -4,21 +4,37 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
+use crate::clipping::{Clipper, Clipping};
+
 /// Sentences and the files they concern, from any thread. Their order is that of the alphabet, so it does not
 /// depend on the order of the work.
 #[derive(Debug, Default)]
-pub(crate) struct Remarks(Mutex<BTreeMap<String, BTreeSet<PathBuf>>>);
+pub(crate) struct Remarks {
+    said: Mutex<BTreeMap<String, BTreeSet<PathBuf>>>,
+    clipped: Mutex<BTreeMap<(Clipper, Option<PathBuf>), Clipping>>,
+}
 
 impl Remarks {
     /// Keeps a sentence about a file; one that is said again of the same file is kept once.
     pub(crate) fn add(&self, sentence: String, file: Option<&Path>) {
-        let mut all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut all = self.said.lock().unwrap_or_else(PoisonError::into_inner);
         all.entry(sentence).or_default().extend(file.map(Path::to_path_buf));
+    }
+
+    /// Counts values that were clipped, to be said of all of a file together.
+    pub(crate) fn count(&self, clipper: Clipper, clipping: Clipping, file: Option<&Path>) {
+        let mut all = self.clipped.lock().unwrap_or_else(PoisonError::into_inner);
+        let sum = all.entry((clipper, file.map(Path::to_path_buf))).or_default();
+        *sum = sum.and(clipping);
     }
 
     /// All sentences, each once, with the first of the files it concerns and the number of the others.
     pub(crate) fn sentences(&self) -> Vec<String> {
-        let all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut all = self.said.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        for ((clipper, file), clipping) in &*self.clipped.lock().unwrap_or_else(PoisonError::into_inner) {
+            let Some(sentence) = clipping.sentence(*clipper) else { continue };
+            all.entry(sentence).or_default().extend(file.clone());
+        }
         all.iter().map(|(sentence, files)| with_files(sentence, files)).collect()
     }
 }

@@ -10,7 +10,7 @@ use std::io::{self, Write};
 use std::path::{Component, Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-use relume::{Error, Result, Stamp};
+use relume::{Error, ErrorKind, Result, Stamp};
 
 use super::file_list::{self, FileList};
 use super::temporary::{HeldRegistry, MadeFolders, Temporary, folder_of, hold, is_temporary};
@@ -87,6 +87,9 @@ impl Folder {
         if replaces && place.is_dir() {
             carry_over(&place, stage.path(), &own).map_err(|e| e.at(&target))?;
         }
+        if !is_fixed(&place) {
+            keep_permissions(&place, stage.path());
+        }
         // No signal ends the program between two renames.
         let mut held = hold();
         if let Err(error) = put(stage, &place, &own, replaces, &mut held) {
@@ -140,6 +143,10 @@ fn refuse(target: &Path, inputs: &[&Path], force: bool) -> Result<()> {
     if target.exists() && !target.is_dir() {
         return Err(Error::usage("is a file: name a folder to write into").at(target));
     }
+    if target.is_dir() && !is_writable(target) {
+        let message = "is read-only for this user: make it writable, or name another folder";
+        return Err(Error::new(ErrorKind::Io, message).at(target));
+    }
     if is_occupied(target) && !force {
         return Err(Error::usage(
             "exists already and is not empty: give --force to replace what relume wrote there",
@@ -147,6 +154,25 @@ fn refuse(target: &Path, inputs: &[&Path], force: bool) -> Result<()> {
         .at(target));
     }
     refuse_input(target, inputs)
+}
+
+/// Whether this user may add entries to a folder and remove them.
+fn is_writable(folder: &Path) -> bool {
+    #[cfg(unix)]
+    {
+        rustix::fs::access(folder, rustix::fs::Access::WRITE_OK).is_ok()
+    }
+    #[cfg(not(unix))]
+    {
+        let _ = folder;
+        true
+    }
+}
+
+/// Gives a new folder the permissions of the one whose place it takes, if there is one. A file system without
+/// permissions refuses it, and has none to keep.
+fn keep_permissions(old: &Path, new: &Path) {
+    let _ = fs::metadata(old).and_then(|old| fs::set_permissions(new, old.permissions()));
 }
 
 /// Whether a folder cannot be renamed without harm: the current one, one around it, or a mounted file
@@ -191,13 +217,17 @@ fn carry_over(old: &Path, new: &Path, own: &FileList) -> Result<()> {
         let top = name.iter().next().unwrap_or_default();
         is_fixed(old) && !new.join(top).exists() && !tops.iter().any(|own| own == top)
     };
+    let mut folders = Vec::new();
     for name in file_list::walk(old).map_err(|e| Error::io("cannot read the folder", &e))? {
+        let is_folder = fs::symlink_metadata(old.join(&name)).is_ok_and(|from| from.is_dir());
+        if is_folder {
+            folders.push(name.clone());
+        }
         if own.holds(&name) || stays(&name) {
             continue;
         }
         let (from, to) = (old.join(&name), new.join(&name));
         let there = fs::symlink_metadata(&to);
-        let is_folder = fs::symlink_metadata(&from).is_ok_and(|from| from.is_dir());
         match there {
             Ok(there) if there.is_dir() == is_folder => continue,
             Ok(_) => return Err(in_the_way(&name)),
@@ -209,6 +239,10 @@ fn carry_over(old: &Path, new: &Path, own: &FileList) -> Result<()> {
             fs::hard_link(&from, &to).or_else(|_| fs::copy(&from, &to).map(|_| ()))
         };
         carried.map_err(|e| Error::io(format!("cannot carry {} over", name.display()), &e))?;
+    }
+    // Inner folders first: one that is read-only takes no more entries.
+    for name in folders.iter().rev().filter(|name| new.join(name).is_dir()) {
+        keep_permissions(&old.join(name), &new.join(name));
     }
     Ok(())
 }

@@ -263,7 +263,23 @@ fn remove(path: &Path) {
         if removed.is_ok() {
             return;
         }
+        make_writable(path);
     }
+}
+
+/// Lets the folders of a tree give up their entries: those of an old output may be read-only.
+fn make_writable(path: &Path) {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        if fs::symlink_metadata(path).is_ok_and(|kind| kind.is_dir()) {
+            let _ = fs::set_permissions(path, fs::Permissions::from_mode(0o700));
+            let entries = fs::read_dir(path).into_iter().flatten().flatten();
+            entries.for_each(|entry| make_writable(&entry.path()));
+        }
+    }
+    #[cfg(not(unix))]
+    let _ = path;
 }
 
 #[cfg(test)]
@@ -289,6 +305,22 @@ mod tests {
         drop(handle);
         remove_stale(folder.path());
         assert!(!owned.exists());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_tree_with_read_only_folders_is_removed() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().unwrap();
+        let tree = Temporary::folder(folder.path()).unwrap();
+        let inner = tree.path().join("a/b");
+        fs::create_dir_all(&inner).unwrap();
+        fs::write(inner.join("f"), "").unwrap();
+        for closed in [&inner, &tree.path().join("a"), tree.path()] {
+            fs::set_permissions(closed, fs::Permissions::from_mode(0o555)).unwrap();
+        }
+        drop(tree);
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
     }
 
     #[test]

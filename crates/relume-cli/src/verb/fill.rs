@@ -86,6 +86,9 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let holes = input::mask(&args.mask, texture.file[0].field.size(), &context.job)?;
     let options = args.how.options(FillMethod::Patches, boundary, &texture, &holes, context)?;
     let excluded = texture.excluded.as_deref();
+    if !holes.contains(&true) {
+        return Err(Error::usage("the mask has no hole: paint the texels to fill white").at(&args.mask));
+    }
     let (map, growth) = fill(&texture.index, &holes, excluded, &options, &context.job)?;
     let special = json!({ "tile": args.tile });
     args.how.finish(texture, boundary, (&map, &growth), "of the holes", special, context)

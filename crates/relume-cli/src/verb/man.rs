@@ -8,7 +8,7 @@ use serde_json::json;
 
 use super::Cli;
 use crate::context::Context;
-use crate::output::Outputs;
+use crate::output::{Outputs, is_stream};
 use crate::report::Report;
 
 /// Arguments of `relume man`.
@@ -21,6 +21,9 @@ pub struct Args {
 
 /// Writes the pages.
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
+    if is_stream(&args.folder) {
+        return Err(Error::usage("the pages are a folder of files: name one instead of -"));
+    }
     let mut program = Cli::command();
     // Common options, names and versions reach the verbs.
     program.build();

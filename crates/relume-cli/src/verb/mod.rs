@@ -28,7 +28,7 @@ mod tileable;
 
 use std::ffi::OsString;
 
-use clap::{CommandFactory, Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use relume::{Error, Result};
 
 use crate::context::{Common, Context};
@@ -89,6 +89,27 @@ pub enum Verb {
     Man(man::Args),
 }
 
+/// The program, in which the values of all options may be negative numbers.
+fn program() -> clap::Command {
+    with_negative_values(Cli::command())
+}
+
+fn with_negative_values(command: clap::Command) -> clap::Command {
+    let allowed = |arg: clap::Arg| {
+        let is_option = arg.get_action().takes_values() && !arg.is_positional();
+        if is_option && !arg.is_allow_hyphen_values_set() { arg.allow_negative_numbers(true) } else { arg }
+    };
+    command.mut_args(allowed).mut_subcommands(with_negative_values)
+}
+
+/// The parsed command line.
+///
+/// # Errors
+/// Words that are not understood.
+pub fn parsed(typed: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> Result<Cli, clap::Error> {
+    Cli::from_arg_matches(&program().try_get_matches_from(typed)?)
+}
+
 /// Runs one verb.
 pub fn run(verb: Verb, context: &Context) -> Result<Report> {
     match verb {
@@ -125,6 +146,6 @@ pub fn named(typed: &[OsString]) -> Option<String> {
 /// Runs a verb as if these words followed `relume` on the command line.
 fn run_typed(words: impl IntoIterator<Item: Into<OsString>>, context: &Context) -> Result<Report> {
     let typed = std::iter::once(OsString::from("relume")).chain(words.into_iter().map(Into::into));
-    let cli = Cli::try_parse_from(typed).map_err(|e| Error::usage(e.to_string()))?;
+    let cli = parsed(typed).map_err(|e| Error::usage(e.to_string()))?;
     run(cli.verb, context)
 }

@@ -41,9 +41,9 @@ pub struct Args {
     adjustment: environment::Adjustment,
     #[command(flatten)]
     normal_maps: normals::Args,
-    /// Frames per second of an animation
-    #[arg(long, value_name = "N", default_value_t = 12)]
-    fps: u16,
+    /// Frames per second of an animation [default: 12]
+    #[arg(long, value_name = "N")]
+    fps: Option<u16>,
     #[command(flatten)]
     evaluated: evaluated::Args,
 }
@@ -80,6 +80,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     if let Some(directions) = sweep_directions(args)? {
         return run_sweep(args, &directions, context);
     }
+    refuse_rate(args, "one picture")?;
     let format = still_format(&args.output)?;
     let mut outputs = Outputs::new(context);
     let inputs: Vec<&Path> =
@@ -166,6 +167,16 @@ fn sweep_directions(args: &Args) -> Result<Option<Vec<Directions>>> {
     Ok(Some(views.map(|view| Directions { light, view }).collect()))
 }
 
+/// Refuses a rate of frames where there is no animation.
+fn refuse_rate(args: &Args, what: &str) -> Result<()> {
+    match args.fps {
+        Some(_) => {
+            Err(Error::usage(format!("--fps is of an animation, and {what} is written: leave it out")))
+        }
+        None => Ok(()),
+    }
+}
+
 /// Refuses a view where it makes no difference.
 fn check_view(args: &Args, field: &ReflectanceField) -> Result<()> {
     let asked = args.view.is_some() || args.what.view_sweep.is_some();
@@ -229,6 +240,9 @@ fn still_format(path: &Path) -> Result<PictureFormat> {
     }
 }
 
+/// The rate of an animation unless another is asked for.
+const FPS: u16 = 12;
+
 /// How the frames of a sweep are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Frames {
@@ -249,6 +263,15 @@ impl Frames {
     }
 }
 
+/// Refuses a folder named like a picture.
+fn refuse_picture_name(path: &Path) -> Result<()> {
+    if PictureFormat::from_path(path).is_err() {
+        return Ok(());
+    }
+    let message = "a sweep is written as one animation, .png or .gif, or as a folder of pictures: name it so";
+    Err(Error::usage(message).at(path))
+}
+
 fn run_sweep(args: &Args, directions: &[Directions], context: &Context) -> Result<Report> {
     let frames = Frames::of(&args.output);
     let read = || {
@@ -256,6 +279,8 @@ fn run_sweep(args: &Args, directions: &[Directions], context: &Context) -> Resul
         check_view(args, &field).map(|()| field)
     };
     let (field, written) = if frames == Frames::Folder {
+        refuse_picture_name(&args.output)?;
+        refuse_rate(args, "a folder of pictures")?;
         let folder = Folder::stage(&args.output, &[&args.file], context)?;
         let field = read()?;
         let written = write_folder(folder, &field, directions, context)?;
@@ -317,8 +342,8 @@ fn animation(
     let picture = |&pair: &Directions| context.job.proceed().map(|()| relight(field, pair));
     let pictures: Vec<Picture> = directions.iter().map(picture).collect::<Result<_>>()?;
     let bytes = match frames {
-        Frames::Gif => encode::encode_gif_with(&pictures, args.fps, &context.job),
-        Frames::Apng => encode::encode_apng_with(&pictures, args.fps, &context.job),
+        Frames::Gif => encode::encode_gif_with(&pictures, args.fps.unwrap_or(FPS), &context.job),
+        Frames::Apng => encode::encode_apng_with(&pictures, args.fps.unwrap_or(FPS), &context.job),
         Frames::Folder => Err(Error::usage("a folder is no animation")),
     };
     bytes.map_err(|e| e.at(&args.output))

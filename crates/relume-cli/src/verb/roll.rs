@@ -22,7 +22,7 @@ use crate::{args, gathered, input, opacity, output, rearranged_btf};
 /// Arguments of `relume roll`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  relume roll wool.ptm -k 4 -o tiles.ptm\n  \
-                        relume synth tiles.ptm --size 65536x65536 -o cloth.png\n  \
+                        relume synth tiles.ptm --size 65536x65536 -o cloth.ptm\n  \
                         relume synth tiles.ptm --window -200,1000,512,512 -o part.ptm")]
 pub struct Args {
     /// The exemplar: a .ptm, an .exr field, or a picture; - is standard input
@@ -135,6 +135,7 @@ fn make(
     let excluded = args.exclude.as_ref().map(mask).transpose()?;
     let excluded = opacity::excluded(file, &args.file, excluded, context);
     roll(&Exemplar { index: &index, excluded: excluded.as_deref() }, options, &context.job)
+        .map_err(|e| e.at(&args.file))
 }
 
 /// The file of the tiles, in the encoding of the exemplar.

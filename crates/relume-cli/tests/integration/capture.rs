@@ -128,7 +128,7 @@ fn what_cannot_be_photographed_is_refused_in_one_sentence() {
     assert!(failed(at, &["capture", "sponge", "-o", "out", "--feature", "0"], 2).contains("feature"));
     assert!(failed(at, &["capture", "sponge", "-o", "out", "--lights", "0"], 2).contains("lights"));
     assert!(failed(at, &["capture", "sponge", "-o", "out", "--normal-y", "up"], 2).contains("--normal-y"));
-    assert!(failed(at, &["capture", "sponge", "-o", "out", "--memory", "0.001"], 1).contains("MiB"));
+    assert!(failed(at, &["capture", "sponge", "-o", "out", "--memory", "0.001"], 1).contains("GiB"));
     assert!(failed(at, &["capture", ".", "-o", "out"], 2).contains("height"));
     write_grey(&at.join("height.png"), (4, 4), &[7; 16]);
     assert!(failed(at, &["capture", ".", "-o", "out"], 2).contains("albedo"));

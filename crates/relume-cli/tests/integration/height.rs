@@ -74,7 +74,7 @@ fn what_has_no_height_is_refused_in_one_sentence() {
             "24",
         ),
         (&["height", "field.ptm", "-o", "x.exr", "--method", "normal-map"], 1, "field.ptm"),
-        (&["height", "photos", "-o", "x.exr", "--memory", "0.00001"], 1, "MiB"),
+        (&["height", "photos", "-o", "x.exr", "--memory", "0.00001"], 1, "GiB"),
         (
             &[
                 "height",

@@ -8,6 +8,7 @@ mod compare_analyze;
 mod elements;
 mod everything;
 mod extremes;
+mod faults;
 mod fill;
 mod fit;
 mod gallery;

@@ -197,11 +197,10 @@ fn verbs(folder: &Path) -> Vec<String> {
     names.filter_map(|line| line.split_whitespace().next().map(str::to_owned)).collect()
 }
 
-/// What a refusal says is needed, and what was left, in MiB.
-fn needed_mib(message: &str) -> Option<[f64; 2]> {
-    let (before, after) = message.split_once(" MiB of memory and the limit is ")?;
-    let needed = before.rsplit(' ').next()?.parse().ok()?;
-    Some([needed, after.split(' ').next()?.parse().ok()?])
+/// The limit that a refusal asks for, in MiB.
+fn needed_mib(message: &str) -> Option<f64> {
+    let (before, _) = message.split_once(" GiB of memory and the limit is ")?;
+    Some(1024.0 * before.rsplit(' ').next()?.parse::<f64>().ok()?)
 }
 
 /// Removes all outputs.
@@ -225,15 +224,17 @@ fn granted(folder: &Path, command: &str) -> Result<(f64, Taken), String> {
         let what = format!("{command} with {budget_mib:.2} MiB: {}", taken.message.trim());
         match (taken.status, needed_mib(&taken.message)) {
             (Some(0), _) => return Ok((budget_mib, taken)),
-            (Some(1), Some([needed, left])) => {
+            (Some(1), Some(needed)) => {
                 if taken.processor_s > REFUSED_WITHIN_S {
                     return Err(format!("{what} after {:.2} s", taken.processor_s));
                 }
                 if fs::read_dir(folder).unwrap().count() != before {
                     return Err(format!("{what} left something behind"));
                 }
-                // Figures are rounded to a tenth.
-                budget_mib += (needed - left).max(0.0) + 0.06;
+                if needed <= budget_mib {
+                    return Err(format!("{what} asked for no more"));
+                }
+                budget_mib = needed;
             }
             (status, _) => return Err(format!("{what}: exit status {status:?}")),
         }

@@ -26,7 +26,7 @@ pub struct LpEntry {
 /// Reads the content of a light-position file.
 ///
 /// # Errors
-/// A count that is missing or differs from the number of lines, a line without a name and three numbers, and
+/// A count that is missing, 0, or differs from the number of lines, a line without a name and three numbers, and
 /// a vector that is not finite, zero, or not above the surface.
 pub fn parse(bytes: &[u8]) -> Result<Vec<LpEntry>> {
     let list = List::parse(bytes)?;
@@ -64,7 +64,13 @@ impl List {
                 excerpt(&first)
             ))
         })?;
-        let entries = lines.map(|(line, text)| parse_line(line, text)).collect::<Result<_>>()?;
+        let entries: Vec<LpEntry> =
+            lines.map(|(line, text)| parse_line(line, text)).collect::<Result<_>>()?;
+        if count == 0 && entries.is_empty() {
+            return Err(Error::invalid(format!(
+                "line {count_line} promises 0 lights: expected the number of lights, then a line `name x y z` for each"
+            )));
+        }
         Ok(Self { count_line, count, entries })
     }
 
@@ -203,6 +209,7 @@ mod tests {
         assert!(message("1\na 0 1,2,3 1").contains("expected a name and three numbers"));
         assert!(message("a.png 0 0 1").contains("expected the number of lights"));
         assert!(message(" \n").contains("empty"));
+        assert!(message("\n0\n").contains("line 2 promises 0 lights"));
         let both = message("3\na 0 0 1\nb 0 0 1");
         assert!(both.contains("3 lights") && both.contains("2 lines"), "{both}");
     }

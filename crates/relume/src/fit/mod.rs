@@ -115,6 +115,14 @@ pub struct Fit {
     pub report: FitReport,
 }
 
+/// Refuses lights that do not determine the functions of a basis, as [`fit`] does before it reads a photograph.
+///
+/// # Errors
+/// The reason, in words.
+pub fn check_lights(basis: &Basis, lights: &[Direction]) -> Result<()> {
+    Design::new(basis, lights).map(|_| ())
+}
+
 /// Fits photographs under known lights: `lights` names each photograph and its light, and
 /// `load(i)` reads the i-th. The result is the same at any number of threads.
 ///
@@ -141,14 +149,14 @@ pub fn fit(
     let _sums = job.hold("the fit", 4 * (planes * stream.size().texels()) as u64)?;
     let _sample = job.hold("the sample for the error report", stream.sample_bytes(&grid))?;
     let levels = SampleLevels::new(options.space);
+    // The coefficients on the grid, and for each photograph left out those without it.
+    let copies = if options.leave_one_out { 2 + rayon::current_num_threads() } else { 1 };
+    job.check_bytes("the error report", 4 * (planes * grid.texels() * copies) as u64)?;
 
     let (sums, kept) = sum_photographs(&stream, &design, &levels, &grid, job)?;
     let linear = options.leave_one_out.then(|| grid.planes(&sums));
     let coefficients = finish(sums, &layout, &design);
 
-    // The coefficients on the grid, and for each photograph left out those without it.
-    let copies = if options.leave_one_out { 2 + rayon::current_num_threads() } else { 1 };
-    job.check_bytes("the error report", 4 * (planes * grid.texels() * copies) as u64)?;
     let measured = report::FitMeasurement {
         lights,
         layout: &layout,

@@ -5,6 +5,7 @@ use std::sync::Mutex;
 use rayon::prelude::*;
 
 use super::sample::Grid;
+use crate::clipping::{Clipper, Clipping};
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::raster::{LoadRaster, Raster, Samples};
@@ -27,6 +28,7 @@ pub(super) struct PhotographStream<'a> {
     batch: usize,
     /// The first photograph, until it is used.
     first: Mutex<Option<Raster>>,
+    job: &'a Job,
 }
 
 impl<'a> PhotographStream<'a> {
@@ -36,10 +38,10 @@ impl<'a> PhotographStream<'a> {
         names: Vec<&'a str>,
         load: &'a LoadRaster<'a>,
         sums: impl FnOnce(usize) -> usize,
-        job: &Job,
+        job: &'a Job,
     ) -> Result<Self> {
         let first = load(0)?;
-        check_samples(&first, names[0])?;
+        check_samples(&first, names[0], job)?;
         let (size, channels) = (first.size(), first.channels());
         let depth = match first.samples() {
             Samples::U8(_) => 1,
@@ -50,7 +52,7 @@ impl<'a> PhotographStream<'a> {
         let sums = sums(channels);
         let batch = (4 * sums / (channels * depth)).clamp(4, BATCH);
         job.check("the fit", size, (4 * sums + batch * channels * depth) as u64)?;
-        Ok(Self { names, load, size, channels, depth, batch, first: Mutex::new(Some(first)) })
+        Ok(Self { names, load, size, channels, depth, batch, first: Mutex::new(Some(first)), job })
     }
 
     /// The size of every photograph.
@@ -122,13 +124,14 @@ impl<'a> PhotographStream<'a> {
                 kind(self.channels)
             )));
         }
-        check_samples(photograph, name)
+        check_samples(photograph, name, self.job)
     }
 }
 
-/// Refuses floating-point samples that no camera produces.
-fn check_samples(photograph: &Raster, name: &str) -> Result<()> {
+/// Refuses floating-point samples that no camera produces, and counts those brighter than white.
+fn check_samples(photograph: &Raster, name: &str, job: &Job) -> Result<()> {
     let Samples::F32(samples) = photograph.samples() else { return Ok(()) };
+    job.count_clipped(Clipper::White, Clipping::of(samples, Clipper::White));
     let wrong = samples.iter().position(|s| s.is_nan() || s.abs() > LARGEST_SAMPLE);
     wrong.map_or(Ok(()), |i| {
         let texel = i / photograph.channels();

@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use crate::clipping::{Clipper, Clipping};
 use crate::error::Result;
 use crate::job::Job;
 use crate::memory;
@@ -47,14 +48,18 @@ fn interleaved<T: Copy + Default + Send>(
 ) -> Result<Vec<T>> {
     let (width, channels) = (picture.size().width, picture.planes.count());
     let mut codes = memory::zeros("the codes of the picture", picture.size().texels() * channels)?;
-    codes.par_chunks_mut(width * channels).enumerate().try_for_each(|(y, row)| {
+    let rows = codes.par_chunks_mut(width * channels).enumerate().map(|(y, row)| {
         job.proceed()?;
+        let mut clipping = Clipping::default();
         for (c, plane) in picture.planes.iter().enumerate() {
             let values = &plane[y * width..][..width];
             row.iter_mut().skip(c).step_by(channels).zip(values).for_each(|(out, &v)| *out = code(v));
+            clipping = clipping.and(Clipping::of(values, Clipper::Codes));
         }
-        Ok(())
-    })?;
+        Ok(clipping)
+    });
+    let clipping = rows.try_reduce(Clipping::default, |a, b| Ok(a.and(b)))?;
+    job.count_clipped(Clipper::Codes, clipping);
     Ok(codes)
 }
 

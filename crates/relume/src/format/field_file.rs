@@ -172,6 +172,9 @@ fn decode_any(bytes: &[u8], meaning: Meaning, job: &Job) -> Result<FieldFile> {
 }
 
 fn decode_constants(bytes: &[u8], meaning: Meaning, job: &Job) -> Result<FieldFile> {
+    if let Some(head) = raster::head(bytes) {
+        job.check("the picture as a field", head.size, head.texel_bytes + 8 * head.channels)?;
+    }
     let raster = raster::decode_as(bytes, meaning, job)?;
     job.check("the picture as a field", raster.size(), 8 * raster.channels() as u64)?;
     let encoding = match raster.samples() {

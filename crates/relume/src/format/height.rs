@@ -10,7 +10,7 @@
 //! without a record are assumed to be in texels.
 
 use std::collections::BTreeMap;
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
 use std::path::Path;
 
 use super::exr::{self, ExrDepth};
@@ -56,6 +56,10 @@ impl HeightFormat {
     }
 }
 
+/// The sizes of texels in millimetres that height maps are written with: from a picometre to a thousand
+/// kilometres.
+pub const TEXEL_MM: RangeInclusive<f64> = 1e-9..=1e9;
+
 /// The scale of the samples of a file: height = offset + step x sample, in texels.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HeightScale {
@@ -90,7 +94,8 @@ impl HeightMap {
 /// The bytes of a height map given in texels; in millimetres if the size of a texel is known.
 ///
 /// # Errors
-/// When there is not exactly one plane, or heights are not finite.
+/// When there is not exactly one plane, the size of a texel is not one of [`TEXEL_MM`], or heights are not finite, as
+/// given or in millimetres.
 pub fn encode_height(height: &Planes, mm_per_texel: Option<f64>, format: HeightFormat) -> Result<Vec<u8>> {
     encode_height_with(height, mm_per_texel, format, &Job::unlimited())
 }
@@ -111,7 +116,19 @@ pub fn encode_height_with(
     job.check_bytes("writing the height map", format.footprint(height.size()).peak)?;
     let mut scaled = height.clone();
     if let Some(mm) = mm_per_texel {
+        if !TEXEL_MM.contains(&mm) {
+            return Err(Error::usage(format!(
+                "a texel of {mm:e} mm: expected {:e} to {:e} mm",
+                TEXEL_MM.start(),
+                TEXEL_MM.end()
+            )));
+        }
         scaled.as_mut_slice().iter_mut().for_each(|h| *h = (f64::from(*h) * mm) as f32);
+        if !scaled.as_slice().iter().all(|h| h.is_finite()) {
+            return Err(Error::usage(format!(
+                "texels of {mm:e} mm make these heights larger than floats hold: choose a smaller size"
+            )));
+        }
     }
     job.proceed()?;
     match format {

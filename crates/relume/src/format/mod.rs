@@ -71,7 +71,7 @@ pub use field_file::{
     Encoding, FieldFile, FieldFormat, MapRecord, decode_field, encode_field, encode_translucent,
 };
 pub use height::{
-    HeightFormat, HeightMap, HeightScale, decode_height, encode_height, encode_height_with,
+    HeightFormat, HeightMap, HeightScale, TEXEL_MM, decode_height, encode_height, encode_height_with,
     encode_scaled_height,
 };
 pub use map_role::{MapRole, NormalY};

@@ -98,7 +98,15 @@ pub fn decode_normals(bytes: &[u8], name: &Path, asked: Option<NormalY>, job: &J
     let raster = decode_as(bytes, Meaning::Data, job)?;
     let recorded = recorded(&height::texts(bytes)?)?;
     let y = asked.or(recorded).or(NormalY::of_name(name)).unwrap_or_default();
-    Ok(NormalMap { normals: normals_of(&raster, y, recorded.is_some())?, y })
+    let normals = normals_of(&raster, y, recorded.is_some())?;
+    let odd = share_of_other_lengths(&normals);
+    if odd > LARGEST_ODD_SHARE {
+        job.remark(format!(
+            "{:.0} % of its vectors are far from length 1 or point down, so it may be no normal map",
+            100.0 * odd
+        ));
+    }
+    Ok(NormalMap { normals, y })
 }
 
 /// The direction of Y that the texts of a file record.
@@ -113,6 +121,20 @@ pub(super) fn recorded(texts: &BTreeMap<String, String>) -> Result<Option<Normal
             word.escape_default()
         ))
     })
+}
+
+/// Normal maps of tools are filtered and compressed, which shortens some vectors.
+const LARGEST_ODD_SHARE: f64 = 0.1;
+
+/// The share of vectors that no normal map has: shorter or longer than 1 by a third, or below the surface.
+fn share_of_other_lengths(normals: &Planes) -> f64 {
+    let texels = normals.size().texels();
+    let is_odd = |&texel: &usize| {
+        let [x, y, z] = [0, 1, 2].map(|k| f64::from(normals.plane(k)[texel]));
+        let length = (x * x + y * y + z * z).sqrt();
+        !(0.67..=1.33).contains(&length) || z < 0.0
+    };
+    (0..texels).filter(is_odd).count() as f64 / texels as f64
 }
 
 /// The normals in a picture, y up. Floats of a file with a record are never packed.

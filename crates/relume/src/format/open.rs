@@ -20,7 +20,7 @@ use super::npy::{self, Array};
 use super::opacity::OPACITY_UNUSED;
 use super::raster;
 use super::tile_set::{self, Said, TileSetFile};
-use super::whole::{read_bytes, read_file};
+use super::whole::{HEAD_BYTES, read_bytes, read_file};
 use super::{exr, rlm};
 use crate::brdf::MeasuredBrdf;
 use crate::error::{Error, Result};
@@ -98,7 +98,7 @@ pub fn open(path: &Path, job: &Job) -> Result<Opened> {
         let (name, bytes) = (path.to_path_buf(), Arc::default());
         return Ok(Opened { name, bytes, content: Content::Capture, tiles: None, job: job.about(path) });
     }
-    let opened = recognise(read_file(path, job)?, path, job)?;
+    let opened = recognise(read_file(path, is_known, job)?, path, job)?;
     match (opened.content, tile_set::beside(path, &opened.bytes)?) {
         (Content::Picture | Content::Field, tiles @ Some(_)) => {
             Ok(Opened { content: Content::Tiles, tiles, ..opened })
@@ -112,8 +112,13 @@ pub fn open(path: &Path, job: &Job) -> Result<Opened> {
 /// # Errors
 /// As [`open`].
 pub fn read(source: impl Read, name: impl AsRef<Path>, job: &Job) -> Result<Opened> {
-    let bytes = read_bytes(source, 0, job).map_err(|e| e.at(&name))?;
+    let bytes = read_bytes(source, 0, is_known, job).map_err(|e| e.at(&name))?;
     recognise(bytes, name.as_ref(), job)
+}
+
+/// Whether the first bytes of a file are those of a kind that is read.
+fn is_known(head: &[u8]) -> bool {
+    Kind::of(head).is_some() || content_of_text(head) != Content::Unknown
 }
 
 fn recognise(bytes: Vec<u8>, name: &Path, job: &Job) -> Result<Opened> {
@@ -155,7 +160,7 @@ fn content(bytes: &[u8]) -> Result<(Content, Option<Said>)> {
 /// Text formats have no signature: a light file begins with a number, and a line of an OBJ file with a
 /// vertex.
 fn content_of_text(bytes: &[u8]) -> Content {
-    let start = String::from_utf8_lossy(&bytes[..bytes.len().min(1 << 16)]);
+    let start = String::from_utf8_lossy(&bytes[..bytes.len().min(HEAD_BYTES)]);
     let mut lines = start.lines().map(str::trim).filter(|line| !line.is_empty());
     let counted = lines.next().is_some_and(|line| line.parse::<u32>().is_ok());
     let placed = |line: &str| {
@@ -225,8 +230,10 @@ impl Opened {
 
     fn field_of(self, meaning: Meaning) -> Result<FieldFile> {
         let hint = match self.content {
-            Content::Model => "; `relume synth` makes one of it",
-            Content::Capture => "; `relume fit` makes one of it",
+            Content::Model => "; `relume synth MODEL -o FILE` makes one of it",
+            Content::Capture if !self.name.is_dir() || holds_light_file(&self.name) => {
+                "; `relume fit` makes one of it"
+            }
             _ => "",
         };
         self.decoded("a texture", hint, |opened| field_file::decode_as(&opened.bytes, meaning, &opened.job))
@@ -395,6 +402,12 @@ impl Opened {
         }
         Error::unsupported(format!("the file is {}: expected {expected}{hint}", self.content)).at(&self.name)
     }
+}
+
+/// Whether a folder holds the light file of a capture.
+fn holds_light_file(folder: &Path) -> bool {
+    let is_light_file = |path: &Path| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("lp"));
+    std::fs::read_dir(folder).into_iter().flatten().flatten().any(|entry| is_light_file(&entry.path()))
 }
 
 /// The texture in a file; see [`Opened::into_field`].

@@ -77,6 +77,33 @@ fn decode_with(bytes: &[u8], format: ImageFormat, meaning: Meaning, job: &Job) -
     Ok(color::in_srgb(raster_from(image, job)?, &tag, meaning, job))
 }
 
+/// What the header of a picture claims.
+pub(super) struct PictureHead {
+    pub size: Size,
+    pub channels: u64,
+    /// Bytes of a texel as stored.
+    pub texel_bytes: u64,
+}
+
+/// The head of a PNG, JPEG or TIFF file, so that one that is too large is refused before it is decoded; `None` where
+/// it cannot be read, which decoding explains.
+pub(super) fn head(bytes: &[u8]) -> Option<PictureHead> {
+    let format = match Kind::of(bytes)? {
+        Kind::Png => ImageFormat::Png,
+        Kind::Jpeg => ImageFormat::Jpeg,
+        Kind::Tiff => ImageFormat::Tiff,
+        _ => return None,
+    };
+    let decoder = ImageReader::with_format(Cursor::new(bytes), format).into_decoder().ok()?;
+    let (width, height) = decoder.dimensions();
+    let color = decoder.color_type();
+    Some(PictureHead {
+        size: Size::new(width as usize, height as usize),
+        channels: if color.has_color() { 3 } else { 1 },
+        texel_bytes: u64::from(color.bytes_per_pixel()),
+    })
+}
+
 fn decoder_limits(job: &Job) -> image::Limits {
     let side = u32::try_from(job.limits().max_side).unwrap_or(u32::MAX);
     let mut bounds = image::Limits::default();

@@ -7,9 +7,12 @@ use std::path::Path;
 use crate::error::{Error, Result};
 use crate::job::Job;
 
-/// All bytes of a file, refused when they exceed the limits. The file is opened once and read sequentially,
-/// so it may be a pipe.
-pub(super) fn read_file(path: &Path, job: &Job) -> Result<Vec<u8>> {
+/// The bytes by which a file is recognised.
+pub(super) const HEAD_BYTES: usize = 1 << 16;
+
+/// All bytes of a file, refused when they exceed the limits; or the first [`HEAD_BYTES`] alone where `is_known` finds
+/// no reason in them to read on. The file is opened once and read sequentially, so it may be a pipe.
+pub(super) fn read_file(path: &Path, is_known: impl Fn(&[u8]) -> bool, job: &Job) -> Result<Vec<u8>> {
     let read = || {
         let io = |source: std::io::Error| Error::io("cannot read the file", &source);
         let file = File::open(path).map_err(io)?;
@@ -17,22 +20,49 @@ pub(super) fn read_file(path: &Path, job: &Job) -> Result<Vec<u8>> {
         if metadata.is_dir() {
             return Err(Error::usage("this is a folder: expected a file"));
         }
-        job.check_bytes("the file", metadata.len())?;
-        read_bytes(file, metadata.len(), job)
+        read_bytes(file, metadata.len(), is_known, job)
     };
     read().map_err(|error| error.at(path))
 }
 
-/// All bytes of a reader, of which `expected` are known in advance: a pipe or a device has no length, so
+/// As [`read_file`], of a reader of which `expected` bytes are known in advance: a pipe or a device has no length, so
 /// reading is bounded as well.
-pub(super) fn read_bytes(source: impl Read, expected: u64, job: &Job) -> Result<Vec<u8>> {
+pub(super) fn read_bytes(
+    mut source: impl Read,
+    expected: u64,
+    is_known: impl Fn(&[u8]) -> bool,
+    job: &Job,
+) -> Result<Vec<u8>> {
+    let io = |error: std::io::Error| Error::io("cannot read the file", &error);
     let mut bytes = Vec::new();
-    let expected = usize::try_from(expected).unwrap_or(usize::MAX);
-    bytes.try_reserve_exact(expected).map_err(|_| {
+    source.by_ref().take(HEAD_BYTES as u64).read_to_end(&mut bytes).map_err(io)?;
+    if bytes.len() < HEAD_BYTES || !is_known(&bytes) {
+        job.check_bytes("the file", bytes.len() as u64)?;
+        return Ok(bytes);
+    }
+    job.check_bytes("the file", expected)?;
+    let more = usize::try_from(expected).unwrap_or(usize::MAX).saturating_sub(bytes.len());
+    bytes.try_reserve_exact(more).map_err(|_| {
         Error::limit(format!("the file has {expected} bytes, and the system has no memory for them"))
     })?;
-    let read = source.take(job.limits().max_bytes.saturating_add(1)).read_to_end(&mut bytes);
-    read.map_err(|error| Error::io("cannot read the file", &error))?;
+    let most = job.limits().max_bytes.saturating_add(1).saturating_sub(bytes.len() as u64);
+    source.take(most).read_to_end(&mut bytes).map_err(io)?;
     job.check_bytes("the file", bytes.len() as u64)?;
     Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_endless_file_of_an_unknown_kind_is_not_read_to_its_end() {
+        let bytes = read_bytes(std::io::repeat(0), 0, |_| false, &Job::default()).unwrap();
+        assert_eq!(bytes.len(), HEAD_BYTES);
+        let long = vec![7; 3 * HEAD_BYTES + 5];
+        assert!(read_bytes(&long[..], 1 << 17, |_| true, &Job::default()).unwrap() == long);
+        assert!(read_bytes(&long[..9], 0, |_| false, &Job::default()).unwrap() == [7; 9]);
+        let small = Job::new(crate::limits::Limits { max_bytes: 1 << 17, ..Default::default() });
+        assert!(read_bytes(std::io::repeat(0), 0, |_| true, &small).is_err());
+    }
 }

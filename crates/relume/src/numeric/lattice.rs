@@ -12,11 +12,14 @@ pub struct Lattice {
 }
 
 impl Lattice {
-    /// The lattice of two vectors; `None` where they are (nearly) collinear.
+    /// The lattice of two vectors; `None` where they are (nearly) collinear, or so short or long that the squares
+    /// of their lengths are not numbers of full precision.
     pub fn new(a: [f64; 2], b: [f64; 2]) -> Option<Self> {
         let lengths = length(a) * length(b);
         let apart = determinant(a, b).abs() > 1e-6 * lengths;
-        (apart && lengths.is_finite()).then(|| Self { basis: ordered(reduced([a, b])) })
+        let squares = [a, b].map(|v| v[0] * v[0] + v[1] * v[1]);
+        let is_exact = squares.iter().all(|square| square.is_normal());
+        (apart && is_exact).then(|| Self { basis: ordered(reduced([a, b])) })
     }
 
     /// The reduced basis.
@@ -66,11 +69,12 @@ fn reduced([mut a, mut b]: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
         }
         let times = ((a[0] * b[0] + a[1] * b[1]) / (a[0] * a[0] + a[1] * a[1])).round();
         let shorter = [b[0] - times * a[0], b[1] - times * a[1]];
-        // Rounding may make vectors of equal length alternate: only real gains count.
-        if length(shorter) >= length(b) * (1.0 - 1e-12) {
+        // Rounding may make vectors of equal length alternate: only real gains count, and NaN is none.
+        if length(shorter) < length(b) * (1.0 - 1e-12) {
+            b = shorter;
+        } else {
             return [a, b];
         }
-        b = shorter;
     }
 }
 
@@ -141,6 +145,11 @@ mod tests {
         assert!(Lattice::new([2.0, 1.0], [-4.0, -2.0]).is_none());
         assert!(Lattice::new([0.0, 0.0], [1.0, 2.0]).is_none());
         assert!(Lattice::new([f64::INFINITY, 0.0], [1.0, 2.0]).is_none());
+        // The reduction of these never ended.
+        for (w, h) in [(1e-300, 20.0), (1e300, 1e-300), (1e300, 1e300), (5e-324, 5e-324)] {
+            assert!(Lattice::new([w, 0.0], [0.0, h]).is_none(), "{w}, {h}");
+        }
+        assert!(Lattice::new([1e-9, 0.0], [1e9, 1e9]).is_some());
         let lattice = Lattice::new([0.0, -20.0], [-30.0, 0.0]).unwrap();
         assert_eq!(lattice.basis(), [[30.0, 0.0], [0.0, 20.0]]);
     }

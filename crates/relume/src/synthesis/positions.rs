@@ -44,12 +44,19 @@ impl Positions {
     pub(in crate::synthesis) fn of_areas(areas: &[MaskedArea<'_>], block: usize, what: &str) -> Result<Self> {
         let mut runs = Vec::new();
         for (number, &(size, mask)) in areas.iter().enumerate() {
-            if size.width < block || size.height < block {
+            let most = size.width.min(size.height);
+            if most < if what == "window" { 3 } else { 2 } {
+                return Err(Error::usage(format!(
+                    "exemplar {} of {size} texels is too small for any {what}: give a larger one",
+                    number + 1
+                )));
+            }
+            if most < block {
                 return Err(Error::usage(format!(
                     "a {what} of {block} x {block} texels does not fit exemplar {} of {size}: choose a \
                      {what} of at most {}",
                     number + 1,
-                    size.width.min(size.height)
+                    if what == "window" && most.is_multiple_of(2) { most - 1 } else { most }
                 )));
             }
             let mut rejected = Rejected::new(size, mask, block);

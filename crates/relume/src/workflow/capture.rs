@@ -77,7 +77,7 @@ pub fn footprint(size: Size, format: PhotographFormat) -> Footprint {
 /// many photographs as there are threads, or as fit.
 ///
 /// # Errors
-/// Errors of the dome or of `keep`, and a cancelled job.
+/// No lamps, errors of the dome or of `keep`, and a cancelled job.
 pub fn photographs(
     dome: &Dome,
     lamps: &[Direction],
@@ -85,10 +85,15 @@ pub fn photographs(
     job: &Job,
     keep: &mut dyn FnMut(&str, &[u8]) -> Result<()>,
 ) -> Result<f64> {
+    if lamps.is_empty() {
+        return Err(Error::usage("a capture needs at least one lamp, found none"));
+    }
+    // What is brighter than white is returned instead.
+    let unheard = job.unheard();
     let photograph = |lamp: &Direction| {
         let picture = dome.photograph_within(*lamp, job)?;
         let bright = picture.planes.as_slice().iter().filter(|v| **v > 1.0).count();
-        let bytes = encode_picture_with(&picture, format.picture_format(), job)?;
+        let bytes = encode_picture_with(&picture, format.picture_format(), &unheard)?;
         job.advance(1)?;
         Ok((bytes, bright))
     };

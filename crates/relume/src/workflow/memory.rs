@@ -75,6 +75,8 @@ mod tests {
         let peak = MemoryPeak { stage: "writing the texture", bytes: 15_000 };
         assert!(peak.check(&job).is_ok());
         let _exemplar = job.hold("the exemplar", 9_000).unwrap();
-        assert!(peak.check(&job).unwrap_err().message().starts_with("writing the texture needs"));
+        assert!(
+            peak.check(&job).unwrap_err().message().starts_with("with writing the texture, the job needs")
+        );
     }
 }

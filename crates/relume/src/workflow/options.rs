@@ -222,6 +222,15 @@ impl SynthOptions {
                 names.join(" and ")
             )));
         }
+        if let (Some(kernels), Some(search)) = (self.kernels, self.search)
+            && search != SearchMethod::Projection
+        {
+            return Err(Error::usage(format!(
+                "the kernels {} are of the search projection, and the search is {}: leave out one of them",
+                kernels.name(),
+                search.name()
+            )));
+        }
         if self.method == SynthesisMethod::Auto {
             let asked = Asked { block: self.block, overlap: self.overlap };
             return Ok(Approach::Auto(Auto::new(self.tries, self.blocks(), asked)?));

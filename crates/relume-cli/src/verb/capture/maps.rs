@@ -73,6 +73,22 @@ impl MapFiles {
         }
     }
 
+    /// These files, where they are enough without a folder.
+    ///
+    /// # Errors
+    /// The option that is missing.
+    pub fn whole(self) -> Result<Self> {
+        let missing = match (&self.height, &self.albedo) {
+            (Some(_), Some(_)) => return Ok(self),
+            (Some(_), None) => "an albedo map: give --albedo FILE",
+            (None, Some(_)) => "a height map: give --height FILE",
+            (None, None) => {
+                "maps: name a built-in material or a folder of maps, or give --height and --albedo"
+            }
+        };
+        Err(Error::usage(format!("a capture needs {missing}")))
+    }
+
     /// Reads the maps; heights become texels.
     ///
     /// # Errors

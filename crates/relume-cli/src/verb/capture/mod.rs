@@ -31,7 +31,6 @@ use maps::MapFiles;
 pub struct Args {
     /// A built-in material (sponge, weave, pebbles, leather, bark, marble, wood, clouds, fire), or a folder
     /// of maps recognised by their names: height or displacement, albedo or color, normal, roughness, metallic
-    #[arg(required_unless_present_all = ["height", "albedo"])]
     maps: Option<PathBuf>,
     /// The folder to write: photographs, `lights.lp`, `capture.json`, and the ground truth in `truth`. With --views and
     /// --pairs also a `.zip` archive
@@ -94,7 +93,7 @@ struct DomeArgs {
     #[arg(long, value_name = "FRACTION")]
     ambient: Option<f64>,
     /// Angular radius of a lamp in degrees, which determines the softness of shadows
-    #[arg(long, value_name = "DEGREES", default_value = "1")]
+    #[arg(long, value_name = "DEGREES", default_value = "1", value_parser = args::within(0.0, 45.0, "degrees"))]
     lamp_radius: f64,
     /// Leave out the light reflected from one part of the surface to another
     #[arg(long)]
@@ -141,7 +140,7 @@ fn photograph(args: &Args, context: &Context) -> Result<Report> {
     let written = folder.commit()?;
     let what = format!("{} photographs", lamps.len());
     let report = Report::new(summary(args, &what, &name, &dome, clipped), json).with_outputs(written);
-    Ok(report.with_warnings(ignored(&unused)))
+    Ok(report.with_warnings(ignored(&unused).into_iter().chain(shadowed(args))))
 }
 
 /// The number of lamps unless another is asked for.
@@ -226,7 +225,7 @@ fn maps(
             args.material.refuse()?;
             let files = match folder {
                 Some(folder) => args.files.named().or(MapFiles::find(folder)?),
-                None => args.files.named(),
+                None => args.files.named().whole()?,
             };
             let name = folder.unwrap_or(Path::new("the maps")).display().to_string();
             let unused = folder.map_or(Ok(Vec::new()), |folder| files.unused(folder))?;
@@ -249,6 +248,13 @@ fn made(
     foresee(options.size)?;
     drop(maps);
     material.make(&options, &context.job)
+}
+
+/// What is said of a folder that is called like a built-in material.
+fn shadowed(args: &Args) -> Option<String> {
+    let folder = args.maps.as_deref().filter(|path| material(path).is_some() && path.is_dir())?;
+    let name = folder.display();
+    Some(format!("{name} is the built-in material; there is also a folder of this name: ./{name} names that"))
 }
 
 /// What is said of pictures beside the maps.

@@ -7,6 +7,8 @@ mod uri;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
+use relume::capture::dome::lights;
+use relume::field::Basis;
 use relume::procedural::Material;
 use relume::{Error, Result};
 use serde_json::json;
@@ -27,7 +29,7 @@ pub struct Args {
     #[arg(long, value_name = "NAME", default_value = "sponge")]
     material: String,
     /// Number of photographs under the virtual dome
-    #[arg(long, value_name = "N", default_value_t = 48)]
+    #[arg(long, value_name = "N", default_value = "48", value_parser = clap::value_parser!(u32).range(1..=10_000))]
     lights: u32,
 }
 
@@ -67,10 +69,15 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         return Err(Error::usage(format!("there is no material '{}': choose one of {names}", args.material)));
     }
     context.job.check_bytes("the demo", bytes(args))?;
+    relume::fit::check_lights(&Basis::Ptm, &lights(args.lights as usize))
+        .map_err(|e| Error::usage(format!("--lights {}: {}", args.lights, e.message())))?;
     let folder = Folder::stage(&args.output, &[], context)?;
     let reports = COMMANDS
         .iter()
-        .map(|command| super::run_typed(words(command, args, folder.path()), context))
+        .map(|command| {
+            let done = super::run_typed(words(command, args, folder.path()), context);
+            done.map_err(|error| named(&error, folder.path(), &args.output))
+        })
         .collect::<Result<Vec<Report>>>()?;
     let shown: Vec<String> = COMMANDS.iter().map(|c| format!("relume {}", shown(c, args))).collect();
     let page = page::write(folder.path(), args, &reports[1].json["report"], &shown, context)?;
@@ -79,6 +86,13 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let index = args.output.join("index.html");
     let text = format!("{}\nOpen {} in a browser and drag the light.", shown.join("\n"), index.display());
     Ok(Report::new(text, json!({ "page": paths::text(&index), "commands": shown })).with_outputs(written))
+}
+
+/// The error of a command, with the place where its file would have been.
+fn named(error: &Error, staged: &Path, output: &Path) -> Error {
+    let place = |path: &Path| path.strip_prefix(staged).map_or(path.to_path_buf(), |name| output.join(name));
+    let same = Error::new(error.kind(), error.message());
+    error.path().map_or(same.clone(), |path| same.at(place(path)))
 }
 
 /// The words of a command with its placeholders filled in.

@@ -53,6 +53,12 @@ pub struct Args {
 
 /// Makes everything, and writes the page and the tables.
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
+    let mut methods = args.methods.clone();
+    methods.sort_by_key(|method| SynthesisMethod::ALL.iter().position(|known| known == method));
+    methods.dedup();
+    if methods.len() < args.methods.len() {
+        return Err(Error::usage("--methods names a method twice: name each once"));
+    }
     let files = files(&args.folder)?;
     let folder = Folder::stage(&args.output, &[&args.folder], context)?;
     let mut exemplars = Vec::new();
@@ -88,6 +94,9 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
 fn files(folder: &Path) -> Result<Vec<PathBuf>> {
     if output::is_stream(folder) {
         return Err(Error::usage("exemplars are read from a folder: name one instead of -"));
+    }
+    if folder.is_file() {
+        return Err(Error::usage("is a file: name a folder of exemplars").at(folder));
     }
     let failed = |e: &std::io::Error| Error::io("cannot read the folder", e).at(folder);
     let entries = std::fs::read_dir(folder).map_err(|e| failed(&e))?;

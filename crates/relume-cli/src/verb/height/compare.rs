@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use relume::format::NormalY;
 use relume::metric::{AngleError, HeightError, angle_error, height_error};
-use relume::{Planes, Result};
+use relume::{Error, Planes, Result, Size};
 
 use crate::context::Context;
 use crate::input;
@@ -24,6 +24,13 @@ pub struct Truth {
     truth_normals: Option<PathBuf>,
 }
 
+/// The known shape, as far as it is known.
+#[derive(Debug)]
+pub struct KnownShape {
+    height: Option<(PathBuf, Planes)>,
+    normals: Option<(PathBuf, Planes)>,
+}
+
 /// The error of the estimated shape.
 #[derive(Debug)]
 pub struct Compared {
@@ -32,23 +39,44 @@ pub struct Compared {
 }
 
 impl Truth {
-    /// Compares with the given files.
-    pub fn compare(
-        &self,
-        height: &Planes,
-        normals: &Planes,
-        y: Option<NormalY>,
-        context: &Context,
-    ) -> Result<Compared> {
+    /// Reads the given files, before the work.
+    pub fn read(&self, y: Option<NormalY>, context: &Context) -> Result<KnownShape> {
+        let job = &context.job;
         let height = self.truth_height.as_ref().map(|path| {
-            let truth = input::height(path, &context.job)?.texels(self.truth_scale);
-            height_error(height, &truth).map_err(|e| e.at(path))
+            let truth = input::height(path, job)?.texels(self.truth_scale);
+            Ok((path.clone(), truth.held(job, "the known heights").map_err(|e| e.at(path))?))
         });
         let normals = self.truth_normals.as_ref().map(|path| {
-            let truth = input::normals(path, y, &context.job)?.normals;
-            angle_error(normals, &truth).map_err(|e| e.at(path))
+            let truth = input::normals(path, y, job)?.normals;
+            Ok((path.clone(), truth.held(job, "the known normals").map_err(|e| e.at(path))?))
         });
-        Ok(Compared { height: height.transpose()?, normals: normals.transpose()? })
+        Ok(KnownShape { height: height.transpose()?, normals: normals.transpose()? })
+    }
+}
+
+impl KnownShape {
+    /// Refuses files of another size than the surface that is estimated.
+    pub fn check(&self, size: Size) -> Result<()> {
+        match self.height.iter().chain(&self.normals).find(|(_, truth)| truth.size() != size) {
+            Some((path, truth)) => Err(Error::usage(format!(
+                "has {} texels and the surface {size}: they must have the same size",
+                truth.size()
+            ))
+            .at(path)),
+            None => Ok(()),
+        }
+    }
+
+    /// Compares an estimate with it.
+    pub fn compare(&self, height: &Planes, normals: &Planes) -> Result<Compared> {
+        let of_height =
+            |(path, truth): &(PathBuf, Planes)| height_error(height, truth).map_err(|e| e.at(path));
+        let of_normals =
+            |(path, truth): &(PathBuf, Planes)| angle_error(normals, truth).map_err(|e| e.at(path));
+        Ok(Compared {
+            height: self.height.as_ref().map(of_height).transpose()?,
+            normals: self.normals.as_ref().map(of_normals).transpose()?,
+        })
     }
 }
 

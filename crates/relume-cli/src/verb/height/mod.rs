@@ -9,7 +9,6 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use relume::capture::Pairing;
 use relume::format::{HeightFormat, PictureFormat, encode_height_with, encode_normals, encode_picture_with};
 use relume::surface::integrate::{self, IntegrateOptions, IntegrationMethod, SurfaceBorder, integrate};
-use relume::surface::shape_from_shading::ShadingOptions;
 use relume::surface::{Ambient, Estimator};
 use relume::workflow::memory::MemoryPeak;
 use relume::{Direction, Error, Footprint, Job, Planes, Result, Size};
@@ -19,6 +18,7 @@ use crate::context::Context;
 use crate::output::Outputs;
 use crate::report::Report;
 use crate::{args, normals};
+use compare::KnownShape;
 use shape::{HeightMethod, Shape};
 
 /// Arguments of `relume height`.
@@ -49,7 +49,7 @@ pub struct Args {
     #[arg(long, value_name = "DEG")]
     steepest: Option<f64>,
     /// The size of a texel in millimetres: heights are then written in millimetres
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", value_parser = args::texel_mm)]
     pixel_mm: Option<f64>,
     /// Also write the normals: 0..1 in integer files, -1..1 in EXR
     #[arg(long, value_name = "FILE")]
@@ -71,15 +71,15 @@ pub struct Args {
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Photometric stereo")]
 struct StereoArgs {
-    /// Treatment of shadows and highlights: reduced weight, left out, or none
-    #[arg(long, default_value = "robust", value_parser = args::named::<Estimator>())]
-    estimator: Estimator,
+    /// Treatment of shadows and highlights: reduced weight, left out, or none [default: robust]
+    #[arg(long, value_parser = args::named::<Estimator>())]
+    estimator: Option<Estimator>,
     /// Estimate a constant light common to all photographs
     #[arg(long)]
     ambient: bool,
-    /// Pair lights and photographs by name, or in order of sorted names
-    #[arg(long, default_value = "name", value_parser = args::named::<Pairing>())]
-    pair: Pairing,
+    /// Pair lights and photographs by name, or in order of sorted names [default: name]
+    #[arg(long, value_parser = args::named::<Pairing>())]
+    pair: Option<Pairing>,
 }
 
 /// One photograph.
@@ -96,9 +96,9 @@ struct ShadingArgs {
     /// Linear albedo of the surface [default: from the mean of the photograph]
     #[arg(long, value_name = "A")]
     albedo: Option<f64>,
-    /// Number of rounds of steps and projections
-    #[arg(long, value_name = "N", default_value_t = ShadingOptions::default().rounds)]
-    rounds: usize,
+    /// Number of rounds of steps and projections [default: 50]
+    #[arg(long, value_name = "N")]
+    rounds: Option<usize>,
     /// Undulations of this wavelength are halved and longer ones damped more, because one photograph hardly
     /// determines them [default: the longer side; none for periodic surfaces]
     #[arg(long, value_name = "TEXELS")]
@@ -108,9 +108,6 @@ struct ShadingArgs {
 /// Estimates the shape, integrates it, writes and compares.
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let format = HeightFormat::from_path(&args.output)?;
-    if let Some(mm) = args.pixel_mm.filter(|mm| !(*mm > 0.0 && mm.is_finite())) {
-        return Err(Error::usage(format!("--pixel-mm {mm}: expected a number above 0")));
-    }
     if let Some(deg) = args.steepest.filter(|deg| !(*deg > 0.0 && *deg < 90.0)) {
         return Err(Error::usage(format!("--steepest {deg}: expected degrees between 0 and 90")));
     }
@@ -121,11 +118,12 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     for path in args.normals.iter().chain(&args.albedo_map) {
         PictureFormat::from_path(path)?;
     }
-    let shape = shape::find(args, context)?;
+    let known = args.truth.read(args.normal_maps.normal_y, context)?;
+    let shape = shape::find(args, &known, context)?;
     let albedo = albedo_map(args, &shape, &context.job)?;
     let options = IntegrateOptions { method: args.integration, border: args.border };
     let height = integrate(&shape.slopes, &options, &context.job)?;
-    let compared = args.truth.compare(&height, &shape.normals, args.normal_maps.normal_y, context)?;
+    let compared = known.compare(&height, &shape.normals)?;
 
     outputs.write(&args.output, encode_height_with(&height, args.pixel_mm, format, &context.job)?)?;
     if let Some(path) = &args.normals {
@@ -139,9 +137,40 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     Ok(report(args, &shape, &height, compared).with_outputs(outputs.commit()?))
 }
 
-/// Refuses a surface that cannot be integrated and written within the memory; `channels` are those of its
-/// albedo, 0 without one.
-fn foresee(args: &Args, size: Size, channels: usize, context: &Context) -> Result<()> {
+/// Refuses options that have no part in the method.
+fn refuse_strangers(args: &Args, method: HeightMethod, is_capture: bool) -> Result<()> {
+    let (stereo, shading) = (&args.stereo, &args.shading);
+    let is_shading = method == HeightMethod::ShapeFromShading;
+    let is_stereo = method == HeightMethod::PhotometricStereo;
+    let given = [
+        ("--estimator", stereo.estimator.is_some(), is_stereo),
+        ("--ambient", stereo.ambient, is_stereo),
+        ("--pair", stereo.pair.is_some(), is_capture),
+        ("--light", shading.light.is_some(), is_shading),
+        ("--photograph", shading.photograph.is_some(), is_shading && is_capture),
+        ("--albedo", shading.albedo.is_some(), is_shading),
+        ("--rounds", shading.rounds.is_some(), is_shading),
+        ("--longest", shading.longest.is_some(), is_shading),
+        ("--steepest", args.steepest.is_some(), !is_shading),
+    ];
+    match given.iter().find(|(_, given, has_part)| *given && !has_part) {
+        Some((option, ..)) => Err(Error::usage(format!(
+            "{option} has no part in {} from this input: leave it out, or name another --method",
+            method.name()
+        ))),
+        None => Ok(()),
+    }
+}
+
+/// Refuses a surface that the known one does not match, or that cannot be integrated and written within the memory;
+/// `channels` are those of its albedo, 0 without one.
+fn foresee(
+    args: &Args,
+    known: &KnownShape,
+    (size, channels): (Size, usize),
+    context: &Context,
+) -> Result<()> {
+    known.check(size)?;
     // Slopes in double precision, normals, and the albedo.
     let shape = 16 + 12 + 4 * channels as u64;
     let mut stages = vec![Footprint::of_texels(size, shape, shape)];

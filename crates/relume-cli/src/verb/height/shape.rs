@@ -10,7 +10,8 @@ use relume::surface::{self, STEEPEST, Slopes};
 use relume::{Direction, Error, Picture, Planes, RasterSequence, Result, Space};
 use serde_json::{Value, json};
 
-use super::{Args, foresee, no_facts};
+use super::compare::KnownShape;
+use super::{Args, foresee, no_facts, refuse_strangers};
 use crate::context::Context;
 use crate::output::CaptureFiles;
 use crate::{input, normals, paths};
@@ -70,20 +71,21 @@ impl Shape {
 }
 
 /// Estimates the shape by the requested method, or by the one that suits the input.
-pub fn find(args: &Args, context: &Context) -> Result<Shape> {
+pub fn find(args: &Args, known: &KnownShape, context: &Context) -> Result<Shape> {
     let is_capture = is_capture(&args.input);
     let method = args.method.unwrap_or_else(|| match MapRole::of_name(&args.input) {
         _ if is_capture => HeightMethod::PhotometricStereo,
         MapRole::Normal => HeightMethod::NormalMap,
         _ => HeightMethod::PtmNormals,
     });
+    refuse_strangers(args, method, is_capture)?;
     match method {
-        HeightMethod::PhotometricStereo => stereo(args, context),
-        HeightMethod::ShapeFromShading => shading(args, is_capture, context),
-        HeightMethod::PtmNormals => field_normals(args, context),
+        HeightMethod::PhotometricStereo => stereo(args, known, context),
+        HeightMethod::ShapeFromShading => shading(args, known, is_capture, context),
+        HeightMethod::PtmNormals => field_normals(args, known, context),
         HeightMethod::NormalMap => {
             let map = input::normals(&args.input, args.normal_maps.normal_y, &context.job)?;
-            foresee(args, map.normals.size(), 0, context)?;
+            foresee(args, known, (map.normals.size(), 0), context)?;
             let shape = Shape::of_normals(method, map.normals, args.steepest);
             let mut shape = shape.map_err(|e| e.at(&args.input))?;
             shape.notes.push(format!("read as {}", normals::described(map.y)));
@@ -97,14 +99,17 @@ fn is_capture(path: &Path) -> bool {
     path.is_dir() || path.extension().is_some_and(|e| e.eq_ignore_ascii_case("lp"))
 }
 
-fn stereo(args: &Args, context: &Context) -> Result<Shape> {
-    let capture = Capture::open_paired(&args.input, args.stereo.pair)?;
+fn stereo(args: &Args, known: &KnownShape, context: &Context) -> Result<Shape> {
+    let capture = Capture::open_paired(&args.input, args.stereo.pair.unwrap_or_default())?;
     let files = CaptureFiles::of(&capture)?;
     let load = |i: usize| files.raster(&capture.photographs[i].path, &context.job);
     let photographs = RasterSequence::open(&load)?;
-    foresee(args, photographs.size(), photographs.channels(), context)?;
+    foresee(args, known, (photographs.size(), photographs.channels()), context)?;
     let load = |i: usize| photographs.read(i);
-    let options = StereoOptions { estimator: args.stereo.estimator, ambient: args.stereo.ambient() };
+    let options = StereoOptions {
+        estimator: args.stereo.estimator.unwrap_or(StereoOptions::default().estimator),
+        ambient: args.stereo.ambient(),
+    };
     let lights = capture.lights();
     let found =
         photometric_stereo(&lights, &load, &options, &context.job).map_err(|e| e.at(&capture.light_file))?;
@@ -121,15 +126,15 @@ fn stereo(args: &Args, context: &Context) -> Result<Shape> {
     Ok(shape)
 }
 
-fn shading(args: &Args, is_capture: bool, context: &Context) -> Result<Shape> {
+fn shading(args: &Args, known: &KnownShape, is_capture: bool, context: &Context) -> Result<Shape> {
     let photograph = photograph(args, is_capture)?;
     let raster = input::raster(&photograph.path, &context.job)?;
-    foresee(args, raster.size(), 0, context)?;
+    foresee(args, known, (raster.size(), 0), context)?;
     let picture = raster.to_picture(Space::Linear);
     drop(raster);
     let options = ShadingOptions {
         albedo: args.shading.albedo,
-        rounds: args.shading.rounds,
+        rounds: args.shading.rounds.unwrap_or(ShadingOptions::default().rounds),
         border: args.border,
         longest: args.shading.longest,
     };
@@ -166,7 +171,7 @@ fn photograph(args: &Args, is_capture: bool) -> Result<Photograph> {
         })?;
         return Ok(Photograph { path: args.input.clone(), light });
     }
-    let photographs = Capture::open_paired(&args.input, args.stereo.pair)?.photographs;
+    let photographs = Capture::open_paired(&args.input, args.stereo.pair.unwrap_or_default())?.photographs;
     let off = |light: Direction| (light.z() - 0.5f64.sqrt()).abs();
     let chosen = match args.shading.photograph {
         Some(n) => photographs.get(n),
@@ -178,7 +183,7 @@ fn photograph(args: &Args, is_capture: bool) -> Result<Photograph> {
     Ok(Photograph { light: args.shading.light.unwrap_or(chosen.light), ..chosen })
 }
 
-fn field_normals(args: &Args, context: &Context) -> Result<Shape> {
+fn field_normals(args: &Args, known: &KnownShape, context: &Context) -> Result<Shape> {
     let field = input::field(&args.input, &context.job)?.field;
     if *field.basis() == relume::field::Basis::Constant {
         return Err(Error::usage(
@@ -187,7 +192,7 @@ fn field_normals(args: &Args, context: &Context) -> Result<Shape> {
         )
         .at(&args.input));
     }
-    foresee(args, field.size(), field.layout().channels(), context)?;
+    foresee(args, known, (field.size(), field.layout().channels()), context)?;
     let mut shape = Shape::of_normals(HeightMethod::PtmNormals, surface::normals(&field), args.steepest)?;
     shape.albedo = Some(surface::albedo(&field));
     Ok(shape)

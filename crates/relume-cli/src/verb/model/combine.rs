@@ -14,7 +14,8 @@ pub struct CombineArgs {
     /// in textures at least 64 texels wide
     #[arg(long, default_value = "auto", value_parser = args::named::<Combine>())]
     pub combine: Combine,
-    /// The most bytes for the tiles [default: 3000, plus 900 for each plane of colour or function; for pictures that are not regular as many as keep the model to 2000]
+    /// The most bytes for the tiles [default: 3000, plus 900 for each plane of the functions
+    /// of all colours; for pictures that are not regular as many as keep the model to 2000]
     #[arg(long, value_name = "BYTES")]
     pub structure_bytes: Option<usize>,
     /// Number of tiles; more of them repeat less visibly and share the bytes

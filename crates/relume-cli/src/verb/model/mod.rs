@@ -27,7 +27,8 @@ use crate::{args, input};
 /// Arguments of `relume model`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  relume model bark.png -o bark.rlm\n  \
-                        relume synth bark.rlm -o large.png --size 4096 --window 10000,-300")]
+                        relume synth bark.rlm -o large.png --size 4096\n  \
+                        relume synth bark.rlm -o part.png --window 10000,-300,512,512")]
 pub struct Args {
     /// A .ptm, an .exr field, or a picture; - is standard input
     texture: PathBuf,

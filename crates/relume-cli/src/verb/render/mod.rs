@@ -49,7 +49,7 @@ pub struct Args {
     #[arg(long, value_name = "AZ,EL[,DIST]", value_parser = orbit, allow_hyphen_values = true, default_value = "0,0")]
     camera: Orbit,
     /// Vertical field of view in degrees
-    #[arg(long, value_name = "DEG", default_value_t = 30.0)]
+    #[arg(long, value_name = "DEG", default_value = "30", value_parser = args::within(0.001, 179.0, "degrees"))]
     fov: f64,
     /// Show a conventional texture: one photograph under the light given here [default: 0,0,1], on a matt
     /// surface

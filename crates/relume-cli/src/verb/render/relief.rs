@@ -6,7 +6,7 @@ use relume::format::HeightScale;
 use relume::render::MeshRelief;
 use relume::{Error, Job, Planes, Result, Size};
 
-use crate::{evaluated, input};
+use crate::{args, evaluated, input};
 
 /// A height map and its use.
 #[derive(Debug, clap::Args)]
@@ -24,9 +24,12 @@ pub struct ReliefArgs {
     #[arg(long, value_name = "AMOUNT", value_parser = amount, requires = "height")]
     bump: Option<Amount>,
     /// The size of a texel, for amounts in millimetres [default: the record in the height map]
-    #[arg(long, value_name = "MM", requires = "height")]
+    #[arg(long, value_name = "MM", value_parser = args::texel_mm, requires = "height")]
     pixel_mm: Option<f64>,
 }
+
+/// The highest relief that can be asked for, in texels or millimetres.
+const HIGHEST: f64 = 1e6;
 
 /// The height of a relief.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,13 +40,15 @@ enum Amount {
 }
 
 fn amount(text: &str) -> Result<Amount, String> {
-    let number = |text: &str| text.trim().parse::<f64>().ok().filter(|v| v.is_finite() && *v >= 0.0);
+    let number = |text: &str| text.trim().parse::<f64>().ok().filter(|v| (0.0..=HIGHEST).contains(v));
     let parsed = match (text.strip_suffix("mm"), text.strip_suffix('x')) {
         (Some(mm), _) => number(mm).map(Amount::Millimetres),
         (None, Some(times)) => number(times).map(Amount::Times),
         (None, None) => number(text.strip_suffix("texels").unwrap_or(text)).map(Amount::Texels),
     };
-    parsed.ok_or_else(|| "expected texels (12), millimetres (2mm) or a factor (1x), not negative".to_owned())
+    parsed.ok_or_else(|| {
+        format!("expected texels (12), millimetres (2mm) or a factor (1x), from 0 to {HIGHEST}")
+    })
 }
 
 impl ReliefArgs {

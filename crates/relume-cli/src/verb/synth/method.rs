@@ -13,9 +13,9 @@ use crate::args;
 pub struct Args {
     /// The method: blocks, texel by texel, tiles of whole periods,
     /// whole elements of a lattice, an endless plane of noise, or the best by
-    /// measurement of those suggested by an analysis
-    #[arg(long, default_value = "quilting", value_parser = args::named::<SynthesisMethod>())]
-    method: SynthesisMethod,
+    /// measurement of those suggested by an analysis [default: quilting]
+    #[arg(long, value_parser = args::named::<SynthesisMethod>())]
+    method: Option<SynthesisMethod>,
     /// Side of the window of compared texels, odd; it must contain the largest feature of the texture, with
     /// several levels at the coarsest one [default: for efros-leung two features, 11 to 21; 5 for wei-levoy,
     /// 9 for patchmatch; less for tiny exemplars]
@@ -57,13 +57,18 @@ pub struct Args {
 impl Args {
     /// Whether noise is requested.
     pub fn is_noise(&self) -> bool {
-        self.method == SynthesisMethod::Noise
+        self.method == Some(SynthesisMethod::Noise)
+    }
+
+    /// Whether a method for exemplars is asked for.
+    pub fn is_given(&self) -> bool {
+        self.method.is_some_and(|method| method != SynthesisMethod::Noise)
     }
 
     /// The options of the method, to which the caller adds its own.
     pub fn options(&self) -> SynthOptions {
         SynthOptions {
-            method: self.method,
+            method: self.method.unwrap_or_default(),
             neighbourhood: self.neighbourhood,
             epsilon: self.epsilon,
             levels: self.levels,

@@ -10,12 +10,12 @@ mod method;
 use std::path::{Path, PathBuf};
 
 use relume::field::Domain;
-use relume::format::FieldFile;
+use relume::format::{Content, FieldFile};
 use relume::synthesis::search::{KernelBasis, SearchMethod};
 use relume::synthesis::{Blend, Boundary, Exemplar, Guidance, Tolerance};
 use relume::workflow::tiling::MeasuredTiling;
 use relume::workflow::{Approach, Exemplars, NamedMetric, Outcome, SynthOptions};
-use relume::{Error, Planes, Result, Size};
+use relume::{Error, Job, Planes, Result, Size};
 
 use super::endless::{self, Drawn};
 use crate::context::Context;
@@ -52,11 +52,11 @@ pub struct Args {
     #[arg(long, value_name = "N")]
     overlap: Option<usize>,
     /// Draw from blocks up to (1 + T) times the distance of the best one [default: 0.1]
-    #[arg(long, value_name = "T", conflicts_with = "delta")]
+    #[arg(long, value_name = "T", conflicts_with = "delta", value_parser = args::within(0.0, 1e6, "a number"))]
     tolerance: Option<f64>,
     /// Draw from blocks up to this distance instead: root mean square over the texels of the overlap, in the
     /// units of the metric
-    #[arg(long, value_name = "D")]
+    #[arg(long, value_name = "D", value_parser = args::within(0.0, 1e6, "a distance"))]
     delta: Option<f64>,
     /// Join blocks along cuts, one per overlap (cut) or one seam through all of them at once (graphcut), by
     /// exact copies, or by ramps (alpha) [default: cut]
@@ -71,11 +71,12 @@ pub struct Args {
     tile: bool,
     /// Meaning of the distance of two texels: that of their functions, of luminance and colour, or of
     /// luminance alone; legendre9 and legendre6 are the last two over the square, as in HPL-2003-16
-    #[arg(long, default_value = "function", value_parser = args::named::<NamedMetric>())]
-    metric: NamedMetric,
-    /// The light directions over which functions are compared
-    #[arg(long, default_value = "hemisphere", value_parser = args::named::<Domain>())]
-    domain: Domain,
+    /// [default: function]
+    #[arg(long, value_parser = args::named::<NamedMetric>())]
+    metric: Option<NamedMetric>,
+    /// The light directions over which functions are compared [default: hemisphere]
+    #[arg(long, value_parser = args::named::<Domain>())]
+    domain: Option<Domain>,
     /// The search for blocks; all give the same texture [default: auto]
     #[arg(long, value_parser = args::named::<SearchMethod>())]
     search: Option<SearchMethod>,
@@ -112,8 +113,8 @@ impl Args {
         SynthOptions {
             size: self.size.unwrap_or(options.size),
             boundary: if self.tile { Boundary::Torus } else { Boundary::Open },
-            metric: self.metric,
-            domain: self.domain,
+            metric: self.metric.unwrap_or(options.metric),
+            domain: self.domain.unwrap_or(options.domain),
             seed: self.seed,
             block: self.block,
             overlap: self.overlap,
@@ -138,14 +139,14 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let applied = claim_outputs(args, &mut outputs)?;
     let guidance = args.guide.read(args.exemplars.len(), context)?;
     let (options, approach) = args.options(guidance)?;
-    let files = read_all(&args.exemplars, opened, context, input::exemplar)?;
+    let files = read_all(&args.exemplars, opened, context, exemplar)?;
     let images = read_registered(applied, &files, context)?;
     let sets = args.rearranged.btfs(&args.output)?;
     let btfs = rearranged_btf::open_all(&sets, files[0].field.size(), context)?;
     let rearranged = images.iter().map(|one| (&*one.applied.output, &one.files[0]));
     let written = std::iter::once((&*args.output, &files[0])).chain(rearranged);
     gathered::check_memory(options.size, written, context)?;
-    let made = synthesise(args, &files, &images, &approach, context)?;
+    let made = synthesise(args, &files, &images, (&options, &approach), context)?;
     let (map, report) = (&made.0.made.map, describe(&args.output, &options, &made, &args.exemplars));
     let output = gathered::apply(map, &files, &args.exemplars[0], &args.output, context)?;
     let mut bytes = vec![(args.output.clone(), output)];
@@ -162,10 +163,22 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     Ok(args.rearranged.describe(&images, report).with_outputs(outputs.commit()?))
 }
 
+/// Reads one of several exemplars.
+fn exemplar(path: &Path, job: &Job) -> Result<FieldFile> {
+    let opened = input::open(path, job)?;
+    if opened.content() == Content::Tiles {
+        return Err(Error::usage("is a set of tiles, which is laid alone: name no other file").at(path));
+    }
+    opened.into_exemplar()
+}
+
 /// The request for a window of an endless plane.
 fn endless_job(args: &Args) -> endless::Request<'_> {
     let more = [
         ("--tile", args.tile),
+        ("--method", args.method.is_given()),
+        ("--metric", args.metric.is_some()),
+        ("--domain", args.domain.is_some()),
         ("--exclude", !args.exclude.is_empty()),
         ("--report", args.report.is_some()),
         args.guide.given(),
@@ -200,17 +213,20 @@ fn synthesise(
     args: &Args,
     files: &[FieldFile],
     images: &[Registered],
-    approach: &Approach,
+    (options, approach): (&SynthOptions, &Approach),
     context: &Context,
 ) -> Result<(Outcome, Option<MeasuredTiling>)> {
-    let space = args.metric.space(&files[0].field, args.domain)?;
+    let space = options.metric.space(&files[0].field, options.domain)?;
     let index = gathered::index(files, &compared(images), &space, context)?;
     let masks = masks(args, files, context)?;
     let excluded = masks.iter().map(Option::as_deref);
     let planes: Vec<Exemplar<'_>> =
         index.iter().zip(excluded).map(|(index, excluded)| Exemplar { index, excluded }).collect();
     let exemplars = Exemplars { planes: &planes, files: &args.exemplars };
-    let outcome = approach.run(&exemplars, &context.job)?;
+    let outcome = approach.run(&exemplars, &context.job).map_err(|e| match &args.exemplars[..] {
+        [only] => e.at(only),
+        _ => e,
+    })?;
     let index: Vec<&Planes> = index.iter().collect();
     let measure = || MeasuredTiling::measure(&outcome.made.map, &index, &context.job);
     let tiling = outcome.plan.tiles().then(measure).transpose()?;

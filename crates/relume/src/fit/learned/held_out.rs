@@ -22,6 +22,9 @@ impl HeldOut {
     /// # Errors
     /// When no pair is left.
     pub fn new(pairs: &[Directions], step: Option<usize>) -> Result<Self> {
+        if pairs.is_empty() {
+            return Err(Error::usage("a fit needs at least one photograph, found none"));
+        }
         let mut out = vec![false; pairs.len()];
         if let Some(step) = step {
             let lights = sorted(pairs.iter().map(|pair| pair.light));

@@ -6,6 +6,7 @@ use std::io::Cursor;
 use super::ExrDepth;
 use super::blocks::{Head, sample_bytes};
 use super::codec::write_blocks;
+use super::count_clipped;
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::memory;
@@ -46,6 +47,7 @@ pub(super) fn encode(
     };
     let footprint = depth.footprint(planes.size(), planes.count() as u64);
     job.check_bytes("writing the EXR file", footprint.peak)?;
+    count_clipped(planes, depth, job);
     // What compression cannot shorten is stored as it is.
     let file = memory::with_capacity("the EXR file", footprint.kept as usize + HEAD_BYTES)?;
     let mut out = Cursor::new(file);

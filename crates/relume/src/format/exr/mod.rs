@@ -38,6 +38,7 @@ pub(super) use tiles::tiles_of;
 
 pub use tiles::encode_tiles;
 
+use crate::clipping::{Clipper, Clipping};
 use crate::error::Result;
 use crate::job::Job;
 use crate::planes::Planes;
@@ -51,6 +52,13 @@ pub enum ExrDepth {
     Half,
     /// 32-bit floats: lossless.
     Float,
+}
+
+/// Counts the values that samples of this type cannot hold.
+pub(super) fn count_clipped(planes: &Planes, depth: ExrDepth, job: &Job) {
+    if depth == ExrDepth::Half {
+        job.count_clipped(Clipper::Halves, Clipping::of(planes.as_slice(), Clipper::Halves));
+    }
 }
 
 impl ExrDepth {

@@ -225,7 +225,11 @@ impl GlbReader<'_> {
             (DataType::U8, Dimensions::Scalar) => 1,
             (DataType::U16, Dimensions::Scalar) => 2,
             (DataType::U32, Dimensions::Scalar) => 4,
-            (other, _) => return Err(Error::invalid(format!("indices of type {other:?}"))),
+            (other, _) => {
+                return Err(Error::invalid(format!(
+                    "the indices of a mesh are of type {other:?}: expected whole numbers without a sign"
+                )));
+            }
         };
         let value = |bytes: &[u8]| bytes.iter().rev().fold(0u32, |sum, &b| sum << 8 | u32::from(b));
         Ok(self.elements(accessor, size)?.map(value).collect())

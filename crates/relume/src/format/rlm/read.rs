@@ -134,16 +134,24 @@ fn body(bytes: &[u8]) -> Result<&[u8]> {
     Ok(body)
 }
 
+/// The characters of an unknown name in a message.
+const LONGEST_NAME: usize = 40;
+
 fn name<T>(bits: &mut BitReader<'_>, what: &str, known: impl Fn(&str) -> Option<T>) -> Result<T> {
     let length = bits.bits(8)?;
     let bytes = (0..length).map(|_| Ok(bits.bits(8)? as u8)).collect::<Result<Vec<u8>>>()?;
     let text = String::from_utf8_lossy(&bytes);
-    known(&text).ok_or_else(|| Error::unsupported(format!("the model's {what} '{text}' is not known")))
+    known(&text).ok_or_else(|| {
+        let shown: String =
+            text.chars().take(LONGEST_NAME).map(|c| if c.is_control() { '?' } else { c }).collect();
+        Error::unsupported(format!("the model's {what} '{shown}' is not known: read it with a later version"))
+    })
 }
 
 fn read_model(bits: &mut BitReader<'_>, version: u8, job: &Job) -> Result<Model> {
     let (planes, factor, levels) = (bits.bits(16)? as usize, bits.bits(8)? as usize, bits.bits(8)? as usize);
-    let kernel = Kernel::new(factor)?;
+    let kernel =
+        Kernel::new(factor).map_err(|e| Error::invalid(format!("the model is damaged: {}", e.message())))?;
     let own = (0..planes).map(|_| Ok(bits.bits(1)? == 1)).collect::<Result<Vec<bool>>>()?;
     let components: Vec<usize> = own
         .iter()

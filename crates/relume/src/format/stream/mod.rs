@@ -95,9 +95,11 @@ impl Streamed {
                 let bytes = ptm_file::encode(field, scale.map_or(Under::Chosen, Under::Given), job)?;
                 return Self::ptm(&bytes, field.size());
             }
-            FieldFormat::Exr(depth) => exr::lanes(field, depth)?,
+            FieldFormat::Exr(depth) | FieldFormat::Picture(PictureFormat::Exr(depth)) => {
+                super::exr::count_clipped(field.coefficients(), depth, job);
+                exr::lanes(field, depth)?
+            }
             FieldFormat::Picture(PictureFormat::Png(depth)) => png::lanes(&constants(field)?, depth, job)?,
-            FieldFormat::Picture(PictureFormat::Exr(depth)) => exr::lanes(field, depth)?,
             FieldFormat::Picture(
                 PictureFormat::Jpeg { .. }
                 | PictureFormat::Tiff(_)

@@ -53,7 +53,7 @@ impl Mesh {
         let finite = |v: &f32| v.is_finite() && v.abs() < 1e18;
         if !positions.iter().flatten().all(finite) || !texcoords.iter().flatten().all(finite) {
             return Err(Error::invalid(
-                "a position or texture coordinate of the mesh is not a finite number",
+                "a position or texture coordinate of the mesh is not a number below 1e18: export the mesh in other units",
             ));
         }
         let computed = smooth_normals(&positions, &triangles);

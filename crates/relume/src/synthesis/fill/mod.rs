@@ -162,10 +162,15 @@ fn fill_band(
     options: &FillOptions,
     job: &Job,
 ) -> Result<(SourceMap, Growth)> {
-    if band == 0 || band >= size.width.min(size.height).div_ceil(2) {
+    let widest = size.width.min(size.height).saturating_sub(1) / 2;
+    if widest == 0 {
         return Err(Error::usage(format!(
-            "a band of {band} texels along each edge of {size} texels: choose 1 to {}",
-            (size.width.min(size.height).saturating_sub(1)) / 2
+            "a texture of {size} texels has no middle between bands along its edges: both sides must be at least 3"
+        )));
+    }
+    if !(1..=widest).contains(&band) {
+        return Err(Error::usage(format!(
+            "a band of {band} texels along each edge of {size} texels: choose 1 to {widest}"
         )));
     }
     // Also where no window is needed after all.

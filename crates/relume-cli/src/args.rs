@@ -66,11 +66,11 @@ pub fn lattice(text: &str) -> Result<Lattice, String> {
     };
     let most = RollerOptions::LONGEST_PERIOD;
     if [a, b].as_flattened().iter().any(|shift| shift.abs() > most) {
-        return Err(format!("expected shifts of at most {most} texels"));
+        return Err(format!("expected shifts from -{most} to {most} texels"));
     }
-    if let Some(short) = [a, b].map(length).into_iter().find(|length| *length < SHORTEST_PERIOD) {
+    if let Some(short) = [a, b].map(length).into_iter().find(|l| *l > 0.0 && *l < SHORTEST_PERIOD) {
         return Err(format!(
-            "a period of {short} texels cannot be seen: expected at least {SHORTEST_PERIOD}"
+            "a period of {short:.3} texels cannot be seen: expected at least {SHORTEST_PERIOD}"
         ));
     }
     let lattice = Lattice::new(a, b).ok_or("these shifts lie on one line: expected two that span an area")?;
@@ -112,7 +112,7 @@ mod tests {
         {
             assert!(lattice(bad).is_err(), "{bad}");
         }
-        assert!(lattice("1e300,1e300").unwrap_err().contains("at most 131072 texels"));
+        assert!(lattice("1e300,1e300").unwrap_err().contains("-131072 to 131072 texels"));
         assert!(lattice("5,0,5.5,0").unwrap_err().contains("on one line"));
     }
 }

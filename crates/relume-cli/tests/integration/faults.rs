@@ -57,8 +57,9 @@ fn a_full_standard_error_changes_no_exit_status() {
     let folder = folder();
     let status = |script: &str| {
         let script = script.replace("relume", env!("CARGO_BIN_EXE_relume"));
-        let ran = Command::new("sh").args(["-c", &script]).current_dir(folder.path()).stdout(Stdio::null());
-        ran.status().unwrap().code()
+        let mut shell = Command::new("sh");
+        shell.args(["-c", &script]).current_dir(folder.path()).stdout(Stdio::null());
+        shell.status().unwrap().code()
     };
     assert_eq!(status("relume info nofile 2>/dev/full"), Some(1));
     assert_eq!(status("relume info nofile 2>&-"), Some(1));

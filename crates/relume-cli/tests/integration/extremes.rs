@@ -269,7 +269,7 @@ fn numbers_that_would_never_end_or_fit_are_refused_with_their_range() {
         ("synth a.png -o o.png --size 64 --method efros-leung --neighbourhood 1000001", "at most 1023"),
         ("synth a.png -o o.png --size 64 --method patchmatch --rounds 131073", "choose 1 to 1000"),
         ("synth a.png -o o.png --size 64 --method wei-levoy --coherence 1000001", "choose 1 to 256"),
-        ("synth a.png -o o.png --size 64 --tolerance 1e300", "from 0 to 1,000,000"),
+        ("synth a.png -o o.png --size 64 --tolerance 1e300", "from 0 to 1000000"),
         ("model a.png -o o.rlm --most 20001", "from 0 to 500"),
         ("roll a.png -o o.png --overlap 18446744073709551615", "choose 1 to 65536"),
         ("roll a.png -o o.png --period 18446744073709551616,4", "from -131072 to 131072"),

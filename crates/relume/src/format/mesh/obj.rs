@@ -206,7 +206,7 @@ mod tests {
             ),
             ("2/2/1 3/3/1", "", "line 14: a face needs at least 3 corners, found 2"),
             ("f 1", "g 1", "the mesh has no triangles"),
-            ("v 0 0 0", "v inf 0 0", "not a finite number"),
+            ("v 0 0 0", "v inf 0 0", "not a number below 1e18"),
         ] {
             let error = decoded(&SQUARE.replace(from, to)).unwrap_err().to_string();
             assert!(error.contains(expected), "{from} -> {to}: {error}");

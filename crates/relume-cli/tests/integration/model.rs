@@ -147,7 +147,7 @@ fn a_regular_material_is_combined_and_its_bytes_are_said() {
     // Given periods are followed, or it is said why not.
     let followed =
         run(folder, &["model", "weave.png", "--candidates", "12", "-o", "p.rlm", "--period", "31,29"]);
-    assert!(followed.contains("62 x 87 texels by the Roller"), "{followed}");
+    assert!(followed.contains("62 x 58 texels by the Roller"), "{followed}");
     let given = ["model", "weave.png", "-o", "x.rlm", "--period"];
     assert!(failed(folder, &[&given[..], &["200,200"]].concat(), 2).contains("larger exemplar"));
     assert!(refused(folder, &[&given[..], &["24,24", "--combine", "never"]].concat()).contains("structure"));

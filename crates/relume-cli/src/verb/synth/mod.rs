@@ -201,7 +201,7 @@ fn endless_job(args: &Args) -> endless::Request<'_> {
 }
 
 /// Claims all outputs before any work is done.
-fn claim_outputs<'a>(args: &'a Args, outputs: &mut Outputs) -> Result<Vec<Applied>> {
+fn claim_outputs(args: &Args, outputs: &mut Outputs) -> Result<Vec<Applied>> {
     let inputs = [&args.exemplars, &args.exclude].into_iter().flatten().map(PathBuf::as_path);
     let inputs: Vec<&Path> = inputs.chain(args.guide.inputs()).collect();
     let named: Vec<&Path> = std::iter::once(&*args.output).chain(args.report.as_deref()).collect();

@@ -61,7 +61,7 @@ fn oblique_periods_are_found_and_kept() {
         let (x, y) = ((t % 140) as f32, (t / 140) as f32);
         let (u, v) = (x / wide + y / high, x / wide - y / high);
         let tau = std::f32::consts::TAU;
-        (0.5 * tau * u).sin() + 0.6 * (0.5 * tau * v).cos() + 0.3 * (tau * u).cos()
+        (0.5 * tau * u).sin() + 0.9 * (0.5 * tau * v).cos() + 0.3 * (tau * u).cos()
     };
     let index = Planes::from_vec(size, 1, (0..size.texels()).map(value).collect()).unwrap();
     let rolled = make(&index, &RollerOptions { tiles: 2, ..RollerOptions::default() });

@@ -10,7 +10,7 @@ use crate::job::Job;
 use crate::memory;
 
 /// The bytes of a file of a UTIA BRDF, which has neither a signature nor a header.
-const UTIA_BYTES: usize = 8 * UtiaBrdf::NUMBERS;
+pub(super) const UTIA_BYTES: usize = 8 * UtiaBrdf::NUMBERS;
 
 /// The bytes before the numbers of a MERL BRDF.
 const MERL_HEADER: usize = 12;

@@ -90,9 +90,6 @@ const LIKELY: f64 = 1.5;
 /// A lattice explains much more than stripes, and more, where these have less than such fractions of its share.
 const MUCH_MORE: f64 = 0.7;
 const MORE: f64 = 0.9;
-/// A lattice repeats in what stripes leave where it leaves less than this fraction of that: a sum of waves, each of which
-/// is stripes.
-const LEAVES_NOTHING: f64 = 0.1;
 /// The least share of the values that are not grain with which a lattice of edges must repeat.
 const LEAST_VALUES: f64 = 0.05;
 /// A lattice of edges is not one of values where these repeat by less than this fraction of what they do with a
@@ -155,11 +152,8 @@ fn beside(
 ) -> Periods {
     let lattice = values.filter(|found| found.evidence(plain) >= CERTAIN);
     let much_more = lattice.filter(|found| stripes.share < MUCH_MORE * found.share);
-    let whole = lattice.filter(|found| {
-        stripes.share < MORE * found.share && 1.0 - found.share < LEAVES_NOTHING * (1.0 - stripes.share)
-    });
     let rest = || residual::lattice(correlation, plain, stripes.unit, values);
-    if let Some(found) = much_more.or(whole).or_else(rest) {
+    if let Some(found) = much_more.or_else(rest) {
         return verdict(correlation, Some(found), CERTAIN);
     }
     let more = lattice.filter(|found| stripes.share < MORE * found.share);

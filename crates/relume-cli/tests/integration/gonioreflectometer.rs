@@ -116,7 +116,7 @@ fn what_cannot_be_measured_is_refused_in_one_sentence() {
     assert!(refused(&["--views", "3", "--ambient", "2"]).contains("ambient"));
     assert!(
         failed(at, &["capture", "weave", "-o", "x.zip", "--views", "3", "--memory", "0.001"], 1)
-            .contains("MiB")
+            .contains("GiB of memory")
     );
     fs::write(at.join("x.zip"), "mine").unwrap();
     assert!(refused(&["--views", "3"]).contains("--force"));

@@ -2,7 +2,7 @@
 //!
 //! Where the pairs are those of all of some lights with all of some views, as in usual measurements, interpolation is
 //! linear in the triangles of both: nine pairs with products of barycentric coordinates; beyond the last ring of
-//! directions values stay constant ([`triangulated`]). Between other pairs it is that of the modified inverse distances
+//! directions values stay constant (`triangulated`). Between other pairs it is that of the modified inverse distances
 //! of Franke, Nielson, "Smooth Interpolation of Large Sets of Scattered Data" (International Journal for Numerical
 //! Methods in Engineering 15, 1980, equation 2.2), after Shepard, "A two-dimensional interpolation function for
 //! irregularly-spaced data" (1968): among the 16 nearest pairs, one at distance d has the weight ((R - d) / (R d))^2,

@@ -75,6 +75,22 @@ impl Direction {
         self.z
     }
 
+    /// The angle from the zenith.
+    pub fn polar_rad(self) -> f64 {
+        self.z.clamp(-1.0, 1.0).acos()
+    }
+
+    /// The azimuth counted from x towards y, from 0 to a turn.
+    pub fn azimuth_rad(self) -> f64 {
+        self.y.atan2(self.x).rem_euclid(std::f64::consts::TAU)
+    }
+
+    /// Directions spread evenly over the upper hemisphere: a Fibonacci lattice, a golden angle from each to the next.
+    pub(crate) fn fibonacci(count: usize) -> impl Fn(usize) -> Self {
+        let golden_rad = std::f64::consts::PI * (3.0 - 5f64.sqrt());
+        move |i| Self::from_angles((1.0 - (i as f64 + 0.5) / count as f64).acos(), golden_rad * i as f64)
+    }
+
     /// The components in order.
     pub fn to_array(self) -> [f64; 3] {
         [self.x, self.y, self.z]

@@ -52,7 +52,7 @@ fn btf(args: &Args, context: &Context) -> Result<Report> {
     let first = btf.photograph(0, &context.job)?;
     let (size, channels) = (first.size(), first.channels());
     let largest = |of: fn(&Directions) -> Direction| {
-        let polar = |entry: &PairEntry| of(&entry.directions).z().clamp(-1.0, 1.0).acos().to_degrees();
+        let polar = |entry: &PairEntry| of(&entry.directions).polar_rad().to_degrees();
         list.entries.iter().map(polar).fold(0.0, f64::max)
     };
     let (light_deg, view_deg) = (largest(|pair| pair.light), largest(|pair| pair.view));

@@ -9,8 +9,9 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::angles;
+use super::check_numbers;
 use crate::direction::{Direction, Directions};
-use crate::error::{Error, Result};
+use crate::error::Result;
 
 /// Cells of the polar angle of the half vector.
 const HALF: usize = 90;
@@ -39,18 +40,7 @@ impl MerlBrdf {
     /// # Errors
     /// Other than [`MerlBrdf::NUMBERS`] numbers, or one that is not finite.
     pub fn new(mut numbers: Vec<f64>) -> Result<Self> {
-        if numbers.len() != Self::NUMBERS {
-            return Err(Error::invalid(format!(
-                "a MERL BRDF has {} numbers, found {}",
-                Self::NUMBERS,
-                numbers.len()
-            )));
-        }
-        if let Some(i) = numbers.iter().position(|number| !number.is_finite()) {
-            return Err(Error::invalid(format!(
-                "number {i} of the MERL BRDF is not finite: the file is damaged"
-            )));
-        }
+        check_numbers("MERL", &numbers, Self::NUMBERS)?;
         for (plane, scale) in numbers.chunks_exact_mut(HALF * DIFFERENCE * AZIMUTH).zip(SCALES) {
             plane.iter_mut().for_each(|number| *number = (*number * scale).max(0.0));
         }

@@ -20,6 +20,7 @@ pub use tables::{TableShape, WarpTables};
 pub use utia::UtiaBrdf;
 
 use crate::direction::Directions;
+use crate::error::{Error, Result};
 
 /// A measured BRDF.
 #[derive(Debug, Clone)]
@@ -60,4 +61,20 @@ impl MeasuredBrdf {
 /// The polar angle from the zenith and the azimuth from x towards y, accurate near the zenith.
 fn angles([x, y, z]: [f64; 3]) -> (f64, f64) {
     (x.hypot(y).atan2(z), y.atan2(x))
+}
+
+/// Refuses numbers that are not all of a database's table.
+fn check_numbers(database: &str, numbers: &[f64], expected: usize) -> Result<()> {
+    if numbers.len() != expected {
+        return Err(Error::invalid(format!(
+            "a {database} BRDF has {expected} numbers, found {}",
+            numbers.len()
+        )));
+    }
+    match numbers.iter().position(|number| !number.is_finite()) {
+        None => Ok(()),
+        Some(i) => Err(Error::invalid(format!(
+            "number {i} of the {database} BRDF is not finite: the file is damaged"
+        ))),
+    }
 }

@@ -8,8 +8,9 @@
 use std::f64::consts::TAU;
 
 use super::angles;
+use super::check_numbers;
 use crate::direction::{Direction, Directions};
-use crate::error::{Error, Result};
+use crate::error::Result;
 
 const POLARS: usize = 6;
 const AZIMUTHS: usize = 48;
@@ -34,18 +35,7 @@ impl UtiaBrdf {
     /// # Errors
     /// Other than [`UtiaBrdf::NUMBERS`] numbers, or one that is not finite.
     pub fn new(mut numbers: Vec<f64>) -> Result<Self> {
-        if numbers.len() != Self::NUMBERS {
-            return Err(Error::invalid(format!(
-                "a UTIA BRDF has {} numbers, found {}",
-                Self::NUMBERS,
-                numbers.len()
-            )));
-        }
-        if let Some(i) = numbers.iter().position(|number| !number.is_finite()) {
-            return Err(Error::invalid(format!(
-                "number {i} of the UTIA BRDF is not finite: the file is damaged"
-            )));
-        }
+        check_numbers("UTIA", &numbers, Self::NUMBERS)?;
         numbers.iter_mut().for_each(|number| *number = number.max(0.0));
         Ok(Self { values: numbers })
     }

@@ -33,6 +33,7 @@ mod brdf;
 mod codes;
 mod color;
 mod complete;
+mod content;
 pub mod exr;
 mod field_file;
 mod finite;
@@ -66,6 +67,7 @@ mod zip;
 
 pub use archive::ImageArchive;
 pub use brdf::decode_brdf;
+pub use content::Content;
 pub use exr::ExrDepth;
 pub use field_file::{
     Encoding, FieldFile, FieldFormat, MapRecord, decode_field, encode_field, encode_translucent,
@@ -78,7 +80,7 @@ pub use map_role::{MapRole, NormalY};
 pub use mask::{Mask, decode_mask};
 pub use mesh::decode_mesh;
 pub use normal_map::{NormalMap, decode_normals, encode_normals, encode_stored_normals};
-pub use open::{Content, Opened, open, read, read_field, read_height, read_mesh, read_raster};
+pub use open::{Opened, open, read, read_field, read_height, read_mesh, read_raster};
 pub(crate) use picture::JPEG_QUALITY;
 pub use picture::{Depth, PictureFormat, encode_picture, encode_picture_with};
 pub use ptm::PtmEncoding;

@@ -46,34 +46,27 @@ fn of_plane(a: &[f32], b: &[f32], size: Size) -> f64 {
     (0..mean_a.len()).map(similarity).sum::<f64>() / mean_a.len() as f64
 }
 
-/// The means over all windows inside.
+/// The means over all windows inside: along the rows of the picture, and along those of its transpose.
 fn blurred(values: &[f64], size: Size) -> Vec<f64> {
-    let (across, width) = windows(values, size.width, size.height, |x, y| y * size.width + x);
-    windows(&across, size.height, width, |y, x| y * width + x).0
+    let across = row_means_transposed(values, size.width);
+    row_means_transposed(&across, size.height)
 }
 
-/// Weighted means along one axis of `length` places, for each of `lines`; the first result is a picture of rows as
-/// before with fewer places, the second its number of places.
-fn windows(
-    values: &[f64],
-    length: usize,
-    lines: usize,
-    at: impl Fn(usize, usize) -> usize,
-) -> (Vec<f64>, usize) {
-    let radius = RADIUS.min((length - 1) / 2);
+/// Weighted means along rows of `width` values, as columns.
+fn row_means_transposed(values: &[f64], width: usize) -> Vec<f64> {
+    let radius = RADIUS.min((width - 1) / 2);
     let weights: Vec<f64> =
         (0..=2 * radius).map(|i| (-0.5 * ((i as f64 - radius as f64) / DEVIATION).powi(2)).exp()).collect();
     let sum: f64 = weights.iter().sum();
-    let places = length - 2 * radius;
-    let is_across = at(1, 0) == 1 || lines == 1;
-    let mut out = vec![0.0; places * lines];
-    for line in 0..lines {
-        for place in 0..places {
-            let value: f64 = weights.iter().enumerate().map(|(i, w)| w * values[at(place + i, line)]).sum();
-            out[if is_across { line * places + place } else { place * lines + line }] = value / sum;
+    let (rows, places) = (values.len() / width, width - 2 * radius);
+    let mut out = vec![0.0; places * rows];
+    for (y, row) in values.chunks_exact(width).enumerate() {
+        for (x, window) in row.windows(weights.len()).enumerate() {
+            let value: f64 = weights.iter().zip(window).map(|(w, v)| w * v).sum();
+            out[x * rows + y] = value / sum;
         }
     }
-    (out, places)
+    out
 }
 
 #[cfg(test)]

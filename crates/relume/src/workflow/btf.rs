@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use crate::brdf::BrdfSamples;
 use crate::capture::dome::sampling::{DirectionSampling, all_pairs};
-use crate::capture::pairs::{PairList, files_below, first_names};
+use crate::capture::pairs::{PairList, files_below, first_names, is_set};
 use crate::direction::{Direction, Directions};
 use crate::error::{Error, Result};
 use crate::format::bonn::BonnBtf;
@@ -61,15 +61,10 @@ impl Btf {
     /// Whether a path is to be opened as such a texture: a file by its extension (`zip`, `btf`; `binary`, `bin` and `bsdf` of
     /// reflectances), or a folder without a light file that holds photographs with angles in their names.
     pub fn is_at(path: &Path) -> bool {
-        let has_extension =
-            |path: &Path, of: &str| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(of));
-        if !path.is_dir() {
-            return EXTENSIONS.iter().any(|extension| has_extension(path, extension));
+        if path.is_dir() {
+            return is_set(path);
         }
-        let Ok(files) = files_below(path) else { return false };
-        let holds_lights = files.iter().any(|(name, path)| !name.contains('/') && has_extension(path, "lp"));
-        !holds_lights
-            && matches!(PairList::of_paths(files.iter().map(|(name, _)| name.as_str())), Ok(Some(_)) | Err(_))
+        EXTENSIONS.iter().any(|of| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(of)))
     }
 
     /// Opens a folder, an archive or a file. Photographs are located, not read; factors of a `.btf` file are read. A

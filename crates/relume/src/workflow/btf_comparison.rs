@@ -74,7 +74,7 @@ pub fn compare(btf: &Btf, field: &ReflectanceField, job: &Job) -> Result<PairErr
     let worst = (0..all.len()).fold(0, |w, i| if all[i].psnr_db < all[w].psnr_db { i } else { w });
     let mut views: BTreeMap<i64, Vec<f64>> = BTreeMap::new();
     for (entry, errors) in entries.iter().zip(&all) {
-        let degrees = entry.directions.view.z().clamp(-1.0, 1.0).acos().to_degrees();
+        let degrees = entry.directions.view.polar_rad().to_degrees();
         views.entry((10.0 * degrees).round() as i64).or_default().push(errors.psnr_db);
     }
     let average = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;

@@ -13,9 +13,6 @@ use crate::context::Context;
 use crate::output::Outputs;
 use crate::report::Report;
 
-/// Functions where neither their number nor an error is given.
-const DEFAULT_FUNCTIONS: usize = 32;
-
 /// Learns functions and writes the field.
 pub(super) fn run(
     args: &Args,
@@ -40,10 +37,10 @@ pub(super) fn run(
     }
     let load = |i: usize| inputs.photograph(i, &context.job);
     let photographs = RasterSequence::open(&load)?;
-    if args.rank.is_none() && args.error.is_none() {
+    if let (Rank::Functions(usual), None) = (options.rank, args.rank) {
         // A texture of one texel, or of few pairs, has no more functions.
         let most = photographs.size().texels().min(inputs.pairs().len() * photographs.channels());
-        options.rank = Rank::Functions(most.min(DEFAULT_FUNCTIONS));
+        options.rank = Rank::Functions(most.min(usual));
     }
     foresee(options.rank, &photographs, inputs.pairs().len(), format, context)?;
     let load = |i: usize| photographs.read(i);

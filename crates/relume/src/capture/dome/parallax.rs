@@ -133,16 +133,9 @@ pub fn seen_by_brute_force(
 
 #[cfg(test)]
 mod tests {
-    use super::super::relief::ReliefBorder;
+    use super::super::relief::{ReliefBorder, relief_of as relief};
     use super::*;
-    use crate::planes::Planes;
     use crate::size::Size;
-
-    fn relief(size: Size, border: ReliefBorder, height: impl Fn(f64, f64) -> f64) -> Relief {
-        let values =
-            (0..size.texels()).map(|i| height((i % size.width) as f64, (i / size.width) as f64) as f32);
-        Relief::new(&Planes::from_vec(size, 1, values.collect()).unwrap(), border)
-    }
 
     fn all_seen(relief: &Relief, view: Direction, level: f32) -> Vec<f32> {
         let lines = SightLines::new(relief, view, level);

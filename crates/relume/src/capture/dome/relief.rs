@@ -131,6 +131,13 @@ fn inside(border: ReliefBorder, at: isize, side: usize) -> usize {
     }
 }
 
+/// A relief of heights at (x, y), for tests.
+#[cfg(test)]
+pub(super) fn relief_of(size: Size, border: ReliefBorder, height: impl Fn(f64, f64) -> f64) -> Relief {
+    let values = (0..size.texels()).map(|i| height((i % size.width) as f64, (i / size.width) as f64) as f32);
+    Relief::new(&Planes::from_vec(size, 1, values.collect()).unwrap(), border)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -53,17 +53,10 @@ fn disk_share(above_rad: f64, radius_rad: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::super::march::slope_by_brute_force;
-    use super::super::relief::ReliefBorder;
+    use super::super::relief::{ReliefBorder, relief_of as relief};
     use super::*;
     use crate::numeric::quadrature::gauss_legendre;
-    use crate::planes::Planes;
     use crate::size::Size;
-
-    fn relief(size: Size, border: ReliefBorder, height: impl Fn(f64, f64) -> f64) -> Relief {
-        let values =
-            (0..size.texels()).map(|i| height((i % size.width) as f64, (i / size.width) as f64) as f32);
-        Relief::new(&Planes::from_vec(size, 1, values.collect()).unwrap(), border)
-    }
 
     #[test]
     fn a_wall_casts_a_shadow_of_its_height_over_the_tangent() {

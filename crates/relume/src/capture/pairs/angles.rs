@@ -25,8 +25,8 @@ impl PairAngles {
     pub fn of_directions(pair: Directions) -> Self {
         let angles = |d: Direction| {
             let parts = |radians: f64| (radians.to_degrees() * PARTS).round() as i64;
-            let polar = parts(d.z().clamp(-1.0, 1.0).acos());
-            (polar, turned(polar, parts(d.y().atan2(d.x()))))
+            let polar = parts(d.polar_rad());
+            (polar, turned(polar, parts(d.azimuth_rad())))
         };
         Self::new(angles(pair.light), angles(pair.view))
     }

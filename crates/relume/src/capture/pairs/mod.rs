@@ -14,6 +14,9 @@ use angles::PairAngles;
 /// Folders below the one opened that are searched for photographs.
 const DEEPEST: usize = 6;
 
+/// The most folders in which a photograph is searched to tell what a folder holds.
+const MOST_FOLDERS: usize = 1000;
+
 /// A photograph and its directions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PairEntry {
@@ -104,7 +107,7 @@ impl PairList {
             self.views * self.lights,
             self.views,
             self.lights,
-            match self.missing_count - self.missing.len().min(self.missing_count) {
+            match self.missing_count - self.missing.len() {
                 0 => self.missing.join(", "),
                 more => format!("{} and {more} more", self.missing.join(", ")),
             }
@@ -135,6 +138,30 @@ pub fn files_below(folder: &Path) -> Result<Vec<(String, PathBuf)>> {
     let mut files = Vec::new();
     gather(folder, "", DEEPEST, &mut files)?;
     Ok(files)
+}
+
+/// Whether a folder, without a light file in itself, holds a photograph with the four angles in its name. The search
+/// ends at the first one, or after a thousand folders.
+pub fn is_set(folder: &Path) -> bool {
+    let is_light_file = |path: &Path| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("lp"));
+    let Ok(names) = list(folder) else { return false };
+    if names.iter().any(|name| is_light_file(Path::new(name)) && !is_hidden(name)) {
+        return false;
+    }
+    let mut waiting = vec![(folder.to_path_buf(), DEEPEST)];
+    for _ in 0..MOST_FOLDERS {
+        let Some((folder, depth)) = waiting.pop() else { return false };
+        for name in list(&folder).unwrap_or_default().into_iter().filter(|name| !is_hidden(name)) {
+            let path = folder.join(&name);
+            match path.is_dir() {
+                true if depth > 0 => waiting.push((path, depth - 1)),
+                true => {}
+                false if PairAngles::of_name(&name.to_string_lossy()).is_some() => return true,
+                false => {}
+            }
+        }
+    }
+    false
 }
 
 fn gather(folder: &Path, prefix: &str, depth: usize, files: &mut Vec<(String, PathBuf)>) -> Result<()> {
@@ -173,6 +200,24 @@ mod tests {
         assert_eq!(of(&sorted), of(&again));
         assert_eq!(again.entries[0].index, 11);
         assert!(PairList::of_paths(["a.jpg", "notes"]).unwrap().is_none());
+    }
+
+    #[test]
+    fn a_folder_is_a_set_where_some_photograph_below_has_angles_and_no_light_file_is_beside() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |name: &str| {
+            let path = folder.path().join(name);
+            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+            std::fs::write(path, "").unwrap();
+        };
+        write("a/b/notes.txt");
+        write("a/.tl1 pl2 tv3 pv4.png");
+        assert!(!is_set(folder.path()));
+        write("a/b/tl1 pl2 tv3 pv4.png");
+        assert!(is_set(folder.path()));
+        write("lights.lp");
+        assert!(!is_set(folder.path()) && is_set(&folder.path().join("a")));
+        assert!(!is_set(&folder.path().join("absent")));
     }
 
     #[test]

@@ -57,9 +57,7 @@ fn learned_at(pairs: Vec<Directions>, channels: usize, functions: usize) -> Lear
 
 /// Directions spread evenly over the hemisphere: a Fibonacci lattice.
 fn spread(count: usize) -> Vec<Direction> {
-    let golden = std::f64::consts::PI * (3.0 - 5f64.sqrt());
-    let polar = |i: usize| (1.0 - (i as f64 + 0.5) / count as f64).acos();
-    (0..count).map(|i| Direction::from_angles(polar(i), golden * i as f64)).collect()
+    (0..count).map(Direction::fibonacci(count)).collect()
 }
 
 /// Modified Gram-Schmidt under one weight for all pairs, twice for full precision.

@@ -18,6 +18,8 @@ pub(super) struct Factors<'a> {
     sketch: &'a Sketch,
     /// One row for each function.
     mixing: Matrix,
+    /// The inner products of the planes of the sketch.
+    products: Matrix,
     /// Of B, largest first.
     pub singular_values: Vec<f64>,
 }
@@ -33,7 +35,7 @@ impl<'a> Factors<'a> {
         let products = gram(&sketch.products, job)?;
         let (squares, turn) = eigen::symmetric(&inverse.times(&products).times(&inverse.transposed()));
         let singular_values = squares.iter().map(|square| square.max(0.0).sqrt()).collect();
-        Ok(Self { sketch, mixing: turn.times(&inverse), singular_values })
+        Ok(Self { sketch, mixing: turn.times(&inverse), products, singular_values })
     }
 
     /// The root mean square error of the first functions.
@@ -68,8 +70,7 @@ impl<'a> Factors<'a> {
         let rows = factor.lower_inverse().times(&first);
         let planes = factor.transposed().times(&first);
         // Uncorrelated: the axes of the coefficients.
-        let products = gram(&self.sketch.products, job)?;
-        let (_, axes) = eigen::symmetric(&planes.times(&products).times(&planes.transposed()));
+        let (_, axes) = eigen::symmetric(&planes.times(&self.products).times(&planes.transposed()));
         let (rows, planes) = (axes.times(&rows), axes.times(&planes));
         let values = functions_of(self.sketch, &rows);
         let bytes = 4 * (functions * self.sketch.products.size().texels()) as u64;

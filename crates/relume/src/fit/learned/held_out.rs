@@ -80,9 +80,8 @@ pub(super) fn place(directions: &[Direction], direction: Direction) -> usize {
 /// Angles rounded to a millionth of a radian, so that rings of equal polar angles stay together.
 fn order(a: Direction, b: Direction) -> Ordering {
     let key = |d: Direction| {
-        let azimuth = d.y().atan2(d.x()).rem_euclid(std::f64::consts::TAU);
         let rounded = |angle: f64| (angle * 1e6).round() as i64;
-        (rounded(d.z().clamp(-1.0, 1.0).acos()), rounded(azimuth))
+        (rounded(d.polar_rad()), rounded(d.azimuth_rad()))
     };
     key(a).cmp(&key(b))
 }

@@ -149,7 +149,7 @@ impl Measurement<'_> {
     ) -> Vec<PolarReport> {
         let mut groups: BTreeMap<i64, ErrorSums> = BTreeMap::new();
         for ((_, pair), sums) in self.pairs.iter().zip(sums) {
-            let degrees = direction(pair).z().clamp(-1.0, 1.0).acos().to_degrees();
+            let degrees = direction(pair).polar_rad().to_degrees();
             let group = groups.entry((10.0 * degrees).round() as i64).or_default();
             *group = group.plus(*sums);
         }

@@ -30,9 +30,7 @@ pub(super) fn pair_weights(pairs: &[Directions]) -> Vec<f64> {
 /// The area of the part of the hemisphere that is nearer to each direction than to the others, by counting the
 /// points of a Fibonacci lattice; at least that of one point.
 fn areas(directions: &[Direction]) -> Vec<f64> {
-    let golden = std::f64::consts::PI * (3.0 - 5f64.sqrt());
-    let point =
-        |i: usize| Direction::from_angles((1.0 - (i as f64 + 0.5) / POINTS as f64).acos(), golden * i as f64);
+    let point = Direction::fibonacci(POINTS);
     let nearest: Vec<usize> = (0..POINTS).into_par_iter().map(|i| place(directions, point(i))).collect();
     let mut counts = vec![0usize; directions.len()];
     nearest.into_iter().for_each(|i| counts[i] += 1);

@@ -9,7 +9,7 @@ use relume::format::npy::Array;
 use relume::metric::texture::{Appearance, Distances, Source, Sources};
 use relume::workflow::comparison::{Comparison, TexelErrors, TextureMeasures};
 use relume::workflow::{Btf, Missing, btf_comparison};
-use relume::{Error, Planes, Result, Size};
+use relume::{Direction, Error, Planes, Result, Size};
 use serde_json::json;
 
 use crate::context::Context;
@@ -100,7 +100,7 @@ fn with_photographs(args: &Args, context: &Context) -> Result<Report> {
     }
     let by_view = errors.by_view.iter().map(|(polar, db)| format!("{polar}: {db:.2}"));
     let _ = write!(text, "dB by the polar angle of the view: {}", by_view.collect::<Vec<_>>().join(", "));
-    let pairs = btf.list().entries.iter().map(|entry| entry.directions);
+    let pairs: Vec<Directions> = btf.list().entries.iter().map(|entry| entry.directions).collect();
     let json = json!({
         "psnr_db": mean.psnr_db.is_finite().then_some(mean.psnr_db),
         "rmse": mean.rmse,
@@ -108,8 +108,8 @@ fn with_photographs(args: &Args, context: &Context) -> Result<Report> {
         "worst": worst,
         "worst_name": errors.worst_name,
         "by_view": errors.by_view,
-        "lights": pairs.clone().map(|pair| pair.light.to_array()).collect::<Vec<_>>(),
-        "views": pairs.map(|pair| pair.view.to_array()).collect::<Vec<_>>(),
+        "lights": arrays(&pairs, |pair| pair.light),
+        "views": arrays(&pairs, |pair| pair.view),
     });
     Ok(Report::new(text, json))
 }
@@ -140,10 +140,15 @@ fn texel_by_texel(
         "psnr_db": finite(psnr_db),
         "rmse": rmse,
         "worst": { "psnr_db": finite(worst_psnr_db), "rmse": worst_rmse },
-        "lights": lights.iter().map(|pair| pair.light.to_array()).collect::<Vec<_>>(),
-        "views": lights.iter().map(|pair| pair.view.to_array()).collect::<Vec<_>>(),
+        "lights": arrays(lights, |pair| pair.light),
+        "views": arrays(lights, |pair| pair.view),
     });
     Ok(Report::new(text, json))
+}
+
+/// The lights or the views of pairs, for JSON.
+fn arrays(pairs: &[Directions], of: fn(&Directions) -> Direction) -> Vec<[f64; 3]> {
+    pairs.iter().map(|pair| of(pair).to_array()).collect()
 }
 
 fn texture_json(measures: &TextureMeasures, lights: &[Directions]) -> serde_json::Value {
@@ -154,8 +159,8 @@ fn texture_json(measures: &TextureMeasures, lights: &[Directions]) -> serde_json
         "wrap": { "right_to_left": measures.wraps[0], "bottom_to_top": measures.wraps[1] },
         "seams": measures.seams,
         "copying": measures.copying,
-        "lights": lights.iter().map(|pair| pair.light.to_array()).collect::<Vec<_>>(),
-        "views": lights.iter().map(|pair| pair.view.to_array()).collect::<Vec<_>>(),
+        "lights": arrays(lights, |pair| pair.light),
+        "views": arrays(lights, |pair| pair.view),
     })
 }
 

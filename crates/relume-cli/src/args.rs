@@ -20,7 +20,7 @@ pub fn size(text: &str) -> Result<Size, String> {
 
 /// `X,Y,Z`: a vector of any length towards the light; x right, y up, z to the viewer.
 pub fn light(text: &str) -> Result<Direction, String> {
-    let [x, y, z] = numbers(text).ok_or("expected three numbers such as 0.5,0.5,0.7")?;
+    let [x, y, z] = numbers(text).ok_or("expected a direction of three numbers such as 0.5,0.5,0.7")?;
     let direction = Direction::new(x, y, z).map_err(|e| e.to_string())?;
     if direction.z() < 0.0 {
         return Err("this light is below the surface: its third number must not be negative".to_owned());

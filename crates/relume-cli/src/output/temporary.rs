@@ -256,7 +256,8 @@ fn remove(path: &Path) {
     // Others may write into a folder while it is removed: a few rounds are enough.
     for _ in 0..8 {
         let removed = match fs::symlink_metadata(path) {
-            Ok(kind) if kind.is_dir() => fs::remove_dir_all(path),
+            // An empty folder goes even where no file can be opened any more.
+            Ok(kind) if kind.is_dir() => fs::remove_dir(path).or_else(|_| fs::remove_dir_all(path)),
             Ok(_) => fs::remove_file(path),
             Err(_) => return,
         };

@@ -107,6 +107,14 @@ fn with_negative_values(command: clap::Command) -> clap::Command {
 /// # Errors
 /// Words that are not understood.
 pub fn parsed(typed: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> Result<Cli, clap::Error> {
+    let mut typed: Vec<OsString> = typed.into_iter().map(Into::into).collect();
+    if let [_, help, what] = &mut typed[..]
+        && help == "help"
+        && (what == "--help" || what == "-h")
+    {
+        // The parser takes these for the name of a verb.
+        *what = "help".into();
+    }
     Cli::from_arg_matches(&program().try_get_matches_from(typed)?)
 }
 

@@ -377,3 +377,39 @@ fn control_characters_of_file_names_do_not_reach_the_terminal() {
     let text = failed(folder.path(), &["info", "\u{1b}[31mx\n"], 1);
     assert!(!text.contains('\u{1b}') && text.contains("\\u{1b}[31mx\\n"), "{text:?}");
 }
+
+#[test]
+fn help_helps_with_itself() {
+    let folder = tempfile::tempdir().unwrap();
+    for typed in [["help", "--help"], ["help", "-h"], ["help", "help"]] {
+        let text = run(folder.path(), &typed);
+        assert!(text.contains("Usage: relume help [COMMAND]"), "{text}");
+    }
+}
+
+#[test]
+fn intensities_beyond_reason_are_refused_as_they_were_typed() {
+    let folder = folder();
+    for (option, value) in [("--light", "0,0,1@1e300"), ("--background", "0,-1,0"), ("--light", "0,0,1@-1")] {
+        let text = refused(folder.path(), &["render", "a.png", "-o", "r.png", option, value]);
+        assert!(text.contains(&format!("invalid value '{value}'")), "{text}");
+        assert!(text.contains(" from 0 "), "{text}");
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn too_few_open_files_leave_no_temporary() {
+    let folder = tempfile::tempdir().unwrap();
+    for most in 4..9 {
+        let script = format!(
+            "ulimit -n {most}; exec {} capture sponge -o c{most} --size 16 --lights 4",
+            env!("CARGO_BIN_EXE_relume")
+        );
+        let done = Command::new("sh").args(["-c", &script]).current_dir(folder.path()).output().unwrap();
+        let left = names(folder.path());
+        let expected = format!("c{most}");
+        assert!(left.iter().all(|name| !name.contains("tmp")), "{most}: {left:?}");
+        assert_eq!(done.status.success(), left.contains(&expected), "{most}: {left:?}");
+    }
+}

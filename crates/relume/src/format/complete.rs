@@ -5,6 +5,7 @@
 
 use super::plausible;
 use crate::error::{Error, Result};
+use crate::job::Job;
 use crate::size::Size;
 
 const END_OF_IMAGE: u8 = 0xd9;
@@ -93,8 +94,9 @@ fn next_marker(bytes: &[u8], from: usize) -> Option<usize> {
     }
 }
 
-/// Follows the chunks of a PNG file up to its `IEND`.
-pub(super) fn check_png(bytes: &[u8]) -> Result<()> {
+/// Follows the chunks of a PNG file up to its `IEND`. Frames of an animation after the first, and bytes after the end,
+/// become remarks of the job: they are not read.
+pub(super) fn check_png(bytes: &[u8], job: &Job) -> Result<()> {
     let (mut at, mut claimed, mut data) = (8, None, 0);
     loop {
         let truncated = || {
@@ -112,8 +114,27 @@ pub(super) fn check_png(bytes: &[u8]) -> Result<()> {
         match &head[4..] {
             b"IHDR" => claimed = claimed.or_else(|| png_header(&bytes[at + 8..end])),
             b"IDAT" => data += length as u64,
+            b"acTL" => {
+                if let Some(&[n0, n1, n2, n3]) = bytes[at + 8..end].first_chunk::<4>() {
+                    let frames = u32::from_be_bytes([n0, n1, n2, n3]);
+                    job.remark(format!(
+                        "the PNG file is an animation of {frames} frames: its still picture is taken"
+                    ));
+                }
+            }
             b"IEND" => {
+                if end < bytes.len() {
+                    job.remark(format!(
+                        "{} bytes after the end of the PNG picture are not read",
+                        bytes.len() - end
+                    ));
+                }
                 let (size, needed) = claimed.unwrap_or((Size::new(0, 0), 0));
+                if size.texels() == 0 {
+                    return Err(Error::invalid(format!(
+                        "the PNG header says {size} texels: expected at least 1 x 1; export the file again"
+                    )));
+                }
                 return plausible::check("PNG", size, needed, data, plausible::DEFLATE);
             }
             _ => {}
@@ -147,5 +168,25 @@ mod tests {
         for length in 0..whole.len() {
             assert!(check_jpeg(&whole[..length]).is_err(), "{length}");
         }
+    }
+
+    #[test]
+    fn what_is_not_read_of_a_png_file_is_said() {
+        let chunk = |kind: &[u8; 4], data: &[u8]| {
+            [&(data.len() as u32).to_be_bytes()[..], kind, data, &[0; 4]].concat()
+        };
+        let head = |width: u8| chunk(b"IHDR", &[0, 0, 0, width, 0, 0, 0, 1, 8, 2, 0, 0, 0]);
+        let file = |width, more: &[u8]| {
+            let animation = chunk(b"acTL", &[0, 0, 0, 3, 0, 0, 0, 0]);
+            [&b"12345678"[..], &head(width), &animation, &chunk(b"IDAT", &[0; 8]), &chunk(b"IEND", &[]), more]
+                .concat()
+        };
+        let job = Job::default();
+        check_png(&file(1, b"more"), &job).unwrap();
+        for words in ["an animation of 3 frames", "4 bytes after the end"] {
+            assert!(job.remarks().iter().any(|remark| remark.contains(words)), "{:?}", job.remarks());
+        }
+        let error = check_png(&file(0, &[]), &Job::default()).unwrap_err().to_string();
+        assert!(error.contains("says 0 x 1 texels: expected at least 1 x 1"), "{error}");
     }
 }

@@ -25,15 +25,16 @@ struct PfmHeader {
 /// The picture in the bytes of a file.
 pub(super) fn decode(bytes: &[u8], job: &Job) -> Result<Raster> {
     let PfmHeader { channels, size, scale, start } = header(bytes)?;
-    job.check("the PFM picture", size, 4 * channels as u64)?;
-    let (expected, data) = (4 * size.texels() * channels, &bytes[start..]);
-    if data.len() != expected {
+    let data = &bytes[start..];
+    let expected = 4 * size.width as u128 * size.height as u128 * channels as u128;
+    if data.len() as u128 != expected {
         return Err(Error::invalid(format!(
             "the PFM header says {size} texels of {channels} channels, which are {expected} bytes, and {} follow: the \
              file is damaged or truncated",
             data.len()
         )));
     }
+    job.check("the PFM picture", size, 4 * channels as u64)?;
     if scale.abs() != 1.0 {
         job.remark(format!("the scale {} of the PFM file is not applied", scale.abs()));
     }
@@ -86,6 +87,7 @@ pub(super) fn encode(linear: &Picture) -> Vec<u8> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::limits::Limits;
     use crate::planes::Planes;
     use crate::space::Space;
 
@@ -124,7 +126,9 @@ mod tests {
             assert!(read(&[header.as_bytes(), &[0; 24]].concat()).is_err(), "{header}");
         }
         let bomb = read(b"PF\n100000 100000\n-1.0\n").unwrap_err().to_string();
-        assert!(bomb.contains("of memory"), "{bomb}");
+        assert!(bomb.contains("120000000000 bytes, and 0 follow"), "{bomb}");
+        let small = Job::new(Limits { max_bytes: 8, ..Limits::default() });
+        assert!(decode(&file, &small).unwrap_err().to_string().contains("of memory"));
         let nan = [b"Pf\n1 1\n-1.0\n", &f32::NAN.to_le_bytes()[..]].concat();
         assert!(read(&nan).unwrap_err().to_string().contains("'Y' is NaN"));
         let job = Job::default();

@@ -34,7 +34,7 @@ pub(super) fn decode_as(bytes: &[u8], meaning: Meaning, job: &Job) -> Result<Ras
         )),
         Kind::Exr => exr::decode_picture(bytes, meaning, job),
         Kind::Png => {
-            complete::check_png(bytes)?;
+            complete::check_png(bytes, job)?;
             decode_with(bytes, ImageFormat::Png, meaning, job)
         }
         Kind::Jpeg => {

@@ -1,6 +1,7 @@
 //! The scene of a rendered picture apart from the mesh and its texture: camera, lights, options.
 
 use std::f64::consts::{FRAC_PI_2, PI};
+use std::ops::RangeInclusive;
 
 use super::environment::EnvironmentLight;
 use super::highlight::Specular;
@@ -81,6 +82,11 @@ pub struct Light {
     pub direction: Direction,
     /// Linear red, green and blue; 1 is the light of the photographs.
     pub color: [f32; 3],
+}
+
+impl Light {
+    /// The red, green and blue that a light can have.
+    pub const COMPONENTS: RangeInclusive<f64> = 0.0..=1e6;
 }
 
 /// How texels respond to light.
@@ -172,8 +178,14 @@ impl RenderOptions {
         for tiling in self.tiling {
             within("tiling factor", tiling, 1e-3, 1e4)?;
         }
+        let allowed = Light::COMPONENTS;
         for value in self.lights.iter().flat_map(|light| light.color).chain(self.background) {
-            within("colour component of a light or the background", f64::from(value), 0.0, 1e6)?;
+            within(
+                "colour component of a light or the background",
+                f64::from(value),
+                *allowed.start(),
+                *allowed.end(),
+            )?;
         }
         Ok(())
     }

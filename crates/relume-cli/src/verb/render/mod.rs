@@ -93,6 +93,9 @@ fn light(text: &str) -> Result<Light, String> {
     let wrong = "expected X,Y,Z, X,Y,Z@INTENSITY or X,Y,Z@R,G,B";
     let [x, y, z] = args::numbers(direction).ok_or(wrong)?;
     let color = args::numbers(strength).or_else(|| args::numbers(strength).map(|[i]| [i; 3])).ok_or(wrong)?;
+    if color.iter().any(|c| !Light::COMPONENTS.contains(c)) {
+        return Err(format!("expected intensities from 0 to {}", Light::COMPONENTS.end()));
+    }
     let direction = Direction::new(x, y, z).map_err(|e| e.to_string())?;
     Ok(Light { direction, color: color.map(|c| c as f32) })
 }
@@ -111,7 +114,9 @@ fn orbit(text: &str) -> Result<Orbit, String> {
 }
 
 fn color(text: &str) -> Result<[f32; 3], String> {
-    let color: [f64; 3] = args::numbers(text).ok_or("expected three numbers such as 0.1,0.1,0.1")?;
+    let color = args::numbers(text).filter(|color: &[f64; 3]| color.iter().all(|c| (0.0..=1e3).contains(c)));
+    let color = color
+        .ok_or("expected red, green and blue from 0 (black) over 1 (white) to 1000, such as 0.1,0.1,0.1")?;
     Ok(color.map(|c| Space::Srgb.to_linear(c as f32)))
 }
 

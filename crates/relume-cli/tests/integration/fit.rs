@@ -22,9 +22,22 @@ const LIGHTS: [(f64, f64); 12] = [
 
 /// A folder with `count` grey photographs of 7 x 5 texels and `lights.lp`.
 fn capture(count: usize) -> tempfile::TempDir {
+    captured_under(&LIGHTS[..count])
+}
+
+/// As [`capture`], under any number of lights all over the hemisphere.
+fn dome(count: usize) -> tempfile::TempDir {
+    let light = |i: usize| {
+        let height = (i as f64 + 0.5) / count as f64;
+        (height.acos() / std::f64::consts::FRAC_PI_2, 0.381_966 * i as f64)
+    };
+    captured_under(&(0..count).map(light).collect::<Vec<_>>())
+}
+
+fn captured_under(lights: &[(f64, f64)]) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
-    let mut list = format!("{count}\n");
-    for (i, (polar, turns)) in LIGHTS.iter().take(count).enumerate() {
+    let mut list = format!("{}\n", lights.len());
+    for (i, (polar, turns)) in lights.iter().enumerate() {
         let (sin, z) = (polar * std::f64::consts::FRAC_PI_2).sin_cos();
         let (y, x) = (turns * std::f64::consts::TAU).sin_cos();
         list += &format!("p{i}.png {:.4} {:.4} {z:.4}\n", x * sin, y * sin);
@@ -65,6 +78,36 @@ fn harmonics_are_fitted_shown_relit_rendered_and_synthesised() {
     assert!(ptm.contains("not hsh9"), "{ptm}");
     let square = failed(path, &["synth", "h.exr", "--size", "12", "--domain", "square", "-o", "t.exr"], 2);
     assert!(square.contains("cannot be compared over the square"), "{square}");
+}
+
+#[test]
+fn every_basis_with_a_name_is_fitted_shown_and_relit() {
+    let folder = dome(40);
+    let path = folder.path();
+    for (basis, functions) in [
+        ("linear", 3),
+        ("ptm", 6),
+        ("cubic", 10),
+        ("quartic", 15),
+        ("hsh4", 4),
+        ("hsh16", 16),
+        ("hsh25", 25),
+        ("sh4", 4),
+        ("sh9", 9),
+        ("sh16", 16),
+        ("sh25", 25),
+        ("zernike", 21),
+    ] {
+        let result = json(path, &["fit", ".", "-o", "b.exr", "--basis", basis]);
+        assert_eq!(result["basis"], basis);
+        // The photographs are proportional to the height of the light.
+        assert!(result["report"]["error"]["psnr_db"].as_f64().unwrap() > 20.0, "{result}");
+        let info = json(path, &["info", "b.exr"]);
+        assert_eq!(info["planes"].as_array().unwrap().len(), functions, "{basis}");
+        done(path, &["relight", "b.exr", "--light", "0.3,0.2,0.9", "-o", "relit.png"]);
+    }
+    let few = failed(capture(9).path(), &["fit", ".", "-o", "b.exr", "--basis", "hsh16"], 1);
+    assert!(few.contains("its 16 functions need at least as many lights, found 9"), "{few}");
 }
 
 #[test]

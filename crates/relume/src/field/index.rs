@@ -329,7 +329,7 @@ mod tests {
 
     #[test]
     fn the_nine_numbers_are_defined_where_their_basis_is() {
-        let harmonics = random_field(Basis::Harmonics, PlaneLayout::LRGB, 1);
+        let harmonics = random_field(Basis::HSH9, PlaneLayout::LRGB, 1);
         let space = |domain| IndexSpace::new(&harmonics, Metric::LuminanceAndColor, domain);
         assert!(
             space(Domain::Square).unwrap_err().to_string().contains("cannot be compared over the square")

@@ -10,7 +10,7 @@ mod index;
 mod layout;
 pub mod lrgb;
 
-pub use basis::{Basis, Domain, Gram, Learned};
+pub use basis::{Bands, Basis, Domain, Gram, Learned, PolynomialDegree};
 pub use index::{IndexSpace, Metric};
 pub use layout::{PlaneLayout, PlaneRole};
 

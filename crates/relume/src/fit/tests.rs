@@ -83,17 +83,24 @@ proptest! {
         options in all_options(),
         width in 1usize..70,
         height in 1usize..20,
-        count in 12usize..40,
+        spare in 6usize..34,
         grey in any::<bool>(),
         seed in any::<u64>(),
     ) {
         let mut random = Random::new(seed, Purpose::Sample, [0]);
-        let lights = lights(count, &mut random);
+        // Functions of much detail need more lights to be well determined.
+        let functions = options.basis.len();
+        let lights = lights(2 * functions + spare, &mut random);
         let channels = if grey { 1 } else { 3 };
-        let photographs = photographs(Size::new(width, height), channels, &lights, &mut random);
+        // The slow fit takes long with many functions.
+        let most = if functions > 10 { 4 } else { 70 };
+        let size = Size::new(width.min(most), height.min(most));
+        let photographs = photographs(size, channels, &lights, &mut random);
         let fitted = run(&lights, &photographs, &options);
-        let difference = largest_difference(&fitted.field, &slow(&lights, &photographs, &options));
-        prop_assert!(difference < 5e-4, "{options:?}: {difference}");
+        let slow = slow(&lights, &photographs, &options);
+        let difference = largest_difference(&fitted.field, &slow);
+        let largest = slow.coefficients().as_slice().iter().fold(1.0f32, |most, c| most.max(c.abs()));
+        prop_assert!(difference < 5e-4 * largest, "{options:?}: {difference}");
     }
 }
 

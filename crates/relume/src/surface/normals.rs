@@ -62,7 +62,7 @@ fn brightest(field: &ReflectanceField) -> Vec<Direction> {
                 Direction::from_disk(u, v)
             })
             .collect(),
-        basis @ (Basis::Harmonics | Basis::Learned(_)) => {
+        basis => {
             let search = BrightestSearch::new(basis);
             let scratch = || (vec![0.0; basis.len()], search.scratch());
             let one = |(coefficients, weights): &mut (Vec<f64>, Vec<f64>), texel: usize| {

@@ -71,7 +71,7 @@ fn single_channels_are_textures_of_their_own() {
     let error = field.of_channels(&["opacity"]).unwrap_err().to_string();
     assert!(error.contains("no channel 'opacity'") && error.contains("590 nm"), "{error}");
     // For a product, the function of the channel is multiplied out.
-    let product = random_field(Basis::Harmonics, PlaneLayout::LRGB, Space::Srgb, SIZE, 2);
+    let product = random_field(Basis::HSH9, PlaneLayout::LRGB, Space::Srgb, SIZE, 2);
     let green = product.of_channels(&["G"]).unwrap();
     let difference = green.values(4, 9, light)[0] - product.value(4, 9, light)[1];
     assert!(difference.abs() < 1e-5, "{difference}");
@@ -93,7 +93,7 @@ fn harmonics_and_learned_bases_are_synthesised_with_every_layout() {
 #[test]
 fn fields_of_different_learned_bases_are_not_mixed() {
     let learned = random_field(Basis::examples().pop().unwrap(), PlaneLayout::RGB, Space::Linear, SIZE, 3);
-    let harmonics = random_field(Basis::Harmonics, PlaneLayout::RGB, Space::Linear, SIZE, 3);
+    let harmonics = random_field(Basis::HSH9, PlaneLayout::RGB, Space::Linear, SIZE, 3);
     let index = learned.coefficients();
     let exemplars = [Exemplar { index, excluded: None }, Exemplar { index, excluded: None }];
     let options = BlockOptions { size: Size::new(16, 16), block: 8, overlap: 2, ..BlockOptions::default() };
@@ -113,8 +113,8 @@ fn a_fit_of_harmonics_relights_a_matt_surface() {
         let value = lights[i].1.z() as f32;
         Raster::new(Size::new(3, 1), 3, Samples::F32((1..=9).map(|t| 0.1 * t as f32 * value).collect()))
     };
-    let options = FitOptions { basis: Basis::Harmonics, space: Space::Linear, ..FitOptions::default() };
+    let options = FitOptions { basis: Basis::HSH9, space: Space::Linear, ..FitOptions::default() };
     let fitted = fit(&lights, &photograph, &options, &Job::default()).unwrap();
-    assert_eq!((fitted.field.basis(), fitted.field.layout()), (&Basis::Harmonics, &PlaneLayout::LRGB));
+    assert_eq!((fitted.field.basis(), fitted.field.layout()), (&Basis::HSH9, &PlaneLayout::LRGB));
     assert!(fitted.report.error.psnr_db > 60.0, "{}", fitted.report.error.psnr_db);
 }

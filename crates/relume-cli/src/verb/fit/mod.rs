@@ -33,7 +33,8 @@ pub struct Args {
     /// standard output
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// The basis functions: six polynomials (ptm) or nine hemispherical harmonics (hsh9) of the light, or functions
+    /// The basis functions. Polynomials of the light: linear, ptm (six terms), cubic, quartic, zernike (degree 5);
+    /// hemispherical harmonics (hsh, as in RTI files) and spherical harmonics (sh) with so many functions; or functions
     /// learned from the photographs (learned) [default: ptm; learned for textures of light and view]
     #[arg(long, value_parser = basis())]
     basis: Option<BasisChoice>,
@@ -201,8 +202,8 @@ impl BasisChoice {
 }
 
 fn basis() -> impl TypedValueParser<Value = BasisChoice> {
-    let learned = BasisChoice::Learned.name();
-    PossibleValuesParser::new([Basis::Ptm.name(), Basis::Harmonics.name(), learned])
+    let of_light = Basis::NAMED.iter().filter(|basis| **basis != Basis::Constant).map(Basis::name);
+    PossibleValuesParser::new(of_light.chain([BasisChoice::Learned.name()]))
         .map(|name| Basis::from_name(&name).map_or(BasisChoice::Learned, BasisChoice::OfLight))
 }
 

@@ -4,22 +4,30 @@
 //! | name | functions | of | defined over |
 //! |---|---|---|---|
 //! | `constant` | 1 | nothing: a plain picture | hemisphere, cosine, square |
-//! | `ptm` | 6 | light | hemisphere, cosine, square |
-//! | `hsh9` | 9 | light | hemisphere (orthonormal), cosine |
+//! | `linear`, `ptm`, `cubic`, `quartic` | 3, 6, 10, 15 | light | hemisphere, cosine, square |
+//! | `hsh4`, `hsh9`, `hsh16`, `hsh25` | as named | light | hemisphere (orthonormal), cosine |
+//! | `sh4`, `sh9`, `sh16`, `sh25` | as named | light | hemisphere, cosine |
+//! | `zernike` | 21 | light | hemisphere, cosine (orthogonal), square |
 //! | `learned` | any number | light and view | hemisphere (orthonormal), by its own weights |
 
+mod bands;
 mod constant;
 mod examples;
 mod gram;
 mod harmonics;
 mod learned;
 mod moments;
+mod polynomial;
 mod ptm;
+mod spherical;
+mod zernike;
 
+pub use bands::Bands;
 #[cfg(test)]
 pub(crate) use examples::learned as learned_example;
 pub use gram::Gram;
 pub use learned::Learned;
+pub use polynomial::PolynomialDegree;
 
 use serde::{Serialize, Serializer};
 
@@ -34,8 +42,14 @@ pub enum Basis {
     Constant,
     /// The six monomials of a polynomial texture map.
     Ptm,
-    /// Nine hemispherical harmonics, in the convention of RTI files.
-    Harmonics,
+    /// All monomials of the light up to a degree other than that of a polynomial texture map.
+    Polynomial(PolynomialDegree),
+    /// Hemispherical harmonics, in the convention of RTI files.
+    Harmonics(Bands),
+    /// Real spherical harmonics.
+    Spherical(Bands),
+    /// Zernike's circle polynomials up to degree 5.
+    Zernike,
     /// Functions of light and view known at measured pairs of directions.
     Learned(Learned),
 }
@@ -58,7 +72,25 @@ named!(Domain { Hemisphere => "hemisphere", Cosine => "cosine", Square => "squar
 
 impl Basis {
     /// The members identified by their names alone.
-    pub const NAMED: [Self; 3] = [Self::Constant, Self::Ptm, Self::Harmonics];
+    pub const NAMED: [Self; 14] = [
+        Self::Constant,
+        Self::Polynomial(PolynomialDegree::Linear),
+        Self::Ptm,
+        Self::Polynomial(PolynomialDegree::Cubic),
+        Self::Polynomial(PolynomialDegree::Quartic),
+        Self::Harmonics(Bands::Two),
+        Self::HSH9,
+        Self::Harmonics(Bands::Four),
+        Self::Harmonics(Bands::Five),
+        Self::Spherical(Bands::Two),
+        Self::Spherical(Bands::Three),
+        Self::Spherical(Bands::Four),
+        Self::Spherical(Bands::Five),
+        Self::Zernike,
+    ];
+
+    /// The nine hemispherical harmonics that most RTI files hold.
+    pub const HSH9: Self = Self::Harmonics(Bands::Three);
 
     /// One member of each kind, for tests that run over the family.
     pub fn examples() -> Vec<Self> {
@@ -71,7 +103,9 @@ impl Basis {
         match self {
             Self::Constant => 1,
             Self::Ptm => ptm::NAMES.len(),
-            Self::Harmonics => harmonics::COUNT,
+            Self::Polynomial(degree) => degree.functions(),
+            Self::Harmonics(bands) | Self::Spherical(bands) => bands.functions(),
+            Self::Zernike => zernike::COUNT,
             Self::Learned(learned) => learned.functions(),
         }
     }
@@ -80,16 +114,16 @@ impl Basis {
     /// basis whose channels have common coefficients ([`PlaneLayout::shared`](super::PlaneLayout::shared)).
     pub fn channels(&self) -> usize {
         match self {
-            Self::Constant | Self::Ptm | Self::Harmonics => 1,
             Self::Learned(learned) => learned.channels(),
+            _ => 1,
         }
     }
 
     /// Whether the functions differ between views.
     pub fn depends_on_view(&self) -> bool {
         match self {
-            Self::Constant | Self::Ptm | Self::Harmonics => false,
             Self::Learned(learned) => learned.pairs().iter().any(|pair| pair.view != learned.pairs()[0].view),
+            _ => false,
         }
     }
 
@@ -98,7 +132,10 @@ impl Basis {
         match self {
             Self::Constant => "constant",
             Self::Ptm => "ptm",
-            Self::Harmonics => "hsh9",
+            Self::Polynomial(degree) => degree.name(),
+            Self::Harmonics(bands) => harmonics::name(*bands),
+            Self::Spherical(bands) => spherical::name(*bands),
+            Self::Zernike => "zernike",
             Self::Learned(_) => "learned",
         }
     }
@@ -113,9 +150,16 @@ impl Basis {
         match self {
             Self::Constant => vec!["1".to_owned()],
             Self::Ptm => ptm::NAMES.map(str::to_owned).to_vec(),
-            Self::Harmonics => (0..harmonics::COUNT).map(|k| format!("h{k}")).collect(),
-            Self::Learned(learned) => (0..learned.functions()).map(|k| format!("f{k}")).collect(),
+            Self::Polynomial(degree) => degree.function_names(),
+            Self::Harmonics(_) => self.numbered("h"),
+            Self::Spherical(_) => self.numbered("y"),
+            Self::Zernike => self.numbered("z"),
+            Self::Learned(_) => self.numbered("f"),
         }
+    }
+
+    fn numbered(&self, letter: &str) -> Vec<String> {
+        (0..self.len()).map(|k| format!("{letter}{k}")).collect()
     }
 
     /// The values of the functions for a light and a view, channel after channel, without an allocation.
@@ -127,7 +171,10 @@ impl Basis {
         match self {
             Self::Constant => out.copy_from_slice(&[1.0]),
             Self::Ptm => out.copy_from_slice(&ptm::weights(light.x(), light.y())),
-            Self::Harmonics => out.copy_from_slice(&harmonics::weights(light)),
+            Self::Polynomial(degree) => degree.weights_into(light.x(), light.y(), out),
+            Self::Harmonics(bands) => harmonics::weights_into(*bands, light, out),
+            Self::Spherical(bands) => spherical::weights_into(*bands, light, out),
+            Self::Zernike => out.copy_from_slice(&zernike::weights(light.x(), light.y())),
             Self::Learned(learned) => {
                 let expected = learned.channels() * learned.functions();
                 assert_eq!(out.len(), expected, "a number for each function and channel");
@@ -146,15 +193,15 @@ impl Basis {
 
     /// Whether the functions can be compared over a domain.
     pub fn is_defined_over(&self, domain: Domain) -> bool {
-        match (self, domain) {
-            (Self::Constant | Self::Ptm, _) | (_, Domain::Hemisphere) => true,
-            (Self::Harmonics, Domain::Cosine) => true,
-            (Self::Harmonics, Domain::Square) | (Self::Learned(_), _) => false,
+        match self {
+            Self::Constant | Self::Polynomial(_) | Self::Ptm | Self::Zernike => true,
+            Self::Harmonics(_) | Self::Spherical(_) => domain != Domain::Square,
+            Self::Learned(_) => domain == Domain::Hemisphere,
         }
     }
 
-    /// The inner products of the functions over a domain: in closed form, and for harmonics over
-    /// the cosine by a quadrature that is exact for their degree.
+    /// The inner products of the functions over a domain: in closed form, or by a quadrature that is exact for
+    /// their degree.
     ///
     /// # Errors
     /// When the basis is not defined over the domain.
@@ -162,7 +209,10 @@ impl Basis {
         let gram = match self {
             Self::Constant => Some(Gram::Dense(constant::gram(domain))),
             Self::Ptm => Some(Gram::Dense(ptm::gram(domain))),
-            Self::Harmonics => harmonics::gram(domain),
+            Self::Polynomial(degree) => Some(Gram::Dense(degree.gram(domain))),
+            Self::Harmonics(bands) => harmonics::gram(*bands, domain),
+            Self::Spherical(bands) => spherical::gram(*bands, domain),
+            Self::Zernike => Some(zernike::gram(domain)),
             Self::Learned(learned) if domain == Domain::Hemisphere => {
                 Some(Gram::Diagonal(vec![1.0; learned.functions()]))
             }
@@ -176,7 +226,7 @@ impl Basis {
     pub fn graded_order(&self) -> Vec<usize> {
         match self {
             Self::Ptm => ptm::GRADED_ORDER.to_vec(),
-            Self::Constant | Self::Harmonics | Self::Learned(_) => (0..self.len()).collect(),
+            _ => (0..self.len()).collect(),
         }
     }
 
@@ -189,12 +239,23 @@ impl Basis {
         use crate::numeric::quadrature::{integrate_hemisphere, integrate_square};
         match (self, domain) {
             (Self::Learned(learned), Domain::Hemisphere) => Ok(learned.integrate(f)),
-            (Self::Learned(_), _) | (Self::Harmonics, Domain::Square) => Err(self.undefined(domain)),
+            _ if !self.is_defined_over(domain) => Err(self.undefined(domain)),
             (_, Domain::Hemisphere) => Ok(integrate_hemisphere(nodes, |w| f(&self.weights(w)))),
             (_, Domain::Cosine) => Ok(integrate_hemisphere(nodes, |w| w.z() * f(&self.weights(w)))),
-            (Self::Ptm, Domain::Square) => Ok(integrate_square(nodes, |u, v| f(&ptm::weights(u, v)))),
-            (Self::Constant, Domain::Square) => Ok(integrate_square(nodes, |_, _| f(&[1.0]))),
+            (_, Domain::Square) => Ok(integrate_square(nodes, |u, v| f(&self.polynomial_weights(u, v)))),
         }
+    }
+
+    /// The values of polynomials of u and v anywhere on the square.
+    fn polynomial_weights(&self, u: f64, v: f64) -> Vec<f64> {
+        let mut out = vec![1.0; self.len()];
+        match self {
+            Self::Ptm => out.copy_from_slice(&ptm::weights(u, v)),
+            Self::Polynomial(degree) => degree.weights_into(u, v, &mut out),
+            Self::Zernike => out.copy_from_slice(&zernike::weights(u, v)),
+            Self::Constant | Self::Harmonics(_) | Self::Spherical(_) | Self::Learned(_) => {}
+        }
+        out
     }
 
     fn undefined(&self, domain: Domain) -> Error {
@@ -258,7 +319,7 @@ mod tests {
     #[test]
     fn domains_without_a_basis_are_refused_in_a_sentence() {
         let message = |basis: &Basis, domain| basis.gram(domain).unwrap_err().to_string();
-        let harmonics = message(&Basis::Harmonics, Domain::Square);
+        let harmonics = message(&Basis::HSH9, Domain::Square);
         assert!(harmonics.contains("hsh9 cannot be compared over the square"), "{harmonics}");
         assert!(harmonics.contains("choose the hemisphere or the cosine"), "{harmonics}");
         let learned = Basis::examples().pop().unwrap();

@@ -5,7 +5,7 @@
 //! vector on the texture plane.
 
 use super::Domain;
-use super::moments::moment;
+use super::moments;
 use crate::numeric::Matrix;
 
 /// Powers of u and v of each function.
@@ -23,8 +23,5 @@ pub(super) fn weights(u: f64, v: f64) -> [f64; 6] {
 }
 
 pub(super) fn gram(domain: Domain) -> Matrix {
-    Matrix::from_fn(6, 6, |j, k| {
-        let ((uj, vj), (uk, vk)) = (POWERS[j], POWERS[k]);
-        moment(domain, uj + uk, vj + vk)
-    })
+    moments::gram(domain, &POWERS)
 }

@@ -3,7 +3,7 @@
 //! | attribute | value |
 //! |---|---|
 //! | `relumeField` | `1`, the version of this layout |
-//! | `relumeBasis` | the basis: `constant`, `ptm`, `hsh9`, `learned` |
+//! | `relumeBasis` | the name of the basis |
 //! | `relumeLearned`, `relumeLearnedValues` | the table of a learned basis: see [`learned`] |
 //! | `relumeColor` | the layout of planes: `luminance`, `rgb`, `lrgb`, `channels`, `shared` |
 //! | `relumeChannels` | the names of the channels of `channels` and `shared`, in order, separated by `;` |

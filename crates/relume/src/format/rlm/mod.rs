@@ -165,7 +165,7 @@ mod tests {
             (Basis::Constant, PlaneLayout::LUMINANCE),
             (Basis::Ptm, PlaneLayout::LRGB),
             (Basis::Ptm, PlaneLayout::RGB),
-            (Basis::Harmonics, PlaneLayout::LRGB),
+            (Basis::HSH9, PlaneLayout::LRGB),
         ] {
             for marginals in [true, false] {
                 let model = model(basis.clone(), color.clone(), marginals);

@@ -51,7 +51,7 @@ pub fn encode(field: &FieldModel) -> Result<Vec<u8>> {
 pub fn check_kind(basis: &Basis, layout: &PlaneLayout) -> Result<()> {
     if Basis::from_name(basis.name()).is_none() || layout.is_named() {
         return Err(Error::unsupported(format!(
-            "a .rlm file holds models of the bases constant, ptm and hsh9 with luminance or colour, not of {} {}",
+            "a .rlm file holds models of polynomials, harmonics and plain pictures with luminance or colour, not of {} {}",
             layout.name(),
             basis.name()
         )));

@@ -69,6 +69,7 @@ fn degree(basis: &Basis, space: Space) -> usize {
         (Basis::Constant, _) => 0,
         (Basis::Ptm, Space::Linear) => 2,
         (Basis::Ptm, Space::Srgb) => 4,
+        (Basis::Polynomial(polynomial), Space::Linear) => polynomial.degree() as usize,
         _ => 6,
     }
 }

@@ -295,3 +295,44 @@ fn all_photographs_are_rearranged_with_the_texture() {
     );
     assert!(several.contains("one exemplar"), "{several}");
 }
+
+/// Texels in clusters: smaller than the plain texture, and read by every verb.
+#[test]
+fn a_texture_in_clusters_is_relit_compared_rendered_and_synthesised() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    write_folder(&path.join("btf"), &photographs());
+    done(path, &["fit", "btf", "-o", "plain.exr", "--rank", "8", "--half"]);
+    let clusters = ["--rank", "8", "--clusters", "6", "--cluster-axes", "3", "--half"];
+    let fit = json(path, &[&["fit", "btf", "-o", "c.exr"][..], &clusters].concat());
+    assert_eq!((&fit["clusters"]["clusters"], &fit["clusters"]["axes"]), (&6.into(), &3.into()));
+    assert!(
+        fs::metadata(path.join("c.exr")).unwrap().len() < fs::metadata(path.join("plain.exr")).unwrap().len()
+    );
+    let said = fit["report"]["error"]["psnr_db"].as_f64().unwrap();
+    let measured = json(path, &["compare", "btf", "c.exr"])["psnr_db"].as_f64().unwrap();
+    assert!(said > 38.0 && (measured - said).abs() < 1.5, "{said} dB, measured {measured} dB");
+    let info = json(path, &["info", "c.exr"]);
+    assert_eq!((&info["basis"], info["planes"].as_array().unwrap().len()), (&"learned".into(), 8));
+    done(path, &["relight", "c.exr", "--light", "0.3,0.4,0.8", "--view", "0.5,0,0.8", "-o", "relit.png"]);
+    done(path, &["render", "c.exr", "--mesh", "sphere", "--size", "40", "-o", "sphere.png"]);
+    done(path, &["synth", "c.exr", "-o", "large.exr", "--size", "40", "--block", "8"]);
+    assert_eq!(json(path, &["info", "large.exr"])["basis"], "learned");
+}
+
+#[test]
+fn clusters_that_cannot_be_made_are_refused_in_a_sentence() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    write_folder(&path.join("btf"), &photographs());
+    let refusal = |more: &[&str]| refused(path, &[&["fit", "btf"][..], more].concat());
+    assert!(refusal(&["-o", "c.btf", "--clusters", "4"]).contains("holds no clusters"));
+    assert!(refusal(&["-o", "c.exr", "--clusters", "4", "--error", "0.1"]).contains("give --rank"));
+    assert!(refusal(&["-o", "c.exr", "--clusters", "999"]).contains("1 to 576 clusters"));
+    let axes = ["-o", "c.exr", "--clusters", "4", "--rank", "6", "--cluster-axes", "6"];
+    assert!(refusal(&axes).contains("fewer numbers than the 6"));
+    assert!(
+        refusal(&["-o", "c.ptm", "--basis", "ptm", "--clusters", "4"]).contains("--clusters is of functions")
+    );
+    assert!(refusal(&["-o", "c.exr", "--cluster-axes", "4"]).contains("--clusters"));
+}

@@ -5,12 +5,16 @@
 //! stage maps a field to a field or to a picture.
 
 pub mod basis;
+mod clustered;
 mod coordinates;
 mod index;
 mod layout;
 pub mod lrgb;
 
 pub use basis::{Bands, Basis, Domain, Gram, Learned, PolynomialDegree};
+#[cfg(test)]
+pub(crate) use clustered::clustered_example;
+pub use clustered::{ClusterSpaces, ClusteredField, MOST_CLUSTERS};
 pub use index::{IndexSpace, Metric};
 pub use layout::{PlaneLayout, PlaneRole};
 

@@ -68,6 +68,8 @@ pub enum Purpose {
     RandomDirections = 22,
     /// The directions drawn from an environment at a point of a picture. Place: column, line of the sample.
     EnvironmentSamples = 23,
+    /// The texels from which clusters of texels begin. Place: none.
+    ClusterSeeds = 24,
 }
 
 /// The most integers of a place.

@@ -1,10 +1,13 @@
 //! Functions of light and view learned from the photographs.
 
 use relume::field::Basis;
-use relume::fit::learned::{self, LearnedOptions, LearnedReport, MOST_FUNCTIONS, Rank};
+use relume::fit::learned::{
+    self, ClusterOptions, LearnedFit, LearnedOptions, LearnedReport, MOST_FUNCTIONS, Rank,
+};
 use relume::format::bonn::{BtfFactors, FactorShape, encode_fmf};
-use relume::format::encode_field;
-use relume::{Error, Footprint, RasterSequence, ReflectanceField, Result, Space};
+use relume::format::exr::encode_clustered;
+use relume::format::{FieldFormat, encode_field};
+use relume::{Error, Footprint, RasterSequence, Result, Space};
 use serde_json::json;
 
 use super::input::Inputs;
@@ -28,12 +31,16 @@ pub(super) fn run(
         rank: args.error.map_or(args.rank.map_or(defaults.rank, Rank::Functions), Rank::Error),
         space,
         hold_out: args.hold_out,
+        clusters: clusters(args, &defaults)?,
         ..defaults
     };
     options.validate()?;
     if matches!(format, FittedFormat::Btf(_)) && space != Space::Linear {
         return Err(Error::usage("a .btf file holds values proportional to light: leave out --space srgb")
             .at(&args.output));
+    }
+    if matches!(format, FittedFormat::Btf(_)) && options.clusters.is_some() {
+        return Err(Error::usage("a .btf file holds no clusters: name an .exr to write").at(&args.output));
     }
     let load = |i: usize| inputs.photograph(i, &context.job);
     let photographs = RasterSequence::open(&load)?;
@@ -46,11 +53,15 @@ pub(super) fn run(
     let load = |i: usize| photographs.read(i);
     let fit =
         learned::fit(inputs.pairs(), &load, &options, &context.job).map_err(|e| e.at(inputs.place()))?;
-    outputs.write(&args.output, encoded(&fit.field, format, context)?)?;
+    outputs.write(&args.output, encoded(&fit, format, context)?)?;
     let written = outputs.commit()?;
-    let json = described(&fit.field, json!(fit.report));
+    let mut json = described(&fit.field, json!(fit.report));
+    json["clusters"] = json!(options.clusters);
+    let clusters = options
+        .clusters
+        .map_or(String::new(), |of| format!(" in {} clusters of {} axes", of.clusters, of.axes));
     let what = format!(
-        "{}: {} texels, {} learned functions, {} values, from {} photographs",
+        "{}: {} texels, {} learned functions{clusters}, {} values, from {} photographs",
         args.output.display(),
         fit.field.size(),
         fit.report.functions,
@@ -61,10 +72,30 @@ pub(super) fn run(
     Ok(Report::new(text, json).with_outputs(written).with_warnings(inputs.warnings()))
 }
 
-fn encoded(field: &ReflectanceField, format: FittedFormat, context: &Context) -> Result<Vec<u8>> {
-    let scalar = match format {
-        FittedFormat::Field(format) => return encode_field(field, format, None, &context.job),
-        FittedFormat::Btf(scalar) => scalar,
+/// The clusters asked for.
+fn clusters(args: &Args, defaults: &LearnedOptions) -> Result<Option<ClusterOptions>> {
+    let Some(clusters) = args.clusters else { return Ok(None) };
+    let functions = match (args.rank, defaults.rank) {
+        (Some(rank), _) | (None, Rank::Functions(rank)) => rank,
+        (None, Rank::Error(_)) => MOST_FUNCTIONS,
+    };
+    if args.error.is_some() {
+        return Err(Error::usage(
+            "--error finds a number of functions, and --clusters needs it: give --rank",
+        ));
+    }
+    let axes = args.cluster_axes.unwrap_or(functions.div_ceil(3));
+    Ok(Some(ClusterOptions { clusters: clusters.into(), axes }))
+}
+
+fn encoded(fit: &LearnedFit, format: FittedFormat, context: &Context) -> Result<Vec<u8>> {
+    let field = &fit.field;
+    let scalar = match (format, &fit.clustered) {
+        (FittedFormat::Field(FieldFormat::Exr(depth)), Some(clustered)) => {
+            return encode_clustered(clustered, depth, &context.job);
+        }
+        (FittedFormat::Field(format), _) => return encode_field(field, format, None, &context.job),
+        (FittedFormat::Btf(scalar), _) => scalar,
     };
     let Basis::Learned(learned) = field.basis() else {
         return Err(Error::usage("a .btf file holds learned functions"));

@@ -44,6 +44,13 @@ pub struct Args {
     /// Learn as few functions as give this root mean square error, of values with white at 1
     #[arg(long, value_name = "E")]
     error: Option<f64>,
+    /// Put the texels into N clusters with axes of their own: a texel then has fewer numbers than there are common
+    /// functions (--rank)
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    clusters: Option<u16>,
+    /// The numbers of a texel of a cluster [default: a third of the functions]
+    #[arg(long, value_name = "N", requires = "clusters")]
+    cluster_axes: Option<usize>,
     /// Leave every N-th light and view out of the fit of learned functions, and measure how well they are predicted
     #[arg(long, value_name = "N")]
     hold_out: Option<usize>,
@@ -113,6 +120,7 @@ impl Args {
         let only_learned = [
             (self.rank.is_some(), "--rank"),
             (self.error.is_some(), "--error"),
+            (self.clusters.is_some(), "--clusters"),
             (self.hold_out.is_some(), "--hold-out"),
         ];
         let never_learned = [(self.leave_one_out, "--leave-one-out"), (self.color.is_some(), "--color")];

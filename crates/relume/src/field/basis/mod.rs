@@ -24,7 +24,7 @@ mod zernike;
 
 pub use bands::Bands;
 #[cfg(test)]
-pub(crate) use examples::learned as learned_example;
+pub(crate) use examples::{learned as learned_example, learned_of_channels as learned_of_channels_example};
 pub use gram::Gram;
 pub use learned::Learned;
 pub use polynomial::PolynomialDegree;

@@ -16,15 +16,21 @@
 //! The product of coefficients and functions is that of the unweighted decomposition. Its factors are chosen
 //! such that the functions are orthonormal by solid angle, and coefficients uncorrelated, largest first: so
 //! coefficients are index planes.
+//!
+//! Texels may then be put into clusters with axes of their own ([`ClusterOptions`]): fewer numbers a texel for the same
+//! common functions.
 
+mod clusters;
 mod dots;
 mod finish;
 mod held_out;
+mod point_axes;
 mod reference;
 mod report;
 mod sketch;
 mod solid_angles;
 
+pub use clusters::{ClusterOptions, cluster};
 pub use reference::exact;
 pub use report::{LearnedReport, PairsReport, PolarReport};
 
@@ -35,7 +41,7 @@ use super::sample::Grid;
 use super::stream::PhotographStream;
 use crate::direction::Directions;
 use crate::error::{Error, Result};
-use crate::field::{Basis, Learned, PlaneLayout, ReflectanceField};
+use crate::field::{Basis, ClusteredField, Learned, PlaneLayout, ReflectanceField};
 use crate::job::Job;
 use crate::raster::LoadRaster;
 use crate::space::Space;
@@ -70,13 +76,22 @@ pub struct LearnedOptions {
     pub hold_out: Option<usize>,
     /// At most this many texels, on a regular grid, are compared with the photographs.
     pub report_texels: usize,
-    /// The seed of the random matrix; its influence is below the error of the factorisation.
+    /// Clusters of texels with axes of their own; `None` keeps a number for each function.
+    pub clusters: Option<ClusterOptions>,
+    /// The seed of the random matrix, whose influence is below the error of the factorisation, and of the clusters.
     pub seed: u64,
 }
 
 impl Default for LearnedOptions {
     fn default() -> Self {
-        Self { rank: Rank::Functions(32), space: Space::Srgb, hold_out: None, report_texels: 1024, seed: 0 }
+        Self {
+            rank: Rank::Functions(32),
+            space: Space::Srgb,
+            hold_out: None,
+            report_texels: 1024,
+            clusters: None,
+            seed: 0,
+        }
     }
 }
 
@@ -111,8 +126,10 @@ impl LearnedOptions {
 /// A factorised texture of light and view, and its errors.
 #[derive(Debug, Clone)]
 pub struct LearnedFit {
-    /// The result.
+    /// The result; of clusters the expanded form.
     pub field: ReflectanceField,
+    /// The result in clusters, if asked for.
+    pub clustered: Option<ClusteredField>,
     /// Its errors.
     pub report: LearnedReport,
 }
@@ -142,6 +159,9 @@ pub fn fit(
     let columns = held_out.kept() * stream.channels();
     let most = columns.min(stream.size().texels());
     check_rank(options.rank, columns, stream.size().texels())?;
+    if let (Some(clusters), Rank::Functions(functions)) = (&options.clusters, options.rank) {
+        clusters.validate(functions, stream.size().texels())?;
+    }
     let grid = Grid::new(stream.size(), options.report_texels);
     let _sample = job.hold("the sample for the error report", stream.sample_bytes(&grid))?;
     let levels = SampleLevels::new(options.space);
@@ -162,16 +182,20 @@ pub fn fit(
         let (values, weights, planes) = factors.finish(rank, &held_out, job)?;
         let basis = Learned::of_channels(stream.channels(), held_out.pairs(), weights, values)?;
         let layout = PlaneLayout::shared(channel_names(stream.channels()))?;
-        let field = ReflectanceField::new(Basis::Learned(basis), layout, options.space, planes)?;
+        let learned = ReflectanceField::new(Basis::Learned(basis), layout, options.space, planes)?;
         let measured = report::Measurement { pairs, grid: &grid, levels: &levels, held_out: &held_out };
-        let report = measured.report(
-            &field,
-            &sketched.kept,
-            &factors.singular_values[..rank],
-            factors.error(rank),
-            job,
-        )?;
-        return Ok(LearnedFit { field, report });
+        let singular_values = &factors.singular_values[..rank];
+        let Some(clusters) = &options.clusters else {
+            let error = factors.error(rank);
+            let report = measured.report(&learned, &sketched.kept, singular_values, error, job)?;
+            return Ok(LearnedFit { field: learned, clustered: None, report });
+        };
+        let clustered = cluster(&learned, clusters, options.seed, job)?;
+        let field = clustered.expanded(job)?;
+        let more = sketched.mean_square(&learned, &field, job)?;
+        let error = (factors.error(rank).powi(2) + more).sqrt();
+        let report = measured.report(&field, &sketched.kept, singular_values, error, job)?;
+        return Ok(LearnedFit { field, clustered: Some(clustered), report });
     }
 }
 

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use super::dots::Interleaved;
 use super::held_out::HeldOut;
 use crate::error::{Error, Result};
+use crate::field::{Basis, ReflectanceField};
 use crate::fit::levels::SampleLevels;
 use crate::fit::products::{BAND, FUNCTIONS, add_products};
 use crate::fit::sample::Grid;
@@ -78,6 +79,30 @@ impl Sketch {
         })?;
         let values = columns as f64 * size.texels() as f64;
         Ok(Self { rows, width, products: sums, energy, values, kept, _held: held })
+    }
+}
+
+impl Sketch {
+    /// The mean square of what two fields of one learned basis differ by, over all values of the photographs.
+    pub fn mean_square(&self, a: &ReflectanceField, b: &ReflectanceField, job: &Job) -> Result<f64> {
+        let Basis::Learned(learned) = a.basis() else {
+            return Err(Error::invalid("the difference of textures of other than learned functions"));
+        };
+        let mut difference = a.coefficients().clone().held(job, "the difference of two textures")?;
+        let values = difference.as_mut_slice().iter_mut().zip(b.coefficients().as_slice());
+        values.for_each(|(a, b)| *a -= b);
+        let planes = gram(&difference, job)?;
+        // Pairs count alike here, whatever their solid angles.
+        let n = learned.functions();
+        let mut functions = Matrix::zeros(n, n);
+        for row in learned.values().chunks_exact(n) {
+            for (j, &a) in row.iter().enumerate() {
+                let sums = functions.row_mut(j).iter_mut().zip(row);
+                sums.for_each(|(sum, &b)| *sum += f64::from(a) * f64::from(b));
+            }
+        }
+        let products = (0..n).flat_map(|j| planes.row(j).iter().zip(functions.row(j)));
+        Ok(products.map(|(a, b)| a * b).sum::<f64>().max(0.0) / self.values)
     }
 }
 

@@ -177,3 +177,85 @@ fn fewer_functions_than_asked_suffice_for_a_flat_texture() {
     assert!(fit.report.error.rmse < 3e-4, "{}", fit.report.error.rmse);
     assert!(fit.report.fitted.error.rmse < 1e-5, "{}", fit.report.fitted.error.rmse);
 }
+
+fn in_clusters(clusters: usize, axes: usize, functions: usize) -> LearnedOptions {
+    LearnedOptions {
+        rank: Rank::Functions(functions),
+        clusters: Some(ClusterOptions { clusters, axes }),
+        ..LearnedOptions::default()
+    }
+}
+
+/// Two materials side by side: texels left and right of a border are products of numbers with functions of their own.
+fn two_materials() -> Photographed {
+    let mut photographed = material(7, 5, 3, 0.0);
+    for (i, image) in photographed.images.iter_mut().enumerate() {
+        let pair = photographed.pairs[i].1;
+        let value = |s: usize| {
+            let (texel, channel) = (s / 3, (s % 3) as f64);
+            let (x, y) = ((texel % SIZE.width) as f64, (texel / SIZE.width) as f64);
+            let own = (1.3 * x + 0.7 * y).sin();
+            match x < 4.5 {
+                true => 0.3 + 0.1 * own * (pair.light.x() + 0.2 * channel),
+                false => 0.7 + 0.1 * own * (3.0 * pair.view.y() * pair.light.y() - 0.3 * channel),
+            }
+        };
+        let samples = (0..SIZE.texels() * 3).map(|s| (value(s) * 65535.0).round() as u16).collect();
+        *image = Raster::new(SIZE, 3, Samples::U16(samples)).unwrap();
+    }
+    photographed
+}
+
+#[test]
+fn a_number_for_each_texel_suffices_where_each_cluster_has_one_axis() {
+    let material = two_materials();
+    let fit = material.fit(&in_clusters(2, 1, 6)).unwrap();
+    let clustered = fit.clustered.unwrap();
+    let labels = clustered.planes().plane(0);
+    let is_right = |texel: usize| texel % SIZE.width > 4;
+    for texel in 0..SIZE.texels() {
+        assert_eq!(labels[texel] == labels[0], !is_right(texel), "texel {texel}");
+    }
+    assert!(fit.report.error.rmse < 1e-3, "{}", fit.report.error.rmse);
+    // One function more than the mean is not enough for both.
+    let options = LearnedOptions { rank: Rank::Functions(2), ..LearnedOptions::default() };
+    assert!(material.fit(&options).unwrap().report.error.rmse > 0.02);
+}
+
+#[test]
+fn the_error_of_clusters_is_that_of_the_relit_photographs() {
+    let fit = material(7, 5, 3, 0.05).fit(&in_clusters(4, 2, 8)).unwrap();
+    // All texels are measured, on the expanded texture.
+    assert!((fit.report.fitted.error.rmse / fit.report.error.rmse - 1.0).abs() < 1e-3, "{:?}", fit.report);
+    let clustered = fit.clustered.unwrap();
+    assert_eq!(clustered.expanded(&Job::default()).unwrap(), fit.field);
+    assert_eq!((clustered.planes().count(), fit.field.coefficients().count()), (3, 8));
+}
+
+#[test]
+fn more_clusters_and_more_axes_lower_the_error() {
+    let material = material(7, 5, 3, 0.05);
+    let error = |clusters, axes| material.fit(&in_clusters(clusters, axes, 8)).unwrap().report.error.rmse;
+    let errors = [error(1, 2), error(4, 2), error(4, 4), error(12, 4)];
+    assert!(errors.windows(2).all(|pair| pair[1] < pair[0]), "{errors:?}");
+}
+
+#[test]
+fn clusters_do_not_depend_on_the_number_of_threads() {
+    let material = material(6, 4, 3, 0.1);
+    let run = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| material.fit(&in_clusters(5, 2, 7)).unwrap().clustered.unwrap())
+    };
+    assert_eq!(run(1), run(3));
+}
+
+#[test]
+fn clusters_without_meaning_are_refused_in_a_sentence() {
+    let material = material(4, 3, 3, 0.1);
+    let message = |clusters, axes| material.fit(&in_clusters(clusters, axes, 4)).unwrap_err().to_string();
+    assert!(message(0, 2).contains("1 to 63 clusters are made of 63 texels"));
+    assert!(message(64, 2).contains("not 64"));
+    assert!(message(2, 0).contains("at least 1, not 0"));
+    assert!(message(2, 4).contains("fewer numbers than the 4 common functions"));
+}

@@ -10,6 +10,8 @@
 //! | `relumeSpace` | `linear` or `srgb` |
 //! | `relumeLights` | directions `x y z`, separated by `;`, where known |
 //!
+//! A texture in clusters has other channels: see [`clustered`].
+//!
 //! A channel is named `basis.function.colour`, so that viewers show each function as a layer: `ptm.u2.R`;
 //! `ptm.u2.Y` for luminance; `color.R` for the colour of an LRGB field; `learned.f0` for coefficients common to
 //! all channels. Files store channels in alphabetical
@@ -21,6 +23,7 @@ use std::collections::BTreeMap;
 
 use super::ExrDepth;
 use super::channels;
+use super::clustered;
 use super::codec;
 use super::container::{self, Layer};
 use super::learned;
@@ -84,7 +87,7 @@ pub(super) fn encode_with(
     more: &[(&'static str, String)],
     job: &Job,
 ) -> Result<Vec<u8>> {
-    let (mut names, mut attributes) = field_head(field);
+    let (mut names, mut attributes) = field_head(field, depth);
     attributes.extend_from_slice(more);
     let Some(opacity) = opacity else {
         return container::encode(&names, field.coefficients(), depth, &attributes, job);
@@ -100,26 +103,40 @@ pub(super) fn encode_with(
 }
 
 /// The name of each plane's channel, and the attributes of a field.
-pub(in crate::format) fn field_head(field: &ReflectanceField) -> (Vec<String>, Vec<(&'static str, String)>) {
+pub(in crate::format) fn field_head(
+    field: &ReflectanceField,
+    depth: ExrDepth,
+) -> (Vec<String>, Vec<(&'static str, String)>) {
     let names = channel_names(field.basis(), field.layout(), field.space());
-    let mut attributes = vec![
-        (VERSION_KEY, VERSION.to_owned()),
-        (BASIS_KEY, field.basis().name().to_owned()),
-        (COLOR_KEY, field.layout().name().to_owned()),
-        (SPACE_KEY, field.space().to_string()),
-    ];
-    if let Basis::Learned(learned) = field.basis() {
-        attributes.push((LEARNED_KEY, learned::pairs_of(learned)));
-        attributes.push((VALUES_KEY, learned::values_of(learned)));
-    }
-    if field.layout().is_named() || field.layout().is_shared() {
-        attributes.push((CHANNELS_KEY, field.layout().channel_names().join(";")));
-    }
+    let mut attributes = parts_of(field.basis(), field.layout(), field.space(), depth);
     if !field.lights().is_empty() {
         let lights = field.lights().iter().map(|d| format!("{} {} {}", d.x(), d.y(), d.z()));
         attributes.push((LIGHTS_KEY, lights.collect::<Vec<_>>().join(";")));
     }
     (names, attributes)
+}
+
+/// The attributes of a field beside its planes and lights.
+pub(super) fn parts_of(
+    basis: &Basis,
+    layout: &PlaneLayout,
+    space: Space,
+    depth: ExrDepth,
+) -> Vec<(&'static str, String)> {
+    let mut attributes = vec![
+        (VERSION_KEY, VERSION.to_owned()),
+        (BASIS_KEY, basis.name().to_owned()),
+        (COLOR_KEY, layout.name().to_owned()),
+        (SPACE_KEY, space.to_string()),
+    ];
+    if let Basis::Learned(learned) = basis {
+        attributes.push((LEARNED_KEY, learned::pairs_of(learned)));
+        attributes.push((VALUES_KEY, learned::values_of(learned, depth)));
+    }
+    if layout.is_named() || layout.is_shared() {
+        attributes.push((CHANNELS_KEY, layout.channel_names().join(";")));
+    }
+    attributes
 }
 
 /// A field as an EXR file holds it.
@@ -153,9 +170,13 @@ pub(in crate::format) fn decode_field(bytes: &[u8], meaning: Meaning, job: &Job)
 
 /// The field that attributes describe.
 fn described(layer: &Layer, job: &Job) -> Result<ExrField> {
+    if clustered::is_clustered(layer) {
+        let field = clustered::clustered_of(layer)?.expanded(job)?;
+        return Ok(ExrField { field, opacity: None, depth: layer.depth });
+    }
     let layout = layout_of(layer)?;
     let basis = basis_of(layer, &layout)?;
-    let space = named(layer, SPACE_KEY, Space::from_name)?;
+    let space = space_of(layer)?;
     let names = channel_names(&basis, &layout, space);
     let mut planes = ordered(layer, &names)?;
     let has_opacity = !names.iter().any(|name| name == OPACITY);
@@ -180,7 +201,8 @@ fn named_channels(layer: &Layer, job: &Job) -> Result<ExrField> {
     Ok(ExrField { field, opacity: None, depth: layer.depth })
 }
 
-fn basis_of(layer: &Layer, layout: &PlaneLayout) -> Result<Basis> {
+/// The basis that attributes describe.
+pub(super) fn basis_of(layer: &Layer, layout: &PlaneLayout) -> Result<Basis> {
     let channels = if layout.is_shared() { layout.channels() } else { 1 };
     match layer.attributes.get(BASIS_KEY).map(String::as_str) {
         Some("learned") => {
@@ -191,7 +213,13 @@ fn basis_of(layer: &Layer, layout: &PlaneLayout) -> Result<Basis> {
     }
 }
 
-fn layout_of(layer: &Layer) -> Result<PlaneLayout> {
+/// The space that attributes describe.
+pub(super) fn space_of(layer: &Layer) -> Result<Space> {
+    named(layer, SPACE_KEY, Space::from_name)
+}
+
+/// The layout that attributes describe.
+pub(super) fn layout_of(layer: &Layer) -> Result<PlaneLayout> {
     match layer.attributes.get(COLOR_KEY).map(String::as_str) {
         Some("channels") => PlaneLayout::of_channels(attribute(layer, CHANNELS_KEY)?.split(';')),
         Some("shared") => PlaneLayout::shared(attribute(layer, CHANNELS_KEY)?.split(';')),
@@ -217,7 +245,8 @@ fn channel_names(basis: &Basis, layout: &PlaneLayout, space: Space) -> Vec<Strin
     layout.roles(functions.len()).into_iter().map(name).collect()
 }
 
-fn attribute<'a>(layer: &'a Layer, key: &str) -> Result<&'a str> {
+/// An attribute that must be there.
+pub(super) fn attribute<'a>(layer: &'a Layer, key: &str) -> Result<&'a str> {
     let value = layer.attributes.get(key).map(String::as_str);
     value.ok_or_else(|| Error::invalid(format!("the EXR field has no attribute '{key}'")))
 }
@@ -230,7 +259,7 @@ fn named<T>(layer: &Layer, key: &str, parse: impl Fn(&str) -> Option<T>) -> Resu
 }
 
 /// The planes of the named channels in this order.
-fn ordered(layer: &Layer, names: &[String]) -> Result<Planes> {
+pub(super) fn ordered(layer: &Layer, names: &[String]) -> Result<Planes> {
     let mut samples = Vec::with_capacity(layer.planes.size().texels() * names.len());
     for name in names {
         let k = layer.names.iter().position(|n| n == name).ok_or_else(|| {

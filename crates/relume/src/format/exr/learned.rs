@@ -1,12 +1,10 @@
 //! The table of a learned basis as two texts. The pairs: for each the light, the view and the weight, numbers
 //! separated by spaces and pairs by `;`, the shortest decimals that read back to the same bits. The values of the
-//! functions, pair after pair and channel after channel: little-endian 32-bit floats in Base64 (RFC 4648).
+//! functions, pair after pair and channel after channel, are numbers as text ([`numbers`]).
 
 use std::fmt::Write as _;
 
-use base64::Engine as _;
-use base64::engine::general_purpose::STANDARD as BASE64;
-
+use super::{ExrDepth, numbers};
 use crate::direction::{Direction, Directions};
 use crate::error::{Error, Result};
 use crate::field::Learned;
@@ -28,9 +26,17 @@ pub(super) fn pairs_of(learned: &Learned) -> String {
     text
 }
 
-/// The values as text.
-pub(super) fn values_of(learned: &Learned) -> String {
-    BASE64.encode(learned.values().iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<u8>>())
+/// The values as text, in halves where those are asked for and are still orthonormal.
+pub(super) fn values_of(learned: &Learned, depth: ExrDepth) -> String {
+    let text = numbers::text_of(learned.values(), depth);
+    let holds = |text: &str| {
+        let values = numbers::from_text(text, "the values")?;
+        Learned::of_channels(learned.channels(), learned.pairs().to_vec(), learned.weights().to_vec(), values)
+    };
+    match depth {
+        ExrDepth::Half if holds(&text).is_err() => numbers::text_of(learned.values(), ExrDepth::Float),
+        ExrDepth::Half | ExrDepth::Float => text,
+    }
 }
 
 /// The basis of a table with values for each of some channels.
@@ -41,13 +47,7 @@ pub(super) fn values_of(learned: &Learned) -> String {
 pub(super) fn from_texts(pairs: &str, values: &str, channels: usize) -> Result<Learned> {
     let rows = pairs.split(';').enumerate().map(|(number, row)| pair_of(number, row));
     let (pairs, weights) = rows.collect::<Result<(Vec<Directions>, Vec<f64>)>>()?;
-    let bytes = BASE64.decode(values.trim_ascii()).ok().filter(|bytes| bytes.len().is_multiple_of(4));
-    let bytes = bytes.ok_or_else(|| {
-        Error::invalid(
-            "the values of the learned basis in the EXR field are damaged: expected 32-bit floats in Base64",
-        )
-    })?;
-    let values = bytes.as_chunks::<4>().0.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect();
+    let values = numbers::from_text(values, "the values of the learned basis")?;
     Learned::of_channels(channels, pairs, weights, values)
 }
 
@@ -71,7 +71,7 @@ mod tests {
     use super::*;
     use crate::field::basis::learned_example;
     use crate::field::{Basis, PlaneLayout, ReflectanceField};
-    use crate::format::{ExrDepth, FieldFormat, decode_field, encode_field};
+    use crate::format::{FieldFormat, decode_field, encode_field};
     use crate::job::Job;
     use crate::planes::Planes;
     use crate::size::Size;
@@ -87,7 +87,10 @@ mod tests {
     #[test]
     fn a_table_comes_back_to_the_bit() {
         let learned = example();
-        assert_eq!(from_texts(&pairs_of(&learned), &values_of(&learned), 1).unwrap(), learned);
+        assert_eq!(
+            from_texts(&pairs_of(&learned), &values_of(&learned, ExrDepth::Float), 1).unwrap(),
+            learned
+        );
     }
 
     /// A file with the directions of the usual BTF samples, 81 x 81.
@@ -101,8 +104,30 @@ mod tests {
     }
 
     #[test]
+    fn a_table_in_halves_is_half_as_long_and_stays_orthonormal() {
+        let learned = learned_example(20, 20, 6);
+        let halves = values_of(&learned, ExrDepth::Half);
+        assert!(halves.len() < values_of(&learned, ExrDepth::Float).len() * 51 / 100);
+        let read = from_texts(&pairs_of(&learned), &halves, 1).unwrap();
+        let largest = learned.values().iter().fold(0.0, |most: f32, v| most.max(v.abs()));
+        let pairs = read.values().iter().zip(learned.values());
+        assert!(pairs.into_iter().all(|(a, b)| (a - b).abs() < 5e-4 * largest));
+    }
+
+    /// A single pair, whose value is not exact in 16 bits.
+    #[test]
+    fn a_table_that_halves_would_spoil_stays_in_floats() {
+        let weight = 1.0 / f64::from(1.2343f32).powi(2);
+        let learned = Learned::new(vec![Direction::ZENITH.into()], vec![weight], vec![1.2343]).unwrap();
+        assert_eq!(
+            from_texts(&pairs_of(&learned), &values_of(&learned, ExrDepth::Half), 1).unwrap(),
+            learned
+        );
+    }
+
+    #[test]
     fn broken_tables_are_refused_in_a_sentence() {
-        let (pairs, values) = (pairs_of(&example()), values_of(&example()));
+        let (pairs, values) = (pairs_of(&example()), values_of(&example(), ExrDepth::Float));
         let message = |pairs: &str, values: &str, channels: usize| {
             from_texts(pairs, values, channels).unwrap_err().to_string()
         };
@@ -111,7 +136,9 @@ mod tests {
         assert!(message(&format!("{pairs};1 0 0"), &values, 1).contains("3 numbers"));
         assert!(message(&pairs.replacen(' ', " x", 1), &values, 1).contains("expected numbers"));
         assert!(message("2 0 0 0 0 1 1", &values, 1).contains("length"));
-        assert!(message("0 0 1 0 0 1 1", &BASE64.encode(3f32.to_le_bytes()), 1).contains("orthonormal"));
+        assert!(
+            message("0 0 1 0 0 1 1", &numbers::text_of(&[3.0], ExrDepth::Float), 1).contains("orthonormal")
+        );
         for damaged in ["*", "AAAA", &values[..values.len() - 4]] {
             let text = message(&pairs, damaged, 1);
             assert!(text.contains("damaged") || text.contains("values"), "{text}");

@@ -9,9 +9,11 @@ mod absent;
 mod attributes;
 mod blocks;
 mod channels;
+mod clustered;
 mod container;
 mod field;
 mod learned;
+mod numbers;
 mod picture;
 #[cfg(feature = "exr")]
 mod reading;
@@ -36,6 +38,7 @@ pub(super) use field::{ExrField, decode_field, decode_picture, encode_field, fie
 pub(super) use picture::encode_picture;
 pub(super) use tiles::tiles_of;
 
+pub use clustered::{decode_clustered, encode_clustered};
 pub use tiles::encode_tiles;
 
 use crate::clipping::{Clipper, Clipping};

@@ -9,7 +9,7 @@ use crate::size::Size;
 
 /// The samples of each channel, in the order of the file.
 pub(super) fn lanes(field: &ReflectanceField, depth: ExrDepth) -> Result<(Vec<Lane>, StreamKind)> {
-    let (names, texts) = exr::field_head(field);
+    let (names, texts) = exr::field_head(field, depth);
     let mut order: Vec<usize> = (0..names.len()).collect();
     order.sort_by(|&a, &b| names[a].cmp(&names[b]));
     let lane = |&k: &usize| {

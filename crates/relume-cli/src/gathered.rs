@@ -116,7 +116,7 @@ pub fn encode_normals(
     let format = match FieldFormat::from_path(output)?.in_depth_of(&from.encoding) {
         FieldFormat::Exr(depth) => PictureFormat::Exr(depth),
         FieldFormat::Picture(format) => format,
-        FieldFormat::Ptm => {
+        FieldFormat::Ptm | FieldFormat::PtmJpeg { .. } => {
             return Err(Error::usage("a .ptm holds functions of light, not normals: name a picture"));
         }
     };

@@ -89,6 +89,11 @@ impl fmt::Display for Encoding {
 pub enum FieldFormat {
     /// Polynomial texture map: 8 bits a coefficient.
     Ptm,
+    /// Polynomial texture map whose planes are JPEG files.
+    PtmJpeg {
+        /// 1 (smallest file) to 100.
+        quality: u8,
+    },
     /// Any field, as floats.
     Exr(ExrDepth),
     /// Fields of constants only.
@@ -132,7 +137,8 @@ impl FieldFormat {
         let lacks = |format: &PictureFormat| {
             matches!(format, PictureFormat::Jpeg { .. } | PictureFormat::Pfm | PictureFormat::Radiance)
         };
-        !matches!(self, Self::Ptm) && !matches!(self, Self::Picture(format) if lacks(&format))
+        !matches!(self, Self::Ptm | Self::PtmJpeg { .. })
+            && !matches!(self, Self::Picture(format) if lacks(&format))
     }
 }
 
@@ -224,11 +230,15 @@ pub fn encode_translucent(
             "JPEG, PFM, Radiance and PTM files hold no opacity: write PNG, TIFF or EXR",
         ));
     }
-    match (format, encoding) {
-        (FieldFormat::Ptm, Some(Encoding::Ptm(stored))) => ptm::encode(field, Under::Stored(stored), job),
-        (FieldFormat::Ptm, _) => ptm::encode(field, Under::Chosen, job),
-        (FieldFormat::Exr(depth), _) => exr::encode_field(field, opacity, depth, job),
-        (FieldFormat::Picture(format), _) => encode_with(&constants(field)?, opacity, format, job),
+    let under = match encoding {
+        Some(Encoding::Ptm(stored)) => Under::Stored(stored),
+        _ => Under::Chosen,
+    };
+    match format {
+        FieldFormat::Ptm => ptm::encode(field, under, job),
+        FieldFormat::PtmJpeg { quality } => ptm::encode_compressed(field, under, quality, job),
+        FieldFormat::Exr(depth) => exr::encode_field(field, opacity, depth, job),
+        FieldFormat::Picture(format) => encode_with(&constants(field)?, opacity, format, job),
     }
 }
 

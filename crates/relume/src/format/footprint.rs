@@ -56,6 +56,12 @@ impl FieldFormat {
             Self::Ptm if planes == PTM_PRODUCT => Footprint::of_texels(size, 24 + 3 + 9, 9),
             Self::Ptm if planes == PTM_LUMINANCE => Footprint::of_texels(size, 3 + 9, 9),
             Self::Ptm => Footprint::of_texels(size, planes, planes),
+            // The raw file, its planes, those that are decoded again, and a residual with its JPEG file.
+            Self::PtmJpeg { .. } => Self::Ptm.footprint(size, planes as usize).then(Footprint::of_texels(
+                size,
+                2 * planes + 4,
+                planes,
+            )),
             Self::Exr(depth) => depth.footprint(size, planes),
             Self::Picture(format) => {
                 // The coefficients as a picture.
@@ -71,7 +77,9 @@ impl FieldFormat {
         let planes = field.coefficients().count() as u64;
         let bytes = match self {
             Self::Exr(_) => 4 * (2 * planes + 1) + 4,
-            Self::Picture(_) | Self::Ptm => 2 * PNG + if planes == 1 { 12 + 2 * PNG } else { 0 },
+            Self::Picture(_) | Self::Ptm | Self::PtmJpeg { .. } => {
+                2 * PNG + if planes == 1 { 12 + 2 * PNG } else { 0 }
+            }
         };
         Footprint::of_texels(field.size(), bytes, 0)
     }

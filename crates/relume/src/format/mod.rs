@@ -39,6 +39,7 @@ mod field_file;
 mod finite;
 mod footprint;
 mod height;
+mod jpeg;
 mod kind;
 mod map_role;
 mod mask;
@@ -76,12 +77,12 @@ pub use height::{
     HeightFormat, HeightMap, HeightScale, TEXEL_MM, decode_height, encode_height, encode_height_with,
     encode_scaled_height,
 };
+pub(crate) use jpeg::JPEG_QUALITY;
 pub use map_role::{MapRole, NormalY};
 pub use mask::{Mask, decode_mask};
 pub use mesh::decode_mesh;
 pub use normal_map::{NormalMap, decode_normals, encode_normals, encode_stored_normals};
 pub use open::{Opened, open, read, read_field, read_height, read_mesh, read_raster};
-pub(crate) use picture::JPEG_QUALITY;
 pub use picture::{Depth, PictureFormat, encode_picture, encode_picture_with};
 pub use ptm::PtmEncoding;
 pub use raster::decode_raster;

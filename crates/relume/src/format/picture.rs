@@ -3,11 +3,11 @@
 use std::io::Cursor;
 use std::path::Path;
 
-use image::codecs::jpeg::JpegEncoder;
 use image::codecs::tiff::TiffEncoder;
 use image::{ExtendedColorType, ImageEncoder};
 
 use super::exr::{self, ExrDepth};
+use super::jpeg::{self, JPEG_QUALITY};
 use super::{codes, pfm, png, radiance};
 use crate::error::{Error, Result};
 use crate::job::Job;
@@ -46,12 +46,6 @@ pub enum PictureFormat {
     /// Radiance RGBE, linear, always of three channels.
     Radiance,
 }
-
-/// The quality of JPEG files from [`PictureFormat::from_path`].
-pub(crate) const JPEG_QUALITY: u8 = 92;
-
-/// The longest side of a JPEG picture (ITU-T T.81, B.2.2).
-const JPEG_MAX_SIDE: usize = 65535;
 
 /// Room for the tags of a TIFF file, and the places of its strips, for any picture of usual shape.
 const TIFF_HEAD_BYTES: usize = 1 << 14;
@@ -179,21 +173,8 @@ fn samples(
 }
 
 fn encode_jpeg(picture: &Picture, quality: u8, job: &Job) -> Result<Vec<u8>> {
-    let Size { width, height } = picture.size();
-    if width.max(height) > JPEG_MAX_SIDE {
-        return Err(Error::usage(format!(
-            "a JPEG picture has sides up to {JPEG_MAX_SIDE} texels, not {width} x {height}: write PNG instead"
-        )));
-    }
-    if !(1..=100).contains(&quality) {
-        return Err(Error::usage(format!("the quality of a JPEG is 1 to 100, not {quality}")));
-    }
-    let color = color_type(picture.planes.count(), Depth::Eight);
-    let mut out = Vec::new();
-    JpegEncoder::new_with_quality(&mut out, quality)
-        .encode(&codes::interleaved8(picture, job)?, width as u32, height as u32, color)
-        .map_err(|_| unwritable("JPEG", picture.size()))?;
-    Ok(out)
+    jpeg::check(picture.size(), quality)?;
+    jpeg::encode(&codes::interleaved8(picture, job)?, picture.size(), picture.planes.count(), quality)
 }
 
 fn encode_tiff(picture: &Picture, opacity: Option<&Planes>, depth: Depth, job: &Job) -> Result<Vec<u8>> {

@@ -25,8 +25,12 @@ fn small_files() -> Vec<(String, Vec<u8>)> {
     let mut files = Vec::new();
     for color in [PlaneLayout::RGB, PlaneLayout::LRGB] {
         let field = random_field(Basis::Ptm, color.clone(), Space::Srgb, size, 1);
-        for format in [FieldFormat::Ptm, FieldFormat::Exr(ExrDepth::Half), FieldFormat::Exr(ExrDepth::Float)]
-        {
+        for format in [
+            FieldFormat::Ptm,
+            FieldFormat::PtmJpeg { quality: 90 },
+            FieldFormat::Exr(ExrDepth::Half),
+            FieldFormat::Exr(ExrDepth::Float),
+        ] {
             let name = format!("{color:?} {format:?}");
             files.push((name, encode_field(&field, format, None, &job()).unwrap()));
         }
@@ -206,10 +210,10 @@ fn broken_texture_maps_say_what_and_where() {
 #[test]
 fn other_kinds_of_texture_maps_are_refused_by_name() {
     let kinds = [
-        "PTM_FORMAT_LUM",
-        "PTM_FORMAT_JPEG_RGB",
-        "PTM_FORMAT_JPEG_LRGB",
         "PTM_FORMAT_PTM_LUT",
+        "PTM_FORMAT_PTM_C_LUT",
+        "PTM_FORMAT_JPEGLS_RGB",
+        "PTM_FORMAT_JPEGLS_LRGB",
         "PTM_C_LUT",
         "JPEGLS_RGB",
     ];

@@ -20,6 +20,7 @@ mod format_round_trips;
 mod format_tiff;
 mod goldens;
 mod measured_brdf;
+mod ptm_compressed;
 mod ptm_independent;
 mod ptm_precision;
 mod random_field_promises;

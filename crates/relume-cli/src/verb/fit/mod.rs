@@ -184,7 +184,9 @@ fn named_format(args: &Args) -> Result<FieldFormat> {
     }
     match (FieldFormat::from_path(&args.output)?, args.half) {
         (FieldFormat::Exr(_), true) => Ok(FieldFormat::Exr(ExrDepth::Half)),
-        (format @ (FieldFormat::Exr(_) | FieldFormat::Ptm), false) => Ok(format),
+        (format @ (FieldFormat::Exr(_) | FieldFormat::Ptm | FieldFormat::PtmJpeg { .. }), false) => {
+            Ok(format)
+        }
         (_, true) => Err(Error::usage("--half needs an .exr or .btf to write").at(&args.output)),
         (FieldFormat::Picture(_), false) => {
             Err(Error::usage("a picture cannot hold functions: name a .ptm or .exr to write")

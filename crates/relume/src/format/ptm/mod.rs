@@ -6,14 +6,19 @@
 //! bottom-up in the file. No gamma is recorded: by convention the values are sRGB-encoded, as photographs
 //! are.
 
+mod compress;
 mod header;
+mod jpeg;
+mod lum;
+mod prediction;
 mod quantise;
 mod read;
 mod rounding;
+mod words;
 mod write;
 
 pub(super) use read::decode;
-pub(super) use write::{Under, encode};
+pub(super) use write::{Under, encode, encode_compressed};
 
 /// Scale and bias of the six coefficients, in file order: u^2, v^2, uv, u, v, 1.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]

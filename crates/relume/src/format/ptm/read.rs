@@ -4,8 +4,8 @@ use std::cmp::Ordering;
 
 use rayon::prelude::*;
 
-use super::PtmEncoding;
-use super::header::{Header, Layout};
+use super::header::{Comb, Header, Layout};
+use super::{PtmEncoding, lum};
 use crate::error::{Error, Result};
 use crate::field::{Basis, PlaneLayout, ReflectanceField};
 use crate::job::Job;
@@ -20,14 +20,26 @@ use crate::space::Space;
 pub(in crate::format) fn decode(bytes: &[u8], job: &Job) -> Result<(ReflectanceField, PtmEncoding)> {
     let header = Header::parse(bytes)?;
     let payload = &bytes[header.payload..];
-    check_length(&header, payload.len())?;
-    let color = match header.layout {
-        Layout::Rgb => PlaneLayout::RGB,
-        Layout::LrgbBlocks | Layout::LrgbInterleaved => PlaneLayout::LRGB,
+    let layout = if header.layout == Layout::Rgb { PlaneLayout::RGB } else { PlaneLayout::LRGB };
+    let planes = match &header.jpeg {
+        Some(jpeg) => {
+            let samples = jpeg.decode(payload, header.size, job)?;
+            let mut planes = Planes::zeros_within(job, "the texture map", header.size, samples.len())?;
+            fill(&mut planes, &header, |k| (&samples[k][..], Comb { start: 0, stride: 1 }));
+            planes
+        }
+        None => {
+            check_length(&header, payload.len())?;
+            let mut planes =
+                Planes::zeros_within(job, "the texture map", header.size, header.layout.planes())?;
+            fill(&mut planes, &header, |k| (payload, header.layout.comb(k, header.size.texels())));
+            planes
+        }
     };
-    let mut planes = Planes::zeros_within(job, "the texture map", header.size, color.planes(6))?;
-    fill(&mut planes, &header, payload);
-    Ok((ReflectanceField::new(Basis::Ptm, color, Space::Srgb, planes)?, header.encoding))
+    if let Some(matrix) = &header.matrix {
+        return lum::field(&planes, matrix, job);
+    }
+    Ok((ReflectanceField::new(Basis::Ptm, layout, Space::Srgb, planes)?, header.encoding))
 }
 
 /// Compares the number of bytes with that required by the size; sizes that overflow match no file.
@@ -45,23 +57,22 @@ fn check_length(header: &Header, found: usize) -> Result<()> {
     )))
 }
 
-fn fill(planes: &mut Planes, header: &Header, payload: &[u8]) {
-    let (size, layout) = (header.size, header.layout);
-    let texels = size.texels();
-    planes.as_mut_slice().par_chunks_mut(texels).enumerate().for_each(|(k, plane)| {
-        let values = values(&header.encoding, layout, k);
-        let comb = layout.comb(k, texels);
+/// Fills planes from their bytes, of which `source` gives the place for each plane.
+fn fill<'a>(planes: &mut Planes, header: &Header, source: impl Fn(usize) -> (&'a [u8], Comb) + Sync) {
+    let size = header.size;
+    planes.as_mut_slice().par_chunks_mut(size.texels()).enumerate().for_each(|(k, plane)| {
+        let values = values(&header.encoding, header.layout.is_color(k), k);
+        let (bytes, comb) = source(k);
         for (y, row) in plane.chunks_exact_mut(size.width).enumerate() {
             let first = comb.start + (size.height - 1 - y) * size.width * comb.stride;
-            let bytes = payload[first..].iter().step_by(comb.stride);
+            let bytes = bytes[first..].iter().step_by(comb.stride);
             row.iter_mut().zip(bytes).for_each(|(out, &byte)| *out = values[usize::from(byte)]);
         }
     });
 }
 
 /// The value of each byte in plane `k`.
-fn values(encoding: &PtmEncoding, layout: Layout, k: usize) -> [f32; 256] {
-    let is_color = layout != Layout::Rgb && k >= 6;
+fn values(encoding: &PtmEncoding, is_color: bool, k: usize) -> [f32; 256] {
     std::array::from_fn(|byte| match is_color {
         true => byte as f32 / 255.0,
         false => encoding.value(k % 6, byte as u8),

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use rayon::prelude::*;
 
 use super::rounding::Rounding;
-use super::{PtmEncoding, header, quantise};
+use super::{PtmEncoding, compress, header, quantise};
 use crate::error::{Error, Result};
 use crate::field::{Basis, ReflectanceField};
 use crate::format::codes::code8;
@@ -43,6 +43,19 @@ pub(in crate::format) fn encode(field: &ReflectanceField, under: Under<'_>, job:
     };
     job.proceed()?;
     parts.bytes(&rounding)
+}
+
+/// As [`encode`], in the compressed format: RGB from RGB, LRGB from LRGB and luminance. `quality` is that of JPEG files.
+///
+/// # Errors
+/// As [`encode`]; sides that no JPEG file has.
+pub(in crate::format) fn encode_compressed(
+    field: &ReflectanceField,
+    under: Under<'_>,
+    quality: u8,
+    job: &Job,
+) -> Result<Vec<u8>> {
+    compress::compressed(&encode(field, under, job)?, quality, job)
 }
 
 impl PtmEncoding {

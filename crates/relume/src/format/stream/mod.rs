@@ -100,7 +100,8 @@ impl Streamed {
                 exr::lanes(field, depth)?
             }
             FieldFormat::Picture(PictureFormat::Png(depth)) => png::lanes(&constants(field)?, depth, job)?,
-            FieldFormat::Picture(
+            FieldFormat::PtmJpeg { .. }
+            | FieldFormat::Picture(
                 PictureFormat::Jpeg { .. }
                 | PictureFormat::Tiff(_)
                 | PictureFormat::Pfm

@@ -50,6 +50,7 @@ pub fn format_of(output: &Path, encoding: &Encoding) -> Result<FieldFormat> {
     }
     Ok(match *encoding {
         Encoding::Ptm(_) => FieldFormat::Ptm,
+        Encoding::Hsh(_) => FieldFormat::Rti,
         Encoding::Picture(depth) => FieldFormat::Picture(PictureFormat::Png(depth)),
         Encoding::Exr(depth) => FieldFormat::Exr(depth),
     })
@@ -116,8 +117,8 @@ pub fn encode_normals(
     let format = match FieldFormat::from_path(output)?.in_depth_of(&from.encoding) {
         FieldFormat::Exr(depth) => PictureFormat::Exr(depth),
         FieldFormat::Picture(format) => format,
-        FieldFormat::Ptm | FieldFormat::PtmJpeg { .. } => {
-            return Err(Error::usage("a .ptm holds functions of light, not normals: name a picture"));
+        FieldFormat::Ptm | FieldFormat::PtmJpeg { .. } | FieldFormat::Rti | FieldFormat::Hsh => {
+            return Err(Error::usage("a .ptm or .rti holds functions of light, not normals: name a picture"));
         }
     };
     let mut planes = made.coefficients().clone();

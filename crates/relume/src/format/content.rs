@@ -71,7 +71,7 @@ pub(super) fn content(bytes: &[u8]) -> Result<(Content, Option<Said>)> {
         Class::Mesh => Content::Mesh,
         Class::Btf => Content::Btf,
         Class::Brdf => Content::Brdf,
-        Class::Texels if kind == Kind::Ptm => Content::Field,
+        Class::Texels if matches!(kind, Kind::Ptm | Kind::Hsh) => Content::Field,
         Class::Texels => {
             // A header that cannot be read is reported where the file is decoded.
             let head = if kind == Kind::Exr { exr::head(bytes).ok() } else { None };

@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use super::exr::{self, ExrDepth, ExrField};
 use super::height::{self, HeightScale};
+use super::hsh::{self, HshEncoding};
 use super::kind::{Kind, unknown};
 use super::map_role::NormalY;
 use super::meaning::Meaning;
@@ -58,6 +59,8 @@ impl FieldFile {
 pub enum Encoding {
     /// Bytes with scale and bias.
     Ptm(PtmEncoding),
+    /// Bytes of harmonics with scale and bias.
+    Hsh(HshEncoding),
     /// Codes of an integer picture.
     Picture(Depth),
     /// Floats.
@@ -75,7 +78,7 @@ impl MapRecord {
 impl fmt::Display for Encoding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::Ptm(_) => "8 bits a coefficient with scale and bias",
+            Self::Ptm(_) | Self::Hsh(_) => "8 bits a coefficient with scale and bias",
             Self::Picture(Depth::Eight) => "8 bits a sample",
             Self::Picture(Depth::Sixteen) => "16 bits a sample",
             Self::Exr(ExrDepth::Half) => "16-bit floats",
@@ -94,6 +97,10 @@ pub enum FieldFormat {
         /// 1 (smallest file) to 100.
         quality: u8,
     },
+    /// `.rti` of hemispherical harmonics: 8 bits a coefficient.
+    Rti,
+    /// The older `.hsh` of hemispherical harmonics.
+    Hsh,
     /// Any field, as floats.
     Exr(ExrDepth),
     /// Fields of constants only.
@@ -109,13 +116,15 @@ impl FieldFormat {
     pub fn from_path(path: &Path) -> Result<Self> {
         match extension(path).as_str() {
             "ptm" => Ok(Self::Ptm),
+            "rti" => Ok(Self::Rti),
+            "hsh" => Ok(Self::Hsh),
             "exr" => Ok(Self::Exr(ExrDepth::Float)),
             "png" | "jpg" | "jpeg" | "tif" | "tiff" | "pfm" | "hdr" | "pic" => {
                 PictureFormat::from_path(path).map(Self::Picture)
             }
             other => Err(Error::usage(format!(
-                "no format of textures has the extension '{other}': name the file .ptm or .exr, or .png, .jpg, \
-                 .tif, .pfm or .hdr for a texture of constants"
+                "no format of textures has the extension '{other}': name the file .ptm, .rti or .exr, or .png, \
+                 .jpg, .tif, .pfm or .hdr for a texture of constants"
             ))
             .at(path)),
         }
@@ -132,13 +141,37 @@ impl FieldFormat {
         }
     }
 
+    /// Whether values are sRGB-encoded by convention, so that fields of linear values are refused.
+    pub fn is_encoded(self) -> bool {
+        matches!(self, Self::Ptm | Self::PtmJpeg { .. } | Self::Rti | Self::Hsh)
+    }
+
+    /// Refuses a basis, by its name, that files of this format cannot hold.
+    ///
+    /// # Errors
+    /// The sentence says which they hold.
+    pub fn check_basis(self, name: &str) -> Result<()> {
+        let (fits, holds) = match self {
+            Self::Ptm | Self::PtmJpeg { .. } => {
+                (name == "ptm", "a .ptm file holds functions of the basis ptm")
+            }
+            Self::Rti => (name.starts_with("hsh"), "a .rti file holds hemispherical harmonics, such as hsh9"),
+            Self::Hsh => (name.starts_with("hsh"), "a .hsh file holds hemispherical harmonics, such as hsh9"),
+            Self::Exr(_) => (true, ""),
+            Self::Picture(_) => (name == "constant", "a picture holds constants"),
+        };
+        match fits {
+            true => Ok(()),
+            false => Err(Error::usage(format!("{holds}, not {name}: name an .exr to write"))),
+        }
+    }
+
     /// Whether files of this format hold the opacity of texels.
     pub fn holds_opacity(self) -> bool {
         let lacks = |format: &PictureFormat| {
             matches!(format, PictureFormat::Jpeg { .. } | PictureFormat::Pfm | PictureFormat::Radiance)
         };
-        !matches!(self, Self::Ptm | Self::PtmJpeg { .. })
-            && !matches!(self, Self::Picture(format) if lacks(&format))
+        !self.is_encoded() && !matches!(self, Self::Picture(format) if lacks(&format))
     }
 }
 
@@ -165,6 +198,11 @@ fn decode_any(bytes: &[u8], meaning: Meaning, job: &Job) -> Result<FieldFile> {
             let (field, encoding) = ptm::decode(bytes, job)?;
             let record = MapRecord::default();
             Ok(FieldFile { field, opacity: None, encoding: Encoding::Ptm(encoding), record })
+        }
+        Kind::Hsh => {
+            let (field, encoding) = hsh::decode(bytes, job)?;
+            let record = MapRecord::default();
+            Ok(FieldFile { field, opacity: None, encoding: Encoding::Hsh(encoding), record })
         }
         Kind::Exr => {
             let ExrField { field, opacity, depth } = exr::decode_field(bytes, meaning, job)?;
@@ -227,14 +265,20 @@ pub fn encode_translucent(
     job.check_bytes("writing the texture", footprint.peak.saturating_add(joined.peak))?;
     if opacity.is_some() && !format.holds_opacity() {
         return Err(Error::usage(
-            "JPEG, PFM, Radiance and PTM files hold no opacity: write PNG, TIFF or EXR",
+            "JPEG, PFM, Radiance, PTM and RTI files hold no opacity: write PNG, TIFF or EXR",
         ));
     }
     let under = match encoding {
         Some(Encoding::Ptm(stored)) => Under::Stored(stored),
         _ => Under::Chosen,
     };
+    let harmonics = match encoding {
+        Some(Encoding::Hsh(stored)) => Some(stored),
+        _ => None,
+    };
     match format {
+        FieldFormat::Rti => hsh::encode_rti(field, harmonics, job),
+        FieldFormat::Hsh => hsh::encode_hsh(field, harmonics, job),
         FieldFormat::Ptm => ptm::encode(field, under, job),
         FieldFormat::PtmJpeg { quality } => ptm::encode_compressed(field, under, quality, job),
         FieldFormat::Exr(depth) => exr::encode_field(field, opacity, depth, job),

@@ -53,6 +53,9 @@ impl FieldFormat {
         let planes = planes as u64;
         match self {
             // The luminance, the factors that belong to the rounded colours, and these.
+            Self::Rti => Footprint::of_texels(size, 3 * planes, planes),
+            // The channels of a product multiplied out, and the file.
+            Self::Hsh => Footprint::of_texels(size, 15 * planes, 3 * planes),
             Self::Ptm if planes == PTM_PRODUCT => Footprint::of_texels(size, 24 + 3 + 9, 9),
             Self::Ptm if planes == PTM_LUMINANCE => Footprint::of_texels(size, 3 + 9, 9),
             Self::Ptm => Footprint::of_texels(size, planes, planes),
@@ -77,7 +80,7 @@ impl FieldFormat {
         let planes = field.coefficients().count() as u64;
         let bytes = match self {
             Self::Exr(_) => 4 * (2 * planes + 1) + 4,
-            Self::Picture(_) | Self::Ptm | Self::PtmJpeg { .. } => {
+            Self::Picture(_) | Self::Ptm | Self::PtmJpeg { .. } | Self::Rti | Self::Hsh => {
                 2 * PNG + if planes == 1 { 12 + 2 * PNG } else { 0 }
             }
         };

@@ -1,11 +1,13 @@
 //! The kinds of files recognised by their first bytes: one row of [`KINDS`] each.
 
+use super::hsh;
 use crate::error::{Error, Result};
 
 /// A kind of file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     Ptm,
+    Hsh,
     Exr,
     Png,
     Jpeg,
@@ -38,8 +40,10 @@ pub(super) enum Class {
 type Row = (&'static [u8], Kind, &'static str, Class);
 
 /// All kinds of files with a signature.
-const KINDS: [Row; 23] = [
+const KINDS: [Row; 24] = [
     (b"PTM_", Kind::Ptm, "PTM", Class::Texels),
+    // Old files of harmonics have comments of other words, or none.
+    (b"#HSH", Kind::Hsh, "HSH", Class::Texels),
     (&[0x76, 0x2f, 0x31, 0x01], Kind::Exr, "EXR", Class::Texels),
     (b"\x89PNG\r\n\x1a\n", Kind::Png, "PNG", Class::Texels),
     (&[0xff, 0xd8, 0xff], Kind::Jpeg, "JPEG", Class::Texels),
@@ -69,7 +73,8 @@ const KINDS: [Row; 23] = [
 impl Kind {
     /// The kind of file that begins like `bytes`, if any.
     pub(super) fn of(bytes: &[u8]) -> Option<Self> {
-        KINDS.iter().find(|(signature, ..)| bytes.starts_with(signature)).map(|row| row.1)
+        let signed = KINDS.iter().find(|(signature, ..)| bytes.starts_with(signature)).map(|row| row.1);
+        signed.or_else(|| hsh::is_hsh(bytes).then_some(Self::Hsh))
     }
 
     /// The kind of a file of texels.

@@ -6,6 +6,7 @@
 //! | file | turns into | written by |
 //! |---|---|---|
 //! | `.ptm` | [`Opened::into_field`] | [`encode_field`] |
+//! | `.rti`, `.hsh` | [`Opened::into_field`] | [`encode_field`] |
 //! | EXR field | [`Opened::into_field`] | [`encode_field`] |
 //! | PNG, JPEG, TIFF, EXR, PFM, Radiance picture | [`Opened::into_raster`], [`Opened::into_field`], [`Opened::into_exemplar`] | [`encode_picture`], [`encode_field`] |
 //! | pictures of data | [`Opened::into_data`], [`Opened::into_registered`], [`Opened::into_mask`] | |
@@ -39,6 +40,7 @@ mod field_file;
 mod finite;
 mod footprint;
 mod height;
+mod hsh;
 mod jpeg;
 mod kind;
 mod map_role;
@@ -54,6 +56,7 @@ mod picture;
 mod plausible;
 mod png;
 pub mod ptm;
+mod quantise;
 mod radiance;
 mod raster;
 pub mod rlm;
@@ -77,6 +80,7 @@ pub use height::{
     HeightFormat, HeightMap, HeightScale, TEXEL_MM, decode_height, encode_height, encode_height_with,
     encode_scaled_height,
 };
+pub use hsh::HshEncoding;
 pub(crate) use jpeg::JPEG_QUALITY;
 pub use map_role::{MapRole, NormalY};
 pub use mask::{Mask, decode_mask};

@@ -32,6 +32,9 @@ pub(super) fn decode_as(bytes: &[u8], meaning: Meaning, job: &Job) -> Result<Ras
         Kind::Ptm => Err(Error::unsupported(
             "the file is a polynomial texture map: expected a picture; relight it to make one",
         )),
+        Kind::Hsh => Err(Error::unsupported(
+            "the file is a texture of hemispherical harmonics: expected a picture; relight it to make one",
+        )),
         Kind::Exr => exr::decode_picture(bytes, meaning, job),
         Kind::Png => {
             complete::check_png(bytes, job)?;

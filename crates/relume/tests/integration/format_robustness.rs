@@ -35,6 +35,14 @@ fn small_files() -> Vec<(String, Vec<u8>)> {
             files.push((name, encode_field(&field, format, None, &job()).unwrap()));
         }
     }
+    for color in [PlaneLayout::RGB, PlaneLayout::LRGB] {
+        let harmonics = Basis::from_name("hsh9").unwrap();
+        let field = random_field(harmonics, color.clone(), Space::Srgb, size, 1);
+        for format in [FieldFormat::Rti, FieldFormat::Hsh] {
+            let name = format!("{color:?} {format:?}");
+            files.push((name, encode_field(&field, format, None, &job()).unwrap()));
+        }
+    }
     let formats = [
         PictureFormat::Png(Depth::Eight),
         PictureFormat::Png(Depth::Sixteen),

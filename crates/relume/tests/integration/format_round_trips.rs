@@ -173,7 +173,7 @@ fn extensions_choose_formats() {
     assert_eq!(field("a/b.PTM").unwrap(), FieldFormat::Ptm);
     assert_eq!(field("b.exr").unwrap(), FLOAT);
     assert_eq!(field("b.png").unwrap(), FieldFormat::Picture(PictureFormat::Png(Depth::Eight)));
-    assert!(field("b.rti").is_err() && field("b").is_err());
+    assert!(field("b.btf").is_err() && field("b").is_err());
     let picture = |name: &str| PictureFormat::from_path(name.as_ref());
     assert!(matches!(picture("x.JPeG").unwrap(), PictureFormat::Jpeg { .. }));
     assert_eq!(picture("x.tif").unwrap(), PictureFormat::Tiff(Depth::Eight));

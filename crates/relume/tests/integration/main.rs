@@ -1,6 +1,7 @@
 //! One test binary; each module tests one promise of the library.
 
 mod appearance;
+mod hsh_independent;
 mod layering;
 mod names;
 

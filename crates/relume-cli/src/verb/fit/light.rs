@@ -27,7 +27,7 @@ pub(super) fn run(
     let options = FitOptions {
         basis,
         layout: args.color.clone().unwrap_or(PlaneLayout::LRGB),
-        space: args.space.unwrap_or(if format == FieldFormat::Ptm { Space::Srgb } else { Space::Linear }),
+        space: args.space.unwrap_or(if format.is_encoded() { Space::Srgb } else { Space::Linear }),
         report_texels: args.report_texels,
         leave_one_out: args.leave_one_out,
     };

@@ -168,13 +168,7 @@ fn output_format(args: &Args, basis: &BasisChoice) -> Result<FittedFormat> {
         return Ok(FittedFormat::Btf(if args.half { BtfScalar::Half } else { BtfScalar::Float }));
     }
     let format = named_format(args)?;
-    if format == FieldFormat::Ptm && *basis != BasisChoice::OfLight(Basis::Ptm) {
-        return Err(Error::usage(format!(
-            "a .ptm file holds functions of the basis ptm, not {}: name an .exr to write",
-            basis.name()
-        ))
-        .at(&args.output));
-    }
+    format.check_basis(basis.name()).map_err(|e| e.at(&args.output))?;
     Ok(FittedFormat::Field(format))
 }
 
@@ -184,14 +178,12 @@ fn named_format(args: &Args) -> Result<FieldFormat> {
     }
     match (FieldFormat::from_path(&args.output)?, args.half) {
         (FieldFormat::Exr(_), true) => Ok(FieldFormat::Exr(ExrDepth::Half)),
-        (format @ (FieldFormat::Exr(_) | FieldFormat::Ptm | FieldFormat::PtmJpeg { .. }), false) => {
-            Ok(format)
-        }
-        (_, true) => Err(Error::usage("--half needs an .exr or .btf to write").at(&args.output)),
         (FieldFormat::Picture(_), false) => {
             Err(Error::usage("a picture cannot hold functions: name a .ptm or .exr to write")
                 .at(&args.output))
         }
+        (format, false) => Ok(format),
+        (_, true) => Err(Error::usage("--half needs an .exr or .btf to write").at(&args.output)),
     }
 }
 

@@ -11,14 +11,13 @@ mod header;
 mod jpeg;
 mod lum;
 mod prediction;
-mod quantise;
 mod read;
 mod rounding;
 mod words;
 mod write;
 
 pub(super) use read::decode;
-pub(super) use write::{Under, encode, encode_compressed};
+pub(super) use write::{Under, check_finite, encode, encode_compressed};
 
 /// Scale and bias of the six coefficients, in file order: u^2, v^2, uv, u, v, 1.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
@@ -30,22 +29,22 @@ pub struct PtmEncoding {
 }
 
 /// The value of white in the units of the file.
-const WHITE: f64 = 255.0;
+pub(super) const WHITE: f64 = 255.0;
 
 impl PtmEncoding {
     /// The coefficient of a byte.
-    fn value(&self, k: usize, byte: u8) -> f32 {
+    pub(super) fn value(&self, k: usize, byte: u8) -> f32 {
         ((f64::from(byte) - f64::from(self.bias[k])) * f64::from(self.scale[k]) / WHITE) as f32
     }
 
     /// The position of a coefficient on the scale of bytes; not rounded, not clamped.
-    fn position(&self, k: usize, value: f32) -> f64 {
+    pub(super) fn position(&self, k: usize, value: f32) -> f64 {
         f64::from(value) * WHITE / f64::from(self.scale[k]) + f64::from(self.bias[k])
     }
 }
 
 /// Rounds to the nearest of 0..=255.
-fn nearest_byte(position: f64) -> u8 {
+pub(super) fn nearest_byte(position: f64) -> u8 {
     (position.clamp(0.0, 255.0) + 0.5) as u8
 }
 

@@ -5,10 +5,11 @@ use std::borrow::Cow;
 use rayon::prelude::*;
 
 use super::rounding::Rounding;
-use super::{PtmEncoding, compress, header, quantise};
+use super::{PtmEncoding, compress, header};
 use crate::error::{Error, Result};
 use crate::field::{Basis, ReflectanceField};
 use crate::format::codes::code8;
+use crate::format::quantise;
 use crate::job::Job;
 use crate::memory;
 use crate::planes::Planes;
@@ -87,11 +88,16 @@ fn check(field: &ReflectanceField) -> Result<()> {
             "a .ptm file holds sRGB-encoded values and this texture is linear: write .exr, or fit encoded values",
         ));
     }
+    check_finite(field, ".ptm")
+}
+
+/// Refuses coefficients that files of bytes cannot hold.
+pub(in crate::format) fn check_finite(field: &ReflectanceField, kind: &str) -> Result<()> {
     for (k, plane) in field.coefficients().iter().enumerate() {
         if let Some(texel) = plane.iter().position(|v| !v.is_finite()) {
             let (x, y) = (texel % field.size().width, texel / field.size().width);
             return Err(Error::invalid(format!(
-                "coefficient plane {k} is {} at texel ({x}, {y}): a .ptm file holds finite numbers only",
+                "coefficient plane {k} is {} at texel ({x}, {y}): a {kind} file holds finite numbers only",
                 plane[texel]
             )));
         }

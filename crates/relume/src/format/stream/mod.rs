@@ -101,6 +101,8 @@ impl Streamed {
             }
             FieldFormat::Picture(PictureFormat::Png(depth)) => png::lanes(&constants(field)?, depth, job)?,
             FieldFormat::PtmJpeg { .. }
+            | FieldFormat::Rti
+            | FieldFormat::Hsh
             | FieldFormat::Picture(
                 PictureFormat::Jpeg { .. }
                 | PictureFormat::Tiff(_)

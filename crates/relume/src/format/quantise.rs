@@ -7,7 +7,7 @@
 //! and rounding errors of different coefficients are uncorrelated to first order, so each coefficient is
 //! chosen independently.
 
-use super::WHITE;
+use super::ptm::WHITE;
 
 /// Bins of the histogram.
 const BINS: usize = 4096;
@@ -22,7 +22,7 @@ const MOST_BIAS: f64 = 524_288.0;
 
 /// Scale and bias in the units of the file for values with white at 1, each with a weight by which its
 /// squared error is multiplied.
-pub(super) fn choose(samples: impl Iterator<Item = (f32, f32)> + Clone) -> (f32, f32) {
+pub(in crate::format) fn choose(samples: impl Iterator<Item = (f32, f32)> + Clone) -> (f32, f32) {
     let used = samples.filter(|&(_, weight)| weight > 0.0).map(|(v, w)| (f64::from(v) * WHITE, f64::from(w)));
     let range =
         used.clone().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), (v, _)| (lo.min(v), hi.max(v)));

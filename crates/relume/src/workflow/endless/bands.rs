@@ -35,7 +35,7 @@ pub struct BandLayout {
 }
 
 impl BandLayout {
-    /// Bands and pieces along the borders of cells of `cell` texels a side, or bands of whole tiles of the
+    /// RowBands and pieces along the borders of cells of `cell` texels a side, or bands of whole tiles of the
     /// file, given the cost of a texel.
     ///
     /// # Errors
@@ -65,7 +65,7 @@ impl BandLayout {
 pub type Make<'a> = dyn Fn(&PlaneWindow) -> Result<Streamed> + 'a;
 
 /// The rows of a window, of which one band is kept in memory.
-pub struct Bands<'a> {
+pub struct RowBands<'a> {
     window: PlaneWindow,
     cut: BandLayout,
     make: Box<Make<'a>>,
@@ -73,7 +73,7 @@ pub struct Bands<'a> {
     current: Option<(usize, Vec<Lane>)>,
 }
 
-impl<'a> Bands<'a> {
+impl<'a> RowBands<'a> {
     /// The rows of a window; nothing is made yet.
     pub fn new(window: PlaneWindow, cut: BandLayout, make: Box<Make<'a>>) -> Self {
         Self { window, cut, make, current: None }
@@ -160,7 +160,7 @@ mod tests {
                 let behind = |place: i64, step: usize| place.rem_euclid(step as i64) as usize;
                 let cut = BandLayout { rows, columns, above: behind(y, rows), before: behind(x, columns) };
                 let whole = piece(&window).unwrap();
-                let mut bands = Bands::new(window, cut, Box::new(piece));
+                let mut bands = RowBands::new(window, cut, Box::new(piece));
                 for y in (0..17).rev().chain(0..17) {
                     let mut row = vec![0; 23];
                     bands.row(0, 0, y, &mut row).unwrap();

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::bands::{BandLayout, Bands, Cost};
+use super::bands::{BandLayout, Cost, RowBands};
 use super::{Drawing, FileTarget, PlaneWindow};
 use crate::error::{Error, Result};
 use crate::field::ReflectanceField;
@@ -95,7 +95,7 @@ impl<'a> ModelPlane<'a> {
         let cost = Cost { stored, made: self.model.bytes_per_texel() };
         let cut = BandLayout::new(&window, CELL, target.tile, cost, job)?;
         let make = move |part: &PlaneWindow| encoded(&self.part(part, job)?);
-        let mut bands = Bands::new(window, cut, Box::new(make));
+        let mut bands = RowBands::new(window, cut, Box::new(make));
         let rows = move |lane: usize, x: usize, y: usize, row: &mut [u8]| bands.row(lane, x, y, row);
         Ok(Drawing::of_rows(Arc::new(head), window.size, job, Box::new(rows)))
     }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::bands::{BandLayout, Bands, Cost};
+use super::bands::{BandLayout, Cost, RowBands};
 use super::{Drawing, FileTarget, PlaneWindow};
 use crate::error::Result;
 use crate::field::ReflectanceField;
@@ -70,7 +70,7 @@ impl<'a> NoisePlane<'a> {
             let index = self.noise.window(part.x, part.y, part.size, job)?;
             Streamed::made(&self.coordinates.backward(field, &index)?, format, scale.as_ref(), job)
         };
-        let mut bands = Bands::new(window, cut, Box::new(make));
+        let mut bands = RowBands::new(window, cut, Box::new(make));
         let rows = move |lane: usize, x: usize, y: usize, row: &mut [u8]| bands.row(lane, x, y, row);
         Ok(Drawing::of_rows(Arc::new(head), window.size, job, Box::new(rows)))
     }

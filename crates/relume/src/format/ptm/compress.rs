@@ -3,7 +3,7 @@
 
 use super::header::{Header, to_text};
 use super::jpeg::CORRECTION_BYTES;
-use super::prediction::{Reference, residual, restore, roughness};
+use super::prediction::{PlaneReference, residual, restore, roughness};
 use crate::error::Result;
 use crate::format::jpeg;
 use crate::job::Job;
@@ -17,7 +17,7 @@ const WRAPPED: u8 = 64;
 
 /// A plane as stored.
 struct Stored {
-    reference: Option<Reference>,
+    reference: Option<PlaneReference>,
     file: Vec<u8>,
     corrections: Vec<u8>,
 }
@@ -47,8 +47,8 @@ pub(super) fn compressed(raw: &[u8], quality: u8, job: &Job) -> Result<Vec<u8>> 
 
 /// The planes in the order of their coding, each with what predicts it best among those before it (Prim, "Shortest
 /// connection networks and some generalizations", 1957).
-fn predictions(planes: &[Vec<u8>], width: usize, job: &Job) -> Result<Vec<(usize, Option<Reference>)>> {
-    let mut best: Vec<(u64, Option<Reference>)> =
+fn predictions(planes: &[Vec<u8>], width: usize, job: &Job) -> Result<Vec<(usize, Option<PlaneReference>)>> {
+    let mut best: Vec<(u64, Option<PlaneReference>)> =
         planes.iter().map(|plane| ((roughness(plane, width) as f64 * WORTHWHILE) as u64, None)).collect();
     let mut left: Vec<usize> = (0..planes.len()).collect();
     let mut tree = Vec::with_capacity(planes.len());
@@ -60,7 +60,7 @@ fn predictions(planes: &[Vec<u8>], width: usize, job: &Job) -> Result<Vec<(usize
             for is_inverted in [false, true] {
                 let cost = roughness(&residual(&planes[other], &planes[k], is_inverted), width);
                 if cost < best[other].0 {
-                    best[other] = (cost, Some(Reference { plane: k, is_inverted }));
+                    best[other] = (cost, Some(PlaneReference { plane: k, is_inverted }));
                 }
             }
         }
@@ -71,7 +71,7 @@ fn predictions(planes: &[Vec<u8>], width: usize, job: &Job) -> Result<Vec<(usize
 /// Stores a plane, and the plane as a reader finds it.
 fn store(
     plane: &[u8],
-    reference: Option<Reference>,
+    reference: Option<PlaneReference>,
     decoded: &[Vec<u8>],
     header: &Header,
     quality: u8,
@@ -96,7 +96,12 @@ fn store(
     Ok((Stored { reference, file, corrections }, samples))
 }
 
-fn file(header: &Header, tree: &[(usize, Option<Reference>)], stored: &[Stored], quality: u8) -> Vec<u8> {
+fn file(
+    header: &Header,
+    tree: &[(usize, Option<PlaneReference>)],
+    stored: &[Stored],
+    quality: u8,
+) -> Vec<u8> {
     let line = |number: &dyn Fn(usize) -> i64| {
         let numbers: Vec<String> = (0..stored.len()).map(|k| number(k).to_string()).collect();
         numbers.join(" ") + "\n"

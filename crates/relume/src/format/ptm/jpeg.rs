@@ -6,7 +6,7 @@
 
 use rayon::prelude::*;
 
-use super::prediction::{Reference, restore};
+use super::prediction::{PlaneReference, restore};
 use super::words::Words;
 use crate::error::{Error, Result};
 use crate::format::jpeg;
@@ -22,7 +22,7 @@ pub(super) struct JpegPlanes {
     /// The planes in the order of their decoding.
     pub order: Vec<usize>,
     /// What each plane is a difference to.
-    pub references: Vec<Option<Reference>>,
+    pub references: Vec<Option<PlaneReference>>,
     /// The bytes of the JPEG file of each plane.
     pub compressed: Vec<usize>,
     /// The bytes of the corrections of each plane.
@@ -50,7 +50,7 @@ impl JpegPlanes {
         let order = in_sequence(&words.integers("order", count, 0..=last)?)?;
         let references = words.integers("reference", count, -1..=last)?;
         let reference = |(&plane, &transform): (&i64, &i64)| {
-            (plane >= 0).then_some(Reference { plane: plane as usize, is_inverted: transform & 1 != 0 })
+            (plane >= 0).then_some(PlaneReference { plane: plane as usize, is_inverted: transform & 1 != 0 })
         };
         let references: Vec<_> = references.iter().zip(&transforms).map(reference).collect();
         check_sequence(&order, &references)?;
@@ -130,7 +130,7 @@ fn in_sequence(places: &[i64]) -> Result<Vec<usize>> {
 }
 
 /// Refuses references to planes that are decoded later.
-fn check_sequence(order: &[usize], references: &[Option<Reference>]) -> Result<()> {
+fn check_sequence(order: &[usize], references: &[Option<PlaneReference>]) -> Result<()> {
     let place = |plane: usize| order.iter().position(|&k| k == plane);
     for (k, reference) in references.iter().enumerate() {
         if let Some(reference) = reference.filter(|reference| place(reference.plane) >= place(k)) {

@@ -2,7 +2,7 @@
 
 /// The plane from which another is predicted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Reference {
+pub(super) struct PlaneReference {
     pub plane: usize,
     /// Whether its bytes b are taken as 255 - b.
     pub is_inverted: bool,

@@ -35,7 +35,7 @@ pub struct BandLayout {
 }
 
 impl BandLayout {
-    /// RowBands and pieces along the borders of cells of `cell` texels a side, or bands of whole tiles of the
+    /// Bands and pieces along the borders of cells of `cell` texels a side, or bands of whole tiles of the
     /// file, given the cost of a texel.
     ///
     /// # Errors

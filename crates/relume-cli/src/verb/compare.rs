@@ -30,7 +30,8 @@ pub struct Args {
     /// The reference: a .ptm, an .exr field, a picture or a .rlm model; or a folder or .zip of photographs under light and
     /// view, all of which are compared; - is standard input
     reference: PathBuf,
-    /// The texture to compare with it; of the same size unless --texture is given
+    /// The texture to compare with it; of the same size unless --texture is given. With photographs under light and view
+    /// also another such set, or a .btf
     other: PathBuf,
     /// Compare the statistics of the textures, of any sizes, instead of texel by texel
     #[arg(long)]
@@ -84,8 +85,16 @@ fn with_photographs(args: &Args, context: &Context) -> Result<Report> {
         .at(&args.reference));
     }
     let btf = Btf::open(&args.reference, Missing::Fill, &context.job)?;
-    let other = args.evaluated.texture(&args.other, &context.job)?;
-    let errors = btf_comparison::compare(&btf, &other, &context.job)?;
+    let errors = match Btf::is_at(&args.other) {
+        true => {
+            let other = Btf::open(&args.other, Missing::Fill, &context.job)?;
+            btf_comparison::compare_sets(&btf, &other, &context.job)?
+        }
+        false => {
+            let other = args.evaluated.texture(&args.other, &context.job)?;
+            btf_comparison::compare(&btf, &other, &context.job)?
+        }
+    };
     let (mean, worst) = (&errors.mean, &errors.worst);
     let mut text =
         format!("{} photographs, means and (worst, {}):\n", btf.list().entries.len(), errors.worst_name);

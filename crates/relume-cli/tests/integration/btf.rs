@@ -336,3 +336,73 @@ fn clusters_that_cannot_be_made_are_refused_in_a_sentence() {
     );
     assert!(refusal(&["-o", "c.exr", "--cluster-axes", "4"]).contains("--clusters"));
 }
+
+#[test]
+fn a_model_of_light_and_view_is_made_from_photographs_and_shows_directions_never_measured() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    write_folder(&path.join("btf"), &photographs());
+    let options =
+        ["--functions", "4", "--levels", "2", "--candidates", "8", "--coarse", "5", "--combine", "never"];
+    let model =
+        json(path, &[&["model", "btf", "-o", "b.rlm", "--function-bytes", "3000"][..], &options].concat());
+    assert_eq!((&model["basis"], &model["source"]["photographs"]), (&"learned".into(), &64.into()));
+    assert_eq!(model["source_bytes"], 64 * 3 * SIDE * SIDE);
+    let bytes = fs::metadata(path.join("b.rlm")).unwrap().len();
+    assert!(bytes > 2500 && bytes < 7000, "{bytes} bytes");
+    done(path, &["relight", "b.rlm", "--light", "0.3,0.4,0.8", "--view", "0.5,0,0.8", "-o", "relit.png"]);
+    done(path, &["synth", "b.rlm", "-o", "large.exr", "--size", "50"]);
+    assert_eq!(json(path, &["info", "large.exr"])["basis"], "learned");
+    let refusal = |more: &[&str]| refused(path, &[&["model", "btf", "-o", "r.rlm"][..], more].concat());
+    assert!(refusal(&["--functions", "4", "--function-bytes", "50"]).contains("do not fit 50 bytes"));
+    assert!(
+        refusal(&["--functions", "4", "--fields", "per-light"])
+            .contains("models per light are of functions of light")
+    );
+    fs::write(path.join("p.png"), png_of(SIDE, &photograph((30, 0), (0, 0)))).unwrap();
+    let plain = refused(path, &["model", "p.png", "-o", "r.rlm", "--functions", "3"]);
+    assert!(plain.contains("--functions is of learned functions"), "{plain}");
+}
+
+/// Decorrelated colours come back from a `.btf` near to the photographs, and better than as few common functions.
+#[test]
+fn decorrelated_colours_are_factored_into_a_btf_and_compared_with_the_photographs() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    write_folder(&path.join("btf"), &photographs());
+    let fit = json(path, &["fit", "btf", "-o", "d.btf", "--rank", "8", "--factors", "decorrelated"]);
+    let functions = &fit["report"]["functions"];
+    assert_eq!((&functions["luminance"], &functions["color"]), (&8.into(), &2.into()));
+    done(path, &["fit", "btf", "-o", "f.btf", "--rank", "8"]);
+    let db = |file: &str| json(path, &["compare", "btf", file])["psnr_db"].as_f64().unwrap();
+    let (decorrelated, common) = (db("d.btf"), db("f.btf"));
+    assert!(decorrelated > 34.0 && common > 34.0, "{decorrelated} and {common} dB");
+    // Eight functions for each view hold eight lights of three channels well.
+    done(path, &["fit", "btf", "-o", "v.btf", "--rank", "8", "--factors", "per-view"]);
+    assert!(db("v.btf") > common + 3.0, "{} dB", db("v.btf"));
+    // A set compared with itself.
+    let own = json(path, &["compare", "btf", "btf"]);
+    assert!(own["psnr_db"].is_null() && own["rmse"] == 0.0, "{own}");
+    let refusal =
+        |more: &[&str]| refused(path, &[&["fit", "btf", "--factors", "decorrelated"][..], more].concat());
+    assert!(refusal(&["-o", "d.exr"]).contains("is of .btf files"));
+    assert!(refusal(&["-o", "d.btf", "--hold-out", "5"]).contains("--hold-out has no meaning"));
+}
+
+#[test]
+fn greys_have_no_colour_differences_to_factor() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let grey = |bytes: Vec<u8>| bytes.chunks(3).flat_map(|rgb| [rgb[1]; 3]).collect::<Vec<u8>>();
+    let all: Files =
+        photographs()
+            .into_iter()
+            .map(|(name, _)| name)
+            .zip(DIRECTIONS.iter().flat_map(|view| {
+                DIRECTIONS.iter().map(|light| png_of(SIDE, &grey(photograph(*light, *view))))
+            }))
+            .collect();
+    write_folder(&path.join("grey"), &all);
+    done(path, &["fit", "grey", "-o", "g.btf", "--rank", "8", "--factors", "decorrelated"]);
+    assert!(json(path, &["compare", "grey", "g.btf"])["psnr_db"].as_f64().unwrap() > 34.0);
+}

@@ -11,7 +11,7 @@ mod index;
 mod layout;
 pub mod lrgb;
 
-pub use basis::{Bands, Basis, Domain, Gram, Learned, PolynomialDegree};
+pub use basis::{Bands, Basis, Domain, Gram, Learned, PackedFunctions, PolynomialDegree};
 #[cfg(test)]
 pub(crate) use clustered::clustered_example;
 pub use clustered::{ClusterSpaces, ClusteredField, MOST_CLUSTERS};

@@ -155,7 +155,11 @@ impl FieldModel {
         let source = ModelSource {
             width: width as u32,
             height: height as u32,
-            photographs: if field.basis().len() == 1 { 1 } else { field.lights().len() as u32 },
+            photographs: match field.basis() {
+                Basis::Learned(learned) => learned.pairs().len() as u32,
+                basis if basis.len() == 1 => 1,
+                _ => field.lights().len() as u32,
+            },
             channels: field.layout().channels() as u32,
         };
         let (basis, layout, space) = (field.basis().clone(), field.layout().clone(), field.space());

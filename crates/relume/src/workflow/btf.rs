@@ -24,6 +24,9 @@ use crate::space::Space;
 /// The cosine above which a view is that from straight above, within a degree.
 const FRONTAL_COSINE: f64 = 0.999_847;
 
+/// Shares below this are those of rounding errors: a measured pair is its photograph.
+const LEAST_SHARE: f64 = 1e-9;
+
 /// What is done about photographs missing from a grid of lights and views.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -167,10 +170,20 @@ impl Btf {
     /// # Errors
     /// As [`Btf::photograph`], and photographs of different sizes or channels.
     pub fn relit(&self, directions: Directions, job: &Job) -> Result<Picture> {
+        self.relit_by(&self.between(), directions, job)
+    }
+
+    /// The rule of interpolation between its pairs, for many pictures.
+    pub(super) fn between(&self) -> Between {
         let pairs: Vec<Directions> = self.list.entries.iter().map(|entry| entry.directions).collect();
-        let shares = Between::new(&pairs).shares(directions);
+        Between::new(&pairs)
+    }
+
+    /// As [`Btf::relit`], by the rule of [`Btf::between`].
+    pub(super) fn relit_by(&self, between: &Between, directions: Directions, job: &Job) -> Result<Picture> {
+        let shares = between.shares(directions);
         let mut sum: Option<Planes> = None;
-        for &(i, share) in shares.as_slice() {
+        for &(i, share) in shares.as_slice().iter().filter(|(_, share)| share.abs() > LEAST_SHARE) {
             let photograph = self.photograph(i, job)?;
             let (size, channels) = (photograph.size(), photograph.channels());
             let what = "the pictures around the directions";

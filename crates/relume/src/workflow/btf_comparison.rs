@@ -6,11 +6,13 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::btf::Btf;
+use crate::direction::Directions;
 use crate::error::{Error, Result};
 use crate::field::ReflectanceField;
 use crate::job::Job;
 use crate::metric::{LabErrors, lab_errors, psnr, rmse, ssim};
 use crate::picture::Picture;
+use crate::planes::Planes;
 use crate::render::relight;
 use crate::space::Space;
 
@@ -48,26 +50,44 @@ pub struct PairErrors {
 /// Photographs that cannot be read or differ in size or channels from the texture, limits exceeded, and a cancelled
 /// job.
 pub fn compare(btf: &Btf, field: &ReflectanceField, job: &Job) -> Result<PairErrors> {
+    compare_pictures(btf, &|directions| Ok(relight(field, directions)), job)
+}
+
+/// Compares another set, such as a factored one, with every photograph: its photographs of the same pairs, or
+/// interpolated.
+///
+/// # Errors
+/// As [`compare`].
+pub fn compare_sets(btf: &Btf, other: &Btf, job: &Job) -> Result<PairErrors> {
+    let between = other.between();
+    compare_pictures(btf, &|directions| other.relit_by(&between, directions, job), job)
+}
+
+fn compare_pictures(
+    btf: &Btf,
+    other: &(dyn Fn(Directions) -> Result<Picture> + Sync),
+    job: &Job,
+) -> Result<PairErrors> {
     let entries = &btf.list().entries;
-    let size = field.size();
+    let first = btf.photograph(0, job)?;
     // Both pictures in two spaces, the windows of the similarity, on each thread.
-    let bytes = (16 * field.layout().channels() + 48) as u64 * rayon::current_num_threads() as u64;
-    job.check("the pictures to compare", size, bytes)?;
+    let bytes = (16 * first.channels() + 48) as u64 * rayon::current_num_threads() as u64;
+    job.check("the pictures to compare", first.size(), bytes)?;
     job.start("comparing", entries.len() as u64);
     let error = |i: usize| {
-        let photograph = btf.photograph(i, job)?;
-        if photograph.size() != size || photograph.channels() != field.layout().channels() {
+        let (truth, other) = (btf.photograph(i, job)?.to_picture(Space::Srgb), other(entries[i].directions)?);
+        let shape = |planes: &Planes| (planes.size(), planes.count());
+        if shape(&truth.planes) != shape(&other.planes) {
+            let ((size, channels), (other_size, other_channels)) =
+                (shape(&truth.planes), shape(&other.planes));
             return Err(Error::usage(format!(
-                "the photograph {} has {} channels of {} and the texture {} of {size}: both must be the same",
-                entries[i].name,
-                photograph.channels(),
-                photograph.size(),
-                field.layout().channels()
+                "the photograph {} has {channels} channels of {size} and the texture {other_channels} of {other_size}: \
+                 both must be the same",
+                entries[i].name
             ))
             .at(btf.path()));
         }
-        let truth = photograph.to_picture(Space::Srgb);
-        let errors = errors(&truth, &clamped(relight(field, entries[i].directions)))?;
+        let errors = errors(&truth, &clamped(other))?;
         job.advance(1).map(|()| errors)
     };
     let all = (0..entries.len()).into_par_iter().map(error).collect::<Result<Vec<PictureErrors>>>()?;

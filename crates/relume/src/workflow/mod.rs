@@ -11,12 +11,15 @@
 //! | [`fitted`] | options whose open sizes are fitted to exemplars |
 //! | [`sizes`] | sizes of blocks and windows that fit |
 //! | [`method`] | methods of synthesis as plans, with one way to run them |
+//! | [`per_view`](mod@per_view) | factorisations for each view |
+//! | [`packed`] | learned functions packed for a model |
 //! | [`metric`] | metrics by name |
 //! | [`model`] | models of functions jointly, of structure and detail, or of single lights |
 //! | [`likeness`] | whether what a model makes looks like the material |
 //! | [`btf`](mod@btf) | textures of light and view on disk |
 //! | [`btf_comparison`] | textures of functions compared with photographs under light and view |
 //! | [`comparison`] | textures compared under several lights |
+//! | [`decorrelated`](mod@decorrelated) | factorisations of decorrelated colours |
 //! | [`shader`] | what a shader draws textures and endless noise from |
 //! | [`auto`] | textures made in several ways, of which the nearest to the exemplar is kept |
 //! | [`map_set`] | the maps of a material as one exemplar |
@@ -29,6 +32,7 @@ pub mod btf;
 pub mod btf_comparison;
 pub mod capture;
 pub mod comparison;
+pub mod decorrelated;
 pub mod endless;
 pub mod files;
 pub mod fitted;
@@ -41,6 +45,8 @@ pub mod method;
 pub mod metric;
 pub mod model;
 pub mod options;
+pub mod packed;
+pub mod per_view;
 pub mod shader;
 pub mod sizes;
 pub mod tiling;

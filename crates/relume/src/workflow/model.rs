@@ -4,10 +4,11 @@
 use std::fmt;
 
 use super::likeness::{Likeness, LikenessReference};
+use super::packed::packed_field;
 use crate::capture::dome;
 use crate::direction::Direction;
 use crate::error::{Error, Result};
-use crate::field::{Domain, IndexSpace, Metric, ReflectanceField};
+use crate::field::{Basis, Domain, IndexSpace, Metric, ReflectanceField};
 use crate::format::rlm;
 use crate::job::Job;
 use crate::names::named;
@@ -29,6 +30,12 @@ const LEAST_SIDE: usize = 64;
 
 /// The default number of lights: twice the number of functions of a polynomial texture map.
 const CUSTOMARY_LIGHTS: usize = 12;
+
+/// The default number of learned functions.
+pub const CUSTOMARY_FUNCTIONS: usize = 12;
+
+/// The default bytes of learned functions.
+const CUSTOMARY_FUNCTION_BYTES: usize = 48 << 10;
 
 /// The bytes of a model of a picture, which those of its structure are chosen to keep to where the request does
 /// not name them.
@@ -87,6 +94,10 @@ pub struct ModelRequest {
     pub period: Option<Lattice>,
     /// How functions of light direction are modelled.
     pub lights: LightModels,
+    /// The most functions of those that a learned basis has.
+    pub functions: usize,
+    /// The most bytes of these functions.
+    pub function_bytes: usize,
 }
 
 impl Default for ModelRequest {
@@ -100,6 +111,8 @@ impl Default for ModelRequest {
             tiles: 1,
             period: None,
             lights: LightModels::default(),
+            functions: CUSTOMARY_FUNCTIONS,
+            function_bytes: CUSTOMARY_FUNCTION_BYTES,
         }
     }
 }
@@ -165,6 +178,8 @@ impl ModelRequest {
                 "periods are those of the structure: models without a structure, or per light, have none",
             ));
         }
+        let packed = packed_field(field, self.functions, self.function_bytes, job)?;
+        let field = packed.as_ref().unwrap_or(field);
         self.foresee(field, job)?;
         let reference = LikenessReference::of(field, job)?;
         let compared = |mut fitted: FittedModel| -> Result<FittedModel> {
@@ -212,6 +227,11 @@ impl ModelRequest {
         if field.basis().len() == 1 {
             return Err(Error::usage(
                 "models per light are for functions of light direction, and this is a picture",
+            ));
+        }
+        if let Basis::Learned(_) = field.basis() {
+            return Err(Error::usage(
+                "models per light are of functions of light alone, and these are learned, of light and view: leave out the lights",
             ));
         }
         if self.combine == Combine::Always {

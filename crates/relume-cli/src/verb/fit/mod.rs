@@ -1,5 +1,6 @@
 //! `relume fit`: from photographs under known lights, or lights and views, to a texture of functions.
 
+mod factors;
 mod input;
 mod learned;
 mod light;
@@ -19,6 +20,7 @@ use crate::args;
 use crate::context::Context;
 use crate::output::{self, Outputs};
 use crate::report::Report;
+use factors::Factorisation;
 use input::Inputs;
 
 /// Arguments of `relume fit`.
@@ -51,6 +53,11 @@ pub struct Args {
     /// The numbers of a texel of a cluster [default: a third of the functions]
     #[arg(long, value_name = "N", requires = "clusters")]
     cluster_axes: Option<usize>,
+    /// In a .btf: common functions of all views and channels (common); of the logarithm of the luminance, and a quarter as
+    /// many of two colour differences over it (decorrelated); or functions of the light for each view (per-view)
+    /// [default: common]
+    #[arg(long, value_name = "OF", value_parser = args::named::<Factorisation>())]
+    factors: Option<Factorisation>,
     /// Leave every N-th light and view out of the fit of learned functions, and measure how well they are predicted
     #[arg(long, value_name = "N")]
     hold_out: Option<usize>,
@@ -109,6 +116,13 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
                     .at(&args.output))
             }
         },
+        BasisChoice::Learned if args.factors.is_some_and(|of| of != Factorisation::Common) => {
+            let of = args.factors.unwrap_or(Factorisation::Common);
+            let FittedFormat::Btf(scalar) = format else {
+                return Err(Error::usage("--factors is of .btf files: name one to write").at(&args.output));
+            };
+            factors::run(args, of, scalar, &inputs, outputs, context)
+        }
         BasisChoice::Learned => learned::run(args, format, &inputs, outputs, context),
     }
 }
@@ -121,6 +135,7 @@ impl Args {
             (self.rank.is_some(), "--rank"),
             (self.error.is_some(), "--error"),
             (self.clusters.is_some(), "--clusters"),
+            (self.factors.is_some(), "--factors"),
             (self.hold_out.is_some(), "--hold-out"),
         ];
         let never_learned = [(self.leave_one_out, "--leave-one-out"), (self.color.is_some(), "--color")];

@@ -8,13 +8,16 @@ mod lights;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
+use relume::field::Basis;
+use relume::fit::learned::{self, LearnedOptions, Rank};
 use relume::format::{Content, rlm};
 use relume::random_field::{
     Character, Heights, LevelReport, ModelOptions, SelectionOrder, character, curves,
 };
 use relume::workflow::likeness::Likeness;
 use relume::workflow::model::{Combine, FittedModel, ModelRequest, StructureSource};
-use relume::{Picture, ReflectanceField, Result, Space};
+use relume::workflow::{Btf, Missing};
+use relume::{Error, Picture, RasterSequence, ReflectanceField, Result, Space};
 use serde_json::json;
 
 pub use describe::describe;
@@ -28,9 +31,11 @@ use crate::{args, input};
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  relume model bark.png -o bark.rlm\n  \
                         relume synth bark.rlm -o large.png --size 4096\n  \
-                        relume synth bark.rlm -o part.png --window 10000,-300,512,512")]
+                        relume synth bark.rlm -o part.png --window 10000,-300,512,512\n  \
+                        relume model wool.zip -o wool.rlm")]
 pub struct Args {
-    /// A .ptm, an .exr field, or a picture; - is standard input
+    /// A .ptm, an .exr field, or a picture; or a texture of light and view (folder, .zip, .btf), whose functions are learned
+    /// first; - is standard input
     texture: PathBuf,
     /// The model to write; - writes it to standard output
     #[arg(short, long, value_name = "FILE.rlm")]
@@ -61,6 +66,12 @@ pub struct Args {
     combine: combine::CombineArgs,
     #[command(flatten)]
     lights: lights::LightArgs,
+    /// The most learned functions of a texture of light and view [default: 12]
+    #[arg(long, value_name = "N")]
+    functions: Option<usize>,
+    /// The most bytes of these functions in the model [default: 49152]
+    #[arg(long, value_name = "N")]
+    function_bytes: Option<usize>,
     /// Also draw the log evidence of the neighbourhoods examined, one panel per level
     #[arg(long, value_name = "FILE.svg")]
     curve: Option<PathBuf>,
@@ -85,7 +96,11 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         outputs.file(path, &[&args.texture])?;
     }
     let request = request(args)?;
-    let (field, heights) = texture(&args.texture, context)?;
+    let (field, heights) = match Btf::is_at(&args.texture) {
+        true => (learned_functions(args, &request, context)?, None),
+        false => texture(&args.texture, context)?,
+    };
+    args.check(&field)?;
     rlm::check_kind(field.basis(), field.layout()).map_err(|e| e.at(&args.texture))?;
     let kind = character(&field, &context.job)?;
     let fitted = request.fit(&field, &kind, &context.job).map_err(|e| e.at(&args.texture))?;
@@ -127,7 +142,41 @@ fn request(args: &Args) -> Result<ModelRequest> {
     };
     options.validate()?;
     let combine::CombineArgs { combine, structure_bytes, tiles, period } = args.combine;
-    Ok(ModelRequest { options, combine, structure_bytes, tiles, period, lights: args.lights.chosen()? })
+    let lights = args.lights.chosen()?;
+    let defaults = ModelRequest::default();
+    let functions = args.functions.unwrap_or(defaults.functions);
+    let function_bytes = args.function_bytes.unwrap_or(defaults.function_bytes);
+    Ok(ModelRequest { options, combine, structure_bytes, tiles, period, lights, functions, function_bytes })
+}
+
+impl Args {
+    /// Refuses options without a part in the model.
+    fn check(&self, field: &ReflectanceField) -> Result<()> {
+        let given =
+            [("--functions", self.functions.is_some()), ("--function-bytes", self.function_bytes.is_some())];
+        match given.into_iter().find(|(_, given)| *given) {
+            Some((name, _)) if !matches!(field.basis(), Basis::Learned(_)) => Err(Error::usage(format!(
+                "{name} is of learned functions, and this is a texture of the basis {}",
+                field.basis().name()
+            ))
+            .at(&self.texture)),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// The functions learned from the photographs of a texture of light and view, as many as the model is to have.
+fn learned_functions(args: &Args, request: &ModelRequest, context: &Context) -> Result<ReflectanceField> {
+    let btf = Btf::open(&args.texture, Missing::Refuse, &context.job)?;
+    let load = |i: usize| btf.photograph(i, &context.job);
+    let photographs = RasterSequence::open(&load)?;
+    let pairs = btf.pairs();
+    let most = photographs.size().texels().min(pairs.len() * photographs.channels());
+    let options =
+        LearnedOptions { rank: Rank::Functions(request.functions.min(most)), ..LearnedOptions::default() };
+    let load = |i: usize| photographs.read(i);
+    let fit = learned::fit(&pairs, &load, &options, &context.job).map_err(|e| e.at(&args.texture))?;
+    Ok(fit.field)
 }
 
 /// The input: a field, or heights in texels where the file records them.

@@ -9,6 +9,7 @@
 
 use std::sync::Arc;
 
+use super::packed::PackedFunctions;
 use crate::direction::Directions;
 use crate::error::{Error, Result};
 use crate::numeric::between::Between;
@@ -31,6 +32,7 @@ struct MeasuredValues {
     functions: usize,
     values: Vec<f32>,
     between: Between,
+    packed: Option<PackedFunctions>,
 }
 
 impl Learned {
@@ -72,7 +74,26 @@ impl Learned {
         }
         check_orthonormal(&weights, &values, channels, functions)?;
         let between = Between::new(&pairs);
-        Ok(Self(Arc::new(MeasuredValues { between, pairs, weights, channels, functions, values })))
+        Ok(Self(Arc::new(MeasuredValues {
+            between,
+            pairs,
+            weights,
+            channels,
+            functions,
+            values,
+            packed: None,
+        })))
+    }
+
+    /// The same functions, with the integers that they are made of.
+    pub(super) fn packed_as(self, packed: PackedFunctions) -> Self {
+        let made = Arc::try_unwrap(self.0).expect("functions without a copy");
+        Self(Arc::new(MeasuredValues { packed: Some(packed), ..made }))
+    }
+
+    /// The integers that the functions are made of, if they are.
+    pub fn packed(&self) -> Option<&PackedFunctions> {
+        self.0.packed.as_ref()
     }
 
     /// The number of functions.

@@ -17,6 +17,7 @@ mod gram;
 mod harmonics;
 mod learned;
 mod moments;
+mod packed;
 mod polynomial;
 mod ptm;
 mod spherical;
@@ -27,6 +28,7 @@ pub use bands::Bands;
 pub(crate) use examples::{learned as learned_example, learned_of_channels as learned_of_channels_example};
 pub use gram::Gram;
 pub use learned::Learned;
+pub use packed::{MOST_PACKED, PackedFunctions, WeightedDirection};
 pub use polynomial::PolynomialDegree;
 
 use serde::{Serialize, Serializer};

@@ -12,7 +12,7 @@
 //! [`BonnBtf`] evaluates the image of any pair of directions from the factors, or gathers it from the file; nothing
 //! is clamped, and the order of calls does not matter. Where the values are linear in the factors,
 //! [`BonnBtf::linear_factors`] gives the functions and the coefficients exactly, without an image.
-//! [`encode_fmf`] and [`encode_dfmf`] write them.
+//! [`encode_fmf`], [`encode_dfmf`] and [`encode_pvf`] write them.
 //!
 //! Row 0 is taken as the top row. Lights may differ between views; the pairs are in the order of the file, view
 //! after view. Rotations and height maps are skipped.
@@ -27,6 +27,7 @@ mod images;
 mod per_view;
 mod source;
 mod write;
+mod write_per_view;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -40,6 +41,7 @@ use images::StoredImages;
 use per_view::PerView;
 use source::{BtfCursor, BtfSource};
 pub use write::{encode_dfmf, encode_fmf};
+pub use write_per_view::{ViewPart, encode_pvf};
 
 use super::finite;
 use crate::direction::Directions;

@@ -97,7 +97,12 @@ fn square_grid(pairs: &[Directions]) -> Result<ViewLightGrid> {
     Ok(grid)
 }
 
-fn check_factors(named: &str, factors: &BtfFactors, shape: FactorShape, rows: usize) -> Result<()> {
+pub(super) fn check_factors(
+    named: &str,
+    factors: &BtfFactors,
+    shape: FactorShape,
+    rows: usize,
+) -> Result<()> {
     let (count, planes) = (factors.count(), factors.coefficients.count());
     let fits =
         factors.shape == shape && planes == count && count > 0 && factors.functions.len() == rows * count;
@@ -116,7 +121,7 @@ fn check_factors(named: &str, factors: &BtfFactors, shape: FactorShape, rows: us
 }
 
 /// The head of the file, with room for the rest.
-fn begun(
+pub(super) fn begun(
     signature: &[u8],
     grid: &ViewLightGrid,
     size: Size,
@@ -194,12 +199,12 @@ fn put_matrix(
 }
 
 /// The coefficients of texel after texel.
-fn texel_rows(planes: &Planes) -> impl Iterator<Item = f32> {
+pub(super) fn texel_rows(planes: &Planes) -> impl Iterator<Item = f32> {
     let (texels, count) = (planes.size().texels(), planes.count());
     (0..texels * count).map(move |i| planes.as_slice()[i % count * texels + i / count])
 }
 
-fn put(out: &mut Vec<u8>, numbers: &[u32]) {
+pub(super) fn put(out: &mut Vec<u8>, numbers: &[u32]) {
     numbers.iter().for_each(|number| out.extend_from_slice(&number.to_le_bytes()));
 }
 

@@ -3,10 +3,12 @@
 //! The file represents the model exactly: reading restores it to the bit.
 
 mod bits;
+mod functions;
 mod read;
 mod structure;
 mod write;
 
+pub use functions::functions_bytes;
 pub use read::decode;
 pub use structure::structure_bytes;
 pub use write::{check_kind, encode};
@@ -14,9 +16,9 @@ pub use write::{check_kind, encode};
 /// First bytes of the file.
 const SIGNATURE: [u8; 4] = *b"RLM\x1a";
 
-/// The versions of the layout: without a structure, with one, with heights or one model per light, and with the
-/// joint distribution of a colour.
-const VERSIONS: [u8; 4] = [1, 2, 3, 4];
+/// The versions of the layout: without a structure, with one, with heights or one model per light, with the
+/// joint distribution of a colour, and with learned functions.
+const VERSIONS: [u8; 5] = [1, 2, 3, 4, 5];
 
 /// Signature, version, checksum and length of the rest.
 const HEADER: usize = 4 + 1 + 4 + 4;
@@ -35,7 +37,8 @@ fn checksum(bytes: &[u8]) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::field::{Basis, PlaneLayout};
+    use crate::field::basis::learned_of_channels_example;
+    use crate::field::{Basis, PackedFunctions, PlaneLayout};
     use crate::job::Job;
     use crate::limits::Limits;
     use crate::numeric::random::{Purpose, Stream};
@@ -150,7 +153,36 @@ mod tests {
         let named = model(Basis::Constant, channels, true);
         assert!(encode(&named).unwrap_err().to_string().contains("not of channels constant"));
         let learned = model(Basis::examples().pop().unwrap(), PlaneLayout::LUMINANCE, true);
-        assert!(encode(&learned).unwrap_err().to_string().contains("not of luminance learned"));
+        assert!(encode(&learned).unwrap_err().to_string().contains("are not packed"));
+    }
+
+    /// A model of functions of light and view.
+    fn of_light_and_view(channels: usize) -> FieldModel {
+        let learned = learned_of_channels_example(channels, 7, 5, 3);
+        let packed = PackedFunctions::new(&learned, &[0.01, 0.02, 0.05]).unwrap();
+        let layout = PlaneLayout::shared(["R", "G", "B"].into_iter().take(channels)).unwrap();
+        let layout = if channels == 1 { PlaneLayout::LUMINANCE } else { layout };
+        model(Basis::Learned(packed.unpacked().unwrap()), layout, true)
+    }
+
+    #[test]
+    fn models_of_learned_functions_come_back_equal_and_make_the_same() {
+        for model in [1, 3].map(of_light_and_view) {
+            let bytes = encode(&model).unwrap();
+            let back = decode(&bytes, &job()).unwrap();
+            assert_eq!((bytes[4], &back), (5, &model));
+            assert_eq!(
+                (model.source.photographs, model.source_bytes()),
+                (35, 35 * 36 * 30 * u64::from(model.source.channels))
+            );
+            assert_eq!(encode(&back).unwrap(), bytes);
+            let options =
+                RealisationOptions { origin: [-9, 3], size: Size::new(20, 10), seed: 3, period: None };
+            assert_eq!(
+                back.synthesize(&options, &job()).unwrap(),
+                model.synthesize(&options, &job()).unwrap()
+            );
+        }
     }
 
     #[test]
@@ -181,9 +213,15 @@ mod tests {
     }
 
     /// A model of each kind.
-    fn examples() -> [FieldModel; 4] {
+    fn examples() -> [FieldModel; 5] {
         let plain = model(Basis::Constant, PlaneLayout::RGB, true);
-        [plain, combined(), per_light(PlaneLayout::LUMINANCE), heights(Some(0.1), false)]
+        [
+            plain,
+            combined(),
+            per_light(PlaneLayout::LUMINANCE),
+            heights(Some(0.1), false),
+            of_light_and_view(3),
+        ]
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! A model from bytes.
 
 use super::bits::{BitReader, Rice};
+use super::functions::read_functions;
 use super::{HEADER, SIGNATURE, VERSIONS, checksum, structure};
 use crate::error::{Error, Result};
 use crate::field::{Basis, PlaneLayout};
@@ -27,12 +28,27 @@ use crate::space::Space;
 pub fn decode(bytes: &[u8], job: &Job) -> Result<FieldModel> {
     let mut bits = BitReader::new(body(bytes)?);
     let version = bytes[4];
-    let basis = name(&mut bits, "basis", Basis::from_name)?;
-    let layout = name(&mut bits, "colour model", PlaneLayout::from_name)?;
+    // Of learned functions only the place is known yet.
+    let named = |name: &str| match name {
+        LEARNED if version == VERSIONS[4] => Some(None),
+        other => Basis::from_name(other).map(Some),
+    };
+    let basis = name(&mut bits, "basis", named)?;
+    let layout = name(&mut bits, "colour model", layout_of_name)?;
     let space = name(&mut bits, "space", Space::from_name)?;
     let mut number = || bits.bits(32);
     let (width, height, photographs, channels) = (number()?, number()?, number()?, number()?);
     let source = ModelSource { width, height, photographs, channels };
+    let basis = match basis {
+        Some(basis) if version < VERSIONS[4] => basis,
+        Some(basis) => {
+            return Err(Error::invalid(format!(
+                "a model of version {version} has learned functions, and this one has the basis {}",
+                basis.name()
+            )));
+        }
+        None => Basis::Learned(read_functions(&mut bits, job)?.unpacked()?),
+    };
     let kind = if version >= VERSIONS[2] { read_kind(&mut bits)? } else { ModelKind::default() };
     let mut fields = read_fields(&mut bits, version, &kind.lights, job)?;
     if let Fields::Joint(model) = &mut fields {
@@ -113,7 +129,7 @@ fn body(bytes: &[u8]) -> Result<&[u8]> {
     if !VERSIONS.contains(&header[4]) {
         return Err(Error::unsupported(format!(
             "the model is of version {}: this program reads versions {} to {}",
-            header[4], VERSIONS[0], VERSIONS[3]
+            header[4], VERSIONS[0], VERSIONS[4]
         )));
     }
     let word = |at: usize| u32::from_le_bytes([header[at], header[at + 1], header[at + 2], header[at + 3]]);
@@ -132,6 +148,15 @@ fn body(bytes: &[u8]) -> Result<&[u8]> {
         )));
     }
     Ok(body)
+}
+
+/// The name of a basis of learned functions.
+const LEARNED: &str = "learned";
+
+/// The layout of a name; channels with common coefficients are those of a colour.
+fn layout_of_name(name: &str) -> Option<PlaneLayout> {
+    let shared = PlaneLayout::shared(["R", "G", "B"]).ok().filter(|layout| layout.name() == name);
+    shared.or_else(|| PlaneLayout::from_name(name))
 }
 
 /// The characters of an unknown name in a message.
@@ -168,7 +193,7 @@ fn read_model(bits: &mut BitReader<'_>, version: u8, job: &Job) -> Result<Model>
     }
     let weights = floats(bits, components.iter().sum(), "mixing", job)?;
     let gains = (0..planes).map(|_| bits.half("gain")).collect::<Result<_>>()?;
-    let color = if version == VERSIONS[3] { read_color(bits, planes)? } else { None };
+    let color = if version >= VERSIONS[3] { read_color(bits, planes)? } else { None };
     let single = planes - if color.is_some() { 3 } else { 0 };
     let marginals = (0..single).map(|_| read_marginal(bits)).collect::<Result<_>>()?;
     let levels = (0..levels).map(|_| read_level(bits, m, job)).collect::<Result<_>>()?;

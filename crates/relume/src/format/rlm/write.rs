@@ -1,6 +1,7 @@
 //! A model as bytes.
 
 use super::bits::{BitWriter, Rice};
+use super::functions::write_functions;
 use super::{HEADER, MOST_CANDIDATES, SIGNATURE, VERSIONS, checksum, structure};
 use crate::error::{Error, Result};
 use crate::field::{Basis, PlaneLayout};
@@ -15,7 +16,7 @@ use crate::random_field::{FieldModel, Fields, LightModel, Model, Structure};
 /// The bytes of the file of a model.
 ///
 /// # Errors
-/// A model of a learned basis or of named channels; a neighbourhood larger than the file can represent, which
+/// A model of learned functions that are not [packed](crate::field::PackedFunctions), or of named channels; a neighbourhood larger than the file can represent, which
 /// no fitted model has.
 pub fn encode(field: &FieldModel) -> Result<Vec<u8>> {
     check_kind(&field.basis, &field.layout)?;
@@ -27,6 +28,11 @@ pub fn encode(field: &FieldModel) -> Result<Vec<u8>> {
     let source = &field.source;
     for number in [source.width, source.height, source.photographs, source.channels] {
         bits.bits(number, 32);
+    }
+    if let Basis::Learned(learned) = &field.basis {
+        let packed =
+            learned.packed().ok_or_else(|| Error::usage("the functions of the model are not packed"))?;
+        write_functions(&mut bits, packed)?;
     }
     let version = version(field);
     if version >= VERSIONS[2] {
@@ -47,11 +53,11 @@ pub fn encode(field: &FieldModel) -> Result<Vec<u8>> {
 /// Refuses models of textures that the file cannot describe.
 ///
 /// # Errors
-/// A learned basis, and named channels.
+/// Channels that form no grey or colour.
 pub fn check_kind(basis: &Basis, layout: &PlaneLayout) -> Result<()> {
-    if Basis::from_name(basis.name()).is_none() || layout.is_named() {
+    if layout.is_named() {
         return Err(Error::unsupported(format!(
-            "a .rlm file holds models of polynomials, harmonics and plain pictures with luminance or colour, not of {} {}",
+            "a .rlm file holds models of luminance or colour, not of {} {}",
             layout.name(),
             basis.name()
         )));
@@ -61,6 +67,9 @@ pub fn check_kind(basis: &Basis, layout: &PlaneLayout) -> Result<()> {
 
 /// The lowest version that can hold a model.
 fn version(field: &FieldModel) -> u8 {
+    if matches!(field.basis, Basis::Learned(_)) {
+        return VERSIONS[4];
+    }
     if field.fields.models().iter().any(|(_, model)| model.color.is_some()) {
         return VERSIONS[3];
     }
@@ -97,7 +106,7 @@ fn write_model(bits: &mut BitWriter, model: &Model, version: u8) -> Result<()> {
     model.mixing.own.iter().for_each(|&own| bits.bits(u32::from(own), 1));
     model.mixing.weights.iter().for_each(|&weight| bits.float(weight));
     model.gains.iter().for_each(|&gain| bits.half(gain));
-    if version == VERSIONS[3] {
+    if version >= VERSIONS[3] {
         write_color(bits, model.color.as_ref());
     }
     model.marginals.iter().for_each(|marginal| write_marginal(bits, marginal));

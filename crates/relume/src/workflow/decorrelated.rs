@@ -70,7 +70,8 @@ fn one_channel(
     };
     let options =
         LearnedOptions { rank: Rank::Functions(rank), space: Space::Linear, ..LearnedOptions::default() };
-    match fit(pairs, &load_channel, &options, job) {
+    // What a fit says of light is not true of logarithms and ratios.
+    match fit(pairs, &load_channel, &options, &job.unheard()) {
         Ok(fit) => factors_of(&fit.field),
         // Greys have no colour differences.
         Err(_) if channel > 0 && !has_values.load(Ordering::Relaxed) => {

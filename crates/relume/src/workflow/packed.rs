@@ -138,14 +138,14 @@ mod tests {
     #[test]
     fn more_bytes_make_the_texture_more_like_itself() {
         let field = field();
-        let errors = [1500, 2500, 5000].map(|bytes| {
+        let errors = [1500, 2200, 3200].map(|bytes| {
             let packed = packed_field(&field, 4, bytes, &Job::default()).unwrap().unwrap();
             let Basis::Learned(learned) = packed.basis() else { panic!("learned functions") };
             let used = rlm::functions_bytes(learned.packed().unwrap());
             assert!(used <= bytes && used > bytes * 9 / 10, "{used} of {bytes} bytes");
             difference(&field, &packed)
         });
-        assert!(errors.windows(2).all(|pair| pair[1] < pair[0]) && errors[2] < 1e-2, "{errors:?}");
+        assert!(errors.windows(2).all(|pair| pair[1] < pair[0]) && errors[2] < 2e-2, "{errors:?}");
         assert!(
             packed_field(&field, 4, 100, &Job::default()).unwrap_err().to_string().contains("do not fit 100")
         );

@@ -49,7 +49,8 @@ fn one_view(
         ..LearnedOptions::default()
     };
     drop(first);
-    let field = fit(&own_pairs, &|i| load(own[i]), &options, job)?.field;
+    // Errors are not reported, and so not what a fit says of them, for each view again.
+    let field = fit(&own_pairs, &|i| load(own[i]), &options, &job.unheard())?.field;
     let Basis::Learned(learned) = field.basis() else {
         return Err(Error::invalid("factors of other than learned functions"));
     };

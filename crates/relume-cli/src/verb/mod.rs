@@ -8,10 +8,12 @@ mod analyze;
 mod capture;
 mod compare;
 mod completions;
+mod convert;
 mod demo;
 mod endless;
 mod fill;
 mod fit;
+mod formats;
 mod gallery;
 mod height;
 mod info;
@@ -61,6 +63,10 @@ pub enum Verb {
     Analyze(analyze::Args),
     /// Measure the distance between two textures
     Compare(compare::Args),
+    /// Write a texture in another format, in other functions, space or colours
+    Convert(convert::Args),
+    /// List what is read and written, with limits
+    Formats(formats::Args),
     /// Run all methods of synthesis on a folder of exemplars and measure them, on one page
     Gallery(gallery::Args),
     /// Estimate the height map of a surface from photographs, functions or normals
@@ -127,6 +133,8 @@ pub fn run(verb: Verb, context: &Context) -> Result<Report> {
         Verb::Fit(args) => fit::run(&args, context),
         Verb::Analyze(args) => analyze::run(&args, context),
         Verb::Compare(args) => compare::run(&args, context),
+        Verb::Convert(args) => convert::run(&args, context),
+        Verb::Formats(args) => formats::run(&args),
         Verb::Gallery(args) => gallery::run(&args, context),
         Verb::Height(args) => height::run(&args, context),
         Verb::Info(args) => info::run(&args, context),

@@ -14,7 +14,7 @@ use serde_json::Value;
 use crate::support::{write_grey, write_material};
 
 /// All verbs; `@name` is a file or folder of that name.
-const COMMANDS: [&str; 43] = [
+const COMMANDS: [&str; 46] = [
     "capture sponge -o @c --size 48 --lights 9",
     "capture --height @mask.png --albedo @a.png -o @maps --lights 3",
     "capture --height @mask.png --albedo @a.png --metallic @a.png -o @btf --views 2",
@@ -56,6 +56,9 @@ const COMMANDS: [&str; 43] = [
     "fill @a.png --mask @mask.png -o @fi.png --neighbourhood 7",
     "gallery @in -o @gallery --methods quilting,noise --lights 1 --size 32",
     "completions bash",
+    "convert @f.ptm -o @f.rti",
+    "convert @f.ptm -o @web --web deepzoom",
+    "formats",
     "man @man",
     "demo -o @demo --lights 12",
 ];

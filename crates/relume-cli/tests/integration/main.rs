@@ -5,6 +5,7 @@ mod btf;
 mod capture;
 mod channels;
 mod compare_analyze;
+mod convert;
 mod elements;
 mod everything;
 mod extremes;

@@ -10,6 +10,7 @@ mod coordinates;
 mod index;
 mod layout;
 pub mod lrgb;
+pub mod refit;
 
 pub use basis::{Bands, Basis, Domain, Gram, Learned, PackedFunctions, PolynomialDegree};
 #[cfg(test)]

@@ -15,6 +15,7 @@ use super::normal_map;
 use super::picture::{Depth, PictureFormat, encode_with, extension};
 use super::ptm::{self, PtmEncoding, Under};
 use super::raster;
+use super::web;
 use crate::error::{Error, Result};
 use crate::field::{Basis, ReflectanceField};
 use crate::job::Job;
@@ -189,6 +190,13 @@ pub(super) fn decode_as(bytes: &[u8], meaning: Meaning, job: &Job) -> Result<Fie
     let file = decode_any(bytes, meaning, job)?;
     let opacity = file.opacity.map(|opacity| opacity.held(job, "the opacity")).transpose()?;
     Ok(FieldFile { field: file.field.held(job, "the texture")?, opacity, ..file })
+}
+
+/// The field of a web folder.
+pub(super) fn decode_folder(folder: &Path, job: &Job) -> Result<FieldFile> {
+    let field = web::decode(&web::files_of(folder, job), job)?.held(job, "the texture")?;
+    let encoding = Encoding::Picture(Depth::Eight);
+    Ok(FieldFile { field, opacity: None, encoding, record: MapRecord::default() })
 }
 
 fn decode_any(bytes: &[u8], meaning: Meaning, job: &Job) -> Result<FieldFile> {

@@ -7,6 +7,7 @@
 //! |---|---|---|
 //! | `.ptm` | [`Opened::into_field`] | [`encode_field`] |
 //! | `.rti`, `.hsh` | [`Opened::into_field`] | [`encode_field`] |
+//! | Relight web folder | [`Opened::into_field`] | [`web::encode_web`] |
 //! | EXR field | [`Opened::into_field`] | [`encode_field`] |
 //! | PNG, JPEG, TIFF, EXR, PFM, Radiance picture | [`Opened::into_raster`], [`Opened::into_field`], [`Opened::into_exemplar`] | [`encode_picture`], [`encode_field`] |
 //! | pictures of data | [`Opened::into_data`], [`Opened::into_registered`], [`Opened::into_mask`] | |
@@ -19,6 +20,7 @@
 //! | zip of images named by their directions | | [`ZipArchive`], [`ubo2003`] |
 //! | OBJ, binary glTF | [`Opened::into_mesh`] | |
 //! | `.npy` | [`Opened::into_array`] | [`npy::encode_i32`] |
+//! | `.npz`, `.npy` of coefficients | | [`encode_npz`], [`encode_npy`] |
 //! | `.rlm` | [`Opened::into_model`] | [`rlm::encode`] |
 //! | `.btf` | [`Opened::into_btf`], [`bonn::BonnBtf::open`] | [`bonn::encode_fmf`], [`bonn::encode_dfmf`] |
 //! | MERL `.binary`, UTIA `.bin`, RGL `.bsdf` | [`Opened::into_brdf`] | |
@@ -49,6 +51,7 @@ mod meaning;
 mod mesh;
 mod normal_map;
 pub mod npy;
+mod npz;
 mod opacity;
 mod open;
 mod pfm;
@@ -62,10 +65,12 @@ mod raster;
 pub mod rlm;
 mod rows;
 mod stream;
+mod supported;
 mod tiff;
 pub mod tile_set;
 mod turned;
 pub mod ubo2003;
+pub mod web;
 mod whole;
 mod zip;
 
@@ -86,11 +91,13 @@ pub use map_role::{MapRole, NormalY};
 pub use mask::{Mask, decode_mask};
 pub use mesh::decode_mesh;
 pub use normal_map::{NormalMap, decode_normals, encode_normals, encode_stored_normals};
+pub use npz::{encode_npy, encode_npz};
 pub use open::{Opened, open, read, read_field, read_height, read_mesh, read_raster};
 pub use picture::{Depth, PictureFormat, encode_picture, encode_picture_with};
 pub use ptm::PtmEncoding;
 pub use raster::decode_raster;
 pub use rows::Rows;
 pub use stream::{Lane, Streamed};
+pub use supported::{SUPPORTED, SupportedFormat};
 pub use tile_set::TileSetFile;
 pub use zip::ZipArchive;

@@ -1,4 +1,5 @@
-//! NumPy arrays of `i32`, shape (height, width, components): the file format of a source map.
+//! NumPy arrays: of `i32`, shape (height, width, components), the file format of a source map; and written only, of
+//! floats and texts.
 //!
 //! Version 1.0 of the format (NumPy Enhancement Proposal 1, 2007): magic, version, the length of a
 //! Python dictionary, the dictionary padded to a multiple of 64 bytes, then little-endian numbers,
@@ -33,18 +34,54 @@ pub fn encode_i32(size: Size, components: usize, values: &[i32]) -> Result<Vec<u
             values.len()
         )));
     }
-    let mut dictionary =
-        format!("{{'descr': '<i4', 'fortran_order': False, 'shape': ({height}, {width}, {components}), }}");
+    let shape = [height, width, components];
+    Ok(file("<i4", &shape, values.iter().flat_map(|value| value.to_le_bytes())))
+}
+
+/// The bytes of a `.npy` file of 32-bit floats.
+///
+/// # Errors
+/// When the number of values does not match the shape.
+pub fn encode_f32(shape: &[usize], values: &[f32]) -> Result<Vec<u8>> {
+    if values.len() != shape.iter().product::<usize>() {
+        return Err(Error::invalid(format!(
+            "an array of shape {shape:?} cannot hold {} values",
+            values.len()
+        )));
+    }
+    Ok(file("<f4", shape, values.iter().flat_map(|value| value.to_le_bytes())))
+}
+
+/// The bytes of a `.npy` file of 64-bit floats, by rows of three.
+pub(super) fn encode_vectors(vectors: &[[f64; 3]]) -> Vec<u8> {
+    file("<f8", &[vectors.len(), 3], vectors.iter().flatten().flat_map(|value| value.to_le_bytes()))
+}
+
+/// The bytes of a `.npy` file of texts: a list, or one alone.
+pub(super) fn encode_texts(texts: &[String], is_list: bool) -> Vec<u8> {
+    let longest = texts.iter().map(|text| text.chars().count()).max().unwrap_or(0).max(1);
+    let padded = texts.iter().flat_map(|text| {
+        text.chars().map(u32::from).chain(std::iter::repeat(0)).take(longest).flat_map(u32::to_le_bytes)
+    });
+    let shape = if is_list { vec![texts.len()] } else { Vec::new() };
+    file(&format!("<U{longest}"), &shape, padded)
+}
+
+fn file(kind: &str, shape: &[usize], data: impl Iterator<Item = u8>) -> Vec<u8> {
+    let sides: Vec<String> = shape.iter().map(usize::to_string).collect();
+    // A tuple of one has a comma.
+    let sides = sides.join(", ") + if shape.len() == 1 { "," } else { "" };
+    let mut dictionary = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({sides}), }}");
     let unpadded = MAGIC.len() + 2 + dictionary.len() + 1;
     dictionary.extend(std::iter::repeat_n(' ', unpadded.next_multiple_of(64) - unpadded));
     dictionary.push('\n');
-    let mut out = Vec::with_capacity(MAGIC.len() + 2 + dictionary.len() + 4 * values.len());
+    let mut out = Vec::with_capacity(MAGIC.len() + 2 + dictionary.len() + data.size_hint().0);
     out.extend_from_slice(MAGIC);
-    // Three numbers of at most twenty digits: the dictionary is far below 64 KiB.
+    // A few numbers of at most twenty digits: the dictionary is far below 64 KiB.
     out.extend_from_slice(&(dictionary.len() as u16).to_le_bytes());
     out.extend_from_slice(dictionary.as_bytes());
-    values.iter().for_each(|value| out.extend_from_slice(&value.to_le_bytes()));
-    Ok(out)
+    out.extend(data);
+    out
 }
 
 /// Reads the files of [`encode_i32`], and those of other programs: the keys of the dictionary may be in any

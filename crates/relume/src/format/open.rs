@@ -21,7 +21,7 @@ use super::opacity::OPACITY_UNUSED;
 use super::raster;
 use super::tile_set::{self, Said, TileSetFile};
 use super::whole::{read_bytes, read_file};
-use super::{exr, rlm};
+use super::{exr, rlm, web};
 use crate::brdf::MeasuredBrdf;
 use crate::error::{Error, Result};
 use crate::job::Job;
@@ -49,6 +49,10 @@ pub struct Opened {
 /// The error names the file: one that cannot be read or exceeds the limits, or has a damaged record of tiles.
 pub fn open(path: &Path, job: &Job) -> Result<Opened> {
     if path.is_dir() {
+        if let Some(info) = web::info_of(path, job)? {
+            let (name, bytes) = (path.to_path_buf(), Arc::new(info));
+            return Ok(Opened { name, bytes, content: Content::Field, tiles: None, job: job.about(path) });
+        }
         let (name, bytes) = (path.to_path_buf(), Arc::default());
         return Ok(Opened { name, bytes, content: Content::Capture, tiles: None, job: job.about(path) });
     }
@@ -135,7 +139,10 @@ impl Opened {
             }
             _ => "",
         };
-        self.decoded("a texture", hint, |opened| field_file::decode_as(&opened.bytes, meaning, &opened.job))
+        self.decoded("a texture", hint, |opened| match opened.name.is_dir() {
+            true => field_file::decode_folder(&opened.name, &opened.job),
+            false => field_file::decode_as(&opened.bytes, meaning, &opened.job),
+        })
     }
 
     /// The picture as stored, in colours. An opacity is left out, with a remark of the job.

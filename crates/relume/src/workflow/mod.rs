@@ -18,6 +18,7 @@
 //! | [`likeness`] | whether what a model makes looks like the material |
 //! | [`btf`](mod@btf) | textures of light and view on disk |
 //! | [`btf_comparison`] | textures of functions compared with photographs under light and view |
+//! | [`convert`](mod@convert) | textures in other functions, space or colours, and what that loses |
 //! | [`comparison`] | textures compared under several lights |
 //! | [`decorrelated`](mod@decorrelated) | factorisations of decorrelated colours |
 //! | [`shader`] | what a shader draws textures and endless noise from |
@@ -32,6 +33,7 @@ pub mod btf;
 pub mod btf_comparison;
 pub mod capture;
 pub mod comparison;
+pub mod convert;
 pub mod decorrelated;
 pub mod endless;
 pub mod files;

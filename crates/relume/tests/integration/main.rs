@@ -34,3 +34,4 @@ mod support;
 mod synthesis;
 mod texture_measures;
 mod tiling;
+mod web_folders;

@@ -1,0 +1,107 @@
+//! Textures in other formats, and what that loses.
+
+use std::fs;
+
+use relume::Size;
+use relume::procedural::Material;
+
+use crate::support::{done, failed, json, names, refused, write_material};
+
+fn fitted(folder: &std::path::Path) {
+    done(folder, &["capture", "sponge", "-o", "c", "--size", "40", "--lights", "20"]);
+    done(folder, &["fit", "c", "-o", "a.ptm"]);
+}
+
+#[test]
+fn a_texture_goes_through_all_formats_and_comes_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    fitted(path);
+    let rti = json(path, &["convert", "a.ptm", "-o", "a.rti"]);
+    assert_eq!((rti["basis"].as_str(), rti["from"]["basis"].as_str()), (Some("hsh9"), Some("ptm")));
+    let rms = rti["loss"]["rms"].as_f64().unwrap();
+    assert!(rms > 0.0 && rms < 0.05 && rti["loss"]["largest"].as_f64().unwrap() >= rms, "{rti}");
+    let web = json(path, &["convert", "a.rti", "-o", "web", "--web", "itarzoom"]);
+    assert!(web["loss"].is_null(), "{web}");
+    assert_eq!(names(&path.join("web")).iter().filter(|n| n.starts_with("planes")).count(), 2);
+    let back = json(path, &["convert", "web", "-o", "b.ptm", "--jpeg", "95"]);
+    assert_eq!(back["basis"], "ptm");
+    assert!(fs::read(path.join("b.ptm")).unwrap().starts_with(b"PTM_1.2\nPTM_FORMAT_JPEG_"));
+    let compared = json(path, &["compare", "a.ptm", "b.ptm"]);
+    assert!(compared["rmse"].as_f64().unwrap() < 0.06, "{compared}");
+    for name in ["a.hsh", "a.exr", "a.npz", "a.npy"] {
+        done(path, &["convert", "a.ptm", "-o", name]);
+    }
+    let info = json(path, &["info", "web"]);
+    assert_eq!((info["basis"].as_str(), info["width"].as_u64()), (Some("hsh9"), Some(40)));
+    done(path, &["relight", "web", "--light", "0.5,0.5,0.7", "-o", "relit.png"]);
+}
+
+#[test]
+fn a_copy_keeps_the_bytes_and_says_that_nothing_changed() {
+    let folder = tempfile::tempdir().unwrap();
+    fitted(folder.path());
+    let report = json(folder.path(), &["convert", "a.ptm", "-o", "b.ptm"]);
+    assert!(report["loss"].is_null());
+    let [a, b] = ["a.ptm", "b.ptm"].map(|name| fs::read(folder.path().join(name)).unwrap());
+    assert!(a == b);
+}
+
+#[test]
+fn linear_textures_are_encoded_where_the_format_holds_encoded_values() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    done(path, &["capture", "sponge", "-o", "c", "--size", "24", "--lights", "20"]);
+    done(path, &["fit", "c", "-o", "a.exr"]);
+    let report = json(path, &["convert", "a.exr", "-o", "a.ptm"]);
+    assert_eq!((report["space"].as_str(), report["from"]["space"].as_str()), (Some("srgb"), Some("linear")));
+    assert!(report["loss"]["rms"].as_f64().unwrap() < 0.1, "{report}");
+    let sentence = failed(path, &["convert", "a.exr", "-o", "b.ptm", "--space", "linear"], 2);
+    assert!(sentence.contains("linear"), "{sentence}");
+}
+
+#[test]
+fn arrays_are_read_by_numpy_where_it_is_there() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    fitted(path);
+    done(path, &["convert", "a.ptm", "-o", "a.npz"]);
+    let script = "import numpy; z = numpy.load('a.npz'); print(z['coefficients'].shape, z['coefficients'].dtype, \
+                  list(z['names'])[:2], z['lights'].shape, str(z['basis']), str(z['space']))";
+    let python = std::process::Command::new("python3").current_dir(path).args(["-c", script]).output();
+    match python {
+        Ok(output) if output.status.success() => {
+            let text = String::from_utf8_lossy(&output.stdout).into_owned();
+            assert!(
+                text.contains("40, 40) float32") && text.contains("u2") && text.contains("ptm srgb"),
+                "{text}"
+            );
+        }
+        _ => println!("SKIPPED: python3 with numpy is not there"),
+    }
+}
+
+#[test]
+fn what_cannot_be_converted_is_said_in_a_sentence() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    write_material(&path.join("a.png"), Material::Sponge, Size::new(16, 16), 8.0);
+    assert!(refused(path, &["convert", "a.png", "-o", "out"]).contains("--web"));
+    assert!(
+        refused(path, &["convert", "a.png", "-o", "a.exr", "--jpeg", "90"]).contains("--jpeg is for .ptm")
+    );
+    assert!(refused(path, &["convert", "a.png", "-o", "a.tif", "--half"]).contains("--half is for .exr"));
+    assert!(refused(path, &["convert", "a.png", "-o", "b.png", "--basis", "ptm"]).contains("relight"));
+    // A picture as functions that no light changes.
+    let report = json(path, &["convert", "a.png", "-o", "a.ptm"]);
+    assert!(report["loss"]["largest"].as_f64().unwrap() < 1e-4, "{report}");
+}
+
+#[test]
+fn formats_lists_what_is_read_and_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = crate::support::run(folder.path(), &["formats"]);
+    for word in ["PTM .ptm", "RTI .rti", "web folder", "JPEG-LS", "neural"] {
+        assert!(text.contains(word), "{word}: {text}");
+    }
+}

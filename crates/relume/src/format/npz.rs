@@ -1,0 +1,65 @@
+//! Fields as NumPy archives (`.npz`), for programs of others: written, not read.
+//!
+//! | array | type and shape | what |
+//! |---|---|---|
+//! | `coefficients` | f32 (planes, height, width) | rows from the top |
+//! | `names` | texts (planes) | of the planes: `R.u2`, `L.h0`, `G` |
+//! | `lights` | f64 (n, 3) | directions of the photographs where known: x right, y up, z to the viewer |
+//! | `basis`, `color`, `space` | texts | names of the functions, of the arrangement, and `linear` or `srgb` |
+//! | `pair_lights`, `pair_views` | f64 (m, 3) | of learned functions: the measured directions |
+//! | `pair_values` | f32 (m, channels, functions) | their values there |
+
+use std::io::{Cursor, Write};
+
+use ::zip::write::SimpleFileOptions;
+use ::zip::{CompressionMethod, ZipWriter};
+
+use super::npy;
+use crate::error::{Error, Result};
+use crate::field::{Basis, ReflectanceField};
+
+/// The coefficients alone, as an `.npy` file of shape (planes, height, width).
+///
+/// # Errors
+/// None for a sound field.
+pub fn encode_npy(field: &ReflectanceField) -> Result<Vec<u8>> {
+    let planes = field.coefficients();
+    npy::encode_f32(&[planes.count(), planes.size().height, planes.size().width], planes.as_slice())
+}
+
+/// The coefficients with their names and directions, as an `.npz` archive, not compressed.
+///
+/// # Errors
+/// Archives that are too large for the system.
+pub fn encode_npz(field: &ReflectanceField) -> Result<Vec<u8>> {
+    let text = |text: &str| npy::encode_texts(&[text.to_owned()], false);
+    let lights: Vec<[f64; 3]> = field.lights().iter().map(|light| light.to_array()).collect();
+    let mut arrays = vec![
+        ("coefficients", encode_npy(field)?),
+        ("names", npy::encode_texts(&field.plane_names(), true)),
+        ("lights", npy::encode_vectors(&lights)),
+        ("basis", text(field.basis().name())),
+        ("color", text(field.layout().name())),
+        ("space", text(&field.space().to_string())),
+    ];
+    if let Basis::Learned(learned) = field.basis() {
+        let vectors = |of: fn(&crate::direction::Directions) -> crate::Direction| -> Vec<[f64; 3]> {
+            learned.pairs().iter().map(|pair| of(pair).to_array()).collect()
+        };
+        arrays.push(("pair_lights", npy::encode_vectors(&vectors(|pair| pair.light))));
+        arrays.push(("pair_views", npy::encode_vectors(&vectors(|pair| pair.view))));
+        let shape = [learned.pairs().len(), learned.channels(), learned.functions()];
+        arrays.push(("pair_values", npy::encode_f32(&shape, learned.values())?));
+    }
+    let mut writer = ZipWriter::new(Cursor::new(Vec::new()));
+    for (name, bytes) in arrays {
+        let options = SimpleFileOptions::default()
+            .compression_method(CompressionMethod::Stored)
+            .large_file(u32::try_from(bytes.len()).is_err());
+        let unwritable = |e: std::io::Error| Error::io("cannot write the archive", &e);
+        writer.start_file(format!("{name}.npy"), options).map_err(|e| unwritable(e.into()))?;
+        writer.write_all(&bytes).map_err(unwritable)?;
+    }
+    let out = writer.finish().map_err(|e| Error::io("cannot write the archive", &e.into()))?;
+    Ok(out.into_inner())
+}

@@ -3,6 +3,7 @@
 //!
 //! Markers as in ITU-T T.81, annex B; chunks as in W3C PNG (third edition), section 5.
 
+use super::jpeg_scan::ScanCheck;
 use super::plausible;
 use crate::error::{Error, Result};
 use crate::job::Job;
@@ -58,6 +59,7 @@ pub(super) fn check_jpeg(bytes: &[u8]) -> Result<Option<Frame>> {
         ))
     };
     let (mut at, mut frame) = (2, None);
+    let mut check = ScanCheck::default();
     loop {
         let marker_at = next_marker(bytes, at).ok_or_else(truncated)?;
         at = marker_at + 1;
@@ -74,9 +76,17 @@ pub(super) fn check_jpeg(bytes: &[u8]) -> Result<Option<Frame>> {
                         plausible::check("JPEG", frame.size, frame.blocks, found, 8)?;
                     }
                 }
+                let data = bytes.get(at + 2..end);
                 at = end;
                 if marker == START_OF_SCAN && at > bytes.len() {
                     return Err(truncated());
+                }
+                match data {
+                    Some(data) if marker == START_OF_SCAN && check.is_ready() => {
+                        check.scan(data, bytes, at)?
+                    }
+                    Some(data) => check.segment(marker, data),
+                    None => {}
                 }
             }
         }

@@ -44,6 +44,7 @@ mod footprint;
 mod height;
 mod hsh;
 mod jpeg;
+mod jpeg_scan;
 mod kind;
 mod map_role;
 mod mask;

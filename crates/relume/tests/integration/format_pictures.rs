@@ -254,14 +254,6 @@ fn animations_refuse_what_they_cannot_show() {
 }
 
 #[test]
-fn a_compressed_texture_map_is_refused_by_name() {
-    let Some(path) = data("ptm/tablet1.ptm") else { return };
-    let error = read_field(&path, &Job::default()).unwrap_err();
-    assert_eq!(error.kind(), ErrorKind::Unsupported);
-    assert!(error.message().contains("PTM_FORMAT_JPEG_LRGB"), "{error}");
-}
-
-#[test]
 fn photographs_are_read() {
     for (path, size, channels) in [
         ("captures/wool", Size::new(256, 256), 3),

@@ -11,6 +11,7 @@ mod environment;
 mod evaluated;
 mod fault;
 mod gathered;
+mod html;
 mod input;
 mod memory;
 mod normals;

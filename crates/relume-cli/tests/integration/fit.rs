@@ -98,16 +98,66 @@ fn every_basis_with_a_name_is_fitted_shown_and_relit() {
         ("sh25", 25),
         ("zernike", 21),
     ] {
-        let result = json(path, &["fit", ".", "-o", "b.exr", "--basis", basis]);
+        let result = json(path, &["fit", ".", "-o", "b.exr", "--basis", basis, "--force"]);
         assert_eq!(result["basis"], basis);
-        // The photographs are proportional to the height of the light.
-        assert!(result["report"]["error"]["psnr_db"].as_f64().unwrap() > 20.0, "{result}");
+        // The photographs are proportional to the height of the light, which is no first-order polynomial of u and v.
+        let psnr_db = result["report"]["error"]["psnr_db"].as_f64().unwrap();
+        assert!(psnr_db > if basis == "linear" { 15.0 } else { 25.0 }, "{basis}: {psnr_db}");
         let info = json(path, &["info", "b.exr"]);
         assert_eq!(info["planes"].as_array().unwrap().len(), functions, "{basis}");
-        done(path, &["relight", "b.exr", "--light", "0.3,0.2,0.9", "-o", "relit.png"]);
+        done(path, &["relight", "b.exr", "--light", "0.3,0.2,0.9", "-o", "relit.png", "--force"]);
     }
     let few = failed(capture(9).path(), &["fit", ".", "-o", "b.exr", "--basis", "hsh16"], 1);
     assert!(few.contains("its 16 functions need at least as many lights, found 9"), "{few}");
+}
+
+#[test]
+fn photographs_themselves_are_interpolated_and_tested_under_other_lights() {
+    let (folder, other) = (dome(30), dome(17));
+    let path = folder.path();
+    let list = other.path().join("lights.lp");
+    for (basis, least_db) in [("rbf", 40.0), ("tabulated", 25.0)] {
+        let command = ["fit", ".", "-o", "b.exr", "--basis", basis, "--test", list.to_str().unwrap()];
+        let result = json(path, &[&command[..], &["--leave-one-out", "--force"]].concat());
+        assert_eq!((&result["basis"], &result["color"]), (&basis.into(), &"luminance".into()));
+        let figure = |name: &str| result[name].as_f64().unwrap();
+        assert!(figure("test_psnr_db") > least_db, "{result}");
+        assert_eq!(result["test"]["lights"].as_array().unwrap().len(), 17);
+        let left_out = result["report"]["leave_one_out"]["psnr_db"].as_f64().unwrap();
+        assert!(left_out > 15.0, "{left_out}");
+        assert!(result["warnings"][0].as_str().unwrap().contains("themselves are the coefficients"));
+        done(path, &["relight", "b.exr", "--light", "0.3,0.2,0.9", "-o", "relit.png", "--force"]);
+        done(
+            path,
+            &["synth", "b.exr", "--size", "12", "--block", "4", "--overlap", "1", "-o", "s.exr", "--force"],
+        );
+        assert_eq!(json(path, &["info", "s.exr"])["basis"], basis);
+    }
+}
+
+/// The page is one file: nothing of it is fetched.
+#[test]
+fn the_report_is_one_page_and_the_same_as_json() {
+    let folder = dome(20);
+    let path = folder.path();
+    // One photograph of another exposure.
+    write_grey(&path.join("p4.png"), (7, 5), &[9; 35]);
+    let result = json(path, &["fit", ".", "-o", "a.ptm", "--report", "report.html"]);
+    let quality = &result["quality"];
+    assert_eq!(quality["lights"].as_array().unwrap().len(), 20);
+    assert!(quality["coverage"]["widest_gap_deg"].as_f64().unwrap() < 40.0);
+    assert!(result["report"]["leave_one_out"]["psnr_db"].as_f64().is_some());
+    let page = fs::read_to_string(path.join("report.html")).unwrap();
+    assert!(
+        !page.contains("{{") && !page.contains("http"),
+        "no mark of the template is left, nothing is fetched"
+    );
+    assert!(page.contains("data:image/png;base64,") && page.contains("<svg") && page.contains("p19.png"));
+    let (_, rest) = page.split_once("<script type=\"application/json\" id=\"report\">").unwrap();
+    let embedded: serde_json::Value = serde_json::from_str(rest.split_once("</script>").unwrap().0).unwrap();
+    assert_eq!(&embedded["quality"], quality);
+    let refused = failed(path, &["fit", ".", "-o", "b.ptm", "--report", "p1.png", "--force"], 2);
+    assert!(refused.contains("p1.png"), "{refused}");
 }
 
 #[test]

@@ -12,7 +12,9 @@ mod layout;
 pub mod lrgb;
 pub mod refit;
 
-pub use basis::{Bands, Basis, Domain, Gram, Learned, PackedFunctions, PolynomialDegree};
+pub use basis::{
+    Bands, Basis, Domain, Gram, Interpolated, Interpolation, Learned, PackedFunctions, PolynomialDegree,
+};
 #[cfg(test)]
 pub(crate) use clustered::clustered_example;
 pub use clustered::{ClusterSpaces, ClusteredField, MOST_CLUSTERS};

@@ -17,7 +17,7 @@ use crate::planes::Planes;
 use crate::raster::Raster;
 
 /// Adds a batch of photographs, starting with number `first`, to the coefficients: plane c n + k is function
-/// k of channel c.
+/// k of channel c. Where photographs are interpolated, they are the coefficients.
 ///
 /// # Panics
 /// When the batch has more than [`BATCH`] photographs.
@@ -36,6 +36,12 @@ pub(super) fn accumulate(
     bands.into_par_iter().enumerate().for_each_init(scratch, |scratch, (b, mut band)| {
         for (channel, planes) in band.chunks_mut(functions).take(channels).enumerate() {
             let texels = planes[0].len();
+            if design.interpolated().is_some() {
+                for (plane, photograph) in planes[first..].iter_mut().zip(batch) {
+                    levels.channel(photograph, channel, b * BAND, plane);
+                }
+                continue;
+            }
             for (row, photograph) in scratch.chunks_exact_mut(BAND).zip(batch) {
                 levels.channel(photograph, channel, b * BAND, &mut row[..texels]);
             }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use crate::direction::Direction;
 use crate::error::{Error, Result};
-use crate::field::Basis;
+use crate::field::{Basis, Interpolated};
 use crate::numeric::Matrix;
 use crate::numeric::matrix::Qr;
 
@@ -22,8 +22,19 @@ pub(super) struct Design {
     basis: Basis,
     lights: Vec<Direction>,
     values: Matrix,
-    qr: Qr,
+    /// Upper triangular R: R'R is A'A, and with a ridge its sum with the penalty.
+    whitening: Matrix,
     pseudo_inverse: Matrix,
+    leverages: Vec<f64>,
+    penalty: Option<Penalty>,
+}
+
+/// A quadratic penalty on coefficients, added to the sum of squares over lights.
+#[derive(Debug, Clone)]
+struct Penalty {
+    roughness: Matrix,
+    weight: f64,
+    matrix: Matrix,
 }
 
 impl Design {
@@ -45,20 +56,82 @@ impl Design {
                 lights.len()
             )));
         }
-        let values = matrix(lights, basis.len(), |light| basis.weights(light));
+        let values = match basis {
+            Basis::Interpolated(table) if table.lights() == lights => {
+                Matrix::from_fn(lights.len(), lights.len(), |i, k| f64::from(u8::from(i == k)))
+            }
+            _ => matrix(lights, basis.len(), |light| basis.weights(light)),
+        };
         let qr = Qr::new(&values);
         if is_dependent(&qr) {
             return Err(missing(reason(basis, lights)));
         }
-        let pseudo_inverse = qr.pseudo_inverse();
-        Ok(Self { basis: basis.clone(), lights: lights.to_vec(), values, qr, pseudo_inverse })
+        let leverage = |i: usize| qr.q.row(i).iter().map(|q| q * q).sum();
+        Ok(Self {
+            basis: basis.clone(),
+            lights: lights.to_vec(),
+            leverages: (0..lights.len()).map(leverage).collect(),
+            pseudo_inverse: qr.pseudo_inverse(),
+            whitening: qr.r,
+            values,
+            penalty: None,
+        })
+    }
+
+    /// The design with a penalty on the roughness of functions: its `weight` times the number of lights.
+    pub fn with_ridge(&self, roughness: &Matrix, weight: f64) -> Result<Self> {
+        let n = self.functions();
+        let scale = weight * self.lights.len() as f64;
+        let matrix = Matrix::from_fn(n, n, |j, k| scale * roughness[(j, k)]);
+        let transposed = self.values.transposed();
+        let squares = transposed.times(&self.values);
+        let factor = Matrix::from_fn(n, n, |j, k| squares[(j, k)] + matrix[(j, k)]).cholesky()?;
+        let inverse = factor.lower_inverse();
+        let pseudo_inverse = inverse.transposed().times(&inverse).times(&transposed);
+        let leverage = |i: usize| (0..n).map(|k| self.values[(i, k)] * pseudo_inverse[(k, i)]).sum();
+        Ok(Self {
+            basis: self.basis.clone(),
+            lights: self.lights.clone(),
+            values: self.values.clone(),
+            leverages: (0..self.lights.len()).map(leverage).collect(),
+            whitening: factor.transposed(),
+            pseudo_inverse,
+            penalty: Some(Penalty { roughness: roughness.clone(), weight, matrix }),
+        })
     }
 
     /// The design without light `i`, where the others suffice.
     pub fn without(&self, i: usize) -> Option<Self> {
         let mut lights = self.lights.clone();
         lights.remove(i);
-        Self::new(&self.basis, &lights).ok()
+        let remaining = Self::new(&self.basis, &lights).ok()?;
+        let Some(penalty) = &self.penalty else { return Some(remaining) };
+        // The same penalty, which is scaled by the number of lights.
+        let weight = penalty.weight * self.lights.len() as f64 / lights.len() as f64;
+        remaining.with_ridge(&penalty.roughness, weight).ok()
+    }
+
+    /// The number of lights.
+    pub fn lights(&self) -> usize {
+        self.lights.len()
+    }
+
+    /// The matrix of the ridge, if there is one.
+    pub fn penalty(&self) -> Option<&Matrix> {
+        self.penalty.as_ref().map(|penalty| &penalty.matrix)
+    }
+
+    /// The weight of the ridge, if there is one.
+    pub fn ridge_weight(&self) -> Option<f64> {
+        self.penalty.as_ref().map(|penalty| penalty.weight)
+    }
+
+    /// The interpolation between the lights of the fit, whose coefficients are the photographs.
+    pub fn interpolated(&self) -> Option<&Interpolated> {
+        match &self.basis {
+            Basis::Interpolated(table) if table.lights() == self.lights => Some(table),
+            _ => None,
+        }
     }
 
     /// The number of functions.
@@ -76,21 +149,22 @@ impl Design {
         self.pseudo_inverse[(k, i)]
     }
 
-    /// The upper triangular R of A = Q R: the coordinates R c are orthonormal for the sum over lights.
+    /// The upper triangular R of A = Q R: the coordinates R c are orthonormal for the sum over lights, and with a ridge
+    /// for that and the penalty.
     pub fn whitening(&self) -> &Matrix {
-        &self.qr.r
+        &self.whitening
     }
 
     /// The leverage h_ii: how much photograph `i` determines its own prediction, 0 to 1.
     pub fn leverage(&self, i: usize) -> f64 {
-        self.qr.q.row(i).iter().map(|q| q * q).sum()
+        self.leverages[i]
     }
 
     /// The condition number of A in the Frobenius norm, |R| |R^-1|: at least the number of
     /// functions, and at most that many times the ratio of extreme singular values.
     pub fn condition_number(&self) -> f64 {
-        let inverse = self.qr.r.transposed().lower_inverse();
-        frobenius(&self.qr.r) * frobenius(&inverse)
+        let inverse = self.whitening.transposed().lower_inverse();
+        frobenius(&self.whitening) * frobenius(&inverse)
     }
 }
 

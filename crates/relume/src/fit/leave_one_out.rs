@@ -3,9 +3,9 @@
 //! With g = (A'A)^-1 a_i, the residual e of texel p under light i and the leverage h = a_i' g, the
 //! least-squares coefficients without photograph i are c - g e / (1 - h) (Cook, Weisberg, "Residuals and
 //! Influence in Regression", 1982, appendix A.2). Luminance and colour are then separated as in the fit, with
-//! the factor of the remaining lights.
+//! the factor of the remaining lights. Where photographs are interpolated, the others are interpolated at its light.
 
-use crate::field::PlaneLayout;
+use crate::field::{Interpolated, PlaneLayout};
 use crate::planes::Planes;
 use crate::raster::Raster;
 
@@ -23,6 +23,9 @@ pub(super) fn coefficients_without(
     design: &Design,
     levels: &SampleLevels,
 ) -> Option<Planes> {
+    if let Some(table) = design.interpolated() {
+        return interpolated_without(i, linear, layout, design, table);
+    }
     let remaining = design.without(i)?;
     let n = design.functions();
     let weights: Vec<f32> = design.values(i).iter().map(|&w| w as f32).collect();
@@ -40,4 +43,28 @@ pub(super) fn coefficients_without(
         }
     }
     Some(super::finish(planes, layout, &remaining))
+}
+
+/// The coefficients in which photograph `i` is replaced by what the others give under its light.
+fn interpolated_without(
+    i: usize,
+    linear: &Planes,
+    layout: &PlaneLayout,
+    design: &Design,
+    table: &Interpolated,
+) -> Option<Planes> {
+    let n = design.functions();
+    let mut weights = vec![0.0; n - 1];
+    table.without(i)?.weights_into(table.lights()[i], &mut weights);
+    let others = (0..n).filter(|k| *k != i);
+    let mut planes = linear.clone();
+    for first in (0..linear.count() / n * n).step_by(n) {
+        let mut predicted = vec![0.0f32; linear.size().texels()];
+        for (k, weight) in others.clone().zip(&weights) {
+            let plane = linear.plane(first + k);
+            predicted.iter_mut().zip(plane).for_each(|(sum, value)| *sum += *weight as f32 * value);
+        }
+        planes.plane_mut(first + i).copy_from_slice(&predicted);
+    }
+    Some(super::finish(planes, layout, design))
 }

@@ -16,6 +16,8 @@
 //! | `accumulate`, `products` | sums += pseudo-inverse x photographs, vectorised |
 //! | `learned/` | functions of light and view learned from the photographs themselves |
 //! | `product` | three channel functions to a luminance and a colour |
+//! | `ridge` | a penalty on rough functions, chosen by leaving photographs out |
+//! | `robust` | photographs that do not follow the functions at a texel left out, or counted less |
 //! | `sample`, `residual`, `leave_one_out`, `report` | how well the result relights the photographs |
 //! | `reference` | the slow and obvious fit against which the tests compare |
 
@@ -29,10 +31,14 @@ mod products;
 pub mod reference;
 mod report;
 mod residual;
+mod ridge;
+mod robust;
 mod sample;
 mod stream;
 
 pub use report::{FitReport, LightReport, Residual};
+pub use ridge::Ridge;
+pub use robust::Robust;
 
 use serde::Serialize;
 
@@ -65,6 +71,10 @@ pub struct FitOptions {
     pub report_texels: usize,
     /// Whether to measure also how well each photograph is predicted by all the others.
     pub leave_one_out: bool,
+    /// The penalty on rough functions.
+    pub ridge: Ridge,
+    /// Which photographs count at a texel. All are in memory unless all count.
+    pub robust: Robust,
 }
 
 impl Default for FitOptions {
@@ -75,6 +85,8 @@ impl Default for FitOptions {
             space: Space::Srgb,
             report_texels: sample::KEPT_TEXELS,
             leave_one_out: false,
+            ridge: Ridge::None,
+            robust: Robust::None,
         }
     }
 }
@@ -83,10 +95,25 @@ impl FitOptions {
     /// Checks the options before a photograph is read.
     ///
     /// # Errors
-    /// When no texel is to be compared.
+    /// When no texel is to be compared; a ridge whose weight is not positive; a ridge or a robust fit of photographs that
+    /// are interpolated; predictions from other photographs of a robust fit.
     pub fn validate(&self) -> Result<()> {
         if self.report_texels == 0 {
             return Err(Error::usage("the error report needs at least 1 texel, found 0"));
+        }
+        self.ridge.validate()?;
+        let is_plain = self.ridge == Ridge::None && self.robust == Robust::None;
+        if !is_plain && self.basis.roughness().is_none() {
+            return Err(Error::usage(format!(
+                "the basis {} keeps the photographs as they are: a ridge and robust fits are for polynomials and harmonics",
+                self.basis.name()
+            )));
+        }
+        if self.leave_one_out && self.robust != Robust::None {
+            return Err(Error::usage(
+                "predictions of each photograph from the others are those of least squares: ask for them without a \
+                 robust fit",
+            ));
         }
         Ok(())
     }
@@ -137,7 +164,7 @@ pub fn fit(
 ) -> Result<Fit> {
     options.validate()?;
     let directions: Vec<Direction> = lights.iter().map(|(_, light)| *light).collect();
-    let design = Design::new(&options.basis, &directions)?;
+    let mut design = Design::new(&options.basis, &directions)?;
     job.start("fitting photographs", lights.len() as u64);
     let names = lights.iter().map(|(name, _)| name.as_str()).collect();
     let functions = options.basis.len();
@@ -153,7 +180,15 @@ pub fn fit(
     let copies = if options.leave_one_out { 2 + rayon::current_num_threads() } else { 1 };
     job.check_bytes("the error report", 4 * (planes * grid.texels() * copies) as u64)?;
 
-    let (sums, kept) = sum_photographs(&stream, &design, &levels, &grid, job)?;
+    let all = if options.robust == Robust::None { 0 } else { stream.bytes() };
+    let _all = job.hold("all photographs, which a robust fit needs together,", all)?;
+    let SummedPhotographs { mut sums, kept, sampled, all } =
+        sum_photographs(&stream, &design, &levels, &grid, options, job)?;
+    if let Some(ridged) = ridged(&design, options, &sampled, &levels)? {
+        ridge::apply(&mut sums, stream.channels(), &design, &ridged);
+        design = ridged;
+    }
+    robust::refine(&mut sums, &all, options.robust, &design, &levels, job)?;
     let linear = options.leave_one_out.then(|| grid.planes(&sums));
     let coefficients = finish(sums, &layout, &design);
 
@@ -163,6 +198,7 @@ pub fn fit(
         grid: &grid,
         levels: &levels,
         design: &design,
+        robust: options.robust,
         kept: &kept,
     };
     let report = measured.report(&stream, &grid.planes(&coefficients), linear.as_ref(), job)?;
@@ -170,29 +206,63 @@ pub fn fit(
     Ok(Fit { field: field.with_lights(directions), report })
 }
 
-/// The coefficients of every channel, and the texels of each photograph for the report where they are few
-/// enough to keep.
+/// What a pass over the photographs leaves.
+struct SummedPhotographs {
+    /// The coefficients of every channel.
+    sums: Planes,
+    /// The texels of each photograph for the report, where they are few enough to keep.
+    kept: Vec<Raster>,
+    /// Those from which a ridge is chosen.
+    sampled: Vec<Raster>,
+    /// The photographs, for a robust fit.
+    all: Vec<Raster>,
+}
+
 fn sum_photographs(
     stream: &PhotographStream,
     design: &Design,
     levels: &SampleLevels,
     grid: &Grid,
+    options: &FitOptions,
     job: &Job,
-) -> Result<(Planes, Vec<Raster>)> {
+) -> Result<SummedPhotographs> {
     let functions = design.functions();
     let channels = stream.channels();
     // One constant function in three channels needs three planes, but four as luminance and colour.
     let planes = (functions * channels).max(functions + channels);
+    let (mut kept, mut sampled, mut all) = (Vec::new(), Vec::new(), Vec::new());
     let mut sums = Planes::zeros(stream.size(), planes);
-    let mut kept = Vec::new();
+    let sample = Grid::new(stream.size(), ridge::SAMPLE_TEXELS);
     stream.for_each_batch(job, |first, batch| {
         accumulate(&mut sums, design, first, batch, levels);
         if grid.is_kept() {
             kept.extend(batch.iter().map(|photograph| grid.raster(photograph)));
         }
+        if options.ridge == Ridge::LeaveOneOut {
+            sampled.extend(batch.iter().map(|photograph| sample.raster(photograph)));
+        }
+        if options.robust != Robust::None {
+            all.extend_from_slice(batch);
+        }
         job.advance(batch.len() as u64)
     })?;
-    Ok((sums, kept))
+    Ok(SummedPhotographs { sums, kept, sampled, all })
+}
+
+/// The design with the ridge that was asked for.
+fn ridged(
+    design: &Design,
+    options: &FitOptions,
+    sampled: &[Raster],
+    levels: &SampleLevels,
+) -> Result<Option<Design>> {
+    let Some(roughness) = options.basis.roughness() else { return Ok(None) };
+    let weight = match options.ridge {
+        Ridge::None => None,
+        Ridge::Weight(weight) => Some(weight),
+        Ridge::LeaveOneOut => ridge::best_weight(design, &roughness, sampled, levels)?,
+    };
+    weight.map(|weight| design.with_ridge(&roughness, weight)).transpose()
 }
 
 /// The coefficient planes of a layout from those of every channel.

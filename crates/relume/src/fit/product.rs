@@ -49,7 +49,7 @@ fn inner_products(band: &[&mut [f32]], whitening: &[Vec<f32>]) -> [[f32; BAND]; 
     for (j, row) in whitening.iter().enumerate() {
         let mut coordinates = [[0.0f32; BAND]; 3];
         for (c, coordinate) in coordinates.iter_mut().enumerate() {
-            for k in j..n {
+            for k in (j..n).filter(|k| row[*k] != 0.0) {
                 coordinate.iter_mut().zip(&*band[c * n + k]).for_each(|(y, v)| *y += row[k] * v);
             }
         }

@@ -7,6 +7,7 @@ use super::design::Design;
 use super::leave_one_out::coefficients_without;
 use super::levels::SampleLevels;
 use super::residual::squared_error;
+use super::robust::Robust;
 use super::sample::Grid;
 use super::stream::PhotographStream;
 use crate::direction::Direction;
@@ -58,6 +59,10 @@ pub struct FitReport {
     pub texels_measured: usize,
     /// The condition number of the matrix of the fit, in the Frobenius norm.
     pub condition_number: f64,
+    /// The weight of the ridge, if there is one.
+    pub ridge: Option<f64>,
+    /// Which photographs counted at a texel.
+    pub robust: Robust,
     /// The error over all photographs.
     pub error: Residual,
     /// The error over all photographs, each predicted from the others; those for which the others do not
@@ -85,6 +90,7 @@ pub(super) struct FitMeasurement<'a> {
     pub grid: &'a Grid,
     pub levels: &'a SampleLevels,
     pub design: &'a Design,
+    pub robust: Robust,
     /// The texels of the grid in every photograph; empty where they are too many to keep.
     pub kept: &'a [Raster],
 }
@@ -127,6 +133,8 @@ impl FitMeasurement<'_> {
             texels: self.grid.full_texels(),
             texels_measured: self.grid.texels(),
             condition_number: self.design.condition_number(),
+            ridge: self.design.ridge_weight(),
+            robust: self.robust,
             error: residual(errors.iter().map(|e| e.fit).sum(), samples * errors.len()),
             leave_one_out: (!predicted.is_empty())
                 .then(|| residual(predicted.iter().sum(), samples * predicted.len())),
@@ -163,10 +171,24 @@ impl FitMeasurement<'_> {
                  photographs is amplified, more so under lights unlike those of the capture"
             ));
         }
-        if photographs == self.design.functions() {
+        if self.design.interpolated().is_some() {
+            warnings.push(
+                "the photographs themselves are the coefficients, so the errors under their lights say nothing about \
+                 other lights: measure each photograph predicted from the others, or others that were not fitted"
+                    .to_owned(),
+            );
+        } else if photographs == self.design.functions() {
             warnings.push(format!(
                 "{photographs} photographs are just enough for {photographs} functions: the fit passes through \
                  them, so its errors say nothing about other lights"
+            ));
+        }
+        let is_plain = self.design.interpolated().is_none() && self.design.ridge_weight().is_none();
+        if is_plain && photographs > self.design.functions() && 2 * self.design.functions() > photographs {
+            warnings.push(format!(
+                "{} functions are many for {photographs} photographs, and may follow noise between their lights: compare \
+                 with a ridge (--ridge auto)",
+                self.design.functions()
             ));
         }
         warnings

@@ -78,6 +78,11 @@ impl<'a> PhotographStream<'a> {
         (grid.texels() * self.channels * self.depth) as u64 * self.names.len() as u64
     }
 
+    /// The memory of all photographs.
+    pub fn bytes(&self) -> u64 {
+        (self.size.texels() * self.channels * self.depth) as u64 * self.names.len() as u64
+    }
+
     /// Reads photograph `i`.
     pub fn read(&self, i: usize) -> Result<Raster> {
         let held = || self.first.lock().ok().and_then(|mut first| first.take());

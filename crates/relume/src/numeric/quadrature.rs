@@ -40,19 +40,22 @@ pub fn integrate_square(n: usize, mut f: impl FnMut(f64, f64) -> f64) -> f64 {
     points.map(|(u, v, w)| w * f(u, v)).sum()
 }
 
-/// Integrates over the solid angle of the upper hemisphere: Gauss-Legendre in z, the trapezoid
-/// rule (exact for trigonometric polynomials) in azimuth.
-pub fn integrate_hemisphere(n: usize, mut f: impl FnMut(Direction) -> f64) -> f64 {
+/// Directions of the upper hemisphere and their shares of its solid angle, which sum to 1: Gauss-Legendre in z, the
+/// trapezoid rule (exact for trigonometric polynomials) in azimuth.
+pub fn hemisphere(n: usize) -> impl Iterator<Item = (Direction, f64)> {
     let azimuths = 2 * n;
-    let mut sum = 0.0;
-    for (t, weight) in gauss_legendre(n) {
+    gauss_legendre(n).into_iter().flat_map(move |(t, weight)| {
         let polar = (0.5 * (t + 1.0)).acos();
-        for k in 0..azimuths {
+        (0..azimuths).map(move |k| {
             let azimuth = std::f64::consts::TAU * k as f64 / azimuths as f64;
-            sum += 0.5 * weight / azimuths as f64 * f(Direction::from_angles(polar, azimuth));
-        }
-    }
-    sum * std::f64::consts::TAU
+            (Direction::from_angles(polar, azimuth), 0.5 * weight / azimuths as f64)
+        })
+    })
+}
+
+/// Integrates over the solid angle of the upper hemisphere by [`hemisphere`].
+pub fn integrate_hemisphere(n: usize, mut f: impl FnMut(Direction) -> f64) -> f64 {
+    hemisphere(n).map(|(direction, share)| share * f(direction)).sum::<f64>() * std::f64::consts::TAU
 }
 
 #[cfg(test)]

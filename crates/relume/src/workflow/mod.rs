@@ -21,9 +21,11 @@
 //! | [`convert`](mod@convert) | textures in other functions, space or colours, and what that loses |
 //! | [`comparison`] | textures compared under several lights |
 //! | [`decorrelated`](mod@decorrelated) | factorisations of decorrelated colours |
+//! | [`quality`] | how far a fit can be trusted, and which photographs look wrong |
 //! | [`shader`] | what a shader draws textures and endless noise from |
 //! | [`auto`] | textures made in several ways, of which the nearest to the exemplar is kept |
 //! | [`map_set`] | the maps of a material as one exemplar |
+//! | [`tested`] | fitted textures under lights that took no part in the fit |
 //! | [`tiling`] | how well a texture tiles, measured on it |
 //! | [`memory`] | the memory of whole jobs, known before they begin |
 //! | [`endless`] | windows of endless planes, of any size, written row by row |
@@ -49,8 +51,10 @@ pub mod model;
 pub mod options;
 pub mod packed;
 pub mod per_view;
+pub mod quality;
 pub mod shader;
 pub mod sizes;
+pub mod tested;
 pub mod tiling;
 
 pub use auto::Exemplars;

@@ -2,7 +2,6 @@
 
 mod noise;
 mod page;
-mod uri;
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};

@@ -10,7 +10,7 @@ use relume::workflow::shader::NoiseFunctions;
 use relume::{Job, Result};
 use serde_json::{Value, json};
 
-use super::uri::picture_uri;
+use crate::html::picture_uri;
 
 /// Models the functions in a file.
 pub fn read(path: &Path, job: &Job) -> Result<NoiseFunctions> {

@@ -11,8 +11,8 @@ use serde_json::{Value, json};
 
 use super::Args;
 use super::noise;
-use super::uri::{picture_uri, png_uri};
 use crate::context::Context;
+use crate::html::{picture_uri, png_uri};
 
 const TEMPLATE: &str = include_str!("page.html");
 const ENDLESS: &str = concat!(include_str!("tiles.html"), include_str!("noise.html"));

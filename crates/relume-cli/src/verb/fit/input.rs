@@ -41,7 +41,10 @@ impl Inputs {
     fn of_capture(args: &Args) -> Result<Self> {
         let capture = Capture::open_paired(&args.capture, args.pair)?;
         let paths: Vec<PathBuf> = capture.photographs.iter().map(|p| p.path.clone()).collect();
-        output::refuse_input(&args.output, &paths.iter().map(PathBuf::as_path).collect::<Vec<_>>())?;
+        let photographs: Vec<&Path> = paths.iter().map(PathBuf::as_path).collect();
+        for written in std::iter::once(&args.output).chain(&args.report) {
+            output::refuse_input(written, &photographs)?;
+        }
         let pairs = capture.lights().into_iter().map(|(name, light)| (name, light.into())).collect();
         let source = PhotographSource::Capture { paths, files: CaptureFiles::of(&capture)? };
         let place = capture.light_file.clone();
@@ -61,7 +64,7 @@ impl Inputs {
             ));
         }
         let mut chosen: Vec<usize> = (0..pairs.len()).collect();
-        if let BasisChoice::OfLight(basis) = basis {
+        if *basis != BasisChoice::Learned {
             chosen = btf.frontal()?;
             warnings.push(format!(
                 "the functions of {} depend on the light alone: the {} of {} photographs seen from straight above are \

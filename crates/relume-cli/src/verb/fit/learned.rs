@@ -11,7 +11,7 @@ use relume::{Error, Footprint, RasterSequence, Result, Space};
 use serde_json::json;
 
 use super::input::Inputs;
-use super::{Args, FittedFormat, described};
+use super::{Args, FittedFormat, described, quality, test};
 use crate::context::Context;
 use crate::output::Outputs;
 use crate::report::Report;
@@ -53,9 +53,12 @@ pub(super) fn run(
     let load = |i: usize| photographs.read(i);
     let fit =
         learned::fit(inputs.pairs(), &load, &options, &context.job).map_err(|e| e.at(inputs.place()))?;
+    let tested = test::run(args, &fit.field, context)?;
     outputs.write(&args.output, encoded(&fit, format, context)?)?;
+    let fitted = json!(fit.report);
+    let quality = quality::run(args, inputs, &fit.field, &fitted, &mut outputs, context)?;
     let written = outputs.commit()?;
-    let mut json = described(&fit.field, json!(fit.report));
+    let mut json = described(&fit.field, fitted, tested.as_ref(), quality);
     json["clusters"] = json!(options.clusters);
     let clusters = options
         .clusters
@@ -68,7 +71,8 @@ pub(super) fn run(
         fit.report.space,
         inputs.pairs().len()
     );
-    let text = format!("{what}\n{}", summary(&fit.report));
+    let mut text = format!("{what}\n{}", summary(&fit.report));
+    text.extend(tested.as_ref().map(test::summary));
     Ok(Report::new(text, json).with_outputs(written).with_warnings(inputs.warnings()))
 }
 

@@ -4,13 +4,13 @@ use std::path::Path;
 
 use relume::direction::Direction;
 use relume::field::{Basis, PlaneLayout};
-use relume::fit::{self, FitOptions, FitReport};
+use relume::fit::{self, FitOptions, FitReport, Robust};
 use relume::format::{FieldFormat, encode_field};
 use relume::{Footprint, RasterSequence, ReflectanceField, Result, Space};
 use serde_json::json;
 
 use super::input::Inputs;
-use super::{Args, described};
+use super::{Args, described, quality, test};
 use crate::context::Context;
 use crate::output::Outputs;
 use crate::report::Report;
@@ -24,12 +24,17 @@ pub(super) fn run(
     mut outputs: Outputs,
     context: &Context,
 ) -> Result<Report> {
+    let is_compact = basis == Basis::Ptm || basis == Basis::HSH9;
+    let layout = if is_compact { PlaneLayout::LRGB } else { PlaneLayout::RGB };
+    let robust = args.robust.unwrap_or_default();
     let options = FitOptions {
         basis,
-        layout: args.color.clone().unwrap_or(PlaneLayout::LRGB),
+        layout: args.color.clone().unwrap_or(layout),
         space: args.space.unwrap_or(if format.is_encoded() { Space::Srgb } else { Space::Linear }),
         report_texels: args.report_texels,
-        leave_one_out: args.leave_one_out,
+        leave_one_out: args.leave_one_out || (args.report.is_some() && robust == Robust::None),
+        ridge: args.ridge.unwrap_or_default(),
+        robust,
     };
     let load = |i: usize| inputs.photograph(i, &context.job);
     let photographs = RasterSequence::open(&load)?;
@@ -39,10 +44,14 @@ pub(super) fn run(
         inputs.pairs().iter().map(|(name, pair)| (name.clone(), pair.light)).collect();
     let mut fit = fit::fit(&lights, &load, &options, &context.job).map_err(|e| e.at(inputs.place()))?;
     fit.report.warnings.extend(inputs.warnings().iter().cloned());
+    let tested = test::run(args, &fit.field, context)?;
     outputs.write(&args.output, encode_field(&fit.field, format, None, &context.job)?)?;
+    let fitted = json!(fit.report);
+    let quality = quality::run(args, inputs, &fit.field, &fitted, &mut outputs, context)?;
     let written = outputs.commit()?;
-    let json = described(&fit.field, json!(fit.report));
-    let text = summary(&args.output, &fit.field, &fit.report);
+    let json = described(&fit.field, fitted, tested.as_ref(), quality);
+    let mut text = summary(&args.output, &fit.field, &fit.report);
+    text.extend(tested.as_ref().map(test::summary));
     Ok(Report::new(text, json).with_outputs(written).with_warnings(&fit.report.warnings))
 }
 
@@ -78,6 +87,19 @@ fn summary(output: &Path, field: &ReflectanceField, report: &FitReport) -> Strin
         format!("relit photographs: {:.2} dB PSNR, RMSE {:.4}", report.error.psnr_db, report.error.rmse),
         format!("worst: {} at ({x:.3}, {y:.3}, {z:.3}), {:.2} dB", worst.name, worst.error.psnr_db),
     ];
+    if let Some(weight) = report.ridge {
+        lines.push(format!("ridge: rough functions penalised with the weight {weight}"));
+    }
+    match report.robust {
+        Robust::None => {}
+        Robust::Trimmed => lines.push(
+            "robust: the darkest quarter and the brightest tenth of the photographs of each texel left out"
+                .into(),
+        ),
+        Robust::Reweighted => {
+            lines.push("robust: photographs that differ much from the function of a texel count less".into());
+        }
+    }
     if let Some(error) = report.leave_one_out {
         lines.push(format!("each predicted from the others: {:.2} dB", error.psnr_db));
     }

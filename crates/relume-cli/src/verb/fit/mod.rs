@@ -4,14 +4,18 @@ mod factors;
 mod input;
 mod learned;
 mod light;
+mod quality;
+mod test;
 
 use std::path::PathBuf;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use relume::capture::Pairing;
-use relume::field::{Basis, PlaneLayout};
+use relume::field::{Basis, Interpolated, Interpolation, PlaneLayout};
+use relume::fit::{Ridge, Robust};
 use relume::format::bonn::BtfScalar;
 use relume::format::{ExrDepth, FieldFormat};
+use relume::workflow::tested::TestReport;
 use relume::workflow::{Btf, Missing};
 use relume::{Error, ReflectanceField, Result, Size, Space};
 use serde_json::{Value, json};
@@ -36,8 +40,9 @@ pub struct Args {
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// The basis functions. Polynomials of the light: linear, ptm (six terms), cubic, quartic, zernike (degree 5);
-    /// hemispherical harmonics (hsh, as in RTI files) and spherical harmonics (sh) with so many functions; or functions
-    /// learned from the photographs (learned) [default: ptm; learned for textures of light and view]
+    /// hemispherical harmonics (hsh, as in RTI files) and spherical harmonics (sh) with so many functions; the photographs
+    /// themselves, interpolated between their lights by radial basis functions (rbf) or in triangles (tabulated); or
+    /// functions learned from the photographs (learned) [default: ptm; learned for textures of light and view]
     #[arg(long, value_parser = basis())]
     basis: Option<BasisChoice>,
     /// The number of learned functions, which is that of the numbers of a texel [default: 32]
@@ -66,13 +71,21 @@ pub struct Args {
     #[arg(long, value_parser = args::named::<Missing>())]
     missing: Option<Missing>,
     /// One luminance function times a colour (lrgb), or one function per channel (rgb); not needed for grey
-    /// photographs [default: lrgb]
+    /// photographs [default: lrgb for ptm and hsh9, rgb for others]
     #[arg(long, value_parser = color())]
     color: Option<PlaneLayout>,
     /// Fit sRGB-encoded values (srgb) or values proportional to light (linear) [default: srgb for .ptm and learned
     /// functions, linear for others in an .exr and for .btf]
     #[arg(long, value_parser = args::named::<Space>())]
     space: Option<Space>,
+    /// Penalise rough functions, where there are many for the lights: `auto` for the weight by which each photograph is
+    /// best predicted from the others, or a weight such as 0.001 [default: none]
+    #[arg(long, value_name = "WEIGHT", value_parser = ridge)]
+    ridge: Option<Ridge>,
+    /// At each texel leave out the darkest quarter and the brightest tenth of the photographs (trimmed), or let those
+    /// count less that differ much from its function (reweighted) [default: none]
+    #[arg(long, value_parser = args::named::<Robust>())]
+    robust: Option<Robust>,
     /// Store an .exr or .btf in 16-bit floats
     #[arg(long)]
     half: bool,
@@ -82,6 +95,14 @@ pub struct Args {
     /// Also measure how well each photograph is predicted from all others
     #[arg(long)]
     leave_one_out: bool,
+    /// Photographs that take no part in the fit, as a light-position file: relight the result under their lights and
+    /// compare, as encoded 8-bit values
+    #[arg(long, value_name = "FILE.lp")]
+    test: Option<PathBuf>,
+    /// Also write a report on the quality of the fit: one page with the errors of each light and of each place, each
+    /// photograph predicted from the others, the coverage of the hemisphere, and photographs that look wrong
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
     /// Number of texels of each photograph to compare with the result, or `all`
     #[arg(long, value_name = "N", default_value = "65536", value_parser = texels)]
     report_texels: usize,
@@ -106,28 +127,46 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     args.check(is_btf, &basis)?;
     let mut outputs = Outputs::new(context);
     outputs.file(&args.output, &[&args.capture])?;
+    args.report.iter().try_for_each(|report| outputs.file(report, &[&args.capture]))?;
     let format = output_format(args, &basis)?;
     let inputs = Inputs::open(args, is_btf, &basis, context)?;
-    match basis {
-        BasisChoice::OfLight(basis) => match format {
-            FittedFormat::Field(format) => light::run(args, basis, format, &inputs, outputs, context),
-            FittedFormat::Btf(_) => {
-                Err(Error::usage("a .btf file holds learned functions: give also --basis learned")
-                    .at(&args.output))
-            }
-        },
-        BasisChoice::Learned if args.factors.is_some_and(|of| of != Factorisation::Common) => {
-            let of = args.factors.unwrap_or(Factorisation::Common);
-            let FittedFormat::Btf(scalar) = format else {
-                return Err(Error::usage("--factors is of .btf files: name one to write").at(&args.output));
-            };
-            factors::run(args, of, scalar, &inputs, outputs, context)
+    let basis = match basis {
+        BasisChoice::OfLight(basis) => basis,
+        BasisChoice::Interpolated(rule) => {
+            let lights: Vec<_> = inputs.pairs().iter().map(|(_, pair)| pair.light).collect();
+            Basis::Interpolated(Interpolated::new(&lights, rule).map_err(|e| e.at(inputs.place()))?)
         }
-        BasisChoice::Learned => learned::run(args, format, &inputs, outputs, context),
+        BasisChoice::Learned => return args.learn(format, &inputs, outputs, context),
+    };
+    match format {
+        FittedFormat::Field(format) => light::run(args, basis, format, &inputs, outputs, context),
+        FittedFormat::Btf(_) => {
+            Err(Error::usage("a .btf file holds learned functions: give also --basis learned")
+                .at(&args.output))
+        }
     }
 }
 
 impl Args {
+    /// Learns functions, and writes them in the form asked for.
+    fn learn(
+        &self,
+        format: FittedFormat,
+        inputs: &Inputs,
+        outputs: Outputs,
+        context: &Context,
+    ) -> Result<Report> {
+        match (self.factors, format) {
+            (None | Some(Factorisation::Common), _) => learned::run(self, format, inputs, outputs, context),
+            (Some(of), FittedFormat::Btf(scalar)) => {
+                factors::run(self, of, scalar, inputs, outputs, context)
+            }
+            (Some(_), FittedFormat::Field(_)) => {
+                Err(Error::usage("--factors is of .btf files: name one to write").at(&self.output))
+            }
+        }
+    }
+
     /// Refuses options without a part in the fit asked for.
     fn check(&self, is_btf: bool, basis: &BasisChoice) -> Result<()> {
         let learns = *basis == BasisChoice::Learned;
@@ -138,7 +177,12 @@ impl Args {
             (self.factors.is_some(), "--factors"),
             (self.hold_out.is_some(), "--hold-out"),
         ];
-        let never_learned = [(self.leave_one_out, "--leave-one-out"), (self.color.is_some(), "--color")];
+        let never_learned = [
+            (self.leave_one_out, "--leave-one-out"),
+            (self.color.is_some(), "--color"),
+            (self.ridge.is_some(), "--ridge"),
+            (self.robust.is_some(), "--robust"),
+        ];
         if let Some((_, name)) = only_learned.iter().find(|(given, _)| *given && !learns) {
             return Err(Error::usage(format!(
                 "{name} is of functions that are learned: give also --basis learned"
@@ -160,14 +204,27 @@ impl Args {
 }
 
 /// The fields of a report on a fitted texture.
-fn described(field: &ReflectanceField, report: Value) -> Value {
-    json!({
+fn described(
+    field: &ReflectanceField,
+    report: Value,
+    test: Option<&TestReport>,
+    quality: Option<Value>,
+) -> Value {
+    let mut json = json!({
         "width": field.size().width,
         "height": field.size().height,
         "basis": field.basis(),
         "color": field.layout(),
         "report": report,
-    })
+    });
+    if let Some(test) = test {
+        json["test_psnr_db"] = json!(test.psnr_db);
+        json["test"] = json!(test);
+    }
+    if let Some(quality) = quality {
+        json["quality"] = quality;
+    }
+    json
 }
 
 /// The format of the output.
@@ -206,6 +263,7 @@ fn named_format(args: &Args) -> Result<FieldFormat> {
 #[derive(Debug, Clone, PartialEq)]
 enum BasisChoice {
     OfLight(Basis),
+    Interpolated(Interpolation),
     Learned,
 }
 
@@ -213,6 +271,7 @@ impl BasisChoice {
     fn name(&self) -> &'static str {
         match self {
             Self::OfLight(basis) => basis.name(),
+            Self::Interpolated(rule) => rule.name(),
             Self::Learned => "learned",
         }
     }
@@ -220,8 +279,12 @@ impl BasisChoice {
 
 fn basis() -> impl TypedValueParser<Value = BasisChoice> {
     let of_light = Basis::NAMED.iter().filter(|basis| **basis != Basis::Constant).map(Basis::name);
-    PossibleValuesParser::new(of_light.chain([BasisChoice::Learned.name()]))
-        .map(|name| Basis::from_name(&name).map_or(BasisChoice::Learned, BasisChoice::OfLight))
+    let others = Interpolation::ALL.map(Interpolation::name).into_iter().chain([BasisChoice::Learned.name()]);
+    PossibleValuesParser::new(of_light.chain(others)).map(|name| {
+        let rule = Interpolation::ALL.into_iter().find(|rule| rule.name() == name);
+        let of_light = Basis::from_name(&name).map(BasisChoice::OfLight);
+        of_light.or(rule.map(BasisChoice::Interpolated)).unwrap_or(BasisChoice::Learned)
+    })
 }
 
 fn color() -> impl TypedValueParser<Value = PlaneLayout> {
@@ -232,6 +295,17 @@ fn color() -> impl TypedValueParser<Value = PlaneLayout> {
 fn texels(text: &str) -> std::result::Result<usize, String> {
     let number = if text == "all" { Some(usize::MAX) } else { text.parse().ok().filter(|n| *n > 0) };
     number.ok_or_else(|| "expected a number of at least 1, or all".to_owned())
+}
+
+fn ridge(text: &str) -> std::result::Result<Ridge, String> {
+    match text {
+        "none" => Ok(Ridge::None),
+        "auto" => Ok(Ridge::LeaveOneOut),
+        _ => {
+            let weight = text.parse().ok().filter(|weight: &f64| *weight > 0.0 && weight.is_finite());
+            weight.map(Ridge::Weight).ok_or_else(|| "expected auto, none or a positive number".to_owned())
+        }
+    }
 }
 
 fn rectangle(text: &str) -> std::result::Result<Rectangle, String> {

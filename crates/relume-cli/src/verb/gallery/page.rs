@@ -6,6 +6,7 @@ use serde_json::Value;
 
 use super::Args;
 use super::entry::{DISTANCE, GalleryEntry, GalleryExemplar};
+use crate::html::escaped;
 
 const TEMPLATE: &str = include_str!("page.html");
 
@@ -134,32 +135,4 @@ fn figures(entry: &GalleryEntry) -> String {
         let _ = write!(html, "<dt>{name}</dt><dd>{value}</dd>");
     }
     html + "</dl>"
-}
-
-/// Text escaped for HTML.
-fn escaped(text: &str) -> String {
-    let mut html = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '&' => html.push_str("&amp;"),
-            '<' => html.push_str("&lt;"),
-            '>' => html.push_str("&gt;"),
-            '"' => html.push_str("&quot;"),
-            '\'' => html.push_str("&#39;"),
-            // Names must not introduce marks of the template.
-            '{' => html.push_str("&#123;"),
-            c => html.push(c),
-        }
-    }
-    html
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn no_text_becomes_markup() {
-        assert_eq!(escaped("<a href='x'>&\"{{"), "&lt;a href=&#39;x&#39;&gt;&amp;&quot;&#123;&#123;");
-    }
 }

@@ -2,13 +2,17 @@
 
 use std::f64::consts::TAU;
 
-use super::{Basis, Learned};
+use super::{Basis, Interpolated, Interpolation, Learned};
 use crate::direction::{Direction, Directions};
 
-/// The named bases, and small learned ones with a view: of three channels, and of one.
+/// The named bases, interpolated ones, and small learned ones with a view: of three channels, and of one.
 pub(super) fn all() -> Vec<Basis> {
     let learned = [learned_of_channels(3, 9, 4, 3), learned(12, 5, 4)];
-    Basis::NAMED.into_iter().chain(learned.map(Basis::Learned)).collect()
+    let lights = spread(11);
+    let interpolated = Interpolation::ALL.map(|rule| {
+        Basis::Interpolated(Interpolated::new(&lights, rule).expect("lights in different directions"))
+    });
+    Basis::NAMED.into_iter().chain(interpolated).chain(learned.map(Basis::Learned)).collect()
 }
 
 /// A learned basis of smooth functions on all pairs of `lights` and `views`.

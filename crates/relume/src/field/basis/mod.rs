@@ -8,6 +8,7 @@
 //! | `hsh4`, `hsh9`, `hsh16`, `hsh25` | as named | light | hemisphere (orthonormal), cosine |
 //! | `sh4`, `sh9`, `sh16`, `sh25` | as named | light | hemisphere, cosine |
 //! | `zernike` | 21 | light | hemisphere, cosine (orthogonal), square |
+//! | `rbf`, `tabulated` | one for each photograph | light | hemisphere, cosine |
 //! | `learned` | any number | light and view | hemisphere (orthonormal), by its own weights |
 
 mod bands;
@@ -15,11 +16,13 @@ mod constant;
 mod examples;
 mod gram;
 mod harmonics;
+mod interpolated;
 mod learned;
 mod moments;
 mod packed;
 mod polynomial;
 mod ptm;
+mod roughness;
 mod spherical;
 mod zernike;
 
@@ -27,6 +30,7 @@ pub use bands::Bands;
 #[cfg(test)]
 pub(crate) use examples::{learned as learned_example, learned_of_channels as learned_of_channels_example};
 pub use gram::Gram;
+pub use interpolated::{Interpolated, Interpolation};
 pub use learned::Learned;
 pub use packed::{MOST_PACKED, PackedFunctions, WeightedDirection};
 pub use polynomial::PolynomialDegree;
@@ -52,6 +56,8 @@ pub enum Basis {
     Spherical(Bands),
     /// Zernike's circle polynomials up to degree 5.
     Zernike,
+    /// The photographs, interpolated between their lights.
+    Interpolated(Interpolated),
     /// Functions of light and view known at measured pairs of directions.
     Learned(Learned),
 }
@@ -108,6 +114,7 @@ impl Basis {
             Self::Polynomial(degree) => degree.functions(),
             Self::Harmonics(bands) | Self::Spherical(bands) => bands.functions(),
             Self::Zernike => zernike::COUNT,
+            Self::Interpolated(interpolated) => interpolated.lights().len(),
             Self::Learned(learned) => learned.functions(),
         }
     }
@@ -138,6 +145,7 @@ impl Basis {
             Self::Harmonics(bands) => harmonics::name(*bands),
             Self::Spherical(bands) => spherical::name(*bands),
             Self::Zernike => "zernike",
+            Self::Interpolated(interpolated) => interpolated.interpolation().name(),
             Self::Learned(_) => "learned",
         }
     }
@@ -156,6 +164,7 @@ impl Basis {
             Self::Harmonics(_) => self.numbered("h"),
             Self::Spherical(_) => self.numbered("y"),
             Self::Zernike => self.numbered("z"),
+            Self::Interpolated(_) => self.numbered("p"),
             Self::Learned(_) => self.numbered("f"),
         }
     }
@@ -177,6 +186,7 @@ impl Basis {
             Self::Harmonics(bands) => harmonics::weights_into(*bands, light, out),
             Self::Spherical(bands) => spherical::weights_into(*bands, light, out),
             Self::Zernike => out.copy_from_slice(&zernike::weights(light.x(), light.y())),
+            Self::Interpolated(interpolated) => interpolated.weights_into(light, out),
             Self::Learned(learned) => {
                 let expected = learned.channels() * learned.functions();
                 assert_eq!(out.len(), expected, "a number for each function and channel");
@@ -197,13 +207,13 @@ impl Basis {
     pub fn is_defined_over(&self, domain: Domain) -> bool {
         match self {
             Self::Constant | Self::Polynomial(_) | Self::Ptm | Self::Zernike => true,
-            Self::Harmonics(_) | Self::Spherical(_) => domain != Domain::Square,
+            Self::Harmonics(_) | Self::Spherical(_) | Self::Interpolated(_) => domain != Domain::Square,
             Self::Learned(_) => domain == Domain::Hemisphere,
         }
     }
 
     /// The inner products of the functions over a domain: in closed form, or by a quadrature that is exact for
-    /// their degree.
+    /// their degree; of interpolated ones by a fine quadrature.
     ///
     /// # Errors
     /// When the basis is not defined over the domain.
@@ -215,6 +225,7 @@ impl Basis {
             Self::Harmonics(bands) => harmonics::gram(*bands, domain),
             Self::Spherical(bands) => spherical::gram(*bands, domain),
             Self::Zernike => Some(zernike::gram(domain)),
+            Self::Interpolated(interpolated) => interpolated.gram(domain).map(Gram::Dense),
             Self::Learned(learned) if domain == Domain::Hemisphere => {
                 Some(Gram::Diagonal(vec![1.0; learned.functions()]))
             }
@@ -233,12 +244,15 @@ impl Basis {
     }
 
     /// Integrates a function of the values of the functions over a domain numerically, with `nodes` nodes per
-    /// dimension, or over the measured pairs and the channels: the slow truth of every Gram matrix.
+    /// dimension (for interpolated functions no fewer than their own), or over the measured pairs and the channels: the
+    /// slow truth of every Gram matrix.
     ///
     /// # Errors
     /// When the basis is not defined over the domain.
     pub fn integrate(&self, domain: Domain, nodes: usize, mut f: impl FnMut(&[f64]) -> f64) -> Result<f64> {
         use crate::numeric::quadrature::{integrate_hemisphere, integrate_square};
+        let nodes =
+            if matches!(self, Self::Interpolated(_)) { nodes.max(interpolated::NODES) } else { nodes };
         match (self, domain) {
             (Self::Learned(learned), Domain::Hemisphere) => Ok(learned.integrate(f)),
             _ if !self.is_defined_over(domain) => Err(self.undefined(domain)),
@@ -255,7 +269,8 @@ impl Basis {
             Self::Ptm => out.copy_from_slice(&ptm::weights(u, v)),
             Self::Polynomial(degree) => degree.weights_into(u, v, &mut out),
             Self::Zernike => out.copy_from_slice(&zernike::weights(u, v)),
-            Self::Constant | Self::Harmonics(_) | Self::Spherical(_) | Self::Learned(_) => {}
+            Self::Constant | Self::Harmonics(_) | Self::Spherical(_) => {}
+            Self::Interpolated(_) | Self::Learned(_) => {}
         }
         out
     }
@@ -335,7 +350,8 @@ mod tests {
             order.sort_unstable();
             assert_eq!(order, (0..basis.len()).collect::<Vec<_>>());
             let found = Basis::from_name(basis.name());
-            assert_eq!(found, (!matches!(basis, Basis::Learned(_))).then_some(basis.clone()));
+            let has_data = matches!(basis, Basis::Interpolated(_) | Basis::Learned(_));
+            assert_eq!(found, (!has_data).then_some(basis.clone()));
             let mut names = basis.function_names();
             names.sort();
             names.dedup();

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `relumeField` | `1`, the version of this layout |
 //! | `relumeBasis` | the name of the basis |
+//! | `relumeInterpolated` | of `rbf` and `tabulated`, the directions of their lights as in `relumeLights` |
 //! | `relumeLearned`, `relumeLearnedValues` | the table of a learned basis: see [`learned`] |
 //! | `relumeColor` | the layout of planes: `luminance`, `rgb`, `lrgb`, `channels`, `shared` |
 //! | `relumeChannels` | the names of the channels of `channels` and `shared`, in order, separated by `;` |
@@ -30,7 +31,7 @@ use super::learned;
 use super::picture::{multiplied, picture_of};
 use crate::direction::Direction;
 use crate::error::{Error, Result};
-use crate::field::{Basis, PlaneLayout, PlaneRole, ReflectanceField};
+use crate::field::{Basis, Interpolated, Interpolation, PlaneLayout, PlaneRole, ReflectanceField};
 use crate::format::meaning::Meaning;
 use crate::format::opacity;
 use crate::job::Job;
@@ -41,6 +42,7 @@ use crate::space::Space;
 
 const VERSION_KEY: &str = "relumeField";
 const BASIS_KEY: &str = "relumeBasis";
+const INTERPOLATED_KEY: &str = "relumeInterpolated";
 const LEARNED_KEY: &str = "relumeLearned";
 const VALUES_KEY: &str = "relumeLearnedValues";
 const COLOR_KEY: &str = "relumeColor";
@@ -110,8 +112,7 @@ pub(in crate::format) fn field_head(
     let names = channel_names(field.basis(), field.layout(), field.space());
     let mut attributes = parts_of(field.basis(), field.layout(), field.space(), depth);
     if !field.lights().is_empty() {
-        let lights = field.lights().iter().map(|d| format!("{} {} {}", d.x(), d.y(), d.z()));
-        attributes.push((LIGHTS_KEY, lights.collect::<Vec<_>>().join(";")));
+        attributes.push((LIGHTS_KEY, directions_as_text(field.lights())));
     }
     (names, attributes)
 }
@@ -129,6 +130,9 @@ pub(super) fn parts_of(
         (COLOR_KEY, layout.name().to_owned()),
         (SPACE_KEY, space.to_string()),
     ];
+    if let Basis::Interpolated(interpolated) = basis {
+        attributes.push((INTERPOLATED_KEY, directions_as_text(interpolated.lights())));
+    }
     if let Basis::Learned(learned) = basis {
         attributes.push((LEARNED_KEY, learned::pairs_of(learned)));
         attributes.push((VALUES_KEY, learned::values_of(learned, depth)));
@@ -209,7 +213,14 @@ pub(super) fn basis_of(layer: &Layer, layout: &PlaneLayout) -> Result<Basis> {
             let (pairs, values) = (attribute(layer, LEARNED_KEY)?, attribute(layer, VALUES_KEY)?);
             learned::from_texts(pairs, values, channels).map(Basis::Learned)
         }
-        _ => named(layer, BASIS_KEY, Basis::from_name),
+        name => match Interpolation::ALL.into_iter().find(|rule| Some(rule.name()) == name) {
+            Some(rule) => {
+                let text = attribute(layer, INTERPOLATED_KEY)?;
+                let lights = directions_of(text, INTERPOLATED_KEY, Direction::from_unit_vector)?;
+                Interpolated::new(&lights, rule).map(Basis::Interpolated)
+            }
+            None => named(layer, BASIS_KEY, Basis::from_name),
+        },
     }
 }
 
@@ -272,16 +283,27 @@ pub(super) fn ordered(layer: &Layer, names: &[String]) -> Result<Planes> {
 
 fn lights_of(layer: &Layer) -> Result<Vec<Direction>> {
     let text = layer.attributes.get(LIGHTS_KEY).map_or("", String::as_str);
-    let lights = text.split(';').filter(|light| !light.trim().is_empty());
-    lights.map(light_from).collect()
+    directions_of(text, LIGHTS_KEY, Direction::new)
 }
 
-fn light_from(text: &str) -> Result<Direction> {
-    let numbers: Option<Vec<f64>> = text.split_whitespace().map(|n| n.parse().ok()).collect();
-    match numbers.as_deref() {
-        Some(&[x, y, z]) => Direction::new(x, y, z),
-        _ => Err(Error::invalid(format!(
-            "the EXR field's attribute '{LIGHTS_KEY}' holds '{text}': expected three numbers"
-        ))),
-    }
+fn directions_of(
+    text: &str,
+    key: &str,
+    direction: impl Fn(f64, f64, f64) -> Result<Direction>,
+) -> Result<Vec<Direction>> {
+    let one = |text: &str| {
+        let numbers: Option<Vec<f64>> = text.split_whitespace().map(|n| n.parse().ok()).collect();
+        match numbers.as_deref() {
+            Some(&[x, y, z]) => direction(x, y, z),
+            _ => Err(Error::invalid(format!(
+                "the EXR field's attribute '{key}' holds '{text}': expected three numbers"
+            ))),
+        }
+    };
+    text.split(';').filter(|light| !light.trim().is_empty()).map(one).collect()
+}
+
+fn directions_as_text(directions: &[Direction]) -> String {
+    let texts = directions.iter().map(|d| format!("{} {} {}", d.x(), d.y(), d.z()));
+    texts.collect::<Vec<_>>().join(";")
 }

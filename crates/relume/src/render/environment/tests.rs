@@ -71,6 +71,7 @@ fn field(basis: &Basis, space: Space) -> ReflectanceField {
                         learned.values().chunks_exact(n).zip(learned.pairs().iter().zip(learned.weights()));
                     rows.map(|(row, (pair, weight))| weight * f64::from(row[k]) * value(pair)).sum()
                 }
+                Basis::Interpolated(interpolated) => interpolated.lights()[k].dot(normal).max(0.0),
                 Basis::Constant => 1.0,
                 _ => {
                     let lit = |w: Direction| basis.weights(w)[k] * w.dot(normal).max(0.0);

@@ -1,0 +1,281 @@
+//! Robust fits: photographs that do not follow the functions at a texel, because of its shadows and highlights, count
+//! less there or not at all.
+//!
+//! - *trimmed*: the darkest quarter and the brightest tenth of the photographs at a texel, by luminance, are left out
+//!   (Rousseeuw, "Least Median of Squares Regression", Journal of the American Statistical Association 79, 1984, for
+//!   trimming; by rank rather than by residual as in Drew, Hel-Or, Malzbender, Hajari, "Robust estimation of surface
+//!   properties and interpolation of shadow/specularity components", Image and Vision Computing 30, 2012).
+//! - *reweighted*: iteratively reweighted least squares with the weights of Huber, min(1, k s / r), for the residual r over
+//!   all channels, its scale s = 1.4826 median r, and k = 1.345 (Holland, Welsch, "Robust regression using iteratively
+//!   reweighted least-squares", Communications in Statistics 6, 1977).
+//!
+//! The weighted normal equations are solved texel by texel, so all photographs are in memory. Where the photographs left do
+//! not determine the functions, the texel keeps the coefficients of least squares.
+
+use rayon::prelude::*;
+
+use super::design::Design;
+use super::levels::SampleLevels;
+use super::products::BAND;
+use crate::error::Result;
+use crate::job::Job;
+use crate::numeric::Matrix;
+use crate::planes::Planes;
+use crate::raster::Raster;
+
+/// The shares of photographs that a trimmed fit leaves out.
+const DARKEST: f64 = 0.25;
+const BRIGHTEST: f64 = 0.1;
+
+/// Rounds of reweighting: the coefficients change by less than a code of 8 bits after them.
+const ROUNDS: usize = 8;
+
+/// Residuals count in full up to this number of standard deviations.
+const HUBER: f64 = 1.345;
+
+/// From the median of absolute values to the standard deviation of a normal distribution.
+const MEDIAN_TO_DEVIATION: f64 = 1.4826;
+
+/// Residuals below this count in full: a quarter of a code of 8 bits.
+const LEAST_SCALE: f64 = 0.001;
+
+/// Which photographs count at a texel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Robust {
+    /// All alike: least squares.
+    #[default]
+    None,
+    /// Neither the darkest quarter nor the brightest tenth.
+    Trimmed,
+    /// Those that differ much from the function less.
+    Reweighted,
+}
+
+crate::names::named!(Robust { None => "none", Trimmed => "trimmed", Reweighted => "reweighted" });
+
+/// Replaces the coefficients of least squares: plane c n + k is function k of channel c.
+pub(super) fn refine(
+    sums: &mut Planes,
+    photographs: &[Raster],
+    rule: Robust,
+    design: &Design,
+    levels: &SampleLevels,
+    job: &Job,
+) -> Result<()> {
+    let Some(channels) = photographs.first().map(Raster::channels) else { return Ok(()) };
+    let n = design.functions();
+    let bands = sums.bands_mut(BAND).into_par_iter().enumerate();
+    bands.try_for_each(|(b, mut band)| {
+        job.proceed()?;
+        let texels = band[0].len();
+        let mut values = vec![0.0f32; photographs.len() * channels * texels];
+        for (row, (i, channel)) in values
+            .chunks_exact_mut(texels)
+            .zip((0..photographs.len()).flat_map(|i| (0..channels).map(move |channel| (i, channel))))
+        {
+            levels.channel(&photographs[i], channel, b * BAND, row);
+        }
+        let mut texel = TexelFit::new(design, rule, channels);
+        for t in 0..texels {
+            texel.load(|i, channel| f64::from(values[(i * channels + channel) * texels + t]));
+            let before = |c: usize, k: usize| f64::from(band[c * n + k][t]);
+            if texel.solve(before) {
+                for (k, plane) in band.iter_mut().take(channels * n).enumerate() {
+                    plane[t] = texel.coefficients[k] as f32;
+                }
+            }
+        }
+        Ok(())
+    })
+}
+
+/// The weighted fit of one texel.
+struct TexelFit<'a> {
+    design: &'a Design,
+    rule: Robust,
+    channels: usize,
+    /// Photograph after photograph, the channels together.
+    values: Vec<f64>,
+    weights: Vec<f64>,
+    /// Channel after channel.
+    coefficients: Vec<f64>,
+    order: Vec<usize>,
+}
+
+impl<'a> TexelFit<'a> {
+    fn new(design: &'a Design, rule: Robust, channels: usize) -> Self {
+        let lights = design.lights();
+        Self {
+            design,
+            rule,
+            channels,
+            values: vec![0.0; lights * channels],
+            weights: vec![1.0; lights],
+            coefficients: vec![0.0; channels * design.functions()],
+            order: Vec::with_capacity(lights),
+        }
+    }
+
+    fn load(&mut self, value: impl Fn(usize, usize) -> f64) {
+        for (i, values) in self.values.chunks_exact_mut(self.channels).enumerate() {
+            values.iter_mut().enumerate().for_each(|(channel, v)| *v = value(i, channel));
+        }
+    }
+
+    /// Whether the photographs determine the functions.
+    fn solve(&mut self, before: impl Fn(usize, usize) -> f64) -> bool {
+        let n = self.design.functions();
+        (0..self.coefficients.len()).for_each(|i| self.coefficients[i] = before(i / n, i % n));
+        match self.rule {
+            Robust::None => false,
+            Robust::Trimmed => {
+                self.trim();
+                self.weighted().is_ok()
+            }
+            Robust::Reweighted => (0..ROUNDS).all(|_| {
+                self.reweight();
+                self.weighted().is_ok()
+            }),
+        }
+    }
+
+    /// Weight 0 for the darkest and the brightest photographs, by the sum of the channels; ties by number.
+    fn trim(&mut self) {
+        let sum = |i: usize| self.values[i * self.channels..][..self.channels].iter().sum::<f64>();
+        self.order.clear();
+        self.order.extend(0..self.weights.len());
+        self.order.sort_by(|&a, &b| sum(a).total_cmp(&sum(b)).then(a.cmp(&b)));
+        let count = self.order.len() as f64;
+        let (dark, bright) = ((DARKEST * count) as usize, (BRIGHTEST * count) as usize);
+        let kept = dark..self.order.len() - bright;
+        for (rank, &i) in self.order.iter().enumerate() {
+            self.weights[i] = f64::from(u8::from(kept.contains(&rank)));
+        }
+    }
+
+    fn reweight(&mut self) {
+        let n = self.design.functions();
+        for i in 0..self.weights.len() {
+            let functions = self.design.values(i);
+            let residual = |c: usize| {
+                let coefficients = &self.coefficients[c * n..][..n];
+                let relit: f64 = functions.iter().zip(coefficients).map(|(f, c)| f * c).sum();
+                (self.values[i * self.channels + c] - relit).powi(2)
+            };
+            self.weights[i] = (0..self.channels).map(residual).sum::<f64>().sqrt();
+        }
+        let mut sorted = self.weights.clone();
+        let middle = sorted.len() / 2;
+        let (_, median, _) = sorted.select_nth_unstable_by(middle, f64::total_cmp);
+        let limit = HUBER * (MEDIAN_TO_DEVIATION * *median).max(LEAST_SCALE);
+        self.weights.iter_mut().for_each(|w| *w = if *w > limit { limit / *w } else { 1.0 });
+    }
+
+    /// Solves (A'WA + R) c = A'W p for all channels.
+    fn weighted(&mut self) -> Result<()> {
+        let n = self.design.functions();
+        let mut normal = self.design.penalty().cloned().unwrap_or_else(|| Matrix::zeros(n, n));
+        let mut right = vec![0.0; self.channels * n];
+        for (i, &weight) in self.weights.iter().enumerate().filter(|(_, weight)| **weight > 0.0) {
+            let functions = self.design.values(i);
+            for (j, &f) in functions.iter().enumerate() {
+                let factor = weight * f;
+                let row = &mut normal.row_mut(j)[..=j];
+                row.iter_mut().zip(functions).for_each(|(sum, g)| *sum += factor * g);
+                for c in 0..self.channels {
+                    right[c * n + j] += factor * self.values[i * self.channels + c];
+                }
+            }
+        }
+        let factor = normal.cholesky()?;
+        if (0..n).any(|j| factor[(j, j)].powi(2) <= LEAST_PIVOT * normal[(j, j)]) {
+            return Err(crate::error::Error::invalid("the photographs left do not determine the functions"));
+        }
+        for (right, out) in right.chunks_exact(n).zip(self.coefficients.chunks_exact_mut(n)) {
+            solve_factored(&factor, right, out);
+        }
+        Ok(())
+    }
+}
+
+/// The square of the least sine of the angle between a function and the others over the photographs left.
+const LEAST_PIVOT: f64 = 1e-4;
+
+/// Solves L L' x = b.
+fn solve_factored(factor: &Matrix, right: &[f64], out: &mut [f64]) {
+    let n = right.len();
+    for i in 0..n {
+        let known: f64 = (0..i).map(|j| factor[(i, j)] * out[j]).sum();
+        out[i] = (right[i] - known) / factor[(i, i)];
+    }
+    for i in (0..n).rev() {
+        let known: f64 = (i + 1..n).map(|j| factor[(j, i)] * out[j]).sum();
+        out[i] = (out[i] - known) / factor[(i, i)];
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::accumulate::accumulate;
+    use super::*;
+    use crate::direction::Direction;
+    use crate::field::Basis;
+    use crate::raster::Samples;
+    use crate::size::Size;
+    use crate::space::Space;
+
+    /// Photographs of a function of `linear` shape, a fifth of them in shadow at each texel.
+    fn shadowed(lights: &[Direction], size: Size) -> (Vec<Raster>, Vec<f32>) {
+        let truth = [0.5f32, 0.2, -0.15];
+        let value = |light: &Direction| truth[0] + truth[1] * light.x() as f32 + truth[2] * light.y() as f32;
+        let photograph = |(i, light): (usize, &Direction)| {
+            let texel = |t: usize| if (i + 3 * t).is_multiple_of(5) { 0.0 } else { value(light) };
+            Raster::new(size, 1, Samples::F32((0..size.texels()).map(texel).collect())).unwrap()
+        };
+        (lights.iter().enumerate().map(photograph).collect(), truth.to_vec())
+    }
+
+    #[test]
+    fn shadows_of_a_fifth_of_the_photographs_do_not_count() {
+        let lights: Vec<Direction> = (0..40).map(Direction::fibonacci(40)).collect();
+        let size = Size::new(7, 5);
+        let (photographs, truth) = shadowed(&lights, size);
+        let basis = Basis::from_name("linear").unwrap();
+        let design = Design::new(&basis, &lights).unwrap();
+        let levels = SampleLevels::new(Space::Linear);
+        let worst = |rule: Robust| {
+            let mut sums = Planes::zeros(size, 3);
+            accumulate(&mut sums, &design, 0, &photographs[..16], &levels);
+            accumulate(&mut sums, &design, 16, &photographs[16..32], &levels);
+            accumulate(&mut sums, &design, 32, &photographs[32..], &levels);
+            refine(&mut sums, &photographs, rule, &design, &levels, &Job::default()).unwrap();
+            let errors =
+                (0..3).flat_map(|k| sums.plane(k).iter().map(|c| (c - truth[k]).abs()).collect::<Vec<_>>());
+            errors.fold(0.0f32, f32::max)
+        };
+        let (plain, trimmed, reweighted) =
+            (worst(Robust::None), worst(Robust::Trimmed), worst(Robust::Reweighted));
+        assert!(plain > 0.08, "{plain}");
+        assert!(trimmed < 1e-5, "{trimmed}");
+        assert!(reweighted < 0.5 * plain, "{reweighted} and {plain}");
+    }
+
+    /// The darkest quarter of seven photographs is one, which leaves as many as there are functions; of six, one too many.
+    #[test]
+    fn texels_whose_photographs_do_not_suffice_keep_least_squares() {
+        let lights: Vec<Direction> = (0..6).map(Direction::fibonacci(6)).collect();
+        let photograph = |i: usize| {
+            Raster::new(Size::new(2, 1), 1, Samples::F32(vec![0.1 * i as f32, 0.3 - 0.01 * i as f32]))
+                .unwrap()
+        };
+        let photographs: Vec<Raster> = (0..6).map(photograph).collect();
+        let design = Design::new(&Basis::Ptm, &lights).unwrap();
+        let levels = SampleLevels::new(Space::Linear);
+        let mut sums = Planes::zeros(Size::new(2, 1), 6);
+        accumulate(&mut sums, &design, 0, &photographs, &levels);
+        let before = sums.clone();
+        refine(&mut sums, &photographs, Robust::Trimmed, &design, &levels, &Job::default()).unwrap();
+        assert_eq!(sums, before);
+    }
+}

@@ -158,9 +158,7 @@ impl Args {
     ) -> Result<Report> {
         match (self.factors, format) {
             (None | Some(Factorisation::Common), _) => learned::run(self, format, inputs, outputs, context),
-            (Some(of), FittedFormat::Btf(scalar)) => {
-                factors::run(self, of, scalar, inputs, outputs, context)
-            }
+            (Some(of), FittedFormat::Btf(scalar)) => factors::run(self, of, scalar, inputs, outputs, context),
             (Some(_), FittedFormat::Field(_)) => {
                 Err(Error::usage("--factors is of .btf files: name one to write").at(&self.output))
             }

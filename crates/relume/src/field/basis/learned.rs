@@ -1,17 +1,20 @@
 //! A basis learned from measurements: the values of the functions for each measured pair of light and view,
 //! and for each channel where the channels of a texture have common coefficients.
 //!
-//! Between measured pairs the functions are interpolated ([`crate::numeric::between`]). The layout of the pairs is
-//! arbitrary.
+//! Between measured pairs the functions are interpolated. The layout of the pairs is arbitrary: those of several views
+//! by [`crate::numeric::between`], lights seen from one view by radial basis functions
+//! ([`super::interpolated`]), which predict photographs left out better.
 //!
 //! The inner product over the hemisphere is the weighted sum over measured pairs and channels, under which the
 //! functions are orthonormal. It is undefined over other domains.
 
 use std::sync::Arc;
 
+use super::interpolated::RadialBasis;
 use super::packed::PackedFunctions;
 use crate::direction::Directions;
 use crate::error::{Error, Result};
+use crate::numeric::Matrix;
 use crate::numeric::between::Between;
 
 /// The tolerance of orthonormality for sums over measured pairs: values are `f32`.
@@ -31,8 +34,35 @@ struct MeasuredValues {
     channels: usize,
     functions: usize,
     values: Vec<f32>,
-    between: Between,
+    places: Places,
     packed: Option<PackedFunctions>,
+}
+
+/// What functions are interpolated by.
+#[derive(Debug)]
+enum Places {
+    /// Of lights seen from one view, with a value for each channel and function.
+    Radial(RadialBasis),
+    Pairs(Between),
+}
+
+/// Lights beyond this number are interpolated between their neighbours only: radial basis functions take work that grows
+/// with the cube of it.
+const MOST_RADIAL: usize = 512;
+
+impl Places {
+    fn new(pairs: &[Directions], values: &[f32]) -> Self {
+        let is_one_view = pairs.iter().all(|pair| pair.view == pairs[0].view);
+        if is_one_view && pairs.len() <= MOST_RADIAL {
+            let lights: Vec<_> = pairs.iter().map(|pair| pair.light).collect();
+            let columns = values.len() / pairs.len();
+            let values = Matrix::from_fn(pairs.len(), columns, |i, k| f64::from(values[i * columns + k]));
+            if let Ok(radial) = RadialBasis::new(&lights) {
+                return Self::Radial(radial.of_values(&values));
+            }
+        }
+        Self::Pairs(Between::new(pairs))
+    }
 }
 
 impl Learned {
@@ -73,9 +103,9 @@ impl Learned {
             return Err(Error::invalid("a learned basis has finite values and positive weights only"));
         }
         check_orthonormal(&weights, &values, channels, functions)?;
-        let between = Between::new(&pairs);
+        let places = Places::new(&pairs, &values);
         Ok(Self(Arc::new(MeasuredValues {
-            between,
+            places,
             pairs,
             weights,
             channels,
@@ -130,8 +160,13 @@ impl Learned {
     /// The functions for any pair of directions, channel after channel.
     pub(super) fn weights_into(&self, directions: Directions, out: &mut [f64]) {
         out.fill(0.0);
-        for &(pair, share) in self.0.between.shares(directions).as_slice() {
-            out.iter_mut().zip(self.row(pair)).for_each(|(o, &v)| *o += share * f64::from(v));
+        match &self.0.places {
+            Places::Radial(radial) => radial.values_into(directions.light, out),
+            Places::Pairs(between) => {
+                for &(pair, share) in between.shares(directions).as_slice() {
+                    out.iter_mut().zip(self.row(pair)).for_each(|(o, &v)| *o += share * f64::from(v));
+                }
+            }
         }
     }
 

@@ -48,6 +48,12 @@ impl HeldOut {
         self.out[pair]
     }
 
+    /// For each pair its place among those that take part.
+    pub fn places(&self) -> Vec<Option<usize>> {
+        let mut next = 0..;
+        self.out.iter().map(|out| if *out { None } else { next.next() }).collect()
+    }
+
     /// The number of pairs that take part.
     pub fn kept(&self) -> usize {
         self.out.iter().filter(|out| !**out).count()

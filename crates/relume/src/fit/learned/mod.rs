@@ -20,6 +20,7 @@
 //! Texels may then be put into clusters with axes of their own ([`ClusterOptions`]): fewer numbers a texel for the same
 //! common functions.
 
+mod clipped;
 mod clusters;
 mod dots;
 mod finish;
@@ -179,7 +180,10 @@ pub fn fit(
             continue;
         }
         let Some(rank) = found else { return Err(not_reached(options.rank, &factors)) };
-        let (values, weights, planes) = factors.finish(rank, &held_out, job)?;
+        let (values, weights, mut planes) = factors.finish(rank, &held_out, job)?;
+        if directions.iter().all(|pair| pair.view == directions[0].view) {
+            clipped::refine(&mut planes, &values, &stream, &held_out, &levels, job)?;
+        }
         let basis = Learned::of_channels(stream.channels(), held_out.pairs(), weights, values)?;
         let layout = PlaneLayout::shared(channel_names(stream.channels()))?;
         let learned = ReflectanceField::new(Basis::Learned(basis), layout, options.space, planes)?;

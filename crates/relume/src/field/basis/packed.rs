@@ -75,7 +75,8 @@ impl PackedFunctions {
                 codes.push((learned.values()[(pair * channels + c) * n + k] / step).round());
             }
         }
-        if let Some(wrong) = codes.iter().find(|code| !(code.abs() <= MOST_PACKED as f32)) {
+        let is_held = |code: f32| code.is_finite() && code.abs() <= MOST_PACKED as f32;
+        if let Some(wrong) = codes.iter().find(|code| !is_held(**code)) {
             return Err(Error::usage(format!(
                 "a step of a function is too fine: it makes the integer {wrong}"
             )));
@@ -96,30 +97,52 @@ impl PackedFunctions {
     /// independent functions.
     pub fn unpacked(&self) -> Result<Learned> {
         let (n, channels) = (self.steps.len(), self.channels);
-        let [lights, views] = [&self.lights, &self.views].map(|all| all.iter().map(direction).collect());
-        let (lights, views): (Result<Vec<Direction>>, Result<Vec<Direction>>) = (lights, views);
-        let (lights, views) = (lights?, views?);
-        let rows = lights.len() * views.len() * channels;
+        let rows = self.lights.len() * self.views.len() * channels;
         if n == 0 || rows == 0 || self.codes.len() != n * rows {
             return Err(Error::invalid(format!(
                 "{n} packed functions for {} lights, {} views and {channels} channels have {} integers: expected {}",
-                lights.len(),
-                views.len(),
+                self.lights.len(),
+                self.views.len(),
                 self.codes.len(),
                 n * rows
             )));
         }
-        let of_lights = |view: Direction| lights.iter().map(move |light| Directions { light: *light, view });
-        let pairs: Vec<Directions> = views.iter().flat_map(|view| of_lights(*view)).collect();
-        let weight = |a: &WeightedDirection, b: &WeightedDirection| f64::from(a.weight) * f64::from(b.weight);
-        let weights: Vec<f64> =
-            self.views.iter().flat_map(|a| self.lights.iter().map(move |b| weight(a, b))).collect();
-        let value = |row: usize, k: usize| f64::from(self.codes[k * rows + row]) * f64::from(self.steps[k]);
-        let mut gram = Matrix::zeros(n, n);
+        let (pairs, weights) = self.weighted_pairs()?;
+        let inverse = self.factor(&weights)?.lower_inverse();
+        let mut values = Vec::with_capacity(rows * n);
         for row in 0..rows {
-            let values: Vec<f64> = (0..n).map(|k| value(row, k)).collect();
-            for j in 0..n {
-                let factor = weights[row / channels] * values[j];
+            let packed = self.row(row);
+            let product = |j: usize| inverse.row(j).iter().zip(&packed).map(|(a, v)| a * v).sum::<f64>();
+            values.extend((0..n).map(|j| product(j) as f32));
+        }
+        Ok(Learned::of_channels(channels, pairs, weights, values)?.packed_as(self.clone()))
+    }
+
+    /// The pairs, each view with all lights, and their weights.
+    fn weighted_pairs(&self) -> Result<(Vec<Directions>, Vec<f64>)> {
+        let all = |of: &[WeightedDirection]| of.iter().map(direction).collect::<Result<Vec<Direction>>>();
+        let (lights, views) = (all(&self.lights)?, all(&self.views)?);
+        let of_lights = |view: Direction| lights.iter().map(move |light| Directions { light: *light, view });
+        let weight = |a: &WeightedDirection, b: &WeightedDirection| f64::from(a.weight) * f64::from(b.weight);
+        let weights = self.views.iter().flat_map(|a| self.lights.iter().map(move |b| weight(a, b)));
+        Ok((views.iter().flat_map(|view| of_lights(*view)).collect(), weights.collect()))
+    }
+
+    /// The values of all functions for a channel of a pair.
+    fn row(&self, row: usize) -> Vec<f64> {
+        let rows = self.codes.len() / self.steps.len();
+        let value = |(k, step): (usize, &f32)| f64::from(self.codes[k * rows + row]) * f64::from(*step);
+        self.steps.iter().enumerate().map(value).collect()
+    }
+
+    /// The Cholesky factor of the inner products of the functions.
+    fn factor(&self, weights: &[f64]) -> Result<Matrix> {
+        let n = self.steps.len();
+        let mut gram = Matrix::zeros(n, n);
+        for row in 0..self.codes.len() / n {
+            let values = self.row(row);
+            for (j, value) in values.iter().enumerate() {
+                let factor = weights[row / self.channels] * value;
                 gram.row_mut(j).iter_mut().zip(&values).for_each(|(sum, v)| *sum += factor * v);
             }
         }
@@ -127,22 +150,15 @@ impl PackedFunctions {
             // What a function has outside the space of those before it.
             (0..n).all(|k| factor[(k, k)].powi(2) > LEAST_OWN * gram[(k, k)])
         });
-        let dependent = || Error::invalid("the packed functions are not independent of each other");
-        let inverse = factor.ok_or_else(dependent)?.lower_inverse();
-        let mut values = Vec::with_capacity(rows * n);
-        for row in 0..rows {
-            let packed: Vec<f64> = (0..n).map(|k| value(row, k)).collect();
-            let product = |j: usize| inverse.row(j).iter().zip(&packed).map(|(a, v)| a * v).sum::<f64>();
-            values.extend((0..n).map(|j| product(j) as f32));
-        }
-        Ok(Learned::of_channels(channels, pairs, weights, values)?.packed_as(self.clone()))
+        factor.ok_or_else(|| Error::invalid("the packed functions are not independent of each other"))
     }
 }
 
 fn direction(of: &WeightedDirection) -> Result<Direction> {
     let [x, y] = of.disk.map(f64::from);
     let square = x * x + y * y;
-    if !(of.weight > 0.0 && of.weight.is_finite()) || !(square <= 1.0 + 1e-6) {
+    let is_sound = of.weight > 0.0 && of.weight.is_finite() && square <= 1.0 + 1e-6;
+    if !is_sound {
         return Err(Error::invalid(format!(
             "the direction ({x}, {y}) of the weight {} is not one of the hemisphere",
             of.weight

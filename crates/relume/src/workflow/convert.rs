@@ -271,7 +271,8 @@ mod tests {
         let mut planes = Planes::zeros(size, count);
         for (k, plane) in planes.iter_mut().enumerate() {
             // A bright constant with gentle slopes, so that values stay in range.
-            let (mean, spread) = if k % 6 == 5 || k >= 18 { (0.5, 0.2) } else { (0.0, 0.15) };
+            let is_color = count == 9 && k >= 6;
+            let (mean, spread) = if k % 6 == 5 || is_color { (0.5, 0.2) } else { (0.0, 0.15) };
             plane.iter_mut().for_each(|v| *v = mean + spread * (random.unit() as f32 - 0.5));
         }
         ReflectanceField::new(Basis::Ptm, layout, space, planes).unwrap()

@@ -137,6 +137,34 @@ fn changed_bytes_never_panic() {
     }
 }
 
+/// At least 10,000 changed files of each format of functions in bytes.
+#[test]
+fn changed_textures_of_functions_never_panic() {
+    let mut random = Stream::new(80, Purpose::Sample, [0]);
+    let formats = ["PtmJpeg", "Rti", "Hsh"];
+    let files: Vec<_> =
+        small_files().into_iter().filter(|(name, _)| formats.iter().any(|f| name.contains(f))).collect();
+    assert_eq!(files.len(), 6);
+    for (name, file) in files {
+        for round in 0..5000 {
+            let mut changed = file.clone();
+            for _ in 0..=random.below(3) {
+                let reach = if random.below(3) > 0 { file.len().min(300) } else { file.len() };
+                let at = random.below(reach);
+                changed[at] = match random.below(3) {
+                    0 => changed[at] ^ (1 << random.below(8)),
+                    1 => b"0129 -.\n"[random.below(8)],
+                    _ => random.below(256) as u8,
+                };
+            }
+            let outcome = catch_unwind(|| decode_field(&changed, &job()).map(drop));
+            if let Err(error) = outcome.unwrap_or_else(|_| panic!("{name}, round {round}")) {
+                assert_one_sentence(&error);
+            }
+        }
+    }
+}
+
 #[test]
 fn measured_files_cut_at_any_byte_are_errors() {
     for (name, file) in small_measured_files() {

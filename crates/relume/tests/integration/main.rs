@@ -2,6 +2,7 @@
 
 mod appearance;
 mod hsh_independent;
+mod jpeg_complete;
 mod layering;
 mod names;
 

@@ -18,6 +18,7 @@ mod gallery;
 mod height;
 mod info;
 mod man;
+mod maps;
 mod match_histogram;
 mod material;
 mod model;
@@ -75,6 +76,8 @@ pub enum Verb {
     Info(info::Args),
     /// Make the height, albedo, roughness and normals of a built-in material
     Procedural(procedural::Args),
+    /// Write the maps of a material under the names and in the packings of other programs
+    Maps(maps::Args),
     /// Give a texture the distribution of values of another
     Match(match_histogram::Args),
     /// Model a texture as a random field: a few kilobytes for any size
@@ -139,6 +142,7 @@ pub fn run(verb: Verb, context: &Context) -> Result<Report> {
         Verb::Height(args) => height::run(&args, context),
         Verb::Info(args) => info::run(&args, context),
         Verb::Procedural(args) => procedural::run(&args, context),
+        Verb::Maps(args) => maps::run(&args, context),
         Verb::Match(args) => match_histogram::run(&args, context),
         Verb::Model(args) => model::run(&args, context),
         Verb::Relight(args) => relight::run(&args, context),

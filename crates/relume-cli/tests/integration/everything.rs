@@ -14,7 +14,7 @@ use serde_json::Value;
 use crate::support::{write_grey, write_material};
 
 /// All verbs; `@name` is a file or folder of that name.
-const COMMANDS: [&str; 46] = [
+const COMMANDS: [&str; 47] = [
     "capture sponge -o @c --size 48 --lights 9",
     "capture --height @mask.png --albedo @a.png -o @maps --lights 3",
     "capture --height @mask.png --albedo @a.png --metallic @a.png -o @btf --views 2",
@@ -59,6 +59,7 @@ const COMMANDS: [&str; 46] = [
     "convert @f.ptm -o @f.rti",
     "convert @f.ptm -o @web --web deepzoom",
     "formats",
+    "maps @p -o @unreal --preset unreal --tile",
     "man @man",
     "demo -o @demo --lights 12",
 ];

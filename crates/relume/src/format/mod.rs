@@ -37,6 +37,7 @@ mod codes;
 mod color;
 mod complete;
 mod content;
+mod data_map;
 pub mod exr;
 mod field_file;
 mod finite;
@@ -78,6 +79,7 @@ mod zip;
 pub use archive::ImageArchive;
 pub use brdf::decode_brdf;
 pub use content::Content;
+pub use data_map::encode_data_map;
 pub use exr::ExrDepth;
 pub use field_file::{
     Encoding, FieldFile, FieldFormat, MapRecord, decode_field, encode_field, encode_translucent,

@@ -24,6 +24,7 @@
 //! | [`quality`] | how far a fit can be trusted, and which photographs look wrong |
 //! | [`shader`] | what a shader draws textures and endless noise from |
 //! | [`auto`] | textures made in several ways, of which the nearest to the exemplar is kept |
+//! | [`map_export`] | the maps of a material under the names and in the packings of other programs |
 //! | [`map_set`] | the maps of a material as one exemplar |
 //! | [`tested`] | fitted textures under lights that took no part in the fit |
 //! | [`tiling`] | how well a texture tiles, measured on it |
@@ -43,6 +44,7 @@ pub mod fitted;
 pub mod front;
 pub mod gonioreflectometer;
 pub mod likeness;
+pub mod map_export;
 pub mod map_set;
 pub mod memory;
 pub mod method;

@@ -36,6 +36,11 @@ impl MeasuredTiling {
         Ok(Self::of(wrap(&gather_index(map, index, job)?)))
     }
 
+    /// Measures a texture.
+    pub fn of_texture(planes: &Planes) -> Self {
+        Self::of(wrap(planes))
+    }
+
     /// The judgement of measured steps.
     fn of(wrap: [Wrap; 2]) -> Self {
         let shows = wrap.iter().any(|wrap| wrap.rank >= UNUSUAL && wrap.ratio > LARGE);

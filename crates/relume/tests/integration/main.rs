@@ -21,6 +21,7 @@ mod format_robustness;
 mod format_round_trips;
 mod format_tiff;
 mod goldens;
+mod map_export;
 mod measured_brdf;
 mod ptm_compressed;
 mod ptm_independent;

@@ -2,7 +2,7 @@
 //! from all sides.
 
 mod btf;
-mod maps;
+pub mod maps;
 mod truth;
 
 use std::path::{Path, PathBuf};

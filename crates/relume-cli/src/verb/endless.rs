@@ -97,7 +97,7 @@ pub fn run(request: &Request<'_>, context: &Context) -> Result<Drawn> {
 
 /// The source of a texture.
 enum PlaneSource {
-    Tiles(TileSetFile),
+    Tiles(Box<TileSetFile>),
     Model(Box<FieldModel>),
     Noise(Opened),
     /// Blocks; the exemplar has been read if it is the only one.
@@ -122,7 +122,9 @@ fn source(request: &Request<'_>, context: &Context) -> Result<PlaneSource> {
         (_, Some(Content::Tiles | Content::Model), true) => Err(Error::usage(
             "--method noise takes an exemplar, and this is a set of tiles or a model: leave it out",
         )),
-        (Some(opened), Some(Content::Tiles), _) => opened.into_tiles().map(PlaneSource::Tiles),
+        (Some(opened), Some(Content::Tiles), _) => {
+            opened.into_tiles().map(|tiles| PlaneSource::Tiles(Box::new(tiles)))
+        }
         (Some(opened), Some(Content::Model), _) => Ok(PlaneSource::Model(Box::new(opened.into_model()?))),
         (Some(opened), _, true) => Ok(PlaneSource::Noise(opened)),
         (None, _, true) => Err(Error::usage("--method noise makes a texture of one exemplar: give one")),

@@ -237,7 +237,7 @@ fn products(field: &ReflectanceField, job: &Job) -> Result<ReflectanceField> {
     bands.par_iter_mut().enumerate().try_for_each(|(y, band)| {
         job.proceed()?;
         let (mut channels, mut luminance) = (vec![vec![0f32; n]; 3], vec![0f32; n]);
-        for x in 0..width {
+        (0..width).for_each(|x| {
             for (c, channel) in channels.iter_mut().enumerate() {
                 let value = |k: usize| f64::from(from.at(c * n + k, x, y));
                 for (r, out) in channel.iter_mut().enumerate() {
@@ -250,7 +250,7 @@ fn products(field: &ReflectanceField, job: &Job) -> Result<ReflectanceField> {
                 band[r][x] = sum as f32;
             }
             (0..3).for_each(|c| band[n + c][x] = color[c]);
-        }
+        });
         Ok(())
     })?;
     drop(bands);

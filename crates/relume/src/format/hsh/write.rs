@@ -49,6 +49,7 @@ pub(in crate::format) fn encode_hsh(
         return encode_hsh(&channels, None, job);
     }
     let encoding = stored.filter(|stored| stored.terms == terms).copied().unwrap_or_else(|| chosen(field));
+    job.proceed()?;
     let order = (1..).find(|order| order * order >= terms).unwrap_or(1);
     let size = field.size();
     let integers = [size.width, size.height, 3, order].map(|n| n as u32);

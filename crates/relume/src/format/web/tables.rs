@@ -157,10 +157,8 @@ pub(super) fn learned(tables: &Tables<'_>) -> Result<(Learned, Matrix)> {
     let inverse = factor.lower_inverse();
     let mut values = Vec::with_capacity(DIRECTIONS * 3 * count);
     for row in &rows {
-        for c in 0..3 {
-            values
-                .extend((0..count).map(|k| (0..=k).map(|j| inverse[(k, j)] * row[j][c]).sum::<f64>() as f32));
-        }
+        let value = |c: usize, k: usize| (0..=k).map(|j| inverse[(k, j)] * row[j][c]).sum::<f64>() as f32;
+        values.extend((0..3 * count).map(|i| value(i / count, i % count)));
     }
     let pairs = (0..DIRECTIONS).map(|i| Directions::lit_from(direction(i))).collect();
     let learned = Learned::of_channels(3, pairs, vec![weight; DIRECTIONS], values)?;

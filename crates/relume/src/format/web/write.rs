@@ -231,8 +231,11 @@ fn pyramid(picture: &Picture3, size: Size) -> Vec<(Size, Picture3)> {
     all
 }
 
+/// Column and row of a tile, and its file.
+type PlacedTile = ((usize, usize), Vec<u8>);
+
 /// The JPEG files of the tiles of a level, row by row.
-fn tiles_of(picture: &Picture3, size: Size, quality: u8) -> Result<Vec<((usize, usize), Vec<u8>)>> {
+fn tiles_of(picture: &Picture3, size: Size, quality: u8) -> Result<Vec<PlacedTile>> {
     let grid = TileGrid { size, side: TILE_SIDE, overlap: 0 };
     let places = (0..grid.down()).flat_map(|y| (0..grid.across()).map(move |x| (x, y)));
     let tile = |(x, y): (usize, usize)| {

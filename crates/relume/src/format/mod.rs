@@ -21,6 +21,7 @@
 //! | OBJ, binary glTF | [`Opened::into_mesh`] | |
 //! | `.npy` | [`Opened::into_array`] | [`npy::encode_i32`] |
 //! | `.npz`, `.npy` of coefficients | | [`encode_npz`], [`encode_npy`] |
+//! | shared texture, for web pages | | [`share`] |
 //! | `.rlm` | [`Opened::into_model`] | [`rlm::encode`] |
 //! | `.btf` | [`Opened::into_btf`], [`bonn::BonnBtf::open`] | [`bonn::encode_fmf`], [`bonn::encode_dfmf`] |
 //! | MERL `.binary`, UTIA `.bin`, RGL `.bsdf` | [`Opened::into_brdf`] | |
@@ -66,6 +67,7 @@ mod radiance;
 mod raster;
 pub mod rlm;
 mod rows;
+pub mod share;
 mod stream;
 mod supported;
 mod tiff;

@@ -23,6 +23,7 @@
 //! | [`decorrelated`](mod@decorrelated) | factorisations of decorrelated colours |
 //! | [`quality`] | how far a fit can be trusted, and which photographs look wrong |
 //! | [`shader`] | what a shader draws textures and endless noise from |
+//! | [`share`] | textures as web pages load them |
 //! | [`auto`] | textures made in several ways, of which the nearest to the exemplar is kept |
 //! | [`map_export`] | the maps of a material under the names and in the packings of other programs |
 //! | [`map_set`] | the maps of a material as one exemplar |
@@ -55,6 +56,7 @@ pub mod packed;
 pub mod per_view;
 pub mod quality;
 pub mod shader;
+pub mod share;
 pub mod sizes;
 pub mod tested;
 pub mod tiling;

@@ -15,7 +15,7 @@ use super::packed::PackedFunctions;
 use crate::direction::Directions;
 use crate::error::{Error, Result};
 use crate::numeric::Matrix;
-use crate::numeric::between::Between;
+use crate::numeric::between::{Between, PairGrid};
 
 /// The tolerance of orthonormality for sums over measured pairs: values are `f32`.
 const ORTHONORMAL_TO: f64 = 1e-4;
@@ -139,6 +139,14 @@ impl Learned {
     /// The measured pairs of directions.
     pub fn pairs(&self) -> &[Directions] {
         &self.0.pairs
+    }
+
+    /// The grid of lights and views that the pairs form, if they do and the functions are interpolated in its triangles.
+    pub fn grid(&self) -> Option<&PairGrid> {
+        match &self.0.places {
+            Places::Pairs(between) => between.grid(),
+            Places::Radial(_) => None,
+        }
     }
 
     /// The weight of each pair.

@@ -10,7 +10,7 @@ pub(super) const AROUND: usize = 9;
 
 /// The pairs of a grid.
 #[derive(Debug, Clone)]
-pub(super) struct PairGrid {
+pub struct PairGrid {
     lights: Triangulation,
     views: Triangulation,
     /// The pair of each view and light, views first.
@@ -43,12 +43,27 @@ impl PairGrid {
         })
     }
 
+    /// The lights.
+    pub fn lights(&self) -> &Triangulation {
+        &self.lights
+    }
+
+    /// The views.
+    pub fn views(&self) -> &Triangulation {
+        &self.views
+    }
+
+    /// The index of a pair among the measured ones.
+    pub fn pair(&self, light: usize, view: usize) -> usize {
+        self.pairs[view * self.light_count + light] as usize
+    }
+
     /// The pairs around one, and their shares.
     pub fn shares(&self, directions: Directions) -> [(usize, f64); AROUND] {
         let (lights, views) = (self.lights.shares(directions.light), self.views.shares(directions.view));
         std::array::from_fn(|i| {
             let ((view, a), (light, b)) = (views[i / 3], lights[i % 3]);
-            (self.pairs[view * self.light_count + light] as usize, a * b)
+            (self.pair(light, view), a * b)
         })
     }
 }

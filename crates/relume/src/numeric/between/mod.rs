@@ -15,8 +15,9 @@ mod nearest;
 mod triangulated;
 
 use crate::direction::Directions;
-use grid::PairGrid;
+pub use grid::PairGrid;
 use nearest::{MOST, PairTree};
+pub use triangulated::{Triangulation, barycentric, projected};
 
 /// A pair within this squared distance of a measured one gets its values.
 const SAME: f64 = 1e-18;
@@ -66,6 +67,14 @@ impl Between {
             Arranged::Scattered(PairTree::new(&points))
         };
         Self(PairGrid::new(pairs).map_or_else(scattered, Arranged::Grid))
+    }
+
+    /// The grid that the pairs form, if they do.
+    pub fn grid(&self) -> Option<&PairGrid> {
+        match &self.0 {
+            Arranged::Grid(grid) => Some(grid),
+            Arranged::Scattered(_) => None,
+        }
     }
 
     /// The measured pairs around a pair, without an allocation.

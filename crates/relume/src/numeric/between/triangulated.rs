@@ -16,11 +16,11 @@ const CELLS: usize = 24;
 const MARGIN: f64 = -1e-9;
 
 /// Three directions and their shares, which sum to 1; a direction may occur with the share 0.
-pub(super) type Shares = [(usize, f64); 3];
+pub type Shares = [(usize, f64); 3];
 
 /// A triangulation of directions.
 #[derive(Debug, Clone)]
-pub(super) struct Triangulation {
+pub struct Triangulation {
     points: Vec<[f64; 2]>,
     triangles: Vec<[usize; 3]>,
     /// The edges of the border.
@@ -60,6 +60,11 @@ impl Triangulation {
         Self { points, triangles, border, cells }
     }
 
+    /// The directions in the stereographic projection from the nadir.
+    pub fn points(&self) -> &[[f64; 2]] {
+        &self.points
+    }
+
     /// The directions around one, and their shares.
     pub fn shares(&self, direction: Direction) -> Shares {
         let place = projected(direction);
@@ -97,7 +102,7 @@ impl Triangulation {
 
 /// The projection from the nadir: the unit disk is the hemisphere, the distance from its centre the tangent of half the
 /// polar angle. Directions below the horizon are those of the horizon.
-fn projected(direction: Direction) -> [f64; 2] {
+pub fn projected(direction: Direction) -> [f64; 2] {
     let scale = 1.0 / (1.0 + direction.z().max(0.0));
     [direction.x() * scale, direction.y() * scale]
 }
@@ -118,7 +123,7 @@ fn in_line(points: &[[f64; 2]]) -> Vec<[usize; 2]> {
 }
 
 /// The shares of three corners at a place.
-fn barycentric(place: [f64; 2], [a, b, c]: [[f64; 2]; 3]) -> [f64; 3] {
+pub fn barycentric(place: [f64; 2], [a, b, c]: [[f64; 2]; 3]) -> [f64; 3] {
     let cross = |[px, py]: [f64; 2], [qx, qy]: [f64; 2], [rx, ry]: [f64; 2]| {
         (qx - px) * (ry - py) - (qy - py) * (rx - px)
     };

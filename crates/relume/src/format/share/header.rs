@@ -1,0 +1,190 @@
+//! The header of a shared texture.
+
+use serde::{Deserialize, Serialize};
+
+use crate::format::TileSetFile;
+
+/// The version of the format; readers refuse others.
+pub const VERSION: u32 = 1;
+
+/// Everything about a shared texture but its planes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ShareHeader {
+    /// Always `share`: the mark of the format.
+    pub relume: String,
+    /// The version of the format.
+    pub version: u32,
+    /// A name for people.
+    pub title: String,
+    /// Width and height in texels.
+    pub size: [usize; 2],
+    /// The encoding of the function values: `linear`, or `srgb`.
+    pub space: String,
+    /// The arrangement of the planes: `luminance`, `rgb`, `lrgb` or `shared`.
+    pub layout: String,
+    /// The number of channels of a relit texel: 1 or 3.
+    pub channels: usize,
+    /// The functions.
+    pub basis: ShareBasis,
+    /// The planes in groups, in the order of the layout.
+    pub planes: Vec<PlaneGroup>,
+    /// The largest difference of a stored coefficient from that of the field.
+    pub error: f32,
+    /// Pictures of what is shown beside the functions.
+    pub maps: Vec<ShareMap>,
+    /// The side of a texel in millimetres, where known.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub mm_per_texel: Option<f64>,
+    /// How tiles that lie one below the other cover a plane.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub cells: Option<ShareCells>,
+}
+
+/// The functions of a shared texture.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ShareBasis {
+    /// Its name.
+    pub name: String,
+    /// The number of functions.
+    pub functions: usize,
+    /// The number of values of a function: 1, or one for each channel.
+    pub channels: usize,
+    /// Whether the functions differ between views.
+    pub depends_on_view: bool,
+    /// Their values over directions, unless readers have formulas for the name, or they were measured on a grid.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub table: Option<ShareTable>,
+    /// Their values at the directions of a grid.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub measured: Option<ShareMeasured>,
+}
+
+/// Functions measured for all of some lights with all of some views ([`super::measured`]).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ShareMeasured {
+    /// The compressed half floats of the values.
+    pub file: String,
+    /// The compressed indices of the directions around each node of the maps of lights and views.
+    pub corners: String,
+    /// Nodes along a side of these maps.
+    pub map_nodes: usize,
+    /// The lights in the stereographic projection.
+    pub lights: Vec<[f32; 2]>,
+    /// The views.
+    pub views: Vec<[f32; 2]>,
+    /// As of a table.
+    pub error_rms: f64,
+    /// As of a table.
+    pub error_max: f64,
+}
+
+/// A table of functions over lights and views ([`super::table`]).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ShareTable {
+    /// The compressed half floats.
+    pub file: String,
+    /// Nodes along a side of the map of lights.
+    pub light_nodes: usize,
+    /// Nodes along a side of the map of views; 1 if they make no difference.
+    pub view_nodes: usize,
+    /// The root of the mean squared difference from the functions at directions spread evenly, over that of the functions.
+    pub error_rms: f64,
+    /// The largest difference there, over the root of the functions' mean square.
+    pub error_max: f64,
+}
+
+/// How numbers are stored in a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum PlaneStorage {
+    /// PNG of 8 bits, grey or red, green and blue: value = scale x code + offset.
+    Png,
+    /// Half floats, little-endian, plane after plane, compressed (RFC 1952, gzip): value = the half.
+    Half,
+}
+
+/// One to three consecutive planes in a file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PlaneGroup {
+    /// Its file.
+    pub file: String,
+    /// How the numbers are stored.
+    pub storage: PlaneStorage,
+    /// The first plane.
+    pub first: usize,
+    /// The number of planes.
+    pub count: usize,
+    /// For codes: the difference between two of them, a number for each plane.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub scale: Vec<f32>,
+    /// For codes: the value of code 0, a number for each plane.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub offset: Vec<f32>,
+}
+
+/// A map of what is shown beside the functions.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ShareMap {
+    /// `normals` (x right, y up, z to the viewer), `height` (in texels) or `albedo` (sRGB).
+    pub role: String,
+    /// Its file.
+    pub file: String,
+    /// How the numbers are stored.
+    pub storage: PlaneStorage,
+    /// For codes: the difference between two of them.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub scale: Option<f32>,
+    /// For codes: the value of code 0.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub offset: Option<f32>,
+    /// The least and the greatest value.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub range: Option<[f32; 2]>,
+}
+
+impl ShareMap {
+    pub(super) fn codes(role: &str, file: &str, [scale, offset]: [f32; 2]) -> Self {
+        let (scale, offset) = (Some(scale), Some(offset));
+        Self { role: role.into(), file: file.into(), storage: PlaneStorage::Png, scale, offset, range: None }
+    }
+
+    pub(super) fn halves(role: &str, file: &str, range: [f32; 2]) -> Self {
+        let (scale, offset) = (None, None);
+        Self {
+            role: role.into(),
+            file: file.into(),
+            storage: PlaneStorage::Half,
+            scale,
+            offset,
+            range: Some(range),
+        }
+    }
+}
+
+/// How tiles cover a plane without end: `numeric::cells` of the library.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ShareCells {
+    /// The number of tiles, one below the other in the planes.
+    pub tiles: usize,
+    /// The step to the cell on the right, in texels: x right, y *down*.
+    pub right: [i64; 2],
+    /// The step to the cell below.
+    pub down: [i64; 2],
+    /// The corner of a tile's rectangle relative to its cell.
+    pub origin: [i64; 2],
+    /// The number of colours of corners; 1 if any tile fits anywhere.
+    pub corners: usize,
+}
+
+impl ShareCells {
+    pub(super) fn of(set: &TileSetFile) -> Self {
+        let cells = &set.cells;
+        Self {
+            tiles: set.count,
+            right: cells.right(),
+            down: cells.down(),
+            origin: cells.origin(),
+            corners: set.corners.count(),
+        }
+    }
+}

@@ -1,0 +1,151 @@
+//! The share format: a texture of functions as web pages and game engines load it.
+//!
+//! A header in JSON ([`ShareHeader`]) names files beside it: coefficient planes as PNG of 8 bits or compressed half floats
+//! ([`planes`]), the functions of a basis without a closed form as a [table](table) over directions or at those [measured], and maps of what
+//! a viewer shows beside the functions (normals, heights, albedo). Values are those of the field, rows from the top;
+//! errors against the field are in the header. `docs/formats.md` has it byte by byte.
+//!
+//! The page of `relume view` and the package `relume-three` read it.
+
+mod header;
+pub mod measured;
+pub mod planes;
+pub mod table;
+
+pub use header::{
+    PlaneGroup, PlaneStorage, ShareBasis, ShareCells, ShareHeader, ShareMap, ShareMeasured, ShareTable,
+    VERSION,
+};
+pub use measured::MeasuredTable;
+pub use table::BasisTable;
+
+use crate::error::{Error, Result};
+use crate::field::ReflectanceField;
+use crate::format::{FieldFile, TileSetFile};
+use crate::job::Job;
+use crate::names::Named;
+use crate::picture::Picture;
+use crate::planes::Planes;
+use planes::{PlaneDepth, SharedPlanes};
+
+/// The name of the header's file.
+pub const HEADER_NAME: &str = "share.json";
+
+/// Bases whose functions readers compute from formulas; all others come with a table.
+pub const CLOSED_FORMS: [&str; 3] = ["constant", "ptm", "hsh9"];
+
+/// The files of a shared texture.
+#[derive(Debug, Clone)]
+pub struct ShareFiles {
+    /// The header; its bytes are [`ShareFiles::header_bytes`].
+    pub header: ShareHeader,
+    /// The files that it names: name and bytes.
+    pub files: Vec<(String, Vec<u8>)>,
+}
+
+/// What is shared beside the functions.
+#[derive(Debug, Default)]
+pub struct ShareExtras<'a> {
+    /// Shown as the page's title.
+    pub title: String,
+    /// Three planes of unit normals.
+    pub normals: Option<&'a Planes>,
+    /// One plane of heights in texels.
+    pub height: Option<&'a Planes>,
+    /// The texture without its shading.
+    pub albedo: Option<&'a Picture>,
+    /// The side of a texel in millimetres, where known.
+    pub mm_per_texel: Option<f64>,
+    /// The cells of a set of tiles that lie one below the other, and the number of tiles.
+    pub tiles: Option<&'a TileSetFile>,
+}
+
+impl ShareFiles {
+    /// The files of a texture.
+    ///
+    /// # Errors
+    /// Channels that form no colour, memory, and a cancelled job.
+    pub fn new(file: &FieldFile, extras: &ShareExtras, depth: PlaneDepth, job: &Job) -> Result<Self> {
+        let field = &file.field;
+        if field.layout().is_named() {
+            return Err(Error::usage(format!(
+                "a texture of the channels {} has no colour to show: choose red, green and blue, or one",
+                field.layout().channel_names().join(", ")
+            )));
+        }
+        let SharedPlanes { groups, mut files, error } = SharedPlanes::new(field, &file.encoding, depth, job)?;
+        let basis = shared_basis(field, &mut files, job)?;
+        let maps = shared_maps(extras, &mut files, job)?;
+        let header = ShareHeader {
+            relume: "share".to_owned(),
+            version: VERSION,
+            title: extras.title.clone(),
+            size: [field.size().width, field.size().height],
+            space: field.space().name().to_owned(),
+            layout: field.layout().name().to_owned(),
+            channels: field.layout().channels(),
+            basis,
+            planes: groups,
+            error,
+            maps,
+            mm_per_texel: extras.mm_per_texel,
+            cells: extras.tiles.map(ShareCells::of),
+        };
+        Ok(Self { header, files })
+    }
+
+    /// The header's bytes.
+    pub fn header_bytes(&self) -> Vec<u8> {
+        serde_json::to_vec_pretty(&self.header).expect("a header is text and finite numbers")
+    }
+}
+
+fn shared_basis(
+    field: &ReflectanceField,
+    files: &mut Vec<(String, Vec<u8>)>,
+    job: &Job,
+) -> Result<ShareBasis> {
+    let basis = field.basis();
+    let (mut table, mut measured) = (None, None);
+    if let Some(found) = MeasuredTable::new(basis, job)? {
+        let names = ["basis.f16.gz", "corners.u16.gz"].map(str::to_owned);
+        files.push((names[0].clone(), planes::compressed(&found.bytes())));
+        files.push((names[1].clone(), planes::compressed(&found.corner_bytes())));
+        measured = Some(found.described(names, basis));
+    } else if !CLOSED_FORMS.contains(&basis.name()) {
+        let found = BasisTable::new(basis, job)?;
+        let name = "basis.f16.gz".to_owned();
+        files.push((name.clone(), planes::compressed(&found.bytes())));
+        table = Some(found.described(name, basis));
+    }
+    Ok(ShareBasis {
+        name: basis.name().to_owned(),
+        functions: basis.len(),
+        channels: basis.channels(),
+        depends_on_view: basis.depends_on_view(),
+        table,
+        measured,
+    })
+}
+
+/// Normals and albedo as pictures of 8 bits, heights as half floats.
+fn shared_maps(extras: &ShareExtras, files: &mut Vec<(String, Vec<u8>)>, job: &Job) -> Result<Vec<ShareMap>> {
+    let mut maps = Vec::new();
+    if let Some(normals) = extras.normals {
+        let stored: Vec<f32> = normals.as_slice().iter().map(|v| v * 0.5 + 0.5).collect();
+        let stored = Planes::from_vec(normals.size(), 3, stored)?;
+        files.push(("normals.png".to_owned(), planes::encode_codes(&stored, job)?));
+        maps.push(ShareMap::codes("normals", "normals.png", [2.0 / 255.0, -1.0]));
+    }
+    if let Some(height) = extras.height {
+        let (low, high) = height.range(0);
+        files.push(("height.f16.gz".to_owned(), planes::halves(height.plane(0))));
+        maps.push(ShareMap::halves("height", "height.f16.gz", [low, high]));
+    }
+    if let Some(albedo) = extras.albedo {
+        let encoded = albedo.to_space(crate::space::Space::Srgb);
+        files.push(("albedo.png".to_owned(), planes::encode_codes(&encoded.planes, job)?));
+        maps.push(ShareMap::codes("albedo", "albedo.png", [1.0 / 255.0, 0.0]));
+    }
+    Ok(maps)
+}

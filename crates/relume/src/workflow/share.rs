@@ -1,0 +1,222 @@
+//! Textures as web pages load them: their planes, and what a viewer shows beside the functions.
+//!
+//! Normals and albedo are those of [`surface::normals`](crate::surface::normals()) and
+//! [`surface::albedo`](crate::surface::albedo); heights are the surface whose slopes are nearest to the normals
+//! ([`surface::integrate`](crate::surface::integrate)).
+
+use crate::direction::Direction;
+use crate::error::Result;
+use crate::field::ReflectanceField;
+use crate::format::share::planes::PlaneDepth;
+use crate::format::share::{ShareExtras, ShareFiles};
+use crate::format::{FieldFile, PictureFormat, TileSetFile, encode_picture_with};
+use crate::job::Job;
+use crate::picture::Picture;
+use crate::planes::Planes;
+use crate::render::relight;
+use crate::size::Size;
+use crate::surface::integrate::{IntegrateOptions, integrate};
+use crate::surface::{STEEPEST, Slopes, albedo, normals};
+
+/// The longer side of a thumbnail, in texels.
+const THUMBNAIL_SIDE: usize = 512;
+/// The quality of a thumbnail's JPEG file.
+const THUMBNAIL_QUALITY: u8 = 80;
+
+/// Bytes of a texel beside those of its planes while it is shared: normals, slopes, heights, albedo, and copies to encode.
+const BYTES_PER_TEXEL: u64 = 128;
+/// Bytes of a coefficient: as it is stored, and while it is compressed.
+const BYTES_PER_COEFFICIENT: u64 = 6;
+
+/// What is shared.
+#[derive(Debug)]
+pub struct ShareOptions {
+    /// A name for people.
+    pub title: String,
+    /// The storage of coefficients.
+    pub depth: PlaneDepth,
+    /// The side of a texel in millimetres, where known.
+    pub mm_per_texel: Option<f64>,
+}
+
+/// The files of a texture.
+///
+/// # Errors
+/// As [`ShareFiles::new`].
+pub fn share(file: &FieldFile, options: &ShareOptions, job: &Job) -> Result<ShareFiles> {
+    check_memory(&file.field, job)?;
+    let normals = normals(&file.field);
+    let slopes = Slopes::from_normals(&normals, STEEPEST)?;
+    let height = integrate(&slopes, &IntegrateOptions::default(), job)?;
+    drop(slopes);
+    with_maps(file, options, &normals, Some(&height), None, job)
+}
+
+/// The files of a set of tiles. Heights are left out, since a tile has none of its own.
+///
+/// # Errors
+/// As [`ShareFiles::new`].
+pub fn share_tiles(set: &TileSetFile, options: &ShareOptions, job: &Job) -> Result<ShareFiles> {
+    check_memory(&set.file.field, job)?;
+    let normals = normals(&set.file.field);
+    with_maps(&set.file, options, &normals, None, Some(set), job)
+}
+
+fn check_memory(field: &ReflectanceField, job: &Job) -> Result<()> {
+    let planes = field.coefficients().count() as u64;
+    job.check("the shared texture", field.size(), BYTES_PER_TEXEL + BYTES_PER_COEFFICIENT * planes)
+}
+
+fn with_maps(
+    file: &FieldFile,
+    options: &ShareOptions,
+    normals: &Planes,
+    height: Option<&Planes>,
+    tiles: Option<&TileSetFile>,
+    job: &Job,
+) -> Result<ShareFiles> {
+    let albedo = albedo(&file.field);
+    let extras = ShareExtras {
+        title: options.title.clone(),
+        normals: Some(normals),
+        height,
+        albedo: Some(&albedo),
+        mm_per_texel: options.mm_per_texel,
+        tiles,
+    };
+    ShareFiles::new(file, &extras, options.depth, job)
+}
+
+/// A small picture of a texture under a light from the upper left, as a JPEG file: the mean of whole squares of texels.
+///
+/// # Errors
+/// As [`encode_picture_with`].
+pub fn thumbnail(field: &ReflectanceField, job: &Job) -> Result<Vec<u8>> {
+    let light = Direction::new(-0.5, 0.5, 0.7).expect("a vector with a length");
+    let picture = relight(field, light).to_space(crate::space::Space::Linear);
+    let Size { width, height } = picture.size();
+    let step = width.max(height).div_ceil(THUMBNAIL_SIDE);
+    let small = Size::new((width / step).max(1), (height / step).max(1));
+    let mut planes = Planes::zeros(small, picture.planes.count());
+    let (across, down) = (step.min(width), step.min(height));
+    for (from, to) in picture.planes.iter().zip(planes.iter_mut()) {
+        for (place, out) in to.iter_mut().enumerate() {
+            let (x, y) = (place % small.width * step, place / small.width * step);
+            let rows = (y..y + down).map(|row| &from[row * width + x..][..across]);
+            *out = rows.flatten().sum::<f32>() / (across * down) as f32;
+        }
+    }
+    let picture = Picture { planes, space: picture.space };
+    encode_picture_with(&picture, PictureFormat::Jpeg { quality: THUMBNAIL_QUALITY }, job)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::field::{Basis, PlaneLayout};
+    use crate::format::share::{CLOSED_FORMS, PlaneStorage, ShareHeader};
+    use crate::format::{Encoding, ExrDepth, decode_field, decode_raster, encode_field};
+    use crate::names::Named;
+    use crate::numeric::random::{Purpose, Stream};
+    use crate::raster::Samples;
+    use crate::space::Space;
+    use std::io::Read;
+
+    fn texture(basis: &Basis, layout: PlaneLayout) -> FieldFile {
+        let (size, mut stream) = (Size::new(13, 7), Stream::new(3, Purpose::Sample, [0]));
+        let count = layout.planes(basis.len());
+        let data = (0..count * size.texels()).map(|_| stream.unit() as f32 - 0.3).collect();
+        let planes = Planes::from_vec(size, count, data).unwrap();
+        let field = ReflectanceField::new(basis.clone(), layout, Space::Linear, planes).unwrap();
+        let encoding = Encoding::Exr(ExrDepth::Float);
+        FieldFile { field, opacity: None, encoding, record: Default::default() }
+    }
+
+    fn options(depth: PlaneDepth) -> ShareOptions {
+        ShareOptions { title: "a <texture>".to_owned(), depth, mm_per_texel: Some(0.1) }
+    }
+
+    /// The planes of shared files, as a reader finds them.
+    fn planes(shared: &ShareFiles) -> Vec<Vec<f32>> {
+        let bytes = |name: &str| &shared.files.iter().find(|(file, _)| file == name).unwrap().1;
+        let mut planes = Vec::new();
+        for group in &shared.header.planes {
+            assert_eq!(group.first, planes.len());
+            match group.storage {
+                PlaneStorage::Half => {
+                    let mut raw = Vec::new();
+                    flate2::read::GzDecoder::new(&bytes(&group.file)[..]).read_to_end(&mut raw).unwrap();
+                    let half = |b: &[u8]| half::f16::from_le_bytes([b[0], b[1]]).to_f32();
+                    let values: Vec<f32> = raw.chunks_exact(2).map(half).collect();
+                    planes.extend(values.chunks_exact(values.len() / group.count).map(<[f32]>::to_vec));
+                }
+                PlaneStorage::Png => {
+                    let raster = decode_raster(bytes(&group.file), &Job::default()).unwrap();
+                    let Samples::U8(codes) = raster.samples() else { panic!("8 bits") };
+                    let plane = |k: usize| {
+                        let codes = codes.iter().skip(k).step_by(group.count);
+                        codes.map(|&c| group.scale[k] * f32::from(c) + group.offset[k]).collect()
+                    };
+                    planes.extend((0..group.count).map(plane));
+                }
+            }
+        }
+        planes
+    }
+
+    #[test]
+    fn planes_come_back_within_the_error_of_the_header() {
+        for basis in Basis::examples() {
+            for layout in PlaneLayout::examples(&basis).into_iter().filter(|layout| !layout.is_named()) {
+                // Large tables take their time once.
+                let depths = if basis.depends_on_view() { &PlaneDepth::ALL[2..] } else { PlaneDepth::ALL };
+                for &depth in depths {
+                    let file = texture(&basis, layout.clone());
+                    let shared = share(&file, &options(depth), &Job::default()).unwrap();
+                    let header: ShareHeader = serde_json::from_slice(&shared.header_bytes()).unwrap();
+                    assert_eq!(header, shared.header);
+                    assert_eq!(header.basis.table.is_none(), CLOSED_FORMS.contains(&basis.name()));
+                    let bound = if depth == PlaneDepth::Eight { 0.6 / 255.0 } else { 1.0 / 2048.0 };
+                    assert!(header.error <= bound, "{depth:?}: {}", header.error);
+                    let found = planes(&shared);
+                    assert_eq!(found.len(), file.field.coefficients().count());
+                    for (a, b) in found.iter().flatten().zip(file.field.coefficients().as_slice()) {
+                        assert!((a - b).abs() <= header.error + 1e-6, "{a} and {b}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_bytes_of_a_ptm_are_shared_as_they_are() {
+        for layout in [PlaneLayout::RGB, PlaneLayout::LRGB] {
+            let field = texture(&Basis::Ptm, layout).field;
+            let field = ReflectanceField::new(
+                Basis::Ptm,
+                field.layout().clone(),
+                Space::Srgb,
+                field.coefficients().clone(),
+            );
+            let bytes = encode_field(&field.unwrap(), crate::format::FieldFormat::Ptm, None, &Job::default())
+                .unwrap();
+            let file = decode_field(&bytes, &Job::default()).unwrap();
+            let shared = share(&file, &options(PlaneDepth::Kept), &Job::default()).unwrap();
+            assert!(shared.header.error < 1e-6, "{}", shared.header.error);
+            assert!(shared.header.planes.iter().all(|group| group.storage == PlaneStorage::Png));
+        }
+    }
+
+    #[test]
+    fn thumbnails_of_odd_sizes_are_small_pictures() {
+        for (width, height) in [(1, 1), (1500, 3), (513, 700)] {
+            let planes = Planes::from_vec(Size::new(width, height), 1, vec![0.5; width * height]).unwrap();
+            let field = ReflectanceField::from_picture(Picture { planes, space: Space::Srgb });
+            let raster =
+                decode_raster(&thumbnail(&field, &Job::default()).unwrap(), &Job::default()).unwrap();
+            assert!(raster.size().width.max(raster.size().height) <= THUMBNAIL_SIDE);
+            let Samples::U8(codes) = raster.samples() else { panic!("8 bits") };
+            assert!(codes.iter().all(|&code| code.abs_diff(128) <= 1));
+        }
+    }
+}

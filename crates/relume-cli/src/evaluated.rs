@@ -77,7 +77,8 @@ impl Args {
         Err(Error::usage("--model-size and --model-seed are for .rlm models, and no input is one"))
     }
 
-    fn tile(&self, model: &FieldModel, job: &Job) -> Result<ReflectanceField> {
+    /// A seamless tile of a model.
+    pub fn tile(&self, model: &FieldModel, job: &Job) -> Result<ReflectanceField> {
         let size = self.model_size.unwrap_or(model.tile_size());
         let seed = self.model_seed.unwrap_or_default();
         model.synthesize(&RealisationOptions { origin: [0, 0], size, seed, period: Some(size) }, job)

@@ -26,6 +26,7 @@ mod signals;
 mod tiling;
 mod usage;
 mod verb;
+mod viewer;
 
 use std::ffi::OsString;
 use std::process::ExitCode;

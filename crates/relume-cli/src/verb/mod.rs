@@ -26,8 +26,10 @@ mod procedural;
 mod relight;
 mod render;
 mod roll;
+mod share;
 mod synth;
 mod tileable;
+mod view;
 
 use std::ffi::OsString;
 
@@ -90,6 +92,10 @@ pub enum Verb {
     Roll(roll::Args),
     /// Make a texture of any size from a sample, or from tiles
     Synth(Box<synth::Args>),
+    /// Write a page that shows textures under moving light, to put on a web server or to send
+    Share(share::Args),
+    /// Look at textures under moving light in the browser
+    View(view::Args),
     /// Make a texture tile by refilling a band along its border
     Tileable(tileable::Args),
     /// Print shell completions
@@ -148,6 +154,8 @@ pub fn run(verb: Verb, context: &Context) -> Result<Report> {
         Verb::Relight(args) => relight::run(&args, context),
         Verb::Render(args) => render::run(&args, context),
         Verb::Roll(args) => roll::run(&args, context),
+        Verb::Share(args) => share::run(&args, context),
+        Verb::View(args) => view::run(&args, context),
         Verb::Synth(args) => synth::run(&args, context),
         Verb::Tileable(args) => tileable::run(&args, context),
         Verb::Completions(args) => completions::run(&args),

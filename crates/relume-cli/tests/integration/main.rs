@@ -29,3 +29,5 @@ mod signals;
 mod sizes;
 mod support;
 mod synth;
+#[cfg(unix)]
+mod viewer;

@@ -158,10 +158,12 @@ const COMMANDS: &[&str] = &[
     "tileable small.ptm -o out.exr --band 3",
     "gallery folder -o out --methods quilting --size 128",
     "demo -o out --lights 8",
+    "share functions.exr -o out",
+    "share functions.ptm -o out.html --single-file",
 ];
 
-/// Verbs that work on no data.
-const WITHOUT_DATA: [&str; 3] = ["completions", "man", "help"];
+/// Verbs that work on no data, and the one that serves what `share` writes until it is interrupted.
+const WITHOUT_DATA: [&str; 4] = ["completions", "man", "help", "view"];
 
 /// The inputs of [`COMMANDS`].
 fn write_inputs(folder: &Path) {

@@ -1,0 +1,115 @@
+//! `relume view`: textures under moving light in the browser, from a server that this machine alone reaches.
+
+mod server;
+mod site;
+
+use std::net::{Ipv4Addr, TcpListener};
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+
+use relume::{Error, Result};
+use serde_json::{Value, json};
+
+use crate::context::Context;
+use crate::report::{Report, write_stderr};
+use crate::viewer::{self, PageData, PlaneArgs, Prepared};
+use crate::{evaluated, paths};
+use site::Site;
+
+/// Arguments of `relume view`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  relume view wool.ptm --open\n  relume view small.ptm large.ptm\n\
+                        The page is at the printed address until Ctrl-C ends the program.")]
+pub struct Args {
+    /// Textures: .ptm, .exr fields, pictures, tiles, .rlm models; several are compared side by side
+    #[arg(required = true, num_args = 1..=16, value_name = "FILE")]
+    files: Vec<PathBuf>,
+    /// Port of the server [default: any that is free]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    port: Option<u16>,
+    /// Open the page in the browser
+    #[arg(long)]
+    open: bool,
+    #[command(flatten)]
+    planes: PlaneArgs,
+    #[command(flatten)]
+    evaluated: evaluated::Args,
+}
+
+/// Reads the textures, prints the address of the page, and serves it until a signal ends the program.
+pub fn run(args: &Args, context: &Context) -> Result<Report> {
+    let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, args.port.unwrap_or(0)));
+    let listener = listener.map_err(|e| match args.port {
+        Some(port) => Error::io(format!("cannot listen on port {port}: name another, or none"), &e),
+        None => Error::io("cannot listen on a port of this machine", &e),
+    })?;
+    let port = listener.local_addr().map_err(|e| Error::io("the server has no address", &e))?.port();
+    let site = site_of(args, port, context)?;
+    let url = site.url();
+    let text = format!("{url}\nThe page is there until Ctrl-C ends this program.");
+    let report = Report::new(text, json!({ "url": url, "port": port }));
+    report.with_warnings(context.job.remarks()).print("view", context)?;
+    if args.open && !open(&url) {
+        write_stderr("relume: no browser could be started: open the address by hand");
+    }
+    server::serve(&listener, &site, &context.job)?;
+    Ok(Report::new("", json!({})))
+}
+
+/// The page and the files of all textures. A file that cannot be shown is said on standard error and on the page.
+fn site_of(args: &Args, port: u16, context: &Context) -> Result<Site> {
+    let mut site = Site::new(port)?;
+    let mut failure = None;
+    let mut entries: Vec<Value> = Vec::new();
+    let mut titles = Vec::new();
+    for (i, path) in args.files.iter().enumerate() {
+        match viewer::prepared(path, None, &args.planes, &args.evaluated, &context.job) {
+            Ok(texture) => {
+                titles.push(texture.title.clone());
+                entries.push(json!({ "title": texture.title, "folder": add(&mut site, i, texture) }));
+            }
+            Err(error) => {
+                context.job.proceed()?;
+                if args.files.len() > 1 {
+                    write_stderr(&format!("relume: {}", paths::on_one_line(&error.to_string())));
+                }
+                entries.push(json!({ "title": paths::text(path), "error": error.to_string() }));
+                failure = Some(error);
+            }
+        }
+    }
+    let Some(title) = titles.first() else {
+        return Err(failure.expect("there is a file"));
+    };
+    let data = PageData { title: title.clone(), textures: entries.into() };
+    site.add("", "text/html; charset=utf-8", viewer::folder_page(&data).into_bytes());
+    site.add(viewer::SCRIPT_NAME, "text/javascript; charset=utf-8", viewer::SCRIPT.as_bytes().to_vec());
+    site.add(viewer::STYLE_NAME, "text/css; charset=utf-8", viewer::STYLE.as_bytes().to_vec());
+    Ok(site)
+}
+
+/// Adds the files of texture `i`; gives the folder in which the page finds them.
+fn add(site: &mut Site, i: usize, texture: Prepared) -> String {
+    let folder = format!("textures/{i}/");
+    for (name, bytes) in texture.files {
+        site.add(&format!("{folder}{name}"), "application/octet-stream", bytes);
+    }
+    if !site.has(viewer::THUMBNAIL_NAME) {
+        site.add(viewer::THUMBNAIL_NAME, "image/jpeg", texture.thumbnail);
+    }
+    folder
+}
+
+/// Starts the browser; false where there is none.
+fn open(url: &str) -> bool {
+    let (program, before): (&str, &[&str]) = if cfg!(target_os = "macos") {
+        ("open", &[])
+    } else if cfg!(windows) {
+        ("explorer", &[])
+    } else {
+        ("xdg-open", &[])
+    };
+    let quiet =
+        Command::new(program).args(before).arg(url).stdout(Stdio::null()).stderr(Stdio::null()).spawn();
+    quiet.is_ok()
+}

@@ -1,0 +1,235 @@
+//! What the server answers: a fixed set of files, to requests that know the token and come from this machine's browser.
+//!
+//! Pages of other sites can make a browser ask servers of its machine. So a request has to name the host by which the
+//! server was announced (against rebinding of names), must not come from another origin, and its path begins with a
+//! random token. Paths are compared as they are: nothing is decoded, joined or looked up on disk.
+
+use std::collections::BTreeMap;
+
+use relume::{Error, ErrorKind, Result};
+
+use crate::viewer::FOLDER_POLICY;
+
+/// Headers of a request that are read; browsers send about fifteen.
+const MOST_HEADERS: usize = 64;
+
+/// The files of a page and the address at which they are.
+#[derive(Debug)]
+pub struct Site {
+    port: u16,
+    token: String,
+    files: BTreeMap<String, SiteFile>,
+}
+
+#[derive(Debug)]
+struct SiteFile {
+    kind: &'static str,
+    bytes: Vec<u8>,
+}
+
+/// The answer to a request.
+#[derive(Debug, PartialEq)]
+pub struct Answer<'a> {
+    /// Status and headers, with the empty line.
+    pub head: String,
+    /// The content; empty for HEAD requests.
+    pub body: &'a [u8],
+}
+
+impl Site {
+    /// A site without files, with a token of 128 random bits.
+    ///
+    /// # Errors
+    /// When the system has no random numbers.
+    pub fn new(port: u16) -> Result<Self> {
+        let mut bytes = [0u8; 16];
+        getrandom::fill(&mut bytes).map_err(|e| {
+            Error::new(ErrorKind::Io, format!("the system gives no random numbers for the address: {e}"))
+        })?;
+        let token = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
+        Ok(Self { port, token, files: BTreeMap::new() })
+    }
+
+    /// The address of the page.
+    pub fn url(&self) -> String {
+        format!("http://127.0.0.1:{}/{}/", self.port, self.token)
+    }
+
+    /// Adds a file by its path below the page; the page itself has the empty name.
+    pub fn add(&mut self, name: &str, kind: &'static str, bytes: Vec<u8>) {
+        self.files.insert(name.to_owned(), SiteFile { kind, bytes });
+    }
+
+    /// Whether there is a file of that name.
+    pub fn has(&self, name: &str) -> bool {
+        self.files.contains_key(name)
+    }
+
+    /// The answer to a request whose head, with its empty line, is in `head`.
+    pub fn answer(&self, head: &[u8]) -> Answer<'_> {
+        let mut headers = [httparse::EMPTY_HEADER; MOST_HEADERS];
+        let mut request = httparse::Request::new(&mut headers);
+        if !matches!(request.parse(head), Ok(httparse::Status::Complete(_))) {
+            return refused("400 Bad Request");
+        }
+        let (Some(method), Some(path)) = (request.method, request.path) else {
+            return refused("400 Bad Request");
+        };
+        if !self.is_from_here(request.headers) {
+            return refused("403 Forbidden");
+        }
+        if !matches!(method, "GET" | "HEAD") {
+            return refused("405 Method Not Allowed");
+        }
+        match self.file(path) {
+            Some(file) => found(file, method == "HEAD"),
+            None => refused("404 Not Found"),
+        }
+    }
+
+    /// The file of a path; a query is ignored.
+    fn file(&self, path: &str) -> Option<&SiteFile> {
+        let path = path.split('?').next()?;
+        let name = path.strip_prefix('/')?.strip_prefix(&*self.token)?.strip_prefix('/')?;
+        self.files.get(name)
+    }
+
+    /// Whether the host is that of the address, and the origin, if any, as well.
+    fn is_from_here(&self, headers: &[httparse::Header]) -> bool {
+        let values = |name: &'static str| {
+            headers.iter().filter(move |h| h.name.eq_ignore_ascii_case(name)).map(|h| h.value)
+        };
+        let hosts = [format!("127.0.0.1:{}", self.port), format!("localhost:{}", self.port)];
+        let is_ours = |value: &[u8]| hosts.iter().any(|host| host.as_bytes() == value);
+        let mut named = values("host");
+        let one_host = named.next().is_some_and(is_ours) && named.next().is_none();
+        one_host && values("origin").all(|origin| origin.strip_prefix(b"http://").is_some_and(is_ours))
+    }
+}
+
+fn found(file: &SiteFile, head_only: bool) -> Answer<'_> {
+    let head = format!(
+        "HTTP/1.1 200 OK\r\nContent-Type: {}\r\nContent-Length: {}\r\nContent-Security-Policy: {FOLDER_POLICY}; \
+         frame-ancestors 'none'\r\n{COMMON}\r\n",
+        file.kind,
+        file.bytes.len()
+    );
+    Answer { head, body: if head_only { &[] } else { &file.bytes } }
+}
+
+/// An answer without content.
+pub fn refused(status: &str) -> Answer<'static> {
+    Answer { head: format!("HTTP/1.1 {status}\r\nContent-Length: 0\r\n{COMMON}\r\n"), body: &[] }
+}
+
+/// Headers of all answers.
+const COMMON: &str = "Connection: close\r\nCache-Control: no-store\r\nX-Content-Type-Options: nosniff\r\n\
+                      Referrer-Policy: no-referrer\r\nCross-Origin-Resource-Policy: same-origin\r\n\
+                      Cross-Origin-Opener-Policy: same-origin\r\n";
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn site() -> Site {
+        let mut site = Site::new(4321).unwrap();
+        site.add("", "text/html; charset=utf-8", b"<p>page".to_vec());
+        site.add("textures/0/share.json", "application/octet-stream", b"{}".to_vec());
+        site
+    }
+
+    fn status(site: &Site, request: &[u8]) -> u16 {
+        let answer = site.answer(request);
+        let status = answer.head.split(' ').nth(1).unwrap().parse().unwrap();
+        assert!(status == 200 || answer.body.is_empty());
+        status
+    }
+
+    fn get(site: &Site, path: &str, headers: &str) -> u16 {
+        status(site, format!("GET {path} HTTP/1.1\r\n{headers}\r\n").as_bytes())
+    }
+
+    #[test]
+    fn files_are_found_by_their_names_alone() {
+        let site = site();
+        let host = "Host: 127.0.0.1:4321\r\n";
+        let path = |rest: &str| format!("/{}{rest}", site.token);
+        for good in ["/", "/textures/0/share.json", "/?x=1"] {
+            assert_eq!(get(&site, &path(good), host), 200, "{good}");
+        }
+        assert_eq!(get(&site, &path("/"), "host: localhost:4321\r\nOrigin: http://localhost:4321\r\n"), 200);
+        for bad in
+            ["", "/textures/0/", "/textures/0", "//", "/./", "/textures/../", "/%2e%2e/", "/share.json"]
+        {
+            assert_eq!(get(&site, &path(bad), host), 404, "{bad}");
+        }
+        for bad in ["/", "//", "/0123/", "/textures/0/share.json"] {
+            assert_eq!(get(&site, bad, host), 404, "{bad}");
+        }
+        let head = format!("HEAD {} HTTP/1.1\r\n{host}\r\n", path("/"));
+        assert!(site.answer(head.as_bytes()).body.is_empty());
+        let post = format!("POST {} HTTP/1.1\r\n{host}\r\n", path("/"));
+        assert_eq!(status(&site, post.as_bytes()), 405);
+    }
+
+    #[test]
+    fn requests_for_other_hosts_and_from_other_origins_are_refused() {
+        let site = site();
+        let path = format!("/{}/", site.token);
+        for headers in [
+            "",
+            "Host: example.org\r\n",
+            "Host: 127.0.0.1\r\n",
+            "Host: 127.0.0.1:4322\r\n",
+            "Host: 127.0.0.1:4321.example.org\r\n",
+            "Host: 127.0.0.1:4321\r\nHost: example.org\r\n",
+            "Host: 127.0.0.1:4321\r\nOrigin: http://example.org\r\n",
+            "Host: 127.0.0.1:4321\r\nOrigin: null\r\n",
+            "Host: 127.0.0.1:4321\r\nOrigin: https://127.0.0.1:4321\r\n",
+            "Host: 127.0.0.1:4321\r\nOrigin: http://127.0.0.1:4321.example.org\r\n",
+        ] {
+            assert_eq!(get(&site, &path, headers), 403, "{headers}");
+        }
+    }
+
+    /// Every way out of the folder that encodings allow, in front of names that exist and names that do not; and
+    /// requests with bytes changed, cut short and repeated.
+    #[test]
+    fn thousands_of_traversals_and_malformed_requests_get_nothing() {
+        let site = site();
+        let host = "Host: 127.0.0.1:4321\r\n";
+        let mut count = 0;
+        let ups = ["..", "%2e%2e", "%2E.", ".%2e", "%252e%252e", "..%00", "%c0%ae%c0%ae", "...", ".", "..;"];
+        let slashes = ["/", "//", "\\", "%2f", "%5c", "%252f", "/./"];
+        let targets = ["etc/passwd", "Cargo.toml", "textures/0/share.json", "windows/win.ini", ""];
+        for (up, slash) in ups.iter().flat_map(|up| slashes.map(|slash| (up, slash))) {
+            for (target, depth) in targets.iter().flat_map(|target| [1, 3, 8].map(|depth| (target, depth))) {
+                let climb = format!("{up}{slash}").repeat(depth);
+                for path in [format!("/{}/{climb}{target}", site.token), format!("/{climb}{target}")] {
+                    assert_ne!(get(&site, &path, host), 200, "{path}");
+                    count += 1;
+                }
+            }
+        }
+        let good = format!("GET /{}/ HTTP/1.1\r\n{host}\r\n", site.token).into_bytes();
+        for cut in 0..good.len() {
+            assert_ne!(status(&site, &good[..cut]), 200, "cut at {cut}");
+            for byte in [0, b'\n', b' ', b'\r', 0x80, 0xff, b':', b'/', b'%'] {
+                let mut changed = good.clone();
+                changed[cut] = byte;
+                // A change that a request survives gives the page itself and nothing else.
+                let answer = site.answer(&changed);
+                assert!(answer.body.is_empty() || answer.body == b"<p>page", "byte {byte} at {cut}");
+                count += 1;
+            }
+        }
+        let many = format!("GET / HTTP/1.1\r\n{}\r\n", "A: b\r\n".repeat(MOST_HEADERS + 1));
+        assert_eq!(status(&site, many.as_bytes()), 400);
+        assert!(count > 2500, "only {count} requests");
+    }
+
+    #[test]
+    fn tokens_differ() {
+        assert_ne!(Site::new(1).unwrap().token, Site::new(1).unwrap().token);
+    }
+}

@@ -1,0 +1,94 @@
+//! The page around the script: one HTML file, with everything else beside it or inside.
+
+use serde_json::Value;
+
+use super::{SCRIPT, SCRIPT_NAME, STYLE, STYLE_NAME, THUMBNAIL_NAME};
+
+const TEMPLATE: &str = include_str!("page/page.html");
+
+/// What a page may load: files beside it and nothing else.
+pub const FOLDER_POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; \
+                                 connect-src 'self'; base-uri 'none'; form-action 'none'";
+/// A page in one file loads nothing.
+const SINGLE_POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; \
+                             img-src blob: data:; base-uri 'none'; form-action 'none'";
+
+/// What the script finds in the page.
+#[derive(Debug)]
+pub struct PageData {
+    /// The page's title.
+    pub title: String,
+    /// `textures`: a list of objects with a `title` and a `folder`, `files` in base64, or an `error`.
+    pub textures: Value,
+}
+
+/// A page with its files beside it.
+pub fn folder_page(data: &PageData) -> String {
+    let head = format!(
+        "<meta property=\"og:title\" content=\"{}\">\n<meta property=\"og:image\" content=\"{THUMBNAIL_NAME}\">\n\
+         <link rel=\"icon\" href=\"{THUMBNAIL_NAME}\">\n<link rel=\"stylesheet\" href=\"{STYLE_NAME}\">",
+        escaped(&data.title)
+    );
+    let script = format!("<script src=\"{SCRIPT_NAME}\"></script>");
+    filled(data, FOLDER_POLICY, &head, &script)
+}
+
+/// A page in one file.
+pub fn single_page(data: &PageData) -> String {
+    let head = format!("<link rel=\"icon\" href=\"data:,\">\n<style>{STYLE}</style>");
+    // The end of a script is written so in strings that stay the same.
+    let script = format!("<script>{}</script>", SCRIPT.replace("</script", "<\\/script"));
+    filled(data, SINGLE_POLICY, &head, &script)
+}
+
+/// The template with its fields filled in, one after another, so that no value is taken for a field.
+fn filled(data: &PageData, policy: &str, head: &str, script: &str) -> String {
+    let title = escaped(&data.title);
+    let json = serde_json::json!({ "title": data.title, "textures": data.textures });
+    // In a script element only the beginning of a tag could end the data.
+    let json = json.to_string().replace('<', "\\u003c");
+    let fields =
+        [("policy", policy), ("title", &*title), ("head", head), ("data", &*json), ("script", script)];
+    let mut page = String::new();
+    let mut rest = TEMPLATE;
+    for (name, value) in fields {
+        let (before, after) = rest.split_once(&format!("{{{{{name}}}}}")).expect("the fields in their order");
+        page.push_str(before);
+        page.push_str(value);
+        rest = after;
+    }
+    page + rest
+}
+
+/// A text in an element or a quoted attribute.
+fn escaped(text: &str) -> String {
+    let replaced = |c: char| match c {
+        '&' => "&amp;".to_owned(),
+        '<' => "&lt;".to_owned(),
+        '>' => "&gt;".to_owned(),
+        '"' => "&quot;".to_owned(),
+        '\'' => "&#39;".to_owned(),
+        other => other.to_string(),
+    };
+    text.chars().map(replaced).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn titles_cannot_leave_their_places() {
+        let title = "</title><script>alert(1)</script>\"{{script}}".to_owned();
+        let textures = serde_json::json!([{ "title": title, "error": "</script><!--" }]);
+        for page in [folder_page, single_page] {
+            let data = PageData { title: title.clone(), textures: textures.clone() };
+            let page = page(&data);
+            assert!(!page.contains("<script>alert"), "a title became a script");
+            assert!(!page.contains("</script><!--"), "an error ended the data");
+            let json = page.split_once("id=\"relume-data\">").unwrap().1.split_once("</script>").unwrap().0;
+            let read: Value = serde_json::from_str(json).unwrap();
+            assert_eq!(read["title"], title.as_str());
+        }
+    }
+}

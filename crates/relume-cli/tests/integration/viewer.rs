@@ -1,0 +1,205 @@
+//! Pages of textures: shared as a folder and as one file, and served to the browser of this machine alone.
+
+use std::fs;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+
+use relume::Size;
+use relume::procedural::Material;
+use serde_json::Value;
+
+use crate::support::{json, names, refused, run, write_material};
+
+fn texture(at: &Path, name: &str) {
+    write_material(&at.join(name), Material::Marble, Size::new(32, 24), 16.0);
+}
+
+/// The data that the program wrote into a page.
+fn data(page: &str) -> Value {
+    let rest = page.split_once("id=\"relume-data\">").unwrap().1;
+    serde_json::from_str(rest.split_once("</script>").unwrap().0).unwrap()
+}
+
+#[test]
+fn a_folder_holds_a_page_and_the_files_that_it_names() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    texture(at, "a.png");
+    texture(at, "b.png");
+    run(at, &["share", "a.png", "b.png", "-o", "out", "--title", "Two <marbles>", "--mm-per-texel", "0.5"]);
+    let found = names(&at.join("out"));
+    assert_eq!(
+        found,
+        ["index.html", "relume-files.json", "textures", "thumbnail.jpg", "viewer.css", "viewer.js"]
+    );
+    let page = fs::read_to_string(at.join("out/index.html")).unwrap();
+    assert!(page.contains("<title>Two &lt;marbles&gt;</title>"));
+    let data = data(&page);
+    for (entry, title) in data["textures"].as_array().unwrap().iter().zip(["a", "b"]) {
+        assert_eq!(entry["title"], title);
+        let texture = at.join("out").join(entry["folder"].as_str().unwrap());
+        let header: Value = serde_json::from_slice(&fs::read(texture.join("share.json")).unwrap()).unwrap();
+        assert_eq!(header["size"], serde_json::json!([32, 24]));
+        assert_eq!(header["mm_per_texel"], 0.5);
+        let files = |list: &str| header[list].as_array().unwrap().clone();
+        let named = [files("planes"), files("maps")].concat();
+        assert_eq!(names(&texture).len(), named.len() + 1);
+        assert!(named.iter().all(|file| texture.join(file["file"].as_str().unwrap()).is_file()));
+    }
+}
+
+#[test]
+fn one_file_holds_everything_and_asks_for_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    texture(at, "a.png");
+    let report = json(at, &["share", "a.png", "--single-file", "-o", "page.html"]);
+    let page = fs::read_to_string(at.join("page.html")).unwrap();
+    assert_eq!(report["bytes"].as_u64().unwrap() as usize, page.len());
+    let policy =
+        page.split_once("Content-Security-Policy\" content=\"").unwrap().1.split('"').next().unwrap();
+    assert!(policy.starts_with("default-src 'none'") && !policy.contains("connect-src"), "{policy}");
+    let head = page.split_once("<body>").unwrap().0;
+    assert!(!head.contains("src=") && !head.contains("href=\"http"), "the page loads something");
+    assert!(data(&page)["textures"][0]["files"]["share.json"].is_string());
+}
+
+#[test]
+fn textures_without_a_colour_are_refused_in_a_sentence() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    fs::write(at.join("broken.ptm"), b"PTM_1.2\nPTM_FORMAT_RGB\n4\n4\n").unwrap();
+    for verb in ["share", "view"] {
+        let extra: &[&str] = if verb == "share" { &["-o", "out"] } else { &[] };
+        let output = Command::new(env!("CARGO_BIN_EXE_relume"))
+            .current_dir(at)
+            .args([verb, "broken.ptm"])
+            .args(extra)
+            .output()
+            .unwrap();
+        let text = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{text}");
+        assert!(text.contains("broken.ptm") && text.lines().count() == 1, "{text}");
+    }
+    refused(at, &["share", "broken.ptm"]);
+    refused(at, &["view"]);
+    refused(at, &["view", "broken.ptm", "--port", "0"]);
+}
+
+/// A running `relume view`.
+struct Server {
+    child: Child,
+    port: u16,
+    path: String,
+}
+
+impl Server {
+    fn start(at: &Path, files: &[&str]) -> Self {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_relume"))
+            .current_dir(at)
+            .arg("view")
+            .args(files)
+            .arg("--json")
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+        let mut text = String::new();
+        while serde_json::from_str::<Value>(&text).is_err() {
+            text += &lines.next().expect("a report").unwrap();
+        }
+        let report: Value = serde_json::from_str(&text).unwrap();
+        let fields: Vec<&str> = report.as_object().unwrap().keys().map(String::as_str).collect();
+        assert_eq!(fields, ["verb", "outputs", "warnings", "url", "port"], "docs/json.md");
+        let port = u16::try_from(report["port"].as_u64().unwrap()).unwrap();
+        let url = report["url"].as_str().unwrap();
+        let path = url.strip_prefix(&format!("http://127.0.0.1:{port}")).unwrap().to_owned();
+        assert_eq!(path.len(), 34, "a token of 32 digits between slashes: {path}");
+        Self { child, port, path }
+    }
+
+    /// Sends bytes; gives all that comes back.
+    fn exchange(&self, bytes: &[u8]) -> Vec<u8> {
+        let mut stream = TcpStream::connect(("127.0.0.1", self.port)).unwrap();
+        // The server may answer and close before it has everything.
+        let _ = stream.write_all(bytes).and_then(|()| stream.shutdown(std::net::Shutdown::Write));
+        let mut answer = Vec::new();
+        let _ = stream.read_to_end(&mut answer);
+        answer
+    }
+
+    fn get(&self, path: &str) -> String {
+        let request = format!("GET {path} HTTP/1.1\r\nHost: 127.0.0.1:{}\r\n\r\n", self.port);
+        String::from_utf8_lossy(&self.exchange(request.as_bytes())).into_owned()
+    }
+
+    /// Ends it as Ctrl-C does, and gives its exit status.
+    fn interrupt(mut self) -> Option<i32> {
+        let sent = Command::new("kill").args(["-INT", &self.child.id().to_string()]).status().unwrap();
+        assert!(sent.success());
+        self.child.wait().unwrap().code()
+    }
+}
+
+#[test]
+fn the_server_gives_its_page_and_ends_with_the_status_of_the_signal() {
+    let folder = tempfile::tempdir().unwrap();
+    texture(folder.path(), "a.png");
+    let server = Server::start(folder.path(), &["a.png", "missing.png"]);
+    let page = server.get(&server.path);
+    assert!(page.starts_with("HTTP/1.1 200 OK\r\n"), "{page}");
+    for header in ["Content-Security-Policy: default-src 'none'", "X-Content-Type-Options: nosniff"] {
+        assert!(page.contains(header), "{header}");
+    }
+    let data = data(&page);
+    assert!(data["textures"][1]["error"].as_str().unwrap().contains("missing.png"));
+    let texture = format!("{}{}share.json", server.path, data["textures"][0]["folder"].as_str().unwrap());
+    assert!(server.get(&texture).contains("\"relume\": \"share\""));
+    assert!(server.get(&format!("{}viewer.js", server.path)).starts_with("HTTP/1.1 200"));
+    assert_eq!(server.interrupt(), Some(130));
+}
+
+#[test]
+fn a_thousand_traversals_and_malformed_requests_get_nothing_and_leave_the_server_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    texture(folder.path(), "a.png");
+    fs::write(folder.path().join("secret.txt"), "hidden words").unwrap();
+    let server = Server::start(folder.path(), &["a.png"]);
+    let mut count = 0;
+    for up in ["..", "%2e%2e", "..%2f", "..\\", "%252e%252e", ".%00.", "....", "%c0%ae%c0%ae"] {
+        for depth in 1..8 {
+            for target in ["secret.txt", "a.png", "etc/passwd", "Cargo.toml", "viewer.js", ""] {
+                let climb = format!("{up}/").repeat(depth);
+                for path in [format!("{}{climb}{target}", server.path), format!("/{climb}{target}")] {
+                    let answer = server.get(&path);
+                    assert!(answer.starts_with("HTTP/1.1 4"), "{path}: {answer}");
+                    assert!(!answer.contains("hidden words"));
+                    count += 1;
+                }
+            }
+        }
+    }
+    let mut state = 1u32;
+    for length in (0..400).chain([5_000, 20_000, 100_000]) {
+        let mut byte = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 24) as u8
+        };
+        let noise: Vec<u8> = (0..length).map(|_| byte()).collect();
+        for request in [noise.clone(), [b"GET / HTTP/1.1\r\n", &*noise, b"\r\n\r\n"].concat()] {
+            let answer = server.exchange(&request);
+            assert!(answer.is_empty() || answer.starts_with(b"HTTP/1.1 4"), "{length} bytes of noise");
+            count += 1;
+        }
+    }
+    assert!(count > 1_000, "only {count} requests");
+    for host in ["example.org", "127.0.0.1", "127.0.0.1:1"] {
+        let request = format!("GET {} HTTP/1.1\r\nHost: {host}\r\n\r\n", server.path);
+        assert!(server.exchange(request.as_bytes()).starts_with(b"HTTP/1.1 403"), "{host}");
+    }
+    assert!(server.get(&server.path).starts_with("HTTP/1.1 200"), "the server still answers");
+    assert_eq!(server.interrupt(), Some(130));
+}

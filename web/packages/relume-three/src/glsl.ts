@@ -1,0 +1,264 @@
+// The shaders of ReflectanceMaterial. Row 0 of a texture is its top, and texture coordinates have v up.
+
+export const VERTEX = `
+in vec4 tangent;
+out vec3 worldPosition, worldNormal, worldTangent;
+out float handedness;
+out vec2 place;
+uniform vec2 tiling, shift;
+void main() {
+  vec4 world = modelMatrix * vec4(position, 1.0);
+  worldPosition = world.xyz;
+  worldNormal = mat3(modelMatrix) * normal;
+  worldTangent = mat3(modelMatrix) * tangent.xyz;
+  handedness = tangent.w < 0.0 ? -1.0 : 1.0;
+  place = uv * tiling + shift;
+  gl_Position = projectionMatrix * viewMatrix * world;
+}`;
+
+/** Look-ups of coefficients at the place of a fragment. */
+export const LOOKUP = `
+uniform sampler2DArray planes;
+uniform vec2 texels;
+uniform float sharpen, radius;
+#if CELLS
+uniform ivec2 right, down, origin, baseCell;
+uniform int oneTile, showCells;
+int tile;
+uvec4 hash4(uvec4 v) {
+  v = v * 1664525u + 1013904223u;
+  for (int round = 0; round < 2; round++) {
+    v.x += v.y * v.w; v.y += v.z * v.x; v.z += v.x * v.y; v.w += v.y * v.z;
+    if (round == 0) v ^= v >> 16u;
+  }
+  return v;
+}
+int floorDivide(int a, int b) {
+  int q = int(floor(float(a) / float(b))), rest = a - q * b;
+  return rest < 0 ? q - 1 : rest >= b ? q + 1 : q;
+}
+#endif
+uniform bool crisp, clipped;
+vec2 at, dx, dy;
+float level;
+void findPlace() {
+  vec2 coordinates = vec2(place.x, 1.0 - place.y);
+  if (clipped && (min(place.x, place.y) < 0.0 || max(place.x, place.y) > 1.0)) discard;
+  dx = dFdx(coordinates);
+  dy = dFdy(coordinates);
+  level = log2(max(max(length(dx * texels), length(dy * texels)), 1.0));
+  at = coordinates;
+#if CELLS
+  ivec2 p = ivec2(floor(coordinates * texels));
+  int area = right.x * down.y - right.y * down.x;
+  ivec2 cell = ivec2(floorDivide(p.x * down.y - p.y * down.x, area), floorDivide(right.x * p.y - right.y * p.x, area));
+  tile = oneTile == 1 ? 0 : int((hash4(uvec4(uvec2(baseCell + cell), 0u, 0u)).x >> 16u) % uint(TILES));
+  at = (coordinates * texels - vec2(cell.x * right + cell.y * down + origin)) / texels;
+#endif
+  if (crisp) at = (floor(at * texels) + 0.5) / texels;
+}
+float layerIndex(int k) {
+#if CELLS
+  return float(k * TILES + tile);
+#else
+  return float(k);
+#endif
+}
+vec4 sampled(sampler2DArray source, int k) {
+#if ANISOTROPIC
+  return textureGrad(source, vec3(at, layerIndex(k)), dx, dy);
+#else
+  return textureLod(source, vec3(at, layerIndex(k)), level);
+#endif
+}
+vec4 blurred(sampler2DArray source, int k) { return textureLod(source, vec3(at, layerIndex(k)), level + radius); }
+bool blurOnly = false;
+vec4 layer(int k) {
+  if (blurOnly) return blurred(planes, k);
+  vec4 here = sampled(planes, k);
+  return sharpen == 0.0 ? here : here + sharpen * (here - blurred(planes, k));
+}`;
+
+/** The value of the functions at the place, in the space of the texture. */
+export const EVALUATE = `
+vec3 evaluate() {
+  vec3 sum = vec3(0.0);
+  for (int g = 0; g < GROUPS; g++) {
+    vec4 w = weightGroup(0, g);
+#if ARRANGEMENT == 0
+    for (int j = 0; j < 4; j++) if (4 * g + j < FUNCTIONS) sum += w[j] * layer(4 * g + j).rgb;
+#else
+    vec4 c = layer(g);
+#if CHANNELS == 3
+    sum += vec3(dot(w, c), dot(weightGroup(1, g), c), dot(weightGroup(2, g), c));
+#else
+    sum += vec3(dot(w, c));
+#endif
+#endif
+  }
+#if ARRANGEMENT == 2
+  sum *= layer(GROUPS).rgb;
+#endif
+  return sum;
+}
+vec3 valueFor(vec3 light, vec3 view) {
+  fillWeights(light, view);
+  return evaluate();
+}
+vec3 toLinear(vec3 v) {
+#if SRGB
+  v = mix(v / 12.92, pow(max(v + 0.055, 0.0) / 1.055, vec3(2.4)), step(vec3(0.04045), v));
+#endif
+  return max(v, 0.0);
+}`;
+
+/** Weights of bases with formulas. */
+export const CLOSED = `
+vec4 closedForm[GROUPS];
+vec4 weightGroup(int channel, int group) { return closedForm[group]; }`;
+
+/** What is shown, by mode; and the lights. */
+export const FRAGMENT = `
+in vec3 worldPosition, worldNormal, worldTangent;
+in float handedness;
+in vec2 place;
+out vec4 shown;
+uniform int mode, lights;
+uniform vec3 lightDirection[MOST_LIGHTS], lightColor[MOST_LIGHTS];
+uniform float gain, exposure, gloss, roughness;
+uniform bool flat_;
+uniform vec3 plainLight;
+uniform vec2 heightRange;
+#if MAPS
+uniform sampler2DArray maps;
+#endif
+//LOOKUP
+//WEIGHTS
+//EVALUATE
+const vec3 LUMINANCE = vec3(0.2126, 0.7152, 0.0722);
+vec3 tangentX, tangentY, tangentZ, eye;
+void findFrame() {
+  if (flat_) {
+    tangentX = vec3(1.0, 0.0, 0.0);
+    tangentY = vec3(0.0, 1.0, 0.0);
+    tangentZ = eye = vec3(0.0, 0.0, 1.0);
+    return;
+  }
+  eye = normalize(isOrthographic ? vec3(viewMatrix[0].z, viewMatrix[1].z, viewMatrix[2].z) : cameraPosition - worldPosition);
+  vec3 along = dFdx(worldPosition), across = dFdy(worldPosition);
+  vec3 n = normalize(worldNormal), t = worldTangent;
+  if (dot(t, t) < 1e-12) {
+    // Without tangents: dP/ds from the slopes on the screen.
+    vec2 a = dFdx(place), b = dFdy(place);
+    t = (along * b.y - across * a.y) * sign(a.x * b.y - a.y * b.x);
+  }
+  vec3 face = cross(along, across);
+  if (dot(face, n) < 0.0) face = -face;
+  tangentX = normalize(t - n * dot(n, t));
+  tangentY = cross(n, tangentX) * handedness;
+  tangentZ = dot(face, eye) < 0.0 ? -n : n;
+}
+vec3 inFrame(vec3 d) { return vec3(dot(d, tangentX), dot(d, tangentY), dot(d, tangentZ)); }
+vec3 fromDisk(vec2 d) {
+  d /= max(length(d), 1.0);
+  return vec3(d, sqrt(max(0.0, 1.0 - dot(d, d))));
+}
+float attachedShare(float cosine) {
+  if (flat_) return cosine > 0.0 ? 1.0 : 0.0;
+  float t = clamp(cosine / 0.1, 0.0, 1.0);
+  return t * t * (3.0 - 2.0 * t);
+}
+vec4 normalAndHeight() {
+#if MAPS
+  vec4 here = sampled(maps, 0);
+  return vec4(normalize(here.xyz), here.w);
+#else
+  return vec4(0.0, 0.0, 1.0, 0.0);
+#endif
+}
+vec3 albedo() {
+#if MAPS
+  return sampled(maps, 1).rgb;
+#else
+  return vec3(1.0);
+#endif
+}
+// GGX with height-correlated Smith shadowing and Schlick's Fresnel term, times pi (the library's microfacet.rs).
+float lobe(vec3 n, vec3 l, vec3 v) {
+  float nl = dot(n, l), nv = dot(n, v);
+  vec3 sum = l + v;
+  if (nl <= 0.0 || nv <= 0.0 || dot(sum, sum) < 1e-12) return 0.0;
+  vec3 h = normalize(sum);
+  float alpha = max(roughness, 0.05) * max(roughness, 0.05), a2 = alpha * alpha, nh = dot(n, h);
+  float t = nh * nh * (a2 - 1.0) + 1.0, distribution = a2 / t / t;
+  float visibility = 0.5 / max(nl * sqrt(a2 + (1.0 - a2) * nv * nv) + nv * sqrt(a2 + (1.0 - a2) * nl * nl), 1e-9);
+  float fresnel = gloss + (1.0 - gloss) * pow(1.0 - clamp(dot(l, h), 0.0, 1.0), 5.0);
+  return distribution * visibility * fresnel * nl;
+}
+// The function about its value at the normal, with its differences multiplied: f(n) + f'(n)(l - n) + g (f(l) - f(n) - f'(n)(l - n)).
+vec3 diffuseGain(vec3 l, vec3 v, vec3 n) {
+  vec3 peak = valueFor(n, v), value = valueFor(l, v);
+  const float STEP = 1.0 / 64.0;
+  vec2 from = n.xy / max(1.0, length(n.xy) / 0.98), d = l.xy - n.xy;
+  vec3 slopeX = (valueFor(fromDisk(from + vec2(STEP, 0.0)), v) - valueFor(fromDisk(from - vec2(STEP, 0.0)), v)) / (2.0 * STEP);
+  vec3 slopeY = (valueFor(fromDisk(from + vec2(0.0, STEP)), v) - valueFor(fromDisk(from - vec2(0.0, STEP)), v)) / (2.0 * STEP);
+  vec3 tangentPlane = peak + slopeX * d.x + slopeY * d.y;
+  return tangentPlane + gain * (value - tangentPlane);
+}
+// Blue to red over 0..1 through green and yellow.
+vec3 heat(float t) {
+  t = clamp(t, 0.0, 1.0);
+  return clamp(vec3(1.5 - abs(4.0 * t - 3.0), 1.5 - abs(4.0 * t - 2.0), 1.5 - abs(4.0 * t - 1.0)), 0.0, 1.0);
+}
+vec3 underLight(vec3 l, vec3 v, vec3 n) {
+  if (mode == DIFFUSE_GAIN) return toLinear(diffuseGain(l, v, n));
+  if (mode == PLAIN) return toLinear(valueFor(plainLight, vec3(0.0, 0.0, 1.0))) * l.z;
+  if (mode == UNSHARP_NORMALS) {
+#if MAPS
+    vec3 sharp = normalize(n + gain * (n - blurred(maps, 0).xyz));
+    return toLinear(albedo() * max(dot(sharp, l), 0.0));
+#endif
+  }
+  vec3 value = valueFor(l, v);
+  if (mode == SPECULAR) {
+    float luminance = max(dot(value, LUMINANCE), 0.0);
+    return toLinear(0.4 * value + 0.7 * gain * pow(max(dot(n, normalize(l + v)), 0.0), 75.0) * luminance);
+  }
+  if (mode == UNSHARP_LUMINANCE) {
+    blurOnly = true;
+    float soft = dot(evaluate(), LUMINANCE), sharp = dot(value, LUMINANCE);
+    blurOnly = false;
+    value *= max(sharp + gain * (sharp - soft), 0.0) / max(sharp, 1e-4);
+  }
+  if (mode == SHADING) {
+    vec3 body = albedo();
+    float share = dot(value, LUMINANCE) / max(dot(body, LUMINANCE), 1e-3);
+    return toLinear(vec3(share));
+  }
+  vec3 color = toLinear(value);
+  return gloss > 0.0 ? color + lobe(n, l, v) : color;
+}
+void main() {
+  findPlace();
+  findFrame();
+  bool needsNormals = gloss > 0.0 || (mode != DEFAULT && mode != PLAIN && mode != ALBEDO && mode != SHADING);
+  vec4 relief = needsNormals ? normalAndHeight() : vec4(0.0, 0.0, 1.0, 0.0);
+  vec3 n = relief.xyz;
+  if (mode == NORMALS) { shown = vec4(n * 0.5 + 0.5, 1.0); return; }
+  if (mode == ALBEDO) { shown = vec4(albedo(), 1.0); return; }
+  if (mode == HEIGHT) { shown = vec4(vec3((relief.w - heightRange.x) / (heightRange.y - heightRange.x)), 1.0); return; }
+  if (mode == SLOPE) { shown = vec4(heat(acos(clamp(n.z, -1.0, 1.0)) / 1.0471976), 1.0); return; }
+  vec3 v = inFrame(eye), sum = vec3(0.0);
+  v = fromDisk(v.xy);
+  for (int i = 0; i < MOST_LIGHTS; i++) {
+    if (i >= lights) break;
+    vec3 l = inFrame(lightDirection[i]);
+    float lit = attachedShare(l.z);
+    if (lit > 0.0) sum += lit * lightColor[i] * underLight(fromDisk(l.xy), v, n);
+  }
+#if CELLS
+  if (showCells == 1) sum = mix(sum, fract(vec3(0.61, 0.37, 0.83) * float(tile + 1)), 0.35);
+#endif
+  shown = vec4(sum * exposure, 1.0);
+  shown = linearToOutputTexel(shown);
+}`;

@@ -1,0 +1,22 @@
+import { DataUtils } from "three";
+
+/** Half floats (IEEE 754 binary16) of numbers. */
+export function halvesFrom(values: ArrayLike<number>): Uint16Array {
+  const halves = new Uint16Array(values.length);
+  for (let i = 0; i < values.length; i++) halves[i] = DataUtils.toHalfFloat(clamped(values[i] ?? 0));
+  return halves;
+}
+
+/** The number of a half float. */
+export function fromHalf(half: number): number {
+  return DataUtils.fromHalfFloat(half);
+}
+
+/** The half floats of 256 codes. */
+export function halvesOfCodes(scale: number, offset: number): Uint16Array {
+  return halvesFrom(Float32Array.from({ length: 256 }, (_, code) => scale * code + offset));
+}
+
+function clamped(value: number): number {
+  return Math.min(65504, Math.max(-65504, value));
+}

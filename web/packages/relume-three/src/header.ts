@@ -1,0 +1,95 @@
+import { hasClosedForm } from "./basis.js";
+import { type FieldCells, FieldError, type FieldLayout, type FieldSpace, planeCount } from "./field.js";
+
+/** How numbers are stored in a file. */
+export type Storage = "png" | "half";
+
+export interface PlaneGroup {
+  file: string;
+  storage: Storage;
+  first: number;
+  count: number;
+  scale?: number[];
+  offset?: number[];
+}
+
+export interface ShareMap {
+  role: string;
+  file: string;
+  storage: Storage;
+  scale?: number;
+  offset?: number;
+}
+
+export interface ShareTable {
+  file: string;
+  light_nodes: number;
+  view_nodes: number;
+}
+
+export interface ShareMeasured {
+  file: string;
+  corners: string;
+  map_nodes: number;
+  lights: [number, number][];
+  views: [number, number][];
+}
+
+/** The header of a shared texture (docs/formats.md). */
+export interface ShareHeader {
+  relume: "share";
+  version: 1;
+  title: string;
+  size: [number, number];
+  space: FieldSpace;
+  layout: FieldLayout;
+  channels: 1 | 3;
+  basis: { name: string; functions: number; channels: number; depends_on_view: boolean; table?: ShareTable; measured?: ShareMeasured };
+  planes: PlaneGroup[];
+  error: number;
+  maps: ShareMap[];
+  mm_per_texel?: number;
+  cells?: FieldCells;
+}
+
+const MOST_SIDE = 16384;
+const MOST_FUNCTIONS = 1024;
+
+/** Checks a header that was read from a file. */
+export function parseHeader(text: string): ShareHeader {
+  let header: ShareHeader;
+  try {
+    header = JSON.parse(text) as ShareHeader;
+  } catch {
+    throw new FieldError("the header is not JSON: write the texture anew with relume share");
+  }
+  const wrong = fault(header);
+  if (wrong !== null) throw new FieldError(wrong);
+  return header;
+}
+
+/** What is wrong with a header, or null. The types are those of the format; a file may hold anything. */
+function fault(header: ShareHeader): string | null {
+  if (typeof header !== "object" || (header as unknown) === null || header.relume !== "share") return "the file is not the header of a shared texture";
+  if (header.version !== 1) return `the shared texture has version ${String(header.version)}: this page reads version 1`;
+  const isCount = (n: unknown, most: number): boolean => Number.isInteger(n) && (n as number) >= 1 && (n as number) <= most;
+  if (!Array.isArray(header.size) || !header.size.every((side) => isCount(side, 1 << 20))) return "the shared texture has no size";
+  if (header.size[0] > MOST_SIDE) return `the texture is ${header.size.join(" x ")} texels: at most ${MOST_SIDE} across can be shown`;
+  if (!["linear", "srgb"].includes(header.space)) return "the shared texture has an unknown space";
+  if (!["luminance", "rgb", "lrgb", "shared"].includes(header.layout)) return "the shared texture has an unknown layout";
+  const basis = header.basis;
+  if (typeof basis?.name !== "string" || !isCount(basis.functions, MOST_FUNCTIONS)) return "the shared texture has no basis";
+  if (!basis.table && !basis.measured && !hasClosedForm(basis.name)) return `the basis ${basis.name} comes without a table`;
+  return planesFault(header);
+}
+
+function planesFault({ planes, layout, basis }: ShareHeader): string | null {
+  if (!Array.isArray(planes)) return "the shared texture has no planes";
+  let next = 0;
+  for (const group of planes) {
+    if (group.first !== next || !(group.count >= 1 && group.count <= 3) || typeof group.file !== "string") return "the planes of the shared texture are out of order";
+    next += group.count;
+  }
+  const expected = planeCount(layout, basis.functions);
+  return next === expected ? null : `the shared texture has ${next} planes: expected ${expected}`;
+}

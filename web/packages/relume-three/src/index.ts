@@ -1,0 +1,9 @@
+/** Reflectance textures in three.js: texels that are functions of light and view. */
+export { weights, hasClosedForm } from "./basis.js";
+export { MeasuredBasis } from "./measured.js";
+export { BasisTable } from "./table.js";
+export { type FieldData, type FieldLayout, type FieldSpace, FieldError } from "./field.js";
+export { type ShareHeader, parseHeader } from "./header.js";
+export { type FileSource, folderSource, loadShare, memorySource } from "./share.js";
+export { ReflectanceTexture } from "./texture.js";
+export { ReflectanceMaterial, type ReflectanceLight, MODES, type Mode } from "./material.js";

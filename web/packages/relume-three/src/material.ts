@@ -1,0 +1,130 @@
+import { DoubleSide, GLSL3, ShaderMaterial, Vector2, Vector3 } from "three";
+import { CLOSED_FORM_GLSL } from "./basis.js";
+import { CLOSED, EVALUATE, FRAGMENT, LOOKUP, VERTEX } from "./glsl.js";
+import type { FieldData } from "./field.js";
+import { MEASURED_GLSL, MeasuredBasis } from "./measured.js";
+import { BasisTable, TABLE_GLSL } from "./table.js";
+import type { ReflectanceTexture } from "./texture.js";
+
+/** A light at infinity, in world space; colour 1 is the light of the photographs. */
+export interface ReflectanceLight {
+  direction: [number, number, number];
+  color: [number, number, number];
+}
+
+/** What is shown of a texture. */
+export const MODES = [
+  "default", "diffuse-gain", "specular", "unsharp-luminance", "unsharp-normals", "unsharp-coefficients",
+  "normals", "albedo", "height", "slope", "shading", "plain",
+] as const;
+export type Mode = (typeof MODES)[number];
+
+const MOST_LIGHTS = 4;
+const ARRANGEMENTS = { color: 0, packed: 1, product: 2 };
+
+/**
+ * Shows a texture of functions on any geometry with normals and texture coordinates. Light is looked up in the tangent
+ * frame of each fragment: from the attribute `tangent` if there is one, from the slopes on the screen otherwise.
+ */
+export class ReflectanceMaterial extends ShaderMaterial {
+  constructor(texture: ReflectanceTexture) {
+    super({ glslVersion: GLSL3, vertexShader: VERTEX, fragmentShader: fragmentFor(texture), side: DoubleSide });
+    this.defines = definesFor(texture);
+    const cells = texture.data.cells;
+    const pair = (values: [number, number] | undefined): Vector2 => new Vector2(...(values ?? [0, 0]));
+    this.uniforms = {
+      planes: { value: texture.planes },
+      maps: { value: texture.maps },
+      basisTable: { value: texture.basisTable },
+      cornerMap: { value: texture.cornerMap },
+      directionPoints: { value: texture.directionPoints },
+      texels: { value: new Vector2(texture.width, texture.height) },
+      heightRange: { value: new Vector2(...texture.heightRange) },
+      tiling: { value: new Vector2(1, 1) },
+      shift: { value: new Vector2(0, 0) },
+      mode: { value: 0 },
+      lights: { value: 0 },
+      lightDirection: { value: Array.from({ length: MOST_LIGHTS }, () => new Vector3(0, 0, 1)) },
+      lightColor: { value: Array.from({ length: MOST_LIGHTS }, () => new Vector3()) },
+      plainLight: { value: new Vector3(0, 0, 1) },
+      gain: { value: 1 },
+      sharpen: { value: 0 },
+      radius: { value: 2.5 },
+      exposure: { value: 1 },
+      gloss: { value: 0 },
+      roughness: { value: 0.6 },
+      flat_: { value: false },
+      right: { value: pair(cells?.right) },
+      down: { value: pair(cells?.down) },
+      origin: { value: pair(cells?.origin) },
+      baseCell: { value: new Vector2(0, 0) },
+      crisp: { value: false },
+      clipped: { value: false },
+      oneTile: { value: 0 },
+      showCells: { value: 0 },
+    };
+    this.directionalLights = [{ direction: [-0.5, 0.5, 0.7], color: [1, 1, 1] }];
+  }
+
+  /** The lights, at most four; directions of any length, in world space. */
+  set directionalLights(lights: ReflectanceLight[]) {
+    this.set("lights", Math.min(lights.length, MOST_LIGHTS));
+    lights.slice(0, MOST_LIGHTS).forEach(({ direction, color }, i) => {
+      (this.uniforms["lightDirection"]?.value as Vector3[])[i]?.set(...direction).normalize();
+      (this.uniforms["lightColor"]?.value as Vector3[])[i]?.set(...color);
+    });
+  }
+
+  /** What is shown, and how strongly its effect. */
+  setMode(mode: Mode, gain: number): void {
+    this.set("mode", MODES.indexOf(mode));
+    this.set("gain", gain);
+    this.set("sharpen", mode === "unsharp-coefficients" ? gain : 0);
+  }
+
+  /** How often the texture repeats over texture coordinates 0..1, and where it begins. */
+  setTiling(across: number, down: number, shiftX = 0, shiftY = 0): void {
+    (this.uniforms["tiling"]?.value as Vector2).set(across, down);
+    (this.uniforms["shift"]?.value as Vector2).set(shiftX, shiftY);
+  }
+
+  set(name: string, value: number | boolean): void {
+    const uniform = this.uniforms[name];
+    if (uniform) uniform.value = value;
+  }
+}
+
+function definesFor(texture: ReflectanceTexture): Record<string, number> {
+  const { data } = texture;
+  const modes = Object.fromEntries(MODES.map((mode, i) => [mode.toUpperCase().replaceAll("-", "_"), i]));
+  return {
+    ...modes,
+    MOST_LIGHTS,
+    FUNCTIONS: data.functions,
+    GROUPS: Math.ceil(data.functions / 4),
+    CHANNELS: data.layout === "shared" ? 3 : 1,
+    ARRANGEMENT: ARRANGEMENTS[texture.arrangement],
+    SRGB: data.space === "srgb" ? 1 : 0,
+    MAPS: texture.maps ? 1 : 0,
+    ANISOTROPIC: texture.planes.anisotropy > 1 ? 1 : 0,
+    CELLS: data.cells ? 1 : 0,
+    TILES: texture.tiles,
+    LIGHT_NODES: data.table instanceof BasisTable ? data.table.lightNodes : 2,
+    VIEW_NODES: data.table instanceof BasisTable ? data.table.viewNodes : 1,
+    MAP_NODES: data.table instanceof MeasuredBasis ? data.table.mapNodes : 1,
+  };
+}
+
+function fragmentFor({ data }: ReflectanceTexture): string {
+  const weights = weightsFor(data);
+  const precisions = "precision highp float;\nprecision highp int;\nprecision highp sampler2DArray;\n";
+  return precisions + FRAGMENT.replace("//LOOKUP", LOOKUP).replace("//WEIGHTS", weights).replace("//EVALUATE", EVALUATE);
+}
+
+/** The functions in GLSL: measured, tabulated, or by formulas. */
+function weightsFor({ table, basis }: FieldData): string {
+  if (table instanceof MeasuredBasis) return MEASURED_GLSL;
+  if (table) return TABLE_GLSL;
+  const formulas = CLOSED_FORM_GLSL[basis] ?? "";
+  return `${CLOSED}\n${formulas}\nvoid fillWeights(vec3 light, vec3 view) { fillClosedForm(light); }`;
+}

@@ -1,0 +1,117 @@
+import { type FieldData, FieldError, type FieldMap, planeCount } from "./field.js";
+import { halvesOfCodes, fromHalf } from "./half.js";
+import { type PlaneGroup, parseHeader, type ShareHeader, type ShareMap } from "./header.js";
+import { MeasuredBasis } from "./measured.js";
+import { decodePng, inflated } from "./png.js";
+import { BasisTable } from "./table.js";
+
+/** Gives the bytes of a file of a shared texture by its name. */
+export type FileSource = (name: string) => Promise<Uint8Array>;
+
+/** The files of a folder on a web server. */
+export function folderSource(url: string): FileSource {
+  const base = url.endsWith("/") ? url : `${url}/`;
+  return async (name) => {
+    const response = await fetch(base + encodeURIComponent(name));
+    if (!response.ok) throw new FieldError(`${name} cannot be loaded: the server answers ${response.status}`);
+    return new Uint8Array(await response.arrayBuffer());
+  };
+}
+
+/** Files in memory, in base64. */
+export function memorySource(files: Record<string, string>): FileSource {
+  return async (name) => {
+    const text = Object.hasOwn(files, name) ? files[name] : undefined;
+    if (text === undefined) throw new FieldError(`${name} is missing`);
+    return Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+  };
+}
+
+/** Loads a shared texture; `progress` gets the share of its files that has arrived. */
+export async function loadShare(source: FileSource, progress: (share: number) => void = () => undefined): Promise<FieldData> {
+  const header = parseHeader(new TextDecoder().decode(await source("share.json")));
+  const total = header.planes.length + header.maps.length + 1;
+  let done = 0;
+  const counted = async <T>(work: Promise<T>): Promise<T> => {
+    const result = await work;
+    progress(++done / total);
+    return result;
+  };
+  const texels = header.size[0] * header.size[1];
+  const [table, maps, groups] = await Promise.all([
+    counted(loadTable(header, source)),
+    Promise.all(header.maps.map((map) => counted(loadMap(map, texels, source)))),
+    Promise.all(header.planes.map((group) => counted(loadGroup(group, texels, source)))),
+  ]);
+  const planes = groups.flat();
+  if (planes.length !== planeCount(header.layout, header.basis.functions)) throw new FieldError("planes are missing");
+  const map = (role: string): FieldMap | null => maps[header.maps.findIndex((map) => map.role === role)] ?? null;
+  return {
+    title: header.title,
+    width: header.size[0],
+    height: header.size[1],
+    space: header.space,
+    layout: header.layout,
+    channels: header.channels,
+    basis: header.basis.name,
+    functions: header.basis.functions,
+    dependsOnView: header.basis.depends_on_view,
+    table,
+    planes,
+    normals: map("normals"),
+    heights: map("height"),
+    albedo: map("albedo"),
+    mmPerTexel: header.mm_per_texel ?? null,
+    cells: header.cells ?? null,
+  };
+}
+
+async function loadTable({ basis }: ShareHeader, source: FileSource): Promise<FieldData["table"]> {
+  const { functions, channels, table, measured } = basis;
+  const numbers = async (file: string): Promise<Uint16Array> => halves(await inflated([await source(file)], "gzip"));
+  if (measured) {
+    const [values, corners] = await Promise.all([numbers(measured.file), numbers(measured.corners)]);
+    return new MeasuredBasis(measured.lights, measured.views, functions, channels, values, measured.map_nodes, corners);
+  }
+  return table ? new BasisTable(table.light_nodes, table.view_nodes, functions, channels, await numbers(table.file)) : null;
+}
+
+/** The planes of a group as half floats. */
+async function loadGroup(group: PlaneGroup, texels: number, source: FileSource): Promise<Uint16Array[]> {
+  const bytes = await source(group.file);
+  const range = Array.from({ length: group.count }, (_, k) => k);
+  if (group.storage === "half") {
+    const values = halves(await inflated([bytes], "gzip"));
+    if (values.length !== group.count * texels) throw new FieldError(`${group.file} has ${values.length} numbers: expected ${group.count * texels}`);
+    return range.map((k) => values.subarray(k * texels, (k + 1) * texels));
+  }
+  const { codes, channels } = await decodePng(bytes);
+  if (codes.length !== channels * texels || channels < group.count) throw new FieldError(`${group.file} has another size than the texture`);
+  return range.map((k) => {
+    const values = halvesOfCodes(group.scale?.[k] ?? 1 / 255, group.offset?.[k] ?? 0);
+    const plane = new Uint16Array(texels);
+    for (let i = 0, at = k; i < texels; i++, at += channels) plane[i] = values[codes[at] ?? 0] ?? 0;
+    return plane;
+  });
+}
+
+async function loadMap(map: ShareMap, texels: number, source: FileSource): Promise<FieldMap> {
+  const bytes = await source(map.file);
+  if (map.storage === "half") {
+    const values = Float32Array.from(halves(await inflated([bytes], "gzip")), fromHalf);
+    if (values.length !== texels) throw new FieldError(`${map.file} has another size than the texture`);
+    return { channels: 1, values };
+  }
+  const { codes, channels } = await decodePng(bytes);
+  if (codes.length !== channels * texels) throw new FieldError(`${map.file} has another size than the texture`);
+  const values = new Float32Array(channels * texels);
+  const scale = map.scale ?? 1 / 255, offset = map.offset ?? 0;
+  for (let i = 0; i < texels; i++)
+    for (let c = 0; c < channels; c++) values[c * texels + i] = scale * (codes[i * channels + c] ?? 0) + offset;
+  return { channels: channels === 1 ? 1 : 3, values };
+}
+
+/** Little-endian half floats. */
+function halves(bytes: Uint8Array): Uint16Array {
+  return new Uint16Array(bytes.buffer, bytes.byteOffset, bytes.byteLength >> 1);
+}

@@ -1,0 +1,164 @@
+import {
+  ClampToEdgeWrapping, DataArrayTexture, DataTexture, FloatType, HalfFloatType, LinearFilter, LinearMipmapLinearFilter,
+  RGBAFormat, RGBAIntegerFormat, RGFormat, RepeatWrapping, UnsignedShortType,
+} from "three";
+import type { FieldData } from "./field.js";
+import { fromHalf, halvesFrom } from "./half.js";
+import { MeasuredBasis } from "./measured.js";
+import type { BasisTable } from "./table.js";
+
+/** Texels from which on the product of luminance and colour is taken in the shader, to save memory. */
+const LARGE = 1 << 21;
+const ONE = 0x3c00;
+
+/**
+ * How coefficients lie in the layers of the texture: `color`: a function in a layer, its coefficients for red, green and
+ * blue; `packed`: four functions in a layer, for all channels; `product`: the same, and then a layer of the colour.
+ */
+export type Arrangement = "color" | "packed" | "product";
+
+/** A texture of functions on the graphics card. */
+export class ReflectanceTexture {
+  readonly planes: DataArrayTexture;
+  /** Normal (x, y, z from -1 to 1) and height, then albedo; null without normals. */
+  readonly maps: DataArrayTexture | null;
+  readonly basisTable: DataArrayTexture | null;
+  /** Of measured functions: the triangles around directions, and the directions. */
+  readonly cornerMap: DataTexture | null;
+  readonly directionPoints: DataTexture | null;
+  readonly arrangement: Arrangement;
+  /** Layers of a tile. */
+  readonly layers: number;
+  readonly tiles: number;
+  /** The size of a tile, or of the texture. */
+  readonly width: number;
+  readonly height: number;
+  /** The least and the greatest height, in texels. */
+  readonly heightRange: [number, number];
+
+  constructor(readonly data: FieldData, anisotropy = 1) {
+    this.tiles = data.cells?.tiles ?? 1;
+    this.width = data.width;
+    this.height = data.height / this.tiles;
+    this.arrangement = arrangementOf(data);
+    const layers = this.arrangement === "color" ? colorLayers(data) : packedLayers(data);
+    this.layers = layers.length;
+    this.planes = this.upload(layers, anisotropy);
+    this.maps = data.normals ? this.upload(mapLayers(data), anisotropy) : null;
+    const measured = data.table instanceof MeasuredBasis ? data.table : null;
+    this.basisTable = data.table ? tableTexture(data.table) : null;
+    this.cornerMap = measured && cornerTexture(measured);
+    this.directionPoints = measured && pointTexture(measured);
+    this.heightRange = rangeOf(data.heights?.values);
+  }
+
+  dispose(): void {
+    for (const texture of [this.planes, this.maps, this.basisTable, this.cornerMap, this.directionPoints]) texture?.dispose();
+  }
+
+  /** Each layer once for each tile: layer k of tile i is k * tiles + i. */
+  private upload(layers: Uint16Array[], anisotropy: number): DataArrayTexture {
+    const whole = new Uint16Array(layers.reduce((sum, layer) => sum + layer.length, 0));
+    let at = 0;
+    for (const layer of layers) {
+      whole.set(layer, at);
+      at += layer.length;
+    }
+    const texture = new DataArrayTexture(whole, this.width, this.height, layers.length * this.tiles);
+    texture.format = RGBAFormat;
+    texture.type = HalfFloatType;
+    texture.wrapS = texture.wrapT = RepeatWrapping;
+    texture.magFilter = LinearFilter;
+    texture.minFilter = LinearMipmapLinearFilter;
+    texture.generateMipmaps = true;
+    texture.anisotropy = anisotropy;
+    texture.needsUpdate = true;
+    return texture;
+  }
+}
+
+function arrangementOf({ layout, width, height }: FieldData): Arrangement {
+  if (layout === "rgb") return "color";
+  // Luminance and colour apart are not linear: averages of products need the products.
+  if (layout === "lrgb") return width * height <= LARGE ? "color" : "product";
+  return "packed";
+}
+
+function colorLayers(data: FieldData): Uint16Array[] {
+  return Array.from({ length: data.functions }, (_, k) => interleaved(channelPlanes(data, k)));
+}
+
+/** The coefficients of function k for red, green and blue. */
+function channelPlanes({ layout, planes, functions }: FieldData, k: number): Uint16Array[] {
+  const plane = (index: number): Uint16Array => planes[index] ?? new Uint16Array();
+  if (layout === "rgb") return [0, 1, 2].map((c) => plane(c * functions + k));
+  const luminance = Float32Array.from(plane(k), fromHalf);
+  return [0, 1, 2].map((c) => {
+    const color = plane(functions + c);
+    return halvesFrom(luminance.map((value, i) => value * fromHalf(color[i] ?? 0)));
+  });
+}
+
+function packedLayers({ layout, planes, functions }: FieldData): Uint16Array[] {
+  const groups = Array.from({ length: Math.ceil(functions / 4) }, (_, g) => planes.slice(4 * g, Math.min(4 * g + 4, functions)));
+  if (layout === "lrgb") groups.push(planes.slice(functions));
+  return groups.map(interleaved);
+}
+
+function mapLayers({ normals, heights, albedo, width, height }: FieldData): Uint16Array[] {
+  const texels = width * height;
+  const part = (values: Float32Array | undefined, c: number): Uint16Array =>
+    values ? halvesFrom(values.subarray(c * texels, (c + 1) * texels)) : new Uint16Array(texels);
+  const first = [0, 1, 2].map((c) => part(normals?.values, c));
+  first.push(part(heights?.values, 0));
+  const color = [0, 1, 2].map((c) => part(albedo?.values, albedo?.channels === 1 ? 0 : c));
+  return [interleaved(first), interleaved(color)];
+}
+
+/** Up to four planes as texels of four values; the fourth of three is 1. */
+function interleaved(planes: Uint16Array[]): Uint16Array {
+  const texels = planes[0]?.length ?? 0;
+  const out = new Uint16Array(4 * texels);
+  planes.forEach((plane, c) => {
+    for (let i = 0; i < texels; i++) out[4 * i + c] = plane[i] ?? 0;
+  });
+  if (planes.length === 3) for (let i = 0; i < texels; i++) out[4 * i + 3] = ONE;
+  return out;
+}
+
+function tableTexture(table: BasisTable | MeasuredBasis): DataArrayTexture {
+  const [width, height] = table instanceof MeasuredBasis ? [table.lights.length, table.views.length] : [table.side, table.side];
+  const texture = new DataArrayTexture(new Uint16Array(table.texels), width, height, table.layers);
+  texture.format = RGBAFormat;
+  texture.type = HalfFloatType;
+  texture.wrapS = texture.wrapT = ClampToEdgeWrapping;
+  texture.magFilter = texture.minFilter = LinearFilter;
+  texture.needsUpdate = true;
+  return texture;
+}
+
+/** The map of triangles around lights, and below it that around views. */
+function cornerTexture({ corners, mapNodes }: MeasuredBasis): DataTexture {
+  const texture = new DataTexture(new Uint16Array(corners), mapNodes, 2 * mapNodes, RGBAIntegerFormat, UnsignedShortType);
+  texture.internalFormat = "RGBA16UI";
+  texture.needsUpdate = true;
+  return texture;
+}
+
+/** A row of lights, and a row of views. */
+function pointTexture({ lights, views }: MeasuredBasis): DataTexture {
+  const width = Math.max(lights.length, views.length), points = new Float32Array(4 * width);
+  [lights, views].forEach((row, y) => row.forEach((point, x) => points.set(point, 2 * (y * width + x))));
+  const texture = new DataTexture(points, width, 2, RGFormat, FloatType);
+  texture.needsUpdate = true;
+  return texture;
+}
+
+function rangeOf(values: Float32Array | undefined): [number, number] {
+  let low = Infinity, high = -Infinity;
+  for (const value of values ?? []) {
+    low = Math.min(low, value);
+    high = Math.max(high, value);
+  }
+  return low < high ? [low, high] : [0, 1];
+}

@@ -1,0 +1,97 @@
+import "./style.css";
+import { el } from "./dom.js";
+import { type PageTexture, pageData } from "./page.js";
+import { Panel } from "./panel.js";
+import { listen, magnify, pan } from "./pointer.js";
+import { Ruler } from "./ruler.js";
+import { OBJECTS } from "./state.js";
+import { Toolbar } from "./tools.js";
+import { Viewer } from "./viewer.js";
+
+function start(): void {
+  const { title, textures } = pageData();
+  const canvas = el("canvas", { tabindex: 0, role: "application", "aria-label": `${title}: drag, or press the arrow keys, to move the light` });
+  const notice = el("div", { class: "notice", role: "status" });
+  const stage = el("div", { class: "stage" }, canvas, notice);
+  const main = el("main", {}, el("h1", { class: "hidden" }, title), stage);
+  document.body.append(main);
+  let viewer: Viewer;
+  try {
+    viewer = new Viewer(canvas, textures);
+  } catch {
+    notice.textContent = "This browser does not draw with WebGL 2: enable it, or open the page in another browser.";
+    return;
+  }
+  const panel = new Panel(viewer), ruler = new Ruler(viewer);
+  panel.element.hidden = matchMedia("(max-width: 640px)").matches;
+  const tools = new Toolbar(viewer, title, panel.element, () => ruler.toggle());
+  const wipe = el("div", { class: "wipe", "aria-hidden": "true" });
+  stage.append(ruler.element, ruler.bar, wipe);
+  main.append(panel.element);
+  stage.append(tools.element);
+  viewer.onChange(() => {
+    panel.refresh(viewer.state);
+    ruler.refresh();
+    wipe.hidden = !["wipe", "plain"].includes(viewer.state.compare);
+    wipe.style.left = `${100 * viewer.state.wipe}%`;
+  });
+  listen(canvas, viewer);
+  canvas.addEventListener("keydown", (event) => viewer.moveByKey(event));
+  addEventListener("keydown", (event) => pressed(event, viewer, tools, ruler, panel, title));
+  void loadAll(viewer, textures, notice);
+  viewer.redraw();
+}
+
+/** Loads the texture of the view first, then the others. */
+async function loadAll(viewer: Viewer, textures: PageTexture[], notice: HTMLElement): Promise<void> {
+  const order = textures.map((_, i) => i).sort((a, b) => Number(b === viewer.state.texture) - Number(a === viewer.state.texture));
+  const errors: string[] = [];
+  for (const i of order) {
+    const texture = textures[i];
+    if (!texture) continue;
+    try {
+      await viewer.load(i, texture, (share) => (notice.textContent = `${texture.title}: ${Math.round(100 * share)} %`));
+      document.documentElement.dataset["loaded"] = String(Number(document.documentElement.dataset["loaded"] ?? 0) + 1);
+    } catch (error) {
+      errors.push(`${texture.title}: ${error instanceof Error ? error.message : String(error)}`);
+    }
+  }
+  notice.textContent = errors.join("\n");
+  document.documentElement.dataset["ready"] = String(errors.length);
+}
+
+/** Keys that act wherever the focus is, but for fields of text. */
+function pressed(event: KeyboardEvent, viewer: Viewer, tools: Toolbar, ruler: Ruler, panel: Panel, title: string): void {
+  const target = event.target as HTMLElement | null;
+  if (target?.closest("input, select, dialog")) return;
+  const key = event.key.toLowerCase();
+  if (event.ctrlKey || event.metaKey) {
+    if (key === "z" && !event.shiftKey) viewer.undo();
+    else if (key === "y" || key === "z") viewer.redo();
+    else return;
+    event.preventDefault();
+    return;
+  }
+  const { canvas } = viewer, middle = canvas.getBoundingClientRect();
+  const center = { clientX: middle.left + viewer.viewWidth(middle.width) / 2, clientY: middle.top + middle.height / 2 };
+  const shifts: Record<string, [number, number]> = { arrowleft: [30, 0], arrowright: [-30, 0], arrowup: [0, 30], arrowdown: [0, -30] };
+  const shift = shifts[key];
+  const object = OBJECTS[Number(key) - 1];
+  const actions: Record<string, () => void> = {
+    m: () => viewer.nextMode(),
+    o: () => viewer.toggleOrbit(),
+    r: () => ruler.toggle(),
+    s: () => void tools.snapshot(title),
+    b: () => tools.openBookmarks(),
+    h: () => (panel.element.hidden = !panel.element.hidden),
+    "0": () => viewer.fit(),
+    "+": () => magnify(1.25, center, canvas, viewer),
+    "=": () => magnify(1.25, center, canvas, viewer),
+    "-": () => magnify(0.8, center, canvas, viewer),
+  };
+  if (shift && event.shiftKey) pan(shift[0], shift[1], canvas, viewer);
+  else if (object) viewer.change({ object });
+  else actions[key]?.();
+}
+
+start();

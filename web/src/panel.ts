@@ -1,0 +1,166 @@
+import { MODES, type Mode } from "relume-three";
+import { el, icon } from "./dom.js";
+import { LightBall } from "./ball.js";
+import { COMPARISONS, type Comparison, OBJECTS, type ObjectName, type ViewState } from "./state.js";
+import type { Viewer } from "./viewer.js";
+
+const MODE_NAMES: Record<Mode, string> = {
+  default: "As photographed",
+  "diffuse-gain": "Diffuse gain",
+  specular: "Specular enhancement",
+  "unsharp-luminance": "Unsharp luminance",
+  "unsharp-normals": "Unsharp normals",
+  "unsharp-coefficients": "Unsharp coefficients",
+  normals: "Normals",
+  albedo: "Albedo",
+  height: "Height",
+  slope: "Slope",
+  shading: "Shading only",
+  plain: "Plain photograph",
+};
+/** Modes with an amount: its range and what it is called. */
+const AMOUNTS: Partial<Record<Mode, [number, number, string]>> = {
+  "diffuse-gain": [0, 8, "Gain"],
+  specular: [0, 3, "Strength"],
+  "unsharp-luminance": [0, 4, "Amount"],
+  "unsharp-normals": [0, 6, "Amount"],
+  "unsharp-coefficients": [0, 4, "Amount"],
+};
+const OBJECT_NAMES: Record<ObjectName, [string, string]> = {
+  flat: ["Flat", "M4 4h16v16H4z"],
+  plane: ["Plane", "M3 16l4-9h10l4 9z"],
+  sphere: ["Sphere", "M12 3a9 9 0 100 18 9 9 0 000-18M3 12c4 4 14 4 18 0"],
+  torus: ["Torus", "M12 5c6 0 10 3 10 7s-4 7-10 7S2 16 2 12s4-7 10-7M8 11c2 2 6 2 8 0"],
+  cloth: ["Cloth", "M4 6c4-3 5 3 9 0s5 1 7 0v12c-2 1-3-3-7 0s-5-3-9 0z"],
+};
+const COMPARISON_NAMES: Record<Comparison, string> = { single: "One", wipe: "Wipe", side: "Side by side", plain: "Against photograph" };
+
+/** The controls beside the picture. */
+export class Panel {
+  readonly element: HTMLElement;
+  private readonly refreshers: ((state: ViewState) => void)[] = [];
+
+  constructor(private readonly viewer: Viewer) {
+    const ball = new LightBall(viewer);
+    this.refreshers.push(() => ball.refresh());
+    this.element = el("aside", { class: "panel", "aria-label": "Controls" });
+    this.element.append(
+      ...(viewer.titles.length > 1 ? [this.textures()] : []),
+      this.objects(),
+      this.section("Light", ball.element, this.lightButtons()),
+      this.section("Show", this.modes()),
+      this.section("View", this.slider("Repeat", "repeat", 1, 8, 0.1), this.slider("Exposure", "exposure", -3, 3, 0.05), this.slider("Gloss", "gloss", 0, 0.5, 0.01)),
+      this.section("Compare", this.comparisons()),
+    );
+  }
+
+  refresh(state: ViewState): void {
+    for (const refresh of this.refreshers) refresh(state);
+  }
+
+  private section(name: string, ...children: Node[]): HTMLElement {
+    const section = el("section", {}, el("h2", {}, name));
+    section.append(...children);
+    return section;
+  }
+
+  private textures(): HTMLElement {
+    const select = el("select", { "aria-label": "Texture" });
+    this.viewer.titles.forEach((title, i) => select.append(el("option", { value: i }, title)));
+    select.addEventListener("change", () => this.viewer.change({ texture: Number(select.value) }));
+    this.refreshers.push((state) => (select.value = String(state.texture)));
+    return this.section("Texture", select);
+  }
+
+  private objects(): HTMLElement {
+    const group = el("div", { class: "segments", role: "radiogroup", "aria-label": "Shown on" });
+    for (const object of OBJECTS) {
+      const [name, path] = OBJECT_NAMES[object];
+      const button = el("button", { type: "button", role: "radio", title: name, "aria-label": name });
+      button.append(icon(path));
+      button.addEventListener("click", () => this.viewer.change({ object }));
+      this.refreshers.push((state) => button.setAttribute("aria-checked", String(state.object === object)));
+      group.append(button);
+    }
+    return group;
+  }
+
+  private lightButtons(): HTMLElement {
+    const row = el("div", { class: "row" });
+    const orbit = el("button", { type: "button", "aria-pressed": "false" }, "Orbit");
+    orbit.addEventListener("click", () => this.viewer.toggleOrbit());
+    this.refreshers.push(() => orbit.setAttribute("aria-pressed", String(this.viewer.orbiting)));
+    const add = el("button", { type: "button", title: "Add a light, four at most" }, "Add");
+    add.addEventListener("click", () => this.viewer.addLight());
+    const remove = el("button", { type: "button", title: "Remove the chosen light" }, "Remove");
+    remove.addEventListener("click", () => this.viewer.removeLight());
+    const raking = el("button", { type: "button", title: "Two raking lights in two colours" }, "Raking pair");
+    raking.addEventListener("click", () => this.viewer.rakingPair());
+    const color = el("input", { type: "color", "aria-label": "Colour of the light" });
+    color.addEventListener("input", () => this.viewer.changeLight({ color: color.value }));
+    this.refreshers.push((state) => {
+      remove.disabled = state.lights.length < 2;
+      add.disabled = state.lights.length > 3;
+      color.value = this.viewer.light.color;
+    });
+    row.append(orbit, add, remove, raking, color);
+    const strength = this.range("Strength", 0, 4, 0.05, () => this.viewer.light.strength, (strength) => this.viewer.changeLight({ strength }));
+    return el("div", {}, row, strength);
+  }
+
+  private modes(): HTMLElement {
+    const select = el("select", { "aria-label": "What is shown" });
+    for (const mode of MODES) select.append(el("option", { value: mode }, MODE_NAMES[mode]));
+    select.addEventListener("change", () => this.viewer.showMode(select.value as Mode));
+    const name = el("span", {}, "Amount"), input = el("input", { type: "range", min: 0, max: 8, step: 0.05 });
+    input.addEventListener("input", () => this.viewer.change({ gain: Number(input.value) }, "gain"));
+    const amount = el("label", { class: "slider" }, name, input);
+    this.refreshers.push((state) => {
+      select.value = state.mode;
+      const range = AMOUNTS[state.mode];
+      amount.hidden = range === undefined;
+      if (range) [input.min, input.max, name.textContent] = [String(range[0]), String(range[1]), range[2]];
+      input.value = String(state.gain);
+    });
+    return el("div", {}, select, amount);
+  }
+
+  private slider(name: string, key: "repeat" | "exposure" | "gloss", least: number, most: number, step: number): HTMLElement {
+    return this.range(name, least, most, step, (state) => state[key], (value) => this.viewer.change({ [key]: value }, key));
+  }
+
+  private range(name: string, least: number, most: number, step: number, get: (state: ViewState) => number, set: (value: number) => void): HTMLElement {
+    const input = el("input", { type: "range", min: least, max: most, step }), output = el("output");
+    input.addEventListener("input", () => set(Number(input.value)));
+    this.refreshers.push((state) => {
+      input.value = String(get(state));
+      output.value = get(state).toFixed(step < 0.1 ? 2 : 1);
+    });
+    return el("label", { class: "slider" }, el("span", {}, name), input, output);
+  }
+
+  private comparisons(): HTMLElement {
+    const select = el("select", { "aria-label": "Compare" });
+    const several = this.viewer.titles.length > 1;
+    for (const kind of COMPARISONS) {
+      if (several || kind === "single" || kind === "plain") select.append(el("option", { value: kind }, COMPARISON_NAMES[kind]));
+    }
+    select.addEventListener("change", () => this.viewer.change({ compare: select.value as Comparison }));
+    const other = el("select", { "aria-label": "Compared with" });
+    this.viewer.titles.forEach((title, i) => other.append(el("option", { value: i }, title)));
+    other.addEventListener("change", () => this.viewer.change({ other: Number(other.value) }));
+    this.refreshers.push((state) => {
+      select.value = state.compare;
+      other.value = String(state.other);
+      other.hidden = state.compare === "single" || state.compare === "plain";
+    });
+    const cells = el("input", { type: "checkbox" });
+    cells.addEventListener("change", () => this.viewer.change({ cells: cells.checked }));
+    const tiles = el("label", { class: "check" }, cells, "Show the tiles");
+    this.refreshers.push((state) => {
+      cells.checked = state.cells;
+      tiles.hidden = !this.viewer.hasCells;
+    });
+    return el("div", {}, select, other, tiles);
+  }
+}

@@ -1,0 +1,113 @@
+import { flatScale } from "./stage.js";
+import { onDisk } from "./state.js";
+import type { Viewer } from "./viewer.js";
+
+/** Pixels around the border of a wipe at which it is taken. */
+const GRIP = 14;
+
+type Drag = "light" | "move" | "wipe";
+
+/**
+ * Moves light and view by the pointer: the first button or one finger moves the light, or the view where that was chosen;
+ * the other buttons, Shift, or two fingers move the view; wheel and pinch magnify.
+ */
+export function listen(canvas: HTMLCanvasElement, viewer: Viewer): void {
+  const touches = new Map<number, PointerEvent>();
+  let drag: Drag | null = null;
+  canvas.addEventListener("pointerdown", (event) => {
+    canvas.setPointerCapture(event.pointerId);
+    touches.set(event.pointerId, event);
+    viewer.begin();
+    drag = dragOf(event, canvas, viewer);
+    if (drag === "light" && touches.size === 1) moveLight(event, canvas, viewer);
+  });
+  canvas.addEventListener("pointermove", (event) => {
+    const before = touches.get(event.pointerId);
+    if (!before) {
+      canvas.style.cursor = nearWipe(event, canvas, viewer) ? "ew-resize" : "";
+      return;
+    }
+    if (touches.size === 2) pinch(touches, event, canvas, viewer);
+    else if (drag === "light") moveLight(event, canvas, viewer);
+    else if (drag === "wipe") viewer.change({ wipe: clamp01((event.clientX - canvas.getBoundingClientRect().left) / canvas.clientWidth) }, "wipe");
+    else pan(event.clientX - before.clientX, event.clientY - before.clientY, canvas, viewer);
+    touches.set(event.pointerId, event);
+  });
+  for (const name of ["pointerup", "pointercancel"] as const) {
+    canvas.addEventListener(name, (event) => {
+      touches.delete(event.pointerId);
+      drag = null;
+    });
+  }
+  canvas.addEventListener("contextmenu", (event) => event.preventDefault());
+  canvas.addEventListener("dblclick", () => viewer.fit());
+  canvas.addEventListener("wheel", (event) => {
+    event.preventDefault();
+    magnify(Math.exp(-event.deltaY / (event.ctrlKey ? 100 : 500)), event, canvas, viewer);
+  }, { passive: false });
+}
+
+function dragOf(event: PointerEvent, canvas: HTMLCanvasElement, viewer: Viewer): Drag {
+  if (nearWipe(event, canvas, viewer)) return "wipe";
+  const other = event.button !== 0 || event.shiftKey || event.altKey;
+  return other !== viewer.movesView ? "move" : "light";
+}
+
+function nearWipe(event: PointerEvent, canvas: HTMLCanvasElement, viewer: Viewer): boolean {
+  const { compare, wipe } = viewer.state;
+  const place = event.clientX - canvas.getBoundingClientRect().left;
+  return (compare === "wipe" || compare === "plain") && Math.abs(place - wipe * canvas.clientWidth) < GRIP;
+}
+
+/** The light is over the place of the pointer, on a disk as high as the picture. */
+function moveLight(event: PointerEvent, canvas: HTMLCanvasElement, viewer: Viewer): void {
+  const box = canvas.getBoundingClientRect(), half = Math.min(box.width, box.height) / 2;
+  const [u, v] = onDisk((event.clientX - box.left - box.width / 2) / half, (box.top + box.height / 2 - event.clientY) / half);
+  viewer.changeLight({ u, v }, false);
+}
+
+/** Moves the flat texture with the pointer, or turns the object. */
+export function pan(dx: number, dy: number, canvas: HTMLCanvasElement, viewer: Viewer): void {
+  const { state } = viewer, texture = viewer.stage.texture(state.texture);
+  if (state.object === "flat" && texture) {
+    const scale = flatScale(state, texture, viewer.viewWidth(canvas.clientWidth), canvas.clientHeight);
+    viewer.change({ x: state.x - dx / scale / texture.width, y: state.y - dy / scale / texture.height }, "move");
+    return;
+  }
+  const elevation = Math.min(90, Math.max(-90, state.elevation + dy * 0.4));
+  viewer.change({ azimuth: state.azimuth - dx * 0.4, elevation }, "move");
+}
+
+/** Magnifies about a place of the screen. */
+export function magnify(factor: number, at: { clientX: number; clientY: number }, canvas: HTMLCanvasElement, viewer: Viewer): void {
+  const { state } = viewer, texture = viewer.stage.texture(state.texture);
+  if (state.object !== "flat" || !texture) {
+    viewer.change({ near: Math.min(50, Math.max(0.05, state.near * factor)) }, "zoom");
+    return;
+  }
+  const box = canvas.getBoundingClientRect(), width = viewer.viewWidth(box.width);
+  const zoom = Math.min(4096, Math.max(0.02, state.zoom * factor));
+  const inView = (at.clientX - box.left) % width;
+  const before = flatScale(state, texture, width, box.height), after = (before * zoom) / state.zoom;
+  const shift = (place: number, size: number): number => (place * (1 / before - 1 / after)) / size;
+  viewer.change({
+    zoom,
+    x: state.x + shift(inView - width / 2, texture.width),
+    y: state.y + shift(at.clientY - box.top - box.height / 2, texture.height),
+  }, "zoom");
+}
+
+/** Two fingers: their middle moves the view, their distance magnifies it. */
+function pinch(touches: Map<number, PointerEvent>, event: PointerEvent, canvas: HTMLCanvasElement, viewer: Viewer): void {
+  const other = [...touches.values()].find((touch) => touch.pointerId !== event.pointerId);
+  const before = touches.get(event.pointerId);
+  if (!other || !before) return;
+  const distance = (touch: PointerEvent): number => Math.hypot(touch.clientX - other.clientX, touch.clientY - other.clientY);
+  const middle = { clientX: (event.clientX + other.clientX) / 2, clientY: (event.clientY + other.clientY) / 2 };
+  pan((event.clientX - before.clientX) / 2, (event.clientY - before.clientY) / 2, canvas, viewer);
+  if (distance(before) > 1) magnify(distance(event) / distance(before), middle, canvas, viewer);
+}
+
+function clamp01(value: number): number {
+  return Math.min(1, Math.max(0, value));
+}

@@ -1,0 +1,188 @@
+import { Color, Mesh, OrthographicCamera, PerspectiveCamera, PlaneGeometry, Scene, Vector2, Vector3, WebGLRenderer } from "three";
+import { type FieldData, ReflectanceMaterial, ReflectanceTexture } from "relume-three";
+import { DEFAULT_TILING, boundingSphere, geometryOf } from "./objects.js";
+import { type DiskLight, type ObjectName, type ViewState, onDisk } from "./state.js";
+
+/** Screen pixels of a texel from which on texels are shown as squares. */
+const CRISP_PIXELS = 4;
+const FIELD_OF_VIEW = 30;
+
+/** A texture on the stage. */
+interface Placed {
+  texture: ReflectanceTexture;
+  material: ReflectanceMaterial;
+}
+
+/** A part of the canvas, in pixels from the lower left. */
+interface Part {
+  x: number;
+  width: number;
+}
+
+/** Draws textures by the state. */
+export class Stage {
+  readonly renderer: WebGLRenderer;
+  private readonly placed: (Placed | null)[] = [];
+  private readonly flat = new Mesh(new PlaneGeometry(2, 2));
+  private readonly solid = new Mesh();
+  private readonly scene = new Scene();
+  private readonly straight = new OrthographicCamera(-1, 1, 1, -1, -1, 1);
+  private readonly eye = new PerspectiveCamera(FIELD_OF_VIEW, 1, 0.01, 100);
+  private shape = "";
+  /** 1 draws without the interpolation of slanted texels: as the library's renderer, and where there is no graphics card. */
+  readonly anisotropy: number;
+
+  constructor(canvas: HTMLCanvasElement, isotropic: boolean) {
+    this.renderer = new WebGLRenderer({ canvas, antialias: !isotropic, preserveDrawingBuffer: true, alpha: false });
+    this.renderer.autoClear = false;
+    const plain = isotropic || drawsInSoftware(this.renderer.getContext());
+    this.anisotropy = plain ? 1 : Math.min(8, this.renderer.capabilities.getMaxAnisotropy());
+    this.flat.frustumCulled = this.solid.frustumCulled = false;
+  }
+
+  add(index: number, data: FieldData): void {
+    const limit = this.renderer.capabilities.maxTextureSize;
+    if (Math.max(data.width, data.height) > limit) {
+      throw new Error(`the texture has ${data.width} x ${data.height} texels, and this graphics card takes ${limit} across`);
+    }
+    const texture = new ReflectanceTexture(data, this.anisotropy);
+    this.placed[index] = { texture, material: new ReflectanceMaterial(texture) };
+  }
+
+  texture(index: number): ReflectanceTexture | null {
+    return this.placed[index]?.texture ?? null;
+  }
+
+  /** The size in CSS pixels and the density of the screen. */
+  resize(width: number, height: number, ratio: number): void {
+    this.renderer.setPixelRatio(ratio);
+    this.renderer.setSize(width, height, false);
+  }
+
+  draw(state: ViewState, background: string): void {
+    const size = this.renderer.getSize(new Vector2());
+    this.renderer.setClearColor(new Color(background), 1);
+    this.renderer.setScissorTest(false);
+    this.renderer.setViewport(0, 0, size.x, size.y);
+    this.renderer.clear();
+    const whole = { x: 0, width: size.x }, cut = Math.round(state.wipe * size.x);
+    const two = state.compare === "plain" ? { ...state, mode: "plain" as const } : { ...state, texture: state.other };
+    if (state.compare === "single") return this.drawPart(state, whole, whole, size.y);
+    if (state.compare === "side") {
+      const half = Math.floor(size.x / 2), left = { x: 0, width: half }, right = { x: half, width: size.x - half };
+      this.drawPart(state, left, left, size.y);
+      return this.drawPart(two, right, right, size.y);
+    }
+    this.drawPart(state, whole, { x: 0, width: cut }, size.y);
+    this.drawPart(two, whole, { x: cut, width: size.x - cut }, size.y);
+  }
+
+  /** Draws into a part of the canvas what a view of another part shows there. */
+  private drawPart(state: ViewState, view: Part, seen: Part, height: number): void {
+    const placed = this.placed[state.texture];
+    if (!placed || seen.width <= 0) return;
+    this.renderer.setScissorTest(true);
+    this.renderer.setScissor(seen.x, 0, seen.width, height);
+    this.renderer.setViewport(view.x, 0, view.width, height);
+    const { material } = placed;
+    material.setMode(state.mode, state.gain);
+    material.set("exposure", 2 ** state.exposure);
+    material.set("gloss", state.gloss);
+    material.set("roughness", state.roughness);
+    material.set("showCells", state.cells ? 1 : 0);
+    this.scene.clear();
+    if (state.object === "flat") this.prepareFlat(state, placed, view.width, height);
+    else this.prepareSolid(state, placed, view.width, height);
+    this.renderer.render(this.scene, state.object === "flat" ? this.straight : this.eye);
+  }
+
+  private prepareFlat(state: ViewState, { texture, material }: Placed, width: number, height: number): void {
+    const scale = flatScale(state, texture, width, height);
+    const across = width / scale / texture.width, down = height / scale / texture.height;
+    const cells = texture.data.cells;
+    // Whole repetitions as integers, the rest as a float: as sharp far away as near.
+    const [x, y] = cells ? inCells(state, texture, material) : [state.x - Math.floor(state.x), state.y - Math.floor(state.y)];
+    const repeats = cells !== null || state.repeat > 1;
+    const [left, top] = repeats ? [x, y] : [state.x, state.y];
+    material.setTiling(across, down, left - across / 2, 1 - top - down / 2);
+    material.set("flat_", true);
+    material.set("clipped", !repeats);
+    material.set("crisp", scale * this.renderer.getPixelRatio() >= CRISP_PIXELS * Math.max(1, this.renderer.getPixelRatio()));
+    material.directionalLights = state.lights.map((light) => lamp(light, directionOf(light)));
+    this.flat.material = material;
+    this.scene.add(this.flat);
+  }
+
+  private prepareSolid(state: ViewState, { texture, material }: Placed, width: number, height: number): void {
+    const tiling = DEFAULT_TILING[state.object].map((n) => n * state.repeat) as [number, number];
+    const aspect = (tiling[0] * texture.width) / (tiling[1] * texture.height);
+    this.reshape(state.object, aspect);
+    const { center, radius } = boundingSphere(this.solid.geometry);
+    const toward = cameraFrame(state);
+    const smaller = Math.min(width / height, 1), tangent = Math.tan((FIELD_OF_VIEW * Math.PI) / 360);
+    const distance = radius / Math.sin(Math.atan(0.94 * smaller * tangent)) / state.near;
+    this.eye.aspect = width / height;
+    this.eye.near = 0.001 * Math.min(distance, radius);
+    this.eye.far = distance + 4 * radius;
+    this.eye.position.set(...center).addScaledVector(toward.back, distance);
+    this.eye.up.copy(toward.up);
+    this.eye.lookAt(new Vector3(...center));
+    this.eye.updateProjectionMatrix();
+    material.setTiling(...tiling);
+    for (const name of ["flat_", "clipped", "crisp"]) material.set(name, false);
+    material.directionalLights = state.lights.map((light) => {
+      const [x, y, z] = directionOf(light);
+      const d = toward.right.clone().multiplyScalar(x).addScaledVector(toward.up, y).addScaledVector(toward.back, z);
+      return lamp(light, [d.x, d.y, d.z]);
+    });
+    this.solid.material = material;
+    this.scene.add(this.solid);
+  }
+
+  private reshape(object: ObjectName, aspect: number): void {
+    const shape = object === "plane" ? `plane ${aspect}` : object;
+    if (shape === this.shape) return;
+    this.solid.geometry.dispose();
+    this.solid.geometry = geometryOf(object, aspect);
+    this.shape = shape;
+  }
+}
+
+/** CSS pixels of a texel in the flat view. */
+export function flatScale(state: ViewState, texture: { width: number; height: number }, width: number, height: number): number {
+  return (state.zoom / Math.max(1, state.repeat)) * Math.min(width / texture.width, height / texture.height);
+}
+
+/** The cell of the middle of the view as integers, and the middle relative to it in parts of a tile. */
+function inCells(state: ViewState, texture: ReflectanceTexture, material: ReflectanceMaterial): [number, number] {
+  const { right, down } = texture.data.cells ?? { right: [1, 0], down: [0, 1] };
+  const [w, t] = right as [number, number], [s, h] = down as [number, number], area = w * h - s * t;
+  const x = state.x * texture.width, y = state.y * texture.height;
+  const i = Math.floor((x * h - y * s) / area), j = Math.floor((w * y - t * x) / area);
+  (material.uniforms["baseCell"]?.value as Vector2).set(i, j);
+  return [(x - i * w - j * s) / texture.width, (y - i * t - j * h) / texture.height];
+}
+
+/** The unit vector over a place of the disk. */
+export function directionOf(light: DiskLight): [number, number, number] {
+  const [u, v] = onDisk(light.u, light.v);
+  return [u, v, Math.sqrt(1 - u * u - v * v)];
+}
+
+function lamp(light: DiskLight, direction: [number, number, number]) {
+  const color = new Color(light.color).multiplyScalar(light.strength);
+  return { direction, color: [color.r, color.g, color.b] as [number, number, number] };
+}
+
+/** Right and up in the picture, and the way to the camera (render/scene.rs). */
+function cameraFrame(state: ViewState): { right: Vector3; up: Vector3; back: Vector3 } {
+  const a = (state.azimuth * Math.PI) / 180, e = (state.elevation * Math.PI) / 180;
+  const back = new Vector3(Math.sin(a) * Math.cos(e), Math.sin(e), Math.cos(a) * Math.cos(e));
+  const right = new Vector3(Math.cos(a), 0, -Math.sin(a));
+  return { right, up: back.clone().cross(right), back };
+}
+
+function drawsInSoftware(gl: WebGLRenderingContext | WebGL2RenderingContext): boolean {
+  const info = gl.getExtension("WEBGL_debug_renderer_info");
+  return info !== null && /swiftshader|llvmpipe|software/i.test(String(gl.getParameter(info.UNMASKED_RENDERER_WEBGL)));
+}

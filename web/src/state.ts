@@ -1,0 +1,137 @@
+import { MODES, type Mode } from "relume-three";
+
+export const OBJECTS = ["flat", "plane", "sphere", "torus", "cloth"] as const;
+export type ObjectName = (typeof OBJECTS)[number];
+export const COMPARISONS = ["single", "wipe", "side", "plain"] as const;
+export type Comparison = (typeof COMPARISONS)[number];
+
+/** A light over the unit disk of the picture: x right, y up; its colour in sRGB (#rrggbb) and its strength. */
+export interface DiskLight {
+  u: number;
+  v: number;
+  color: string;
+  strength: number;
+}
+
+/** Everything that decides what is seen; it is what the address holds and what undo goes back to. */
+export interface ViewState {
+  texture: number;
+  other: number;
+  object: ObjectName;
+  mode: Mode;
+  gain: number;
+  /** Stops. */
+  exposure: number;
+  gloss: number;
+  roughness: number;
+  /** Repetitions relative to the object's own. */
+  repeat: number;
+  lights: DiskLight[];
+  /** The middle of the flat view, in parts of the texture, and its magnification relative to the whole. */
+  x: number;
+  y: number;
+  zoom: number;
+  /** The camera around an object, in degrees, and its nearness. */
+  azimuth: number;
+  elevation: number;
+  near: number;
+  compare: Comparison;
+  /** Where the wipe is, 0 to 1. */
+  wipe: number;
+  cells: boolean;
+}
+
+export const FIRST: ViewState = {
+  texture: 0, other: 1, object: "flat", mode: "default", gain: 2, exposure: 0, gloss: 0, roughness: 0.4, repeat: 1,
+  lights: [{ u: -0.5, v: 0.5, color: "#ffffff", strength: 1 }],
+  x: 0.5, y: 0.5, zoom: 1, azimuth: 0, elevation: 0, near: 1, compare: "single", wipe: 0.5, cells: false,
+};
+
+const NUMBERS: [keyof ViewState & string, number, number][] = [
+  ["texture", 0, 15], ["other", 0, 15], ["gain", 0, 20], ["exposure", -8, 8], ["gloss", 0, 1], ["roughness", 0.05, 1],
+  ["repeat", 0.1, 64], ["x", -1e9, 1e9], ["y", -1e9, 1e9], ["zoom", 0.02, 4096], ["azimuth", -1e6, 1e6],
+  ["elevation", -90, 90], ["near", 0.05, 50], ["wipe", 0, 1],
+];
+
+export function copyOf(state: ViewState): ViewState {
+  return { ...state, lights: state.lights.map((light) => ({ ...light })) };
+}
+
+/** The part of an address that restores a view: what differs from the first one. */
+export function toHash(state: ViewState): string {
+  const words: string[] = [];
+  for (const [name] of NUMBERS) if (state[name] !== FIRST[name]) words.push(`${name}=${short(state[name] as number)}`);
+  for (const name of ["object", "mode", "compare"] as const) if (state[name] !== FIRST[name]) words.push(`${name}=${state[name]}`);
+  if (state.cells) words.push("cells=1");
+  const lights = state.lights.map(({ u, v, color, strength }) => [short(u), short(v), color.slice(1), short(strength)].join(","));
+  words.push(`lights=${lights.join(";")}`);
+  return words.join("&");
+}
+
+function short(value: number): string {
+  return String(Number(value.toPrecision(6)));
+}
+
+/** The view of an address; whatever it has that is no view is left out. */
+export function fromHash(hash: string, textures: number): ViewState {
+  const state = copyOf(FIRST);
+  const words = new Map(hash.replace(/^#/, "").split("&").map((word) => [word.split("=")[0] ?? "", word.split("=").slice(1).join("=")]));
+  for (const [name, least, most] of NUMBERS) {
+    const value = Number.parseFloat(words.get(name) ?? "");
+    if (Number.isFinite(value)) Object.assign(state, { [name]: Math.min(most, Math.max(least, value)) });
+  }
+  const member = <T extends string>(name: string, all: readonly T[], or: T): T => all.find((one) => one === words.get(name)) ?? or;
+  state.object = member("object", OBJECTS, state.object);
+  state.mode = member("mode", MODES, state.mode);
+  state.compare = member("compare", COMPARISONS, state.compare);
+  state.cells = words.get("cells") === "1";
+  state.texture = Math.min(Math.round(state.texture), textures - 1);
+  state.other = Math.min(Math.round(state.other), textures - 1);
+  const lights = (words.get("lights") ?? "").split(";").map(lightOf).filter((light) => light !== null);
+  if (lights.length > 0) state.lights = lights.slice(0, 4);
+  return state;
+}
+
+function lightOf(text: string): DiskLight | null {
+  const [u, v, color, strength] = text.split(",");
+  const [x, y] = onDisk(Number(u), Number(v));
+  if (!Number.isFinite(x) || !Number.isFinite(y) || !/^[0-9a-f]{6}$/i.test(color ?? "")) return null;
+  const share = Number(strength);
+  return { u: x, v: y, color: `#${color}`, strength: Number.isFinite(share) ? Math.min(8, Math.max(0, share)) : 1 };
+}
+
+/** The nearest place for a light: a little inside the rim, which is the horizon. */
+export function onDisk(u: number, v: number): [number, number] {
+  const most = 0.995, radius = Math.hypot(u, v);
+  return radius > most ? [(u * most) / radius, (v * most) / radius] : [u, v];
+}
+
+/** The states before and after the one shown. */
+export class History {
+  private past: ViewState[] = [];
+  private future: ViewState[] = [];
+
+  /** Keeps a state that is about to change. */
+  keep(state: ViewState): void {
+    if (this.past.length > 0 && toHash(this.past[this.past.length - 1] as ViewState) === toHash(state)) return;
+    this.past.push(copyOf(state));
+    if (this.past.length > 200) this.past.shift();
+    this.future = [];
+  }
+
+  back(now: ViewState): ViewState | null {
+    return this.step(this.past, this.future, now);
+  }
+
+  forth(now: ViewState): ViewState | null {
+    return this.step(this.future, this.past, now);
+  }
+
+  private step(from: ViewState[], to: ViewState[], now: ViewState): ViewState | null {
+    let state = from.pop();
+    while (state && toHash(state) === toHash(now)) state = from.pop();
+    if (!state) return null;
+    to.push(copyOf(now));
+    return state;
+  }
+}

@@ -1,0 +1,158 @@
+import { download, el, iconButton } from "./dom.js";
+import { toHash } from "./state.js";
+import type { Viewer } from "./viewer.js";
+
+interface Bookmark {
+  name: string;
+  hash: string;
+}
+
+/** The buttons over the picture, and what they open. */
+export class Toolbar {
+  readonly element: HTMLElement;
+  private readonly said: HTMLElement;
+  private readonly bookmarks: HTMLDialogElement;
+  private readonly list = el("ul");
+  private readonly help: HTMLDialogElement;
+  private readonly key: string;
+
+  constructor(private readonly viewer: Viewer, title: string, panel: HTMLElement, ruler: () => void) {
+    this.key = `relume-bookmarks:${title}`;
+    this.said = el("div", { class: "said", role: "status", "aria-live": "polite" });
+    this.bookmarks = this.bookmarkDialog();
+    this.help = helpDialog();
+    const hand = iconButton("Drag moves the view", "M9 11V5a1.5 1.5 0 013 0v5m0 0V4a1.5 1.5 0 013 0v6m0 0V6a1.5 1.5 0 013 0v9a6 6 0 01-6 6h-1c-2 0-3-1-4-3l-3-5a1.4 1.4 0 012-2l2 2", () => {
+      viewer.movesView = !viewer.movesView;
+      hand.setAttribute("aria-pressed", String(viewer.movesView));
+    });
+    hand.setAttribute("aria-pressed", "false");
+    const controls = iconButton("Controls", "M4 7h10m4 0h2M4 17h2m4 0h10M16 5v4M8 15v4", () => {
+      panel.hidden = !panel.hidden;
+      controls.setAttribute("aria-expanded", String(!panel.hidden));
+    });
+    controls.setAttribute("aria-expanded", "true");
+    this.element = el("nav", { class: "toolbar", "aria-label": "Tools" });
+    this.element.append(
+      hand,
+      iconButton("Fit to the window", "M5 5h14v14H5zM9 12h6M12 9v6", () => viewer.fit()),
+      iconButton("Undo", "M9 7L4 12l5 5M4 12h10a6 6 0 016 6", () => viewer.undo()),
+      iconButton("Redo", "M15 7l5 5-5 5M20 12H10a6 6 0 00-6 6", () => viewer.redo()),
+      iconButton("Ruler", "M3 16L16 3l5 5L8 21zM7 12l2 2M10 9l3 3M13 6l2 2", ruler),
+      iconButton("Save a picture", "M4 8h3l2-3h6l2 3h3v11H4zM12 17a4 4 0 100-8 4 4 0 000 8", () => void this.snapshot(title)),
+      iconButton("Bookmarks", "M7 4h10v16l-5-4-5 4z", () => this.openBookmarks()),
+      iconButton("Copy the address of this view", "M10 14a4 4 0 006 0l3-3a4 4 0 00-6-6l-1 1M14 10a4 4 0 00-6 0l-3 3a4 4 0 006 6l1-1", () => void this.copyAddress()),
+      iconButton("Full screen", "M8 3H3v5M16 3h5v5M8 21H3v-5M16 21h5v-5", () => void toggleFullScreen()),
+      iconButton("Help", "M9 9a3 3 0 116 0c0 2-3 2-3 5M12 18v.5", () => this.help.showModal()),
+      controls,
+    );
+    document.body.append(this.said, this.bookmarks, this.help);
+  }
+
+  /** Says a sentence for a moment. */
+  say(sentence: string): void {
+    this.said.textContent = sentence;
+    this.said.classList.add("shown");
+    setTimeout(() => this.said.classList.remove("shown"), 2500);
+  }
+
+  /** Saves the picture as it is on the screen. */
+  async snapshot(title: string): Promise<void> {
+    this.viewer.drawNow();
+    const blob = await new Promise<Blob | null>((resolve) => this.viewer.canvas.toBlob(resolve));
+    if (!blob) return this.say("The browser gave no picture");
+    download(`${title.replace(/[^\p{L}\p{N}._-]+/gu, "-") || "texture"}.png`, blob);
+    this.say("Picture saved");
+  }
+
+  async copyAddress(): Promise<void> {
+    history.replaceState(null, "", `#${toHash(this.viewer.state)}`);
+    try {
+      await navigator.clipboard.writeText(location.href);
+      this.say("Address copied");
+    } catch {
+      this.say("The address of this view is in the address bar");
+    }
+  }
+
+  openBookmarks(): void {
+    this.listBookmarks();
+    this.bookmarks.showModal();
+  }
+
+  private bookmarkDialog(): HTMLDialogElement {
+    const name = el("input", { type: "text", "aria-label": "Name of the bookmark", placeholder: "Name", maxlength: 80 });
+    const form = el("form", { method: "dialog" }, name, el("button", { type: "submit" }, "Keep this view"));
+    form.addEventListener("submit", (event) => {
+      event.preventDefault();
+      const kept = this.kept();
+      kept.push({ name: name.value || `View ${kept.length + 1}`, hash: toHash(this.viewer.state) });
+      this.keep(kept);
+      name.value = "";
+    });
+    const close = el("button", { type: "button" }, "Close");
+    const dialog = el("dialog", { "aria-label": "Bookmarks" }, el("h2", {}, "Bookmarks"), this.list, form, close);
+    close.addEventListener("click", () => dialog.close());
+    return dialog;
+  }
+
+  private listBookmarks(): void {
+    const kept = this.kept();
+    this.list.replaceChildren(
+      ...kept.map(({ name, hash }, i) => {
+        const go = el("button", { type: "button", class: "link" }, name);
+        go.addEventListener("click", () => {
+          this.bookmarks.close();
+          this.viewer.show(hash);
+        });
+        const remove = iconButton(`Remove ${name}`, "M6 6l12 12M18 6L6 18", () => this.keep(kept.filter((_, k) => k !== i)));
+        return el("li", {}, go, remove);
+      }),
+    );
+  }
+
+  private kept(): Bookmark[] {
+    try {
+      const kept = JSON.parse(localStorage.getItem(this.key) ?? "[]") as unknown;
+      return Array.isArray(kept) ? kept.filter((b): b is Bookmark => typeof b?.name === "string" && typeof b?.hash === "string") : [];
+    } catch {
+      return [];
+    }
+  }
+
+  private keep(bookmarks: Bookmark[]): void {
+    try {
+      localStorage.setItem(this.key, JSON.stringify(bookmarks));
+    } catch {
+      this.say("The browser keeps nothing for this page");
+    }
+    this.listBookmarks();
+  }
+}
+
+function helpDialog(): HTMLDialogElement {
+  const rows: [string, string][] = [
+    ["Drag", "moves the light"],
+    ["Shift-drag, right button, two fingers", "moves the texture, turns the object"],
+    ["Wheel, pinch, + and -", "magnifies, down to single texels"],
+    ["Arrow keys", "move the light; with Shift the view"],
+    ["1 to 5", "flat, plane, sphere, torus, cloth"],
+    ["M", "next way of showing"],
+    ["O", "the light goes round"],
+    ["R", "ruler"],
+    ["S", "saves a picture"],
+    ["B", "bookmarks"],
+    ["0 or double click", "the whole texture"],
+    ["Ctrl-Z, Ctrl-Y", "undo, redo"],
+    ["H", "hides the controls"],
+  ];
+  const close = el("button", { type: "button" }, "Close");
+  const list = el("dl", {}, ...rows.flatMap(([keys, does]) => [el("dt", {}, keys), el("dd", {}, does)]));
+  const dialog = el("dialog", { "aria-label": "Help" }, el("h2", {}, "Keys and pointer"), list, close);
+  close.addEventListener("click", () => dialog.close());
+  return dialog;
+}
+
+async function toggleFullScreen(): Promise<void> {
+  if (document.fullscreenElement) await document.exitFullscreen();
+  else await document.documentElement.requestFullscreen().catch(() => undefined);
+}

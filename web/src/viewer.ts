@@ -1,0 +1,208 @@
+import { type FieldData, MODES, type Mode, loadShare } from "relume-three";
+import { Stage } from "./stage.js";
+import { type DiskLight, FIRST, History, type ViewState, copyOf, fromHash, onDisk, toHash } from "./state.js";
+import { type PageTexture, sourceOf } from "./page.js";
+
+/** Steps of the same gesture closer than this are undone together, in milliseconds. */
+const GESTURE = 700;
+/** The state goes to the address this long after it changed, in milliseconds. */
+const ADDRESS_DELAY = 250;
+const ORBIT_SECONDS = 8;
+/** What an effect begins with: seen at once, and not overdone. */
+const USUAL_AMOUNTS: Partial<Record<Mode, number>> = {
+  "diffuse-gain": 2, specular: 1, "unsharp-luminance": 1, "unsharp-normals": 2, "unsharp-coefficients": 1,
+};
+
+/** What is seen, and every way to change it. */
+export class Viewer {
+  readonly stage: Stage;
+  readonly titles: string[];
+  state: ViewState;
+  /** The light that controls change. */
+  chosen = 0;
+  orbiting = false;
+  /** Whether dragging moves the view instead of the light. */
+  movesView = false;
+  private readonly history = new History();
+  private readonly listeners: (() => void)[] = [];
+  private gesture = { kind: "", time: 0 };
+  private addressTimer = 0;
+  private pending = false;
+
+  constructor(readonly canvas: HTMLCanvasElement, textures: PageTexture[]) {
+    const parameters = new URLSearchParams(location.search);
+    this.stage = new Stage(canvas, parameters.has("exact"));
+    this.titles = textures.map((texture) => texture.title);
+    this.state = fromHash(location.hash, textures.length);
+    addEventListener("hashchange", () => this.readAddress());
+    new ResizeObserver(() => this.resize()).observe(canvas.parentElement ?? canvas);
+    this.resize();
+  }
+
+  /** Loads a texture into its place. */
+  async load(index: number, texture: PageTexture, progress: (share: number) => void): Promise<FieldData> {
+    const data = await loadShare(sourceOf(texture), progress);
+    this.stage.add(index, data);
+    this.redraw();
+    return data;
+  }
+
+  onChange(listener: () => void): void {
+    this.listeners.push(listener);
+  }
+
+  get light(): DiskLight {
+    return this.state.lights[Math.min(this.chosen, this.state.lights.length - 1)] ?? { ...(FIRST.lights[0] as DiskLight) };
+  }
+
+  get hasCells(): boolean {
+    return this.stage.texture(this.state.texture)?.data.cells != null;
+  }
+
+  /** The width of one of the views. */
+  viewWidth(width: number): number {
+    return this.state.compare === "side" ? width / 2 : width;
+  }
+
+  /** Begins a change that can be undone. */
+  begin(): void {
+    this.history.keep(this.state);
+    this.gesture = { kind: "", time: 0 };
+  }
+
+  /** Changes the state; changes of the same kind that follow each other closely are one step of undo. */
+  change(patch: Partial<ViewState>, kind = ""): void {
+    const now = performance.now();
+    if (kind === "" || kind !== this.gesture.kind || now - this.gesture.time > GESTURE) this.history.keep(this.state);
+    this.gesture = { kind, time: now };
+    Object.assign(this.state, patch);
+    this.redraw();
+  }
+
+  changeLight(patch: Partial<DiskLight>, keep = true): void {
+    const chosen = Math.min(this.chosen, this.state.lights.length - 1);
+    const lights = this.state.lights.map((light, i) => (i === chosen ? { ...light, ...patch } : light));
+    if (keep) return this.change({ lights }, "light");
+    this.state.lights = lights;
+    this.redraw();
+  }
+
+  addLight(): void {
+    if (this.state.lights.length > 3) return;
+    const { u, v } = this.light;
+    this.chosen = this.state.lights.length;
+    this.change({ lights: [...this.state.lights, { u: -u, v: -v, color: "#ffffff", strength: 0.6 }] });
+  }
+
+  removeLight(): void {
+    if (this.state.lights.length < 2) return;
+    this.change({ lights: this.state.lights.filter((_, i) => i !== this.chosen) });
+    this.chosen = 0;
+  }
+
+  /** Warm and cool light from opposite sides, twenty degrees high: shows relief without regard to colour. */
+  rakingPair(): void {
+    const u = Math.cos((20 * Math.PI) / 180);
+    const one = (u: number, color: string): DiskLight => ({ u, v: 0, color, strength: 1 });
+    this.chosen = 0;
+    this.change({ lights: [one(-u, "#ffb37a"), one(u, "#7ab3ff")] });
+  }
+
+  /** The light goes around as it is, once in eight seconds. */
+  toggleOrbit(): void {
+    this.orbiting = !this.orbiting;
+    this.redraw();
+    if (!this.orbiting) return;
+    let before = performance.now();
+    const step = (now: number): void => {
+      if (!this.orbiting) return;
+      const angle = ((now - before) / 1000 / ORBIT_SECONDS) * 2 * Math.PI, { u, v } = this.light;
+      before = now;
+      const [cos, sin] = [Math.cos(angle), Math.sin(angle)];
+      const still = Math.hypot(u, v) < 0.05;
+      this.changeLight(still ? { u: 0.6, v: 0 } : { u: u * cos + v * sin, v: v * cos - u * sin }, false);
+      requestAnimationFrame(step);
+    };
+    requestAnimationFrame(step);
+  }
+
+  fit(): void {
+    const { x, y, zoom, azimuth, elevation, near } = FIRST;
+    this.change({ x, y, zoom, azimuth, elevation, near });
+  }
+
+  undo(): void {
+    this.restore(this.history.back(this.state));
+  }
+
+  redo(): void {
+    this.restore(this.history.forth(this.state));
+  }
+
+  /** Shows another state, which can be undone. */
+  show(hash: string): void {
+    this.history.keep(this.state);
+    this.restore(fromHash(hash, this.titles.length));
+  }
+
+  /** Moves the light by an arrow key. */
+  moveByKey(event: KeyboardEvent): void {
+    const step = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
+    if (!step || event.shiftKey) return;
+    event.preventDefault();
+    event.stopPropagation();
+    const { u, v } = this.light, [du = 0, dv = 0] = step;
+    const [x, y] = onDisk(u + 0.05 * du, v + 0.05 * dv);
+    this.changeLight({ u: x, v: y });
+  }
+
+  /** Another way of showing, with its usual amount. */
+  showMode(mode: Mode): void {
+    this.change({ mode, gain: USUAL_AMOUNTS[mode] ?? this.state.gain });
+  }
+
+  nextMode(): void {
+    this.showMode(MODES[(MODES.indexOf(this.state.mode) + 1) % MODES.length] ?? "default");
+  }
+
+  /** Draws before the next frame of the screen. */
+  redraw(): void {
+    for (const listener of this.listeners) listener();
+    clearTimeout(this.addressTimer);
+    this.addressTimer = window.setTimeout(() => this.writeAddress(), ADDRESS_DELAY);
+    if (this.pending) return;
+    this.pending = true;
+    requestAnimationFrame(() => {
+      this.pending = false;
+      this.drawNow();
+    });
+  }
+
+  drawNow(): void {
+    const background = getComputedStyle(document.documentElement).getPropertyValue("--ground").trim() || "#101010";
+    this.stage.draw(this.state, background);
+    document.documentElement.dataset["drawn"] = String(Number(document.documentElement.dataset["drawn"] ?? 0) + 1);
+  }
+
+  private restore(state: ViewState | null): void {
+    if (!state) return;
+    this.state = copyOf(state);
+    this.redraw();
+  }
+
+  private resize(): void {
+    const box = this.canvas.parentElement?.getBoundingClientRect();
+    if (!box) return;
+    this.stage.resize(Math.max(1, box.width), Math.max(1, box.height), Math.min(devicePixelRatio, 2));
+    this.redraw();
+  }
+
+  private writeAddress(): void {
+    history.replaceState(null, "", `#${toHash(this.state)}`);
+  }
+
+  private readAddress(): void {
+    if (location.hash === `#${toHash(this.state)}`) return;
+    this.show(location.hash);
+  }
+}

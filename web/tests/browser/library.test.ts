@@ -1,0 +1,85 @@
+// The page against the library's renderer: the same view within 1 of 255 on average and 4 at the 99th percentile.
+import type { Browser, Page } from "playwright-core";
+import { afterAll, beforeAll, describe, expect, test } from "vitest";
+import { launch } from "../chromium.js";
+import { ViewServer, Workplace } from "../program.js";
+import { canvas, difference, file, ready, show } from "./pictures.js";
+
+const SIDE = 256;
+const LIGHT: [number, number] = [-0.45, 0.35];
+const BACKGROUND = [255, 0, 255];
+/** One texture of each basis and arrangement. */
+const TEXTURES: [name: string, command: string][] = [
+  ["lrgb.ptm", "fit capture -o lrgb.ptm"],
+  ["rgb.ptm", "fit capture -o rgb.ptm --color rgb"],
+  ["hsh.exr", "fit capture --basis hsh9 --color rgb -o hsh.exr"],
+  ["hsh25.exr", "fit capture --basis hsh25 --color rgb -o hsh25.exr"],
+  ["zernike.exr", "fit capture --basis zernike -o zernike.exr"],
+  ["maps/roughness.png", "procedural leather -o maps --size 256"],
+  ["picture.png", "relight lrgb.ptm --light 0,0,1 -o picture.png"],
+  ["pairs.exr", "fit pairs -o pairs.exr"],
+];
+
+const place = new Workplace();
+let browser: Browser, page: Page, server: ViewServer;
+
+beforeAll(async () => {
+  place.run(`capture leather -o capture --lights 24 --size ${SIDE}x${SIDE} --feature 64`);
+  place.run(`capture sponge -o pairs --views 4 --size ${SIDE / 4}x${SIDE / 4} --feature 20`);
+  for (const [, command] of TEXTURES) place.run(command);
+  server = await ViewServer.start(place, TEXTURES.map(([name]) => name));
+  const launched = await launch();
+  if (!launched) throw new Error("no Chromium was found: install it, or name it in CHROMIUM");
+  browser = launched;
+  page = await browser.newPage({ viewport: { width: SIDE, height: SIDE } });
+  await page.goto(`${server.url}?exact`);
+  await ready(page);
+  await page.evaluate((ground) => {
+    document.documentElement.style.setProperty("--ground", ground);
+    document.querySelector(".panel")?.setAttribute("hidden", "");
+  }, `rgb(${BACKGROUND.join(",")})`);
+  await page.waitForTimeout(100);
+});
+
+afterAll(async () => {
+  await browser?.close();
+  await server?.stop();
+  place.remove();
+});
+
+const light = [...LIGHT, Math.sqrt(1 - LIGHT[0] ** 2 - LIGHT[1] ** 2)].join(",");
+const lights = `lights=${LIGHT.join(",")},ffffff,1`;
+
+describe.each(TEXTURES.map(([name], i) => [name, i] as const))("%s", (name, index) => {
+  test("flat", async () => {
+    await show(page, `texture=${index}&${lights}`);
+    place.run(`relight ${name} --light ${light} -o flat.png --force`);
+    const truth = await file(place.path("flat.png"));
+    const shown = await canvas(page);
+    const scale = SIDE / truth.width;
+    // A texel is a square of whole pixels here: its middle is compared.
+    const codes = new Uint8Array(truth.width * truth.height * 4);
+    for (let y = 0; y < truth.height; y++)
+      for (let x = 0; x < truth.width; x++)
+        for (let c = 0; c < 4; c++)
+          codes[4 * (y * truth.width + x) + c] = shown.codes[4 * (Math.floor((y + 0.5) * scale) * SIDE + Math.floor((x + 0.5) * scale)) + c] ?? 0;
+    const { mean, most } = difference({ width: truth.width, height: truth.height, channels: 4, codes }, truth);
+    console.log(`${name} flat: mean ${mean.toFixed(3)}, 99 %: ${most}`);
+    expect(mean).toBeLessThan(1);
+    expect(most).toBeLessThanOrEqual(4);
+  });
+
+  test.each(["plane", "sphere", "torus", "cloth"])("on a %s", async (object) => {
+    await show(page, `texture=${index}&object=${object}&azimuth=20&elevation=15&${lights}`);
+    place.run(
+      `render ${name} --mesh ${object} --camera 20,15 --light ${light} --size ${SIDE}x${SIDE} --samples 1 --specular 0 ` +
+        `--no-cast-shadows --background 1,0,1 -o object.png --force`,
+    );
+    const isObject = (rgb: number[]): boolean => BACKGROUND.some((value, c) => value !== rgb[c]);
+    const { mean, most, count } = difference(await canvas(page), await file(place.path("object.png")), isObject);
+    console.log(`${name} ${object}: mean ${mean.toFixed(3)}, 99 %: ${most}, of ${count / 3} pixels`);
+    expect(count).toBeGreaterThan(SIDE * SIDE);
+    expect(mean).toBeLessThan(1);
+    expect(most).toBeLessThanOrEqual(4);
+  });
+});

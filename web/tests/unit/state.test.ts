@@ -1,0 +1,41 @@
+import { expect, test } from "vitest";
+import { FIRST, History, copyOf, fromHash, onDisk, toHash } from "../../src/state.js";
+
+test("an address restores the view", () => {
+  const state = copyOf(FIRST);
+  Object.assign(state, { object: "torus", mode: "unsharp-normals", exposure: -1.5, x: 0.25, zoom: 12, wipe: 0.3, compare: "wipe", other: 1, cells: true });
+  state.lights.push({ u: 0.1, v: -0.2, color: "#ff8000", strength: 0.5 });
+  expect(fromHash(toHash(state), 2)).toEqual(state);
+  expect(fromHash(toHash(FIRST), 2)).toEqual(FIRST);
+});
+
+test("anything in an address gives a view", () => {
+  for (const hash of ["", "#", "x=NaN&y=1e400&zoom=-5", "object=cube&mode=%00", "lights=;;1,2,3", "lights=9,9,ffffff,1e9", "texture=99&other=-3", "&&==&"]) {
+    const state = fromHash(hash, 2);
+    expect(state.lights.length).toBeGreaterThan(0);
+    expect(state.texture).toBeLessThan(2);
+    expect(state.zoom).toBeGreaterThan(0);
+    for (const { u, v } of state.lights) expect(Math.hypot(u, v)).toBeLessThan(1);
+  }
+});
+
+test("lights stay over the disk", () => {
+  expect(onDisk(0.3, -0.4)).toEqual([0.3, -0.4]);
+  const [u, v] = onDisk(30, -40);
+  expect(Math.hypot(u, v)).toBeLessThan(1);
+  expect(v / u).toBeCloseTo(-4 / 3);
+});
+
+test("undo goes back and forth", () => {
+  const history = new History(), state = copyOf(FIRST);
+  for (const zoom of [2, 3]) {
+    history.keep(state);
+    state.zoom = zoom;
+  }
+  const second = history.back(state);
+  expect(second?.zoom).toBe(2);
+  const first = history.back(second ?? state);
+  expect(first?.zoom).toBe(1);
+  expect(history.back(first ?? state)).toBeNull();
+  expect(history.forth(first ?? state)?.zoom).toBe(2);
+});

@@ -1,0 +1,15 @@
+import { fileURLToPath } from "node:url";
+import { defineConfig } from "vitest/config";
+
+export default defineConfig({
+  resolve: { alias: { "relume-three": fileURLToPath(new URL("packages/relume-three/src/index.ts", import.meta.url)) } },
+  test: {
+    projects: [
+      { extends: true, test: { name: "unit", include: ["packages/*/tests/*.test.ts", "tests/unit/*.test.ts"] } },
+      {
+        extends: true,
+        test: { name: "browser", include: ["tests/browser/*.test.ts"], testTimeout: 120_000, hookTimeout: 240_000, fileParallelism: false },
+      },
+    ],
+  },
+});

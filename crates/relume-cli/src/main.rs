@@ -18,6 +18,7 @@ mod normals;
 mod opacity;
 mod output;
 mod paths;
+mod photographs;
 mod progress;
 mod rearranged;
 mod rearranged_btf;

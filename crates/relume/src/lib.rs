@@ -51,6 +51,7 @@ pub mod direction;
 pub mod error;
 pub mod job;
 pub mod lab;
+pub mod lamps;
 pub mod limits;
 pub mod maps;
 mod memory;

@@ -10,7 +10,8 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use relume::capture::Capture;
-use relume::{Error, Job, Raster, Result, Stamp};
+use relume::format::Opened;
+use relume::{Error, Job, Result, Stamp};
 use serde::{Deserialize, Serialize};
 
 use super::temporary::{folder_of, is_temporary};
@@ -135,14 +136,14 @@ impl CaptureFiles {
         Ok(Self { folder, list })
     }
 
-    /// Reads a photograph.
+    /// Opens a photograph.
     ///
     /// # Errors
     /// A photograph that cannot be read, or differs from the one listed.
-    pub fn raster(&self, photograph: &Path, job: &Job) -> Result<Raster> {
+    pub fn open(&self, photograph: &Path, job: &Job) -> Result<Opened> {
         let opened = input::open(photograph, job)?;
         self.check(photograph, || opened.stamp())?;
-        opened.into_raster()
+        Ok(opened)
     }
 
     fn check(&self, photograph: &Path, stamp: impl Fn() -> Stamp) -> Result<()> {

@@ -17,11 +17,13 @@ mod formats;
 mod gallery;
 mod height;
 mod info;
+mod lights;
 mod man;
 mod maps;
 mod match_histogram;
 mod material;
 mod model;
+mod new;
 mod procedural;
 mod relight;
 mod render;
@@ -76,6 +78,8 @@ pub enum Verb {
     Height(height::Args),
     /// Describe the contents of a file
     Info(info::Args),
+    /// Find the lamps of photographs by mirror balls beside the surface
+    Lights(lights::Args),
     /// Make the height, albedo, roughness and normals of a built-in material
     Procedural(procedural::Args),
     /// Write the maps of a material under the names and in the packings of other programs
@@ -84,6 +88,8 @@ pub enum Verb {
     Match(match_histogram::Args),
     /// Model a texture as a random field: a few kilobytes for any size
     Model(model::Args),
+    /// From a folder of photographs to a texture, its maps and a picture, in one command
+    New(new::Args),
     /// Show a texture under a light, or a sweep of lights
     Relight(relight::Args),
     /// Show a texture on an object
@@ -147,10 +153,12 @@ pub fn run(verb: Verb, context: &Context) -> Result<Report> {
         Verb::Gallery(args) => gallery::run(&args, context),
         Verb::Height(args) => height::run(&args, context),
         Verb::Info(args) => info::run(&args, context),
+        Verb::Lights(args) => lights::run(&args, context),
         Verb::Procedural(args) => procedural::run(&args, context),
         Verb::Maps(args) => maps::run(&args, context),
         Verb::Match(args) => match_histogram::run(&args, context),
         Verb::Model(args) => model::run(&args, context),
+        Verb::New(args) => new::run(&args, context),
         Verb::Relight(args) => relight::run(&args, context),
         Verb::Render(args) => render::run(&args, context),
         Verb::Roll(args) => roll::run(&args, context),

@@ -14,13 +14,16 @@ use serde_json::Value;
 use crate::support::{write_grey, write_material};
 
 /// All verbs; `@name` is a file or folder of that name.
-const COMMANDS: [&str; 49] = [
+const COMMANDS: [&str; 52] = [
     "capture sponge -o @c --size 48 --lights 9",
     "capture --height @mask.png --albedo @a.png -o @maps --lights 3",
     "capture --height @mask.png --albedo @a.png --metallic @a.png -o @btf --views 2",
     "capture weave --size 16 -o @btf.zip --pairs 2",
+    "capture leather -o @balls --size 64 --lights 4 --balls 1",
+    "lights @balls --ball 83.5,32,16 -o @l.lp --picture @l.png",
     "fit @c -o @f.ptm",
     "fit @c -o @g.exr",
+    "new @c -o @new",
     "procedural marble -o @p --size 48",
     "synth @a.png -o @o.png --size 40 --block 16 --source-map @m.npy --report @r.json --apply @a.png",
     "synth @a.png -o @o_el.png --size 20 --method efros-leung",

@@ -15,10 +15,12 @@ mod fit;
 mod gallery;
 mod gonioreflectometer;
 mod height;
+mod lights;
 mod maps;
 #[cfg(target_os = "linux")]
 mod memory;
 mod model;
+mod new;
 mod one_door;
 mod outputs;
 mod procedural;

@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use super::finder::{Finder, is_hidden, list, listing};
 use super::lp::{List, LpEntry, printable};
+use super::relightlab::{self, ProjectLights};
 use crate::direction::Direction;
 use crate::error::{Error, Result};
 use crate::names::named;
@@ -44,6 +45,8 @@ pub struct Photograph {
     pub path: PathBuf,
     /// The direction of its light.
     pub light: Direction,
+    /// The vector of its light as listed: a position where its length is not 1.
+    pub vector: [f64; 3],
 }
 
 /// Photographs of one surface from one viewpoint, each under its own light.
@@ -55,14 +58,14 @@ pub struct Capture {
     pub light_stamp: Stamp,
     /// In the order of the light file.
     pub photographs: Vec<Photograph>,
-    /// What may surprise: photographs found in another folder, pictures without a line. One sentence
-    /// each.
+    /// What may surprise: photographs found in another folder, pictures without a line, a count that is not the number
+    /// of lines, lights at the horizon. One sentence each.
     pub warnings: Vec<String>,
 }
 
 impl Capture {
-    /// Opens a capture from a `.lp` file or a folder that holds exactly one. Photographs are located, not
-    /// read.
+    /// Opens a capture from a `.lp` file, a project or dome of RelightLab (`.relight`, `.dome`), or a folder that holds
+    /// exactly one of them. Photographs are located, not read.
     ///
     /// # Errors
     /// Everything [`super::lp::parse`] refuses, a folder with no or several light files, and lights
@@ -79,19 +82,20 @@ impl Capture {
         let path = path.as_ref();
         let light_file = if path.is_dir() { only_light_file(path)? } else { path.to_path_buf() };
         let bytes = read_light_file(&light_file)?;
-        let list = List::parse(&bytes).map_err(|e| e.at(&light_file))?;
         let folder = match light_file.parent() {
             Some(parent) if parent != Path::new("") => parent,
             _ => Path::new("."),
         };
-        let paired = match pairing {
-            Pairing::ByName => pair_by_name(&list, folder),
-            Pairing::ByOrder => pair_by_order(&list.entries, folder).map(|paths| (paths, Vec::new())),
+        let paired = if is_project(&light_file) {
+            pair_project(&bytes, folder, pairing)
+        } else {
+            List::parse(&bytes).and_then(|list| pair_list(&list, folder, pairing))
         };
-        let paired = paired.and_then(|paired| list.check_count().map(|()| paired));
-        let (paths, warnings) = paired.map_err(|e| e.at(&light_file))?;
-        let pairs = paths.into_iter().zip(&list.entries);
-        let photographs = pairs.map(|(path, entry)| Photograph { path, light: entry.light }).collect();
+        let Paired { pairs, mut warnings } = paired.map_err(|e| e.at(&light_file))?;
+        warnings.extend(at_the_horizon(&pairs));
+        let photograph =
+            |(path, entry): (PathBuf, LpEntry)| Photograph { path, light: entry.light, vector: entry.vector };
+        let photographs = pairs.into_iter().map(photograph).collect();
         Ok(Self { light_file, light_stamp: Stamp::of(&bytes), photographs, warnings })
     }
 
@@ -102,13 +106,93 @@ impl Capture {
     }
 }
 
+/// Whether a folder holds a light file: a `.lp`, `.relight` or `.dome`.
+pub fn holds_light_file(folder: impl AsRef<Path>) -> bool {
+    let is_one = |name: &OsString| {
+        let ending = extension(name).unwrap_or_default();
+        !is_hidden(name) && ["lp", "relight", "dome"].contains(&ending.as_str())
+    };
+    list(folder.as_ref()).is_ok_and(|names| names.iter().any(is_one))
+}
+
+/// The pictures in a folder, by names in which numbers compare as numbers; hidden files are none.
+///
+/// # Errors
+/// A folder that cannot be read, or that holds no picture.
+pub fn pictures_in(folder: impl AsRef<Path>) -> Result<Vec<PathBuf>> {
+    let folder = folder.as_ref();
+    let names = list(folder)?.into_iter().filter(|name| is_picture(name));
+    let pictures: Vec<PathBuf> = names.map(|name| folder.join(name)).collect();
+    if pictures.is_empty() {
+        return Err(Error::invalid(format!(
+            "the folder holds no picture: expected photographs whose names end in {}",
+            PICTURE_EXTENSIONS.join(", ")
+        ))
+        .at(folder));
+    }
+    Ok(pictures)
+}
+
+/// Photographs with their lights, and what is to be said of how they were found.
+struct Paired {
+    pairs: Vec<(PathBuf, LpEntry)>,
+    warnings: Vec<String>,
+}
+
+/// Whether a light file is a project or a dome of RelightLab.
+fn is_project(light_file: &Path) -> bool {
+    let extension = extension(light_file.as_os_str());
+    extension.is_some_and(|extension| ["relight", "dome"].contains(&extension.as_str()))
+}
+
+fn pair_project(bytes: &[u8], folder: &Path, pairing: Pairing) -> Result<Paired> {
+    let (entries, pairing) = match relightlab::parse(bytes)? {
+        ProjectLights::Named(entries) => (entries, pairing),
+        ProjectLights::InOrder(entries) => (entries, Pairing::ByOrder),
+    };
+    pair_list(&List::of(entries), folder, pairing)
+}
+
+fn pair_list(list: &List, folder: &Path, pairing: Pairing) -> Result<Paired> {
+    let mut paired = match pairing {
+        Pairing::ByName => pair_by_name(list, folder)?,
+        Pairing::ByOrder => {
+            let paths = pair_by_order(&list.entries, folder)?;
+            let pairs = paths.into_iter().zip(list.entries.iter().cloned()).collect();
+            Paired { pairs, warnings: Vec::new() }
+        }
+    };
+    if let Some(mismatch) = list.mismatch() {
+        let taken = paired.pairs.len();
+        paired.warnings.push(format!("{mismatch}; the {taken} that have a photograph are taken"));
+    }
+    Ok(paired)
+}
+
+/// That lights were raised above the horizon, where some were.
+fn at_the_horizon(pairs: &[(PathBuf, LpEntry)]) -> Option<String> {
+    let low: Vec<String> =
+        pairs.iter().filter(|(_, entry)| entry.is_raised).map(|(_, entry)| printable(&entry.name)).collect();
+    (!low.is_empty()).then(|| {
+        format!("the lights of {} are at or below the horizon and are taken as just above it", listing(&low))
+    })
+}
+
 fn only_light_file(folder: &Path) -> Result<PathBuf> {
-    let is_light_file = |name: &OsString| !is_hidden(name) && extension(name).as_deref() == Some("lp");
-    let found: Vec<OsString> = list(folder)?.into_iter().filter(is_light_file).collect();
+    let ending = |name: &OsString| if is_hidden(name) { None } else { extension(name) };
+    let names = list(folder)?;
+    let with = |wanted: &str| -> Vec<OsString> {
+        names.iter().filter(|name| ending(name).as_deref() == Some(wanted)).cloned().collect()
+    };
+    let found = ["lp", "relight", "dome"].map(with).into_iter().find(|found| !found.is_empty());
+    let found = found.unwrap_or_default();
     match found.len() {
         1 => Ok(folder.join(&found[0])),
-        0 => Err(Error::invalid(format!("the folder holds no light-position file (.lp){}", below(folder)))
-            .at(folder)),
+        0 => Err(Error::invalid(format!(
+            "the folder holds no light-position file (.lp), nor a .relight or .dome{}",
+            below(folder)
+        ))
+        .at(folder)),
         n => Err(Error::usage(format!(
             "the folder holds {n} light-position files ({}): name the one to use",
             listing(&found.iter().map(|name| name.to_string_lossy().into_owned()).collect::<Vec<_>>())
@@ -153,16 +237,23 @@ fn is_picture(name: &OsStr) -> bool {
     !is_hidden(name) && extension(name).is_some_and(|e| PICTURE_EXTENSIONS.contains(&e.as_str()))
 }
 
-/// The photographs of a list by their names, and what is to be said of how they were found.
-fn pair_by_name(list: &List, folder: &Path) -> Result<(Vec<PathBuf>, Vec<String>)> {
+/// The photographs of a list by their names. Lines without a photograph are left out where the first line of the file
+/// does not count them either.
+fn pair_by_name(list: &List, folder: &Path) -> Result<Paired> {
     let mut finder = Finder::new(folder)?;
     let (found, elsewhere) = finder.find(&list.entries)?;
-    if let Some(missing) = missing(list, &found, &finder) {
+    let present = found.iter().flatten().count();
+    if let Some(missing) = missing(list, &found, &finder)
+        && !(list.promises(present) && present > 0)
+    {
         return Err(Error::invalid(missing));
     }
-    let paths: Vec<PathBuf> = found.into_iter().flatten().collect();
+    let named = found.into_iter().zip(list.entries.iter().cloned());
+    let (with, without): (Vec<_>, Vec<_>) = named.partition(|(path, _)| path.is_some());
+    let pairs: Vec<(PathBuf, LpEntry)> =
+        with.into_iter().filter_map(|(path, entry)| Some((path?, entry))).collect();
     let mut line_of: BTreeMap<&Path, usize> = BTreeMap::new();
-    for (entry, path) in list.entries.iter().zip(&paths) {
+    for (path, entry) in &pairs {
         if let Some(earlier) = line_of.insert(path, entry.line) {
             return Err(Error::invalid(format!(
                 "lines {earlier} and {} both name {}: a photograph has one light",
@@ -174,8 +265,12 @@ fn pair_by_name(list: &List, folder: &Path) -> Result<(Vec<PathBuf>, Vec<String>
     let place = elsewhere.map(|place| {
         format!("no photograph is beside the light file; all were found in {}", place.display())
     });
-    let warnings = place.into_iter().chain(without_a_line(&paths)?).collect();
-    Ok((paths, warnings))
+    let absent: Vec<String> = without.iter().map(|(_, entry)| printable(&entry.name)).collect();
+    let absent =
+        (!absent.is_empty()).then(|| format!("there are lights but no photographs of {}", listing(&absent)));
+    let paths: Vec<PathBuf> = pairs.iter().map(|(path, _)| path.clone()).collect();
+    let warnings = place.into_iter().chain(absent).chain(without_a_line(&paths)?).collect();
+    Ok(Paired { pairs, warnings })
 }
 
 /// That photographs are missing, in one sentence, where some are.
@@ -308,7 +403,7 @@ mod tests {
         let text = message(&two, Pairing::ByName);
         assert!(text.contains("2 light-position files (lights.lp, more.LP)"), "{text}");
         let none = tempfile::tempdir().unwrap();
-        assert!(message(&none, Pairing::ByName).ends_with("no light-position file (.lp)"));
+        assert!(message(&none, Pairing::ByName).contains("no light-position file (.lp)"));
         let below = set("Dome/lights.lp", b"0\n", &["Photos/a.jpg"]);
         assert!(message(&below, Pairing::ByName).ends_with("that do: Dome"));
     }
@@ -412,12 +507,47 @@ mod tests {
 
     #[test]
     fn a_wrong_count_and_a_missing_photograph_are_said_together() {
-        let set = folder("2\na.jpg 0 0 1\nb.jpg 0 1 1\nc.jpg 1 0 1\n\n", &["a.jpg", "b.jpg"]);
+        let set = folder("4\na.jpg 0 0 1\nb.jpg 0 1 1\nc.jpg 1 0 1\n\n", &["a.jpg", "b.jpg"]);
         let text = message(&set, Pairing::ByName);
         assert!(text.contains("line 4: the photograph c.jpg is missing"), "{text}");
-        assert!(text.contains("line 1 promises 2 lights, but 3 lines follow"), "{text}");
-        std::fs::write(set.path().join("c.jpg"), b"").unwrap();
-        assert!(message(&set, Pairing::ByName).contains("correct the number or the list"));
+        assert!(text.contains("line 1 promises 4 lights, but 3 lines follow"), "{text}");
+    }
+
+    #[test]
+    fn a_wrong_count_is_said_and_the_capture_usable() {
+        let set = folder("2\na.jpg 0 0 1\nb.jpg 0 1 1\nc.jpg 1 0 1\n\n", &["a.jpg", "b.jpg", "c.jpg"]);
+        let (names, warnings) = found(&set, "lights.lp");
+        assert_eq!(names, ["a.jpg", "b.jpg", "c.jpg"]);
+        assert!(
+            warnings.len() == 1 && warnings[0].contains("promises 2 lights, but 3 lines"),
+            "{warnings:?}"
+        );
+        // A line without a photograph that the first line does not count either.
+        std::fs::remove_file(set.path().join("b.jpg")).unwrap();
+        let (names, warnings) = found(&set, "lights.lp");
+        assert_eq!(names, ["a.jpg", "c.jpg"]);
+        assert!(warnings[0].contains("no photographs of b.jpg"), "{warnings:?}");
+    }
+
+    #[test]
+    fn lights_at_the_horizon_are_said() {
+        let set = folder("2\na.jpg 0 0.79 -0.001\nb.jpg 0 0 1.06", &["a.jpg", "b.jpg"]);
+        let warnings = found(&set, "lights.lp").1;
+        assert!(
+            warnings.len() == 1 && warnings[0].contains("a.jpg are at or below the horizon"),
+            "{warnings:?}"
+        );
+    }
+
+    #[test]
+    fn projects_and_domes_of_relightlab_are_captures() {
+        let project =
+            br#"{"folder": "jpg", "images": [{"filename": "b.jpg", "direction": {"x":0,"y":0,"z":1}}]}"#;
+        let named = set("x.relight", project, &["jpg/b.jpg"]);
+        assert_eq!(found(&named, "x.relight").0, ["jpg/b.jpg"]);
+        assert_eq!(opened(&named, Pairing::ByName).unwrap(), ["jpg/b.jpg"]);
+        let dome = set("x.dome", br#"{"directions": [[0,0,1],[0,1,1]]}"#, &["2.jpg", "10.jpg"]);
+        assert_eq!(found(&dome, "x.dome").0, ["2.jpg", "10.jpg"]);
     }
 
     #[cfg(unix)]

@@ -5,7 +5,7 @@
 //! hold spaces, be absolute Windows paths or carry sub-folders, so the last three words of a line
 //! are the vector and everything before them is the name. Decimal commas, CR LF, a byte-order
 //! mark and empty lines are accepted; a line that is not UTF-8 is taken as Latin-1, and the bytes
-//! of its name are kept.
+//! of its name are kept. Directions at or a little below the horizon, which measurements give, are taken as just above it.
 
 use crate::direction::Direction;
 use crate::error::{Error, Result};
@@ -19,8 +19,31 @@ pub struct LpEntry {
     pub raw_name: Vec<u8>,
     /// The direction of the light, seen from the object.
     pub light: Direction,
+    /// The vector as it stands in the file: a position where its length is not 1.
+    pub vector: [f64; 3],
+    /// Whether the light was at or a little below the horizon, and is taken as just above it.
+    pub is_raised: bool,
     /// The line number in the file, from 1.
     pub line: usize,
+}
+
+/// The lowest direction that is accepted, and the one it is taken for, as the sine of the elevation.
+const LOWEST: f64 = -0.02;
+const HORIZON: f64 = 1e-3;
+
+/// The direction of a listed light, and whether it was raised above the horizon.
+pub(super) struct Listed {
+    pub light: Direction,
+    pub is_raised: bool,
+}
+
+/// A light at or a little below the horizon as one just above it; `None` farther below.
+pub(super) fn raised(light: Direction) -> Option<Listed> {
+    if light.z() > 0.0 {
+        return Some(Listed { light, is_raised: false });
+    }
+    let raised = Direction::new(light.x(), light.y(), HORIZON).ok().filter(|_| light.z() >= LOWEST)?;
+    Some(Listed { light: raised, is_raised: true })
 }
 
 /// Reads the content of a light-position file.
@@ -74,8 +97,18 @@ impl List {
         Ok(Self { count_line, count, entries })
     }
 
+    /// A list without a first line that counts.
+    pub(super) fn of(entries: Vec<LpEntry>) -> Self {
+        Self { count_line: 0, count: entries.len(), entries }
+    }
+
+    /// Whether the first line promises this number of lights.
+    pub(super) fn promises(&self, count: usize) -> bool {
+        self.count == count && self.count != self.entries.len()
+    }
+
     /// Refuses a count that is not the number of lines.
-    pub(super) fn check_count(&self) -> Result<()> {
+    fn check_count(&self) -> Result<()> {
         self.mismatch().map_or(Ok(()), |mismatch| {
             Err(Error::invalid(format!("{mismatch}: correct the number or the list")))
         })
@@ -100,6 +133,16 @@ pub fn format(lights: &[(String, Direction)]) -> String {
     for (name, light) in lights {
         let name = name.replace(['\n', '\r'], " ");
         text += &format!("{name} {:.9} {:.9} {:.9}\n", light.x(), light.y(), light.z());
+    }
+    text
+}
+
+/// Writes a light-position file of positions instead of unit vectors, in the same form.
+pub fn format_positions(lights: &[(String, [f64; 3])]) -> String {
+    let mut text = format!("{}\n", lights.len());
+    for (name, [x, y, z]) in lights {
+        let name = name.replace(['\n', '\r'], " ");
+        text += &format!("{name} {x:.6} {y:.6} {z:.6}\n");
     }
     text
 }
@@ -134,13 +177,13 @@ fn parse_line(line: usize, text: &[u8]) -> Result<LpEntry> {
     let light = Direction::new(x, y, z).map_err(|e| {
         Error::invalid(format!("line {line}: the light of {}: {}", printable(&name), e.message()))
     })?;
-    if light.z() <= 0.0 {
-        return Err(Error::invalid(format!(
+    let Listed { light, is_raised } = raised(light).ok_or_else(|| {
+        Error::invalid(format!(
             "line {line}: the light of {} at ({x}, {y}, {z}) is not above the surface: z must be positive",
             printable(&name)
-        )));
-    }
-    Ok(LpEntry { name, raw_name: rest.to_vec(), light, line })
+        ))
+    })?;
+    Ok(LpEntry { name, raw_name: rest.to_vec(), light, vector, is_raised, line })
 }
 
 /// A number with a decimal point or a decimal comma.
@@ -199,12 +242,20 @@ mod tests {
     }
 
     #[test]
+    fn lights_a_little_below_the_horizon_are_raised_and_vectors_kept() {
+        let entries = parse(b"3\na 0.9 0.1 -0.001\nb 0 0.79 0\nc 0 0.8 0.7").unwrap();
+        assert_eq!(entries.iter().map(|e| e.is_raised).collect::<Vec<_>>(), [true, true, false]);
+        assert!(entries.iter().all(|e| e.light.z() > 0.0 && (e.light.dot(e.light) - 1.0).abs() < 1e-12));
+        assert_eq!(entries[0].vector, [0.9, 0.1, -0.001]);
+    }
+
+    #[test]
     fn errors_name_the_line() {
         assert!(message("2\na 0 0 1\n\nb 0 nan 1").starts_with("line 4: the light of b"));
         assert!(message("1\na 0 0 inf").starts_with("line 2"));
         assert!(message("1\na 0 0 0").starts_with("line 2"));
         assert!(message("1\na 0.5 0 -0.1").contains("not above the surface"));
-        assert!(message("1\na 1 0 0").contains("not above the surface"));
+        assert!(message("1\na 0 0 -1").contains("not above the surface"));
         assert!(message("1\n0 0 1").contains("expected a name and three numbers"));
         assert!(message("1\na 0 1,2,3 1").contains("expected a name and three numbers"));
         assert!(message("a.png 0 0 1").contains("expected the number of lights"));

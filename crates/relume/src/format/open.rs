@@ -20,6 +20,7 @@ use super::npy::{self, Array};
 use super::opacity::OPACITY_UNUSED;
 use super::raster;
 use super::tile_set::{self, Said, TileSetFile};
+use super::turned::turned_back;
 use super::whole::{read_bytes, read_file};
 use super::{exr, rlm, web};
 use crate::brdf::MeasuredBrdf;
@@ -93,6 +94,20 @@ impl Opened {
     /// The number of bytes in the file.
     pub fn length(&self) -> u64 {
         self.bytes.len() as u64
+    }
+
+    /// How a camera recorded that a picture is to be turned: 1 to 8 as in EXIF, 1 for as it is.
+    pub fn orientation(&self) -> u16 {
+        raster::orientation(&self.bytes)
+    }
+
+    /// A picture of colours as it is stored, whatever orientation is recorded.
+    ///
+    /// # Errors
+    /// As [`Opened::into_raster`].
+    pub fn into_unturned_raster(self) -> Result<Raster> {
+        let (orientation, name) = (self.orientation(), self.name.clone());
+        turned_back(self.into_raster()?, orientation).map_err(|e| e.at(name))
     }
 
     /// The stamp of the file's bytes.

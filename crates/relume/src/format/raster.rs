@@ -107,6 +107,19 @@ pub(super) fn head(bytes: &[u8]) -> Option<PictureHead> {
     })
 }
 
+/// The orientation that a camera recorded (EXIF tag 0x0112), 1 where it recorded none.
+pub(super) fn orientation(bytes: &[u8]) -> u16 {
+    let format = match Kind::of(bytes) {
+        Some(Kind::Png) => ImageFormat::Png,
+        Some(Kind::Jpeg) => ImageFormat::Jpeg,
+        Some(Kind::Tiff) => ImageFormat::Tiff,
+        _ => return 1,
+    };
+    let decoder = ImageReader::with_format(Cursor::new(bytes), format).into_decoder();
+    let recorded = decoder.ok().and_then(|mut decoder| decoder.orientation().ok());
+    recorded.map_or(1, |orientation| u16::from(orientation.to_exif()))
+}
+
 fn decoder_limits(job: &Job) -> image::Limits {
     let side = u32::try_from(job.limits().max_side).unwrap_or(u32::MAX);
     let mut bounds = image::Limits::default();

@@ -38,6 +38,34 @@ pub(super) fn turned(raster: Raster, orientation: u16) -> Result<Raster> {
     }
 }
 
+/// The picture as it is stored, from one that is turned as it is to be shown.
+pub(super) fn turned_back(raster: Raster, orientation: u16) -> Result<Raster> {
+    // Quarter turns undo each other; the other orientations undo themselves.
+    turned(
+        raster,
+        match orientation {
+            6 => 8,
+            8 => 6,
+            same => same,
+        },
+    )
+}
+
 fn moved<T: Copy>(samples: &[T], sources: &[usize], channels: usize) -> Vec<T> {
     sources.iter().flat_map(|texel| &samples[texel * channels..][..channels]).copied().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_orientation_is_undone() {
+        let raster = Raster::new(Size::new(3, 2), 1, Samples::U8(vec![1, 2, 3, 4, 5, 6])).unwrap();
+        for orientation in 0..=9 {
+            let shown = turned(raster.clone(), orientation).unwrap();
+            assert_eq!((2..=8).contains(&orientation), shown != raster);
+            assert_eq!(turned_back(shown, orientation).unwrap(), raster);
+        }
+    }
 }

@@ -5,6 +5,7 @@
 //! | `normals`, `argmax` | normals and albedo of a field: the direction of maximal luminance |
 //! | `doubts` | whether those normals can be trusted |
 //! | `photometric_stereo`, `robust` | normals and albedo from photographs under many lights |
+//! | `shared_reflectance` | the same with a reflectance that all texels share |
 //! | `shape_from_shading` | slopes from one photograph under a known light |
 //! | `slopes` | normals to slopes and back |
 //! | `integrate` | slopes to heights: Frankot and Chellappa, Poisson, and the slow truth |
@@ -18,6 +19,7 @@ mod normals;
 pub mod photometric_stereo;
 mod robust;
 pub mod shape_from_shading;
+mod shared_reflectance;
 mod slopes;
 
 pub use doubts::{NormalDoubt, doubts};

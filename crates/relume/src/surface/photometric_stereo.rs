@@ -2,17 +2,19 @@
 //!
 //! Each texel is solved independently (`robust`) on linear luminance; the albedo of each channel then follows
 //! by weighted least squares along the resulting shading. Photographs are read once if all values fit into
-//! memory, otherwise once for each band of rows; the result does not depend on the bands. Lamps are far away
-//! and of equal strength, and the camera is straight above. Texels whose values determine no direction (black
+//! memory, otherwise once for each band of rows; the result does not depend on the bands. Lamps are far away,
+//! or at known places, and of equal strength, and the camera is straight above. Texels whose values determine no direction (black
 //! everywhere) face the viewer.
 
 use rayon::prelude::*;
 
 use super::luminance;
 use super::robust::{self, Ambient, Estimator, Scratch};
+use super::shared_reflectance::{self, FINAL_STEPS, GridTexel, LightAndHalf, ReflectanceTable};
 use crate::direction::Direction;
 use crate::error::{Error, Result};
 use crate::job::Job;
+use crate::lamps::LampPositions;
 use crate::picture::Picture;
 use crate::planes::Planes;
 use crate::raster::{LoadRaster, Raster, RasterSequence};
@@ -50,17 +52,29 @@ pub struct Stereo {
     pub undetermined: usize,
 }
 
-/// Solves all texels. `lights` names each photograph and its light, and `load(i)` reads the i-th.
+/// The photographs of a surface under known lights.
+#[derive(Clone, Copy)]
+pub struct StereoInput<'a> {
+    /// The name of each photograph and its light.
+    pub lights: &'a [(String, Direction)],
+    /// Where the lamps are, if they are so near that the direction and strength of their light differ over the surface.
+    pub lamps: Option<&'a LampPositions>,
+    /// Reads a photograph.
+    pub load: &'a LoadRaster<'a>,
+}
+
+/// Solves all texels.
 ///
 /// # Errors
 /// Fewer than three lights, or lights that (nearly) lie in a plane; errors of `load`; photographs that differ
-/// in size or channels; sizes beyond the limits of the job.
-pub fn photometric_stereo(
-    lights: &[(String, Direction)],
-    load: &LoadRaster,
-    options: &StereoOptions,
-    job: &Job,
-) -> Result<Stereo> {
+/// in size or channels; an ambient light with a shared reflectance; sizes beyond the limits of the job.
+pub fn photometric_stereo(input: StereoInput, options: &StereoOptions, job: &Job) -> Result<Stereo> {
+    let StereoInput { lights, load, .. } = input;
+    if (options.estimator, options.ambient) == (Estimator::Shared, Ambient::Constant) {
+        return Err(Error::usage(
+            "a shared reflectance is estimated without an ambient light: choose one of both",
+        ));
+    }
     let directions: Vec<[f64; 3]> = lights.iter().map(|(_, light)| light.to_array()).collect();
     check_lights(&directions, options.ambient)?;
     let photographs = RasterSequence::open(load)?;
@@ -76,19 +90,83 @@ pub fn photometric_stereo(
     let _band = job.hold("rows of all photographs", row_bytes * rows as u64)?;
 
     job.start("photometric stereo", (lights.len() * size.height.div_ceil(rows)) as u64);
+    let read = |i: usize, top: usize, band: Size| {
+        let photograph = photographs.read(i)?;
+        check_alike(&photograph, (size, channels), &lights[i].0)?;
+        Ok(photograph.crop(0, top, band)?.to_picture(Space::Linear).planes)
+    };
+    let mut solver = Solver { directions, lamps: input.lamps, options: *options, table: None };
+    if options.estimator == Estimator::Shared {
+        solver.table = Some(learned(&solver, size, &|i| read(i, 0, size), job)?);
+    }
     let mut texels = Vec::with_capacity(size.texels());
     for top in (0..size.height).step_by(rows) {
         let band = Size::new(size.width, rows.min(size.height - top));
         let read = |i: usize| {
-            let photograph = photographs.read(i)?;
-            check_alike(&photograph, (size, channels), &lights[i].0)?;
+            let values = read(i, top, band)?;
             job.advance(1)?;
-            Ok(photograph.crop(0, top, band)?.to_picture(Space::Linear).planes)
+            Ok(values)
         };
         let values = (0..lights.len()).into_par_iter().map(read).collect::<Result<Vec<Planes>>>()?;
-        texels.extend(solve_band(&directions, &values, options, job)?);
+        texels.extend(solver.solve_band(&values, top, job)?);
     }
     Ok(collect(size, channels, &texels))
+}
+
+/// About this many texels show the reflectance that all share.
+const SHARED_TEXELS: usize = 15_000;
+
+/// The reflectance that all texels share, from a regular grid of them.
+fn learned(
+    solver: &Solver,
+    size: Size,
+    read: &(dyn Fn(usize) -> Result<Planes> + Sync),
+    job: &Job,
+) -> Result<ReflectanceTable> {
+    let step = ((size.texels() as f64 / SHARED_TEXELS as f64).sqrt().ceil() as usize).max(1);
+    let grid: Vec<usize> = (0..size.height)
+        .step_by(step)
+        .flat_map(|y| (0..size.width).step_by(step).map(move |x| size.index(x, y)))
+        .collect();
+    let lights = solver.directions.len();
+    job.check_bytes("the shared reflectance", (grid.len() * lights * (8 + 2 * 48)) as u64)?;
+    let of_photograph = |i: usize| {
+        let planes = read(i)?;
+        Ok(grid.iter().map(|&texel| luminance::of_texel(&planes, texel)).collect())
+    };
+    let columns = (0..lights).into_par_iter().map(of_photograph).collect::<Result<Vec<Vec<f64>>>>()?;
+    let texel = |(k, &texel): (usize, &usize)| {
+        let mut here = solver.lights_at(texel % size.width, texel / size.width);
+        let values: Vec<f64> =
+            columns.iter().zip(&here.shares).map(|(column, share)| column[k] / share).collect();
+        let matt = robust::solve(
+            &here.directions,
+            &values,
+            (Estimator::Shared, Ambient::None),
+            &mut Scratch::default(),
+        )?;
+        let lights = here.directions.drain(..).map(LightAndHalf::new).collect();
+        Some(GridTexel { lights, values, b: matt.b })
+    };
+    let mut texels: Vec<GridTexel> = grid.par_iter().enumerate().filter_map(texel).collect();
+    // Texels that are black everywhere, such as those outside a mask, say nothing.
+    texels.retain(|texel| texel.b[2] > 0.0 && texel.values.iter().any(|v| *v > 0.0));
+    job.proceed()?;
+    Ok(shared_reflectance::learn(&mut texels))
+}
+
+/// What is the same for all texels.
+struct Solver<'a> {
+    directions: Vec<[f64; 3]>,
+    lamps: Option<&'a LampPositions>,
+    options: StereoOptions,
+    table: Option<ReflectanceTable>,
+}
+
+/// The lights at one texel: unit vectors, and their strengths relative to those in the middle of the surface.
+struct LightsHere {
+    directions: Vec<[f64; 3]>,
+    shares: Vec<f64>,
 }
 
 /// A solved texel.
@@ -132,26 +210,51 @@ fn check_alike(photograph: &Raster, expected: (Size, usize), name: &str) -> Resu
     )))
 }
 
-fn solve_band(
-    lights: &[[f64; 3]],
-    photographs: &[Planes],
-    options: &StereoOptions,
-    job: &Job,
-) -> Result<Vec<Solved>> {
-    let texels = photographs[0].size().texels();
-    let solved = (0..texels).into_par_iter().with_min_len(256).map_init(
-        || (Scratch::default(), Vec::with_capacity(lights.len())),
-        |(scratch, values), texel| {
-            job.proceed()?;
-            values.clear();
-            values.extend(photographs.iter().map(|planes| luminance::of_texel(planes, texel)));
-            Ok(match robust::solve(lights, values, (options.estimator, options.ambient), scratch) {
-                Some(matt) => finish(&matt, lights, photographs, &scratch.weights, texel),
-                None => UNDETERMINED,
-            })
-        },
-    );
-    solved.collect()
+impl Solver<'_> {
+    fn lights_at(&self, x: usize, y: usize) -> LightsHere {
+        match self.lamps {
+            None => {
+                LightsHere { directions: self.directions.clone(), shares: vec![1.0; self.directions.len()] }
+            }
+            Some(lamps) => {
+                let (directions, shares) = (0..self.directions.len()).map(|i| lamps.at(i, x, y)).unzip();
+                LightsHere { directions, shares }
+            }
+        }
+    }
+
+    /// The texels of the rows from `top`.
+    fn solve_band(&self, photographs: &[Planes], top: usize, job: &Job) -> Result<Vec<Solved>> {
+        let size = photographs[0].size();
+        let far = self.lights_at(0, 0);
+        let solved = (0..size.texels()).into_par_iter().with_min_len(256).map_init(
+            || (Scratch::default(), Vec::with_capacity(photographs.len())),
+            |(scratch, values), texel| {
+                job.proceed()?;
+                let near = self.lamps.map(|_| self.lights_at(texel % size.width, top + texel / size.width));
+                let here = near.as_ref().unwrap_or(&far);
+                values.clear();
+                let of_all = photographs.iter().zip(&here.shares);
+                values.extend(of_all.map(|(planes, share)| luminance::of_texel(planes, texel) / share));
+                let how = (self.options.estimator, self.options.ambient);
+                Ok(match robust::solve(&here.directions, values, how, scratch) {
+                    Some(matt) => {
+                        let matt = self.refined(matt, here, values);
+                        finish(&matt, here, photographs, &scratch.weights, texel)
+                    }
+                    None => UNDETERMINED,
+                })
+            },
+        );
+        solved.collect()
+    }
+
+    /// The solution under the shared reflectance, if there is one.
+    fn refined(&self, matt: robust::Matt, here: &LightsHere, values: &[f64]) -> robust::Matt {
+        let Some(table) = &self.table else { return matt };
+        let lights: Vec<LightAndHalf> = here.directions.iter().copied().map(LightAndHalf::new).collect();
+        robust::Matt { b: shared_reflectance::refine(table, &lights, values, matt.b, FINAL_STEPS), ..matt }
+    }
 }
 
 const UNDETERMINED: Solved = Solved { normal: [0.0, 0.0, 1.0], albedo: [0.0; 3], determined: false };
@@ -159,7 +262,7 @@ const UNDETERMINED: Solved = Solved { normal: [0.0, 0.0, 1.0], albedo: [0.0; 3],
 /// The unit normal, and the albedo of each channel along the shading.
 fn finish(
     matt: &robust::Matt,
-    lights: &[[f64; 3]],
+    here: &LightsHere,
     photographs: &[Planes],
     weights: &[f64],
     texel: usize,
@@ -173,11 +276,12 @@ fn finish(
         let cosine: f64 = light.iter().zip(normal).map(|(l, n)| l * n).sum();
         cosine.max(0.0) + matt.ambient / length
     };
+    let LightsHere { directions: lights, shares } = here;
     let below: f64 = lights.iter().zip(weights).map(|(l, w)| w * shading(l).powi(2)).sum();
     let channel = |c: usize| {
-        let terms = photographs.iter().zip(lights.iter().zip(weights));
-        let above: f64 =
-            terms.map(|(planes, (l, w))| w * shading(l) * f64::from(planes.plane(c)[texel])).sum();
+        let terms = photographs.iter().zip(shares).zip(lights.iter().zip(weights));
+        let value = |planes: &Planes, share: f64| f64::from(planes.plane(c)[texel]) / share;
+        let above: f64 = terms.map(|((planes, share), (l, w))| w * shading(l) * value(planes, *share)).sum();
         if below > 0.0 { (above / below) as f32 } else { 0.0 }
     };
     let channels = photographs[0].count();
@@ -250,7 +354,8 @@ mod tests {
         options: StereoOptions,
         job: Job,
     ) -> Result<Stereo> {
-        photometric_stereo(lights, &|i| Ok(planted.photographs[i].clone()), &options, &job)
+        let load = |i: usize| Ok(planted.photographs[i].clone());
+        photometric_stereo(StereoInput { lights, lamps: None, load: &load }, &options, &job)
     }
 
     /// The largest angle in degrees and the largest error of albedo.
@@ -272,7 +377,7 @@ mod tests {
     fn planted_normals_and_colours_are_found_by_every_estimator() {
         let lights = lights(12);
         let planted = planted(Size::new(7, 5), &lights, 0.0, false);
-        for estimator in [Estimator::LeastSquares, Estimator::Trimmed, Estimator::Robust] {
+        for estimator in [Estimator::LeastSquares, Estimator::Trimmed, Estimator::Robust, Estimator::Shared] {
             let options = StereoOptions { estimator, ..StereoOptions::default() };
             let found = run(&planted, &lights, options, Job::default()).unwrap();
             let (angle, albedo) = errors(&planted, &found);
@@ -307,6 +412,39 @@ mod tests {
     }
 
     #[test]
+    fn near_lamps_light_every_texel_from_its_own_direction() {
+        let size = Size::new(40, 30);
+        let place = |i: usize| {
+            let (sin, cos) = (0.7 * i as f64).sin_cos();
+            [40.0 * cos, 40.0 * sin, 60.0 + 4.0 * (i % 3) as f64]
+        };
+        let lamps = LampPositions::new((0..9).map(place).collect(), (40, 30), 80.0).unwrap();
+        let normal = Direction::from_angles(0.2, 1.0).to_array();
+        let photograph = |k: usize| {
+            let value = |i: usize| {
+                let (light, share) = lamps.at(k, i % 40, i / 40);
+                (0.5 * share * light.iter().zip(normal).map(|(l, n)| l * n).sum::<f64>()) as f32
+            };
+            Raster::new(size, 1, Samples::F32((0..size.texels()).map(value).collect())).unwrap()
+        };
+        let load = |k: usize| Ok(photograph(k));
+        let lights: Vec<_> = (0..9).map(|k| (k.to_string(), lamps.direction(k))).collect();
+        let with = |lamps| {
+            let input = StereoInput { lights: &lights, lamps, load: &load };
+            let options = StereoOptions { estimator: Estimator::LeastSquares, ..StereoOptions::default() };
+            let found = photometric_stereo(input, &options, &Job::default()).unwrap();
+            let off = |i: usize| {
+                let cosine: f64 = (0..3).map(|k| f64::from(found.normals.plane(k)[i]) * normal[k]).sum();
+                cosine.clamp(-1.0, 1.0).acos().to_degrees()
+            };
+            ((0..size.texels()).map(off).fold(0.0, f64::max), found.albedo.planes.plane(0)[0])
+        };
+        let (near, albedo) = with(Some(&lamps));
+        assert!(near < 0.05 && (albedo - 0.5).abs() < 1e-3, "{near} {albedo}");
+        assert!(with(None).0 > 5.0);
+    }
+
+    #[test]
     fn bands_and_threads_change_nothing() {
         let lights = lights(8);
         let planted = planted(Size::new(6, 11), &lights, 0.0, true);
@@ -334,10 +472,11 @@ mod tests {
         assert!(refused(&arc, Ambient::None).contains("in one plane"));
         let small = Raster::new(Size::new(1, 1), 3, Samples::F32(vec![0.0; 3])).unwrap();
         let load = |i: usize| Ok(if i == 4 { small.clone() } else { planted.photographs[i].clone() });
-        let odd = photometric_stereo(&all, &load, &StereoOptions::default(), &Job::default());
+        let with = |load| StereoInput { lights: &all, lamps: None, load };
+        let odd = photometric_stereo(with(&load), &StereoOptions::default(), &Job::default());
         assert!(odd.unwrap_err().to_string().contains("4.exr"));
         let black = |_: usize| Ok(small.clone());
-        let found = photometric_stereo(&all, &black, &StereoOptions::default(), &Job::default());
+        let found = photometric_stereo(with(&black), &StereoOptions::default(), &Job::default());
         assert_eq!(found.unwrap().undetermined, 1);
     }
 }

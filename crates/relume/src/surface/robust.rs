@@ -20,9 +20,16 @@ pub enum Estimator {
     Trimmed,
     /// Starting from the trimmed solution, values are weighted by how well they fit.
     Robust,
+    /// As robust, with a reflectance common to all texels that is learned from them.
+    Shared,
 }
 
-named!(Estimator { Robust => "robust", Trimmed => "trimmed", LeastSquares => "least-squares" });
+named!(Estimator {
+    Robust => "robust",
+    Trimmed => "trimmed",
+    LeastSquares => "least-squares",
+    Shared => "shared"
+});
 
 /// Whether a constant light common to all photographs is estimated for each texel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
@@ -37,6 +44,8 @@ pub enum Ambient {
 /// Fractions of the sorted values that the trimmed solution leaves out.
 const DARK: f64 = 0.3;
 const BRIGHT: f64 = 0.1;
+/// The same before a common reflectance is learned: of a surface that is not matt, what is left is most nearly so.
+const GLOSSY: f64 = 0.4;
 /// Rounds of reweighting; the weights have settled to a few percent by then.
 const ROUNDS: usize = 12;
 /// The scale of the weights, in multiples of the spread of the residuals.
@@ -94,7 +103,7 @@ fn estimate<const N: usize>(
     if estimator == Estimator::LeastSquares {
         return all;
     }
-    trim(values, N, scratch);
+    trim(values, N, if estimator == Estimator::Shared { GLOSSY } else { BRIGHT }, scratch);
     let mut found = weighted(values, &row, &scratch.weights).or(all)?;
     if estimator == Estimator::Robust {
         for _ in 0..ROUNDS {
@@ -111,14 +120,15 @@ fn estimate<const N: usize>(
 }
 
 /// Weight 1 for the middle of the sorted values and 0 for the others; at least `least` values remain.
-fn trim(values: &[f64], least: usize, scratch: &mut Scratch) {
+fn trim(values: &[f64], least: usize, bright: f64, scratch: &mut Scratch) {
     let n = values.len();
     scratch.order.clear();
     scratch.order.extend(0..n);
     scratch.order.sort_by(|&i, &j| values[i].total_cmp(&values[j]).then(i.cmp(&j)));
     let spare = n.saturating_sub(least);
-    let dark = ((DARK * n as f64) as usize).min(spare * 3 / 4);
-    let bright = ((BRIGHT * n as f64) as usize).min(spare / 4);
+    let most_dark = (spare as f64 * DARK / (DARK + bright)) as usize;
+    let dark = ((DARK * n as f64) as usize).min(most_dark);
+    let bright = ((bright * n as f64) as usize).min(spare / 4);
     for &i in scratch.order[..dark].iter().chain(&scratch.order[n - bright..]) {
         scratch.weights[i] = 0.0;
     }

@@ -5,6 +5,7 @@ use std::path::Path;
 use rayon::prelude::*;
 
 use crate::capture::dome::Dome;
+use crate::capture::dome::mirror_balls::BallStrip;
 use crate::capture::lp;
 use crate::direction::Direction;
 use crate::error::{Error, Result};
@@ -72,26 +73,38 @@ pub fn footprint(size: Size, format: PhotographFormat) -> Footprint {
     Dome::photograph_footprint(size).then(format.picture_format().footprint(size, 3))
 }
 
+/// What is photographed, and with what.
+#[derive(Debug, Clone, Copy)]
+pub struct Shoot<'a> {
+    /// The surface under the dome.
+    pub dome: &'a Dome,
+    /// The lamps, one photograph each.
+    pub lamps: &'a [Direction],
+    /// Mirror balls at the right of every photograph.
+    pub balls: Option<&'a BallStrip>,
+    /// The format of the files.
+    pub format: PhotographFormat,
+}
+
 /// Takes a photograph for every lamp and passes its name and bytes to `keep`, in order, and the light file
 /// last. Returns the fraction of values brighter than white, which the files cannot hold. Memory holds as
 /// many photographs as there are threads, or as fit.
 ///
 /// # Errors
 /// No lamps, errors of the dome or of `keep`, and a cancelled job.
-pub fn photographs(
-    dome: &Dome,
-    lamps: &[Direction],
-    format: PhotographFormat,
-    job: &Job,
-    keep: &mut dyn FnMut(&str, &[u8]) -> Result<()>,
-) -> Result<f64> {
+pub fn photographs(shoot: Shoot, job: &Job, keep: &mut dyn FnMut(&str, &[u8]) -> Result<()>) -> Result<f64> {
+    let Shoot { dome, lamps, balls, format } = shoot;
     if lamps.is_empty() {
         return Err(Error::usage("a capture needs at least one lamp, found none"));
     }
     // What is brighter than white is returned instead.
     let unheard = job.unheard();
     let photograph = |lamp: &Direction| {
-        let picture = dome.photograph_within(*lamp, job)?;
+        let surface = dome.photograph_within(*lamp, job)?;
+        let picture = match balls {
+            Some(strip) => strip.beside(&surface, *lamp, dome.options().lamp_radius_rad),
+            None => surface,
+        };
         let bright = picture.planes.as_slice().iter().filter(|v| **v > 1.0).count();
         let bytes = encode_picture_with(&picture, format.picture_format(), &unheard)?;
         job.advance(1)?;
@@ -99,7 +112,8 @@ pub fn photographs(
     };
     job.start("photographing", lamps.len() as u64);
     let mut clipped = 0;
-    let one = footprint(dome.size(), format).peak;
+    let size = balls.map_or(dome.size(), BallStrip::size);
+    let one = footprint(size, format).peak;
     let fitting = usize::try_from(job.free_bytes() / one.max(1)).unwrap_or(usize::MAX);
     let batch = rayon::current_num_threads().min(lamps.len()).min(fitting).max(1);
     job.check_bytes("the photographs taken at a time", one * batch as u64)?;
@@ -113,7 +127,7 @@ pub fn photographs(
     let named: Vec<(String, Direction)> =
         lamps.iter().enumerate().map(|(k, lamp)| (format.file_name(k), *lamp)).collect();
     keep(LIGHT_FILE, lp::format(&named).as_bytes())?;
-    let values = (lamps.len() * dome.size().texels() * 3) as f64;
+    let values = (lamps.len() * size.texels() * 3) as f64;
     Ok(if format == PhotographFormat::Exr { 0.0 } else { clipped as f64 / values })
 }
 
@@ -128,5 +142,6 @@ pub fn save(dome: &Dome, lamps: &[Direction], folder: impl AsRef<Path>, job: &Jo
         let path = folder.join(name);
         std::fs::write(&path, bytes).map_err(|e| Error::io("cannot write the file", &e).at(&path))
     };
-    photographs(dome, lamps, PhotographFormat::default(), job, &mut keep).map(|_| ())
+    let shoot = Shoot { dome, lamps, balls: None, format: PhotographFormat::default() };
+    photographs(shoot, job, &mut keep).map(|_| ())
 }

@@ -1,6 +1,7 @@
 //! Members of closed families are found by their names.
 
 use relume::capture::Pairing;
+use relume::capture::develop::{InputSpace, TurnedFrames};
 use relume::capture::dome;
 use relume::field::Domain;
 use relume::procedural::Cut;
@@ -32,6 +33,8 @@ fn every_member_is_found_by_its_name() {
     check::<FillMethod>();
     check::<SelectionOrder>();
     check::<Pairing>();
+    check::<InputSpace>();
+    check::<TurnedFrames>();
     check::<Space>();
     check::<Cut>();
     check::<Estimator>();
@@ -39,4 +42,5 @@ fn every_member_is_found_by_its_name() {
     check::<dome::DirectionSampling>();
     check::<integrate::SurfaceBorder>();
     check::<integrate::IntegrationMethod>();
+    check::<integrate::Discontinuities>();
 }

@@ -22,7 +22,7 @@ use relume::procedural::{Material, MaterialOptions};
 use relume::random_field::{ModelOptions, RealisationOptions, model_field};
 use relume::render::{Mesh, MeshRelief, Primitive, RenderOptions, render, render_relief};
 use relume::surface::integrate::{IntegrateOptions, integrate};
-use relume::surface::photometric_stereo::{StereoOptions, photometric_stereo};
+use relume::surface::photometric_stereo::{StereoInput, StereoOptions, photometric_stereo};
 use relume::surface::shape_from_shading::{ShadingOptions, shape_from_shading};
 use relume::surface::{STEEPEST, Slopes};
 use relume::synthesis::fill::{FillMethod, FillOptions, fill, tileable};
@@ -269,12 +269,9 @@ fn of_surfaces(side: usize) -> Vec<Stage> {
     let (given, luminance) = (slopes(), texture(size, 1, 13));
     vec![
         stage("photometric stereo", move |job| {
-            photometric_stereo(
-                &named_lights(12),
-                &|i| Ok(photograph(size, i)),
-                &StereoOptions::default(),
-                job,
-            )
+            let (lights, load) = (named_lights(12), |i: usize| Ok(photograph(size, i)));
+            let input = StereoInput { lights: &lights, lamps: None, load: &load };
+            photometric_stereo(input, &StereoOptions::default(), job)
         }),
         stage("integrating slopes", move |job| integrate(&given, &IntegrateOptions::default(), job)),
         stage("shape from shading", move |job| {

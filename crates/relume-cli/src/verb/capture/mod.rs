@@ -7,10 +7,11 @@ mod truth;
 
 use std::path::{Path, PathBuf};
 
+use relume::capture::dome::mirror_balls::BallStrip;
 use relume::capture::dome::{Bounce, Dome, DomeOptions, ReliefBorder, Surface, lights};
 use relume::maps::SurfaceMaps;
 use relume::procedural::{Material, MaterialOptions, Tiling};
-use relume::workflow::capture::{PhotographFormat, footprint, photographs};
+use relume::workflow::capture::{PhotographFormat, Shoot, footprint, photographs};
 use relume::{Error, Footprint, Result, Size};
 use serde_json::{Value, json};
 
@@ -40,6 +41,10 @@ pub struct Args {
     /// views]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000))]
     lights: Option<u32>,
+    /// Lay this many mirror balls at the right of the surface, in photographs from above: `relume lights` finds the
+    /// lamps by them
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=8))]
+    balls: Option<u32>,
     /// File format of the photographs; integers are sRGB-encoded, floats linear [default: png; jpg with --views and
     /// --pairs]
     #[arg(long, value_parser = args::named::<PhotographFormat>())]
@@ -106,6 +111,9 @@ struct DomeArgs {
 /// Photographs under every lamp, or from every view, and writes the files.
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
     match args.btf.pairs(args.lights)? {
+        Some(_) if args.balls.is_some() => Err(Error::usage(
+            "--balls is of photographs from above: leave it out, or leave out --views and --pairs",
+        )),
         Some(pairs) => btf::run(args, pairs, context),
         None => photograph(args, context),
     }
@@ -126,7 +134,9 @@ fn photograph(args: &Args, context: &Context) -> Result<Report> {
         source(args, &options, &|size| footprint(size, format), context)?;
     let lamps = lights(args.lights.unwrap_or(LIGHTS) as usize);
     let mut keep = |name: &str, bytes: &[u8]| folder.add(name, bytes);
-    let clipped = photographs(&dome, &lamps, format, &context.job, &mut keep)?;
+    let strip = strip(args, dome.size())?;
+    let shoot = Shoot { dome: &dome, lamps: &lamps, balls: strip.as_ref(), format };
+    let clipped = photographs(shoot, &context.job, &mut keep)?;
     truth::write(&dome, &mut keep, &context.job)?;
     let mut json = json!({
         "source": name,
@@ -135,12 +145,24 @@ fn photograph(args: &Args, context: &Context) -> Result<Report> {
         "lights": lamps.len(),
         "photographs": format.file_name(0).replace("000", "*"),
     });
+    if let Some(strip) = &strip {
+        append(&mut json, json!({ "balls": strip.balls() }));
+    }
     append(&mut json, conditions(args, &dome, clipped));
     folder.add("capture.json", format!("{json:#}\n").as_bytes())?;
     let written = folder.commit()?;
     let what = format!("{} photographs", lamps.len());
     let report = Report::new(summary(args, &what, &name, &dome, clipped), json).with_outputs(written);
     Ok(report.with_warnings(ignored(&unused).into_iter().chain(shadowed(args))))
+}
+
+/// The mirror balls beside photographs of a size.
+fn strip(args: &Args, size: Size) -> Result<Option<BallStrip>> {
+    let Some(count) = args.balls else { return Ok(None) };
+    let strip = BallStrip::new(size, count as usize).ok_or_else(|| {
+        Error::usage(format!("--balls {count}: the photographs of {size} texels are too small for them"))
+    });
+    strip.map(Some)
 }
 
 /// The number of lamps unless another is asked for.

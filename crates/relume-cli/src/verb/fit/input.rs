@@ -2,56 +2,60 @@
 
 use std::path::{Path, PathBuf};
 
-use relume::capture::Capture;
 use relume::direction::Directions;
 use relume::workflow::{Btf, Missing};
-use relume::{Job, Raster, Result};
+use relume::{Error, Job, Raster, Rect, Result};
 
-use super::{Args, BasisChoice, Rectangle};
+use super::{Args, BasisChoice};
 use crate::context::Context;
-use crate::output::{self, CaptureFiles};
+use crate::output;
+use crate::photographs::{PhotographArgs, PhotographSet};
 
 /// Photographs that are read one at a time.
 pub(super) struct Inputs {
     place: PathBuf,
     pairs: Vec<(String, Directions)>,
     warnings: Vec<String>,
-    crop: Option<Rectangle>,
     source: PhotographSource,
 }
 
 enum PhotographSource {
-    Capture {
-        paths: Vec<PathBuf>,
-        files: CaptureFiles,
-    },
+    Capture(Box<PhotographSet>),
     /// The numbers of its photographs that take part.
     Btf {
         btf: Btf,
         chosen: Vec<usize>,
+        crop: Option<Rect<usize>>,
     },
 }
 
 impl Inputs {
     /// Locates the photographs, and refuses an output that is one of them.
     pub(super) fn open(args: &Args, is_btf: bool, basis: &BasisChoice, context: &Context) -> Result<Self> {
-        if is_btf { Self::of_btf(args, basis, context) } else { Self::of_capture(args) }
+        if is_btf { Self::of_btf(args, basis, context) } else { Self::of_capture(args, context) }
     }
 
-    fn of_capture(args: &Args) -> Result<Self> {
-        let capture = Capture::open_paired(&args.capture, args.pair)?;
-        let paths: Vec<PathBuf> = capture.photographs.iter().map(|p| p.path.clone()).collect();
-        let photographs: Vec<&Path> = paths.iter().map(PathBuf::as_path).collect();
-        for written in std::iter::once(&args.output).chain(&args.report) {
-            output::refuse_input(written, &photographs)?;
+    fn of_capture(args: &Args, context: &Context) -> Result<Self> {
+        let mut set = PhotographSet::open(&args.capture, &args.photographs, &context.job)?;
+        if let Some(mask) = &args.mask {
+            set.mask(mask, &context.job)?;
         }
-        let pairs = capture.lights().into_iter().map(|(name, light)| (name, light.into())).collect();
-        let source = PhotographSource::Capture { paths, files: CaptureFiles::of(&capture)? };
-        let place = capture.light_file.clone();
-        Ok(Self { place, pairs, warnings: capture.warnings, crop: args.crop, source })
+        for written in std::iter::once(&args.output).chain(&args.report) {
+            output::refuse_input(written, &set.paths())?;
+        }
+        let pairs = set.lights().iter().map(|(name, light)| (name.clone(), (*light).into())).collect();
+        let (place, warnings) = (set.capture.light_file.clone(), set.warnings.clone());
+        Ok(Self { place, pairs, warnings, source: PhotographSource::Capture(Box::new(set)) })
     }
 
     fn of_btf(args: &Args, basis: &BasisChoice, context: &Context) -> Result<Self> {
+        let crop = args.photographs.crop;
+        let others = PhotographArgs { crop: None, pair: None, ..args.photographs.clone() };
+        if let Some(option) = others.given() {
+            return Err(Error::usage(format!(
+                "{option} is of captures of lights, and this is a texture of light and view"
+            )));
+        }
         let btf = Btf::open(&args.capture, args.missing.unwrap_or_default(), &context.job)?;
         output::refuse_input(&args.output, &btf.paths())?;
         let (mut pairs, mut warnings) = (btf.pairs(), Vec::new());
@@ -77,7 +81,7 @@ impl Inputs {
         }
         context.job.check_bytes("the list of photographs", 256 * pairs.len() as u64)?;
         let place = btf.path().to_path_buf();
-        Ok(Self { place, pairs, warnings, crop: args.crop, source: PhotographSource::Btf { btf, chosen } })
+        Ok(Self { place, pairs, warnings, source: PhotographSource::Btf { btf, chosen, crop } })
     }
 
     /// What errors of the whole are about.
@@ -95,16 +99,23 @@ impl Inputs {
         &self.warnings
     }
 
-    /// Photograph `i`, or the part of it that was asked for.
+    /// What was found and done before the fit, for programs.
+    pub(super) fn facts(&self) -> serde_json::Value {
+        match &self.source {
+            PhotographSource::Capture(set) => set.facts.clone(),
+            PhotographSource::Btf { .. } => serde_json::json!({}),
+        }
+    }
+
+    /// Photograph `i`, developed, or the part of it that was asked for.
     pub(super) fn photograph(&self, i: usize, job: &Job) -> Result<Raster> {
-        let photograph = match &self.source {
-            PhotographSource::Capture { paths, files } => files.raster(&paths[i], job)?,
-            PhotographSource::Btf { btf, chosen } => btf.photograph(chosen[i], job)?,
-        };
-        let cropped = self.crop.map(|r| photograph.crop(r.x, r.y, r.size));
-        cropped.unwrap_or(Ok(photograph)).map_err(|e| match &self.source {
-            PhotographSource::Capture { paths, .. } => e.at(&paths[i]),
-            PhotographSource::Btf { .. } => e.at(&self.place),
-        })
+        match &self.source {
+            PhotographSource::Capture(set) => set.photograph(i, job),
+            PhotographSource::Btf { btf, chosen, crop } => {
+                let photograph = btf.photograph(chosen[i], job)?;
+                let cropped = crop.map(|part| photograph.crop(part.x, part.y, part.size));
+                cropped.unwrap_or(Ok(photograph)).map_err(|e| e.at(&self.place))
+            }
+        }
     }
 }

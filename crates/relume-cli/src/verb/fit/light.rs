@@ -49,7 +49,8 @@ pub(super) fn run(
     let fitted = json!(fit.report);
     let quality = quality::run(args, inputs, &fit.field, &fitted, &mut outputs, context)?;
     let written = outputs.commit()?;
-    let json = described(&fit.field, fitted, tested.as_ref(), quality);
+    let mut json = described(&fit.field, fitted, tested.as_ref(), quality);
+    json["development"] = inputs.facts();
     let mut text = summary(&args.output, &fit.field, &fit.report);
     text.extend(tested.as_ref().map(test::summary));
     Ok(Report::new(text, json).with_outputs(written).with_warnings(&fit.report.warnings))

@@ -10,19 +10,19 @@ mod test;
 use std::path::PathBuf;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use relume::capture::Pairing;
 use relume::field::{Basis, Interpolated, Interpolation, PlaneLayout};
 use relume::fit::{Ridge, Robust};
 use relume::format::bonn::BtfScalar;
 use relume::format::{ExrDepth, FieldFormat};
 use relume::workflow::tested::TestReport;
 use relume::workflow::{Btf, Missing};
-use relume::{Error, ReflectanceField, Result, Size, Space};
+use relume::{Error, ReflectanceField, Result, Space};
 use serde_json::{Value, json};
 
 use crate::args;
 use crate::context::Context;
 use crate::output::{self, Outputs};
+use crate::photographs::PhotographArgs;
 use crate::report::Report;
 use factors::Factorisation;
 use input::Inputs;
@@ -89,9 +89,6 @@ pub struct Args {
     /// Store an .exr or .btf in 16-bit floats
     #[arg(long)]
     half: bool,
-    /// Pair lights and photographs by name, or in order of sorted names
-    #[arg(long, default_value = "name", value_parser = args::named::<Pairing>())]
-    pair: Pairing,
     /// Also measure how well each photograph is predicted from all others
     #[arg(long)]
     leave_one_out: bool,
@@ -106,17 +103,11 @@ pub struct Args {
     /// Number of texels of each photograph to compare with the result, or `all`
     #[arg(long, value_name = "N", default_value = "65536", value_parser = texels)]
     report_texels: usize,
-    /// Fit only this rectangle of the photographs: left, top, width and height in texels
-    #[arg(long, value_name = "X,Y,W,H", value_parser = rectangle)]
-    crop: Option<Rectangle>,
-}
-
-/// A rectangle of texels.
-#[derive(Debug, Clone, Copy)]
-struct Rectangle {
-    x: usize,
-    y: usize,
-    size: Size,
+    /// A picture of which the bright pixels belong to the surface: others are black in the texture
+    #[arg(long, value_name = "FILE")]
+    mask: Option<PathBuf>,
+    #[command(flatten)]
+    photographs: PhotographArgs,
 }
 
 /// Fits a capture, or a texture of light and view, and writes the field.
@@ -126,8 +117,12 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let basis = args.basis.clone().unwrap_or(default);
     args.check(is_btf, &basis)?;
     let mut outputs = Outputs::new(context);
-    outputs.file(&args.output, &[&args.capture])?;
-    args.report.iter().try_for_each(|report| outputs.file(report, &[&args.capture]))?;
+    let mut read = vec![args.capture.as_path()];
+    read.extend(args.photographs.files());
+    read.extend(args.mask.as_deref());
+    for written in std::iter::once(&args.output).chain(&args.report) {
+        outputs.file(written, &read)?;
+    }
     let format = output_format(args, &basis)?;
     let inputs = Inputs::open(args, is_btf, &basis, context)?;
     let basis = match basis {
@@ -191,6 +186,11 @@ impl Args {
                 "{name} has no meaning for learned functions, which have values for each channel; --hold-out N measures \
                  how well directions are predicted"
             )));
+        }
+        if is_btf && self.mask.is_some() {
+            return Err(Error::usage(
+                "--mask is of captures of lights, and this is a texture of light and view",
+            ));
         }
         if !is_btf && self.missing.is_some() {
             return Err(Error::usage(
@@ -303,15 +303,5 @@ fn ridge(text: &str) -> std::result::Result<Ridge, String> {
             let weight = text.parse().ok().filter(|weight: &f64| *weight > 0.0 && weight.is_finite());
             weight.map(Ridge::Weight).ok_or_else(|| "expected auto, none or a positive number".to_owned())
         }
-    }
-}
-
-fn rectangle(text: &str) -> std::result::Result<Rectangle, String> {
-    let numbers: Option<Vec<usize>> = text.split(',').map(|n| n.trim().parse().ok()).collect();
-    match numbers.as_deref() {
-        Some(&[x, y, width, height]) if width > 0 && height > 0 => {
-            Ok(Rectangle { x, y, size: Size::new(width, height) })
-        }
-        _ => Err("expected four whole numbers such as 100,80,512,512, the last two at least 1".to_owned()),
     }
 }

@@ -1,5 +1,6 @@
 //! Comparison with a known shape.
 
+use std::borrow::Cow;
 use std::path::PathBuf;
 
 use relume::format::NormalY;
@@ -68,16 +69,29 @@ impl KnownShape {
     }
 
     /// Compares an estimate with it.
-    pub fn compare(&self, height: &Planes, normals: &Planes) -> Result<Compared> {
-        let of_height =
-            |(path, truth): &(PathBuf, Planes)| height_error(height, truth).map_err(|e| e.at(path));
-        let of_normals =
-            |(path, truth): &(PathBuf, Planes)| angle_error(normals, truth).map_err(|e| e.at(path));
+    pub fn compare(&self, height: &Planes, normals: &Planes, mask: Option<&[bool]>) -> Result<Compared> {
+        let of_height = |(path, truth): &(PathBuf, Planes)| {
+            height_error(&within(height, mask), &within(truth, mask)).map_err(|e| e.at(path))
+        };
+        let of_normals = |(path, truth): &(PathBuf, Planes)| {
+            angle_error(&within(normals, mask), &within(truth, mask)).map_err(|e| e.at(path))
+        };
         Ok(Compared {
             height: self.height.as_ref().map(of_height).transpose()?,
             normals: self.normals.as_ref().map(of_normals).transpose()?,
         })
     }
+}
+
+/// The texels of a mask, in one row.
+fn within<'a>(planes: &'a Planes, mask: Option<&[bool]>) -> Cow<'a, Planes> {
+    let Some(mask) = mask else { return Cow::Borrowed(planes) };
+    let inside = |plane: &[f32]| -> Vec<f32> {
+        plane.iter().zip(mask).filter(|(_, inside)| **inside).map(|(value, _)| *value).collect()
+    };
+    let values: Vec<f32> = planes.iter().flat_map(inside).collect();
+    let size = Size::new(values.len() / planes.count(), 1);
+    Cow::Owned(Planes::from_vec(size, planes.count(), values).expect("as many values of each plane"))
 }
 
 impl Compared {

@@ -6,9 +6,10 @@ mod shape;
 use std::path::PathBuf;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use relume::capture::Pairing;
 use relume::format::{HeightFormat, PictureFormat, encode_height_with, encode_normals, encode_picture_with};
-use relume::surface::integrate::{self, IntegrateOptions, IntegrationMethod, SurfaceBorder, integrate};
+use relume::surface::integrate::{
+    self, Discontinuities, IntegrateOptions, IntegrationMethod, SurfaceBorder, integrate, integrate_weighted,
+};
 use relume::surface::{Ambient, Estimator};
 use relume::workflow::memory::MemoryPeak;
 use relume::{Direction, Error, Footprint, Job, Planes, Result, Size};
@@ -16,8 +17,9 @@ use serde_json::{Value, json};
 
 use crate::context::Context;
 use crate::output::Outputs;
+use crate::photographs::PhotographArgs;
 use crate::report::Report;
-use crate::{args, normals};
+use crate::{args, input, normals};
 use compare::KnownShape;
 use shape::{HeightMethod, Shape};
 
@@ -45,6 +47,12 @@ pub struct Args {
     /// Chellappa)
     #[arg(long, default_value = "poisson", value_parser = args::named::<IntegrationMethod>())]
     integration: IntegrationMethod,
+    /// A picture of which the bright texels belong to the surface; others are left level
+    #[arg(long, value_name = "FILE")]
+    mask: Option<PathBuf>,
+    /// Whether cliffs become ramps (smooth) or stay (preserve)
+    #[arg(long, default_value = "smooth", value_parser = args::named::<Discontinuities>())]
+    discontinuities: Discontinuities,
     /// The steepest plausible slope in degrees, below 90 [default: 87; 50 for ptm-normals]
     #[arg(long, value_name = "DEG")]
     steepest: Option<f64>,
@@ -60,6 +68,8 @@ pub struct Args {
     #[command(flatten)]
     normal_maps: normals::Args,
     #[command(flatten)]
+    photographs: PhotographArgs,
+    #[command(flatten)]
     stereo: StereoArgs,
     #[command(flatten)]
     shading: ShadingArgs,
@@ -71,15 +81,13 @@ pub struct Args {
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Photometric stereo")]
 struct StereoArgs {
-    /// Treatment of shadows and highlights: reduced weight, left out, or none [default: robust]
+    /// Treatment of shadows and highlights: reduced weight (robust), left out (trimmed), or none (least-squares); or
+    /// robust with a reflectance that all texels share, learned from them (shared) [default: robust]
     #[arg(long, value_parser = args::named::<Estimator>())]
     estimator: Option<Estimator>,
     /// Estimate a constant light common to all photographs
     #[arg(long)]
     ambient: bool,
-    /// Pair lights and photographs by name, or in order of sorted names [default: name]
-    #[arg(long, value_parser = args::named::<Pairing>())]
-    pair: Option<Pairing>,
 }
 
 /// One photograph.
@@ -113,7 +121,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     }
     let mut outputs = Outputs::new(context);
     for path in [Some(&args.output), args.normals.as_ref(), args.albedo_map.as_ref()].into_iter().flatten() {
-        outputs.file(path, &[&args.input])?;
+        outputs.file(path, &[&[args.input.as_path()][..], &args.photographs.files()].concat())?;
     }
     for path in args.normals.iter().chain(&args.albedo_map) {
         PictureFormat::from_path(path)?;
@@ -121,11 +129,13 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let known = args.truth.read(args.normal_maps.normal_y, context)?;
     let shape = shape::find(args, &known, context)?;
     let albedo = albedo_map(args, &shape, &context.job)?;
-    let options = IntegrateOptions { method: args.integration, border: args.border };
-    let height = integrate(&shape.slopes, &options, &context.job)?;
-    let compared = known.compare(&height, &shape.normals)?;
+    let size = shape.slopes.size();
+    let mask = args.mask.as_ref().map(|path| input::mask(path, size, &context.job)).transpose()?;
+    let height = integrated(args, &shape, mask.as_deref(), context)?;
+    let compared = known.compare(&height, &shape.normals, mask.as_deref())?;
+    let pixel_mm = args.pixel_mm.or(shape.pixel_mm);
 
-    outputs.write(&args.output, encode_height_with(&height, args.pixel_mm, format, &context.job)?)?;
+    outputs.write(&args.output, encode_height_with(&height, pixel_mm, format, &context.job)?)?;
     if let Some(path) = &args.normals {
         let y = args.normal_maps.of_output(path);
         outputs
@@ -137,6 +147,20 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     Ok(report(args, &shape, &height, compared).with_outputs(outputs.commit()?))
 }
 
+/// The heights: by one division in the Fourier domain, or texel by texel where a mask or cliffs ask for it.
+fn integrated(args: &Args, shape: &Shape, mask: Option<&[bool]>, context: &Context) -> Result<Planes> {
+    if mask.is_none() && args.discontinuities == Discontinuities::Smooth {
+        let options = IntegrateOptions { method: args.integration, border: args.border };
+        return integrate(&shape.slopes, &options, &context.job);
+    }
+    if args.integration != IntegrationMethod::Poisson {
+        return Err(Error::usage(
+            "--integration frankot-chellappa needs the whole picture: leave out --mask and --discontinuities",
+        ));
+    }
+    integrate_weighted(&shape.slopes, mask, args.border, args.discontinuities, &context.job)
+}
+
 /// Refuses options that have no part in the method.
 fn refuse_strangers(args: &Args, method: HeightMethod, is_capture: bool) -> Result<()> {
     let (stereo, shading) = (&args.stereo, &args.shading);
@@ -145,7 +169,6 @@ fn refuse_strangers(args: &Args, method: HeightMethod, is_capture: bool) -> Resu
     let given = [
         ("--estimator", stereo.estimator.is_some(), is_stereo),
         ("--ambient", stereo.ambient, is_stereo),
-        ("--pair", stereo.pair.is_some(), is_capture),
         ("--light", shading.light.is_some(), is_shading),
         ("--photograph", shading.photograph.is_some(), is_shading && is_capture),
         ("--albedo", shading.albedo.is_some(), is_shading),
@@ -153,7 +176,8 @@ fn refuse_strangers(args: &Args, method: HeightMethod, is_capture: bool) -> Resu
         ("--longest", shading.longest.is_some(), is_shading),
         ("--steepest", args.steepest.is_some(), !is_shading),
     ];
-    match given.iter().find(|(_, given, has_part)| *given && !has_part) {
+    let of_photographs = args.photographs.given().map(|name| (name, true, is_capture));
+    match given.iter().chain(&of_photographs).find(|(_, given, has_part)| *given && !has_part) {
         Some((option, ..)) => Err(Error::usage(format!(
             "{option} has no part in {} from this input: leave it out, or name another --method",
             method.name()
@@ -197,12 +221,12 @@ fn albedo_map(args: &Args, shape: &Shape, job: &Job) -> Result<Option<Vec<u8>>> 
 
 fn report(args: &Args, shape: &Shape, height: &Planes, compared: compare::Compared) -> Report {
     let (low, high) = height.range(0);
-    let size = height.size();
+    let (size, pixel_mm) = (height.size(), args.pixel_mm.or(shape.pixel_mm));
     let mut text = format!(
         "{}: {size} texels by {}, heights {low:.2} to {high:.2} texels{}",
         args.output.display(),
         shape.method.name(),
-        args.pixel_mm.map_or(String::new(), |mm| format!(
+        pixel_mm.map_or(String::new(), |mm| format!(
             " ({:.3} to {:.3} mm)",
             f64::from(low) * mm,
             f64::from(high) * mm
@@ -222,7 +246,8 @@ fn report(args: &Args, shape: &Shape, height: &Planes, compared: compare::Compar
         "border": args.border,
         "lowest_texels": low,
         "highest_texels": high,
-        "pixel_mm": args.pixel_mm,
+        "discontinuities": args.discontinuities,
+        "pixel_mm": pixel_mm,
         "normal_y": written,
         "facts": shape.facts,
         "height_error": compared.height,

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use relume::capture::{Capture, Photograph};
 use relume::format::MapRole;
-use relume::surface::photometric_stereo::{StereoOptions, photometric_stereo};
+use relume::surface::photometric_stereo::{StereoInput, StereoOptions, photometric_stereo};
 use relume::surface::shape_from_shading::{ShadingOptions, shape_from_shading};
 use relume::surface::{self, STEEPEST, Slopes};
 use relume::{Direction, Error, Picture, Planes, RasterSequence, Result, Space};
@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 use super::compare::KnownShape;
 use super::{Args, foresee, no_facts, refuse_strangers};
 use crate::context::Context;
-use crate::output::CaptureFiles;
+use crate::photographs::PhotographSet;
 use crate::{input, normals, paths};
 
 /// The slope of 50 degrees: for steeper normals of a polynomial only the azimuth is reliable.
@@ -55,6 +55,8 @@ pub struct Shape {
     pub slopes: Slopes,
     pub normals: Planes,
     pub albedo: Option<Picture>,
+    /// The size of a texel in millimetres, where the photographs tell it.
+    pub pixel_mm: Option<f64>,
     /// For people, a line each.
     pub notes: Vec<String>,
     /// For programs.
@@ -66,7 +68,15 @@ impl Shape {
         let trusted = if method == HeightMethod::PtmNormals { PTM_STEEPEST } else { STEEPEST };
         let slopes =
             Slopes::from_normals(&normals, steepest_deg.map_or(trusted, |deg| deg.to_radians().tan()))?;
-        Ok(Self { method, slopes, normals, albedo: None, notes: Vec::new(), facts: no_facts() })
+        Ok(Self {
+            method,
+            slopes,
+            normals,
+            albedo: None,
+            pixel_mm: None,
+            notes: Vec::new(),
+            facts: no_facts(),
+        })
     }
 }
 
@@ -100,9 +110,12 @@ fn is_capture(path: &Path) -> bool {
 }
 
 fn stereo(args: &Args, known: &KnownShape, context: &Context) -> Result<Shape> {
-    let capture = Capture::open_paired(&args.input, args.stereo.pair.unwrap_or_default())?;
-    let files = CaptureFiles::of(&capture)?;
-    let load = |i: usize| files.raster(&capture.photographs[i].path, &context.job);
+    let set = PhotographSet::open(&args.input, &args.photographs, &context.job)?;
+    let without_fall_off = set.with_fall_off();
+    let load = |i: usize| {
+        let developed = without_fall_off.apply(i, set.stored(i, &context.job)?);
+        developed.map_err(|e| e.at(&set.capture.photographs[i].path))
+    };
     let photographs = RasterSequence::open(&load)?;
     foresee(args, known, (photographs.size(), photographs.channels()), context)?;
     let load = |i: usize| photographs.read(i);
@@ -110,14 +123,20 @@ fn stereo(args: &Args, known: &KnownShape, context: &Context) -> Result<Shape> {
         estimator: args.stereo.estimator.unwrap_or(StereoOptions::default().estimator),
         ambient: args.stereo.ambient(),
     };
-    let lights = capture.lights();
+    let (lights, lamps) = (set.lights(), set.lamps());
+    let input = StereoInput { lights, lamps: lamps.as_ref(), load: &load };
     let found =
-        photometric_stereo(&lights, &load, &options, &context.job).map_err(|e| e.at(&capture.light_file))?;
+        photometric_stereo(input, &options, &context.job).map_err(|e| e.at(&set.capture.light_file))?;
     let mut shape = Shape::of_normals(HeightMethod::PhotometricStereo, found.normals, args.steepest)?;
     shape.albedo = Some(found.albedo);
-    shape.notes.extend(capture.warnings.iter().map(|warning| format!("warning: {warning}")));
-    shape.facts =
-        json!({ "lights": lights.len(), "options": options, "undetermined_texels": found.undetermined });
+    shape.pixel_mm = lamps.as_ref().map(relume::lamps::LampPositions::mm_per_texel);
+    shape.notes.extend(set.warnings.iter().map(|warning| format!("warning: {warning}")));
+    shape.facts = json!({
+        "lights": lights.len(),
+        "options": options,
+        "undetermined_texels": found.undetermined,
+        "development": set.facts,
+    });
     if found.undetermined > 0 {
         shape
             .notes
@@ -146,6 +165,7 @@ fn shading(args: &Args, known: &KnownShape, is_capture: bool, context: &Context)
         normals: found.slopes.normals(),
         slopes: found.slopes,
         albedo: None,
+        pixel_mm: None,
         notes: vec![format!(
             "one photograph, {}: albedo {:.3}, shading off by {:.4} (root mean square)",
             photograph.path.display(),
@@ -169,9 +189,10 @@ fn photograph(args: &Args, is_capture: bool) -> Result<Photograph> {
         let light = args.shading.light.ok_or_else(|| {
             Error::usage("shape from shading needs the light of the photograph: give --light X,Y,Z")
         })?;
-        return Ok(Photograph { path: args.input.clone(), light });
+        return Ok(Photograph { path: args.input.clone(), light, vector: light.to_array() });
     }
-    let photographs = Capture::open_paired(&args.input, args.stereo.pair.unwrap_or_default())?.photographs;
+    let photographs =
+        Capture::open_paired(&args.input, args.photographs.pair.unwrap_or_default())?.photographs;
     let off = |light: Direction| (light.z() - 0.5f64.sqrt()).abs();
     let chosen = match args.shading.photograph {
         Some(n) => photographs.get(n),

@@ -7,7 +7,8 @@
 //! - [`horizon`]: open sky and visible surface for each texel, shared by all lamps;
 //! - [`Illumination`]: the light that arrives under one lamp, shared by all viewers;
 //! - [`parallax`], [`Sight`]: what one viewer sees, shared by all lamps;
-//! - [`gonioreflectometer`], [`sampling`]: images for many pairs of light and view.
+//! - [`gonioreflectometer`], [`sampling`]: images for many pairs of light and view;
+//! - [`mirror_balls`]: balls beside the photographs, which show the lamps.
 //!
 //! The camera is orthographic. That of [`Dome::photograph`] is straight above, so a texel of the maps is a pixel; that
 //! of [`Dome::image`] may be anywhere, and its image is rectified to the plane at the mean height. Light reaches a
@@ -24,6 +25,7 @@ pub mod horizon;
 mod illumination;
 pub mod lights;
 pub mod march;
+pub mod mirror_balls;
 pub mod parallax;
 mod photograph;
 mod reflect;

@@ -10,14 +10,18 @@
 //! Both are one division in the Fourier domain. [`reference::poisson`] solves the second by
 //! conjugate gradients on the texels themselves: the slow truth.
 //!
+//! [`integrate_weighted`] solves the second as well where a mask leaves parts out, or cliffs are to stay.
+//!
 //! The mean height is unknown and set to zero. A periodic surface has no overall tilt; an open one keeps its
 //! tilt, because it is mirrored at its borders before the transform (four times the texels).
 
 mod anchored;
 mod fourier;
 pub mod reference;
+mod weighted;
 
 pub use anchored::{Differences, anchored};
+pub use weighted::{Discontinuities, integrate_weighted};
 
 use super::slopes::Slopes;
 use crate::error::Result;

@@ -1,0 +1,444 @@
+//! Photographs of a capture as the verbs read them: located, checked, and developed as the options ask.
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+
+use relume::capture::develop::{
+    Development, InputSpace, ReadingCheck, TexelSample, TurnedFrames, check_reading, even_field, gains,
+    grey_factors, linear, sample_texels, shifts,
+};
+use relume::capture::{Capture, Pairing, pictures_in};
+use relume::lamps::LampPositions;
+use relume::{Direction, Error, Job, Named, Planes, Raster, Rect, Result, Samples, Size, Space};
+use serde_json::{Map, Value, json};
+
+use crate::output::CaptureFiles;
+use crate::{args, input};
+
+/// How photographs are read, and what is undone in them.
+#[derive(Debug, Clone, Default, clap::Args)]
+#[command(next_help_heading = "Photographs")]
+pub struct PhotographArgs {
+    /// Pair lights and photographs by name, or in order of sorted names [default: name]
+    #[arg(long, value_parser = args::named::<Pairing>())]
+    pub pair: Option<Pairing>,
+    /// Refuse photographs that the camera recorded as turned unlike the first (alike), turn each as recorded (apply), or
+    /// take all as they are stored (ignore) [default: alike]
+    #[arg(long, value_name = "HOW", value_parser = args::named::<TurnedFrames>())]
+    pub orientation: Option<TurnedFrames>,
+    /// Read integer samples as sRGB-encoded or as linear, or as the one that a matt surface explains better (auto)
+    /// [default: srgb]
+    #[arg(long, value_name = "SPACE", value_parser = args::named::<InputSpace>())]
+    pub input_space: Option<InputSpace>,
+    /// A text file with the intensity of each light, one number or red, green and blue a line, to divide by
+    #[arg(long, value_name = "FILE")]
+    pub intensities: Option<PathBuf>,
+    /// A photograph without the lamp, to take the light of the room away
+    #[arg(long, value_name = "FILE")]
+    pub ambient_frame: Option<PathBuf>,
+    /// A photograph of a white card in place of the surface, to divide by; or a folder of them, one for each light in
+    /// order of names
+    #[arg(long, value_name = "FILE")]
+    pub white_card: Option<PathBuf>,
+    /// The width of the photographed surface in millimetres: the vectors of the light file are positions in millimetres
+    /// from its middle, and the fall-off of their light is undone
+    #[arg(long, value_name = "MM", value_parser = args::within(0.1, 100_000.0, "millimetres"))]
+    pub surface_mm: Option<f64>,
+    /// The distance of all lamps from the middle of the surface in millimetres, where the light file has directions
+    #[arg(long, value_name = "MM", requires = "surface_mm", value_parser = args::within(0.1, 1e6, "millimetres"))]
+    pub lamp_mm: Option<f64>,
+    /// Find how the exposures of the photographs differ, and undo it
+    #[arg(long)]
+    pub equalize: bool,
+    /// White balance: a rectangle of the photographs that shows something grey; left, top, width and height in pixels
+    #[arg(long, value_name = "X,Y,W,H", value_parser = rectangle)]
+    pub grey: Option<Rect<usize>>,
+    /// Find how photographs moved against the first, and move them back
+    #[arg(long)]
+    pub align: bool,
+    /// Make one texel of every N x N pixels
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=64))]
+    pub reduce: Option<u32>,
+    /// Use only this rectangle of the photographs: left, top, width and height in pixels
+    #[arg(long, value_name = "X,Y,W,H", value_parser = rectangle)]
+    pub crop: Option<Rect<usize>>,
+}
+
+impl PhotographArgs {
+    /// The first option given, for a verb whose input has no photographs.
+    pub fn given(&self) -> Option<&'static str> {
+        let all = [
+            (self.pair.is_some(), "--pair"),
+            (self.orientation.is_some(), "--orientation"),
+            (self.input_space.is_some(), "--input-space"),
+            (self.intensities.is_some(), "--intensities"),
+            (self.ambient_frame.is_some(), "--ambient-frame"),
+            (self.white_card.is_some(), "--white-card"),
+            (self.surface_mm.is_some(), "--surface-mm"),
+            (self.equalize, "--equalize"),
+            (self.grey.is_some(), "--grey"),
+            (self.align, "--align"),
+            (self.reduce.is_some(), "--reduce"),
+            (self.crop.is_some(), "--crop"),
+        ];
+        all.iter().find(|(given, _)| *given).map(|(_, name)| *name)
+    }
+
+    /// The options as they are typed.
+    pub fn words(&self) -> Vec<OsString> {
+        let rectangle = |r: Rect<usize>| format!("{},{},{},{}", r.x, r.y, r.size.width, r.size.height).into();
+        let path = |path: &Option<PathBuf>| path.as_ref().map(|path| path.clone().into_os_string());
+        let number = |number: Option<f64>| number.map(|n| n.to_string().into());
+        let valued: [(&str, Option<OsString>); 11] = [
+            ("--pair", self.pair.map(|pair| pair.name().into())),
+            ("--orientation", self.orientation.map(|how| how.name().into())),
+            ("--input-space", self.input_space.map(|space| space.name().into())),
+            ("--intensities", path(&self.intensities)),
+            ("--ambient-frame", path(&self.ambient_frame)),
+            ("--white-card", path(&self.white_card)),
+            ("--surface-mm", number(self.surface_mm)),
+            ("--lamp-mm", number(self.lamp_mm)),
+            ("--grey", self.grey.map(rectangle)),
+            ("--reduce", self.reduce.map(|n| n.to_string().into())),
+            ("--crop", self.crop.map(rectangle)),
+        ];
+        let flags = [("--equalize", self.equalize), ("--align", self.align)];
+        let valued = valued.into_iter().filter_map(|(name, value)| Some([name.into(), value?])).flatten();
+        let flags = flags.into_iter().filter(|(_, given)| *given).map(|(name, _)| name.into());
+        valued.chain(flags).collect()
+    }
+
+    /// The files that the options name.
+    pub fn files(&self) -> Vec<&Path> {
+        let all = [&self.intensities, &self.ambient_frame, &self.white_card];
+        all.into_iter().flatten().map(PathBuf::as_path).collect()
+    }
+}
+
+/// The photographs of a capture, developed when they are read.
+pub struct PhotographSet {
+    pub capture: Capture,
+    files: CaptureFiles,
+    turned: TurnedFrames,
+    /// The photograph read first and its recorded orientation.
+    first_turn: OnceLock<(usize, u16)>,
+    development: Development,
+    lights: Vec<(String, Direction)>,
+    /// For people, a sentence each.
+    pub warnings: Vec<String>,
+    /// For programs: what was found and done.
+    pub facts: Value,
+}
+
+impl PhotographSet {
+    /// Locates the photographs and prepares their development; photographs are read beforehand where an option needs
+    /// what all of them show.
+    ///
+    /// # Errors
+    /// Everything wrong with the capture or a file that an option names.
+    pub fn open(path: &Path, args: &PhotographArgs, job: &Job) -> Result<Self> {
+        let capture = Capture::open_paired(path, args.pair.unwrap_or_default())?;
+        let files = CaptureFiles::of(&capture)?;
+        let (lights, warnings) = (capture.lights(), capture.warnings.clone());
+        let mut set = Self {
+            capture,
+            files,
+            turned: args.orientation.unwrap_or_default(),
+            first_turn: OnceLock::new(),
+            development: Development::default(),
+            lights,
+            warnings,
+            facts: json!({}),
+        };
+        let mut facts = Map::new();
+        set.read_files(args, &mut facts, job)?;
+        set.place_lamps(args, job)?;
+        set.choose_space(args, &mut facts, job)?;
+        if args.align {
+            set.align(&mut facts, job)?;
+        }
+        if args.equalize {
+            set.equalize(&mut facts, job)?;
+        }
+        if let Some(part) = args.grey {
+            set.balance(part, &mut facts, job)?;
+        }
+        set.development.crop = args.crop;
+        set.development.reduction = args.reduce.unwrap_or(1) as usize;
+        set.facts = Value::Object(facts);
+        Ok(set)
+    }
+
+    /// Sets what a mask of the size of the photographs leaves out to black.
+    ///
+    /// # Errors
+    /// A mask of another size.
+    pub fn mask(&mut self, mask: &Path, job: &Job) -> Result<()> {
+        let whole = self.stored(0, job)?.size();
+        self.development.mask = Some(input::mask(mask, whole, job)?);
+        Ok(())
+    }
+
+    /// The name and light of each photograph.
+    pub fn lights(&self) -> &[(String, Direction)] {
+        &self.lights
+    }
+
+    /// The paths of the photographs.
+    pub fn paths(&self) -> Vec<&Path> {
+        self.capture.photographs.iter().map(|p| p.path.as_path()).collect()
+    }
+
+    /// The lamps over the texels, where their places are known.
+    pub fn lamps(&self) -> Option<LampPositions> {
+        self.development.lamps_over_texels()
+    }
+
+    /// Photograph `i`, developed.
+    ///
+    /// # Errors
+    /// As the reader and [`Development::apply`]; the error names the file.
+    pub fn photograph(&self, i: usize, job: &Job) -> Result<Raster> {
+        let developed = self.development.apply(i, self.stored(i, job)?);
+        developed.map_err(|e| e.at(&self.capture.photographs[i].path))
+    }
+
+    /// As [`PhotographSet::photograph`], but with the fall-off of near lamps left in, which photometric stereo takes into
+    /// account itself.
+    pub fn with_fall_off(&self) -> Development {
+        Development { lamps: None, ..self.development.clone() }
+    }
+
+    /// Photograph `i` before its development.
+    ///
+    /// # Errors
+    /// Those of the reader, and photographs turned unlike the first.
+    pub fn stored(&self, i: usize, job: &Job) -> Result<Raster> {
+        let path = &self.capture.photographs[i].path;
+        let opened = self.files.open(path, job)?;
+        if self.turned == TurnedFrames::Ignore {
+            return opened.into_unturned_raster();
+        }
+        let orientation = opened.orientation();
+        let (first, usual) = *self.first_turn.get_or_init(|| (i, orientation));
+        if orientation != usual && self.turned == TurnedFrames::Alike {
+            return Err(Error::invalid(format!(
+                "the camera recorded orientation {orientation} in it and {usual} in {}: a camera that looks down turns \
+                 photographs by chance; give --orientation ignore to take them as stored, or apply to turn each",
+                self.lights[first].0
+            ))
+            .at(path));
+        }
+        opened.into_raster()
+    }
+
+    /// Reads what the options name.
+    fn read_files(&mut self, args: &PhotographArgs, facts: &mut Map<String, Value>, job: &Job) -> Result<()> {
+        // Declared before the other photographs are read: theirs are of the same space.
+        self.development.space = match args.input_space {
+            Some(InputSpace::Linear) => Some(Space::Linear),
+            _ => None,
+        };
+        if let Some(path) = &args.intensities {
+            self.development.intensities = intensities(path, self.lights.len())?;
+            facts.insert("intensities".to_owned(), json!(self.development.intensities));
+        }
+        let of = |path: &Path, space| Ok::<_, Error>(linear(&input::raster(path, job)?, space));
+        if let Some(path) = &args.ambient_frame {
+            self.development.ambient = Some(of(path, self.development.space)?);
+        }
+        if let Some(path) = &args.white_card {
+            let cards = if path.is_dir() { pictures_in(path)? } else { vec![path.clone()] };
+            if cards.len() != 1 && cards.len() != self.lights.len() {
+                return Err(Error::usage(format!(
+                    "holds {} photographs of a white card for {} lights: expected one, or one for each",
+                    cards.len(),
+                    self.lights.len()
+                ))
+                .at(path));
+            }
+            let field =
+                |card: &PathBuf| even_field(of(card, self.development.space)?).map_err(|e| e.at(card));
+            self.development.flat = cards.iter().map(field).collect::<Result<_>>()?;
+        }
+        Ok(())
+    }
+
+    /// The places of near lamps, and with them the directions from the middle of the surface.
+    fn place_lamps(&mut self, args: &PhotographArgs, job: &Job) -> Result<()> {
+        let Some(surface_mm) = args.surface_mm else { return Ok(()) };
+        let whole = self.stored(0, job)?.size();
+        let place = |p: &relume::capture::Photograph| match args.lamp_mm {
+            Some(mm) => p.light.to_array().map(|c| c * mm),
+            None => p.vector,
+        };
+        let positions: Vec<[f64; 3]> = self.capture.photographs.iter().map(place).collect();
+        let is_unit = |p: &[f64; 3]| (0.5..2.0).contains(&p.iter().map(|c| c * c).sum::<f64>().sqrt());
+        if args.lamp_mm.is_none() && positions.iter().all(is_unit) {
+            return Err(Error::usage(
+                "--surface-mm needs positions in millimetres, and the light file has directions: give also --lamp-mm, the \
+                 distance of the lamps",
+            )
+            .at(&self.capture.light_file));
+        }
+        let lamps = LampPositions::new(positions, (whole.width, whole.height), surface_mm)
+            .map_err(|e| e.at(&self.capture.light_file))?;
+        for (i, (_, light)) in self.lights.iter_mut().enumerate() {
+            *light = lamps.direction(i);
+        }
+        self.development.lamps = Some(lamps);
+        Ok(())
+    }
+
+    /// Compares both readings of integer samples and takes the one asked for, or the better one.
+    fn choose_space(
+        &mut self,
+        args: &PhotographArgs,
+        facts: &mut Map<String, Value>,
+        job: &Job,
+    ) -> Result<()> {
+        let Some(asked) = args.input_space else { return Ok(()) };
+        let check = self.check_reading(job)?;
+        let taken = match (asked, check) {
+            (InputSpace::Linear, _) => Space::Linear,
+            (InputSpace::Srgb, _) | (InputSpace::Auto, None) => Space::Srgb,
+            (InputSpace::Auto, Some(check)) => check.better(),
+        };
+        let is_float = matches!(self.stored(0, job)?.samples(), Samples::F32(_));
+        if !is_float {
+            self.development.space = (taken == Space::Linear).then_some(Space::Linear);
+            self.warnings.extend(check.and_then(|check| check.warning(taken)));
+        }
+        if asked == InputSpace::Auto && check.is_none_or(|check| !check.is_clear()) && !is_float {
+            self.warnings.push(format!(
+                "the photographs do not tell whether they are linear: read as {taken}; declare it with --input-space"
+            ));
+        }
+        facts.insert("input_space".to_owned(), json!(taken));
+        facts.insert("reading_check".to_owned(), json!(check));
+        Ok(())
+    }
+
+    /// How well a matt surface explains the photographs, read both ways.
+    pub fn check_reading(&self, job: &Job) -> Result<Option<ReadingCheck>> {
+        let load = |i: usize| self.stored(i, job);
+        Ok(check_reading(&sample_texels(&self.lights, &load, job)?))
+    }
+
+    fn align(&mut self, facts: &mut Map<String, Value>, job: &Job) -> Result<()> {
+        let names: Vec<String> = self.lights.iter().map(|(name, _)| name.clone()).collect();
+        let found = shifts(&names, &|i| self.stored(i, job), job)?;
+        let far = |s: &[f64; 2]| s[0].hypot(s[1]);
+        let moved: Vec<String> = names
+            .iter()
+            .zip(&found)
+            .filter(|(_, s)| far(s) > 0.5)
+            .map(|(name, [right, down])| format!("{name} by {right:.2}, {down:.2}"))
+            .collect();
+        if !moved.is_empty() {
+            self.warnings.push(format!(
+                "{} of {} photographs moved by more than half a pixel (right, down) and were moved back: {}",
+                moved.len(),
+                names.len(),
+                moved.iter().take(6).cloned().collect::<Vec<_>>().join("; ")
+            ));
+        }
+        facts.insert("shifts".to_owned(), json!(found));
+        self.development.shifts = found;
+        Ok(())
+    }
+
+    fn equalize(&mut self, facts: &mut Map<String, Value>, job: &Job) -> Result<()> {
+        let load = |i: usize| self.development.apply(i, self.stored(i, job)?);
+        let sample: TexelSample = sample_texels(&self.lights, &load, job)?;
+        let sample = match load(0)?.samples() {
+            Samples::F32(_) => sample,
+            _ => sample.mapped(|v| f64::from(Space::Srgb.to_linear(v as f32))),
+        };
+        let found = gains(&sample).map_err(|e| e.at(&self.capture.light_file))?;
+        let odd: Vec<String> = self
+            .lights
+            .iter()
+            .zip(&found)
+            .filter(|(_, gain)| !(0.9..1.1).contains(*gain))
+            .map(|((name, _), gain)| format!("{name} by {gain:.2}"))
+            .collect();
+        if !odd.is_empty() {
+            self.warnings.push(format!(
+                "the exposures of {} photographs differ by more than a tenth and were multiplied: {}",
+                odd.len(),
+                odd.iter().take(6).cloned().collect::<Vec<_>>().join("; ")
+            ));
+        }
+        facts.insert("gains".to_owned(), json!(found));
+        self.development.gains = found;
+        Ok(())
+    }
+
+    fn balance(&mut self, part: Rect<usize>, facts: &mut Map<String, Value>, job: &Job) -> Result<()> {
+        let mut sums = [0.0; 3];
+        for i in 0..self.lights.len() {
+            let developed = self.development.apply(i, self.stored(i, job)?)?;
+            let patch: Planes = linear(&developed.crop(part.x, part.y, part.size)?, None);
+            if patch.count() != 3 {
+                return Err(Error::usage("--grey is for coloured photographs, and these are grey"));
+            }
+            for (sum, plane) in sums.iter_mut().zip(patch.iter()) {
+                *sum += plane.iter().map(|v| f64::from(*v)).sum::<f64>();
+            }
+        }
+        let factors = grey_factors(sums)?;
+        facts.insert("white_balance".to_owned(), json!(factors));
+        self.development.white = Some(factors);
+        Ok(())
+    }
+}
+
+/// The intensities in a text file, one or three numbers a line.
+fn intensities(path: &Path, lights: usize) -> Result<Vec<[f64; 3]>> {
+    let text = std::fs::read_to_string(path).map_err(|e| Error::io("cannot read the file", &e).at(path))?;
+    let mut found = Vec::new();
+    for (i, line) in text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty()) {
+        let numbers: Option<Vec<f64>> = line.split_whitespace().map(|word| word.parse().ok()).collect();
+        let three = match numbers.as_deref() {
+            Some(&[one]) => [one; 3],
+            Some(&[r, g, b]) => [r, g, b],
+            _ => {
+                return Err(Error::invalid(format!(
+                    "line {}: expected an intensity, or those of red, green and blue, found `{}`",
+                    i + 1,
+                    line.chars().take(60).collect::<String>()
+                ))
+                .at(path));
+            }
+        };
+        if let Some(wrong) = three.iter().find(|v| !(**v > 0.0 && v.is_finite())) {
+            return Err(Error::invalid(format!(
+                "line {}: the intensity {wrong}: expected numbers above 0",
+                i + 1
+            ))
+            .at(path));
+        }
+        found.push(three);
+    }
+    if found.len() != lights {
+        return Err(Error::invalid(format!(
+            "holds {} intensities for {lights} lights: expected a line for each",
+            found.len()
+        ))
+        .at(path));
+    }
+    Ok(found)
+}
+
+/// Four numbers of a rectangle.
+pub fn rectangle(text: &str) -> std::result::Result<Rect<usize>, String> {
+    let numbers: Option<Vec<usize>> = text.split(',').map(|n| n.trim().parse().ok()).collect();
+    match numbers.as_deref() {
+        Some(&[x, y, width, height]) if width > 0 && height > 0 => {
+            Ok(Rect::new(x, y, Size::new(width, height)))
+        }
+        _ => Err("expected four whole numbers such as 100,80,512,512, the last two at least 1".to_owned()),
+    }
+}

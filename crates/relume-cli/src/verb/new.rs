@@ -1,0 +1,206 @@
+//! `relume new`: from a folder of photographs to a texture, its maps and a first picture, by the verbs of the program.
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+
+use relume::capture::balls::{MirrorBall, drawn, find_lights, lights_of};
+use relume::capture::{Capture, holds_light_file, lp, pictures_in};
+use relume::field::Basis;
+use relume::format::{Depth, PictureFormat, encode_picture_with};
+use relume::{Direction, Error, Named, Result, Space};
+use serde_json::{Map, Value, json};
+
+use super::lights::ball;
+use crate::context::Context;
+use crate::output::Folder;
+use crate::photographs::{PhotographArgs, PhotographSet};
+use crate::report::Report;
+use crate::{input, paths};
+
+/// Arguments of `relume new`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  relume new photographs -o coin\n  \
+    relume new photographs -o coin --ball 385,346,260 --crop 700,0,2000,2000 --align --equalize\n\n\
+    The folder holds the photographs and their .lp, .relight or .dome file; without one, the lamps are found by mirror \
+    balls.")]
+pub struct Args {
+    /// The folder of photographs, or their light file
+    photographs: PathBuf,
+    /// The folder to write: lights.lp, texture.ptm, texture.exr, normals_gl.png, albedo.png, height.exr, relit.png and,
+    /// where balls were found, balls.png
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+    /// The outline of a mirror ball, as for `relume lights`; may be given several times
+    #[arg(long, value_name = "X,Y,R", value_parser = ball)]
+    ball: Vec<MirrorBall>,
+    /// A picture of which the bright texels belong to the surface
+    #[arg(long, value_name = "FILE")]
+    mask: Option<PathBuf>,
+    #[command(flatten)]
+    development: PhotographArgs,
+}
+
+/// With this many lights nine harmonics are determined well, and fit gloss and shadows better than six polynomials.
+const HARMONIC_LIGHTS: usize = 16;
+
+/// Runs all steps.
+pub fn run(args: &Args, context: &Context) -> Result<Report> {
+    let inputs: Vec<&Path> =
+        std::iter::once(args.photographs.as_path()).chain(args.mask.as_deref()).collect();
+    let folder = Folder::stage(&args.output, &[inputs, args.development.files()].concat(), context)?;
+    let scratch = folder.scratch()?;
+    let mut warnings = Vec::new();
+    let light_file = if !args.ball.is_empty() || needs_balls(&args.photographs) {
+        let found = scratch.path().join("lights.lp");
+        by_balls(args, &folder, &found, &mut warnings, context)?;
+        found
+    } else {
+        args.photographs.clone()
+    };
+    let lights = Capture::open_paired(&light_file, args.development.pair.unwrap_or_default())?.lights();
+    folder.add("lights.lp", lp::format(&lights).as_bytes())?;
+    let options = options(args, &light_file, &mut warnings, context)?;
+    let mut steps = Steps { args, light_file: &light_file, folder: &folder, context, done: Vec::new() };
+    let directions: Vec<Direction> = lights.iter().map(|(_, light)| *light).collect();
+    let mut facts = Map::new();
+    facts.insert("lights".to_owned(), json!(lights.len()));
+    match relume::fit::check_lights(&Basis::Ptm, &directions) {
+        Ok(()) => {
+            let fit = steps.run("fit LIGHTS -o DIR/texture.ptm", &options)?;
+            facts.insert("fit".to_owned(), fit["report"]["error"].clone());
+            if lights.len() >= HARMONIC_LIGHTS
+                && Basis::from_name("hsh9")
+                    .is_some_and(|basis| relume::fit::check_lights(&basis, &directions).is_ok())
+            {
+                steps.run("fit LIGHTS -o DIR/texture.exr --basis hsh9 --half", &options)?;
+            }
+            steps.run("relight DIR/texture.ptm --light -0.55,0.5,0.67 -o DIR/relit.png", &[])?;
+        }
+        Err(reason) => {
+            warnings.push(format!("no texture of functions, only maps: {}", reason.message()));
+        }
+    }
+    let mut of_height = options;
+    of_height.extend(args.mask.iter().flat_map(|mask| ["--mask".into(), mask.clone().into_os_string()]));
+    let height = "height LIGHTS -o DIR/height.exr --normals DIR/normals_gl.png --albedo-map DIR/albedo.png";
+    let height = steps.run(height, &of_height)?;
+    facts.insert("height".to_owned(), json!([height["lowest_texels"], height["highest_texels"]]));
+    let commands = steps.done;
+    facts.insert("commands".to_owned(), json!(commands));
+    drop(scratch);
+    folder.add("new.json", format!("{:#}\n", Value::Object(facts.clone())).as_bytes())?;
+    let written = folder.commit()?;
+    let text = format!("{}: {} photographs\n{}", args.output.display(), lights.len(), commands.join("\n"));
+    Ok(Report::new(text, Value::Object(facts)).with_outputs(written).with_warnings(warnings))
+}
+
+/// Whether a folder holds photographs and nothing that lists their lights.
+fn needs_balls(photographs: &Path) -> bool {
+    photographs.is_dir() && !holds_light_file(photographs)
+}
+
+/// Finds the lamps by mirror balls, and writes a light file whose names are whole paths.
+fn by_balls(
+    args: &Args,
+    folder: &Folder,
+    light_file: &Path,
+    warnings: &mut Vec<String>,
+    context: &Context,
+) -> Result<()> {
+    let place = if args.photographs.is_dir() {
+        args.photographs.clone()
+    } else {
+        args.photographs.parent().unwrap_or(Path::new(".")).to_path_buf()
+    };
+    let job = &context.job;
+    let photographs: Vec<PathBuf> =
+        pictures_in(&place)?.into_iter().map(|path| std::fs::canonicalize(&path).unwrap_or(path)).collect();
+    let names: Vec<String> = photographs.iter().map(paths::text).collect();
+    let load = |i: usize| input::raster(&photographs[i], job);
+    let found = match args.ball.as_slice() {
+        [] => find_lights(&names, &load, job).map_err(|e| {
+            Error::new(e.kind(), format!("there is no light file, and {}", e.message())).at(&place)
+        })?,
+        balls => lights_of(&names, &load, balls, job)?,
+    };
+    if found.lights().len() < 3 {
+        found.refuse_problems()?;
+    }
+    warnings
+        .extend(found.frames.iter().filter_map(|frame| frame.trouble()).map(|t| format!("left out: {t}")));
+    let outlines: Vec<String> =
+        found.balls.iter().map(|b| format!("{:.1},{:.1},{:.1}", b.x, b.y, b.radius)).collect();
+    if args.development.crop.is_none() {
+        warnings.push(format!(
+            "the texture shows the mirror balls ({}): choose the surface with --crop X,Y,W,H",
+            outlines.join(" ")
+        ));
+    }
+    std::fs::write(light_file, lp::format(&found.lights()))
+        .map_err(|e| Error::io("cannot write the lights", &e).at(light_file))?;
+    let picture = drawn(&found, &load, job)?;
+    folder.add("balls.png", &encode_picture_with(&picture, PictureFormat::Png(Depth::Eight), job)?)
+}
+
+/// The options for all verbs that read the photographs; samples are read as what a matt surface explains better, unless
+/// that is declared.
+fn options(
+    args: &Args,
+    light_file: &Path,
+    warnings: &mut Vec<String>,
+    context: &Context,
+) -> Result<Vec<OsString>> {
+    let mut development = args.development.clone();
+    if development.input_space.is_none() {
+        let set = PhotographSet::open(
+            light_file,
+            &PhotographArgs {
+                pair: development.pair,
+                orientation: development.orientation,
+                ..PhotographArgs::default()
+            },
+            &context.job,
+        )?;
+        warnings.extend(set.warnings.iter().cloned());
+        // Only a clear difference is a reason to leave the convention.
+        let check = set.check_reading(&context.job)?.filter(|check| check.is_clear());
+        let taken = check.map_or(Space::Srgb, |check| check.better());
+        if taken == Space::Linear {
+            warnings.push(
+                "the photographs look linear and are read so; declare --input-space srgb if they are not"
+                    .to_owned(),
+            );
+            development.input_space = relume::capture::develop::InputSpace::from_name(taken.name());
+        }
+    }
+    Ok(development.words())
+}
+
+/// Commands that were run.
+struct Steps<'a> {
+    args: &'a Args,
+    light_file: &'a Path,
+    folder: &'a Folder,
+    context: &'a Context,
+    /// As a user would type them.
+    done: Vec<String>,
+}
+
+impl Steps<'_> {
+    /// Runs a command with its placeholders filled in; returns its report for programs.
+    fn run(&mut self, command: &str, options: &[OsString]) -> Result<Value> {
+        let words = |folder: &Path, lights: &Path| -> Vec<OsString> {
+            let fill = |word: &str| match (word, word.strip_prefix("DIR/")) {
+                ("LIGHTS", _) => lights.into(),
+                (_, Some(name)) => folder.join(name).into_os_string(),
+                _ => word.into(),
+            };
+            command.split(' ').map(fill).chain(options.iter().cloned()).collect()
+        };
+        let report = super::run_typed(words(self.folder.path(), self.light_file), self.context)
+            .map_err(|e| Error::new(e.kind(), e.message()).at(&self.args.photographs))?;
+        let shown = words(&self.args.output, &self.args.photographs);
+        self.done.push(format!("relume {}", shown.iter().map(paths::text).collect::<Vec<_>>().join(" ")));
+        Ok(report.json)
+    }
+}

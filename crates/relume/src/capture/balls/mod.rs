@@ -173,10 +173,10 @@ pub fn lights_of(names: &[String], load: &LoadRaster, balls: &[MirrorBall], job:
 }
 
 /// What is seen in each ball of one photograph.
-type Seen = Vec<Result<Highlight, NoHighlight>>;
+type SeenInBalls = Vec<Result<Highlight, NoHighlight>>;
 
 /// Whether highlights are seen in a circle in most photographs, and move.
-fn is_lit(seen: &[Seen], k: usize, ball: &MirrorBall) -> bool {
+fn is_lit(seen: &[SeenInBalls], k: usize, ball: &MirrorBall) -> bool {
     let found: Vec<Highlight> = seen.iter().filter_map(|frame| frame[k].ok()).collect();
     let spread = |of: &dyn Fn(&Highlight) -> f64| {
         let mean = found.iter().map(of).sum::<f64>() / found.len() as f64;
@@ -188,8 +188,8 @@ fn is_lit(seen: &[Seen], k: usize, ball: &MirrorBall) -> bool {
 }
 
 /// The largest group of candidates that show the lamps in about the same directions; the larger ball of equal groups.
-fn agreeing(candidates: &[MirrorBall], seen: &[Seen], lit: &[usize]) -> Vec<usize> {
-    let direction = |frame: &Seen, k: usize| Some(reflected(candidates[k].normal(frame[k].ok()?)));
+fn agreeing(candidates: &[MirrorBall], seen: &[SeenInBalls], lit: &[usize]) -> Vec<usize> {
+    let direction = |frame: &SeenInBalls, k: usize| Some(reflected(candidates[k].normal(frame[k].ok()?)));
     let agree = |a: usize, b: usize| {
         let apart = seen.iter().filter_map(|frame| Some(direction(frame, a)?.dot(direction(frame, b)?)));
         let mut cosines: Vec<f64> = apart.collect();
@@ -212,7 +212,7 @@ fn highlights(
     load: &LoadRaster,
     balls: &[MirrorBall],
     job: &Job,
-) -> Result<(Size, Vec<Seen>)> {
+) -> Result<(Size, Vec<SeenInBalls>)> {
     if names.is_empty() {
         return Err(Error::usage("lights are found in photographs, and there are none"));
     }
@@ -235,7 +235,7 @@ fn highlights(
             let square = photograph.crop(x, y, part)?.to_picture(Space::Linear);
             Ok(highlight::find(&luminance(&square.planes), (x, y), ball))
         });
-        let seen = seen.collect::<Result<Seen>>()?;
+        let seen = seen.collect::<Result<SeenInBalls>>()?;
         job.advance(1)?;
         Ok(seen)
     });
@@ -243,7 +243,7 @@ fn highlights(
 }
 
 /// The lamps of all photographs from what the balls show.
-fn measured(names: &[String], balls: Vec<MirrorBall>, seen: &[Seen], size: Size) -> BallLights {
+fn measured(names: &[String], balls: Vec<MirrorBall>, seen: &[SeenInBalls], size: Size) -> BallLights {
     let frames: Vec<BallFrame> =
         names.iter().zip(seen).map(|(name, seen)| frame(name, &balls, seen, size)).collect();
     let angles = frames.iter().filter_map(|frame| largest_angle(&directions(&balls, &frame.highlights)));
@@ -261,7 +261,7 @@ fn measured(names: &[String], balls: Vec<MirrorBall>, seen: &[Seen], size: Size)
     lights
 }
 
-fn frame(name: &str, balls: &[MirrorBall], seen: &Seen, size: Size) -> BallFrame {
+fn frame(name: &str, balls: &[MirrorBall], seen: &SeenInBalls, size: Size) -> BallFrame {
     let highlights: Vec<Option<Highlight>> = seen.iter().map(|seen| seen.ok()).collect();
     let mut frame =
         BallFrame { name: name.to_owned(), direction: None, position: None, problem: None, highlights };

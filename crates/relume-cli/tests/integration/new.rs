@@ -111,7 +111,7 @@ fn exposures_intensities_and_the_light_of_the_room_are_undone() {
     let folder = matt_capture();
     let at = folder.path();
     let right = angle(at, &[]);
-    let gain = |i: usize| if i % 3 == 0 { 0.5f32 } else { 0.8 };
+    let gain = |i: usize| if i.is_multiple_of(3) { 0.5f32 } else { 0.8 };
     change(&at.join("p"), &|i, picture| picture.planes.as_mut_slice().iter_mut().for_each(|v| *v *= gain(i)));
     let wrong = angle(at, &[]);
     let found = angle(at, &["--equalize"]);

@@ -23,7 +23,7 @@ enum PhotographSource {
     Capture(Box<PhotographSet>),
     /// The numbers of its photographs that take part.
     Btf {
-        btf: Btf,
+        btf: Box<Btf>,
         chosen: Vec<usize>,
         crop: Option<Rect<usize>>,
     },
@@ -81,7 +81,12 @@ impl Inputs {
         }
         context.job.check_bytes("the list of photographs", 256 * pairs.len() as u64)?;
         let place = btf.path().to_path_buf();
-        Ok(Self { place, pairs, warnings, source: PhotographSource::Btf { btf, chosen, crop } })
+        Ok(Self {
+            place,
+            pairs,
+            warnings,
+            source: PhotographSource::Btf { btf: Box::new(btf), chosen, crop },
+        })
     }
 
     /// What errors of the whole are about.

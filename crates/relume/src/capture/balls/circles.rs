@@ -277,7 +277,7 @@ fn step(circle: Circle, lines: &[EdgePoint], reach: f64) -> Option<Circle> {
     }
     let [a, b, c] = solve_spd(&matrix, &right)?;
     let radius = (c + a * a + b * b).sqrt() * circle.radius;
-    (radius.is_finite() && radius > 1.0).then(|| Circle {
+    (radius.is_finite() && radius > 1.0).then_some(Circle {
         x: circle.x + a * circle.radius,
         y: circle.y + b * circle.radius,
         radius,

@@ -1,7 +1,7 @@
 //! The share format: a texture of functions as web pages and game engines load it.
 //!
 //! A header in JSON ([`ShareHeader`]) names files beside it: coefficient planes as PNG of 8 bits or compressed half floats
-//! ([`planes`]), the functions of a basis without a closed form as a [table](table) over directions or at those [measured], and maps of what
+//! ([`planes`]), the functions of a basis without a closed form as a [table] over directions or at those [measured], and maps of what
 //! a viewer shows beside the functions (normals, heights, albedo). Values are those of the field, rows from the top;
 //! errors against the field are in the header. `docs/formats.md` has it byte by byte.
 //!

@@ -57,7 +57,7 @@ impl BasisTable {
             false => (LIGHT_NODES, 1),
             true => {
                 let pairs = || PAIR_NODES.into_iter().map(|nodes| (nodes, nodes));
-                pairs().find(|nodes| bytes(nodes) <= MOST_BYTES).or(pairs().last()).expect("some nodes")
+                pairs().find(|nodes| bytes(nodes) <= MOST_BYTES).or(pairs().next_back()).expect("some nodes")
             }
         };
         job.check_bytes("the table of the basis", 2 * bytes(&(light_nodes, view_nodes)) as u64)?;
@@ -147,7 +147,7 @@ impl BasisTable {
         ShareTable { file, light_nodes, view_nodes, error_rms, error_max }
     }
 
-    /// [`basis_error`] of the table.
+    /// `basis_error` of the table.
     pub fn error(&self, basis: &Basis) -> (f64, f64) {
         basis_error(basis, |directions, out| self.weights_into(directions, out))
     }

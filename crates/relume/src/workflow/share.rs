@@ -174,8 +174,9 @@ mod tests {
                     let file = texture(&basis, layout.clone());
                     let shared = share(&file, &options(depth), &Job::default()).unwrap();
                     let header: ShareHeader = serde_json::from_slice(&shared.header_bytes()).unwrap();
-                    assert_eq!(header, shared.header);
-                    assert_eq!(header.basis.table.is_none(), CLOSED_FORMS.contains(&basis.name()));
+                    assert_eq!(header.planes, shared.header.planes);
+                    let has_values = header.basis.table.is_some() || header.basis.measured.is_some();
+                    assert_ne!(has_values, CLOSED_FORMS.contains(&basis.name()));
                     let bound = if depth == PlaneDepth::Eight { 0.6 / 255.0 } else { 1.0 / 2048.0 };
                     assert!(header.error <= bound, "{depth:?}: {}", header.error);
                     let found = planes(&shared);

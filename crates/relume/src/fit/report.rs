@@ -34,6 +34,7 @@ pub struct Residual {
 
 /// The relighting error of one photograph.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct LightReport {
     /// The name of the photograph.
     pub name: String,
@@ -50,6 +51,7 @@ pub struct LightReport {
 
 /// The relighting errors of a fitted field.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct FitReport {
     /// The space of the fitted and compared values.
     pub space: Space,

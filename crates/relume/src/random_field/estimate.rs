@@ -100,6 +100,7 @@ impl ModelOptions {
 
 /// How the neighbours of a level were chosen.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct LevelReport {
     /// Columns of the level.
     pub width: usize,

@@ -51,6 +51,7 @@ pub struct StageTimes {
 
 /// The report of a synthesis.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct SynthesisReport {
     /// Blocks in each row.
     pub columns: usize,

@@ -51,6 +51,7 @@ const UNCOVERED_DEG: f64 = 40.0;
 
 /// The report on a fit.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct QualityReport {
     /// The mean over pictures of the peak signal-to-noise ratio, in dB.
     pub psnr_db: f64,

@@ -18,6 +18,7 @@ use crate::space::Space;
 
 /// How a texture does under lights that were not fitted.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct TestReport {
     /// The mean over pictures, in dB; infinite (in JSON: null) for a picture without an error.
     pub psnr_db: f64,

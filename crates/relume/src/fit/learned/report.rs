@@ -20,6 +20,7 @@ use crate::space::Space;
 
 /// The error of the photographs with one polar angle of light or view.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct PolarReport {
     /// The angle from the zenith, in degrees, rounded to a tenth.
     pub polar_deg: f64,
@@ -32,6 +33,7 @@ pub struct PolarReport {
 
 /// The error of a set of photographs.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct PairsReport {
     /// Photographs.
     pub pairs: usize,
@@ -44,6 +46,7 @@ pub struct PairsReport {
 
 /// The errors of a factorised texture of light and view.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct LearnedReport {
     /// The space of the fitted and compared values.
     pub space: Space,

@@ -34,6 +34,7 @@ pub struct Rolled {
 
 /// How a tile set was made, and its quality.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct RollReport {
     /// How the first tile was made, whose border all others have; `None` if borders vary.
     pub first: Option<FirstTile>,

@@ -14,7 +14,7 @@ use crate::context::Context;
 use crate::report::{Report, write_stderr};
 use crate::viewer::{self, PageData, PlaneArgs, Prepared};
 use crate::{evaluated, paths};
-use site::Site;
+use site::ViewerSite;
 
 /// Arguments of `relume view`.
 #[derive(Debug, clap::Args)]
@@ -57,8 +57,8 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
 }
 
 /// The page and the files of all textures. A file that cannot be shown is said on standard error and on the page.
-fn site_of(args: &Args, port: u16, context: &Context) -> Result<Site> {
-    let mut site = Site::new(port)?;
+fn site_of(args: &Args, port: u16, context: &Context) -> Result<ViewerSite> {
+    let mut site = ViewerSite::new(port)?;
     let mut failure = None;
     let mut entries: Vec<Value> = Vec::new();
     let mut titles = Vec::new();
@@ -89,7 +89,7 @@ fn site_of(args: &Args, port: u16, context: &Context) -> Result<Site> {
 }
 
 /// Adds the files of texture `i`; gives the folder in which the page finds them.
-fn add(site: &mut Site, i: usize, texture: Prepared) -> String {
+fn add(site: &mut ViewerSite, i: usize, texture: Prepared) -> String {
     let folder = format!("textures/{i}/");
     for (name, bytes) in texture.files {
         site.add(&format!("{folder}{name}"), "application/octet-stream", bytes);

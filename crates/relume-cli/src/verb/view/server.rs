@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use relume::{Job, Result};
 
-use super::site::{Site, refused};
+use super::site::{ViewerSite, refused};
 
 /// The longest head of a request.
 const MOST_BYTES: usize = 16 << 10;
@@ -19,7 +19,7 @@ const MOST_CONNECTIONS: usize = 64;
 const PAUSE: Duration = Duration::from_millis(50);
 
 /// Answers requests until the job is cancelled. The signal that cancels it also ends the program.
-pub fn serve(listener: &TcpListener, site: &Site, job: &Job) -> Result<()> {
+pub fn serve(listener: &TcpListener, site: &ViewerSite, job: &Job) -> Result<()> {
     let open = AtomicUsize::new(0);
     std::thread::scope(|scope| {
         loop {
@@ -47,7 +47,7 @@ pub fn serve(listener: &TcpListener, site: &Site, job: &Job) -> Result<()> {
     })
 }
 
-fn converse(stream: &mut TcpStream, site: &Site) -> std::io::Result<()> {
+fn converse(stream: &mut TcpStream, site: &ViewerSite) -> std::io::Result<()> {
     stream.set_read_timeout(Some(PATIENCE))?;
     stream.set_write_timeout(Some(PATIENCE))?;
     let answer = match head_of(stream)? {

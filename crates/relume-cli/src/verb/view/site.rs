@@ -15,7 +15,7 @@ const MOST_HEADERS: usize = 64;
 
 /// The files of a page and the address at which they are.
 #[derive(Debug)]
-pub struct Site {
+pub struct ViewerSite {
     port: u16,
     token: String,
     files: BTreeMap<String, SiteFile>,
@@ -36,7 +36,7 @@ pub struct Answer<'a> {
     pub body: &'a [u8],
 }
 
-impl Site {
+impl ViewerSite {
     /// A site without files, with a token of 128 random bits.
     ///
     /// # Errors
@@ -131,21 +131,21 @@ const COMMON: &str = "Connection: close\r\nCache-Control: no-store\r\nX-Content-
 mod tests {
     use super::*;
 
-    fn site() -> Site {
-        let mut site = Site::new(4321).unwrap();
+    fn site() -> ViewerSite {
+        let mut site = ViewerSite::new(4321).unwrap();
         site.add("", "text/html; charset=utf-8", b"<p>page".to_vec());
         site.add("textures/0/share.json", "application/octet-stream", b"{}".to_vec());
         site
     }
 
-    fn status(site: &Site, request: &[u8]) -> u16 {
+    fn status(site: &ViewerSite, request: &[u8]) -> u16 {
         let answer = site.answer(request);
         let status = answer.head.split(' ').nth(1).unwrap().parse().unwrap();
         assert!(status == 200 || answer.body.is_empty());
         status
     }
 
-    fn get(site: &Site, path: &str, headers: &str) -> u16 {
+    fn get(site: &ViewerSite, path: &str, headers: &str) -> u16 {
         status(site, format!("GET {path} HTTP/1.1\r\n{headers}\r\n").as_bytes())
     }
 
@@ -230,6 +230,6 @@ mod tests {
 
     #[test]
     fn tokens_differ() {
-        assert_ne!(Site::new(1).unwrap().token, Site::new(1).unwrap().token);
+        assert_ne!(ViewerSite::new(1).unwrap().token, ViewerSite::new(1).unwrap().token);
     }
 }

@@ -44,12 +44,12 @@ pub(super) struct SharedPlanes {
 
 /// The value of code 0 and the difference between codes.
 #[derive(Debug, Clone, Copy)]
-struct CodeSteps {
+struct LinearCodes {
     scale: f32,
     offset: f32,
 }
 
-impl CodeSteps {
+impl LinearCodes {
     fn code(self, value: f32) -> f32 {
         ((value - self.offset) / self.scale).round().clamp(0.0, 255.0)
     }
@@ -67,7 +67,7 @@ impl SharedPlanes {
         job.start("storing planes", count as u64);
         for first in (0..count).step_by(TOGETHER) {
             let some = first..(first + TOGETHER).min(count);
-            let steps: Option<Vec<CodeSteps>> =
+            let steps: Option<Vec<LinearCodes>> =
                 some.clone().map(|k| steps(field, k, stored, depth)).collect();
             match steps {
                 // A PNG has one channel or three.
@@ -88,7 +88,7 @@ impl SharedPlanes {
         &mut self,
         field: &ReflectanceField,
         first: usize,
-        steps: &[CodeSteps],
+        steps: &[LinearCodes],
         job: &Job,
     ) -> Result<()> {
         let mut codes = Planes::zeros(field.size(), steps.len());
@@ -125,19 +125,19 @@ impl SharedPlanes {
 }
 
 /// The codes that hold plane `k`; `None` for half floats.
-fn steps(field: &ReflectanceField, k: usize, stored: &Encoding, depth: PlaneDepth) -> Option<CodeSteps> {
-    let unit = CodeSteps { scale: 1.0 / 255.0, offset: 0.0 };
+fn steps(field: &ReflectanceField, k: usize, stored: &Encoding, depth: PlaneDepth) -> Option<LinearCodes> {
+    let unit = LinearCodes { scale: 1.0 / 255.0, offset: 0.0 };
     match (depth, stored) {
         (PlaneDepth::Half, _) => None,
         (PlaneDepth::Eight, _) => {
             let (low, high) = field.coefficients().range(k);
-            Some(CodeSteps { scale: ((high - low) / 255.0).max(f32::MIN_POSITIVE), offset: low })
+            Some(LinearCodes { scale: ((high - low) / 255.0).max(f32::MIN_POSITIVE), offset: low })
         }
         (PlaneDepth::Kept, Encoding::Ptm(encoding)) => {
             Some(match field.layout().roles(field.basis().len())[k] {
                 PlaneRole::Coefficient { function, .. } | PlaneRole::Shared { function } => {
                     let scale = encoding.scale[function] / 255.0;
-                    CodeSteps { scale, offset: -encoding.bias[function] * scale }
+                    LinearCodes { scale, offset: -encoding.bias[function] * scale }
                 }
                 PlaneRole::Color { .. } => unit,
             })

@@ -34,7 +34,8 @@ export class Viewer {
     this.stage = new Stage(canvas, parameters.has("exact"));
     this.titles = textures.map((texture) => texture.title);
     this.state = fromHash(location.hash, textures.length);
-    addEventListener("hashchange", () => this.readAddress());
+    // The address asked for: by the time of the event, the page may have written its own state again.
+    addEventListener("hashchange", (event) => this.readAddress(new URL(event.newURL).hash));
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement ?? canvas);
     this.resize();
   }
@@ -201,8 +202,8 @@ export class Viewer {
     history.replaceState(null, "", `#${toHash(this.state)}`);
   }
 
-  private readAddress(): void {
-    if (location.hash === `#${toHash(this.state)}`) return;
-    this.show(location.hash);
+  private readAddress(hash: string): void {
+    if (hash === `#${toHash(this.state)}`) return;
+    this.show(hash);
   }
 }

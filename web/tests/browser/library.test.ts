@@ -24,7 +24,7 @@ const place = new Workplace();
 let browser: Browser, page: Page, server: ViewServer;
 
 beforeAll(async () => {
-  place.run(`capture leather -o capture --lights 24 --size ${SIDE}x${SIDE} --feature 64`);
+  place.run(`capture leather -o capture --lights 40 --size ${SIDE}x${SIDE} --feature 64`);
   place.run(`capture sponge -o pairs --views 4 --size ${SIDE / 4}x${SIDE / 4} --feature 20`);
   for (const [, command] of TEXTURES) place.run(command);
   server = await ViewServer.start(place, TEXTURES.map(([name]) => name));

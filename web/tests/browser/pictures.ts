@@ -15,8 +15,15 @@ export async function drawn(page: Page): Promise<void> {
 
 /** Shows the state of an address. */
 export async function show(page: Page, hash: string): Promise<void> {
-  await page.evaluate((hash) => (location.hash = hash), hash);
-  await page.waitForTimeout(20);
+  await page.evaluate(
+    (hash) =>
+      new Promise<void>((resolve) => {
+        if (location.hash === `#${hash}`) return resolve();
+        addEventListener("hashchange", () => resolve(), { once: true });
+        location.hash = hash;
+      }),
+    hash,
+  );
   await drawn(page);
 }
 

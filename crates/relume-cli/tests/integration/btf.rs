@@ -146,7 +146,8 @@ fn every_verb_takes_a_factorised_texture() {
     // The functions of light alone are fitted to the photographs seen from above.
     let light = json(path, &["fit", "b.zip", "-o", "l.ptm", "--basis", "ptm"]);
     assert_eq!(light["report"]["lights"].as_array().unwrap().len(), 8);
-    assert!(light["warnings"][0].as_str().unwrap().contains("8 of 64 photographs"), "{light}");
+    let warnings = light["warnings"].as_array().unwrap();
+    assert!(warnings.iter().any(|w| w.as_str().unwrap().contains("8 of 64 photographs")), "{light}");
 }
 
 #[test]

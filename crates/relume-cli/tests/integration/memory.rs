@@ -158,12 +158,18 @@ const COMMANDS: &[&str] = &[
     "tileable small.ptm -o out.exr --band 3",
     "gallery folder -o out --methods quilting --size 128",
     "demo -o out --lights 8",
+    "convert functions.ptm -o out.exr --basis hsh9",
+    "convert small.ptm -o out.rti",
+    "convert functions.ptm -o out.npz",
+    "maps small.ptm -o out --preset gltf",
+    "lights balls -o out.lp",
+    "new photographs -o out",
     "share functions.exr -o out",
     "share functions.ptm -o out.html --single-file",
 ];
 
 /// Verbs that work on no data, and the one that serves what `share` writes until it is interrupted.
-const WITHOUT_DATA: [&str; 4] = ["completions", "man", "help", "view"];
+const WITHOUT_DATA: [&str; 5] = ["completions", "formats", "man", "help", "view"];
 
 /// The inputs of [`COMMANDS`].
 fn write_inputs(folder: &Path) {
@@ -173,7 +179,8 @@ fn write_inputs(folder: &Path) {
     write_grey(&folder.join("hole.png"), (192, 192), &hole);
     let regular: Vec<u8> = (0..512 * 512).map(|i| (i % 16 * 9 + i / 512 % 16 * 5) as u8).collect();
     write_grey(&folder.join("regular.png"), (512, 512), &regular);
-    let commands: [&[&str]; 7] = [
+    let commands: [&[&str]; 8] = [
+        &["capture", "leather", "-o", "balls", "--size", "160", "--lights", "8", "--balls", "1"],
         &["capture", "sponge", "-o", "photographs", "--size", "512", "--lights", "9", "--no-bounce"],
         &["procedural", "leather", "-o", "maps", "--size", "512"],
         &["match", "functions.ptm", "--to", "functions.ptm", "-o", "functions.exr"],

@@ -6,6 +6,7 @@
 //! Edges are those of the mean and of the maximum of all photographs, so an outline that only some lamps show counts.
 //! Photographs are reduced to at most [`MOST_SIDE`] pixels for it.
 
+use std::f64::consts::SQRT_2;
 use std::sync::Mutex;
 
 use rayon::prelude::*;
@@ -27,9 +28,13 @@ const LEAST_RADIUS: usize = 10;
 const STEP: usize = 4;
 const RADIUS_STEP: usize = 2;
 /// The most circles that are tried.
-const TRIED: usize = 24;
+const TRIED: usize = 48;
 /// The part of the circumference that must be seen.
 const LEAST_SEEN: f64 = 0.5;
+/// The part that must be seen of an outline around a circle, more than chance gives among all edges of a texture.
+const OUTLINE_SEEN: f64 = 0.75;
+/// The part of all edges that is searched: the steepest.
+const KEPT: f64 = 0.4;
 /// Parts of the circumference that are counted.
 const SECTORS: usize = 72;
 /// Tolerances of the fit, as fractions of the radius.
@@ -69,13 +74,11 @@ impl Circle {
 /// The circles in photographs, from the most to the least visible.
 pub(super) fn find(names: &[String], load: &LoadRaster, job: &Job) -> Result<Vec<Circle>> {
     let (stack, size, reduction) = stacked(names, load, job)?;
-    let lines: Vec<EdgePoint> = [&stack.mean, &stack.most]
-        .into_iter()
-        .flat_map(|values| {
-            let logarithms: Vec<f64> = values.iter().map(|v| (v + FLOOR).ln()).collect();
-            edges(&logarithms, size)
-        })
-        .collect();
+    let logarithms =
+        [&stack.mean, &stack.most].map(|v| v.iter().map(|v| (v + FLOOR).ln()).collect::<Vec<f64>>());
+    let steepest =
+        |kept| -> Vec<EdgePoint> { logarithms.iter().flat_map(|v| edges(v, size, kept)).collect() };
+    let lines = steepest(KEPT);
     job.proceed()?;
     let mut votes = Accumulator::of(&lines, size, job)?;
     let mut found: Vec<Circle> = Vec::new();
@@ -91,9 +94,19 @@ pub(super) fn find(names: &[String], load: &LoadRaster, job: &Job) -> Result<Vec
             None => found.push(circle),
         }
     }
+    let all = steepest(1.0);
+    found.iter_mut().for_each(|circle| *circle = outline_around(*circle, &all));
     let scale = reduction as f64;
     let whole = |c: Circle| Circle { x: c.x * scale, y: c.y * scale, radius: c.radius * scale, ..c };
     Ok(found.into_iter().map(whole).collect())
+}
+
+/// The outline of the ball whose mirrored horizon a circle is, if there is one: seen from afar, normals at 45 degrees
+/// mirror the horizon, in a circle of the radius divided by the square root of 2. It may be fainter than the edges that
+/// were searched. A circle without one is returned as it is.
+fn outline_around(circle: Circle, lines: &[EdgePoint]) -> Circle {
+    let outline = fitted(Circle { radius: SQRT_2 * circle.radius, ..circle }, lines);
+    if outline.seen >= OUTLINE_SEEN && circle.is_ring_of(&outline) { outline } else { circle }
 }
 
 /// The mean and the maximum of the encoded luminance of all photographs, reduced.
@@ -217,7 +230,8 @@ impl Accumulator {
         let layer = self.columns * self.rows;
         let (radius, cell) = (best / layer, best % layer);
         let (column, row) = (cell % self.columns, cell / self.columns);
-        for k in radius.saturating_sub(5)..(radius + 6).min(self.radii.len()) {
+        // Few radii, so that the outline remains where the ring in it was taken first.
+        for k in radius.saturating_sub(2)..(radius + 3).min(self.radii.len()) {
             for y in row.saturating_sub(5)..(row + 6).min(self.rows) {
                 for x in column.saturating_sub(5)..(column + 6).min(self.columns) {
                     self.votes[k * layer + y * self.columns + x] = 0.0;

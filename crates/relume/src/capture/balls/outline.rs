@@ -12,13 +12,11 @@ pub(super) struct EdgePoint {
     pub across_y: f64,
 }
 
-/// The part of all edges that is kept: the steepest.
-const KEPT: f64 = 0.4;
 /// The blur before differences are taken, in pixels (standard deviation).
 const BLUR: f64 = 1.5;
 
-/// The steepest edges of a plane of values.
-pub(super) fn edges(values: &[f64], size: Size) -> Vec<EdgePoint> {
+/// The steepest edges of a plane of values: this part of all.
+pub(super) fn edges(values: &[f64], size: Size, kept: f64) -> Vec<EdgePoint> {
     let smooth = blurred(values, size);
     let gradient = Gradient::of(&smooth, size);
     let mut found = Vec::new();
@@ -31,7 +29,7 @@ pub(super) fn edges(values: &[f64], size: Size) -> Vec<EdgePoint> {
     if steepness.is_empty() {
         return Vec::new();
     }
-    let place = ((1.0 - KEPT) * (steepness.len() - 1) as f64) as usize;
+    let place = ((1.0 - kept) * (steepness.len() - 1) as f64) as usize;
     let least = *steepness.select_nth_unstable_by(place, f64::total_cmp).1;
     found.into_iter().filter(|(steepness, _)| *steepness >= least).map(|(_, edge)| edge).collect()
 }

@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use crate::support::done;
+use crate::viewer::shown;
 
 /// The lines of code blocks that run the program.
 fn commands(document: &str) -> Vec<Vec<String>> {
@@ -25,7 +26,11 @@ fn run_in_order(document: &str, at_least: usize) {
     let commands = commands(document);
     assert!(commands.len() >= at_least, "{document} has {} commands", commands.len());
     for command in &commands {
-        done(folder.path(), &command.iter().map(String::as_str).collect::<Vec<_>>());
+        let words: Vec<&str> = command.iter().map(String::as_str).collect();
+        match words[..] {
+            ["view", ref files @ ..] => shown(folder.path(), files),
+            _ => drop(done(folder.path(), &words)),
+        }
     }
 }
 

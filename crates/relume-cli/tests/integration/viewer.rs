@@ -88,6 +88,16 @@ fn textures_without_a_colour_are_refused_in_a_sentence() {
     refused(at, &["view", "broken.ptm", "--port", "0"]);
 }
 
+/// Runs `relume view` until its page has been read.
+pub fn shown(at: &Path, arguments: &[&str]) {
+    // No test opens a browser.
+    let files: Vec<&str> = arguments.iter().copied().filter(|word| *word != "--open").collect();
+    let server = Server::start(at, &files);
+    assert!(server.get(&server.path).starts_with("HTTP/1.1 200"));
+    #[cfg(unix)]
+    assert_eq!(server.interrupt(), Some(130));
+}
+
 /// A running `relume view`.
 struct Server {
     child: Child,

@@ -27,7 +27,7 @@ pub struct Args {
     /// Whose names, packings, bit depths and direction of normals
     #[arg(long, value_parser = args::named::<MapPreset>())]
     preset: MapPreset,
-    /// The name of the material in file names [default: Material]
+    /// The name of the material in file names
     #[arg(long, default_value = "Material")]
     name: String,
     /// The material tiles: occlusion and heights wrap around, and every map is checked to tile

@@ -168,8 +168,8 @@ fn encoded(
             let format = if is_same { format.in_depth_of(&file.encoding) } else { format };
             encode_field(made, format, stored, &context.job)
         }
-        Target::Npz => encode_npz(made),
-        Target::Npy | Target::Web(_) => encode_npy(made),
+        Target::Npz => encode_npz(made, &context.job),
+        Target::Npy | Target::Web(_) => encode_npy(made, &context.job),
     }
 }
 

@@ -17,12 +17,22 @@ use ::zip::{CompressionMethod, ZipWriter};
 use super::npy;
 use crate::error::{Error, Result};
 use crate::field::{Basis, ReflectanceField};
+use crate::job::Job;
+
+/// More than the records of a file in an archive take.
+const BYTES_AROUND_AN_ARRAY: usize = 512;
+
+fn coefficient_bytes(field: &ReflectanceField) -> u64 {
+    size_of_val(field.coefficients().as_slice()) as u64
+}
 
 /// The coefficients alone, as an `.npy` file of shape (planes, height, width).
 ///
 /// # Errors
-/// None for a sound field.
-pub fn encode_npy(field: &ReflectanceField) -> Result<Vec<u8>> {
+/// When memory is short.
+pub fn encode_npy(field: &ReflectanceField, job: &Job) -> Result<Vec<u8>> {
+    // The bytes, and what a growing buffer holds beside them.
+    job.check_bytes("the array of coefficients", 3 * coefficient_bytes(field))?;
     let planes = field.coefficients();
     npy::encode_f32(&[planes.count(), planes.size().height, planes.size().width], planes.as_slice())
 }
@@ -30,12 +40,18 @@ pub fn encode_npy(field: &ReflectanceField) -> Result<Vec<u8>> {
 /// The coefficients with their names and directions, as an `.npz` archive, not compressed.
 ///
 /// # Errors
-/// Archives that are too large for the system.
-pub fn encode_npz(field: &ReflectanceField) -> Result<Vec<u8>> {
+/// When memory is short, and archives that are too large for the system.
+pub fn encode_npz(field: &ReflectanceField, job: &Job) -> Result<Vec<u8>> {
+    let values = match field.basis() {
+        Basis::Learned(learned) => size_of_val(learned.values()) as u64,
+        _ => 0,
+    };
+    // The arrays, the archive of them, and what a growing buffer holds beside them.
+    job.check_bytes("the arrays of the archive", 4 * (coefficient_bytes(field) + values))?;
     let text = |text: &str| npy::encode_texts(&[text.to_owned()], false);
     let lights: Vec<[f64; 3]> = field.lights().iter().map(|light| light.to_array()).collect();
     let mut arrays = vec![
-        ("coefficients", encode_npy(field)?),
+        ("coefficients", encode_npy(field, job)?),
         ("names", npy::encode_texts(&field.plane_names(), true)),
         ("lights", npy::encode_vectors(&lights)),
         ("basis", text(field.basis().name())),
@@ -51,7 +67,8 @@ pub fn encode_npz(field: &ReflectanceField) -> Result<Vec<u8>> {
         let shape = [learned.pairs().len(), learned.channels(), learned.functions()];
         arrays.push(("pair_values", npy::encode_f32(&shape, learned.values())?));
     }
-    let mut writer = ZipWriter::new(Cursor::new(Vec::new()));
+    let total: usize = arrays.iter().map(|(_, bytes)| bytes.len() + BYTES_AROUND_AN_ARRAY).sum();
+    let mut writer = ZipWriter::new(Cursor::new(Vec::with_capacity(total)));
     for (name, bytes) in arrays {
         let options = SimpleFileOptions::default()
             .compression_method(CompressionMethod::Stored)

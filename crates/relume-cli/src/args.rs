@@ -1,6 +1,7 @@
 //! Values on the command line: sizes, lights, names.
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
+use relume::field::PlaneLayout;
 use relume::format::TEXEL_MM;
 use relume::numeric::lattice::{Lattice, length};
 use relume::synthesis::roller::RollerOptions;
@@ -16,6 +17,12 @@ pub fn size(text: &str) -> Result<Size, String> {
     parsed.map(|(width, height)| Size::new(width, height)).ok_or_else(|| {
         "expected a size such as 512x512 (width x height in texels, both at least 1)".to_owned()
     })
+}
+
+/// How colours are held: a function for each channel, or one times a colour.
+pub fn color() -> impl TypedValueParser<Value = PlaneLayout> {
+    PossibleValuesParser::new([PlaneLayout::LRGB.name(), PlaneLayout::RGB.name()])
+        .map(|name| PlaneLayout::from_name(&name).expect("a possible value is a layout"))
 }
 
 /// `X,Y,Z`: a vector of any length towards the light; x right, y up, z to the viewer.

@@ -146,6 +146,22 @@ impl Planes {
         self.plane(k).iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(lo, hi), &v| (lo.min(v), hi.max(v)))
     }
 
+    /// The means of squares of `by` texels a side, whole ones only; a side that is shorter counts as one square.
+    pub fn reduced(&self, by: usize) -> Self {
+        let whole = self.size();
+        let size = Size::new((whole.width / by).max(1), (whole.height / by).max(1));
+        let (across, down) = (by.min(whole.width), by.min(whole.height));
+        let mut out = Self::zeros(size, self.count());
+        for (plane, values) in out.iter_mut().zip(self.iter()) {
+            for (texel, mean) in plane.iter_mut().enumerate() {
+                let (x, y) = (texel % size.width * by, texel / size.width * by);
+                let rows = (y..y + down).flat_map(|y| &values[whole.index(x, y)..][..across]);
+                *mean = (rows.map(|v| f64::from(*v)).sum::<f64>() / (across * down) as f64) as f32;
+            }
+        }
+        out
+    }
+
     /// The rectangle of `size` texels whose top-left texel is (x, y).
     pub fn crop(&self, x: usize, y: usize, size: Size) -> Result<Self> {
         self.size.check_crop(x, y, size)?;

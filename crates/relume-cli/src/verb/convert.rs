@@ -1,5 +1,6 @@
 //! `relume convert`: a texture in another format, in other functions, space or colours, and what that loses.
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
@@ -34,7 +35,7 @@ pub struct Args {
     #[arg(long, value_parser = args::named::<Space>())]
     space: Option<Space>,
     /// The arrangement of colours: a function for each channel, or one times a colour [default: as it is]
-    #[arg(long, value_parser = color_parser())]
+    #[arg(long, value_parser = args::color())]
     color: Option<PlaneLayout>,
     /// Write a web folder of this layout, as OpenLIME shows them
     #[arg(long, value_name = "LAYOUT", num_args = 0..=1, default_missing_value = "plain",
@@ -51,11 +52,6 @@ pub struct Args {
 fn basis_parser() -> impl TypedValueParser<Value = Basis> {
     let names = PossibleValuesParser::new(Basis::NAMED.iter().map(Basis::name));
     names.map(|name| Basis::from_name(&name).expect("one of the names"))
-}
-
-fn color_parser() -> impl TypedValueParser<Value = PlaneLayout> {
-    let names = PossibleValuesParser::new(["rgb", "lrgb"]);
-    names.map(|name| PlaneLayout::from_name(&name).expect("one of the names"))
 }
 
 /// The kind of file that is written.
@@ -137,7 +133,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         layout: args.color.clone(),
     };
     let made = convert(&file.field, &options, &context.job)?;
-    let is_same = made == file.field;
+    let is_same = matches!(made, Cow::Borrowed(_));
     let loss = if is_same { None } else { Some(refit_loss(&file.field, &made, &context.job)?) };
     let written = match (target, folder) {
         (Target::Web(options), Some(folder)) => {

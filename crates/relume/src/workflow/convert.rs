@@ -5,6 +5,8 @@
 //! the old ones. Between spaces the encoding bends values, so that each texel is fitted to its own encoded values under
 //! many lights. What is lost is measured on relit values under other lights.
 
+use std::borrow::Cow;
+
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -48,13 +50,17 @@ pub struct RefitLoss {
     pub largest: f64,
 }
 
-/// The texture as asked for.
+/// The texture as asked for; borrowed where that changes nothing.
 ///
 /// Functions of light and view are taken as seen from straight above.
 ///
 /// # Errors
 /// A basis with data of its own, colours that the texture does not have, the limits, and a cancelled job.
-pub fn convert(field: &ReflectanceField, options: &ConvertOptions, job: &Job) -> Result<ReflectanceField> {
+pub fn convert<'a>(
+    field: &'a ReflectanceField,
+    options: &ConvertOptions,
+    job: &Job,
+) -> Result<Cow<'a, ReflectanceField>> {
     let basis = options.basis.as_ref().unwrap_or(field.basis());
     let space = options.space.unwrap_or(field.space());
     if field.basis().depends_on_view() && basis != field.basis() {
@@ -62,9 +68,9 @@ pub fn convert(field: &ReflectanceField, options: &ConvertOptions, job: &Job) ->
     }
     let same_basis = basis == field.basis();
     let made = match space == field.space() {
-        true if same_basis => field.clone(),
-        true => in_basis(field, basis, job)?,
-        false => in_space(field, basis, space, job)?,
+        true if same_basis => Cow::Borrowed(field),
+        true => Cow::Owned(in_basis(field, basis, job)?),
+        false => Cow::Owned(in_space(field, basis, space, job)?),
     };
     arranged(made, options.layout.as_ref(), job)
 }
@@ -187,7 +193,11 @@ fn in_space(field: &ReflectanceField, basis: &Basis, space: Space, job: &Job) ->
 }
 
 /// The colours as asked for.
-fn arranged(field: ReflectanceField, layout: Option<&PlaneLayout>, job: &Job) -> Result<ReflectanceField> {
+fn arranged<'a>(
+    field: Cow<'a, ReflectanceField>,
+    layout: Option<&PlaneLayout>,
+    job: &Job,
+) -> Result<Cow<'a, ReflectanceField>> {
     let Some(layout) = layout.filter(|layout| *layout != field.layout()) else { return Ok(field) };
     if field.layout().is_named() || field.layout().is_shared() {
         return Err(Error::usage(format!(
@@ -197,13 +207,14 @@ fn arranged(field: ReflectanceField, layout: Option<&PlaneLayout>, job: &Job) ->
         )));
     }
     if *layout == PlaneLayout::RGB {
-        return match field.layout().channels() {
-            1 => repeated(&field, job),
-            _ => field.of_channels(&["R", "G", "B"]),
+        let made = match field.layout().channels() {
+            1 => repeated(&field, job)?,
+            _ => field.of_channels(&["R", "G", "B"])?,
         };
+        return Ok(Cow::Owned(made));
     }
     if *layout == PlaneLayout::LRGB && *field.layout() == PlaneLayout::RGB {
-        return products(&field, job);
+        return products(&field, job).map(Cow::Owned);
     }
     Err(Error::usage(format!(
         "colours of the arrangement {} are not made {}: name rgb",

@@ -96,17 +96,7 @@ pub fn thumbnail(field: &ReflectanceField, job: &Job) -> Result<Vec<u8>> {
     let picture = relight(field, light).to_space(crate::space::Space::Linear);
     let Size { width, height } = picture.size();
     let step = width.max(height).div_ceil(THUMBNAIL_SIDE);
-    let small = Size::new((width / step).max(1), (height / step).max(1));
-    let mut planes = Planes::zeros(small, picture.planes.count());
-    let (across, down) = (step.min(width), step.min(height));
-    for (from, to) in picture.planes.iter().zip(planes.iter_mut()) {
-        for (place, out) in to.iter_mut().enumerate() {
-            let (x, y) = (place % small.width * step, place / small.width * step);
-            let rows = (y..y + down).map(|row| &from[row * width + x..][..across]);
-            *out = rows.flatten().sum::<f32>() / (across * down) as f32;
-        }
-    }
-    let picture = Picture { planes, space: picture.space };
+    let picture = Picture { planes: picture.planes.reduced(step), space: picture.space };
     encode_picture_with(&picture, PictureFormat::Jpeg { quality: THUMBNAIL_QUALITY }, job)
 }
 

@@ -72,7 +72,7 @@ pub struct Args {
     missing: Option<Missing>,
     /// One luminance function times a colour (lrgb), or one function per channel (rgb); not needed for grey
     /// photographs [default: lrgb for ptm and hsh9, rgb for others]
-    #[arg(long, value_parser = color())]
+    #[arg(long, value_parser = args::color())]
     color: Option<PlaneLayout>,
     /// Fit sRGB-encoded values (srgb) or values proportional to light (linear) [default: srgb for .ptm and learned
     /// functions, linear for others in an .exr and for .btf]
@@ -283,11 +283,6 @@ fn basis() -> impl TypedValueParser<Value = BasisChoice> {
         let of_light = Basis::from_name(&name).map(BasisChoice::OfLight);
         of_light.or(rule.map(BasisChoice::Interpolated)).unwrap_or(BasisChoice::Learned)
     })
-}
-
-fn color() -> impl TypedValueParser<Value = PlaneLayout> {
-    PossibleValuesParser::new([PlaneLayout::LRGB.name(), PlaneLayout::RGB.name()])
-        .map(|name| PlaneLayout::from_name(&name).expect("a possible value is a layout"))
 }
 
 fn texels(text: &str) -> std::result::Result<usize, String> {

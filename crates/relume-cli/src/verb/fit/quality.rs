@@ -169,8 +169,8 @@ fn worst(
     let mut html = String::new();
     for &i in report.worst.iter().take(SHOWN) {
         let light = &report.lights[i];
-        let photograph = small(&inputs.photograph(i, &context.job)?.to_picture(Space::Srgb))?;
-        let relit = small(&relight(field, inputs.pairs()[i].1).to_space(Space::Srgb))?;
+        let photograph = small(inputs.photograph(i, &context.job)?.to_picture(Space::Srgb));
+        let relit = small(relight(field, inputs.pairs()[i].1).to_space(Space::Srgb));
         let difference = difference(&photograph, &relit)?;
         let _ = write!(
             html,
@@ -195,22 +195,12 @@ fn worst(
     Ok(html)
 }
 
-/// A picture of at most [`SHOWN_SIDE`] texels along a side, of means.
-fn small(picture: &Picture) -> Result<Picture> {
+/// A picture of at most [`SHOWN_SIDE`] texels along a side, of means of displayed values.
+fn small(mut picture: Picture) -> Picture {
     let size = picture.size();
+    picture.planes.as_mut_slice().iter_mut().for_each(|v| *v = v.clamp(0.0, 1.0));
     let step = size.width.max(size.height).div_ceil(SHOWN_SIDE);
-    let reduced = Size::new(size.width / step, size.height / step);
-    let mut planes = Planes::zeros(reduced, picture.planes.count());
-    for c in 0..picture.planes.count() {
-        let plane = picture.planes.plane(c);
-        for (t, out) in planes.plane_mut(c).iter_mut().enumerate() {
-            let (x, y) = (t % reduced.width * step, t / reduced.width * step);
-            let texels = (0..step).flat_map(|j| (0..step).map(move |i| (i, j)));
-            let sum: f32 = texels.map(|(i, j)| plane[size.index(x + i, y + j)].clamp(0.0, 1.0)).sum();
-            *out = sum / (step * step) as f32;
-        }
-    }
-    Ok(Picture { planes, space: picture.space })
+    Picture { planes: picture.planes.reduced(step), ..picture }
 }
 
 fn difference(a: &Picture, b: &Picture) -> Result<Picture> {

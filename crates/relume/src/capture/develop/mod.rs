@@ -116,7 +116,10 @@ impl Development {
             planes.size().check_crop(part.x, part.y, part.size)?;
             planes = planes.crop(part.x, part.y, part.size)?;
         }
-        interleaved(&reduced(planes, self.reduction.max(1))?)
+        match self.reduction {
+            0 | 1 => interleaved(&planes),
+            by => interleaved(&planes.reduced(by)),
+        }
     }
 
     /// Differences of the light undone, texel by texel.
@@ -270,24 +273,6 @@ fn blacken(planes: &mut Planes, mask: &[bool]) -> Result<()> {
         plane.iter_mut().zip(mask).filter(|(_, inside)| !**inside).for_each(|(v, _)| *v = 0.0);
     }
     Ok(())
-}
-
-/// The means of squares of texels.
-fn reduced(planes: Planes, by: usize) -> Result<Planes> {
-    if by == 1 {
-        return Ok(planes);
-    }
-    let whole = planes.size();
-    let size = Size::new(whole.width / by, whole.height / by);
-    let mut out = Planes::zeros(size, planes.count());
-    for (plane, values) in out.iter_mut().zip(planes.iter()) {
-        for (texel, mean) in plane.iter_mut().enumerate() {
-            let (x, y) = (texel % size.width * by, texel / size.width * by);
-            let rows = (y..y + by).flat_map(|y| &values[whole.index(x, y)..][..by]);
-            *mean = (rows.map(|v| f64::from(*v)).sum::<f64>() / (by * by) as f64) as f32;
-        }
-    }
-    Ok(out)
 }
 
 fn interleaved(planes: &Planes) -> Result<Raster> {

@@ -1,6 +1,6 @@
 //! Whether the textures made by a model look like the material, decided from a made sample.
 //!
-//! The sample is compared with the texture by four of the measures of `docs/measures.md`. Their values mean
+//! The sample is compared with the texture by five of the measures of `docs/measures.md`. Their values mean
 //! little alone: they depend on the material and its size. So the halves of the texture are compared with each
 //! other, which tells how much samples of this material differ, and the texture with its own texels in random
 //! order, which is what is left without any model. Functions of light are compared under one oblique light.
@@ -13,7 +13,7 @@ use crate::direction::Direction;
 use crate::error::Result;
 use crate::field::{Basis, ReflectanceField};
 use crate::job::Job;
-use crate::metric::texture::{SlicedOptions, correlation, histogram, sliced, steerable};
+use crate::metric::texture::{SlicedOptions, correlation, detail, histogram, sliced, steerable};
 use crate::numeric::random::{Purpose, Stream};
 use crate::planes::Planes;
 use crate::random_field::{FieldModel, RealisationOptions};
@@ -31,11 +31,15 @@ const SAMPLE_SEED: u64 = 1;
 /// Fewer patches and directions than to compare methods: the differences that decide are large.
 const PATCHES: SlicedOptions = SlicedOptions { patch: 7, levels: 5, directions: 16, patches: 4096, seed: 0 };
 
-/// How often the distance between halves that of a sample may be: patches, shapes, autocorrelation and
-/// histogram. From `docs/models.md`.
-const TOLERANCES: [f64; 4] = [1.5, 2.5, 2.0, 2.0];
+/// How many of a texture's measures there are.
+const KINDS: usize = 5;
+/// How often the distance between halves that of a sample may be: patches, shapes, autocorrelation, histogram and
+/// detail. From `docs/models.md`.
+const TOLERANCES: [f64; KINDS] = [1.5, 2.5, 2.0, 2.0, 2.0];
 /// Distances between halves below these are taken for these: they are smaller than the eye sees.
-const FLOORS: [f64; 4] = [0.03, 0.012, 0.03, 0.05];
+const FLOORS: [f64; KINDS] = [0.03, 0.012, 0.03, 0.05, 0.07];
+/// Steps between neighbours, over all channels, that count as none: beside the edges of a texture they are hardly seen.
+const FAINT_STEP: f64 = 8.0 / 255.0;
 /// The share of the way to shuffled texels beyond which nothing is alike, whatever the halves.
 const MOST_OF_THE_WAY: f64 = 0.5;
 
@@ -50,6 +54,8 @@ pub struct LikenessMeasures {
     pub autocorrelation: f64,
     /// Distributions of values.
     pub histogram: f64,
+    /// Distributions of the steps between neighbours: grain where the material is smooth, and edges that are lost.
+    pub detail: f64,
 }
 
 /// The likeness of a made sample, and what it is judged by.
@@ -63,6 +69,10 @@ pub struct Likeness {
     pub shuffled: f64,
     /// The largest of the distances of the sample, each divided by the largest that would pass.
     pub excess: f64,
+    /// The same without the detail: models are chosen by it, since a structure restores the order of a material and
+    /// leaves its grain as it was.
+    #[serde(skip)]
+    pub order_excess: f64,
     /// Whether all pass.
     pub alike: bool,
 }
@@ -111,18 +121,20 @@ impl LikenessReference {
         let halves = self.halves;
         let limits = halves.values().into_iter().zip(FLOORS).zip(TOLERANCES);
         let limits = limits.map(|((halves, floor), tolerance)| tolerance * halves.max(floor));
-        let worst =
-            made.values().into_iter().zip(limits).map(|(made, limit)| made / limit).fold(0.0, f64::max);
+        let mut excesses = made.values().into_iter().zip(limits).map(|(made, limit)| made / limit);
+        let order = excesses.by_ref().take(KINDS - 1).fold(0.0, f64::max);
+        let detail = excesses.fold(0.0, f64::max);
         // Noise is like its own shuffled texels, so both distances are small.
         let half_way = (MOST_OF_THE_WAY * self.shuffled).max(TOLERANCES[0] * FLOORS[0]);
-        let excess = worst.max(made.patches / half_way);
-        Ok(Likeness { made, halves, shuffled: self.shuffled, excess, alike: excess <= 1.0 })
+        let order_excess = order.max(made.patches / half_way);
+        let excess = order_excess.max(detail);
+        Ok(Likeness { made, halves, shuffled: self.shuffled, excess, order_excess, alike: excess <= 1.0 })
     }
 }
 
 impl LikenessMeasures {
-    fn values(&self) -> [f64; 4] {
-        [self.patches, self.shapes, self.autocorrelation, self.histogram]
+    fn values(&self) -> [f64; KINDS] {
+        [self.patches, self.shapes, self.autocorrelation, self.histogram, self.detail]
     }
 
     fn mean(&self, other: &Self) -> Self {
@@ -132,6 +144,7 @@ impl LikenessMeasures {
             shapes: mean(|m| m.shapes),
             autocorrelation: mean(|m| m.autocorrelation),
             histogram: mean(|m| m.histogram),
+            detail: mean(|m| m.detail),
         }
     }
 }
@@ -139,7 +152,7 @@ impl LikenessMeasures {
 impl fmt::Display for Likeness {
     /// The distances, and the verdict.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let names = ["patches", "shapes", "autocorrelation", "histogram"];
+        let names = ["patches", "shapes", "autocorrelation", "histogram", "detail"];
         write!(f, "a made sample")?;
         for ((name, made), halves) in names.iter().zip(self.made.values()).zip(self.halves.values()) {
             write!(f, ", {name} {made:.3} (halves of the texture {halves:.3})")?;
@@ -180,6 +193,7 @@ fn measures(reference: &Planes, other: &Planes, job: &Job) -> Result<LikenessMea
         shapes: steerable::distance(&lightness(reference), &lightness(other), job)?,
         autocorrelation: correlation::distance(reference, other, job)?,
         histogram: histogram::distance(reference, other),
+        detail: detail::distance(reference, other, FAINT_STEP),
     })
 }
 

@@ -205,7 +205,8 @@ impl ModelRequest {
         }
         // A limit of the memory refuses the request: it must not choose the model.
         let combined = compared(self.combined_within(field, &plain, job)?)?;
-        let excess = |fitted: &FittedModel| fitted.likeness.map_or(f64::INFINITY, |likeness| likeness.excess);
+        let excess =
+            |fitted: &FittedModel| fitted.likeness.map_or(f64::INFINITY, |likeness| likeness.order_excess);
         Ok(if excess(&combined) < excess(&plain) { combined } else { plain })
     }
 

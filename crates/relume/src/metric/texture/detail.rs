@@ -10,6 +10,8 @@ use crate::planes::Planes;
 
 /// Steps below this fraction of the root mean square step of the reference are alike.
 const NEGLIGIBLE: f64 = 0.02;
+/// As many steps as [`distance`] sorts.
+const MOST_STEPS: usize = 1 << 16;
 
 /// The steps of one texture.
 #[derive(Debug, Clone)]
@@ -53,14 +55,28 @@ impl Detail {
 
     /// The distance of the distributions of the logarithms of the magnitudes, and that of the directions.
     pub(super) fn distances(&self, other: &Self) -> [f64; 2] {
-        let least = NEGLIGIBLE * self.rms;
+        let turned = (self.direction[0] - other.direction[0]).hypot(self.direction[1] - other.direction[1]);
+        [self.strength(other, NEGLIGIBLE * self.rms), turned]
+    }
+
+    /// The distance of the distributions of the logarithms of the magnitudes; magnitudes below `least` are alike.
+    fn strength(&self, other: &Self, least: f64) -> f64 {
         let logs = |of: &Self| -> Vec<f32> {
             let log = |&square: &f32| (f64::from(square).sqrt() + least).max(f64::MIN_POSITIVE).ln() as f32;
             of.squares.iter().map(log).collect()
         };
-        let turned = (self.direction[0] - other.direction[0]).hypot(self.direction[1] - other.direction[1]);
-        [wasserstein::distance(&logs(self), &logs(other)), turned]
+        wasserstein::distance(&logs(self), &logs(other))
     }
+}
+
+/// How far the distributions of the steps between neighbours are apart, as the mean difference of the logarithms of their
+/// magnitudes over all planes (the first Wasserstein distance), where steps below `least` are alike.
+///
+/// # Panics
+/// When a side is a single texel.
+pub fn distance(reference: &Planes, other: &Planes, least: f64) -> f64 {
+    let [reference, other] = [reference, other].map(|planes| Detail::new(planes, MOST_STEPS));
+    reference.strength(&other, least)
 }
 
 /// At most `most` of the values, at even steps.
@@ -88,6 +104,16 @@ mod tests {
         assert!((strength - 2.0f64.ln()).abs() < 0.1 && turn < 1e-6, "{strength} {turn}");
         let [strength, turn] = a.distances(&detail(&planes(|x, y| wave(y, x))));
         assert!(strength < 0.02 && turn > 1.5, "{strength} {turn}");
+    }
+
+    #[test]
+    fn steps_that_nobody_sees_are_alike() {
+        let faint = |at: usize| 0.001 * (at % 3) as f32;
+        let edges = |x: usize| if x / 10 % 2 == 0 { 0.2 } else { 0.8 };
+        let (clean, noisy) = (planes(|x, _| edges(x)), planes(|x, y| edges(x) + faint(x + y)));
+        assert!(distance(&clean, &noisy, 0.0001) > 1.0);
+        assert!(distance(&clean, &noisy, 0.03) < 0.1);
+        assert!(distance(&clean, &planes(|_, _| 0.5), 0.03) > 0.2, "the edges are missing");
     }
 
     #[test]

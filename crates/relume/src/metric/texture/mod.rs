@@ -8,6 +8,7 @@
 //! | [`sliced`] | distributions of patches at several scales | the deviation inside the patches of the reference |
 //! | [`histogram`] | distributions of values | the standard deviation of the reference |
 //! | [`correlation`] | autocorrelations | correlation |
+//! | [`detail`] | distributions of the steps between neighbours | logarithm of the magnitude |
 //! | [`spectrum`] | power by frequency and direction | dB |
 //! | [`steerable`] | statistics of a steerable pyramid, STSIM-2 | 1 - similarity |
 //!
@@ -22,7 +23,7 @@ pub mod appearance;
 mod colour;
 pub mod copying;
 pub mod correlation;
-mod detail;
+pub mod detail;
 pub mod histogram;
 mod pyramid;
 mod repetition;

@@ -72,18 +72,6 @@ pub fn gather(
     gather_map(map, &RegisteredMap { role: MapRole::of_name(name), fields }, &context.job)
 }
 
-/// The file made by applying a map to exemplars.
-pub fn apply(
-    map: &SourceMap,
-    files: &[FieldFile],
-    name: &Path,
-    output: &Path,
-    context: &Context,
-) -> Result<Vec<u8>> {
-    let field = gather(map, files, name, context).map_err(|e| e.at(output))?;
-    encode(&field, map, files, output, context)
-}
-
 /// The file of a field made of the texels of files by a map, in the encoding of the first one.
 pub fn encode(
     field: &ReflectanceField,

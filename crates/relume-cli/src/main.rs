@@ -13,6 +13,7 @@ mod fault;
 mod gathered;
 mod html;
 mod input;
+mod map_folder;
 mod memory;
 mod normals;
 mod opacity;

@@ -8,18 +8,20 @@ use relume::format::{FieldFile, FieldFormat, HeightFormat, MapRole, NormalY, Ope
 use relume::surface::integrate::SurfaceBorder;
 use relume::synthesis::{Boundary, SourceMap};
 use relume::workflow::map_set::{gather_map, is_normal_map, join_heights, with_y_reversed};
+use relume::workflow::tiling::MeasuredTiling;
 use relume::workflow::{Btf, RegisteredMap};
-use relume::{Error, Job, Named, ReflectanceField, Result};
+use relume::{Error, Job, ReflectanceField, Result};
 use serde_json::json;
 
 use crate::context::Context;
+use crate::map_folder::{self, MapFolder};
 use crate::output::Outputs;
 use crate::rearranged_btf::AppliedBtf;
 use crate::report::Report;
 use crate::{args, gathered, input, normals, output, paths};
 
 /// Options for source maps and registered images.
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
 pub struct Args {
     /// Also write the source of each texel, as x, y and exemplar: .npy or .exr
@@ -51,6 +53,16 @@ pub struct Args {
     normal_y: Option<NormalY>,
 }
 
+/// A texture made of exemplars, or a map made of registered images.
+pub struct Rearranged {
+    /// Where it goes.
+    pub output: PathBuf,
+    /// The file, until it is written.
+    pub bytes: Vec<u8>,
+    /// How well it tiles, if it is to.
+    tiling: Option<MeasuredTiling>,
+}
+
 /// Images to rearrange into one output, one for each exemplar.
 pub struct Applied {
     images: Vec<PathBuf>,
@@ -69,6 +81,14 @@ pub struct Registered {
 }
 
 impl Args {
+    /// Takes the maps of a folder, to be written into `output` with their own names; returns where the colours go.
+    pub fn take_set(&mut self, set: &MapFolder, output: &Path) -> PathBuf {
+        self.apply.extend(set.compared.iter().cloned());
+        self.follow.extend(set.followed.iter().cloned());
+        self.apply_dir.get_or_insert_with(|| output.to_owned());
+        set.output(output, self.apply_format.as_deref())
+    }
+
     /// Whether a source map and whether rearranged images are requested.
     pub fn given(&self) -> [(&'static str, bool); 3] {
         [
@@ -192,6 +212,21 @@ impl Args {
         }
     }
 
+    /// The texture made by applying a map to exemplars, the first of which has a name that says its meaning.
+    pub fn texture(
+        &self,
+        map: &SourceMap,
+        (files, name): (&[FieldFile], &Path),
+        output: &Path,
+        boundary: Boundary,
+        context: &Context,
+    ) -> Result<Rearranged> {
+        let made = gathered::gather(map, files, name, context).map_err(|e| e.at(output))?;
+        let tiling = (boundary == Boundary::Torus).then(|| MeasuredTiling::of_texture(made.coefficients()));
+        let bytes = gathered::encode(&made, map, files, output, context)?;
+        Ok(Rearranged { output: output.to_owned(), bytes, tiling })
+    }
+
     /// The files made by applying a map to registered images.
     pub fn rearranged(
         &self,
@@ -199,11 +234,14 @@ impl Args {
         registered: &[Registered],
         boundary: Boundary,
         context: &Context,
-    ) -> Result<Vec<(PathBuf, Vec<u8>)>> {
+    ) -> Result<Vec<Rearranged>> {
         let file = |one: &Registered| {
-            let output = &one.applied.output;
+            let output = one.applied.output.clone();
             let made = self.gathered(map, one, boundary, context)?;
-            Ok((output.clone(), self.encoded(&made, map, one, context).map_err(|e| e.at(output))?))
+            let measure = || MeasuredTiling::of_texture(made.coefficients());
+            let tiling = (boundary == Boundary::Torus).then(measure);
+            let bytes = self.encoded(&made, map, one, context).map_err(|e| e.at(&output))?;
+            Ok(Rearranged { output, bytes, tiling })
         };
         registered.iter().map(file).collect()
     }
@@ -262,7 +300,7 @@ impl Args {
         for one in registered {
             let role = match one.is_normal_map() {
                 true => normals::described(self.written_y(one)),
-                false => one.applied.role().name().to_owned(),
+                false => map_folder::in_words(&one.applied.images[0]),
             };
             let remark = if one.applied.is_compared { "" } else { ", not compared" };
             report.text.push_str(&format!("\n{}: {role}{remark}", one.applied.output.display()));
@@ -286,6 +324,25 @@ impl Args {
         let encode = |path: &PathBuf| Ok((path.clone(), gathered::source_map(map, path, context)?));
         self.source_map.as_ref().map(encode).transpose()
     }
+}
+
+/// The report with how well each of several maps tiles, if they are to; warnings name those whose border may show.
+pub fn with_tilings(mut report: Report, made: &[Rearranged]) -> Report {
+    let tilings: Vec<_> = made.iter().filter_map(|one| Some((&one.output, one.tiling?))).collect();
+    if tilings.len() < 2 {
+        return report;
+    }
+    let json = tilings.iter().map(|(output, measured)| {
+        json!({ "output": paths::text(output), "wrap": measured.wrap, "shows": measured.shows })
+    });
+    report.json["tiling"] = json.collect();
+    let shows = tilings.iter().filter(|(_, measured)| measured.shows);
+    let warnings: Vec<String> =
+        shows.map(|(output, _)| format!("{} does not tile: its border may show", output.display())).collect();
+    if warnings.is_empty() {
+        report.text.push_str("\nevery map tiles");
+    }
+    report.with_warnings(warnings)
 }
 
 impl Applied {

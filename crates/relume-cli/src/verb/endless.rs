@@ -18,7 +18,7 @@ use crate::report::Report;
 use crate::{args, gathered, input, output};
 
 /// Arguments for endless textures.
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
 pub struct EndlessArgs {
     /// Draw this window of the endless plane of tiles, noise or a model: left, top, width and height in

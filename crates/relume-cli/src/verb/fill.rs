@@ -22,7 +22,7 @@ use crate::tiling::with_tiling;
 use crate::{args, gathered, input, opacity};
 
 /// Arguments of `relume fill`.
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Clone, clap::Args)]
 #[command(after_help = "Example:\n  relume fill wool.ptm --mask label.png -o clean.ptm\n  \
                         relume fill meadow.png --mask car.png --guide labels.png -o clean.png")]
 pub struct Args {
@@ -39,7 +39,7 @@ pub struct Args {
 }
 
 /// Options shared with `relume tileable`.
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Clone, clap::Args)]
 pub struct How {
     /// The texture to write; - writes it to standard output in the input's format
     #[arg(short, long, value_name = "FILE")]
@@ -75,7 +75,7 @@ pub struct How {
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
     #[command(flatten)]
-    rearranged: rearranged::Args,
+    pub rearranged: rearranged::Args,
 }
 
 /// Fills the holes and writes all requested outputs.
@@ -197,16 +197,14 @@ impl How {
         let tiles = boundary == Boundary::Torus;
         let tiling =
             tiles.then(|| MeasuredTiling::measure(map, &[&texture.index], &context.job)).transpose()?;
-        let made = gathered::apply(map, &texture.file, &texture.name, &self.output, context)?;
-        let mut files = vec![(self.output.clone(), made)];
-        files.extend(self.rearranged.rearranged(map, &texture.images, boundary, context)?);
-        files.extend(self.rearranged.source_map(map, context)?);
+        let named = (&texture.file[..], &*texture.name);
+        let mut made = vec![self.rearranged.texture(map, named, &self.output, boundary, context)?];
+        made.extend(self.rearranged.rearranged(map, &texture.images, boundary, context)?);
         let mut outputs = texture.outputs;
-        for (path, bytes) in files {
+        if let Some((path, bytes)) = self.rearranged.source_map(map, context)? {
             outputs.write(&path, bytes)?;
         }
         rearranged_btf::write_all(&texture.sets, &texture.btfs, map, &mut outputs, context)?;
-        let written = outputs.commit()?;
         let text = format!(
             "{}: {} texels {what} filled from windows of {} at {} positions",
             self.output.display(),
@@ -223,7 +221,12 @@ impl How {
         });
         special.as_object().into_iter().flatten().for_each(|(name, value)| json[name] = value.clone());
         let remedy = "try another --seed or --neighbourhood, or a wider band by relume tileable --band";
-        let report = self.rearranged.describe(&texture.images, Report::new(text, json));
-        Ok(with_tiling(report, tiling.as_ref(), remedy).with_outputs(written))
+        let report = with_tiling(Report::new(text, json), tiling.as_ref(), remedy);
+        let report = rearranged::with_tilings(self.rearranged.describe(&texture.images, report), &made);
+        for one in made {
+            outputs.write(&one.output, one.bytes)?;
+        }
+        let written = outputs.commit()?;
+        Ok(report.with_outputs(written))
     }
 }

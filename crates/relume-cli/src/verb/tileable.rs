@@ -9,13 +9,15 @@ use serde_json::json;
 
 use super::fill::How;
 use crate::context::Context;
+use crate::map_folder::MapFolder;
 use crate::report::Report;
 
 /// Arguments of `relume tileable`.
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Clone, clap::Args)]
 #[command(after_help = "Example:\n  relume tileable gravel.png -o tile.png --band 24")]
 pub struct Args {
-    /// A .ptm, an .exr field, or a picture; - is standard input
+    /// A .ptm, an .exr field, or a picture; - is standard input. Or a folder of maps known by the words in their names,
+    /// written into the folder of --output under their own names
     file: PathBuf,
     /// Width in texels of the band along each edge that is refilled [default: an eighth of the shorter side]
     #[arg(long, value_name = "N")]
@@ -26,6 +28,14 @@ pub struct Args {
 
 /// Fills the band and writes all requested outputs.
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
+    let Some(set) = MapFolder::of(std::slice::from_ref(&args.file))? else { return refilled(args, context) };
+    let mut args = args.clone();
+    args.how.output = args.how.rearranged.take_set(&set, &args.how.output);
+    args.file.clone_from(&set.color);
+    Ok(set.describe(refilled(&args, context)?))
+}
+
+fn refilled(args: &Args, context: &Context) -> Result<Report> {
     let claimed = args.how.claim(&[&args.file], context)?;
     let texture = args.how.read(&args.file, claimed, context)?;
     let size = texture.index.size();

@@ -7,7 +7,7 @@ use std::path::Path;
 use relume::format::{Depth, ExrDepth, NormalY, PictureFormat, encode_normals, encode_picture, read_height};
 use relume::{Job, Picture, Planes, Raster, Samples, Space};
 
-use crate::support::{failed, grains, json, relume, run, write_grey};
+use crate::support::{failed, grains, json, refused, relume, run, write_grey};
 
 /// The maps of a built-in material, 96 x 96.
 fn maps(folder: &Path) {
@@ -64,6 +64,102 @@ fn a_height_map_keeps_its_record_and_every_copied_code() {
     run(at, &[&["synth", "maps/albedo.png", "-o", "o.png"][..], &whole].concat());
     assert_eq!(raster(&at.join("o_height.png")), raster(&at.join("maps/height.png")));
     assert_eq!(heights(&at.join("o_height.png")), heights(&at.join("maps/height.png")));
+}
+
+/// The maps of a built-in material under the names of a program.
+fn preset(folder: &Path, preset: &str) {
+    run(folder, &["maps", "maps", "-o", preset, "--preset", preset, "--name", "Wall", "--tile"]);
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let mut names: Vec<String> = fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned())
+        .filter(|name| name.ends_with(".png") || name.ends_with(".exr"))
+        .collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn the_folder_of_every_preset_becomes_a_seamless_one_of_the_same_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    maps(at);
+    for program in ["ambientcg", "polyhaven", "gltf", "unreal", "unity", "godot", "blender"] {
+        preset(at, program);
+        let out = format!("{program}_tile");
+        let report = json(at, &["synth", program, "-o", &out, "--size", "120", "--block", "32", "--tile"]);
+        assert_eq!(names(&at.join(&out)), names(&at.join(program)), "{program}");
+        assert_eq!(report["recognised"].as_array().unwrap().len(), names(&at.join(program)).len());
+        assert_eq!(report["unknown"], serde_json::json!([]));
+        assert_eq!(report["tiling"].as_array().unwrap().len(), names(&at.join(program)).len());
+        for name in names(&at.join(program)) {
+            let (from, made) = (raster(&at.join(program).join(&name)), raster(&at.join(&out).join(&name)));
+            assert_eq!((made.size().width, made.size().height), (120, 120), "{name}");
+            assert_eq!(made.channels(), from.channels(), "{name}");
+            assert_eq!(
+                std::mem::discriminant(made.samples()),
+                std::mem::discriminant(from.samples()),
+                "{name}: the depth stays"
+            );
+        }
+    }
+    let y = |name: &str| {
+        let opened = relume::format::open(&at.join(name), &Job::default()).unwrap();
+        opened.into_normals(None).unwrap().y
+    };
+    assert_eq!(y("unreal_tile/T_Wall_N.png"), NormalY::Down);
+    assert_eq!(y("ambientcg_tile/Wall_96px-PNG_NormalGL.png"), NormalY::Up);
+}
+
+/// One map of sources makes every file: a texel of each comes from the same place.
+#[test]
+fn all_maps_of_a_folder_come_from_the_same_places() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    maps(at);
+    fs::write(at.join("maps/notes.txt"), "by hand").unwrap();
+    let synth = ["synth", "maps", "-o", "o", "--size", "70x64", "--block", "24", "--source-map", "from.npy"];
+    let report = json(at, &synth);
+    assert_eq!(report["unknown"], serde_json::json!(["maps/notes.txt"]));
+    assert!(report["warnings"].to_string().contains("notes.txt"), "{}", report["warnings"]);
+    let array = relume::format::open(&at.join("from.npy"), &Job::default()).unwrap().into_array().unwrap();
+    for name in ["albedo.png", "normals_gl.png", "roughness.png", "height.png"] {
+        let (from, made) = (raster(&at.join("maps").join(name)), raster(&at.join("o").join(name)));
+        let codes = |raster: &Raster, texel: usize| -> Vec<u16> {
+            let of = texel * raster.channels()..(texel + 1) * raster.channels();
+            match raster.samples() {
+                Samples::U8(codes) => codes[of].iter().map(|c| u16::from(*c)).collect(),
+                Samples::U16(codes) => codes[of].to_vec(),
+                _ => panic!("codes"),
+            }
+        };
+        for texel in 0..70 * 64 {
+            let [x, y] = [0, 1].map(|k| array.values[3 * texel + k] as usize);
+            assert_eq!(codes(&made, texel), codes(&from, y * 96 + x), "{name}");
+        }
+    }
+}
+
+#[test]
+fn a_folder_of_maps_is_made_tileable_whole_or_not_at_all() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    maps(at);
+    let report = json(at, &["tileable", "maps", "-o", "tile", "--band", "12"]);
+    assert_eq!(names(&at.join("tile")), ["albedo.png", "height.png", "normals_gl.png", "roughness.png"]);
+    assert_eq!(report["tiling"].as_array().unwrap().len(), 4);
+    let message = refused(at, &["synth", "maps", "-o", "maps", "--size", "64", "--force"]);
+    assert!(message.contains("is an input"), "{message}");
+    // A map of another size stops everything.
+    write_grey(&at.join("maps/ao.png"), (9, 9), &[0; 81]);
+    let message = refused(at, &["synth", "maps", "-o", "none", "--size", "64"]);
+    assert!(message.contains("ao.png") && message.contains("registered"), "{message}");
+    assert!(!at.join("none").exists());
+    fs::remove_file(at.join("maps/albedo.png")).unwrap();
+    let message = refused(at, &["synth", "maps", "-o", "none", "--size", "64"]);
+    assert!(message.contains("no colour map"), "{message}");
 }
 
 #[test]

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use crate::names::named;
+use crate::names::{Named, named};
 
 /// The direction of the second channel of a normal map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
@@ -24,12 +24,15 @@ pub enum NormalY {
 named!(NormalY { Up => "up", Down => "down" });
 
 impl NormalY {
-    /// The direction that a file name says (`_dx`, `normaldx`, `directx`, or `_gl` and the like); `None` without
-    /// such a word.
+    /// The direction that a file name says (`_dx`, `normaldx`, `directx`, or `_gl` and the like, or `T_Name_N`, which is
+    /// Unreal's); `None` without such a word.
     pub fn of_name(path: &Path) -> Option<Self> {
+        if unreal_letters(&words(path)) == Some("n") {
+            return Some(Self::Down);
+        }
         words(path).into_iter().rev().find_map(|word| match word.as_str() {
-            "dx" | "normaldx" | "directx" => Some(Self::Down),
-            "gl" | "normalgl" | "opengl" => Some(Self::Up),
+            "dx" | "normaldx" | "directx" | "normaldirectx" => Some(Self::Down),
+            "gl" | "ogl" | "normalgl" | "opengl" | "normalopengl" => Some(Self::Up),
             _ => None,
         })
     }
@@ -55,9 +58,21 @@ pub enum MapRole {
     Height,
     /// Roughness of the surface.
     Roughness,
+    /// One minus the roughness.
+    Smoothness,
     /// Share of bare metal.
     Metallic,
-    /// Anything else: occlusion, opacity, labels, photographs, functions.
+    /// Ambient light that reaches the surface.
+    Occlusion,
+    /// Share of the surface that is there.
+    Opacity,
+    /// Light of the surface's own.
+    Emission,
+    /// Reflectance of highlights.
+    Specular,
+    /// Several of these as channels of one picture: [`PackedMap`].
+    Packed,
+    /// Anything else: labels, photographs, functions.
     Other,
 }
 
@@ -66,34 +81,131 @@ named!(MapRole {
     Normal => "normal",
     Height => "height",
     Roughness => "roughness",
+    Smoothness => "smoothness",
     Metallic => "metallic",
+    Occlusion => "occlusion",
+    Opacity => "opacity",
+    Emission => "emission",
+    Specular => "specular",
+    Packed => "packed",
     Other => "other",
 });
 
-const ALBEDO: [&str; 8] = ["albedo", "color", "colour", "diffuse", "diff", "basecolor", "base", "col"];
-const NORMAL: [&str; 5] = ["normal", "normals", "nor", "normalgl", "normaldx"];
-const HEIGHT: [&str; 6] = ["height", "heights", "displacement", "disp", "bump", "heightmap"];
-const ROUGHNESS: [&str; 2] = ["roughness", "rough"];
-const METALLIC: [&str; 4] = ["metallic", "metalness", "metallness", "metal"];
-/// Words that name a map of another kind, so that `metal_base_ao.png` is no albedo.
-const OTHER: [&str; 9] =
-    ["ao", "ambientocclusion", "occlusion", "arm", "orm", "opacity", "alpha", "mask", "emission"];
+/// The words that name each map.
+const WORDS: [(MapRole, &[&str]); 11] = [
+    (
+        MapRole::Albedo,
+        &[
+            "albedo",
+            "color",
+            "colour",
+            "diffuse",
+            "diff",
+            "basecolor",
+            "basecolour",
+            "base",
+            "col",
+            "albedotransparency",
+        ],
+    ),
+    (
+        MapRole::Normal,
+        &["normal", "normals", "nor", "norm", "nrm", "normalgl", "normaldx", "normalopengl", "normaldirectx"],
+    ),
+    (MapRole::Height, &["height", "heights", "displacement", "disp", "bump", "heightmap"]),
+    (MapRole::Roughness, &["roughness", "rough", "rgh"]),
+    (MapRole::Smoothness, &["smoothness", "smooth", "glossiness", "gloss"]),
+    (MapRole::Metallic, &["metallic", "metalness", "metallness", "metal", "met"]),
+    (MapRole::Occlusion, &["ao", "ambientocclusion", "occlusion"]),
+    (MapRole::Opacity, &["opacity", "alpha", "transparency", "opac"]),
+    (MapRole::Emission, &["emission", "emissive"]),
+    (MapRole::Specular, &["specular", "spec"]),
+    (MapRole::Other, &["mask", "detail", "id", "preview", "thumbnail", "translucent", "translucency"]),
+];
 
 impl MapRole {
     /// The meaning that a file name says; [`MapRole::Other`] without a known word.
     pub fn of_name(path: &Path) -> Self {
-        let known: [(&[&str], Self); 6] = [
-            (&ALBEDO, Self::Albedo),
-            (&NORMAL, Self::Normal),
-            (&HEIGHT, Self::Height),
-            (&ROUGHNESS, Self::Roughness),
-            (&METALLIC, Self::Metallic),
-            (&OTHER, Self::Other),
-        ];
-        let role = |word: String| {
-            known.iter().find(|(words, _)| words.contains(&word.as_str())).map(|(_, role)| *role)
+        let words = words(path);
+        if let Some(letters) = unreal_letters(&words) {
+            return match letters {
+                "bc" | "d" => Self::Albedo,
+                "n" => Self::Normal,
+                "h" => Self::Height,
+                "r" => Self::Roughness,
+                "m" => Self::Metallic,
+                _ => Self::Emission,
+            };
+        }
+        let role = |word: &String| {
+            let single =
+                || WORDS.iter().find(|(_, words)| words.contains(&word.as_str())).map(|(role, _)| *role);
+            PackedMap::of_word(word).map(|_| Self::Packed).or_else(single)
         };
-        words(path).into_iter().rev().find_map(role).unwrap_or(Self::Other)
+        words.iter().rev().find_map(role).unwrap_or(Self::Other)
+    }
+}
+
+/// The last word of `T_Name_N` and the like, by which programs that use Unreal call maps; such short words mean nothing
+/// in other names.
+fn unreal_letters(words: &[String]) -> Option<&str> {
+    let (first, last) = (words.first()?, words.last()?.as_str());
+    let is_known = ["bc", "d", "n", "h", "r", "m", "e"].contains(&last);
+    (words.len() > 2 && first == "t" && is_known).then_some(last)
+}
+
+/// Maps as the channels of one picture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum PackedMap {
+    /// Occlusion, roughness, metallic: ORM, ARM.
+    Orm,
+    /// Roughness, metallic, occlusion.
+    Rma,
+    /// Metallic, roughness, occlusion.
+    Mra,
+    /// Nothing, roughness, metallic: glTF.
+    MetallicRoughness,
+    /// Metallic, occlusion, detail, and smoothness as the opacity: Unity's mask map.
+    Mask,
+    /// Metallic, and smoothness as the opacity: Unity.
+    MetallicSmoothness,
+}
+
+named!(PackedMap {
+    Orm => "orm",
+    Rma => "rma",
+    Mra => "mra",
+    MetallicRoughness => "metallicroughness",
+    Mask => "maskmap",
+    MetallicSmoothness => "metallicsmoothness",
+});
+
+impl PackedMap {
+    /// The packing that a file name says.
+    pub fn of_name(path: &Path) -> Option<Self> {
+        words(path).iter().rev().find_map(|word| Self::of_word(word))
+    }
+
+    fn of_word(word: &str) -> Option<Self> {
+        match word {
+            "arm" | "occlusionroughnessmetallic" | "aoroughnessmetallic" => Some(Self::Orm),
+            "mask" => None,
+            word => Self::from_name(word),
+        }
+    }
+
+    /// What the channels hold, red first, the opacity last.
+    pub fn channels(self) -> &'static [MapRole] {
+        use MapRole::{Metallic, Occlusion, Other, Roughness, Smoothness};
+        match self {
+            Self::Orm => &[Occlusion, Roughness, Metallic],
+            Self::Rma => &[Roughness, Metallic, Occlusion],
+            Self::Mra => &[Metallic, Roughness, Occlusion],
+            Self::MetallicRoughness => &[Other, Roughness, Metallic],
+            Self::Mask => &[Metallic, Occlusion, Other, Smoothness],
+            Self::MetallicSmoothness => &[Metallic, Metallic, Metallic, Smoothness],
+        }
     }
 }
 
@@ -119,7 +231,18 @@ mod tests {
             ("base_height.png", MapRole::Height),
             ("Metal014_4K-PNG_Metalness.png", MapRole::Metallic),
             ("metal_base_rough.png", MapRole::Roughness),
-            ("base_ao.png", MapRole::Other),
+            ("base_ao.png", MapRole::Occlusion),
+            ("rock_arm_2k.png", MapRole::Packed),
+            ("T_Wall_ORM.png", MapRole::Packed),
+            ("T_Wall_BC.png", MapRole::Albedo),
+            ("T_Wall_N.png", MapRole::Normal),
+            ("T_Wall_H.png", MapRole::Height),
+            ("a_n.png", MapRole::Other),
+            ("Wall_MaskMap.png", MapRole::Packed),
+            ("Wall_occlusionRoughnessMetallic.png", MapRole::Packed),
+            ("Wall_MetallicSmoothness.png", MapRole::Packed),
+            ("Wall_Opacity.png", MapRole::Opacity),
+            ("colour_mask.png", MapRole::Other),
             ("colorful.png", MapRole::Other),
             ("photograph.png", MapRole::Other),
         ];
@@ -128,12 +251,28 @@ mod tests {
         }
     }
 
+    /// Every name that `relume maps` gives is understood when the folder is read again.
+    #[test]
+    fn packed_maps_say_what_their_channels_hold() {
+        let of = |name: &str| PackedMap::of_name(Path::new(name)).map(PackedMap::channels);
+        let orm: &[MapRole] = &[MapRole::Occlusion, MapRole::Roughness, MapRole::Metallic];
+        for name in
+            ["T_Wall_ORM.png", "wall_arm_1k.png", "Wall_occlusionRoughnessMetallic.png", "Wall_orm.png"]
+        {
+            assert_eq!(of(name), Some(orm), "{name}");
+        }
+        let mask = [MapRole::Metallic, MapRole::Occlusion, MapRole::Other, MapRole::Smoothness];
+        assert_eq!(of("Wall_MaskMap.png"), Some(&mask[..]));
+        assert_eq!(of("wall_mask.png"), None);
+    }
+
     #[test]
     fn the_direction_of_y_is_in_the_name_or_unknown() {
         let of = |name: &str| NormalY::of_name(Path::new(name));
         assert_eq!(of("rock_nor_dx_2k.exr"), Some(NormalY::Down));
         assert_eq!(of("A1_NormalDX.png"), Some(NormalY::Down));
         assert_eq!(of("normals_gl.png"), Some(NormalY::Up));
+        assert_eq!(of("T_Wall_N.png"), Some(NormalY::Down));
         assert_eq!(of("normals.png"), None);
     }
 }

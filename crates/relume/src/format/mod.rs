@@ -92,7 +92,7 @@ pub use height::{
 };
 pub use hsh::HshEncoding;
 pub(crate) use jpeg::JPEG_QUALITY;
-pub use map_role::{MapRole, NormalY};
+pub use map_role::{MapRole, NormalY, PackedMap};
 pub use mask::{Mask, decode_mask};
 pub use mesh::decode_mesh;
 pub use normal_map::{NormalMap, decode_normals, encode_normals, encode_stored_normals};

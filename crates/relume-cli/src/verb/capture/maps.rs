@@ -3,7 +3,6 @@
 //! Height, normal, roughness and metallic files hold data, not colours: integer codes are read as values from 0 to 1,
 //! without decoding sRGB. If such a file is RGB, all but normals use its first channel.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use relume::format::{HeightMap, MapRole, NormalY};
@@ -11,8 +10,7 @@ use relume::maps::SurfaceMaps;
 use relume::{Error, Job, Named, Planes, Raster, Result, Size, Space};
 
 use crate::input;
-
-const EXTENSIONS: [&str; 9] = ["png", "jpg", "jpeg", "tif", "tiff", "exr", "pfm", "hdr", "pic"];
+use crate::map_folder::{extension, files, is_picture};
 
 /// The files of the available maps.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -135,13 +133,8 @@ impl MapFiles {
 
 /// The pictures in a folder, in order of their names.
 fn pictures(folder: &Path) -> Result<Vec<PathBuf>> {
-    let unreadable = |e: &std::io::Error| Error::io("cannot read the folder", e).at(folder);
-    let mut paths = Vec::new();
-    for entry in fs::read_dir(folder).map_err(|e| unreadable(&e))? {
-        paths.push(entry.map_err(|e| unreadable(&e))?.path());
-    }
-    paths.retain(|path| EXTENSIONS.contains(&extension(path).as_str()));
-    paths.sort();
+    let mut paths = files(folder)?;
+    paths.retain(|path| is_picture(path));
     Ok(paths)
 }
 
@@ -149,10 +142,6 @@ fn wanted<'a>(file: &'a Option<PathBuf>, name: &str) -> Result<&'a Path> {
     file.as_deref().ok_or_else(|| {
         Error::usage(format!("no {name} map: name a file with --{name}, or put the word into a file's name"))
     })
-}
-
-fn extension(path: &Path) -> String {
-    path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default()
 }
 
 /// The only file whose name says the role; +Y normals before -Y ones, EXR before others.
@@ -204,6 +193,7 @@ mod tests {
     use super::*;
     use relume::Samples;
     use relume::format::HeightScale;
+    use std::fs;
 
     fn choose(names: &[&str]) -> Result<Vec<Option<String>>> {
         let folder = tempfile::tempdir().unwrap();

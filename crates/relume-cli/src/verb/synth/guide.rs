@@ -9,7 +9,7 @@ use crate::context::Context;
 use crate::input;
 
 /// Options for guides.
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
 pub struct Args {
     /// Label maps or other images registered with the exemplars, one for each in turn; the output follows

@@ -8,7 +8,7 @@ use relume::{Error, Named, Result};
 use crate::args;
 
 /// Options that choose a method, and those of the pixel methods.
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
 pub struct Args {
     /// The method: blocks, texel by texel, tiles of whole periods,

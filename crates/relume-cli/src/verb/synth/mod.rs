@@ -19,6 +19,7 @@ use relume::{Error, Job, Planes, Result, Size};
 
 use super::endless::{self, Drawn};
 use crate::context::Context;
+use crate::map_folder::MapFolder;
 use crate::output::Outputs;
 use crate::rearranged::{self, Applied, Registered, compared, read_all, read_registered};
 use crate::report::Report;
@@ -26,15 +27,16 @@ use crate::{args, gathered, input, opacity, rearranged_btf};
 use describe::describe;
 
 /// Arguments of `relume synth`.
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Clone, clap::Args)]
 #[command(after_help = "Example:\n  relume synth wool.ptm -o cloth.ptm --size 1024x1024 --tile\n  \
                         relume synth bricks.png -o wall.png --size 800 --block 64 --apply bricks_normals.png")]
 pub struct Args {
     /// Exemplars: .ptm, .exr or pictures, all of one kind; - is standard input. Or one tile set made by
-    /// relume roll, or one .rlm model
+    /// relume roll, one .rlm model, or one folder of maps known by the words in their names, all of which are compared
     #[arg(required = true, value_name = "FILE")]
     exemplars: Vec<PathBuf>,
-    /// The texture to write; - writes it to standard output in the format of the first exemplar
+    /// The texture to write; - writes it to standard output in the format of the first exemplar. Of a folder of
+    /// maps: the folder to write them into, under their own names
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// Width and height in texels: 512x512, or 512 for a square
@@ -129,8 +131,16 @@ impl Args {
     }
 }
 
-/// Synthesises a texture and writes all requested outputs.
+/// Synthesises a texture, or a whole folder of maps, and writes all requested outputs.
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
+    let Some(set) = MapFolder::of(&args.exemplars)? else { return synthesised(args, context) };
+    let mut args = args.clone();
+    args.output = args.rearranged.take_set(&set, &args.output);
+    args.exemplars = vec![set.color.clone()];
+    Ok(set.describe(synthesised(&args, context)?))
+}
+
+fn synthesised(args: &Args, context: &Context) -> Result<Report> {
     let opened = match endless::run(&endless_job(args), context)? {
         Drawn::Window(report) => return Ok(report),
         Drawn::Not(opened) => opened,
@@ -148,19 +158,23 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     gathered::check_memory(options.size, written, context)?;
     let made = synthesise(args, &files, &images, (&options, &approach), context)?;
     let (map, report) = (&made.0.made.map, describe(&args.output, &options, &made, &args.exemplars));
-    let output = gathered::apply(map, &files, &args.exemplars[0], &args.output, context)?;
-    let mut bytes = vec![(args.output.clone(), output)];
     let boundary = if made.0.plan.tiles() { Boundary::Torus } else { Boundary::Open };
-    bytes.extend(args.rearranged.rearranged(map, &images, boundary, context)?);
-    bytes.extend(args.rearranged.source_map(map, context)?);
+    let named = (&files[..], &*args.exemplars[0]);
+    let mut textures = vec![args.rearranged.texture(map, named, &args.output, boundary, context)?];
+    textures.extend(args.rearranged.rearranged(map, &images, boundary, context)?);
+    let mut bytes: Vec<(PathBuf, Vec<u8>)> = args.rearranged.source_map(map, context)?.into_iter().collect();
     if let Some(path) = &args.report {
         bytes.push((path.clone(), format!("{:#}\n", report.json).into_bytes()));
     }
     for (path, bytes) in bytes {
         outputs.write(&path, bytes)?;
     }
+    let report = rearranged::with_tilings(args.rearranged.describe(&images, report), &textures);
+    for one in textures {
+        outputs.write(&one.output, one.bytes)?;
+    }
     rearranged_btf::write_all(&sets, &btfs, map, &mut outputs, context)?;
-    Ok(args.rearranged.describe(&images, report).with_outputs(outputs.commit()?))
+    Ok(report.with_outputs(outputs.commit()?))
 }
 
 /// Reads one of several exemplars.

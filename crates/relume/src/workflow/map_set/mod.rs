@@ -9,7 +9,8 @@
 //! - heights count by their *slopes*: what shows of a height is the shading of its steps, so a difference of
 //!   heights weighs in units of the steps between neighbours, as a difference of colours does in units of theirs.
 //!
-//! Maps that hardly vary keep a small weight: below a code of 8 bits there is noise only.
+//! Maps that hardly vary keep a small weight: below a code of 8 bits there is noise only. With a map of opacity, all others
+//! fade to their means where the surface is not there, so that what a hole hides is not compared.
 
 mod heights;
 mod normals;
@@ -48,16 +49,36 @@ pub fn joint_index(index: Vec<Planes>, maps: &[RegisteredMap<'_>], job: &Job) ->
     if maps.is_empty() {
         return Ok(index);
     }
-    let texture = Spread::of(&index.iter().collect::<Vec<_>>());
     let mut parts: Vec<Vec<Planes>> = index.into_iter().map(|planes| vec![planes]).collect();
+    maps.iter().try_for_each(|map| check_registered(map, &parts))?;
+    let visible =
+        maps.iter().find(|map| map.role == MapRole::Opacity).map(|map| map.planes(job)).transpose()?;
+    for part in parts.iter_mut().flatten().zip(visible.iter().flatten()) {
+        faded(part.0, part.1);
+    }
+    let texture = Spread::of(&parts.iter().flatten().collect::<Vec<_>>());
     for map in maps {
-        check_registered(map, &parts)?;
         let mut planes = map.planes(job)?;
+        if map.role != MapRole::Opacity {
+            planes
+                .iter_mut()
+                .zip(visible.iter().flatten())
+                .for_each(|(planes, opacity)| faded(planes, opacity));
+        }
         let weight = map.weight(&texture, &Spread::of(&planes.iter().collect::<Vec<_>>())) as f32;
         planes.iter_mut().for_each(|planes| planes.as_mut_slice().iter_mut().for_each(|v| *v *= weight));
         parts.iter_mut().zip(planes).for_each(|(parts, planes)| parts.push(planes));
     }
     parts.into_iter().map(|parts| joined(&parts, job)).collect()
+}
+
+/// Fades planes to their means where the surface is not there: what a hole hides is not compared.
+fn faded(planes: &mut Planes, opacity: &Planes) {
+    for plane in planes.iter_mut() {
+        let mean = (plane.iter().map(|v| f64::from(*v)).sum::<f64>() / plane.len() as f64) as f32;
+        let shares = opacity.plane(0).iter().map(|share| share.clamp(0.0, 1.0));
+        plane.iter_mut().zip(shares).for_each(|(v, share)| *v = mean + share * (*v - mean));
+    }
 }
 
 impl RegisteredMap<'_> {
@@ -169,6 +190,29 @@ mod tests {
 
     fn of(role: MapRole, field: &ReflectanceField) -> RegisteredMap<'_> {
         RegisteredMap { role, fields: vec![field] }
+    }
+
+    #[test]
+    fn what_a_hole_hides_is_not_compared() {
+        let size = Size::new(12, 10);
+        let (colour, other) = (noise(size, 3, 0.8, 1), noise(size, 3, 0.8, 2));
+        let mut shares = Planes::from_vec(size, 1, vec![1.0; 120]).unwrap();
+        shares.plane_mut(0)[..60].fill(0.0);
+        let opacity = ReflectanceField::from_picture(Picture { planes: shares, space: Space::Srgb });
+        let hidden = |of: &ReflectanceField| {
+            let index = vec![of.coefficients().clone()];
+            let joint = joint_index(
+                index,
+                &[MapRole::Opacity].map(|role| self::tests::of(role, &opacity)),
+                &Job::default(),
+            );
+            let joint = joint.unwrap().swap_remove(0);
+            (joint.plane(0)[..60].to_vec(), joint.plane(0)[60..].to_vec())
+        };
+        let (holes, surface) = hidden(&colour);
+        assert!(holes.iter().all(|v| *v == holes[0]), "holes look alike");
+        assert_eq!(surface, colour.coefficients().plane(0)[60..]);
+        assert_ne!(hidden(&other).1, surface);
     }
 
     #[test]

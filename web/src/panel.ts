@@ -47,6 +47,7 @@ export class Panel {
     this.element.append(
       ...(viewer.titles.length > 1 ? [this.textures()] : []),
       this.objects(),
+      this.plane(),
       this.section("Light", ball.element, this.lightButtons()),
       this.section("Show", this.modes()),
       this.section("View", this.slider("Repeat", "repeat", 1, 8, 0.1), this.slider("Exposure", "exposure", -3, 3, 0.05), this.slider("Gloss", "gloss", 0, 0.5, 0.01)),
@@ -110,13 +111,15 @@ export class Panel {
 
   private modes(): HTMLElement {
     const select = el("select", { "aria-label": "What is shown" });
-    for (const mode of MODES) select.append(el("option", { value: mode }, MODE_NAMES[mode]));
+    const options = MODES.map((mode) => el("option", { value: mode }, MODE_NAMES[mode]));
+    select.append(...options);
     select.addEventListener("change", () => this.viewer.showMode(select.value as Mode));
     const name = el("span", {}, "Amount"), input = el("input", { type: "range", min: 0, max: 8, step: 0.05 });
     input.addEventListener("input", () => this.viewer.change({ gain: Number(input.value) }, "gain"));
     const amount = el("label", { class: "slider" }, name, input);
     this.refreshers.push((state) => {
       select.value = state.mode;
+      for (const option of options) option.disabled = !this.viewer.modes.includes(option.value as Mode);
       const range = AMOUNTS[state.mode];
       amount.hidden = range === undefined;
       if (range) [input.min, input.max, name.textContent] = [String(range[0]), String(range[1]), range[2]];
@@ -154,13 +157,31 @@ export class Panel {
       other.value = String(state.other);
       other.hidden = state.compare === "single" || state.compare === "plain";
     });
-    const cells = el("input", { type: "checkbox" });
-    cells.addEventListener("change", () => this.viewer.change({ cells: cells.checked }));
-    const tiles = el("label", { class: "check" }, cells, "Show the tiles");
+    return el("div", {}, select, other);
+  }
+
+  /** What endless planes have beside textures. */
+  private plane(): HTMLElement {
+    const cells = this.check("cells"), simple = this.check("simple");
+    const far = el("button", { type: "button" }, "Far away"), place = el("output", { class: "dim" });
+    far.addEventListener("click", () => this.viewer.goFar());
+    const section = this.section("Endless plane", cells.label, simple.label, el("div", { class: "row" }, far, place));
     this.refreshers.push((state) => {
-      cells.checked = state.cells;
-      tiles.hidden = !this.viewer.hasCells;
+      const { plane } = this.viewer, texture = this.viewer.stage.texture(state.texture);
+      section.hidden = plane === null;
+      if (plane === null || !texture) return;
+      cells.name.textContent = plane === "tiles" ? "Show the tiles" : "Show the triangles";
+      simple.name.textContent = plane === "tiles" ? "The first tile only" : "Plain averages instead";
+      cells.label.hidden = simple.label.hidden = plane === "model";
+      place.value = state.object === "flat" ? `${Math.round(state.x * texture.width)}, ${Math.round(state.y * texture.height)}` : "";
     });
-    return el("div", {}, select, other, tiles);
+    return section;
+  }
+
+  private check(key: "cells" | "simple"): { label: HTMLElement; name: HTMLElement } {
+    const box = el("input", { type: "checkbox" }), name = el("span");
+    box.addEventListener("change", () => this.viewer.change({ [key]: box.checked }));
+    this.refreshers.push((state) => (box.checked = state[key]));
+    return { label: el("label", { class: "check" }, box, name), name };
   }
 }

@@ -1,5 +1,5 @@
 import { Color, Mesh, OrthographicCamera, PerspectiveCamera, PlaneGeometry, Scene, Vector2, Vector3, WebGLRenderer } from "three";
-import { type FieldData, ReflectanceMaterial, ReflectanceTexture } from "relume-three";
+import { type FieldData, NoiseBlocks, ReflectanceMaterial, ReflectanceTexture } from "relume-three";
 import { DEFAULT_TILING, boundingSphere, geometryOf } from "./objects.js";
 import { type DiskLight, type ObjectName, type ViewState, onDisk } from "./state.js";
 
@@ -32,7 +32,8 @@ export class Stage {
   /** 1 draws without the interpolation of slanted texels: as the library's renderer, and where there is no graphics card. */
   readonly anisotropy: number;
 
-  constructor(canvas: HTMLCanvasElement, isotropic: boolean) {
+  /** `arrived` is called when more of what is in view has come. */
+  constructor(canvas: HTMLCanvasElement, isotropic: boolean, private readonly arrived: () => void) {
     this.renderer = new WebGLRenderer({ canvas, antialias: !isotropic, preserveDrawingBuffer: true, alpha: false });
     this.renderer.autoClear = false;
     const plain = isotropic || drawsInSoftware(this.renderer.getContext());
@@ -47,6 +48,11 @@ export class Stage {
     }
     const texture = new ReflectanceTexture(data, this.anisotropy);
     this.placed[index] = { texture, material: new ReflectanceMaterial(texture) };
+  }
+
+  /** Squares of endless planes that are on their way. */
+  get waiting(): number {
+    return this.placed.reduce((sum, placed) => sum + (placed?.texture.endless?.waiting ?? 0), 0);
   }
 
   texture(index: number): ReflectanceTexture | null {
@@ -90,6 +96,7 @@ export class Stage {
     material.set("gloss", state.gloss);
     material.set("roughness", state.roughness);
     material.set("showCells", state.cells ? 1 : 0);
+    simplify(placed, state.simple);
     this.scene.clear();
     if (state.object === "flat") this.prepareFlat(state, placed, view.width, height);
     else this.prepareSolid(state, placed, view.width, height);
@@ -99,10 +106,12 @@ export class Stage {
   private prepareFlat(state: ViewState, { texture, material }: Placed, width: number, height: number): void {
     const scale = flatScale(state, texture, width, height);
     const across = width / scale / texture.width, down = height / scale / texture.height;
-    const cells = texture.data.cells;
+    const cells = texture.data.cells, isPlane = cells !== null || texture.endless !== null;
+    if (texture.endless) this.cover(texture, state.x - across / 2, state.y - down / 2, across, down);
     // Whole repetitions as integers, the rest as a float: as sharp far away as near.
     const [x, y] = cells ? inCells(state, texture, material) : [state.x - Math.floor(state.x), state.y - Math.floor(state.y)];
-    const repeats = cells !== null || state.repeat > 1;
+    material.setOrigin(texture, Math.floor(state.x) * texture.width, Math.floor(state.y) * texture.height);
+    const repeats = isPlane || state.repeat > 1;
     const [left, top] = repeats ? [x, y] : [state.x, state.y];
     material.setTiling(across, down, left - across / 2, 1 - top - down / 2);
     material.set("flat_", true);
@@ -114,7 +123,9 @@ export class Stage {
   }
 
   private prepareSolid(state: ViewState, { texture, material }: Placed, width: number, height: number): void {
-    const tiling = DEFAULT_TILING[state.object].map((n) => n * state.repeat) as [number, number];
+    const tiling = tilingOf(state, texture);
+    if (texture.endless) this.cover(texture, 0, 0, ...tiling);
+    material.setOrigin(texture, 0, 0);
     const aspect = (tiling[0] * texture.width) / (tiling[1] * texture.height);
     this.reshape(state.object, aspect);
     const { center, radius } = boundingSphere(this.solid.geometry);
@@ -139,6 +150,12 @@ export class Stage {
     this.scene.add(this.solid);
   }
 
+  /** Makes the part of an endless plane that is in view, in parts of the texture. */
+  private cover(texture: ReflectanceTexture, x: number, y: number, across: number, down: number): void {
+    const { width, height } = texture;
+    texture.endless?.cover(this.renderer, { x: x * width, y: y * height, width: across * width, height: down * height }, this.arrived);
+  }
+
   private reshape(object: ObjectName, aspect: number): void {
     const shape = object === "plane" ? `plane ${aspect}` : object;
     if (shape === this.shape) return;
@@ -148,9 +165,27 @@ export class Stage {
   }
 }
 
-/** CSS pixels of a texel in the flat view. */
-export function flatScale(state: ViewState, texture: { width: number; height: number }, width: number, height: number): number {
-  return (state.zoom / Math.max(1, state.repeat)) * Math.min(width / texture.width, height / texture.height);
+/** CSS pixels of a texel in the flat view; of an endless plane no more is shown than there is room for. */
+export function flatScale(state: ViewState, texture: ReflectanceTexture, width: number, height: number): number {
+  const scale = (state.zoom / Math.max(1, state.repeat)) * Math.min(width / texture.width, height / texture.height);
+  const reach = texture.endless?.reach;
+  return reach ? Math.max(scale, width / reach[0], height / reach[1]) : scale;
+}
+
+/** Repetitions of a texture on an object: of an endless plane no more than there is room for. */
+function tilingOf(state: ViewState, { endless, width, height }: ReflectanceTexture): [number, number] {
+  const [across, down] = DEFAULT_TILING[state.object], reach = endless?.reach ?? [Infinity, Infinity];
+  const repeat = Math.min(state.repeat, reach[0] / (across * width), reach[1] / (down * height));
+  return [across * repeat, down * repeat];
+}
+
+/** Shows the first tile alone, or averages instead of noise. */
+function simplify({ texture, material }: Placed, simple: boolean): void {
+  material.set("oneTile", simple ? 1 : 0);
+  const maker = texture.endless?.maker;
+  if (!(maker instanceof NoiseBlocks) || maker.averages === simple) return;
+  maker.averages = simple;
+  texture.endless?.window.forget();
 }
 
 /** The cell of the middle of the view as integers, and the middle relative to it in parts of a tile. */

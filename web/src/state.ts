@@ -39,12 +39,14 @@ export interface ViewState {
   /** Where the wipe is, 0 to 1. */
   wipe: number;
   cells: boolean;
+  /** The first tile alone; averages instead of noise. */
+  simple: boolean;
 }
 
 export const FIRST: ViewState = {
   texture: 0, other: 1, object: "flat", mode: "default", gain: 2, exposure: 0, gloss: 0, roughness: 0.4, repeat: 1,
   lights: [{ u: -0.5, v: 0.5, color: "#ffffff", strength: 1 }],
-  x: 0.5, y: 0.5, zoom: 1, azimuth: 0, elevation: 0, near: 1, compare: "single", wipe: 0.5, cells: false,
+  x: 0.5, y: 0.5, zoom: 1, azimuth: 0, elevation: 0, near: 1, compare: "single", wipe: 0.5, cells: false, simple: false,
 };
 
 const NUMBERS: [keyof ViewState & string, number, number][] = [
@@ -60,16 +62,17 @@ export function copyOf(state: ViewState): ViewState {
 /** The part of an address that restores a view: what differs from the first one. */
 export function toHash(state: ViewState): string {
   const words: string[] = [];
-  for (const [name] of NUMBERS) if (state[name] !== FIRST[name]) words.push(`${name}=${short(state[name] as number)}`);
+  for (const [name] of NUMBERS) if (state[name] !== FIRST[name]) words.push(`${name}=${short(state[name] as number, name === "x" || name === "y" ? 14 : 6)}`);
   for (const name of ["object", "mode", "compare"] as const) if (state[name] !== FIRST[name]) words.push(`${name}=${state[name]}`);
-  if (state.cells) words.push("cells=1");
+  for (const name of ["cells", "simple"] as const) if (state[name]) words.push(`${name}=1`);
   const lights = state.lights.map(({ u, v, color, strength }) => [short(u), short(v), color.slice(1), short(strength)].join(","));
   words.push(`lights=${lights.join(";")}`);
   return words.join("&");
 }
 
-function short(value: number): string {
-  return String(Number(value.toPrecision(6)));
+/** A number with some digits: places far away need more than the others. */
+function short(value: number, digits = 6): string {
+  return String(Number(value.toPrecision(digits)));
 }
 
 /** The view of an address; whatever it has that is no view is left out. */
@@ -84,7 +87,7 @@ export function fromHash(hash: string, textures: number): ViewState {
   state.object = member("object", OBJECTS, state.object);
   state.mode = member("mode", MODES, state.mode);
   state.compare = member("compare", COMPARISONS, state.compare);
-  state.cells = words.get("cells") === "1";
+  for (const name of ["cells", "simple"] as const) state[name] = words.get(name) === "1";
   state.texture = Math.min(Math.round(state.texture), textures - 1);
   state.other = Math.min(Math.round(state.other), textures - 1);
   const lights = (words.get("lights") ?? "").split(";").map(lightOf).filter((light) => light !== null);

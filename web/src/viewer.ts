@@ -13,6 +13,9 @@ const USUAL_AMOUNTS: Partial<Record<Mode, number>> = {
   "diffuse-gain": 2, specular: 1, "unsharp-luminance": 1, "unsharp-normals": 2, "unsharp-coefficients": 1,
 };
 
+/** Ways that show nothing of textures without normals, such as noise. */
+const NEED_NORMALS: Mode[] = ["diffuse-gain", "specular", "unsharp-normals", "normals", "albedo", "height", "slope", "shading"];
+
 /** What is seen, and every way to change it. */
 export class Viewer {
   readonly stage: Stage;
@@ -31,7 +34,7 @@ export class Viewer {
 
   constructor(readonly canvas: HTMLCanvasElement, textures: PageTexture[]) {
     const parameters = new URLSearchParams(location.search);
-    this.stage = new Stage(canvas, parameters.has("exact"));
+    this.stage = new Stage(canvas, parameters.has("exact"), () => this.redraw());
     this.titles = textures.map((texture) => texture.title);
     this.state = fromHash(location.hash, textures.length);
     // The address asked for: by the time of the event, the page may have written its own state again.
@@ -56,8 +59,24 @@ export class Viewer {
     return this.state.lights[Math.min(this.chosen, this.state.lights.length - 1)] ?? { ...(FIRST.lights[0] as DiskLight) };
   }
 
-  get hasCells(): boolean {
-    return this.stage.texture(this.state.texture)?.data.cells != null;
+  /** What covers an endless plane, if the texture is one. */
+  get plane(): "tiles" | "noise" | "model" | null {
+    const data = this.stage.texture(this.state.texture)?.data;
+    if (data?.cells) return "tiles";
+    return data?.noise ? "noise" : data?.blocks ? "model" : null;
+  }
+
+  /** The ways of showing the texture: some need normals. */
+  get modes(): readonly Mode[] {
+    const texture = this.stage.texture(this.state.texture);
+    return texture?.maps === null ? MODES.filter((mode) => !NEED_NORMALS.includes(mode)) : MODES;
+  }
+
+  /** Another part of an endless plane, up to a thousand million texels away. */
+  goFar(): void {
+    const texture = this.stage.texture(this.state.texture);
+    const place = (side: number): number => Math.round((Math.random() - 0.5) * 2e9) / side;
+    if (texture) this.change({ object: "flat", x: place(texture.width), y: place(texture.height) });
   }
 
   /** The width of one of the views. */
@@ -163,7 +182,8 @@ export class Viewer {
   }
 
   nextMode(): void {
-    this.showMode(MODES[(MODES.indexOf(this.state.mode) + 1) % MODES.length] ?? "default");
+    const { modes } = this;
+    this.showMode(modes[(modes.indexOf(this.state.mode) + 1) % modes.length] ?? "default");
   }
 
   /** Draws before the next frame of the screen. */
@@ -182,6 +202,7 @@ export class Viewer {
   drawNow(): void {
     const background = getComputedStyle(document.documentElement).getPropertyValue("--ground").trim() || "#101010";
     this.stage.draw(this.state, background);
+    document.documentElement.dataset["waiting"] = String(this.stage.waiting);
     document.documentElement.dataset["drawn"] = String(Number(document.documentElement.dataset["drawn"] ?? 0) + 1);
   }
 

@@ -10,7 +10,7 @@ use relume::{Error, Job, ReflectanceField, Result, Size};
 use crate::{args, input};
 
 /// Options of the evaluation.
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Default, clap::Args)]
 #[group(skip)]
 #[command(next_help_heading = "Of a .rlm model")]
 pub struct Args {
@@ -77,10 +77,20 @@ impl Args {
         Err(Error::usage("--model-size and --model-seed are for .rlm models, and no input is one"))
     }
 
+    /// Whether the size of the tile was given.
+    pub fn has_size(&self) -> bool {
+        self.model_size.is_some()
+    }
+
+    /// The seed of the texture made from a model.
+    pub fn seed(&self) -> u64 {
+        self.model_seed.unwrap_or_default()
+    }
+
     /// A seamless tile of a model.
     pub fn tile(&self, model: &FieldModel, job: &Job) -> Result<ReflectanceField> {
         let size = self.model_size.unwrap_or(model.tile_size());
-        let seed = self.model_seed.unwrap_or_default();
+        let seed = self.seed();
         model.synthesize(&RealisationOptions { origin: [0, 0], size, seed, period: Some(size) }, job)
     }
 }

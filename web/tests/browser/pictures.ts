@@ -13,6 +13,12 @@ export async function drawn(page: Page): Promise<void> {
   await page.evaluate(() => new Promise<void>((resolve) => requestAnimationFrame(() => requestAnimationFrame(() => resolve()))));
 }
 
+/** Waits until everything in view of an endless plane has come. */
+export async function settled(page: Page): Promise<void> {
+  await page.waitForFunction(() => document.documentElement.dataset["waiting"] === "0", null, { timeout: 100_000 });
+  await drawn(page);
+}
+
 /** Shows the state of an address. */
 export async function show(page: Page, hash: string): Promise<void> {
   await page.evaluate(

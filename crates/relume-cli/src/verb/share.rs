@@ -9,7 +9,7 @@ use crate::context::Context;
 use crate::evaluated;
 use crate::output::{Folder, Outputs};
 use crate::report::Report;
-use crate::viewer::{self, PageData, PlaneArgs, Prepared};
+use crate::viewer::{self, Delivery, PageData, PlaneArgs, Prepared};
 
 /// Arguments of `relume share`.
 #[derive(Debug, clap::Args)]
@@ -82,7 +82,7 @@ fn place(i: usize) -> String {
 fn textures(args: &Args, context: &Context) -> Result<Vec<Prepared>> {
     let title = |i: usize| args.title.as_deref().filter(|_| i == 0 && args.files.len() == 1);
     let read = |(i, path): (usize, &PathBuf)| {
-        viewer::prepared(path, title(i), &args.planes, &args.evaluated, &context.job)
+        viewer::prepared(path, title(i), &args.planes, &args.evaluated, Delivery::Stored, &context.job)
     };
     args.files.iter().enumerate().map(read).collect()
 }

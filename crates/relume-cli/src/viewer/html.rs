@@ -33,6 +33,14 @@ pub fn folder_page(data: &PageData) -> String {
     filled(data, FOLDER_POLICY, &head, &script)
 }
 
+/// A page with its textures inside, and script and style sheet, which other pages may share, beside it: opens from disk.
+pub fn disk_page(data: &PageData) -> String {
+    let head =
+        format!("<link rel=\"icon\" href=\"data:,\">\n<link rel=\"stylesheet\" href=\"{STYLE_NAME}\">");
+    let script = format!("<script src=\"{SCRIPT_NAME}\"></script>");
+    filled(data, FOLDER_POLICY, &head, &script)
+}
+
 /// A page in one file.
 pub fn single_page(data: &PageData) -> String {
     let head = format!("<link rel=\"icon\" href=\"data:,\">\n<style>{STYLE}</style>");
@@ -81,7 +89,7 @@ mod tests {
     fn titles_cannot_leave_their_places() {
         let title = "</title><script>alert(1)</script>\"{{script}}".to_owned();
         let textures = serde_json::json!([{ "title": title, "error": "</script><!--" }]);
-        for page in [folder_page, single_page] {
+        for page in [folder_page, disk_page, single_page] {
             let data = PageData { title: title.clone(), textures: textures.clone() };
             let page = page(&data);
             assert!(!page.contains("<script>alert"), "a title became a script");

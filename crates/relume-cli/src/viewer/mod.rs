@@ -5,8 +5,8 @@
 mod html;
 mod textures;
 
-pub use html::{FOLDER_POLICY, PageData, folder_page, single_page};
-pub use textures::{PlaneArgs, Prepared, prepared};
+pub use html::{FOLDER_POLICY, PageData, disk_page, folder_page, single_page};
+pub use textures::{Delivery, PlaneArgs, Prepared, ServedPlane, prepared};
 
 /// The page's script.
 pub const SCRIPT: &str = include_str!("page/viewer.js");

@@ -5,24 +5,38 @@ use std::path::Path;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use relume::format::share::planes::PlaneDepth;
-use relume::format::share::{HEADER_NAME, ShareFiles};
+use relume::format::share::{HEADER_NAME, ShareFiles, ShareHeader};
 use relume::format::{Content, Encoding, ExrDepth, FieldFile, MapRecord};
-use relume::workflow::share::{ShareOptions, share, share_tiles, thumbnail};
-use relume::{Job, Named, Result};
+use relume::random_field::FieldModel;
+use relume::synthesis::noise::NoiseOptions;
+use relume::workflow::endless::ModelPlane;
+use relume::workflow::share::{ShareOptions, block, share, share_model, share_tiles, thumbnail};
+use relume::workflow::shared_noise::NoiseFunctions;
+use relume::{Job, Named, ReflectanceField, Result};
 use serde_json::{Map, Value};
 
 use crate::{args, evaluated, input, paths};
 
 /// How textures are stored for the page.
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Default, clap::Args)]
 pub struct PlaneArgs {
     /// Storage of coefficients: kept (8-bit codes of .ptm files and pictures as they are, half floats for others), 8
     /// (bits), or half (floats)
     #[arg(long, value_name = "DEPTH", value_parser = args::named::<PlaneDepth>(), default_value = PlaneDepth::default().name())]
     planes: PlaneDepth,
+    /// Show an endless plane of noise made from each texture, as relume synth --method noise does
+    #[arg(long)]
+    noise: bool,
     /// Side of a texel in millimetres, for the scale bar and the ruler
     #[arg(long, value_name = "MM", value_parser = args::texel_mm)]
     mm_per_texel: Option<f64>,
+}
+
+impl PlaneArgs {
+    /// The customary storage, of a texture or of noise made from it.
+    pub fn usual(noise: bool) -> Self {
+        Self { noise, ..Self::default() }
+    }
 }
 
 /// A texture, ready for the page.
@@ -30,10 +44,37 @@ pub struct PlaneArgs {
 pub struct Prepared {
     /// A name for people.
     pub title: String,
-    /// Its files by name.
+    /// The header of its files.
+    pub header: ShareHeader,
+    /// Its files by name, with the header.
     pub files: Vec<(String, Vec<u8>)>,
     /// A small picture as a JPEG file.
     pub thumbnail: Vec<u8>,
+    /// The plane of which a server makes further files.
+    pub plane: Option<ServedPlane>,
+}
+
+/// Whether there is a server that makes parts of endless planes when they are asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Delivery {
+    /// There is one.
+    Served,
+    /// Everything is in files.
+    Stored,
+}
+
+/// The endless plane of a model.
+#[derive(Debug)]
+pub struct ServedPlane {
+    model: FieldModel,
+    seed: u64,
+}
+
+impl ServedPlane {
+    /// The file of a square of the plane, by its column and row.
+    pub fn block(&self, place: [i64; 2], job: &Job) -> Result<Vec<u8>> {
+        block(&ModelPlane { model: &self.model, seed: self.seed, period: None }, place, job)
+    }
 }
 
 impl Prepared {
@@ -44,12 +85,14 @@ impl Prepared {
     }
 }
 
-/// Reads a file: a texture, tiles, a picture, or a model, of which a tile is made.
+/// Reads a file: a texture, tiles, a picture, or a model; a model is shown as an endless plane where it is served, and as a
+/// seamless tile otherwise or if its size is given.
 pub fn prepared(
     path: &Path,
     title: Option<&str>,
     planes: &PlaneArgs,
     evaluated: &evaluated::Args,
+    delivery: Delivery,
     job: &Job,
 ) -> Result<Prepared> {
     let named = || path.file_stem().map_or_else(|| "texture".to_owned(), paths::text);
@@ -57,24 +100,46 @@ pub fn prepared(
     let options =
         ShareOptions { title: title.clone(), depth: planes.planes, mm_per_texel: planes.mm_per_texel };
     let opened = input::open(path, job)?;
-    let (shared, thumbnail) = match opened.content() {
-        Content::Tiles => {
+    let (shared, thumbnail, plane) = match opened.content() {
+        Content::Tiles if !planes.noise => {
             let set = opened.into_tiles()?;
-            (share_tiles(&set, &options, job), thumbnail(&set.file.field, job))
+            (share_tiles(&set, &options, job), thumbnail(&set.file.field, job), None)
         }
         Content::Model => {
-            let field = evaluated.tile(&opened.into_model()?, job).map_err(|e| e.at(path))?;
-            let (encoding, record) = (Encoding::Exr(ExrDepth::Float), MapRecord::default());
-            let file = FieldFile { field, opacity: None, encoding, record };
-            (share(&file, &options, job), thumbnail(&file.field, job))
+            let model = opened.into_model()?;
+            let field = evaluated.tile(&model, job).map_err(|e| e.at(path))?;
+            let small = thumbnail(&field, job);
+            match delivery {
+                Delivery::Served if !planes.noise && !evaluated.has_size() => {
+                    let shared = share_model(&model, &options, job);
+                    (shared, small, Some(ServedPlane { model, seed: evaluated.seed() }))
+                }
+                _ => (share_field(of_floats(field), planes, &options, job), small, None),
+            }
         }
         _ => {
             let file = opened.into_field()?;
-            (share(&file, &options, job), thumbnail(&file.field, job))
+            let small = thumbnail(&file.field, job);
+            (share_field(file, planes, &options, job), small, None)
         }
     };
     let shared: ShareFiles = shared.map_err(|e| e.at(path))?;
     let header = (HEADER_NAME.to_owned(), shared.header_bytes());
     let files = std::iter::once(header).chain(shared.files).collect();
-    Ok(Prepared { title, files, thumbnail: thumbnail.map_err(|e| e.at(path))? })
+    let thumbnail = thumbnail.map_err(|e| e.at(path))?;
+    Ok(Prepared { title, header: shared.header, files, thumbnail, plane })
+}
+
+/// The files of a texture, or of noise made from it.
+fn share_field(file: FieldFile, planes: &PlaneArgs, options: &ShareOptions, job: &Job) -> Result<ShareFiles> {
+    if planes.noise {
+        return NoiseFunctions::new(&file.field, &NoiseOptions::default(), job)?.share(options, job);
+    }
+    share(&file, options, job)
+}
+
+/// A computed texture as a file holds it.
+fn of_floats(field: ReflectanceField) -> FieldFile {
+    let (encoding, record) = (Encoding::Exr(ExrDepth::Float), MapRecord::default());
+    FieldFile { field, opacity: None, encoding, record }
 }

@@ -88,6 +88,66 @@ fn textures_without_a_colour_are_refused_in_a_sentence() {
     refused(at, &["view", "broken.ptm", "--port", "0"]);
 }
 
+#[test]
+fn noise_comes_as_planes_of_normal_values_with_their_tables_and_functions() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    write_material(&at.join("a.png"), Material::Sponge, Size::new(64, 64), 9.0);
+    run(at, &["share", "a.png", "--noise", "-o", "out"]);
+    let texture = at.join("out/textures/0");
+    let header: Value = serde_json::from_slice(&fs::read(texture.join("share.json")).unwrap()).unwrap();
+    let noise = &header["noise"];
+    assert_eq!((&header["size"], &noise["planes"]), (&serde_json::json!([64, 64]), &serde_json::json!(3)));
+    for file in ["tables", "functions"] {
+        assert!(texture.join(noise[file].as_str().unwrap()).is_file(), "{file}");
+    }
+    run(at, &["procedural", "weave", "-o", "weave", "--size", "64", "--feature", "16"]);
+    let text = refused(at, &["share", "weave/albedo.png", "--noise", "-o", "woven"]);
+    assert!(text.contains("albedo.png"), "{text}");
+}
+
+#[test]
+fn squares_of_the_plane_of_a_model_are_those_of_the_library() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    write_material(&at.join("a.png"), Material::Marble, Size::new(32, 32), 9.0);
+    run(at, &["model", "a.png", "-o", "a.rlm", "--combine", "never"]);
+    let server = Server::start(at, &["a.rlm"]);
+    let header = server.get(&format!("{}textures/0/share.json", server.path));
+    let header: Value = serde_json::from_str(header.split_once("\r\n\r\n").unwrap().1).unwrap();
+    assert_eq!(
+        (&header["blocks"]["side"], &header["planes"]),
+        (&serde_json::json!(256), &serde_json::json!([]))
+    );
+    let request = format!(
+        "GET {}textures/0/block_-1_2.f16.gz HTTP/1.1\r\nHost: 127.0.0.1:{}\r\n\r\n",
+        server.path, server.port
+    );
+    let answer = server.exchange(request.as_bytes());
+    let start = answer.windows(4).position(|w| w == b"\r\n\r\n").unwrap() + 4;
+    let mut raw = Vec::new();
+    flate2::read::GzDecoder::new(&answer[start..]).read_to_end(&mut raw).unwrap();
+    run(at, &["synth", "a.rlm", "--window=-256,512,256,256", "-o", "part.exr"]);
+    let file = relume::format::read_field(&at.join("part.exr"), &relume::Job::default()).unwrap();
+    let halves = raw.chunks_exact(2).map(|b| half::f16::from_le_bytes([b[0], b[1]]).to_f32());
+    let expected = file.field.coefficients().as_slice();
+    assert_eq!(raw.len(), 2 * expected.len());
+    assert!(halves.zip(expected).all(|(a, b)| (a - b).abs() < 1e-3));
+    for bad in ["block_01_0.f16.gz", "block_0_0.f16.gz/", "block_99999999999999_0.f16.gz"] {
+        assert!(
+            !server.get(&format!("{}textures/0/{bad}", server.path)).starts_with("HTTP/1.1 200"),
+            "{bad}"
+        );
+    }
+    #[cfg(unix)]
+    assert_eq!(server.interrupt(), Some(130));
+    // A page without a server has a tile.
+    run(at, &["share", "a.rlm", "-o", "tile"]);
+    let header: Value =
+        serde_json::from_slice(&fs::read(at.join("tile/textures/0/share.json")).unwrap()).unwrap();
+    assert!(header["blocks"].is_null() && !header["planes"].as_array().unwrap().is_empty());
+}
+
 /// Runs `relume view` until its page has been read.
 pub fn shown(at: &Path, arguments: &[&str]) {
     // No test opens a browser.

@@ -22,8 +22,8 @@
 //! | [`comparison`] | textures compared under several lights |
 //! | [`decorrelated`](mod@decorrelated) | factorisations of decorrelated colours |
 //! | [`quality`] | how far a fit can be trusted, and which photographs look wrong |
-//! | [`shader`] | what a shader draws textures and endless noise from |
 //! | [`share`] | textures as web pages load them |
+//! | [`shared_noise`] | endless noise as web pages load it |
 //! | [`auto`] | textures made in several ways, of which the nearest to the exemplar is kept |
 //! | [`map_export`] | the maps of a material under the names and in the packings of other programs |
 //! | [`map_set`] | the maps of a material as one exemplar |
@@ -55,8 +55,8 @@ pub mod options;
 pub mod packed;
 pub mod per_view;
 pub mod quality;
-pub mod shader;
 pub mod share;
+pub mod shared_noise;
 pub mod sizes;
 pub mod tested;
 pub mod tiling;

@@ -7,16 +7,19 @@
 use crate::direction::Direction;
 use crate::error::Result;
 use crate::field::ReflectanceField;
+use crate::format::share::blocks::{BLOCK_SIDE, block_bytes};
 use crate::format::share::planes::PlaneDepth;
 use crate::format::share::{ShareExtras, ShareFiles};
 use crate::format::{FieldFile, PictureFormat, TileSetFile, encode_picture_with};
 use crate::job::Job;
 use crate::picture::Picture;
 use crate::planes::Planes;
+use crate::random_field::FieldModel;
 use crate::render::relight;
 use crate::size::Size;
 use crate::surface::integrate::{IntegrateOptions, integrate};
 use crate::surface::{STEEPEST, Slopes, albedo, normals};
+use crate::workflow::endless::{ModelPlane, PlaneWindow};
 
 /// The longer side of a thumbnail, in texels.
 const THUMBNAIL_SIDE: usize = 512;
@@ -60,6 +63,28 @@ pub fn share_tiles(set: &TileSetFile, options: &ShareOptions, job: &Job) -> Resu
     check_memory(&set.file.field, job)?;
     let normals = normals(&set.file.field);
     with_maps(&set.file, options, &normals, None, Some(set), job)
+}
+
+/// The files of the plane of a model but for its squares, which [`block`] makes.
+///
+/// # Errors
+/// As [`ShareFiles::of_blocks`].
+pub fn share_model(model: &FieldModel, options: &ShareOptions, job: &Job) -> Result<ShareFiles> {
+    ShareFiles::of_blocks(&model.texel()?, model.tile_size(), &options.title, options.mm_per_texel, job)
+}
+
+/// The file of a square of the plane of a model, by its column and row.
+///
+/// # Errors
+/// Places too far away, memory, and a cancelled job.
+pub fn block(plane: &ModelPlane, [column, row]: [i64; 2], job: &Job) -> Result<Vec<u8>> {
+    let side = BLOCK_SIDE as i64;
+    let window = PlaneWindow {
+        x: column.saturating_mul(side),
+        y: row.saturating_mul(side),
+        size: Size::new(BLOCK_SIDE, BLOCK_SIDE),
+    };
+    Ok(block_bytes(&plane.part(&window, job)?))
 }
 
 fn check_memory(field: &ReflectanceField, job: &Job) -> Result<()> {

@@ -21,13 +21,34 @@ export interface FieldCells {
   corners: number;
 }
 
+/** By-example noise of planes of normal values. */
+export interface FieldNoise {
+  planes: number;
+  /** Side of a triangle in texels. */
+  side: number;
+  /** The key of the hash of vertices, the low half first. */
+  key: [number, number];
+  /** The largest normal value of a table. */
+  reach: number;
+  entries: number;
+  tables: Float32Array;
+  /** Coefficients of the mean and of each plane, channel after channel. */
+  functions: Float32Array;
+}
+
+/** Squares of an endless plane, loaded when they are looked at: the planes of each as half floats. */
+export interface FieldBlocks {
+  side: number;
+  load(column: number, row: number): Promise<Uint16Array[]>;
+}
+
 /** A map beside the functions: `channels` values a texel, one plane after another, rows from the top. */
 export interface FieldMap {
   channels: 1 | 3;
   values: Float32Array;
 }
 
-/** A texture of functions in memory. Planes are half floats, rows from the top, in the order of the layout. */
+/** A texture of functions in memory. Planes are half floats, rows from the top, in the order of the layout; what is null is not there. */
 export interface FieldData {
   title: string;
   width: number;
@@ -46,10 +67,24 @@ export interface FieldData {
   albedo: FieldMap | null;
   mmPerTexel: number | null;
   cells: FieldCells | null;
+  /** The planes are normal values from which an endless plane is made. */
+  noise: FieldNoise | null;
+  /** There are no planes: an endless plane comes in squares. */
+  blocks: FieldBlocks | null;
 }
 
 /** The number of planes of a layout. */
 export function planeCount(layout: FieldLayout, functions: number): number {
   if (layout === "rgb") return 3 * functions;
   return layout === "lrgb" ? functions + 3 : functions;
+}
+
+/** A texture without what is not given: sRGB-encoded functions of light, without maps. */
+export function fieldOf(
+  given: Pick<FieldData, "title" | "width" | "height" | "layout" | "basis" | "functions" | "planes"> & Partial<FieldData>,
+): FieldData {
+  return {
+    space: "srgb", channels: given.layout === "luminance" ? 1 : 3, dependsOnView: false, table: null, normals: null, heights: null,
+    albedo: null, mmPerTexel: null, cells: null, noise: null, blocks: null, ...given,
+  };
 }

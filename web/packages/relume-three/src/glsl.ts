@@ -1,3 +1,5 @@
+import { HASH_GLSL } from "./hash.js";
+
 // The shaders of ReflectanceMaterial. Row 0 of a texture is its top, and texture coordinates have v up.
 
 export const VERTEX = `
@@ -23,39 +25,58 @@ uniform vec2 texels;
 uniform float sharpen, radius;
 #if CELLS
 uniform ivec2 right, down, origin, baseCell;
-uniform int oneTile, showCells;
+uniform int oneTile;
+uniform float padding;
 int tile;
-uvec4 hash4(uvec4 v) {
-  v = v * 1664525u + 1013904223u;
-  for (int round = 0; round < 2; round++) {
-    v.x += v.y * v.w; v.y += v.z * v.x; v.z += v.x * v.y; v.w += v.y * v.z;
-    if (round == 0) v ^= v >> 16u;
-  }
-  return v;
-}
+${HASH_GLSL}
 int floorDivide(int a, int b) {
   int q = int(floor(float(a) / float(b))), rest = a - q * b;
   return rest < 0 ? q - 1 : rest >= b ? q + 1 : q;
 }
+uvec4 hashOf(ivec2 cell) { return hash4(uvec4(uvec2(baseCell + cell), 0u, 0u)); }
+// The library's numeric/endless.rs and numeric/corner_colors.rs.
+int tileOf(ivec2 cell) {
+#if CORNERS > 1
+  int kind = 0, power = 1;
+  for (int corner = 0; corner < 4; corner++) {
+    kind += power * int((hashOf(cell + ivec2(corner & 1, corner >> 1)).x >> 16u) % uint(CORNERS));
+    power *= CORNERS;
+  }
+  int alike = (TILES - kind + power - 1) / power;
+  return kind + power * int((hashOf(cell).y >> 16u) % uint(alike));
+#else
+  return int((hashOf(cell).x >> 16u) % uint(TILES));
 #endif
+}
+#endif
+#if ENDLESS
+uniform vec2 windowShift;
+#endif
+uniform int showCells;
+// The size of the texture on the card, in texels.
+uniform vec2 extent;
 uniform bool crisp, clipped;
 vec2 at, dx, dy;
 float level;
 void findPlace() {
   vec2 coordinates = vec2(place.x, 1.0 - place.y);
   if (clipped && (min(place.x, place.y) < 0.0 || max(place.x, place.y) > 1.0)) discard;
-  dx = dFdx(coordinates);
-  dy = dFdy(coordinates);
-  level = log2(max(max(length(dx * texels), length(dy * texels)), 1.0));
+  vec2 scale = texels / extent;
+  dx = dFdx(coordinates) * scale;
+  dy = dFdy(coordinates) * scale;
+  level = log2(max(max(length(dx * extent), length(dy * extent)), 1.0));
   at = coordinates;
 #if CELLS
   ivec2 p = ivec2(floor(coordinates * texels));
   int area = right.x * down.y - right.y * down.x;
   ivec2 cell = ivec2(floorDivide(p.x * down.y - p.y * down.x, area), floorDivide(right.x * p.y - right.y * p.x, area));
-  tile = oneTile == 1 ? 0 : int((hash4(uvec4(uvec2(baseCell + cell), 0u, 0u)).x >> 16u) % uint(TILES));
-  at = (coordinates * texels - vec2(cell.x * right + cell.y * down + origin)) / texels;
+  tile = oneTile == 1 ? 0 : tileOf(cell);
+  at = (coordinates * texels - vec2(cell.x * right + cell.y * down + origin) + padding) / extent;
 #endif
-  if (crisp) at = (floor(at * texels) + 0.5) / texels;
+#if ENDLESS
+  at = coordinates * scale + windowShift;
+#endif
+  if (crisp) at = (floor(at * extent) + 0.5) / extent;
 }
 float layerIndex(int k) {
 #if CELLS
@@ -256,6 +277,9 @@ void main() {
     float lit = attachedShare(l.z);
     if (lit > 0.0) sum += lit * lightColor[i] * underLight(fromDisk(l.xy), v, n);
   }
+#if ENDLESS
+  if (showCells == 1) sum = mix(vec3(1.0, 0.6, 0.17), sum, sampled(planes, 0).a);
+#endif
 #if CELLS
   if (showCells == 1) sum = mix(sum, fract(vec3(0.61, 0.37, 0.83) * float(tile + 1)), 0.35);
 #endif

@@ -50,6 +50,8 @@ export interface ShareHeader {
   maps: ShareMap[];
   mm_per_texel?: number;
   cells?: FieldCells;
+  noise?: { planes: number; side: number; key: [number, number]; reach: number; entries: number; tables: string; functions: string };
+  blocks?: { side: number };
 }
 
 const MOST_SIDE = 16384;
@@ -80,16 +82,24 @@ function fault(header: ShareHeader): string | null {
   const basis = header.basis;
   if (typeof basis?.name !== "string" || !isCount(basis.functions, MOST_FUNCTIONS)) return "the shared texture has no basis";
   if (!basis.table && !basis.measured && !hasClosedForm(basis.name)) return `the basis ${basis.name} comes without a table`;
-  return planesFault(header);
+  return endlessFault(header) ?? planesFault(header);
 }
 
-function planesFault({ planes, layout, basis }: ShareHeader): string | null {
+function endlessFault({ noise, blocks, layout }: ShareHeader): string | null {
+  const isNumber = (n: unknown, least: number, most: number): boolean => Number.isFinite(n) && (n as number) >= least && (n as number) <= most;
+  if (noise && layout !== "rgb" && layout !== "luminance") return "the noise has another layout than rgb or luminance";
+  const counts = noise ? [noise.planes, noise.entries, noise.side, noise.reach, ...(noise.key ?? [NaN])] : [1];
+  if (!counts.every((n) => isNumber(n, 0, 2 ** 32)) || (noise && !(noise.planes >= 1 && noise.side >= 1 && noise.entries >= 2))) return "the noise of the shared texture is incomplete";
+  return blocks && !(isNumber(blocks.side, 16, 1024) && Number.isInteger(1024 / blocks.side)) ? "the blocks of the shared texture have an unknown side" : null;
+}
+
+function planesFault({ planes, layout, basis, noise, blocks }: ShareHeader): string | null {
   if (!Array.isArray(planes)) return "the shared texture has no planes";
   let next = 0;
   for (const group of planes) {
     if (group.first !== next || !(group.count >= 1 && group.count <= 3) || typeof group.file !== "string") return "the planes of the shared texture are out of order";
     next += group.count;
   }
-  const expected = planeCount(layout, basis.functions);
+  const expected = blocks ? 0 : (noise?.planes ?? planeCount(layout, basis.functions));
   return next === expected ? null : `the shared texture has ${next} planes: expected ${expected}`;
 }

@@ -2,7 +2,10 @@
 export { weights, hasClosedForm } from "./basis.js";
 export { MeasuredBasis } from "./measured.js";
 export { BasisTable } from "./table.js";
-export { type FieldData, type FieldLayout, type FieldSpace, FieldError } from "./field.js";
+export { type FieldBlocks, type FieldCells, type FieldData, type FieldLayout, type FieldMap, type FieldNoise, type FieldSpace, FieldError } from "./field.js";
+export { type BlockMaker, EndlessTexture } from "./endless.js";
+export { NoiseBlocks } from "./noise.js";
+export { type PlaneRect, PlaneWindow } from "./window.js";
 export { type ShareHeader, parseHeader } from "./header.js";
 export { type FileSource, folderSource, loadShare, memorySource } from "./share.js";
 export { ReflectanceTexture } from "./texture.js";

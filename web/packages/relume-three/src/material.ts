@@ -39,6 +39,9 @@ export class ReflectanceMaterial extends ShaderMaterial {
       cornerMap: { value: texture.cornerMap },
       directionPoints: { value: texture.directionPoints },
       texels: { value: new Vector2(texture.width, texture.height) },
+      extent: { value: new Vector2(...texture.extent) },
+      padding: { value: texture.layout?.padding ?? 0 },
+      windowShift: { value: new Vector2(0, 0) },
       heightRange: { value: new Vector2(...texture.heightRange) },
       tiling: { value: new Vector2(1, 1) },
       shift: { value: new Vector2(0, 0) },
@@ -88,6 +91,11 @@ export class ReflectanceMaterial extends ShaderMaterial {
     (this.uniforms["shift"]?.value as Vector2).set(shiftX, shiftY);
   }
 
+  /** The texel of an endless plane at which texture coordinates begin. */
+  setOrigin(texture: ReflectanceTexture, x: number, y: number): void {
+    if (texture.endless) (this.uniforms["windowShift"]?.value as Vector2).set(...texture.endless.shiftOf(x, y));
+  }
+
   set(name: string, value: number | boolean): void {
     const uniform = this.uniforms[name];
     if (uniform) uniform.value = value;
@@ -108,6 +116,8 @@ function definesFor(texture: ReflectanceTexture): Record<string, number> {
     MAPS: texture.maps ? 1 : 0,
     ANISOTROPIC: texture.planes.anisotropy > 1 ? 1 : 0,
     CELLS: data.cells ? 1 : 0,
+    CORNERS: data.cells?.corners ?? 1,
+    ENDLESS: texture.endless ? 1 : 0,
     TILES: texture.tiles,
     LIGHT_NODES: data.table instanceof BasisTable ? data.table.lightNodes : 2,
     VIEW_NODES: data.table instanceof BasisTable ? data.table.viewNodes : 1,

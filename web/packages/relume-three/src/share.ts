@@ -1,4 +1,4 @@
-import { type FieldData, FieldError, type FieldMap, planeCount } from "./field.js";
+import { type FieldBlocks, type FieldData, FieldError, type FieldMap, type FieldNoise, fieldOf, planeCount } from "./field.js";
 import { halvesOfCodes, fromHalf } from "./half.js";
 import { type PlaneGroup, parseHeader, type ShareHeader, type ShareMap } from "./header.js";
 import { MeasuredBasis } from "./measured.js";
@@ -30,7 +30,7 @@ export function memorySource(files: Record<string, string>): FileSource {
 /** Loads a shared texture; `progress` gets the share of its files that has arrived. */
 export async function loadShare(source: FileSource, progress: (share: number) => void = () => undefined): Promise<FieldData> {
   const header = parseHeader(new TextDecoder().decode(await source("share.json")));
-  const total = header.planes.length + header.maps.length + 1;
+  const total = header.planes.length + header.maps.length + 2;
   let done = 0;
   const counted = async <T>(work: Promise<T>): Promise<T> => {
     const result = await work;
@@ -38,15 +38,15 @@ export async function loadShare(source: FileSource, progress: (share: number) =>
     return result;
   };
   const texels = header.size[0] * header.size[1];
-  const [table, maps, groups] = await Promise.all([
+  const [table, noise, maps, groups] = await Promise.all([
     counted(loadTable(header, source)),
+    counted(loadNoise(header, source)),
     Promise.all(header.maps.map((map) => counted(loadMap(map, texels, source)))),
     Promise.all(header.planes.map((group) => counted(loadGroup(group, texels, source)))),
   ]);
   const planes = groups.flat();
-  if (planes.length !== planeCount(header.layout, header.basis.functions)) throw new FieldError("planes are missing");
   const map = (role: string): FieldMap | null => maps[header.maps.findIndex((map) => map.role === role)] ?? null;
-  return {
+  return fieldOf({
     title: header.title,
     width: header.size[0],
     height: header.size[1],
@@ -63,7 +63,28 @@ export async function loadShare(source: FileSource, progress: (share: number) =>
     albedo: map("albedo"),
     mmPerTexel: header.mm_per_texel ?? null,
     cells: header.cells ?? null,
+    noise,
+    blocks: header.blocks ? loadedBlocks(header, header.blocks.side, source) : null,
+  });
+}
+
+async function loadNoise({ noise, basis, channels }: ShareHeader, source: FileSource): Promise<FieldNoise | null> {
+  if (!noise) return null;
+  const numbers = async (file: string, count: number): Promise<Float32Array> => {
+    const bytes = await inflated([await source(file)], "gzip");
+    if (bytes.length !== 4 * count) throw new FieldError(`${file} has ${bytes.length} bytes: expected ${4 * count}`);
+    return new Float32Array(bytes.buffer, bytes.byteOffset, count);
   };
+  const [tables, functions] = await Promise.all([
+    numbers(noise.tables, noise.planes * noise.entries),
+    numbers(noise.functions, (noise.planes + 1) * channels * basis.functions),
+  ]);
+  return { ...noise, tables, functions };
+}
+
+function loadedBlocks({ layout, basis }: ShareHeader, side: number, source: FileSource): FieldBlocks {
+  const count = planeCount(layout, basis.functions);
+  return { side, load: (column, row) => loadHalves(`block_${column}_${row}.f16.gz`, count, side * side, source) };
 }
 
 async function loadTable({ basis }: ShareHeader, source: FileSource): Promise<FieldData["table"]> {
@@ -76,16 +97,18 @@ async function loadTable({ basis }: ShareHeader, source: FileSource): Promise<Fi
   return table ? new BasisTable(table.light_nodes, table.view_nodes, functions, channels, await numbers(table.file)) : null;
 }
 
+/** Planes of a file of half floats. */
+async function loadHalves(file: string, count: number, texels: number, source: FileSource): Promise<Uint16Array[]> {
+  const values = halves(await inflated([await source(file)], "gzip"));
+  if (values.length !== count * texels) throw new FieldError(`${file} has ${values.length} numbers: expected ${count * texels}`);
+  return Array.from({ length: count }, (_, k) => values.subarray(k * texels, (k + 1) * texels));
+}
+
 /** The planes of a group as half floats. */
 async function loadGroup(group: PlaneGroup, texels: number, source: FileSource): Promise<Uint16Array[]> {
-  const bytes = await source(group.file);
+  if (group.storage === "half") return loadHalves(group.file, group.count, texels, source);
   const range = Array.from({ length: group.count }, (_, k) => k);
-  if (group.storage === "half") {
-    const values = halves(await inflated([bytes], "gzip"));
-    if (values.length !== group.count * texels) throw new FieldError(`${group.file} has ${values.length} numbers: expected ${group.count * texels}`);
-    return range.map((k) => values.subarray(k * texels, (k + 1) * texels));
-  }
-  const { codes, channels } = await decodePng(bytes);
+  const { codes, channels } = await decodePng(await source(group.file));
   if (codes.length !== channels * texels || channels < group.count) throw new FieldError(`${group.file} has another size than the texture`);
   return range.map((k) => {
     const values = halvesOfCodes(group.scale?.[k] ?? 1 / 255, group.offset?.[k] ?? 0);

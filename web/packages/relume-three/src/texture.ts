@@ -1,11 +1,15 @@
 import {
   ClampToEdgeWrapping, DataArrayTexture, DataTexture, FloatType, HalfFloatType, LinearFilter, LinearMipmapLinearFilter,
-  RGBAFormat, RGBAIntegerFormat, RGFormat, RepeatWrapping, UnsignedShortType,
+  RGBAFormat, RGBAIntegerFormat, RGFormat, RepeatWrapping, type Texture, UnsignedShortType,
 } from "three";
-import type { FieldData } from "./field.js";
+import { LoadedBlocks } from "./blocks.js";
+import { EndlessTexture } from "./endless.js";
+import { type FieldData, planeCount } from "./field.js";
 import { fromHalf, halvesFrom } from "./half.js";
 import { MeasuredBasis } from "./measured.js";
+import { NoiseBlocks } from "./noise.js";
 import type { BasisTable } from "./table.js";
+import { type TileLayout, tileLayout } from "./tiles.js";
 
 /** Texels from which on the product of luminance and colour is taken in the shader, to save memory. */
 const LARGE = 1 << 21;
@@ -19,7 +23,7 @@ export type Arrangement = "color" | "packed" | "product";
 
 /** A texture of functions on the graphics card. */
 export class ReflectanceTexture {
-  readonly planes: DataArrayTexture;
+  readonly planes: Texture;
   /** Normal (x, y, z from -1 to 1) and height, then albedo; null without normals. */
   readonly maps: DataArrayTexture | null;
   readonly basisTable: DataArrayTexture | null;
@@ -30,6 +34,10 @@ export class ReflectanceTexture {
   /** Layers of a tile. */
   readonly layers: number;
   readonly tiles: number;
+  /** Tiles with what lies around them. */
+  readonly layout: TileLayout | null;
+  /** The part of an endless plane that is looked at: `cover` it before it is drawn. */
+  readonly endless: EndlessTexture | null;
   /** The size of a tile, or of the texture. */
   readonly width: number;
   readonly height: number;
@@ -41,9 +49,11 @@ export class ReflectanceTexture {
     this.width = data.width;
     this.height = data.height / this.tiles;
     this.arrangement = arrangementOf(data);
-    const layers = this.arrangement === "color" ? colorLayers(data) : packedLayers(data);
-    this.layers = layers.length;
-    this.planes = this.upload(layers, anisotropy);
+    this.layout = data.cells ? tileLayout(data.cells, this.width, this.height) : null;
+    this.endless = endlessOf(data, this.arrangement, anisotropy);
+    const layers = this.endless ? [] : layersOf(data, this.arrangement);
+    this.layers = this.endless?.maker.layers ?? layers.length;
+    this.planes = this.endless?.texture ?? this.upload(layers, anisotropy);
     this.maps = data.normals ? this.upload(mapLayers(data), anisotropy) : null;
     const measured = data.table instanceof MeasuredBasis ? data.table : null;
     this.basisTable = data.table ? tableTexture(data.table) : null;
@@ -52,22 +62,29 @@ export class ReflectanceTexture {
     this.heightRange = rangeOf(data.heights?.values);
   }
 
+  /** The size of the texture on the card, in texels. */
+  get extent(): [number, number] {
+    const { width, height } = this.endless?.window ?? this.layout ?? this;
+    return [width, height];
+  }
+
   dispose(): void {
+    this.endless?.dispose();
     for (const texture of [this.planes, this.maps, this.basisTable, this.cornerMap, this.directionPoints]) texture?.dispose();
   }
 
   /** Each layer once for each tile: layer k of tile i is k * tiles + i. */
   private upload(layers: Uint16Array[], anisotropy: number): DataArrayTexture {
-    const whole = new Uint16Array(layers.reduce((sum, layer) => sum + layer.length, 0));
-    let at = 0;
-    for (const layer of layers) {
-      whole.set(layer, at);
-      at += layer.length;
-    }
-    const texture = new DataArrayTexture(whole, this.width, this.height, layers.length * this.tiles);
+    const [width, height] = this.extent, whole = new Uint16Array(4 * width * height * this.tiles * layers.length);
+    layers.forEach((layer, k) => {
+      const part = whole.subarray((k * whole.length) / layers.length, ((k + 1) * whole.length) / layers.length);
+      if (this.layout) this.layout.sources.forEach((source, i) => part.set(layer.subarray(4 * source, 4 * source + 4), 4 * i));
+      else part.set(layer);
+    });
+    const texture = new DataArrayTexture(whole, width, height, layers.length * this.tiles);
     texture.format = RGBAFormat;
     texture.type = HalfFloatType;
-    texture.wrapS = texture.wrapT = RepeatWrapping;
+    texture.wrapS = texture.wrapT = this.layout ? ClampToEdgeWrapping : RepeatWrapping;
     texture.magFilter = LinearFilter;
     texture.minFilter = LinearMipmapLinearFilter;
     texture.generateMipmaps = true;
@@ -77,11 +94,28 @@ export class ReflectanceTexture {
   }
 }
 
-function arrangementOf({ layout, width, height }: FieldData): Arrangement {
-  if (layout === "rgb") return "color";
+function arrangementOf({ layout, width, height, noise, blocks }: FieldData): Arrangement {
+  if (layout === "rgb" || noise) return "color";
+  if (layout === "lrgb" && blocks) return "color";
   // Luminance and colour apart are not linear: averages of products need the products.
   if (layout === "lrgb") return width * height <= LARGE ? "color" : "product";
   return "packed";
+}
+
+function layersOf(data: FieldData, arrangement: Arrangement): Uint16Array[] {
+  return arrangement === "color" ? colorLayers(data) : packedLayers(data);
+}
+
+/** The endless plane of noise, or of squares that are loaded. */
+function endlessOf(data: FieldData, arrangement: Arrangement, anisotropy: number): EndlessTexture | null {
+  const { noise, blocks, functions, planes, width, height } = data;
+  if (noise) {
+    const groups = Array.from({ length: Math.ceil(noise.planes / 4) }, (_, g) => interleaved(planes.slice(4 * g, 4 * g + 4)));
+    return new EndlessTexture(new NoiseBlocks(noise, functions, groups, width, height), anisotropy);
+  }
+  if (!blocks) return null;
+  const layers = arrangement === "color" ? functions : Math.ceil(planeCount(data.layout, functions) / 4);
+  return new EndlessTexture(new LoadedBlocks(blocks, layers, (planes) => layersOf({ ...data, planes }, arrangement)), anisotropy);
 }
 
 function colorLayers(data: FieldData): Uint16Array[] {

@@ -1,7 +1,7 @@
-//! `relume demo`: the whole pipeline on a built-in material, by the verbs of the program, and a page.
+//! `relume demo`: the whole pipeline on a built-in material, by the verbs of the program, and pages.
 
-mod noise;
 mod page;
+mod viewers;
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -79,7 +79,8 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         })
         .collect::<Result<Vec<Report>>>()?;
     let shown: Vec<String> = COMMANDS.iter().map(|c| format!("relume {}", shown(c, args))).collect();
-    let page = page::write(folder.path(), args, &reports[1].json["report"], &shown, context)?;
+    let viewers = viewers::write(&folder, context)?;
+    let page = page::write(folder.path(), args, &reports[1].json["report"], &shown, &viewers, context)?;
     folder.add("index.html", page.as_bytes())?;
     let written = folder.commit()?;
     let index = args.output.join("index.html");

@@ -1,38 +1,31 @@
-//! The page of the demo: one file with all pictures and the bytes of the texture embedded.
+//! The page of the demo: one file with all pictures embedded, around the pages of the viewer beside it.
 
 use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
-use relume::format::{Depth, FieldFile, PictureFormat, encode_picture, open, read_field};
-use relume::workflow::shader::PtmPictures;
+use relume::format::{Depth, PictureFormat, encode_picture, open, read_field};
 use relume::{Error, Picture, Planes, Result, Size, Space};
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::Args;
-use super::noise;
+use super::viewers::Viewers;
 use crate::context::Context;
-use crate::html::{picture_uri, png_uri};
+use crate::html::png_uri;
 
 const TEMPLATE: &str = include_str!("page.html");
-const ENDLESS: &str = concat!(include_str!("tiles.html"), include_str!("noise.html"));
-const ENDLESS_SCRIPT: &str =
-    concat!(include_str!("plane.js"), include_str!("tiles.js"), include_str!("noise.js"));
-
-/// The light of the photograph that the page shows as a plain texture.
-const PLAIN_LIGHT: [f64; 3] = [0.0, 0.0, 1.0];
-
 /// Fills the template from the files of the folder.
 pub fn write(
     folder: &Path,
     args: &Args,
     fit: &Value,
     commands: &[String],
+    viewers: &Viewers,
     context: &Context,
 ) -> Result<String> {
     let small = read_field(&folder.join("small.ptm"), &context.job)?.field;
-    let large_file = read_field(&folder.join("large.ptm"), &context.job)?;
-    let large = &large_file.field;
+    let large = read_field(&folder.join("large.ptm"), &context.job)?.field;
+    let tiles = open(&folder.join("tiles.ptm"), &context.job)?.into_tiles()?;
     let decibels = |value: &Value| value.as_f64().map_or("no".to_owned(), |db| format!("{db:.1}"));
     let lights = fit["lights"].as_array().map(Vec::as_slice).unwrap_or_default();
     let worst = lights.iter().filter_map(|l| l["psnr_db"].as_f64()).fold(f64::INFINITY, f64::min);
@@ -50,7 +43,6 @@ pub fn write(
         ("material", args.material.clone()),
         ("psnr", decibels(&fit["error"]["psnr_db"])),
         ("worst", format!("{worst:.1}")),
-        ("still", data_uri(&folder.join("large.png"))?),
         ("photographs", figures(&photographs)?),
         (
             "fitted",
@@ -75,35 +67,15 @@ pub fn write(
                 ("cloth.png", "reflectance texture on cloth"),
             ])?,
         ),
-        ("commands", commands.join("\n")),
-    ];
-    let endless = endless(folder, shader_data(&large_file)?, context)?;
-    Ok(endless
-        .iter()
-        .chain(&fields)
-        .fold(TEMPLATE.to_owned(), |page, (name, value)| page.replace(&format!("{{{{{name}}}}}"), value)))
-}
-
-/// The sections on endless planes, and all data of the shaders.
-fn endless(folder: &Path, mut data: Value, context: &Context) -> Result<[(&'static str, String); 7]> {
-    let path = folder.join("tiles.ptm");
-    let tiles = open(&path, &context.job)?.into_tiles()?;
-    data["endless"] = shader_data(&tiles.file)?;
-    data["endless"]["tiles"] = tiles.count.into();
-    data["endless"]["right"] = json!(tiles.cells.right());
-    data["endless"]["down"] = json!(tiles.cells.down());
-    data["endless"]["origin"] = json!(tiles.cells.origin());
-    let noise = noise::read(&folder.join("noise.ptm"), &context.job)?;
-    data["noise"] = noise::to_json(&noise)?;
-    Ok([
-        ("endless", ENDLESS.to_owned()),
-        ("endless_script", ENDLESS_SCRIPT.to_owned()),
         ("tiles", tiles.count.to_string()),
         ("tile", tiles.cells.bounds().to_string()),
-        ("noise_size", noise.noise().size().to_string()),
-        ("noise_planes", noise.planes().to_string()),
-        ("data", data.to_string()),
-    ])
+        ("noise_size", viewers.noise_size.to_string()),
+        ("noise_planes", viewers.noise_planes.to_string()),
+        ("commands", commands.join("\n")),
+    ];
+    let filled =
+        |page: String, (name, value): &(&str, String)| page.replace(&format!("{{{{{name}}}}}"), value);
+    Ok(fields.iter().fold(TEMPLATE.to_owned(), filled))
 }
 
 /// Four photographs spread over the lights, with captions.
@@ -148,20 +120,4 @@ fn source_picture(folder: &Path, exemplar: Size, context: &Context) -> Result<Ve
         planes.plane_mut(k).iter_mut().zip(sources).for_each(|(out, &v)| *out = v as f32 / side as f32);
     }
     encode_picture(&Picture { planes, space: Space::Srgb }, PictureFormat::Png(Depth::Eight))
-}
-
-/// The bytes of an LRGB texture map as three pictures, with scale and bias, for the shader of the page.
-fn shader_data(file: &FieldFile) -> Result<Value> {
-    let PtmPictures { pictures: [low, high, tint], encoding } = PtmPictures::new(file)?;
-    let scale = encoding.scale.map(|s| s / 255.0);
-    Ok(json!({
-        "low": picture_uri(&low)?,
-        "high": picture_uri(&high)?,
-        "tint": picture_uri(&tint)?,
-        "scaleLow": scale[..3],
-        "biasLow": encoding.bias[..3],
-        "scaleHigh": scale[3..],
-        "biasHigh": encoding.bias[3..],
-        "plainLight": PLAIN_LIGHT,
-    }))
 }

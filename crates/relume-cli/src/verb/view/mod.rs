@@ -1,5 +1,6 @@
 //! `relume view`: textures under moving light in the browser, from a server that this machine alone reaches.
 
+mod blocks;
 mod server;
 mod site;
 
@@ -12,7 +13,7 @@ use serde_json::{Value, json};
 
 use crate::context::Context;
 use crate::report::{Report, write_stderr};
-use crate::viewer::{self, PageData, PlaneArgs, Prepared};
+use crate::viewer::{self, Delivery, PageData, PlaneArgs, Prepared};
 use crate::{evaluated, paths};
 use site::ViewerSite;
 
@@ -58,12 +59,12 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
 
 /// The page and the files of all textures. A file that cannot be shown is said on standard error and on the page.
 fn site_of(args: &Args, port: u16, context: &Context) -> Result<ViewerSite> {
-    let mut site = ViewerSite::new(port)?;
+    let mut site = ViewerSite::new(port, context.job.clone())?;
     let mut failure = None;
     let mut entries: Vec<Value> = Vec::new();
     let mut titles = Vec::new();
     for (i, path) in args.files.iter().enumerate() {
-        match viewer::prepared(path, None, &args.planes, &args.evaluated, &context.job) {
+        match viewer::prepared(path, None, &args.planes, &args.evaluated, Delivery::Served, &context.job) {
             Ok(texture) => {
                 titles.push(texture.title.clone());
                 entries.push(json!({ "title": texture.title, "folder": add(&mut site, i, texture) }));
@@ -93,6 +94,9 @@ fn add(site: &mut ViewerSite, i: usize, texture: Prepared) -> String {
     let folder = format!("textures/{i}/");
     for (name, bytes) in texture.files {
         site.add(&format!("{folder}{name}"), "application/octet-stream", bytes);
+    }
+    if let Some(plane) = texture.plane {
+        site.add_plane(&folder, plane);
     }
     if !site.has(viewer::THUMBNAIL_NAME) {
         site.add(viewer::THUMBNAIL_NAME, "image/jpeg", texture.thumbnail);

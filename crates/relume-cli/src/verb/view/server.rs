@@ -55,7 +55,7 @@ fn converse(stream: &mut TcpStream, site: &ViewerSite) -> std::io::Result<()> {
         None => refused("431 Request Header Fields Too Large"),
     };
     stream.write_all(answer.head.as_bytes())?;
-    stream.write_all(answer.body)?;
+    stream.write_all(&answer.body)?;
     stream.flush()
 }
 

@@ -2,13 +2,17 @@
 //!
 //! Pages of other sites can make a browser ask servers of its machine. So a request has to name the host by which the
 //! server was announced (against rebinding of names), must not come from another origin, and its path begins with a
-//! random token. Paths are compared as they are: nothing is decoded, joined or looked up on disk.
+//! random token. Paths are compared as they are: nothing is decoded, joined or looked up on disk. Squares of endless planes have
+//! two whole numbers in their names, in the one form in which they are written.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-use relume::{Error, ErrorKind, Result};
+use relume::format::share::blocks::block_of;
+use relume::{Error, ErrorKind, Job, Result};
 
-use crate::viewer::FOLDER_POLICY;
+use super::blocks::ServedBlocks;
+use crate::viewer::{FOLDER_POLICY, ServedPlane};
 
 /// Headers of a request that are read; browsers send about fifteen.
 const MOST_HEADERS: usize = 64;
@@ -19,6 +23,9 @@ pub struct ViewerSite {
     port: u16,
     token: String,
     files: BTreeMap<String, SiteFile>,
+    /// Endless planes by their folders.
+    planes: BTreeMap<String, ServedBlocks>,
+    job: Job,
 }
 
 #[derive(Debug)]
@@ -33,21 +40,21 @@ pub struct Answer<'a> {
     /// Status and headers, with the empty line.
     pub head: String,
     /// The content; empty for HEAD requests.
-    pub body: &'a [u8],
+    pub body: Cow<'a, [u8]>,
 }
 
 impl ViewerSite {
-    /// A site without files, with a token of 128 random bits.
+    /// A site without files, with a token of 128 random bits; what it makes belongs to the job.
     ///
     /// # Errors
     /// When the system has no random numbers.
-    pub fn new(port: u16) -> Result<Self> {
+    pub fn new(port: u16, job: Job) -> Result<Self> {
         let mut bytes = [0u8; 16];
         getrandom::fill(&mut bytes).map_err(|e| {
             Error::new(ErrorKind::Io, format!("the system gives no random numbers for the address: {e}"))
         })?;
         let token = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
-        Ok(Self { port, token, files: BTreeMap::new() })
+        Ok(Self { port, token, files: BTreeMap::new(), planes: BTreeMap::new(), job })
     }
 
     /// The address of the page.
@@ -58,6 +65,11 @@ impl ViewerSite {
     /// Adds a file by its path below the page; the page itself has the empty name.
     pub fn add(&mut self, name: &str, kind: &'static str, bytes: Vec<u8>) {
         self.files.insert(name.to_owned(), SiteFile { kind, bytes });
+    }
+
+    /// Adds an endless plane whose squares are in a folder, named with its last slash.
+    pub fn add_plane(&mut self, folder: &str, plane: ServedPlane) {
+        self.planes.insert(folder.to_owned(), ServedBlocks::new(plane));
     }
 
     /// Whether there is a file of that name.
@@ -81,17 +93,29 @@ impl ViewerSite {
         if !matches!(method, "GET" | "HEAD") {
             return refused("405 Method Not Allowed");
         }
-        match self.file(path) {
-            Some(file) => found(file, method == "HEAD"),
+        let Some(name) = self.name(path) else {
+            return refused("404 Not Found");
+        };
+        let head_only = method == "HEAD";
+        if let Some(file) = self.files.get(name) {
+            return found(file.kind, Cow::Borrowed(&file.bytes), head_only);
+        }
+        match self.block(name) {
+            Some(Ok(bytes)) => found("application/octet-stream", Cow::Owned(bytes), head_only),
+            Some(Err(_)) => refused("500 Internal Server Error"),
             None => refused("404 Not Found"),
         }
     }
 
-    /// The file of a path; a query is ignored.
-    fn file(&self, path: &str) -> Option<&SiteFile> {
-        let path = path.split('?').next()?;
-        let name = path.strip_prefix('/')?.strip_prefix(&*self.token)?.strip_prefix('/')?;
-        self.files.get(name)
+    /// The name of a file in a path; a query is ignored.
+    fn name<'p>(&self, path: &'p str) -> Option<&'p str> {
+        path.split('?').next()?.strip_prefix('/')?.strip_prefix(&*self.token)?.strip_prefix('/')
+    }
+
+    /// The square of an endless plane.
+    fn block(&self, name: &str) -> Option<Result<Vec<u8>>> {
+        let (folder, file) = name.split_at(name.rfind('/')? + 1);
+        Some(self.planes.get(folder)?.get(block_of(file)?, &self.job))
     }
 
     /// Whether the host is that of the address, and the origin, if any, as well.
@@ -107,19 +131,22 @@ impl ViewerSite {
     }
 }
 
-fn found(file: &SiteFile, head_only: bool) -> Answer<'_> {
+fn found<'a>(kind: &str, body: Cow<'a, [u8]>, head_only: bool) -> Answer<'a> {
     let head = format!(
         "HTTP/1.1 200 OK\r\nContent-Type: {}\r\nContent-Length: {}\r\nContent-Security-Policy: {FOLDER_POLICY}; \
          frame-ancestors 'none'\r\n{COMMON}\r\n",
-        file.kind,
-        file.bytes.len()
+        kind,
+        body.len()
     );
-    Answer { head, body: if head_only { &[] } else { &file.bytes } }
+    Answer { head, body: if head_only { Cow::Borrowed(&[]) } else { body } }
 }
 
 /// An answer without content.
 pub fn refused(status: &str) -> Answer<'static> {
-    Answer { head: format!("HTTP/1.1 {status}\r\nContent-Length: 0\r\n{COMMON}\r\n"), body: &[] }
+    Answer {
+        head: format!("HTTP/1.1 {status}\r\nContent-Length: 0\r\n{COMMON}\r\n"),
+        body: Cow::Borrowed(&[]),
+    }
 }
 
 /// Headers of all answers.
@@ -132,7 +159,7 @@ mod tests {
     use super::*;
 
     fn site() -> ViewerSite {
-        let mut site = ViewerSite::new(4321).unwrap();
+        let mut site = ViewerSite::new(4321, Job::default()).unwrap();
         site.add("", "text/html; charset=utf-8", b"<p>page".to_vec());
         site.add("textures/0/share.json", "application/octet-stream", b"{}".to_vec());
         site
@@ -219,7 +246,7 @@ mod tests {
                 changed[cut] = byte;
                 // A change that a request survives gives the page itself and nothing else.
                 let answer = site.answer(&changed);
-                assert!(answer.body.is_empty() || answer.body == b"<p>page", "byte {byte} at {cut}");
+                assert!(answer.body.is_empty() || *answer.body == *b"<p>page", "byte {byte} at {cut}");
                 count += 1;
             }
         }
@@ -230,6 +257,9 @@ mod tests {
 
     #[test]
     fn tokens_differ() {
-        assert_ne!(ViewerSite::new(1).unwrap().token, ViewerSite::new(1).unwrap().token);
+        assert_ne!(
+            ViewerSite::new(1, Job::default()).unwrap().token,
+            ViewerSite::new(1, Job::default()).unwrap().token
+        );
     }
 }

@@ -38,6 +38,12 @@ pub struct ShareHeader {
     /// How tiles that lie one below the other cover a plane.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub cells: Option<ShareCells>,
+    /// How noise is made from the planes, which are normal values instead of coefficients.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub noise: Option<ShareNoise>,
+    /// How an endless plane is divided into files; there are no planes then.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub blocks: Option<ShareBlocks>,
 }
 
 /// The functions of a shared texture.
@@ -174,6 +180,32 @@ pub struct ShareCells {
     pub origin: [i64; 2],
     /// The number of colours of corners; 1 if any tile fits anywhere.
     pub corners: usize,
+}
+
+/// By-example noise: [`crate::synthesis::noise`] of the library.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ShareNoise {
+    /// The number of planes of normal values.
+    pub planes: usize,
+    /// The side of a triangle in texels.
+    pub side: f64,
+    /// The key under which the vertices are hashed, the low half first.
+    pub key: [u32; 2],
+    /// The largest normal value of a table.
+    pub reach: f32,
+    /// The entries of a table.
+    pub entries: usize,
+    /// The file of the tables: compressed floats, a table for each plane.
+    pub tables: String,
+    /// The file of the coefficients of the mean and of each plane: compressed floats.
+    pub functions: String,
+}
+
+/// An endless plane in files of squares of texels, made as they are asked for.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ShareBlocks {
+    /// The side of a square in texels.
+    pub side: usize,
 }
 
 impl ShareCells {

@@ -7,16 +7,19 @@
 //!
 //! The page of `relume view` and the package `relume-three` read it.
 
+pub mod blocks;
 mod header;
 pub mod measured;
+pub mod noise;
 pub mod planes;
 pub mod table;
 
 pub use header::{
-    PlaneGroup, PlaneStorage, ShareBasis, ShareCells, ShareHeader, ShareMap, ShareMeasured, ShareTable,
-    VERSION,
+    PlaneGroup, PlaneStorage, ShareBasis, ShareBlocks, ShareCells, ShareHeader, ShareMap, ShareMeasured,
+    ShareNoise, ShareTable, VERSION,
 };
 pub use measured::MeasuredTable;
+pub use noise::NoiseParts;
 pub use table::BasisTable;
 
 use crate::error::{Error, Result};
@@ -67,29 +70,18 @@ impl ShareFiles {
     /// Channels that form no colour, memory, and a cancelled job.
     pub fn new(file: &FieldFile, extras: &ShareExtras, depth: PlaneDepth, job: &Job) -> Result<Self> {
         let field = &file.field;
-        if field.layout().is_named() {
-            return Err(Error::usage(format!(
-                "a texture of the channels {} has no colour to show: choose red, green and blue, or one",
-                field.layout().channel_names().join(", ")
-            )));
-        }
+        check_color(field)?;
         let SharedPlanes { groups, mut files, error } = SharedPlanes::new(field, &file.encoding, depth, job)?;
         let basis = shared_basis(field, &mut files, job)?;
         let maps = shared_maps(extras, &mut files, job)?;
         let header = ShareHeader {
-            relume: "share".to_owned(),
-            version: VERSION,
-            title: extras.title.clone(),
             size: [field.size().width, field.size().height],
-            space: field.space().name().to_owned(),
-            layout: field.layout().name().to_owned(),
-            channels: field.layout().channels(),
-            basis,
             planes: groups,
             error,
             maps,
             mm_per_texel: extras.mm_per_texel,
             cells: extras.tiles.map(ShareCells::of),
+            ..ShareHeader::empty(&extras.title, field, basis)
         };
         Ok(Self { header, files })
     }
@@ -98,6 +90,40 @@ impl ShareFiles {
     pub fn header_bytes(&self) -> Vec<u8> {
         serde_json::to_vec_pretty(&self.header).expect("a header is text and finite numbers")
     }
+}
+
+impl ShareHeader {
+    /// The header of a texture like a field, without texels.
+    fn empty(title: &str, like: &ReflectanceField, basis: ShareBasis) -> Self {
+        Self {
+            relume: "share".to_owned(),
+            version: VERSION,
+            title: title.to_owned(),
+            size: [0, 0],
+            space: like.space().name().to_owned(),
+            layout: like.layout().name().to_owned(),
+            channels: like.layout().channels(),
+            basis,
+            planes: Vec::new(),
+            error: 0.0,
+            maps: Vec::new(),
+            mm_per_texel: None,
+            cells: None,
+            noise: None,
+            blocks: None,
+        }
+    }
+}
+
+/// Refuses channels that form no colour.
+fn check_color(field: &ReflectanceField) -> Result<()> {
+    if !field.layout().is_named() {
+        return Ok(());
+    }
+    Err(Error::usage(format!(
+        "a texture of the channels {} has no colour to show: choose red, green and blue, or one",
+        field.layout().channel_names().join(", ")
+    )))
 }
 
 fn shared_basis(

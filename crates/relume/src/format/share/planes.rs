@@ -60,40 +60,44 @@ impl LinearCodes {
 }
 
 impl SharedPlanes {
+    /// The coefficients of a field.
     pub fn new(field: &ReflectanceField, stored: &Encoding, depth: PlaneDepth, job: &Job) -> Result<Self> {
-        let count = field.coefficients().count();
-        job.check("the shared planes", field.size(), 16 * TOGETHER as u64)?;
+        Self::of(field.coefficients(), |k| steps(field, k, stored, depth), job)
+    }
+
+    /// Planes of values from -`most` to `most`: as codes of that range, unless half floats are asked for.
+    pub fn symmetric(planes: &Planes, most: f32, depth: PlaneDepth, job: &Job) -> Result<Self> {
+        let steps = LinearCodes { scale: 2.0 * most / 255.0, offset: -most };
+        Self::of(planes, |_| (depth != PlaneDepth::Half).then_some(steps), job)
+    }
+
+    fn of(planes: &Planes, steps: impl Fn(usize) -> Option<LinearCodes>, job: &Job) -> Result<Self> {
+        let count = planes.count();
+        job.check("the shared planes", planes.size(), 16 * TOGETHER as u64)?;
         let mut made = Self { groups: Vec::new(), files: Vec::new(), error: 0.0 };
         job.start("storing planes", count as u64);
         for first in (0..count).step_by(TOGETHER) {
             let some = first..(first + TOGETHER).min(count);
-            let steps: Option<Vec<LinearCodes>> =
-                some.clone().map(|k| steps(field, k, stored, depth)).collect();
+            let steps: Option<Vec<LinearCodes>> = some.clone().map(&steps).collect();
             match steps {
                 // A PNG has one channel or three.
-                Some(steps) if steps.len() == TOGETHER => made.add_codes(field, first, &steps, job)?,
+                Some(steps) if steps.len() == TOGETHER => made.add_codes(planes, first, &steps, job)?,
                 Some(steps) => {
                     for (k, step) in some.clone().zip(steps) {
-                        made.add_codes(field, k, &[step], job)?;
+                        made.add_codes(planes, k, &[step], job)?;
                     }
                 }
-                None => made.add_halves(field, first, some.len()),
+                None => made.add_halves(planes, first, some.len()),
             }
             job.advance(some.len() as u64)?;
         }
         Ok(made)
     }
 
-    fn add_codes(
-        &mut self,
-        field: &ReflectanceField,
-        first: usize,
-        steps: &[LinearCodes],
-        job: &Job,
-    ) -> Result<()> {
-        let mut codes = Planes::zeros(field.size(), steps.len());
+    fn add_codes(&mut self, planes: &Planes, first: usize, steps: &[LinearCodes], job: &Job) -> Result<()> {
+        let mut codes = Planes::zeros(planes.size(), steps.len());
         for (k, (step, plane)) in steps.iter().zip(codes.iter_mut()).enumerate() {
-            for (code, &value) in plane.iter_mut().zip(field.coefficients().plane(first + k)) {
+            for (code, &value) in plane.iter_mut().zip(planes.plane(first + k)) {
                 let nearest = step.code(value);
                 self.error = self.error.max((step.value(nearest) - value).abs());
                 *code = nearest / 255.0;
@@ -112,9 +116,9 @@ impl SharedPlanes {
         Ok(())
     }
 
-    fn add_halves(&mut self, field: &ReflectanceField, first: usize, count: usize) {
-        let texels = field.size().texels();
-        let values = &field.coefficients().as_slice()[first * texels..][..count * texels];
+    fn add_halves(&mut self, planes: &Planes, first: usize, count: usize) {
+        let texels = planes.size().texels();
+        let values = &planes.as_slice()[first * texels..][..count * texels];
         let error = |&v: &f32| (f16::from_f32(v).to_f32() - v).abs();
         self.error = values.iter().map(error).fold(self.error, f32::max);
         let file = format!("planes-{first}.f16.gz");
@@ -156,6 +160,12 @@ pub(super) fn encode_codes(planes: &Planes, job: &Job) -> Result<Vec<u8>> {
 /// Values as compressed half floats.
 pub(super) fn halves(values: &[f32]) -> Vec<u8> {
     let bytes: Vec<u8> = values.iter().flat_map(|&v| f16::from_f32(v).to_le_bytes()).collect();
+    compressed(&bytes)
+}
+
+/// Values as compressed single-precision floats.
+pub(super) fn floats<'a>(values: impl IntoIterator<Item = &'a f32>) -> Vec<u8> {
+    let bytes: Vec<u8> = values.into_iter().flat_map(|v| v.to_le_bytes()).collect();
     compressed(&bytes)
 }
 

@@ -1,0 +1,78 @@
+// The package's loaders against the library's own reading of the same files: `relume share` of a file is the library's decoding.
+import { readFileSync } from "node:fs";
+import type { Browser, Page } from "playwright-core";
+import { afterAll, beforeAll, expect, test } from "vitest";
+import { type FieldData, type FileSource, type JpegDecoder, loadPtm, loadRti, loadShare, loadWebFolder } from "relume-three";
+import { fromHalf } from "../../packages/relume-three/src/half.js";
+import { launch } from "../chromium.js";
+import { Workplace } from "../program.js";
+
+const place = new Workplace();
+let browser: Browser, page: Page;
+
+beforeAll(async () => {
+  place.run("capture leather -o capture --lights 12 --size 40x28 --feature 20");
+  place.run("fit capture -o lrgb.ptm");
+  place.run("fit capture -o rgb.ptm --color rgb");
+  for (const basis of ["hsh4", "hsh9"]) place.run(`fit capture --basis ${basis} --color rgb -o ${basis}.exr`);
+  place.run("convert hsh4.exr -o hsh4.rti");
+  place.run("convert hsh9.exr -o hsh9.rti");
+  place.run("convert hsh9.exr -o hsh9.hsh");
+  for (const name of ["lrgb.ptm", "rgb.ptm", "hsh9.exr"]) place.run(`convert ${name} --web -o web-${name}`);
+  const launched = await launch();
+  if (!launched) throw new Error("no Chromium was found: install it, or name it in CHROMIUM");
+  browser = launched;
+  page = await browser.newPage();
+});
+
+afterAll(async () => {
+  await browser?.close();
+  place.remove();
+});
+
+function read(name: string): Uint8Array {
+  return new Uint8Array(readFileSync(place.path(name)));
+}
+
+function folder(name: string): FileSource {
+  return async (file) => read(`${name}/${file}`);
+}
+
+/** The file as the library reads it. */
+async function truth(name: string): Promise<FieldData> {
+  place.run(`share ${name} --planes half -o shared-${name}`);
+  return loadShare(folder(`shared-${name}/textures/0`));
+}
+
+/** The largest difference of two planes. */
+function largest(found: FieldData, expected: FieldData): number {
+  const shape = ({ width, height, basis, layout, functions, space, planes }: FieldData): unknown => [width, height, basis, layout, functions, space, planes.length];
+  expect(shape(found)).toEqual(shape(expected));
+  let most = 0;
+  expected.planes.forEach((plane, k) => plane.forEach((value, i) => (most = Math.max(most, Math.abs(fromHalf(value) - fromHalf(found.planes[k]?.[i] ?? 0))))));
+  return most;
+}
+
+test.each(["lrgb.ptm", "rgb.ptm"])("%s", async (name) => {
+  expect(largest(loadPtm(read(name)), await truth(name))).toBeLessThan(2e-3);
+});
+
+test.each(["hsh4.rti", "hsh9.rti", "hsh9.hsh"])("%s", async (name) => {
+  expect(largest(loadRti(read(name)), await truth(name))).toBeLessThan(4e-3);
+});
+
+test.each(["web-lrgb.ptm", "web-rgb.ptm", "web-hsh9.exr"])("%s", async (name) => {
+  const decode: JpegDecoder = (bytes) =>
+    page.evaluate(async (text) => {
+      const blob = new Blob([Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0))], { type: "image/jpeg" });
+      const image = await createImageBitmap(blob, { colorSpaceConversion: "none", premultiplyAlpha: "none" });
+      const { width, height } = image, context = new OffscreenCanvas(width, height).getContext("2d");
+      if (!context) throw new Error("no canvas");
+      context.drawImage(image, 0, 0);
+      return { width, height, data: [...context.getImageData(0, 0, width, height).data] };
+    }, Buffer.from(bytes).toString("base64"));
+  const found = await loadWebFolder(folder(name), decode), expected = await truth(name);
+  // Two codes of the largest scale: decoders of JPEG round differently.
+  const scales = (JSON.parse(readFileSync(place.path(`${name}/info.json`), "utf8")) as { materials: { scale: number[] }[] }).materials[0]?.scale ?? [];
+  expect(largest(found, expected)).toBeLessThan((3 / 255) * Math.max(...scales.map(Math.abs)));
+});

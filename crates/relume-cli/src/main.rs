@@ -10,6 +10,7 @@ mod context;
 mod environment;
 mod evaluated;
 mod fault;
+mod film;
 mod gathered;
 mod html;
 mod input;

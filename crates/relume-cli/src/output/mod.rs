@@ -24,8 +24,8 @@ use crate::report::write_stdout;
 pub use file_list::CaptureFiles;
 pub use folder::Folder;
 pub use folder_or_archive::{FolderOrArchive, KeepFile, is_archive};
-use temporary::{HeldRegistry, MadeFolders, folder_of, hold};
-pub use temporary::{Temporary, remove_all};
+use temporary::{HeldRegistry, MadeFolders, hold};
+pub use temporary::{Temporary, folder_of, remove_all};
 
 /// The files that one command writes.
 #[derive(Debug)]

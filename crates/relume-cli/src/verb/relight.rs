@@ -3,15 +3,16 @@
 use std::path::{Path, PathBuf};
 
 use relume::direction::Directions;
-use relume::format::{Depth, PictureFormat, animation as encode, encode_normals, encode_picture_with};
+use relume::format::{Depth, PictureFormat, encode_normals, encode_picture_with};
 use relume::render::{Sweep, relight, relight_under};
 use relume::surface::NormalDoubt;
 use relume::workflow::{Btf, Missing};
-use relume::{Direction, Error, Footprint, Job, Picture, ReflectanceField, Result, surface};
+use relume::{Direction, Error, Footprint, Job, ReflectanceField, Result, surface};
 use serde_json::json;
 
 use crate::context::Context;
-use crate::output::{Folder, Outputs};
+use crate::film::{Film, FilmArgs, FilmShape};
+use crate::output::Outputs;
 use crate::report::Report;
 use crate::{args, environment, evaluated, normals, output};
 
@@ -34,16 +35,15 @@ pub struct Args {
           requires = "view_sweep")]
     sweep_light: Option<Direction>,
     /// The picture to write (.png, .jpg, .tif, .exr, .pfm, .hdr); for a sweep .png or .gif is an animation,
-    /// and any other name a folder of numbered PNG files; - is standard output, as PNG
+    /// .mp4 a film (by ffmpeg), and any other name a folder of numbered PNG files; - is standard output, as PNG
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
     #[command(flatten)]
     adjustment: environment::Adjustment,
     #[command(flatten)]
     normal_maps: normals::Args,
-    /// Frames per second of an animation [default: 12]
-    #[arg(long, value_name = "N")]
-    fps: Option<u16>,
+    #[command(flatten)]
+    film: FilmArgs,
     #[command(flatten)]
     evaluated: evaluated::Args,
 }
@@ -169,7 +169,7 @@ fn sweep_directions(args: &Args) -> Result<Option<Vec<Directions>>> {
 
 /// Refuses a rate of frames where there is no animation.
 fn refuse_rate(args: &Args, what: &str) -> Result<()> {
-    match args.fps {
+    match args.film.fps {
         Some(_) => {
             Err(Error::usage(format!("--fps is of an animation, and {what} is written: leave it out")))
         }
@@ -240,58 +240,13 @@ fn still_format(path: &Path) -> Result<PictureFormat> {
     }
 }
 
-/// The rate of an animation unless another is asked for.
-const FPS: u16 = 12;
-
-/// How the frames of a sweep are written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Frames {
-    Apng,
-    Gif,
-    Folder,
-}
-
-impl Frames {
-    fn of(path: &Path) -> Self {
-        let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
-        match extension.as_str() {
-            "gif" => Self::Gif,
-            "png" | "apng" => Self::Apng,
-            _ if output::is_stream(path) => Self::Apng,
-            _ => Self::Folder,
-        }
-    }
-}
-
-/// Refuses a folder named like a picture.
-fn refuse_picture_name(path: &Path) -> Result<()> {
-    if PictureFormat::from_path(path).is_err() {
-        return Ok(());
-    }
-    let message = "a sweep is written as one animation, .png or .gif, or as a folder of pictures: name it so";
-    Err(Error::usage(message).at(path))
-}
-
 fn run_sweep(args: &Args, directions: &[Directions], context: &Context) -> Result<Report> {
-    let frames = Frames::of(&args.output);
-    let read = || {
-        let field = args.evaluated.texture(&args.file, &context.job)?;
-        check_view(args, &field).map(|()| field)
-    };
-    let (field, written) = if frames == Frames::Folder {
-        refuse_picture_name(&args.output)?;
-        refuse_rate(args, "a folder of pictures")?;
-        let folder = Folder::stage(&args.output, &[&args.file], context)?;
-        let field = read()?;
-        let written = write_folder(folder, &field, directions, context)?;
-        (field, written)
-    } else {
-        let mut outputs = Outputs::new(context);
-        outputs.file(&args.output, &[&args.file])?;
-        let field = read()?;
-        outputs.write(&args.output, animation(args, frames, &field, directions, context)?)?;
-        (field, outputs.commit()?)
-    };
+    let film = Film::claim(&args.output, &[&args.file], &args.film, context)?;
+    let field = args.evaluated.texture(&args.file, &context.job)?;
+    check_view(args, &field)?;
+    let shape =
+        FilmShape { frames: directions.len(), size: field.size(), channels: field.layout().channels() };
+    let written = film.write(shape, context, |i| Ok(relight(&field, directions[i])))?;
     let arrays = |of: fn(&Directions) -> Direction| -> Vec<[f64; 3]> {
         directions.iter().map(|pair| of(pair).to_array()).collect()
     };
@@ -304,47 +259,4 @@ fn run_sweep(args: &Args, directions: &[Directions], context: &Context) -> Resul
         "views": arrays(|pair| pair.view),
     });
     Ok(Report::new(text, json).with_outputs(written))
-}
-
-/// Numbered PNG files, one after another in memory.
-fn write_folder(
-    folder: Folder,
-    field: &ReflectanceField,
-    directions: &[Directions],
-    context: &Context,
-) -> Result<Vec<PathBuf>> {
-    context.job.start("relighting", directions.len() as u64);
-    for (i, &pair) in directions.iter().enumerate() {
-        let bytes =
-            encode_picture_with(&relight(field, pair), PictureFormat::Png(Depth::Eight), &context.job)?;
-        folder.add(format!("{i:04}.png"), &bytes)?;
-        context.job.advance(1)?;
-    }
-    folder.commit()
-}
-
-fn animation(
-    args: &Args,
-    frames: Frames,
-    field: &ReflectanceField,
-    directions: &[Directions],
-    context: &Context,
-) -> Result<Vec<u8>> {
-    let (size, channels) = (field.size(), field.layout().channels());
-    let bytes = 4 * (channels * directions.len()) as u64;
-    let pictures = Footprint::of_texels(size, bytes, bytes);
-    let written = match frames {
-        Frames::Gif => encode::gif_footprint(size, channels, directions.len()),
-        Frames::Apng | Frames::Folder => encode::footprint(size, channels, directions.len()),
-    };
-    context.job.check_bytes("the animation", pictures.then(written).peak)?;
-    let _held = context.job.hold("the pictures of the animation", pictures.kept)?;
-    let picture = |&pair: &Directions| context.job.proceed().map(|()| relight(field, pair));
-    let pictures: Vec<Picture> = directions.iter().map(picture).collect::<Result<_>>()?;
-    let bytes = match frames {
-        Frames::Gif => encode::encode_gif_with(&pictures, args.fps.unwrap_or(FPS), &context.job),
-        Frames::Apng => encode::encode_apng_with(&pictures, args.fps.unwrap_or(FPS), &context.job),
-        Frames::Folder => Err(Error::usage("a folder is no animation")),
-    };
-    bytes.map_err(|e| e.at(&args.output))
 }

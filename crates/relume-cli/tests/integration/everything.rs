@@ -14,7 +14,7 @@ use serde_json::Value;
 use crate::support::{write_grey, write_material};
 
 /// All verbs; `@name` is a file or folder of that name.
-const COMMANDS: [&str; 52] = [
+const COMMANDS: [&str; 53] = [
     "capture sponge -o @c --size 48 --lights 9",
     "capture --height @mask.png --albedo @a.png -o @maps --lights 3",
     "capture --height @mask.png --albedo @a.png --metallic @a.png -o @btf --views 2",
@@ -51,6 +51,7 @@ const COMMANDS: [&str; 52] = [
     "relight @f.ptm --sweep orbit:3 -o @sweep.gif",
     "render @f.ptm -o @x.png --size 24 --mesh @quad.obj --height @h.exr --bump 1x",
     "render @f.ptm -o @xe.png --size 24 --env sky",
+    "render @f.ptm -o @turn --size 24 --samples 1 --turntable 3",
     "render @f.ptm -o @xs.png --size 24 --samples 1 --env @env.hdr --env-samples=8 --light 0,0,1",
     "height @f.ptm -o @h.exr --force",
     "height @c -o @hc.exr --normals @hn.png",

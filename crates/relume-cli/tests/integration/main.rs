@@ -11,6 +11,7 @@ mod everything;
 mod extremes;
 mod faults;
 mod fill;
+mod films;
 mod fit;
 mod gallery;
 mod gonioreflectometer;

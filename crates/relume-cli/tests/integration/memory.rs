@@ -137,6 +137,7 @@ const COMMANDS: &[&str] = &[
     "relight functions.ptm --sweep orbit:6 -o out.gif",
     "relight functions.ptm --sweep orbit:3 -o out",
     "render functions.ptm --mesh sphere --size 512 --samples 1 -o out.png",
+    "render functions.ptm --mesh sphere --size 128 --samples 1 --turntable 3 -o out.gif",
     "relight functions.ptm --env maps/albedo.png -o out.hdr",
     "render functions.ptm --size 256 --samples 1 --env maps/albedo.png -o out.png",
     "render functions.ptm --size 64 --samples 1 --env maps/albedo.png --env-samples=8 -o out.png",

@@ -79,6 +79,7 @@ fn every_long_verb_is_interrupted_within_a_second_and_leaves_nothing() {
         "render f.ptm -o new/o.png --size 3000 --samples 16",
         "height c -o new/o.exr --method shape-from-shading --rounds 10000",
         "relight f.ptm --sweep orbit:4000 -o out",
+        "render f.ptm --turntable 4000 -o out",
     ];
     for (number, command) in commands.iter().enumerate() {
         let command: Vec<&str> = command.split(' ').collect();

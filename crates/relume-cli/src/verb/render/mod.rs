@@ -1,5 +1,6 @@
 //! `relume render`: a texture on an object.
 
+mod motion;
 mod relief;
 
 use std::path::{Path, PathBuf};
@@ -8,11 +9,12 @@ use relume::format::{Depth, PictureFormat, encode_picture_with, read_mesh};
 use relume::render::{
     self, Camera, CastShadows, Light, Mesh, MeshRelief, Primitive, RenderOptions, Specular, TexelShading,
 };
-use relume::{Direction, Footprint, Result, Size, Space, surface};
+use relume::{Direction, Footprint, Job, Picture, Result, Size, Space, surface};
 use serde_json::json;
 
 use crate::context::Context;
 use crate::evaluated::Texture;
+use crate::film::{Film, FilmShape};
 use crate::output::Outputs;
 use crate::report::Report;
 use crate::{args, environment, evaluated, output, paths};
@@ -23,7 +25,8 @@ use crate::{args, environment, evaluated, output, paths};
                         relume render wool.ptm --mesh sphere --light 1,0.4,0.3 --plain -o photograph.png\n  \
                         relume render wool.ptm --height wool.exr --displace 1x --mesh torus -o relief.png\n  \
                         relume render wool.ptm --env studio.hdr --env-rotate 90 -o studio.png\n  \
-                        relume render wool.ptm --env sky --mesh cloth --camera 20,25 -o outdoors.png")]
+                        relume render wool.ptm --env sky --mesh cloth --camera 20,25 -o outdoors.png\n  \
+                        relume render wool.ptm --mesh torus --turntable 60 --size 400x400 -o wool.mp4")]
 pub struct Args {
     /// A .ptm, an .exr field, a picture, or a .rlm model; - is standard input
     file: PathBuf,
@@ -34,7 +37,8 @@ pub struct Args {
     /// @R,G,B for its strength or colour; may be repeated [default: -1,1,1, and none beside an environment]
     #[arg(long, value_name = "X,Y,Z[@I]", value_parser = light, allow_hyphen_values = true)]
     light: Vec<Light>,
-    /// The picture to write (.png, .jpg, .tif, .exr, .pfm, .hdr); - is standard output, as PNG
+    /// The picture to write (.png, .jpg, .tif, .exr, .pfm, .hdr); of a turntable or a sweep .png or .gif is an animation, .mp4 a film
+    /// (by ffmpeg), and any other name a folder of numbered PNG files; - is standard output, as PNG
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
     /// Size of the picture in pixels
@@ -72,6 +76,8 @@ pub struct Args {
     /// Leave out the shadows that the object casts on itself
     #[arg(long)]
     no_cast_shadows: bool,
+    #[command(flatten)]
+    motion: motion::MotionArgs,
     #[command(flatten)]
     environment: environment::SceneArgs,
     #[command(flatten)]
@@ -122,11 +128,6 @@ fn color(text: &str) -> Result<[f32; 3], String> {
 
 /// Reads texture and mesh, renders, writes.
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
-    let format = if output::is_stream(&args.output) {
-        PictureFormat::Png(Depth::Eight)
-    } else {
-        PictureFormat::from_path(&args.output)?
-    };
     let primitive = args.mesh.to_str().and_then(Primitive::from_name);
     let mut options = options(args, primitive);
     if !args.environment.is_given() {
@@ -134,8 +135,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     }
     let more = args.relief.file().into_iter().chain(args.environment.file());
     let inputs: Vec<&Path> = [&*args.file, &*args.mesh].into_iter().chain(more).collect();
-    let mut outputs = Outputs::new(context);
-    outputs.file(&args.output, &inputs)?;
+    let place = RenderOutput::claim(args, &inputs, context)?;
     let job = &context.job;
     let object = if primitive.is_none() { Some(read_mesh(&args.mesh, job)?) } else { None };
     options.environment = args.environment.read(job)?;
@@ -144,8 +144,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     if args.tiling.is_none() {
         options.tiling = as_large(options.tiling, source, field.size());
     }
-    let pixels = Footprint::of_texels(args.size, 12, 12).then(format.footprint(args.size, 3));
-    job.check_bytes("the picture and its file", pixels.peak)?;
+    place.check_memory(args, job)?;
     let mesh = object.unwrap_or_else(|| {
         let [across, down] = options.tiling;
         let (width, height) = (field.size().width as f64, field.size().height as f64);
@@ -158,9 +157,59 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let normals = normals.as_ref();
     let (relief, fitted) = relief.map_or((None, None), |(relief, fitted)| (Some(relief), fitted));
     let relief = relief.as_ref();
-    let picture = render::render_relief(&field, normals, relief, &mesh, &options, job)?;
-    outputs.write(&args.output, encode_picture_with(&picture, format, job)?)?;
-    Ok(report(args, &mesh, &options, relief).with_outputs(outputs.commit()?).with_warnings(fitted))
+    let written = place.write(args, context, |frame| {
+        let options = args.motion.at(frame, args, &options);
+        render::render_relief(&field, normals, relief, &mesh, &options, job)
+    })?;
+    Ok(report(args, &mesh, &options, relief).with_outputs(written).with_warnings(fitted))
+}
+
+/// Where the picture or the film goes.
+enum RenderOutput<'a> {
+    Still(PictureFormat, Outputs),
+    Film(Film<'a>),
+}
+
+impl<'a> RenderOutput<'a> {
+    fn claim(args: &'a Args, inputs: &[&Path], context: &Context) -> Result<Self> {
+        if args.motion.frames().is_some() {
+            return Film::claim(&args.output, inputs, args.motion.film(), context).map(Self::Film);
+        }
+        args.motion.refuse_rate()?;
+        let format = if output::is_stream(&args.output) {
+            PictureFormat::Png(Depth::Eight)
+        } else {
+            PictureFormat::from_path(&args.output)?
+        };
+        let mut outputs = Outputs::new(context);
+        outputs.file(&args.output, inputs)?;
+        Ok(Self::Still(format, outputs))
+    }
+
+    fn check_memory(&self, args: &Args, job: &Job) -> Result<()> {
+        let Self::Still(format, _) = self else { return Ok(()) };
+        let pixels = Footprint::of_texels(args.size, 12, 12).then(format.footprint(args.size, 3));
+        job.check_bytes("the picture and its file", pixels.peak)
+    }
+
+    /// Makes and writes the frames, of which a picture has one.
+    fn write(
+        self,
+        args: &Args,
+        context: &Context,
+        mut make: impl FnMut(usize) -> Result<Picture>,
+    ) -> Result<Vec<PathBuf>> {
+        match self {
+            Self::Still(format, mut outputs) => {
+                outputs.write(&args.output, encode_picture_with(&make(0)?, format, &context.job)?)?;
+                outputs.commit()
+            }
+            Self::Film(film) => {
+                let frames = args.motion.frames().expect("a film has frames");
+                film.write(FilmShape { frames, size: args.size, channels: 3 }, context, make)
+            }
+        }
+    }
 }
 
 /// The tiling that shows the features of a model's tile as large as `tiling` shows those of its source,
@@ -182,6 +231,11 @@ fn lights(args: &Args) -> Vec<Light> {
     vec![Light { direction, color: [1.0; 3] }]
 }
 
+/// Lights in the frame of the picture, as the object sees them.
+fn in_world(camera: &Camera, lights: &[Light]) -> Vec<Light> {
+    lights.iter().map(|light| Light { direction: camera.to_world(light.direction), ..*light }).collect()
+}
+
 fn options(args: &Args, primitive: Option<Primitive>) -> RenderOptions {
     let field_of_view_rad = args.fov.to_radians();
     let distance = args.camera.distance_radii;
@@ -191,12 +245,11 @@ fn options(args: &Args, primitive: Option<Primitive>) -> RenderOptions {
         distance_radii: distance.unwrap_or_else(|| Camera::distance_to_fit(field_of_view_rad, args.size)),
         field_of_view_rad,
     };
-    let in_world = |light: &Light| Light { direction: camera.to_world(light.direction), ..*light };
     RenderOptions {
         size: args.size,
         samples: args.samples,
         camera,
-        lights: lights(args).iter().map(in_world).collect(),
+        lights: in_world(&camera, &lights(args)),
         environment: None,
         tiling: args.tiling.unwrap_or(primitive.map_or([1.0; 2], Primitive::default_tiling)),
         background: args.background,
@@ -215,8 +268,9 @@ fn report(args: &Args, mesh: &Mesh, options: &RenderOptions, relief: Option<&Mes
         .map(|light| json!({ "direction": light.direction.to_array(), "color": light.color }))
         .collect();
     let text = format!(
-        "{}: {}, {} triangles, {} lights{}",
+        "{}: {}{}, {} triangles, {} lights{}",
         args.output.display(),
+        args.motion.frames().map_or_else(String::new, |n| format!("{n} pictures, ")),
         args.size,
         mesh.triangles().len(),
         lights.len(),
@@ -230,6 +284,7 @@ fn report(args: &Args, mesh: &Mesh, options: &RenderOptions, relief: Option<&Mes
         "tiling": options.tiling,
         "shading": if args.plain.is_some() { "plain" } else { "reflectance" },
         "lights": lights,
+        "frames": args.motion.frames(),
         "environment": args.environment.described(),
         "displacement_factor": relief.map(|r| r.displacement),
         "bump_factor": relief.map(|r| r.bump),

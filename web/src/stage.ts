@@ -124,7 +124,8 @@ export class Stage {
 
   private prepareSolid(state: ViewState, { texture, material }: Placed, width: number, height: number): void {
     const tiling = tilingOf(state, texture);
-    if (texture.endless) this.cover(texture, 0, 0, ...tiling);
+    // The upper edge of the object is the upper edge of its last repetition, and those below follow.
+    if (texture.endless) this.cover(texture, 0, 1 - tiling[1], ...tiling);
     material.setOrigin(texture, 0, 0);
     const aspect = (tiling[0] * texture.width) / (tiling[1] * texture.height);
     this.reshape(state.object, aspect);

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::io::Cursor;
 
 use super::ExrDepth;
-use super::blocks::{Head, sample_bytes};
+use super::blocks::{Head, write_samples};
 use super::codec::write_blocks;
 use super::count_clipped;
 use crate::error::{Error, Result};
@@ -42,7 +42,7 @@ pub(super) fn encode(
     let width = planes.size().width;
     let mut rows = |channel: usize, _: usize, y: usize, row: &mut [u8]| {
         job.proceed()?;
-        row.copy_from_slice(&sample_bytes(&planes.plane(order[channel])[y * width..][..width], depth));
+        write_samples(&planes.plane(order[channel])[y * width..][..width], depth, row);
         Ok(())
     };
     let footprint = depth.footprint(planes.size(), planes.count() as u64);

@@ -12,6 +12,8 @@ mod channels;
 mod clustered;
 mod container;
 mod field;
+#[cfg(feature = "exr")]
+mod huffman;
 mod learned;
 mod numbers;
 mod picture;
@@ -20,6 +22,8 @@ mod reading;
 mod tiles;
 #[cfg(feature = "exr")]
 mod writing;
+#[cfg(feature = "exr")]
+mod zip;
 
 /// What decodes and encodes.
 mod codec {
@@ -32,7 +36,7 @@ mod codec {
     };
 }
 
-pub(super) use blocks::{Head, ROWS, sample_bytes};
+pub(super) use blocks::{Head, ROWS, write_samples};
 pub(super) use codec::{head, write_blocks};
 pub(super) use field::{ExrField, decode_field, decode_picture, encode_field, field_head, is_field};
 pub(super) use picture::encode_picture;

@@ -3,8 +3,11 @@
 
 use std::io::{BufWriter, Read, Seek, SeekFrom, Write};
 
-use ::exr::block::writer::{ChunkWriter, ChunksWriter, ParallelBlocksCompressor, write_chunks_with};
-use ::exr::block::{BlockIndex, UncompressedBlock};
+use ::exr::block::BlockIndex;
+use ::exr::block::chunk::{
+    Chunk, CompressedBlock, CompressedScanLineBlock, CompressedTileBlock, TileCoordinates,
+};
+use ::exr::block::writer::{ChunkWriter, ChunksWriter, write_chunks_with};
 use ::exr::error::UnitResult;
 use ::exr::math::RoundingMode;
 use ::exr::meta::attribute::{ChannelDescription, LevelMode, TileDescription};
@@ -12,14 +15,17 @@ use ::exr::meta::header::Header;
 use ::exr::meta::{BlockDescription, MetaData};
 use ::exr::prelude::{AttributeValue, Compression, LayerAttributes, LineOrder, SampleType, Text, Vec2};
 
+use rayon::prelude::*;
+
 use super::blocks::Head;
+use super::zip::zip;
 use super::{ExrDepth, attributes};
 use crate::error::{Error, Result};
 use crate::format::rows::Rows;
 use crate::size::Size;
 
-/// Writes a file of `size` texels. `rows(channel, x, y, row)` copies the bytes of samples from
-/// column `x` of row `y` on.
+/// Writes a file of `size` texels. `rows(channel, x, y, row)` copies the bytes of samples, the lowest
+/// first, from column `x` of row `y` on.
 pub(in crate::format) fn write_blocks(
     head: &Head<'_>,
     size: Size,
@@ -29,7 +35,7 @@ pub(in crate::format) fn write_blocks(
     let header = header(head, size)?;
     let channels = head.names.len();
     let mut failure = None;
-    let mut block = |index: BlockIndex| -> ::exr::error::Result<UncompressedBlock> {
+    let mut block = |index: &BlockIndex| -> ::exr::error::Result<Vec<u8>> {
         let (Vec2(x, y), Vec2(width, height)) = (index.pixel_position, index.pixel_size);
         let line = width * head.depth.bytes();
         let mut data = vec![0; height * channels * line];
@@ -40,25 +46,18 @@ pub(in crate::format) fn write_blocks(
                 ::exr::error::Error::Aborted
             })?;
         }
-        Ok(UncompressedBlock { index, data })
+        Ok(data)
     };
     let write = |meta: MetaData, chunks: &mut ChunkWriter<_>| -> UnitResult {
         let places: Vec<_> = ::exr::block::enumerate_ordered_header_block_indices(&meta.headers).collect();
-        // The compressor has a pool of its own, which is to be no larger than that of the program.
-        let threads = rayon::current_num_threads();
-        let pool = || rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        let parallel = if threads > 1 {
-            ParallelBlocksCompressor::new_with_thread_pool(&meta, chunks, pool)
-        } else {
-            None
-        };
-        if let Some(mut compressor) = parallel {
-            return places
-                .into_iter()
-                .try_for_each(|(at, index)| compressor.add_block_to_compression_queue(at, block(index)?));
+        for places in places.chunks(rayon::current_num_threads()) {
+            let blocks: Vec<_> = places.iter().map(|(_, index)| block(index)).collect::<Result<_, _>>()?;
+            let zipped: Vec<Vec<u8>> = blocks.into_par_iter().map(zip).collect();
+            for ((at, index), bytes) in places.iter().zip(zipped) {
+                chunks.write_chunk(*at, chunk(&meta.headers[0], index, bytes))?;
+            }
         }
-        let mut compressor = chunks.sequential_blocks_compressor(&meta);
-        places.into_iter().try_for_each(|(at, index)| compressor.compress_block(at, block(index)?))
+        Ok(())
     };
     let written = write_chunks_with(BufWriter::new(&mut out), std::iter::once(header).collect(), true, write);
     written.map_err(|error| {
@@ -68,6 +67,24 @@ pub(in crate::format) fn write_blocks(
         })
     })?;
     sort_attributes(&mut out, &head.texts).map_err(|e| Error::io("cannot write the EXR file", &e))
+}
+
+/// A compressed block at its place.
+fn chunk(header: &Header, index: &BlockIndex, compressed_pixels_le: Vec<u8>) -> Chunk {
+    let compressed_block = match header.blocks {
+        BlockDescription::ScanLines => CompressedBlock::ScanLine(CompressedScanLineBlock {
+            y_coordinate: i32::try_from(index.pixel_position.y()).expect("a row that the header allows"),
+            compressed_pixels_le,
+        }),
+        BlockDescription::Tiles(_) => CompressedBlock::Tile(CompressedTileBlock {
+            coordinates: TileCoordinates {
+                tile_index: index.pixel_position / header.max_block_pixel_size(),
+                level_index: index.level,
+            },
+            compressed_pixels_le,
+        }),
+    };
+    Chunk { layer_index: index.layer, compressed_block }
 }
 
 fn header(head: &Head<'_>, size: Size) -> Result<Header> {

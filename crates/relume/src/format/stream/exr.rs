@@ -13,7 +13,9 @@ pub(super) fn lanes(field: &ReflectanceField, depth: ExrDepth) -> Result<(Vec<La
     let mut order: Vec<usize> = (0..names.len()).collect();
     order.sort_by(|&a, &b| names[a].cmp(&names[b]));
     let lane = |&k: &usize| {
-        let data = exr::sample_bytes(field.coefficients().plane(k), depth);
+        let plane = field.coefficients().plane(k);
+        let mut data = vec![0; plane.len() * depth.bytes()];
+        exr::write_samples(plane, depth, &mut data);
         Lane { bytes_per_texel: depth.bytes(), data }
     };
     let lanes = order.iter().map(lane).collect();

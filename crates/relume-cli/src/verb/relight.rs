@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use relume::direction::Directions;
 use relume::format::{Depth, PictureFormat, encode_normals, encode_picture_with};
-use relume::render::{Sweep, relight, relight_under};
+use relume::render::{Relighter, Sweep, relight_under};
 use relume::surface::NormalDoubt;
 use relume::workflow::{Btf, Missing};
 use relume::{Direction, Error, Footprint, Job, ReflectanceField, Result, surface};
@@ -96,7 +96,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let (bytes, what) = match (args.what.light, y) {
         _ if args.what.env.is_some() => (under_environment(args, &field, format, job)?, "picture".to_owned()),
         (Some(light), _) => {
-            let picture = relight(&field, Directions { light, view });
+            let picture = Relighter::new(&field, job)?.relight(Directions { light, view });
             (encode_picture_with(&picture, format, job)?, "picture".to_owned())
         }
         (None, Some(y)) => {
@@ -246,7 +246,8 @@ fn run_sweep(args: &Args, directions: &[Directions], context: &Context) -> Resul
     check_view(args, &field)?;
     let shape =
         FilmShape { frames: directions.len(), size: field.size(), channels: field.layout().channels() };
-    let written = film.write(shape, context, |i| Ok(relight(&field, directions[i])))?;
+    let relighter = Relighter::new(&field, &context.job)?;
+    let written = film.write(shape, context, |i| Ok(relighter.relight(directions[i])))?;
     let arrays = |of: fn(&Directions) -> Direction| -> Vec<[f64; 3]> {
         directions.iter().map(|pair| of(pair).to_array()).collect()
     };

@@ -116,7 +116,7 @@ fn photographs_themselves_are_interpolated_and_tested_under_other_lights() {
     let (folder, other) = (dome(30), dome(17));
     let path = folder.path();
     let list = other.path().join("lights.lp");
-    for (basis, least_db) in [("rbf", 40.0), ("tabulated", 25.0)] {
+    for (basis, least_db) in [("rbf", 40.0), ("tabulated", 25.0), ("shapes", 25.0)] {
         let command = ["fit", ".", "-o", "b.exr", "--basis", basis, "--test", list.to_str().unwrap()];
         let result = json(path, &[&command[..], &["--leave-one-out", "--force"]].concat());
         assert_eq!((&result["basis"], &result["color"]), (&basis.into(), &"luminance".into()));

@@ -11,6 +11,7 @@ mod index;
 mod layout;
 pub mod lrgb;
 pub mod refit;
+mod shapes;
 
 pub use basis::{
     Bands, Basis, Domain, Gram, Interpolated, Interpolation, Learned, PackedFunctions, PolynomialDegree,
@@ -20,6 +21,7 @@ pub(crate) use clustered::clustered_example;
 pub use clustered::{ClusterSpaces, ClusteredField, MOST_CLUSTERS};
 pub use index::{IndexSpace, Metric};
 pub use layout::{PlaneLayout, PlaneRole};
+pub use shapes::Shapes;
 
 use crate::direction::{Direction, Directions};
 use crate::error::{Error, Result};

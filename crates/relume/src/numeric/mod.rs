@@ -21,6 +21,7 @@ pub mod pyramid;
 pub mod quadrature;
 pub mod random;
 pub mod range_coder;
+pub mod signed_distance;
 pub mod small;
 pub mod summed_area;
 pub mod wavelet;

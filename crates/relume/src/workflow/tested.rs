@@ -13,7 +13,7 @@ use crate::field::ReflectanceField;
 use crate::job::Job;
 use crate::numeric::decibel::psnr_db;
 use crate::raster::{LoadRaster, Raster, Samples};
-use crate::render::relight_srgb8;
+use crate::render::Relighter;
 use crate::space::Space;
 
 /// How a texture does under lights that were not fitted.
@@ -57,6 +57,7 @@ pub fn test(
     }
     let bytes = 3 * field.size().texels();
     job.check_bytes("the relit picture and the photograph", 3 * bytes as u64)?;
+    let relighter = Relighter::new(field, job)?;
     let mut relit = vec![0u8; bytes];
     let mut lights = Vec::with_capacity(photographs.len());
     for (i, (name, pair)) in photographs.iter().enumerate() {
@@ -69,7 +70,7 @@ pub fn test(
                 field.size()
             )));
         }
-        relight_srgb8(field, *pair, &mut relit);
+        relighter.relight_srgb8(*pair, &mut relit);
         let mean = mean_square(&relit, &codes(&photograph));
         lights.push(TestedLight {
             name: name.clone(),

@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use relume::direction::Direction;
-use relume::field::{Basis, PlaneLayout};
+use relume::field::{Basis, Interpolation, PlaneLayout};
 use relume::fit::{self, FitOptions, FitReport, Robust};
 use relume::format::{FieldFormat, encode_field};
-use relume::{Footprint, RasterSequence, ReflectanceField, Result, Space};
+use relume::{Error, Footprint, RasterSequence, ReflectanceField, Result, Space};
 use serde_json::json;
 
 use super::input::Inputs;
@@ -24,13 +24,21 @@ pub(super) fn run(
     mut outputs: Outputs,
     context: &Context,
 ) -> Result<Report> {
+    let has_shapes = basis.name() == Interpolation::Shapes.name();
+    if has_shapes && args.color == Some(PlaneLayout::LRGB) {
+        return Err(Error::usage("shapes of shadows are those of each channel: leave out --color lrgb"));
+    }
     let is_compact = basis == Basis::Ptm || basis == Basis::HSH9;
     let layout = if is_compact { PlaneLayout::LRGB } else { PlaneLayout::RGB };
     let robust = args.robust.unwrap_or_default();
     let options = FitOptions {
         basis,
         layout: args.color.clone().unwrap_or(layout),
-        space: args.space.unwrap_or(if format.is_encoded() { Space::Srgb } else { Space::Linear }),
+        space: args.space.unwrap_or(if format.is_encoded() || has_shapes {
+            Space::Srgb
+        } else {
+            Space::Linear
+        }),
         report_texels: args.report_texels,
         leave_one_out: args.leave_one_out || (args.report.is_some() && robust == Robust::None),
         ridge: args.ridge.unwrap_or_default(),

@@ -41,8 +41,9 @@ pub struct Args {
     output: PathBuf,
     /// The basis functions. Polynomials of the light: linear, ptm (six terms), cubic, quartic, zernike (degree 5);
     /// hemispherical harmonics (hsh, as in RTI files) and spherical harmonics (sh) with so many functions; the photographs
-    /// themselves, interpolated between their lights by radial basis functions (rbf) or in triangles (tabulated); or
-    /// functions learned from the photographs (learned) [default: ptm; learned for textures of light and view]
+    /// themselves, interpolated between their lights by radial basis functions (rbf), in triangles (tabulated), or by radial basis functions
+    /// with boundaries of shadows and highlights that move between the lights (shapes); or functions learned from the
+    /// photographs (learned) [default: ptm; learned for textures of light and view]
     #[arg(long, value_parser = basis())]
     basis: Option<BasisChoice>,
     /// The number of learned functions, which is that of the numbers of a texel [default: 32]
@@ -74,7 +75,7 @@ pub struct Args {
     /// photographs [default: lrgb for ptm and hsh9, rgb for others]
     #[arg(long, value_parser = args::color())]
     color: Option<PlaneLayout>,
-    /// Fit sRGB-encoded values (srgb) or values proportional to light (linear) [default: srgb for .ptm and learned
+    /// Fit sRGB-encoded values (srgb) or values proportional to light (linear) [default: srgb for .ptm, shapes and learned
     /// functions, linear for others in an .exr and for .btf]
     #[arg(long, value_parser = args::named::<Space>())]
     space: Option<Space>,

@@ -1,5 +1,5 @@
 //! The photographs themselves as coefficients: function i is 1 at the light of photograph i and 0 at all others, and
-//! between the lights follows one of two rules of interpolation.
+//! between the lights follows one of three rules of interpolation.
 //!
 //! - `rbf`: radial basis functions over the lights with a polynomial of first degree in the three components of the
 //!   direction. The kernel is the thin plate spline r² ln r of the distance r of unit vectors (Duchon, "Splines minimizing
@@ -9,6 +9,8 @@
 //!   not tell the terms of the polynomial apart, as on one ring, the dependent ones are left out.
 //! - `tabulated`: barycentric in the triangles of a Delaunay triangulation of the lights, constant beyond the
 //!   outermost ([`crate::numeric::between`]).
+//! - `shapes`: as `rbf`, and what its sum loses at the boundaries of shadows and highlights is added by
+//!   [`crate::field::Shapes`].
 //!
 //! A texel has as many numbers as there are photographs, times channels. Inner products are sums over a fixed set of
 //! directions ([`NODES`]): those of the quadrature by which polynomials of degree 63 in the height of the light would be
@@ -42,6 +44,9 @@ pub enum Interpolation {
     RadialBasis,
     /// Triangles between lights.
     Triangles,
+    /// The functions of [`Interpolation::RadialBasis`], and boundaries of shadows and highlights that move between the
+    /// lights, which [`crate::field::Shapes`] adds.
+    Shapes,
 }
 
 /// One function for each light. Copies share the table.
@@ -51,6 +56,7 @@ pub struct Interpolated(Arc<LightTable>);
 #[derive(Debug)]
 struct LightTable {
     lights: Vec<Direction>,
+    interpolation: Interpolation,
     rule: Rule,
 }
 
@@ -72,13 +78,14 @@ pub(super) struct RadialBasis {
 
 impl Interpolation {
     /// All members.
-    pub const ALL: [Self; 2] = [Self::RadialBasis, Self::Triangles];
+    pub const ALL: [Self; 3] = [Self::RadialBasis, Self::Triangles, Self::Shapes];
 
     /// The name of the basis.
     pub fn name(self) -> &'static str {
         match self {
             Self::RadialBasis => "rbf",
             Self::Triangles => "tabulated",
+            Self::Shapes => "shapes",
         }
     }
 }
@@ -94,13 +101,15 @@ impl Interpolated {
         }
         check_distinct(lights)?;
         let rule = match interpolation {
-            Interpolation::RadialBasis => Rule::RadialBasis(RadialBasis::new(lights)?),
+            Interpolation::RadialBasis | Interpolation::Shapes => {
+                Rule::RadialBasis(RadialBasis::new(lights)?)
+            }
             Interpolation::Triangles => {
                 let pairs: Vec<Directions> = lights.iter().map(|&light| light.into()).collect();
                 Rule::Triangles(Between::new(&pairs))
             }
         };
-        Ok(Self(Arc::new(LightTable { lights: lights.to_vec(), rule })))
+        Ok(Self(Arc::new(LightTable { lights: lights.to_vec(), interpolation, rule })))
     }
 
     /// The lights, one for each function.
@@ -110,10 +119,7 @@ impl Interpolated {
 
     /// How functions are interpolated between lights.
     pub fn interpolation(&self) -> Interpolation {
-        match self.0.rule {
-            Rule::RadialBasis(_) => Interpolation::RadialBasis,
-            Rule::Triangles(_) => Interpolation::Triangles,
-        }
+        self.0.interpolation
     }
 
     /// The same without light `i`, unless there is no other.

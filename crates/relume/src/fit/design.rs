@@ -111,6 +111,11 @@ impl Design {
         remaining.with_ridge(&penalty.roughness, weight).ok()
     }
 
+    /// The functions.
+    pub fn basis(&self) -> &Basis {
+        &self.basis
+    }
+
     /// The number of lights.
     pub fn lights(&self) -> usize {
         self.lights.len()

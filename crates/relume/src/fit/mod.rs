@@ -46,8 +46,9 @@ use crate::direction::Direction;
 use crate::error::{Error, Result};
 use crate::field::{Basis, PlaneLayout, ReflectanceField};
 use crate::job::Job;
+use crate::lamps::LampPositions;
 use crate::planes::Planes;
-use crate::raster::{LoadRaster, Raster};
+use crate::raster::{LoadRaster, Raster, Samples};
 use crate::space::Space;
 use accumulate::accumulate;
 use design::Design;
@@ -75,6 +76,10 @@ pub struct FitOptions {
     pub ridge: Ridge,
     /// Which photographs count at a texel. All are in memory unless all count.
     pub robust: Robust,
+    /// The places of near lamps over the texels, whose light comes from its own direction at each texel; their fall-off
+    /// is undone in the photographs. All photographs are in memory then.
+    #[serde(skip)]
+    pub lamps: Option<LampPositions>,
 }
 
 impl Default for FitOptions {
@@ -87,6 +92,7 @@ impl Default for FitOptions {
             leave_one_out: false,
             ridge: Ridge::None,
             robust: Robust::None,
+            lamps: None,
         }
     }
 }
@@ -109,6 +115,17 @@ impl FitOptions {
                 self.basis.name()
             )));
         }
+        if self.lamps.is_some() && matches!(self.basis, Basis::Interpolated(_)) {
+            return Err(Error::usage(
+                "photographs that are interpolated have one light each: fit polynomials or harmonics to those of near lamps",
+            ));
+        }
+        if self.leave_one_out && self.lamps.is_some() {
+            return Err(Error::usage(
+                "predictions of each photograph from the others are those of one light for all texels: ask for them \
+                 without near lamps",
+            ));
+        }
         if self.leave_one_out && self.robust != Robust::None {
             return Err(Error::usage(
                 "predictions of each photograph from the others are those of least squares: ask for them without a \
@@ -116,6 +133,11 @@ impl FitOptions {
             ));
         }
         Ok(())
+    }
+
+    /// Whether each texel is fitted by itself, to all photographs.
+    fn needs_all(&self) -> bool {
+        self.robust != Robust::None || self.lamps.is_some()
     }
 
     /// The layout for photographs with that many channels.
@@ -180,15 +202,17 @@ pub fn fit(
     let copies = if options.leave_one_out { 2 + rayon::current_num_threads() } else { 1 };
     job.check_bytes("the error report", 4 * (planes * grid.texels() * copies) as u64)?;
 
-    let all = if options.robust == Robust::None { 0 } else { stream.bytes() };
-    let _all = job.hold("all photographs, which a robust fit needs together,", all)?;
-    let SummedPhotographs { mut sums, kept, sampled, all } =
+    let all = if options.needs_all() { stream.bytes() } else { 0 };
+    let _all = job.hold("all photographs, which robust fits and near lamps need together,", all)?;
+    let SummedPhotographs { mut sums, kept, sampled, all, black } =
         sum_photographs(&stream, &design, &levels, &grid, options, job)?;
+    let in_the_dark = in_the_dark(&stream, &black)?;
     if let Some(ridged) = ridged(&design, options, &sampled, &levels)? {
         ridge::apply(&mut sums, stream.channels(), &design, &ridged);
         design = ridged;
     }
-    robust::refine(&mut sums, &all, options.robust, &design, &levels, job)?;
+    let rule = robust::TexelRule { robust: options.robust, lamps: options.lamps.as_ref() };
+    robust::refine(&mut sums, &all, rule, &design, &levels, job)?;
     let linear = options.leave_one_out.then(|| grid.planes(&sums));
     let coefficients = finish(sums, &layout, &design);
 
@@ -199,9 +223,11 @@ pub fn fit(
         levels: &levels,
         design: &design,
         robust: options.robust,
+        lamps: options.lamps.as_ref(),
         kept: &kept,
     };
-    let report = measured.report(&stream, &grid.planes(&coefficients), linear.as_ref(), job)?;
+    let mut report = measured.report(&stream, &grid.planes(&coefficients), linear.as_ref(), job)?;
+    report.warnings.extend(in_the_dark);
     let field = ReflectanceField::new(options.basis.clone(), layout, options.space, coefficients)?;
     Ok(Fit { field: field.with_lights(directions), report })
 }
@@ -214,8 +240,37 @@ struct SummedPhotographs {
     kept: Vec<Raster>,
     /// Those from which a ridge is chosen.
     sampled: Vec<Raster>,
-    /// The photographs, for a robust fit.
+    /// The photographs, where each texel is fitted by itself.
     all: Vec<Raster>,
+    /// The numbers of those that are black everywhere.
+    black: Vec<usize>,
+}
+
+/// Refuses photographs that are all black, and says which of them are.
+fn in_the_dark(stream: &PhotographStream, black: &[usize]) -> Result<Option<String>> {
+    let Some(first) = black.first() else { return Ok(None) };
+    if black.len() == stream.len() {
+        return Err(Error::invalid(format!(
+            "all {} photographs are black, from {} on: nothing is to be seen of a surface; check the exposure and the files",
+            black.len(),
+            stream.name(*first)
+        )));
+    }
+    let names: Vec<&str> = black.iter().take(6).map(|i| stream.name(*i)).collect();
+    Ok(Some(format!(
+        "{} of {} photographs are black, as if their lamps had not been lit: leave them out of the light file ({})",
+        black.len(),
+        stream.len(),
+        names.join(", ")
+    )))
+}
+
+fn is_black(photograph: &Raster) -> bool {
+    match photograph.samples() {
+        Samples::U8(samples) => samples.iter().all(|sample| *sample == 0),
+        Samples::U16(samples) => samples.iter().all(|sample| *sample == 0),
+        Samples::F32(samples) => samples.iter().all(|sample| *sample <= 0.0),
+    }
 }
 
 fn sum_photographs(
@@ -230,23 +285,24 @@ fn sum_photographs(
     let channels = stream.channels();
     // One constant function in three channels needs three planes, but four as luminance and colour.
     let planes = (functions * channels).max(functions + channels);
-    let (mut kept, mut sampled, mut all) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut kept, mut sampled, mut all, mut black) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let mut sums = Planes::zeros(stream.size(), planes);
     let sample = Grid::new(stream.size(), ridge::SAMPLE_TEXELS);
     stream.for_each_batch(job, |first, batch| {
         accumulate(&mut sums, design, first, batch, levels);
+        black.extend((first..).zip(batch).filter(|(_, one)| is_black(one)).map(|(i, _)| i));
         if grid.is_kept() {
             kept.extend(batch.iter().map(|photograph| grid.raster(photograph)));
         }
         if options.ridge == Ridge::LeaveOneOut {
             sampled.extend(batch.iter().map(|photograph| sample.raster(photograph)));
         }
-        if options.robust != Robust::None {
+        if options.needs_all() {
             all.extend_from_slice(batch);
         }
         job.advance(batch.len() as u64)
     })?;
-    Ok(SummedPhotographs { sums, kept, sampled, all })
+    Ok(SummedPhotographs { sums, kept, sampled, all, black })
 }
 
 /// The design with the ridge that was asked for.

@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::design::Design;
 use super::leave_one_out::coefficients_without;
 use super::levels::SampleLevels;
-use super::residual::squared_error;
+use super::residual::{Lamp, squared_error, squared_error_near};
 use super::robust::Robust;
 use super::sample::Grid;
 use super::stream::PhotographStream;
@@ -14,6 +14,7 @@ use crate::direction::Direction;
 use crate::error::Result;
 use crate::field::PlaneLayout;
 use crate::job::Job;
+use crate::lamps::LampPositions;
 use crate::numeric::decibel::psnr_db;
 use crate::planes::Planes;
 use crate::raster::Raster;
@@ -93,6 +94,8 @@ pub(super) struct FitMeasurement<'a> {
     pub levels: &'a SampleLevels,
     pub design: &'a Design,
     pub robust: Robust,
+    /// Lamps whose light has another direction at each texel.
+    pub lamps: Option<&'a LampPositions>,
     /// The texels of the grid in every photograph; empty where they are too many to keep.
     pub kept: &'a [Raster],
 }
@@ -156,8 +159,12 @@ impl FitMeasurement<'_> {
         let read = |i| Ok(self.grid.raster(&stream.read(i)?));
         let read = if self.kept.is_empty() { Some(read(i)?) } else { None };
         let photograph = read.as_ref().unwrap_or_else(|| &self.kept[i]);
-        let error = |planes: &Planes| {
-            squared_error(planes, self.layout, self.design.values(i), photograph, self.levels)
+        let error = |planes: &Planes| match self.lamps {
+            Some(lamps) => {
+                let lamp = Lamp { lamps, number: i, grid: self.grid, basis: self.design.basis() };
+                squared_error_near(planes, self.layout, &lamp, photograph, self.levels)
+            }
+            None => squared_error(planes, self.layout, self.design.values(i), photograph, self.levels),
         };
         let without =
             |linear| coefficients_without(i, photograph, linear, self.layout, self.design, self.levels);

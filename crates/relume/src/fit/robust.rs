@@ -1,4 +1,6 @@
-//! Robust fits: photographs that do not follow the functions at a texel, because of its shadows and highlights, count
+//! Fits of each texel by itself: robust ones, and those under near lamps, whose directions differ from texel to texel.
+//!
+//! In robust fits, photographs that do not follow the functions at a texel, because of its shadows and highlights, count
 //! less there or not at all.
 //!
 //! - *trimmed*: the darkest quarter and the brightest tenth of the photographs at a texel, by luminance, are left out
@@ -17,8 +19,10 @@ use rayon::prelude::*;
 use super::design::Design;
 use super::levels::SampleLevels;
 use super::products::BAND;
+use crate::direction::Direction;
 use crate::error::Result;
 use crate::job::Job;
+use crate::lamps::LampPositions;
 use crate::numeric::Matrix;
 use crate::planes::Planes;
 use crate::raster::Raster;
@@ -54,17 +58,25 @@ pub enum Robust {
 
 crate::names::named!(Robust { None => "none", Trimmed => "trimmed", Reweighted => "reweighted" });
 
+/// How the photographs of a texel are fitted.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct TexelRule<'a> {
+    pub robust: Robust,
+    /// Lamps whose light has another direction at each texel.
+    pub lamps: Option<&'a LampPositions>,
+}
+
 /// Replaces the coefficients of least squares: plane c n + k is function k of channel c.
 pub(super) fn refine(
     sums: &mut Planes,
     photographs: &[Raster],
-    rule: Robust,
+    rule: TexelRule<'_>,
     design: &Design,
     levels: &SampleLevels,
     job: &Job,
 ) -> Result<()> {
     let Some(channels) = photographs.first().map(Raster::channels) else { return Ok(()) };
-    let n = design.functions();
+    let (n, width) = (design.functions(), sums.size().width);
     let bands = sums.bands_mut(BAND).into_par_iter().enumerate();
     bands.try_for_each(|(b, mut band)| {
         job.proceed()?;
@@ -78,6 +90,7 @@ pub(super) fn refine(
         }
         let mut texel = TexelFit::new(design, rule, channels);
         for t in 0..texels {
+            texel.place((b * BAND + t) % width, (b * BAND + t) / width);
             texel.load(|i, channel| f64::from(values[(i * channels + channel) * texels + t]));
             let before = |c: usize, k: usize| f64::from(band[c * n + k][t]);
             if texel.solve(before) {
@@ -93,8 +106,10 @@ pub(super) fn refine(
 /// The weighted fit of one texel.
 struct TexelFit<'a> {
     design: &'a Design,
-    rule: Robust,
+    rule: TexelRule<'a>,
     channels: usize,
+    /// The values of the functions under each light here, where they differ from those of the design.
+    functions: Vec<f64>,
     /// Photograph after photograph, the channels together.
     values: Vec<f64>,
     weights: Vec<f64>,
@@ -104,16 +119,37 @@ struct TexelFit<'a> {
 }
 
 impl<'a> TexelFit<'a> {
-    fn new(design: &'a Design, rule: Robust, channels: usize) -> Self {
+    fn new(design: &'a Design, rule: TexelRule<'a>, channels: usize) -> Self {
         let lights = design.lights();
         Self {
             design,
             rule,
             channels,
+            functions: Vec::new(),
             values: vec![0.0; lights * channels],
             weights: vec![1.0; lights],
             coefficients: vec![0.0; channels * design.functions()],
             order: Vec::with_capacity(lights),
+        }
+    }
+
+    /// Takes the lights from their directions at a texel.
+    fn place(&mut self, x: usize, y: usize) {
+        let Some(lamps) = self.rule.lamps else { return };
+        let n = self.design.functions();
+        self.functions.resize(self.design.lights() * n, 0.0);
+        for (i, functions) in self.functions.chunks_exact_mut(n).enumerate() {
+            let [u, v, w] = lamps.at(i, x, y).0;
+            let light = Direction::new(u, v, w).expect("lamps are above the surface");
+            self.design.basis().weights_into(light.into(), functions);
+        }
+    }
+
+    /// The values of the functions under light `i` here.
+    fn functions(&self, i: usize) -> &[f64] {
+        match self.rule.lamps {
+            None => self.design.values(i),
+            Some(_) => &self.functions[i * self.design.functions()..][..self.design.functions()],
         }
     }
 
@@ -127,8 +163,14 @@ impl<'a> TexelFit<'a> {
     fn solve(&mut self, before: impl Fn(usize, usize) -> f64) -> bool {
         let n = self.design.functions();
         (0..self.coefficients.len()).for_each(|i| self.coefficients[i] = before(i / n, i % n));
-        match self.rule {
-            Robust::None => false,
+        if self.rule.lamps.is_some() {
+            self.weights.fill(1.0);
+            if self.weighted().is_err() {
+                return false;
+            }
+        }
+        match self.rule.robust {
+            Robust::None => self.rule.lamps.is_some(),
             Robust::Trimmed => {
                 self.trim();
                 self.weighted().is_ok()
@@ -157,7 +199,7 @@ impl<'a> TexelFit<'a> {
     fn reweight(&mut self) {
         let n = self.design.functions();
         for i in 0..self.weights.len() {
-            let functions = self.design.values(i);
+            let functions = self.functions(i);
             let residual = |c: usize| {
                 let coefficients = &self.coefficients[c * n..][..n];
                 let relit: f64 = functions.iter().zip(coefficients).map(|(f, c)| f * c).sum();
@@ -178,7 +220,7 @@ impl<'a> TexelFit<'a> {
         let mut normal = self.design.penalty().cloned().unwrap_or_else(|| Matrix::zeros(n, n));
         let mut right = vec![0.0; self.channels * n];
         for (i, &weight) in self.weights.iter().enumerate().filter(|(_, weight)| **weight > 0.0) {
-            let functions = self.design.values(i);
+            let functions = self.functions(i);
             for (j, &f) in functions.iter().enumerate() {
                 let factor = weight * f;
                 let row = &mut normal.row_mut(j)[..=j];
@@ -219,7 +261,6 @@ fn solve_factored(factor: &Matrix, right: &[f64], out: &mut [f64]) {
 mod tests {
     use super::super::accumulate::accumulate;
     use super::*;
-    use crate::direction::Direction;
     use crate::field::Basis;
     use crate::raster::Samples;
     use crate::size::Size;
@@ -249,6 +290,7 @@ mod tests {
             accumulate(&mut sums, &design, 0, &photographs[..16], &levels);
             accumulate(&mut sums, &design, 16, &photographs[16..32], &levels);
             accumulate(&mut sums, &design, 32, &photographs[32..], &levels);
+            let rule = TexelRule { robust: rule, lamps: None };
             refine(&mut sums, &photographs, rule, &design, &levels, &Job::default()).unwrap();
             let errors =
                 (0..3).flat_map(|k| sums.plane(k).iter().map(|c| (c - truth[k]).abs()).collect::<Vec<_>>());
@@ -275,7 +317,8 @@ mod tests {
         let mut sums = Planes::zeros(Size::new(2, 1), 6);
         accumulate(&mut sums, &design, 0, &photographs, &levels);
         let before = sums.clone();
-        refine(&mut sums, &photographs, Robust::Trimmed, &design, &levels, &Job::default()).unwrap();
+        let rule = TexelRule { robust: Robust::Trimmed, lamps: None };
+        refine(&mut sums, &photographs, rule, &design, &levels, &Job::default()).unwrap();
         assert_eq!(sums, before);
     }
 }

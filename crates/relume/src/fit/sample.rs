@@ -61,6 +61,11 @@ impl Grid {
         Raster::new(self.size, raster.channels(), samples).expect("as many samples as the grid has")
     }
 
+    /// The column and row of each texel of the grid in the picture.
+    pub fn places(&self) -> impl Iterator<Item = (usize, usize)> {
+        self.indices().map(|index| (index % self.full.width, index / self.full.width))
+    }
+
     fn indices(&self) -> impl Iterator<Item = usize> {
         let (x0, y0) = self.first;
         (0..self.size.height).flat_map(move |j| {

@@ -15,6 +15,9 @@ use crate::size::Size;
 /// sixteen this costs a tenth of the decoding.
 pub(super) const BATCH: usize = 16;
 
+/// The bytes of a batch beyond which it has no more than two photographs.
+const LARGE_BATCH: usize = 128 << 20;
+
 /// Larger or non-finite floating-point samples cannot be photographs; squares up to this still fit.
 const LARGEST_SAMPLE: f32 = 1e12;
 
@@ -48,9 +51,11 @@ impl<'a> PhotographStream<'a> {
             Samples::U16(_) => 2,
             Samples::F32(_) => 4,
         };
-        // A batch takes no more memory than the sums, four bytes per plane, or than four photographs.
+        // A batch takes no more memory than the sums, four bytes per plane, or than four photographs; of large ones,
+        // whose sums alone take gigabytes, there are two.
         let sums = sums(channels);
-        let batch = (4 * sums / (channels * depth)).clamp(4, BATCH);
+        let few = (LARGE_BATCH / (size.texels() * channels * depth).max(1)).max(2);
+        let batch = (4 * sums / (channels * depth)).clamp(4, BATCH).min(few);
         job.check("the fit", size, (4 * sums + batch * channels * depth) as u64)?;
         Ok(Self { names, load, size, channels, depth, batch, first: Mutex::new(Some(first)), job })
     }
@@ -63,6 +68,11 @@ impl<'a> PhotographStream<'a> {
     /// The channels of every photograph.
     pub fn channels(&self) -> usize {
         self.channels
+    }
+
+    /// The name of photograph `i`.
+    pub fn name(&self, i: usize) -> &str {
+        self.names[i]
     }
 
     /// The number of photographs.

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use relume::direction::Directions;
+use relume::lamps::LampPositions;
 use relume::workflow::{Btf, Missing};
 use relume::{Error, Job, Raster, Rect, Result};
 
@@ -102,6 +103,14 @@ impl Inputs {
     /// What is to be said of them.
     pub(super) fn warnings(&self) -> &[String] {
         &self.warnings
+    }
+
+    /// The lamps over the texels, where their places are known.
+    pub(super) fn lamps(&self) -> Option<LampPositions> {
+        match &self.source {
+            PhotographSource::Capture(set) => set.lamps(),
+            PhotographSource::Btf { .. } => None,
+        }
     }
 
     /// What was found and done before the fit, for programs.

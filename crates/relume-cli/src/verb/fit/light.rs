@@ -31,6 +31,9 @@ pub(super) fn run(
     let is_compact = basis == Basis::Ptm || basis == Basis::HSH9;
     let layout = if is_compact { PlaneLayout::LRGB } else { PlaneLayout::RGB };
     let robust = args.robust.unwrap_or_default();
+    let is_interpolated = matches!(basis, Basis::Interpolated(_));
+    let lamps = inputs.lamps().filter(|_| !is_interpolated);
+    let is_far = inputs.lamps().is_some() && is_interpolated;
     let options = FitOptions {
         basis,
         layout: args.color.clone().unwrap_or(layout),
@@ -40,9 +43,11 @@ pub(super) fn run(
             Space::Linear
         }),
         report_texels: args.report_texels,
-        leave_one_out: args.leave_one_out || (args.report.is_some() && robust == Robust::None),
+        leave_one_out: args.leave_one_out
+            || (args.report.is_some() && robust == Robust::None && lamps.is_none()),
         ridge: args.ridge.unwrap_or_default(),
         robust,
+        lamps,
     };
     let load = |i: usize| inputs.photograph(i, &context.job);
     let photographs = RasterSequence::open(&load)?;
@@ -52,6 +57,10 @@ pub(super) fn run(
         inputs.pairs().iter().map(|(name, pair)| (name.clone(), pair.light)).collect();
     let mut fit = fit::fit(&lights, &load, &options, &context.job).map_err(|e| e.at(inputs.place()))?;
     fit.report.warnings.extend(inputs.warnings().iter().cloned());
+    fit.report.warnings.extend(is_far.then(|| {
+        "photographs that are interpolated have one light each: that of near lamps is taken from the middle of the surface"
+            .to_owned()
+    }));
     let tested = test::run(args, &fit.field, context)?;
     outputs.write(&args.output, encode_field(&fit.field, format, None, &context.job)?)?;
     let fitted = json!(fit.report);

@@ -26,8 +26,8 @@ use crate::{input, paths};
 pub struct Args {
     /// The folder of photographs, or their light file
     photographs: PathBuf,
-    /// The folder to write: lights.lp, texture.ptm, texture.exr, normals_gl.png, albedo.png, height.exr, relit.png and,
-    /// where balls were found, balls.png
+    /// The folder to write: lights.lp, texture.ptm, texture.exr, report.html on its quality, page.html to look at it,
+    /// normals_gl.png, albedo.png, height.exr, relit.png and, where balls were found, balls.png
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
     /// The outline of a mirror ball, as for `relume lights`; may be given several times
@@ -66,7 +66,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     facts.insert("lights".to_owned(), json!(lights.len()));
     match relume::fit::check_lights(&Basis::Ptm, &directions) {
         Ok(()) => {
-            let fit = steps.run("fit LIGHTS -o DIR/texture.ptm", &options)?;
+            let fit = steps.run("fit LIGHTS -o DIR/texture.ptm --report DIR/report.html", &options)?;
             facts.insert("fit".to_owned(), fit["report"]["error"].clone());
             if lights.len() >= HARMONIC_LIGHTS
                 && Basis::from_name("hsh9")
@@ -75,6 +75,9 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
                 steps.run("fit LIGHTS -o DIR/texture.exr --basis hsh9 --half", &options)?;
             }
             steps.run("relight DIR/texture.ptm --light -0.55,0.5,0.67 -o DIR/relit.png", &[])?;
+            let title = args.output.file_name().map(|name| ["--title".into(), name.to_owned()]);
+            let page = "share DIR/texture.ptm --single-file -o DIR/page.html";
+            steps.run(page, &title.map(Vec::from).unwrap_or_default())?;
         }
         Err(reason) => {
             warnings.push(format!("no texture of functions, only maps: {}", reason.message()));

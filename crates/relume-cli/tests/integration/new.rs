@@ -34,13 +34,18 @@ fn one_command_makes_a_material_of_photographs_with_a_mirror_ball() {
         "height.exr",
         "lights.lp",
         "normals_gl.png",
+        "page.html",
         "relit.png",
+        "report.html",
         "texture.exr",
         "texture.ptm",
     ] {
         assert!(made.iter().any(|name| name == file), "{file} is missing of {made:?}");
     }
     assert_eq!(report["lights"], 18);
+    let text = |name: &str| fs::read_to_string(folder.path().join("leather").join(name)).unwrap();
+    assert!(text("page.html").contains("<title>leather"), "the page has the name of the folder");
+    assert!(text("report.html").contains("light_000") && !text("report.html").contains("http://"));
     assert!(report["fit"]["psnr_db"].as_f64().unwrap() > 25.0, "{}", report["fit"]);
     let size = read_raster(&folder.path().join("leather/albedo.png"), &Job::default()).unwrap().size();
     assert_eq!((size.width, size.height), (96, 96));
@@ -55,6 +60,7 @@ fn four_photographs_give_maps_but_no_texture() {
     let report = json(folder.path(), &["new", "photos", "-o", "material"]);
     assert!(report["warnings"].to_string().contains("only maps"), "{}", report["warnings"]);
     assert!(folder.path().join("material/normals_gl.png").is_file());
+    assert!(!folder.path().join("material/report.html").exists());
 }
 
 /// Every photograph of a capture, changed.

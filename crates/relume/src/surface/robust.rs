@@ -5,7 +5,10 @@
 //! Engineering 19(1), 1980). Cast shadows are darker and highlights brighter. [`Estimator::Robust`] starts
 //! from the middle of the sorted values and then iterates weighted least squares with the weights of Geman
 //! and McClure (Statistical methods for tomographic image reconstruction, 1987), 1 / (1 + r^2 / s^2)^2, s
-//! from the median of the residuals r; lights behind the surface have no weight.
+//! from the median of the residuals r; lights behind the surface have no weight. [`Estimator::Cauchy`] starts from least
+//! squares, with the weights of Cauchy's distribution, 1 / (1 + r^2 / s^2), s a tenth of the median of the values (P. W.
+//! Holland, R. E. Welsch, Robust regression using iteratively reweighted least-squares, Communications in Statistics A6,
+//! 1977).
 
 use crate::names::named;
 use crate::numeric::small::solve_spd;
@@ -20,12 +23,16 @@ pub enum Estimator {
     Trimmed,
     /// Starting from the trimmed solution, values are weighted by how well they fit.
     Robust,
+    /// Starting from least squares, values are weighted by how well they fit, with a wide tail: for surfaces of which less
+    /// than half of the values are those of a matt one.
+    Cauchy,
     /// As robust, with a reflectance common to all texels that is learned from them.
     Shared,
 }
 
 named!(Estimator {
     Robust => "robust",
+    Cauchy => "cauchy",
     Trimmed => "trimmed",
     LeastSquares => "least-squares",
     Shared => "shared"
@@ -48,6 +55,8 @@ const BRIGHT: f64 = 0.1;
 const GLOSSY: f64 = 0.4;
 /// Rounds of reweighting; the weights have settled to a few percent by then.
 const ROUNDS: usize = 12;
+/// The scale of Cauchy's weights, as a part of the median of the values.
+const CAUCHY_SCALE: f64 = 0.1;
 /// The scale of the weights, in multiples of the spread of the residuals.
 const REACH: f64 = 2.0;
 /// The least spread, as a fraction of the albedo: rounding in 8-bit files.
@@ -103,6 +112,9 @@ fn estimate<const N: usize>(
     if estimator == Estimator::LeastSquares {
         return all;
     }
+    if estimator == Estimator::Cauchy {
+        return all.map(|all| reweighted_by_cauchy(values, &row, all, scratch));
+    }
     trim(values, N, if estimator == Estimator::Shared { GLOSSY } else { BRIGHT }, scratch);
     let mut found = weighted(values, &row, &scratch.weights).or(all)?;
     if estimator == Estimator::Robust {
@@ -117,6 +129,31 @@ fn estimate<const N: usize>(
         }
     }
     Some(found)
+}
+
+/// The solution that Cauchy's weights lead to from another one.
+fn reweighted_by_cauchy<const N: usize>(
+    values: &[f64],
+    row: &impl Fn(usize) -> [f64; N],
+    mut found: [f64; N],
+    scratch: &mut Scratch,
+) -> [f64; N] {
+    scratch.residuals.clear();
+    scratch.residuals.extend_from_slice(values);
+    let middle = values.len() / 2;
+    let (_, median, _) = scratch.residuals.select_nth_unstable_by(middle, f64::total_cmp);
+    let scale = (CAUCHY_SCALE * *median).max(1e-9);
+    for _ in 0..ROUNDS {
+        for (k, weight) in scratch.weights.iter_mut().enumerate() {
+            let predicted: f64 = row(k).iter().zip(&found).map(|(l, b)| l * b).sum();
+            *weight = 1.0 / (1.0 + ((values[k] - predicted) / scale).powi(2));
+        }
+        match weighted(values, row, &scratch.weights) {
+            Some(next) => found = next,
+            None => break,
+        }
+    }
+    found
 }
 
 /// Weight 1 for the middle of the sorted values and 0 for the others; at least `least` values remain.

@@ -81,8 +81,8 @@ pub struct Args {
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Photometric stereo")]
 struct StereoArgs {
-    /// Treatment of shadows and highlights: reduced weight (robust), left out (trimmed), or none (least-squares); or
-    /// robust with a reflectance that all texels share, learned from them (shared) [default: robust]
+    /// Treatment of shadows and highlights: reduced weight (robust; cauchy with a wider tail, for reliefs of which much is in
+    /// shadow), left out (trimmed), or none (least-squares); or robust with a reflectance that all texels share, learned from them (shared) [default: robust]
     #[arg(long, value_parser = args::named::<Estimator>())]
     estimator: Option<Estimator>,
     /// Estimate a constant light common to all photographs

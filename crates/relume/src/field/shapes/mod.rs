@@ -40,7 +40,7 @@ use crate::job::Job;
 use crate::numeric::signed_distance::signed_distances;
 use crate::planes::Planes;
 use crate::size::Size;
-use texel::{LEVELS, TexelFit};
+use texel::{LEVELS, TexelJudge};
 
 /// Half the width of the step from dark to lit, in texels: lights and penumbrae are not points.
 const SOFTNESS: f32 = 1.7;
@@ -50,7 +50,7 @@ const PART: usize = 1 << 12;
 
 /// A kind of boundary.
 #[derive(Debug, Clone, Copy)]
-struct Edge {
+struct ShapeEdge {
     /// The bit of a texel's flag.
     bit: u8,
     /// The farthest distance that counts, in texels.
@@ -62,10 +62,10 @@ struct Edge {
 }
 
 /// Between lit and dark.
-const SHADOW: Edge = Edge { bit: texel::LIT, reach: 12, steps: 10.0, most: 1.0 };
+const SHADOW: ShapeEdge = ShapeEdge { bit: texel::LIT, reach: 12, steps: 10.0, most: 1.0 };
 
 /// Between a highlight and what is around it.
-const HIGHLIGHT: Edge = Edge { bit: texel::BRIGHT, reach: 3, steps: 40.0, most: 0.6 };
+const HIGHLIGHT: ShapeEdge = ShapeEdge { bit: texel::BRIGHT, reach: 3, steps: 40.0, most: 0.6 };
 
 /// The boundaries of shadows and highlights in the photographs of a field of the basis `shapes`.
 #[derive(Debug)]
@@ -170,7 +170,7 @@ impl<'a> Shapes<'a> {
 
     fn moved_of(
         &self,
-        edge: Edge,
+        edge: ShapeEdge,
         distances: &[i8],
         weights: &[f32],
         first: usize,
@@ -210,7 +210,7 @@ fn judged(field: &ReflectanceField, lights: &[Direction], job: &Job) -> Result<(
     let parts = flags.par_chunks_mut(count * PART).zip(levels.par_chunks_mut(LEVELS * channels * PART));
     parts.enumerate().try_for_each(|(part, (flags, levels))| {
         job.proceed()?;
-        let mut fit = TexelFit::new(lights, channels, field.space());
+        let mut fit = TexelJudge::new(lights, channels, field.space());
         let texels = flags.chunks_exact_mut(count).zip(levels.chunks_exact_mut(LEVELS * channels));
         for (t, (flags, levels)) in texels.enumerate() {
             let texel = part * PART + t;
@@ -222,7 +222,7 @@ fn judged(field: &ReflectanceField, lights: &[Direction], job: &Job) -> Result<(
 }
 
 /// The distances of one light in steps, from flags of which every `count`-th is of this light.
-fn distances(size: Size, flags: &[u8], count: usize, edge: Edge) -> Vec<i8> {
+fn distances(size: Size, flags: &[u8], count: usize, edge: ShapeEdge) -> Vec<i8> {
     let inside: Vec<bool> = flags.iter().step_by(count).map(|flag| flag & edge.bit != 0).collect();
     let distances = signed_distances(size, &inside, edge.reach);
     distances.into_iter().map(|distance| (distance * edge.steps).round() as i8).collect()

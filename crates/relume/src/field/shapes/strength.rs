@@ -27,7 +27,7 @@ const RIDGE: f64 = 1e-6;
 
 /// Sums of products of the corrections with each other and with what is to be corrected.
 #[derive(Debug, Clone, Copy, Default)]
-struct Products {
+struct LeftOutSums {
     squares: [f64; 2],
     mixed: f64,
     wanted: [f64; 2],
@@ -39,8 +39,8 @@ pub(super) fn by_leaving_out(shapes: &Shapes<'_>, lights: &Interpolated, job: &J
         job.proceed()?;
         Ok(without(shapes, lights, j).unwrap_or_default())
     };
-    let all: Result<Vec<Products>> = (0..lights.lights().len()).into_par_iter().map(of_light).collect();
-    let sums = all?.into_iter().fold(Products::default(), |sums, one| Products {
+    let all: Result<Vec<LeftOutSums>> = (0..lights.lights().len()).into_par_iter().map(of_light).collect();
+    let sums = all?.into_iter().fold(LeftOutSums::default(), |sums, one| LeftOutSums {
         squares: [sums.squares[0] + one.squares[0], sums.squares[1] + one.squares[1]],
         mixed: sums.mixed + one.mixed,
         wanted: [sums.wanted[0] + one.wanted[0], sums.wanted[1] + one.wanted[1]],
@@ -54,7 +54,7 @@ pub(super) fn by_leaving_out(shapes: &Shapes<'_>, lights: &Interpolated, job: &J
 }
 
 /// The products with light `j` left out; `None` where the others do not suffice.
-fn without(shapes: &Shapes<'_>, lights: &Interpolated, j: usize) -> Option<Products> {
+fn without(shapes: &Shapes<'_>, lights: &Interpolated, j: usize) -> Option<LeftOutSums> {
     let light = lights.lights()[j];
     let others = lights.without(j)?;
     let mut weights = vec![0.0; lights.lights().len() - 1];
@@ -64,7 +64,7 @@ fn without(shapes: &Shapes<'_>, lights: &Interpolated, j: usize) -> Option<Produ
     let (field, terms, n) = (shapes.field, texel::terms(light), weights.len());
     let size = field.size();
     let step = (size.texels() / SAMPLE).max(1);
-    let mut products = Products::default();
+    let mut products = LeftOutSums::default();
     let mut linear = vec![0.0f32; size.width];
     for y in (step / 2..size.height).step_by(step) {
         let first = y * size.width;

@@ -47,7 +47,7 @@ pub(super) fn terms(light: Direction) -> [f32; 4] {
 }
 
 /// The working memory for one texel after another.
-pub(super) struct TexelFit<'a> {
+pub(super) struct TexelJudge<'a> {
     lights: &'a [Direction],
     channels: usize,
     space: Space,
@@ -56,7 +56,7 @@ pub(super) struct TexelFit<'a> {
     weights: Vec<f64>,
 }
 
-impl<'a> TexelFit<'a> {
+impl<'a> TexelJudge<'a> {
     pub fn new(lights: &'a [Direction], channels: usize, space: Space) -> Self {
         let zeros = vec![0.0; lights.len()];
         let (brightness, sorted, weights) = (zeros.clone(), zeros.clone(), zeros);

@@ -21,7 +21,7 @@ pub(super) fn add_literals(bytes: &[u8], frequencies: &[u32; 256], out: &mut Vec
     let lengths = lengths_of(&counts);
     let codes = codes_of(&lengths);
     let bits: u64 = counts.iter().zip(&lengths).map(|(n, length)| u64::from(*n) * u64::from(*length)).sum();
-    let mut writer = BitWriter::new(out, HEAD_BITS + bits as usize + 16);
+    let mut writer = LiteralWriter::new(out, HEAD_BITS + bits as usize + 16);
     write_head(&lengths, &mut writer);
     let (fours, rest) = bytes.as_chunks::<4>();
     for four in fours {
@@ -35,14 +35,14 @@ pub(super) fn add_literals(bytes: &[u8], frequencies: &[u32; 256], out: &mut Vec
     writer.push(codes[256]);
     writer.settle();
     // An empty stored block ends at a whole byte.
-    writer.push(Code { bits: 0, length: 3 });
+    writer.push(LiteralCode { bits: 0, length: 3 });
     writer.finish();
     out.extend_from_slice(&[0, 0, 0xff, 0xff]);
 }
 
 /// A code, whose first bit is the lowest.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-struct Code {
+struct LiteralCode {
     bits: u32,
     length: u32,
 }
@@ -84,13 +84,13 @@ fn unlimited_lengths(counts: &[u32; SYMBOLS]) -> [u32; SYMBOLS] {
 }
 
 /// The codes of lengths (RFC 1951, 3.2.2), with the bits in the order in which they are written.
-fn codes_of(lengths: &[u32; SYMBOLS]) -> [Code; SYMBOLS] {
-    let mut codes = [Code::default(); SYMBOLS];
+fn codes_of(lengths: &[u32; SYMBOLS]) -> [LiteralCode; SYMBOLS] {
+    let mut codes = [LiteralCode::default(); SYMBOLS];
     let mut next = 0u32;
     for length in 1..=LONGEST {
         next <<= 1;
         for symbol in (0..SYMBOLS).filter(|s| lengths[*s] == length) {
-            codes[symbol] = Code { bits: next.reverse_bits() >> (32 - length), length };
+            codes[symbol] = LiteralCode { bits: next.reverse_bits() >> (32 - length), length };
             next += 1;
         }
     }
@@ -98,9 +98,9 @@ fn codes_of(lengths: &[u32; SYMBOLS]) -> [Code; SYMBOLS] {
 }
 
 /// The head of a block of dynamic codes: lengths are codes of four bits each, and no distance occurs.
-fn write_head(lengths: &[u32; SYMBOLS], writer: &mut BitWriter) {
+fn write_head(lengths: &[u32; SYMBOLS], writer: &mut LiteralWriter) {
     let mut put = |bits: u32, length: u32| {
-        writer.push(Code { bits, length });
+        writer.push(LiteralCode { bits, length });
         writer.settle();
     };
     put(0b100, 3);
@@ -117,14 +117,14 @@ fn write_head(lengths: &[u32; SYMBOLS], writer: &mut BitWriter) {
 }
 
 /// Bits in whole bytes, the first the lowest.
-struct BitWriter<'a> {
+struct LiteralWriter<'a> {
     out: &'a mut Vec<u8>,
     at: usize,
     held: u64,
     count: u32,
 }
 
-impl<'a> BitWriter<'a> {
+impl<'a> LiteralWriter<'a> {
     /// Room for so many bits more.
     fn new(out: &'a mut Vec<u8>, bits: usize) -> Self {
         let at = out.len();
@@ -133,7 +133,7 @@ impl<'a> BitWriter<'a> {
     }
 
     /// Holds a code; four fit between two calls of [`Self::settle`].
-    fn push(&mut self, code: Code) {
+    fn push(&mut self, code: LiteralCode) {
         self.held |= u64::from(code.bits) << self.count;
         self.count += code.length;
     }

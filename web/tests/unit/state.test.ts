@@ -39,3 +39,9 @@ test("undo goes back and forth", () => {
   expect(history.back(first ?? state)).toBeNull();
   expect(history.forth(first ?? state)?.zoom).toBe(2);
 });
+
+test("places far away on an endless plane come back to a hundredth of a texel", () => {
+  const state = { ...FIRST, x: 123456789.125, y: -987654321.75, simple: true, cells: true };
+  const again = fromHash(toHash(state), 1);
+  expect([again.x, again.y, again.simple, again.cells]).toEqual([state.x, state.y, true, true]);
+});

@@ -2,10 +2,12 @@
 
 use std::path::Path;
 
-use relume::field::{Basis, PlaneLayout};
-use relume::format::{Content, HeightMap, HeightScale};
-use relume::random_field::{FieldModel, RealisationOptions};
-use relume::{Error, Job, ReflectanceField, Result, Size};
+use relume::direction::Directions;
+use relume::field::{Basis, ParametricField, PlaneLayout};
+use relume::format::{Content, HeightMap, HeightScale, Opened};
+use relume::random_field::{FieldModel, Fields, RealisationOptions};
+use relume::render::Relighter;
+use relume::{Error, Job, Picture, ReflectanceField, Result, Size};
 
 use crate::{args, input};
 
@@ -33,6 +35,74 @@ pub struct Texture {
     pub of_model: bool,
 }
 
+/// A texture that has a picture for each light and view.
+pub enum Shown {
+    /// Functions, or the tile made from a random-field model.
+    Field(ReflectanceField),
+    /// Reflectance models.
+    Models(ParametricField),
+    /// A random-field model of clusters of photographs, of which a picture takes a few.
+    Clusters(Box<FieldModel>, RealisationOptions),
+}
+
+impl Shown {
+    /// Width and height.
+    pub fn size(&self) -> Size {
+        match self {
+            Self::Field(field) => field.size(),
+            Self::Models(models) => models.size(),
+            Self::Clusters(_, window) => window.size,
+        }
+    }
+
+    /// The channels of a picture.
+    pub fn channels(&self) -> usize {
+        match self {
+            Self::Field(field) => field.layout().channels(),
+            Self::Models(models) => models.channels(),
+            Self::Clusters(model, _) => model.layout.channels(),
+        }
+    }
+
+    /// The basis of a texture that is the same from all views.
+    pub fn basis_of_one_view(&self) -> Option<&Basis> {
+        match self {
+            Self::Field(field) => Some(field.basis()).filter(|basis| !basis.depends_on_view()),
+            Self::Models(_) | Self::Clusters(..) => None,
+        }
+    }
+
+    /// What makes pictures of it for many lights and views.
+    pub fn pictures(&self, job: &Job) -> Result<ShownPictures<'_>> {
+        Ok(match self {
+            Self::Field(field) => ShownPictures::Field(Box::new(Relighter::new(field, job)?)),
+            Self::Models(models) => ShownPictures::Models(models),
+            Self::Clusters(model, window) => ShownPictures::Clusters(model, *window),
+        })
+    }
+}
+
+/// Pictures of a texture.
+pub enum ShownPictures<'a> {
+    Field(Box<Relighter<'a>>),
+    Models(&'a ParametricField),
+    Clusters(&'a FieldModel, RealisationOptions),
+}
+
+impl ShownPictures<'_> {
+    /// The picture for a light and a view.
+    pub fn picture(&self, directions: Directions, job: &Job) -> Result<Picture> {
+        match self {
+            Self::Field(relighter) => job.proceed().map(|()| relighter.relight(directions)),
+            Self::Models(models) => models.picture(directions, job),
+            Self::Clusters(model, window) => {
+                let picture = model.cluster_picture(directions, window, job)?;
+                picture.ok_or_else(|| Error::invalid("the model has no clusters of photographs"))
+            }
+        }
+    }
+}
+
 impl Args {
     /// Reads the only texture of a command, evaluating a model.
     pub fn texture(&self, path: &Path, job: &Job) -> Result<ReflectanceField> {
@@ -41,9 +111,32 @@ impl Args {
         Ok(texture.field)
     }
 
+    /// Reads the only texture of a command that shows it for lights and views: reflectance models as they are.
+    pub fn shown(&self, path: &Path, job: &Job) -> Result<Shown> {
+        let opened = input::open(path, job)?;
+        if let Some(models) = opened.parametric()? {
+            self.check(false)?;
+            return Ok(Shown::Models(models));
+        }
+        if opened.content() == Content::Model {
+            let model = opened.into_model()?;
+            let window = self.window(&model);
+            if let Fields::Clusters(_) = &model.fields {
+                return Ok(Shown::Clusters(Box::new(model), window));
+            }
+            return self.tile(&model, job).map(Shown::Field).map_err(|e| e.at(path));
+        }
+        let texture = self.texture_in(opened, path, job)?;
+        self.check(texture.of_model)?;
+        Ok(Shown::Field(texture.field))
+    }
+
     /// Reads a texture, evaluating a model; [`Args::check`] follows.
     pub fn texture_of(&self, path: &Path, job: &Job) -> Result<Texture> {
-        let opened = input::open(path, job)?;
+        self.texture_in(input::open(path, job)?, path, job)
+    }
+
+    fn texture_in(&self, opened: Opened, path: &Path, job: &Job) -> Result<Texture> {
         if opened.content() != Content::Model {
             let field = opened.into_field()?.field;
             return Ok(Texture { source: field.size(), field, of_model: false });
@@ -61,6 +154,10 @@ impl Args {
             return Ok((opened.into_height()?, false));
         }
         let model = opened.into_model()?;
+        if let Some(samples) = model.range_map(&self.window(&model), job).map_err(|e| e.at(path))? {
+            let scale = HeightScale { offset: 0.0, step: 1.0, mm_per_texel: None };
+            return Ok((HeightMap { samples, scale: Some(scale) }, true));
+        }
         if model.basis != Basis::Constant || model.layout != PlaneLayout::LUMINANCE {
             return Err(Error::usage("is not the model of a height map, which has one plane").at(path));
         }
@@ -89,8 +186,13 @@ impl Args {
 
     /// A seamless tile of a model.
     pub fn tile(&self, model: &FieldModel, job: &Job) -> Result<ReflectanceField> {
+        model.synthesize(&self.window(model), job)
+    }
+
+    /// What is made of a model.
+    fn window(&self, model: &FieldModel) -> RealisationOptions {
         let size = self.model_size.unwrap_or(model.tile_size());
         let seed = self.seed();
-        model.synthesize(&RealisationOptions { origin: [0, 0], size, seed, period: Some(size) }, job)
+        RealisationOptions { origin: [0, 0], size, seed, period: Some(size) }
     }
 }

@@ -3,12 +3,12 @@
 
 use std::path::Path;
 
-use relume::field::IndexSpace;
+use relume::field::{IndexSpace, ParametricField};
 use relume::format::{
     Encoding, ExrDepth, FieldFile, FieldFormat, HeightFormat, HeightMap, HeightScale, MapRole, NormalY,
     PictureFormat, encode_scaled_height, encode_stored_normals, encode_translucent, exr, npy,
 };
-use relume::synthesis::SourceMap;
+use relume::synthesis::{SourceMap, gather_index};
 use relume::workflow::RegisteredMap;
 use relume::workflow::map_set::{gather_map, joint_index};
 use relume::workflow::memory::MemoryPeak;
@@ -82,6 +82,11 @@ pub fn encode(
 ) -> Result<Vec<u8>> {
     let encoding = &files[0].encoding;
     let format = format_of(output, encoding)?;
+    if let (FieldFormat::Exr(depth), Some(models)) = (format, models_of(files)) {
+        let planes: Vec<&Planes> = models.iter().map(|models| models.planes()).collect();
+        let made = models[0].with_planes(gather_index(map, &planes, &context.job)?)?;
+        return exr::encode_parametric(&made, depth, &context.job).map_err(|e| e.at(output));
+    }
     let mut opacity = opacity::gathered(map, files, context)?;
     if opacity.is_some() && !format.holds_opacity() {
         opacity = None;
@@ -92,6 +97,13 @@ pub fn encode(
     }
     let shared = files.iter().all(|file| file.encoding == *encoding).then_some(encoding);
     encode_translucent(field, opacity.as_ref(), format, shared, &context.job).map_err(|e| e.at(output))
+}
+
+/// The reflectance models of files that all hold one kind of them: their numbers are rearranged as they are.
+fn models_of(files: &[FieldFile]) -> Option<Vec<&ParametricField>> {
+    let models = files.iter().map(|file| file.models.as_ref()).collect::<Option<Vec<_>>>()?;
+    let kind = |models: &ParametricField| (models.model().clone(), models.channels());
+    models.iter().all(|other| kind(other) == kind(models[0])).then_some(models)
 }
 
 /// The file of normals as stored, in the depth of the file they come from.

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use relume::capture::pairs::PairEntry;
 use relume::direction::Directions;
+use relume::field::ParametricField;
 use relume::format::{Content, FieldFile, tile_set};
 use relume::workflow::{Btf, Missing};
 use relume::{Direction, Result};
@@ -13,6 +14,9 @@ use serde_json::{Value, json};
 use crate::context::Context;
 use crate::input;
 use crate::report::Report;
+
+/// The most numbers of reflectance models that are listed.
+const MOST_NAMED: usize = 32;
 
 /// Arguments of `relume info`.
 #[derive(Debug, clap::Args)]
@@ -39,6 +43,9 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
             Ok(Report::new(format!("a set of {tiles}\n{text}"), value))
         }
         _ => {
+            if let Some(models) = opened.parametric()? {
+                return Ok(of_models(&models));
+            }
             let file = opened.into_field()?;
             Ok(Report::new(text(&file), value(&file)))
         }
@@ -110,6 +117,38 @@ fn value(file: &FieldFile) -> Value {
         "planes": planes,
         "lights": lights,
     })
+}
+
+/// The numbers of reflectance models.
+fn of_models(models: &ParametricField) -> Report {
+    let mut text = format!(
+        "{} texels, reflectance model {}, {} numbers a texel, {} values",
+        models.size(),
+        models.model().name(),
+        models.planes().count(),
+        models.model().space()
+    );
+    for (k, name) in models.plane_names().iter().enumerate().take(MOST_NAMED) {
+        let (low, high) = models.planes().range(k);
+        let _ = write!(text, "\n  {name:<14} {low:>10.4} to {high:>8.4}");
+    }
+    if models.planes().count() > MOST_NAMED {
+        let _ = write!(text, "\n  and {} more", models.planes().count() - MOST_NAMED);
+    }
+    let plane = |(k, name): (usize, String)| {
+        let (low, high) = models.planes().range(k);
+        json!({ "name": name, "min": low, "max": high })
+    };
+    let planes: Vec<Value> = models.plane_names().into_iter().enumerate().map(plane).collect();
+    let value = json!({
+        "width": models.size().width,
+        "height": models.size().height,
+        "model": models.model().name(),
+        "color": if models.channels() == 1 { "luminance" } else { "rgb" },
+        "space": models.model().space(),
+        "planes": planes,
+    });
+    Report::new(text, value)
 }
 
 fn text(file: &FieldFile) -> String {

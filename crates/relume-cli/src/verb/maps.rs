@@ -1,11 +1,12 @@
 //! `relume maps`: the maps of a material under the names and in the packings of other programs.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use relume::Result;
 use relume::capture::dome::ReliefBorder;
+use relume::field::TexelModel;
 use relume::workflow::map_export::{MapPreset, MaterialMaps, export_maps};
 use relume::workflow::tiling::MeasuredTiling;
+use relume::{Job, Result};
 use serde_json::{Value, json};
 
 use super::capture::maps::MapFiles;
@@ -53,8 +54,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         let files = MapFiles::find(&args.input)?;
         MaterialMaps::of_maps(files.read(args.height_scale, args.normal_maps.normal_y, job)?, border, job)?
     } else {
-        MaterialMaps::of_field(&input::field(&args.input, job)?.field, border, job)
-            .map_err(|e| e.at(&args.input))?
+        of_texture(&args.input, border, job).map_err(|e| e.at(&args.input))?
     };
     let tiling = args.tile.then(|| tiling(&maps));
     let mut store = |name: &str, bytes: &[u8]| folder.add(name, bytes);
@@ -78,6 +78,15 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     };
     let text = format!("{}: {} maps{said}\n{}", args.output.display(), written.len(), list.join("\n"));
     Ok(Report::new(text, json).with_outputs(outputs).with_warnings(warnings))
+}
+
+/// The maps of a texture: those that its texels hold, where they are facets, and otherwise derived ones.
+fn of_texture(path: &Path, border: ReliefBorder, job: &Job) -> Result<MaterialMaps> {
+    let opened = input::open(path, job)?;
+    match opened.parametric()? {
+        Some(models) if *models.model() == TexelModel::Ggx => MaterialMaps::of_facets(&models, border, job),
+        _ => MaterialMaps::of_field(&opened.into_field()?.field, border, job),
+    }
 }
 
 /// How well each map tiles.

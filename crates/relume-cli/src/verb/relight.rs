@@ -3,11 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use relume::direction::Directions;
+use relume::field::Basis;
 use relume::format::{Depth, PictureFormat, encode_normals, encode_picture_with};
-use relume::render::{Relighter, Sweep, relight_under};
+use relume::render::{Sweep, relight_under};
 use relume::surface::NormalDoubt;
 use relume::workflow::{Btf, Missing};
-use relume::{Direction, Error, Footprint, Job, ReflectanceField, Result, surface};
+use relume::{Direction, Error, Footprint, Job, ReflectanceField, Result, Size, surface};
 use serde_json::json;
 
 use crate::context::Context;
@@ -86,39 +87,70 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let inputs: Vec<&Path> =
         [&*args.file].into_iter().chain(environment::file(args.what.env.as_ref())).collect();
     outputs.file(&args.output, &inputs)?;
-    let field = args.evaluated.texture(&args.file, &context.job)?;
-    check_view(args, &field)?;
-    foresee(args, &field, format, context)?;
-    let job = &context.job;
-    let y = args.what.normals.then(|| args.normal_maps.of_output(&args.output));
-    let mut warnings = Vec::new();
     let view = args.view.unwrap_or(Direction::ZENITH);
-    let (bytes, what) = match (args.what.light, y) {
-        _ if args.what.env.is_some() => (under_environment(args, &field, format, job)?, "picture".to_owned()),
-        (Some(light), _) => {
-            let picture = Relighter::new(&field, job)?.relight(Directions { light, view });
-            (encode_picture_with(&picture, format, job)?, "picture".to_owned())
-        }
-        (None, Some(y)) => {
-            let found = surface::normals(&field);
-            warnings = doubted(&surface::doubts(&field, &found));
-            (encode_normals(&found, y, format, &context.job)?, normals::described(y))
-        }
-        (None, None) => (encode_picture_with(&surface::albedo(&field), format, job)?, "albedo".to_owned()),
+    let (bytes, still) = match args.what.light {
+        Some(light) => lit(args, Directions { light, view }, format, context)?,
+        None => unlit(args, format, context)?,
     };
     outputs.write(&args.output, bytes)?;
     let written = outputs.commit()?;
-    let text = format!("{}: {what}, {}", args.output.display(), field.size());
+    let Still { what, size, warnings } = still;
+    let y = args.what.normals.then(|| args.normal_maps.of_output(&args.output));
+    let text = format!("{}: {what}, {size}", args.output.display());
     let json = json!({
         "what": what,
-        "width": field.size().width,
-        "height": field.size().height,
+        "width": size.width,
+        "height": size.height,
         "light": args.what.light.map(Direction::to_array),
         "view": args.what.light.map(|_| view.to_array()),
         "normal_y": y,
         "environment": args.what.env.as_ref().map(|map| environment::described(map, &args.adjustment)),
     });
     Ok(Report::new(text, json).with_outputs(written).with_warnings(warnings))
+}
+
+/// What is said of one picture.
+struct Still {
+    what: String,
+    size: Size,
+    warnings: Vec<String>,
+}
+
+/// The picture for a light and a view.
+fn lit(args: &Args, pair: Directions, format: PictureFormat, context: &Context) -> Result<(Vec<u8>, Still)> {
+    let job = &context.job;
+    let texture = args.evaluated.shown(&args.file, job)?;
+    check_view(args, texture.basis_of_one_view())?;
+    let (size, channels) = (texture.size(), texture.channels());
+    foresee(size, channels, channels, format, context)?;
+    let bytes = encode_picture_with(&texture.pictures(job)?.picture(pair, job)?, format, job)?;
+    Ok((bytes, Still { what: "picture".to_owned(), size, warnings: Vec::new() }))
+}
+
+/// The picture under an environment, the normals, or the albedo.
+fn unlit(args: &Args, format: PictureFormat, context: &Context) -> Result<(Vec<u8>, Still)> {
+    let job = &context.job;
+    let field = args.evaluated.texture(&args.file, job)?;
+    let size = field.size();
+    check_view(args, Some(field.basis()).filter(|basis| !basis.depends_on_view()))?;
+    // Normals and a packed copy of them.
+    let (planes, channels, stored) = match args.what.normals {
+        true => (6, 3, format.with_depth(Depth::Sixteen)),
+        false if args.what.env.is_some() => (3, 3, format),
+        false => (field.layout().channels(), field.layout().channels(), format),
+    };
+    foresee(size, planes, channels, stored, context)?;
+    let mut warnings = Vec::new();
+    let (bytes, what) = if args.what.env.is_some() {
+        (under_environment(args, &field, format, job)?, "picture".to_owned())
+    } else if args.what.normals {
+        let (found, y) = (surface::normals(&field), args.normal_maps.of_output(&args.output));
+        warnings = doubted(&surface::doubts(&field, &found));
+        (encode_normals(&found, y, format, job)?, normals::described(y))
+    } else {
+        (encode_picture_with(&surface::albedo(&field), format, job)?, "albedo".to_owned())
+    };
+    Ok((bytes, Still { what, size, warnings }))
 }
 
 /// A picture from photographs under light and view, without a fit.
@@ -177,14 +209,14 @@ fn refuse_rate(args: &Args, what: &str) -> Result<()> {
     }
 }
 
-/// Refuses a view where it makes no difference.
-fn check_view(args: &Args, field: &ReflectanceField) -> Result<()> {
+/// Refuses a view of a texture whose functions are those of one view.
+fn check_view(args: &Args, of_one_view: Option<&Basis>) -> Result<()> {
     let asked = args.view.is_some() || args.what.view_sweep.is_some();
-    if asked && !field.basis().depends_on_view() {
+    if let Some(basis) = of_one_view.filter(|_| asked) {
         return Err(Error::usage(format!(
             "the functions of this texture ({}) are those of one view, and a view makes no difference: fit photographs of \
              light and view for one that has it",
-            field.basis().name()
+            basis.name()
         ))
         .at(&args.file));
     }
@@ -219,15 +251,14 @@ fn doubted(doubts: &[NormalDoubt]) -> Vec<String> {
     if reasons.is_empty() { Vec::new() } else { vec![warning] }
 }
 
-/// Refuses a picture that cannot be made and written within the memory.
-fn foresee(args: &Args, field: &ReflectanceField, format: PictureFormat, context: &Context) -> Result<()> {
-    let size = field.size();
-    // Normals and a packed copy of them.
-    let (planes, channels, format) = match args.what.normals {
-        true => (6, 3, format.with_depth(Depth::Sixteen)),
-        false if args.what.env.is_some() => (3, 3, format),
-        false => (field.layout().channels(), field.layout().channels(), format),
-    };
+/// Refuses a picture that cannot be made, in so many planes, and written within the memory.
+fn foresee(
+    size: Size,
+    planes: usize,
+    channels: usize,
+    format: PictureFormat,
+    context: &Context,
+) -> Result<()> {
     let made = Footprint::of_texels(size, 4 * planes as u64, 4 * planes as u64);
     context.job.check_bytes("the picture and its file", made.then(format.footprint(size, channels)).peak)
 }
@@ -242,20 +273,19 @@ fn still_format(path: &Path) -> Result<PictureFormat> {
 
 fn run_sweep(args: &Args, directions: &[Directions], context: &Context) -> Result<Report> {
     let film = Film::claim(&args.output, &[&args.file], &args.film, context)?;
-    let field = args.evaluated.texture(&args.file, &context.job)?;
-    check_view(args, &field)?;
-    let shape =
-        FilmShape { frames: directions.len(), size: field.size(), channels: field.layout().channels() };
-    let relighter = Relighter::new(&field, &context.job)?;
-    let written = film.write(shape, context, |i| Ok(relighter.relight(directions[i])))?;
+    let texture = args.evaluated.shown(&args.file, &context.job)?;
+    check_view(args, texture.basis_of_one_view())?;
+    let shape = FilmShape { frames: directions.len(), size: texture.size(), channels: texture.channels() };
+    let pictures = texture.pictures(&context.job)?;
+    let written = film.write(shape, context, |i| pictures.picture(directions[i], &context.job))?;
     let arrays = |of: fn(&Directions) -> Direction| -> Vec<[f64; 3]> {
         directions.iter().map(|pair| of(pair).to_array()).collect()
     };
-    let text = format!("{}: {} pictures, {}", args.output.display(), directions.len(), field.size());
+    let text = format!("{}: {} pictures, {}", args.output.display(), directions.len(), texture.size());
     let json = json!({
         "what": "sweep",
-        "width": field.size().width,
-        "height": field.size().height,
+        "width": texture.size().width,
+        "height": texture.size().height,
         "lights": arrays(|pair| pair.light),
         "views": arrays(|pair| pair.view),
     });

@@ -10,14 +10,14 @@ use zip::write::SimpleFileOptions;
 
 use crate::support::{done, failed, json, read_png, refused};
 
-const SIDE: u32 = 24;
+pub const SIDE: u32 = 24;
 
 /// Polar angle and azimuth in degrees.
 const DIRECTIONS: [(u32, u32); 8] =
     [(0, 0), (30, 0), (30, 120), (30, 240), (60, 0), (60, 90), (60, 180), (60, 270)];
 
 /// The photograph of a texel pattern that depends on light, view and channel.
-fn photograph((tl, pl): (u32, u32), (tv, pv): (u32, u32)) -> Vec<u8> {
+pub fn photograph((tl, pl): (u32, u32), (tv, pv): (u32, u32)) -> Vec<u8> {
     let direction = |t: u32, p: u32| {
         let (t, p) = (f64::from(t).to_radians(), f64::from(p).to_radians());
         [t.sin() * p.cos(), t.sin() * p.sin(), t.cos()]
@@ -34,7 +34,7 @@ fn photograph((tl, pl): (u32, u32), (tv, pv): (u32, u32)) -> Vec<u8> {
     (0..3 * SIDE * SIDE).map(|i| value(i).clamp(0.0, 255.0) as u8).collect()
 }
 
-fn png_of(side: u32, samples: &[u8]) -> Vec<u8> {
+pub fn png_of(side: u32, samples: &[u8]) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, side, side);
     encoder.set_color(png::ColorType::Rgb);
@@ -43,10 +43,10 @@ fn png_of(side: u32, samples: &[u8]) -> Vec<u8> {
 }
 
 /// Names and files.
-type Files = Vec<(String, Vec<u8>)>;
+pub type Files = Vec<(String, Vec<u8>)>;
 
 /// The name and file of each photograph of the full grid.
-fn photographs() -> Files {
+pub fn photographs() -> Files {
     let mut all = Vec::new();
     for view in DIRECTIONS {
         for light in DIRECTIONS {
@@ -66,7 +66,7 @@ fn photographs() -> Files {
     all
 }
 
-fn write_folder(root: &Path, photographs: &[(String, Vec<u8>)]) {
+pub fn write_folder(root: &Path, photographs: &[(String, Vec<u8>)]) {
     for (name, bytes) in photographs {
         let path = root.join(name);
         fs::create_dir_all(path.parent().unwrap()).unwrap();
@@ -74,7 +74,7 @@ fn write_folder(root: &Path, photographs: &[(String, Vec<u8>)]) {
     }
 }
 
-fn write_zip(path: &Path, photographs: &[(String, Vec<u8>)]) {
+pub fn write_zip(path: &Path, photographs: &[(String, Vec<u8>)]) {
     let mut zip = ZipWriter::new(File::create(path).unwrap());
     for (name, bytes) in photographs {
         zip.start_file(name.as_str(), SimpleFileOptions::default()).unwrap();

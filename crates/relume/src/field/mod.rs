@@ -10,6 +10,7 @@ mod coordinates;
 mod index;
 mod layout;
 pub mod lrgb;
+pub mod parametric;
 pub mod refit;
 mod shapes;
 
@@ -21,6 +22,7 @@ pub(crate) use clustered::clustered_example;
 pub use clustered::{ClusterSpaces, ClusteredField, MOST_CLUSTERS};
 pub use index::{IndexSpace, Metric};
 pub use layout::{PlaneLayout, PlaneRole};
+pub use parametric::{MOST_LOBES, ParametricField, PerViewModel, TexelModel, ViewFunction};
 pub use shapes::Shapes;
 
 use crate::direction::{Direction, Directions};

@@ -15,6 +15,8 @@
 //! | `stream` | photographs one batch at a time, checked against the first |
 //! | `accumulate`, `products` | sums += pseudo-inverse x photographs, vectorised |
 //! | `learned/` | functions of light and view learned from the photographs themselves |
+//! | `parametric/` | the parameters of a reflectance model for each texel |
+//! | `held_out`, `pair_errors` | pairs of light and view left out, and the errors on all of them |
 //! | `product` | three channel functions to a luminance and a colour |
 //! | `ridge` | a penalty on rough functions, chosen by leaving photographs out |
 //! | `robust` | photographs that do not follow the functions at a texel left out, or counted less |
@@ -23,9 +25,12 @@
 
 mod accumulate;
 mod design;
+mod held_out;
 pub mod learned;
 mod leave_one_out;
 mod levels;
+mod pair_errors;
+pub mod parametric;
 mod product;
 mod products;
 pub mod reference;

@@ -17,7 +17,7 @@ use super::ptm::{self, PtmEncoding, Under};
 use super::raster;
 use super::web;
 use crate::error::{Error, Result};
-use crate::field::{Basis, ReflectanceField};
+use crate::field::{Basis, ParametricField, ReflectanceField};
 use crate::job::Job;
 use crate::memory::Footprint;
 use crate::picture::Picture;
@@ -35,6 +35,8 @@ pub struct FieldFile {
     pub encoding: Encoding,
     /// What the file records of the meaning of its values.
     pub record: MapRecord,
+    /// The reflectance models of the texels, of which the field is the linear form.
+    pub models: Option<ParametricField>,
 }
 
 /// What a picture records of the meaning of its values, so that copies of them can be stored with it.
@@ -196,7 +198,7 @@ pub(super) fn decode_as(bytes: &[u8], meaning: Meaning, job: &Job) -> Result<Fie
 pub(super) fn decode_folder(folder: &Path, job: &Job) -> Result<FieldFile> {
     let field = web::decode(&web::files_of(folder, job), job)?.held(job, "the texture")?;
     let encoding = Encoding::Picture(Depth::Eight);
-    Ok(FieldFile { field, opacity: None, encoding, record: MapRecord::default() })
+    Ok(FieldFile { field, opacity: None, encoding, record: MapRecord::default(), models: None })
 }
 
 fn decode_any(bytes: &[u8], meaning: Meaning, job: &Job) -> Result<FieldFile> {
@@ -205,16 +207,17 @@ fn decode_any(bytes: &[u8], meaning: Meaning, job: &Job) -> Result<FieldFile> {
         Kind::Ptm => {
             let (field, encoding) = ptm::decode(bytes, job)?;
             let record = MapRecord::default();
-            Ok(FieldFile { field, opacity: None, encoding: Encoding::Ptm(encoding), record })
+            Ok(FieldFile { field, opacity: None, encoding: Encoding::Ptm(encoding), record, models: None })
         }
         Kind::Hsh => {
             let (field, encoding) = hsh::decode(bytes, job)?;
             let record = MapRecord::default();
-            Ok(FieldFile { field, opacity: None, encoding: Encoding::Hsh(encoding), record })
+            Ok(FieldFile { field, opacity: None, encoding: Encoding::Hsh(encoding), record, models: None })
         }
         Kind::Exr => {
-            let ExrField { field, opacity, depth } = exr::decode_field(bytes, meaning, job)?;
-            Ok(FieldFile { field, opacity, encoding: Encoding::Exr(depth), record: MapRecord::of(bytes)? })
+            let ExrField { field, opacity, depth, models } = exr::decode_field(bytes, meaning, job)?;
+            let (encoding, record) = (Encoding::Exr(depth), MapRecord::of(bytes)?);
+            Ok(FieldFile { field, opacity, encoding, record, models })
         }
         Kind::Png | Kind::Jpeg | Kind::Tiff | Kind::Pfm | Kind::Radiance => {
             decode_constants(bytes, meaning, job)
@@ -236,7 +239,7 @@ fn decode_constants(bytes: &[u8], meaning: Meaning, job: &Job) -> Result<FieldFi
     };
     let picture = raster.to_picture(raster.samples().space());
     let (opacity, record) = (raster.opacity_plane(), MapRecord::of(bytes)?);
-    Ok(FieldFile { field: ReflectanceField::from_picture(picture), opacity, encoding, record })
+    Ok(FieldFile { field: ReflectanceField::from_picture(picture), opacity, encoding, record, models: None })
 }
 
 /// The bytes of the file of a field.

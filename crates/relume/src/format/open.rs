@@ -25,6 +25,7 @@ use super::whole::{read_bytes, read_file};
 use super::{exr, rlm, web};
 use crate::brdf::MeasuredBrdf;
 use crate::error::{Error, Result};
+use crate::field::ParametricField;
 use crate::job::Job;
 use crate::planes::Planes;
 use crate::random_field::FieldModel;
@@ -127,6 +128,17 @@ impl Opened {
             job.remark(OPACITY_UNUSED);
         }
         Ok(FieldFile { opacity: None, ..file })
+    }
+
+    /// The reflectance models of the texels, if the file holds such a texture: [`Opened::into_field`] gives its linear form.
+    ///
+    /// # Errors
+    /// The error names the file: one that is damaged or exceeds the limits.
+    pub fn parametric(&self) -> Result<Option<ParametricField>> {
+        if self.content != Content::Field || !exr::holds_parametric(&self.bytes) {
+            return Ok(None);
+        }
+        exr::decode_parametric(&self.bytes, &self.job).map(Some).map_err(|e| e.at(&self.name))
     }
 
     /// As [`Opened::into_field`], with the opacity.

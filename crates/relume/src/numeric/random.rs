@@ -70,6 +70,8 @@ pub enum Purpose {
     EnvironmentSamples = 23,
     /// The texels from which clusters of texels begin. Place: none.
     ClusterSeeds = 24,
+    /// The photographs from which clusters of photographs begin. Place: none.
+    PhotographClusters = 25,
 }
 
 /// The most integers of a place.

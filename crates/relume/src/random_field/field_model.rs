@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::clusters::PhotographClusters;
 use super::combine::{Budget, combine};
 use super::estimate::{LevelReport, ModelOptions, estimate};
 use super::levels::REFERENCE_WINDOW;
@@ -52,6 +53,8 @@ pub enum Fields {
     Joint(Box<Model>),
     /// One of the colours under each light.
     PerLight(Vec<LightModel>),
+    /// One of the colours of each cluster of photographs.
+    Clusters(PhotographClusters),
 }
 
 impl Fields {
@@ -62,6 +65,7 @@ impl Fields {
             Self::PerLight(lights) => {
                 lights.iter().map(|light| (Some(light.light()), &light.model)).collect()
             }
+            Self::Clusters(clusters) => clusters.models.iter().map(|model| (None, model)).collect(),
         }
     }
 }
@@ -181,6 +185,10 @@ impl FieldModel {
             Fields::PerLight(lights) => {
                 like_functions(&like, per_light::functions(lights, &self.basis, options, job)?, job)
             }
+            Fields::Clusters(clusters) => {
+                let channels = self.layout.channels();
+                like.with_coefficients(clusters.coefficients(&self.basis, channels, options, job)?)
+            }
         }
     }
 
@@ -191,12 +199,18 @@ impl FieldModel {
             Fields::Joint(_) => one,
             // The functions, their index planes and the field.
             Fields::PerLight(_) => one + 12 * (self.basis.len() * self.layout.channels()) as u64,
+            Fields::Clusters(_) => one + 4 * (self.basis.len() * self.layout.channels()) as u64,
         }
     }
 
     /// The least tile as large as the modelled texture: its size, rounded up until a tile closes.
     pub fn tile_size(&self) -> Size {
-        let steps = self.fields.models().into_iter().map(|(_, model)| model.tile_steps());
+        let range = match &self.fields {
+            Fields::Clusters(clusters) => clusters.range.as_deref(),
+            Fields::Joint(_) | Fields::PerLight(_) => None,
+        };
+        let models = self.fields.models().into_iter().map(|(_, model)| model).chain(range);
+        let steps = models.map(Model::tile_steps);
         let [across, down] = steps.reduce(|a, b| [a[0].max(b[0]), a[1].max(b[1])]).unwrap_or([1; 2]);
         let ModelSource { width, height, .. } = self.source;
         Size::new((width as usize).next_multiple_of(across), (height as usize).next_multiple_of(down))
@@ -239,6 +253,7 @@ impl FieldModel {
                 let space = self.texel().and_then(|texel| index_space(&texel));
                 space.is_ok_and(|space| space.planes() == model.planes())
             }
+            Fields::Clusters(clusters) => clusters.is_whole(&self.basis, &self.layout),
             Fields::PerLight(lights) => {
                 let disks: Vec<[f32; 2]> = lights.iter().map(|light| light.disk).collect();
                 lights.iter().all(|light| light.model.planes() == self.layout.channels())

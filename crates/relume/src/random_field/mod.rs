@@ -29,7 +29,7 @@
 //! | [`stability`] | spectral radius, burn-in |
 //! | [`level`], [`model`] | the data of a model |
 //! | [`structure`] | compressed tiles of the periodic part |
-//! | [`estimate`](mod@estimate), [`candidates`], [`combine`](mod@combine), [`field_model`], [`per_light`] | estimation |
+//! | [`estimate`](mod@estimate), [`candidates`], [`combine`](mod@combine), [`field_model`], [`per_light`], [`clusters`] | estimation |
 //! | [`curves`] | the evidence as a picture |
 //! | [`noise`], [`recursion`], [`realisation`] | synthesis |
 //! | [`character`](mod@character) | whether a random field suits a material |
@@ -43,6 +43,7 @@
 
 pub mod candidates;
 pub mod character;
+pub mod clusters;
 pub mod combine;
 pub mod conditional;
 pub mod curves;
@@ -68,6 +69,7 @@ pub mod statistics;
 pub mod structure;
 
 pub use character::{Character, character};
+pub use clusters::{MOST_IMAGE_CLUSTERS, PhotographClusters};
 pub use combine::{Budget, combine};
 pub use estimate::{LevelReport, ModelOptions, estimate};
 pub use field_model::{FieldModel, Fields, Heights, ModelSource, combine_field, model_field};

@@ -11,7 +11,7 @@ use crate::capture::dome::ReliefBorder;
 use crate::capture::dome::horizon::Surroundings;
 use crate::capture::dome::relief::Relief;
 use crate::error::{Error, Result};
-use crate::field::ReflectanceField;
+use crate::field::{ParametricField, ReflectanceField, TexelModel};
 use crate::format::{
     Depth, HeightFormat, NormalY, PictureFormat, encode_data_map, encode_height_with, encode_normals,
     encode_picture_with,
@@ -140,13 +140,39 @@ impl MaterialMaps {
             let from = picture.planes.plane(k.min(picture.planes.count() - 1));
             plane.iter_mut().zip(from).for_each(|(out, v)| *out = v.clamp(0.0, 1.0));
         }
-        let border_of_slopes = match border {
-            ReliefBorder::Wrap => SurfaceBorder::Periodic,
-            ReliefBorder::Clamp => SurfaceBorder::Open,
-        };
-        let options = IntegrateOptions { border: border_of_slopes, ..IntegrateOptions::default() };
-        let height = integrate(&Slopes::from_normals(&normals, STEEPEST)?, &options, job)?;
+        let height = integrated(&normals, border, job)?;
         let maps = SurfaceMaps { height, albedo, normal: Some(normals), roughness: None, metallic: None };
+        Self::of_maps(maps, border, job)
+    }
+
+    /// The maps that the texels of a texture of facets hold ([`TexelModel::Ggx`]): base colour, normals and roughness; heights
+    /// are integrated from the normals.
+    ///
+    /// # Errors
+    /// As [`MaterialMaps::of_maps`], and a texture of another model.
+    pub fn of_facets(models: &ParametricField, border: ReliefBorder, job: &Job) -> Result<Self> {
+        if *models.model() != TexelModel::Ggx {
+            return Err(Error::usage(format!(
+                "maps of facets are of the model ggx, not of {}",
+                models.model().name()
+            )));
+        }
+        let (size, channels, from) = (models.size(), models.channels(), models.planes());
+        let mut albedo = Planes::zeros_within(job, "the colours", size, 3)?;
+        for (k, plane) in albedo.iter_mut().enumerate() {
+            let base = from.plane(k.min(channels - 1));
+            plane.iter_mut().zip(base).for_each(|(out, v)| *out = v.clamp(0.0, 1.0));
+        }
+        let mut normals = Planes::zeros_within(job, "the normals", size, 3)?;
+        (0..2).for_each(|axis| normals.plane_mut(axis).copy_from_slice(from.plane(channels + axis)));
+        for texel in 0..size.texels() {
+            let [x, y] = [0, 1].map(|axis| normals.plane(axis)[texel]);
+            normals.plane_mut(2)[texel] = (1.0 - x * x - y * y).max(0.0).sqrt();
+        }
+        let rough = from.plane(channels + 2).iter().map(|v| v.clamp(0.0, 1.0)).collect();
+        let roughness = Some(Planes::from_vec(size, 1, rough)?);
+        let height = integrated(&normals, border, job)?;
+        let maps = SurfaceMaps { height, albedo, normal: Some(normals), roughness, metallic: None };
         Self::of_maps(maps, border, job)
     }
 
@@ -183,6 +209,16 @@ impl MaterialMaps {
             (None, _) => out.fill(1.0),
         }
     }
+}
+
+/// Heights in texels from normals.
+fn integrated(normals: &Planes, border: ReliefBorder, job: &Job) -> Result<Planes> {
+    let border = match border {
+        ReliefBorder::Wrap => SurfaceBorder::Periodic,
+        ReliefBorder::Clamp => SurfaceBorder::Open,
+    };
+    let options = IntegrateOptions { border, ..IntegrateOptions::default() };
+    integrate(&Slopes::from_normals(normals, STEEPEST)?, &options, job)
 }
 
 /// Writes maps under a preset: `store` gets the files by name.

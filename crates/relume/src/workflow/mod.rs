@@ -15,6 +15,7 @@
 //! | [`packed`] | learned functions packed for a model |
 //! | [`metric`] | metrics by name |
 //! | [`model`] | models of functions jointly, of structure and detail, or of single lights |
+//! | [`image_clusters`] | random fields of clusters of photographs, and a range map |
 //! | [`likeness`] | whether what a model makes looks like the material |
 //! | [`btf`](mod@btf) | textures of light and view on disk |
 //! | [`btf_comparison`] | textures of functions compared with photographs under light and view |
@@ -44,6 +45,7 @@ pub mod files;
 pub mod fitted;
 pub mod front;
 pub mod gonioreflectometer;
+pub mod image_clusters;
 pub mod likeness;
 pub mod map_export;
 pub mod map_set;

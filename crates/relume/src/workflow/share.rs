@@ -144,7 +144,7 @@ mod tests {
         let planes = Planes::from_vec(size, count, data).unwrap();
         let field = ReflectanceField::new(basis.clone(), layout, Space::Linear, planes).unwrap();
         let encoding = Encoding::Exr(ExrDepth::Float);
-        FieldFile { field, opacity: None, encoding, record: Default::default() }
+        FieldFile { field, opacity: None, encoding, record: Default::default(), models: None }
     }
 
     fn options(depth: PlaneDepth) -> ShareOptions {

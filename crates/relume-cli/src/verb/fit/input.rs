@@ -100,6 +100,15 @@ impl Inputs {
         &self.pairs
     }
 
+    /// The number of distinct views.
+    pub(super) fn views(&self) -> usize {
+        let mut views: Vec<[u64; 3]> =
+            self.pairs.iter().map(|(_, pair)| pair.view.to_array().map(f64::to_bits)).collect();
+        views.sort_unstable();
+        views.dedup();
+        views.len()
+    }
+
     /// What is to be said of them.
     pub(super) fn warnings(&self) -> &[String] {
         &self.warnings

@@ -4,6 +4,7 @@ mod factors;
 mod input;
 mod learned;
 mod light;
+mod parametric;
 mod quality;
 mod test;
 
@@ -64,7 +65,17 @@ pub struct Args {
     /// [default: common]
     #[arg(long, value_name = "OF", value_parser = args::named::<Factorisation>())]
     factors: Option<Factorisation>,
-    /// Leave every N-th light and view out of the fit of learned functions, and measure how well they are predicted
+    /// Fit a reflectance model to each texel of a texture of light and view: one or two lobes of light and view (lafortune1,
+    /// lafortune2); base colour, normal, roughness and specular reflectance as in artists' programs (ggx); or a function of
+    /// the light for each view: lobes (views-lafortune1, views-lafortune2), or any basis of light (views-ptm, views-hsh9)
+    #[arg(long, value_name = "NAME", value_parser = parametric::named,
+          conflicts_with_all = ["basis", "rank", "error", "clusters", "factors"])]
+    model: Option<String>,
+    /// The most pairs of light and view to which the lobes or facets of a texel are fitted [default: 1024]
+    #[arg(long, value_name = "N", requires = "model")]
+    fit_pairs: Option<usize>,
+    /// Leave every N-th light and view out of the fit of learned functions or models, and measure how well they are
+    /// predicted
     #[arg(long, value_name = "N")]
     hold_out: Option<usize>,
     /// Photographs missing from a grid of lights and views: refuse the set, or fill them from the others
@@ -117,6 +128,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let default = if is_btf { BasisChoice::Learned } else { BasisChoice::OfLight(Basis::Ptm) };
     let basis = args.basis.clone().unwrap_or(default);
     args.check(is_btf, &basis)?;
+    args.check_model(is_btf)?;
     let mut outputs = Outputs::new(context);
     let mut read = vec![args.capture.as_path()];
     read.extend(args.photographs.files());
@@ -126,6 +138,9 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     }
     let format = output_format(args, &basis)?;
     let inputs = Inputs::open(args, is_btf, &basis, context)?;
+    if let Some(model) = &args.model {
+        return parametric::run(args, model, format, &inputs, outputs, context);
+    }
     let basis = match basis {
         BasisChoice::OfLight(basis) => basis,
         BasisChoice::Interpolated(rule) => {
@@ -158,6 +173,24 @@ impl Args {
             (Some(_), FittedFormat::Field(_)) => {
                 Err(Error::usage("--factors is of .btf files: name one to write").at(&self.output))
             }
+        }
+    }
+
+    /// Refuses options without a part in the fit of a reflectance model.
+    fn check_model(&self, is_btf: bool) -> Result<()> {
+        let Some(model) = &self.model else { return Ok(()) };
+        if !is_btf {
+            return Err(Error::usage(format!(
+                "--model {model} is of textures of light and view, and this is a capture of lights"
+            ))
+            .at(&self.capture));
+        }
+        let given = [(self.test.is_some(), "--test"), (self.report.is_some(), "--report")];
+        match given.iter().find(|(given, _)| *given) {
+            Some((_, name)) => Err(Error::usage(format!(
+                "{name} is of linear functions, and --model {model} fits none: `relume compare` measures it"
+            ))),
+            None => Ok(()),
         }
     }
 

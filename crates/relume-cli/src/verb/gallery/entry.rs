@@ -1,13 +1,13 @@
 //! One exemplar with the textures made from it by all methods, and one such texture.
 
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use relume::workflow::SynthesisMethod;
 use relume::workflow::auto::LARGEST_PIECE;
+use relume::workflow::{Btf, SynthesisMethod};
 use relume::{Error, ErrorKind, Named, Result, Size};
 use serde::Serialize;
 use serde_json::Value;
@@ -21,6 +21,9 @@ use crate::verb::run_typed;
 
 /// The light of the pictures on the page: from the upper left, so that relief shows.
 const LIGHT: &str = "--light=-0.45,0.45,0.77";
+/// The texture of photographs under light and view, and the functions that it has.
+const FACTORED: &str = "factored.exr";
+const FUNCTIONS: usize = 16;
 /// The place of the distance by which textures are ranked in the report of `relume compare --texture`.
 pub const DISTANCE: &str = "/mean/appearance/distance";
 
@@ -29,6 +32,9 @@ pub const DISTANCE: &str = "/mean/appearance/distance";
 pub struct GalleryExemplar {
     /// The name of its file.
     pub name: String,
+    /// Of photographs under light and view, the command that makes the texture of learned functions that the methods are
+    /// given.
+    pub factored: Option<String>,
     pub width: usize,
     pub height: usize,
     /// The size of the textures.
@@ -72,18 +78,23 @@ impl GalleryExemplar {
     pub fn run(file: &Path, args: &Args, stage: &Folder, place: &str, context: &Context) -> Result<Self> {
         let name = file.file_name().unwrap_or(file.as_os_str());
         context.bar.set_part(format!("{place}{} ", name.to_string_lossy()));
-        // Read once for all verbs; where that fails, each entry says so.
-        let kept = input::keep(file, &context.job);
-        let size = kept.as_ref().map_err(Error::clone);
-        let size = size.and_then(|_| input::exemplar(file, &context.job)).map(|read| read.field.size());
         let folder = stage.path().join(name);
         fs::create_dir(&folder).map_err(|e| Error::io("cannot create the folder", &e).at(&folder))?;
         let scratch = stage.scratch()?;
+        let set = Btf::is_at(file).then(|| FactoredSet::new(file, name, &folder, context)).transpose();
+        let file = if let Ok(Some(set)) = &set { set.texture.as_path() } else { file };
+        // Read once for all verbs; where that fails, each entry says so.
+        let kept = input::keep(file, &context.job);
+        let size = set.as_ref().map_err(Error::clone).and(kept.as_ref().map_err(Error::clone));
+        let size = size.and_then(|_| input::exemplar(file, &context.job)).map(|read| read.field.size());
+        let set = set.as_ref().ok().and_then(Option::as_ref);
+        let source = set.map_or_else(|| name.to_string_lossy().into_owned(), |set| set.name.clone());
         let doubled = |side: &Size| Size::new(2 * side.width, 2 * side.height);
         let output = args.size.or(size.as_ref().ok().map(doubled)).unwrap_or(Size::new(0, 0));
         let trial = Trial {
             file,
-            name: name.to_string_lossy().into_owned(),
+            source,
+            set: name.to_string_lossy().into_owned(),
             folder: &folder,
             scratch: scratch.path(),
             output,
@@ -92,7 +103,8 @@ impl GalleryExemplar {
         };
         let analysis = trial.kept(run_typed(words(&["analyze", "--"], &[file]), context))?;
         let mut exemplar = Self {
-            name: trial.name.clone(),
+            name: name.to_string_lossy().into_owned(),
+            factored: set.map(|set| set.command.clone()),
             width: size.as_ref().map_or(0, |size| size.width),
             height: size.as_ref().map_or(0, |size| size.height),
             output_width: output.width,
@@ -102,11 +114,10 @@ impl GalleryExemplar {
             preview: trial.kept(trial.preview(file))?.ok(),
         };
         for method in &args.methods {
-            let name = method.name();
-            context.bar.set_part(format!("{place}{} {name} ", trial.name));
+            context.bar.set_part(format!("{place}{} {} ", exemplar.name, method.name()));
             let entry = match &size {
                 Ok(size) => trial.entry(*method, *size)?,
-                Err(error) => GalleryEntry::failed(name, String::new(), error.to_string()),
+                Err(error) => GalleryEntry::failed(method.name(), String::new(), error.to_string()),
             };
             exemplar.entries.push(entry);
         }
@@ -120,6 +131,28 @@ impl GalleryExemplar {
         if let Some((_, best)) = near.min_by(|a, b| a.0.total_cmp(&b.0)) {
             best.is_best = true;
         }
+    }
+}
+
+/// Photographs under light and view as a texture of learned functions.
+struct FactoredSet {
+    texture: PathBuf,
+    /// The texture in the folder of the gallery.
+    name: String,
+    command: String,
+}
+
+impl FactoredSet {
+    /// Learns the functions.
+    fn new(set: &Path, name: &OsStr, folder: &Path, context: &Context) -> Result<Self> {
+        let texture = folder.join(FACTORED);
+        let rank = FUNCTIONS.to_string();
+        let mut typed = words(&["fit", "--rank", &rank, "--half", "-o"], &[&texture]);
+        typed.extend(words(&["--"], &[set]));
+        run_typed(typed, context)?;
+        let (name, set) = (format!("{}/{FACTORED}", name.to_string_lossy()), name.to_string_lossy());
+        let command = format!("relume fit --rank {rank} --half -o {name} {set}");
+        Ok(Self { texture, name, command })
     }
 }
 
@@ -153,7 +186,10 @@ impl GalleryEntry {
 /// The input of all methods.
 struct Trial<'a> {
     file: &'a Path,
-    name: String,
+    /// Its name in commands.
+    source: String,
+    /// The name of its folder in the gallery.
+    set: String,
     folder: &'a Path,
     scratch: &'a Path,
     output: Size,
@@ -168,7 +204,7 @@ impl Trial<'_> {
             (format!("{}x{}", self.output.width, self.output.height), self.args.seed.to_string());
         let texture = format!("{method}.{}", self.ending());
         let options = ["synth", "--method", method, "--size", &size, "--seed", &seed];
-        let command = format!("relume {} -o {texture} {}", options.join(" "), self.name);
+        let command = format!("relume {} -o {texture} {}", options.join(" "), self.source);
         let (target, sources) = (self.folder.join(&texture), self.scratch.join(format!("{method}.npy")));
         let mut typed = words(&options, &[]);
         typed.extend(words(&["-o"], &[&target]));
@@ -194,7 +230,7 @@ impl Trial<'_> {
             command,
             chosen: made.pointer("/auto/options").and_then(Value::as_str).map(str::to_owned),
             times,
-            file: Some(format!("{}/{texture}", self.name)),
+            file: Some(format!("{}/{texture}", self.set)),
             error: measures.as_ref().err().map(|e| self.sentence(e)),
             largest_piece: measures.as_ref().ok().and_then(piece).map(|n| n / exemplar.texels() as f64),
             measures: measures.ok(),

@@ -9,7 +9,7 @@ mod table;
 
 use std::path::{Path, PathBuf};
 
-use relume::workflow::SynthesisMethod;
+use relume::workflow::{Btf, SynthesisMethod};
 use relume::{Error, Named, Result, Size};
 use serde_json::json;
 
@@ -23,6 +23,9 @@ use entry::GalleryExemplar;
 /// Extensions of files that may be exemplars.
 const ENDINGS: [&str; 10] = ["png", "jpg", "jpeg", "tif", "tiff", "exr", "pfm", "hdr", "pic", "ptm"];
 
+/// Extensions of textures of light and view, which are factored first.
+const SETS: [&str; 2] = ["zip", "btf"];
+
 /// Arguments of `relume gallery`.
 #[derive(Debug, clap::Args)]
 #[command(
@@ -30,7 +33,8 @@ const ENDINGS: [&str; 10] = ["png", "jpg", "jpeg", "tif", "tiff", "exr", "pfm", 
                         then open gallery/index.html in a browser. docs/measures.md says what the figures mean."
 )]
 pub struct Args {
-    /// A folder of exemplars: .ptm, .exr or pictures; other files in it are ignored
+    /// A folder of exemplars: .ptm, .exr or pictures, and textures of light and view (.zip, .btf, or folders of
+    /// photographs), which are factored into 16 functions first; other files in it are ignored
     folder: PathBuf,
     /// The folder to write: index.html, gallery.json, gallery.csv, and a folder of textures for each
     /// exemplar
@@ -103,10 +107,15 @@ fn files(folder: &Path) -> Result<Vec<PathBuf>> {
     let paths = entries.map(|entry| entry.map(|entry| entry.path()).map_err(|e| failed(&e)));
     let mut paths = paths.collect::<Result<Vec<PathBuf>>>()?;
     let ending = |path: &Path| path.extension().map(|e| e.to_string_lossy().to_lowercase());
-    paths.retain(|path| !path.is_dir() && ending(path).is_some_and(|e| ENDINGS.contains(&e.as_str())));
+    let is_file = |path: &Path| !path.is_dir() && ending(path).is_some_and(|e| ENDINGS.contains(&e.as_str()));
+    let is_set = |path: &Path| {
+        Btf::is_at(path) && (path.is_dir() || ending(path).is_some_and(|e| SETS.contains(&&*e)))
+    };
+    paths.retain(|path| is_file(path) || is_set(path));
     paths.sort();
     if paths.is_empty() {
-        let message = format!("holds no exemplar: expected files that end in .{}", ENDINGS.join(", ."));
+        let endings = ENDINGS.into_iter().chain(SETS).collect::<Vec<_>>().join(", .");
+        let message = format!("holds no exemplar: expected files that end in .{endings}");
         return Err(Error::usage(message).at(folder));
     }
     Ok(paths)

@@ -79,6 +79,10 @@ fn about(exemplar: &GalleryExemplar) -> String {
         let _ = write!(html, " <span class=\"warning\">{}</span>", escaped(&warning.replace('_', " ")));
     }
     let (width, height) = (exemplar.output_width, exemplar.output_height);
+    if let Some(command) = &exemplar.factored {
+        let _ =
+            write!(html, "<br>Photographs under light and view, factored: <code>{}</code>", escaped(command));
+    }
     let _ = write!(html, "<br>Textures of {width} x {height} texels.");
     html
 }

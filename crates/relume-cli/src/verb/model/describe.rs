@@ -21,7 +21,7 @@ pub fn describe(field: &FieldModel) -> Result<Report> {
         field.layout.name(),
         field.space,
         heights(field),
-        models_text(&models),
+        models_text(field, &models),
         base(&field.source),
         field.source_bytes(),
         field.source_bytes() as f64 / bytes as f64,
@@ -44,8 +44,19 @@ pub fn describe(field: &FieldModel) -> Result<Report> {
             }
         }
         Fields::PerLight(_) => json["lights"] = values.collect(),
+        Fields::Clusters(clusters) => {
+            json["clusters"] = values.collect();
+            json["range_map"] = json!(clusters.range.as_deref().map(|range| model_value(None, range)));
+        }
     }
-    Ok(Report::new(text + &details(&models), json))
+    let details = match &field.fields {
+        // Twenty pictures are alike.
+        Fields::Clusters(clusters) => {
+            details(&clusters.range.iter().map(|range| (None, &**range)).collect::<Vec<_>>())
+        }
+        Fields::Joint(_) | Fields::PerLight(_) => details(&models),
+    };
+    Ok(Report::new(text + &details, json))
 }
 
 fn heights(field: &FieldModel) -> String {
@@ -56,12 +67,15 @@ fn heights(field: &FieldModel) -> String {
     }
 }
 
-fn models_text(models: &[(Option<Direction>, &Model)]) -> String {
-    let (light, first) = models[0];
-    let count = if light.is_some() {
-        format!("a model for each of {} lights, ", models.len())
-    } else {
-        String::new()
+fn models_text(field: &FieldModel, models: &[(Option<Direction>, &Model)]) -> String {
+    let (_, first) = models[0];
+    let count = match &field.fields {
+        Fields::Joint(_) => String::new(),
+        Fields::PerLight(_) => format!("a model for each of {} lights, ", models.len()),
+        Fields::Clusters(clusters) => {
+            let range = if clusters.range.is_some() { "a range map and " } else { "" };
+            format!("{range}a model for each of {} clusters of photographs, ", models.len())
+        }
     };
     format!(
         ": {count}{} planes of {} components, {} levels of factor {}",

@@ -1,6 +1,7 @@
 //! `relume model`: a texture as a random field of a few kilobytes; [`combine`]: with structure from tiles;
-//! [`lights`]: one model per light; [`describe`](mod@describe): the contents of a model.
+//! [`lights`]: one model per light; [`clusters`]: one for each cluster of photographs; [`describe`](mod@describe): the contents of a model.
 
+mod clusters;
 mod combine;
 mod describe;
 mod lights;
@@ -94,6 +95,9 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let mut outputs = Outputs::new(context);
     for path in std::iter::once(&args.output).chain(&args.curve) {
         outputs.file(path, &[&args.texture])?;
+    }
+    if args.lights.are_clusters() {
+        return clusters::run(args, outputs, context);
     }
     let request = request(args)?;
     let (field, heights) = match Btf::is_at(&args.texture) {

@@ -12,8 +12,8 @@
 
 use rayon::prelude::*;
 
-use super::held_out::HeldOut;
 use crate::error::Result;
+use crate::fit::held_out::HeldOut;
 use crate::fit::levels::SampleLevels;
 use crate::fit::products::BAND;
 use crate::fit::stream::PhotographStream;

@@ -2,11 +2,11 @@
 
 use rayon::prelude::*;
 
-use super::held_out::HeldOut;
 use super::sketch::{ROUNDING, Sketch, combined, gram};
 use super::solid_angles::pair_weights;
 use super::{MOST_FUNCTIONS, Rank};
 use crate::error::Result;
+use crate::fit::held_out::HeldOut;
 use crate::job::Job;
 use crate::numeric::Matrix;
 use crate::numeric::eigen;

@@ -24,20 +24,23 @@ mod clipped;
 mod clusters;
 mod dots;
 mod finish;
-mod held_out;
 mod point_axes;
 mod reference;
 mod report;
 mod sketch;
 mod solid_angles;
 
+pub use super::pair_errors::{PairsReport, PolarReport};
 pub use clusters::{ClusterOptions, cluster};
 pub use reference::exact;
-pub use report::{LearnedReport, PairsReport, PolarReport};
+pub use report::LearnedReport;
+pub use solid_angles::pair_weights;
 
 use serde::Serialize;
 
+use super::held_out::HeldOut;
 use super::levels::SampleLevels;
+use super::pair_errors::Measurement;
 use super::sample::Grid;
 use super::stream::PhotographStream;
 use crate::direction::Directions;
@@ -46,7 +49,6 @@ use crate::field::{Basis, ClusteredField, Learned, PlaneLayout, ReflectanceField
 use crate::job::Job;
 use crate::raster::LoadRaster;
 use crate::space::Space;
-use held_out::HeldOut;
 use sketch::Sketch;
 
 /// The most functions; more are neither compact nor fast.
@@ -187,18 +189,18 @@ pub fn fit(
         let basis = Learned::of_channels(stream.channels(), held_out.pairs(), weights, values)?;
         let layout = PlaneLayout::shared(channel_names(stream.channels()))?;
         let learned = ReflectanceField::new(Basis::Learned(basis), layout, options.space, planes)?;
-        let measured = report::Measurement { pairs, grid: &grid, levels: &levels, held_out: &held_out };
+        let measured = Measurement { pairs, grid: &grid, levels: &levels, held_out: &held_out };
         let singular_values = &factors.singular_values[..rank];
         let Some(clusters) = &options.clusters else {
             let error = factors.error(rank);
-            let report = measured.report(&learned, &sketched.kept, singular_values, error, job)?;
+            let report = report::report(&measured, &learned, &sketched.kept, singular_values, error, job)?;
             return Ok(LearnedFit { field: learned, clustered: None, report });
         };
         let clustered = cluster(&learned, clusters, options.seed, job)?;
         let field = clustered.expanded(job)?;
         let more = sketched.mean_square(&learned, &field, job)?;
         let error = (factors.error(rank).powi(2) + more).sqrt();
-        let report = measured.report(&field, &sketched.kept, singular_values, error, job)?;
+        let report = report::report(&measured, &field, &sketched.kept, singular_values, error, job)?;
         return Ok(LearnedFit { field, clustered: Some(clustered), report });
     }
 }

@@ -4,9 +4,9 @@ use pulp::Arch;
 use rayon::prelude::*;
 
 use super::dots::Interleaved;
-use super::held_out::HeldOut;
 use crate::error::{Error, Result};
 use crate::field::{Basis, ReflectanceField};
+use crate::fit::held_out::HeldOut;
 use crate::fit::levels::SampleLevels;
 use crate::fit::products::{BAND, FUNCTIONS, add_products};
 use crate::fit::sample::Grid;

@@ -3,8 +3,8 @@
 
 use rayon::prelude::*;
 
-use super::held_out::{place, sorted};
 use crate::direction::{Direction, Directions};
+use crate::fit::held_out::{place, sorted};
 use std::f64::consts::TAU;
 
 /// Points of the hemisphere whose nearest direction is found; each stands for an equal area.
@@ -15,7 +15,7 @@ const LEAST_FILLED: f64 = 0.5;
 
 /// The weight of each pair: the product of the areas of its light's and view's cells where the pairs are those
 /// of a grid, and otherwise equal. The sum is (2 pi)^2 for complete grids and for pairs without one.
-pub(super) fn pair_weights(pairs: &[Directions]) -> Vec<f64> {
+pub fn pair_weights(pairs: &[Directions]) -> Vec<f64> {
     let lights = sorted(pairs.iter().map(|pair| pair.light));
     let views = sorted(pairs.iter().map(|pair| pair.view));
     if (pairs.len() as f64) < LEAST_FILLED * (lights.len() * views.len()) as f64 {

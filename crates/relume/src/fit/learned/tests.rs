@@ -259,3 +259,24 @@ fn clusters_without_meaning_are_refused_in_a_sentence() {
     assert!(message(2, 0).contains("at least 1, not 0"));
     assert!(message(2, 4).contains("fewer numbers than the 4 common functions"));
 }
+
+/// What a fit of 151 x 151 photographs of 512 x 512 asks for before it reads the second one: all but the coefficients, which
+/// the first sums are larger than.
+#[test]
+fn a_dome_sized_set_is_factored_within_a_gigabyte_and_a_half() {
+    use crate::capture::dome::sampling::{DirectionSampling, all_pairs};
+    let directions = DirectionSampling::Dome.directions();
+    let pairs: Vec<(String, Directions)> =
+        all_pairs(&directions, &directions).into_iter().map(|pair| (String::new(), pair)).collect();
+    assert_eq!(pairs.len(), 22_801);
+    let size = Size::new(512, 512);
+    let load = |i: usize| match i {
+        0 => Raster::new(size, 3, Samples::U8(vec![9; 3 * size.texels()])),
+        _ => Err(Error::invalid("the second photograph")),
+    };
+    let job = Job::new(crate::Limits { max_bytes: 1_500_000_000, ..crate::Limits::default() });
+    let error = fit(&pairs, &load, &LearnedOptions::default(), &job).unwrap_err().to_string();
+    assert!(error.contains("the second photograph"), "{error}");
+    let asked = job.peak_bytes();
+    assert!((200_000_000..700_000_000).contains(&asked), "{asked} bytes");
+}

@@ -11,7 +11,7 @@
 //! | `relumeSpace` | `linear` or `srgb` |
 //! | `relumeLights` | directions `x y z`, separated by `;`, where known |
 //!
-//! A texture in clusters has other channels: see [`clustered`].
+//! A texture in clusters, and one of reflectance models, has other channels: see [`clustered`] and [`parametric`].
 //!
 //! A channel is named `basis.function.colour`, so that viewers show each function as a layer: `ptm.u2.R`;
 //! `ptm.u2.Y` for luminance; `color.R` for the colour of an LRGB field; `learned.f0` for coefficients common to
@@ -28,10 +28,14 @@ use super::clustered;
 use super::codec;
 use super::container::{self, Layer};
 use super::learned;
+use super::parametric;
 use super::picture::{multiplied, picture_of};
 use crate::direction::Direction;
 use crate::error::{Error, Result};
-use crate::field::{Basis, Interpolated, Interpolation, PlaneLayout, PlaneRole, ReflectanceField};
+use crate::field::{
+    Basis, Interpolated, Interpolation, ParametricField, PlaneLayout, PlaneRole, ReflectanceField,
+};
+use crate::fit::parametric::linear_form;
 use crate::format::meaning::Meaning;
 use crate::format::opacity;
 use crate::job::Job;
@@ -40,17 +44,17 @@ use crate::planes::Planes;
 use crate::raster::{Raster, Samples};
 use crate::space::Space;
 
-const VERSION_KEY: &str = "relumeField";
+pub(super) const VERSION_KEY: &str = "relumeField";
 const BASIS_KEY: &str = "relumeBasis";
 const INTERPOLATED_KEY: &str = "relumeInterpolated";
 const LEARNED_KEY: &str = "relumeLearned";
 const VALUES_KEY: &str = "relumeLearnedValues";
-const COLOR_KEY: &str = "relumeColor";
+pub(super) const COLOR_KEY: &str = "relumeColor";
 const CHANNELS_KEY: &str = "relumeChannels";
-const SPACE_KEY: &str = "relumeSpace";
+pub(super) const SPACE_KEY: &str = "relumeSpace";
 const LIGHTS_KEY: &str = "relumeLights";
 
-const VERSION: &str = "1";
+pub(super) const VERSION: &str = "1";
 
 /// The channel of the opacity.
 const OPACITY: &str = "A";
@@ -149,6 +153,8 @@ pub(in crate::format) struct ExrField {
     /// One plane, where it varies.
     pub opacity: Option<Planes>,
     pub depth: ExrDepth,
+    /// The reflectance models of which the field is the linear form.
+    pub models: Option<ParametricField>,
 }
 
 /// The field in an EXR file. A picture is a linear field of constants, and so are several channels that are
@@ -163,7 +169,7 @@ pub(in crate::format) fn decode_field(bytes: &[u8], meaning: Meaning, job: &Job)
             let raster = picture_of(&layer, meaning, job)?;
             let opacity = raster.opacity_plane();
             let field = ReflectanceField::from_picture(raster.to_picture(Space::Linear));
-            Ok(ExrField { field, opacity, depth: layer.depth })
+            Ok(ExrField { field, opacity, depth: layer.depth, models: None })
         }
         Some(version) if version == VERSION => described(&layer, job),
         Some(version) => Err(Error::unsupported(format!(
@@ -176,7 +182,10 @@ pub(in crate::format) fn decode_field(bytes: &[u8], meaning: Meaning, job: &Job)
 fn described(layer: &Layer, job: &Job) -> Result<ExrField> {
     if clustered::is_clustered(layer) {
         let field = clustered::clustered_of(layer)?.expanded(job)?;
-        return Ok(ExrField { field, opacity: None, depth: layer.depth });
+        return Ok(ExrField { field, opacity: None, depth: layer.depth, models: None });
+    }
+    if parametric::is_parametric(layer) {
+        return linear_form_of(parametric::parametric_of(layer)?, layer.depth, job);
     }
     let layout = layout_of(layer)?;
     let basis = basis_of(layer, &layout)?;
@@ -191,7 +200,20 @@ fn described(layer: &Layer, job: &Job) -> Result<ExrField> {
     }
     let opacity = alphas.and_then(|alphas| opacity::plane(layer.planes.size(), alphas, job));
     let field = ReflectanceField::new(basis, layout, space, planes)?.with_lights(lights_of(layer)?);
-    Ok(ExrField { field, opacity, depth: layer.depth })
+    Ok(ExrField { field, opacity, depth: layer.depth, models: None })
+}
+
+/// The linear form of a texture of reflectance models, with a remark on its error.
+fn linear_form_of(models: ParametricField, depth: ExrDepth, job: &Job) -> Result<ExrField> {
+    let (field, rmse) = linear_form(&models, job)?;
+    job.remark(format!(
+        "the texture of the reflectance model {} is taken as {} learned functions, which differ from it by {:.2} of 255 (root \
+         mean square)",
+        models.model().name(),
+        field.basis().len(),
+        255.0 * rmse
+    ));
+    Ok(ExrField { field, opacity: None, depth, models: Some(models) })
 }
 
 /// All channels as those of one texture of constants, with a remark: which of them are a picture is not clear.
@@ -202,7 +224,7 @@ fn named_channels(layer: &Layer, job: &Job) -> Result<ExrField> {
     ));
     let layout = PlaneLayout::of_channels(layer.names.iter().cloned())?;
     let field = ReflectanceField::new(Basis::Constant, layout, Space::Linear, layer.planes.clone())?;
-    Ok(ExrField { field, opacity: None, depth: layer.depth })
+    Ok(ExrField { field, opacity: None, depth: layer.depth, models: None })
 }
 
 /// The basis that attributes describe.
@@ -286,7 +308,7 @@ fn lights_of(layer: &Layer) -> Result<Vec<Direction>> {
     directions_of(text, LIGHTS_KEY, Direction::new)
 }
 
-fn directions_of(
+pub(super) fn directions_of(
     text: &str,
     key: &str,
     direction: impl Fn(f64, f64, f64) -> Result<Direction>,
@@ -303,7 +325,7 @@ fn directions_of(
     text.split(';').filter(|light| !light.trim().is_empty()).map(one).collect()
 }
 
-fn directions_as_text(directions: &[Direction]) -> String {
+pub(super) fn directions_as_text(directions: &[Direction]) -> String {
     let texts = directions.iter().map(|d| format!("{} {} {}", d.x(), d.y(), d.z()));
     texts.collect::<Vec<_>>().join(";")
 }

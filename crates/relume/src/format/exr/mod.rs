@@ -16,6 +16,7 @@ mod field;
 mod huffman;
 mod learned;
 mod numbers;
+mod parametric;
 mod picture;
 #[cfg(feature = "exr")]
 mod reading;
@@ -43,6 +44,8 @@ pub(super) use picture::encode_picture;
 pub(super) use tiles::tiles_of;
 
 pub use clustered::{decode_clustered, encode_clustered};
+pub(super) use parametric::holds_parametric;
+pub use parametric::{decode_parametric, encode_parametric};
 pub use tiles::encode_tiles;
 
 use crate::clipping::{Clipper, Clipping};

@@ -11,7 +11,7 @@ use crate::field::basis::{MOST_PACKED, WeightedDirection};
 use crate::job::Job;
 
 /// Bits of the numbers of lights, views, channels and functions.
-const COUNTS: [u32; 4] = [16, 16, 8, 16];
+pub(super) const COUNTS: [u32; 4] = [16, 16, 8, 16];
 
 /// The bytes of packed functions in a file.
 pub fn functions_bytes(functions: &PackedFunctions) -> usize {
@@ -33,9 +33,7 @@ pub(super) fn write_functions(bits: &mut BitWriter, functions: &PackedFunctions)
         }
         bits.bits(count as u32, width);
     }
-    for WeightedDirection { disk: [x, y], weight } in functions.lights.iter().chain(&functions.views) {
-        [x, y, weight].iter().for_each(|&&number| bits.float(number));
-    }
+    write_directions(bits, functions);
     functions.steps.iter().for_each(|&step| bits.float(step));
     let mut codes = functions.codes.clone();
     each(&mut codes, counts, |code, predicted, state| {
@@ -64,11 +62,7 @@ pub(super) fn read_functions(bits: &mut BitReader<'_>, job: &Job) -> Result<Pack
         )));
     }
     job.check_bytes("the functions of the model", 24 * integers)?;
-    let mut direction = || {
-        let disk = [bits.float("direction")?, bits.float("direction")?];
-        Ok(WeightedDirection { disk, weight: bits.float("weight")? })
-    };
-    let all = (0..lights + views).map(|_| direction()).collect::<Result<Vec<WeightedDirection>>>()?;
+    let all = read_directions(bits, lights + views)?;
     let steps = (0..functions).map(|_| bits.float("step")).collect::<Result<Vec<f32>>>()?;
     let mut codes = vec![0; integers as usize];
     each(&mut codes, counts, |_, predicted, state| {
@@ -82,6 +76,25 @@ pub(super) fn read_functions(bits: &mut BitReader<'_>, job: &Job) -> Result<Pack
     })?;
     let (lights, views) = all.split_at(lights);
     Ok(PackedFunctions { lights: lights.to_vec(), views: views.to_vec(), channels, steps, codes })
+}
+
+/// Writes the lights, then the views.
+pub(super) fn write_directions(bits: &mut BitWriter, functions: &PackedFunctions) {
+    for WeightedDirection { disk: [x, y], weight } in functions.lights.iter().chain(&functions.views) {
+        [x, y, weight].iter().for_each(|&&number| bits.float(number));
+    }
+}
+
+/// Reads so many directions.
+///
+/// # Errors
+/// Bits missing, and numbers that are not finite.
+pub(super) fn read_directions(bits: &mut BitReader<'_>, count: usize) -> Result<Vec<WeightedDirection>> {
+    let mut direction = || {
+        let disk = [bits.float("direction")?, bits.float("direction")?];
+        Ok(WeightedDirection { disk, weight: bits.float("weight")? })
+    };
+    (0..count).map(|_| direction()).collect()
 }
 
 /// Replaces all integers, in order, by the results of `code`, which gets each, its prediction and the state of its kind.

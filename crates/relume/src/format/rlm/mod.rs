@@ -6,6 +6,7 @@ mod bits;
 mod functions;
 mod read;
 mod structure;
+mod table;
 mod write;
 
 pub use functions::functions_bytes;
@@ -17,8 +18,8 @@ pub use write::{check_kind, encode};
 const SIGNATURE: [u8; 4] = *b"RLM\x1a";
 
 /// The versions of the layout: without a structure, with one, with heights or one model per light, with the
-/// joint distribution of a colour, and with learned functions.
-const VERSIONS: [u8; 5] = [1, 2, 3, 4, 5];
+/// joint distribution of a colour, with learned functions, and with one model for each cluster of photographs.
+const VERSIONS: [u8; 6] = [1, 2, 3, 4, 5, 6];
 
 /// Signature, version, checksum and length of the rest.
 const HEADER: usize = 4 + 1 + 4 + 4;
@@ -44,8 +45,8 @@ mod tests {
     use crate::numeric::random::{Purpose, Stream};
     use crate::planes::Planes;
     use crate::random_field::{
-        Budget, FieldModel, Fields, Heights, Model, ModelOptions, RealisationOptions, Tiles, combine_field,
-        model_field, model_lights,
+        Budget, FieldModel, Fields, Heights, Model, ModelOptions, PhotographClusters, RealisationOptions,
+        Tiles, combine_field, estimate, model_field, model_lights,
     };
     use crate::size::Size;
     use crate::{ReflectanceField, Space};
@@ -212,8 +213,47 @@ mod tests {
         }
     }
 
+    /// A model of clusters of photographs, with a range map.
+    fn of_clusters(channels: usize) -> FieldModel {
+        let (size, mut stream) = (Size::new(30, 24), Stream::new(6, Purpose::Sample, [0]));
+        let mut model = |planes: usize| {
+            let data = (0..size.texels() * planes).map(|_| stream.unit() as f32 + 0.1).collect();
+            let planes = Planes::from_vec(size, planes, data).unwrap();
+            let color = (planes.count() == 3).then_some(0);
+            let options = ModelOptions { levels: 1, candidates: 4, color, ..Default::default() };
+            estimate(&planes, &options, &job()).unwrap().0
+        };
+        let models: Vec<Model> = (0..3).map(|_| model(channels)).collect();
+        let range = Some(Box::new(model(1)));
+        let learned = learned_of_channels_example(1, 7, 5, 3);
+        let packed = PackedFunctions::new(&learned, &[0.1; 3]).unwrap();
+        // Each pair has one function.
+        let pairs = 35;
+        let code = |i: usize| if i / pairs == (i % pairs * 5 / 7) % 3 { 20 + (i % 7) as i32 } else { 0 };
+        let table = PackedFunctions { codes: (0..3 * pairs).map(code).collect(), ..packed };
+        FieldModel::of_clusters(table, Space::Srgb, PhotographClusters { models, range }, size).unwrap()
+    }
+
+    #[test]
+    fn models_of_clusters_come_back_equal_and_make_the_same() {
+        for model in [1, 3].map(of_clusters) {
+            let bytes = encode(&model).unwrap();
+            let back = decode(&bytes, &job()).unwrap();
+            assert_eq!((bytes[4], &back), (6, &model));
+            assert_eq!(encode(&back).unwrap(), bytes);
+            let options =
+                RealisationOptions { origin: [-9, 3], size: Size::new(20, 10), seed: 3, period: None };
+            assert_eq!(
+                back.synthesize(&options, &job()).unwrap(),
+                model.synthesize(&options, &job()).unwrap()
+            );
+            let heights = |model: &FieldModel| model.range_map(&options, &job()).unwrap().unwrap();
+            assert_eq!(heights(&back), heights(&model));
+        }
+    }
+
     /// A model of each kind.
-    fn examples() -> [FieldModel; 5] {
+    fn examples() -> [FieldModel; 6] {
         let plain = model(Basis::Constant, PlaneLayout::RGB, true);
         [
             plain,
@@ -221,6 +261,7 @@ mod tests {
             per_light(PlaneLayout::LUMINANCE),
             heights(Some(0.1), false),
             of_light_and_view(3),
+            of_clusters(3),
         ]
     }
 

@@ -2,6 +2,7 @@
 
 use super::bits::{BitReader, Rice};
 use super::functions::read_functions;
+use super::table::read_table;
 use super::{HEADER, SIGNATURE, VERSIONS, checksum, structure};
 use crate::error::{Error, Result};
 use crate::field::{Basis, PlaneLayout};
@@ -16,7 +17,9 @@ use crate::random_field::mixing::Mixing;
 use crate::random_field::neighbourhood::{Offset, all_around, causal};
 use crate::random_field::stability::BURN_INS;
 use crate::random_field::structure::MOST_SCALES;
-use crate::random_field::{FieldModel, Fields, Heights, LightModel, Model, ModelSource, Structure};
+use crate::random_field::{
+    FieldModel, Fields, Heights, LightModel, Model, ModelSource, PhotographClusters, Structure,
+};
 use crate::size::Size;
 use crate::space::Space;
 
@@ -30,7 +33,7 @@ pub fn decode(bytes: &[u8], job: &Job) -> Result<FieldModel> {
     let version = bytes[4];
     // Of learned functions only the place is known yet.
     let named = |name: &str| match name {
-        LEARNED if version == VERSIONS[4] => Some(None),
+        LEARNED if version >= VERSIONS[4] => Some(None),
         other => Basis::from_name(other).map(Some),
     };
     let basis = name(&mut bits, "basis", named)?;
@@ -47,8 +50,13 @@ pub fn decode(bytes: &[u8], job: &Job) -> Result<FieldModel> {
                 basis.name()
             )));
         }
+        None if version == VERSIONS[5] => Basis::Learned(read_table(&mut bits, job)?.unpacked()?),
         None => Basis::Learned(read_functions(&mut bits, job)?.unpacked()?),
     };
+    if version == VERSIONS[5] {
+        let fields = Fields::Clusters(read_clusters(&mut bits, basis.len(), version, job)?);
+        return whole(FieldModel { basis, layout, space, source, heights: None, fields }, bits.left());
+    }
     let kind = if version >= VERSIONS[2] { read_kind(&mut bits)? } else { ModelKind::default() };
     let mut fields = read_fields(&mut bits, version, &kind.lights, job)?;
     if let Fields::Joint(model) = &mut fields {
@@ -57,10 +65,22 @@ pub fn decode(bytes: &[u8], job: &Job) -> Result<FieldModel> {
             model.structure = Some(read_structure(&mut bits, model.mixing.components(), job)?);
         }
     }
-    if bits.left() >= 8 {
-        return Err(Error::invalid(format!("{} bits follow the model's last number", bits.left())));
+    let field =
+        whole(FieldModel { basis, layout, space, source, heights: kind.heights, fields }, bits.left())?;
+    if kind.heights.is_some() && (&field.basis, &field.layout) != (&Basis::Constant, &PlaneLayout::LUMINANCE)
+    {
+        return Err(Error::invalid(
+            "the model's values are heights, and it has more than one plane of constants",
+        ));
     }
-    let field = FieldModel { basis, layout, space, source, heights: kind.heights, fields };
+    Ok(field)
+}
+
+/// A model whose parts fit, with nothing after it.
+fn whole(field: FieldModel, left: usize) -> Result<FieldModel> {
+    if left >= 8 {
+        return Err(Error::invalid(format!("{left} bits follow the model's last number")));
+    }
     if !field.is_whole() {
         let models = field.fields.models();
         return Err(Error::invalid(format!(
@@ -71,13 +91,25 @@ pub fn decode(bytes: &[u8], job: &Job) -> Result<FieldModel> {
             field.basis.name()
         )));
     }
-    if kind.heights.is_some() && (&field.basis, &field.layout) != (&Basis::Constant, &PlaneLayout::LUMINANCE)
-    {
-        return Err(Error::invalid(
-            "the model's values are heights, and it has more than one plane of constants",
-        ));
-    }
     Ok(field)
+}
+
+/// A model for each cluster, and the range map with its structure.
+fn read_clusters(
+    bits: &mut BitReader<'_>,
+    clusters: usize,
+    version: u8,
+    job: &Job,
+) -> Result<PhotographClusters> {
+    let models = (0..clusters).map(|_| read_model(bits, version, job)).collect::<Result<Vec<Model>>>()?;
+    if bits.bits(1)? == 0 {
+        return Ok(PhotographClusters { models, range: None });
+    }
+    let mut range = read_model(bits, version, job)?;
+    if bits.bits(1)? == 1 {
+        range.structure = Some(read_structure(bits, range.mixing.components(), job)?);
+    }
+    Ok(PhotographClusters { models, range: Some(Box::new(range)) })
 }
 
 /// The meaning of the values, and the lights in the unit disk; none for a joint model.
@@ -129,7 +161,9 @@ fn body(bytes: &[u8]) -> Result<&[u8]> {
     if !VERSIONS.contains(&header[4]) {
         return Err(Error::unsupported(format!(
             "the model is of version {}: this program reads versions {} to {}",
-            header[4], VERSIONS[0], VERSIONS[4]
+            header[4],
+            VERSIONS[0],
+            VERSIONS[VERSIONS.len() - 1]
         )));
     }
     let word = |at: usize| u32::from_le_bytes([header[at], header[at + 1], header[at + 2], header[at + 3]]);

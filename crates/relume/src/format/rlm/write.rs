@@ -2,6 +2,7 @@
 
 use super::bits::{BitWriter, Rice};
 use super::functions::write_functions;
+use super::table::write_table;
 use super::{HEADER, MOST_CANDIDATES, SIGNATURE, VERSIONS, checksum, structure};
 use crate::error::{Error, Result};
 use crate::field::{Basis, PlaneLayout};
@@ -11,7 +12,7 @@ use crate::random_field::level::Level;
 use crate::random_field::marginal::Marginal;
 use crate::random_field::neighbourhood::{Offset, all_around, causal};
 use crate::random_field::stability::BURN_INS;
-use crate::random_field::{FieldModel, Fields, LightModel, Model, Structure};
+use crate::random_field::{FieldModel, Fields, LightModel, Model, PhotographClusters, Structure};
 
 /// The bytes of the file of a model.
 ///
@@ -29,12 +30,19 @@ pub fn encode(field: &FieldModel) -> Result<Vec<u8>> {
     for number in [source.width, source.height, source.photographs, source.channels] {
         bits.bits(number, 32);
     }
+    let version = version(field);
     if let Basis::Learned(learned) = &field.basis {
         let packed =
             learned.packed().ok_or_else(|| Error::usage("the functions of the model are not packed"))?;
-        write_functions(&mut bits, packed)?;
+        match &field.fields {
+            Fields::Clusters(_) => write_table(&mut bits, packed)?,
+            Fields::Joint(_) | Fields::PerLight(_) => write_functions(&mut bits, packed)?,
+        }
     }
-    let version = version(field);
+    if let Fields::Clusters(clusters) = &field.fields {
+        write_clusters(&mut bits, clusters, version)?;
+        return Ok(with_header(version, &bits.into_bytes()));
+    }
     if version >= VERSIONS[2] {
         write_kind(&mut bits, field);
     }
@@ -67,6 +75,9 @@ pub fn check_kind(basis: &Basis, layout: &PlaneLayout) -> Result<()> {
 
 /// The lowest version that can hold a model.
 fn version(field: &FieldModel) -> u8 {
+    if let Fields::Clusters(_) = &field.fields {
+        return VERSIONS[5];
+    }
     if matches!(field.basis, Basis::Learned(_)) {
         return VERSIONS[4];
     }
@@ -97,6 +108,16 @@ fn write_kind(bits: &mut BitWriter, field: &FieldModel) {
     let lights: &[LightModel] = if let Fields::PerLight(lights) = &field.fields { lights } else { &[] };
     bits.bits(lights.len() as u32, 8);
     lights.iter().flat_map(|light| light.disk).for_each(|number| bits.float(number));
+}
+
+/// A model for each cluster, and the range map with its structure.
+fn write_clusters(bits: &mut BitWriter, clusters: &PhotographClusters, version: u8) -> Result<()> {
+    clusters.models.iter().try_for_each(|model| write_model(bits, model, version))?;
+    bits.bits(u32::from(clusters.range.is_some()), 1);
+    let Some(range) = &clusters.range else { return Ok(()) };
+    write_model(bits, range, version)?;
+    bits.bits(u32::from(range.structure.is_some()), 1);
+    range.structure.as_ref().map_or(Ok(()), |structure| write_structure(bits, structure))
 }
 
 fn write_model(bits: &mut BitWriter, model: &Model, version: u8) -> Result<()> {

@@ -17,7 +17,7 @@ mod triangulated;
 use crate::direction::Directions;
 pub use grid::PairGrid;
 use nearest::{MOST, PairTree};
-pub use triangulated::{Triangulation, barycentric, projected};
+pub use triangulated::{Shares, Triangulation, barycentric, projected};
 
 /// A pair within this squared distance of a measured one gets its values.
 const SAME: f64 = 1e-18;

@@ -1,0 +1,132 @@
+//! Reflectance models fitted to each texel.
+
+use relume::Named;
+use relume::field::Basis;
+use relume::fit::parametric::{self, ParametricForm, ParametricOptions, ParametricReport};
+use relume::format::FieldFormat;
+use relume::format::exr::encode_parametric;
+use relume::{Error, Footprint, RasterSequence, Result, Space};
+use serde_json::json;
+
+use super::input::Inputs;
+use super::{Args, FittedFormat};
+use crate::context::Context;
+use crate::output::Outputs;
+use crate::report::Report;
+
+/// The name of a model, checked.
+pub(super) fn named(text: &str) -> std::result::Result<String, String> {
+    let views = Basis::NAMED.iter().map(|basis| format!("views-{}", basis.name()));
+    let mut names = ParametricForm::NAMES.into_iter().map(str::to_owned).chain(views);
+    match names.any(|name| name == text) {
+        true => Ok(text.to_owned()),
+        false => Err(format!(
+            "expected {}, or views- and the name of a basis of light",
+            ParametricForm::NAMES.join(", ")
+        )),
+    }
+}
+
+/// Fits the model named and writes its numbers.
+pub(super) fn run(
+    args: &Args,
+    model: &str,
+    format: FittedFormat,
+    inputs: &Inputs,
+    mut outputs: Outputs,
+    context: &Context,
+) -> Result<Report> {
+    let job = &context.job;
+    let FittedFormat::Field(FieldFormat::Exr(depth)) = format else {
+        return Err(
+            Error::usage("the numbers of reflectance models are written as .exr: name one").at(&args.output)
+        );
+    };
+    let mut options = options(args, model)?;
+    options.validate()?;
+    let load = |i: usize| inputs.photograph(i, job);
+    let photographs = RasterSequence::open(&load)?;
+    options.report_texels = options.report_texels.min(args.report_texels);
+    foresee(&options, &photographs, inputs, context)?;
+    let load = |i: usize| photographs.read(i);
+    let fit = parametric::fit(inputs.pairs(), &load, &options, job).map_err(|e| e.at(inputs.place()))?;
+    outputs.write(&args.output, encode_parametric(&fit.field, depth, job)?)?;
+    let written = outputs.commit()?;
+    let size = fit.field.size();
+    let what = format!(
+        "{}: {size} texels, reflectance model {}, {} numbers a texel, from {} photographs",
+        args.output.display(),
+        fit.report.model,
+        fit.report.numbers,
+        inputs.pairs().len()
+    );
+    let json = json!({
+        "width": size.width,
+        "height": size.height,
+        "model": fit.report.model,
+        "color": if fit.field.channels() == 1 { "luminance" } else { "rgb" },
+        "numbers": fit.field.plane_names(),
+        "report": fit.report,
+    });
+    let text = format!("{what}\n{}", summary(&fit.report));
+    Ok(Report::new(text, json).with_outputs(written).with_warnings(inputs.warnings()))
+}
+
+fn options(args: &Args, model: &str) -> Result<ParametricOptions> {
+    let form = ParametricForm::from_name(model, args.space.unwrap_or(Space::Srgb));
+    let form = form.ok_or_else(|| Error::usage(format!("there is no reflectance model {model}")))?;
+    let has_space = matches!(&form, ParametricForm::PerView(relume::field::ViewFunction::Basis(..)));
+    if let Some(space) = args.space.filter(|_| !has_space) {
+        return Err(Error::usage(format!(
+            "--space {} has no meaning for {model}, which is of light: leave it out",
+            space.name()
+        )));
+    }
+    let usual = ParametricOptions::of(form);
+    let pairs = args.fit_pairs.unwrap_or(usual.pairs);
+    Ok(ParametricOptions { pairs, hold_out: args.hold_out, ..usual })
+}
+
+/// Refuses numbers that could be fitted, but not written within the memory.
+fn foresee(
+    options: &ParametricOptions,
+    photographs: &RasterSequence<'_>,
+    inputs: &Inputs,
+    context: &Context,
+) -> Result<()> {
+    let views = inputs.views();
+    let numbers = options.form.numbers(photographs.channels(), views) as u64;
+    let size = photographs.size();
+    let fitted = Footprint::of_texels(size, 4 * numbers, 4 * numbers);
+    let file = Footprint::of_texels(size, 8 * numbers, 4 * numbers);
+    context.job.check_bytes("the numbers and their file", fitted.then(file).peak)
+}
+
+fn summary(report: &ParametricReport) -> String {
+    let lab =
+        |mae: Option<f64>| mae.map_or(String::new(), |mae| format!(", mean difference {mae:.2} in CIE Lab"));
+    let mut lines = vec![format!(
+        "relit photographs: {:.2} dB PSNR, RMSE {:.4} ({:.2} of 255){}",
+        report.fitted.error.psnr_db,
+        report.fitted.error.rmse,
+        255.0 * report.fitted.error.rmse,
+        lab(report.fitted.mae_lab)
+    )];
+    if let Some(left_out) = &report.held_out {
+        lines.push(format!(
+            "{} photographs left out and predicted: {:.2} dB, RMSE {:.4}{}",
+            left_out.pairs,
+            left_out.error.psnr_db,
+            left_out.error.rmse,
+            lab(left_out.mae_lab)
+        ));
+    }
+    let by_view = report.by_view.iter().map(|p| format!("{}: {:.2}", p.polar_deg, p.error.psnr_db));
+    lines.push(format!("dB by the polar angle of the view: {}", by_view.collect::<Vec<_>>().join(", ")));
+    lines.push(format!("worst: {}", report.worst));
+    lines.push(format!(
+        "fitted to {} pairs, measured on {} of {} texels under all, before rounding to the file's depth",
+        report.pairs_fitted, report.texels_measured, report.texels
+    ));
+    lines.join("\n")
+}

@@ -1,0 +1,65 @@
+//! The linear form of a texture of reflectance models: functions learned from its pictures (docs/decisions/0013).
+
+use crate::capture::dome::sampling::all_pairs;
+use crate::direction::{Direction, Directions};
+use crate::error::Result;
+use crate::field::{ParametricField, ReflectanceField, TexelModel};
+use crate::fit::learned::{self, LearnedOptions, Rank};
+use crate::job::Job;
+use crate::raster::{Raster, Samples};
+use crate::space::Space;
+
+/// Functions of the linear form.
+const FUNCTIONS: usize = 32;
+
+/// Rings of the directions at which models are evaluated: degrees from the zenith and azimuths.
+const RINGS: [(f64, u32); 5] = [(0.0, 1), (22.5, 8), (45.0, 12), (62.5, 14), (77.5, 14)];
+
+/// A texture of learned functions that is nearly that of the models, and by how much it differs from it: a root mean square
+/// of encoded values with white at 1, over the pairs at which it was learned.
+///
+/// # Errors
+/// Limits exceeded, and a cancelled job.
+pub fn linear_form(field: &ParametricField, job: &Job) -> Result<(ReflectanceField, f64)> {
+    let lights = rings();
+    let views = match field.model() {
+        TexelModel::PerView(model) if model.views().len() <= 2 * lights.len() => model.views().to_vec(),
+        _ => lights.clone(),
+    };
+    let pairs: Vec<(String, Directions)> = all_pairs(&lights, &views)
+        .into_iter()
+        .enumerate()
+        .map(|(i, pair)| (format!("picture {i}"), pair))
+        .collect();
+    let most = field.size().texels().min(pairs.len() * field.channels());
+    let options = LearnedOptions {
+        rank: Rank::Functions(FUNCTIONS.min(most)),
+        report_texels: 1,
+        ..LearnedOptions::default()
+    };
+    let load = |i: usize| picture(field, pairs[i].1, job);
+    let fit = learned::fit(&pairs, &load, &options, &job.unheard())?;
+    Ok((fit.field, fit.report.error.rmse))
+}
+
+/// The directions at which models are evaluated.
+fn rings() -> Vec<Direction> {
+    let ring = |&(polar, count): &(f64, u32)| {
+        (0..count).map(move |k| {
+            Direction::from_angles(
+                polar.to_radians(),
+                std::f64::consts::TAU * f64::from(k) / f64::from(count),
+            )
+        })
+    };
+    RINGS.iter().flat_map(ring).collect()
+}
+
+/// The picture of a model as a photograph of linear values from 0 to 1.
+fn picture(field: &ParametricField, pair: Directions, job: &Job) -> Result<Raster> {
+    let picture = field.picture(pair, job)?.to_space(Space::Linear);
+    let channels = picture.planes.count();
+    let samples = (0..field.size().texels() * channels)
+        .map(|i| picture.planes.plane(i % channels)[i / channels].clamp(0.0, 1.0));
+    Raster::new(field.size(), channels, Samples::F32(samples.collect()))
+}

@@ -1,0 +1,325 @@
+//! The parameters of a reflectance model for each texel, from photographs under light and view.
+//!
+//! - Lobes of light and view (Lafortune, Foo, Torrance, Greenberg, "Non-Linear Approximation of Reflectance Functions",
+//!   SIGGRAPH 1997; fitted to each texel of a texture: D. K. McAllister, A. Lastra, W. Heidrich, "Efficient Rendering of
+//!   Spatial Bi-directional Reflectance Distribution Functions", Graphics Hardware 2002).
+//! - Functions of the light for each view: any basis, or lobes (J. Filip, M. Haindl, "Non-linear Reflectance Model for
+//!   Bidirectional Texture Function Synthesis", ICPR 2004).
+//! - A glossy dielectric on a tilted facet (GGX), as artists' programs have it.
+//!
+//! Models are of linear light, with the cosine at the light that photographs hold; what is minimised is the error of encoded
+//! values, which is what is seen of it. Lobes and facets are found by the method of Levenberg and Marquardt from the
+//! parameters of the mean of all texels, which is fitted from several starts. A texel of these is fitted to
+//! [`ParametricOptions::pairs`] pairs spread evenly over all of them, so memory is bounded: photographs are read once for the
+//! errors, and those of these pairs once for each band of texels. Functions of each view are fitted view by view.
+//!
+//! | file | content |
+//! |---|---|
+//! | `encoded` | residuals of encoded values |
+//! | `lobes`, `ggx` | the models with their derivatives |
+//! | `texels` | the values of texels in bands |
+//! | `per_view` | functions of the light for each view |
+//! | `linear` | the linear form that stages take |
+
+mod encoded;
+mod ggx;
+mod linear;
+mod lobes;
+mod per_view;
+mod texels;
+
+pub use linear::linear_form;
+
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::held_out::HeldOut;
+use super::levels::SampleLevels;
+use super::pair_errors::{Measurement, PairsReport, PolarReport};
+use super::sample::Grid;
+use super::stream::PhotographStream;
+use crate::direction::Directions;
+use crate::error::{Error, Result};
+use crate::field::{Basis, MOST_LOBES, ParametricField, TexelModel, ViewFunction};
+use crate::job::Job;
+use crate::planes::Planes;
+use crate::raster::{LoadRaster, Raster};
+use crate::space::Space;
+use encoded::TexelReflectance;
+use ggx::GgxModel;
+use lobes::LobeModel;
+use per_view::{ViewSet, mean_of};
+use texels::{ChosenPhotographs, FromMean};
+
+/// The most steps of the fit of a texel.
+const STEPS: usize = 16;
+
+/// What is fitted to each texel.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ParametricForm {
+    /// A diffuse part and so many lobes of light and view.
+    Lafortune(usize),
+    /// A glossy dielectric on a tilted facet.
+    Ggx,
+    /// A function of the light for each view.
+    PerView(ViewFunction),
+}
+
+impl ParametricForm {
+    /// The forms of fixed name: others are `views-` and the name of a basis of functions of light.
+    pub const NAMES: [&'static str; 5] =
+        ["lafortune1", "lafortune2", "ggx", "views-lafortune1", "views-lafortune2"];
+
+    /// The numbers of a texel of so many channels and views.
+    pub fn numbers(&self, channels: usize, views: usize) -> usize {
+        match self {
+            Self::Lafortune(lobes) => TexelModel::Lafortune { lobes: *lobes }.numbers(channels),
+            Self::Ggx => TexelModel::Ggx.numbers(channels),
+            Self::PerView(function) => views * function.numbers(channels),
+        }
+    }
+
+    /// The form of that name; functions of a basis are fitted to values in a space.
+    pub fn from_name(name: &str, space: Space) -> Option<Self> {
+        Some(match name {
+            "lafortune1" => Self::Lafortune(1),
+            "lafortune2" => Self::Lafortune(2),
+            "ggx" => Self::Ggx,
+            "views-lafortune1" => Self::PerView(ViewFunction::Lobes(1)),
+            "views-lafortune2" => Self::PerView(ViewFunction::Lobes(2)),
+            _ => {
+                let basis = Basis::from_name(name.strip_prefix("views-")?)?;
+                Self::PerView(ViewFunction::Basis(basis, space))
+            }
+        })
+    }
+}
+
+/// The options of a fit of reflectance models.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ParametricOptions {
+    /// What is fitted to each texel.
+    pub form: ParametricForm,
+    /// The most pairs of light and view to which lobes and facets of a texel are fitted, spread evenly over all.
+    pub pairs: usize,
+    /// Every so-manieth light and view is left out of the fit, and its photographs are predicted; `None` leaves none out.
+    pub hold_out: Option<usize>,
+    /// At most this many texels, on a regular grid, are compared with the photographs.
+    pub report_texels: usize,
+}
+
+impl ParametricOptions {
+    /// The usual options of a form.
+    pub fn of(form: ParametricForm) -> Self {
+        Self { form, pairs: 1024, hold_out: None, report_texels: 1024 }
+    }
+
+    /// Checks the options before a photograph is read.
+    ///
+    /// # Errors
+    /// No lobe or more than [`MOST_LOBES`], fewer pairs than parameters, no texel to compare, and a step of less than 2 of
+    /// what is left out.
+    pub fn validate(&self) -> Result<()> {
+        if let ParametricForm::Lafortune(n) | ParametricForm::PerView(ViewFunction::Lobes(n)) = self.form
+            && !(1..=MOST_LOBES).contains(&n)
+        {
+            return Err(Error::usage(format!("1 to {MOST_LOBES} lobes are fitted, not {n}")));
+        }
+        if self.pairs < LEAST_PAIRS {
+            return Err(Error::usage(format!(
+                "a texel is fitted to at least {LEAST_PAIRS} pairs of light and view, not {}",
+                self.pairs
+            )));
+        }
+        if self.report_texels == 0 {
+            return Err(Error::usage("the error report needs at least 1 texel, found 0"));
+        }
+        if self.hold_out.is_some_and(|step| step < 2) {
+            return Err(Error::usage("leaving out every first light and view leaves none: give 2 or more"));
+        }
+        Ok(())
+    }
+}
+
+/// The fewest pairs, or lights of a view, that determine a model.
+const LEAST_PAIRS: usize = 8;
+
+/// The errors of a texture of reflectance models.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct ParametricReport {
+    /// The space of the compared values.
+    pub space: Space,
+    /// The kind of model.
+    pub model: String,
+    /// The numbers of a texel.
+    pub numbers: usize,
+    /// Pairs to which a texel was fitted.
+    pub pairs_fitted: usize,
+    /// Texels of the field.
+    pub texels: usize,
+    /// Texels compared, on a regular grid; all when equal to `texels`.
+    pub texels_measured: usize,
+    /// The photographs that took part.
+    pub fitted: PairsReport,
+    /// The photographs left out.
+    pub held_out: Option<PairsReport>,
+    /// All photographs by the polar angle of the view.
+    pub by_view: Vec<PolarReport>,
+    /// All photographs by the polar angle of the light.
+    pub by_light: Vec<PolarReport>,
+    /// The name of the photograph with the largest error.
+    pub worst: String,
+}
+
+/// A texture of reflectance models, and its errors.
+#[derive(Debug, Clone)]
+pub struct ParametricFit {
+    /// The result.
+    pub field: ParametricField,
+    /// Its errors.
+    pub report: ParametricReport,
+}
+
+/// Fits a reflectance model to each texel: `pairs` names each photograph and its directions, and `load(i)` reads the i-th,
+/// perhaps more than once. The result is the same at any number of threads.
+///
+/// # Errors
+/// Options without meaning; too few photographs; lights of a view that do not determine the functions; errors of `load`,
+/// photographs that differ in size or channels, samples that are not finite, and sizes beyond the limits of the job.
+pub fn fit(
+    pairs: &[(String, Directions)],
+    load: &LoadRaster,
+    options: &ParametricOptions,
+    job: &Job,
+) -> Result<ParametricFit> {
+    options.validate()?;
+    let directions: Vec<Directions> = pairs.iter().map(|(_, pair)| *pair).collect();
+    let held_out = HeldOut::new(&directions, options.hold_out)?;
+    let names = pairs.iter().map(|(name, _)| name.as_str()).collect();
+    let stream = PhotographStream::open(names, load, |channels| 2 * channels, job)?;
+    let grid = Grid::new(stream.size(), options.report_texels);
+    let _sample = job.hold("the sample for the error report", stream.sample_bytes(&grid))?;
+    let task = ParametricTask { pairs, stream: &stream, held_out: &held_out, grid: &grid, options };
+    let (field, kept, pairs_fitted) = match &options.form {
+        ParametricForm::PerView(function) => task.views(function, job)?,
+        ParametricForm::Lafortune(lobes) => {
+            let model = |pairs: &[Directions]| LobeModel::of_pairs(stream.channels(), *lobes, pairs);
+            task.texels(TexelModel::Lafortune { lobes: *lobes }, model, job)?
+        }
+        ParametricForm::Ggx => {
+            task.texels(TexelModel::Ggx, |pairs| GgxModel::new(stream.channels(), pairs), job)?
+        }
+    };
+    let report = task.report(&field, &kept, pairs_fitted, job)?;
+    Ok(ParametricFit { field, report })
+}
+
+/// What all fits need.
+struct ParametricTask<'a> {
+    pairs: &'a [(String, Directions)],
+    stream: &'a PhotographStream<'a>,
+    held_out: &'a HeldOut,
+    grid: &'a Grid,
+    options: &'a ParametricOptions,
+}
+
+/// A texture, the texels of the grid in all photographs, and the pairs to which a texel was fitted.
+type FittedTexels = (ParametricField, Vec<Raster>, usize);
+
+impl ParametricTask<'_> {
+    fn planes(&self, model: &TexelModel, job: &Job) -> Result<Planes> {
+        let count = model.numbers(self.stream.channels());
+        Planes::zeros_within(job, "the numbers of the models", self.stream.size(), count)
+    }
+
+    fn views(&self, function: &ViewFunction, job: &Job) -> Result<FittedTexels> {
+        let takes_part = |i: usize| !self.held_out.is_out(i);
+        let set =
+            ViewSet { stream: self.stream, pairs: self.pairs, takes_part: &takes_part, grid: self.grid };
+        let model = TexelModel::PerView(set.model(function)?);
+        let mut planes = self.planes(&model, job)?;
+        let kept = set.fit(function, &mut planes, job)?;
+        let field = ParametricField::new(model, self.stream.channels(), planes)?;
+        Ok((field, kept, self.held_out.kept()))
+    }
+
+    /// Fits every texel by itself.
+    fn texels<M: TexelReflectance>(
+        &self,
+        kind: TexelModel,
+        model: impl Fn(&[Directions]) -> M,
+        job: &Job,
+    ) -> Result<FittedTexels> {
+        let chosen = self.chosen()?;
+        let model = model(&chosen.iter().map(|&i| self.pairs[i].1).collect::<Vec<_>>());
+        let levels = SampleLevels::new(Space::Srgb);
+        let mut planes = self.planes(&kind, job)?;
+        let kept = self.kept(job)?;
+        let on_grid: Vec<Raster> = chosen.iter().map(|&i| kept[i].clone()).collect();
+        let from = FromMean::new(&model, &mean_of(&on_grid, self.grid, &levels), STEPS);
+        let photographs = ChosenPhotographs { stream: self.stream, levels: &levels, chosen: &chosen };
+        photographs.fit_bands(&mut planes, &|observed| from.fit(observed), job)?;
+        let field = ParametricField::new(kind, self.stream.channels(), planes)?;
+        Ok((field, kept, chosen.len()))
+    }
+
+    /// The texels of the grid in every photograph.
+    fn kept(&self, job: &Job) -> Result<Vec<Raster>> {
+        job.start("reading photographs", self.stream.len() as u64);
+        let mut kept = Vec::with_capacity(self.stream.len());
+        self.stream.for_each_batch(job, |_, batch| {
+            kept.par_extend(batch.par_iter().map(|photograph| self.grid.raster(photograph)));
+            job.advance(batch.len() as u64)
+        })?;
+        Ok(kept)
+    }
+
+    /// The numbers of the photographs to which texels are fitted.
+    fn chosen(&self) -> Result<Vec<usize>> {
+        let kept: Vec<usize> = (0..self.pairs.len()).filter(|i| !self.held_out.is_out(*i)).collect();
+        if kept.len() < LEAST_PAIRS {
+            return Err(Error::usage(format!(
+                "{} photographs do not determine a reflectance model: at least {LEAST_PAIRS} are needed",
+                kept.len()
+            )));
+        }
+        let count = self.options.pairs.min(kept.len());
+        Ok((0..count).map(|i| kept[i * kept.len() / count]).collect())
+    }
+
+    fn report(
+        &self,
+        field: &ParametricField,
+        kept: &[Raster],
+        pairs_fitted: usize,
+        job: &Job,
+    ) -> Result<ParametricReport> {
+        let levels = SampleLevels::new(Space::Srgb);
+        let measured =
+            Measurement { pairs: self.pairs, grid: self.grid, levels: &levels, held_out: self.held_out };
+        let on_grid = field.with_planes(self.grid.planes(field.planes()))?;
+        let predict = |i: usize, out: &mut [f64]| {
+            let picture = on_grid.picture(self.pairs[i].1, job)?.to_space(Space::Srgb);
+            out.iter_mut().zip(picture.planes.as_slice()).for_each(|(o, v)| *o = f64::from(*v));
+            Ok(())
+        };
+        let errors = measured.errors(kept, &predict, job)?;
+        Ok(ParametricReport {
+            space: Space::Srgb,
+            model: field.model().name(),
+            numbers: field.planes().count(),
+            pairs_fitted,
+            texels: self.grid.full_texels(),
+            texels_measured: self.grid.texels(),
+            fitted: errors.fitted,
+            held_out: errors.held_out,
+            by_view: errors.by_view,
+            by_light: errors.by_light,
+            worst: errors.worst,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests;

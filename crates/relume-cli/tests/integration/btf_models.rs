@@ -95,7 +95,7 @@ fn models_that_cannot_be_fitted_are_refused_in_a_sentence() {
     let path = folder.path();
     write_folder(&path.join("btf"), &photographs());
     let refusal = |more: &[&str]| refused(path, &[&["fit", "btf"][..], more].concat());
-    assert!(refusal(&["-o", "m.ptm", "--model", "ggx"]).contains("written as .exr"));
+    assert!(refusal(&["-o", "m.ptm", "--model", "ggx"]).contains("name an .exr"));
     assert!(refusal(&["-o", "m.btf", "--model", "ggx"]).contains("written as .exr"));
     assert!(refusal(&["-o", "m.exr", "--model", "phong"]).contains("expected lafortune1"));
     assert!(refusal(&["-o", "m.exr", "--model", "ggx", "--rank", "3"]).contains("--rank"));

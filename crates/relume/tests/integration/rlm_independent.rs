@@ -2,15 +2,16 @@
 
 use std::collections::VecDeque;
 
-use relume::field::{Basis, PlaneLayout};
+use relume::field::basis::WeightedDirection;
+use relume::field::{Basis, PackedFunctions, PlaneLayout};
 use relume::format::rlm;
 use relume::numeric::random::{Purpose, Stream};
 use relume::random_field::joint_color::JointColor;
 use relume::random_field::marginal::Marginal;
 use relume::random_field::neighbourhood::{all_around, causal};
 use relume::random_field::{
-    Budget, FieldModel, Fields, Heights, Model, ModelOptions, Structure, Tiles, combine_field, model_field,
-    model_lights,
+    Budget, FieldModel, Fields, Heights, Model, ModelOptions, PhotographClusters, Structure, Tiles,
+    combine_field, model_field, model_lights,
 };
 use relume::render::relight;
 use relume::{Job, Planes, ReflectanceField, Size, Space};
@@ -161,6 +162,73 @@ fn check_structure(bits: &mut Bits, structure: &Structure) {
     bits.0.drain(..8 * length);
 }
 
+/// The table of clusters, the models, and the range map.
+fn check_clusters(bits: &mut Bits, field: &FieldModel, clusters: &PhotographClusters, version: u8) {
+    let Basis::Learned(learned) = &field.basis else { panic!("a table is of learned functions") };
+    let table = learned.packed().unwrap();
+    let (lights, views) = (bits.number(16) as usize, bits.number(16) as usize);
+    let count = bits.number(8) as usize;
+    assert_eq!((lights, views, count), (table.lights.len(), table.views.len(), clusters.models.len()));
+    assert_eq!(vec![bits.float(); count], table.steps);
+    for direction in table.lights.iter().chain(&table.views) {
+        assert_eq!([bits.float(), bits.float()], direction.disk);
+        assert_eq!(bits.float(), direction.weight);
+    }
+    let (mut state, mut labels, mut steps) = ((4, 1), Vec::new(), Vec::new());
+    for pair in 0..lights * views {
+        labels.push(match bits.number(1) {
+            1 => labels[pair - 1],
+            _ if bits.number(1) == 1 => labels[pair - lights],
+            _ => bits.number(8) as usize,
+        });
+        let before = if pair % lights > 0 { steps[pair - 1] } else { 0 };
+        steps.push(before + bits.rice(&mut state));
+    }
+    for (k, codes) in table.codes.chunks_exact(lights * views).enumerate() {
+        for (pair, code) in codes.iter().enumerate() {
+            assert_eq!(i64::from(*code), if labels[pair] == k { steps[pair] } else { 0 });
+        }
+    }
+    clusters.models.iter().for_each(|model| check_model(bits, model, version));
+    assert_eq!(bits.number(1) == 1, clusters.range.is_some());
+    let Some(range) = &clusters.range else { return };
+    check_model(bits, range, version);
+    assert_eq!(bits.number(1) == 1, range.structure.is_some());
+    range.structure.iter().for_each(|structure| check_structure(bits, structure));
+}
+
+/// A model of three clusters of photographs, with a range map.
+fn of_clusters() -> FieldModel {
+    let job = Job::default();
+    let options = ModelOptions { levels: 1, candidates: 6, ..ModelOptions::default() };
+    let joint = |layout: PlaneLayout, seed: f32| {
+        let base = field(Basis::Constant, layout, Space::Srgb);
+        let planes = base.coefficients().as_slice().iter().map(|v| v.powf(seed)).collect();
+        let planes = Planes::from_vec(base.size(), base.coefficients().count(), planes).unwrap();
+        let made = model_field(&base.with_coefficients(planes).unwrap(), &options, &job).unwrap().0;
+        let Fields::Joint(model) = made.fields else { panic!("one model") };
+        *model
+    };
+    let models = [1.0, 1.5, 2.0].map(|seed| joint(PlaneLayout::RGB, seed)).to_vec();
+    let direction = |i: usize| WeightedDirection { disk: [0.15 * i as f32, -0.1 * i as f32], weight: 0.5 };
+    let code = |i: usize| if i / 20 == (i % 20 / 3) % 3 { 30 + (i % 4) as i32 } else { 0 };
+    let table = PackedFunctions {
+        lights: (0..5).map(direction).collect(),
+        views: (0..4).map(direction).collect(),
+        channels: 1,
+        steps: vec![1.0 / 32.0; 3],
+        codes: (0..60).map(code).collect(),
+    };
+    let range = Some(Box::new(joint(PlaneLayout::LUMINANCE, 1.0)));
+    let clusters = PhotographClusters { models, range };
+    FieldModel::of_clusters(table, Space::Srgb, clusters, Size::new(32, 30)).unwrap()
+}
+
+#[test]
+fn a_model_of_clusters_is_read_by_the_other_decoder() {
+    assert_eq!(check(&of_clusters()), 6);
+}
+
 /// Reads a file from its first byte to its last, and compares it with the model.
 fn check(field: &FieldModel) -> u8 {
     let (version, mut bits) = body(&rlm::encode(field).unwrap());
@@ -169,6 +237,11 @@ fn check(field: &FieldModel) -> u8 {
     let source = field.source;
     for number in [source.width, source.height, source.photographs, source.channels] {
         assert_eq!(bits.number(32), u64::from(number));
+    }
+    if let Fields::Clusters(clusters) = &field.fields {
+        check_clusters(&mut bits, field, clusters, version);
+        assert!(bits.0.len() < 8 && bits.0.iter().all(|&bit| bit == 0));
+        return version;
     }
     let mut lights = Vec::new();
     if version >= 3 {
@@ -194,6 +267,7 @@ fn check(field: &FieldModel) -> u8 {
             assert_eq!(lights, models.iter().map(|light| light.disk).collect::<Vec<_>>());
             models.iter().for_each(|light| check_model(&mut bits, &light.model, version));
         }
+        Fields::Clusters(_) => panic!("read above"),
     }
     assert!(bits.0.len() < 8 && bits.0.iter().all(|&bit| bit == 0));
     version

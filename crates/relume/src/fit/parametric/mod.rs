@@ -30,6 +30,8 @@ mod texels;
 
 pub use linear::linear_form;
 
+use std::collections::BTreeSet;
+
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -215,6 +217,22 @@ pub fn fit(
     Ok(ParametricFit { field, report })
 }
 
+/// At most `count` of `all` numbers, spread evenly by multiples of the golden section: steps of one length would meet the
+/// number of lights of a view, and show few of them.
+fn spread(all: usize, count: usize) -> BTreeSet<usize> {
+    const GOLDEN: u64 = 0x9e37_79b9;
+    let multiple = |i: u64| i.wrapping_mul(GOLDEN) & 0xffff_ffff;
+    let mut chosen = BTreeSet::new();
+    let numbers = (0..).map(|i| ((u128::from(multiple(i)) * all as u128) >> 32) as usize);
+    for number in numbers {
+        if chosen.len() >= count.min(all) {
+            break;
+        }
+        chosen.insert(number);
+    }
+    chosen
+}
+
 /// What all fits need.
 struct ParametricTask<'a> {
     pairs: &'a [(String, Directions)],
@@ -284,8 +302,7 @@ impl ParametricTask<'_> {
                 kept.len()
             )));
         }
-        let count = self.options.pairs.min(kept.len());
-        Ok((0..count).map(|i| kept[i * kept.len() / count]).collect())
+        Ok(spread(kept.len(), self.options.pairs).into_iter().map(|i| kept[i]).collect())
     }
 
     fn report(

@@ -27,6 +27,8 @@ pub(super) struct PhotographFeatures {
     pub brightness: f64,
     /// Encoded values of texels on a grid, as codes of 8 bits.
     pub texels: Vec<u8>,
+    /// Whether these differ: a random field needs a picture that varies.
+    pub varies: bool,
 }
 
 impl PhotographFeatures {
@@ -60,8 +62,9 @@ impl PhotographFeatures {
             }
         }
         let brightness = values.iter().map(|v| f64::from(*v)).sum::<f64>() / values.len() as f64;
-        let texels = values.iter().map(|v| (255.0 * v.clamp(0.0, 1.0)).round() as u8).collect();
-        Self { distribution: histograms, brightness, texels }
+        let texels: Vec<u8> = values.iter().map(|v| (255.0 * v.clamp(0.0, 1.0)).round() as u8).collect();
+        let varies = texels.chunks_exact(channels).any(|texel| *texel != texels[..channels]);
+        Self { distribution: histograms, brightness, texels, varies }
     }
 
     /// The bytes of all that is kept of a photograph.

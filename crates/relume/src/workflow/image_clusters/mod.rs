@@ -210,17 +210,29 @@ struct Grouped {
 impl Grouped {
     fn new(features: &[PhotographFeatures], request: &ImageClusterRequest) -> Self {
         let (points, n) = components(features);
+        let point = |i: usize| &points[i * n..][..n];
         let mut stream = Stream::new(request.seed, Purpose::PhotographClusters, []);
-        let labels = k_means(&points, n, request.clusters, &mut stream);
-        let clusters = labels.iter().max().map_or(0, |most| most + 1);
-        let picture = |k: usize| {
-            let own: Vec<usize> = (0..labels.len()).filter(|i| labels[*i] == k).collect();
-            let mean = |j: usize| own.iter().map(|i| points[i * n + j]).sum::<f64>() / own.len() as f64;
-            let mean: Vec<f64> = (0..n).map(mean).collect();
-            let square = |i: usize| (0..n).map(|j| (points[i * n + j] - mean[j]).powi(2)).sum::<f64>();
-            own.iter().fold(own[0], |best, &i| if square(i) < square(best) { i } else { best })
+        let found = k_means(&points, n, request.clusters, &mut stream);
+        let clusters = found.iter().max().map_or(0, |most| most + 1);
+        let means: Vec<Vec<f64>> = (0..clusters).map(|k| mean_of(&found, k, n, &point)).collect();
+        // A photograph that is the same everywhere has no random field: another of the cluster stands for it, or that of
+        // the nearest cluster.
+        let varying: Vec<usize> = (0..features.len()).filter(|&i| features[i].varies).collect();
+        let nearest_to = |k: usize| {
+            let own = varying.iter().filter(|i| found[**i] == k).copied();
+            own.min_by(|&a, &b| apart(point(a), &means[k]).total_cmp(&apart(point(b), &means[k])))
         };
-        let pictures = (0..clusters).map(picture).collect();
+        let chosen: Vec<(usize, usize)> =
+            (0..clusters).filter_map(|k| nearest_to(k).map(|picture| (k, picture))).collect();
+        let place = |i: usize| {
+            let own = chosen.iter().position(|(k, _)| *k == found[i]);
+            let distance = |j: &usize| apart(point(i), &means[chosen[*j].0]);
+            let nearest = || (0..chosen.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)));
+            own.or_else(nearest).unwrap_or(0)
+        };
+        let labels = (0..features.len()).map(place).collect();
+        // Where no photograph varies, the first says so.
+        let pictures = if chosen.is_empty() { vec![0] } else { chosen.iter().map(|(_, i)| *i).collect() };
         Self { labels, pictures, components: n }
     }
 
@@ -272,6 +284,17 @@ impl Grouped {
         let values: usize = features.iter().map(|feature| feature.texels.len()).sum();
         sum / (values.max(1) as f64 * 255.0 * 255.0)
     }
+}
+
+/// The mean of the points of a cluster.
+fn mean_of<'a>(labels: &[usize], k: usize, n: usize, point: &impl Fn(usize) -> &'a [f64]) -> Vec<f64> {
+    let own: Vec<usize> = (0..labels.len()).filter(|i| labels[*i] == k).collect();
+    (0..n).map(|j| own.iter().map(|i| point(*i)[j]).sum::<f64>() / own.len().max(1) as f64).collect()
+}
+
+/// The squared distance of two points.
+fn apart(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum()
 }
 
 #[cfg(test)]

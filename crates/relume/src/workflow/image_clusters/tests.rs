@@ -111,3 +111,19 @@ fn requests_without_meaning_and_sets_without_a_grid_are_refused() {
     let error = model_image_clusters(&pairs, &other, &request(3), &Job::default()).unwrap_err().to_string();
     assert!(error.contains("photograph p7 is 4 x 4"), "{error}");
 }
+
+/// A fault: a photograph that is black everywhere was the picture of its cluster, which no random field can be.
+#[test]
+fn photographs_that_are_the_same_everywhere_take_the_picture_of_others() {
+    let pairs = pairs();
+    let load = |i: usize| match i % 8 {
+        7 => Raster::new(SIZE, 3, Samples::U8(vec![0; 3 * SIZE.texels()])),
+        _ => Ok(photograph(&pairs[i])),
+    };
+    let made = model_image_clusters(&pairs, &load, &request(6), &Job::default()).unwrap();
+    assert_eq!(made.report.photographs.iter().sum::<usize>(), 32);
+    assert!(made.report.pictures.iter().all(|name| !["p7", "p15", "p23", "p31"].contains(&&**name)));
+    let black = |_| Raster::new(SIZE, 3, Samples::U8(vec![0; 3 * SIZE.texels()]));
+    let error = model_image_clusters(&pairs, &black, &request(6), &Job::default()).unwrap_err().to_string();
+    assert!(error.contains("same everywhere"), "{error}");
+}

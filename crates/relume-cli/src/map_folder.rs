@@ -32,8 +32,8 @@ pub struct MapFolder {
 }
 
 impl MapFolder {
-    /// The maps where the inputs of a verb are one folder of maps; `None` for files, captures, textures of light and view,
-    /// and web folders.
+    /// The maps where the inputs of a verb are one folder of maps; `None` for files, photographs with their lights, textures of
+    /// light and view, and web folders.
     ///
     /// # Errors
     /// A folder that cannot be read, one of pictures without a colour map, or two colour maps.
@@ -43,7 +43,8 @@ impl MapFolder {
             return Ok(None);
         }
         let files = files(folder)?;
-        if files.iter().any(|path| extension(path) == "lp") {
+        let is_color = |path: &PathBuf| is_picture(path) && MapRole::of_name(path) == MapRole::Albedo;
+        if files.iter().any(|path| extension(path) == "lp") && !files.iter().any(is_color) {
             return Ok(None);
         }
         Self::among(folder, files).map(Some)
@@ -120,7 +121,7 @@ impl MapFolder {
         let all = std::iter::once(&self.color).chain(&self.compared).chain(&self.followed);
         let list: Vec<String> = all.map(|path| format!("{}: {}", name(path), in_words(path))).collect();
         report.text.push_str(&format!("\n{}: {}", self.folder.display(), list.join("; ")));
-        let names: Vec<String> = self.unknown.iter().map(name).collect();
+        let names: Vec<String> = self.unknown.iter().map(|path| name(path)).collect();
         let left_out = (!names.is_empty()).then(|| {
             format!(
                 "{}: the names say no map, and they are left out: {} (--apply and --follow take them)",
@@ -160,7 +161,7 @@ fn rank(path: &Path) -> (bool, bool, bool, PathBuf) {
     (is_packed, is_down, extension(path) != "exr", path.to_owned())
 }
 
-fn name(path: &PathBuf) -> String {
+fn name(path: &Path) -> String {
     path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
 }
 

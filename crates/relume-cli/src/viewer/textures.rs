@@ -141,5 +141,5 @@ fn share_field(file: FieldFile, planes: &PlaneArgs, options: &ShareOptions, job:
 /// A computed texture as a file holds it.
 fn of_floats(field: ReflectanceField) -> FieldFile {
     let (encoding, record) = (Encoding::Exr(ExrDepth::Float), MapRecord::default());
-    FieldFile { field, opacity: None, encoding, record }
+    FieldFile { field, opacity: None, encoding, record, models: None }
 }

@@ -163,6 +163,100 @@ fn a_folder_of_maps_is_made_tileable_whole_or_not_at_all() {
 }
 
 #[test]
+fn previews_and_documents_come_beside_the_maps() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    maps(at);
+    let more = ["--preview", "cloth", "--materialx", "--usd"];
+    let report =
+        json(at, &[&["maps", "maps", "-o", "o", "--preset", "unity", "--name", "Wall"], &more[..]].concat());
+    assert_eq!(report["documents"], serde_json::json!(["Wall.glb", "Wall.mtlx", "Wall.usda"]));
+    let mesh = relume::format::read_mesh(&at.join("o/Wall.glb"), &Job::default()).unwrap();
+    assert!(mesh.triangles().len() > 1000);
+    let text = |name: &str| fs::read_to_string(at.join(name)).unwrap();
+    let (mtlx, usda) = (text("o/Wall.mtlx"), text("o/Wall.usda"));
+    // The mask map holds smoothness in its fourth channel.
+    assert!(mtlx.contains("<invert name=\"specular_roughness_inverted\""), "{mtlx}");
+    assert!(mtlx.contains("value=\"Wall_BaseColor.png\" colorspace=\"srgb_texture\""), "{mtlx}");
+    assert!(usda.contains("float inputs:roughness.connect = </Wall/roughness_texture.outputs:a>"), "{usda}");
+    assert!(usda.contains("float4 inputs:scale = (-1, -1, -1, -1)"), "{usda}");
+    run(at, &["maps", "maps", "-o", "u", "--preset", "unreal", "--name", "Wall", "--materialx"]);
+    assert!(text("u/Wall.mtlx").contains("type=\"vector2\" value=\"1, -1\""), "normals with -Y are turned");
+    let message = refused(at, &["maps", "maps", "-o", "v", "--preset", "unreal", "--usd"]);
+    assert!(message.contains("needs normals with +Y"), "{message}");
+    let textures = ["--textures", "bc7", "--usd"];
+    let message = refused(at, &[&["maps", "maps", "-o", "k", "--preset", "unity"], &textures[..]].concat());
+    assert!(message.contains("write the textures as png"), "{message}");
+}
+
+#[test]
+fn a_preview_of_functions_holds_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    run(at, &["capture", "sponge", "-o", "c", "--size", "24", "--lights", "12"]);
+    run(at, &["fit", "c", "-o", "t.ptm"]);
+    run(at, &["maps", "t.ptm", "-o", "o", "--preset", "gltf", "--preview", "plane"]);
+    let bytes = fs::read(at.join("o/Material.glb")).unwrap();
+    let length = u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
+    let root: serde_json::Value = serde_json::from_slice(&bytes[20..20 + length]).unwrap();
+    let extension = &root["materials"][0]["extensions"]["RELUME_reflectance"];
+    assert_eq!(extension["share"]["basis"]["name"], "ptm");
+    assert_eq!(extension["share"]["size"], serde_json::json!([24, 24]));
+    for group in extension["share"]["planes"].as_array().unwrap() {
+        let view = extension["files"][group["file"].as_str().unwrap()].as_u64().unwrap() as usize;
+        let view = &root["bufferViews"][view];
+        let at = 28 + length + view["byteOffset"].as_u64().unwrap() as usize;
+        assert_eq!(&bytes[at + 1..at + 4], b"PNG");
+    }
+}
+
+#[test]
+fn opacity_and_packed_maps_are_taken_from_their_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    maps(at);
+    fs::remove_file(at.join("maps/roughness.png")).unwrap();
+    let square = |v: [u8; 3]| {
+        let size = relume::Size::new(96, 96);
+        Raster::new(size, 3, Samples::U8(v.repeat(96 * 96))).unwrap().to_picture(Space::Srgb)
+    };
+    let png = encode_picture(&square([200, 100, 30]), PictureFormat::Png(Depth::Eight)).unwrap();
+    fs::write(at.join("maps/a_orm.png"), png).unwrap();
+    let halves: Vec<u8> = (0..96 * 96).map(|texel| if texel % 96 < 48 { 0 } else { 255 }).collect();
+    write_grey(&at.join("maps/a_opacity.png"), (96, 96), &halves);
+    run(at, &["maps", "maps", "-o", "a", "--preset", "ambientcg", "--name", "W"]);
+    let first = |name: &str| match raster(&at.join(name)).samples() {
+        Samples::U8(codes) => codes[0],
+        _ => panic!("8 bits"),
+    };
+    assert_eq!(first("a/W_96px-PNG_Roughness.png"), 100);
+    assert_eq!(first("a/W_96px-PNG_Metalness.png"), 30);
+    assert_eq!(first("a/W_96px-PNG_AmbientOcclusion.png"), 200);
+    assert_eq!(first("a/W_96px-PNG_Opacity.png"), 0);
+    run(at, &["maps", "maps", "-o", "g", "--preset", "gltf", "--name", "W", "--preview", "plane"]);
+    let opened = relume::format::open(&at.join("g/W_baseColor.png"), &Job::default()).unwrap();
+    let opacity = opened.into_exemplar().unwrap().opacity.unwrap();
+    assert_eq!((opacity.plane(0)[0], opacity.plane(0)[95]), (0.0, 1.0));
+}
+
+#[test]
+fn textures_of_engines_have_all_levels() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    maps(at);
+    for (textures, bytes) in [("ktx2", 4 * 96 * 96), ("bc7", 96 * 96)] {
+        let report = json(at, &["maps", "maps", "-o", textures, "--preset", "unity", "--textures", textures]);
+        assert_eq!(report["maps"][0]["file"], "Material_BaseColor.ktx2");
+        assert_eq!(report["maps"][0]["texture"], textures);
+        let file = fs::read(at.join(textures).join("Material_MaskMap.ktx2")).unwrap();
+        assert_eq!(&file[1..7], b"KTX 20");
+        assert_eq!(u32::from_le_bytes(file[40..44].try_into().unwrap()), 7);
+        assert_eq!(u64::from_le_bytes(file[88..96].try_into().unwrap()), bytes);
+        assert!(at.join(textures).join("Material_Height.png").exists(), "heights need their range");
+    }
+}
+
+#[test]
 fn a_jpeg_map_comes_back_without_further_loss_unless_told_otherwise() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();

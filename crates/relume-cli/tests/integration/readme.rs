@@ -40,6 +40,11 @@ fn every_command_of_the_readme_works_in_the_order_printed_in_a_new_folder() {
 }
 
 #[test]
+fn the_ways_of_artists_to_a_seamless_material_work() {
+    run_in_order("docs/artists.md", 8);
+}
+
+#[test]
 fn the_how_to_from_five_maps_to_a_seamless_material_works() {
     run_in_order("docs/maps.md", 3);
 }

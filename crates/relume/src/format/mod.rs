@@ -43,11 +43,13 @@ pub mod exr;
 mod field_file;
 mod finite;
 mod footprint;
+mod glb;
 mod height;
 mod hsh;
 mod jpeg;
 mod jpeg_scan;
 mod kind;
+pub mod ktx2;
 mod map_role;
 mod mask;
 mod meaning;
@@ -86,6 +88,7 @@ pub use exr::ExrDepth;
 pub use field_file::{
     Encoding, FieldFile, FieldFormat, MapRecord, decode_field, encode_field, encode_translucent,
 };
+pub use glb::{EXTENSION as GLB_EXTENSION, GlbMaterial, GlbPreview, encode_glb};
 pub use height::{
     HeightFormat, HeightMap, HeightScale, TEXEL_MM, decode_height, encode_height, encode_height_with,
     encode_scaled_height,

@@ -60,7 +60,11 @@ pub const SUPPORTED: &[SupportedFormat] = formats! {
     "APNG, GIF" ["png", "gif"] "animations", "", "8 bits; 256 colours", "";
     "light positions" ["lp"] "captures", "names and vectors", "the same", "";
     "OBJ" ["obj"] "meshes", "polygons", "", "materials are left out";
-    "glTF" ["glb"] "meshes", "binary, without compression", "", "text files (.gltf) and PLY are refused";
+    "glTF" ["glb"] "meshes", "binary, without compression", "previews of materials, with functions in RELUME_reflectance",
+        "text files (.gltf) and PLY are refused; materials are not read";
+    "KTX2" ["ktx2"] "textures", "", "8 bits and BC7, with all levels", "2D; not supercompressed";
+    "MaterialX" ["mtlx"] "materials", "", "1.39, OpenPBR", "heights are not connected";
+    "USD" ["usda"] "materials", "", "preview surface", "heights are not connected";
 };
 
 #[cfg(test)]

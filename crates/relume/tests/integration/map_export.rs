@@ -5,7 +5,7 @@ use std::io::Cursor;
 
 use relume::capture::dome::ReliefBorder;
 use relume::procedural::{Material, MaterialOptions};
-use relume::workflow::map_export::{MapPreset, MaterialMaps, WrittenMap, export_maps};
+use relume::workflow::map_export::{ExportOptions, MapPreset, MaterialMaps, WrittenMap, export_maps};
 use relume::{Job, Named, Planes, Size};
 
 fn maps() -> MaterialMaps {
@@ -26,7 +26,8 @@ fn written(
         files.insert(name.to_owned(), bytes.to_vec());
         Ok(())
     };
-    let list = export_maps(maps, preset, "Wall", mm, &Job::default(), &mut store).unwrap();
+    let options = ExportOptions { mm_per_texel: mm, ..ExportOptions::new(preset, "Wall") };
+    let list = export_maps(maps, &options, &Job::default(), &mut store).unwrap();
     (files, list)
 }
 
@@ -188,8 +189,8 @@ fn occlusion_is_open_on_a_plane_and_darker_in_a_pit() {
 fn names_that_are_no_part_of_a_file_name_are_refused() {
     for name in ["", "a/b", "..", "a b"] {
         let mut store = |_: &str, _: &[u8]| Ok(());
-        let error =
-            export_maps(&maps(), MapPreset::Gltf, name, None, &Job::default(), &mut store).unwrap_err();
+        let options = ExportOptions::new(MapPreset::Gltf, name);
+        let error = export_maps(&maps(), &options, &Job::default(), &mut store).unwrap_err();
         assert!(error.message().contains("name of a material"), "{error}");
     }
 }

@@ -59,6 +59,54 @@ impl Tangents {
     }
 }
 
+impl Mesh {
+    /// The mesh with a tangent for each vertex: the unit vector across the normal in which the first texture coordinate
+    /// grows, and the sign of the direction in which the second one grows, relative to normal x tangent. Vertices that
+    /// unmirrored and mirrored triangles share are doubled. Where the texture has no direction, any tangent will do.
+    pub fn with_tangents(&self) -> (Self, Vec<[f32; 4]>) {
+        let found = Tangents::new(self);
+        let mut mesh = self.clone();
+        let mut tangents = vec![None; self.positions.len()];
+        let mut doubled = std::collections::BTreeMap::new();
+        for (triangle, &handedness) in mesh.triangles.iter_mut().zip(&found.triangles) {
+            for vertex in triangle {
+                let at = *vertex as usize;
+                match tangents[at] {
+                    None => tangents[at] = Some(handedness),
+                    Some(other) if other == handedness => {}
+                    Some(_) => {
+                        *vertex = *doubled.entry(at).or_insert_with(|| {
+                            mesh.positions.push(self.positions[at]);
+                            mesh.normals.push(self.normals[at]);
+                            mesh.texcoords.push(self.texcoords[at]);
+                            mesh.positions.len() as u32 - 1
+                        });
+                    }
+                }
+            }
+        }
+        let mut of = vec![(0, Handedness::Plain); mesh.positions.len()];
+        for (at, handedness) in tangents.iter().enumerate() {
+            of[at] = (at, handedness.unwrap_or(Handedness::Plain));
+        }
+        for (&at, &copy) in &doubled {
+            let other = if of[at].1 == Handedness::Plain { Handedness::Mirrored } else { Handedness::Plain };
+            of[copy as usize] = (at, other);
+        }
+        let tangent = |(at, handedness): (usize, Handedness)| {
+            let unit = across(found.vertices[at][handedness as usize], Vec3::from(self.normals[at]));
+            let [x, y, z] = <[f32; 3]>::from(unit);
+            [x, y, z, handedness.sign() as f32]
+        };
+        (mesh, of.into_iter().map(tangent).collect())
+    }
+}
+
+/// The unit vector of `direction` across a normal, or any where it has none.
+fn across(direction: Vec3, normal: Vec3) -> Vec3 {
+    (direction - normal * normal.dot(direction)).unit().unwrap_or_else(|| normal.any_perpendicular())
+}
+
 /// dP/ds of a triangle, of any length; zero where the texture coordinates span no area.
 fn triangle_tangent(mesh: &Mesh, triangle: [u32; 3]) -> (Vec3, Handedness) {
     let [a, b, c] = mesh.corners(triangle);

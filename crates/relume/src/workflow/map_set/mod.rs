@@ -77,7 +77,7 @@ fn faded(planes: &mut Planes, opacity: &Planes) {
     for plane in planes.iter_mut() {
         let mean = (plane.iter().map(|v| f64::from(*v)).sum::<f64>() / plane.len() as f64) as f32;
         let shares = opacity.plane(0).iter().map(|share| share.clamp(0.0, 1.0));
-        plane.iter_mut().zip(shares).for_each(|(v, share)| *v = mean + share * (*v - mean));
+        plane.iter_mut().zip(shares).for_each(|(v, share)| *v = share * *v + (1.0 - share) * mean);
     }
 }
 

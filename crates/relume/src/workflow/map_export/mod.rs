@@ -1,0 +1,284 @@
+//! The maps of a material under the names, in the packings and in the bit depths that other programs expect.
+//!
+//! Colours are sRGB-encoded and marked so; all other maps are data and name no space. Normals and heights have 16 bits.
+//! Heights record their range, in texels or millimetres. What is not known is left out of presets of single files, and
+//! in packed files is rough (1), not metallic (0), and not occluded (1), with a remark.
+
+mod encoding;
+mod materialx;
+mod presets;
+mod preview;
+mod slots;
+mod usd;
+
+pub use encoding::WrittenMap;
+pub use presets::MapPreset;
+pub use preview::{PreviewObject, encode_preview};
+
+use rayon::prelude::*;
+
+use crate::capture::dome::ReliefBorder;
+use crate::capture::dome::horizon::Surroundings;
+use crate::capture::dome::relief::Relief;
+use crate::error::{Error, Result};
+use crate::field::{ParametricField, ReflectanceField, TexelModel};
+use crate::format::ktx2::TextureFormat;
+use crate::job::Job;
+use crate::maps::SurfaceMaps;
+use crate::planes::Planes;
+use crate::size::Size;
+use crate::space::Space;
+use crate::surface::integrate::{IntegrateOptions, SurfaceBorder, integrate};
+use crate::surface::{STEEPEST, Slopes};
+use presets::{DataMap, MapContent, files};
+use slots::MaterialSlots;
+
+/// Sectors of azimuth of the ambient occlusion.
+const SECTORS: usize = 32;
+
+/// The maps of a material, complete but for what is not known.
+#[derive(Debug, Clone)]
+pub struct MaterialMaps {
+    maps: SurfaceMaps,
+    normals: Planes,
+    occlusion: Planes,
+    opacity: Option<Planes>,
+}
+
+impl MaterialMaps {
+    /// Completes maps: normals from the heights where there are none, and ambient occlusion as the share of open sky.
+    ///
+    /// # Errors
+    /// Maps of differing sizes, the limits, and a cancelled job.
+    pub fn of_maps(maps: SurfaceMaps, border: ReliefBorder, job: &Job) -> Result<Self> {
+        maps.validate()?;
+        job.check("the ambient occlusion", maps.size(), 8 * SECTORS as u64 + 48)?;
+        let relief = Relief::new(&maps.height, border);
+        let normals = maps.normal.clone().unwrap_or_else(|| relief.normals());
+        let sky = Surroundings::new(&relief, &normals, SECTORS, job)?.sky;
+        let open = sky.into_par_iter().map(|share| share.clamp(0.0, 1.0)).collect();
+        let occlusion = Planes::from_vec(maps.size(), 1, open)?;
+        Ok(Self { maps, normals, occlusion, opacity: None })
+    }
+
+    /// The maps of a texture of functions: each texel at its brightest is the colour, the direction of that light the
+    /// normal, and heights are integrated from the normals. Roughness is not known.
+    ///
+    /// # Errors
+    /// As [`MaterialMaps::of_maps`], and channels that do not form a colour.
+    pub fn of_field(field: &ReflectanceField, border: ReliefBorder, job: &Job) -> Result<Self> {
+        if field.layout().is_named() {
+            return Err(Error::usage("maps of a material need colours, and the texture has named channels"));
+        }
+        let normals = crate::surface::normals(field);
+        let picture = crate::surface::albedo(field).to_space(Space::Linear);
+        let mut albedo = Planes::zeros_within(job, "the colours", field.size(), 3)?;
+        for (k, plane) in albedo.iter_mut().enumerate() {
+            let from = picture.planes.plane(k.min(picture.planes.count() - 1));
+            plane.iter_mut().zip(from).for_each(|(out, v)| *out = v.clamp(0.0, 1.0));
+        }
+        let height = integrated(&normals, border, job)?;
+        let maps = SurfaceMaps { height, albedo, normal: Some(normals), roughness: None, metallic: None };
+        Self::of_maps(maps, border, job)
+    }
+
+    /// The maps that the texels of a texture of facets hold ([`TexelModel::Ggx`]): base colour, normals and roughness; heights
+    /// are integrated from the normals.
+    ///
+    /// # Errors
+    /// As [`MaterialMaps::of_maps`], and a texture of another model.
+    pub fn of_facets(models: &ParametricField, border: ReliefBorder, job: &Job) -> Result<Self> {
+        if *models.model() != TexelModel::Ggx {
+            return Err(Error::usage(format!(
+                "maps of facets are of the model ggx, not of {}",
+                models.model().name()
+            )));
+        }
+        let (size, channels, from) = (models.size(), models.channels(), models.planes());
+        let mut albedo = Planes::zeros_within(job, "the colours", size, 3)?;
+        for (k, plane) in albedo.iter_mut().enumerate() {
+            let base = from.plane(k.min(channels - 1));
+            plane.iter_mut().zip(base).for_each(|(out, v)| *out = v.clamp(0.0, 1.0));
+        }
+        let mut normals = Planes::zeros_within(job, "the normals", size, 3)?;
+        (0..2).for_each(|axis| normals.plane_mut(axis).copy_from_slice(from.plane(channels + axis)));
+        for texel in 0..size.texels() {
+            let [x, y] = [0, 1].map(|axis| normals.plane(axis)[texel]);
+            normals.plane_mut(2)[texel] = (1.0 - x * x - y * y).max(0.0).sqrt();
+        }
+        let rough = from.plane(channels + 2).iter().map(|v| v.clamp(0.0, 1.0)).collect();
+        let roughness = Some(Planes::from_vec(size, 1, rough)?);
+        let height = integrated(&normals, border, job)?;
+        let maps = SurfaceMaps { height, albedo, normal: Some(normals), roughness, metallic: None };
+        Self::of_maps(maps, border, job)
+    }
+
+    /// The same with planes from 0 to 1 that are known: the occlusion, instead of that of the heights, and the opacity.
+    ///
+    /// # Errors
+    /// A plane of another size.
+    pub fn with_known(self, occlusion: Option<Planes>, opacity: Option<Planes>) -> Result<Self> {
+        for (name, planes) in [("occlusion", &occlusion), ("opacity", &opacity)] {
+            if let Some(found) = planes.as_ref().filter(|planes| planes.size() != self.maps.size()) {
+                return Err(Error::invalid(format!(
+                    "the {name} has {} texels, and the other maps {}",
+                    found.size(),
+                    self.maps.size()
+                )));
+            }
+        }
+        Ok(Self {
+            occlusion: occlusion.unwrap_or(self.occlusion),
+            opacity,
+            maps: self.maps,
+            normals: self.normals,
+        })
+    }
+
+    /// The size of all maps.
+    pub fn size(&self) -> Size {
+        self.maps.size()
+    }
+
+    /// The planes by which tiling is judged, with their names.
+    pub fn planes(&self) -> Vec<(&'static str, &Planes)> {
+        let known = [
+            ("roughness", &self.maps.roughness),
+            ("metallic", &self.maps.metallic),
+            ("opacity", &self.opacity),
+        ];
+        let all = [
+            ("color", &self.maps.albedo),
+            ("normal", &self.normals),
+            ("height", &self.maps.height),
+            ("occlusion", &self.occlusion),
+        ];
+        all.into_iter()
+            .chain(known.into_iter().filter_map(|(name, map)| Some((name, map.as_ref()?))))
+            .collect()
+    }
+
+    fn data(&self, map: DataMap) -> Option<&Planes> {
+        match map {
+            DataMap::Occlusion => Some(&self.occlusion),
+            DataMap::Roughness | DataMap::Smoothness => self.maps.roughness.as_ref(),
+            DataMap::Metallic => self.maps.metallic.as_ref(),
+            DataMap::Detail => None,
+            DataMap::Opacity => self.opacity.as_ref(),
+        }
+    }
+
+    /// A plane of data, or what stands for it where it is not known.
+    fn values(&self, map: DataMap, out: &mut [f32]) {
+        let known = self.data(map).map(|planes| planes.plane(0));
+        match (known, map) {
+            (Some(plane), DataMap::Smoothness) => out.iter_mut().zip(plane).for_each(|(o, v)| *o = 1.0 - v),
+            (Some(plane), _) => out.copy_from_slice(plane),
+            (None, DataMap::Smoothness | DataMap::Metallic) => out.fill(0.0),
+            (None, _) => out.fill(1.0),
+        }
+    }
+}
+
+/// Heights in texels from normals.
+fn integrated(normals: &Planes, border: ReliefBorder, job: &Job) -> Result<Planes> {
+    let border = match border {
+        ReliefBorder::Wrap => SurfaceBorder::Periodic,
+        ReliefBorder::Clamp => SurfaceBorder::Open,
+    };
+    let options = IntegrateOptions { border, ..IntegrateOptions::default() };
+    integrate(&Slopes::from_normals(normals, STEEPEST)?, &options, job)
+}
+
+/// What is written of a material.
+#[derive(Debug, Clone)]
+pub struct ExportOptions {
+    /// Whose names and packings.
+    pub preset: MapPreset,
+    /// The name of the material in file names: letters, digits, - and _.
+    pub name: String,
+    /// The side of a texel, where known: heights are then in millimetres.
+    pub mm_per_texel: Option<f64>,
+    /// How colours, normals and data are stored. Heights are PNG or EXR in any case, since they need their range.
+    pub textures: TextureFormat,
+    /// Also a MaterialX document.
+    pub materialx: bool,
+    /// Also a USD layer.
+    pub usd: bool,
+}
+
+impl ExportOptions {
+    /// PNG files alone, in texels.
+    pub fn new(preset: MapPreset, name: &str) -> Self {
+        Self {
+            preset,
+            name: name.to_owned(),
+            mm_per_texel: None,
+            textures: TextureFormat::Png,
+            materialx: false,
+            usd: false,
+        }
+    }
+
+    /// Refuses what no set can be.
+    ///
+    /// # Errors
+    /// A name that is empty or no part of a file name, and documents that programs could not follow.
+    pub fn validate(&self) -> Result<()> {
+        if self.name.is_empty() || !self.name.chars().all(|c| c.is_ascii_alphanumeric() || "_-".contains(c)) {
+            return Err(Error::usage(format!(
+                "the name of a material is letters, digits, - and _, not '{}'",
+                self.name.escape_debug()
+            )));
+        }
+        if self.textures != TextureFormat::Png && (self.materialx || self.usd) {
+            return Err(Error::usage(
+                "MaterialX and USD documents name pictures that all programs read: write the textures as png",
+            ));
+        }
+        if self.usd && self.preset == MapPreset::Unreal {
+            return Err(Error::usage(
+                "USD needs normals with +Y, and the preset unreal has -Y: choose another preset for the USD layer",
+            ));
+        }
+        Ok(())
+    }
+}
+
+/// Writes maps under a preset: `store` gets the files by name.
+///
+/// # Errors
+/// As [`ExportOptions::validate`], the limits, and those of `store`.
+pub fn export_maps(
+    maps: &MaterialMaps,
+    options: &ExportOptions,
+    job: &Job,
+    store: &mut dyn FnMut(&str, &[u8]) -> Result<()>,
+) -> Result<Vec<WrittenMap>> {
+    options.validate()?;
+    let side = maps.maps.size().width.max(maps.maps.size().height);
+    let (mut written, mut slots) = (Vec::new(), Vec::new());
+    for (file, content) in files(options.preset, &options.name, side, options.textures) {
+        job.proceed()?;
+        if let MapContent::Single(map) = content
+            && maps.data(map).is_none()
+        {
+            continue;
+        }
+        let (bytes, entry) = maps.encoded(&file, content, options.textures, options.mm_per_texel, job)?;
+        store(&file, &bytes)?;
+        written.push(entry);
+        slots.push((file, content));
+    }
+    let slots = MaterialSlots { files: slots, has_opacity: maps.opacity.is_some(), maps };
+    if options.materialx {
+        store(&format!("{}.mtlx", options.name), materialx::document(&options.name, &slots).as_bytes())?;
+    }
+    if options.usd {
+        store(&format!("{}.usda", options.name), usd::layer(&options.name, &slots).as_bytes())?;
+    }
+    if maps.maps.roughness.is_none() {
+        job.remark("no roughness is known: single files leave it out, and packed files have 1");
+    }
+    Ok(written)
+}

@@ -1,0 +1,6 @@
+//! Textures of light and view, `.btf`.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+
+fuzz_target!(|bytes: &[u8]| relume_fuzz::bonn(bytes));

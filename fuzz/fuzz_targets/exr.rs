@@ -1,0 +1,6 @@
+//! EXR fields, pictures and named channels.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+
+fuzz_target!(|bytes: &[u8]| relume_fuzz::exr(bytes));

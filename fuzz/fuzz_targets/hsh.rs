@@ -1,0 +1,6 @@
+//! Harmonics, `.rti` and `.hsh`.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+
+fuzz_target!(|bytes: &[u8]| relume_fuzz::hsh(bytes));

@@ -1,0 +1,6 @@
+//! Pictures: PNG, JPEG, TIFF, PFM, Radiance.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+
+fuzz_target!(|bytes: &[u8]| relume_fuzz::picture(bytes));

@@ -7,6 +7,7 @@ use relume::capture::balls::{MirrorBall, drawn, find_lights, lights_of};
 use relume::capture::{Capture, holds_light_file, lp, pictures_in};
 use relume::field::Basis;
 use relume::format::{Depth, PictureFormat, encode_picture_with};
+use relume::surface::highlights::LEAST_LIGHTS;
 use relume::{Direction, Error, Named, Result, Space};
 use serde_json::{Map, Value, json};
 
@@ -27,7 +28,8 @@ pub struct Args {
     /// The folder of photographs, or their light file
     photographs: PathBuf,
     /// The folder to write: lights.lp, texture.ptm, texture.exr, report.html on its quality, page.html to look at it,
-    /// normals_gl.png, albedo.png, height.exr, relit.png and, where balls were found, balls.png
+    /// normals_gl.png, albedo.png, height.exr, relit.png, under 12 far lamps or more roughness.png, and, where balls were found,
+    /// balls.png
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
     /// The outline of a mirror ball, as for `relume lights`; may be given several times
@@ -86,7 +88,10 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let mut of_height = options;
     of_height.extend(args.mask.iter().flat_map(|mask| ["--mask".into(), mask.clone().into_os_string()]));
     let height = "height LIGHTS -o DIR/height.exr --normals DIR/normals_gl.png --albedo-map DIR/albedo.png";
-    let height = steps.run(height, &of_height)?;
+    let has_roughness = lights.len() >= LEAST_LIGHTS && args.development.surface_mm.is_none();
+    let height =
+        if has_roughness { format!("{height} --roughness-map DIR/roughness.png") } else { height.to_owned() };
+    let height = steps.run(&height, &of_height)?;
     facts.insert("height".to_owned(), json!([height["lowest_texels"], height["highest_texels"]]));
     let commands = steps.done;
     facts.insert("commands".to_owned(), json!(commands));

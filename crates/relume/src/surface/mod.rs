@@ -7,12 +7,14 @@
 //! | `photometric_stereo`, `robust` | normals and albedo from photographs under many lights |
 //! | `shared_reflectance` | the same with a reflectance that all texels share |
 //! | `shape_from_shading` | slopes from one photograph under a known light |
+//! | `highlights` | roughness and the strength of highlights, from what a matt body leaves over |
 //! | `slopes` | normals to slopes and back |
 //! | `integrate` | slopes to heights: Frankot and Chellappa, Poisson, and the slow truth |
 
 pub mod argmax;
 mod brightest;
 mod doubts;
+pub mod highlights;
 pub mod integrate;
 mod luminance;
 mod normals;

@@ -6,13 +6,16 @@ mod shape;
 use std::path::PathBuf;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use relume::format::{HeightFormat, PictureFormat, encode_height_with, encode_normals, encode_picture_with};
+use relume::format::{
+    Depth, HeightFormat, PictureFormat, encode_data_map, encode_height_with, encode_normals,
+    encode_picture_with,
+};
 use relume::surface::integrate::{
     self, Discontinuities, IntegrateOptions, IntegrationMethod, SurfaceBorder, integrate, integrate_weighted,
 };
 use relume::surface::{Ambient, Estimator};
 use relume::workflow::memory::MemoryPeak;
-use relume::{Direction, Error, Footprint, Job, Planes, Result, Size};
+use relume::{Direction, Error, Footprint, Job, Picture, Planes, Result, Size, Space};
 use serde_json::{Value, json};
 
 use crate::context::Context;
@@ -65,6 +68,12 @@ pub struct Args {
     /// Also write the albedo estimated by photometric stereo
     #[arg(long, value_name = "FILE")]
     albedo_map: Option<PathBuf>,
+    /// Also write the roughness, by a lobe fitted to what a matt body leaves over of the photographs (12 lights or more)
+    #[arg(long, value_name = "FILE")]
+    roughness_map: Option<PathBuf>,
+    /// Also write the strength of those highlights: reflectance at normal incidence over 0.08, so that 0.5 is that of glass
+    #[arg(long, value_name = "FILE")]
+    specular_map: Option<PathBuf>,
     #[command(flatten)]
     normal_maps: normals::Args,
     #[command(flatten)]
@@ -120,15 +129,17 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         return Err(Error::usage(format!("--steepest {deg}: expected degrees between 0 and 90")));
     }
     let mut outputs = Outputs::new(context);
-    for path in [Some(&args.output), args.normals.as_ref(), args.albedo_map.as_ref()].into_iter().flatten() {
+    let maps = [&args.normals, &args.albedo_map, &args.roughness_map, &args.specular_map];
+    for path in std::iter::once(&args.output).chain(maps.into_iter().flatten()) {
         outputs.file(path, &[&[args.input.as_path()][..], &args.photographs.files()].concat())?;
     }
-    for path in args.normals.iter().chain(&args.albedo_map) {
+    for path in maps.into_iter().flatten() {
         PictureFormat::from_path(path)?;
     }
     let known = args.truth.read(args.normal_maps.normal_y, context)?;
     let shape = shape::find(args, &known, context)?;
     let albedo = albedo_map(args, &shape, &context.job)?;
+    let lobes = lobe_maps(args, &shape, &context.job)?;
     let size = shape.slopes.size();
     let mask = args.mask.as_ref().map(|path| input::mask(path, size, &context.job)).transpose()?;
     let height = integrated(args, &shape, mask.as_deref(), context)?;
@@ -143,6 +154,9 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     }
     if let (Some(path), Some(bytes)) = (&args.albedo_map, albedo) {
         outputs.write(path, bytes)?;
+    }
+    for (path, bytes) in lobes {
+        outputs.write(&path, bytes)?;
     }
     Ok(report(args, &shape, &height, compared).with_outputs(outputs.commit()?))
 }
@@ -169,6 +183,8 @@ fn refuse_strangers(args: &Args, method: HeightMethod, is_capture: bool) -> Resu
     let given = [
         ("--estimator", stereo.estimator.is_some(), is_stereo),
         ("--ambient", stereo.ambient, is_stereo),
+        ("--roughness-map", args.roughness_map.is_some(), is_stereo),
+        ("--specular-map", args.specular_map.is_some(), is_stereo),
         ("--light", shading.light.is_some(), is_shading),
         ("--photograph", shading.photograph.is_some(), is_shading && is_capture),
         ("--albedo", shading.albedo.is_some(), is_shading),
@@ -217,6 +233,26 @@ fn albedo_map(args: &Args, shape: &Shape, job: &Job) -> Result<Option<Vec<u8>>> 
         .as_ref()
         .ok_or_else(|| Error::usage(format!("{} finds no albedo", shape.method.name())).at(path))?;
     encode_picture_with(albedo, PictureFormat::from_path(path)?, job).map(Some)
+}
+
+/// The bytes of the maps of roughness and of the strength of highlights, if requested.
+fn lobe_maps(args: &Args, shape: &Shape, job: &Job) -> Result<Vec<(PathBuf, Vec<u8>)>> {
+    /// The reflectance at normal incidence that such maps call 1.
+    const WHOLE: f32 = 0.08;
+    let encoded = |path: &PathBuf, planes: &Planes| {
+        let bytes = match PictureFormat::from_path(path)? {
+            PictureFormat::Png(_) => encode_data_map(planes, Depth::Sixteen, job)?,
+            format => {
+                encode_picture_with(&Picture { planes: planes.clone(), space: Space::Linear }, format, job)?
+            }
+        };
+        Ok((path.clone(), bytes))
+    };
+    let Some(found) = &shape.highlights else { return Ok(Vec::new()) };
+    let mut strength = found.reflectance.clone();
+    strength.as_mut_slice().iter_mut().for_each(|v| *v = (*v / WHOLE).min(1.0));
+    let roughness = args.roughness_map.iter().map(|path| encoded(path, &found.roughness));
+    roughness.chain(args.specular_map.iter().map(|path| encoded(path, &strength))).collect()
 }
 
 fn report(args: &Args, shape: &Shape, height: &Planes, compared: compare::Compared) -> Report {

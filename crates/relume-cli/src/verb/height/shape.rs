@@ -4,6 +4,7 @@ use std::path::Path;
 
 use relume::capture::{Capture, Photograph};
 use relume::format::MapRole;
+use relume::surface::highlights::{HighlightOptions, Highlights, highlights};
 use relume::surface::photometric_stereo::{StereoInput, StereoOptions, photometric_stereo};
 use relume::surface::shape_from_shading::{ShadingOptions, shape_from_shading};
 use relume::surface::{self, STEEPEST, Slopes};
@@ -55,6 +56,8 @@ pub struct Shape {
     pub slopes: Slopes,
     pub normals: Planes,
     pub albedo: Option<Picture>,
+    /// Roughness and strength of highlights, if they were asked for.
+    pub highlights: Option<Highlights>,
     /// The size of a texel in millimetres, where the photographs tell it.
     pub pixel_mm: Option<f64>,
     /// For people, a line each.
@@ -73,6 +76,7 @@ impl Shape {
             slopes,
             normals,
             albedo: None,
+            highlights: None,
             pixel_mm: None,
             notes: Vec::new(),
             facts: no_facts(),
@@ -129,12 +133,25 @@ fn stereo(args: &Args, known: &KnownShape, context: &Context) -> Result<Shape> {
         photometric_stereo(input, &options, &context.job).map_err(|e| e.at(&set.capture.light_file))?;
     let mut shape = Shape::of_normals(HeightMethod::PhotometricStereo, found.normals, args.steepest)?;
     shape.albedo = Some(found.albedo);
+    if args.roughness_map.is_some() || args.specular_map.is_some() {
+        let options = HighlightOptions::default();
+        let seen = highlights(input, &shape.normals, options, &context.job)
+            .map_err(|e| e.at(&set.capture.light_file))?;
+        shape.notes.push(format!(
+            "roughness of the whole {:.2}; {:.0} % of the texels show no highlight and have it",
+            seen.overall,
+            100.0 * seen.unseen as f64 / seen.roughness.size().texels() as f64
+        ));
+        shape.highlights = Some(seen);
+    }
     shape.pixel_mm = lamps.as_ref().map(relume::lamps::LampPositions::mm_per_texel);
     shape.notes.extend(set.warnings.iter().map(|warning| format!("warning: {warning}")));
     shape.facts = json!({
         "lights": lights.len(),
         "options": options,
         "undetermined_texels": found.undetermined,
+        "roughness": shape.highlights.as_ref().map(|seen| seen.overall),
+        "texels_without_highlight": shape.highlights.as_ref().map(|seen| seen.unseen),
         "development": set.facts,
     });
     if found.undetermined > 0 {
@@ -165,6 +182,7 @@ fn shading(args: &Args, known: &KnownShape, is_capture: bool, context: &Context)
         normals: found.slopes.normals(),
         slopes: found.slopes,
         albedo: None,
+        highlights: None,
         pixel_mm: None,
         notes: vec![format!(
             "one photograph, {}: albedo {:.3}, shading off by {:.4} (root mean square)",

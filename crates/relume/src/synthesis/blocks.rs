@@ -129,7 +129,7 @@ pub fn synthesize(exemplars: &[Exemplar<'_>], options: &BlockOptions, job: &Job)
     let _codes = job.hold("the codes of the exemplars", quantised.bytes())?;
     let positions = Positions::new(exemplars, options.block)?;
     let layout = BlockLayout::new(options, job)?;
-    let recipe = plan(options, &layout, quantised.planes());
+    let recipe = plan(options, &layout, &quantised);
     job.check_bytes("preparing the search", recipe.bytes(&quantised, guides.as_ref()))?;
     if options.blend == Blend::GraphCut {
         let at_once = BYTES_PER_TEXEL * rayon::current_num_threads() as u64;

@@ -89,6 +89,22 @@ impl Positions {
         Ok(Self { runs, starts, count })
     }
 
+    /// Those whose column and row are multiples of a number, divided by it; `None` if there are none.
+    pub(in crate::synthesis) fn every(&self, factor: usize) -> Option<Self> {
+        let (mut runs, mut starts, mut count) = (Vec::new(), Vec::new(), 0);
+        for PositionRun { first, length } in &self.runs {
+            let (begin, end) = (first.x as usize, first.x as usize + length);
+            let (from, to) = (begin.div_ceil(factor), (end - 1) / factor + 1);
+            if (first.y as usize).is_multiple_of(factor) && from < to {
+                let first = Texel { y: first.y / factor as u32, x: from as u32, ..*first };
+                runs.push(PositionRun { first, length: to - from });
+                starts.push(count);
+                count += to - from;
+            }
+        }
+        (count > 0).then_some(Self { runs, starts, count })
+    }
+
     /// The positions as runs along rows.
     pub fn runs(&self) -> &[PositionRun] {
         &self.runs

@@ -80,6 +80,27 @@ impl IndexTexels {
     pub fn run(&self, x: usize, y: usize, width: usize) -> &[i16] {
         &self.codes[self.start(x, y)..][..width * self.planes]
     }
+
+    /// At half the resolution, rounded down: the means of squares of four texels.
+    fn averaged(&self) -> Self {
+        let size = Size::new((self.size.width / 2).max(1), (self.size.height / 2).max(1));
+        let mut codes = Vec::with_capacity(size.texels() * self.planes + PADDING);
+        for (x, y) in (0..size.height).flat_map(|y| (0..size.width).map(move |x| (x, y))) {
+            let near = |at: usize, length: usize| at.min(length - 1);
+            let corner = |i: usize| {
+                self.start(near(2 * x + i % 2, self.size.width), near(2 * y + i / 2, self.size.height))
+            };
+            let corners = [0, 1, 2, 3].map(corner);
+            codes.extend((0..self.planes).map(|k| mean(corners.map(|at| self.codes[at + k]))));
+        }
+        codes.resize(codes.len() + PADDING, 0);
+        Self { size, planes: self.planes, codes }
+    }
+}
+
+/// The mean of four codes, rounded.
+pub(in crate::synthesis) fn mean(codes: [i16; 4]) -> i16 {
+    (codes.iter().map(|code| i32::from(*code)).sum::<i32>() + 2).div_euclid(4) as i16
 }
 
 /// The 4 x 4 texels that a texel of half the resolution averages, row by row.
@@ -154,6 +175,12 @@ impl Quantised {
     }
 
     /// Sets every code, for tests at the limit of the range.
+    /// At half the resolution, rounded down: the means of squares of four texels.
+    pub(super) fn averaged(&self) -> Self {
+        let texels = self.texels.iter().map(IndexTexels::averaged).collect();
+        Self { texels, ..*self }
+    }
+
     #[cfg(test)]
     pub(super) fn fill_for_tests(&mut self, code: i16) {
         self.texels.iter_mut().for_each(|texels| texels.codes.fill(code));

@@ -50,6 +50,8 @@ pub struct SynthOptions {
     pub search: Option<SearchMethod>,
     /// The basis of the projection search.
     pub kernels: Option<KernelBasis>,
+    /// Whether blocks of large exemplars are searched at a reduced resolution first: many times faster, nearly as good.
+    pub coarse: bool,
     /// Whether the rejection curve of the projection search is measured, which takes time.
     pub curve: bool,
     /// Side of the window of texels that pixel methods compare, odd; `None` as the analysis suggests.
@@ -95,6 +97,7 @@ impl Default for SynthOptions {
             feather: None,
             search: None,
             kernels: None,
+            coarse: false,
             curve: false,
             neighbourhood: None,
             epsilon: None,
@@ -175,7 +178,7 @@ pub struct Special {
 
 impl SynthOptions {
     /// The options that belong to some methods only.
-    pub fn special(&self) -> [Special; 17] {
+    pub fn special(&self) -> [Special; 18] {
         use SynthesisMethod::{Auto, EfrosLeung, Elements, PatchMatch, Quilting, Roller, WeiLevoy};
         const BLOCKS: &[SynthesisMethod] = &[Quilting, Auto];
         let tolerance = match self.tolerance {
@@ -191,6 +194,7 @@ impl SynthOptions {
             special("feather", self.feather.is_some(), BLOCKS),
             special("search", self.search.is_some(), BLOCKS),
             special("kernels", self.kernels.is_some(), BLOCKS),
+            special("coarse", self.coarse, BLOCKS),
             special("tiles", self.tiles.is_some(), &[Roller]),
             special("period", self.period.is_some(), &[Roller, Elements]),
             special("tries", self.tries.is_some(), &[Auto]),
@@ -277,6 +281,7 @@ impl SynthOptions {
                 method: self.search.unwrap_or_default(),
                 basis: self.kernels.unwrap_or_default(),
                 curve: self.curve,
+                coarse: self.coarse,
                 ..SearchOptions::default()
             },
         }

@@ -65,6 +65,11 @@ impl Args {
         self.method.is_some_and(|method| method != SynthesisMethod::Noise)
     }
 
+    /// Whether blocks are placed.
+    pub fn is_of_blocks(&self) -> bool {
+        matches!(self.method, None | Some(SynthesisMethod::Quilting | SynthesisMethod::Auto))
+    }
+
     /// The options of the method, to which the caller adds its own.
     pub fn options(&self) -> SynthOptions {
         SynthOptions {

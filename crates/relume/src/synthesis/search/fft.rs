@@ -32,7 +32,7 @@ pub struct Fft<'a> {
 }
 
 /// The prepared data of one exemplar.
-struct Spectra {
+pub(super) struct Spectra {
     /// Positions at which a block lies inside the exemplar never wrap around, so there is no padding.
     transform: Fourier,
     /// The spectrum of each plane.
@@ -50,12 +50,19 @@ impl<'a> Fft<'a> {
             exemplars.texels().iter().map(|texels| Spectra::new(texels, exemplars.planes())).collect();
         Self { exemplars, positions, spectra }
     }
+}
 
-    /// The approximate squared distances of all positions of one exemplar, row by row, and their error; places
-    /// that are no positions hold anything.
-    fn distances(&self, query: &BlockQuery, spectra: &Spectra) -> (Vec<f64>, f64) {
-        let (shape, planes) = (query.neighbourhood, self.exemplars.planes());
-        let size = spectra.transform.size();
+impl Spectra {
+    /// The size of the exemplar.
+    pub fn size(&self) -> Size {
+        self.transform.size()
+    }
+
+    /// The approximate squared distances of all positions, row by row, and their error; places that are no positions
+    /// hold anything.
+    pub fn distances(&self, query: &BlockQuery, planes: usize) -> (Vec<f64>, f64) {
+        let shape = query.neighbourhood;
+        let size = self.transform.size();
         let rects: Vec<_> = shape.rects().collect();
         let filled = |x: usize, y: usize| shape.contains(x, y);
         let own: u64 = rects
@@ -63,8 +70,8 @@ impl<'a> Fft<'a> {
             .flat_map(|r| (r.y..r.y + r.size.height).map(move |y| (r.x, y, r.size.width)))
             .map(|(x, y, w)| squared_length(&query.codes[shape.extent.index(x, y) * planes..][..w * planes]))
             .sum();
-        let mut product = vec![Complex64::ZERO; spectra.planes[0].len()];
-        for (k, exemplar) in spectra.planes.iter().enumerate() {
+        let mut product = vec![Complex64::ZERO; self.planes[0].len()];
+        for (k, exemplar) in self.planes.iter().enumerate() {
             let mut image = vec![0.0; size.width * shape.extent.height];
             for (x, y) in (0..shape.extent.texels()).map(|i| (i % shape.extent.width, i / shape.extent.width))
             {
@@ -72,7 +79,7 @@ impl<'a> Fft<'a> {
                     image[size.index(x, y)] = f64::from(query.codes[shape.extent.index(x, y) * planes + k]);
                 }
             }
-            let spectrum = spectra.transform.forward_top(image);
+            let spectrum = self.transform.forward_top(image);
             Arch::new().dispatch(
                 #[inline(always)]
                 || {
@@ -82,18 +89,18 @@ impl<'a> Fft<'a> {
                 },
             );
         }
-        let mut distances = spectra.transform.inverse(product);
+        let mut distances = self.transform.inverse(product);
         // Only where the neighbourhood lies inside: nothing else is a position.
         let valid = Size::new(size.width + 1 - shape.extent.width, size.height + 1 - shape.extent.height);
         let mut there = vec![0; valid.width];
         for (y, row) in distances.chunks_exact_mut(size.width).take(valid.height).enumerate() {
             there.fill(own);
             for r in &rects {
-                spectra.squares.add_row((r.x, y + r.y), (r.size.width, r.size.height), &mut there);
+                self.squares.add_row((r.x, y + r.y), (r.size.width, r.size.height), &mut there);
             }
             row.iter_mut().zip(&there).for_each(|(value, sum)| *value = *sum as f64 - 2.0 * *value);
         }
-        let error = 2.0 * RELATIVE_ERROR * spectra.norm * (own as f64).sqrt() * (planes as f64).sqrt();
+        let error = 2.0 * RELATIVE_ERROR * self.norm * (own as f64).sqrt() * (planes as f64).sqrt();
         (distances, error + 0.5)
     }
 }
@@ -107,8 +114,11 @@ impl Search for Fft<'_> {
 impl Fft<'_> {
     fn correlate(&self, query: &BlockQuery) -> Found {
         let acceptance = query.acceptance;
-        let approximate: Vec<(Vec<f64>, f64)> =
-            self.spectra.par_iter().map(|spectra| self.distances(query, spectra)).collect();
+        let approximate: Vec<(Vec<f64>, f64)> = self
+            .spectra
+            .par_iter()
+            .map(|spectra| spectra.distances(query, self.exemplars.planes()))
+            .collect();
         let targets = BlockTarget::all(query, self.exemplars);
         let runs = || {
             self.positions.runs().iter().map(|run| {
@@ -138,7 +148,8 @@ impl Fft<'_> {
 }
 
 impl Spectra {
-    fn new(texels: &IndexTexels, planes: usize) -> Self {
+    /// Transforms all planes of an exemplar.
+    pub fn new(texels: &IndexTexels, planes: usize) -> Self {
         let transform = Fourier::new(texels.size());
         let codes = &texels.codes()[..texels.size().texels() * planes];
         let plane = |k: usize| {

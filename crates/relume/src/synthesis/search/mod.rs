@@ -4,12 +4,14 @@
 //! - [`projection`]: lower bounds from a few projections reject most positions;
 //! - [`fft`]: all distances at once by correlation;
 //! - [`plain`]: every position, texel by texel: the slow truth;
+//! - [`coarse`]: the best positions of a reduced resolution, for large exemplars, where it is asked for;
 //! - [`guided`]: every position, for blocks that also follow a guide.
 //!
-//! All but the last give identical candidates: distances are exact integers ([`distance`]), thresholds are
+//! All but the last two give identical candidates: distances are exact integers ([`distance`]), thresholds are
 //! integers, and candidates are in the order of exemplar, row, column. [`plan`] chooses.
 
 pub mod brute;
+pub mod coarse;
 pub mod distance;
 pub mod fft;
 pub mod guided;

@@ -47,11 +47,14 @@ pub struct SearchOptions {
     pub kernels: usize,
     /// Whether the rejection curve is measured on a sample of the blocks, which takes time.
     pub curve: bool,
+    /// Whether large exemplars are searched at a reduced resolution first ([`super::coarse`]): many times faster, and nearly
+    /// as good.
+    pub coarse: bool,
 }
 
 impl Default for SearchOptions {
     /// Automatic choice, singular vectors, at most 28 kernels per cell for the first look.
     fn default() -> Self {
-        Self { method: SearchMethod::Auto, basis: KernelBasis::Svd, kernels: 28, curve: false }
+        Self { method: SearchMethod::Auto, basis: KernelBasis::Svd, kernels: 28, curve: false, coarse: false }
     }
 }

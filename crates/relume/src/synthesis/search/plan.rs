@@ -1,6 +1,7 @@
 //! The choice of the search, made before anything is prepared, as data.
 
 use super::brute::Brute;
+use super::coarse::{self, CoarseToFine};
 use super::fft::Fft;
 use super::guided::GuidedSearch;
 use super::projection::{Projection, cells};
@@ -11,7 +12,7 @@ use crate::synthesis::guidance::GuideCodes;
 use crate::synthesis::layout::BlockLayout;
 use crate::synthesis::options::{BlockOptions, Boundary};
 use crate::synthesis::positions::Positions;
-use crate::synthesis::quantise::Quantised;
+use crate::synthesis::quantise::{IndexTexels, Quantised};
 
 /// A decision.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -31,6 +32,11 @@ pub enum Recipe {
         /// The most kernels for each cell.
         kernels: usize,
     },
+    /// From coarse to fine.
+    Coarse {
+        /// The reduction of the coarsest level.
+        factor: usize,
+    },
     /// Every position in full, and its guide.
     Guided {
         /// Texels along a side of a block.
@@ -45,12 +51,18 @@ pub enum Recipe {
 /// and those of 32 to 51 cells 1.3 to 2 times its time (`docs/performance.md`).
 const CELLS_A_TRANSFORM: usize = 7;
 
-/// Decides for a layout of blocks and exemplars of the given number of planes. With a guide there is no
+/// Decides for a layout of blocks and exemplars. With a guide there is no
 /// choice: guided distances have no bounds or transforms yet, so all positions are examined whatever method
 /// is requested.
-pub fn plan(blocks: &BlockOptions, layout: &BlockLayout, planes: usize) -> Recipe {
+pub fn plan(blocks: &BlockOptions, layout: &BlockLayout, exemplars: &Quantised) -> Recipe {
+    let planes = exemplars.planes();
     if blocks.guidance.is_some() {
         return Recipe::Guided { block: blocks.block, wraps: blocks.boundary == Boundary::Torus };
+    }
+    let sizes = exemplars.texels().iter().map(IndexTexels::size);
+    let factor = if blocks.search.coarse { coarse::reduction(sizes, blocks.overlap) } else { 1 };
+    if factor > 1 {
+        return Recipe::Coarse { factor };
     }
     let shapes = layout.sequence.iter().map(|block| block.neighbourhood);
     let margins = shapes.clone().map(|shape| shape.margins);
@@ -82,6 +94,7 @@ impl Recipe {
                 texels as u64 * (8 * exemplars.planes() as u64 + 8 + 32 * threads)
             }
             Self::Projection { kernels, .. } => Projection::bytes(exemplars, kernels),
+            Self::Coarse { factor } => coarse::bytes(exemplars, factor),
             Self::Guided { .. } => guides.map_or(0, GuidedSearch::bytes),
         }
     }
@@ -106,6 +119,10 @@ impl Recipe {
             Self::Projection { block, side, basis, kernels } => {
                 Box::new(Projection::new(exemplars, positions, (block, side), basis, kernels, job)?)
             }
+            Self::Coarse { factor } => match CoarseToFine::new(exemplars, positions, factor) {
+                Some(search) => Box::new(search),
+                None => Box::new(Fft::new(exemplars, positions)),
+            },
             Self::Guided { block, wraps } => {
                 let guides = guides.expect("a guided search has guides");
                 Box::new(GuidedSearch::new(exemplars, positions, guides, block, wraps))
@@ -128,7 +145,9 @@ mod tests {
             let blocks =
                 BlockOptions { size: Size::new(side, side), block, overlap, ..BlockOptions::default() };
             let layout = BlockLayout::new(&blocks, &Job::default()).unwrap();
-            plan(&blocks, &layout, planes)
+            let index = Planes::zeros(Size::new(8, 8), planes);
+            let exemplar = [Exemplar { index: &index, excluded: None }];
+            plan(&blocks, &layout, &Quantised::new(&exemplar, &Job::default()).unwrap())
         };
         assert_eq!(chosen(100, 32, 8, 3), Recipe::Brute);
         assert!(matches!(chosen(512, 32, 8, 3), Recipe::Projection { side: 8, .. }));
@@ -152,11 +171,11 @@ mod tests {
             let guidance = Some(guidance.clone());
             let blocks = BlockOptions { size, search, guidance, ..BlockOptions::default() };
             let layout = BlockLayout::new(&blocks, &job).unwrap();
-            let recipe = plan(&blocks, &layout, 3);
-            assert_eq!(recipe, Recipe::Guided { block: blocks.block, wraps: false });
             let exemplars = [Exemplar { index: &exemplar, excluded: None }];
             let guided = Guided::new(&exemplars, blocks.guidance.as_ref(), size, &job).unwrap();
             let (quantised, guides) = guided.apart(&job).unwrap();
+            let recipe = plan(&blocks, &layout, &quantised);
+            assert_eq!(recipe, Recipe::Guided { block: blocks.block, wraps: false });
             // Two planes of 32-bit means over the exemplar and over the output.
             let bytes = recipe.bytes(&quantised, guides.as_ref());
             assert_eq!(bytes, 2 * 4 * (64 * 64 + 512 * 512));

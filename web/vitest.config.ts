@@ -10,6 +10,10 @@ export default defineConfig({
         extends: true,
         test: { name: "browser", include: ["tests/browser/*.test.ts"], testTimeout: 120_000, hookTimeout: 240_000, fileParallelism: false },
       },
+      {
+        extends: true,
+        test: { name: "pictures", include: ["tests/documentation/*.ts"], testTimeout: 600_000, hookTimeout: 600_000 },
+      },
     ],
   },
 });

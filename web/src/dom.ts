@@ -49,3 +49,8 @@ export function download(name: string, blob: Blob): void {
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
 }
+
+/** A title as the name of a file. */
+export function fileName(title: string): string {
+  return title.replace(/[^\p{L}\p{N}._-]+/gu, "-") || "texture";
+}

@@ -1,6 +1,8 @@
 import "./style.css";
 import { el } from "./dom.js";
-import { type PageTexture, pageData } from "./page.js";
+import { loadMesh } from "relume-three";
+import { Notes } from "./notes.js";
+import { type PageMesh, type PageTexture, meshBytes, pageData } from "./page.js";
 import { Panel } from "./panel.js";
 import { listen, magnify, pan } from "./pointer.js";
 import { Ruler } from "./ruler.js";
@@ -9,7 +11,7 @@ import { Toolbar } from "./tools.js";
 import { Viewer } from "./viewer.js";
 
 function start(): void {
-  const { title, textures } = pageData();
+  const { title, textures, mesh } = pageData();
   const canvas = el("canvas", { tabindex: 0, role: "application", "aria-label": `${title}: drag, or press the arrow keys, to move the light` });
   const notice = el("div", { class: "notice", role: "status" });
   const stage = el("div", { class: "stage" }, canvas, notice);
@@ -22,28 +24,32 @@ function start(): void {
     notice.textContent = "This browser does not draw with WebGL 2: enable it, or open the page in another browser.";
     return;
   }
-  const panel = new Panel(viewer), ruler = new Ruler(viewer);
+  const say = (sentence: string): void => tools.say(sentence);
+  const panel = new Panel(viewer, mesh?.title ?? null, say), ruler = new Ruler(viewer), notes = new Notes(viewer, textures, say);
+  panel.element.append(notes.section);
   panel.element.hidden = matchMedia("(max-width: 640px)").matches;
   const tools = new Toolbar(viewer, title, panel.element, () => ruler.toggle());
   const wipe = el("div", { class: "wipe", "aria-hidden": "true" });
-  stage.append(ruler.element, ruler.bar, wipe);
+  stage.append(notes.element, ruler.element, ruler.bar, wipe);
   main.append(panel.element);
   stage.append(tools.element);
   viewer.onChange(() => {
     panel.refresh(viewer.state);
     ruler.refresh();
+    notes.refresh();
     wipe.hidden = !["wipe", "plain"].includes(viewer.state.compare);
+    if (document.documentElement.dataset["ready"] !== undefined) notice.textContent = viewer.tileError ?? (viewer.stage.pending > 0 ? `${viewer.stage.pending} tiles to come` : notice.dataset["errors"] ?? "");
     wipe.style.left = `${100 * viewer.state.wipe}%`;
   });
   listen(canvas, viewer);
   canvas.addEventListener("keydown", (event) => viewer.moveByKey(event));
-  addEventListener("keydown", (event) => pressed(event, viewer, tools, ruler, panel, title));
-  void loadAll(viewer, textures, notice);
+  addEventListener("keydown", (event) => pressed(event, viewer, tools, ruler, panel, title, notes));
+  void loadAll(viewer, textures, notice, mesh ?? null, notes);
   viewer.redraw();
 }
 
 /** Loads the texture of the view first, then the others. */
-async function loadAll(viewer: Viewer, textures: PageTexture[], notice: HTMLElement): Promise<void> {
+async function loadAll(viewer: Viewer, textures: PageTexture[], notice: HTMLElement, mesh: PageMesh | null, notes: Notes): Promise<void> {
   const order = textures.map((_, i) => i).sort((a, b) => Number(b === viewer.state.texture) - Number(a === viewer.state.texture));
   const errors: string[] = [];
   for (const i of order) {
@@ -56,14 +62,22 @@ async function loadAll(viewer: Viewer, textures: PageTexture[], notice: HTMLElem
       errors.push(`${texture.title}: ${error instanceof Error ? error.message : String(error)}`);
     }
   }
-  notice.textContent = errors.join("\n");
+  const said = (error: unknown): string => (error instanceof Error ? error.message : String(error));
+  await notes.load().catch((error: unknown) => errors.push(`annotations: ${said(error)}`));
+  try {
+    if (mesh) viewer.stage.mesh = await loadMesh(await meshBytes(mesh));
+  } catch (error) {
+    errors.push(`${mesh?.title ?? ""}: ${said(error)}`);
+  }
+  viewer.redraw();
+  notice.textContent = notice.dataset["errors"] = errors.join("\n");
   document.documentElement.dataset["ready"] = String(errors.length);
 }
 
 /** Keys that act wherever the focus is, but for fields of text. */
-function pressed(event: KeyboardEvent, viewer: Viewer, tools: Toolbar, ruler: Ruler, panel: Panel, title: string): void {
+function pressed(event: KeyboardEvent, viewer: Viewer, tools: Toolbar, ruler: Ruler, panel: Panel, title: string, notes: Notes): void {
   const target = event.target as HTMLElement | null;
-  if (target?.closest("input, select, dialog")) return;
+  if (target?.closest("input, select, textarea, dialog")) return;
   const key = event.key.toLowerCase();
   if (event.ctrlKey || event.metaKey) {
     if (key === "z" && !event.shiftKey) viewer.undo();
@@ -82,6 +96,7 @@ function pressed(event: KeyboardEvent, viewer: Viewer, tools: Toolbar, ruler: Ru
     o: () => viewer.toggleOrbit(),
     r: () => ruler.toggle(),
     s: () => void tools.snapshot(title),
+    n: () => notes.writeAtMiddle(),
     b: () => tools.openBookmarks(),
     h: () => (panel.element.hidden = !panel.element.hidden),
     "0": () => viewer.fit(),
@@ -89,9 +104,13 @@ function pressed(event: KeyboardEvent, viewer: Viewer, tools: Toolbar, ruler: Ru
     "=": () => magnify(1.25, center, canvas, viewer),
     "-": () => magnify(0.8, center, canvas, viewer),
   };
-  if (shift && event.shiftKey) pan(shift[0], shift[1], canvas, viewer);
-  else if (object) viewer.change({ object });
-  else actions[key]?.();
+  if (shift && event.shiftKey) return pan(shift[0], shift[1], canvas, viewer);
+  if (object && (object !== "mesh" || viewer.stage.mesh)) return viewer.change({ object });
+  const act = actions[key];
+  if (!act) return;
+  // The letter would be written into a dialog that opens.
+  event.preventDefault();
+  act();
 }
 
 start();

@@ -8,7 +8,7 @@ type Surface = (s: number, t: number) => Vector;
 
 /** How often a texture repeats over texture coordinates 0..1, where texels are about square. */
 export const DEFAULT_TILING: Record<ObjectName, [number, number]> = {
-  flat: [1, 1], plane: [1, 1], sphere: [4, 2], torus: [6, 2], cloth: [2, 2],
+  flat: [1, 1], plane: [1, 1], sphere: [4, 2], torus: [6, 2], cloth: [2, 2], mesh: [1, 1],
 };
 
 /** An object; `aspect` is the width of what texture coordinates 0..1 span over its height: the proportions of a plane. */

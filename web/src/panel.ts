@@ -1,7 +1,8 @@
 import { MODES, type Mode } from "relume-three";
 import { el, icon } from "./dom.js";
 import { LightBall } from "./ball.js";
-import { COMPARISONS, type Comparison, OBJECTS, type ObjectName, type ViewState } from "./state.js";
+import { D65, NEUTRAL, TEMPERATURES, type White, temperatureOf, whiteOf } from "./balance.js";
+import { COMPARISONS, type Comparison, type LightSource, OBJECTS, type ObjectName, SOURCES, type ViewState } from "./state.js";
 import type { Viewer } from "./viewer.js";
 
 const MODE_NAMES: Record<Mode, string> = {
@@ -32,7 +33,9 @@ const OBJECT_NAMES: Record<ObjectName, [string, string]> = {
   sphere: ["Sphere", "M12 3a9 9 0 100 18 9 9 0 000-18M3 12c4 4 14 4 18 0"],
   torus: ["Torus", "M12 5c6 0 10 3 10 7s-4 7-10 7S2 16 2 12s4-7 10-7M8 11c2 2 6 2 8 0"],
   cloth: ["Cloth", "M4 6c4-3 5 3 9 0s5 1 7 0v12c-2 1-3-3-7 0s-5-3-9 0z"],
+  mesh: ["Your object", "M12 3l8 4.5v9L12 21l-8-4.5v-9zM12 12l8-4.5M12 12v9M12 12L4 7.5"],
 };
+const SOURCE_NAMES: Record<LightSource, string> = { lamps: "Lamps", environment: "Environment", both: "Lamps and environment" };
 const COMPARISON_NAMES: Record<Comparison, string> = { single: "One", wipe: "Wipe", side: "Side by side", plain: "Against photograph" };
 
 /** The controls beside the picture. */
@@ -40,7 +43,7 @@ export class Panel {
   readonly element: HTMLElement;
   private readonly refreshers: ((state: ViewState) => void)[] = [];
 
-  constructor(private readonly viewer: Viewer) {
+  constructor(private readonly viewer: Viewer, private readonly meshTitle: string | null, private readonly say: (sentence: string) => void) {
     const ball = new LightBall(viewer);
     this.refreshers.push(() => ball.refresh());
     this.element = el("aside", { class: "panel", "aria-label": "Controls" });
@@ -48,9 +51,9 @@ export class Panel {
       ...(viewer.titles.length > 1 ? [this.textures()] : []),
       this.objects(),
       this.plane(),
-      this.section("Light", ball.element, this.lightButtons()),
+      this.section("Light", this.sources(), ball.element, this.lightButtons()),
       this.section("Show", this.modes()),
-      this.section("View", this.slider("Repeat", "repeat", 1, 8, 0.1), this.slider("Exposure", "exposure", -3, 3, 0.05), this.slider("Gloss", "gloss", 0, 0.5, 0.01)),
+      this.section("View", this.slider("Repeat", "repeat", 1, 8, 0.1), this.slider("Exposure", "exposure", -3, 3, 0.05), this.white(), this.slider("Gloss", "gloss", 0, 0.5, 0.01)),
       this.section("Compare", this.comparisons()),
     );
   }
@@ -76,7 +79,8 @@ export class Panel {
   private objects(): HTMLElement {
     const group = el("div", { class: "segments", role: "radiogroup", "aria-label": "Shown on" });
     for (const object of OBJECTS) {
-      const [name, path] = OBJECT_NAMES[object];
+      const [usual, path] = OBJECT_NAMES[object], name = object === "mesh" ? this.meshTitle : usual;
+      if (name === null) continue;
       const button = el("button", { type: "button", role: "radio", title: name, "aria-label": name });
       button.append(icon(path));
       button.addEventListener("click", () => this.viewer.change({ object }));
@@ -109,6 +113,34 @@ export class Panel {
     return el("div", {}, row, strength);
   }
 
+  /** What lights the texture, where the page has light from all around. */
+  private sources(): HTMLElement {
+    const select = el("select", { "aria-label": "Lit by" });
+    for (const source of SOURCES) select.append(el("option", { value: source }, SOURCE_NAMES[source]));
+    select.addEventListener("change", () => this.viewer.change({ source: select.value as LightSource }));
+    const turn = this.range("Turn", -180, 180, 1, (state) => state.turn, (turn) => this.viewer.change({ turn }, "turn"));
+    const sky = this.range("Strength", 0, 4, 0.05, (state) => state.sky, (sky) => this.viewer.change({ sky }, "sky"));
+    const all = el("div", {}, select, turn, sky);
+    this.refreshers.push((state) => {
+      all.hidden = !this.viewer.hasEnvironment;
+      select.value = state.source;
+      turn.hidden = sky.hidden = state.source === "lamps";
+    });
+    return all;
+  }
+
+  private white(): HTMLElement {
+    const set = ([whiteX, whiteY]: White): void => this.viewer.change({ whiteX, whiteY }, "white");
+    const temperature = this.range("White", ...TEMPERATURES, 50, ({ whiteX, whiteY }) => Math.round(temperatureOf([whiteX, whiteY])), (kelvins) => set(Math.abs(kelvins - NEUTRAL) < 30 ? D65 : whiteOf(kelvins)));
+    temperature.title = "Colour temperature that is shown as neutral, in kelvins";
+    const pick = el("button", { type: "button", title: "Press a place of the picture that is grey" }, "Pick grey");
+    pick.addEventListener("click", () => this.viewer.pickGrey(this.say));
+    const neutral = el("button", { type: "button" }, "Neutral");
+    neutral.addEventListener("click", () => set(D65));
+    this.refreshers.push(({ whiteX, whiteY }) => (neutral.disabled = whiteX === D65[0] && whiteY === D65[1]));
+    return el("div", {}, temperature, el("div", { class: "row" }, pick, neutral));
+  }
+
   private modes(): HTMLElement {
     const select = el("select", { "aria-label": "What is shown" });
     const options = MODES.map((mode) => el("option", { value: mode }, MODE_NAMES[mode]));
@@ -137,7 +169,7 @@ export class Panel {
     input.addEventListener("input", () => set(Number(input.value)));
     this.refreshers.push((state) => {
       input.value = String(get(state));
-      output.value = get(state).toFixed(step < 0.1 ? 2 : 1);
+      output.value = get(state).toFixed(step < 0.1 ? 2 : step < 1 ? 1 : 0);
     });
     return el("label", { class: "slider" }, el("span", {}, name), input, output);
   }

@@ -15,6 +15,11 @@ export function listen(canvas: HTMLCanvasElement, viewer: Viewer): void {
   const touches = new Map<number, PointerEvent>();
   let drag: Drag | null = null;
   canvas.addEventListener("pointerdown", (event) => {
+    if (viewer.pick) {
+      const box = canvas.getBoundingClientRect(), ratio = canvas.width / box.width, take = viewer.pick;
+      viewer.pick = null;
+      return take(Math.round((event.clientX - box.left) * ratio), Math.round((event.clientY - box.top) * ratio));
+    }
     canvas.setPointerCapture(event.pointerId);
     touches.set(event.pointerId, event);
     viewer.begin();

@@ -1,5 +1,5 @@
 import { el, svg } from "./dom.js";
-import { flatScale } from "./stage.js";
+import { type FlatPlaces, flatPlaces, texelAt } from "./places.js";
 import type { Viewer } from "./viewer.js";
 
 /** A measured line in texels, y down. */
@@ -28,48 +28,32 @@ export class Ruler {
   }
 
   refresh(): void {
-    const flat = this.viewer.state.object === "flat" && this.viewer.stage.texture(this.viewer.state.texture);
-    this.bar.hidden = !flat;
-    this.element.replaceChildren(...(flat ? this.lines.flatMap((line) => this.drawn(line)) : []));
-    if (flat) this.refreshBar();
+    const places = flatPlaces(this.viewer);
+    this.bar.hidden = !places;
+    this.element.replaceChildren(...(places ? this.lines.flatMap((line) => this.drawn(line, places)) : []));
+    if (places) this.refreshBar(places);
   }
 
   private start(event: Event): void {
-    if (!this.active || !(event instanceof PointerEvent)) return;
-    const [x, y] = this.texelAt(event);
+    const places = flatPlaces(this.viewer);
+    if (!this.active || !places || !(event instanceof PointerEvent)) return;
+    const [x, y] = texelAt(event, this.element, places);
     const line: Line = [x, y, x, y];
     this.lines.push(line);
     this.element.setPointerCapture(event.pointerId);
     const move = (event: Event): void => {
-      if (event instanceof PointerEvent) [line[2], line[3]] = this.texelAt(event);
+      if (event instanceof PointerEvent) [line[2], line[3]] = texelAt(event, this.element, places);
       this.refresh();
     };
     this.element.addEventListener("pointermove", move);
     this.element.addEventListener("pointerup", () => this.element.removeEventListener("pointermove", move), { once: true });
   }
 
-  private geometry(): { scale: number; width: number; height: number; cx: number; cy: number } | null {
-    const { state, stage, canvas } = this.viewer, texture = stage.texture(state.texture);
-    if (!texture) return null;
-    const width = this.viewer.viewWidth(canvas.clientWidth), height = canvas.clientHeight;
-    const scale = flatScale(state, texture, width, height);
-    return { scale, width, height, cx: state.x * texture.width, cy: state.y * texture.height };
-  }
-
-  private texelAt(event: PointerEvent): [number, number] {
-    const g = this.geometry(), box = this.element.getBoundingClientRect();
-    if (!g) return [0, 0];
-    return [g.cx + (event.clientX - box.left - g.width / 2) / g.scale, g.cy + (event.clientY - box.top - g.height / 2) / g.scale];
-  }
-
-  private drawn([x1, y1, x2, y2]: Line): SVGElement[] {
-    const g = this.geometry();
-    if (!g) return [];
-    const x = (value: number): number => g.width / 2 + (value - g.cx) * g.scale;
-    const y = (value: number): number => g.height / 2 + (value - g.cy) * g.scale;
-    const text = svg("text", { x: (x(x1) + x(x2)) / 2, y: (y(y1) + y(y2)) / 2 - 8 });
+  private drawn([x1, y1, x2, y2]: Line, places: FlatPlaces): SVGElement[] {
+    const [ax, ay] = places.pixel(x1, y1), [bx, by] = places.pixel(x2, y2);
+    const text = svg("text", { x: (ax + bx) / 2, y: (ay + by) / 2 - 8 });
     text.textContent = this.length(Math.hypot(x2 - x1, y2 - y1));
-    return [svg("line", { x1: x(x1), y1: y(y1), x2: x(x2), y2: y(y2) }), text];
+    return [svg("line", { x1: ax, y1: ay, x2: bx, y2: by }), text];
   }
 
   private length(texels: number): string {
@@ -78,13 +62,11 @@ export class Ruler {
   }
 
   /** A bar of 1, 2 or 5 times a power of ten that is about 120 pixels long. */
-  private refreshBar(): void {
-    const g = this.geometry();
-    if (!g) return;
+  private refreshBar({ scale }: FlatPlaces): void {
     const mm = this.viewer.stage.texture(this.viewer.state.texture)?.data.mmPerTexel ?? 1;
-    const wanted = (120 / g.scale) * mm, power = 10 ** Math.floor(Math.log10(wanted));
+    const wanted = (120 / scale) * mm, power = 10 ** Math.floor(Math.log10(wanted));
     const length = ([5, 2, 1].find((n) => n * power <= wanted) ?? 1) * power;
-    this.bar.style.width = `${(length / mm) * g.scale}px`;
+    this.bar.style.width = `${(length / mm) * scale}px`;
     this.bar.textContent = this.length(length / mm);
   }
 }

@@ -1,6 +1,8 @@
-import { Color, Mesh, OrthographicCamera, PerspectiveCamera, PlaneGeometry, Scene, Vector2, Vector3, WebGLRenderer } from "three";
+import { type BufferGeometry, Color, Mesh, OrthographicCamera, PerspectiveCamera, PlaneGeometry, Scene, Vector2, Vector3, WebGLRenderer } from "three";
 import { type FieldData, NoiseBlocks, ReflectanceMaterial, ReflectanceTexture } from "relume-three";
+import { balanceFor } from "./balance.js";
 import { DEFAULT_TILING, boundingSphere, geometryOf } from "./objects.js";
+import { TileCache } from "./tiles.js";
 import { type DiskLight, type ObjectName, type ViewState, onDisk } from "./state.js";
 
 /** Screen pixels of a texel from which on texels are shown as squares. */
@@ -11,6 +13,17 @@ const FIELD_OF_VIEW = 30;
 interface Placed {
   texture: ReflectanceTexture;
   material: ReflectanceMaterial;
+  /** Of a large texture, of which `texture` is a level. */
+  tiles: TileCache | null;
+}
+
+/** What is known of a texture on the stage; its size is that of the whole. */
+export interface StagedTexture {
+  width: number;
+  height: number;
+  data: FieldData;
+  endless: ReflectanceTexture["endless"];
+  maps: ReflectanceTexture["maps"];
 }
 
 /** A part of the canvas, in pixels from the lower left. */
@@ -29,6 +42,8 @@ export class Stage {
   private readonly straight = new OrthographicCamera(-1, 1, 1, -1, -1, 1);
   private readonly eye = new PerspectiveCamera(FIELD_OF_VIEW, 1, 0.01, 100);
   private shape = "";
+  /** The user's own object. */
+  mesh: BufferGeometry | null = null;
   /** 1 draws without the interpolation of slanted texels: as the library's renderer, and where there is no graphics card. */
   readonly anisotropy: number;
 
@@ -41,13 +56,16 @@ export class Stage {
     this.flat.frustumCulled = this.solid.frustumCulled = false;
   }
 
-  add(index: number, data: FieldData): void {
+  /** Puts a texture in its place, or a finer level of a large one. */
+  add(index: number, data: FieldData, tiles: TileCache | null = null): void {
     const limit = this.renderer.capabilities.maxTextureSize;
     if (Math.max(data.width, data.height) > limit) {
       throw new Error(`the texture has ${data.width} x ${data.height} texels, and this graphics card takes ${limit} across`);
     }
-    const texture = new ReflectanceTexture(data, this.anisotropy);
-    this.placed[index] = { texture, material: new ReflectanceMaterial(texture) };
+    const before = this.placed[index], texture = new ReflectanceTexture(data, this.anisotropy);
+    before?.texture.dispose();
+    before?.material.dispose();
+    this.placed[index] = { texture, material: new ReflectanceMaterial(texture), tiles };
   }
 
   /** Squares of endless planes that are on their way. */
@@ -55,8 +73,22 @@ export class Stage {
     return this.placed.reduce((sum, placed) => sum + (placed?.texture.endless?.waiting ?? 0), 0);
   }
 
-  texture(index: number): ReflectanceTexture | null {
-    return this.placed[index]?.texture ?? null;
+  texture(index: number): StagedTexture | null {
+    const placed = this.placed[index];
+    return placed ? wholeOf(placed) : null;
+  }
+
+  /** Tiles that are still to come. */
+  get pending(): number {
+    return this.placed.reduce((sum, placed) => sum + (placed?.tiles?.pending ?? 0), 0);
+  }
+
+  /** Loads the tiles that a state needs. */
+  async settle(state: ViewState): Promise<void> {
+    do {
+      this.draw(state, "#000");
+      await Promise.all(this.placed.map((placed) => placed?.tiles?.settled()));
+    } while (this.pending > 0);
   }
 
   /** The size in CSS pixels and the density of the screen. */
@@ -90,22 +122,50 @@ export class Stage {
     this.renderer.setScissorTest(true);
     this.renderer.setScissor(seen.x, 0, seen.width, height);
     this.renderer.setViewport(view.x, 0, view.width, height);
-    const { material } = placed;
-    material.setMode(state.mode, state.gain);
-    material.set("exposure", 2 ** state.exposure);
-    material.set("gloss", state.gloss);
-    material.set("roughness", state.roughness);
-    material.set("showCells", state.cells ? 1 : 0);
+    applyState(state, placed.material);
     simplify(placed, state.simple);
     this.scene.clear();
     if (state.object === "flat") this.prepareFlat(state, placed, view.width, height);
     else this.prepareSolid(state, placed, view.width, height);
     this.renderer.render(this.scene, state.object === "flat" ? this.straight : this.eye);
+    if (placed.tiles && state.object === "flat" && state.repeat <= 1) this.drawTiles(state, placed, placed.tiles, { view, seen, height });
   }
 
-  private prepareFlat(state: ViewState, { texture, material }: Placed, width: number, height: number): void {
-    const scale = flatScale(state, texture, width, height);
-    const across = width / scale / texture.width, down = height / scale / texture.height;
+  /** Draws the tiles of a large texture over the level that is there as a whole. */
+  private drawTiles(state: ViewState, placed: Placed, tiles: TileCache, { view, seen, height }: { view: Part; seen: Part; height: number }): void {
+    const whole = wholeOf(placed), scale = flatScale(state, whole, view.width, height);
+    const across = view.width / scale / whole.width, down = height / scale / whole.height;
+    const left = state.x - across / 2, top = state.y - down / 2;
+    for (const tile of tiles.shown(1 / scale / this.renderer.getPixelRatio(), [left, top, left + across, top + down])) {
+      const { texture, material } = tile, [x0, y0, x1, y1] = tiles.windowOf(tile.place), { border } = tiles.share;
+      // From parts of the whole to those of the tile with its border.
+      const kx = (1 - (2 * border) / texture.width) / (x1 - x0), ky = (1 - (2 * border) / texture.height) / (y1 - y0);
+      const bx = border / texture.width, by = border / texture.height;
+      applyState(state, material);
+      material.setTiling(across * kx, down * ky, (left - x0) * kx + bx, 1 - (top + down - y0) * ky - by);
+      material.setClip(bx, by, 1 - bx, 1 - by);
+      this.prepareFlatMaterial(state, material, scale);
+      material.set("clipped", true);
+      const from = Math.floor(view.x + ((x0 - left) / across) * view.width), to = Math.ceil(view.x + ((x1 - left) / across) * view.width);
+      const low = Math.floor((1 - (y1 - top) / down) * height), high = Math.ceil((1 - (y0 - top) / down) * height);
+      const cut = { x: Math.max(from, seen.x), to: Math.min(to, seen.x + seen.width), low: Math.max(low, 0), high: Math.min(high, height) };
+      if (cut.x >= cut.to || cut.low >= cut.high) continue;
+      this.renderer.setScissor(cut.x, cut.low, cut.to - cut.x, cut.high - cut.low);
+      this.renderer.render(this.scene, this.straight);
+    }
+  }
+
+  /** What all materials of the flat view have in common. */
+  private prepareFlatMaterial(state: ViewState, material: ReflectanceMaterial, scale: number): void {
+    material.setFlat(true);
+    material.set("crisp", scale * this.renderer.getPixelRatio() >= CRISP_PIXELS * Math.max(1, this.renderer.getPixelRatio()));
+    material.directionalLights = lampsOf(state).map((light) => lamp(light, directionOf(light)));
+    this.flat.material = material;
+  }
+
+  private prepareFlat(state: ViewState, placed: Placed, width: number, height: number): void {
+    const { texture, material } = placed, whole = wholeOf(placed), scale = flatScale(state, whole, width, height);
+    const across = width / scale / whole.width, down = height / scale / whole.height;
     const cells = texture.data.cells, isPlane = cells !== null || texture.endless !== null;
     if (texture.endless) this.cover(texture, state.x - across / 2, state.y - down / 2, across, down);
     // Whole repetitions as integers, the rest as a float: as sharp far away as near.
@@ -114,11 +174,8 @@ export class Stage {
     const repeats = isPlane || state.repeat > 1;
     const [left, top] = repeats ? [x, y] : [state.x, state.y];
     material.setTiling(across, down, left - across / 2, 1 - top - down / 2);
-    material.set("flat_", true);
     material.set("clipped", !repeats);
-    material.set("crisp", scale * this.renderer.getPixelRatio() >= CRISP_PIXELS * Math.max(1, this.renderer.getPixelRatio()));
-    material.directionalLights = state.lights.map((light) => lamp(light, directionOf(light)));
-    this.flat.material = material;
+    this.prepareFlatMaterial(state, material, scale);
     this.scene.add(this.flat);
   }
 
@@ -141,8 +198,9 @@ export class Stage {
     this.eye.lookAt(new Vector3(...center));
     this.eye.updateProjectionMatrix();
     material.setTiling(...tiling);
-    for (const name of ["flat_", "clipped", "crisp"]) material.set(name, false);
-    material.directionalLights = state.lights.map((light) => {
+    material.setFlat(false);
+    for (const name of ["clipped", "crisp"]) material.set(name, false);
+    material.directionalLights = lampsOf(state).map((light) => {
       const [x, y, z] = directionOf(light);
       const d = toward.right.clone().multiplyScalar(x).addScaledVector(toward.up, y).addScaledVector(toward.back, z);
       return lamp(light, [d.x, d.y, d.z]);
@@ -158,16 +216,38 @@ export class Stage {
   }
 
   private reshape(object: ObjectName, aspect: number): void {
-    const shape = object === "plane" ? `plane ${aspect}` : object;
+    const shape = object === "plane" || (object === "mesh" && !this.mesh) ? `plane ${aspect}` : object;
     if (shape === this.shape) return;
-    this.solid.geometry.dispose();
-    this.solid.geometry = geometryOf(object, aspect);
+    if (this.solid.geometry !== this.mesh) this.solid.geometry.dispose();
+    this.solid.geometry = object === "mesh" && this.mesh ? this.mesh : geometryOf(object, aspect);
     this.shape = shape;
   }
 }
 
+/** The size and the data of a texture, of which a level may be on the stage. */
+function wholeOf({ texture, tiles }: Placed): StagedTexture {
+  const [width, height] = tiles?.share.size ?? [texture.width, texture.height];
+  return { width, height, data: texture.data, endless: texture.endless, maps: texture.maps };
+}
+
+/** What a state says of any material. */
+function applyState(state: ViewState, material: ReflectanceMaterial): void {
+  material.setMode(state.mode, state.gain);
+  material.set("exposure", 2 ** state.exposure);
+  material.set("gloss", state.gloss);
+  material.set("roughness", state.roughness);
+  material.set("showCells", state.cells ? 1 : 0);
+  material.setBalance(balanceFor([state.whiteX, state.whiteY]));
+  material.setEnvironment(state.source === "lamps" ? 0 : state.sky, (state.turn * Math.PI) / 180);
+}
+
+/** The lamps that light the texture. */
+function lampsOf({ source, lights }: ViewState): DiskLight[] {
+  return source === "environment" ? [] : lights;
+}
+
 /** CSS pixels of a texel in the flat view; of an endless plane no more is shown than there is room for. */
-export function flatScale(state: ViewState, texture: ReflectanceTexture, width: number, height: number): number {
+export function flatScale(state: ViewState, texture: Pick<StagedTexture, "width" | "height" | "endless">, width: number, height: number): number {
   const scale = (state.zoom / Math.max(1, state.repeat)) * Math.min(width / texture.width, height / texture.height);
   const reach = texture.endless?.reach;
   return reach ? Math.max(scale, width / reach[0], height / reach[1]) : scale;

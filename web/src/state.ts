@@ -1,7 +1,12 @@
 import { MODES, type Mode } from "relume-three";
+import { D65 } from "./balance.js";
 
-export const OBJECTS = ["flat", "plane", "sphere", "torus", "cloth"] as const;
+export const OBJECTS = ["flat", "plane", "sphere", "torus", "cloth", "mesh"] as const;
+/** The object is the user's own where the page has one. */
 export type ObjectName = (typeof OBJECTS)[number];
+/** What lights the texture: lamps, the environment where the page has one, or both. */
+export const SOURCES = ["lamps", "environment", "both"] as const;
+export type LightSource = (typeof SOURCES)[number];
 export const COMPARISONS = ["single", "wipe", "side", "plain"] as const;
 export type Comparison = (typeof COMPARISONS)[number];
 
@@ -27,6 +32,13 @@ export interface ViewState {
   /** Repetitions relative to the object's own. */
   repeat: number;
   lights: DiskLight[];
+  source: LightSource;
+  /** The environment: degrees to the right, and strength. */
+  turn: number;
+  sky: number;
+  /** The chromaticity that is shown as neutral. */
+  whiteX: number;
+  whiteY: number;
   /** The middle of the flat view, in parts of the texture, and its magnification relative to the whole. */
   x: number;
   y: number;
@@ -46,13 +58,15 @@ export interface ViewState {
 export const FIRST: ViewState = {
   texture: 0, other: 1, object: "flat", mode: "default", gain: 2, exposure: 0, gloss: 0, roughness: 0.4, repeat: 1,
   lights: [{ u: -0.5, v: 0.5, color: "#ffffff", strength: 1 }],
+  source: "lamps", turn: 0, sky: 1, whiteX: D65[0], whiteY: D65[1],
   x: 0.5, y: 0.5, zoom: 1, azimuth: 0, elevation: 0, near: 1, compare: "single", wipe: 0.5, cells: false, simple: false,
 };
 
 const NUMBERS: [keyof ViewState & string, number, number][] = [
   ["texture", 0, 15], ["other", 0, 15], ["gain", 0, 20], ["exposure", -8, 8], ["gloss", 0, 1], ["roughness", 0.05, 1],
   ["repeat", 0.1, 64], ["x", -1e9, 1e9], ["y", -1e9, 1e9], ["zoom", 0.02, 4096], ["azimuth", -1e6, 1e6],
-  ["elevation", -90, 90], ["near", 0.05, 50], ["wipe", 0, 1],
+  ["elevation", -90, 90], ["near", 0.05, 50], ["wipe", 0, 1], ["turn", -360, 360], ["sky", 0, 16], ["whiteX", 0.1, 0.7],
+  ["whiteY", 0.05, 0.7],
 ];
 
 export function copyOf(state: ViewState): ViewState {
@@ -63,7 +77,7 @@ export function copyOf(state: ViewState): ViewState {
 export function toHash(state: ViewState): string {
   const words: string[] = [];
   for (const [name] of NUMBERS) if (state[name] !== FIRST[name]) words.push(`${name}=${short(state[name] as number, name === "x" || name === "y" ? 14 : 6)}`);
-  for (const name of ["object", "mode", "compare"] as const) if (state[name] !== FIRST[name]) words.push(`${name}=${state[name]}`);
+  for (const name of ["object", "mode", "compare", "source"] as const) if (state[name] !== FIRST[name]) words.push(`${name}=${state[name]}`);
   for (const name of ["cells", "simple"] as const) if (state[name]) words.push(`${name}=1`);
   const lights = state.lights.map(({ u, v, color, strength }) => [short(u), short(v), color.slice(1), short(strength)].join(","));
   words.push(`lights=${lights.join(";")}`);
@@ -86,6 +100,7 @@ export function fromHash(hash: string, textures: number): ViewState {
   const member = <T extends string>(name: string, all: readonly T[], or: T): T => all.find((one) => one === words.get(name)) ?? or;
   state.object = member("object", OBJECTS, state.object);
   state.mode = member("mode", MODES, state.mode);
+  state.source = member("source", SOURCES, state.source);
   state.compare = member("compare", COMPARISONS, state.compare);
   for (const name of ["cells", "simple"] as const) state[name] = words.get(name) === "1";
   state.texture = Math.min(Math.round(state.texture), textures - 1);

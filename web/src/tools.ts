@@ -1,4 +1,6 @@
-import { download, el, iconButton } from "./dom.js";
+import { download, el, fileName, iconButton } from "./dom.js";
+import { Recorder } from "./record.js";
+import { pngOf, textureSnapshot } from "./pixels.js";
 import { toHash } from "./state.js";
 import type { Viewer } from "./viewer.js";
 
@@ -31,6 +33,9 @@ export class Toolbar {
       controls.setAttribute("aria-expanded", String(!panel.hidden));
     });
     controls.setAttribute("aria-expanded", "true");
+    const film = iconButton("Record the light", "M3 6h12v12H3zM15 11l6-3v8l-6-3", () => recorder.press());
+    film.setAttribute("aria-pressed", "false");
+    const recorder = new Recorder(viewer, title, (sentence) => this.say(sentence), (recording) => film.setAttribute("aria-pressed", String(recording)));
     this.element = el("nav", { class: "toolbar", "aria-label": "Tools" });
     this.element.append(
       hand,
@@ -39,6 +44,8 @@ export class Toolbar {
       iconButton("Redo", "M15 7l5 5-5 5M20 12H10a6 6 0 00-6 6", () => viewer.redo()),
       iconButton("Ruler", "M3 16L16 3l5 5L8 21zM7 12l2 2M10 9l3 3M13 6l2 2", ruler),
       iconButton("Save a picture", "M4 8h3l2-3h6l2 3h3v11H4zM12 17a4 4 0 100-8 4 4 0 000 8", () => void this.snapshot(title)),
+      iconButton("Save the whole texture", "M4 4h16v16H4zM12 7v8M8.5 12l3.5 3.5 3.5-3.5M8 18h8", () => void this.snapshot(title, true)),
+      film,
       iconButton("Bookmarks", "M7 4h10v16l-5-4-5 4z", () => this.openBookmarks()),
       iconButton("Copy the address of this view", "M10 14a4 4 0 006 0l3-3a4 4 0 00-6-6l-1 1M14 10a4 4 0 00-6 0l-3 3a4 4 0 006 6l1-1", () => void this.copyAddress()),
       iconButton("Full screen", "M8 3H3v5M16 3h5v5M8 21H3v-5M16 21h5v-5", () => void toggleFullScreen()),
@@ -55,13 +62,17 @@ export class Toolbar {
     setTimeout(() => this.said.classList.remove("shown"), 2500);
   }
 
-  /** Saves the picture as it is on the screen. */
-  async snapshot(title: string): Promise<void> {
-    this.viewer.drawNow();
-    const blob = await new Promise<Blob | null>((resolve) => this.viewer.canvas.toBlob(resolve));
-    if (!blob) return this.say("The browser gave no picture");
-    download(`${title.replace(/[^\p{L}\p{N}._-]+/gu, "-") || "texture"}.png`, blob);
-    this.say("Picture saved");
+  /** Saves the picture as it is on the screen, or the whole flat texture with a pixel for each texel. */
+  async snapshot(title: string, whole = false): Promise<void> {
+    try {
+      this.viewer.sharpen(1);
+      this.viewer.drawNow();
+      const blob = await (whole ? textureSnapshot(this.viewer) : pngOf(this.viewer.canvas));
+      download(`${fileName(title)}${whole ? "-texture" : ""}.png`, blob);
+      this.say("Picture saved");
+    } catch (error) {
+      this.say(`No picture: ${(error as Error).message}`);
+    }
   }
 
   async copyAddress(): Promise<void> {
@@ -140,6 +151,7 @@ function helpDialog(): HTMLDialogElement {
     ["O", "the light goes round"],
     ["R", "ruler"],
     ["S", "saves a picture"],
+    ["N", "writes an annotation on the middle of the view"],
     ["B", "bookmarks"],
     ["0 or double click", "the whole texture"],
     ["Ctrl-Z, Ctrl-Y", "undo, redo"],

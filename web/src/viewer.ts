@@ -1,13 +1,22 @@
-import { type FieldData, MODES, type Mode, loadShare } from "relume-three";
+import { MODES, type Mode, TiledShare, openShare } from "relume-three";
+import { D65, chromaticityOf } from "./balance.js";
+import { linearColorAt } from "./pixels.js";
 import { Stage } from "./stage.js";
 import { type DiskLight, FIRST, History, type ViewState, copyOf, fromHash, onDisk, toHash } from "./state.js";
 import { type PageTexture, sourceOf } from "./page.js";
+import { TileCache } from "./tiles.js";
 
 /** Steps of the same gesture closer than this are undone together, in milliseconds. */
 const GESTURE = 700;
 /** The state goes to the address this long after it changed, in milliseconds. */
 const ADDRESS_DELAY = 250;
 const ORBIT_SECONDS = 8;
+/** Pictures that follow each other closer than this show a movement, in milliseconds. */
+const MOVING = 600;
+/** A picture that takes longer is slow. */
+const SLOW_FRAME = 60;
+/** What has not moved for so long rests. */
+const REST = 250;
 /** What an effect begins with: seen at once, and not overdone. */
 const USUAL_AMOUNTS: Partial<Record<Mode, number>> = {
   "diffuse-gain": 2, specular: 1, "unsharp-luminance": 1, "unsharp-normals": 2, "unsharp-coefficients": 1,
@@ -26,17 +35,28 @@ export class Viewer {
   orbiting = false;
   /** Whether dragging moves the view instead of the light. */
   movesView = false;
+  /** Takes the next place of the picture that is pressed, in pixels of the canvas. */
+  pick: ((x: number, y: number) => void) | null = null;
   private readonly history = new History();
   private readonly listeners: (() => void)[] = [];
   private gesture = { kind: "", time: 0 };
+  private readonly isExact: boolean;
+  private share = 1;
+  private moved = false;
+  private drawnAt = 0;
+  private slowFrames = 0;
+  private restTimer = 0;
   private addressTimer = 0;
   private pending = false;
 
   constructor(readonly canvas: HTMLCanvasElement, textures: PageTexture[]) {
     const parameters = new URLSearchParams(location.search);
-    this.stage = new Stage(canvas, parameters.has("exact"), () => this.redraw());
+    this.isExact = parameters.has("exact");
+    this.stage = new Stage(canvas, this.isExact, () => this.redraw(false));
     this.titles = textures.map((texture) => texture.title);
     this.state = fromHash(location.hash, textures.length);
+    // Whoever gives light from all around wants to see it.
+    if (textures.some((texture) => texture.environment) && !location.hash.includes("=")) this.state.source = "environment";
     // The address asked for: by the time of the event, the page may have written its own state again.
     addEventListener("hashchange", (event) => this.readAddress(new URL(event.newURL).hash));
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement ?? canvas);
@@ -44,11 +64,24 @@ export class Viewer {
   }
 
   /** Loads a texture into its place. */
-  async load(index: number, texture: PageTexture, progress: (share: number) => void): Promise<FieldData> {
-    const data = await loadShare(sourceOf(texture), progress);
-    this.stage.add(index, data);
-    this.redraw();
-    return data;
+  async load(index: number, texture: PageTexture, progress: (share: number) => void): Promise<void> {
+    const opened = await openShare(sourceOf(texture), progress);
+    if (!(opened instanceof TiledShare)) {
+      this.stage.add(index, opened);
+      return this.redraw();
+    }
+    const tiles = new TileCache(opened, this.stage.anisotropy, (error) => {
+      if (error !== null) this.tileError = error;
+      this.redraw(false);
+    });
+    // Small levels first: a picture at once.
+    for (const level of levelsUpTo(opened.levels.length - 1, opened.whole)) {
+      this.stage.add(index, await opened.wholeLevel(level, progress), tiles);
+      this.redraw();
+      document.documentElement.dataset["seen"] ??= String(performance.now());
+      // The screen shows it before the next level is unpacked.
+      await new Promise((resolve) => requestAnimationFrame(() => setTimeout(resolve)));
+    }
   }
 
   onChange(listener: () => void): void {
@@ -77,6 +110,24 @@ export class Viewer {
     const texture = this.stage.texture(this.state.texture);
     const place = (side: number): number => Math.round((Math.random() - 0.5) * 2e9) / side;
     if (texture) this.change({ object: "flat", x: place(texture.width), y: place(texture.height) });
+  }
+
+  get hasEnvironment(): boolean {
+    return this.stage.texture(this.state.texture)?.data.environment != null;
+  }
+
+  /** The next place pressed is shown as neutral. */
+  pickGrey(say: (sentence: string) => void): void {
+    this.pick = (x, y) => {
+      const { whiteX, whiteY } = this.state;
+      Object.assign(this.state, { whiteX: D65[0], whiteY: D65[1] });
+      this.drawNow();
+      const white = chromaticityOf(linearColorAt(this.canvas, x, y));
+      Object.assign(this.state, { whiteX, whiteY });
+      if (!white) return say("That place is too dark to tell its colour");
+      this.change({ whiteX: white[0], whiteY: white[1] });
+    };
+    say("Press a place of the picture that is grey");
   }
 
   /** The width of one of the views. */
@@ -159,10 +210,11 @@ export class Viewer {
     this.restore(this.history.forth(this.state));
   }
 
-  /** Shows another state, which can be undone. */
-  show(hash: string): void {
+  /** Shows another state, which can be undone; of a texture other than its own where one is given. */
+  show(hash: string, texture?: number): void {
     this.history.keep(this.state);
-    this.restore(fromHash(hash, this.titles.length));
+    const state = fromHash(hash, this.titles.length);
+    this.restore(texture === undefined ? state : { ...state, texture });
   }
 
   /** Moves the light by an arrow key. */
@@ -186,25 +238,54 @@ export class Viewer {
     this.showMode(modes[(modes.indexOf(this.state.mode) + 1) % modes.length] ?? "default");
   }
 
-  /** Draws before the next frame of the screen. */
-  redraw(): void {
+  /** Draws before the next frame of the screen; `moves`: because what is shown changes. */
+  redraw(moves = true): void {
+    this.moved ||= moves;
     for (const listener of this.listeners) listener();
     clearTimeout(this.addressTimer);
     this.addressTimer = window.setTimeout(() => this.writeAddress(), ADDRESS_DELAY);
     if (this.pending) return;
     this.pending = true;
-    requestAnimationFrame(() => {
+    requestAnimationFrame((now) => {
       this.pending = false;
+      if (this.moved) this.paceAt(now);
+      this.moved = false;
       this.drawNow();
     });
+  }
+
+  /** Draws half as many pixels across while things move slowly, and all again when they rest. */
+  private paceAt(now: number): void {
+    const since = now - this.drawnAt;
+    this.drawnAt = now;
+    if (this.isExact) return;
+    this.slowFrames = since < MOVING ? this.slowFrames + (since > SLOW_FRAME ? 1 : 0) : 0;
+    clearTimeout(this.restTimer);
+    if (this.slowFrames < 2) return;
+    this.sharpen(0.5);
+    this.restTimer = window.setTimeout(() => {
+      this.slowFrames = 0;
+      this.sharpen(1);
+    }, REST);
+  }
+
+  /** Pixels of the picture for each of the screen, across: all of them for pictures that are kept. */
+  sharpen(share: number): void {
+    if (this.share === share) return;
+    this.share = share;
+    this.resize();
   }
 
   drawNow(): void {
     const background = getComputedStyle(document.documentElement).getPropertyValue("--ground").trim() || "#101010";
     this.stage.draw(this.state, background);
     document.documentElement.dataset["waiting"] = String(this.stage.waiting);
+    document.documentElement.dataset["tiles"] = String(this.stage.pending);
     document.documentElement.dataset["drawn"] = String(Number(document.documentElement.dataset["drawn"] ?? 0) + 1);
   }
+
+  /** What went wrong with a tile; null if nothing did. */
+  tileError: string | null = null;
 
   private restore(state: ViewState | null): void {
     if (!state) return;
@@ -212,11 +293,12 @@ export class Viewer {
     this.redraw();
   }
 
-  private resize(): void {
+  resize(): void {
     const box = this.canvas.parentElement?.getBoundingClientRect();
     if (!box) return;
-    this.stage.resize(Math.max(1, box.width), Math.max(1, box.height), Math.min(devicePixelRatio, 2));
-    this.redraw();
+    this.stage.resize(Math.max(1, box.width), Math.max(1, box.height), Math.min(devicePixelRatio, 2) * this.share);
+    document.documentElement.dataset["coarse"] = String(this.share < 1);
+    this.redraw(false);
   }
 
   private writeAddress(): void {
@@ -227,4 +309,11 @@ export class Viewer {
     if (hash === `#${toHash(this.state)}`) return;
     this.show(hash);
   }
+}
+
+/** Every second level from the smallest to the one that is the largest to be taken as a whole. */
+function levelsUpTo(smallest: number, whole: number): number[] {
+  const levels: number[] = [];
+  for (let level = smallest; level > whole; level -= 2) levels.push(level);
+  return [...levels, whole];
 }

@@ -1,8 +1,10 @@
 // The page against the library's renderer: the same view within 1 of 255 on average and 4 at the 99th percentile.
 import type { Browser, Page } from "playwright-core";
+import type { Codes } from "../../packages/relume-three/src/png.js";
 import { afterAll, beforeAll, describe, expect, test } from "vitest";
 import { launch } from "../chromium.js";
 import { ViewServer, Workplace } from "../program.js";
+import { writeShape } from "../shapes.js";
 import { canvas, difference, file, ready, show } from "./pictures.js";
 
 const SIDE = 256;
@@ -27,7 +29,8 @@ beforeAll(async () => {
   place.run(`capture leather -o capture --lights 40 --size ${SIDE}x${SIDE} --feature 64`);
   place.run(`capture sponge -o pairs --views 4 --size ${SIDE / 4}x${SIDE / 4} --feature 20`);
   for (const [, command] of TEXTURES) place.run(command);
-  server = await ViewServer.start(place, TEXTURES.map(([name]) => name));
+  writeShape(place.path("shape.obj"));
+  server = await ViewServer.start(place, [...TEXTURES.map(([name]) => name), "--mesh", "shape.obj", "--env", "sky"]);
   const launched = await launch();
   if (!launched) throw new Error("no Chromium was found: install it, or name it in CHROMIUM");
   browser = launched;
@@ -55,24 +58,16 @@ describe.each(TEXTURES.map(([name], i) => [name, i] as const))("%s", (name, inde
     await show(page, `texture=${index}&${lights}`);
     place.run(`relight ${name} --light ${light} -o flat.png --force`);
     const truth = await file(place.path("flat.png"));
-    const shown = await canvas(page);
-    const scale = SIDE / truth.width;
-    // A texel is a square of whole pixels here: its middle is compared.
-    const codes = new Uint8Array(truth.width * truth.height * 4);
-    for (let y = 0; y < truth.height; y++)
-      for (let x = 0; x < truth.width; x++)
-        for (let c = 0; c < 4; c++)
-          codes[4 * (y * truth.width + x) + c] = shown.codes[4 * (Math.floor((y + 0.5) * scale) * SIDE + Math.floor((x + 0.5) * scale)) + c] ?? 0;
-    const { mean, most } = difference({ width: truth.width, height: truth.height, channels: 4, codes }, truth);
+    const { mean, most } = difference(middles(await canvas(page), truth), truth);
     console.log(`${name} flat: mean ${mean.toFixed(3)}, 99 %: ${most}`);
     expect(mean).toBeLessThan(1);
     expect(most).toBeLessThanOrEqual(4);
   });
 
-  test.each(["plane", "sphere", "torus", "cloth"])("on a %s", async (object) => {
+  test.each(["plane", "sphere", "torus", "cloth", "mesh"])("on a %s", async (object) => {
     await show(page, `texture=${index}&object=${object}&azimuth=20&elevation=15&${lights}`);
     place.run(
-      `render ${name} --mesh ${object} --camera 20,15 --light ${light} --size ${SIDE}x${SIDE} --samples 1 --specular 0 ` +
+      `render ${name} --mesh ${object === "mesh" ? "shape.obj" : object} --camera 20,15 --light ${light} --size ${SIDE}x${SIDE} --samples 1 --specular 0 ` +
         `--no-cast-shadows --background 1,0,1 -o object.png --force`,
     );
     const isObject = (rgb: number[]): boolean => BACKGROUND.some((value, c) => value !== rgb[c]);
@@ -82,4 +77,36 @@ describe.each(TEXTURES.map(([name], i) => [name, i] as const))("%s", (name, inde
     expect(mean).toBeLessThan(1);
     expect(most).toBeLessThanOrEqual(4);
   });
+
+  test.each([["sphere", 20, 15, 0], ["torus", -130, 40, 0], ["cloth", 150, -20, 0], ["mesh", 0, 10, 70]])("under a sky on a %s", async (object, azimuth, elevation, turn) => {
+    await show(page, `texture=${index}&object=${object}&azimuth=${azimuth}&elevation=${elevation}&source=environment&turn=${turn}&${lights}`);
+    place.run(
+      `render ${name} --mesh ${object === "mesh" ? "shape.obj" : object} --camera ${azimuth},${elevation} --env sky --env-rotate ${turn} --size ${SIDE}x${SIDE} ` +
+        `--samples 1 --specular 0 --no-cast-shadows --background 1,0,1 -o object.png --force`,
+    );
+    const isObject = (rgb: number[]): boolean => BACKGROUND.some((value, c) => value !== rgb[c]);
+    const { mean, most } = difference(await canvas(page), await file(place.path("object.png")), isObject);
+    console.log(`${name} under a sky, ${object}: mean ${mean.toFixed(3)}, 99 %: ${most}`);
+    expect(mean).toBeLessThan(1);
+    expect(most).toBeLessThanOrEqual(4);
+  });
+
+  test("flat under a sky", async () => {
+    await show(page, `texture=${index}&source=environment&${lights}`);
+    place.run(`relight ${name} --env sky -o flat.png --force`);
+    const truth = await file(place.path("flat.png"));
+    const { mean, most } = difference(middles(await canvas(page), truth), truth);
+    console.log(`${name} flat under a sky: mean ${mean.toFixed(3)}, 99 %: ${most}`);
+    expect(mean).toBeLessThan(1);
+    expect(most).toBeLessThanOrEqual(4);
+  });
 });
+
+/** The middles of the squares that show texels: a texel is a square of whole pixels here. */
+function middles(shown: Codes, { width, height }: Codes): Codes {
+  const scale = SIDE / width, codes = new Uint8Array(width * height * 4);
+  for (let y = 0; y < height; y++)
+    for (let x = 0; x < width; x++)
+      for (let c = 0; c < 4; c++) codes[4 * (y * width + x) + c] = shown.codes[4 * (Math.floor((y + 0.5) * scale) * SIDE + Math.floor((x + 0.5) * scale)) + c] ?? 0;
+  return { width, height, channels: 4, codes };
+}

@@ -276,20 +276,28 @@ test("a folder opened from disk, and a damaged file, say what is wrong", async (
 });
 
 test("the picture follows the light by software, at the rate printed", async () => {
-  const page = await open(server.url, { viewport: { width: 640, height: 400 } });
-  await page.keyboard.press("h");
-  const seconds = await page.evaluate(async () => {
-    const frames = 12, begun = performance.now(), pixels = new Uint8Array(4);
+  place.run("capture leather -o large --lights 6 --size 1024x1024 --feature 128");
+  place.run("fit large -o large.ptm --color rgb");
+  place.run("share large.ptm --single-file -o large.html");
+  const page = await open(`file://${place.path("large.html")}`, { viewport: { width: 640, height: 400 } });
+  const times = await page.evaluate(async () => {
+    const times: number[] = [], pixels = new Uint8Array(4);
     const view = document.querySelector("canvas") as HTMLCanvasElement, gl = view.getContext("webgl2") as WebGL2RenderingContext;
-    for (let i = 0; i < frames; i++) {
+    for (let i = 0; i < 24; i++) {
+      const begun = performance.now();
       view.dispatchEvent(new KeyboardEvent("keydown", { key: i % 2 ? "ArrowLeft" : "ArrowRight" }));
       await new Promise((resolve) => requestAnimationFrame(resolve));
       gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+      times.push(performance.now() - begun);
     }
-    return (performance.now() - begun) / 1000 / frames;
+    return times.sort((a, b) => a - b);
   });
-  console.log(`${(1 / seconds).toFixed(1)} frames a second`);
-  // Far from the aim of ten, which depends on the machine; a page that hangs is found.
-  expect(seconds).toBeLessThan(10);
+  const [best = 0, median = 0] = [times[0], times[12]];
+  console.log(`1024 x 1024 texels on 640 x 400 pixels: ${(1000 / median).toFixed(1)} frames a second, ${(1000 / best).toFixed(1)} at best`);
+  // The machine may be busy with other work: ten at best, and never a page that hangs.
+  expect(best).toBeLessThan(100);
+  expect(median).toBeLessThan(5000);
+  await page.waitForFunction(() => document.documentElement.dataset["coarse"] === "false");
+  expect(await page.evaluate(() => document.querySelector("canvas")?.width)).toBe(640);
   await page.close();
 });

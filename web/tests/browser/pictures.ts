@@ -8,9 +8,12 @@ export async function ready(page: Page): Promise<void> {
   await drawn(page);
 }
 
-/** Waits for the next frames. */
+/** Waits for the next frames, with all their pixels. */
 export async function drawn(page: Page): Promise<void> {
-  await page.evaluate(() => new Promise<void>((resolve) => requestAnimationFrame(() => requestAnimationFrame(() => resolve()))));
+  const frames = (): Promise<void> => page.evaluate(() => new Promise<void>((resolve) => requestAnimationFrame(() => requestAnimationFrame(() => resolve()))));
+  await frames();
+  await page.waitForFunction(() => document.documentElement.dataset["coarse"] !== "true");
+  await frames();
 }
 
 /** Waits until everything in view of an endless plane has come. */

@@ -52,6 +52,11 @@ impl Outputs {
         Self { force: context.force, files: Vec::new(), folders: MadeFolders::default() }
     }
 
+    /// Outputs that may replace files.
+    pub fn replacing() -> Self {
+        Self { force: true, files: Vec::new(), folders: MadeFolders::default() }
+    }
+
     /// Claims an output before any work is done for it.
     ///
     /// # Errors

@@ -2,14 +2,16 @@
 
 use std::path::{Path, PathBuf};
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use relume::Result;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use crate::context::Context;
 use crate::evaluated;
 use crate::output::{Folder, Outputs};
 use crate::report::Report;
-use crate::viewer::{self, Delivery, PageData, PlaneArgs, Prepared};
+use crate::viewer::{self, Delivery, PageData, PlaneArgs, Preparation, Prepared, Scene, SceneArgs};
 
 /// Arguments of `relume share`.
 #[derive(Debug, clap::Args)]
@@ -29,31 +31,54 @@ pub struct Args {
     /// Title of the page [default: the name of the first file]
     #[arg(long, value_name = "TEXT")]
     title: Option<String>,
+    /// The address at which the page will be: links to it then show a picture on other sites
+    #[arg(long, value_name = "URL", value_parser = web_address)]
+    url: Option<String>,
     #[command(flatten)]
     planes: PlaneArgs,
+    #[command(flatten)]
+    scene: SceneArgs,
     #[command(flatten)]
     evaluated: evaluated::Args,
 }
 
+fn web_address(text: &str) -> Result<String, String> {
+    let (_, rest) = ["https://", "http://"]
+        .iter()
+        .find_map(|scheme| Some((scheme, text.strip_prefix(scheme)?)))
+        .ok_or("expected an address such as https://example.org/textures/wool")?;
+    if rest.is_empty() || rest.contains(|c: char| c.is_whitespace() || "?#".contains(c)) {
+        return Err("expected the address of a folder, without a query".to_owned());
+    }
+    Ok(text.to_owned())
+}
+
 /// Reads the textures, and writes the page.
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
-    let inputs: Vec<&Path> = args.files.iter().map(PathBuf::as_path).collect();
+    let inputs: Vec<&Path> = args.files.iter().map(PathBuf::as_path).chain(args.scene.files()).collect();
     if args.single_file {
         let mut outputs = Outputs::new(context);
         outputs.file(&args.output, &inputs)?;
-        let textures = textures(args, context)?;
+        let scene = args.scene.read(&context.job)?;
+        let textures = textures(args, &scene, context)?;
         let bytes = textures.iter().flat_map(|t| &t.files).map(|(_, bytes)| bytes.len() as u64).sum::<u64>();
         // In base64 for the data, the data as text, and the page around it.
         context.job.check_bytes("the page", 4 * bytes.div_ceil(3) * 4)?;
-        let in_base64 = |t: &Prepared| json!({ "title": t.title, "files": t.in_base64() });
-        let data = page_data(args, &textures, in_base64);
+        let in_base64 =
+            |t: &Prepared| t.entry(json!({ "files": t.in_base64(), "annotations": t.annotations }));
+        let mut data = page_data(args, &textures, in_base64);
+        data.mesh = scene
+            .mesh
+            .map(|(title, bytes)| json!({ "title": title, "bytes": STANDARD.encode(bytes) }))
+            .into();
         let page = viewer::single_page(&data).into_bytes();
         let bytes = page.len();
         outputs.write(&args.output, page)?;
         return Ok(report(args, &textures, bytes).with_outputs(outputs.commit()?));
     }
     let folder = Folder::stage(&args.output, &inputs, context)?;
-    let textures = textures(args, context)?;
+    let scene = args.scene.read(&context.job)?;
+    let textures = textures(args, &scene, context)?;
     let mut bytes = 0;
     let mut add = |name: &str, content: &[u8]| {
         bytes += content.len();
@@ -65,9 +90,15 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         }
     }
     let place_of = |t: &Prepared| textures.iter().position(|other| std::ptr::eq(other, t)).map(place);
-    let data = page_data(args, &textures, |t| json!({ "title": t.title, "folder": place_of(t) }));
+    let entry = |t: &Prepared| t.entry(json!({ "folder": place_of(t), "annotations": t.annotations }));
+    let mut data = page_data(args, &textures, entry);
+    if let Some((title, bytes)) = &scene.mesh {
+        add(viewer::MESH_NAME, bytes)?;
+        data.mesh = json!({ "title": title, "file": viewer::MESH_NAME });
+    }
     add("index.html", viewer::folder_page(&data).as_bytes())?;
     add(viewer::SCRIPT_NAME, viewer::SCRIPT.as_bytes())?;
+    add(viewer::ELEMENT_NAME, viewer::ELEMENT.as_bytes())?;
     add(viewer::STYLE_NAME, viewer::STYLE.as_bytes())?;
     add(viewer::THUMBNAIL_NAME, &textures[0].thumbnail)?;
     let report = report(args, &textures, bytes);
@@ -79,11 +110,12 @@ fn place(i: usize) -> String {
     format!("textures/{i}/")
 }
 
-fn textures(args: &Args, context: &Context) -> Result<Vec<Prepared>> {
+fn textures(args: &Args, scene: &Scene, context: &Context) -> Result<Vec<Prepared>> {
+    let environment = scene.environment.as_ref();
+    let delivery = Delivery::Stored;
+    let preparation = Preparation { planes: &args.planes, evaluated: &args.evaluated, environment, delivery };
     let title = |i: usize| args.title.as_deref().filter(|_| i == 0 && args.files.len() == 1);
-    let read = |(i, path): (usize, &PathBuf)| {
-        viewer::prepared(path, title(i), &args.planes, &args.evaluated, Delivery::Stored, &context.job)
-    };
+    let read = |(i, path): (usize, &PathBuf)| preparation.prepared(path, title(i), &context.job);
     args.files.iter().enumerate().map(read).collect()
 }
 
@@ -93,7 +125,12 @@ fn page_data(
     entry: impl FnMut(&Prepared) -> serde_json::Value,
 ) -> PageData {
     let title = args.title.clone().unwrap_or_else(|| textures[0].title.clone());
-    PageData { title, textures: textures.iter().map(entry).collect() }
+    PageData {
+        title,
+        textures: textures.iter().map(entry).collect(),
+        mesh: Value::Null,
+        url: args.url.clone(),
+    }
 }
 
 fn report(args: &Args, textures: &[Prepared], bytes: usize) -> Report {

@@ -1,5 +1,11 @@
 //! The page around the script: one HTML file, with everything else beside it or inside.
 
+use std::io::Write;
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use flate2::Compression;
+use flate2::write::GzEncoder;
 use serde_json::Value;
 
 use super::{SCRIPT, SCRIPT_NAME, STYLE, STYLE_NAME, THUMBNAIL_NAME};
@@ -20,14 +26,21 @@ pub struct PageData {
     pub title: String,
     /// `textures`: a list of objects with a `title` and a `folder`, `files` in base64, or an `error`.
     pub textures: Value,
+    /// `title` of the object and its `file`, or its `bytes` in base64; null where there is none.
+    pub mesh: Value,
+    /// The address at which the page will be.
+    pub url: Option<String>,
 }
 
 /// A page with its files beside it.
 pub fn folder_page(data: &PageData) -> String {
+    // Other sites take addresses of pictures as they are: only whole ones lead anywhere.
+    let base = data.url.as_deref().map(|url| format!("{}/", url.trim_end_matches('/'))).unwrap_or_default();
+    let image = escaped(&format!("{base}{THUMBNAIL_NAME}"));
     let head = format!(
-        "<meta property=\"og:title\" content=\"{}\">\n<meta property=\"og:image\" content=\"{THUMBNAIL_NAME}\">\n\
+        "{}<meta property=\"og:image\" content=\"{image}\">\n<meta name=\"twitter:card\" content=\"summary_large_image\">\n\
          <link rel=\"icon\" href=\"{THUMBNAIL_NAME}\">\n<link rel=\"stylesheet\" href=\"{STYLE_NAME}\">",
-        escaped(&data.title)
+        link_tags(data)
     );
     let script = format!("<script src=\"{SCRIPT_NAME}\"></script>");
     filled(data, FOLDER_POLICY, &head, &script)
@@ -41,18 +54,40 @@ pub fn disk_page(data: &PageData) -> String {
     filled(data, FOLDER_POLICY, &head, &script)
 }
 
+/// What other sites show of a link to the page.
+fn link_tags(data: &PageData) -> String {
+    let names: Vec<&str> =
+        data.textures.as_array().into_iter().flatten().filter_map(|t| t["title"].as_str()).collect();
+    let description = format!("{}: move the light and look closely.", names.join(", "));
+    let tag = |name: &str, content: &str| {
+        format!("<meta property=\"og:{name}\" content=\"{}\">\n", escaped(content))
+    };
+    let url = data.url.as_deref().map(|url| tag("url", url)).unwrap_or_default();
+    tag("type", "website") + &tag("title", &data.title) + &tag("description", &description) + &url
+}
+
+/// Unpacks the script of a page in one file, which is a quarter as long compressed.
+const UNPACK: &str = "const packed = Uint8Array.from(atob(document.getElementById(\"relume-script\").textContent), (c) => \
+                      c.charCodeAt(0));\n\
+                      new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream(\"gzip\"))).text().then((text) => {\n  \
+                      document.body.append(Object.assign(document.createElement(\"script\"), { textContent: text }));\n});";
+
 /// A page in one file.
 pub fn single_page(data: &PageData) -> String {
-    let head = format!("<link rel=\"icon\" href=\"data:,\">\n<style>{STYLE}</style>");
-    // The end of a script is written so in strings that stay the same.
-    let script = format!("<script>{}</script>", SCRIPT.replace("</script", "<\\/script"));
+    let head = format!("{}<link rel=\"icon\" href=\"data:,\">\n<style>{STYLE}</style>", link_tags(data));
+    let mut packed = GzEncoder::new(Vec::new(), Compression::best());
+    packed.write_all(SCRIPT.as_bytes()).expect("memory takes all bytes");
+    let packed = STANDARD.encode(packed.finish().expect("memory takes all bytes"));
+    let script = format!(
+        "<script type=\"application/octet-stream\" id=\"relume-script\">{packed}</script>\n<script>{UNPACK}</script>"
+    );
     filled(data, SINGLE_POLICY, &head, &script)
 }
 
 /// The template with its fields filled in, one after another, so that no value is taken for a field.
 fn filled(data: &PageData, policy: &str, head: &str, script: &str) -> String {
     let title = escaped(&data.title);
-    let json = serde_json::json!({ "title": data.title, "textures": data.textures });
+    let json = serde_json::json!({ "title": data.title, "textures": data.textures, "mesh": data.mesh });
     // In a script element only the beginning of a tag could end the data.
     let json = json.to_string().replace('<', "\\u003c");
     let fields =
@@ -90,7 +125,8 @@ mod tests {
         let title = "</title><script>alert(1)</script>\"{{script}}".to_owned();
         let textures = serde_json::json!([{ "title": title, "error": "</script><!--" }]);
         for page in [folder_page, disk_page, single_page] {
-            let data = PageData { title: title.clone(), textures: textures.clone() };
+            let data =
+                PageData { title: title.clone(), textures: textures.clone(), mesh: Value::Null, url: None };
             let page = page(&data);
             assert!(!page.contains("<script>alert"), "a title became a script");
             assert!(!page.contains("</script><!--"), "an error ended the data");

@@ -8,13 +8,15 @@ use relume::format::share::planes::PlaneDepth;
 use relume::format::share::{HEADER_NAME, ShareFiles, ShareHeader};
 use relume::format::{Content, Encoding, ExrDepth, FieldFile, MapRecord};
 use relume::random_field::FieldModel;
+use relume::render::Environment;
 use relume::synthesis::noise::NoiseOptions;
 use relume::workflow::endless::ModelPlane;
 use relume::workflow::share::{ShareOptions, block, share, share_model, share_tiles, thumbnail};
 use relume::workflow::shared_noise::NoiseFunctions;
 use relume::{Job, Named, ReflectanceField, Result};
-use serde_json::{Map, Value};
+use serde_json::{Map, Value, json};
 
+use super::annotations::AnnotationFile;
 use crate::{args, evaluated, input, paths};
 
 /// How textures are stored for the page.
@@ -52,6 +54,8 @@ pub struct Prepared {
     pub thumbnail: Vec<u8>,
     /// The plane of which a server makes further files.
     pub plane: Option<ServedPlane>,
+    /// What was written about it.
+    pub annotations: Option<AnnotationFile>,
 }
 
 /// Whether there is a server that makes parts of endless planes when they are asked for.
@@ -78,6 +82,14 @@ impl ServedPlane {
 }
 
 impl Prepared {
+    /// What the page is told of it, with fields of its own for the place of its files and annotations.
+    pub fn entry(&self, own: Value) -> Value {
+        let mut entry = json!({ "title": self.title, "environment": self.header.environment.is_some() });
+        let all = entry.as_object_mut().expect("an object was made");
+        all.extend(own.as_object().expect("fields of an object").clone());
+        entry
+    }
+
     /// The files in base64 by their names.
     pub fn in_base64(&self) -> Value {
         let files = self.files.iter().map(|(name, bytes)| (name.clone(), STANDARD.encode(bytes).into()));
@@ -85,49 +97,62 @@ impl Prepared {
     }
 }
 
-/// Reads a file: a texture, tiles, a picture, or a model; a model is shown as an endless plane where it is served, and as a
-/// seamless tile otherwise or if its size is given.
-pub fn prepared(
-    path: &Path,
-    title: Option<&str>,
-    planes: &PlaneArgs,
-    evaluated: &evaluated::Args,
-    delivery: Delivery,
-    job: &Job,
-) -> Result<Prepared> {
-    let named = || path.file_stem().map_or_else(|| "texture".to_owned(), paths::text);
-    let title = title.map_or_else(named, str::to_owned);
-    let options =
-        ShareOptions { title: title.clone(), depth: planes.planes, mm_per_texel: planes.mm_per_texel };
-    let opened = input::open(path, job)?;
-    let (shared, thumbnail, plane) = match opened.content() {
-        Content::Tiles if !planes.noise => {
-            let set = opened.into_tiles()?;
-            (share_tiles(&set, &options, job), thumbnail(&set.file.field, job), None)
-        }
-        Content::Model => {
-            let model = opened.into_model()?;
-            let field = evaluated.tile(&model, job).map_err(|e| e.at(path))?;
-            let small = thumbnail(&field, job);
-            match delivery {
-                Delivery::Served if !planes.noise && !evaluated.has_size() => {
-                    let shared = share_model(&model, &options, job);
-                    (shared, small, Some(ServedPlane { model, seed: evaluated.seed() }))
-                }
-                _ => (share_field(of_floats(field), planes, &options, job), small, None),
+/// How files are prepared.
+#[derive(Debug, Clone, Copy)]
+pub struct Preparation<'a> {
+    /// The storage of coefficients.
+    pub planes: &'a PlaneArgs,
+    /// How models are evaluated.
+    pub evaluated: &'a evaluated::Args,
+    /// Light from all around.
+    pub environment: Option<&'a Environment>,
+    /// What becomes of endless planes.
+    pub delivery: Delivery,
+}
+
+impl Preparation<'_> {
+    /// Reads a file: a texture, tiles, a picture, or a model; a model is shown as an endless plane where it is served, and as
+    /// a seamless tile otherwise or if its size is given.
+    pub fn prepared(&self, path: &Path, title: Option<&str>, job: &Job) -> Result<Prepared> {
+        let named = || path.file_stem().map_or_else(|| "texture".to_owned(), paths::text);
+        let title = title.map_or_else(named, str::to_owned);
+        let options = ShareOptions {
+            title: title.clone(),
+            depth: self.planes.planes,
+            mm_per_texel: self.planes.mm_per_texel,
+            environment: self.environment.cloned(),
+        };
+        let annotations = AnnotationFile::beside(path)?;
+        let opened = input::open(path, job)?;
+        let (shared, thumbnail, plane) = match opened.content() {
+            Content::Tiles if !self.planes.noise => {
+                let set = opened.into_tiles()?;
+                (share_tiles(&set, &options, job), thumbnail(&set.file.field, job), None)
             }
-        }
-        _ => {
-            let file = opened.into_field()?;
-            let small = thumbnail(&file.field, job);
-            (share_field(file, planes, &options, job), small, None)
-        }
-    };
-    let shared: ShareFiles = shared.map_err(|e| e.at(path))?;
-    let header = (HEADER_NAME.to_owned(), shared.header_bytes());
-    let files = std::iter::once(header).chain(shared.files).collect();
-    let thumbnail = thumbnail.map_err(|e| e.at(path))?;
-    Ok(Prepared { title, header: shared.header, files, thumbnail, plane })
+            Content::Model => {
+                let model = opened.into_model()?;
+                let field = self.evaluated.tile(&model, job).map_err(|e| e.at(path))?;
+                let small = thumbnail(&field, job);
+                match self.delivery {
+                    Delivery::Served if !self.planes.noise && !self.evaluated.has_size() => {
+                        let shared = share_model(&model, &options, job);
+                        (shared, small, Some(ServedPlane { model, seed: self.evaluated.seed() }))
+                    }
+                    _ => (share_field(of_floats(field), self.planes, &options, job), small, None),
+                }
+            }
+            _ => {
+                let file = opened.into_field()?;
+                let small = thumbnail(&file.field, job);
+                (share_field(file, self.planes, &options, job), small, None)
+            }
+        };
+        let shared: ShareFiles = shared.map_err(|e| e.at(path))?;
+        let header = (HEADER_NAME.to_owned(), shared.header_bytes());
+        let files = std::iter::once(header).chain(shared.files).collect();
+        let thumbnail = thumbnail.map_err(|e| e.at(path))?;
+        Ok(Prepared { title, header: shared.header, files, thumbnail, plane, annotations })
+    }
 }
 
 /// The files of a texture, or of noise made from it.

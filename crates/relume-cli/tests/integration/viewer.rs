@@ -32,7 +32,15 @@ fn a_folder_holds_a_page_and_the_files_that_it_names() {
     let found = names(&at.join("out"));
     assert_eq!(
         found,
-        ["index.html", "relume-files.json", "textures", "thumbnail.jpg", "viewer.css", "viewer.js"]
+        [
+            "index.html",
+            "relume-files.json",
+            "relume-view.js",
+            "textures",
+            "thumbnail.jpg",
+            "viewer.css",
+            "viewer.js"
+        ]
     );
     let page = fs::read_to_string(at.join("out/index.html")).unwrap();
     assert!(page.contains("<title>Two &lt;marbles&gt;</title>"));
@@ -271,5 +279,85 @@ fn a_thousand_traversals_and_malformed_requests_get_nothing_and_leave_the_server
         assert!(server.exchange(request.as_bytes()).starts_with(b"HTTP/1.1 403"), "{host}");
     }
     assert!(server.get(&server.path).starts_with("HTTP/1.1 200"), "the server still answers");
+    assert_eq!(server.interrupt(), Some(130));
+}
+
+/// A square of two triangles with texture coordinates.
+const SQUARE: &str =
+    "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n";
+const NOTES: &str = r#"{"relume":"annotations","version":1,"annotations":[{"text":"</script>a tear","box":[1.0,2.0,3.0,4.0],"view":"mode=normals"}]}"#;
+
+#[test]
+fn an_object_an_environment_and_annotations_come_with_the_page() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    texture(at, "a.png");
+    fs::write(at.join("square.obj"), SQUARE).unwrap();
+    fs::write(at.join("a.png.annotations.json"), NOTES).unwrap();
+    let words = ["a.png", "--mesh", "square.obj", "--env", "a.png", "--url", "https://example.org/a/"];
+    run(at, &[&["share"], &words[..], &["-o", "out"]].concat());
+    let page = fs::read_to_string(at.join("out/index.html")).unwrap();
+    assert!(page.contains("content=\"https://example.org/a/thumbnail.jpg\""));
+    assert!(page.contains("property=\"og:description\" content=\"a: "));
+    let data = data(&page);
+    assert_eq!(data["mesh"]["title"], "square.obj");
+    assert!(at.join("out").join(data["mesh"]["file"].as_str().unwrap()).is_file());
+    let entry = &data["textures"][0];
+    assert_eq!(entry["annotations"], serde_json::from_str::<Value>(NOTES).unwrap());
+    assert_eq!(entry["environment"], true);
+    let header = at.join("out").join(entry["folder"].as_str().unwrap()).join("share.json");
+    let header: Value = serde_json::from_slice(&fs::read(header).unwrap()).unwrap();
+    assert_eq!(header["environment"]["nodes"], 2, "a picture needs no more than the mean light");
+    for (name, text, said) in [
+        ("bare.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n", "no texture coordinate"),
+        ("a.png.annotations.json", "{}", "no annotations"),
+    ] {
+        fs::write(at.join(name), text).unwrap();
+        let mesh = if name == "bare.obj" { name } else { "square.obj" };
+        let output = Command::new(env!("CARGO_BIN_EXE_relume"))
+            .current_dir(at)
+            .args(["share", "a.png", "--mesh", mesh, "-o", "other"])
+            .output()
+            .unwrap();
+        let error = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{error}");
+        assert!(error.contains(name) && error.contains(said) && error.lines().count() == 1, "{error}");
+    }
+    refused(at, &["share", "a.png", "-o", "other", "--url", "example.org"]);
+}
+
+#[test]
+fn annotations_that_the_page_sends_are_written_beside_the_texture() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    texture(at, "a.png");
+    let server = Server::start(at, &["a.png"]);
+    let name = data(&server.get(&server.path))["textures"][0]["notes"].as_str().unwrap().to_owned();
+    let (host, path) = (format!("Host: 127.0.0.1:{}", server.port), format!("{}{name}", server.path));
+    assert!(server.get(&path).contains("\"annotations\": []"));
+    let post = |headers: &str, body: &str| {
+        let length = body.len();
+        let head =
+            format!("POST {path} HTTP/1.1\r\n{host}\r\nContent-Length: {length}\r\n{headers}\r\n\r\n{body}");
+        String::from_utf8(server.exchange(head.as_bytes())).unwrap()
+    };
+    let json = "Content-Type: application/json";
+    let file = at.join("a.png.annotations.json");
+    for (headers, body, status) in [
+        ("Content-Type: text/plain", NOTES, "415"),
+        (&format!("{json}\r\nOrigin: http://example.org"), NOTES, "403"),
+        (json, "{}", "400"),
+        (json, &"x".repeat((1 << 20) + 1), "413"),
+    ] {
+        let answer = post(headers, body);
+        // A server that refuses a long body may close before it has been sent.
+        assert!(answer.is_empty() || answer.starts_with(&format!("HTTP/1.1 {status}")), "{answer}");
+        assert!(!file.exists());
+    }
+    assert!(post(json, NOTES).starts_with("HTTP/1.1 204"));
+    let written: Value = serde_json::from_slice(&fs::read(&file).unwrap()).unwrap();
+    assert_eq!(written, serde_json::from_str::<Value>(NOTES).unwrap());
+    assert!(server.get(&path).contains("a tear"));
+    assert_eq!(names(at), ["a.png", "a.png.annotations.json"]);
     assert_eq!(server.interrupt(), Some(130));
 }

@@ -17,6 +17,7 @@ pub mod matrix;
 pub mod normal;
 pub mod orthogonal;
 pub mod pairs;
+pub mod parts;
 pub mod periods;
 pub mod principal;
 pub mod pyramid;

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use crate::error::Result;
 use crate::job::Job;
+use crate::numeric::parts::coverage;
 use crate::planes::Planes;
 use crate::size::Size;
 
@@ -127,18 +128,6 @@ fn neighbours(coordinate: f64, count: usize) -> ([usize; 2], f64) {
     let right = (place as usize).min(count);
     let left = if right == 0 { count - 1 } else { right - 1 };
     ([left, if right == count { 0 } else { right }], place - right as f64)
-}
-
-/// For each of `to` equal parts of `from` texels, the texels it covers and their shares.
-fn coverage(from: usize, to: usize) -> Vec<Vec<(usize, f32)>> {
-    (0..to)
-        .map(|i| {
-            // In units of 1 / to texels, so that all bounds are integers.
-            let (start, end) = (i * from, (i + 1) * from);
-            let share = |k: usize| (end.min((k + 1) * to) - start.max(k * to)) as f32 / from as f32;
-            (start / to..end.div_ceil(to)).map(|k| (k, share(k))).collect()
-        })
-        .collect()
 }
 
 #[cfg(test)]

@@ -20,9 +20,9 @@ mod sweep;
 mod vector;
 mod view;
 
-pub use environment::{Environment, EnvironmentLight, EnvironmentMethod, relight_under};
+pub use environment::{Environment, EnvironmentLight, EnvironmentMethod, EnvironmentNodes, relight_under};
 pub use highlight::Specular;
-pub use mesh::{Mesh, Primitive};
+pub use mesh::{Mesh, MeshVertices, Primitive};
 pub use object::{render, render_relief};
 pub use relief::MeshRelief;
 pub use relight::{relight, relight_srgb8};

@@ -15,7 +15,7 @@ use crate::job::Job;
 use crate::picture::Picture;
 use crate::planes::Planes;
 use crate::random_field::FieldModel;
-use crate::render::relight;
+use crate::render::{Environment, relight};
 use crate::size::Size;
 use crate::surface::integrate::{IntegrateOptions, integrate};
 use crate::surface::{STEEPEST, Slopes, albedo, normals};
@@ -40,6 +40,8 @@ pub struct ShareOptions {
     pub depth: PlaneDepth,
     /// The side of a texel in millimetres, where known.
     pub mm_per_texel: Option<f64>,
+    /// Light from all around.
+    pub environment: Option<Environment>,
 }
 
 /// The files of a texture.
@@ -108,6 +110,7 @@ fn with_maps(
         albedo: Some(&albedo),
         mm_per_texel: options.mm_per_texel,
         tiles,
+        environment: options.environment.as_ref(),
     };
     ShareFiles::new(file, &extras, options.depth, job)
 }
@@ -148,7 +151,7 @@ mod tests {
     }
 
     fn options(depth: PlaneDepth) -> ShareOptions {
-        ShareOptions { title: "a <texture>".to_owned(), depth, mm_per_texel: Some(0.1) }
+        ShareOptions { title: "a <texture>".to_owned(), depth, mm_per_texel: Some(0.1), environment: None }
     }
 
     /// The planes of shared files, as a reader finds them.

@@ -1,3 +1,4 @@
+import type { EnvironmentLamps } from "./environment.js";
 import type { MeasuredBasis } from "./measured.js";
 import type { BasisTable } from "./table.js";
 
@@ -46,6 +47,8 @@ export interface FieldBlocks {
 export interface FieldMap {
   channels: 1 | 3;
   values: Float32Array;
+  /** The least and the greatest value, where they are those of a larger texture. */
+  range?: [number, number];
 }
 
 /** A texture of functions in memory. Planes are half floats, rows from the top, in the order of the layout; what is null is not there. */
@@ -71,6 +74,8 @@ export interface FieldData {
   noise: FieldNoise | null;
   /** There are no planes: an endless plane comes in squares. */
   blocks: FieldBlocks | null;
+  /** Light from all around, prepared for the functions. */
+  environment: EnvironmentLamps | null;
 }
 
 /** The number of planes of a layout. */
@@ -85,6 +90,6 @@ export function fieldOf(
 ): FieldData {
   return {
     space: "srgb", channels: given.layout === "luminance" ? 1 : 3, dependsOnView: false, table: null, normals: null, heights: null,
-    albedo: null, mmPerTexel: null, cells: null, noise: null, blocks: null, ...given,
+    albedo: null, mmPerTexel: null, cells: null, noise: null, blocks: null, environment: null, ...given,
   };
 }

@@ -23,6 +23,9 @@ export const LOOKUP = `
 uniform sampler2DArray planes;
 uniform vec2 texels;
 uniform float sharpen, radius;
+// Decided when the shader is compiled: where no graphics card draws, all branches of others take their time.
+const int mode = MODE;
+const bool flat_ = FLAT == 1, glossy = GLOSS == 1;
 #if CELLS
 uniform ivec2 right, down, origin, baseCell;
 uniform int oneTile;
@@ -56,11 +59,12 @@ uniform int showCells;
 // The size of the texture on the card, in texels.
 uniform vec2 extent;
 uniform bool crisp, clipped;
+uniform vec4 clip;
 vec2 at, dx, dy;
 float level;
 void findPlace() {
   vec2 coordinates = vec2(place.x, 1.0 - place.y);
-  if (clipped && (min(place.x, place.y) < 0.0 || max(place.x, place.y) > 1.0)) discard;
+  if (clipped && (any(lessThan(place, clip.xy)) || any(greaterThan(place, clip.zw)))) discard;
   vec2 scale = texels / extent;
   dx = dFdx(coordinates) * scale;
   dy = dFdy(coordinates) * scale;
@@ -94,11 +98,19 @@ vec4 sampled(sampler2DArray source, int k) {
 }
 vec4 blurred(sampler2DArray source, int k) { return textureLod(source, vec3(at, layerIndex(k)), level + radius); }
 bool blurOnly = false;
-vec4 layer(int k) {
-  if (blurOnly) return blurred(planes, k);
+vec4 lookedUp(int k) {
   vec4 here = sampled(planes, k);
-  return sharpen == 0.0 ? here : here + sharpen * (here - blurred(planes, k));
-}`;
+  if (mode == UNSHARP_COEFFICIENTS) here += sharpen * (here - blurred(planes, k));
+  return here;
+}
+#if HELD
+vec4 held[LAYERS];
+void holdLayers() { for (int k = 0; k < LAYERS; k++) held[k] = lookedUp(k); }
+vec4 layer(int k) { return blurOnly ? blurred(planes, k) : held[k]; }
+#else
+void holdLayers() {}
+vec4 layer(int k) { return blurOnly ? blurred(planes, k) : lookedUp(k); }
+#endif`;
 
 /** The value of the functions at the place, in the space of the texture. */
 export const EVALUATE = `
@@ -126,11 +138,15 @@ vec3 valueFor(vec3 light, vec3 view) {
   fillWeights(light, view);
   return evaluate();
 }
+// Whether a light is a lamp, which makes highlights; the light from all around may be less than none at one of its places.
+bool ofLamp = true;
 vec3 toLinear(vec3 v) {
 #if SRGB
   v = mix(v / 12.92, pow(max(v + 0.055, 0.0) / 1.055, vec3(2.4)), step(vec3(0.04045), v));
-#endif
   return max(v, 0.0);
+#else
+  return ofLamp ? max(v, 0.0) : v;
+#endif
 }`;
 
 /** Weights of bases with formulas. */
@@ -144,10 +160,10 @@ in vec3 worldPosition, worldNormal, worldTangent;
 in float handedness;
 in vec2 place;
 out vec4 shown;
-uniform int mode, lights;
+uniform int lights;
 uniform vec3 lightDirection[MOST_LIGHTS], lightColor[MOST_LIGHTS];
 uniform float gain, exposure, gloss, roughness;
-uniform bool flat_;
+uniform mat3 balance;
 uniform vec3 plainLight;
 uniform vec2 heightRange;
 #if MAPS
@@ -257,13 +273,16 @@ vec3 underLight(vec3 l, vec3 v, vec3 n) {
     return toLinear(vec3(share));
   }
   vec3 color = toLinear(value);
-  return gloss > 0.0 ? color + lobe(n, l, v) : color;
+  if (glossy && ofLamp) color += lobe(n, l, v);
+  return color;
 }
+//ENVIRONMENT
 void main() {
   findPlace();
   findFrame();
-  bool needsNormals = gloss > 0.0 || (mode != DEFAULT && mode != PLAIN && mode != ALBEDO && mode != SHADING);
-  vec4 relief = needsNormals ? normalAndHeight() : vec4(0.0, 0.0, 1.0, 0.0);
+  const bool needsNormals = glossy || (mode != DEFAULT && mode != PLAIN && mode != ALBEDO && mode != SHADING);
+  vec4 relief = vec4(0.0, 0.0, 1.0, 0.0);
+  if (needsNormals) relief = normalAndHeight();
   vec3 n = relief.xyz;
   if (mode == NORMALS) { shown = vec4(n * 0.5 + 0.5, 1.0); return; }
   if (mode == ALBEDO) { shown = vec4(albedo(), 1.0); return; }
@@ -271,18 +290,23 @@ void main() {
   if (mode == SLOPE) { shown = vec4(heat(acos(clamp(n.z, -1.0, 1.0)) / 1.0471976), 1.0); return; }
   vec3 v = inFrame(eye), sum = vec3(0.0);
   v = fromDisk(v.xy);
+  holdLayers();
   for (int i = 0; i < MOST_LIGHTS; i++) {
     if (i >= lights) break;
     vec3 l = inFrame(lightDirection[i]);
     float lit = attachedShare(l.z);
     if (lit > 0.0) sum += lit * lightColor[i] * underLight(fromDisk(l.xy), v, n);
   }
+#if AMBIENT
+  ofLamp = false;
+  sum += underEnvironment(v, n);
+#endif
 #if ENDLESS
   if (showCells == 1) sum = mix(vec3(1.0, 0.6, 0.17), sum, sampled(planes, 0).a);
 #endif
 #if CELLS
   if (showCells == 1) sum = mix(sum, fract(vec3(0.61, 0.37, 0.83) * float(tile + 1)), 0.35);
 #endif
-  shown = vec4(sum * exposure, 1.0);
+  shown = vec4(max(balance * sum, 0.0) * exposure, 1.0);
   shown = linearToOutputTexel(shown);
 }`;

@@ -35,10 +35,36 @@ export interface ShareMeasured {
   views: [number, number][];
 }
 
+export interface ShareEnvironment {
+  file: string;
+  nodes: number;
+  functions: number;
+  side: number;
+  scale: number;
+}
+
+export interface ShareLevel {
+  size: [number, number];
+  layout: FieldLayout;
+  storage: Storage;
+  planes: number;
+  scale?: number[];
+  offset?: number[];
+}
+
+/** A large texture in tiles. */
+export interface SharePyramid {
+  side: number;
+  border: number;
+  maps: string[];
+  height_range?: [number, number];
+  levels: ShareLevel[];
+}
+
 /** The header of a shared texture (docs/formats.md). */
 export interface ShareHeader {
   relume: "share";
-  version: 1;
+  version: 1 | 2;
   title: string;
   size: [number, number];
   space: FieldSpace;
@@ -52,10 +78,14 @@ export interface ShareHeader {
   cells?: FieldCells;
   noise?: { planes: number; side: number; key: [number, number]; reach: number; entries: number; tables: string; functions: string };
   blocks?: { side: number };
+  environment?: ShareEnvironment;
+  pyramid?: SharePyramid;
 }
 
 const MOST_SIDE = 16384;
 const MOST_FUNCTIONS = 1024;
+/** Layers that every graphics card has, for both halves of the sphere. */
+const MOST_NODES = 128;
 
 /** Checks a header that was read from a file. */
 export function parseHeader(text: string): ShareHeader {
@@ -73,15 +103,20 @@ export function parseHeader(text: string): ShareHeader {
 /** What is wrong with a header, or null. The types are those of the format; a file may hold anything. */
 function fault(header: ShareHeader): string | null {
   if (typeof header !== "object" || (header as unknown) === null || header.relume !== "share") return "the file is not the header of a shared texture";
-  if (header.version !== 1) return `the shared texture has version ${String(header.version)}: this page reads version 1`;
+  if (![1, 2].includes(header.version)) return `the shared texture has version ${String(header.version)}: this page reads versions 1 and 2`;
   const isCount = (n: unknown, most: number): boolean => Number.isInteger(n) && (n as number) >= 1 && (n as number) <= most;
   if (!Array.isArray(header.size) || !header.size.every((side) => isCount(side, 1 << 20))) return "the shared texture has no size";
-  if (header.size[0] > MOST_SIDE) return `the texture is ${header.size.join(" x ")} texels: at most ${MOST_SIDE} across can be shown`;
+  if (!header.pyramid && header.size[0] > MOST_SIDE) return `the texture is ${header.size.join(" x ")} texels: at most ${MOST_SIDE} across can be shown`;
   if (!["linear", "srgb"].includes(header.space)) return "the shared texture has an unknown space";
   if (!["luminance", "rgb", "lrgb", "shared"].includes(header.layout)) return "the shared texture has an unknown layout";
   const basis = header.basis;
   if (typeof basis?.name !== "string" || !isCount(basis.functions, MOST_FUNCTIONS)) return "the shared texture has no basis";
   if (!basis.table && !basis.measured && !hasClosedForm(basis.name)) return `the basis ${basis.name} comes without a table`;
+  const light = header.environment;
+  if (light && !(typeof light.file === "string" && isCount(light.nodes, MOST_NODES) && isCount(light.functions, MOST_FUNCTIONS) && isCount(light.side, MOST_SIDE) && Number.isFinite(light.scale))) {
+    return "the shared texture has a damaged environment";
+  }
+  if (header.version === 2) return pyramidFault(header);
   return endlessFault(header) ?? planesFault(header);
 }
 
@@ -91,6 +126,16 @@ function endlessFault({ noise, blocks, layout }: ShareHeader): string | null {
   const counts = noise ? [noise.planes, noise.entries, noise.side, noise.reach, ...(noise.key ?? [NaN])] : [1];
   if (!counts.every((n) => isNumber(n, 0, 2 ** 32)) || (noise && !(noise.planes >= 1 && noise.side >= 1 && noise.entries >= 2))) return "the noise of the shared texture is incomplete";
   return blocks && !(isNumber(blocks.side, 16, 1024) && Number.isInteger(1024 / blocks.side)) ? "the blocks of the shared texture have an unknown side" : null;
+}
+
+function pyramidFault({ pyramid, size, basis }: ShareHeader): string | null {
+  const count = (n: unknown, most: number): boolean => Number.isInteger(n) && (n as number) >= 1 && (n as number) <= most;
+  if (!pyramid || !count(pyramid.side, 4096) || !count(pyramid.border, 64) || !Array.isArray(pyramid.maps) || !Array.isArray(pyramid.levels)) return "the shared texture has no tiles";
+  for (const [i, level] of pyramid.levels.entries()) {
+    if (!Array.isArray(level.size) || level.size.some((side, axis) => side !== Math.max(1, (size[axis] ?? 0) >> i))) return `level ${i} of the shared texture has another size than it should`;
+    if (!["luminance", "rgb", "lrgb", "shared"].includes(level.layout) || level.planes !== planeCount(level.layout, basis.functions)) return `level ${i} of the shared texture has planes that are out of order`;
+  }
+  return pyramid.levels.length > 0 ? null : "the shared texture has no levels";
 }
 
 function planesFault({ planes, layout, basis, noise, blocks }: ShareHeader): string | null {

@@ -1,5 +1,6 @@
-import { DoubleSide, GLSL3, ShaderMaterial, Vector2, Vector3 } from "three";
+import { DoubleSide, GLSL3, Matrix3, ShaderMaterial, Vector2, Vector3, Vector4 } from "three";
 import { CLOSED_FORM_GLSL } from "./basis.js";
+import { ENVIRONMENT_GLSL } from "./environment.js";
 import { CLOSED, EVALUATE, FRAGMENT, LOOKUP, VERTEX } from "./glsl.js";
 import type { FieldData } from "./field.js";
 import { MEASURED_GLSL, MeasuredBasis } from "./measured.js";
@@ -20,6 +21,8 @@ export const MODES = [
 export type Mode = (typeof MODES)[number];
 
 const MOST_LIGHTS = 4;
+/** Layers of a place that are kept while its lights are added up. */
+const MOST_HELD = 32;
 const ARRANGEMENTS = { color: 0, packed: 1, product: 2 };
 
 /**
@@ -45,7 +48,6 @@ export class ReflectanceMaterial extends ShaderMaterial {
       heightRange: { value: new Vector2(...texture.heightRange) },
       tiling: { value: new Vector2(1, 1) },
       shift: { value: new Vector2(0, 0) },
-      mode: { value: 0 },
       lights: { value: 0 },
       lightDirection: { value: Array.from({ length: MOST_LIGHTS }, () => new Vector3(0, 0, 1)) },
       lightColor: { value: Array.from({ length: MOST_LIGHTS }, () => new Vector3()) },
@@ -54,15 +56,21 @@ export class ReflectanceMaterial extends ShaderMaterial {
       sharpen: { value: 0 },
       radius: { value: 2.5 },
       exposure: { value: 1 },
+      balance: { value: new Matrix3() },
+      environment: { value: 0 },
+      environmentTurn: { value: new Matrix3() },
+      environmentTurned: { value: false },
+      environmentLight: { value: texture.lampLight },
+      environmentNodes: { value: texture.lampNodes },
       gloss: { value: 0 },
       roughness: { value: 0.6 },
-      flat_: { value: false },
       right: { value: pair(cells?.right) },
       down: { value: pair(cells?.down) },
       origin: { value: pair(cells?.origin) },
       baseCell: { value: new Vector2(0, 0) },
       crisp: { value: false },
       clipped: { value: false },
+      clip: { value: new Vector4(0, 0, 1, 1) },
       oneTile: { value: 0 },
       showCells: { value: 0 },
     };
@@ -78,11 +86,30 @@ export class ReflectanceMaterial extends ShaderMaterial {
     });
   }
 
+  /** Light from all around, where the texture was shared with some: its strength, and by which angle it is turned to the right. */
+  setEnvironment(strength: number, turnRad = 0): void {
+    const cos = Math.cos(turnRad), sin = Math.sin(turnRad);
+    this.set("environment", strength);
+    this.vary("AMBIENT", strength > 0 && this.uniforms["environmentLight"]?.value ? 1 : 0);
+    this.set("environmentTurned", turnRad !== 0);
+    (this.uniforms["environmentTurn"]?.value as Matrix3).set(cos, 0, sin, 0, 1, 0, -sin, 0, cos);
+  }
+
+  /** A matrix for linear colours, row after row. */
+  setBalance(rows: readonly [number, number, number, number, number, number, number, number, number]): void {
+    (this.uniforms["balance"]?.value as Matrix3).set(...rows);
+  }
+
   /** What is shown, and how strongly its effect. */
   setMode(mode: Mode, gain: number): void {
-    this.set("mode", MODES.indexOf(mode));
+    this.vary("MODE", MODES.indexOf(mode));
     this.set("gain", gain);
     this.set("sharpen", mode === "unsharp-coefficients" ? gain : 0);
+  }
+
+  /** The part of texture coordinates that is shown where `clipped` is set. */
+  setClip(left: number, bottom: number, right: number, top: number): void {
+    (this.uniforms["clip"]?.value as Vector4).set(left, bottom, right, top);
   }
 
   /** How often the texture repeats over texture coordinates 0..1, and where it begins. */
@@ -96,7 +123,20 @@ export class ReflectanceMaterial extends ShaderMaterial {
     if (texture.endless) (this.uniforms["windowShift"]?.value as Vector2).set(...texture.endless.shiftOf(x, y));
   }
 
+  /** Whether the texture is drawn as it is, facing the viewer. */
+  setFlat(flat: boolean): void {
+    this.vary("FLAT", flat ? 1 : 0);
+  }
+
+  /** What the shader is compiled for; programs are kept for each. */
+  private vary(name: string, value: number): void {
+    if (this.defines[name] === value) return;
+    this.defines[name] = value;
+    this.needsUpdate = true;
+  }
+
   set(name: string, value: number | boolean): void {
+    if (name === "gloss") this.vary("GLOSS", Number(value) > 0 ? 1 : 0);
     const uniform = this.uniforms[name];
     if (uniform) uniform.value = value;
   }
@@ -107,6 +147,10 @@ function definesFor(texture: ReflectanceTexture): Record<string, number> {
   const modes = Object.fromEntries(MODES.map((mode, i) => [mode.toUpperCase().replaceAll("-", "_"), i]));
   return {
     ...modes,
+    MODE: 0,
+    FLAT: 0,
+    GLOSS: 0,
+    AMBIENT: 0,
     MOST_LIGHTS,
     FUNCTIONS: data.functions,
     GROUPS: Math.ceil(data.functions / 4),
@@ -119,6 +163,9 @@ function definesFor(texture: ReflectanceTexture): Record<string, number> {
     CORNERS: data.cells?.corners ?? 1,
     ENDLESS: texture.endless ? 1 : 0,
     TILES: texture.tiles,
+    LAYERS: texture.layers,
+    HELD: texture.layers <= MOST_HELD ? 1 : 0,
+    NODES: data.environment?.header.nodes ?? 0,
     LIGHT_NODES: data.table instanceof BasisTable ? data.table.lightNodes : 2,
     VIEW_NODES: data.table instanceof BasisTable ? data.table.viewNodes : 1,
     MAP_NODES: data.table instanceof MeasuredBasis ? data.table.mapNodes : 1,
@@ -128,7 +175,7 @@ function definesFor(texture: ReflectanceTexture): Record<string, number> {
 function fragmentFor({ data }: ReflectanceTexture): string {
   const weights = weightsFor(data);
   const precisions = "precision highp float;\nprecision highp int;\nprecision highp sampler2DArray;\n";
-  return precisions + FRAGMENT.replace("//LOOKUP", LOOKUP).replace("//WEIGHTS", weights).replace("//EVALUATE", EVALUATE);
+  return precisions + FRAGMENT.replace("//LOOKUP", LOOKUP).replace("//WEIGHTS", weights).replace("//EVALUATE", EVALUATE).replace("//ENVIRONMENT", ENVIRONMENT_GLSL);
 }
 
 /** The functions in GLSL: measured, tabulated, or by formulas. */

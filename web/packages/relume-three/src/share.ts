@@ -1,9 +1,11 @@
+import { EnvironmentLamps } from "./environment.js";
 import { type FieldBlocks, type FieldData, FieldError, type FieldMap, type FieldNoise, fieldOf, planeCount } from "./field.js";
 import { halvesOfCodes, fromHalf } from "./half.js";
 import { type PlaneGroup, parseHeader, type ShareHeader, type ShareMap } from "./header.js";
 import { MeasuredBasis } from "./measured.js";
 import { decodePng, inflated } from "./png.js";
 import { BasisTable } from "./table.js";
+import { TiledShare } from "./pyramid.js";
 
 /** Gives the bytes of a file of a shared texture by its name. */
 export type FileSource = (name: string) => Promise<Uint8Array>;
@@ -27,9 +29,19 @@ export function memorySource(files: Record<string, string>): FileSource {
   };
 }
 
-/** Loads a shared texture; `progress` gets the share of its files that has arrived. */
+/** Loads a shared texture, or the finest level of a large one; `progress` gets the share of its files that has arrived. */
 export async function loadShare(source: FileSource, progress: (share: number) => void = () => undefined): Promise<FieldData> {
+  const opened = await openShare(source, progress);
+  return opened instanceof TiledShare ? opened.wholeLevel(opened.whole, progress) : opened;
+}
+
+/** Loads a shared texture, but of a large one only what all its tiles have in common. */
+export async function openShare(source: FileSource, progress: (share: number) => void = () => undefined): Promise<FieldData | TiledShare> {
   const header = parseHeader(new TextDecoder().decode(await source("share.json")));
+  if (header.pyramid) {
+    const [environment, table] = await Promise.all([loadEnvironment(header, source), loadTable(header, source)]);
+    return new TiledShare(header, header.pyramid, { environment, table }, source);
+  }
   const total = header.planes.length + header.maps.length + 2;
   let done = 0;
   const counted = async <T>(work: Promise<T>): Promise<T> => {
@@ -38,7 +50,8 @@ export async function loadShare(source: FileSource, progress: (share: number) =>
     return result;
   };
   const texels = header.size[0] * header.size[1];
-  const [table, noise, maps, groups] = await Promise.all([
+  const [environment, table, noise, maps, groups] = await Promise.all([
+    counted(loadEnvironment(header, source)),
     counted(loadTable(header, source)),
     counted(loadNoise(header, source)),
     Promise.all(header.maps.map((map) => counted(loadMap(map, texels, source)))),
@@ -65,6 +78,7 @@ export async function loadShare(source: FileSource, progress: (share: number) =>
     cells: header.cells ?? null,
     noise,
     blocks: header.blocks ? loadedBlocks(header, header.blocks.side, source) : null,
+    environment,
   });
 }
 
@@ -85,6 +99,10 @@ async function loadNoise({ noise, basis, channels }: ShareHeader, source: FileSo
 function loadedBlocks({ layout, basis }: ShareHeader, side: number, source: FileSource): FieldBlocks {
   const count = planeCount(layout, basis.functions);
   return { side, load: (column, row) => loadHalves(`block_${column}_${row}.f16.gz`, count, side * side, source) };
+}
+
+async function loadEnvironment({ environment }: ShareHeader, source: FileSource): Promise<EnvironmentLamps | null> {
+  return environment ? new EnvironmentLamps(environment, await inflated([await source(environment.file)], "gzip")) : null;
 }
 
 async function loadTable({ basis }: ShareHeader, source: FileSource): Promise<FieldData["table"]> {

@@ -4,6 +4,7 @@ import {
 } from "three";
 import { LoadedBlocks } from "./blocks.js";
 import { EndlessTexture } from "./endless.js";
+import { lampLightTexture, lampNodeTexture } from "./environment.js";
 import { type FieldData, planeCount } from "./field.js";
 import { fromHalf, halvesFrom } from "./half.js";
 import { MeasuredBasis } from "./measured.js";
@@ -30,6 +31,9 @@ export class ReflectanceTexture {
   /** Of measured functions: the triangles around directions, and the directions. */
   readonly cornerMap: DataTexture | null;
   readonly directionPoints: DataTexture | null;
+  /** Of light from all around: that of its lamps, and their directions. */
+  readonly lampLight: DataArrayTexture | null;
+  readonly lampNodes: DataTexture | null;
   readonly arrangement: Arrangement;
   /** Layers of a tile. */
   readonly layers: number;
@@ -59,7 +63,9 @@ export class ReflectanceTexture {
     this.basisTable = data.table ? tableTexture(data.table) : null;
     this.cornerMap = measured && cornerTexture(measured);
     this.directionPoints = measured && pointTexture(measured);
-    this.heightRange = rangeOf(data.heights?.values);
+    this.lampLight = data.environment && lampLightTexture(data.environment);
+    this.lampNodes = data.environment && lampNodeTexture(data.environment);
+    this.heightRange = data.heights?.range ?? rangeOf(data.heights?.values);
   }
 
   /** The size of the texture on the card, in texels. */
@@ -70,7 +76,7 @@ export class ReflectanceTexture {
 
   dispose(): void {
     this.endless?.dispose();
-    for (const texture of [this.planes, this.maps, this.basisTable, this.cornerMap, this.directionPoints]) texture?.dispose();
+    for (const texture of [this.planes, this.maps, this.basisTable, this.cornerMap, this.directionPoints, this.lampLight, this.lampNodes]) texture?.dispose();
   }
 
   /** Each layer once for each tile: layer k of tile i is k * tiles + i. */

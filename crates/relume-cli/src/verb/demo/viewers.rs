@@ -2,12 +2,12 @@
 
 use relume::Result;
 use relume::format::share::ShareHeader;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use crate::context::Context;
 use crate::evaluated;
 use crate::output::Folder;
-use crate::viewer::{self, Delivery, PageData, PlaneArgs};
+use crate::viewer::{self, Delivery, PageData, PlaneArgs, Preparation};
 
 /// A page, the file that it shows, its title, and whether as noise.
 const PAGES: [(&str, &str, &str, bool); 3] = [
@@ -29,20 +29,20 @@ pub struct Viewers {
 pub fn write(folder: &Folder, context: &Context) -> Result<Viewers> {
     let mut said = Viewers { noise_size: String::new(), noise_planes: 0 };
     for (page, file, title, noise) in PAGES {
-        let texture = viewer::prepared(
-            &folder.path().join(file),
-            Some(title),
-            &PlaneArgs::usual(noise),
-            &evaluated::Args::default(),
-            Delivery::Stored,
-            &context.job,
-        )?;
+        let (planes, evaluated) = (PlaneArgs::usual(noise), evaluated::Args::default());
+        let preparation = Preparation {
+            planes: &planes,
+            evaluated: &evaluated,
+            environment: None,
+            delivery: Delivery::Stored,
+        };
+        let texture = preparation.prepared(&folder.path().join(file), Some(title), &context.job)?;
         if let Some(noise) = &texture.header.noise {
             let ShareHeader { size: [width, height], .. } = texture.header;
             said = Viewers { noise_size: format!("{width} x {height}"), noise_planes: noise.planes };
         }
         let textures = json!([{ "title": title, "files": texture.in_base64() }]);
-        let data = PageData { title: title.to_owned(), textures };
+        let data = PageData { title: title.to_owned(), textures, mesh: Value::Null, url: None };
         folder.add(page, viewer::disk_page(&data).as_bytes())?;
     }
     folder.add(viewer::SCRIPT_NAME, viewer::SCRIPT.as_bytes())?;

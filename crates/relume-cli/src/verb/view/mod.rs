@@ -5,7 +5,7 @@ mod server;
 mod site;
 
 use std::net::{Ipv4Addr, TcpListener};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use relume::{Error, Result};
@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 
 use crate::context::Context;
 use crate::report::{Report, write_stderr};
-use crate::viewer::{self, Delivery, PageData, PlaneArgs, Prepared};
+use crate::viewer::{self, Delivery, PageData, PlaneArgs, Preparation, Prepared, SceneArgs};
 use crate::{evaluated, paths};
 use site::ViewerSite;
 
@@ -33,6 +33,8 @@ pub struct Args {
     open: bool,
     #[command(flatten)]
     planes: PlaneArgs,
+    #[command(flatten)]
+    scene: SceneArgs,
     #[command(flatten)]
     evaluated: evaluated::Args,
 }
@@ -60,14 +62,20 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
 /// The page and the files of all textures. A file that cannot be shown is said on standard error and on the page.
 fn site_of(args: &Args, port: u16, context: &Context) -> Result<ViewerSite> {
     let mut site = ViewerSite::new(port, context.job.clone())?;
+    let scene = args.scene.read(&context.job)?;
+    let environment = scene.environment.as_ref();
+    let delivery = Delivery::Served;
+    let preparation = Preparation { planes: &args.planes, evaluated: &args.evaluated, environment, delivery };
     let mut failure = None;
     let mut entries: Vec<Value> = Vec::new();
     let mut titles = Vec::new();
     for (i, path) in args.files.iter().enumerate() {
-        match viewer::prepared(path, None, &args.planes, &args.evaluated, Delivery::Served, &context.job) {
+        match preparation.prepared(path, None, &context.job) {
             Ok(texture) => {
                 titles.push(texture.title.clone());
-                entries.push(json!({ "title": texture.title, "folder": add(&mut site, i, texture) }));
+                let notes = add_notes(&mut site, i, path, &texture);
+                entries.push(texture.entry(json!({ "folder": folder(i), "notes": notes })));
+                add(&mut site, i, texture);
             }
             Err(error) => {
                 context.job.proceed()?;
@@ -82,16 +90,35 @@ fn site_of(args: &Args, port: u16, context: &Context) -> Result<ViewerSite> {
     let Some(title) = titles.first() else {
         return Err(failure.expect("there is a file"));
     };
-    let data = PageData { title: title.clone(), textures: entries.into() };
+    let mesh = scene.mesh.map(|(title, bytes)| {
+        site.add(viewer::MESH_NAME, "application/octet-stream", bytes);
+        json!({ "title": title, "file": viewer::MESH_NAME })
+    });
+    let data = PageData { title: title.clone(), textures: entries.into(), mesh: mesh.into(), url: None };
     site.add("", "text/html; charset=utf-8", viewer::folder_page(&data).into_bytes());
     site.add(viewer::SCRIPT_NAME, "text/javascript; charset=utf-8", viewer::SCRIPT.as_bytes().to_vec());
     site.add(viewer::STYLE_NAME, "text/css; charset=utf-8", viewer::STYLE.as_bytes().to_vec());
     Ok(site)
 }
 
-/// Adds the files of texture `i`; gives the folder in which the page finds them.
-fn add(site: &mut ViewerSite, i: usize, texture: Prepared) -> String {
-    let folder = format!("textures/{i}/");
+/// Adds the annotations of texture `i`; gives the name under which the page reads and writes them. There is none for standard
+/// input.
+fn add_notes(site: &mut ViewerSite, i: usize, path: &Path, texture: &Prepared) -> Option<String> {
+    let name = format!("annotations/{i}.json");
+    let place = viewer::annotation_place(path)?;
+    let annotations = texture.annotations.clone().unwrap_or_default();
+    site.add_notes(&name, place, annotations.bytes());
+    Some(name)
+}
+
+/// The folder in which the page finds the files of texture `i`.
+fn folder(i: usize) -> String {
+    format!("textures/{i}/")
+}
+
+/// Adds the files of texture `i`.
+fn add(site: &mut ViewerSite, i: usize, texture: Prepared) {
+    let folder = folder(i);
     for (name, bytes) in texture.files {
         site.add(&format!("{folder}{name}"), "application/octet-stream", bytes);
     }
@@ -101,7 +128,6 @@ fn add(site: &mut ViewerSite, i: usize, texture: Prepared) -> String {
     if !site.has(viewer::THUMBNAIL_NAME) {
         site.add(viewer::THUMBNAIL_NAME, "image/jpeg", texture.thumbnail);
     }
-    folder
 }
 
 /// Starts the browser; false where there is none.

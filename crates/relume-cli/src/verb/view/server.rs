@@ -51,7 +51,11 @@ fn converse(stream: &mut TcpStream, site: &ViewerSite) -> std::io::Result<()> {
     stream.set_read_timeout(Some(PATIENCE))?;
     stream.set_write_timeout(Some(PATIENCE))?;
     let answer = match head_of(stream)? {
-        Some(head) => site.answer(&head),
+        Some((head, begun)) => {
+            let length = site.body_length(&head).unwrap_or(0);
+            let body = body_of(stream, begun, length)?;
+            site.answer(&head, &body)
+        }
         None => refused("431 Request Header Fields Too Large"),
     };
     stream.write_all(answer.head.as_bytes())?;
@@ -59,10 +63,14 @@ fn converse(stream: &mut TcpStream, site: &ViewerSite) -> std::io::Result<()> {
     stream.flush()
 }
 
-/// The head of a request up to its empty line; `None` for one that is too long.
-fn head_of(stream: &mut TcpStream) -> std::io::Result<Option<Vec<u8>>> {
+/// The head of a request with its empty line, and what came after it; `None` for a head that is too long.
+fn head_of(stream: &mut TcpStream) -> std::io::Result<Option<(Vec<u8>, Vec<u8>)>> {
     let (mut head, mut part, begun) = (Vec::new(), [0u8; 2048], Instant::now());
-    while !head.windows(4).any(|end| end == b"\r\n\r\n") {
+    loop {
+        if let Some(end) = head.windows(4).position(|end| end == b"\r\n\r\n") {
+            let rest = head.split_off(end + 4);
+            return Ok(Some((head, rest)));
+        }
         if head.len() >= MOST_BYTES {
             return Ok(None);
         }
@@ -72,5 +80,18 @@ fn head_of(stream: &mut TcpStream) -> std::io::Result<Option<Vec<u8>>> {
         }
         head.extend_from_slice(&part[..count]);
     }
-    Ok(Some(head))
+}
+
+/// The content of a request, of which the beginning has come with its head.
+fn body_of(stream: &mut TcpStream, mut body: Vec<u8>, length: usize) -> std::io::Result<Vec<u8>> {
+    let (mut part, begun) = ([0u8; 16384], Instant::now());
+    while body.len() < length {
+        let count = stream.read(&mut part)?;
+        if count == 0 || begun.elapsed() > PATIENCE {
+            return Err(std::io::ErrorKind::UnexpectedEof.into());
+        }
+        body.extend_from_slice(&part[..count]);
+    }
+    body.truncate(length);
+    Ok(body)
 }

@@ -1,4 +1,5 @@
-//! What the server answers: a fixed set of files, to requests that know the token and come from this machine's browser.
+//! What the server answers: a fixed set of files, to requests that know the token and come from this machine's browser. Of
+//! these, files of annotations can be replaced, by annotations and nothing else.
 //!
 //! Pages of other sites can make a browser ask servers of its machine. So a request has to name the host by which the
 //! server was announced (against rebinding of names), must not come from another origin, and its path begins with a
@@ -7,12 +8,15 @@
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::{Mutex, PoisonError};
 
 use relume::format::share::blocks::block_of;
 use relume::{Error, ErrorKind, Job, Result};
 
 use super::blocks::ServedBlocks;
-use crate::viewer::{FOLDER_POLICY, ServedPlane};
+use crate::paths;
+use crate::viewer::{AnnotationFile, FOLDER_POLICY, MOST_BYTES, ServedPlane, save_annotations};
 
 /// Headers of a request that are read; browsers send about fifteen.
 const MOST_HEADERS: usize = 64;
@@ -26,12 +30,20 @@ pub struct ViewerSite {
     /// Endless planes by their folders.
     planes: BTreeMap<String, ServedBlocks>,
     job: Job,
+    notes: BTreeMap<String, NoteFile>,
 }
 
 #[derive(Debug)]
 struct SiteFile {
     kind: &'static str,
     bytes: Vec<u8>,
+}
+
+/// A file of annotations: where it is written, and what it holds.
+#[derive(Debug)]
+struct NoteFile {
+    path: PathBuf,
+    bytes: Mutex<Vec<u8>>,
 }
 
 /// The answer to a request.
@@ -54,7 +66,8 @@ impl ViewerSite {
             Error::new(ErrorKind::Io, format!("the system gives no random numbers for the address: {e}"))
         })?;
         let token = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
-        Ok(Self { port, token, files: BTreeMap::new(), planes: BTreeMap::new(), job })
+        let (files, planes, notes) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
+        Ok(Self { port, token, files, planes, job, notes })
     }
 
     /// The address of the page.
@@ -72,13 +85,28 @@ impl ViewerSite {
         self.planes.insert(folder.to_owned(), ServedBlocks::new(plane));
     }
 
+    /// Adds a file of annotations, which requests may replace.
+    pub fn add_notes(&mut self, name: &str, path: PathBuf, bytes: Vec<u8>) {
+        self.notes.insert(name.to_owned(), NoteFile { path, bytes: Mutex::new(bytes) });
+    }
+
     /// Whether there is a file of that name.
     pub fn has(&self, name: &str) -> bool {
         self.files.contains_key(name)
     }
 
+    /// The bytes that follow the head of a request which may send some; `None` for all others.
+    pub fn body_length(&self, head: &[u8]) -> Option<usize> {
+        let mut headers = [httparse::EMPTY_HEADER; MOST_HEADERS];
+        let mut request = httparse::Request::new(&mut headers);
+        let _ = request.parse(head);
+        let is_ours = request.method == Some("POST") && self.is_from_here(request.headers);
+        let of_notes = self.notes.contains_key(self.name(request.path?)?);
+        stated_length(request.headers).filter(|length| is_ours && of_notes && *length <= MOST_BYTES)
+    }
+
     /// The answer to a request whose head, with its empty line, is in `head`.
-    pub fn answer(&self, head: &[u8]) -> Answer<'_> {
+    pub fn answer(&self, head: &[u8], body: &[u8]) -> Answer<'_> {
         let mut headers = [httparse::EMPTY_HEADER; MOST_HEADERS];
         let mut request = httparse::Request::new(&mut headers);
         if !matches!(request.parse(head), Ok(httparse::Status::Complete(_))) {
@@ -90,13 +118,19 @@ impl ViewerSite {
         if !self.is_from_here(request.headers) {
             return refused("403 Forbidden");
         }
-        if !matches!(method, "GET" | "HEAD") {
-            return refused("405 Method Not Allowed");
+        let name = self.name(path);
+        let notes = name.and_then(|name| self.notes.get(name));
+        match (method, notes) {
+            ("POST", Some(notes)) => notes.replaced(request.headers, body),
+            ("GET" | "HEAD", Some(notes)) => found(JSON, Cow::Owned(notes.read()), method == "HEAD"),
+            ("GET" | "HEAD", None) => self.given(name, method == "HEAD"),
+            _ => refused("405 Method Not Allowed"),
         }
-        let Some(name) = self.name(path) else {
-            return refused("404 Not Found");
-        };
-        let head_only = method == "HEAD";
+    }
+
+    /// A file, or a square of an endless plane.
+    fn given(&self, name: Option<&str>, head_only: bool) -> Answer<'_> {
+        let Some(name) = name else { return refused("404 Not Found") };
         if let Some(file) = self.files.get(name) {
             return found(file.kind, Cow::Borrowed(&file.bytes), head_only);
         }
@@ -131,11 +165,70 @@ impl ViewerSite {
     }
 }
 
+impl NoteFile {
+    fn read(&self) -> Vec<u8> {
+        self.bytes.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// Writes annotations; the answer says what is wrong with them, or why they cannot be written.
+    fn replaced(&self, headers: &[httparse::Header], body: &[u8]) -> Answer<'static> {
+        let is_json = headers
+            .iter()
+            .any(|h| h.name.eq_ignore_ascii_case("content-type") && h.value.starts_with(b"application/json"));
+        // Pages of other sites cannot send this type without being asked first.
+        if !is_json {
+            return refused("415 Unsupported Media Type");
+        }
+        match stated_length(headers) {
+            None => return refused("411 Length Required"),
+            Some(length) if length > MOST_BYTES => return refused("413 Content Too Large"),
+            Some(length) if length != body.len() => return refused("400 Bad Request"),
+            Some(_) => {}
+        }
+        let mut kept = self.bytes.lock().unwrap_or_else(PoisonError::into_inner);
+        let written = AnnotationFile::parse(body).and_then(|file| {
+            save_annotations(&self.path, file.bytes())?;
+            Ok(file.bytes())
+        });
+        match written {
+            Ok(bytes) => {
+                *kept = bytes;
+                refused("204 No Content")
+            }
+            Err(error) => {
+                let said = paths::on_one_line(&error.to_string());
+                let body = serde_json::json!({ "error": said }).to_string().into_bytes();
+                let status = if error.kind() == ErrorKind::Io {
+                    "500 Internal Server Error"
+                } else {
+                    "400 Bad Request"
+                };
+                answered(status, JSON, body.into(), false)
+            }
+        }
+    }
+}
+
+/// The length of the content that a request states; `None` for none, several, or a transfer in pieces.
+fn stated_length(headers: &[httparse::Header]) -> Option<usize> {
+    let values = |name: &'static str| headers.iter().filter(move |h| h.name.eq_ignore_ascii_case(name));
+    let mut stated = values("content-length");
+    let digits = stated.next().filter(|_| stated.next().is_none())?.value;
+    let is_number = digits.len() <= 9 && digits.iter().all(u8::is_ascii_digit);
+    let in_pieces = values("transfer-encoding").next().is_some();
+    std::str::from_utf8(digits).ok().filter(|_| is_number && !in_pieces)?.parse().ok()
+}
+
+const JSON: &str = "application/json";
+
 fn found<'a>(kind: &str, body: Cow<'a, [u8]>, head_only: bool) -> Answer<'a> {
+    answered("200 OK", kind, body, head_only)
+}
+
+fn answered<'a>(status: &str, kind: &str, body: Cow<'a, [u8]>, head_only: bool) -> Answer<'a> {
     let head = format!(
-        "HTTP/1.1 200 OK\r\nContent-Type: {}\r\nContent-Length: {}\r\nContent-Security-Policy: {FOLDER_POLICY}; \
+        "HTTP/1.1 {status}\r\nContent-Type: {kind}\r\nContent-Length: {}\r\nContent-Security-Policy: {FOLDER_POLICY}; \
          frame-ancestors 'none'\r\n{COMMON}\r\n",
-        kind,
         body.len()
     );
     Answer { head, body: if head_only { Cow::Borrowed(&[]) } else { body } }
@@ -166,7 +259,7 @@ mod tests {
     }
 
     fn status(site: &ViewerSite, request: &[u8]) -> u16 {
-        let answer = site.answer(request);
+        let answer = site.answer(request, b"");
         let status = answer.head.split(' ').nth(1).unwrap().parse().unwrap();
         assert!(status == 200 || answer.body.is_empty());
         status
@@ -194,7 +287,7 @@ mod tests {
             assert_eq!(get(&site, bad, host), 404, "{bad}");
         }
         let head = format!("HEAD {} HTTP/1.1\r\n{host}\r\n", path("/"));
-        assert!(site.answer(head.as_bytes()).body.is_empty());
+        assert!(site.answer(head.as_bytes(), b"").body.is_empty());
         let post = format!("POST {} HTTP/1.1\r\n{host}\r\n", path("/"));
         assert_eq!(status(&site, post.as_bytes()), 405);
     }
@@ -245,14 +338,69 @@ mod tests {
                 let mut changed = good.clone();
                 changed[cut] = byte;
                 // A change that a request survives gives the page itself and nothing else.
-                let answer = site.answer(&changed);
-                assert!(answer.body.is_empty() || *answer.body == *b"<p>page", "byte {byte} at {cut}");
+                let answer = site.answer(&changed, b"");
+                assert!(answer.body.is_empty() || &*answer.body == b"<p>page", "byte {byte} at {cut}");
                 count += 1;
             }
         }
         let many = format!("GET / HTTP/1.1\r\n{}\r\n", "A: b\r\n".repeat(MOST_HEADERS + 1));
         assert_eq!(status(&site, many.as_bytes()), 400);
         assert!(count > 2500, "only {count} requests");
+    }
+
+    #[test]
+    fn annotations_are_written_whole_or_not_at_all_and_only_to_their_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.ptm.annotations.json");
+        let mut site = site();
+        let empty = br#"{"relume":"annotations","version":1,"annotations":[]}"#;
+        site.add_notes("annotations/0.json", path.clone(), empty.to_vec());
+        let good =
+            br#"{"relume":"annotations","version":1,"annotations":[{"text":"a","box":[1,2,0,0],"view":""}]}"#;
+        let head = |method: &str, name: &str, headers: &str, body: &[u8]| {
+            let length = body.len();
+            let token = &site.token;
+            format!(
+                "{method} /{token}/{name} HTTP/1.1\r\nHost: 127.0.0.1:4321\r\nContent-Length: {length}\r\n{headers}\r\n"
+            )
+        };
+        let json = "Content-Type: application/json\r\n";
+        let foreign = "Content-Type: application/json\r\nOrigin: http://example.org\r\n";
+        let pieces = "Content-Type: application/json\r\nTransfer-Encoding: chunked\r\n";
+        let twice = "Content-Type: application/json\r\nContent-Length: 3\r\n";
+        for (name, headers, body, expected) in [
+            ("annotations/0.json", "", &good[..], 415),
+            ("annotations/0.json", "Content-Type: text/plain\r\n", good, 415),
+            ("annotations/0.json", foreign, good, 403),
+            ("annotations/0.json", pieces, good, 411),
+            ("annotations/0.json", twice, good, 411),
+            ("annotations/0.json", json, b"{}", 400),
+            ("annotations/0.json", json, b"<html>", 400),
+            ("annotations/1.json", json, good, 405),
+            ("annotations/../0.json", json, good, 405),
+            ("", json, good, 405),
+            ("textures/0/share.json", json, good, 405),
+        ] {
+            let head = head("POST", name, headers, body);
+            assert_eq!(status_of(&site.answer(head.as_bytes(), body)), expected, "{name} {headers}");
+            assert!(!path.exists());
+        }
+        let long = head("POST", "annotations/0.json", json, &vec![b' '; MOST_BYTES + 1]);
+        assert_eq!(site.body_length(long.as_bytes()), None);
+        assert_eq!(status_of(&site.answer(long.as_bytes(), b"")), 413);
+        let cut = head("POST", "annotations/0.json", json, good);
+        assert_eq!(site.body_length(cut.as_bytes()), Some(good.len()));
+        assert_eq!(status_of(&site.answer(cut.as_bytes(), &good[1..])), 400);
+        assert_eq!(status_of(&site.answer(cut.as_bytes(), good)), 204);
+        let written = std::fs::read(&path).unwrap();
+        assert_eq!(AnnotationFile::parse(&written).unwrap(), AnnotationFile::parse(good).unwrap());
+        let get = head("GET", "annotations/0.json", "", b"");
+        assert_eq!(&*site.answer(get.as_bytes(), b"").body, written);
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "no temporary is left");
+    }
+
+    fn status_of(answer: &Answer) -> u16 {
+        answer.head.split(' ').nth(1).unwrap().parse().unwrap()
     }
 
     #[test]

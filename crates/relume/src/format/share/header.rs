@@ -6,6 +6,8 @@ use crate::format::TileSetFile;
 
 /// The version of the format; readers refuse others.
 pub const VERSION: u32 = 1;
+/// The version of textures in tiles.
+pub const TILED_VERSION: u32 = 2;
 
 /// Everything about a shared texture but its planes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -44,6 +46,47 @@ pub struct ShareHeader {
     /// How an endless plane is divided into files; there are no planes then.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub blocks: Option<ShareBlocks>,
+    /// Light from all around, prepared for the functions.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub environment: Option<ShareEnvironment>,
+    /// Of a large texture: its planes and maps as tiles of several levels, instead of `planes` and `maps`.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub pyramid: Option<SharePyramid>,
+}
+
+/// A large texture as tiles ([`super::pyramid`]).
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct SharePyramid {
+    /// The side of a tile without its border.
+    pub side: usize,
+    /// Texels of its neighbours on each side of a tile.
+    pub border: usize,
+    /// The maps whose planes follow those of the coefficients, in their order.
+    pub maps: Vec<String>,
+    /// The least and the greatest height, where there are heights.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub height_range: Option<[f32; 2]>,
+    /// The finest first.
+    pub levels: Vec<ShareLevel>,
+}
+
+/// A level of a large texture.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ShareLevel {
+    /// Width and height in texels.
+    pub size: [usize; 2],
+    /// The arrangement of the planes of coefficients.
+    pub layout: String,
+    /// How the numbers of its tiles are stored.
+    pub storage: PlaneStorage,
+    /// The number of planes of coefficients.
+    pub planes: usize,
+    /// For codes: the difference between two of them, for each plane of coefficients and maps.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub scale: Vec<f32>,
+    /// For codes: the value of code 0.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub offset: Vec<f32>,
 }
 
 /// The functions of a shared texture.
@@ -97,6 +140,21 @@ pub struct ShareTable {
     pub error_rms: f64,
     /// The largest difference there, over the root of the functions' mean square.
     pub error_max: f64,
+}
+
+/// Light from all around as lamps of each normal ([`super::environment`]).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ShareEnvironment {
+    /// The compressed numbers.
+    pub file: String,
+    /// The number of lamps of a normal.
+    pub nodes: usize,
+    /// The number of moments from which their light follows.
+    pub functions: usize,
+    /// Normals along a side of the grid of each half of the sphere.
+    pub side: usize,
+    /// By which the halves of the moments are multiplied.
+    pub scale: f32,
 }
 
 /// How numbers are stored in a file.

@@ -8,15 +8,18 @@
 //! The page of `relume view` and the package `relume-three` read it.
 
 pub mod blocks;
+pub mod environment;
 mod header;
 pub mod measured;
+pub mod mesh;
 pub mod noise;
 pub mod planes;
+pub mod pyramid;
 pub mod table;
 
 pub use header::{
-    PlaneGroup, PlaneStorage, ShareBasis, ShareBlocks, ShareCells, ShareHeader, ShareMap, ShareMeasured,
-    ShareNoise, ShareTable, VERSION,
+    PlaneGroup, PlaneStorage, ShareBasis, ShareBlocks, ShareCells, ShareEnvironment, ShareHeader, ShareLevel,
+    ShareMap, ShareMeasured, ShareNoise, SharePyramid, ShareTable, TILED_VERSION, VERSION,
 };
 pub use measured::MeasuredTable;
 pub use noise::NoiseParts;
@@ -29,7 +32,10 @@ use crate::job::Job;
 use crate::names::Named;
 use crate::picture::Picture;
 use crate::planes::Planes;
-use planes::{PlaneDepth, SharedPlanes};
+use crate::render::Environment;
+use crate::size::Size;
+use planes::{LinearCodes, PlaneDepth, SharedPlanes};
+use pyramid::{TILED_TEXELS, TiledTexture};
 
 /// The name of the header's file.
 pub const HEADER_NAME: &str = "share.json";
@@ -61,6 +67,8 @@ pub struct ShareExtras<'a> {
     pub mm_per_texel: Option<f64>,
     /// The cells of a set of tiles that lie one below the other, and the number of tiles.
     pub tiles: Option<&'a TileSetFile>,
+    /// Light from all around.
+    pub environment: Option<&'a Environment>,
 }
 
 impl ShareFiles {
@@ -71,16 +79,26 @@ impl ShareFiles {
     pub fn new(file: &FieldFile, extras: &ShareExtras, depth: PlaneDepth, job: &Job) -> Result<Self> {
         let field = &file.field;
         check_color(field)?;
-        let SharedPlanes { groups, mut files, error } = SharedPlanes::new(field, &file.encoding, depth, job)?;
+        let tiled = extras.tiles.is_none() && field.size().texels() >= TILED_TEXELS;
+        let (SharedPlanes { groups, mut files, error }, pyramid) = if tiled {
+            let TiledTexture { pyramid, files, error } = TiledTexture::new(file, extras, depth, job)?;
+            (SharedPlanes { groups: Vec::new(), files, error }, Some(pyramid))
+        } else {
+            (SharedPlanes::new(field, &file.encoding, depth, job)?, None)
+        };
         let basis = shared_basis(field, &mut files, job)?;
-        let maps = shared_maps(extras, &mut files, job)?;
+        let maps = if tiled { Vec::new() } else { shared_maps(extras, &mut files, job)? };
+        let environment = extras.environment.map(|light| environment::shared(light, field, &mut files, job));
         let header = ShareHeader {
+            version: if tiled { TILED_VERSION } else { VERSION },
             size: [field.size().width, field.size().height],
             planes: groups,
             error,
             maps,
             mm_per_texel: extras.mm_per_texel,
             cells: extras.tiles.map(ShareCells::of),
+            environment: environment.transpose()?,
+            pyramid,
             ..ShareHeader::empty(&extras.title, field, basis)
         };
         Ok(Self { header, files })
@@ -111,6 +129,8 @@ impl ShareHeader {
             cells: None,
             noise: None,
             blocks: None,
+            environment: None,
+            pyramid: None,
         }
     }
 }
@@ -174,4 +194,25 @@ fn shared_maps(extras: &ShareExtras, files: &mut Vec<(String, Vec<u8>)>, job: &J
         maps.push(ShareMap::codes("albedo", "albedo.png", [1.0 / 255.0, 0.0]));
     }
     Ok(maps)
+}
+
+/// The planes of all maps with the codes of 8 bits that hold them, and their roles.
+fn map_planes(extras: &ShareExtras, size: Size) -> Result<(Planes, Vec<LinearCodes>, Vec<String>)> {
+    let albedo = extras.albedo.map(|albedo| albedo.to_space(crate::space::Space::Srgb));
+    let unit = |planes: &Planes, scale: f32, offset: f32| vec![LinearCodes { scale, offset }; planes.count()];
+    let mut maps: Vec<(&str, &Planes, Vec<LinearCodes>)> = Vec::new();
+    if let Some(normals) = extras.normals {
+        maps.push(("normals", normals, unit(normals, 2.0 / 255.0, -1.0)));
+    }
+    if let Some(albedo) = &albedo {
+        maps.push(("albedo", &albedo.planes, unit(&albedo.planes, 1.0 / 255.0, 0.0)));
+    }
+    if let Some(height) = extras.height {
+        maps.push(("height", height, vec![LinearCodes::between(height.range(0))]));
+    }
+    let values: Vec<&[f32]> = maps.iter().map(|(_, planes, _)| planes.as_slice()).collect();
+    let count = maps.iter().map(|(_, planes, _)| planes.count()).sum();
+    let planes = Planes::from_vec(size, count, values.concat())?;
+    let roles = maps.iter().map(|(role, ..)| (*role).to_owned()).collect();
+    Ok((planes, maps.into_iter().flat_map(|(.., codes)| codes).collect(), roles))
 }

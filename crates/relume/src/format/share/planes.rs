@@ -44,17 +44,22 @@ pub(super) struct SharedPlanes {
 
 /// The value of code 0 and the difference between codes.
 #[derive(Debug, Clone, Copy)]
-struct LinearCodes {
-    scale: f32,
-    offset: f32,
+pub(super) struct LinearCodes {
+    pub scale: f32,
+    pub offset: f32,
 }
 
 impl LinearCodes {
-    fn code(self, value: f32) -> f32 {
+    /// Those from the least to the greatest value.
+    pub fn between((low, high): (f32, f32)) -> Self {
+        Self { scale: ((high - low) / 255.0).max(f32::MIN_POSITIVE), offset: low }
+    }
+
+    pub fn code(self, value: f32) -> f32 {
         ((value - self.offset) / self.scale).round().clamp(0.0, 255.0)
     }
 
-    fn value(self, code: f32) -> f32 {
+    pub fn value(self, code: f32) -> f32 {
         self.scale * code + self.offset
     }
 }
@@ -129,14 +134,16 @@ impl SharedPlanes {
 }
 
 /// The codes that hold plane `k`; `None` for half floats.
-fn steps(field: &ReflectanceField, k: usize, stored: &Encoding, depth: PlaneDepth) -> Option<LinearCodes> {
+pub(super) fn steps(
+    field: &ReflectanceField,
+    k: usize,
+    stored: &Encoding,
+    depth: PlaneDepth,
+) -> Option<LinearCodes> {
     let unit = LinearCodes { scale: 1.0 / 255.0, offset: 0.0 };
     match (depth, stored) {
         (PlaneDepth::Half, _) => None,
-        (PlaneDepth::Eight, _) => {
-            let (low, high) = field.coefficients().range(k);
-            Some(LinearCodes { scale: ((high - low) / 255.0).max(f32::MIN_POSITIVE), offset: low })
-        }
+        (PlaneDepth::Eight, _) => Some(LinearCodes::between(field.coefficients().range(k))),
         (PlaneDepth::Kept, Encoding::Ptm(encoding)) => {
             Some(match field.layout().roles(field.basis().len())[k] {
                 PlaneRole::Coefficient { function, .. } | PlaneRole::Shared { function } => {

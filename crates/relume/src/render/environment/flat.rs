@@ -19,7 +19,7 @@ use crate::planes::Planes;
 use crate::space::Space;
 
 /// Lights that stand for the environment.
-const CELLS: usize = 8192;
+pub(super) const CELLS: usize = 8192;
 /// Texels of one task.
 const TASK: usize = 4096;
 

@@ -23,6 +23,11 @@ impl OctahedralGrid {
         Self { side, covered }
     }
 
+    /// Cells along a side.
+    pub const fn side(&self) -> usize {
+        self.side
+    }
+
     /// The number of vertices.
     pub const fn len(&self) -> usize {
         (self.side + 1) * (self.side + 1)

@@ -20,6 +20,7 @@
 //! | `reflections` | the light of highlights |
 //! | `prefiltered` | their product: the fast form |
 //! | `flat` | the texture itself, as `relight` shows it |
+//! | `nodes` | the light at the nodes of a rule, for shaders |
 
 mod cells;
 mod flat;
@@ -27,6 +28,7 @@ mod frames;
 mod grid;
 mod hemisphere;
 mod importance;
+mod nodes;
 mod prefiltered;
 mod reflections;
 mod response;
@@ -46,6 +48,7 @@ use crate::space::Space;
 pub use flat::relight_under;
 pub(super) use frames::TangentFrame;
 pub(super) use importance::{ImportanceTable, PlacedSamples};
+pub use nodes::EnvironmentNodes;
 pub(super) use prefiltered::Prefiltered;
 
 /// The most samples of one point.

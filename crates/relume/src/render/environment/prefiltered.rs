@@ -16,7 +16,7 @@ use crate::job::Job;
 use crate::space::{Space, linear_from_srgb};
 
 /// Lights that stand for the environment.
-const CELLS: usize = 2048;
+pub(super) const CELLS: usize = 2048;
 /// Parts of 0..1 between which decoding is linear: exact to 1e-7.
 const DECODING_STEPS: usize = 4096;
 
@@ -64,7 +64,7 @@ impl DecodingTable {
 
 /// The degree of the functions of a hemisphere that hold those of a basis: exactly for colours and the polynomials of
 /// texture maps, whose decoded values have more detail, and nearly for others.
-fn degree(basis: &Basis, space: Space) -> usize {
+pub(super) fn degree(basis: &Basis, space: Space) -> usize {
     match (basis, space) {
         (Basis::Constant, _) => 0,
         (Basis::Ptm, Space::Linear) => 2,

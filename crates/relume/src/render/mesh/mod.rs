@@ -7,9 +7,11 @@
 
 mod primitives;
 mod tangents;
+mod vertices;
 
 pub use primitives::Primitive;
 pub(super) use tangents::Tangents;
+pub use vertices::MeshVertices;
 
 use super::vector::{Vec3, length};
 use crate::error::{Error, Result};

@@ -1,0 +1,147 @@
+//! Annotations of a texture: a small file beside it.
+
+use std::ffi::OsString;
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use relume::{Error, Result};
+use serde::{Deserialize, Serialize};
+
+use crate::output::{Outputs, is_stream};
+
+/// What follows the name of the texture's file.
+const SUFFIX: &str = ".annotations.json";
+/// The largest file.
+pub const MOST_BYTES: usize = 1 << 20;
+const MOST_ANNOTATIONS: usize = 1000;
+/// Letters of a text, and of a view.
+const MOST_LETTERS: usize = 8000;
+
+/// The file: what it is, and the annotations in their order.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AnnotationFile {
+    relume: AnnotationMark,
+    version: u32,
+    annotations: Vec<Annotation>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum AnnotationMark {
+    Annotations,
+}
+
+/// A point or a box with a text, and the view in which it was made.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Annotation {
+    text: String,
+    /// The left upper corner, width and height, in texels from the left upper corner of the texture.
+    #[serde(rename = "box")]
+    place: [f64; 4],
+    /// As in the address of the page.
+    view: String,
+}
+
+impl Default for AnnotationFile {
+    fn default() -> Self {
+        Self { relume: AnnotationMark::Annotations, version: 1, annotations: Vec::new() }
+    }
+}
+
+impl AnnotationFile {
+    /// From the bytes of a file or a request.
+    ///
+    /// # Errors
+    /// Anything but a file of annotations.
+    pub fn parse(bytes: &[u8]) -> Result<Self> {
+        let file: Self = serde_json::from_slice(bytes)
+            .map_err(|e| Error::invalid(format!("these are no annotations: {e}; move the file away")))?;
+        if file.version != 1 {
+            let found = file.version;
+            return Err(Error::unsupported(format!("annotations of version {found}: expected version 1")));
+        }
+        let too_long = |a: &Annotation| a.text.chars().count().max(a.view.len()) > MOST_LETTERS;
+        if file.annotations.len() > MOST_ANNOTATIONS || file.annotations.iter().any(too_long) {
+            return Err(Error::limit(format!(
+                "there may be {MOST_ANNOTATIONS} annotations of {MOST_LETTERS} letters: found more"
+            )));
+        }
+        Ok(file)
+    }
+
+    /// The bytes of the file.
+    pub fn bytes(&self) -> Vec<u8> {
+        serde_json::to_vec_pretty(self).expect("annotations are texts and finite numbers")
+    }
+
+    /// Those beside a texture, none where there is no such file or the texture is standard input.
+    ///
+    /// # Errors
+    /// As [`AnnotationFile::parse`], and a file that cannot be read.
+    pub fn beside(texture: &Path) -> Result<Option<Self>> {
+        let Some(path) = place(texture).filter(|path| path.is_file()) else { return Ok(None) };
+        let unreadable = |e: std::io::Error| Error::io("cannot be read", &e).at(&path);
+        let mut bytes = Vec::new();
+        let file = File::open(&path).map_err(unreadable)?;
+        file.take(MOST_BYTES as u64 + 1).read_to_end(&mut bytes).map_err(unreadable)?;
+        if bytes.len() > MOST_BYTES {
+            let most = Error::limit(format!("annotations have at most {MOST_BYTES} bytes"));
+            return Err(most.at(&path));
+        }
+        Self::parse(&bytes).map(Some).map_err(|e| e.at(&path))
+    }
+}
+
+/// Writes annotations, whole or not at all.
+///
+/// # Errors
+/// When the file cannot be written.
+pub fn save(path: &Path, bytes: Vec<u8>) -> Result<()> {
+    let mut outputs = Outputs::replacing();
+    outputs.file(path, &[])?;
+    outputs.write(path, bytes)?;
+    outputs.commit().map(drop)
+}
+
+/// The file of the annotations of a texture; `None` for standard input.
+pub fn place(texture: &Path) -> Option<PathBuf> {
+    if is_stream(texture) {
+        return None;
+    }
+    let mut name = OsString::from(texture.file_name()?);
+    name.push(SUFFIX);
+    Some(texture.with_file_name(name))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn annotations_come_back_and_anything_else_is_refused_in_a_sentence() {
+        let text = r#"{"relume":"annotations","version":1,"annotations":[
+            {"text":"</script><b>","box":[1,2.5,0,0],"view":"mode=normals"}]}"#;
+        let file = AnnotationFile::parse(text.as_bytes()).unwrap();
+        assert_eq!(AnnotationFile::parse(&file.bytes()).unwrap(), file);
+        let long = text.replace("<b>", &"x".repeat(MOST_LETTERS + 1));
+        for bad in [
+            "",
+            "{}",
+            "[]",
+            &text.replace("annotations\",\"v", "share\",\"v"),
+            &text.replace(":1,", ":2,"),
+            &text.replace("2.5", "1e999"),
+            &text.replace("2.5", "null"),
+            &text.replace("\"view\"", "\"path\""),
+            &long,
+        ] {
+            let error = AnnotationFile::parse(bad.as_bytes()).unwrap_err().to_string();
+            assert!(error.lines().count() == 1, "{error}");
+        }
+        assert_eq!(place(Path::new("a/b.ptm")), Some(PathBuf::from("a/b.ptm.annotations.json")));
+        assert_eq!(place(Path::new("-")), None);
+    }
+}

@@ -1,0 +1,202 @@
+//! An environment as the lamps of each tangent frame: the light of its hemisphere at the nodes of a rule, for shaders.
+//!
+//! A texel reflects 1/pi ∫ f(l) L(l) dl. With L projected on the functions H_p of a hemisphere, L = sum_p m_p H_p, and a
+//! rule of nodes l_j with weights w_j, that is sum_j f(l_j) (w_j / pi sum_p m_p H_p(l_j)): lamps at the nodes, whatever
+//! is made of the values f. The moments m_p depend on the frame alone, and here on its normal alone, since every normal has
+//! one frame: the x axis carried along the shortest arc from the nearer of the poles +z and -z. Nodes are turned into the
+//! frame of the texture instead.
+//!
+//! Moments are known at the vertices of two octahedral grids, one for each half of the sphere, and are bilinear between:
+//! within a half the frames turn smoothly.
+
+use rayon::prelude::*;
+
+use super::super::vector::Vec3;
+use super::Environment;
+use super::cells::{LightCell, cells};
+use super::flat;
+use super::frames::{TangentFrame, moments_of};
+use super::grid::{Covered, OctahedralGrid};
+use super::hemisphere::{HemisphereSpace, HorizonEdge};
+use super::prefiltered::{self, degree};
+use crate::error::Result;
+use crate::field::Basis;
+use crate::job::Job;
+use crate::space::Space;
+
+/// The normals of a half of the sphere: three degrees apart on average.
+const GRID: OctahedralGrid = OctahedralGrid::new(48, Covered::UpperHemisphere);
+
+/// The light of an environment for the textures of one basis.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EnvironmentNodes {
+    /// Unit vectors of the nodes in the frame of a normal.
+    pub nodes: Vec<[f64; 3]>,
+    /// For each node the factors of the moments: its weight over pi times the functions there.
+    pub factors: Vec<f32>,
+    /// Vertices along a side of the grids.
+    pub side: usize,
+    /// For the upper half of the normals, then the lower one: for each moment, row after row, red, green and blue. The place of
+    /// a normal of the lower half is that of its mirror image.
+    pub moments: Vec<f32>,
+    /// The nodes for the texture itself, x right and y up, where light counts down to the horizon without a fade.
+    pub flat_nodes: Vec<[f64; 3]>,
+    /// The light at these.
+    pub flat_light: Vec<[f32; 3]>,
+}
+
+impl EnvironmentNodes {
+    /// For the values of a basis, in a space.
+    ///
+    /// # Errors
+    /// When memory is short or the job is cancelled.
+    pub fn new(environment: &Environment, basis: &Basis, space: Space, job: &Job) -> Result<Self> {
+        let hemisphere = HemisphereSpace::new(degree(basis, space), HorizonEdge::Faded);
+        Self::of_lights(&hemisphere, &cells(environment, prefiltered::CELLS), environment, job)
+    }
+
+    fn of_lights(
+        hemisphere: &HemisphereSpace,
+        lights: &[LightCell],
+        environment: &Environment,
+        job: &Job,
+    ) -> Result<Self> {
+        let (nodes, factors) = rule(hemisphere);
+        let moments = moments(hemisphere, lights, job)?;
+        let (flat_nodes, flat_light) = flat_lamps(environment, hemisphere.degree());
+        Ok(Self { nodes, factors, side: GRID.side() + 1, moments, flat_nodes, flat_light })
+    }
+
+    /// The number of moments of a frame.
+    pub fn functions(&self) -> usize {
+        self.factors.len() / self.nodes.len()
+    }
+
+    /// The lamps of a normal as shaders find them: world directions with red, green and blue.
+    pub fn lamps(&self, normal: Vec3) -> Vec<(Vec3, [f64; 3])> {
+        let half = usize::from(normal.z < 0.0);
+        let mut moments = vec![[0.0; 3]; self.functions()];
+        for (vertex, weight) in GRID.around(Vec3::new(normal.x, normal.y, normal.z.abs())) {
+            for (p, moment) in moments.iter_mut().enumerate() {
+                let from = ((half * self.functions() + p) * GRID.len() + vertex) * 3;
+                (0..3).for_each(|c| moment[c] += weight * f64::from(self.moments[from + c]));
+            }
+        }
+        let frame = frame_of(normal);
+        let rows = self.factors.chunks_exact(self.functions());
+        let lamp = |([x, y, z], row): (&[f64; 3], &[f32])| {
+            let direction = frame.tangent * *x + frame.bitangent * *y + frame.normal * *z;
+            let sum = |c: usize| row.iter().zip(&moments).map(|(f, m)| f64::from(*f) * m[c]).sum();
+            (direction, std::array::from_fn(sum))
+        };
+        self.nodes.iter().zip(rows).map(lamp).collect()
+    }
+}
+
+/// The frame of a normal: the x axis carried from the nearer pole.
+fn frame_of(normal: Vec3) -> TangentFrame {
+    let pole = Vec3::new(0.0, 0.0, if normal.z < 0.0 { -1.0 } else { 1.0 });
+    let tangent = Vec3::new(1.0, 0.0, 0.0) - (normal + pole) * (normal.x / (1.0 + normal.z.abs()));
+    TangentFrame { tangent, bitangent: normal.cross(tangent), normal }
+}
+
+/// Nodes, and for each its weight over pi times all functions.
+fn rule(hemisphere: &HemisphereSpace) -> (Vec<[f64; 3]>, Vec<f32>) {
+    let (mut nodes, mut factors) = (Vec::new(), Vec::new());
+    let mut values = vec![0.0; hemisphere.len()];
+    for (direction, weight) in hemisphere.rule(hemisphere.degree() + 1) {
+        hemisphere.values_into(direction.to_array(), &mut values);
+        nodes.push(direction.to_array());
+        factors.extend(values.iter().map(|v| (weight * v / std::f64::consts::PI) as f32));
+    }
+    (nodes, factors)
+}
+
+fn moments(hemisphere: &HemisphereSpace, lights: &[LightCell], job: &Job) -> Result<Vec<f32>> {
+    let (count, vertices) = (hemisphere.len(), GRID.len());
+    job.check_bytes("the light of the environment for all frames", (2 * 8 * 3 * count * vertices) as u64)?;
+    let of_normals: Vec<Vec<f64>> = (0..2 * vertices)
+        .into_par_iter()
+        .map(|index| {
+            job.proceed()?;
+            let Vec3 { x, y, z } = GRID.direction(index % vertices);
+            let normal = Vec3::new(x, y, if index < vertices { z } else { -z });
+            // On the border the sign of zero names the half.
+            let pole = if index < vertices { 1.0 } else { -1.0 };
+            let toward = Vec3::new(x, y, z.max(f64::MIN_POSITIVE) * pole);
+            let frame = TangentFrame { normal, ..frame_of(toward) };
+            Ok(moments_of(hemisphere, lights, &frame))
+        })
+        .collect::<Result<_>>()?;
+    let mut moments = Vec::with_capacity(2 * 3 * count * vertices);
+    for half in of_normals.chunks_exact(vertices) {
+        for p in 0..count {
+            moments.extend(half.iter().flat_map(|all| &all[3 * p..3 * p + 3]).map(|&m| m as f32));
+        }
+    }
+    Ok(moments)
+}
+
+/// The lamps of the texture itself.
+fn flat_lamps(environment: &Environment, degree: usize) -> (Vec<[f64; 3]>, Vec<[f32; 3]>) {
+    let hemisphere = HemisphereSpace::new(degree, HorizonEdge::Sharp);
+    let frame = frame_of(Vec3::new(0.0, 0.0, 1.0));
+    let moments = moments_of(&hemisphere, &cells(environment, flat::CELLS), &frame);
+    let (nodes, factors) = rule(&hemisphere);
+    let light = factors.chunks_exact(hemisphere.len()).map(|row| {
+        let sum =
+            |c: usize| row.iter().zip(moments.iter().skip(c).step_by(3)).map(|(f, m)| f64::from(*f) * m);
+        std::array::from_fn(|c| sum(c).sum::<f64>() as f32)
+    });
+    (nodes, light.collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::render::environment::prefiltered::EnvironmentResponse;
+
+    /// What functions reflect through lamps, against the sums over the environment in the same frames.
+    #[test]
+    fn lamps_light_functions_as_their_moments_do() {
+        let job = Job::default();
+        let sky = Environment::sky(&job).unwrap();
+        for basis in [Basis::Ptm, Basis::Constant] {
+            let space = Space::Linear;
+            let (hemisphere, response) =
+                EnvironmentResponse::of_basis(&basis, space, HorizonEdge::Faded, &job).unwrap();
+            let lights = cells(&sky, 128);
+            let table = EnvironmentNodes::of_lights(&hemisphere, &lights, &sky, &job).unwrap();
+            let (mut room, mut truth, mut values) = (Vec::new(), Vec::new(), vec![0.0; basis.len()]);
+            let (mut errors, mut squares) = (0.0, 0.0);
+            for i in 0..60 {
+                let (z, a) = (1.0 - 2.0 * (f64::from(i) + 0.5) / 60.0, 2.4 * f64::from(i));
+                let ring = (1.0 - z * z).sqrt();
+                let normal = Vec3::new(ring * a.cos(), ring * a.sin(), z);
+                let own = frame_of(normal);
+                let tangent = own.tangent * (1.7 * a).cos() + own.bitangent * (1.7 * a).sin();
+                let hand = if i % 2 == 0 { 1.0 } else { -1.0 };
+                let frame = TangentFrame { tangent, bitangent: normal.cross(tangent) * hand, normal };
+                let moments: Vec<f32> =
+                    moments_of(&hemisphere, &lights, &frame).into_iter().map(|m| m as f32).collect();
+                response.weights_into(&moments, crate::direction::Direction::ZENITH, &mut room, &mut truth);
+                let mut found = vec![[0.0; 3]; basis.len()];
+                for (direction, color) in table.lamps(normal) {
+                    let [x, y, _] = frame.components(direction);
+                    let light = crate::direction::Direction::from_disk(x, y);
+                    basis.weights_into(crate::direction::Directions::lit_from(light), &mut values);
+                    for (sum, value) in found.iter_mut().zip(&values) {
+                        (0..3).for_each(|c| sum[c] += value * color[c]);
+                    }
+                }
+                for (found, truth) in found.iter().flatten().zip(truth.iter().flatten()) {
+                    errors += (found - f64::from(*truth)).powi(2);
+                    squares += f64::from(*truth).powi(2);
+                }
+            }
+            let relative = (errors / squares).sqrt();
+            // Between normals three degrees apart, under lamps without extent, which are the hardest.
+            assert!(relative < 0.03, "{}: {relative}", basis.name());
+        }
+    }
+}

@@ -43,8 +43,6 @@ struct Form {
 struct Photographs {
     btf: Btf,
     pairs: Vec<(String, Directions)>,
-    /// The bytes of all of them, a byte for each value.
-    bytes: f64,
     scratch: PathBuf,
     job: Job,
 }
@@ -82,7 +80,7 @@ fn measured(path: &Path, scratch: &Path) -> Result<()> {
     let first = btf.photograph(0, &job)?;
     let bytes = (first.size().texels() * first.channels() * btf.list().entries.len()) as f64;
     let pairs = btf.pairs();
-    let set = Photographs { btf, pairs, bytes, scratch: scratch.to_path_buf(), job };
+    let set = Photographs { btf, pairs, scratch: scratch.to_path_buf(), job };
     println!("{} photographs of {}, {bytes} bytes\n", set.pairs.len(), first.size());
     println!("| form | bytes | 1 to | RMSE of 255 | dB | CIE Lab |\n|---|---|---|---|---|---|");
     let mut forms = Vec::new();
@@ -241,8 +239,7 @@ fn curve(forms: &[Form], bytes: f64) -> String {
     for (row, (family, color)) in COLORS.iter().enumerate() {
         let own: Vec<&Form> = forms.iter().filter(|form| form.family == *family).collect();
         let place = |form: &&Form| (x(form), form.errors.map_or(358.0, |[rmse, _]| y(rmse)));
-        let points: Vec<String> =
-            own.iter().map(|f| place(f)).map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
+        let points: Vec<String> = own.iter().map(&place).map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
         if *family != "models" && *family != "random fields" && *family != "views" {
             let _ =
                 writeln!(svg, "<polyline points=\"{}\" fill=\"none\" stroke=\"{color}\"/>", points.join(" "));
@@ -258,12 +255,12 @@ fn curve(forms: &[Form], bytes: f64) -> String {
         let line = 30 + 18 * row;
         let _ = writeln!(svg, "<text x=\"520\" y=\"{line}\" fill=\"{color}\">{family}</text>");
     }
-    let _ = write!(
+    let _ = writeln!(
         svg,
         "<text x=\"52\" y=\"34\" text-anchor=\"end\">{most:.0}</text><text x=\"52\" y=\"354\" text-anchor=\"end\">0</text>\
          <text x=\"60\" y=\"376\">1:{:.0}</text><text x=\"500\" y=\"376\" text-anchor=\"end\">1:{:.0}</text>\
          <text x=\"280\" y=\"392\" text-anchor=\"middle\">RMSE of 255 against the bytes of the photographs to those of the \
-         file</text></svg>\n",
+         file</text></svg>",
         low.exp(),
         high.exp()
     );

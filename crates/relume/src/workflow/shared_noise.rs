@@ -225,7 +225,12 @@ mod tests {
     #[test]
     fn the_shader_draws_the_librarys_plane() {
         let job = Job::default();
-        let options = ShareOptions { title: String::new(), depth: PlaneDepth::Kept, mm_per_texel: None };
+        let options = ShareOptions {
+            title: String::new(),
+            depth: PlaneDepth::Kept,
+            mm_per_texel: None,
+            environment: None,
+        };
         let light = Direction::new(-0.5, 0.4, 0.7).unwrap();
         for layout in [PlaneLayout::RGB, PlaneLayout::LUMINANCE] {
             let field = field(layout);

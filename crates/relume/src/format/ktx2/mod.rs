@@ -216,8 +216,8 @@ mod tests {
                 assert_eq!(found.levels.len(), width.max(height).ilog2() as usize + 1);
                 let stored = if count == 1 { 1 } else { 4 };
                 for (texel, bytes) in found.levels[0].chunks_exact(stored).enumerate() {
-                    for k in 0..count {
-                        assert_eq!(bytes[k], (from.plane(k)[texel] * 255.0).round() as u8);
+                    for (k, &byte) in bytes.iter().enumerate().take(count) {
+                        assert_eq!(byte, (from.plane(k)[texel] * 255.0).round() as u8);
                     }
                     assert!(count != 3 || bytes[3] == 255);
                 }

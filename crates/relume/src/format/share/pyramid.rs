@@ -208,6 +208,7 @@ mod tests {
             opacity: None,
             encoding: Encoding::Exr(ExrDepth::Float),
             record: Default::default(),
+            models: None,
         }
     }
 

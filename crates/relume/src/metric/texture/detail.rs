@@ -109,7 +109,7 @@ mod tests {
     #[test]
     fn steps_that_nobody_sees_are_alike() {
         let faint = |at: usize| 0.001 * (at % 3) as f32;
-        let edges = |x: usize| if x / 10 % 2 == 0 { 0.2 } else { 0.8 };
+        let edges = |x: usize| if (x / 10).is_multiple_of(2) { 0.2 } else { 0.8 };
         let (clean, noisy) = (planes(|x, _| edges(x)), planes(|x, y| edges(x) + faint(x + y)));
         assert!(distance(&clean, &noisy, 0.0001) > 1.0);
         assert!(distance(&clean, &noisy, 0.03) < 0.1);

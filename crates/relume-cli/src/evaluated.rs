@@ -36,7 +36,7 @@ pub struct Texture {
 }
 
 /// A texture that has a picture for each light and view.
-pub enum Shown {
+pub enum ShownTexture {
     /// Functions, or the tile made from a random-field model.
     Field(ReflectanceField),
     /// Reflectance models.
@@ -45,7 +45,7 @@ pub enum Shown {
     Clusters(Box<FieldModel>, RealisationOptions),
 }
 
-impl Shown {
+impl ShownTexture {
     /// Width and height.
     pub fn size(&self) -> Size {
         match self {
@@ -112,23 +112,23 @@ impl Args {
     }
 
     /// Reads the only texture of a command that shows it for lights and views: reflectance models as they are.
-    pub fn shown(&self, path: &Path, job: &Job) -> Result<Shown> {
+    pub fn shown(&self, path: &Path, job: &Job) -> Result<ShownTexture> {
         let opened = input::open(path, job)?;
         if let Some(models) = opened.parametric()? {
             self.check(false)?;
-            return Ok(Shown::Models(models));
+            return Ok(ShownTexture::Models(models));
         }
         if opened.content() == Content::Model {
             let model = opened.into_model()?;
             let window = self.window(&model);
             if let Fields::Clusters(_) = &model.fields {
-                return Ok(Shown::Clusters(Box::new(model), window));
+                return Ok(ShownTexture::Clusters(Box::new(model), window));
             }
-            return self.tile(&model, job).map(Shown::Field).map_err(|e| e.at(path));
+            return self.tile(&model, job).map(ShownTexture::Field).map_err(|e| e.at(path));
         }
         let texture = self.texture_in(opened, path, job)?;
         self.check(texture.of_model)?;
-        Ok(Shown::Field(texture.field))
+        Ok(ShownTexture::Field(texture.field))
     }
 
     /// Reads a texture, evaluating a model; [`Args::check`] follows.

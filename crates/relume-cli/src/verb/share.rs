@@ -11,7 +11,7 @@ use crate::context::Context;
 use crate::evaluated;
 use crate::output::{Folder, Outputs};
 use crate::report::Report;
-use crate::viewer::{self, Delivery, PageData, PlaneArgs, Preparation, Prepared, Scene, SceneArgs};
+use crate::viewer::{self, Delivery, PageData, PageSceneArgs, PlaneArgs, Preparation, Prepared, Scene};
 
 /// Arguments of `relume share`.
 #[derive(Debug, clap::Args)]
@@ -37,7 +37,7 @@ pub struct Args {
     #[command(flatten)]
     planes: PlaneArgs,
     #[command(flatten)]
-    scene: SceneArgs,
+    scene: PageSceneArgs,
     #[command(flatten)]
     evaluated: evaluated::Args,
 }

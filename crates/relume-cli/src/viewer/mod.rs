@@ -9,7 +9,7 @@ mod textures;
 
 pub use annotations::{AnnotationFile, MOST_BYTES, place as annotation_place, save as save_annotations};
 pub use html::{FOLDER_POLICY, PageData, disk_page, folder_page, single_page};
-pub use scene::{Scene, SceneArgs};
+pub use scene::{PageSceneArgs, Scene};
 pub use textures::{Delivery, PlaneArgs, Preparation, Prepared, ServedPlane};
 
 /// The page's script.

@@ -11,7 +11,7 @@ use crate::{environment, paths};
 
 /// The object and the light of a page.
 #[derive(Debug, clap::Args)]
-pub struct SceneArgs {
+pub struct PageSceneArgs {
     /// An object of your own beside the built-in ones: .obj or .glb with texture coordinates
     #[arg(long, value_name = "MESH")]
     mesh: Option<PathBuf>,
@@ -31,7 +31,7 @@ pub struct Scene {
     pub environment: Option<Environment>,
 }
 
-impl SceneArgs {
+impl PageSceneArgs {
     /// The files that are read.
     pub fn files(&self) -> impl Iterator<Item = &Path> {
         self.mesh.as_deref().into_iter().chain(environment::file(self.env.as_ref()))

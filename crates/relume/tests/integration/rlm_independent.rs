@@ -86,7 +86,7 @@ fn check_model(bits: &mut Bits, model: &Model, version: u8) {
     }
     assert_eq!(weights, model.mixing.weights);
     assert_eq!((0..d).map(|_| bits.half()).collect::<Vec<f32>>(), model.gains);
-    if version == 4 {
+    if version >= 4 {
         check_color(bits, model.color.as_ref());
     }
     model.marginals.iter().for_each(|marginal| check_marginal(bits, marginal));

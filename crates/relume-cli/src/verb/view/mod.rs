@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 
 use crate::context::Context;
 use crate::report::{Report, write_stderr};
-use crate::viewer::{self, Delivery, PageData, PlaneArgs, Preparation, Prepared, SceneArgs};
+use crate::viewer::{self, Delivery, PageData, PageSceneArgs, PlaneArgs, Preparation, Prepared};
 use crate::{evaluated, paths};
 use site::ViewerSite;
 
@@ -34,7 +34,7 @@ pub struct Args {
     #[command(flatten)]
     planes: PlaneArgs,
     #[command(flatten)]
-    scene: SceneArgs,
+    scene: PageSceneArgs,
     #[command(flatten)]
     evaluated: evaluated::Args,
 }

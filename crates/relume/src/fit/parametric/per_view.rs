@@ -32,7 +32,7 @@ pub(super) struct ViewSet<'a> {
 }
 
 /// One view: its direction, and the numbers of its photographs, with those that take no part at the end.
-struct View {
+struct ViewPhotographs {
     direction: Direction,
     photographs: Vec<usize>,
     taking_part: usize,
@@ -85,15 +85,15 @@ impl ViewSet<'_> {
         Ok(kept.into_iter().flatten().collect())
     }
 
-    fn views(&self) -> Vec<View> {
-        let mut views: Vec<View> = Vec::new();
+    fn views(&self) -> Vec<ViewPhotographs> {
+        let mut views: Vec<ViewPhotographs> = Vec::new();
         for part in [true, false] {
             for i in (0..self.pairs.len()).filter(|i| (self.takes_part)(*i) == part) {
                 let direction = self.pairs[i].1.view;
                 let view = match views.iter().position(|view| view.direction == direction) {
                     Some(known) => &mut views[known],
                     None => {
-                        views.push(View { direction, photographs: Vec::new(), taking_part: 0 });
+                        views.push(ViewPhotographs { direction, photographs: Vec::new(), taking_part: 0 });
                         let last = views.len() - 1;
                         &mut views[last]
                     }
@@ -106,7 +106,7 @@ impl ViewSet<'_> {
     }
 
     /// The names and directions of the photographs of a view that take part.
-    fn pairs_of(&self, view: &View) -> Vec<(String, Directions)> {
+    fn pairs_of(&self, view: &ViewPhotographs) -> Vec<(String, Directions)> {
         view.photographs[..view.taking_part].iter().map(|&i| self.pairs[i].clone()).collect()
     }
 }

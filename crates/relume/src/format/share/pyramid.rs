@@ -28,7 +28,7 @@ pub const BORDER: usize = 16;
 const SMALLEST: usize = 64;
 
 /// A level: coefficients and maps in one list of planes.
-struct Level {
+struct PyramidLevel {
     layout: PlaneLayout,
     planes: Planes,
     /// The codes of each plane; `None` for half floats.
@@ -68,7 +68,7 @@ impl TiledTexture {
         let keeps_codes = first.is_some();
         let codes = first.map(|own| [own, map_codes.clone()].concat());
         let planes = joined(field.coefficients(), &maps)?;
-        let mut level = Level { layout: field.layout().clone(), planes, codes };
+        let mut level = PyramidLevel { layout: field.layout().clone(), planes, codes };
         loop {
             made.add(&level, field.basis().len(), job)?;
             let Size { width, height } = level.planes.size();
@@ -79,7 +79,7 @@ impl TiledTexture {
         }
     }
 
-    fn add(&mut self, level: &Level, functions: usize, job: &Job) -> Result<()> {
+    fn add(&mut self, level: &PyramidLevel, functions: usize, job: &Job) -> Result<()> {
         let (size, index) = (level.planes.size(), self.pyramid.levels.len());
         let places: Vec<(usize, usize)> = (0..size.height.div_ceil(SIDE))
             .flat_map(|row| (0..size.width.div_ceil(SIDE)).map(move |column| (column, row)))
@@ -107,7 +107,7 @@ impl TiledTexture {
     }
 }
 
-impl Level {
+impl PyramidLevel {
     /// The level of half the size.
     fn next(
         &self,

@@ -77,9 +77,10 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
                 steps.run("fit LIGHTS -o DIR/texture.exr --basis hsh9 --half", &options)?;
             }
             steps.run("relight DIR/texture.ptm --light -0.55,0.5,0.67 -o DIR/relit.png", &[])?;
-            let title = args.output.file_name().map(|name| ["--title".into(), name.to_owned()]);
+            let title =
+                args.output.file_name().map(|name| format!("--title={}", name.to_string_lossy()).into());
             let page = "share DIR/texture.ptm --single-file -o DIR/page.html";
-            steps.run(page, &title.map(Vec::from).unwrap_or_default())?;
+            steps.run(page, &Vec::from_iter(title))?;
         }
         Err(reason) => {
             warnings.push(format!("no texture of functions, only maps: {}", reason.message()));

@@ -122,8 +122,8 @@ test("the view moves and magnifies down to single texels", async () => {
   if (!box) throw new Error("no canvas");
   await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
   for (let i = 0; i < 6; i++) await page.mouse.wheel(0, -400);
-  await page.waitForTimeout(500);
-  expect(Number(/zoom=([\d.]+)/.exec(page.url())?.[1])).toBeGreaterThan(50);
+  await page.waitForFunction(() => Number(/zoom=([\d.]+)/.exec(location.href)?.[1]) > 50);
+  await drawn(page);
   // Texels are squares of one colour: neighbours on the screen are equal for the most part.
   const { codes, width, height } = await canvas(page);
   let same = 0;

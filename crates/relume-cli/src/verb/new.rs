@@ -8,9 +8,12 @@ use relume::capture::{Capture, holds_light_file, lp, pictures_in};
 use relume::field::Basis;
 use relume::format::{Depth, PictureFormat, encode_picture_with};
 use relume::surface::highlights::LEAST_LIGHTS;
+use relume::surface::integrate::SurfaceBorder;
+use relume::workflow::share::check_share_memory;
 use relume::{Direction, Error, Named, Result, Space};
 use serde_json::{Map, Value, json};
 
+use super::height::SurfaceFiles;
 use super::lights::ball;
 use crate::context::Context;
 use crate::output::Folder;
@@ -61,6 +64,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     };
     let lights = Capture::open_paired(&light_file, args.development.pair.unwrap_or_default())?.lights();
     folder.add("lights.lp", lp::format(&lights).as_bytes())?;
+    foresee(args, &light_file, context)?;
     let options = options(args, &light_file, &mut warnings, context)?;
     let mut steps = Steps { args, light_file: &light_file, folder: &folder, context, done: Vec::new() };
     let directions: Vec<Direction> = lights.iter().map(|(_, light)| *light).collect();
@@ -101,6 +105,24 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let written = folder.commit()?;
     let text = format!("{}: {} photographs\n{}", args.output.display(), lights.len(), commands.join("\n"));
     Ok(Report::new(text, Value::Object(facts)).with_outputs(written).with_warnings(warnings))
+}
+
+/// The planes of the texture of functions: six functions of luminance, and a colour.
+const TEXTURE_PLANES: usize = 9;
+
+/// Refuses, before the first step works, what a later one would refuse for want of memory.
+fn foresee(args: &Args, light_file: &Path, context: &Context) -> Result<()> {
+    let job = &context.job;
+    let first = PhotographSet::open(light_file, &args.development, job)?.photograph(0, job)?;
+    let (size, channels) = (first.size(), first.channels());
+    let files = SurfaceFiles {
+        heights: Path::new("height.exr"),
+        albedo: Some(Path::new("albedo.png")),
+        normals: Some(Path::new("normals_gl.png")),
+        border: SurfaceBorder::Open,
+    };
+    let fits = files.check(size, channels, job).and_then(|()| check_share_memory(size, TEXTURE_PLANES, job));
+    fits.map_err(|e| e.at(&args.photographs))
 }
 
 /// Whether a folder holds photographs and nothing that lists their lights.

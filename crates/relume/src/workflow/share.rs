@@ -90,8 +90,15 @@ pub fn block(plane: &ModelPlane, [column, row]: [i64; 2], job: &Job) -> Result<V
 }
 
 fn check_memory(field: &ReflectanceField, job: &Job) -> Result<()> {
-    let planes = field.coefficients().count() as u64;
-    job.check("the shared texture", field.size(), BYTES_PER_TEXEL + BYTES_PER_COEFFICIENT * planes)
+    check_share_memory(field.size(), field.coefficients().count(), job)
+}
+
+/// Refuses a texture of so many planes of coefficients that cannot be shared within the memory.
+///
+/// # Errors
+/// [`ErrorKind::Limit`](crate::ErrorKind::Limit).
+pub fn check_share_memory(size: Size, planes: usize, job: &Job) -> Result<()> {
+    job.check("the shared texture", size, BYTES_PER_TEXEL + BYTES_PER_COEFFICIENT * planes as u64)
 }
 
 fn with_maps(

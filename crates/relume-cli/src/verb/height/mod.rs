@@ -3,7 +3,7 @@
 mod compare;
 mod shape;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use relume::format::{
@@ -211,18 +211,39 @@ fn foresee(
     context: &Context,
 ) -> Result<()> {
     known.check(size)?;
-    // Slopes in double precision, normals, and the albedo.
-    let shape = 16 + 12 + 4 * channels as u64;
-    let mut stages = vec![Footprint::of_texels(size, shape, shape)];
-    if let (Some(path), true) = (&args.albedo_map, channels > 0) {
-        stages.push(PictureFormat::from_path(path)?.footprint(size, channels));
+    let files = SurfaceFiles {
+        heights: &args.output,
+        albedo: args.albedo_map.as_deref(),
+        normals: args.normals.as_deref(),
+        border: args.border,
+    };
+    files.check(size, channels, &context.job)
+}
+
+/// The files of a surface.
+pub struct SurfaceFiles<'a> {
+    pub heights: &'a Path,
+    pub albedo: Option<&'a Path>,
+    pub normals: Option<&'a Path>,
+    pub border: SurfaceBorder,
+}
+
+impl SurfaceFiles<'_> {
+    /// Refuses what cannot be integrated and written within the memory.
+    pub fn check(&self, size: Size, channels: usize, job: &Job) -> Result<()> {
+        // Slopes in double precision, normals, and the albedo.
+        let shape = 16 + 12 + 4 * channels as u64;
+        let mut stages = vec![Footprint::of_texels(size, shape, shape)];
+        if let (Some(path), true) = (self.albedo, channels > 0) {
+            stages.push(PictureFormat::from_path(path)?.footprint(size, channels));
+        }
+        stages.push(integrate::footprint(size, self.border));
+        stages.push(Footprint { kept: 0, ..HeightFormat::from_path(self.heights)?.footprint(size) });
+        if let Some(path) = self.normals {
+            stages.push(PictureFormat::from_path(path)?.normals_footprint(size));
+        }
+        MemoryPeak::of_stages("the surface and its files", stages).check(job)
     }
-    stages.push(integrate::footprint(size, args.border));
-    stages.push(Footprint { kept: 0, ..HeightFormat::from_path(&args.output)?.footprint(size) });
-    if let Some(path) = &args.normals {
-        stages.push(PictureFormat::from_path(path)?.normals_footprint(size));
-    }
-    MemoryPeak::of_stages("the surface and its files", stages).check(&context.job)
 }
 
 /// The bytes of the albedo map, if requested.

@@ -8,7 +8,7 @@ export default defineConfig({
       { extends: true, test: { name: "unit", include: ["packages/*/tests/*.test.ts", "tests/unit/*.test.ts"] } },
       {
         extends: true,
-        test: { name: "browser", include: ["tests/browser/*.test.ts"], testTimeout: 120_000, hookTimeout: 240_000, fileParallelism: false },
+        test: { name: "browser", include: ["tests/browser/*.test.ts"], testTimeout: 240_000, hookTimeout: 480_000, fileParallelism: false },
       },
       {
         extends: true,

@@ -261,8 +261,8 @@ export class Viewer {
     if (this.isExact) return;
     this.slowFrames = since < MOVING ? this.slowFrames + (since > SLOW_FRAME ? 1 : 0) : 0;
     clearTimeout(this.restTimer);
-    if (this.slowFrames < 2) return;
-    this.sharpen(0.5);
+    if (this.slowFrames >= 2) this.sharpen(0.5);
+    if (this.share === 1) return;
     this.restTimer = window.setTimeout(() => {
       this.slowFrames = 0;
       this.sharpen(1);

@@ -224,6 +224,7 @@ test("an element shows a shared page within another one", async () => {
     const name = (request.url ?? "/").replace(/[?#].*/, "").replace(/\/$/, "/index.html");
     const host = '<!doctype html><html lang="en"><title>Host</title><script src="element/relume-view.js"></script><relume-view src="element/" view="mode=normals" title="Leather"></relume-view>';
     const kind = name.endsWith("html") ? "text/html" : name.endsWith("js") ? "text/javascript" : name.endsWith("css") ? "text/css" : "application/octet-stream";
+    if (name === "/favicon.ico") return response.writeHead(404).end();
     response.setHeader("Content-Type", kind).end(name === "/index.html" ? host : readFileSync(place.path(name.slice(1))));
   });
   await new Promise<void>((resolve) => files.listen(0, "127.0.0.1", resolve));

@@ -39,7 +39,7 @@ pub fn folder_page(data: &PageData) -> String {
     let image = escaped(&format!("{base}{THUMBNAIL_NAME}"));
     let head = format!(
         "{}<meta property=\"og:image\" content=\"{image}\">\n<meta name=\"twitter:card\" content=\"summary_large_image\">\n\
-         <link rel=\"icon\" href=\"{THUMBNAIL_NAME}\">\n<link rel=\"stylesheet\" href=\"{STYLE_NAME}\">",
+         <link rel=\"icon\" href=\"data:,\">\n<link rel=\"stylesheet\" href=\"{STYLE_NAME}\">",
         link_tags(data)
     );
     let script = format!("<script src=\"{SCRIPT_NAME}\"></script>");

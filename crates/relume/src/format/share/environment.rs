@@ -1,5 +1,5 @@
 //! Light from all around as readers find it on a graphics card: the lamps of each normal
-//! ([`EnvironmentNodes`](crate::render::EnvironmentNodes)).
+//! ([`EnvironmentNodes`]).
 //!
 //! A gzip file of little-endian numbers. First floats: the unit vectors of the nodes; for each node the factors of the
 //! moments; the nodes of the texture itself, seen flat, and their light. Then half floats: for both halves of the

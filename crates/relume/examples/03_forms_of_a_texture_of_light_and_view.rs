@@ -56,12 +56,12 @@ fn main() -> Result<()> {
     result
 }
 
-/// Images of a built-in material for all pairs of 16 lights and 12 views.
+/// Images of a built-in material for all pairs of 14 lights and 14 views.
 fn virtual_set(folder: &Path) -> Result<PathBuf> {
     let job = Job::default();
     let material = MaterialOptions { size: Size::new(32, 32), feature: 8.0, ..MaterialOptions::default() };
     let dome = Dome::new(Material::Weave.make(&material, &job)?, &DomeOptions::default(), &job)?;
-    let pairs = all_pairs(&spread_directions(16, 1), &spread_directions(12, 2));
+    let pairs = all_pairs(&spread_directions(14, 1), &spread_directions(14, 2));
     let device = Gonioreflectometer::new(dome, pairs, &job)?;
     images(&device, PhotographFormat::Png, &job, &mut |name, bytes| {
         let path = folder.join(name);

@@ -105,7 +105,7 @@ test("shared pages hold annotations, and download and load them", async () => {
   const saved = await pressed(page, "Download");
   expect(saved.suggestedFilename()).toBe("leather.annotations.json");
   await page.locator("input[type=file]").setInputFiles(await saved.path());
-  expect(await page.locator(".notes li").count()).toBe(2);
+  await expect.poll(() => page.locator(".notes li").count()).toBe(2);
   await page.locator("canvas").focus();
   await page.keyboard.press("n");
   expect(await page.getByLabel("Text of the annotation").inputValue()).toBe("");

@@ -14,6 +14,9 @@ const FORM: usize = 4;
 const EXPONENTS: [f64; 2] = [0.5, 128.0];
 /// The brightest colour.
 const BRIGHTEST: f64 = 16.0;
+/// The brightest peak of a lobe, six stops above the white of a photograph: what is brighter lies where no pair was
+/// measured, as a narrow lobe between them may.
+const BRIGHTEST_PEAK: f64 = 64.0;
 /// Weights, whose length is held by a weak condition.
 const LARGEST_WEIGHT: f64 = 2.5;
 /// The weight of that condition; the values do not depend on it.
@@ -218,10 +221,10 @@ impl TexelReflectance for LobeModel {
             if largest > 0.0 {
                 let brightest = largest.powf(form[3]);
                 form[..3].iter_mut().for_each(|w| *w /= largest);
-                color.iter_mut().for_each(|s| *s *= brightest);
+                color.iter_mut().for_each(|s| *s = (*s * brightest).min(BRIGHTEST_PEAK));
             }
         }
-        numbers.into_iter().map(|v| v.min(f64::from(f32::MAX)) as f32).collect()
+        numbers.into_iter().map(|v| v as f32).collect()
     }
 }
 
@@ -232,6 +235,16 @@ mod tests {
     use crate::field::{ParametricField, TexelModel};
     use crate::planes::Planes;
     use crate::size::Size;
+
+    #[test]
+    fn no_lobe_is_brighter_between_measured_pairs_than_light_is() {
+        let model = LobeModel::of_pairs(1, 1, &pairs());
+        let numbers = model.numbers(&[0.2, 8.0, -2.5, 1.0, 0.5, 128.0f64.ln()]);
+        assert_eq!(numbers[1], BRIGHTEST_PEAK as f32, "8 times 2.5 to the power of 128");
+        assert_eq!(numbers[2..5], [-1.0, 0.4, 0.2]);
+        let usual = model.numbers(&[0.2, 0.5, -1.0, 1.0, 0.9, 5.0f64.ln()]);
+        assert!((usual[1] - 0.5).abs() < 1e-6, "{usual:?}");
+    }
 
     fn pairs() -> Vec<Directions> {
         let direction = |i: usize| Direction::from_angles(0.12 * i as f64, 2.4 * i as f64);

@@ -8,8 +8,7 @@ export default defineConfig({
       { extends: true, test: { name: "unit", include: ["packages/*/tests/*.test.ts", "tests/unit/*.test.ts"] } },
       {
         extends: true,
-        // Once more where a busy machine let a page wait: what is wrong fails twice.
-        test: { name: "browser", retry: 1, include: ["tests/browser/*.test.ts"], testTimeout: 240_000, hookTimeout: 480_000, fileParallelism: false },
+        test: { name: "browser", include: ["tests/browser/*.test.ts"], testTimeout: 240_000, hookTimeout: 480_000, fileParallelism: false },
       },
       {
         extends: true,

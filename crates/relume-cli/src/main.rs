@@ -24,6 +24,7 @@ mod photographs;
 mod progress;
 mod rearranged;
 mod rearranged_btf;
+mod registered;
 mod report;
 mod signals;
 mod tiling;

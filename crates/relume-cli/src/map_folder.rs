@@ -4,11 +4,12 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use relume::format::{MapRole, NormalY, PackedMap, PictureFormat};
+use relume::format::{MapRole, NormalY, PackedMap};
 use relume::workflow::Btf;
 use relume::{Error, Named, Result};
 use serde_json::{Value, json};
 
+use crate::registered::written_as;
 use crate::report::Report;
 use crate::{normals, paths};
 
@@ -94,13 +95,7 @@ impl MapFolder {
 
     /// The colour map's own output in a folder, in the format of `extension` or its own, which is PNG for JPEG.
     pub fn output(&self, folder: &Path, extension: Option<&str>) -> PathBuf {
-        let path = folder.join(self.color.file_name().unwrap_or_default());
-        let is_jpeg = matches!(PictureFormat::from_path(&path), Ok(PictureFormat::Jpeg { .. }));
-        match extension {
-            Some(extension) => path.with_extension(extension.trim_start_matches('.')),
-            None if is_jpeg => path.with_extension("png"),
-            None => path,
-        }
+        written_as(folder.join(self.color.file_name().unwrap_or_default()), extension)
     }
 
     /// The report of a verb, with what was recognised as what.

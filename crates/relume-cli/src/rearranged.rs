@@ -4,21 +4,22 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use relume::format::{FieldFile, FieldFormat, HeightFormat, MapRole, NormalY, Opened, PictureFormat};
+use relume::format::{FieldFile, FieldFormat, HeightFormat, MapRole, NormalY};
 use relume::surface::integrate::SurfaceBorder;
 use relume::synthesis::{Boundary, SourceMap};
-use relume::workflow::map_set::{gather_map, is_normal_map, join_heights, with_y_reversed};
+use relume::workflow::Btf;
+use relume::workflow::map_set::{gather_map, join_heights, with_y_reversed};
 use relume::workflow::tiling::MeasuredTiling;
-use relume::workflow::{Btf, RegisteredMap};
-use relume::{Error, Job, ReflectanceField, Result};
+use relume::{Error, ReflectanceField, Result};
 use serde_json::json;
 
 use crate::context::Context;
 use crate::map_folder::{self, MapFolder};
 use crate::output::Outputs;
 use crate::rearranged_btf::AppliedBtf;
+use crate::registered::{Applied, Registered, written_as};
 use crate::report::Report;
-use crate::{args, gathered, input, normals, output, paths};
+use crate::{args, gathered, normals, output, paths};
 
 /// Options for source maps and registered images.
 #[derive(Debug, Clone, clap::Args)]
@@ -61,23 +62,6 @@ pub struct Rearranged {
     pub bytes: Vec<u8>,
     /// How well it tiles, if it is to.
     tiling: Option<MeasuredTiling>,
-}
-
-/// Images to rearrange into one output, one for each exemplar.
-pub struct Applied {
-    images: Vec<PathBuf>,
-    /// Whether they have a say in the choice of texels.
-    is_compared: bool,
-    /// The file to write.
-    pub output: PathBuf,
-}
-
-/// The images of one output, read.
-pub struct Registered {
-    /// What they are and where they go.
-    pub applied: Applied,
-    /// One for each exemplar.
-    pub files: Vec<FieldFile>,
 }
 
 impl Args {
@@ -196,12 +180,7 @@ impl Args {
                 output.with_file_name(joined)
             }
         };
-        let is_jpeg = matches!(PictureFormat::from_path(&path), Ok(PictureFormat::Jpeg { .. }));
-        Ok(match &self.apply_format {
-            Some(extension) => path.with_extension(extension.trim_start_matches('.')),
-            None if is_jpeg => path.with_extension("png"),
-            None => path,
-        })
+        Ok(written_as(path, self.apply_format.as_deref()))
     }
 
     /// Refuses heights joined by their slopes.
@@ -343,88 +322,4 @@ pub fn with_tilings(mut report: Report, made: &[Rearranged]) -> Report {
         report.text.push_str("\nevery map tiles");
     }
     report.with_warnings(warnings)
-}
-
-impl Applied {
-    /// Reads the images, which must have the sizes of the exemplars.
-    fn read(self, exemplars: &[FieldFile], context: &Context) -> Result<Registered> {
-        let files = read_all(&self.images, None, context, input::registered)?;
-        for ((image, exemplar), path) in files.iter().zip(exemplars).zip(&self.images) {
-            let (found, expected) = (image.field.size(), exemplar.field.size());
-            if found != expected {
-                return Err(Error::usage(format!(
-                    "is {found} texels and its exemplar {expected}: it must be registered with the exemplar, \
-                     texel by texel"
-                ))
-                .at(path));
-            }
-        }
-        Ok(Registered { applied: self, files })
-    }
-
-    /// What the images mean, by the name of the first.
-    fn role(&self) -> MapRole {
-        MapRole::of_name(&self.images[0])
-    }
-}
-
-impl Registered {
-    /// The map for the library.
-    fn map(&self) -> RegisteredMap<'_> {
-        let fields = self.files.iter().map(|file| &file.field).collect();
-        RegisteredMap { role: self.applied.role(), fields }
-    }
-
-    /// Whether the images are normals in a picture.
-    fn is_normal_map(&self) -> bool {
-        is_normal_map(&self.files[0].field, self.applied.role())
-    }
-
-    /// The direction of Y of the images, by the record or the name of the first.
-    fn normal_y(&self) -> NormalY {
-        let recorded = self.files[0].record.normal_y;
-        recorded.or(NormalY::of_name(&self.applied.images[0])).unwrap_or_default()
-    }
-}
-
-/// The maps that have a say in the choice of texels.
-pub fn compared<'a>(registered: &'a [Registered]) -> Vec<RegisteredMap<'a>> {
-    registered.iter().filter(|one| one.applied.is_compared).map(Registered::map).collect()
-}
-
-/// The images of all jobs.
-pub fn read_registered(
-    jobs: Vec<Applied>,
-    exemplars: &[FieldFile],
-    context: &Context,
-) -> Result<Vec<Registered>> {
-    jobs.into_iter().map(|job| job.read(exemplars, context)).collect()
-}
-
-/// Reads fields that must be of one kind; the first may have been opened already, as an exemplar.
-pub fn read_all(
-    paths: &[PathBuf],
-    mut first: Option<Opened>,
-    context: &Context,
-    read: fn(&Path, &Job) -> Result<FieldFile>,
-) -> Result<Vec<FieldFile>> {
-    let kind = |field: &ReflectanceField| {
-        format!("{} {} in {} values", field.layout().name(), field.basis().name(), field.space())
-    };
-    let read_one = |path: &PathBuf| match first.take() {
-        Some(opened) => opened.into_exemplar(),
-        None => read(path, &context.job),
-    };
-    let files = paths.iter().map(read_one).collect::<Result<Vec<_>>>()?;
-    for (file, path) in files.iter().zip(paths) {
-        let (found, expected) = (kind(&file.field), kind(&files[0].field));
-        if found != expected {
-            return Err(Error::usage(format!(
-                "holds {found} and {} {expected}: they must be of one kind",
-                paths[0].display()
-            ))
-            .at(path));
-        }
-    }
-    Ok(files)
 }

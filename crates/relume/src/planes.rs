@@ -65,6 +65,15 @@ impl Planes {
         Ok(Self::of(size, count, data))
     }
 
+    /// All planes of one stack, and then those of another of its size.
+    ///
+    /// # Errors
+    /// Stacks of differing sizes.
+    pub(crate) fn followed_by(&self, other: &Self) -> Result<Self> {
+        let data = [self.as_slice(), other.as_slice()].concat();
+        Self::from_vec(self.size(), self.count() + other.count(), data)
+    }
+
     /// Width and height.
     pub fn size(&self) -> Size {
         self.size

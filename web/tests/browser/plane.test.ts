@@ -1,6 +1,5 @@
 // Endless planes: the page's shaders against the library's windows of the same plane, near and far away.
 import { writeFileSync } from "node:fs";
-import { fileURLToPath } from "node:url";
 import { deflateSync } from "node:zlib";
 import type { Browser, Page } from "playwright-core";
 import { afterAll, beforeAll, describe, expect, test } from "vitest";
@@ -17,7 +16,6 @@ const lights = `lights=${LIGHT.join(",")},ffffff,1`;
 /** Planes: the name of their file, how the program draws windows, and the size of what the page takes for one repetition. */
 const PLANES: [name: string, options: string, width: number, height: number][] = [];
 /** The script as it was built last: the program may be older. */
-const BUILT = fileURLToPath(new URL("../../../crates/relume-cli/src/viewer/page/viewer.js", import.meta.url));
 const place = new Workplace();
 let browser: Browser, page: Page;
 const servers: ViewServer[] = [];
@@ -90,7 +88,6 @@ beforeAll(async () => {
   if (!launched) throw new Error("no Chromium was found: install it, or name it in CHROMIUM");
   browser = launched;
   page = await browser.newPage({ viewport: { width: SIDE, height: SIDE } });
-  await page.route("**/viewer.js", (route) => route.fulfill({ path: BUILT }));
 });
 
 afterAll(async () => {

@@ -15,8 +15,9 @@ use serde_json::{Value, json};
 
 use crate::context::Context;
 use crate::output::Outputs;
-use crate::rearranged::{self, Applied, Registered, compared, read_registered};
+use crate::rearranged;
 use crate::rearranged_btf::{self, AppliedBtf};
+use crate::registered::{Applied, Registered, compared, read_registered};
 use crate::report::Report;
 use crate::tiling::with_tiling;
 use crate::{args, gathered, input, opacity};

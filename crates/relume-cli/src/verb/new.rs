@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use relume::capture::balls::{MirrorBall, drawn, find_lights, lights_of};
 use relume::capture::{Capture, holds_light_file, lp, pictures_in};
-use relume::field::Basis;
+use relume::field::{Basis, PlaneLayout};
 use relume::format::{Depth, PictureFormat, encode_picture_with};
 use relume::surface::highlights::LEAST_LIGHTS;
 use relume::surface::integrate::SurfaceBorder;
@@ -64,8 +64,9 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     };
     let lights = Capture::open_paired(&light_file, args.development.pair.unwrap_or_default())?.lights();
     folder.add("lights.lp", lp::format(&lights).as_bytes())?;
-    foresee(args, &light_file, context)?;
-    let options = options(args, &light_file, &mut warnings, context)?;
+    let stored = as_stored(args, &light_file, context)?;
+    foresee(args, &stored, context)?;
+    let options = options(args, &stored, &mut warnings, context)?;
     let mut steps = Steps { args, light_file: &light_file, folder: &folder, context, done: Vec::new() };
     let directions: Vec<Direction> = lights.iter().map(|(_, light)| *light).collect();
     let mut facts = Map::new();
@@ -107,13 +108,17 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     Ok(Report::new(text, Value::Object(facts)).with_outputs(written).with_warnings(warnings))
 }
 
-/// The planes of the texture of functions: six functions of luminance, and a colour.
-const TEXTURE_PLANES: usize = 9;
+/// The photographs of the surface as they are stored: nothing is measured in all of them.
+fn as_stored(args: &Args, light_file: &Path, context: &Context) -> Result<PhotographSet> {
+    let PhotographArgs { pair, orientation, crop, reduce, .. } = args.development;
+    let part = PhotographArgs { pair, orientation, crop, reduce, ..PhotographArgs::default() };
+    PhotographSet::open(light_file, &part, &context.job)
+}
 
 /// Refuses, before the first step works, what a later one would refuse for want of memory.
-fn foresee(args: &Args, light_file: &Path, context: &Context) -> Result<()> {
+fn foresee(args: &Args, stored: &PhotographSet, context: &Context) -> Result<()> {
     let job = &context.job;
-    let first = PhotographSet::open(light_file, &args.development, job)?.photograph(0, job)?;
+    let first = stored.photograph(0, job)?;
     let (size, channels) = (first.size(), first.channels());
     let files = SurfaceFiles {
         heights: Path::new("height.exr"),
@@ -121,7 +126,8 @@ fn foresee(args: &Args, light_file: &Path, context: &Context) -> Result<()> {
         normals: Some(Path::new("normals_gl.png")),
         border: SurfaceBorder::Open,
     };
-    let fits = files.check(size, channels, job).and_then(|()| check_share_memory(size, TEXTURE_PLANES, job));
+    let planes = PlaneLayout::LRGB.planes(Basis::Ptm.len());
+    let fits = files.check(size, channels, job).and_then(|()| check_share_memory(size, planes, job));
     fits.map_err(|e| e.at(&args.photographs))
 }
 
@@ -177,24 +183,15 @@ fn by_balls(
 /// that is declared.
 fn options(
     args: &Args,
-    light_file: &Path,
+    stored: &PhotographSet,
     warnings: &mut Vec<String>,
     context: &Context,
 ) -> Result<Vec<OsString>> {
     let mut development = args.development.clone();
     if development.input_space.is_none() {
-        let set = PhotographSet::open(
-            light_file,
-            &PhotographArgs {
-                pair: development.pair,
-                orientation: development.orientation,
-                ..PhotographArgs::default()
-            },
-            &context.job,
-        )?;
-        warnings.extend(set.warnings.iter().cloned());
+        warnings.extend(stored.warnings.iter().cloned());
         // Only a clear difference is a reason to leave the convention.
-        let check = set.check_reading(&context.job)?.filter(|check| check.is_clear());
+        let check = stored.check_reading(&context.job)?.filter(|check| check.is_clear());
         let taken = check.map_or(Space::Srgb, |check| check.better());
         if taken == Space::Linear {
             warnings.push(

@@ -15,7 +15,8 @@ use serde_json::json;
 
 use crate::context::Context;
 use crate::output::Outputs;
-use crate::rearranged::{self, Registered, compared, read_registered};
+use crate::rearranged;
+use crate::registered::{Registered, compared, read_registered};
 use crate::report::Report;
 use crate::{args, gathered, input, opacity, output, rearranged_btf};
 

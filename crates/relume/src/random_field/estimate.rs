@@ -222,7 +222,9 @@ pub(super) fn level(
     }
     let candidates = NeighbourCandidates::of(band.size(), k, expanded.is_some(), options);
     let stack = match &expanded {
-        Some(expanded) if !candidates.coarse.is_empty() => stacked(&band, expanded),
+        Some(expanded) if !candidates.coarse.is_empty() => {
+            band.followed_by(expanded).expect("stacks of one size")
+        }
         _ => band,
     };
     let m = gaussian[k].count();
@@ -244,12 +246,6 @@ pub(super) fn level(
         return Ok((level, report));
     }
     Err(Error::invalid(format!("no model of level {k} is stable, not even noise without neighbours")))
-}
-
-/// All planes of one stack and then of another.
-fn stacked(first: &Planes, second: &Planes) -> Planes {
-    let data = [first.as_slice(), second.as_slice()].concat();
-    Planes::from_vec(first.size(), first.count() + second.count(), data).expect("stacks of one size")
 }
 
 /// The mean over planes of the share of variance predicted.

@@ -1,6 +1,6 @@
-import { ClampToEdgeWrapping, DataArrayTexture, DataTexture, FloatType, HalfFloatType, LinearFilter, RGBAFormat } from "three";
+import { type DataArrayTexture, DataTexture, FloatType, RGBAFormat } from "three";
 import { FieldError } from "./field.js";
-import { fromHalf, halvesFrom } from "./half.js";
+import { fromHalf, halfLayers, halvesFrom } from "./half.js";
 import type { ShareEnvironment } from "./header.js";
 
 /** Light from all around as lamps of each normal (the library's render/environment/nodes.rs). */
@@ -46,13 +46,7 @@ function lamps(moments: Float32Array, factors: Float32Array, functions: number, 
 
 /** The light of the lamps: a layer for each, of the upper half and then of the lower one. */
 export function lampLightTexture({ light, header }: EnvironmentLamps): DataArrayTexture {
-  const texture = new DataArrayTexture(new Uint16Array(light), header.side, header.side, 2 * header.nodes);
-  texture.format = RGBAFormat;
-  texture.type = HalfFloatType;
-  texture.wrapS = texture.wrapT = ClampToEdgeWrapping;
-  texture.magFilter = texture.minFilter = LinearFilter;
-  texture.needsUpdate = true;
-  return texture;
+  return halfLayers(light, header.side, header.side, 2 * header.nodes);
 }
 
 /** Rows: the directions of the lamps, those of the flat texture, and their light. */

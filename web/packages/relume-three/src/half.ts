@@ -1,4 +1,4 @@
-import { DataUtils } from "three";
+import { ClampToEdgeWrapping, DataArrayTexture, DataUtils, HalfFloatType, LinearFilter, RGBAFormat } from "three";
 
 /** Half floats (IEEE 754 binary16) of numbers. */
 export function halvesFrom(values: ArrayLike<number>): Uint16Array {
@@ -15,6 +15,17 @@ export function fromHalf(half: number): number {
 /** The half floats of 256 codes. */
 export function halvesOfCodes(scale: number, offset: number): Uint16Array {
   return halvesFrom(Float32Array.from({ length: 256 }, (_, code) => scale * code + offset));
+}
+
+/** Layers of four half floats a texel, interpolated within a layer. */
+export function halfLayers(texels: ArrayLike<number>, width: number, height: number, layers: number): DataArrayTexture {
+  const texture = new DataArrayTexture(new Uint16Array(texels), width, height, layers);
+  texture.format = RGBAFormat;
+  texture.type = HalfFloatType;
+  texture.wrapS = texture.wrapT = ClampToEdgeWrapping;
+  texture.magFilter = texture.minFilter = LinearFilter;
+  texture.needsUpdate = true;
+  return texture;
 }
 
 function clamped(value: number): number {

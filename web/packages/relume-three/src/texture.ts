@@ -6,7 +6,7 @@ import { LoadedBlocks } from "./blocks.js";
 import { EndlessTexture } from "./endless.js";
 import { lampLightTexture, lampNodeTexture } from "./environment.js";
 import { type FieldData, planeCount } from "./field.js";
-import { fromHalf, halvesFrom } from "./half.js";
+import { fromHalf, halfLayers, halvesFrom } from "./half.js";
 import { MeasuredBasis } from "./measured.js";
 import { NoiseBlocks } from "./noise.js";
 import type { BasisTable } from "./table.js";
@@ -168,13 +168,7 @@ function interleaved(planes: Uint16Array[]): Uint16Array {
 
 function tableTexture(table: BasisTable | MeasuredBasis): DataArrayTexture {
   const [width, height] = table instanceof MeasuredBasis ? [table.lights.length, table.views.length] : [table.side, table.side];
-  const texture = new DataArrayTexture(new Uint16Array(table.texels), width, height, table.layers);
-  texture.format = RGBAFormat;
-  texture.type = HalfFloatType;
-  texture.wrapS = texture.wrapT = ClampToEdgeWrapping;
-  texture.magFilter = texture.minFilter = LinearFilter;
-  texture.needsUpdate = true;
-  return texture;
+  return halfLayers(table.texels, width, height, table.layers);
 }
 
 /** The map of triangles around lights, and below it that around views. */

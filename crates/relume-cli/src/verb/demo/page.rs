@@ -14,6 +14,7 @@ use crate::context::Context;
 use crate::html::png_uri;
 
 const TEMPLATE: &str = include_str!("page.html");
+
 /// Fills the template from the files of the folder.
 pub fn write(
     folder: &Path,
@@ -29,9 +30,7 @@ pub fn write(
     let decibels = |value: &Value| value.as_f64().map_or("no".to_owned(), |db| format!("{db:.1}"));
     let lights = fit["lights"].as_array().map(Vec::as_slice).unwrap_or_default();
     let worst = lights.iter().filter_map(|l| l["psnr_db"].as_f64()).fold(f64::INFINITY, f64::min);
-    let source = folder.join("source.png");
-    fs::write(&source, source_picture(folder, small.size(), context)?)
-        .map_err(|e| Error::io("cannot write", &e).at(&source))?;
+    write_source_picture(folder, small.size(), context)?;
     let figures = |files: &[(&str, &str)]| figures(folder, files);
     let photographs = photographs(folder, args.lights)?;
     let photographs: Vec<(&str, &str)> =
@@ -110,8 +109,8 @@ fn data_uri(path: &Path) -> Result<String> {
     Ok(png_uri(&bytes))
 }
 
-/// The source map as colours, as a PNG.
-fn source_picture(folder: &Path, exemplar: Size, context: &Context) -> Result<Vec<u8>> {
+/// Writes the source map as colours, as a PNG.
+fn write_source_picture(folder: &Path, exemplar: Size, context: &Context) -> Result<()> {
     let path = folder.join("source.npy");
     let array = open(&path, &context.job)?.into_array()?;
     let mut planes = Planes::zeros(array.size, 3);
@@ -119,5 +118,7 @@ fn source_picture(folder: &Path, exemplar: Size, context: &Context) -> Result<Ve
         let sources = array.values.iter().skip(k).step_by(array.components);
         planes.plane_mut(k).iter_mut().zip(sources).for_each(|(out, &v)| *out = v as f32 / side as f32);
     }
-    encode_picture(&Picture { planes, space: Space::Srgb }, PictureFormat::Png(Depth::Eight))
+    let bytes = encode_picture(&Picture { planes, space: Space::Srgb }, PictureFormat::Png(Depth::Eight))?;
+    let source = folder.join("source.png");
+    fs::write(&source, bytes).map_err(|e| Error::io("cannot write", &e).at(&source))
 }

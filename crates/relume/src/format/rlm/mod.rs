@@ -157,6 +157,11 @@ mod tests {
         assert!(encode(&learned).unwrap_err().to_string().contains("are not packed"));
     }
 
+    /// A part of the plane of a model.
+    fn window() -> RealisationOptions {
+        RealisationOptions { origin: [-9, 3], size: Size::new(20, 10), seed: 3, period: None }
+    }
+
     /// A model of functions of light and view.
     fn of_light_and_view(channels: usize) -> FieldModel {
         let learned = learned_of_channels_example(channels, 7, 5, 3);
@@ -177,12 +182,8 @@ mod tests {
                 (35, 35 * 36 * 30 * u64::from(model.source.channels))
             );
             assert_eq!(encode(&back).unwrap(), bytes);
-            let options =
-                RealisationOptions { origin: [-9, 3], size: Size::new(20, 10), seed: 3, period: None };
-            assert_eq!(
-                back.synthesize(&options, &job()).unwrap(),
-                model.synthesize(&options, &job()).unwrap()
-            );
+            let made = |model: &FieldModel| model.synthesize(&window(), &job()).unwrap();
+            assert_eq!(made(&back), made(&model));
         }
     }
 
@@ -204,8 +205,7 @@ mod tests {
                 let model = model(basis.clone(), color.clone(), marginals);
                 let back = decode(&encode(&model).unwrap(), &job()).unwrap();
                 assert_eq!(back, model, "{basis:?} {color:?}");
-                let options =
-                    RealisationOptions { origin: [-9, 3], size: Size::new(20, 10), seed: 3, period: None };
+                let options = window();
                 let made = model.synthesize(&options, &job()).unwrap();
                 assert_eq!((made.basis(), made.layout(), made.size()), (&basis, &color, options.size));
                 assert_eq!(back.synthesize(&options, &job()).unwrap(), made);
@@ -241,13 +241,9 @@ mod tests {
             let back = decode(&bytes, &job()).unwrap();
             assert_eq!((bytes[4], &back), (6, &model));
             assert_eq!(encode(&back).unwrap(), bytes);
-            let options =
-                RealisationOptions { origin: [-9, 3], size: Size::new(20, 10), seed: 3, period: None };
-            assert_eq!(
-                back.synthesize(&options, &job()).unwrap(),
-                model.synthesize(&options, &job()).unwrap()
-            );
-            let heights = |model: &FieldModel| model.range_map(&options, &job()).unwrap().unwrap();
+            let made = |model: &FieldModel| model.synthesize(&window(), &job()).unwrap();
+            assert_eq!(made(&back), made(&model));
+            let heights = |model: &FieldModel| model.range_map(&window(), &job()).unwrap().unwrap();
             assert_eq!(heights(&back), heights(&model));
         }
     }

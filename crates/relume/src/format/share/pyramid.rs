@@ -67,7 +67,7 @@ impl TiledTexture {
         }
         let keeps_codes = first.is_some();
         let codes = first.map(|own| [own, map_codes.clone()].concat());
-        let planes = joined(field.coefficients(), &maps)?;
+        let planes = field.coefficients().followed_by(&maps)?;
         let mut level = PyramidLevel { layout: field.layout().clone(), planes, codes };
         loop {
             made.add(&level, field.basis().len(), job)?;
@@ -178,10 +178,6 @@ impl PyramidLevel {
 fn tile_name(level: usize, (column, row): (usize, usize), storage: PlaneStorage) -> String {
     let extension = if storage == PlaneStorage::Png { "png" } else { "f16.gz" };
     format!("tile-{level}-{column}-{row}.{extension}")
-}
-
-fn joined(a: &Planes, b: &Planes) -> Result<Planes> {
-    Planes::from_vec(a.size(), a.count() + b.count(), [a.as_slice(), b.as_slice()].concat())
 }
 
 fn largest_error(field: &ReflectanceField, codes: &[LinearCodes]) -> f32 {

@@ -69,13 +69,8 @@ fn resolution(side: usize, thousand: char) -> String {
     if side >= 1024 { format!("{}{thousand}", (side + 512) / 1024) } else { format!("{side}px") }
 }
 
-/// The files of a preset.
-pub(super) fn files(
-    preset: MapPreset,
-    name: &str,
-    side: usize,
-    textures: TextureFormat,
-) -> Vec<(String, MapContent)> {
+/// The maps of a preset, by the words in their names.
+fn maps_of(preset: MapPreset) -> Vec<(&'static str, MapContent)> {
     use DataMap::{Detail, Metallic, Occlusion, Opacity, Roughness, Smoothness};
     use MapContent::{Height, Normal, Packed, Single};
     const ORM: &[DataMap] = &[Occlusion, Roughness, Metallic];
@@ -84,8 +79,7 @@ pub(super) fn files(
     let (opaque, translucent) =
         (MapContent::Color { translucent: false }, MapContent::Color { translucent: true });
     let [rough, metal, ao, opacity] = [Roughness, Metallic, Occlusion, Opacity].map(Single);
-    let lower = name.to_ascii_lowercase();
-    let list: Vec<(&str, MapContent)> = match preset {
+    match preset {
         MapPreset::AmbientCg => vec![
             ("Color", opaque),
             ("NormalGL", up),
@@ -126,11 +120,21 @@ pub(super) fn files(
             ("AO", ao),
             ("Opacity", opacity),
         ],
-    };
+    }
+}
+
+/// The files of a preset.
+pub(super) fn files(
+    preset: MapPreset,
+    name: &str,
+    side: usize,
+    textures: TextureFormat,
+) -> Vec<(String, MapContent)> {
+    let lower = name.to_ascii_lowercase();
     let file = |(word, content): (&str, MapContent)| {
         let extension = match content {
-            Height(HeightFormat::Exr) => "exr",
-            Height(HeightFormat::Png) => "png",
+            MapContent::Height(HeightFormat::Exr) => "exr",
+            MapContent::Height(HeightFormat::Png) => "png",
             _ => textures.extension(),
         };
         let stem = match preset {
@@ -145,7 +149,7 @@ pub(super) fn files(
         };
         (format!("{stem}.{extension}"), content)
     };
-    list.into_iter().map(file).collect()
+    maps_of(preset).into_iter().map(file).collect()
 }
 
 impl DataMap {

@@ -1,12 +1,15 @@
-//! Models as textures: where a texture is shown or measured, a model is evaluated to a seamless tile.
+//! Models as textures: where a texture is shown or measured, a model is evaluated to a seamless tile, or to a window of its
+//! plane.
 
 use std::path::Path;
+use std::str::FromStr;
 
 use relume::direction::Directions;
 use relume::field::{Basis, ParametricField, PlaneLayout};
 use relume::format::{Content, HeightMap, HeightScale, Opened};
 use relume::random_field::{FieldModel, Fields, RealisationOptions};
 use relume::render::Relighter;
+use relume::workflow::endless::PlaneWindow;
 use relume::{Error, Job, Picture, ReflectanceField, Result, Size};
 
 use crate::{args, input};
@@ -20,6 +23,11 @@ pub struct Args {
     /// the tile closes]
     #[arg(long, value_name = "WxH", value_parser = args::size)]
     model_size: Option<Size>,
+    /// Instead of a seamless tile, this window of the endless plane of the model: left, top, width and height in texels.
+    /// Windows agree where they overlap
+    #[arg(long, value_name = "X,Y,W,H", value_parser = <PlaneWindow as FromStr>::from_str, allow_hyphen_values = true,
+          conflicts_with = "model_size")]
+    model_window: Option<PlaneWindow>,
     /// Another seed makes another texture from the model [default: 0]
     #[arg(long, value_name = "N")]
     model_seed: Option<u64>,
@@ -168,15 +176,18 @@ impl Args {
 
     /// Refuses options of models where none of the inputs was one.
     pub fn check(&self, any_model: bool) -> Result<()> {
-        if any_model || (self.model_size.is_none() && self.model_seed.is_none()) {
+        let is_given = self.has_size() || self.model_seed.is_some();
+        if any_model || !is_given {
             return Ok(());
         }
-        Err(Error::usage("--model-size and --model-seed are for .rlm models, and no input is one"))
+        Err(Error::usage(
+            "--model-size, --model-window and --model-seed are for .rlm models, and no input is one",
+        ))
     }
 
-    /// Whether the size of the tile was given.
+    /// Whether a part of the plane was asked for.
     pub fn has_size(&self) -> bool {
-        self.model_size.is_some()
+        self.model_size.is_some() || self.model_window.is_some()
     }
 
     /// The seed of the texture made from a model.
@@ -184,15 +195,18 @@ impl Args {
         self.model_seed.unwrap_or_default()
     }
 
-    /// A seamless tile of a model.
+    /// What is made of a model: a seamless tile, unless a window is asked for.
     pub fn tile(&self, model: &FieldModel, job: &Job) -> Result<ReflectanceField> {
         model.synthesize(&self.window(model), job)
     }
 
     /// What is made of a model.
     fn window(&self, model: &FieldModel) -> RealisationOptions {
-        let size = self.model_size.unwrap_or(model.tile_size());
         let seed = self.seed();
+        if let Some(PlaneWindow { x, y, size }) = self.model_window {
+            return RealisationOptions { origin: [x, y], size, seed, period: None };
+        }
+        let size = self.model_size.unwrap_or(model.tile_size());
         RealisationOptions { origin: [0, 0], size, seed, period: Some(size) }
     }
 }

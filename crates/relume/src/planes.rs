@@ -112,6 +112,14 @@ impl Planes {
         &mut self.data[k * n..(k + 1) * n]
     }
 
+    /// Rounds the values of plane `k` to multiples of a step.
+    ///
+    /// # Panics
+    /// When `k` is not below [`Planes::count`].
+    pub fn round(&mut self, k: usize, step: f32) {
+        self.plane_mut(k).iter_mut().for_each(|value| *value = (*value / step).round() * step);
+    }
+
     /// All planes in order.
     pub fn iter(&self) -> std::slice::ChunksExact<'_, f32> {
         self.data.chunks_exact(self.size.texels().max(1))

@@ -321,6 +321,29 @@ fn a_texture_in_clusters_is_relit_compared_rendered_and_synthesised() {
     assert_eq!(json(path, &["info", "large.exr"])["basis"], "learned");
 }
 
+/// Rounded numbers and functions: a smaller file, which every verb reads, whose texels are rearranged as they are.
+#[test]
+fn a_rounded_texture_is_small_and_stays_so_when_it_is_enlarged() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    write_folder(&path.join("btf"), &photographs());
+    done(path, &["fit", "btf", "-o", "plain.exr", "--rank", "8", "--half"]);
+    let fit = json(path, &["fit", "btf", "-o", "r.exr", "--rank", "8", "--rounding", "0.008"]);
+    assert_eq!(fit["rounding"], 0.008);
+    let bytes = |name: &str| fs::metadata(path.join(name)).unwrap().len();
+    assert!(bytes("r.exr") < bytes("plain.exr") * 2 / 3, "{} and {}", bytes("r.exr"), bytes("plain.exr"));
+    let said = fit["report"]["error"]["psnr_db"].as_f64().unwrap();
+    let measured = json(path, &["compare", "btf", "r.exr"])["psnr_db"].as_f64().unwrap();
+    assert!(said > 38.0 && (measured - said).abs() < 1.5, "{said} dB, measured {measured} dB");
+    done(path, &["relight", "r.exr", "--light", "0.3,0.4,0.8", "--view", "0.5,0,0.8", "-o", "relit.png"]);
+    done(path, &["synth", "r.exr", "-o", "same.exr", "--size", "24", "--block", "8"]);
+    assert!(bytes("same.exr") < bytes("plain.exr") * 2 / 3, "{}", bytes("same.exr"));
+    let refusal = |more: &[&str]| refused(path, &[&["fit", "btf", "--rounding", "0.01"][..], more].concat());
+    assert!(refusal(&["-o", "r.btf"]).contains("holds plain numbers"));
+    assert!(refusal(&["-o", "r.ptm"]).contains("needs an .exr"));
+    assert!(refusal(&["-o", "r.exr", "--basis", "ptm"]).contains("--rounding is of functions"));
+}
+
 #[test]
 fn clusters_that_cannot_be_made_are_refused_in_a_sentence() {
     let folder = tempfile::tempdir().unwrap();

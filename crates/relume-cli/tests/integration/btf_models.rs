@@ -135,6 +135,14 @@ fn a_model_of_clusters_shows_pairs_windows_and_its_range_map() {
     done(path, &["relight", "c.rlm", "--view-sweep", "arc:3", "-o", "s.png"]);
     done(path, &["synth", "c.rlm", "-o", "large.exr", "--window", "-20,900,50,40"]);
     assert_eq!(json(path, &["info", "large.exr"])["basis"], "learned");
+    let of_model = [&["relight", "c.rlm", "-o", "a.png", "--model-window=-20,900,50,40"][..], &PAIR].concat();
+    done(path, &of_model);
+    done(path, &[&["relight", "large.exr", "-o", "b.png"][..], &PAIR].concat());
+    let [(_, a), (_, b)] = ["a.png", "b.png"].map(|name| read_png(&path.join(name)));
+    assert!(
+        a.iter().zip(&b).all(|(a, b)| a.abs_diff(*b) <= 1),
+        "the picture of a window is that of its functions"
+    );
     let relief = ["render", "c.rlm", "--height", "c.rlm", "--bump", "1x", "--size", "24", "-o", "r.png"];
     done(path, &relief);
     done(

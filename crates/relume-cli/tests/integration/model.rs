@@ -212,6 +212,11 @@ fn a_model_is_shown_and_measured_as_a_tile_of_it() {
         assert!(shown(verb, "leather.rlm", &[]) == shown(verb, "tile.exr", &[]), "{verb:?}");
         assert!(shown(verb, "leather.rlm", &wide) == shown(verb, "wide.exr", &[]), "{verb:?}");
     }
+    run(at, &["synth", "leather.rlm", "-o", "window.exr", "--window", "-9,40,70,30"]);
+    for verb in [&["relight", "--light", "0,0,1"][..], &["analyze"]] {
+        let window = shown(verb, "leather.rlm", &["--model-window=-9,40,70,30"]);
+        assert!(window == shown(verb, "window.exr", &[]), "{verb:?}");
+    }
     let scaled = ["render", "leather.rlm", "--size", "9", "-o", "scaled.png", "--model-size", "128x96"];
     assert_eq!(
         json(at, &scaled)["tiling"],
@@ -236,6 +241,8 @@ fn a_model_is_shown_and_measured_as_a_tile_of_it() {
     );
     let size = ["relight", "leather.png", "--light", "0,0,1", "--model-size", "64", "-o", "x.png"];
     assert!(failed(at, &size, 2).contains(".rlm"));
+    let window = ["relight", "leather.png", "--light", "0,0,1", "--model-window", "0,0,9,9", "-o", "x.png"];
+    assert!(failed(at, &window, 2).contains("no input is one"));
     let size = ["relight", "leather.rlm", "--light", "0,0,1", "--model-size", "63", "-o", "x.png"];
     assert!(failed(at, &size, 2).contains("multiples of"));
 }

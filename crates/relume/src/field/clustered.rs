@@ -176,6 +176,13 @@ impl ClusteredField {
         self.planes.size()
     }
 
+    /// The same texture with the numbers of texels rounded to multiples of a step.
+    #[must_use]
+    pub fn rounded(mut self, step: f32) -> Self {
+        (1..self.planes.count()).for_each(|k| self.planes.round(k, step));
+        self
+    }
+
     /// The channels of one texel for a light and a view, in the space of the field: the mean of its cluster plus its
     /// numbers times the axes. The slow truth of [`ClusteredField::expanded`].
     pub fn values(&self, x: usize, y: usize, directions: impl Into<Directions>) -> Vec<f32> {

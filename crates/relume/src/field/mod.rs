@@ -97,6 +97,13 @@ impl ReflectanceField {
         Ok(field.with_lights(self.lights.clone()))
     }
 
+    /// The same field with coefficients rounded to multiples of a step, one for each of the first planes.
+    #[must_use]
+    pub fn rounded(mut self, steps: &[f32]) -> Self {
+        steps.iter().enumerate().for_each(|(k, step)| self.coefficients.round(k, *step));
+        self
+    }
+
     /// The same field, whose coefficients count against the job's budget; `what` names it in a refusal.
     ///
     /// # Errors

@@ -2,10 +2,9 @@
 
 use crate::error::{Error, Result};
 use crate::field::{Basis, Learned, PackedFunctions, ReflectanceField};
+use crate::fit::learned::{deviations, in_packed};
 use crate::format::rlm;
 use crate::job::Job;
-use crate::numeric::Matrix;
-use crate::planes::Planes;
 
 /// Halvings of the range of steps.
 const HALVINGS: usize = 14;
@@ -29,17 +28,7 @@ pub fn packed_field(
     }
     let functions = functions.min(learned.functions());
     let packed = within(learned, &deviations(field.coefficients(), functions), bytes, job)?;
-    let unpacked = packed.unpacked()?;
-    let projection = projection(&unpacked, learned);
-    let planes = projected(field.coefficients(), &projection, job)?;
-    ReflectanceField::new(Basis::Learned(unpacked), field.layout().clone(), field.space(), planes).map(Some)
-}
-
-/// The root mean square of the coefficients of each function.
-fn deviations(planes: &Planes, functions: usize) -> Vec<f64> {
-    let square =
-        |plane: &[f32]| plane.iter().map(|v| f64::from(*v).powi(2)).sum::<f64>() / plane.len() as f64;
-    planes.iter().take(functions).map(|plane| square(plane).sqrt().max(1e-9)).collect()
+    in_packed(field, learned, &packed, job).map(Some)
 }
 
 /// The finest rounding that keeps to the bytes. All functions err alike in the values of the texture: steps are inverse to
@@ -69,39 +58,6 @@ fn within(learned: &Learned, deviations: &[f64], bytes: usize, job: &Job) -> Res
     })
 }
 
-/// The inner products of the packed functions with the functions.
-fn projection(packed: &Learned, learned: &Learned) -> Matrix {
-    let (m, n, channels) = (packed.functions(), learned.functions(), learned.channels());
-    let basis = Basis::Learned(learned.clone());
-    let mut products = Matrix::zeros(m, n);
-    for (i, (pair, weight)) in packed.pairs().iter().zip(packed.weights()).enumerate() {
-        let values = basis.weights(*pair);
-        for c in 0..channels {
-            let own = &packed.values()[(i * channels + c) * m..][..m];
-            for (j, v) in own.iter().enumerate() {
-                let factor = weight * f64::from(*v);
-                let sums = products.row_mut(j).iter_mut().zip(&values[c * n..]);
-                sums.for_each(|(sum, value)| *sum += factor * value);
-            }
-        }
-    }
-    products
-}
-
-/// Combinations of planes.
-fn projected(planes: &Planes, matrix: &Matrix, job: &Job) -> Result<Planes> {
-    let mut out =
-        Planes::zeros_within(job, "the texture of the packed functions", planes.size(), matrix.rows())?;
-    for (j, sums) in out.iter_mut().enumerate() {
-        job.proceed()?;
-        for (k, plane) in planes.iter().enumerate() {
-            let share = matrix[(j, k)] as f32;
-            sums.iter_mut().zip(plane).for_each(|(sum, v)| *sum += share * v);
-        }
-    }
-    Ok(out)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -109,6 +65,7 @@ mod tests {
     use crate::field::PlaneLayout;
     use crate::field::basis::{learned_example, learned_of_channels_example};
     use crate::numeric::random::{Purpose, Stream};
+    use crate::planes::Planes;
     use crate::size::Size;
     use crate::space::Space;
 

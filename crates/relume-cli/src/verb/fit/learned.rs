@@ -32,6 +32,7 @@ pub(super) fn run(
         space,
         hold_out: args.hold_out,
         clusters: clusters(args, &defaults)?,
+        rounding: args.rounding,
         ..defaults
     };
     options.validate()?;
@@ -60,6 +61,7 @@ pub(super) fn run(
     let written = outputs.commit()?;
     let mut json = described(&fit.field, fitted, tested.as_ref(), quality);
     json["clusters"] = json!(options.clusters);
+    json["rounding"] = json!(options.rounding);
     let clusters = options
         .clusters
         .map_or(String::new(), |of| format!(" in {} clusters of {} axes", of.clusters, of.axes));

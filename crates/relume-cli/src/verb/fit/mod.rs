@@ -60,6 +60,10 @@ pub struct Args {
     /// The numbers of a texel of a cluster [default: a third of the functions]
     #[arg(long, value_name = "N", requires = "clusters")]
     cluster_axes: Option<usize>,
+    /// Round numbers and functions such that they add this root mean square error at most, of values with white at 1, for a
+    /// file several times smaller (an .exr in 16-bit floats): 0.004 is one step of 8 bits
+    #[arg(long, value_name = "E")]
+    rounding: Option<f64>,
     /// In a .btf: common functions of all views and channels (common); of the logarithm of the luminance, and a quarter as
     /// many of two colour differences over it (decorrelated); or functions of the light for each view (per-view)
     /// [default: common]
@@ -69,7 +73,7 @@ pub struct Args {
     /// lafortune2); base colour, normal, roughness and specular reflectance as in artists' programs (ggx); or a function of
     /// the light for each view: lobes (views-lafortune1, views-lafortune2), or any basis of light (views-ptm, views-hsh9)
     #[arg(long, value_name = "NAME", value_parser = parametric::named,
-          conflicts_with_all = ["basis", "rank", "error", "clusters", "factors"])]
+          conflicts_with_all = ["basis", "rank", "error", "clusters", "rounding", "factors"])]
     model: Option<String>,
     /// The most pairs of light and view to which the lobes or facets of a texel are fitted [default: 1024]
     #[arg(long, value_name = "N", requires = "model")]
@@ -201,6 +205,7 @@ impl Args {
             (self.rank.is_some(), "--rank"),
             (self.error.is_some(), "--error"),
             (self.clusters.is_some(), "--clusters"),
+            (self.rounding.is_some(), "--rounding"),
             (self.factors.is_some(), "--factors"),
             (self.hold_out.is_some(), "--hold-out"),
         ];
@@ -269,6 +274,12 @@ enum FittedFormat {
 
 fn output_format(args: &Args, basis: &BasisChoice) -> Result<FittedFormat> {
     if args.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("btf")) {
+        if args.rounding.is_some() {
+            return Err(Error::usage(
+                "a .btf file holds plain numbers: give --rounding with an .exr to write",
+            )
+            .at(&args.output));
+        }
         return Ok(FittedFormat::Btf(if args.half { BtfScalar::Half } else { BtfScalar::Float }));
     }
     let format = named_format(args)?;
@@ -277,17 +288,18 @@ fn output_format(args: &Args, basis: &BasisChoice) -> Result<FittedFormat> {
 }
 
 fn named_format(args: &Args) -> Result<FieldFormat> {
-    if output::is_stream(&args.output) && !args.half {
+    if output::is_stream(&args.output) && !args.half && args.rounding.is_none() {
         return Ok(FieldFormat::Ptm);
     }
-    match (FieldFormat::from_path(&args.output)?, args.half) {
+    match (FieldFormat::from_path(&args.output)?, args.half || args.rounding.is_some()) {
         (FieldFormat::Exr(_), true) => Ok(FieldFormat::Exr(ExrDepth::Half)),
         (FieldFormat::Picture(_), false) => {
             Err(Error::usage("a picture cannot hold functions: name a .ptm or .exr to write")
                 .at(&args.output))
         }
         (format, false) => Ok(format),
-        (_, true) => Err(Error::usage("--half needs an .exr or .btf to write").at(&args.output)),
+        (_, true) if args.half => Err(Error::usage("--half needs an .exr or .btf to write").at(&args.output)),
+        (_, true) => Err(Error::usage("--rounding needs an .exr to write").at(&args.output)),
     }
 }
 

@@ -40,6 +40,15 @@ pub struct PackedFunctions {
 }
 
 impl PackedFunctions {
+    /// Refuses pairs whose functions cannot be packed.
+    ///
+    /// # Errors
+    /// Pairs that are not all of some lights with all of some views.
+    pub fn check(pairs: &[Directions]) -> Result<()> {
+        let [lights, views] = sides(pairs);
+        table(pairs, &lights, &views).map(|_| ())
+    }
+
     /// The first functions of a basis, rounded to multiples of the steps, one for each.
     ///
     /// # Errors
@@ -53,8 +62,7 @@ impl PackedFunctions {
                 steps.len()
             )));
         }
-        let [lights, views] = [|pair: &Directions| pair.light, |pair: &Directions| pair.view]
-            .map(|of| distinct(learned.pairs().iter().map(of)));
+        let [lights, views] = sides(learned.pairs());
         let table = table(learned.pairs(), &lights, &views)?;
         let total: f64 = learned.weights().iter().sum();
         let weighted = |all: &[Direction], of: fn(&Directions) -> Direction| -> Vec<WeightedDirection> {
@@ -165,6 +173,11 @@ fn direction(of: &WeightedDirection) -> Result<Direction> {
         )));
     }
     Direction::new(x, y, (1.0 - square).max(0.0).sqrt())
+}
+
+/// The distinct lights, and the distinct views.
+fn sides(pairs: &[Directions]) -> [Vec<Direction>; 2] {
+    [|pair: &Directions| pair.light, |pair: &Directions| pair.view].map(|of| distinct(pairs.iter().map(of)))
 }
 
 /// The distinct directions, ring by ring.

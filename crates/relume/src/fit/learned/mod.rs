@@ -24,14 +24,17 @@ mod clipped;
 mod clusters;
 mod dots;
 mod finish;
+mod packing;
 mod point_axes;
 mod reference;
 mod report;
+mod rounding;
 mod sketch;
 mod solid_angles;
 
 pub use super::pair_errors::{PairsReport, PolarReport};
 pub use clusters::{ClusterOptions, cluster};
+pub use packing::{deviations, in_packed};
 pub use reference::exact;
 pub use report::LearnedReport;
 pub use solid_angles::pair_weights;
@@ -45,10 +48,11 @@ use super::sample::Grid;
 use super::stream::PhotographStream;
 use crate::direction::Directions;
 use crate::error::{Error, Result};
-use crate::field::{Basis, ClusteredField, Learned, PlaneLayout, ReflectanceField};
+use crate::field::{Basis, ClusteredField, Learned, PackedFunctions, PlaneLayout, ReflectanceField};
 use crate::job::Job;
 use crate::raster::LoadRaster;
 use crate::space::Space;
+use rounding::FactorRounding;
 use sketch::Sketch;
 
 /// The most functions; more are neither compact nor fast.
@@ -81,6 +85,9 @@ pub struct LearnedOptions {
     pub report_texels: usize,
     /// Clusters of texels with axes of their own; `None` keeps a number for each function.
     pub clusters: Option<ClusterOptions>,
+    /// The root mean square error, of values with white at 1, by which numbers and functions may be rounded so that files
+    /// are small; `None` rounds nothing. Pairs must be all of some lights with all of some views.
+    pub rounding: Option<f64>,
     /// The seed of the random matrix, whose influence is below the error of the factorisation, and of the clusters.
     pub seed: u64,
 }
@@ -93,6 +100,7 @@ impl Default for LearnedOptions {
             hold_out: None,
             report_texels: 1024,
             clusters: None,
+            rounding: None,
             seed: 0,
         }
     }
@@ -102,8 +110,9 @@ impl LearnedOptions {
     /// Checks the options before a photograph is read.
     ///
     /// # Errors
-    /// No function or more than [`MOST_FUNCTIONS`], an error that is not between 0 and 1, no texel to compare,
-    /// and a step of less than 2 of what is left out.
+    /// No function or more than [`MOST_FUNCTIONS`], an error that is not between 0 and 1, or one that rounding alone
+    /// passes, no texel to compare, a step of less than 2 of what is left out, and a rounding of nothing or of a quarter
+    /// of the range and more.
     pub fn validate(&self) -> Result<()> {
         match self.rank {
             Rank::Functions(n) if n == 0 || n > MOST_FUNCTIONS => {
@@ -121,6 +130,14 @@ impl LearnedOptions {
         }
         if self.hold_out.is_some_and(|step| step < 2) {
             return Err(Error::usage("leaving out every first light and view leaves none: give 2 or more"));
+        }
+        if let Some(rounding) = self.rounding {
+            rounding::validate(rounding)?;
+            if matches!(self.rank, Rank::Error(error) if error <= rounding) {
+                return Err(Error::usage(format!(
+                    "the error asked for holds that of rounding, {rounding}: give a larger error or a finer rounding"
+                )));
+            }
         }
         Ok(())
     }
@@ -154,15 +171,19 @@ pub fn fit(
     let directions: Vec<Directions> = pairs.iter().map(|(_, pair)| *pair).collect();
     let held_out = HeldOut::new(&directions, options.hold_out)?;
     let names = pairs.iter().map(|(name, _)| name.as_str()).collect();
-    let first = match options.rank {
+    if options.rounding.is_some() {
+        PackedFunctions::check(&held_out.pairs())?;
+    }
+    let asked = rank_of_factors(options);
+    let first = match asked {
         Rank::Functions(n) => with_margin(n),
         Rank::Error(_) => FIRST_SKETCH,
     };
     let stream = PhotographStream::open(names, load, |_| 3 * first, job)?;
     let columns = held_out.kept() * stream.channels();
     let most = columns.min(stream.size().texels());
-    check_rank(options.rank, columns, stream.size().texels())?;
-    if let (Some(clusters), Rank::Functions(functions)) = (&options.clusters, options.rank) {
+    check_rank(asked, columns, stream.size().texels())?;
+    if let (Some(clusters), Rank::Functions(functions)) = (&options.clusters, asked) {
         clusters.validate(functions, stream.size().texels())?;
     }
     let grid = Grid::new(stream.size(), options.report_texels);
@@ -175,33 +196,61 @@ pub fn fit(
     loop {
         let sketched = Sketch::new(&setting, width, &grid, job)?;
         let factors = finish::Factors::new(&sketched, job)?;
-        let found = factors.rank(options.rank);
+        let found = factors.rank(asked);
         let enough = with_margin(found.unwrap_or(MOST_FUNCTIONS)).min(most);
         if width < enough {
             width = (2 * width).min(enough);
             continue;
         }
-        let Some(rank) = found else { return Err(not_reached(options.rank, &factors)) };
+        let Some(rank) = found else { return Err(not_reached(asked, &factors)) };
         let (values, weights, mut planes) = factors.finish(rank, &held_out, job)?;
         if directions.iter().all(|pair| pair.view == directions[0].view) {
             clipped::refine(&mut planes, &values, &stream, &held_out, &levels, job)?;
         }
         let basis = Learned::of_channels(stream.channels(), held_out.pairs(), weights, values)?;
         let layout = PlaneLayout::shared(channel_names(stream.channels()))?;
-        let learned = ReflectanceField::new(Basis::Learned(basis), layout, options.space, planes)?;
+        let field = ReflectanceField::new(Basis::Learned(basis.clone()), layout, options.space, planes)?;
+        let (field, clustered, more) = match formed(&field, &basis, options, job)? {
+            Some((formed, clustered)) => {
+                let more = sketched.mean_square(&field, &formed, job)?;
+                (formed, clustered, more)
+            }
+            None => (field, None, 0.0),
+        };
+        let error = (factors.error(rank).powi(2) + more).sqrt();
         let measured = Measurement { pairs, grid: &grid, levels: &levels, held_out: &held_out };
         let singular_values = &factors.singular_values[..rank];
-        let Some(clusters) = &options.clusters else {
-            let error = factors.error(rank);
-            let report = report::report(&measured, &learned, &sketched.kept, singular_values, error, job)?;
-            return Ok(LearnedFit { field: learned, clustered: None, report });
-        };
-        let clustered = cluster(&learned, clusters, options.seed, job)?;
-        let field = clustered.expanded(job)?;
-        let more = sketched.mean_square(&learned, &field, job)?;
-        let error = (factors.error(rank).powi(2) + more).sqrt();
         let report = report::report(&measured, &field, &sketched.kept, singular_values, error, job)?;
-        return Ok(LearnedFit { field, clustered: Some(clustered), report });
+        return Ok(LearnedFit { field, clustered, report });
+    }
+}
+
+/// A factorised texture rounded, in clusters, or both; of clusters the expanded form as well. `None` where neither is
+/// asked for.
+fn formed(
+    field: &ReflectanceField,
+    learned: &Learned,
+    options: &LearnedOptions,
+    job: &Job,
+) -> Result<Option<(ReflectanceField, Option<ClusteredField>)>> {
+    let rounding = options.rounding.map(|rmse| FactorRounding::new(field, learned, rmse));
+    let rounded = rounding.as_ref().map(|rounding| rounding.of_functions(field, learned, job)).transpose()?;
+    let Some(clusters) = &options.clusters else {
+        let rounded = rounded.zip(rounding);
+        return Ok(rounded.map(|(field, rounding)| (field.rounded(rounding.number_steps()), None)));
+    };
+    let mut clustered = cluster(rounded.as_ref().unwrap_or(field), clusters, options.seed, job)?;
+    if let Some(rounding) = rounding {
+        clustered = clustered.rounded(rounding.step_of_axes(clusters.axes, learned));
+    }
+    Ok(Some((clustered.expanded(job)?, Some(clustered))))
+}
+
+/// The rank asked for of the factors alone: rounding adds its own error.
+fn rank_of_factors(options: &LearnedOptions) -> Rank {
+    match (options.rank, options.rounding) {
+        (Rank::Error(error), Some(rounding)) => Rank::Error((error * error - rounding * rounding).sqrt()),
+        (rank, _) => rank,
     }
 }
 

@@ -83,27 +83,40 @@ impl Sketch {
 }
 
 impl Sketch {
-    /// The mean square of what two fields of one learned basis differ by, over all values of the photographs.
+    /// The mean square of what two fields of learned functions differ by, over all values of the photographs: those of
+    /// the pairs of the first field, which count alike here, whatever their solid angles.
     pub fn mean_square(&self, a: &ReflectanceField, b: &ReflectanceField, job: &Job) -> Result<f64> {
-        let Basis::Learned(learned) = a.basis() else {
-            return Err(Error::invalid("the difference of textures of other than learned functions"));
+        let functions = function_products(a, b)?;
+        let (a, b) = (a.coefficients(), b.coefficients());
+        let planes = [gram(a, job)?, products_of(a, b, job)?, gram(b, job)?];
+        let sum = |planes: &Matrix, functions: &Matrix| -> f64 {
+            let rows = (0..planes.rows()).flat_map(|j| planes.row(j).iter().zip(functions.row(j)));
+            rows.map(|(a, b)| a * b).sum()
         };
-        let mut difference = a.coefficients().clone().held(job, "the difference of two textures")?;
-        let values = difference.as_mut_slice().iter_mut().zip(b.coefficients().as_slice());
-        values.for_each(|(a, b)| *a -= b);
-        let planes = gram(&difference, job)?;
-        // Pairs count alike here, whatever their solid angles.
-        let n = learned.functions();
-        let mut functions = Matrix::zeros(n, n);
-        for row in learned.values().chunks_exact(n) {
-            for (j, &a) in row.iter().enumerate() {
-                let sums = functions.row_mut(j).iter_mut().zip(row);
-                sums.for_each(|(sum, &b)| *sum += f64::from(a) * f64::from(b));
+        let [own, between, other] = [0, 1, 2].map(|i| sum(&planes[i], &functions[i]));
+        Ok((own - 2.0 * between + other).max(0.0) / self.values)
+    }
+}
+
+/// The inner products of the functions of the first field with each other, of both, and of those of the second with each
+/// other.
+fn function_products(a: &ReflectanceField, b: &ReflectanceField) -> Result<[Matrix; 3]> {
+    let Basis::Learned(learned) = a.basis() else {
+        return Err(Error::invalid("the difference of textures of other than learned functions"));
+    };
+    let (m, n) = (learned.functions(), b.basis().len());
+    let mut products = [(m, m), (m, n), (n, n)].map(|(rows, columns)| Matrix::zeros(rows, columns));
+    for pair in learned.pairs() {
+        let (a, b) = (a.basis().weights(*pair), b.basis().weights(*pair));
+        for (a, b) in a.chunks_exact(m).zip(b.chunks_exact(n)) {
+            for (matrix, (left, right)) in products.iter_mut().zip([(a, a), (a, b), (b, b)]) {
+                for (j, factor) in left.iter().enumerate() {
+                    matrix.row_mut(j).iter_mut().zip(right).for_each(|(sum, value)| *sum += factor * value);
+                }
             }
         }
-        let products = (0..n).flat_map(|j| planes.row(j).iter().zip(functions.row(j)));
-        Ok(products.map(|(a, b)| a * b).sum::<f64>().max(0.0) / self.values)
     }
+    Ok(products)
 }
 
 impl Setting<'_> {
@@ -240,14 +253,26 @@ fn orthonormal(planes: Planes, job: &Job) -> Result<Planes> {
 /// The inner products of planes.
 pub(super) fn gram(planes: &Planes, job: &Job) -> Result<Matrix> {
     let n = planes.count();
-    let dot =
-        |a: &[f32], b: &[f32]| -> f64 { a.iter().zip(b).map(|(a, b)| f64::from(*a) * f64::from(*b)).sum() };
     let row = |j: usize| {
         job.proceed()?;
         Ok((0..=j).map(|k| dot(planes.plane(j), planes.plane(k))).collect())
     };
     let rows = (0..n).into_par_iter().map(row).collect::<Result<Vec<Vec<f64>>>>()?;
     Ok(Matrix::from_fn(n, n, |j, k| rows[j.max(k)][j.min(k)]))
+}
+
+/// The inner products of planes with other planes.
+fn products_of(planes: &Planes, others: &Planes, job: &Job) -> Result<Matrix> {
+    let row = |j: usize| {
+        job.proceed()?;
+        Ok(others.iter().map(|other| dot(planes.plane(j), other)).collect())
+    };
+    let rows = (0..planes.count()).into_par_iter().map(row).collect::<Result<Vec<Vec<f64>>>>()?;
+    Ok(Matrix::from_fn(planes.count(), others.count(), |j, k| rows[j][k]))
+}
+
+fn dot(a: &[f32], b: &[f32]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| f64::from(*a) * f64::from(*b)).sum()
 }
 
 /// out_k = sum_j matrix_kj plane_j.

@@ -6,14 +6,14 @@ use crate::raster::{Raster, Samples};
 use crate::size::Size;
 
 /// Photographs of texels that are products of some numbers and smooth functions of light and view, with noise.
-struct Photographed {
-    pairs: Vec<(String, Directions)>,
-    images: Vec<Raster>,
+pub(super) struct Photographed {
+    pub pairs: Vec<(String, Directions)>,
+    pub images: Vec<Raster>,
 }
 
 const SIZE: Size = Size { width: 9, height: 7 };
 
-fn material(lights: usize, views: usize, channels: usize, noise: f64) -> Photographed {
+pub(super) fn material(lights: usize, views: usize, channels: usize, noise: f64) -> Photographed {
     let direction = |i: usize, n: usize| Direction::from_angles(1.3 * i as f64 / n as f64, 2.4 * i as f64);
     let pair = move |i: usize| Directions {
         light: direction(i % lights, lights),
@@ -43,7 +43,7 @@ fn material(lights: usize, views: usize, channels: usize, noise: f64) -> Photogr
 }
 
 impl Photographed {
-    fn fit(&self, options: &LearnedOptions) -> Result<LearnedFit> {
+    pub fn fit(&self, options: &LearnedOptions) -> Result<LearnedFit> {
         fit(&self.pairs, &|i| Ok(self.images[i].clone()), options, &Job::default())
     }
 

@@ -39,13 +39,13 @@ pub fn decode_clustered(bytes: &[u8], job: &Job) -> Result<ClusteredField> {
     if !is_clustered(&layer) {
         return Err(Error::unsupported("the EXR file holds no texture in clusters"));
     }
-    clustered_of(&layer)
+    clustered_of(&layer, job)
 }
 
 /// The texture in clusters that attributes describe.
-pub(super) fn clustered_of(layer: &Layer) -> Result<ClusteredField> {
+pub(super) fn clustered_of(layer: &Layer, job: &Job) -> Result<ClusteredField> {
     let layout = layout_of(layer)?;
-    let basis = basis_of(layer, &layout)?;
+    let basis = basis_of(layer, &layout, job)?;
     let text = attribute(layer, COUNTS_KEY)?;
     let counts: Option<Vec<usize>> = text.split_ascii_whitespace().map(|word| word.parse().ok()).collect();
     let Some(&[clusters, axes]) = counts.as_deref() else {
@@ -103,7 +103,7 @@ mod tests {
             let bytes = encode_clustered(&field, ExrDepth::Float, &job).unwrap();
             let mut layer = codec::decode(&bytes, &job).unwrap();
             change(&mut layer);
-            clustered_of(&layer).unwrap_err().to_string()
+            clustered_of(&layer, &job).unwrap_err().to_string()
         };
         let with = |key: &str, value: &str| {
             layer(&|layer| {

@@ -6,6 +6,7 @@
 //! | `relumeBasis` | the name of the basis |
 //! | `relumeInterpolated` | of `rbf` and `tabulated`, the directions of their lights as in `relumeLights` |
 //! | `relumeLearned`, `relumeLearnedValues` | the table of a learned basis: see [`learned`] |
+//! | `relumeLearnedPacked` | the integers of a learned basis that is packed, instead of the table |
 //! | `relumeColor` | the layout of planes: `luminance`, `rgb`, `lrgb`, `channels`, `shared` |
 //! | `relumeChannels` | the names of the channels of `channels` and `shared`, in order, separated by `;` |
 //! | `relumeSpace` | `linear` or `srgb` |
@@ -48,6 +49,7 @@ pub(super) const VERSION_KEY: &str = "relumeField";
 const BASIS_KEY: &str = "relumeBasis";
 const INTERPOLATED_KEY: &str = "relumeInterpolated";
 const LEARNED_KEY: &str = "relumeLearned";
+const PACKED_KEY: &str = "relumeLearnedPacked";
 const VALUES_KEY: &str = "relumeLearnedValues";
 pub(super) const COLOR_KEY: &str = "relumeColor";
 const CHANNELS_KEY: &str = "relumeChannels";
@@ -138,8 +140,13 @@ pub(super) fn parts_of(
         attributes.push((INTERPOLATED_KEY, directions_as_text(interpolated.lights())));
     }
     if let Basis::Learned(learned) = basis {
-        attributes.push((LEARNED_KEY, learned::pairs_of(learned)));
-        attributes.push((VALUES_KEY, learned::values_of(learned, depth)));
+        match learned::packed_of(learned) {
+            Some(packed) => attributes.push((PACKED_KEY, packed)),
+            None => {
+                attributes.push((LEARNED_KEY, learned::pairs_of(learned)));
+                attributes.push((VALUES_KEY, learned::values_of(learned, depth)));
+            }
+        }
     }
     if layout.is_named() || layout.is_shared() {
         attributes.push((CHANNELS_KEY, layout.channel_names().join(";")));
@@ -181,14 +188,14 @@ pub(in crate::format) fn decode_field(bytes: &[u8], meaning: Meaning, job: &Job)
 /// The field that attributes describe.
 fn described(layer: &Layer, job: &Job) -> Result<ExrField> {
     if clustered::is_clustered(layer) {
-        let field = clustered::clustered_of(layer)?.expanded(job)?;
+        let field = clustered::clustered_of(layer, job)?.expanded(job)?;
         return Ok(ExrField { field, opacity: None, depth: layer.depth, models: None });
     }
     if parametric::is_parametric(layer) {
         return linear_form_of(parametric::parametric_of(layer)?, layer.depth, job);
     }
     let layout = layout_of(layer)?;
-    let basis = basis_of(layer, &layout)?;
+    let basis = basis_of(layer, &layout, job)?;
     let space = space_of(layer)?;
     let names = channel_names(&basis, &layout, space);
     let mut planes = ordered(layer, &names)?;
@@ -228,9 +235,12 @@ fn named_channels(layer: &Layer, job: &Job) -> Result<ExrField> {
 }
 
 /// The basis that attributes describe.
-pub(super) fn basis_of(layer: &Layer, layout: &PlaneLayout) -> Result<Basis> {
+pub(super) fn basis_of(layer: &Layer, layout: &PlaneLayout, job: &Job) -> Result<Basis> {
     let channels = if layout.is_shared() { layout.channels() } else { 1 };
     match layer.attributes.get(BASIS_KEY).map(String::as_str) {
+        Some("learned") if layer.attributes.contains_key(PACKED_KEY) => {
+            learned::from_packed(attribute(layer, PACKED_KEY)?, channels, job).map(Basis::Learned)
+        }
         Some("learned") => {
             let (pairs, values) = (attribute(layer, LEARNED_KEY)?, attribute(layer, VALUES_KEY)?);
             learned::from_texts(pairs, values, channels).map(Basis::Learned)

@@ -1,13 +1,19 @@
 //! The table of a learned basis as two texts. The pairs: for each the light, the view and the weight, numbers
 //! separated by spaces and pairs by `;`, the shortest decimals that read back to the same bits. The values of the
-//! functions, pair after pair and channel after channel, are numbers as text ([`numbers`]).
+//! functions, pair after pair and channel after channel, are numbers as text ([`numbers`]). A basis that is packed has
+//! one text instead: its integers as those of a model ([`rlm`]), in Base64.
 
 use std::fmt::Write as _;
 
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD as BASE64;
+
 use super::{ExrDepth, numbers};
 use crate::direction::{Direction, Directions};
-use crate::error::{Error, Result};
+use crate::error::{Error, ErrorKind, Result};
 use crate::field::Learned;
+use crate::format::rlm;
+use crate::job::Job;
 
 /// Numbers of a pair.
 const NUMBERS: usize = 7;
@@ -36,6 +42,29 @@ pub(super) fn values_of(learned: &Learned, depth: ExrDepth) -> String {
     match depth {
         ExrDepth::Half if holds(&text).is_err() => numbers::text_of(learned.values(), ExrDepth::Float),
         ExrDepth::Half | ExrDepth::Float => text,
+    }
+}
+
+/// The integers of a packed basis as text.
+pub(super) fn packed_of(learned: &Learned) -> Option<String> {
+    rlm::encode_functions(learned.packed()?).ok().map(|bytes| BASE64.encode(bytes))
+}
+
+/// The basis of a text of [`packed_of`].
+///
+/// # Errors
+/// A text that is not Base64 of packed functions of so many channels, and more memory than the limits allow.
+pub(super) fn from_packed(text: &str, channels: usize, job: &Job) -> Result<Learned> {
+    let broken = |why: String| Error::invalid(format!("the functions in the EXR field are damaged: {why}"));
+    let bytes = BASE64.decode(text.trim_ascii()).map_err(|_| broken("expected Base64".to_owned()))?;
+    let unpacked = rlm::decode_functions(&bytes, job).and_then(|packed| packed.unpacked());
+    let learned = unpacked.map_err(|error| match error.kind() {
+        ErrorKind::Invalid => broken(error.to_string()),
+        _ => error,
+    })?;
+    match learned.channels() == channels {
+        true => Ok(learned),
+        false => Err(broken(format!("they are of {} channels, expected {channels}", learned.channels()))),
     }
 }
 
@@ -70,9 +99,8 @@ fn pair_of(number: usize, row: &str) -> Result<(Directions, f64)> {
 mod tests {
     use super::*;
     use crate::field::basis::learned_example;
-    use crate::field::{Basis, PlaneLayout, ReflectanceField};
+    use crate::field::{Basis, PackedFunctions, PlaneLayout, ReflectanceField};
     use crate::format::{FieldFormat, decode_field, encode_field};
-    use crate::job::Job;
     use crate::planes::Planes;
     use crate::size::Size;
     use crate::space::Space;
@@ -91,6 +119,30 @@ mod tests {
             from_texts(&pairs_of(&learned), &values_of(&learned, ExrDepth::Float), 1).unwrap(),
             learned
         );
+    }
+
+    #[test]
+    fn packed_functions_come_back_to_the_bit_and_damage_is_refused() {
+        let learned = learned_example(9, 7, 4);
+        assert_eq!(packed_of(&learned), None);
+        let packed = PackedFunctions::new(&learned, &[1e-3; 4]).unwrap().unpacked().unwrap();
+        let (text, job) = (packed_of(&packed).unwrap(), Job::default());
+        assert_eq!(from_packed(&text, 1, &job).unwrap(), packed);
+        assert!(text.len() * 3 < values_of(&learned, ExrDepth::Half).len());
+        let planes = Planes::zeros(Size::new(2, 1), 4);
+        let field =
+            ReflectanceField::new(Basis::Learned(packed), PlaneLayout::LUMINANCE, Space::Linear, planes);
+        let field = field.unwrap();
+        for depth in [ExrDepth::Half, ExrDepth::Float] {
+            let file = encode_field(&field, FieldFormat::Exr(depth), None, &job).unwrap();
+            assert!(decode_field(&file, &job).unwrap().field == field);
+        }
+        let refused =
+            |text: &str, channels: usize| from_packed(text, channels, &job).unwrap_err().to_string();
+        assert!(refused(&text, 3).contains("of 1 channels, expected 3"));
+        assert!(refused("*", 1).contains("expected Base64"));
+        assert!(refused("", 1).contains("damaged"));
+        assert!(refused(&text[..text.len() / 8 * 4], 1).contains("damaged"));
     }
 
     /// A file with the directions of the usual BTF samples, 81 x 81.

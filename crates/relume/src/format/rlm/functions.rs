@@ -15,8 +15,25 @@ pub(super) const COUNTS: [u32; 4] = [16, 16, 8, 16];
 
 /// The bytes of packed functions in a file.
 pub fn functions_bytes(functions: &PackedFunctions) -> usize {
+    encode_functions(functions).map_or(usize::MAX, |bytes| bytes.len())
+}
+
+/// Packed functions as bytes.
+///
+/// # Errors
+/// More lights, views, channels or functions than the bytes can count.
+pub fn encode_functions(functions: &PackedFunctions) -> Result<Vec<u8>> {
     let mut bits = BitWriter::default();
-    write_functions(&mut bits, functions).map_or(usize::MAX, |()| bits.into_bytes().len())
+    write_functions(&mut bits, functions)?;
+    Ok(bits.into_bytes())
+}
+
+/// The packed functions of [`encode_functions`].
+///
+/// # Errors
+/// Bytes missing, more memory than the limits allow, and numbers that are not those of functions.
+pub fn decode_functions(bytes: &[u8], job: &Job) -> Result<PackedFunctions> {
+    read_functions(&mut BitReader::new(bytes), job)
 }
 
 /// Writes functions.

@@ -9,7 +9,7 @@ mod structure;
 mod table;
 mod write;
 
-pub use functions::functions_bytes;
+pub use functions::{decode_functions, encode_functions, functions_bytes};
 pub use read::decode;
 pub use structure::structure_bytes;
 pub use write::{check_kind, encode};

@@ -23,7 +23,9 @@ pub use clustered::{ClusterSpaces, ClusteredField, MOST_CLUSTERS};
 pub use index::{IndexSpace, Metric};
 pub use layout::{PlaneLayout, PlaneRole};
 pub use parametric::{MOST_LOBES, ParametricField, PerViewModel, TexelModel, ViewFunction};
-pub use shapes::Shapes;
+#[cfg(test)]
+pub(crate) use shapes::tests::shapes_example;
+pub use shapes::{ShapeLookup, Shapes};
 
 use crate::direction::{Direction, Directions};
 use crate::error::{Error, Result};

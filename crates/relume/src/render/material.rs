@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::mip_map::MipMap;
 use crate::direction::Directions;
 use crate::error::{Error, Result};
-use crate::field::{Basis, PlaneLayout, ReflectanceField};
+use crate::field::{Basis, PlaneLayout, ReflectanceField, ShapeLookup, Shapes};
 use crate::job::Job;
 use crate::planes::Planes;
 use crate::space::Space;
@@ -25,8 +25,15 @@ pub struct LitTexture {
 /// The meaning of the values of a texel.
 #[derive(Debug)]
 enum Shown {
-    /// Coefficients of the function of each channel, or of all of them, then the normal if there are normals.
-    Functions { basis: Basis, layout: PlaneLayout, space: Space, has_normals: bool },
+    /// Coefficients of the function of each channel, or of all of them, then the numbers of moved boundaries if the basis
+    /// has them, then the normal if there are normals.
+    Functions {
+        basis: Basis,
+        layout: PlaneLayout,
+        space: Space,
+        shapes: Option<ShapeLookup>,
+        has_normals: bool,
+    },
     /// A linear colour, independent of the light.
     Colors { layout: PlaneLayout },
 }
@@ -36,6 +43,8 @@ enum Shown {
 pub struct Lookup {
     /// The values at the position, in the order of the values of a texel.
     pub values: Vec<f32>,
+    /// The width in texels of what they are the mean of.
+    pub footprint: f64,
     /// The values of the functions for the current directions.
     weights: Vec<f64>,
     /// Under an environment: the moments of its light in the current frame,
@@ -69,11 +78,15 @@ impl LitTexture {
             )));
         }
         let layout = linear(field.layout());
-        let stride = layout.planes(field.basis().len()) + if normals.is_some() { 3 } else { 0 };
-        let data = || interleaved(field, normals, stride);
+        let shapes = Shapes::of(field, job)?;
+        let lookup = shapes.as_ref().map(Shapes::lookup);
+        let stride = layout.planes(field.basis().len())
+            + lookup.as_ref().map_or(0, ShapeLookup::len)
+            + if normals.is_some() { 3 } else { 0 };
+        let data = || interleaved(field, shapes.as_ref(), normals, stride);
         let texels = MipMap::new("the texture's pyramid", field.size(), stride, job, data)?;
         let (basis, space, has_normals) = (field.basis().clone(), field.space(), normals.is_some());
-        Ok(Self { texels, shown: Shown::Functions { basis, layout, space, has_normals } })
+        Ok(Self { texels, shown: Shown::Functions { basis, layout, space, shapes: lookup, has_normals } })
     }
 
     /// From linear colours, one plane of grey or three planes.
@@ -93,17 +106,21 @@ impl LitTexture {
 
     /// The linear colour of looked-up values, for a light and a view.
     pub fn color(&self, lookup: &mut Lookup, directions: Directions) -> [f64; 3] {
-        let Lookup { values, weights, .. } = lookup;
+        let Lookup { values, weights, footprint, .. } = lookup;
         match &self.shown {
-            Shown::Functions { basis, layout, space, .. } => {
+            Shown::Functions { basis, layout, space, shapes, .. } => {
                 let n = basis.len();
                 weights.resize(n * basis.channels(), 0.0);
                 basis.weights_into(directions, weights);
+                let moved = shapes.as_ref().map_or([0.0; 3], |shapes| {
+                    let numbers = &values[layout.planes(n)..][..shapes.len()];
+                    shapes.corrections(numbers, weights, directions.light, *footprint)
+                });
                 let function = |c: usize| {
                     let coefficients = &values[layout.function_plane(c, n)..];
                     let terms = layout.weights(c, n, weights).iter().zip(coefficients);
                     let value: f64 = terms.map(|(w, &v)| w * f64::from(v)).sum();
-                    f64::from(space.to_linear(value as f32)).max(0.0)
+                    f64::from(space.to_linear(value as f32 + moved[c])).max(0.0)
                 };
                 of_channels(layout.channels(), function)
             }
@@ -117,6 +134,11 @@ impl LitTexture {
             Shown::Functions { basis, space, .. } => Some((basis, *space)),
             Shown::Colors { .. } => None,
         }
+    }
+
+    /// Whether boundaries of shadows and highlights move between the lights.
+    pub fn has_moved_boundaries(&self) -> bool {
+        matches!(self.shown, Shown::Functions { shapes: Some(_), .. })
     }
 
     /// The layout of looked-up values.
@@ -149,16 +171,25 @@ fn of_channels(channels: usize, value: impl Fn(usize) -> f64) -> [f64; 3] {
 }
 
 /// All values of each texel adjacent; LRGB texels as three functions.
-fn interleaved(field: &ReflectanceField, normals: Option<&Planes>, stride: usize) -> Vec<f32> {
+fn interleaved(
+    field: &ReflectanceField,
+    shapes: Option<&Shapes<'_>>,
+    normals: Option<&Planes>,
+    stride: usize,
+) -> Vec<f32> {
     let (n, layout, planes) = (field.basis().len(), field.layout(), field.coefficients());
     let functions = linear(layout).planes(n);
     let mut data = vec![0.0; field.size().texels() * stride];
     data.par_chunks_exact_mut(stride).enumerate().for_each(|(texel, out)| {
-        let (functions, normal) = out.split_at_mut(functions);
+        let (functions, rest) = out.split_at_mut(functions);
+        let (moved, normal) = rest.split_at_mut(shapes.map_or(0, |shapes| shapes.lookup().len()));
         for (k, value) in functions.iter_mut().enumerate() {
             let function = planes.plane(layout.function_plane(k / n, n) + k % n)[texel];
             *value =
                 layout.color_plane(k / n, n).map_or(function, |color| function * planes.plane(color)[texel]);
+        }
+        if let Some(shapes) = shapes {
+            shapes.numbers_into(texel, moved);
         }
         if let Some(normals) = normals {
             normal.iter_mut().enumerate().for_each(|(k, value)| *value = normals.plane(k)[texel]);

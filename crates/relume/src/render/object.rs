@@ -7,7 +7,7 @@ use super::material::{LitTexture, Lookup};
 use super::mesh::{Mesh, Tangents};
 use super::raster::{self, Hit, Setup};
 use super::relief::{MeshRelief, TRIANGLE_BYTES, displaced};
-use super::relight::relight;
+use super::relighter::Relighter;
 use super::scene::{CastShadows, RenderOptions, TexelShading};
 use super::shade::{AmbientLight, Shader};
 use super::shadow::ShadowMap;
@@ -63,7 +63,7 @@ pub fn render_relief(
     let material = match options.shading {
         TexelShading::Reflectance => LitTexture::of_field(field, normals, job)?,
         TexelShading::Plain { light } => {
-            let photograph = relight(field, light).to_space(Space::Linear);
+            let photograph = Relighter::new(field, job)?.relight(light).to_space(Space::Linear);
             LitTexture::of_colors(&photograph.planes, job)?
         }
     };
@@ -112,6 +112,14 @@ fn ambient(
     let highlights = (shines && options.shading == TexelShading::Reflectance).then_some(&options.specular);
     Ok(Some(match light.method {
         EnvironmentMethod::Prefiltered => {
+            if material.has_moved_boundaries() {
+                job.remark(
+                    "the prefiltered light of the environment is smooth, and fades shadows and highlights between the lights \
+                     of the photographs instead of moving them: sample it at each point (--env-samples) for those of the \
+                     texture"
+                        .to_owned(),
+                );
+            }
             AmbientLight::Prefiltered(Prefiltered::new(&light.environment, material, highlights, job)?)
         }
         EnvironmentMethod::Sampled { samples, seed } => {
@@ -175,11 +183,12 @@ fn one_band(shader: &Shader, setups: &[Setup], chosen: &[u32], rows: (usize, usi
 mod tests {
     use super::*;
     use crate::direction::Direction;
-    use crate::field::{Basis, PlaneLayout};
+    use crate::field::{Basis, PlaneLayout, shapes_example};
     use crate::limits::Limits;
     use crate::numeric::random::{Purpose, Stream};
     use crate::render::highlight::Specular;
     use crate::render::mesh::Primitive;
+    use crate::render::relight::relight;
     use crate::render::scene::{Camera, Light};
 
     /// Positive under any light: the constant outweighs the other coefficients.
@@ -238,6 +247,32 @@ mod tests {
     }
 
     #[test]
+    fn objects_show_the_boundaries_that_move_between_the_lights() {
+        for layout in [PlaneLayout::LUMINANCE, PlaneLayout::RGB] {
+            let field = shapes_example(layout);
+            let light = Direction::from_angles(0.6, 2.9);
+            let size = field.size();
+            let wide = Primitive::Plane.mesh_with_aspect(size.width as f64 / size.height as f64);
+            let mut options = facing(size, light.to_array());
+            options.camera.distance_radii = distance_that_fills(size, &options);
+            let picture = rendered(&field, &wide, &options);
+            let relighter = Relighter::new(&field, &Job::default()).unwrap();
+            let truth = relighter.relight(light).to_space(Space::Linear).planes;
+            let linear = relight(&field, light).to_space(Space::Linear).planes;
+            assert!(truth.plane(0).iter().zip(linear.plane(0)).any(|(a, b)| (a - b).abs() > 0.05));
+            for (i, (a, b)) in picture.planes.plane(0).iter().zip(truth.plane(0)).enumerate() {
+                assert!((a - b.max(0.0)).abs() < 1e-4, "texel {i}: {a} instead of {b}");
+            }
+        }
+    }
+
+    /// The distance from which a plane of the proportions of the picture fills it.
+    fn distance_that_fills(size: Size, options: &RenderOptions) -> f64 {
+        let half_height = 1.0 / (1.0 + (size.width as f64 / size.height as f64).powi(2)).sqrt();
+        half_height / (0.5 * options.camera.field_of_view_rad).tan()
+    }
+
+    #[test]
     fn the_middle_of_a_plane_is_seen_from_straight_above_with_any_basis() {
         for basis in Basis::examples() {
             let light = Direction::new(0.5, -0.3, 0.6).unwrap();
@@ -251,7 +286,8 @@ mod tests {
             };
             let field = ReflectanceField::new(basis.clone(), layout, Space::Linear, planes).unwrap();
             let picture = rendered(&field, &Primitive::Plane.mesh(), &facing(field.size(), [0.5, -0.3, 0.6]));
-            let truth = field.value(1, 1, light)[0];
+            let truth = Relighter::new(&field, &Job::default()).unwrap().relight(light);
+            let truth = truth.planes.at(0, 1, 1);
             assert!((picture.planes.at(0, 1, 1) / truth - 1.0).abs() < 1e-5, "{}", basis.name());
         }
     }

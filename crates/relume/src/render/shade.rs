@@ -100,6 +100,7 @@ impl Shader<'_> {
     /// Looks up the texels of a place.
     fn fetch(&self, setup: &Setup, sample: (f64, f64), place: MeshPlace, lookup: &mut Lookup) {
         let footprint = self.footprint(setup, sample, place, self.material.texels().size());
+        lookup.footprint = footprint;
         self.material.texels().fetch(self.coordinates(place), footprint, &mut lookup.values);
     }
 

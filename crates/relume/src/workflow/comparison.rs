@@ -13,7 +13,7 @@ use crate::metric::texture::wrap::{Wrap, wrap};
 use crate::metric::texture::{Distances, SlicedOptions, Sources, distances};
 use crate::metric::{psnr, rmse};
 use crate::planes::Planes;
-use crate::render::{Sweep, relight};
+use crate::render::{Relighter, Sweep};
 use crate::space::Space;
 
 /// Two textures and the lights under which they are compared.
@@ -76,9 +76,9 @@ impl<'a> Comparison<'a> {
         &self.directions
     }
 
-    /// Both under one light, sRGB-encoded.
-    fn under(&self, directions: Directions) -> [Planes; 2] {
-        [self.reference, self.other].map(|field| relight(field, directions).to_space(Space::Srgb).planes)
+    /// Both, prepared for pictures under lights.
+    fn relighters(&self, job: &Job) -> Result<[Relighter<'a>; 2]> {
+        Ok([Relighter::new(self.reference, job)?, Relighter::new(self.other, job)?])
     }
 
     /// The memory of both under one light: their planes, and those of one of them in its own space.
@@ -94,9 +94,10 @@ impl<'a> Comparison<'a> {
     /// Textures of different sizes or channels, limits exceeded, and a cancelled job.
     pub fn texel_errors(&self, job: &Job) -> Result<TexelErrors> {
         job.check_bytes("the textures under a light", self.footprint().peak)?;
+        let relighters = self.relighters(job)?;
         let error = |directions: &Directions| {
             job.proceed()?;
-            let [a, b] = self.under(*directions);
+            let [a, b] = relighters.each_ref().map(|pictures| encoded(pictures, *directions));
             Ok((psnr(&a, &b)?, rmse(&a, &b)?))
         };
         let errors = self.directions.iter().map(error).collect::<Result<Vec<(f64, f64)>>>()?;
@@ -130,9 +131,10 @@ impl<'a> Comparison<'a> {
         let footprint = self.footprint();
         job.check_bytes("the textures under a light", footprint.peak)?;
         let _pictures = job.hold("the textures under a light", footprint.kept)?;
+        let relighters = self.relighters(job)?;
         job.start("comparing", self.directions.len() as u64);
         for &directions in &self.directions {
-            let [a, b] = self.under(directions);
+            let [a, b] = relighters.each_ref().map(|pictures| encoded(pictures, directions));
             found.distances.push(distances(&a, &b, &options, job)?);
             for (worst, wrap) in found.wraps.iter_mut().zip(wrap(&b)) {
                 *worst = if wrap.ratio > worst.ratio { wrap } else { *worst };
@@ -147,7 +149,32 @@ impl<'a> Comparison<'a> {
     }
 }
 
+/// A texture under a light, sRGB-encoded.
+fn encoded(pictures: &Relighter<'_>, directions: Directions) -> Planes {
+    pictures.relight(directions).to_space(Space::Srgb).planes
+}
+
 /// The direction turned by a quarter of a circle around the zenith.
 fn a_quarter_on(direction: Direction) -> Direction {
     Direction::from_disk(-direction.y(), direction.x())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::field::{Interpolated, Interpolation, PlaneLayout, shapes_example};
+
+    #[test]
+    fn boundaries_that_move_between_the_lights_are_compared() {
+        let moved = shapes_example(PlaneLayout::RGB);
+        let Basis::Interpolated(lights) = moved.basis() else { panic!("the basis of the example") };
+        let faded = Interpolated::new(lights.lights(), Interpolation::RadialBasis).unwrap();
+        let planes = moved.coefficients().clone();
+        let faded =
+            ReflectanceField::new(Basis::Interpolated(faded), PlaneLayout::RGB, moved.space(), planes)
+                .unwrap();
+        let compared = |a, b| Comparison::new(a, b, 9).texel_errors(&Job::default()).unwrap().worst_rmse;
+        assert_eq!(compared(&moved, &moved), 0.0);
+        assert!(compared(&moved, &faded) > 0.02, "{}", compared(&moved, &faded));
+    }
 }

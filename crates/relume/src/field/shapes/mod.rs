@@ -28,6 +28,7 @@
 //! The constants are those that did best on the capture synthrti of the test data (docs/quality.md tells how other
 //! captures do).
 
+mod lookup;
 mod strength;
 mod texel;
 
@@ -40,6 +41,7 @@ use crate::job::Job;
 use crate::numeric::signed_distance::signed_distances;
 use crate::planes::Planes;
 use crate::size::Size;
+pub use lookup::ShapeLookup;
 use texel::{LEVELS, TexelJudge};
 
 /// Half the width of the step from dark to lit, in texels: lights and penumbrae are not points.
@@ -192,7 +194,12 @@ impl<'a> Shapes<'a> {
 
 /// How far a texel at a signed distance is inside, 0 to 1.
 fn inside(distance: f32) -> f32 {
-    0.5 + 0.5 * distance / (distance * distance + SOFTNESS * SOFTNESS).sqrt()
+    inside_of(distance, SOFTNESS)
+}
+
+/// The same with a step of another half width.
+fn inside_of(distance: f32, softness: f32) -> f32 {
+    0.5 + 0.5 * distance / (distance * distance + softness * softness).sqrt()
 }
 
 /// The contrasts of lit and dark, and of a highlight and what is around it, under a light.
@@ -229,4 +236,4 @@ fn distances(size: Size, flags: &[u8], count: usize, edge: ShapeEdge) -> Vec<i8>
 }
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

@@ -22,6 +22,11 @@ fn field_of(
     ReflectanceField::new(basis, layout, Space::Srgb, planes).unwrap()
 }
 
+/// A field whose shadow moves between the lights.
+pub(crate) fn shapes_example(layout: PlaneLayout) -> ReflectanceField {
+    field_of(layout, Interpolation::Shapes, behind_a_wall)
+}
+
 /// A wall left of the texels that is higher than the picture is wide: its shadow ends where the light passes over it.
 fn behind_a_wall(light: Direction, x: usize, _: usize) -> f32 {
     let is_dark = light.x() < 0.0 && (x as f64) < 6.0 * -light.x() / light.z();
@@ -31,7 +36,7 @@ fn behind_a_wall(light: Direction, x: usize, _: usize) -> f32 {
 #[test]
 fn pictures_are_those_of_the_values_of_texels() {
     for layout in [PlaneLayout::LUMINANCE, PlaneLayout::RGB] {
-        let field = field_of(layout, Interpolation::Shapes, behind_a_wall);
+        let field = shapes_example(layout);
         let shapes = Shapes::of(&field, &Job::default()).unwrap().unwrap();
         let light = Direction::from_angles(0.6, 2.9);
         let mut picture = Planes::zeros(SIZE, field.layout().channels());
@@ -47,8 +52,51 @@ fn pictures_are_those_of_the_values_of_texels() {
 }
 
 #[test]
+fn corrections_of_looked_up_texels_are_those_of_pictures() {
+    for layout in [PlaneLayout::LUMINANCE, PlaneLayout::RGB] {
+        let field = shapes_example(layout);
+        let shapes = Shapes::of(&field, &Job::default()).unwrap().unwrap();
+        let (light, lookup) = (Direction::from_angles(0.6, 2.9), shapes.lookup());
+        let (weights, mut numbers) = (field.basis().weights(light), vec![0.0; lookup.len()]);
+        let mut picture = Planes::zeros(SIZE, field.layout().channels());
+        shapes.correct(light, &mut picture);
+        for texel in 0..SIZE.texels() {
+            shapes.numbers_into(texel, &mut numbers);
+            let found = lookup.corrections(&numbers, &weights, light, 1.0);
+            for (c, plane) in picture.iter().enumerate() {
+                assert!(
+                    (plane[texel] - found[c]).abs() < 1e-5,
+                    "texel {texel}: {} and {}",
+                    plane[texel],
+                    found[c]
+                );
+            }
+        }
+    }
+}
+
+/// From afar a patch holds shadow and light, and fades from one to the other.
+#[test]
+fn corrections_vanish_where_patches_are_wider_than_the_reach_of_distances() {
+    let field = shapes_example(PlaneLayout::LUMINANCE);
+    let shapes = Shapes::of(&field, &Job::default()).unwrap().unwrap();
+    let (light, lookup) = (Direction::from_angles(0.6, 2.9), shapes.lookup());
+    let (weights, mut numbers) = (field.basis().weights(light), vec![0.0; lookup.len()]);
+    let mut most = |footprint: f64| {
+        let of_texel = |texel| {
+            shapes.numbers_into(texel, &mut numbers);
+            lookup.corrections(&numbers, &weights, light, footprint)[0].abs()
+        };
+        (0..SIZE.texels()).map(of_texel).fold(0.0, f32::max)
+    };
+    let (near, far) = (most(1.0), most(200.0));
+    assert!(near > 0.05 && far < 0.02 * near, "{near} near and {far} from afar");
+    assert!(most(f64::INFINITY).is_finite());
+}
+
+#[test]
 fn photographs_are_kept_under_their_own_lights() {
-    let field = field_of(PlaneLayout::LUMINANCE, Interpolation::Shapes, behind_a_wall);
+    let field = shapes_example(PlaneLayout::LUMINANCE);
     let shapes = Shapes::of(&field, &Job::default()).unwrap().unwrap();
     for light in lights() {
         let mut picture = Planes::zeros(SIZE, 1);
@@ -60,7 +108,7 @@ fn photographs_are_kept_under_their_own_lights() {
 /// The promise of the model: a shadow between those of two lights is nearer to the truth than two half shadows.
 #[test]
 fn a_shadow_moves_between_the_lights() {
-    let field = field_of(PlaneLayout::LUMINANCE, Interpolation::Shapes, behind_a_wall);
+    let field = shapes_example(PlaneLayout::LUMINANCE);
     let shapes = Shapes::of(&field, &Job::default()).unwrap().unwrap();
     let (mut linear, mut moved) = (0.0, 0.0);
     for i in 0..20 {

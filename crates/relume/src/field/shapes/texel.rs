@@ -38,8 +38,8 @@ const PASSES: usize = 12;
 const RIDGE: f64 = 0.02;
 
 /// Levels without a contrast: no photograph shows a shadow, or a highlight.
-const NEVER_DARK: f32 = 1e6;
-const NEVER_BRIGHT: f32 = -1e6;
+pub(super) const NEVER_DARK: f32 = 1e6;
+pub(super) const NEVER_BRIGHT: f32 = -1e6;
 
 /// The functions of the polynomial for a light.
 pub(super) fn terms(light: Direction) -> [f32; 4] {

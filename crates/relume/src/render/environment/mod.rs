@@ -20,6 +20,7 @@
 //! | `reflections` | the light of highlights |
 //! | `prefiltered` | their product: the fast form |
 //! | `flat` | the texture itself, as `relight` shows it |
+//! | `moved` | what boundaries that move between the lights add to it |
 //! | `nodes` | the light at the nodes of a rule, for shaders |
 
 mod cells;
@@ -28,6 +29,7 @@ mod frames;
 mod grid;
 mod hemisphere;
 mod importance;
+mod moved;
 mod nodes;
 mod prefiltered;
 mod reflections;

@@ -7,10 +7,10 @@ use super::*;
 use crate::direction::{Direction, Directions};
 use crate::error::ErrorKind;
 use crate::field::basis::learned_example;
-use crate::field::{Basis, Domain, PlaneLayout, ReflectanceField};
+use crate::field::{Basis, Domain, PlaneLayout, ReflectanceField, shapes_example};
 use crate::limits::Limits;
 use crate::numeric::quadrature::integrate_hemisphere;
-use crate::render::{CastShadows, Light, Primitive, RenderOptions, TexelShading, relight, render};
+use crate::render::{CastShadows, Light, Primitive, Relighter, RenderOptions, TexelShading, relight, render};
 
 fn job() -> Job {
     Job::default()
@@ -368,4 +368,20 @@ fn maps_that_are_no_environment_are_refused_or_mended_in_a_sentence() {
         Environment::sky(&Job::new(Limits { max_bytes: 1 << 20, ..Limits::default() })).unwrap_err().kind(),
         ErrorKind::Limit
     );
+}
+
+#[test]
+fn boundaries_that_move_between_the_lights_move_under_a_spot_as_under_a_lamp() {
+    for layout in [PlaneLayout::LUMINANCE, PlaneLayout::RGB] {
+        let field = shapes_example(layout);
+        // In front of the texture, up and to the left.
+        let (environment, light) = spot(Size::new(512, 256), (56, 96));
+        assert!(light.z() > 0.5, "{light:?}");
+        let found = relight_under(&field, &environment, &job()).unwrap().planes;
+        let lamp = Relighter::new(&field, &job()).unwrap().relight(light).to_space(Space::Linear).planes;
+        let linear = relight(&field, light).to_space(Space::Linear).planes;
+        let error = |a: &[f32], b: &[f32]| a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f32>();
+        let (moved, faded) = (error(found.plane(0), lamp.plane(0)), error(found.plane(0), linear.plane(0)));
+        assert!(moved < 0.2 * faded, "squared error {moved} to the moved picture, {faded} to the faded one");
+    }
 }

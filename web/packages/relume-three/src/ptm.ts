@@ -1,8 +1,11 @@
+import { type CompressedPlanes, compressedPlanes, decompressed } from "./compressed.js";
 import { type FieldData, FieldError, fieldOf } from "./field.js";
 import { fromHalf, halvesFrom, halvesOfCodes } from "./half.js";
+import { HeaderWords } from "./words.js";
 
-/** The bytes of a plane: `start`, `start + stride`, ... */
+/** The bytes of a plane: `start`, `start + stride`, ... of some. */
 interface Comb {
+  bytes: Uint8Array;
   start: number;
   stride: number;
 }
@@ -15,72 +18,61 @@ interface PtmHeader {
   scale: number[];
   bias: number[];
   matrix: number[];
+  compressed: CompressedPlanes | null;
   payload: number;
 }
 
-const TERMS = 6;
-const FORMATS: Record<string, number> = { PTM_FORMAT_RGB: 18, PTM_FORMAT_LRGB: 9, PTM_FORMAT_LUM: 8 };
+const TERMS = 6, RGB = 18;
+/** Planes of bytes of the formats. */
+const FORMATS: Record<string, number> = { PTM_FORMAT_RGB: RGB, PTM_FORMAT_LRGB: 9, PTM_FORMAT_LUM: 8, PTM_FORMAT_JPEG_RGB: RGB, PTM_FORMAT_JPEG_LRGB: 9 };
 
 /**
- * A polynomial texture map (`.ptm`, HP Labs, versions 1.0 to 1.2) of the formats RGB, LRGB and LUM. Values are those of the
- * photographs, taken for sRGB-encoded. Compressed formats are refused by name: `relume convert` makes plain ones of them.
+ * A polynomial texture map (`.ptm`, HP Labs, versions 1.0 to 1.2) of the formats RGB, LRGB, LUM, JPEG_RGB and JPEG_LRGB. Values are
+ * those of the photographs, taken for sRGB-encoded. Other compressed formats are refused by name.
  */
 export function loadPtm(bytes: Uint8Array, title = ""): FieldData {
-  const header = parse(bytes), { format, width, height } = header, texels = width * height, count = FORMATS[format] ?? 0;
-  const found = bytes.length - header.payload;
-  if (found !== texels * count) throw new FieldError(`${width} x ${height} texels need ${texels * count} bytes of coefficients, found ${found}`);
-  const planes = Array.from({ length: count }, (_, k) => plane(bytes, header, k));
-  if (format === "PTM_FORMAT_LUM") return fieldOf({ title, width, height, layout: "rgb", basis: "ptm", functions: TERMS, planes: colored(planes, header.matrix) });
-  return fieldOf({ title, width, height, layout: format === "PTM_FORMAT_RGB" ? "rgb" : "lrgb", basis: "ptm", functions: TERMS, planes });
+  const header = parse(bytes), { format, width, height } = header, count = FORMATS[format] ?? 0;
+  const combs = combsOf(header, bytes.subarray(header.payload), count);
+  const planes = combs.map((comb, k) => plane(comb, header, k, count));
+  const of = { title, width, height, basis: "ptm", functions: TERMS };
+  if (format === "PTM_FORMAT_LUM") return fieldOf({ ...of, layout: "rgb", planes: colored(planes, header.matrix) });
+  return fieldOf({ ...of, layout: count === RGB ? "rgb" : "lrgb", planes });
 }
 
-/** The words of the header, whatever white space is between them, and the byte after the line of the last one. */
 function parse(bytes: Uint8Array): PtmHeader {
-  let at = 0;
-  const word = (what: string): string => {
-    while (at < bytes.length && (bytes[at] ?? 0) <= 32) at++;
-    const start = at;
-    while (at < bytes.length && (bytes[at] ?? 0) > 32 && at - start < 80) at++;
-    if (start === at) throw new FieldError(`the texture map ends before ${what}`);
-    return String.fromCharCode(...bytes.subarray(start, at));
-  };
-  const number = (what: string): number => {
-    const text = word(what), value = Number(text);
-    if (!Number.isFinite(value)) throw new FieldError(`${what} of the texture map is '${text}': expected a number`);
-    return value;
-  };
-  const numbers = (what: string, count: number): number[] => Array.from({ length: count }, () => number(what));
-  const side = (what: string): number => {
-    const value = number(what);
-    if (!Number.isInteger(value) || value < 1 || value > 1 << 20) throw new FieldError(`${what} of the texture map is ${value}: expected a whole number from 1 on`);
-    return value;
-  };
-  const version = word("the version");
+  const words = new HeaderWords(bytes), version = words.word("the version");
   if (!/^PTM_1\.[012]$/.test(version)) throw new FieldError(`the texture map has version '${version}': expected PTM_1.0, PTM_1.1 or PTM_1.2`);
-  const format = word("the format");
-  if (!Object.hasOwn(FORMATS, format)) throw new FieldError(`texture maps of the format ${format} are not read here: relume convert makes one of PTM_FORMAT_RGB or PTM_FORMAT_LRGB`);
-  const width = side("the width"), height = side("the height"), scale = numbers("a scale", TERMS), bias = numbers("a bias", TERMS);
-  const matrix = format === "PTM_FORMAT_LUM" ? numbers("a matrix entry", 16) : [];
-  while (at < bytes.length && bytes[at] !== 10) at++;
-  return { format, interleaved: version !== "PTM_1.2", width, height, scale, bias, matrix, payload: at + 1 };
+  const format = words.word("the format");
+  if (!Object.hasOwn(FORMATS, format)) throw new FieldError(`texture maps of the format ${format} are not read: expected PTM_FORMAT_RGB or PTM_FORMAT_LRGB, plain or as JPEG, or PTM_FORMAT_LUM`);
+  const width = words.whole("the width", 1, 1 << 20), height = words.whole("the height", 1, 1 << 20);
+  const scale = words.numbers("a scale", TERMS), bias = words.numbers("a bias", TERMS);
+  const matrix = format === "PTM_FORMAT_LUM" ? words.numbers("a matrix entry", 16) : [];
+  const compressed = format.includes("JPEG") ? compressedPlanes(words, FORMATS[format] ?? 0) : null;
+  return { format, interleaved: version !== "PTM_1.2", width, height, scale, bias, matrix, compressed, payload: words.endOfLine() };
 }
 
-function combOf({ format, interleaved, width, height }: PtmHeader, k: number): Comb {
-  const texels = width * height, count = FORMATS[format] ?? 0;
-  if (format === "PTM_FORMAT_RGB") return { start: Math.floor(k / TERMS) * TERMS * texels + (k % TERMS), stride: TERMS };
+function combsOf(header: PtmHeader, payload: Uint8Array, count: number): Comb[] {
+  const { width, height, compressed } = header, texels = width * height;
+  if (compressed) return decompressed(payload, compressed, width, height).map((bytes) => ({ bytes, start: 0, stride: 1 }));
+  if (payload.length !== texels * count) throw new FieldError(`${width} x ${height} texels need ${texels * count} bytes of coefficients, found ${payload.length}`);
+  return Array.from({ length: count }, (_, k) => ({ bytes: payload, ...combOf(header, k, count) }));
+}
+
+function combOf({ interleaved, width, height }: PtmHeader, k: number, count: number): Pick<Comb, "start" | "stride"> {
+  const texels = width * height;
+  if (count === RGB) return { start: Math.floor(k / TERMS) * TERMS * texels + (k % TERMS), stride: TERMS };
   if (interleaved) return { start: k, stride: count };
   return k < TERMS ? { start: k, stride: TERMS } : { start: TERMS * texels + k - TERMS, stride: count - TERMS };
 }
 
 /** A plane as half floats with white at 1; the rows of a file run from the bottom. */
-function plane(bytes: Uint8Array, header: PtmHeader, k: number): Uint16Array {
-  const { format, width, height } = header, { start, stride } = combOf(header, k);
-  const isColor = format !== "PTM_FORMAT_RGB" && k >= TERMS, term = k % TERMS;
+function plane({ bytes, start, stride }: Comb, header: PtmHeader, k: number, count: number): Uint16Array {
+  const { width, height } = header, isColor = count !== RGB && k >= TERMS, term = k % TERMS;
   const scale = isColor ? 1 / 255 : (header.scale[term] ?? 1) / 255;
   const values = halvesOfCodes(scale, isColor ? 0 : -scale * (header.bias[term] ?? 0));
   const out = new Uint16Array(width * height);
   for (let y = 0, i = 0; y < height; y++) {
-    let at = header.payload + start + (height - 1 - y) * width * stride;
+    let at = start + (height - 1 - y) * width * stride;
     for (let x = 0; x < width; x++, at += stride) out[i++] = values[bytes[at] ?? 0] ?? 0;
   }
   return out;

@@ -14,7 +14,7 @@ export type FileSource = (name: string) => Promise<Uint8Array>;
 export function folderSource(url: string): FileSource {
   const base = url.endsWith("/") ? url : `${url}/`;
   return async (name) => {
-    const response = await fetch(base + encodeURIComponent(name));
+    const response = await fetch(base + name.split("/").map(encodeURIComponent).join("/"));
     if (!response.ok) throw new FieldError(`${name} cannot be loaded: the server answers ${response.status}`);
     return new Uint8Array(await response.arrayBuffer());
   };

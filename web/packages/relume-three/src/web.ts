@@ -2,9 +2,7 @@ import { hasClosedForm } from "./basis.js";
 import { type FieldData, FieldError, type FieldLayout, fieldOf } from "./field.js";
 import { halvesOfCodes } from "./half.js";
 import type { FileSource } from "./share.js";
-
-/** Gives the red, green, blue and opacity of the pixels of a JPEG file, row after row. */
-export type JpegDecoder = (bytes: Uint8Array) => Promise<{ width: number; height: number; data: ArrayLike<number> }>;
+import { type JpegDecoder, planeReader } from "./tiling.js";
 
 interface WebInfo {
   width: number;
@@ -22,15 +20,16 @@ interface WebInfo {
 const PTM_ORDER = [3, 5, 4, 1, 2, 0];
 
 /**
- * A web folder of Relight in its plain layout: `info.json` and whole JPEG planes, of the types `ptm` (6 functions) and `hsh` (4, 9 or
- * 16) and the colours `rgb` and `lrgb`. Other types, and layouts in tiles, are refused by name.
+ * A web folder of Relight: `info.json` and JPEG planes, whole (`plain`) or in tiles (`deepzoom`, `tarzoom`, `itarzoom`), of the types
+ * `ptm` (6 functions) and `hsh` (4, 9 or 16) and the colours `rgb` and `lrgb`. Other types are refused by name.
  */
 export async function loadWebFolder(source: FileSource, decode: JpegDecoder = decodeInBrowser): Promise<FieldData> {
   const info = parse(new TextDecoder().decode(await source("info.json")));
   const { width, height, nplanes } = info, isProduct = info.colorspace === "lrgb";
   const functions = isProduct ? nplanes - 3 : nplanes / 3, basis = info.type === "ptm" ? "ptm" : `hsh${functions}`;
   if (info.type === "ptm" ? functions !== PTM_ORDER.length : !hasClosedForm(basis)) throw new FieldError(`folders of ${functions} functions of the type ${info.type} are not read here`);
-  const pictures = await Promise.all(Array.from({ length: Math.ceil(nplanes / 3) }, (_, j) => picture(source, j, info, decode)));
+  const count = Math.ceil(nplanes / 3), read = await planeReader(source, width, height, count, decode);
+  const pictures = await Promise.all(Array.from({ length: count }, async (_, j) => coefficients(await read(j), j, info)));
   const stored = (k: number): Uint16Array => pictures[Math.floor(k / 3)]?.[k % 3] ?? new Uint16Array(width * height);
   const order = (k: number): number => (info.type === "ptm" ? (PTM_ORDER[k] ?? 0) : k);
   const range = Array.from({ length: functions }, (_, k) => order(k));
@@ -60,17 +59,11 @@ function parse(text: string): WebInfo {
 }
 
 /** The three coefficients of a picture as half floats: (texture - bias) scale. */
-async function picture(source: FileSource, j: number, info: WebInfo, decode: JpegDecoder): Promise<Uint16Array[]> {
-  const name = `plane_${j}.jpg`;
-  const bytes = await source(name).catch(() => {
-    throw new FieldError(`the folder has no ${name}: layouts in tiles (deepzoom, tarzoom, itarzoom) are not read here, relume convert writes plain ones`);
-  });
-  const { width, height, data } = await decode(bytes);
-  if (width !== info.width || height !== info.height) throw new FieldError(`${name} has ${width} x ${height} texels: expected ${info.width} x ${info.height}`);
+function coefficients(samples: Uint8Array, j: number, info: WebInfo): Uint16Array[] {
   return [0, 1, 2].map((c) => {
     const k = 3 * j + c, scale = info.materials[0]?.scale[k] ?? 1, values = halvesOfCodes(scale / 255, -scale * (info.materials[0]?.bias[k] ?? 0));
-    const plane = new Uint16Array(width * height);
-    for (let i = 0; i < plane.length; i++) plane[i] = values[data[4 * i + c] ?? 0] ?? 0;
+    const plane = new Uint16Array(info.width * info.height);
+    for (let i = 0; i < plane.length; i++) plane[i] = values[samples[3 * i + c] ?? 0] ?? 0;
     return plane;
   });
 }

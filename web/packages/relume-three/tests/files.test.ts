@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { type FileSource, loadPtm, loadRti, loadShare, loadWebFolder, glbSource, weights } from "../src/index.js";
+import { type FileSource, type JpegDecoder, loadPtm, loadRti, loadShare, loadWebFolder, glbSource, weights } from "../src/index.js";
 import { fromHalf } from "../src/half.js";
 
 const text = (words: string): Uint8Array => new TextEncoder().encode(words);
@@ -28,7 +28,7 @@ test("luminance with colour differences becomes red, green and blue by its matri
 test("texture maps that are not read are refused in a sentence", () => {
   const head = "PTM_1.2\nPTM_FORMAT_RGB\n2 2\n1 1 1 1 1 1\n0 0 0 0 0 0\n";
   for (const [words, sentence] of [
-    ["P6\n", "version"], ["PTM_1.2\nPTM_FORMAT_JPEG_LRGB\n", "JPEG_LRGB"], ["PTM_1.2\nPTM_FORMAT_RGB\n0 2\n", "width"],
+    ["P6\n", "version"], ["PTM_1.2\nPTM_C_LUT\n", "PTM_C_LUT"], ["PTM_1.2\nPTM_FORMAT_RGB\n0 2\n", "width"],
     [head, "72 bytes"], [head.replace("1 1 1", "1 x 1"), "expected a number"], [head.slice(0, 30), "ends before"],
   ] as const)
     expect(() => loadPtm(text(words)), words).toThrow(sentence);
@@ -61,17 +61,51 @@ test("harmonics of sixteen terms are the customary ones", () => {
   expect(weights("hsh4", [x, y, c])).toEqual(found.slice(0, 4));
 });
 
-test("web folders in tiles and of other types are refused by name", async () => {
-  const info = { width: 2, height: 2, type: "ptm", colorspace: "rgb", nplanes: 18, materials: [{ scale: Array(18).fill(1), bias: Array(18).fill(0) }] };
-  const source = (info: object): FileSource => async (name) => {
-    if (name === "info.json") return text(JSON.stringify(info));
-    throw new Error("none");
+const PLANES = { scale: Array<number>(18).fill(1), bias: Array<number>(18).fill(0) };
+
+/** A folder of files in memory; its pictures are their texels, red, green, blue and opacity, after width and height. */
+function folder(files: Record<string, Uint8Array>): FileSource {
+  return async (name) => {
+    const bytes = files[name];
+    if (!bytes) throw new Error("none");
+    return bytes;
   };
-  await expect(loadWebFolder(source(info))).rejects.toThrow("deepzoom");
-  await expect(loadWebFolder(source({ ...info, type: "rbf" }))).rejects.toThrow("rbf");
-  await expect(loadWebFolder(source({ ...info, colorspace: "mycc" }))).rejects.toThrow("mycc");
-  await expect(loadWebFolder(source({ ...info, nplanes: 12 }))).rejects.toThrow("4 functions");
-  await expect(loadWebFolder(source({ ...info, materials: [] }))).rejects.toThrow("scale");
+}
+
+const decode: JpegDecoder = async (bytes) => ({ width: bytes[0] ?? 0, height: bytes[1] ?? 0, data: bytes.subarray(2) });
+
+test("web folders of other types, and incomplete ones, are refused by name", async () => {
+  const info = { width: 2, height: 2, type: "ptm", colorspace: "rgb", nplanes: 18, materials: [PLANES] };
+  const load = (change: object, files: Record<string, Uint8Array> = {}): Promise<unknown> => loadWebFolder(folder({ "info.json": text(JSON.stringify({ ...info, ...change })), ...files }), decode);
+  await expect(load({})).rejects.toThrow("planes.tzi");
+  await expect(load({ type: "rbf" })).rejects.toThrow("rbf");
+  await expect(load({ colorspace: "mycc" })).rejects.toThrow("mycc");
+  await expect(load({ nplanes: 12 })).rejects.toThrow("4 functions");
+  await expect(load({ materials: [] })).rejects.toThrow("scale");
+  await expect(load({}, Object.fromEntries([0, 1, 2, 3, 4, 5].map((k) => [`plane_${k}.jpg`, Uint8Array.from([1, 2])])))).rejects.toThrow("plane_0.jpg has 1 x 2");
+  await expect(load({}, { "plane_0.dzi": text('<Image TileSize="16" Overlap="0"><Size Width="2" Height="3"/></Image>') })).rejects.toThrow("2 x 3");
+  await expect(load({}, { "plane_0.dzi": text('<Image TileSize="16" Overlap="0"><Size Width="2" Height="2"/></Image>') })).rejects.toThrow("plane_0_files");
+  await expect(load({}, { "planes.tzi": text('{"tilesize":16,"width":2,"height":2,"stride":2,"offsets":[0,0,0]}'), "planes.tzb": text("") })).rejects.toThrow("2 planes");
+  await expect(load({}, Object.fromEntries([0, 1, 2, 3, 4, 5].flatMap((k) => [[`plane_${k}.tzi`, text('{"tilesize":16,"width":2,"height":2,"offsets":[0,9]}')], [`plane_${k}.tzb`, text("x")]])))).rejects.toThrow("offsets");
+  await expect(load({}, { "plane_0.tzi": text("[") })).rejects.toThrow("not JSON");
+});
+
+test("overlapping tiles of a web folder come to their places, whatever level is the finest", async () => {
+  const [width, height, side, overlap] = [37, 21, 16, 1], info = { width, height, type: "hsh", colorspace: "rgb", nplanes: 12, materials: [PLANES] };
+  const files: Record<string, Uint8Array> = { "info.json": text(JSON.stringify(info)) };
+  const value = (x: number, y: number, plane: number): number => (7 * x + 13 * y + 31 * plane) % 251;
+  for (let plane = 0; plane < 4; plane++)
+    for (let ty = 0; ty < 2; ty++)
+      for (let tx = 0; tx < 3; tx++) {
+        const left = Math.max(0, tx * side - overlap), right = Math.min(width, (tx + 1) * side + overlap), top = Math.max(0, ty * side - overlap), bottom = Math.min(height, (ty + 1) * side + overlap);
+        const texels: number[] = [];
+        for (let y = top; y < bottom; y++) for (let x = left; x < right; x++) texels.push(value(x, y, plane), 0, 0, 255);
+        files[`plane_${plane}_files/3/${tx}_${ty}.jpg`] = Uint8Array.from([right - left, bottom - top, ...texels]);
+      }
+  files["plane_0.dzi"] = text(`<Image Format="jpg" Overlap="${overlap}" TileSize="${side}"><Size Height="${height}" Width="${width}"/></Image>`);
+  const data = await loadWebFolder(folder(files), decode);
+  const found = Array.from(data.planes[2] ?? [], (half) => Math.round(255 * fromHalf(half)));
+  expect(found).toEqual(Array.from({ length: width * height }, (_, i) => value(i % width, Math.floor(i / width), 2)));
 });
 
 test("functions of light are found in binary glTF", async () => {

@@ -254,14 +254,14 @@ export class Viewer {
     });
   }
 
-  /** Draws half as many pixels across while things move slowly, and all again when they rest. */
+  /** Draws half as many pixels across while things move slowly, or a third, and all again when they rest. */
   private paceAt(now: number): void {
     const since = now - this.drawnAt;
     this.drawnAt = now;
     if (this.isExact) return;
     this.slowFrames = since < MOVING ? this.slowFrames + (since > SLOW_FRAME ? 1 : 0) : 0;
     clearTimeout(this.restTimer);
-    if (this.slowFrames >= 2) this.sharpen(0.5);
+    if (this.slowFrames >= 2) this.sharpen(this.slowFrames < 8 ? 1 / 2 : 1 / 3);
     if (this.share === 1) return;
     this.restTimer = window.setTimeout(() => {
       this.slowFrames = 0;

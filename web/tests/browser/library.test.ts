@@ -16,6 +16,7 @@ const TEXTURES: [name: string, command: string][] = [
   ["rgb.ptm", "fit capture -o rgb.ptm --color rgb"],
   ["hsh.exr", "fit capture --basis hsh9 --color rgb -o hsh.exr"],
   ["hsh25.exr", "fit capture --basis hsh25 --color rgb -o hsh25.exr"],
+  ["shapes.exr", "fit capture --basis shapes --color rgb -o shapes.exr"],
   ["zernike.exr", "fit capture --basis zernike -o zernike.exr"],
   ["maps/roughness.png", "procedural leather -o maps --size 256"],
   ["picture.png", "relight lrgb.ptm --light 0,0,1 -o picture.png"],

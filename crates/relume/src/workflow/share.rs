@@ -15,7 +15,7 @@ use crate::job::Job;
 use crate::picture::Picture;
 use crate::planes::Planes;
 use crate::random_field::FieldModel;
-use crate::render::{Environment, relight};
+use crate::render::{Environment, Relighter};
 use crate::size::Size;
 use crate::surface::integrate::{IntegrateOptions, integrate};
 use crate::surface::{STEEPEST, Slopes, albedo, normals};
@@ -128,7 +128,7 @@ fn with_maps(
 /// As [`encode_picture_with`].
 pub fn thumbnail(field: &ReflectanceField, job: &Job) -> Result<Vec<u8>> {
     let light = Direction::new(-0.5, 0.5, 0.7).expect("a vector with a length");
-    let picture = relight(field, light).to_space(crate::space::Space::Linear);
+    let picture = Relighter::new(field, job)?.relight(light).to_space(crate::space::Space::Linear);
     let Size { width, height } = picture.size();
     let step = width.max(height).div_ceil(THUMBNAIL_SIDE);
     let picture = Picture { planes: picture.planes.reduced(step), space: picture.space };
@@ -138,8 +138,8 @@ pub fn thumbnail(field: &ReflectanceField, job: &Job) -> Result<Vec<u8>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::field::{Basis, PlaneLayout};
-    use crate::format::share::{CLOSED_FORMS, PlaneStorage, ShareHeader};
+    use crate::field::{Basis, PlaneLayout, Shapes, shapes_example};
+    use crate::format::share::{CLOSED_FORMS, PlaneStorage, ShareHeader, ShareShapes};
     use crate::format::{Encoding, ExrDepth, decode_field, decode_raster, encode_field};
     use crate::names::Named;
     use crate::numeric::random::{Purpose, Stream};
@@ -212,6 +212,64 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// What readers of the shared numbers find is what [`crate::field::Shapes`] adds to a texel.
+    #[test]
+    fn shared_shapes_have_the_corrections_of_the_field() {
+        let job = Job::default();
+        for layout in [PlaneLayout::LUMINANCE, PlaneLayout::RGB] {
+            let field = shapes_example(layout);
+            let shapes = Shapes::of(&field, &job).unwrap().unwrap();
+            let light = Direction::from_angles(0.6, 2.9);
+            let mut truth = Planes::zeros(field.size(), field.layout().channels());
+            shapes.correct(light, &mut truth);
+            let encoding = Encoding::Exr(ExrDepth::Float);
+            let file = FieldFile { field, opacity: None, encoding, record: Default::default(), models: None };
+            let shared = share(&file, &options(PlaneDepth::Half), &job).unwrap();
+            let header = shared.header.shapes.as_ref().unwrap();
+            let bytes = &shared.files.iter().find(|(name, _)| *name == header.file).unwrap().1;
+            let mut raw = Vec::new();
+            flate2::read::GzDecoder::new(&bytes[..]).read_to_end(&mut raw).unwrap();
+            let weights = file.field.basis().weights(light);
+            let found = corrections(header, &raw, &weights, light, file.field.size().texels());
+            for (a, b) in found.iter().zip(truth.as_slice()) {
+                assert!((a - b).abs() < 1e-3, "{a} and {b}");
+            }
+            assert!(found.iter().any(|v| v.abs() > 0.02));
+        }
+    }
+
+    /// The formula of docs/formats.md.
+    fn corrections(
+        header: &ShareShapes,
+        raw: &[u8],
+        weights: &[f64],
+        light: Direction,
+        texels: usize,
+    ) -> Vec<f32> {
+        let (codes, halves) = raw.split_at(2 * weights.len() * texels);
+        let channels = halves.len() / (16 * texels);
+        let inside = |s: f64| 0.5 + 0.5 * s / s.hypot(f64::from(header.softness));
+        let value = |channel: usize, texel: usize| {
+            let of_kind = |kind: usize| {
+                let distance = |i: usize| {
+                    let code = codes[(kind * weights.len() + i) * texels + texel];
+                    (f64::from(code) - 128.0) / f64::from(header.steps[kind])
+                };
+                let mixed: f64 = weights.iter().enumerate().map(|(i, w)| w * distance(i)).sum();
+                let linear: f64 = weights.iter().enumerate().map(|(i, w)| w * inside(distance(i))).sum();
+                let term = |k: usize| {
+                    let at = 2 * ((8 * channel + 4 * kind + k) * texels + texel);
+                    f64::from(half::f16::from_le_bytes([halves[at], halves[at + 1]]))
+                };
+                let contrast = term(0) + term(1) * light.x() + term(2) * light.y() + term(3) * light.z();
+                let contrast = contrast.clamp(0.0, f64::from(header.most[kind]));
+                f64::from(header.strengths[kind]) * (inside(mixed) - linear) * contrast
+            };
+            (of_kind(0) + of_kind(1)) as f32
+        };
+        (0..channels * texels).map(|i| value(i / texels, i % texels)).collect()
     }
 
     #[test]

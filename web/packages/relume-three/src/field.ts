@@ -1,3 +1,4 @@
+import type { FieldBoundaries } from "./boundaries.js";
 import type { EnvironmentLamps } from "./environment.js";
 import type { MeasuredBasis } from "./measured.js";
 import type { BasisTable } from "./table.js";
@@ -51,6 +52,13 @@ export interface FieldMap {
   range?: [number, number];
 }
 
+/** Planes as codes of 8 bits: value = scale code + offset, with a scale and an offset for each plane. */
+export interface FieldCodes {
+  planes: Uint8Array[];
+  scale: number[];
+  offset: number[];
+}
+
 /** A texture of functions in memory. Planes are half floats, rows from the top, in the order of the layout; what is null is not there. */
 export interface FieldData {
   title: string;
@@ -65,6 +73,8 @@ export interface FieldData {
   /** The functions, unless they have formulas. */
   table: BasisTable | MeasuredBasis | null;
   planes: Uint16Array[];
+  /** The same planes as they are stored, where these are codes: a graphics card then takes half the memory. */
+  codes: FieldCodes | null;
   normals: FieldMap | null;
   heights: FieldMap | null;
   albedo: FieldMap | null;
@@ -76,6 +86,8 @@ export interface FieldData {
   blocks: FieldBlocks | null;
   /** Light from all around, prepared for the functions. */
   environment: EnvironmentLamps | null;
+  /** Boundaries of shadows and highlights that move between the lights. */
+  boundaries: FieldBoundaries | null;
 }
 
 /** The number of planes of a layout. */
@@ -89,7 +101,7 @@ export function fieldOf(
   given: Pick<FieldData, "title" | "width" | "height" | "layout" | "basis" | "functions" | "planes"> & Partial<FieldData>,
 ): FieldData {
   return {
-    space: "srgb", channels: given.layout === "luminance" ? 1 : 3, dependsOnView: false, table: null, normals: null, heights: null,
-    albedo: null, mmPerTexel: null, cells: null, noise: null, blocks: null, environment: null, ...given,
+    space: "srgb", channels: given.layout === "luminance" ? 1 : 3, dependsOnView: false, table: null, codes: null, normals: null, heights: null,
+    albedo: null, mmPerTexel: null, cells: null, noise: null, blocks: null, environment: null, boundaries: null, ...given,
   };
 }

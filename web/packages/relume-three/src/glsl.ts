@@ -1,5 +1,8 @@
 import { HASH_GLSL } from "./hash.js";
 
+/** Beyond so many, statements are loops: shaders take their time to compile. */
+const MOST_UNROLLED = 32;
+
 // The shaders of ReflectanceMaterial. Row 0 of a texture is its top, and texture coordinates have v up.
 
 export const VERTEX = `
@@ -61,14 +64,19 @@ uniform vec2 extent;
 uniform bool crisp, clipped;
 uniform vec4 clip;
 vec2 at, dx, dy;
-float level;
+// The pyramid's level, and the logarithm of the width in texels over which look-ups average.
+float level, footprint;
 void findPlace() {
   vec2 coordinates = vec2(place.x, 1.0 - place.y);
   if (clipped && (any(lessThan(place, clip.xy)) || any(greaterThan(place, clip.zw)))) discard;
   vec2 scale = texels / extent;
   dx = dFdx(coordinates) * scale;
   dy = dFdy(coordinates) * scale;
-  level = log2(max(max(length(dx * extent), length(dy * extent)), 1.0));
+  float longer = max(length(dx * extent), length(dy * extent));
+  level = footprint = log2(max(longer, 1.0));
+#if ANISOTROPIC > 1
+  footprint = log2(max(max(min(length(dx * extent), length(dy * extent)), longer / float(ANISOTROPIC)), 1.0));
+#endif
   at = coordinates;
 #if CELLS
   ivec2 p = ivec2(floor(coordinates * texels));
@@ -90,7 +98,7 @@ float layerIndex(int k) {
 #endif
 }
 vec4 sampled(sampler2DArray source, int k) {
-#if ANISOTROPIC
+#if ANISOTROPIC > 1
   return textureGrad(source, vec3(at, layerIndex(k)), dx, dy);
 #else
   return textureLod(source, vec3(at, layerIndex(k)), level);
@@ -98,48 +106,52 @@ vec4 sampled(sampler2DArray source, int k) {
 }
 vec4 blurred(sampler2DArray source, int k) { return textureLod(source, vec3(at, layerIndex(k)), level + radius); }
 bool blurOnly = false;
+#if CODED
+uniform vec3 codeScale[FUNCTIONS], codeOffset[FUNCTIONS];
+vec4 decoded(vec4 codes, int k) { return vec4(codeScale[k] * codes.rgb + codeOffset[k], codes.a); }
+#else
+vec4 decoded(vec4 values, int k) { return values; }
+#endif
 vec4 lookedUp(int k) {
-  vec4 here = sampled(planes, k);
-  if (mode == UNSHARP_COEFFICIENTS) here += sharpen * (here - blurred(planes, k));
+  vec4 here = decoded(sampled(planes, k), k);
+  if (mode == UNSHARP_COEFFICIENTS) here += sharpen * (here - decoded(blurred(planes, k), k));
   return here;
 }
 #if HELD
 vec4 held[LAYERS];
-void holdLayers() { for (int k = 0; k < LAYERS; k++) held[k] = lookedUp(k); }
-vec4 layer(int k) { return blurOnly ? blurred(planes, k) : held[k]; }
+//HOLD
+vec4 layer(int k) { return mode == UNSHARP_LUMINANCE && blurOnly ? decoded(blurred(planes, k), k) : held[k]; }
 #else
 void holdLayers() {}
-vec4 layer(int k) { return blurOnly ? blurred(planes, k) : lookedUp(k); }
+vec4 layer(int k) { return mode == UNSHARP_LUMINANCE && blurOnly ? decoded(blurred(planes, k), k) : lookedUp(k); }
 #endif`;
 
 /** The value of the functions at the place, in the space of the texture. */
 export const EVALUATE = `
+// Whether a light is a lamp, which makes highlights; the light from all around may be less than none at one of its places.
+bool ofLamp = true;
+#if SHAPES
+vec3 lightOfShapes;
+#endif
 vec3 evaluate() {
   vec3 sum = vec3(0.0);
-  for (int g = 0; g < GROUPS; g++) {
-    vec4 w = weightGroup(0, g);
-#if ARRANGEMENT == 0
-    for (int j = 0; j < 4; j++) if (4 * g + j < FUNCTIONS) sum += w[j] * layer(4 * g + j).rgb;
-#else
-    vec4 c = layer(g);
-#if CHANNELS == 3
-    sum += vec3(dot(w, c), dot(weightGroup(1, g), c), dot(weightGroup(2, g), c));
-#else
-    sum += vec3(dot(w, c));
-#endif
-#endif
-  }
+//SUM
 #if ARRANGEMENT == 2
   sum *= layer(GROUPS).rgb;
+#endif
+#if SHAPES
+  // Under the light from all around, whose lamps stand for smooth light, boundaries fade as in the linear form.
+  if (ofLamp) sum += movedBoundaries(lightOfShapes);
 #endif
   return sum;
 }
 vec3 valueFor(vec3 light, vec3 view) {
   fillWeights(light, view);
+#if SHAPES
+  lightOfShapes = light;
+#endif
   return evaluate();
 }
-// Whether a light is a lamp, which makes highlights; the light from all around may be less than none at one of its places.
-bool ofLamp = true;
 vec3 toLinear(vec3 v) {
 #if SRGB
   v = mix(v / 12.92, pow(max(v + 0.055, 0.0) / 1.055, vec3(2.4)), step(vec3(0.04045), v));
@@ -148,6 +160,29 @@ vec3 toLinear(vec3 v) {
   return ofLamp ? max(v, 0.0) : v;
 #endif
 }`;
+
+/** Statements for 0, 1, ... as they stand, or as a loop over many. Without a graphics card, a loop takes twice their time. */
+function forAll(count: number, statement: (index: string) => string): string {
+  if (count > MOST_UNROLLED) return `for (int k = 0; k < ${count}; k++) { ${statement("k")} }`;
+  return Array.from({ length: count }, (_, k) => statement(String(k))).join("\n  ");
+}
+
+/** Keeps the layers of a place while its lights are added up. */
+export function holdGlsl(layers: number): string {
+  return `void holdLayers() {\n  ${forAll(layers, (k) => `held[${k}] = lookedUp(${k});`)}\n}`;
+}
+
+/** Adds up the functions, of which each has a layer, or four have one. */
+export function sumGlsl(functions: number, hasLayers: boolean, channels: number): string {
+  const groups = Math.ceil(functions / 4);
+  if (!hasLayers) {
+    const dots = (g: string): string => [0, 1, 2].map((c) => `dot(weightGroup(${c}, ${g}), layer(${g}))`).join(", ");
+    return forAll(groups, (g) => `sum += ${channels === 3 ? `vec3(${dots(g)})` : `dot(weightGroup(0, ${g}), layer(${g}))`};`);
+  }
+  const part = (g: string, j: number): string => `sum += w[${j}] * layer(4 * ${g} + ${j}).rgb;`;
+  const within = (g: string, j: number): string => (g === "k" ? `if (4 * k + ${j} < ${functions}) ${part(g, j)}` : 4 * Number(g) + j < functions ? part(g, j) : "");
+  return forAll(groups, (g) => `{ vec4 w = weightGroup(0, ${g}); ${[0, 1, 2, 3].map((j) => within(g, j)).join(" ")} }`);
+}
 
 /** Weights of bases with formulas. */
 export const CLOSED = `

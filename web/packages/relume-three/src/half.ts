@@ -17,6 +17,13 @@ export function halvesOfCodes(scale: number, offset: number): Uint16Array {
   return halvesFrom(Float32Array.from({ length: 256 }, (_, code) => scale * code + offset));
 }
 
+/** A plane of codes as half floats. */
+export function halvesOfPlane(codes: Uint8Array, scale: number, offset: number): Uint16Array {
+  const values = halvesOfCodes(scale, offset), plane = new Uint16Array(codes.length);
+  for (let i = 0; i < codes.length; i++) plane[i] = values[codes[i] ?? 0] ?? 0;
+  return plane;
+}
+
 /** Layers of four half floats a texel, interpolated within a layer. */
 export function halfLayers(texels: ArrayLike<number>, width: number, height: number, layers: number): DataArrayTexture {
   const texture = new DataArrayTexture(new Uint16Array(texels), width, height, layers);

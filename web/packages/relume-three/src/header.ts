@@ -43,6 +43,15 @@ export interface ShareEnvironment {
   scale: number;
 }
 
+/** Pairs are of shadows and of highlights. */
+export interface ShareShapes {
+  file: string;
+  strengths: [number, number];
+  steps: [number, number];
+  most: [number, number];
+  softness: number;
+}
+
 export interface ShareLevel {
   size: [number, number];
   layout: FieldLayout;
@@ -79,6 +88,7 @@ export interface ShareHeader {
   noise?: { planes: number; side: number; key: [number, number]; reach: number; entries: number; tables: string; functions: string };
   blocks?: { side: number };
   environment?: ShareEnvironment;
+  shapes?: ShareShapes;
   pyramid?: SharePyramid;
 }
 
@@ -115,6 +125,10 @@ function fault(header: ShareHeader): string | null {
   const light = header.environment;
   if (light && !(typeof light.file === "string" && isCount(light.nodes, MOST_NODES) && isCount(light.functions, MOST_FUNCTIONS) && isCount(light.side, MOST_SIDE) && Number.isFinite(light.scale))) {
     return "the shared texture has a damaged environment";
+  }
+  const { shapes } = header, isPair = (pair: unknown): boolean => Array.isArray(pair) && pair.length === 2 && pair.every(Number.isFinite);
+  if (shapes && !(typeof shapes.file === "string" && [shapes.strengths, shapes.steps, shapes.most].every(isPair) && shapes.steps.every((step) => step > 0) && shapes.softness > 0 && header.layout !== "lrgb" && basis.channels === 1)) {
+    return "the shared texture has damaged shapes";
   }
   if (header.version === 2) return pyramidFault(header);
   return endlessFault(header) ?? planesFault(header);

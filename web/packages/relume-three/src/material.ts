@@ -1,7 +1,8 @@
 import { DoubleSide, GLSL3, Matrix3, ShaderMaterial, Vector2, Vector3, Vector4 } from "three";
 import { CLOSED_FORM_GLSL } from "./basis.js";
+import { BOUNDARIES_GLSL } from "./boundaries.js";
 import { ENVIRONMENT_GLSL } from "./environment.js";
-import { CLOSED, EVALUATE, FRAGMENT, LOOKUP, VERTEX } from "./glsl.js";
+import { CLOSED, EVALUATE, FRAGMENT, LOOKUP, VERTEX, holdGlsl, sumGlsl } from "./glsl.js";
 import type { FieldData } from "./field.js";
 import { MEASURED_GLSL, MeasuredBasis } from "./measured.js";
 import { BasisTable, TABLE_GLSL } from "./table.js";
@@ -33,7 +34,7 @@ export class ReflectanceMaterial extends ShaderMaterial {
   constructor(texture: ReflectanceTexture) {
     super({ glslVersion: GLSL3, vertexShader: VERTEX, fragmentShader: fragmentFor(texture), side: DoubleSide });
     this.defines = definesFor(texture);
-    const cells = texture.data.cells;
+    const cells = texture.data.cells, shapes = texture.data.boundaries?.header;
     const pair = (values: [number, number] | undefined): Vector2 => new Vector2(...(values ?? [0, 0]));
     this.uniforms = {
       planes: { value: texture.planes },
@@ -41,6 +42,14 @@ export class ReflectanceMaterial extends ShaderMaterial {
       basisTable: { value: texture.basisTable },
       cornerMap: { value: texture.cornerMap },
       directionPoints: { value: texture.directionPoints },
+      codeScale: { value: ofChannels(texture.codes?.scale, 255) },
+      codeOffset: { value: ofChannels(texture.codes?.offset, 1) },
+      distances: { value: texture.distances },
+      contrasts: { value: texture.contrasts },
+      shapeStrengths: { value: pair(shapes?.strengths) },
+      shapeSteps: { value: pair(shapes?.steps) },
+      shapeMost: { value: pair(shapes?.most) },
+      shapeSoftness: { value: shapes?.softness ?? 1 },
       texels: { value: new Vector2(texture.width, texture.height) },
       extent: { value: new Vector2(...texture.extent) },
       padding: { value: texture.layout?.padding ?? 0 },
@@ -142,6 +151,12 @@ export class ReflectanceMaterial extends ShaderMaterial {
   }
 }
 
+/** Numbers of the planes of functions of red, green and blue as vectors for each function, times a factor. */
+function ofChannels(numbers: number[] | undefined, factor: number): Vector3[] {
+  const functions = (numbers?.length ?? 3) / 3, of = (i: number): number => factor * (numbers?.[i] ?? 0);
+  return Array.from({ length: functions }, (_, k) => new Vector3(of(k), of(functions + k), of(2 * functions + k)));
+}
+
 function definesFor(texture: ReflectanceTexture): Record<string, number> {
   const { data } = texture;
   const modes = Object.fromEntries(MODES.map((mode, i) => [mode.toUpperCase().replaceAll("-", "_"), i]));
@@ -158,10 +173,12 @@ function definesFor(texture: ReflectanceTexture): Record<string, number> {
     ARRANGEMENT: ARRANGEMENTS[texture.arrangement],
     SRGB: data.space === "srgb" ? 1 : 0,
     MAPS: texture.maps ? 1 : 0,
-    ANISOTROPIC: texture.planes.anisotropy > 1 ? 1 : 0,
+    ANISOTROPIC: texture.planes.anisotropy,
     CELLS: data.cells ? 1 : 0,
     CORNERS: data.cells?.corners ?? 1,
     ENDLESS: texture.endless ? 1 : 0,
+    CODED: texture.codes ? 1 : 0,
+    SHAPES: data.boundaries?.channels ?? 0,
     TILES: texture.tiles,
     LAYERS: texture.layers,
     HELD: texture.layers <= MOST_HELD ? 1 : 0,
@@ -172,10 +189,13 @@ function definesFor(texture: ReflectanceTexture): Record<string, number> {
   };
 }
 
-function fragmentFor({ data }: ReflectanceTexture): string {
-  const weights = weightsFor(data);
+function fragmentFor({ data, arrangement, layers }: ReflectanceTexture): string {
+  const parts: Record<string, string> = {
+    LOOKUP, WEIGHTS: `${weightsFor(data)}${BOUNDARIES_GLSL}`, EVALUATE, ENVIRONMENT: ENVIRONMENT_GLSL, HOLD: holdGlsl(layers),
+    SUM: sumGlsl(data.functions, arrangement === "color", data.layout === "shared" ? 3 : 1),
+  };
   const precisions = "precision highp float;\nprecision highp int;\nprecision highp sampler2DArray;\n";
-  return precisions + FRAGMENT.replace("//LOOKUP", LOOKUP).replace("//WEIGHTS", weights).replace("//EVALUATE", EVALUATE).replace("//ENVIRONMENT", ENVIRONMENT_GLSL);
+  return precisions + Object.entries(parts).reduce((text, [name, part]) => text.replace(`//${name}\n`, () => `${part}\n`), FRAGMENT);
 }
 
 /** The functions in GLSL: measured, tabulated, or by formulas. */

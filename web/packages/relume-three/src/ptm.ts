@@ -1,6 +1,6 @@
 import { type CompressedPlanes, compressedPlanes, decompressed } from "./compressed.js";
 import { type FieldData, FieldError, fieldOf } from "./field.js";
-import { fromHalf, halvesFrom, halvesOfCodes } from "./half.js";
+import { fromHalf, halvesFrom, halvesOfPlane } from "./half.js";
 import { HeaderWords } from "./words.js";
 
 /** The bytes of a plane: `start`, `start + stride`, ... of some. */
@@ -33,10 +33,12 @@ const FORMATS: Record<string, number> = { PTM_FORMAT_RGB: RGB, PTM_FORMAT_LRGB: 
 export function loadPtm(bytes: Uint8Array, title = ""): FieldData {
   const header = parse(bytes), { format, width, height } = header, count = FORMATS[format] ?? 0;
   const combs = combsOf(header, bytes.subarray(header.payload), count);
-  const planes = combs.map((comb, k) => plane(comb, header, k, count));
+  const stored = combs.map((comb) => plane(comb, width, height)), range = stored.map((_, k) => steps(header, k, count));
+  const planes = stored.map((codes, k) => halvesOfPlane(codes, ...(range[k] ?? [1, 0])));
   const of = { title, width, height, basis: "ptm", functions: TERMS };
   if (format === "PTM_FORMAT_LUM") return fieldOf({ ...of, layout: "rgb", planes: colored(planes, header.matrix) });
-  return fieldOf({ ...of, layout: count === RGB ? "rgb" : "lrgb", planes });
+  const codes = { planes: stored, scale: range.map(([scale]) => scale), offset: range.map(([, offset]) => offset) };
+  return fieldOf({ ...of, layout: count === RGB ? "rgb" : "lrgb", planes, codes });
 }
 
 function parse(bytes: Uint8Array): PtmHeader {
@@ -65,17 +67,21 @@ function combOf({ interleaved, width, height }: PtmHeader, k: number, count: num
   return k < TERMS ? { start: k, stride: TERMS } : { start: TERMS * texels + k - TERMS, stride: count - TERMS };
 }
 
-/** A plane as half floats with white at 1; the rows of a file run from the bottom. */
-function plane({ bytes, start, stride }: Comb, header: PtmHeader, k: number, count: number): Uint16Array {
-  const { width, height } = header, isColor = count !== RGB && k >= TERMS, term = k % TERMS;
-  const scale = isColor ? 1 / 255 : (header.scale[term] ?? 1) / 255;
-  const values = halvesOfCodes(scale, isColor ? 0 : -scale * (header.bias[term] ?? 0));
-  const out = new Uint16Array(width * height);
+/** The codes of a plane; the rows of a file run from the bottom. */
+function plane({ bytes, start, stride }: Comb, width: number, height: number): Uint8Array {
+  const out = new Uint8Array(width * height);
   for (let y = 0, i = 0; y < height; y++) {
     let at = start + (height - 1 - y) * width * stride;
-    for (let x = 0; x < width; x++, at += stride) out[i++] = values[bytes[at] ?? 0] ?? 0;
+    for (let x = 0; x < width; x++, at += stride) out[i++] = bytes[at] ?? 0;
   }
   return out;
+}
+
+/** Scale and offset of the codes of a plane, with white at 1. */
+function steps(header: PtmHeader, k: number, count: number): [scale: number, offset: number] {
+  if (count !== RGB && k >= TERMS) return [1 / 255, 0];
+  const scale = (header.scale[k % TERMS] ?? 1) / 255;
+  return [scale, -scale * (header.bias[k % TERMS] ?? 0)];
 }
 
 /** Red, green and blue of luminance and two colour differences: the rows of the matrix times (L, Cr, Cb, 1). */

@@ -1,6 +1,7 @@
+import { FieldBoundaries } from "./boundaries.js";
 import { EnvironmentLamps } from "./environment.js";
-import { type FieldBlocks, type FieldData, FieldError, type FieldMap, type FieldNoise, fieldOf, planeCount } from "./field.js";
-import { halvesOfCodes, fromHalf } from "./half.js";
+import { type FieldBlocks, type FieldCodes, type FieldData, FieldError, type FieldMap, type FieldNoise, fieldOf, planeCount } from "./field.js";
+import { fromHalf, halvesOfPlane } from "./half.js";
 import { type PlaneGroup, parseHeader, type ShareHeader, type ShareMap } from "./header.js";
 import { MeasuredBasis } from "./measured.js";
 import { decodePng, inflated } from "./png.js";
@@ -42,7 +43,7 @@ export async function openShare(source: FileSource, progress: (share: number) =>
     const [environment, table] = await Promise.all([loadEnvironment(header, source), loadTable(header, source)]);
     return new TiledShare(header, header.pyramid, { environment, table }, source);
   }
-  const total = header.planes.length + header.maps.length + 2;
+  const total = header.planes.length + header.maps.length + 4;
   let done = 0;
   const counted = async <T>(work: Promise<T>): Promise<T> => {
     const result = await work;
@@ -50,14 +51,15 @@ export async function openShare(source: FileSource, progress: (share: number) =>
     return result;
   };
   const texels = header.size[0] * header.size[1];
-  const [environment, table, noise, maps, groups] = await Promise.all([
+  const [environment, boundaries, table, noise, maps, groups] = await Promise.all([
     counted(loadEnvironment(header, source)),
+    counted(loadBoundaries(header, texels, source)),
     counted(loadTable(header, source)),
     counted(loadNoise(header, source)),
     Promise.all(header.maps.map((map) => counted(loadMap(map, texels, source)))),
     Promise.all(header.planes.map((group) => counted(loadGroup(group, texels, source)))),
   ]);
-  const planes = groups.flat();
+  const planes = groups.flatMap((group) => group.planes);
   const map = (role: string): FieldMap | null => maps[header.maps.findIndex((map) => map.role === role)] ?? null;
   return fieldOf({
     title: header.title,
@@ -71,6 +73,7 @@ export async function openShare(source: FileSource, progress: (share: number) =>
     dependsOnView: header.basis.depends_on_view,
     table,
     planes,
+    codes: codesOf(groups),
     normals: map("normals"),
     heights: map("height"),
     albedo: map("albedo"),
@@ -79,6 +82,7 @@ export async function openShare(source: FileSource, progress: (share: number) =>
     noise,
     blocks: header.blocks ? loadedBlocks(header, header.blocks.side, source) : null,
     environment,
+    boundaries,
   });
 }
 
@@ -105,6 +109,10 @@ async function loadEnvironment({ environment }: ShareHeader, source: FileSource)
   return environment ? new EnvironmentLamps(environment, await inflated([await source(environment.file)], "gzip")) : null;
 }
 
+async function loadBoundaries({ shapes, basis, channels }: ShareHeader, texels: number, source: FileSource): Promise<FieldBoundaries | null> {
+  return shapes ? new FieldBoundaries(shapes, basis.functions, channels, texels, await inflated([await source(shapes.file)], "gzip")) : null;
+}
+
 async function loadTable({ basis }: ShareHeader, source: FileSource): Promise<FieldData["table"]> {
   const { functions, channels, table, measured } = basis;
   const numbers = async (file: string): Promise<Uint16Array> => halves(await inflated([await source(file)], "gzip"));
@@ -122,18 +130,30 @@ async function loadHalves(file: string, count: number, texels: number, source: F
   return Array.from({ length: count }, (_, k) => values.subarray(k * texels, (k + 1) * texels));
 }
 
-/** The planes of a group as half floats. */
-async function loadGroup(group: PlaneGroup, texels: number, source: FileSource): Promise<Uint16Array[]> {
-  if (group.storage === "half") return loadHalves(group.file, group.count, texels, source);
-  const range = Array.from({ length: group.count }, (_, k) => k);
+/** Planes as half floats, and as codes where they are stored so. */
+interface LoadedGroup {
+  planes: Uint16Array[];
+  codes: FieldCodes | null;
+}
+
+async function loadGroup(group: PlaneGroup, texels: number, source: FileSource): Promise<LoadedGroup> {
+  if (group.storage === "half") return { planes: await loadHalves(group.file, group.count, texels, source), codes: null };
+  const range = Array.from({ length: group.count }, (_, k) => k), scale = range.map((k) => group.scale?.[k] ?? 1 / 255), offset = range.map((k) => group.offset?.[k] ?? 0);
   const { codes, channels } = await decodePng(await source(group.file));
   if (codes.length !== channels * texels || channels < group.count) throw new FieldError(`${group.file} has another size than the texture`);
-  return range.map((k) => {
-    const values = halvesOfCodes(group.scale?.[k] ?? 1 / 255, group.offset?.[k] ?? 0);
-    const plane = new Uint16Array(texels);
-    for (let i = 0, at = k; i < texels; i++, at += channels) plane[i] = values[codes[at] ?? 0] ?? 0;
+  const planes = range.map((k) => {
+    const plane = new Uint8Array(texels);
+    for (let i = 0, at = k; i < texels; i++, at += channels) plane[i] = codes[at] ?? 0;
     return plane;
   });
+  return { planes: planes.map((plane, k) => halvesOfPlane(plane, scale[k] ?? 1, offset[k] ?? 0)), codes: { planes, scale, offset } };
+}
+
+/** The codes of all planes, if all are stored so. */
+function codesOf(groups: LoadedGroup[]): FieldCodes | null {
+  const all = groups.flatMap(({ codes }) => (codes ? [codes] : []));
+  if (all.length !== groups.length || all.length === 0) return null;
+  return { planes: all.flatMap(({ planes }) => planes), scale: all.flatMap(({ scale }) => scale), offset: all.flatMap(({ offset }) => offset) };
 }
 
 async function loadMap(map: ShareMap, texels: number, source: FileSource): Promise<FieldMap> {

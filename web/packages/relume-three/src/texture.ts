@@ -1,11 +1,12 @@
 import {
   ClampToEdgeWrapping, DataArrayTexture, DataTexture, FloatType, HalfFloatType, LinearFilter, LinearMipmapLinearFilter,
-  RGBAFormat, RGBAIntegerFormat, RGFormat, RepeatWrapping, type Texture, UnsignedShortType,
+  RGBAFormat, RGBAIntegerFormat, RGFormat, RepeatWrapping, type Texture, UnsignedByteType, UnsignedShortType,
 } from "three";
 import { LoadedBlocks } from "./blocks.js";
+import { contrastLayers, distanceTexture } from "./boundaries.js";
 import { EndlessTexture } from "./endless.js";
 import { lampLightTexture, lampNodeTexture } from "./environment.js";
-import { type FieldData, planeCount } from "./field.js";
+import { type FieldCodes, type FieldData, planeCount } from "./field.js";
 import { fromHalf, halfLayers, halvesFrom } from "./half.js";
 import { MeasuredBasis } from "./measured.js";
 import { NoiseBlocks } from "./noise.js";
@@ -15,6 +16,8 @@ import { type TileLayout, tileLayout } from "./tiles.js";
 /** Texels from which on the product of luminance and colour is taken in the shader, to save memory. */
 const LARGE = 1 << 21;
 const ONE = 0x3c00;
+/** Functions whose scales and offsets are uniforms. */
+const MOST_CODED = 32;
 
 /**
  * How coefficients lie in the layers of the texture: `color`: a function in a layer, its coefficients for red, green and
@@ -34,6 +37,11 @@ export class ReflectanceTexture {
   /** Of light from all around: that of its lamps, and their directions. */
   readonly lampLight: DataArrayTexture | null;
   readonly lampNodes: DataTexture | null;
+  /** Of boundaries that move: distances to them, and contrasts across them. */
+  readonly distances: Texture | null;
+  readonly contrasts: Texture | null;
+  /** The codes of which the layers are, where they are not half floats. */
+  readonly codes: FieldCodes | null;
   readonly arrangement: Arrangement;
   /** Layers of a tile. */
   readonly layers: number;
@@ -55,7 +63,8 @@ export class ReflectanceTexture {
     this.arrangement = arrangementOf(data);
     this.layout = data.cells ? tileLayout(data.cells, this.width, this.height) : null;
     this.endless = endlessOf(data, this.arrangement, anisotropy);
-    const layers = this.endless ? [] : layersOf(data, this.arrangement);
+    this.codes = codesOf(data, this.arrangement);
+    const layers = this.endless ? [] : this.codes ? codeLayers(this.codes) : layersOf(data, this.arrangement);
     this.layers = this.endless?.maker.layers ?? layers.length;
     this.planes = this.endless?.texture ?? this.upload(layers, anisotropy);
     this.maps = data.normals ? this.upload(mapLayers(data), anisotropy) : null;
@@ -65,6 +74,8 @@ export class ReflectanceTexture {
     this.directionPoints = measured && pointTexture(measured);
     this.lampLight = data.environment && lampLightTexture(data.environment);
     this.lampNodes = data.environment && lampNodeTexture(data.environment);
+    this.distances = data.boundaries && distanceTexture(data.boundaries, data.width, data.height, anisotropy);
+    this.contrasts = data.boundaries && this.upload(contrastLayers(data.boundaries), anisotropy);
     this.heightRange = data.heights?.range ?? rangeOf(data.heights?.values);
   }
 
@@ -76,12 +87,13 @@ export class ReflectanceTexture {
 
   dispose(): void {
     this.endless?.dispose();
-    for (const texture of [this.planes, this.maps, this.basisTable, this.cornerMap, this.directionPoints, this.lampLight, this.lampNodes]) texture?.dispose();
+    for (const texture of [this.planes, this.maps, this.basisTable, this.cornerMap, this.directionPoints, this.lampLight, this.lampNodes, this.distances, this.contrasts]) texture?.dispose();
   }
 
   /** Each layer once for each tile: layer k of tile i is k * tiles + i. */
-  private upload(layers: Uint16Array[], anisotropy: number): DataArrayTexture {
-    const [width, height] = this.extent, whole = new Uint16Array(4 * width * height * this.tiles * layers.length);
+  private upload(layers: (Uint16Array | Uint8Array)[], anisotropy: number): DataArrayTexture {
+    const [width, height] = this.extent, length = 4 * width * height * this.tiles * layers.length, isHalf = layers[0] instanceof Uint16Array;
+    const whole = isHalf ? new Uint16Array(length) : new Uint8Array(length);
     layers.forEach((layer, k) => {
       const part = whole.subarray((k * whole.length) / layers.length, ((k + 1) * whole.length) / layers.length);
       if (this.layout) this.layout.sources.forEach((source, i) => part.set(layer.subarray(4 * source, 4 * source + 4), 4 * i));
@@ -89,7 +101,7 @@ export class ReflectanceTexture {
     });
     const texture = new DataArrayTexture(whole, width, height, layers.length * this.tiles);
     texture.format = RGBAFormat;
-    texture.type = HalfFloatType;
+    texture.type = isHalf ? HalfFloatType : UnsignedByteType;
     texture.wrapS = texture.wrapT = this.layout ? ClampToEdgeWrapping : RepeatWrapping;
     texture.magFilter = LinearFilter;
     texture.minFilter = LinearMipmapLinearFilter;
@@ -106,6 +118,23 @@ function arrangementOf({ layout, width, height, noise, blocks }: FieldData): Arr
   // Luminance and colour apart are not linear: averages of products need the products.
   if (layout === "lrgb") return width * height <= LARGE ? "color" : "product";
   return "packed";
+}
+
+/** Functions of red, green and blue stay as they are stored. */
+function codesOf({ codes, layout, noise, blocks, functions }: FieldData, arrangement: Arrangement): FieldCodes | null {
+  return arrangement === "color" && layout === "rgb" && !noise && !blocks && functions <= MOST_CODED ? codes : null;
+}
+
+function codeLayers({ planes }: FieldCodes): Uint8Array[] {
+  const functions = planes.length / 3;
+  return Array.from({ length: functions }, (_, k) => {
+    const texels = planes[k]?.length ?? 0, out = new Uint8Array(4 * texels).fill(255);
+    for (let c = 0; c < 3; c++) {
+      const plane = planes[c * functions + k];
+      for (let i = 0; i < texels; i++) out[4 * i + c] = plane?.[i] ?? 0;
+    }
+    return out;
+  });
 }
 
 function layersOf(data: FieldData, arrangement: Arrangement): Uint16Array[] {

@@ -1,6 +1,7 @@
 import { deflateSync, gzipSync } from "node:zlib";
 import { describe, expect, test } from "vitest";
 import { type FileSource, loadShare, parseHeader, weights, BasisTable, MeasuredBasis } from "../src/index.js";
+import { contrastLayers, distanceLayers } from "../src/boundaries.js";
 import { fromHalf, halvesFrom } from "../src/half.js";
 import { decodePng } from "../src/png.js";
 
@@ -70,6 +71,32 @@ test("planes of both storages are read", async () => {
   expect(fromHalf(data.planes[3]?.[5] ?? 0)).toBe(-5);
   const green = [...(data.planes[7] ?? [])].map(fromHalf);
   expect(green).toEqual([0, 1, 2, 3, 4, 5].map((i) => 14 * (3 * i + 1) - 1));
+});
+
+test("planes that are all stored as codes are also given as codes", async () => {
+  const group = (first: number): object => ({ file: "c.png", storage: "png", first, count: 3, scale: [0.5, 1, 2], offset: [0, -1, 1] });
+  const header = { ...HEADER, layout: "rgb", basis: { ...HEADER.basis, name: "constant", functions: 1 }, planes: [group(0)] };
+  const { codes, planes } = await loadShare(source(files(header)));
+  expect(codes?.planes.map((plane) => [...plane])).toEqual([0, 1, 2].map((c) => [0, 1, 2, 3, 4, 5].map((i) => 14 * (3 * i + c))));
+  expect([codes?.scale, codes?.offset]).toEqual([[0.5, 1, 2], [0, -1, 1]]);
+  expect(fromHalf(planes[2]?.[1] ?? 0)).toBe(2 * 14 * 5 + 1);
+  expect((await loadShare(source(files(HEADER)))).codes).toBeNull();
+});
+
+test("distances and contrasts of moved boundaries come to the layers in which shaders look them up", async () => {
+  const [lights, texels] = [5, 6], basis = { ...HEADER.basis, name: "constant", functions: lights };
+  const shapes = { file: "shapes.gz", strengths: [0.5, 0.2], steps: [10, 40], most: [1, 0.6], softness: 1.7 };
+  const codes = Uint8Array.from({ length: 2 * lights * texels }, (_, i) => i), contrasts = halvesFrom(Float32Array.from({ length: 8 * texels }, (_, i) => i));
+  const header = { ...HEADER, layout: "luminance", channels: 1, basis, shapes, planes: [0, 3].map((first) => ({ file: first ? "e.f16.gz" : "a.f16.gz", storage: "half", first, count: first ? 2 : 3 })) };
+  const all = { ...files(header), "e.f16.gz": halves(12, () => 0), "shapes.gz": gzipSync(Buffer.concat([codes, new Uint8Array(contrasts.buffer)])) };
+  const { boundaries } = await loadShare(source(all));
+  if (!boundaries) throw new Error("no boundaries");
+  const layers = distanceLayers(boundaries), terms = contrastLayers(boundaries);
+  // Two groups of lights for shadows, then for highlights; what is missing to four lies on the boundary.
+  expect(layers.map((layer) => [...layer.subarray(4, 8)])).toEqual([[1, 7, 13, 19], [25, 128, 128, 128], [31, 37, 43, 49], [55, 128, 128, 128]]);
+  expect(terms.map((layer) => [...layer.subarray(4, 8)].map(fromHalf))).toEqual([[1, 7, 13, 19], [25, 31, 37, 43]]);
+  await expect(loadShare(source({ ...all, "shapes.gz": gzipSync(codes) }))).rejects.toThrow("shapes.gz has 60 bytes: expected 156");
+  expect(() => parseHeader(JSON.stringify({ ...header, shapes: { ...shapes, steps: [0, 40] } }))).toThrow("damaged shapes");
 });
 
 test("PNG rows of every filter are decoded", async () => {

@@ -31,6 +31,26 @@ impl ShapeLookup {
         self.len() == 0
     }
 
+    /// The shares of the corrections of shadows and of highlights that are made.
+    pub fn strengths(&self) -> [f32; 2] {
+        self.strengths
+    }
+
+    /// By which distances to the boundaries of shadows and of highlights are whole numbers from -127 to 127.
+    pub fn steps(&self) -> [f32; 2] {
+        [SHADOW.steps, HIGHLIGHT.steps]
+    }
+
+    /// The largest contrasts of shadows and of highlights.
+    pub fn most_contrasts(&self) -> [f32; 2] {
+        [SHADOW.most, HIGHLIGHT.most]
+    }
+
+    /// Half the width of the step from dark to lit, in texels.
+    pub fn softness(&self) -> f32 {
+        SOFTNESS
+    }
+
     /// What moved boundaries add to the linear value of each channel, of up to three, under a light of which `weights` are the
     /// values of the functions; `footprint` is the width in texels of the patch over which the numbers were averaged.
     ///

@@ -49,6 +49,9 @@ pub struct ShareHeader {
     /// Light from all around, prepared for the functions.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub environment: Option<ShareEnvironment>,
+    /// Boundaries of shadows and highlights that move between the lights.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub shapes: Option<ShareShapes>,
     /// Of a large texture: its planes and maps as tiles of several levels, instead of `planes` and `maps`.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub pyramid: Option<SharePyramid>,
@@ -155,6 +158,21 @@ pub struct ShareEnvironment {
     pub side: usize,
     /// By which the halves of the moments are multiplied.
     pub scale: f32,
+}
+
+/// Boundaries that move between the lights ([`super::boundaries`]); pairs are of shadows and of highlights.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ShareShapes {
+    /// The compressed numbers.
+    pub file: String,
+    /// The shares of the corrections that are made.
+    pub strengths: [f32; 2],
+    /// Codes for a distance of one texel.
+    pub steps: [f32; 2],
+    /// The largest contrasts.
+    pub most: [f32; 2],
+    /// Half the width of a boundary in texels.
+    pub softness: f32,
 }
 
 /// How numbers are stored in a file.

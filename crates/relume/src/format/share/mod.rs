@@ -8,6 +8,7 @@
 //! The page of `relume view` and the package `relume-three` read it.
 
 pub mod blocks;
+mod boundaries;
 pub mod environment;
 mod header;
 pub mod measured;
@@ -19,7 +20,7 @@ pub mod table;
 
 pub use header::{
     PlaneGroup, PlaneStorage, ShareBasis, ShareBlocks, ShareCells, ShareEnvironment, ShareHeader, ShareLevel,
-    ShareMap, ShareMeasured, ShareNoise, SharePyramid, ShareTable, TILED_VERSION, VERSION,
+    ShareMap, ShareMeasured, ShareNoise, SharePyramid, ShareShapes, ShareTable, TILED_VERSION, VERSION,
 };
 pub use measured::MeasuredTable;
 pub use noise::NoiseParts;
@@ -88,6 +89,12 @@ impl ShareFiles {
         };
         let basis = shared_basis(field, &mut files, job)?;
         let maps = if tiled { Vec::new() } else { shared_maps(extras, &mut files, job)? };
+        let shapes = if tiled || extras.tiles.is_some() {
+            boundaries::remark_linear(field, job);
+            None
+        } else {
+            boundaries::shared(field, &mut files, job)?
+        };
         let environment = extras.environment.map(|light| environment::shared(light, field, &mut files, job));
         let header = ShareHeader {
             version: if tiled { TILED_VERSION } else { VERSION },
@@ -98,6 +105,7 @@ impl ShareFiles {
             mm_per_texel: extras.mm_per_texel,
             cells: extras.tiles.map(ShareCells::of),
             environment: environment.transpose()?,
+            shapes,
             pyramid,
             ..ShareHeader::empty(&extras.title, field, basis)
         };
@@ -130,6 +138,7 @@ impl ShareHeader {
             noise: None,
             blocks: None,
             environment: None,
+            shapes: None,
             pyramid: None,
         }
     }

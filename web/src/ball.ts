@@ -48,7 +48,7 @@ export class LightBall {
     this.gradient.setAttribute("cx", String(0.5 + 0.5 * u));
     this.gradient.setAttribute("cy", String(0.5 - 0.5 * v));
     const height = (Math.acos(Math.min(1, Math.hypot(u, v))) * 180) / Math.PI;
-    this.said.value = `${Math.round((Math.atan2(v, u) * 180) / Math.PI + 360) % 360}° round, ${Math.round(height)}° high`;
+    this.said.value = `${Math.round((Math.atan2(v, u) * 180) / Math.PI + 360) % 360}° azimuth, ${Math.round(height)}° elevation`;
   }
 
   private place(event: PointerEvent, pad: HTMLElement): [number, number] {

@@ -1,5 +1,6 @@
 import "./style.css";
 import { el } from "./dom.js";
+import { listenForFiles } from "./dropped.js";
 import { loadMesh } from "relume-three";
 import { Notes } from "./notes.js";
 import { type PageMesh, type PageTexture, meshBytes, pageData } from "./page.js";
@@ -25,7 +26,7 @@ function start(): void {
     return;
   }
   const say = (sentence: string): void => tools.say(sentence);
-  const panel = new Panel(viewer, mesh?.title ?? null, say), ruler = new Ruler(viewer), notes = new Notes(viewer, textures, say);
+  const panel = new Panel(viewer, say), ruler = new Ruler(viewer), notes = new Notes(viewer, textures, say);
   panel.element.append(notes.section);
   panel.element.hidden = matchMedia("(max-width: 640px)").matches;
   const tools = new Toolbar(viewer, title, panel.element, () => ruler.toggle());
@@ -42,8 +43,9 @@ function start(): void {
     wipe.style.left = `${100 * viewer.state.wipe}%`;
   });
   listen(canvas, viewer);
+  listenForFiles(viewer, say);
   canvas.addEventListener("keydown", (event) => viewer.moveByKey(event));
-  addEventListener("keydown", (event) => pressed(event, viewer, tools, ruler, panel, title, notes));
+  addEventListener("keydown", (event) => pressed(event, viewer, tools, ruler, title, notes));
   void loadAll(viewer, textures, notice, mesh ?? null, notes);
   viewer.redraw();
 }
@@ -65,7 +67,7 @@ async function loadAll(viewer: Viewer, textures: PageTexture[], notice: HTMLElem
   const said = (error: unknown): string => (error instanceof Error ? error.message : String(error));
   await notes.load().catch((error: unknown) => errors.push(`annotations: ${said(error)}`));
   try {
-    if (mesh) viewer.stage.mesh = await loadMesh(await meshBytes(mesh));
+    if (mesh) viewer.setObject(mesh.title, await loadMesh(await meshBytes(mesh)));
   } catch (error) {
     errors.push(`${mesh?.title ?? ""}: ${said(error)}`);
   }
@@ -75,7 +77,7 @@ async function loadAll(viewer: Viewer, textures: PageTexture[], notice: HTMLElem
 }
 
 /** Keys that act wherever the focus is, but for fields of text. */
-function pressed(event: KeyboardEvent, viewer: Viewer, tools: Toolbar, ruler: Ruler, panel: Panel, title: string, notes: Notes): void {
+function pressed(event: KeyboardEvent, viewer: Viewer, tools: Toolbar, ruler: Ruler, title: string, notes: Notes): void {
   const target = event.target as HTMLElement | null;
   if (target?.closest("input, select, textarea, dialog")) return;
   const key = event.key.toLowerCase();
@@ -98,7 +100,7 @@ function pressed(event: KeyboardEvent, viewer: Viewer, tools: Toolbar, ruler: Ru
     s: () => void tools.snapshot(title),
     n: () => notes.writeAtMiddle(),
     b: () => tools.openBookmarks(),
-    h: () => (panel.element.hidden = !panel.element.hidden),
+    h: () => tools.toggleControls(),
     "0": () => viewer.fit(),
     "+": () => magnify(1.25, center, canvas, viewer),
     "=": () => magnify(1.25, center, canvas, viewer),

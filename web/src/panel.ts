@@ -1,5 +1,6 @@
 import { MODES, type Mode } from "relume-three";
 import { el, icon } from "./dom.js";
+import { objectButton } from "./dropped.js";
 import { LightBall } from "./ball.js";
 import { D65, NEUTRAL, TEMPERATURES, type White, temperatureOf, whiteOf } from "./balance.js";
 import { COMPARISONS, type Comparison, type LightSource, OBJECTS, type ObjectName, SOURCES, type ViewState } from "./state.js";
@@ -43,13 +44,14 @@ export class Panel {
   readonly element: HTMLElement;
   private readonly refreshers: ((state: ViewState) => void)[] = [];
 
-  constructor(private readonly viewer: Viewer, private readonly meshTitle: string | null, private readonly say: (sentence: string) => void) {
+  constructor(private readonly viewer: Viewer, private readonly say: (sentence: string) => void) {
     const ball = new LightBall(viewer);
     this.refreshers.push(() => ball.refresh());
     this.element = el("aside", { class: "panel", "aria-label": "Controls" });
     this.element.append(
       ...(viewer.titles.length > 1 ? [this.textures()] : []),
       this.objects(),
+      objectButton(viewer, say),
       this.plane(),
       this.section("Light", this.sources(), ball.element, this.lightButtons()),
       this.section("Show", this.modes()),
@@ -79,15 +81,23 @@ export class Panel {
   private objects(): HTMLElement {
     const group = el("div", { class: "segments", role: "radiogroup", "aria-label": "Shown on" });
     for (const object of OBJECTS) {
-      const [usual, path] = OBJECT_NAMES[object], name = object === "mesh" ? this.meshTitle : usual;
-      if (name === null) continue;
+      const [name, path] = OBJECT_NAMES[object];
       const button = el("button", { type: "button", role: "radio", title: name, "aria-label": name });
       button.append(icon(path));
       button.addEventListener("click", () => this.viewer.change({ object }));
       this.refreshers.push((state) => button.setAttribute("aria-checked", String(state.object === object)));
+      if (object === "mesh") this.refreshers.push(() => this.nameObject(button));
       group.append(button);
     }
     return group;
+  }
+
+  /** The button of the user's own object, while there is one. */
+  private nameObject(button: HTMLElement): void {
+    const { objectName } = this.viewer;
+    button.hidden = objectName === null;
+    button.title = objectName ?? "";
+    button.setAttribute("aria-label", objectName ?? "");
   }
 
   private lightButtons(): HTMLElement {
@@ -95,7 +105,7 @@ export class Panel {
     const orbit = el("button", { type: "button", "aria-pressed": "false" }, "Orbit");
     orbit.addEventListener("click", () => this.viewer.toggleOrbit());
     this.refreshers.push(() => orbit.setAttribute("aria-pressed", String(this.viewer.orbiting)));
-    const add = el("button", { type: "button", title: "Add a light, four at most" }, "Add");
+    const add = el("button", { type: "button", title: "Add a light, four at most" }, "Add light");
     add.addEventListener("click", () => this.viewer.addLight());
     const remove = el("button", { type: "button", title: "Remove the chosen light" }, "Remove");
     remove.addEventListener("click", () => this.viewer.removeLight());

@@ -1,5 +1,5 @@
 import { type BufferGeometry, Color, Mesh, OrthographicCamera, PerspectiveCamera, PlaneGeometry, Scene, Vector2, Vector3, WebGLRenderer } from "three";
-import { type FieldData, NoiseBlocks, ReflectanceMaterial, ReflectanceTexture } from "relume-three";
+import { type FieldData, type Mode, NoiseBlocks, ReflectanceMaterial, ReflectanceTexture, TilePlane } from "relume-three";
 import { balanceFor } from "./balance.js";
 import { DEFAULT_TILING, boundingSphere, geometryOf } from "./objects.js";
 import { TileCache } from "./tiles.js";
@@ -8,6 +8,8 @@ import { type DiskLight, type ObjectName, type ViewState, onDisk } from "./state
 /** Screen pixels of a texel from which on texels are shown as squares. */
 const CRISP_PIXELS = 4;
 const FIELD_OF_VIEW = 30;
+/** Ways that show nothing of textures without normals, such as noise. */
+export const NEED_NORMALS: readonly Mode[] = ["diffuse-gain", "specular", "unsharp-normals", "normals", "albedo", "height", "slope", "shading"];
 
 /** A texture on the stage. */
 interface Placed {
@@ -15,6 +17,10 @@ interface Placed {
   material: ReflectanceMaterial;
   /** Of a large texture, of which `texture` is a level. */
   tiles: TileCache | null;
+  /** A set of tiles as the plane that it covers, once an object has shown it. */
+  plane: Placed | null;
+  /** Of such a plane: where its squares begin. */
+  start: TilePlane | null;
 }
 
 /** What is known of a texture on the stage; its size is that of the whole. */
@@ -63,14 +69,23 @@ export class Stage {
       throw new Error(`the texture has ${data.width} x ${data.height} texels, and this graphics card takes ${limit} across`);
     }
     const before = this.placed[index], texture = new ReflectanceTexture(data, this.anisotropy);
-    before?.texture.dispose();
-    before?.material.dispose();
-    this.placed[index] = { texture, material: new ReflectanceMaterial(texture), tiles };
+    for (const old of [before, before?.plane]) {
+      old?.texture.dispose();
+      old?.material.dispose();
+    }
+    this.placed[index] = { texture, material: new ReflectanceMaterial(texture), tiles, plane: null, start: null };
+  }
+
+  /** Takes another object of the user's own. */
+  setMesh(geometry: BufferGeometry): void {
+    this.mesh?.dispose();
+    this.mesh = geometry;
+    this.shape = "";
   }
 
   /** Squares of endless planes that are on their way. */
   get waiting(): number {
-    return this.placed.reduce((sum, placed) => sum + (placed?.texture.endless?.waiting ?? 0), 0);
+    return this.placed.reduce((sum, placed) => sum + ((placed?.plane ?? placed)?.texture.endless?.waiting ?? 0), 0);
   }
 
   texture(index: number): StagedTexture | null {
@@ -117,7 +132,7 @@ export class Stage {
 
   /** Draws into a part of the canvas what a view of another part shows there. */
   private drawPart(state: ViewState, view: Part, seen: Part, height: number): void {
-    const placed = this.placed[state.texture];
+    const placed = this.formFor(state);
     if (!placed || seen.width <= 0) return;
     this.renderer.setScissorTest(true);
     this.renderer.setScissor(seen.x, 0, seen.width, height);
@@ -129,6 +144,20 @@ export class Stage {
     else this.prepareSolid(state, placed, view.width, height);
     this.renderer.render(this.scene, state.object === "flat" ? this.straight : this.eye);
     if (placed.tiles && state.object === "flat" && state.repeat <= 1) this.drawTiles(state, placed, placed.tiles, { view, seen, height });
+  }
+
+  /** On objects a set of tiles is the plane that it covers, where this has room, and nothing about single tiles or normals is shown. */
+  private formFor(state: ViewState): Placed | null {
+    const placed = this.placed[state.texture] ?? null;
+    const cells = placed?.texture.data.cells;
+    if (!placed || !cells || state.object === "flat" || state.cells || state.simple || state.gloss > 0 || NEED_NORMALS.includes(state.mode)) return placed;
+    if (!placed.plane) {
+      const start = new TilePlane(placed.texture.data, cells), texture = new ReflectanceTexture(start.data, this.anisotropy);
+      placed.plane = { texture, material: new ReflectanceMaterial(texture), tiles: null, plane: null, start };
+    }
+    const { texture } = placed.plane, [across, down] = DEFAULT_TILING[state.object], reach = texture.endless?.reach ?? [0, 0];
+    const hasRoom = across * state.repeat * texture.width <= reach[0] && down * state.repeat * texture.height <= reach[1];
+    return hasRoom ? placed.plane : placed;
   }
 
   /** Draws the tiles of a large texture over the level that is there as a whole. */
@@ -179,11 +208,16 @@ export class Stage {
     this.scene.add(this.flat);
   }
 
-  private prepareSolid(state: ViewState, { texture, material }: Placed, width: number, height: number): void {
+  private prepareSolid(state: ViewState, { texture, material, start }: Placed, width: number, height: number): void {
     const tiling = tilingOf(state, texture);
     // The upper edge of the object is the upper edge of its last repetition, and those below follow.
-    if (texture.endless) this.cover(texture, 0, 1 - tiling[1], ...tiling);
-    material.setOrigin(texture, 0, 0);
+    const first = start ? Math.round((1 - tiling[1]) * texture.height) : 0;
+    if (start && start.firstRow !== first) {
+      start.firstRow = first;
+      texture.endless?.window.forget();
+    }
+    if (texture.endless) this.cover(texture, 0, 1 - tiling[1] - first / texture.height, ...tiling);
+    material.setOrigin(texture, 0, -first);
     const aspect = (tiling[0] * texture.width) / (tiling[1] * texture.height);
     this.reshape(state.object, aspect);
     const { center, radius } = boundingSphere(this.solid.geometry);

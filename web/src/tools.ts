@@ -17,8 +17,9 @@ export class Toolbar {
   private readonly list = el("ul");
   private readonly help: HTMLDialogElement;
   private readonly key: string;
+  private readonly controls: HTMLElement;
 
-  constructor(private readonly viewer: Viewer, title: string, panel: HTMLElement, ruler: () => void) {
+  constructor(private readonly viewer: Viewer, title: string, private readonly panel: HTMLElement, ruler: () => void) {
     this.key = `relume-bookmarks:${title}`;
     this.said = el("div", { class: "said", role: "status", "aria-live": "polite" });
     this.bookmarks = this.bookmarkDialog();
@@ -28,11 +29,9 @@ export class Toolbar {
       hand.setAttribute("aria-pressed", String(viewer.movesView));
     });
     hand.setAttribute("aria-pressed", "false");
-    const controls = iconButton("Controls", "M4 7h10m4 0h2M4 17h2m4 0h10M16 5v4M8 15v4", () => {
-      panel.hidden = !panel.hidden;
-      controls.setAttribute("aria-expanded", String(!panel.hidden));
-    });
-    controls.setAttribute("aria-expanded", "true");
+    this.controls = iconButton("Controls", "M4 7h10m4 0h2M4 17h2m4 0h10M16 5v4M8 15v4", () => this.toggleControls());
+    this.controls.setAttribute("aria-expanded", String(!panel.hidden));
+    this.controls.classList.add("controls");
     const film = iconButton("Record the light", "M3 6h12v12H3zM15 11l6-3v8l-6-3", () => recorder.press());
     film.setAttribute("aria-pressed", "false");
     const recorder = new Recorder(viewer, title, (sentence) => this.say(sentence), (recording) => film.setAttribute("aria-pressed", String(recording)));
@@ -50,9 +49,15 @@ export class Toolbar {
       iconButton("Copy the address of this view", "M10 14a4 4 0 006 0l3-3a4 4 0 00-6-6l-1 1M14 10a4 4 0 00-6 0l-3 3a4 4 0 006 6l1-1", () => void this.copyAddress()),
       iconButton("Full screen", "M8 3H3v5M16 3h5v5M8 21H3v-5M16 21h5v-5", () => void toggleFullScreen()),
       iconButton("Help", "M9 9a3 3 0 116 0c0 2-3 2-3 5M12 18v.5", () => this.help.showModal()),
-      controls,
+      this.controls,
     );
     document.body.append(this.said, this.bookmarks, this.help);
+  }
+
+  /** Shows or hides the panel. */
+  toggleControls(): void {
+    this.panel.hidden = !this.panel.hidden;
+    this.controls.setAttribute("aria-expanded", String(!this.panel.hidden));
   }
 
   /** Says a sentence for a moment. */

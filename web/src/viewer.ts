@@ -1,7 +1,8 @@
 import { MODES, type Mode, TiledShare, openShare } from "relume-three";
+import type { BufferGeometry } from "three";
 import { D65, chromaticityOf } from "./balance.js";
 import { linearColorAt } from "./pixels.js";
-import { Stage } from "./stage.js";
+import { NEED_NORMALS, Stage } from "./stage.js";
 import { type DiskLight, FIRST, History, type ViewState, copyOf, fromHash, onDisk, toHash } from "./state.js";
 import { type PageTexture, sourceOf } from "./page.js";
 import { TileCache } from "./tiles.js";
@@ -21,9 +22,6 @@ const REST = 250;
 const USUAL_AMOUNTS: Partial<Record<Mode, number>> = {
   "diffuse-gain": 2, specular: 1, "unsharp-luminance": 1, "unsharp-normals": 2, "unsharp-coefficients": 1,
 };
-
-/** Ways that show nothing of textures without normals, such as noise. */
-const NEED_NORMALS: Mode[] = ["diffuse-gain", "specular", "unsharp-normals", "normals", "albedo", "height", "slope", "shading"];
 
 /** What is seen, and every way to change it. */
 export class Viewer {
@@ -128,6 +126,15 @@ export class Viewer {
       this.change({ whiteX: white[0], whiteY: white[1] });
     };
     say("Press a place of the picture that is grey");
+  }
+
+  /** The name of the user's own object, if there is one. */
+  objectName: string | null = null;
+
+  setObject(name: string, geometry: BufferGeometry): void {
+    this.objectName = name;
+    this.stage.setMesh(geometry);
+    this.redraw();
   }
 
   /** The width of one of the views. */

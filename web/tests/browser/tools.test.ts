@@ -53,6 +53,35 @@ test("a page without an object of one's own shows a plane instead", async () => 
   await page.close();
 });
 
+test("an object that is opened or dropped is the one of --mesh, and another file is refused in a sentence", async () => {
+  const truth = await opener.open(`${server.url}#object=mesh`), expected = await canvas(truth);
+  await truth.close();
+  place.run("share leather.ptm --single-file -o empty.html");
+  const page = await opener.open(`file://${place.path("empty.html")}`);
+  const [chooser] = await Promise.all([page.waitForEvent("filechooser"), page.getByRole("button", { name: "Open an object" }).click()]);
+  await chooser.setFiles(place.path("shape.obj"));
+  await page.getByRole("radio", { name: "shape.obj", checked: true }).waitFor();
+  await drawn(page);
+  // The program writes its numbers as floats after other roundings.
+  expect(difference(await canvas(page), expected).mean).toBeLessThan(0.05);
+  await show(page, "object=flat");
+  const drop = (name: string, text: string): Promise<void> =>
+    page.evaluate(([name, text]) => {
+      const dataTransfer = new DataTransfer();
+      dataTransfer.items.add(new File([text], name));
+      document.body.dispatchEvent(new DragEvent("drop", { dataTransfer, bubbles: true, cancelable: true }));
+    }, [name, text] as const);
+  await drop("again.obj", readFileSync(place.path("shape.obj"), "utf8"));
+  await page.getByRole("radio", { name: "again.obj", checked: true }).waitFor();
+  await drawn(page);
+  expect(difference(await canvas(page), expected).mean).toBeLessThan(0.05);
+  await drop("bad.obj", "v 0 0 0\nf 1/1 2/2 3/3\n");
+  await expect.poll(() => page.locator(".said").textContent()).toContain("bad.obj: line 2: a face refers to texture coordinate 1");
+  await drop("picture.png", "");
+  await expect.poll(() => page.locator(".said").textContent()).toContain(".glb or .obj");
+  await page.close();
+});
+
 const NAME = "leather.ptm.annotations.json";
 const TEXT = "</script><b>a \"tear\"</b>\n& more";
 

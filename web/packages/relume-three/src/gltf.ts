@@ -1,5 +1,6 @@
 import type { Material } from "three";
 import { FieldError } from "./field.js";
+import { chunksOf } from "./glb.js";
 import { ReflectanceMaterial } from "./material.js";
 import { type FileSource, loadShare } from "./share.js";
 import { ReflectanceTexture } from "./texture.js";
@@ -62,28 +63,4 @@ function sourceOf({ share, files }: ReflectanceExtension, bytes: (view: number) 
     if (view === undefined) throw new FieldError(`${name} is missing`);
     return bytes(view);
   };
-}
-
-interface Gltf extends Pick<GltfParser, "json"> {
-  json: GltfParser["json"] & { bufferViews?: { byteOffset?: number; byteLength: number }[] };
-  binary: Uint8Array;
-}
-
-/** The JSON and the binary chunk of a file (glTF 2.0, section 4.4). */
-function chunksOf(glb: Uint8Array): Gltf {
-  const view = new DataView(glb.buffer, glb.byteOffset, glb.byteLength);
-  if (glb.length < 20 || view.getUint32(0, true) !== 0x46546c67) throw new FieldError("the file is not binary glTF");
-  const chunks = new Map<number, Uint8Array>();
-  for (let at = 12; at + 8 <= glb.length; ) {
-    const length = view.getUint32(at, true);
-    if (at + 8 + length > glb.length) throw new FieldError("the glTF file ends early");
-    chunks.set(view.getUint32(at + 4, true), glb.subarray(at + 8, at + 8 + length));
-    at += 8 + length;
-  }
-  try {
-    const json = JSON.parse(new TextDecoder().decode(chunks.get(0x4e4f534a))) as Gltf["json"];
-    return { json, binary: chunks.get(0x004e4942) ?? new Uint8Array() };
-  } catch {
-    throw new FieldError("the JSON of the glTF file is damaged");
-  }
 }

@@ -8,3 +8,17 @@ uvec4 hash4(uvec4 v) {
   }
   return v;
 }`;
+
+/** The same in integers of 32 bits. */
+export function hash4(x: number, y: number, z: number, w: number): [number, number, number, number] {
+  const mixed = (n: number): number => Math.imul(n, 1664525) + 1013904223;
+  let [a, b, c, d] = [mixed(x), mixed(y), mixed(z), mixed(w)];
+  for (let round = 0; round < 2; round++) {
+    a = (a + Math.imul(b, d)) | 0;
+    b = (b + Math.imul(c, a)) | 0;
+    c = (c + Math.imul(a, b)) | 0;
+    d = (d + Math.imul(b, c)) | 0;
+    if (round === 0) [a, b, c, d] = [a ^ (a >>> 16), b ^ (b >>> 16), c ^ (c >>> 16), d ^ (d >>> 16)];
+  }
+  return [a >>> 0, b >>> 0, c >>> 0, d >>> 0];
+}

@@ -1,12 +1,13 @@
 /** Reflectance textures in three.js: texels that are functions of light and view. */
 export { weights, hasClosedForm } from "./basis.js";
 export { EnvironmentLamps } from "./environment.js";
-export { loadMesh } from "./mesh.js";
+export { loadMesh, readMesh } from "./mesh.js";
 export { MeasuredBasis } from "./measured.js";
 export { BasisTable } from "./table.js";
 export { FieldBoundaries } from "./boundaries.js";
 export { type FieldBlocks, type FieldCells, type FieldCodes, type FieldData, type FieldLayout, type FieldMap, type FieldNoise, type FieldSpace, FieldError } from "./field.js";
 export { type BlockMaker, EndlessTexture } from "./endless.js";
+export { TilePlane } from "./tilePlane.js";
 export { NoiseBlocks } from "./noise.js";
 export { type PlaneRect, PlaneWindow } from "./window.js";
 export { type ShareHeader, parseHeader } from "./header.js";

@@ -1,6 +1,26 @@
 import { BufferGeometry, Float32BufferAttribute, Uint32BufferAttribute } from "three";
 import { FieldError } from "./field.js";
+import { parseGlb } from "./glbMesh.js";
+import { parseObj } from "./obj.js";
 import { inflated } from "./png.js";
+
+/** What is no OBJ file for certain: its first bytes, and its name. */
+const OTHERS: [start: RegExp, name: string][] = [
+  [/^\s*\{/, "text glTF (.gltf)"], [/^ply/, "PLY"], [/^solid /, "STL"], [/^(Kaydara FBX|; FBX)/, "FBX"], [/^BLENDER/, "a Blender file"],
+  [/^(PXR-USDC|#usda)/, "USD"], [/^PK\x03\x04/, "an archive"], [/^\s*</, "XML"], [/\0/, "a binary file of this kind"],
+];
+
+/**
+ * The mesh of a `.glb` or `.obj` file, with normals and tangents as the library computes them. It needs texture
+ * coordinates: any choice of them would be a guess.
+ */
+export function readMesh(bytes: Uint8Array): BufferGeometry {
+  const text = new TextDecoder().decode(bytes);
+  if (text.startsWith("glTF")) return parseGlb(bytes).geometry();
+  const other = OTHERS.find(([start]) => start.test(text.slice(0, 4096)));
+  if (other) throw new FieldError(`${other[1]} is not read: export the mesh as binary glTF (.glb) or OBJ`);
+  return parseObj(text).geometry();
+}
 
 /** Numbers of a vertex: position, normal, tangent with its sign, texture coordinates. */
 const ATTRIBUTES: [name: string, size: number][] = [["position", 3], ["normal", 3], ["tangent", 4], ["uv", 2]];

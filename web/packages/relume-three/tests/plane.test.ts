@@ -1,5 +1,7 @@
 import { expect, test } from "vitest";
 import { PlaneWindow } from "../src/window.js";
+import { hash4 } from "../src/hash.js";
+import { texelOf } from "../src/tilePlane.js";
 import { tileLayout } from "../src/tiles.js";
 
 test("a window takes what is missing, the middle first, and keeps what stays in view", () => {
@@ -65,4 +67,20 @@ test("what surrounds an oblique tile continues it along its two steps", () => {
   const inside = source(x, y), column = inside % width, row = Math.floor(inside / width);
   const [dx, dy] = [x - column, y - row], area = 9 * 8 + 2 * 3;
   expect(Number.isInteger((dx * 8 - dy * 3) / area) && Number.isInteger((9 * dy + 2 * dx) / area)).toBe(true);
+});
+
+test("a tile is chosen by the hash of the library", () => {
+  expect(hash4(1, 2, 3, 4)).toEqual([908_250_390, 4_044_648_920, 3_775_961_919, 45_698_095]);
+});
+
+test("the plane of oblique tiles repeats along the steps of one tile", () => {
+  const cells = { tiles: 1, right: [9, -2] as [number, number], down: [3, 8] as [number, number], origin: [0, -2] as [number, number], corners: 1 };
+  const texels = new Set<number>();
+  for (let y = -20; y < 20; y++)
+    for (let x = -20; x < 20; x++) {
+      const here = texelOf(cells, 12, 10, x, y);
+      expect([texelOf(cells, 12, 10, x + 9, y - 2), texelOf(cells, 12, 10, x + 3, y + 8)]).toEqual([here, here]);
+      texels.add(here);
+    }
+  expect(texels.size).toBe(9 * 8 + 2 * 3);
 });

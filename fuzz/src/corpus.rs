@@ -8,6 +8,7 @@ use relume::capture::lp;
 use relume::direction::Direction;
 use relume::field::{Basis, PlaneLayout, ReflectanceField};
 use relume::format::exr::encode_labelled;
+use relume::format::web::{WebLayout, WebOptions, encode_web};
 use relume::format::{
     Depth, ExrDepth, FieldFormat, HeightFormat, NormalY, PictureFormat, encode_field, encode_height,
     encode_normals, encode_picture, npy,
@@ -36,6 +37,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             }
         }
     }
+    folders()?;
     for format in [
         PictureFormat::Png(Depth::Eight),
         PictureFormat::Png(Depth::Sixteen),
@@ -65,6 +67,28 @@ fn main() -> Result<(), Box<dyn Error>> {
         "square",
         b"v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\n",
     )?;
+    Ok(())
+}
+
+/// The description of a folder, a zero, and one of its pictures.
+fn folders() -> Result<(), Box<dyn Error>> {
+    for (layout, target, info) in
+        [(WebLayout::Plain, "web", "info.json"), (WebLayout::Multires, "multires", "info.xml")]
+    {
+        for (basis, color) in
+            [("ptm", PlaneLayout::RGB), ("ptm", PlaneLayout::LRGB), ("hsh9", PlaneLayout::RGB)]
+        {
+            let (mut head, mut picture) = (Vec::new(), Vec::new());
+            let mut store = |name: &str, bytes: &[u8]| {
+                let part = if name == info { &mut head } else { &mut picture };
+                *part = bytes.to_vec();
+                Ok(())
+            };
+            let field = field(basis, color.clone())?;
+            encode_web(&field, &WebOptions { layout, quality: 90 }, &Job::default(), &mut store)?;
+            keep(&[target], &format!("{basis} {}", color.planes(1)), &[head, vec![0], picture].concat())?;
+        }
+    }
     Ok(())
 }
 

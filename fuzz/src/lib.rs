@@ -114,6 +114,20 @@ pub fn web(bytes: &[u8]) {
     let _ = decode_files(&file, &job());
 }
 
+/// The head of a folder of tiles up to the first zero, and one tile after it.
+pub fn multires(bytes: &[u8]) {
+    let mut parts = bytes.splitn(2, |byte| *byte == 0);
+    let (header, tile) = (parts.next().unwrap_or_default(), parts.next().unwrap_or_default());
+    let file = |name: &str| {
+        Ok(match name {
+            "info.xml" => Some(header.to_vec()),
+            "info.json" => None,
+            _ => Some(tile.to_vec()),
+        })
+    };
+    let _ = decode_files(&file, &job());
+}
+
 /// The bytes after a signature, so that no time goes into finding it.
 fn with_start(signature: &[u8], bytes: &[u8]) -> Vec<u8> {
     if bytes.starts_with(signature) { bytes.to_vec() } else { [signature, bytes].concat() }

@@ -40,7 +40,7 @@ impl MapFolder {
     /// A folder that cannot be read, one of pictures without a colour map, or two colour maps.
     pub fn of(inputs: &[PathBuf]) -> Result<Option<Self>> {
         let [folder] = inputs else { return Ok(None) };
-        if !folder.is_dir() || folder.join("info.json").is_file() || Btf::is_at(folder) {
+        if !folder.is_dir() || relume::format::web::is_at(folder) || Btf::is_at(folder) {
             return Ok(None);
         }
         let files = files(folder)?;

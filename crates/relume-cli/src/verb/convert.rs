@@ -22,7 +22,7 @@ use crate::{args, input};
                         relume convert coin.exr -o web --web deepzoom\n  \
                         relume convert coin.rti -o coin.ptm --jpeg 95")]
 pub struct Args {
-    /// A .ptm, .rti, .hsh, an .exr field, a Relight web folder, or a picture; - is standard input
+    /// A .ptm, .rti, .hsh, an .exr field, a web folder (info.json or info.xml), or a picture; - is standard input
     file: PathBuf,
     /// The file to write (.ptm, .rti, .hsh, .exr, .npz, .npy, or a picture of constants), or with --web a folder
     #[arg(short, long, value_name = "OUT")]
@@ -37,7 +37,7 @@ pub struct Args {
     /// The arrangement of colours: a function for each channel, or one times a colour [default: as it is]
     #[arg(long, value_parser = args::color())]
     color: Option<PlaneLayout>,
-    /// Write a web folder of this layout, as OpenLIME shows them
+    /// Write a web folder of this layout, as OpenLIME shows them; multires: as the older web RTI viewer does (info.xml)
     #[arg(long, value_name = "LAYOUT", num_args = 0..=1, default_missing_value = "plain",
           value_parser = args::named::<WebLayout>())]
     web: Option<WebLayout>,
@@ -101,7 +101,7 @@ impl Target {
             Self::File(format) if format.check_basis(from.name()).is_ok() => None,
             Self::File(FieldFormat::Ptm | FieldFormat::PtmJpeg { .. }) => Some(Basis::Ptm),
             Self::File(FieldFormat::Rti | FieldFormat::Hsh) => harmonics(),
-            Self::Web(_) if !["ptm", "hsh4", "hsh9", "sh9"].contains(&from.name()) => harmonics(),
+            Self::Web(options) if !options.layout.shows(from.name()) => harmonics(),
             _ => None,
         }
     }

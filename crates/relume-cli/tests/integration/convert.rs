@@ -24,6 +24,16 @@ fn a_texture_goes_through_all_formats_and_comes_back() {
     let web = json(path, &["convert", "a.rti", "-o", "web", "--web", "itarzoom"]);
     assert!(web["loss"].is_null(), "{web}");
     assert_eq!(names(&path.join("web")).iter().filter(|n| n.starts_with("planes")).count(), 2);
+    let older = json(path, &["convert", "a.rti", "-o", "older", "--web", "multires"]);
+    assert!(older["loss"].is_null() && path.join("older/1_9.jpg").is_file(), "{older}");
+    for name in ["older", "older/info.xml"] {
+        assert_eq!(json(path, &["info", name])["basis"], "hsh9");
+    }
+    // Other harmonics than the viewer shows are refused where they are asked for, and refitted where they are not.
+    let sentence = failed(path, &["convert", "a.ptm", "-o", "no", "--web", "multires", "--basis", "sh9"], 2);
+    assert!(sentence.contains("hsh9"), "{sentence}");
+    done(path, &["convert", "a.ptm", "-o", "a16.rti", "--basis", "hsh16"]);
+    assert_eq!(json(path, &["convert", "a16.rti", "-o", "refitted", "--web", "multires"])["basis"], "hsh9");
     let back = json(path, &["convert", "web", "-o", "b.ptm", "--jpeg", "95"]);
     assert_eq!(back["basis"], "ptm");
     assert!(fs::read(path.join("b.ptm")).unwrap().starts_with(b"PTM_1.2\nPTM_FORMAT_JPEG_"));

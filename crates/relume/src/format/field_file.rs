@@ -6,11 +6,13 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::exr::{self, ExrDepth, ExrField};
+use super::folder::files_of;
 use super::height::{self, HeightScale};
 use super::hsh::{self, HshEncoding};
 use super::kind::{Kind, unknown};
 use super::map_role::NormalY;
 use super::meaning::Meaning;
+use super::multires;
 use super::normal_map;
 use super::picture::{Depth, PictureFormat, encode_with, extension};
 use super::ptm::{self, PtmEncoding, Under};
@@ -68,6 +70,16 @@ pub enum Encoding {
     Picture(Depth),
     /// Floats.
     Exr(ExrDepth),
+}
+
+impl From<multires::TileEncoding> for Encoding {
+    fn from(encoding: multires::TileEncoding) -> Self {
+        match encoding {
+            multires::TileEncoding::Ptm(encoding) => Self::Ptm(encoding),
+            multires::TileEncoding::Hsh(encoding) => Self::Hsh(encoding),
+            multires::TileEncoding::Image => Self::Picture(Depth::Eight),
+        }
+    }
 }
 
 impl MapRecord {
@@ -196,8 +208,15 @@ pub(super) fn decode_as(bytes: &[u8], meaning: Meaning, job: &Job) -> Result<Fie
 
 /// The field of a web folder.
 pub(super) fn decode_folder(folder: &Path, job: &Job) -> Result<FieldFile> {
-    let field = web::decode(&web::files_of(folder, job), job)?.held(job, "the texture")?;
-    let encoding = Encoding::Picture(Depth::Eight);
+    let read = files_of(folder, job);
+    let (field, encoding) = match web::info_of(folder, job)? {
+        Some(_) => (web::decode(&read, job)?, Encoding::Picture(Depth::Eight)),
+        None => {
+            let (field, encoding) = multires::decode(&read, job)?;
+            (field, encoding.into())
+        }
+    };
+    let field = field.held(job, "the texture")?;
     Ok(FieldFile { field, opacity: None, encoding, record: MapRecord::default(), models: None })
 }
 

@@ -8,6 +8,7 @@
 //! | `.ptm` | [`Opened::into_field`] | [`encode_field`] |
 //! | `.rti`, `.hsh` | [`Opened::into_field`] | [`encode_field`] |
 //! | Relight web folder | [`Opened::into_field`] | [`web::encode_web`] |
+//! | folder of the older web RTI viewer | [`Opened::into_field`] | [`web::encode_web`] |
 //! | EXR field | [`Opened::into_field`] | [`encode_field`] |
 //! | PNG, JPEG, TIFF, EXR, PFM, Radiance picture | [`Opened::into_raster`], [`Opened::into_field`], [`Opened::into_exemplar`] | [`encode_picture`], [`encode_field`] |
 //! | pictures of data | [`Opened::into_data`], [`Opened::into_registered`], [`Opened::into_mask`] | |
@@ -42,6 +43,7 @@ mod data_map;
 pub mod exr;
 mod field_file;
 mod finite;
+mod folder;
 mod footprint;
 mod glb;
 mod height;
@@ -54,6 +56,7 @@ mod map_role;
 mod mask;
 mod meaning;
 mod mesh;
+mod multires;
 mod normal_map;
 pub mod npy;
 mod npz;
@@ -78,6 +81,7 @@ mod turned;
 pub mod ubo2003;
 pub mod web;
 mod whole;
+mod xml;
 mod zip;
 
 pub use archive::ImageArchive;

@@ -22,7 +22,7 @@ use super::raster;
 use super::tile_set::{self, Said, TileSetFile};
 use super::turned::turned_back;
 use super::whole::{read_bytes, read_file};
-use super::{exr, rlm, web};
+use super::{exr, multires, rlm, web};
 use crate::brdf::MeasuredBrdf;
 use crate::error::{Error, Result};
 use crate::field::ParametricField;
@@ -45,13 +45,18 @@ pub struct Opened {
 }
 
 /// Reads a file, once and from its beginning to its end, and recognises it by its content. A folder is a
-/// capture.
+/// capture, or a texture by its `info.json` or `info.xml`, which may be named in its place.
 ///
 /// # Errors
 /// The error names the file: one that cannot be read or exceeds the limits, or has a damaged record of tiles.
 pub fn open(path: &Path, job: &Job) -> Result<Opened> {
+    if let Some(folder) = web::folder_of(path)
+        && info_of(folder, job)?.is_some()
+    {
+        return open(folder, job);
+    }
     if path.is_dir() {
-        if let Some(info) = web::info_of(path, job)? {
+        if let Some(info) = info_of(path, job)? {
             let (name, bytes) = (path.to_path_buf(), Arc::new(info));
             return Ok(Opened { name, bytes, content: Content::Field, tiles: None, job: job.about(path) });
         }
@@ -64,6 +69,14 @@ pub fn open(path: &Path, job: &Job) -> Result<Opened> {
             Ok(Opened { content: Content::Tiles, tiles, ..opened })
         }
         _ => Ok(opened),
+    }
+}
+
+/// The description of a folder that is a texture.
+fn info_of(folder: &Path, job: &Job) -> Result<Option<Vec<u8>>> {
+    match web::info_of(folder, job)? {
+        Some(info) => Ok(Some(info)),
+        None => multires::info_of(folder, job),
     }
 }
 

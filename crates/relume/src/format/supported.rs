@@ -43,6 +43,8 @@ pub const SUPPORTED: &[SupportedFormat] = formats! {
         "ptm, hsh, sh, rbf, bilinear; rgb, lrgb, mrgb, mycc; plain, deepzoom, tarzoom, itarzoom",
         "ptm, hsh, sh; rgb, lrgb; plain, deepzoom, tarzoom, itarzoom",
         "8 bits as JPEG; neural, ycc, zoomify, google and iiif are refused";
+    "older web RTI viewer" ["xml"] "functions", "info.xml with LRGB_PTM, RGB_PTM, HSH_RTI, IMAGE; tiles as jpg and png",
+        "LRGB_PTM, RGB_PTM, HSH_RTI of 4 and 9 terms; tiles of 256 as jpg", "8 bits";
     "EXR field" ["exr"] "functions", "all bases and channels", "the same", "half or float";
     "NumPy" ["npz", "npy"] "functions", "source maps (int32)", "coefficients, names and directions (npz); coefficients (npy)",
         "fields are not read back";

@@ -4,6 +4,7 @@ mod appearance;
 mod hsh_independent;
 mod jpeg_complete;
 mod layering;
+mod multires_folders;
 mod names;
 
 mod analysis;

@@ -84,7 +84,7 @@ impl Args {
     /// The maps, and the texture of functions they come from, if any.
     fn maps(&self, job: &Job) -> Result<(MaterialMaps, Option<FieldFile>)> {
         let border = if self.tile { ReliefBorder::Wrap } else { ReliefBorder::Clamp };
-        if self.input.is_dir() && !self.input.join("info.json").is_file() {
+        if self.input.is_dir() && !relume::format::web::is_at(&self.input) {
             let maps = known::read(&self.input, self.height_scale, self.normal_maps.normal_y, border, job)?;
             return Ok((maps, None));
         }

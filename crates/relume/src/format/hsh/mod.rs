@@ -5,6 +5,7 @@
 //! hand: what is read and written follows descriptions and the code of other readers.
 
 mod header;
+mod pictures;
 mod read;
 mod write;
 
@@ -12,6 +13,7 @@ use serde::Serialize;
 use serde::ser::Serializer;
 
 pub(super) use header::is_hsh;
+pub(super) use pictures::pictures;
 pub(super) use read::decode;
 pub(super) use write::{encode_hsh, encode_rti};
 
@@ -27,7 +29,7 @@ pub struct HshEncoding {
 }
 
 impl HshEncoding {
-    fn new(scale: &[f32], bias: &[f32]) -> Self {
+    pub(super) fn new(scale: &[f32], bias: &[f32]) -> Self {
         let filled = |numbers: &[f32]| {
             let mut out = [0.0; MOST_TERMS];
             out[..numbers.len()].copy_from_slice(numbers);
@@ -47,7 +49,7 @@ impl HshEncoding {
     }
 
     /// The value of a byte.
-    fn value(&self, term: usize, byte: u8) -> f32 {
+    pub(super) fn value(&self, term: usize, byte: u8) -> f32 {
         (f64::from(byte) / 255.0 * f64::from(self.scale[term]) + f64::from(self.bias[term])) as f32
     }
 

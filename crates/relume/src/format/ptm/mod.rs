@@ -10,12 +10,14 @@ mod compress;
 mod header;
 mod jpeg;
 mod lum;
+mod pictures;
 mod prediction;
 mod read;
 mod rounding;
 mod words;
 mod write;
 
+pub(super) use pictures::pictures;
 pub(super) use read::decode;
 pub(super) use write::{Under, check_finite, encode, encode_compressed};
 

@@ -21,7 +21,8 @@ mod write;
 
 use std::path::Path;
 
-use super::whole::read_file;
+use super::folder::files_of;
+use super::multires;
 use crate::error::Result;
 use crate::job::Job;
 pub(super) use read::decode;
@@ -37,24 +38,21 @@ pub(super) fn info_of(folder: &Path, job: &Job) -> Result<Option<Vec<u8>>> {
     Ok(info.filter(|bytes| says(bytes, "\"type\"") && says(bytes, "\"width\"")))
 }
 
-/// Reads the files of a folder on disk.
-pub(super) fn files_of<'a>(
-    folder: &'a Path,
-    job: &'a Job,
-) -> impl Fn(&str) -> Result<Option<Vec<u8>>> + Sync + 'a {
-    move |name| {
-        let path = folder.join(name);
-        if !path.is_file() {
-            return Ok(None);
-        }
-        read_file(&path, |_| true, job).map(Some)
-    }
+/// Whether a folder describes a texture: one of Relight, or of the older web viewer.
+pub fn is_at(folder: &Path) -> bool {
+    [INFO_FILE, multires::INFO_FILE].iter().any(|name| folder.join(name).is_file())
 }
 
-/// Reads a file of the folder by its path within it; `None` where there is none.
-pub(super) type ReadFile<'a> = dyn Fn(&str) -> Result<Option<Vec<u8>>> + Sync + 'a;
+/// The folder of a description that is named in its place.
+pub(super) fn folder_of(info: &Path) -> Option<&Path> {
+    let is_info = [INFO_FILE, multires::INFO_FILE].iter().any(|name| info.ends_with(name));
+    let folder =
+        info.parent().map(|folder| if folder.as_os_str().is_empty() { Path::new(".") } else { folder });
+    folder.filter(|_| is_info && info.is_file())
+}
 
-/// The field of a folder whose files `read` gives by their paths within it, wherever they are.
+/// The field of a folder whose files `read` gives by their paths within it, wherever they are: one of Relight, or of the
+/// older web viewer.
 ///
 /// # Errors
 /// A folder that is incomplete or damaged, and kinds that are not read, by name.
@@ -62,5 +60,8 @@ pub fn decode_files(
     read: &(dyn Fn(&str) -> Result<Option<Vec<u8>>> + Sync),
     job: &Job,
 ) -> Result<crate::field::ReflectanceField> {
-    decode(read, job)
+    match read(INFO_FILE)? {
+        None if read(multires::INFO_FILE)?.is_some() => multires::decode(read, job).map(|(field, _)| field),
+        _ => decode(read, job),
+    }
 }

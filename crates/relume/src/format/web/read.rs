@@ -4,10 +4,11 @@ use rayon::prelude::*;
 
 use super::info::{WebColor, WebInfo, WebKind};
 use super::tables::{Tables, learned};
-use super::{INFO_FILE, ReadFile, functions, tiles};
+use super::{INFO_FILE, functions, tiles};
 use crate::error::{Error, Result};
 use crate::field::refit::refit;
 use crate::field::{Basis, PlaneLayout, ReflectanceField};
+use crate::format::folder::ReadFile;
 use crate::job::Job;
 use crate::memory;
 use crate::numeric::Matrix;

@@ -4,9 +4,10 @@
 
 use serde_json::Value;
 
-use super::ReadFile;
 use crate::error::{Error, Result};
+use crate::format::folder::{ReadFile, missing};
 use crate::format::jpeg;
+use crate::format::xml::attribute;
 use crate::job::Job;
 use crate::memory;
 use crate::size::Size;
@@ -107,21 +108,10 @@ pub(super) fn find(size: Size, pictures: usize, read: &ReadFile<'_>) -> Result<P
     ))
 }
 
-fn missing(name: &str) -> Error {
-    Error::invalid(format!("the folder has no file {name}: it is incomplete"))
-}
-
-/// The number after `NAME="` in a text of XML.
-fn attribute(text: &str, name: &str) -> Option<usize> {
-    let after =
-        text.split(name).nth(1)?.trim_start().strip_prefix('=')?.trim_start().strip_prefix(['"', '\''])?;
-    after.split(['"', '\'']).next()?.trim().parse().ok()
-}
-
 fn deepzoom(text: &[u8], size: Size, read: &ReadFile<'_>) -> Result<PlaneTiles> {
     let text = String::from_utf8_lossy(text);
     let number = |name: &str, range: std::ops::RangeInclusive<usize>| {
-        attribute(&text, name).filter(|n| range.contains(n)).ok_or_else(|| {
+        attribute(&text, name).and_then(|n| n.parse().ok()).filter(|n| range.contains(n)).ok_or_else(|| {
             Error::invalid(format!("plane_0.dzi has no {name} from {} to {}", range.start(), range.end()))
         })
     };

@@ -13,8 +13,9 @@ use crate::error::{Error, Result};
 use crate::field::refit::refit;
 use crate::field::{Basis, PlaneLayout, ReflectanceField};
 use crate::format::codes::code8;
+use crate::format::folder::StoreFile;
 use crate::format::ptm::{PtmEncoding, check_finite, nearest_byte};
-use crate::format::{jpeg, quantise};
+use crate::format::{jpeg, multires, quantise};
 use crate::job::Job;
 use crate::names::named;
 use crate::numeric::Matrix;
@@ -34,9 +35,18 @@ pub enum WebLayout {
     Tarzoom,
     /// Tiles in one file for all of them.
     Itarzoom,
+    /// The folder of the older web RTI viewer instead: `info.xml`, and the tiles of a quadtree.
+    Multires,
 }
 
-named!(WebLayout { Plain => "plain", Deepzoom => "deepzoom", Tarzoom => "tarzoom", Itarzoom => "itarzoom" });
+named!(WebLayout { Plain => "plain", Deepzoom => "deepzoom", Tarzoom => "tarzoom", Itarzoom => "itarzoom", Multires => "multires" });
+
+impl WebLayout {
+    /// Whether the viewers of such folders show functions of this name.
+    pub fn shows(self, basis: &str) -> bool {
+        ["ptm", "hsh4", "hsh9"].contains(&basis) || (basis == "sh9" && self != Self::Multires)
+    }
+}
 
 /// The options of a folder.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -56,9 +66,6 @@ impl Default for WebOptions {
 /// The bytes of three coefficients, interleaved.
 type Picture3 = Vec<u8>;
 
-/// Stores a file under its path within the folder.
-type StoreFile<'a> = dyn FnMut(&str, &[u8]) -> Result<()> + 'a;
-
 /// Writes a field of polynomials or harmonics as a web folder: `store` gets the files, by their paths within it.
 ///
 /// # Errors
@@ -70,6 +77,9 @@ pub fn encode_web(
     job: &Job,
     store: &mut StoreFile<'_>,
 ) -> Result<()> {
+    if options.layout == WebLayout::Multires {
+        return multires::encode(field, options.quality, job, store);
+    }
     let (kind, matrix) = check(field)?;
     let coded = Coded::of(field, kind, &matrix, job)?;
     store(INFO_FILE, coded.info(options.quality).as_bytes())?;
@@ -88,7 +98,7 @@ pub fn encode_web(
             }
             Ok(())
         }
-        WebLayout::Itarzoom => {
+        WebLayout::Itarzoom | WebLayout::Multires => {
             let pictures: Vec<&Picture3> = coded.pictures.iter().collect();
             archive("planes", &pictures, coded.size, options.quality, job, store)
         }

@@ -8,6 +8,7 @@
 mod blocks;
 mod descriptor;
 mod levels;
+mod mode6;
 
 use serde::Serialize;
 

@@ -10,6 +10,7 @@ use crate::error::{Error, Result};
 use crate::field::{Basis, PlaneLayout, ReflectanceField};
 use crate::job::Job;
 use crate::planes::Planes;
+use crate::size::Size;
 use crate::space::Space;
 
 /// The field in a `.ptm` file, and the storage of its coefficients.
@@ -57,14 +58,16 @@ fn check_length(header: &Header, found: usize) -> Result<()> {
     )))
 }
 
-/// Fills planes from their bytes, of which `source` gives the place for each plane.
+/// Fills planes from their bytes, of which `source` gives the place for each plane. Rows are taken across all planes, so
+/// that interleaved bytes are in the cache when the next plane needs them.
 fn fill<'a>(planes: &mut Planes, header: &Header, source: impl Fn(usize) -> (&'a [u8], Comb) + Sync) {
-    let size = header.size;
-    planes.as_mut_slice().par_chunks_mut(size.texels()).enumerate().for_each(|(k, plane)| {
-        let values = values(&header.encoding, header.layout.is_color(k), k);
-        let (bytes, comb) = source(k);
-        for (y, row) in plane.chunks_exact_mut(size.width).enumerate() {
-            let first = comb.start + (size.height - 1 - y) * size.width * comb.stride;
+    let Size { width, height } = header.size;
+    let values: Vec<[f32; 256]> =
+        (0..planes.count()).map(|k| values(&header.encoding, header.layout.is_color(k), k)).collect();
+    planes.par_rows_mut().enumerate().for_each(|(y, rows)| {
+        for ((k, row), values) in rows.into_iter().enumerate().zip(&values) {
+            let (bytes, comb) = source(k);
+            let first = comb.start + (height - 1 - y) * width * comb.stride;
             let bytes = bytes[first..].iter().step_by(comb.stride);
             row.iter_mut().zip(bytes).for_each(|(out, &byte)| *out = values[usize::from(byte)]);
         }

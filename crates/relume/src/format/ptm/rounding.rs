@@ -54,6 +54,24 @@ impl Rounding {
         &self.encoding
     }
 
+    /// The bytes of a row of texels, interleaved.
+    pub(super) fn fill(&self, out: &mut [u8], rows: [&[f32]; 6]) {
+        if self.is_nearest() {
+            for (k, row) in rows.into_iter().enumerate() {
+                let bytes = out[k..].iter_mut().step_by(6);
+                bytes.zip(row).for_each(|(out, &v)| *out = nearest_byte(self.encoding.position(k, v)));
+            }
+            return;
+        }
+        for (x, bytes) in out.chunks_exact_mut(6).enumerate() {
+            bytes.copy_from_slice(&self.bytes(rows.map(|row| row[x])));
+        }
+    }
+
+    fn is_nearest(&self) -> bool {
+        self.feedback.iter().flatten().all(|factor| *factor == 0.0)
+    }
+
     /// The bytes of six coefficients.
     pub(super) fn bytes(&self, coefficients: [f32; 6]) -> [u8; 6] {
         let mut bytes = [0; 6];
@@ -97,6 +115,21 @@ mod tests {
         all.sort_unstable();
         all.dedup();
         assert_eq!(all.len(), 720);
+    }
+
+    #[test]
+    fn a_row_has_the_bytes_of_its_texels() {
+        let encoding = PtmEncoding { scale: [1.1, 0.7, 0.9, 2.0, -1.3, 0.8], bias: [128.0; 6] };
+        let mut random = Stream::new(9, Purpose::Sample, [0]);
+        let rows: [Vec<f32>; 6] =
+            std::array::from_fn(|_| (0..37).map(|_| random.unit() as f32 - 0.5).collect());
+        for rounding in [Rounding::nearest(&encoding), Rounding::successive(&encoding).unwrap()] {
+            let mut row = [0; 6 * 37];
+            rounding.fill(&mut row, std::array::from_fn(|k| &rows[k][..]));
+            for (x, bytes) in row.chunks_exact(6).enumerate() {
+                assert_eq!(bytes, rounding.bytes(std::array::from_fn(|k| rows[k][x])));
+            }
+        }
     }
 
     #[test]

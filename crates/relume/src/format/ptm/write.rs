@@ -35,7 +35,7 @@ pub(in crate::format) enum Under<'a> {
 /// Fields of another basis or with other channels, linear fields, and values that are not finite.
 pub(in crate::format) fn encode(field: &ReflectanceField, under: Under<'_>, job: &Job) -> Result<Vec<u8>> {
     check(field)?;
-    let parts = CoefficientParts::of(field, matches!(under, Under::Stored(_)));
+    let parts = CoefficientParts::of(field, matches!(under, Under::Stored(_)))?;
     job.proceed()?;
     let rounding = match under {
         Under::Stored(encoding) => Rounding::nearest(encoding),
@@ -66,7 +66,7 @@ impl PtmEncoding {
     /// When a `.ptm` file cannot hold the field.
     pub fn chosen(field: &ReflectanceField) -> Result<Self> {
         check(field)?;
-        Ok(CoefficientParts::of(field, false).chosen())
+        Ok(CoefficientParts::of(field, false)?.chosen())
     }
 }
 
@@ -93,16 +93,19 @@ fn check(field: &ReflectanceField) -> Result<()> {
 
 /// Refuses coefficients that files of bytes cannot hold.
 pub(in crate::format) fn check_finite(field: &ReflectanceField, kind: &str) -> Result<()> {
-    for (k, plane) in field.coefficients().iter().enumerate() {
-        if let Some(texel) = plane.iter().position(|v| !v.is_finite()) {
+    let planes: Vec<&[f32]> = field.coefficients().iter().collect();
+    let not_finite = |plane: &&[f32]| plane.iter().position(|v| !v.is_finite());
+    let found: Vec<Option<usize>> = planes.par_iter().map(not_finite).collect();
+    match found.into_iter().enumerate().find_map(|(k, texel)| texel.map(|texel| (k, texel))) {
+        None => Ok(()),
+        Some((k, texel)) => {
             let (x, y) = (texel % field.size().width, texel / field.size().width);
-            return Err(Error::invalid(format!(
+            Err(Error::invalid(format!(
                 "coefficient plane {k} is {} at texel ({x}, {y}): a {kind} file holds finite numbers only",
-                plane[texel]
-            )));
+                planes[k][texel]
+            )))
         }
     }
-    Ok(())
 }
 
 /// The contents of the blocks of a file.
@@ -115,19 +118,19 @@ struct CoefficientParts<'a> {
 
 impl<'a> CoefficientParts<'a> {
     /// The parts of a field whose values are copies of bytes, or new.
-    fn of(field: &'a ReflectanceField, copies: bool) -> Self {
+    fn of(field: &'a ReflectanceField, copies: bool) -> Result<Self> {
         let planes = field.coefficients();
         let functions = Cow::Borrowed(planes);
         match (field.layout().is_product(), copies) {
             (false, _) => {
                 let white = || vec![255; 3 * field.size().texels()];
                 let colors = (field.layout().channels() == 1).then(white);
-                Self { functions, colors }
+                Ok(Self { functions, colors })
             }
-            (true, true) => Self { functions, colors: Some(nearest_colors(planes)) },
+            (true, true) => Ok(Self { functions, colors: Some(nearest_colors(planes)?) }),
             (true, false) => {
-                let (luminance, colors) = rounded_products(planes);
-                Self { functions: Cow::Owned(luminance), colors: Some(colors) }
+                let (luminance, colors) = rounded_products(planes)?;
+                Ok(Self { functions: Cow::Owned(luminance), colors: Some(colors) })
             }
         }
     }
@@ -156,58 +159,80 @@ impl<'a> CoefficientParts<'a> {
         let (name, blocks) =
             if self.colors.is_some() { ("PTM_FORMAT_LRGB", 1) } else { ("PTM_FORMAT_RGB", 3) };
         let header = header::to_text(name, planes.size(), rounding.encoding()).into_bytes();
-        let texel = 6 * blocks + if self.colors.is_some() { 3 } else { 0 };
-        let length = header.len() + texel * planes.size().texels();
-        let mut out = memory::with_capacity("the .ptm file", length)?;
-        out.extend_from_slice(&header);
-        (0..blocks).for_each(|channel| append_functions(&mut out, planes, 6 * channel, rounding));
-        let colors = self.colors.iter().flat_map(|colors| colors.chunks_exact(3 * planes.size().width).rev());
-        colors.for_each(|row| out.extend_from_slice(row));
+        let (texels, width) = (planes.size().texels(), planes.size().width);
+        let color_bytes = if self.colors.is_some() { 3 * texels } else { 0 };
+        let mut out = memory::zeros("the .ptm file", header.len() + 6 * blocks * texels + color_bytes)?;
+        out[..header.len()].copy_from_slice(&header);
+        let (functions, colors) = out[header.len()..].split_at_mut(6 * blocks * texels);
+        let channels = functions.chunks_exact_mut(6 * texels).enumerate();
+        channels.for_each(|(channel, out)| fill_functions(out, planes, 6 * channel, rounding));
+        if let Some(rows) = &self.colors {
+            // Rows from the bottom.
+            let rows = rows.par_chunks_exact(3 * width).rev();
+            colors.par_chunks_exact_mut(3 * width).zip(rows).for_each(|(out, row)| out.copy_from_slice(row));
+        }
         Ok(out)
     }
 }
 
-/// Appends six bytes per texel, rows from the bottom, of the six planes from `first` on.
-fn append_functions(out: &mut Vec<u8>, planes: &Planes, first: usize, rounding: &Rounding) {
+/// Six bytes per texel, rows from the bottom, of the six planes from `first` on.
+fn fill_functions(out: &mut [u8], planes: &Planes, first: usize, rounding: &Rounding) {
     let Size { width, height } = planes.size();
     let functions: [&[f32]; 6] = std::array::from_fn(|k| planes.plane(first + k));
-    let start = out.len();
-    out.resize(start + 6 * planes.size().texels(), 0);
-    out[start..].par_chunks_exact_mut(6 * width).enumerate().for_each(|(from_bottom, row)| {
+    out.par_chunks_exact_mut(6 * width).enumerate().for_each(|(from_bottom, row)| {
         let texel = (height - 1 - from_bottom) * width;
-        for (x, bytes) in row.chunks_exact_mut(6).enumerate() {
-            bytes.copy_from_slice(&rounding.bytes(functions.map(|plane| plane[texel + x])));
-        }
+        rounding.fill(row, functions.map(|plane| &plane[texel..texel + width]));
     });
 }
 
 /// The colours of an LRGB field as the nearest bytes, interleaved.
-fn nearest_colors(planes: &Planes) -> Vec<u8> {
+fn nearest_colors(planes: &Planes) -> Result<Vec<u8>> {
     let colors = [6, 7, 8].map(|k| planes.plane(k));
-    (0..planes.size().texels()).flat_map(|texel| colors.map(|plane| code8(plane[texel]))).collect()
+    let mut out = memory::zeros("the colours of the .ptm file", 3 * planes.size().texels())?;
+    let width = planes.size().width;
+    out.par_chunks_exact_mut(3 * width).enumerate().for_each(|(y, row)| {
+        let [red, green, blue] = colors.map(|plane| &plane[y * width..(y + 1) * width]);
+        for (out, ((&r, &g), &b)) in row.chunks_exact_mut(3).zip(red.iter().zip(green).zip(blue)) {
+            out.copy_from_slice(&[r, g, b].map(code8));
+        }
+    });
+    Ok(out)
 }
 
 /// Colours rounded to bytes with the largest at 255, and the luminance whose product with the rounded colour
 /// q is nearest to the product c l: l (c . q) / (q . q).
-fn rounded_products(planes: &Planes) -> (Planes, Vec<u8>) {
-    let texels = planes.size().texels();
-    let mut colors = Vec::with_capacity(3 * texels);
-    let mut gains = Vec::with_capacity(texels);
-    for texel in 0..texels {
-        let color = [6, 7, 8].map(|k| f64::from(planes.plane(k)[texel].max(0.0)));
-        let largest = color.iter().fold(0.0f64, |a, &b| a.max(b));
-        let code = color.map(|c| if largest > 0.0 { code8((c / largest) as f32) } else { 0 });
-        let product: f64 = color.iter().zip(code).map(|(c, q)| c * f64::from(q) / 255.0).sum();
-        gains.push(if largest > 0.0 { product / norm_squared(&code) } else { 1.0 });
-        colors.extend_from_slice(&code);
-    }
+fn rounded_products(planes: &Planes) -> Result<(Planes, Vec<u8>)> {
+    let width = planes.size().width;
+    let mut colors = memory::zeros("the colours of the .ptm file", 3 * planes.size().texels())?;
     let mut luminance = Planes::zeros(planes.size(), 6);
-    for (out, plane) in luminance.iter_mut().zip(planes.iter()) {
-        for (out, (&value, gain)) in out.iter_mut().zip(plane.iter().zip(&gains)) {
-            *out = (f64::from(value) * gain) as f32;
+    let rows = luminance.par_rows_mut().zip(colors.par_chunks_exact_mut(3 * width));
+    rows.enumerate().for_each(|(y, (functions, colors))| {
+        let row = |k: usize| &planes.plane(k)[y * width..(y + 1) * width];
+        let of_colors = [6, 7, 8].map(row);
+        let gains: Vec<f64> = colors
+            .chunks_exact_mut(3)
+            .enumerate()
+            .map(|(x, code)| rounded_color(of_colors.map(|row| row[x]), code))
+            .collect();
+        for (k, out) in functions.into_iter().enumerate() {
+            for (out, (&value, gain)) in out.iter_mut().zip(row(k).iter().zip(&gains)) {
+                *out = (f64::from(value) * gain) as f32;
+            }
         }
+    });
+    Ok((luminance, colors))
+}
+
+/// Rounds a colour, and gives the factor of its luminance.
+fn rounded_color(color: [f32; 3], code: &mut [u8]) -> f64 {
+    let color = color.map(|c| f64::from(c.max(0.0)));
+    let largest = color.iter().fold(0.0f64, |a, &b| a.max(b));
+    if largest <= 0.0 {
+        return 1.0;
     }
-    (luminance, colors)
+    code.iter_mut().zip(color).for_each(|(code, c)| *code = code8((c / largest) as f32));
+    let product: f64 = color.iter().zip(&*code).map(|(c, &q)| c * f64::from(q) / 255.0).sum();
+    product / norm_squared(code)
 }
 
 /// The squared length of a colour of bytes, with white at 1 in each: the weight of the squared error of its

@@ -6,10 +6,14 @@
 //! whether such a step is unusual for the texture: mortar and yarns have large steps of their own. It detects
 //! jumps of value, but not kinks or features cut in two without a jump.
 
+use rayon::prelude::*;
 use serde::Serialize;
 
 use super::steps::{NeighbourSteps, ratio};
 use crate::planes::Planes;
+
+/// Columns whose steps are added up together: a row of them is some lines of the cache.
+const COLUMNS_TOGETHER: usize = 256;
 
 /// The step across one pair of borders.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -23,26 +27,40 @@ pub struct Wrap {
 /// The steps from the right border to the left one, and from the bottom to the top. Sides of one
 /// texel have no inside and are seamless.
 pub fn wrap(planes: &Planes) -> [Wrap; 2] {
-    let size = planes.size();
-    let columns = |x: usize| {
-        let mut steps = NeighbourSteps::default();
-        (0..size.height)
-            .for_each(|y| steps.add(planes, size.index(x, y), size.index((x + 1) % size.width, y)));
-        steps
-    };
-    let rows = |y: usize| {
-        let mut steps = NeighbourSteps::default();
-        (0..size.width)
-            .for_each(|x| steps.add(planes, size.index(x, y), size.index(x, (y + 1) % size.height)));
-        steps
-    };
-    [judge(size.width, columns), judge(size.height, rows)]
+    [judge(&steps_across(planes)), judge(&steps_down(planes))]
 }
 
-/// `step(i)` is the step from line i to the next; for the last line it is the wrap.
-fn judge(lines: usize, step: impl Fn(usize) -> NeighbourSteps) -> Wrap {
-    let across = step(lines - 1).rms();
-    let inner: Vec<NeighbourSteps> = (0..lines - 1).map(step).collect();
+/// The steps from each column to the next, from the last one to the first. Rows are read along themselves, some columns at
+/// a time: down a column every value comes from another part of the memory.
+fn steps_across(planes: &Planes) -> Vec<NeighbourSteps> {
+    let size = planes.size();
+    let mut columns = vec![NeighbourSteps::default(); size.width];
+    columns.par_chunks_mut(COLUMNS_TOGETHER).enumerate().for_each(|(part, columns)| {
+        for y in 0..size.height {
+            for (x, steps) in (part * COLUMNS_TOGETHER..).zip(columns.iter_mut()) {
+                steps.add(planes, size.index(x, y), size.index((x + 1) % size.width, y));
+            }
+        }
+    });
+    columns
+}
+
+/// The steps from each row to the next, from the last one to the first.
+fn steps_down(planes: &Planes) -> Vec<NeighbourSteps> {
+    let size = planes.size();
+    let row = |y: usize| {
+        let mut steps = NeighbourSteps::default();
+        let below = (y + 1) % size.height;
+        (0..size.width).for_each(|x| steps.add(planes, size.index(x, y), size.index(x, below)));
+        steps
+    };
+    (0..size.height).into_par_iter().map(row).collect()
+}
+
+/// `lines` has the step from each line to the next; that of the last one is the wrap.
+fn judge(lines: &[NeighbourSteps]) -> Wrap {
+    let (across, inner) = lines.split_last().expect("a texture has lines");
+    let across = across.rms();
     let mut inside = NeighbourSteps::default();
     inner.iter().for_each(|steps| inside.merge(*steps));
     if inner.is_empty() {
@@ -73,6 +91,19 @@ mod tests {
         assert_eq!((across.ratio, across.rank), (1.0, 0.0));
         assert_eq!((down.ratio, down.rank), (29.0, 1.0));
         assert!(y.ratio.is_finite());
+    }
+
+    #[test]
+    fn steps_across_are_those_of_each_column() {
+        let size = Size::new(COLUMNS_TOGETHER + 37, 19);
+        let value = |i: usize| ((i * i) % 101) as f32 / 17.0;
+        let planes = Planes::from_vec(size, 2, (0..2 * size.texels()).map(value).collect()).unwrap();
+        for (x, found) in steps_across(&planes).into_iter().enumerate() {
+            let mut steps = NeighbourSteps::default();
+            let next = (x + 1) % size.width;
+            (0..size.height).for_each(|y| steps.add(&planes, size.index(x, y), size.index(next, y)));
+            assert_eq!((found.rms().to_bits(), found.count()), (steps.rms().to_bits(), steps.count()));
+        }
     }
 
     #[test]

@@ -115,7 +115,8 @@ impl<'a> CoarseToFine<'a> {
         exact.into_iter().map(|(_, position)| position).collect()
     }
 
-    /// The positions around those of the next coarser level, and at the finest also the likely ones, with distances.
+    /// The positions around those of the next coarser level, and at the finest also the likely ones, with distances, as far
+    /// as they can be accepted or kept.
     fn refined(
         &self,
         kept: &[Texel],
@@ -135,7 +136,23 @@ impl<'a> CoarseToFine<'a> {
         let positions: BTreeSet<Texel> = around.chain(likely).filter(valid).collect();
         let targets = BlockTarget::all(query, exemplars);
         effort.verified += positions.len() as u64;
-        positions.into_iter().map(|at| (at, distance(&targets, at))).collect()
+        let mut near: Vec<(Texel, u64)> = Vec::new();
+        let mut nearest: Vec<u64> = Vec::new();
+        for at in positions {
+            // A farther one is neither among those that are kept, nor accepted beside the nearest so far.
+            let limit = match (level, nearest.first(), nearest.get(KEPT - 1)) {
+                (0, Some(best), _) => query.acceptance.limit(*best),
+                (1.., _, Some(last)) => *last,
+                _ => u64::MAX,
+            };
+            let target = &targets[at.exemplar as usize];
+            if let Some(distance) = target.distance_within(at.x as usize, at.y as usize, limit) {
+                near.push((at, distance));
+                nearest.insert(nearest.partition_point(|other| *other <= distance), distance);
+                nearest.truncate(KEPT);
+            }
+        }
+        near
     }
 }
 

@@ -6,7 +6,7 @@ use relume::Size;
 use relume::procedural::Material;
 use serde_json::Value;
 
-use crate::support::{done, json, refused, write_material};
+use crate::support::{done, json, read_png, refused, write_material};
 
 /// A folder with pictures of a weave and of pebbles.
 fn with_exemplars() -> tempfile::TempDir {
@@ -149,6 +149,46 @@ fn the_choice_weighs_colours() {
     for one in tries.iter().filter(|one| one["largest_piece"].as_f64().is_some_and(|piece| piece <= 0.5)) {
         assert!(worst(kept) < 1.35 * worst(&one["appearance"]), "{found}");
     }
+}
+
+/// A former fault: a fire, dark above and bright below, was laid in patches of light and dark.
+#[test]
+fn a_material_that_changes_from_side_to_side_is_followed() {
+    let folder = tempfile::tempdir().unwrap();
+    write_material(&folder.path().join("fire.png"), Material::Fire, Size::new(64, 64), 12.0);
+    let synth = ["synth", "fire.png", "--size", "96", "--force"];
+    let auto = ["-o", "auto.png", "--method", "auto", "--tries", "2"];
+    let found = json(folder.path(), &[&synth[..], &auto].concat());
+    let options = found["auto"]["options"].as_str().unwrap();
+    assert!(found["auto"]["follows_trend"] == true && options.ends_with("--follow-trend"), "{found}");
+    let again: Vec<&str> = ["-o", "again.png"].into_iter().chain(options.split(' ')).collect();
+    done(folder.path(), &[&synth[..], &again].concat());
+    let [auto, again] = ["auto.png", "again.png"].map(|name| fs::read(folder.path().join(name)).unwrap());
+    assert!(auto == again, "{options}");
+    // Three bands are as bright as those of the exemplar, stretched.
+    let bands = |name: &str| {
+        let (_, codes) = read_png(&folder.path().join(name));
+        let band = codes.len() / 3;
+        [0, 1, 2].map(|n| {
+            let sum: f64 = codes[n * band..][..band].iter().map(|&code| f64::from(code)).sum();
+            3.0 * sum / codes.len() as f64
+        })
+    };
+    let (own, made) = (bands("fire.png"), bands("auto.png"));
+    let range = own.iter().fold(0.0f64, |most, a| own.iter().fold(most, |most, b| most.max(a - b)));
+    assert!(own.iter().zip(&made).all(|(a, b)| (a - b).abs() < 0.35 * range), "{own:?} {made:?}");
+    let tile = json(
+        folder.path(),
+        &[&synth[..], &["-o", "auto.png", "--method", "auto", "--tries", "2", "--tile"]].concat(),
+    );
+    assert_eq!(tile["auto"]["follows_trend"], false);
+    let more = |options: &[&str]| {
+        refused(folder.path(), &[&synth[..], &["-o", "no.png", "--follow-trend"], options].concat())
+    };
+    assert!(more(&["--tile"]).contains("tiles"));
+    assert!(more(&["--method", "roller"]).contains("--follow-trend does not apply"));
+    let model = json(folder.path(), &["model", "fire.png", "-o", "fire.rlm"]);
+    assert!(model["warnings"].to_string().contains("changes from side to side"), "{model}");
 }
 
 #[test]

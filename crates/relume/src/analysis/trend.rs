@@ -30,6 +30,23 @@ pub fn removed(planes: &Planes) -> (Planes, f64) {
     (even, if all > 0.0 { (slow / all).min(1.0) } else { 0.0 })
 }
 
+/// The trend of each plane, and the same stretched to another size.
+pub fn stretched(planes: &Planes, size: Size) -> [Planes; 2] {
+    let basis = TrendBasis::new(planes.size());
+    let mean = |plane: &[f32]| plane.iter().map(|&v| f64::from(v)).sum::<f64>() / plane.len() as f64;
+    let weights: Vec<[f64; 6]> = planes.iter().map(|plane| basis.weights(plane, mean(plane))).collect();
+    [planes.size(), size].map(|size| {
+        let mut trends = Planes::zeros(size, planes.count());
+        for (trend, weights) in trends.iter_mut().zip(&weights) {
+            trend
+                .iter_mut()
+                .enumerate()
+                .for_each(|(i, value)| *value = sum(weights, &powers(size, i)) as f32);
+        }
+        trends
+    })
+}
+
 /// Six polynomials that are orthonormal over the texels.
 struct TrendBasis {
     size: Size,
@@ -54,7 +71,7 @@ impl TrendBasis {
     fn weights(&self, plane: &[f32], mean: f64) -> [f64; 6] {
         let mut sums = [0.0; 6];
         for (i, &value) in plane.iter().enumerate() {
-            let powers = self.powers(i);
+            let powers = powers(self.size, i);
             (0..6).for_each(|k| sums[k] += powers[k] * (f64::from(value) - mean));
         }
         // The coefficients of the powers: combine combine' sums.
@@ -63,19 +80,39 @@ impl TrendBasis {
     }
 
     fn value(&self, weights: &[f64; 6], texel: usize) -> f64 {
-        self.powers(texel).iter().zip(weights).map(|(power, weight)| power * weight).sum()
+        sum(weights, &powers(self.size, texel))
     }
+}
 
-    fn powers(&self, texel: usize) -> [f64; 6] {
-        let (x, y) = (
-            place(texel % self.size.width, self.size.width),
-            place(texel / self.size.width, self.size.height),
-        );
-        [1.0, x, y, x * x, x * y, y * y]
-    }
+/// The powers at a texel.
+fn powers(size: Size, texel: usize) -> [f64; 6] {
+    let (x, y) = (place(texel % size.width, size.width), place(texel / size.width, size.height));
+    [1.0, x, y, x * x, x * y, y * y]
+}
+
+fn sum(weights: &[f64; 6], powers: &[f64; 6]) -> f64 {
+    powers.iter().zip(weights).map(|(power, weight)| power * weight).sum()
 }
 
 /// The position of texel `i` of `n` on [-1, 1].
 fn place(i: usize, n: usize) -> f64 {
     (2 * i + 1) as f64 / n as f64 - 1.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_stretched_trend_runs_from_side_to_side() {
+        let size = Size::new(40, 30);
+        let ramp = |i: usize| (3.0 * place(i / 40, 30) + place(i % 40, 40).powi(2)) as f32;
+        let noisy = (0..size.texels()).map(|i| ramp(i) + if i % 2 == 0 { 0.1 } else { -0.1 }).collect();
+        let planes = Planes::from_vec(size, 1, noisy).unwrap();
+        let [own, wide] = stretched(&planes, Size::new(80, 90));
+        let from = |i: usize| (3.0 * place(i / 80, 90) + place(i % 80, 80).powi(2)) as f32;
+        let shift = own.as_slice()[0] - ramp(0);
+        assert!(own.as_slice().iter().enumerate().all(|(i, v)| (v - ramp(i) - shift).abs() < 0.02));
+        assert!(wide.as_slice().iter().enumerate().all(|(i, v)| (v - from(i) - shift).abs() < 0.02));
+    }
 }

@@ -9,16 +9,20 @@
 //! changes the distance.
 //!
 //! Large outputs are chosen at a smaller size ([`Auto::trial_size`]), a little larger than the exemplar, which
-//! shows periods and repetition; the best way is then taken once at the full size. The cost is that of all trials
-//! and their measures, and of one texture.
+//! shows periods and repetition; the best ways are then taken at the full size ([`full`]). The cost is that of all
+//! trials and their measures, and of one to three textures.
+//!
+//! The texture of an exemplar that changes plainly from side to side follows that trend.
 
-use std::cmp::Ordering;
+mod full;
+
 use std::collections::VecDeque;
 use std::path::PathBuf;
 use std::time::Instant;
 
 use super::method::{LaidTiles, MadeTexture, Plan};
 use super::sizes::Room;
+use super::trend;
 use crate::analysis::advice::Way;
 use crate::analysis::{Advice, Analysis, advise, analyze};
 use crate::error::{Error, Result};
@@ -52,13 +56,21 @@ pub struct Auto {
     asked: Asked,
 }
 
-/// The options of the blocks that are given and therefore not chosen.
+/// The options that are given and therefore not chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Asked {
     /// The side.
     pub block: Option<usize>,
     /// The overlap.
     pub overlap: Option<usize>,
+    /// Whether the texture follows the trend of its exemplar; otherwise it does where that is plain.
+    pub trend: bool,
+}
+
+impl Asked {
+    fn is_about_blocks(self) -> bool {
+        self.block.is_some() || self.overlap.is_some()
+    }
 }
 
 /// The input of the textures and their measures.
@@ -88,6 +100,8 @@ pub struct Choice {
     pub advice: Advice,
     /// The size of the tries in texels.
     pub trial: Size,
+    /// Whether the texture follows the trend of its exemplar.
+    pub follows_trend: bool,
     /// The tries, in order.
     pub tries: Vec<Try>,
     /// The index of the try that was kept.
@@ -104,6 +118,8 @@ pub struct Try {
     pub plan: Plan,
     /// Its score.
     pub outcome: Result<Score>,
+    /// Its score at the full size, where that is larger and it was made.
+    pub full: Option<Score>,
     /// The time of making and measuring.
     pub seconds: f64,
 }
@@ -143,16 +159,43 @@ impl Auto {
     pub fn run(&self, exemplars: &Exemplars<'_>, job: &Job) -> Result<Chosen> {
         self.foresee(exemplars, job)?;
         let analyses = exemplars.analyses(job)?;
+        match self.followed(&analyses, exemplars, job)? {
+            Some(guided) => {
+                guided.foresee(exemplars, job)?;
+                guided.choose(analyses, true, exemplars, job)
+            }
+            None => self.choose(analyses, false, exemplars, job),
+        }
+    }
+
+    /// The same guided by the trend of the exemplar, where that is asked for or plain.
+    fn followed(&self, analyses: &[Analysis], exemplars: &Exemplars<'_>, job: &Job) -> Result<Option<Self>> {
+        let BlockOptions { size, boundary, ref guidance, .. } = self.blocks;
+        if !self.asked.trend && (guidance.is_some() || !trend::is_plain(analyses, boundary)) {
+            return Ok(None);
+        }
+        let guidance = Some(trend::guidance(exemplars.planes, size, boundary, job)?);
+        Ok(Some(Self { blocks: BlockOptions { guidance, ..self.blocks.clone() }, ..self.clone() }))
+    }
+
+    fn choose(
+        &self,
+        analyses: Vec<Analysis>,
+        follows_trend: bool,
+        exemplars: &Exemplars<'_>,
+        job: &Job,
+    ) -> Result<Chosen> {
         let sizes = exemplars.planes.iter().map(|exemplar| exemplar.index.size());
         let advice = advise(&analyses.iter().zip(sizes).collect::<Vec<_>>());
         let room = Room::of(&analyses, exemplars.planes, self.blocks.size);
         let trial = self.trial_size(exemplars);
-        let (tries, best) = self.tries(self.plans(&advice, &room), trial, exemplars, job)?;
+        let references = self.references(exemplars, job)?;
+        let (mut tries, best) = self.tries(self.plans(&advice, &room), trial, &references, exemplars, job)?;
         let (kept, made) = match best {
             Some(made) if trial == self.blocks.size => made,
-            _ => full(&tries, exemplars, job)?,
+            _ => full::make(&mut tries, trial, &references, exemplars, job)?,
         };
-        Ok(Chosen { made, choice: Choice { analyses, advice, trial, tries, kept } })
+        Ok(Chosen { made, choice: Choice { analyses, advice, trial, follows_trend, tries, kept } })
     }
 
     /// The size at which textures are compared: that of the output, but no larger than `TRIAL` times the
@@ -174,24 +217,24 @@ impl Auto {
         &self,
         plans: Vec<Plan>,
         trial: Size,
+        references: &[Reference],
         exemplars: &Exemplars<'_>,
         job: &Job,
     ) -> Result<(Vec<Try>, Option<Numbered>)> {
-        let references = self.references(exemplars, job)?;
         let mut best: Option<(Score, Numbered)> = None;
         let mut tries = Vec::new();
         let mut waiting = VecDeque::from(plans);
         while let Some(plan) = waiting.pop_front() {
             let (number, started) = (tries.len(), Instant::now());
             let made = plan.validate().and_then(|()| plan.trial(trial).run(exemplars.planes, job));
-            let measured = made.and_then(|made| Ok((score(&made.map, &references, exemplars, job)?, made)));
+            let measured = made.and_then(|made| Ok((score(&made.map, references, exemplars, job)?, made)));
             let outcome = measured.as_ref().map(|(score, _)| *score).map_err(Error::clone);
             if outcome.as_ref().is_ok_and(Score::is_copy) && number < self.tries {
                 // The first block came from a corner, where the exemplar continues the longest, at any size
                 // of blocks: use another seed.
                 waiting.push_back(plan.with_seed(further_seed(plan.seed(), Purpose::CopiedAgain, [])));
             }
-            tries.push(Try { plan, outcome, seconds: started.elapsed().as_secs_f64() });
+            tries.push(Try { plan, outcome, full: None, seconds: started.elapsed().as_secs_f64() });
             if let Ok((score, made)) = measured
                 && best.as_ref().is_none_or(|(least, ..)| score.is_better_than(least))
             {
@@ -213,7 +256,8 @@ impl Auto {
         if self.tries == 1 {
             return Ok(());
         }
-        let (size, planes) = (self.trial_size(exemplars), exemplars.planes[0].index.count());
+        let (trial, planes) = (self.trial_size(exemplars), exemplars.planes[0].index.count());
+        let size = if full::is_measured(self.blocks.size, trial) { self.blocks.size } else { trial };
         let texel = 2 * size_of::<Texel>() + size_of::<Source>() + 4 * planes;
         let held = Footprint::of_texels(size, texel as u64, texel as u64);
         let sizes = exemplars.planes.iter().map(|exemplar| [exemplar.index.size(), size]);
@@ -248,7 +292,7 @@ impl Auto {
         let BlockOptions { size, boundary, ref guidance, seed, .. } = self.blocks;
         let is_joined_otherwise = self.blocks.blend != Blend::Cut || self.blocks.feather > 0;
         let is_about_blocks = is_joined_otherwise
-            || self.asked != Asked::default()
+            || self.asked.is_about_blocks()
             || matches!(self.blocks.tolerance, Tolerance::Absolute(_));
         match way {
             Way::Quilting { block, overlap } if self.asked.block.is_none() => {
@@ -262,9 +306,8 @@ impl Auto {
                 let window = room.small_window(default.window);
                 Some(Plan::PatchMatch(PatchMatchOptions { window, levels: room.levels(window), ..default }))
             }
-            Way::Scanlines if !is_about_blocks => {
-                let default =
-                    WeiLevoyOptions { size, seed, guidance: guidance.clone(), ..Default::default() };
+            Way::Scanlines if !is_about_blocks && guidance.is_none() => {
+                let default = WeiLevoyOptions { size, seed, ..Default::default() };
                 let window = room.small_window(default.window);
                 let options = WeiLevoyOptions { window, levels: room.levels(window), ..default };
                 Some(Plan::WeiLevoy(options, boundary))
@@ -280,41 +323,25 @@ impl Auto {
     }
 }
 
-/// The texture of the best try that can be made at the full size, and the number of that try.
-fn full(tries: &[Try], exemplars: &Exemplars<'_>, job: &Job) -> Result<Numbered> {
-    let scores =
-        tries.iter().enumerate().filter_map(|(number, one)| Some((number, one.outcome.as_ref().ok()?)));
-    let mut order: Vec<(usize, &Score)> = scores.collect();
-    // A stable order: of equals the first.
-    order.sort_by(|(_, a), (_, b)| a.key().partial_cmp(&b.key()).unwrap_or(Ordering::Equal));
-    let mut reason = None;
-    for (number, _) in order {
-        match tries[number].plan.run(exemplars.planes, job) {
-            Ok(made) => return Ok((number, made)),
-            Err(error) => reason = reason.or(Some(error)),
-        }
-        job.proceed()?;
-    }
-    // Nothing was made: report the first error.
-    let reason = reason.or_else(|| tries.iter().find_map(|one| one.outcome.as_ref().err().cloned()));
-    Err(reason.unwrap_or_else(|| Error::usage("there was nothing to try")))
-}
-
-/// The distance of a texture from the exemplars, if they were measured, and whether it is a copy of one.
+/// How near a texture is to the exemplars, if they were measured, and whether it is a copy of one.
 fn score(map: &SourceMap, references: &[Reference], exemplars: &Exemplars<'_>, job: &Job) -> Result<Score> {
     if references.is_empty() {
         return Ok(Score::UNMEASURED);
     }
-    let texels: Vec<Source> =
-        map.copies().iter().map(|t| Source { exemplar: t.exemplar, x: t.x, y: t.y }).collect();
-    let sources = Sources::new(map.size(), &texels, map.exemplars())?;
-    let smallest = map.exemplars().iter().map(|size| size.texels()).min().unwrap_or(1);
-    let piece = copying(&sources).largest_piece as f64 / smallest as f64;
     let index: Vec<&Planes> = exemplars.planes.iter().map(|exemplar| exemplar.index).collect();
     let made = gather_index(map, &index, job)?;
     let distances: Vec<Appearance> =
         references.iter().map(|reference| reference.distance(&made, job)).collect::<Result<_>>()?;
-    Ok(Score { appearance: Appearance::mean(&distances), largest_piece: Some(piece) })
+    Ok(Score { appearance: Appearance::mean(&distances), largest_piece: Some(largest_piece(map)?) })
+}
+
+/// The largest piece copied, as a fraction of the smallest exemplar.
+fn largest_piece(map: &SourceMap) -> Result<f64> {
+    let texels: Vec<Source> =
+        map.copies().iter().map(|t| Source { exemplar: t.exemplar, x: t.x, y: t.y }).collect();
+    let sources = Sources::new(map.size(), &texels, map.exemplars())?;
+    let smallest = map.exemplars().iter().map(|size| size.texels()).min().unwrap_or(1);
+    Ok(copying(&sources).largest_piece as f64 / smallest as f64)
 }
 
 /// The seed of another try, printed so that it makes the texture again: 32 bits, which are short to type and

@@ -9,6 +9,8 @@ use std::fmt;
 
 use serde::Serialize;
 
+use super::trend::PLAIN_TREND;
+use crate::analysis::trend;
 use crate::direction::Direction;
 use crate::error::Result;
 use crate::field::{Basis, ReflectanceField};
@@ -67,6 +69,8 @@ pub struct Likeness {
     pub halves: LikenessMeasures,
     /// The patch distance of the shuffled texture from the texture.
     pub shuffled: f64,
+    /// The share of the texture's variance that is a slow change from side to side, which no model follows.
+    pub trend: f64,
     /// The largest of the distances of the sample, each divided by the largest that would pass.
     pub excess: f64,
     /// The same without the detail: models are chosen by it, since a structure restores the order of a material and
@@ -83,6 +87,7 @@ pub struct LikenessReference {
     picture: Planes,
     halves: LikenessMeasures,
     shuffled: f64,
+    trend: f64,
 }
 
 impl LikenessReference {
@@ -107,7 +112,8 @@ impl LikenessReference {
         let across = measures(&part(0, 0, w, height)?, &part(width - w, 0, w, height)?, job)?;
         let down = measures(&part(0, 0, width, h)?, &part(0, height - h, width, h)?, job)?;
         let shuffled = patches(&picture, &shuffled(&picture), job)?;
-        Ok(Some(Self { picture, halves: across.mean(&down), shuffled }))
+        let (_, trend) = trend::removed(&picture);
+        Ok(Some(Self { picture, halves: across.mean(&down), shuffled, trend }))
     }
 
     /// Compares a sample of a model.
@@ -118,17 +124,17 @@ impl LikenessReference {
         let size = self.picture.size();
         let sample = RealisationOptions { origin: [0, 0], size, seed: SAMPLE_SEED, period: None };
         let made = measures(&self.picture, &seen(&model.synthesize(&sample, job)?, job)?, job)?;
-        let halves = self.halves;
+        let Self { halves, shuffled, trend, .. } = *self;
         let limits = halves.values().into_iter().zip(FLOORS).zip(TOLERANCES);
         let limits = limits.map(|((halves, floor), tolerance)| tolerance * halves.max(floor));
         let mut excesses = made.values().into_iter().zip(limits).map(|(made, limit)| made / limit);
         let order = excesses.by_ref().take(KINDS - 1).fold(0.0, f64::max);
         let detail = excesses.fold(0.0, f64::max);
         // Noise is like its own shuffled texels, so both distances are small.
-        let half_way = (MOST_OF_THE_WAY * self.shuffled).max(TOLERANCES[0] * FLOORS[0]);
+        let half_way = (MOST_OF_THE_WAY * shuffled).max(TOLERANCES[0] * FLOORS[0]);
         let order_excess = order.max(made.patches / half_way);
         let excess = order_excess.max(detail);
-        Ok(Likeness { made, halves, shuffled: self.shuffled, excess, order_excess, alike: excess <= 1.0 })
+        Ok(Likeness { made, halves, shuffled, trend, excess, order_excess, alike: excess <= 1.0 })
     }
 }
 
@@ -163,6 +169,11 @@ impl fmt::Display for Likeness {
 }
 
 impl Likeness {
+    /// Whether the material changes plainly from side to side of the sample.
+    pub fn changes(&self) -> bool {
+        self.trend >= PLAIN_TREND
+    }
+
     /// The patch distance of the sample as a fraction of that of shuffled texels.
     pub fn way(&self) -> f64 {
         if self.shuffled > 0.0 { self.made.patches / self.shuffled } else { 0.0 }

@@ -26,6 +26,7 @@
 //! | [`share`] | textures as web pages load them |
 //! | [`shared_noise`] | endless noise as web pages load it |
 //! | [`auto`] | textures made in several ways, of which the nearest to the exemplar is kept |
+//! | `trend` | textures that change from side to side as their exemplar does |
 //! | [`map_export`] | the maps of a material under the names and in the packings of other programs |
 //! | [`map_set`] | the maps of a material as one exemplar |
 //! | [`tested`] | fitted textures under lights that took no part in the fit |
@@ -62,6 +63,7 @@ pub mod shared_noise;
 pub mod sizes;
 pub mod tested;
 pub mod tiling;
+mod trend;
 
 pub use auto::Exemplars;
 pub use btf::{Btf, Missing};

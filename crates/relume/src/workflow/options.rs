@@ -5,6 +5,7 @@ use super::fitted::Advised;
 use super::method::{LaidTiles, MadeTexture, Plan, SynthesisMethod};
 use super::metric::NamedMetric;
 use super::sizes::Room;
+use super::trend;
 use crate::error::{Error, Result};
 use crate::field::Domain;
 use crate::job::Job;
@@ -34,6 +35,8 @@ pub struct SynthOptions {
     pub domain: Domain,
     /// The guide that the texture follows.
     pub guidance: Option<Guidance>,
+    /// Whether the texture changes from side to side as its exemplar does, instead of following a guide.
+    pub follow_trend: bool,
     /// Seed of the random choices.
     pub seed: u64,
     /// Side of the blocks in texels; `None` as the analysis suggests.
@@ -89,6 +92,7 @@ impl Default for SynthOptions {
             metric: NamedMetric::Function,
             domain: Domain::Hemisphere,
             guidance: None,
+            follow_trend: false,
             seed: 0,
             block: None,
             overlap: None,
@@ -149,6 +153,7 @@ impl Approach {
                 Ok(Outcome { plan: plan.clone(), made, advised: None, choice: None })
             }
             Self::Fitted(options) => {
+                let options = options.guided_by_trend(exemplars, job)?;
                 let room = Room::measure(exemplars.planes, options.size, job)?;
                 let (options, advised) = options.fitted(&room);
                 let plan = options.plan()?;
@@ -178,9 +183,10 @@ pub struct Special {
 
 impl SynthOptions {
     /// The options that belong to some methods only.
-    pub fn special(&self) -> [Special; 18] {
+    pub fn special(&self) -> [Special; 19] {
         use SynthesisMethod::{Auto, EfrosLeung, Elements, PatchMatch, Quilting, Roller, WeiLevoy};
         const BLOCKS: &[SynthesisMethod] = &[Quilting, Auto];
+        const GUIDED: &[SynthesisMethod] = &[Quilting, EfrosLeung, WeiLevoy, PatchMatch, Auto];
         let tolerance = match self.tolerance {
             Some(Tolerance::Absolute(_)) => "delta",
             _ => "tolerance",
@@ -197,6 +203,7 @@ impl SynthOptions {
             special("coarse", self.coarse, BLOCKS),
             special("tiles", self.tiles.is_some(), &[Roller]),
             special("period", self.period.is_some(), &[Roller, Elements]),
+            special("follow-trend", self.follow_trend, GUIDED),
             special("tries", self.tries.is_some(), &[Auto]),
             special("neighbourhood", self.neighbourhood.is_some(), &[EfrosLeung, WeiLevoy, PatchMatch]),
             special("epsilon", self.epsilon.is_some(), &[EfrosLeung]),
@@ -235,18 +242,30 @@ impl SynthOptions {
                 search.name()
             )));
         }
+        if self.follow_trend && self.guidance.is_some() {
+            return Err(Error::usage(
+                "a texture follows a guide or the trend of its exemplar: choose one of them",
+            ));
+        }
         if self.method == SynthesisMethod::Auto {
-            let asked = Asked { block: self.block, overlap: self.overlap };
+            let asked = Asked { block: self.block, overlap: self.overlap, trend: self.follow_trend };
             return Ok(Approach::Auto(Auto::new(self.tries, self.blocks(), asked)?));
         }
         // Sizes that are left open are checked when they are known; the others now, before the work.
         let plan = self.plan()?;
-        if self.open_sizes().is_empty() {
+        if self.open_sizes().is_empty() && !self.follow_trend {
             plan.validate()?;
             return Ok(Approach::Plan(plan));
         }
         self.tolerant().plan()?.validate()?;
         Ok(Approach::Fitted(Box::new(self.clone())))
+    }
+
+    /// The same with the guide that makes it follow the trend of its exemplar, where that is asked for.
+    fn guided_by_trend(&self, exemplars: &Exemplars<'_>, job: &Job) -> Result<Self> {
+        let guide = || trend::guidance(exemplars.planes, self.size, self.boundary, job);
+        let guidance = if self.follow_trend { Some(guide()?) } else { self.guidance.clone() };
+        Ok(Self { guidance, ..self.clone() })
     }
 
     /// The plan of the chosen method, with customary sizes where none are given.

@@ -124,8 +124,11 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     report.json["likeness"] = json!(likeness);
     report.json["character"] = json!(kind);
     report.json["estimation"] = if let [joint] = &levels[..] { json!(joint) } else { json!(levels) };
-    let warning = likeness.filter(|likeness| !likeness.alike).map(|likeness| unlike(&likeness, args));
-    Ok(report.with_outputs(written).with_warnings(warning))
+    let warnings = likeness.iter().flat_map(|likeness| {
+        let changing = likeness.changes().then(|| changing(likeness, args));
+        changing.into_iter().chain((!likeness.alike).then(|| unlike(likeness, args)))
+    });
+    Ok(report.with_outputs(written).with_warnings(warnings))
 }
 
 /// The checked request.
@@ -224,6 +227,16 @@ fn unlike(likeness: &Likeness, args: &Args) -> String {
         "this model does not look like the material: its textures are {:.1} times as far from it as may pass; {more}, or \
          copy the texture instead (relume synth {} --method auto)",
         likeness.excess,
+        args.texture.display()
+    )
+}
+
+/// What to do about a material that changes across the sample.
+fn changing(likeness: &Likeness, args: &Args) -> String {
+    format!(
+        "the material changes from side to side of the sample ({:.0} % of the variance is a slow change), and a model is \
+         the same everywhere or repeats the sample: relume synth {} --follow-trend stretches the change",
+        100.0 * likeness.trend,
         args.texture.display()
     )
 }

@@ -237,9 +237,12 @@ fn with_choice(kept: Report, choice: &Choice, files: &[PathBuf]) -> Report {
         let _ = write!(text, "\n{}", analyze::describe(found));
     }
     let (count, trial) = (choice.tries.len(), choice.trial);
+    if choice.follows_trend {
+        text.push_str("\nthe texture changes from side to side as the exemplar does (--follow-trend)");
+    }
     let _ = write!(text, "\nmade {count} of {trial} texels, kept the nearest to the exemplar (*):");
     for (number, one) in choice.tries.iter().enumerate() {
-        text.push_str(&line(one, number == choice.kept));
+        text.push_str(&line(one, choice.follows_trend, number == choice.kept));
     }
     let mut json = kept.json;
     json["auto"] = json!({
@@ -247,11 +250,14 @@ fn with_choice(kept: Report, choice: &Choice, files: &[PathBuf]) -> Report {
         "advice": choice.advice,
         "trial_width": choice.trial.width,
         "trial_height": choice.trial.height,
-        "tries": choice.tries.iter().map(try_as_json).collect::<Vec<_>>(),
+        "follows_trend": choice.follows_trend,
+        "tries": choice.tries.iter().map(|one| try_as_json(one, choice.follows_trend)).collect::<Vec<_>>(),
         "kept": choice.kept,
-        "options": command(&choice.tries[choice.kept].plan),
+        "options": command(&choice.tries[choice.kept].plan, choice.follows_trend),
     });
-    let far = choice.tries[choice.kept].outcome.as_ref().ok().and_then(far_from_exemplar);
+    let kept_try = &choice.tries[choice.kept];
+    let far =
+        kept_try.full.or(kept_try.outcome.as_ref().ok().copied()).and_then(|score| far_from_exemplar(&score));
     let warnings = choice.analyses.iter().flat_map(analyze::warnings).chain(far);
     Report::new(text, json).with_warnings(kept.warnings.into_iter().chain(warnings))
 }
@@ -269,9 +275,9 @@ fn far_from_exemplar(score: &Score) -> Option<String> {
 }
 
 /// The options that reproduce the texture of a suggested plan.
-fn command(plan: &Plan) -> String {
+fn command(plan: &Plan, follows_trend: bool) -> String {
     let (method, seed) = (plan.method().name(), plan.seed());
-    match plan {
+    let options = match plan {
         Plan::Quilting(o) => format!("--block {} --overlap {} --seed {seed}", o.block, o.overlap),
         Plan::Roller(laid) => format!("--method {method} --tiles {} --seed {seed}", laid.options.tiles),
         Plan::Elements(_) => format!("--method {method} --seed {seed}"),
@@ -280,28 +286,37 @@ fn command(plan: &Plan) -> String {
             format!("--method {method} --neighbourhood {window} --levels {levels} --seed {seed}")
         }
         Plan::EfrosLeung(o) => format!("--method {method} --neighbourhood {} --seed {seed}", o.window),
-    }
+    };
+    if follows_trend { options + " --follow-trend" } else { options }
 }
 
-fn try_as_json(one: &Try) -> Value {
+fn try_as_json(one: &Try, follows_trend: bool) -> Value {
     let score = one.outcome.as_ref().ok();
     json!({
-        "options": command(&one.plan),
+        "options": command(&one.plan, follows_trend),
         "appearance": score.and_then(|s| s.appearance),
         "largest_piece": score.and_then(|s| s.largest_piece),
+        "full": one.full.map(|s| json!({ "appearance": s.appearance, "largest_piece": s.largest_piece })),
         "error": one.outcome.as_ref().err().map(ToString::to_string),
         "seconds": one.seconds,
     })
 }
 
-fn line(one: &Try, is_kept: bool) -> String {
-    let what = match &one.outcome {
-        Ok(Score { appearance: Some(Appearance { distance, .. }), largest_piece: Some(piece) }) => {
-            format!("distance {distance:.2}, largest piece {:.0} % of the exemplar", 100.0 * piece)
-        }
-        Ok(_) => "not measured".to_owned(),
+fn line(one: &Try, follows_trend: bool, is_kept: bool) -> String {
+    let trial = match &one.outcome {
+        Ok(score) => score_in_words(score).unwrap_or_else(|| "not measured".to_owned()),
         Err(error) => error.to_string(),
     };
+    let full = one.full.as_ref().and_then(score_in_words).map(|score| format!("; at the full size {score}"));
     let mark = if is_kept { "*" } else { " " };
-    format!("\n {mark} {:<38} {what}, {:.1} s", command(&one.plan), one.seconds)
+    let (command, full) = (command(&one.plan, follows_trend), full.unwrap_or_default());
+    format!("\n {mark} {command:<38} {trial}, {:.1} s{full}", one.seconds)
+}
+
+fn score_in_words(score: &Score) -> Option<String> {
+    let piece = format!("largest piece {:.0} % of the exemplar", 100.0 * score.largest_piece?);
+    Some(match score.appearance {
+        Some(Appearance { distance, .. }) => format!("distance {distance:.2}, {piece}"),
+        None => piece,
+    })
 }

@@ -22,6 +22,10 @@ pub struct Args {
     /// Weight of a difference of the guides relative to one of the texture [default: 1]
     #[arg(long, value_name = "W", requires = "guide_target")]
     guide_weight: Option<f64>,
+    /// Let the output change from side to side as the exemplar does, stretched to its size: a fire stays dark above and
+    /// bright below. --method auto does so where the change is plain
+    #[arg(long, conflicts_with = "guide_target")]
+    pub follow_trend: bool,
 }
 
 impl Args {

@@ -132,6 +132,7 @@ impl Args {
             kernels: self.kernels,
             curve: self.report.is_some(),
             coarse: self.coarse,
+            follow_trend: self.guide.follow_trend,
             ..options
         }
     }

@@ -74,6 +74,31 @@ fn every_method_has_its_entry_and_the_page_needs_nothing_else() {
     assert_eq!(left.len(), 7, "nothing else is left: {left:?}");
 }
 
+/// A former fault: the page stretched exemplars to the width of their textures.
+#[test]
+fn exemplars_and_textures_are_shown_at_one_scale() {
+    let folder = with_exemplars();
+    for (size, own, made) in [("120x80", "40.0000%", "100.0000%"), ("36x36", "100.0000%", "75.0000%")] {
+        let command = [
+            "gallery",
+            "in",
+            "-o",
+            "out",
+            "--size",
+            size,
+            "--methods",
+            "quilting",
+            "--lights",
+            "1",
+            "--force",
+        ];
+        json(folder.path(), &command);
+        let page = fs::read_to_string(folder.path().join("out/index.html")).unwrap();
+        let shown = |name: &str, width: &str| format!("<img style=\"width: {width}\" alt=\"{name}\"");
+        assert!(page.contains(&shown("exemplar", own)) && page.contains(&shown("quilting", made)), "{size}");
+    }
+}
+
 #[test]
 fn textures_depend_on_the_seed_only_and_are_never_overwritten_by_chance() {
     let folder = with_exemplars();

@@ -10,7 +10,7 @@
 //!
 //! Large outputs are chosen at a smaller size ([`Auto::trial_size`]), a little larger than the exemplar, which
 //! shows periods and repetition; the best ways are then taken at the full size ([`full`]). The cost is that of all
-//! trials and their measures, and of one to three textures.
+//! trials and their measures, and of one to four textures.
 //!
 //! The texture of an exemplar that changes plainly from side to side follows that trend.
 

@@ -61,11 +61,15 @@ fn section(number: usize, exemplar: &GalleryExemplar) -> String {
     let _ = write!(html, "<p class=\"dim\">{}</p>", about(exemplar));
     html.push_str("<div class=\"row\">");
     let size = format!("{} x {}", exemplar.width, exemplar.height);
-    html.push_str(&figure("exemplar", exemplar.preview.as_deref(), "", &size, ""));
+    let widest = exemplar.width.max(exemplar.output_width).max(1);
+    // Both at one scale: texels of the exemplar as large as those of its textures.
+    let picture = |name: &str, jpeg: Option<&str>, width: usize| picture(name, jpeg, width, widest);
+    let own = picture("exemplar", exemplar.preview.as_deref(), exemplar.width);
+    html.push_str(&figure("exemplar", &own, "", &size, ""));
     for entry in &exemplar.entries {
         let class = if entry.is_best { "best" } else { "" };
-        let figures = figures(entry);
-        html.push_str(&figure(&entry.method, entry.preview.as_deref(), class, &figures, &entry.command));
+        let shown = picture(&entry.method, entry.preview.as_deref(), exemplar.output_width);
+        html.push_str(&figure(&entry.method, &shown, class, &figures(entry), &entry.command));
     }
     html + "</div></section>"
 }
@@ -87,11 +91,19 @@ fn about(exemplar: &GalleryExemplar) -> String {
     html
 }
 
-fn figure(name: &str, preview: Option<&str>, class: &str, caption: &str, title: &str) -> String {
-    let picture = match preview {
-        Some(jpeg) => format!("<img alt=\"{0}\" src=\"data:image/jpeg;base64,{jpeg}\">", escaped(name)),
+/// A picture of a texture as wide as its share of the widest one.
+fn picture(name: &str, preview: Option<&str>, width: usize, widest: usize) -> String {
+    let share = 100.0 * width as f64 / widest as f64;
+    match preview {
+        Some(jpeg) => format!(
+            "<img style=\"width: {share:.4}%\" alt=\"{}\" src=\"data:image/jpeg;base64,{jpeg}\">",
+            escaped(name)
+        ),
         None => "<div class=\"missing\">no texture</div>".to_owned(),
-    };
+    }
+}
+
+fn figure(name: &str, picture: &str, class: &str, caption: &str, title: &str) -> String {
     format!(
         "<figure class=\"{class}\" title=\"{}\">{picture}<figcaption><b>{}</b> {caption}</figcaption></figure>",
         escaped(title),

@@ -15,7 +15,7 @@ use crate::size::Size;
 use crate::synthesis::SourceMap;
 
 /// The most textures of the full size.
-const MOST: usize = 3;
+const MOST: usize = 4;
 /// Textures of more texels, in those of a trial, are only looked through for copies.
 const MEASURED: usize = 4;
 /// The distance up to which no further texture is made: that of the halves of the exemplar.

@@ -13,6 +13,7 @@ const MODE_NAMES: Record<Mode, string> = {
   "unsharp-luminance": "Unsharp luminance",
   "unsharp-normals": "Unsharp normals",
   "unsharp-coefficients": "Unsharp coefficients",
+  "multi-light": "Multi-light still",
   normals: "Normals",
   albedo: "Albedo",
   height: "Height",
@@ -27,6 +28,7 @@ const AMOUNTS: Partial<Record<Mode, [number, number, string]>> = {
   "unsharp-luminance": [0, 4, "Amount"],
   "unsharp-normals": [0, 6, "Amount"],
   "unsharp-coefficients": [0, 4, "Amount"],
+  "multi-light": [0, 4, "Selection"],
 };
 const OBJECT_NAMES: Record<ObjectName, [string, string]> = {
   flat: ["Flat", "M4 4h16v16H4z"],

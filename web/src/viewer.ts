@@ -20,7 +20,7 @@ const SLOW_FRAME = 60;
 const REST = 250;
 /** What an effect begins with: seen at once, and not overdone. */
 const USUAL_AMOUNTS: Partial<Record<Mode, number>> = {
-  "diffuse-gain": 2, specular: 1, "unsharp-luminance": 1, "unsharp-normals": 2, "unsharp-coefficients": 1,
+  "diffuse-gain": 2, specular: 1, "unsharp-luminance": 1, "unsharp-normals": 2, "unsharp-coefficients": 1, "multi-light": 1,
 };
 
 /** What is seen, and every way to change it. */

@@ -77,6 +77,29 @@ test("diffuse gain of 1 and effects without an amount change nothing", async () 
   await page.close();
 });
 
+test("the still under many lights is the same wherever the light is, and shows more of the relief", async () => {
+  const page = await open(server.url), still: [string, string] = ["mode=multi-light&gain=1&lights=-0.5,0.5,ffffff,1", "mode=multi-light&gain=1&lights=0.7,-0.1,ffffff,1"];
+  await show(page, still[0]);
+  const first = await canvas(page);
+  await show(page, still[1]);
+  expect(difference(await canvas(page), first).mean).toBe(0);
+  await show(page, "lights=0,0,ffffff,1");
+  const above = await canvas(page);
+  // The mean difference of neighbours, relative to the mean.
+  const contrast = ({ codes, width, height }: typeof above): number => {
+    let sum = 0, steps = 0;
+    for (let y = 0; y < height; y++)
+      for (let x = 1; x < width; x++) {
+        const at = 4 * (y * width + x);
+        sum += codes[at] ?? 0;
+        steps += Math.abs((codes[at] ?? 0) - (codes[at - 4] ?? 0));
+      }
+    return steps / sum;
+  };
+  expect(contrast(first)).toBeGreaterThan(1.3 * contrast(above));
+  await page.close();
+});
+
 test("the light follows pointer, touch, keys and ball, and undo takes it back", async () => {
   const page = await open(server.url, { viewport: { width: 700, height: 440 }, hasTouch: true });
   const first = await canvas(page);

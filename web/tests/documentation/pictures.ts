@@ -89,7 +89,7 @@ async function screen(name: string, hash: string, prepare: (page: Page) => Promi
 
 const LIGHT = "lights=-0.6,0.45,ffffff,1";
 
-test("ways of showing", () => sheet("viewer-modes.jpg", 4, MODES.map((mode) => [mode.replaceAll("-", " "), `mode=${mode}&gain=2&zoom=1.3&${LIGHT}`])));
+test("ways of showing", () => sheet("viewer-modes.jpg", 5, MODES.map((mode) => [mode.replaceAll("-", " "), `mode=${mode}&gain=${mode === "multi-light" ? 1 : 2}&zoom=1.3&${LIGHT}`])));
 
 test("objects", () => sheet("viewer-objects.jpg", 3, ["flat", "plane", "sphere", "torus", "cloth", "mesh"].map((object) => [object === "mesh" ? "your own" : object, `object=${object}&azimuth=25&elevation=20&${LIGHT}`])));
 

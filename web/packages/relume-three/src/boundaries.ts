@@ -65,10 +65,10 @@ uniform sampler2DArray distances, contrasts;
 uniform vec2 shapeStrengths, shapeSteps, shapeMost;
 uniform float shapeSoftness;
 vec4 insideOf(vec4 distance, float softness) { return 0.5 + 0.5 * distance * inversesqrt(distance * distance + softness * softness); }
-vec4 ofBoundary(sampler2DArray source, int k) { return blurOnly ? blurred(source, k) : sampled(source, k); }
+vec4 ofBoundary(sampler2DArray source, int k) { return blurBy > 0.0 ? blurredBy(source, k, blurBy) : sampled(source, k); }
 // Of a patch of several texels a boundary covers a part: there the step is as wide as the patch.
 vec3 movedBoundaries(vec3 light) {
-  float wider = 0.5 * (exp2(blurOnly ? level + radius : footprint) - 1.0), softness = sqrt(shapeSoftness * shapeSoftness + wider * wider);
+  float wider = 0.5 * (exp2(blurBy > 0.0 ? level + blurBy : footprint) - 1.0), softness = sqrt(shapeSoftness * shapeSoftness + wider * wider);
   vec3 sum = vec3(0.0);
   for (int kind = 0; kind < 2; kind++) {
     float mixed = 0.0, linear = 0.0;

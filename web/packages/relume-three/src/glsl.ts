@@ -104,8 +104,11 @@ vec4 sampled(sampler2DArray source, int k) {
   return textureLod(source, vec3(at, layerIndex(k)), level);
 #endif
 }
-vec4 blurred(sampler2DArray source, int k) { return textureLod(source, vec3(at, layerIndex(k)), level + radius); }
-bool blurOnly = false;
+vec4 blurredBy(sampler2DArray source, int k, float levels) { return textureLod(source, vec3(at, layerIndex(k)), level + levels); }
+vec4 blurred(sampler2DArray source, int k) { return blurredBy(source, k, radius); }
+// By how many levels the functions are blurred, in the ways of showing that compare them with themselves.
+float blurBy = 0.0;
+const bool blurs = mode == UNSHARP_LUMINANCE || mode == MULTI_LIGHT;
 #if CODED
 uniform vec3 codeScale[FUNCTIONS], codeOffset[FUNCTIONS];
 vec4 decoded(vec4 codes, int k) { return vec4(codeScale[k] * codes.rgb + codeOffset[k], codes.a); }
@@ -120,10 +123,10 @@ vec4 lookedUp(int k) {
 #if HELD
 vec4 held[LAYERS];
 //HOLD
-vec4 layer(int k) { return mode == UNSHARP_LUMINANCE && blurOnly ? decoded(blurred(planes, k), k) : held[k]; }
+vec4 layer(int k) { return blurs && blurBy > 0.0 ? decoded(blurredBy(planes, k, blurBy), k) : held[k]; }
 #else
 void holdLayers() {}
-vec4 layer(int k) { return mode == UNSHARP_LUMINANCE && blurOnly ? decoded(blurred(planes, k), k) : lookedUp(k); }
+vec4 layer(int k) { return blurs && blurBy > 0.0 ? decoded(blurredBy(planes, k, blurBy), k) : lookedUp(k); }
 #endif`;
 
 /** The value of the functions at the place, in the space of the texture. */
@@ -277,6 +280,31 @@ vec3 diffuseGain(vec3 l, vec3 v, vec3 n) {
   vec3 tangentPlane = peak + slopeX * d.x + slopeY * d.y;
   return tangentPlane + gain * (value - tangentPlane);
 }
+#if MODE == MULTI_LIGHT
+float blurredLuminance(float levels) {
+  blurBy = levels;
+  float found = dot(evaluate(), LUMINANCE);
+  blurBy = 0.0;
+  return found;
+}
+// A still in which every place is lit from where its details show best: of lamps around the upper left, 18 and 45 degrees high, the
+// mean of their details, by the power of the local contrast, on the soft light of the higher ones. Lamps of opposite sides
+// would cancel each other.
+vec3 multiLight(vec3 v) {
+  vec3 details = vec3(0.0);
+  float total = 0.0, ground = 0.0;
+  for (int i = 0; i < 10; i++) {
+    float azimuth = radians(135.0 + 33.75 * float(i % 5 - 2)), height = i < 5 ? 0.309 : 0.707, across = sqrt(1.0 - height * height);
+    vec3 value = valueFor(vec3(across * cos(azimuth), across * sin(azimuth), height), v);
+    float fine = blurredLuminance(1.5), middle = blurredLuminance(3.0), soft = max(blurredLuminance(4.5), 0.06);
+    float share = pow((abs(fine - middle) + abs(middle - soft)) / soft + 0.02, gain);
+    details += share * clamp(value / soft, 0.0, 4.0);
+    total += share;
+    ground += i < 5 ? 0.0 : soft / 5.0;
+  }
+  return toLinear(ground * details / total);
+}
+#endif
 // Blue to red over 0..1 through green and yellow.
 vec3 heat(float t) {
   t = clamp(t, 0.0, 1.0);
@@ -297,9 +325,9 @@ vec3 underLight(vec3 l, vec3 v, vec3 n) {
     return toLinear(0.4 * value + 0.7 * gain * pow(max(dot(n, normalize(l + v)), 0.0), 75.0) * luminance);
   }
   if (mode == UNSHARP_LUMINANCE) {
-    blurOnly = true;
+    blurBy = radius;
     float soft = dot(evaluate(), LUMINANCE), sharp = dot(value, LUMINANCE);
-    blurOnly = false;
+    blurBy = 0.0;
     value *= max(sharp + gain * (sharp - soft), 0.0) / max(sharp, 1e-4);
   }
   if (mode == SHADING) {
@@ -326,6 +354,9 @@ void main() {
   vec3 v = inFrame(eye), sum = vec3(0.0);
   v = fromDisk(v.xy);
   holdLayers();
+#if MODE == MULTI_LIGHT
+  sum = multiLight(v);
+#else
   for (int i = 0; i < MOST_LIGHTS; i++) {
     if (i >= lights) break;
     vec3 l = inFrame(lightDirection[i]);
@@ -335,6 +366,7 @@ void main() {
 #if AMBIENT
   ofLamp = false;
   sum += underEnvironment(v, n);
+#endif
 #endif
 #if ENDLESS
   if (showCells == 1) sum = mix(vec3(1.0, 0.6, 0.17), sum, sampled(planes, 0).a);

@@ -17,7 +17,7 @@ export interface ReflectanceLight {
 /** What is shown of a texture. */
 export const MODES = [
   "default", "diffuse-gain", "specular", "unsharp-luminance", "unsharp-normals", "unsharp-coefficients",
-  "normals", "albedo", "height", "slope", "shading", "plain",
+  "multi-light", "normals", "albedo", "height", "slope", "shading", "plain",
 ] as const;
 export type Mode = (typeof MODES)[number];
 

@@ -120,10 +120,17 @@ vec4 lookedUp(int k) {
   if (mode == UNSHARP_COEFFICIENTS) here += sharpen * (here - decoded(blurred(planes, k), k));
   return here;
 }
+// The levels of the still under many lights.
+const float FINE = 1.5, MIDDLE = 3.0, SOFT = 4.5;
 #if HELD
 vec4 held[LAYERS];
-//HOLD
+#if MODE == MULTI_LIGHT
+vec4 fine[LAYERS], middle[LAYERS], soft[LAYERS];
+vec4 layer(int k) { return blurBy == 0.0 ? held[k] : blurBy == FINE ? fine[k] : blurBy == MIDDLE ? middle[k] : soft[k]; }
+#else
 vec4 layer(int k) { return blurs && blurBy > 0.0 ? decoded(blurredBy(planes, k, blurBy), k) : held[k]; }
+#endif
+//HOLD
 #else
 void holdLayers() {}
 vec4 layer(int k) { return blurs && blurBy > 0.0 ? decoded(blurredBy(planes, k, blurBy), k) : lookedUp(k); }
@@ -172,7 +179,9 @@ function forAll(count: number, statement: (index: string) => string): string {
 
 /** Keeps the layers of a place while its lights are added up. */
 export function holdGlsl(layers: number): string {
-  return `void holdLayers() {\n  ${forAll(layers, (k) => `held[${k}] = lookedUp(${k});`)}\n}`;
+  const blurred = (levels: string): string => forAll(layers, (k) => `${levels}[${k}] = decoded(blurredBy(planes, ${k}, ${levels.toUpperCase()}), ${k});`);
+  const still = ["fine", "middle", "soft"].map(blurred).join("\n");
+  return `void holdLayers() {\n  ${forAll(layers, (k) => `held[${k}] = lookedUp(${k});`)}\n#if MODE == MULTI_LIGHT\n${still}\n#endif\n}`;
 }
 
 /** Adds up the functions, of which each has a layer, or four have one. */
@@ -292,17 +301,17 @@ float blurredLuminance(float levels) {
 // would cancel each other.
 vec3 multiLight(vec3 v) {
   vec3 details = vec3(0.0);
-  float total = 0.0, ground = 0.0;
+  float total = 0.0, brightness = 0.0;
   for (int i = 0; i < 10; i++) {
     float azimuth = radians(135.0 + 33.75 * float(i % 5 - 2)), height = i < 5 ? 0.309 : 0.707, across = sqrt(1.0 - height * height);
     vec3 value = valueFor(vec3(across * cos(azimuth), across * sin(azimuth), height), v);
-    float fine = blurredLuminance(1.5), middle = blurredLuminance(3.0), soft = max(blurredLuminance(4.5), 0.06);
-    float share = pow((abs(fine - middle) + abs(middle - soft)) / soft + 0.02, gain);
-    details += share * clamp(value / soft, 0.0, 4.0);
+    float finer = blurredLuminance(FINE), coarser = blurredLuminance(MIDDLE), ground = max(blurredLuminance(SOFT), 0.06);
+    float share = pow((abs(finer - coarser) + abs(coarser - ground)) / ground + 0.02, gain);
+    details += share * clamp(value / ground, 0.0, 4.0);
     total += share;
-    ground += i < 5 ? 0.0 : soft / 5.0;
+    brightness += i < 5 ? 0.0 : ground / 5.0;
   }
-  return toLinear(ground * details / total);
+  return toLinear(brightness * details / total);
 }
 #endif
 // Blue to red over 0..1 through green and yellow.

@@ -4546,10 +4546,17 @@ vec4 lookedUp(int k) {
   if (mode == UNSHARP_COEFFICIENTS) here += sharpen * (here - decoded(blurred(planes, k), k));
   return here;
 }
+// The levels of the still under many lights.
+const float FINE = 1.5, MIDDLE = 3.0, SOFT = 4.5;
 #if HELD
 vec4 held[LAYERS];
-//HOLD
+#if MODE == MULTI_LIGHT
+vec4 fine[LAYERS], middle[LAYERS], soft[LAYERS];
+vec4 layer(int k) { return blurBy == 0.0 ? held[k] : blurBy == FINE ? fine[k] : blurBy == MIDDLE ? middle[k] : soft[k]; }
+#else
 vec4 layer(int k) { return blurs && blurBy > 0.0 ? decoded(blurredBy(planes, k, blurBy), k) : held[k]; }
+#endif
+//HOLD
 #else
 void holdLayers() {}
 vec4 layer(int k) { return blurs && blurBy > 0.0 ? decoded(blurredBy(planes, k, blurBy), k) : lookedUp(k); }
@@ -4586,7 +4593,8 @@ vec3 toLinear(vec3 v) {
   return ofLamp ? max(v, 0.0) : v;
 #endif
 }`;function ad(e,t){return e>td?`for (int k = 0; k < ${e}; k++) { ${t(`k`)} }`:Array.from({length:e},(e,n)=>t(String(n))).join(`
-  `)}function od(e){return`void holdLayers() {\n  ${ad(e,e=>`held[${e}] = lookedUp(${e});`)}\n}`}function sd(e,t,n){let r=Math.ceil(e/4);if(!t){let e=e=>[0,1,2].map(t=>`dot(weightGroup(${t}, ${e}), layer(${e}))`).join(`, `);return ad(r,t=>`sum += ${n===3?`vec3(${e(t)})`:`dot(weightGroup(0, ${t}), layer(${t}))`};`)}let i=(e,t)=>`sum += w[${t}] * layer(4 * ${e} + ${t}).rgb;`,a=(t,n)=>t===`k`?`if (4 * k + ${n} < ${e}) ${i(t,n)}`:4*Number(t)+n<e?i(t,n):``;return ad(r,e=>`{ vec4 w = weightGroup(0, ${e}); ${[0,1,2,3].map(t=>a(e,t)).join(` `)} }`)}var cd=`
+  `)}function od(e){let t=[`fine`,`middle`,`soft`].map(t=>ad(e,e=>`${t}[${e}] = decoded(blurredBy(planes, ${e}, ${t.toUpperCase()}), ${e});`)).join(`
+`);return`void holdLayers() {\n  ${ad(e,e=>`held[${e}] = lookedUp(${e});`)}\n#if MODE == MULTI_LIGHT\n${t}\n#endif\n}`}function sd(e,t,n){let r=Math.ceil(e/4);if(!t){let e=e=>[0,1,2].map(t=>`dot(weightGroup(${t}, ${e}), layer(${e}))`).join(`, `);return ad(r,t=>`sum += ${n===3?`vec3(${e(t)})`:`dot(weightGroup(0, ${t}), layer(${t}))`};`)}let i=(e,t)=>`sum += w[${t}] * layer(4 * ${e} + ${t}).rgb;`,a=(t,n)=>t===`k`?`if (4 * k + ${n} < ${e}) ${i(t,n)}`:4*Number(t)+n<e?i(t,n):``;return ad(r,e=>`{ vec4 w = weightGroup(0, ${e}); ${[0,1,2,3].map(t=>a(e,t)).join(` `)} }`)}var cd=`
 vec4 closedForm[GROUPS];
 vec4 weightGroup(int channel, int group) { return closedForm[group]; }`,ld=`
 in vec3 worldPosition, worldNormal, worldTangent;
@@ -4687,17 +4695,17 @@ float blurredLuminance(float levels) {
 // would cancel each other.
 vec3 multiLight(vec3 v) {
   vec3 details = vec3(0.0);
-  float total = 0.0, ground = 0.0;
+  float total = 0.0, brightness = 0.0;
   for (int i = 0; i < 10; i++) {
     float azimuth = radians(135.0 + 33.75 * float(i % 5 - 2)), height = i < 5 ? 0.309 : 0.707, across = sqrt(1.0 - height * height);
     vec3 value = valueFor(vec3(across * cos(azimuth), across * sin(azimuth), height), v);
-    float fine = blurredLuminance(1.5), middle = blurredLuminance(3.0), soft = max(blurredLuminance(4.5), 0.06);
-    float share = pow((abs(fine - middle) + abs(middle - soft)) / soft + 0.02, gain);
-    details += share * clamp(value / soft, 0.0, 4.0);
+    float finer = blurredLuminance(FINE), coarser = blurredLuminance(MIDDLE), ground = max(blurredLuminance(SOFT), 0.06);
+    float share = pow((abs(finer - coarser) + abs(coarser - ground)) / ground + 0.02, gain);
+    details += share * clamp(value / ground, 0.0, 4.0);
     total += share;
-    ground += i < 5 ? 0.0 : soft / 5.0;
+    brightness += i < 5 ? 0.0 : ground / 5.0;
   }
-  return toLinear(ground * details / total);
+  return toLinear(brightness * details / total);
 }
 #endif
 // Blue to red over 0..1 through green and yellow.

@@ -77,6 +77,24 @@ fn pairs_left_out_of_a_model_are_predicted_and_halves_are_smaller() {
 }
 
 #[test]
+fn a_texture_of_light_and_view_gives_maps_by_itself() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    write_zip(&path.join("b.zip"), &photographs());
+    done(path, &["maps", "b.zip", "-o", "maps", "--preset", "blender", "--name", "Knit"]);
+    // Learned functions hold no roughness.
+    done(path, &["fit", "b.zip", "-o", "l.exr", "--rank", "4"]);
+    done(path, &["maps", "l.exr", "-o", "learned", "--preset", "blender", "--name", "Knit"]);
+    for (made, has_roughness) in [("maps", true), ("learned", false)] {
+        let found = names(&path.join(made));
+        for map in ["BaseColor.png", "Normal_GL.png", "Displacement.exr", "AO.png"] {
+            assert!(found.contains(&format!("Knit_{map}")), "{found:?}");
+        }
+        assert_eq!(found.contains(&"Knit_Roughness.png".to_owned()), has_roughness, "{found:?}");
+    }
+}
+
+#[test]
 fn facets_come_out_as_maps_with_their_roughness() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();

@@ -22,7 +22,7 @@ use crate::raster::{Raster, Samples};
 use crate::space::Space;
 
 /// The cosine above which a view is that from straight above, within a degree.
-const FRONTAL_COSINE: f64 = 0.999_847;
+pub(super) const FRONTAL_COSINE: f64 = 0.999_847;
 
 /// Shares below this are those of rounding errors: a measured pair is its photograph.
 const LEAST_SHARE: f64 = 1e-9;

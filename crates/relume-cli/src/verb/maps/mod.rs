@@ -15,6 +15,7 @@ use relume::workflow::map_export::{
     ExportOptions, MapPreset, MaterialMaps, PreviewObject, encode_preview, export_maps,
 };
 use relume::workflow::tiling::MeasuredTiling;
+use relume::workflow::{Btf, Missing};
 use relume::{Error, Job, Result};
 use serde_json::{Value, json};
 
@@ -26,10 +27,12 @@ use crate::{args, input, normals};
 /// Arguments of `relume maps`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  relume maps wall -o unreal --preset unreal --name Wall --tile\n  \
+                        relume maps wool.zip -o wool_maps --preset polyhaven\n  \
                         relume maps coin.ptm -o coin_maps --preset gltf --preview plane\n  \
                         relume maps wall -o scene --preset blender --materialx --usd")]
 pub struct Args {
-    /// A folder of maps known by the words in their names (at least colour and height), or a texture of functions
+    /// A folder of maps known by the words in their names (at least colour and height), a texture of functions, or one of light
+    /// and view (folder, .zip, .btf), whose base colour, normals and roughness are fitted
     input: PathBuf,
     /// The folder to write
     #[arg(short, long, value_name = "DIR")]
@@ -84,6 +87,10 @@ impl Args {
     /// The maps, and the texture of functions they come from, if any.
     fn maps(&self, job: &Job) -> Result<(MaterialMaps, Option<FieldFile>)> {
         let border = if self.tile { ReliefBorder::Wrap } else { ReliefBorder::Clamp };
+        if Btf::is_at(&self.input) {
+            let btf = Btf::open(&self.input, Missing::Fill, job)?;
+            return Ok((MaterialMaps::of_btf(&btf, border, job)?, None));
+        }
         if self.input.is_dir() && !relume::format::web::is_at(&self.input) {
             let maps = known::read(&self.input, self.height_scale, self.normal_maps.normal_y, border, job)?;
             return Ok((maps, None));

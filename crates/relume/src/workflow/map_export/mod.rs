@@ -5,6 +5,7 @@
 //! in packed files is rough (1), not metallic (0), and not occluded (1), with a remark.
 
 mod encoding;
+mod light_view;
 mod materialx;
 mod presets;
 mod preview;
@@ -21,7 +22,7 @@ use crate::capture::dome::ReliefBorder;
 use crate::capture::dome::horizon::Surroundings;
 use crate::capture::dome::relief::Relief;
 use crate::error::{Error, Result};
-use crate::field::{ParametricField, ReflectanceField, TexelModel};
+use crate::field::{Basis, ParametricField, ReflectanceField, TexelModel};
 use crate::format::ktx2::TextureFormat;
 use crate::job::Job;
 use crate::maps::SurfaceMaps;
@@ -62,13 +63,19 @@ impl MaterialMaps {
     }
 
     /// The maps of a texture of functions: each texel at its brightest is the colour, the direction of that light the
-    /// normal, and heights are integrated from the normals. Roughness is not known.
+    /// normal, and heights are integrated from the normals. Roughness is not known. Colours and normals of learned functions of light
+    /// and view are those of photometric stereo of what is seen from straight above, where enough lights were measured.
     ///
     /// # Errors
     /// As [`MaterialMaps::of_maps`], and channels that do not form a colour.
     pub fn of_field(field: &ReflectanceField, border: ReliefBorder, job: &Job) -> Result<Self> {
         if field.layout().is_named() {
             return Err(Error::usage("maps of a material need colours, and the texture has named channels"));
+        }
+        if let Basis::Learned(learned) = field.basis()
+            && let Some(maps) = light_view::of_learned(field, learned, border, job)?
+        {
+            return Ok(maps);
         }
         let normals = crate::surface::normals(field);
         let picture = crate::surface::albedo(field).to_space(Space::Linear);

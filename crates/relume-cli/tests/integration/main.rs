@@ -17,6 +17,7 @@ mod fit;
 mod gallery;
 mod gonioreflectometer;
 mod height;
+mod kills;
 mod lights;
 mod maps;
 #[cfg(target_os = "linux")]

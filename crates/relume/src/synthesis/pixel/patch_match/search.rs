@@ -8,10 +8,8 @@
 //!
 //! Alone, this leads to repetitions of the part of the exemplar that matches itself best. As in Kaspar,
 //! Neubert, Lischinski, Pauly, Kopf, "Self Tuning Texture Optimization", Computer Graphics Forum 2015,
-//! matches therefore cost more where the exemplar is overused: the mean distance times the requested
-//! uniformity, for each time the even share of a block of 4 x 4 texels. Uses are counted anew for each of eight
-//! batches of a round: counted once in a round, many matches move to the same block at the same cost. In the first
-//! round of a level distances become known batch by batch, so the cost begins gently.
+//! matches therefore cost more where the exemplar is overused: the mean distance of the previous round times
+//! the requested uniformity, for each time the even share of a block of 4 x 4 texels.
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -26,9 +24,6 @@ use crate::job::Job;
 use crate::numeric::hash;
 use crate::size::Size;
 use crate::synthesis::source_map::Texel;
-
-/// Batches in which the patches of one colour are improved; uses are counted before each.
-const BATCHES: usize = 4;
 
 /// The methods of finding matches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -151,10 +146,10 @@ impl Matching {
         how: Improvement,
         job: &Job,
     ) -> Result<()> {
-        for batch in 0..2 * BATCHES {
-            let costs = self.costs(patches, how.uniformity);
+        let costs = self.costs(patches, how.uniformity);
+        for color in 0..2 {
             let cells: Vec<usize> =
-                self.active.iter().copied().filter(|&cell| self.batch(cell, how.key) == batch).collect();
+                self.active.iter().copied().filter(|&cell| self.color(cell) == color).collect();
             let better = |patch: &mut Vec<i16>, &cell: &usize| {
                 job.proceed()?;
                 Ok(self.better(cell, canvas, patches, &costs, how, patch))
@@ -178,12 +173,6 @@ impl Matching {
 
     fn color(&self, cell: usize) -> usize {
         (cell % self.cells.width + cell / self.cells.width) % 2
-    }
-
-    /// The batch in which a patch is improved: those of one colour after another, at random.
-    fn batch(&self, cell: usize, key: u64) -> usize {
-        let [random, ..] = hash::of_place(key, cell as i64, -1);
-        self.color(cell) * BATCHES + random as usize % BATCHES
     }
 
     fn middle(&self, cell: usize) -> (usize, usize) {

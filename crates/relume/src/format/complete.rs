@@ -83,7 +83,7 @@ pub(super) fn check_jpeg(bytes: &[u8]) -> Result<Option<Frame>> {
                 }
                 match data {
                     Some(data) if marker == START_OF_SCAN && check.is_ready() => {
-                        check.scan(data, bytes, at)?
+                        at = check.scan(data, bytes, at)?;
                     }
                     Some(data) => check.segment(marker, data),
                     None => {}

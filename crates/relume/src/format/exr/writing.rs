@@ -35,10 +35,10 @@ pub(in crate::format) fn write_blocks(
     let header = header(head, size)?;
     let channels = head.names.len();
     let mut failure = None;
-    let mut block = |index: &BlockIndex| -> ::exr::error::Result<Vec<u8>> {
+    let mut fill = |index: &BlockIndex, data: &mut Vec<u8>| -> UnitResult {
         let (Vec2(x, y), Vec2(width, height)) = (index.pixel_position, index.pixel_size);
         let line = width * head.depth.bytes();
-        let mut data = vec![0; height * channels * line];
+        data.resize(height * channels * line, 0);
         for (number, row) in data.chunks_exact_mut(line).enumerate() {
             let copied = rows(number % channels, x, y + number / channels, row);
             copied.map_err(|error| {
@@ -46,13 +46,18 @@ pub(in crate::format) fn write_blocks(
                 ::exr::error::Error::Aborted
             })?;
         }
-        Ok(data)
+        Ok(())
     };
     let write = |meta: MetaData, chunks: &mut ChunkWriter<_>| -> UnitResult {
         let places: Vec<_> = ::exr::block::enumerate_ordered_header_block_indices(&meta.headers).collect();
-        for places in places.chunks(rayon::current_num_threads()) {
-            let blocks: Vec<_> = places.iter().map(|(_, index)| block(index)).collect::<Result<_, _>>()?;
-            let zipped: Vec<Vec<u8>> = blocks.into_par_iter().map(zip).collect();
+        // Memory of blocks is used again: pages that the system gives anew take longer than what is written into them.
+        let mut blocks = vec![BlockMemory::default(); rayon::current_num_threads().min(places.len())];
+        for places in places.chunks(blocks.len().max(1)) {
+            for ((_, index), block) in places.iter().zip(&mut blocks) {
+                fill(index, &mut block.samples)?;
+            }
+            let zipped = blocks[..places.len()].par_iter_mut();
+            let zipped: Vec<Vec<u8>> = zipped.map(|block| zip(&block.samples, &mut block.room)).collect();
             for ((at, index), bytes) in places.iter().zip(zipped) {
                 chunks.write_chunk(*at, chunk(&meta.headers[0], index, bytes))?;
             }
@@ -67,6 +72,13 @@ pub(in crate::format) fn write_blocks(
         })
     })?;
     sort_attributes(&mut out, &head.texts).map_err(|e| Error::io("cannot write the EXR file", &e))
+}
+
+/// The samples of a block, and room to compress them.
+#[derive(Debug, Clone, Default)]
+struct BlockMemory {
+    samples: Vec<u8>,
+    room: Vec<u8>,
 }
 
 /// A compressed block at its place.

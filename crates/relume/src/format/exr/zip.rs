@@ -24,40 +24,53 @@ const LEVEL: u32 = 4;
 const STORED: usize = 65_535;
 
 /// The bytes of a block, in little-endian samples, as a file of ZIP compression holds them: as they are where they would
-/// not become fewer.
-pub(super) fn zip(block: Vec<u8>) -> Vec<u8> {
-    let differences = differences(&block);
-    let mut out = vec![0x78, 0x5e];
+/// not become fewer. `room` is memory that is used again for the next block.
+pub(super) fn zip(block: &[u8], room: &mut Vec<u8>) -> Vec<u8> {
+    room.resize(block.len(), 0);
+    differences(block, room);
+    let mut out = Vec::with_capacity(block.len() + STRETCH);
+    out.extend_from_slice(&[0x78, 0x5e]);
     let mut search = Compress::new(Compression::new(LEVEL), false);
-    for stretch in differences.chunks(STRETCH) {
+    for stretch in room.chunks(STRETCH) {
         add(stretch, &mut search, &mut out);
     }
     // The last block, empty and stored.
     out.extend_from_slice(&[1, 0, 0, 0xff, 0xff]);
-    out.extend_from_slice(&simd_adler32::adler32(&differences.as_slice()).to_be_bytes());
-    if out.len() < block.len() { out } else { block }
-}
-
-/// Even bytes, then odd ones, each as its difference to the one before, with 128 for none.
-fn differences(block: &[u8]) -> Vec<u8> {
-    let (pairs, last) = block.as_chunks::<2>();
-    let mut out = vec![0; block.len()];
-    let (even, odd) = out.split_at_mut(block.len().div_ceil(2));
-    let places = even.iter_mut().skip(1).zip(odd.iter_mut().skip(1));
-    for (pair, (even, odd)) in pairs.windows(2).zip(places) {
-        *even = pair[1][0].wrapping_sub(pair[0][0]).wrapping_add(128);
-        *odd = pair[1][1].wrapping_sub(pair[0][1]).wrapping_add(128);
-    }
-    let last_even = last.first().or(pairs.last().map(|pair| &pair[0])).copied();
-    if let Some(first) = pairs.first() {
-        even[0] = first[0];
-        odd[0] = first[1].wrapping_sub(last_even.unwrap_or_default()).wrapping_add(128);
-    }
-    if let (Some(byte), Some(place)) = (last.first(), even.last_mut()) {
-        let before = pairs.last().map(|pair| pair[0].wrapping_sub(128));
-        *place = byte.wrapping_sub(before.unwrap_or_default());
+    out.extend_from_slice(&simd_adler32::adler32(&room.as_slice()).to_be_bytes());
+    if out.len() >= block.len() {
+        out.clear();
+        out.extend_from_slice(block);
     }
     out
+}
+
+/// Pairs of bytes that are taken apart at once.
+const PAIRS: usize = 2048;
+
+/// Even bytes, then odd ones, each as its difference to the one before, with 128 for none.
+fn differences(block: &[u8], out: &mut [u8]) {
+    let (even, odd) = out.split_at_mut(block.len().div_ceil(2));
+    let last_even = block.len().checked_sub(1).map_or(0, |last| block[last & !1]);
+    // The byte before the first, from which its difference is the byte itself.
+    let mut before = [128, last_even];
+    for ((block, even), odd) in block.chunks(2 * PAIRS).zip(even.chunks_mut(PAIRS)).zip(chunks_or_none(odd)) {
+        for (k, out) in [even, odd].into_iter().enumerate() {
+            let mut bytes = [0; PAIRS + 1];
+            bytes[0] = before[k];
+            let alternate = block.iter().skip(k).step_by(2);
+            bytes[1..].iter_mut().zip(alternate).for_each(|(byte, from)| *byte = *from);
+            before[k] = bytes[out.len()];
+            let neighbours = bytes[1..].iter().zip(&bytes);
+            out.iter_mut().zip(neighbours).for_each(|(out, (byte, before))| {
+                *out = byte.wrapping_sub(*before).wrapping_add(128);
+            });
+        }
+    }
+}
+
+/// The chunks of a half of a block, and an empty one where the other half has one more.
+fn chunks_or_none(half: &mut [u8]) -> impl Iterator<Item = &mut [u8]> {
+    half.chunks_mut(PAIRS).chain(std::iter::once_with(|| &mut [][..]))
 }
 
 /// Adds a stretch to a deflate stream that ends at a whole byte, and ends at one again.
@@ -131,7 +144,7 @@ mod tests {
     #[test]
     fn blocks_come_back_whatever_they_hold() {
         let mut stream = Stream::new(2, Purpose::Sample, [0]);
-        for length in [16, 37, 1001, STRETCH + 5] {
+        for length in [16, 37, 1001, 2 * PAIRS, 2 * PAIRS + 1, 2 * PAIRS + 2, STRETCH + 5] {
             let mut noise = || (stream.unit() * 256.0) as usize;
             let kinds: [Vec<usize>; 5] = [
                 vec![0; length],
@@ -142,7 +155,7 @@ mod tests {
             ];
             for (kind, values) in kinds.iter().enumerate() {
                 let block: Vec<u8> = values.iter().map(|v| *v as u8).collect();
-                let file = zip(block.clone());
+                let file = zip(&block, &mut Vec::new());
                 assert!(file.len() <= block.len());
                 if file.len() < block.len() {
                     assert!(unzip(&file) == block, "{length} bytes of kind {kind}");
@@ -157,7 +170,7 @@ mod tests {
     fn what_has_no_pattern_stays_as_it_is() {
         let mut stream = Stream::new(4, Purpose::Sample, [0]);
         let block: Vec<u8> = (0..10_000).map(|_| (stream.unit() * 256.0) as u8).collect();
-        assert!(zip(block.clone()) == block);
-        assert!(zip(Vec::new()).is_empty());
+        assert!(zip(&block, &mut Vec::new()) == block);
+        assert!(zip(&[], &mut Vec::new()).is_empty());
     }
 }

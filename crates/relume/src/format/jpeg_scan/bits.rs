@@ -19,7 +19,26 @@ impl<'a> ScanBits<'a> {
         self.at
     }
 
+    /// The bits taken so far.
+    #[cfg(test)]
+    pub(super) fn taken(&self) -> usize {
+        8 * self.at - self.count as usize
+    }
+
     fn fill(&mut self) {
+        // Eight bytes at once where none of them is all ones, so that no marker is among them.
+        if let Some(next) = self.bytes.get(self.at..).and_then(<[u8]>::first_chunk) {
+            let next = u64::from_be_bytes(*next);
+            if self.count <= 56 && !has_byte_of_ones(next) {
+                let taken = (64 - self.count) / 8;
+                self.held |= next >> self.count;
+                self.count += 8 * taken;
+                // What follows the whole bytes comes again.
+                self.held &= u64::MAX << (64 - self.count);
+                self.at += taken as usize;
+                return;
+            }
+        }
         while self.count <= 56 {
             let Some(&byte) = self.bytes.get(self.at) else { return };
             if byte == 0xff {
@@ -75,4 +94,10 @@ impl<'a> ScanBits<'a> {
         *self = Self { bytes: self.bytes, at: self.at + 2, held: 0, count: 0 };
         Some(())
     }
+}
+
+/// Whether a byte of a word is 255: adding one to its lower seven bits reaches the eighth, which is set already.
+fn has_byte_of_ones(word: u64) -> bool {
+    const LOW: u64 = 0x7f7f_7f7f_7f7f_7f7f;
+    ((word & LOW) + (!LOW >> 7)) & word & !LOW != 0
 }

@@ -54,16 +54,20 @@ impl HuffmanTable {
 
     /// The next symbol; none where there is no code or the bits end.
     pub(super) fn symbol(&self, bits: &mut ScanBits<'_>) -> Option<u8> {
-        let next = bits.peek();
+        let (length, symbol) = self.code(bits.peek())?;
+        bits.skip(length)?;
+        Some(symbol)
+    }
+
+    /// Length and symbol of the code with which 16 bits begin.
+    pub(super) fn code(&self, next: u16) -> Option<(u32, u8)> {
         let (length, symbol) = self.short[usize::from(next >> (16 - LOOK_UP_BITS))];
         if length > 0 {
-            bits.skip(u32::from(length))?;
-            return Some(symbol);
+            return Some((u32::from(length), symbol));
         }
         let length =
             (LOOK_UP_BITS + 1..=16).find(|&length| u32::from(next) < self.limits[length as usize].0)?;
-        bits.skip(length)?;
         let place = (u32::from(next) >> (16 - length)) as i32 + self.limits[length as usize].1;
-        self.symbols.get(usize::try_from(place).ok()?).copied()
+        Some((length, *self.symbols.get(usize::try_from(place).ok()?)?))
     }
 }

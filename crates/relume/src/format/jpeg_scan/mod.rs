@@ -6,6 +6,7 @@
 //! arithmetically or without loss are left to the decoder, which refuses them.
 
 mod bits;
+mod block_codes;
 mod huffman;
 mod progressive;
 mod sequential;
@@ -121,11 +122,11 @@ impl ScanCheck {
         sound.then_some(ScanHead { parts, first, last, is_refinement: approximation >> 4 != 0 })
     }
 
-    /// Follows a scan whose header is `head`, from the byte `at` on.
+    /// Follows a scan whose header is `head`, from the byte `at` on; a place before the next marker, behind the data followed.
     ///
     /// # Errors
     /// Data that ends before the last block, or that no table has a code for, with the place.
-    pub(super) fn scan(&mut self, head: &[u8], bytes: &[u8], at: usize) -> Result<()> {
+    pub(super) fn scan(&mut self, head: &[u8], bytes: &[u8], at: usize) -> Result<usize> {
         let Some(head) = self.head(head) else {
             return Err(Error::invalid(format!(
                 "the JPEG scan before byte {at} has a damaged header: export the file again"
@@ -136,7 +137,7 @@ impl ScanCheck {
             true => self.progressive(&head, &mut bits),
             false => self.sequential(&head, &mut bits),
         };
-        done.ok_or_else(|| {
+        done.map(|()| bits.position()).ok_or_else(|| {
             Error::invalid(format!(
                 "the JPEG scan from byte {at} on ends at byte {} before its last block: the file is damaged or truncated",
                 bits.position()

@@ -2,15 +2,18 @@
 //! to need.
 
 use std::panic::catch_unwind;
+use std::path::Path;
 use std::sync::Arc;
 
+use relume::capture::lp;
 use relume::direction::{Direction, Directions};
 use relume::field::{Basis, PlaneLayout};
 use relume::format::bonn::BonnBtf;
 use relume::format::exr::encode_labelled;
 use relume::format::{
-    Depth, ExrDepth, FieldFormat, PictureFormat, decode_brdf, decode_field, decode_raster, encode_field,
-    encode_picture, npy, rlm,
+    Depth, ExrDepth, FieldFormat, HeightFormat, NormalY, PictureFormat, decode_brdf, decode_field,
+    decode_height, decode_mask, decode_mesh, decode_normals, decode_raster, encode_field, encode_height,
+    encode_normals, encode_picture, npy, rlm,
 };
 use relume::numeric::random::{Purpose, Stream};
 use relume::{Error, ErrorKind, Job, Limits, Picture, Planes, Size, Space};
@@ -106,63 +109,122 @@ fn a_file_cut_at_any_byte_is_an_error() {
     }
 }
 
-#[test]
-fn changed_bytes_never_panic() {
-    let arrays = npy::encode_i32(Size::new(3, 2), 2, &[7; 12]).unwrap();
-    let mut random = Stream::new(77, Purpose::Sample, [0]);
-    for (name, file) in small_files().into_iter().chain([("npy".to_owned(), arrays)]) {
-        for round in 0..600 {
-            let mut changed = file.clone();
-            for _ in 0..=random.below(4) {
-                // Half of the changes affect the head, which holds the structure.
-                let reach = if random.below(2) == 0 { file.len().min(400) } else { file.len() };
-                let at = random.below(reach);
-                changed[at] = match random.below(3) {
-                    0 => changed[at] ^ (1 << random.below(8)),
-                    1 => [0, 0xff, 0x7f, 0x80][random.below(4)],
-                    _ => random.below(256) as u8,
-                };
-            }
-            let outcome = catch_unwind(|| {
-                read(&changed).into_iter().chain([npy::decode_i32(&changed, &job()).map(drop)]).for_each(
-                    |result| {
-                        if let Err(error) = result {
-                            assert_one_sentence(&error);
-                        }
-                    },
-                );
-            });
-            assert!(outcome.is_ok(), "{name}, round {round}");
+/// Changed files of each format.
+const CHANGED: usize = 10_000;
+
+/// A file with up to five bytes changed, half of them in the head, which holds the structure. Bytes of `words` stand for those
+/// that texts consist of.
+fn changed(file: &[u8], words: &[u8], random: &mut Stream) -> Vec<u8> {
+    let mut changed = file.to_vec();
+    for _ in 0..=random.below(4) {
+        let reach = if random.below(2) == 0 { file.len().min(400) } else { file.len() };
+        let at = random.below(reach);
+        changed[at] = match random.below(3) {
+            0 => changed[at] ^ (1 << random.below(8)),
+            1 => words[random.below(words.len())],
+            _ => random.below(256) as u8,
+        };
+    }
+    changed
+}
+
+/// Gives changed files to a reader: [`CHANGED`] of each format, divided among the files of that.
+fn assert_never_panics(
+    files: &[(String, Vec<u8>)],
+    format: impl Fn(&str) -> String,
+    words: &[u8],
+    read: impl Fn(&[u8]) -> Vec<Result<(), Error>> + std::panic::RefUnwindSafe,
+) {
+    let mut random = Stream::new(77, Purpose::Sample, [files.len() as u64]);
+    for (name, file) in files {
+        let alike = files.iter().filter(|(other, _)| format(other) == format(name)).count();
+        for round in 0..CHANGED.div_ceil(alike) {
+            let changed = changed(file, words, &mut random);
+            let results = catch_unwind(|| read(&changed)).unwrap_or_else(|_| panic!("{name}, round {round}"));
+            results.iter().filter_map(|result| result.as_ref().err()).for_each(assert_one_sentence);
         }
     }
 }
 
-/// At least 10,000 changed files of each format of functions in bytes.
+const EXTREMES: [u8; 4] = [0, 0xff, 0x7f, 0x80];
+
+#[test]
+fn changed_bytes_never_panic() {
+    let format = |name: &str| {
+        let words = name.split(|c: char| !c.is_ascii_alphabetic());
+        let known = ["PtmJpeg", "Ptm", "Exr", "Rti", "Hsh", "Png", "Tiff", "Jpeg", "Pfm", "Radiance"];
+        words.into_iter().find(|word| known.contains(word)).unwrap_or("other").to_owned()
+    };
+    assert_never_panics(&small_files(), format, &EXTREMES, |bytes| read(bytes).to_vec());
+}
+
 #[test]
 fn changed_textures_of_functions_never_panic() {
-    let mut random = Stream::new(80, Purpose::Sample, [0]);
-    let formats = ["PtmJpeg", "Rti", "Hsh"];
-    let files: Vec<_> =
-        small_files().into_iter().filter(|(name, _)| formats.iter().any(|f| name.contains(f))).collect();
+    let of_functions =
+        |name: &str| ["PtmJpeg", "Rti", "Hsh"].into_iter().find(|format| name.contains(format));
+    let files: Vec<_> = small_files().into_iter().filter(|(name, _)| of_functions(name).is_some()).collect();
     assert_eq!(files.len(), 6);
-    for (name, file) in files {
-        for round in 0..5000 {
-            let mut changed = file.clone();
-            for _ in 0..=random.below(3) {
-                let reach = if random.below(3) > 0 { file.len().min(300) } else { file.len() };
-                let at = random.below(reach);
-                changed[at] = match random.below(3) {
-                    0 => changed[at] ^ (1 << random.below(8)),
-                    1 => b"0129 -.\n"[random.below(8)],
-                    _ => random.below(256) as u8,
-                };
-            }
-            let outcome = catch_unwind(|| decode_field(&changed, &job()).map(drop));
-            if let Err(error) = outcome.unwrap_or_else(|_| panic!("{name}, round {round}")) {
-                assert_one_sentence(&error);
-            }
-        }
-    }
+    let format = |name: &str| of_functions(name).unwrap_or_default().to_owned();
+    assert_never_panics(&files, format, b"0129 -.\n", |bytes| vec![decode_field(bytes, &job()).map(drop)]);
+}
+
+/// A triangle in binary glTF.
+fn small_glb() -> Vec<u8> {
+    let points: [f32; 9] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+    let mut data: Vec<u8> = points.iter().flat_map(|v| v.to_le_bytes()).collect();
+    data.extend([0, 0, 1, 0, 2, 0, 0, 0]);
+    data.extend([0.0f32, 0.0, 1.0, 0.0, 0.0, 1.0].iter().flat_map(|v| v.to_le_bytes()));
+    let mut text = br#"{"asset":{"version":"2.0"},"buffers":[{"byteLength":68}],"bufferViews":[{"buffer":0,"byteLength":36},
+        {"buffer":0,"byteOffset":36,"byteLength":6},{"buffer":0,"byteOffset":44,"byteLength":24}],"accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3",
+        "min":[0,0,0],"max":[1,1,0]},{"bufferView":1,"componentType":5123,"count":3,"type":"SCALAR"},{"bufferView":2,"componentType":5126,"count":3,"type":"VEC2"}],
+        "meshes":[{"primitives":[{"attributes":{"POSITION":0,"TEXCOORD_0":2},"indices":1}]}],"nodes":[{"mesh":0}],"scenes":[{"nodes":[0]}],
+        "scene":0}"#
+        .to_vec();
+    text.resize(text.len().next_multiple_of(4), b' ');
+    let chunk =
+        |kind: &[u8; 4], bytes: &[u8]| [&(bytes.len() as u32).to_le_bytes(), &kind[..], bytes].concat();
+    let body = [chunk(b"JSON", &text), chunk(b"BIN\0", &data)].concat();
+    [b"glTF", &2u32.to_le_bytes()[..], &(body.len() as u32 + 12).to_le_bytes(), &body].concat()
+}
+
+#[test]
+fn changed_meshes_arrays_and_light_files_never_panic() {
+    let glb = small_glb();
+    decode_mesh(&glb, &job()).unwrap();
+    let obj = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nvn 0 0 1\nf 1/1/1 2/2/1 4/3/1 3/1/1\nf -1/-1 -2/-2 -3/-3\n";
+    decode_mesh(obj, &job()).unwrap();
+    let meshes = [("glb".to_owned(), glb), ("obj".to_owned(), obj.to_vec())];
+    let words = b"0129 -./\n\"{}[]:,";
+    assert_never_panics(&meshes, str::to_owned, words, |bytes| vec![decode_mesh(bytes, &job()).map(drop)]);
+    let arrays = [("npy".to_owned(), npy::encode_i32(Size::new(3, 2), 2, &[7; 12]).unwrap())];
+    assert_never_panics(&arrays, str::to_owned, words, |bytes| {
+        vec![npy::decode_i32(bytes, &job()).map(drop)]
+    });
+    let lights = b"2\na photograph.jpg 0.1 0.2 0.97\nC:\\b.jpg 0,5 0 0,866\n".to_vec();
+    lp::parse(&lights).unwrap();
+    let lights = [("lp".to_owned(), lights)];
+    assert_never_panics(&lights, str::to_owned, b"0129 -.,\n", |bytes| vec![lp::parse(bytes).map(drop)]);
+}
+
+#[test]
+fn changed_maps_never_panic() {
+    let size = Size::new(9, 6);
+    let planes = |count: usize| {
+        let values = (0..count * size.texels()).map(|i| 0.5 + 0.4 * (0.7 * i as f32).sin()).collect();
+        Planes::from_vec(size, count, values).unwrap()
+    };
+    let heights = [HeightFormat::Png, HeightFormat::Exr]
+        .map(|format| (format!("{format:?}"), encode_height(&planes(1), Some(0.1), format).unwrap()));
+    let read_heights = |bytes: &[u8]| vec![decode_height(bytes, &job()).map(drop)];
+    assert_never_panics(&heights, |_| String::new(), b"0129e-. ", read_heights);
+    let png = PictureFormat::Png(Depth::Sixteen);
+    let normals = [("normals".to_owned(), encode_normals(&planes(3), NormalY::Down, png, &job()).unwrap())];
+    assert_never_panics(&normals, str::to_owned, &EXTREMES, |bytes| {
+        vec![
+            decode_normals(bytes, Path::new("n.png"), None, &job()).map(drop),
+            decode_mask(bytes, &job()).map(drop),
+        ]
+    });
 }
 
 #[test]
@@ -178,25 +240,8 @@ fn measured_files_cut_at_any_byte_are_errors() {
 
 #[test]
 fn changed_bytes_of_measured_files_never_panic() {
-    let mut random = Stream::new(79, Purpose::Sample, [0]);
-    for (name, file) in small_measured_files() {
-        for round in 0..2000 {
-            let mut changed = file.clone();
-            for _ in 0..=random.below(4) {
-                let at = random.below(changed.len());
-                changed[at] = match random.below(3) {
-                    0 => changed[at] ^ (1 << random.below(8)),
-                    1 => [0, 0xff, 0x7f, 0x80][random.below(4)],
-                    _ => random.below(256) as u8,
-                };
-            }
-            let outcome = catch_unwind(|| read_measured(&changed));
-            let result = outcome.unwrap_or_else(|_| panic!("{name}, round {round}"));
-            if let Err(error) = result {
-                assert_one_sentence(&error);
-            }
-        }
-    }
+    let format = |name: &str| name.split_whitespace().next().unwrap_or_default().to_owned();
+    assert_never_panics(&small_measured_files(), format, &EXTREMES, |bytes| vec![read_measured(bytes)]);
 }
 
 fn map_error(header: &str, payload: usize) -> Error {

@@ -99,9 +99,10 @@ impl Development {
     /// A white card, ambient photograph or mask of another size, a part outside, and an intensity that is not above 0.
     pub fn apply(&self, i: usize, photograph: Raster) -> Result<Raster> {
         if !self.changes_values() {
-            return self
-                .crop
-                .map_or(Ok(photograph.clone()), |part| photograph.crop(part.x, part.y, part.size));
+            return match self.crop {
+                Some(part) => photograph.crop(part.x, part.y, part.size),
+                None => Ok(photograph),
+            };
         }
         self.size_of(photograph.size())?;
         let mut planes = linear(&photograph, self.space);

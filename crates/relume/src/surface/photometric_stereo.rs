@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::luminance;
 use super::robust::{self, Ambient, Estimator, Scratch};
-use super::shared_reflectance::{self, FINAL_STEPS, GridTexel, LightAndHalf, ReflectanceTable};
+use super::shared_reflectance::{self, FINAL_STEPS, GridTexel, LightAndHalf, SharedReflectance};
 use crate::direction::Direction;
 use crate::error::{Error, Result};
 use crate::job::Job;
@@ -95,9 +95,9 @@ pub fn photometric_stereo(input: StereoInput, options: &StereoOptions, job: &Job
         check_alike(&photograph, (size, channels), &lights[i].0)?;
         Ok(photograph.crop(0, top, band)?.to_picture(Space::Linear).planes)
     };
-    let mut solver = Solver { directions, lamps: input.lamps, options: *options, table: None };
+    let mut solver = Solver { directions, lamps: input.lamps, options: *options, reflectance: None };
     if options.estimator == Estimator::Shared {
-        solver.table = Some(learned(&solver, size, &|i| read(i, 0, size), job)?);
+        solver.reflectance = Some(learned(&solver, size, &|i| read(i, 0, size), job)?);
     }
     let mut texels = Vec::with_capacity(size.texels());
     for top in (0..size.height).step_by(rows) {
@@ -114,7 +114,7 @@ pub fn photometric_stereo(input: StereoInput, options: &StereoOptions, job: &Job
 }
 
 /// About this many texels show the reflectance that all share.
-const SHARED_TEXELS: usize = 15_000;
+const SHARED_TEXELS: usize = 6_000;
 
 /// The reflectance that all texels share, from a regular grid of them.
 fn learned(
@@ -122,14 +122,14 @@ fn learned(
     size: Size,
     read: &(dyn Fn(usize) -> Result<Planes> + Sync),
     job: &Job,
-) -> Result<ReflectanceTable> {
+) -> Result<SharedReflectance> {
     let step = ((size.texels() as f64 / SHARED_TEXELS as f64).sqrt().ceil() as usize).max(1);
     let grid: Vec<usize> = (0..size.height)
         .step_by(step)
         .flat_map(|y| (0..size.width).step_by(step).map(move |x| size.index(x, y)))
         .collect();
     let lights = solver.directions.len();
-    job.check_bytes("the shared reflectance", (grid.len() * lights * (8 + 2 * 48)) as u64)?;
+    job.check_bytes("the shared reflectance", (grid.len() * lights * (8 + 2 * 48 + 2 * 32)) as u64)?;
     let of_photograph = |i: usize| {
         let planes = read(i)?;
         Ok(grid.iter().map(|&texel| luminance::of_texel(&planes, texel)).collect())
@@ -150,7 +150,7 @@ fn learned(
     };
     let mut texels: Vec<GridTexel> = grid.par_iter().enumerate().filter_map(texel).collect();
     // Texels that are black everywhere, such as those outside a mask, say nothing.
-    texels.retain(|texel| texel.b[2] > 0.0 && texel.values.iter().any(|v| *v > 0.0));
+    texels.retain(|texel| texel.values.iter().any(|v| *v > 0.0));
     job.proceed()?;
     Ok(shared_reflectance::learn(&mut texels))
 }
@@ -160,7 +160,7 @@ struct Solver<'a> {
     directions: Vec<[f64; 3]>,
     lamps: Option<&'a LampPositions>,
     options: StereoOptions,
-    table: Option<ReflectanceTable>,
+    reflectance: Option<SharedReflectance>,
 }
 
 /// The lights at one texel: unit vectors, and their strengths relative to those in the middle of the surface.
@@ -251,9 +251,12 @@ impl Solver<'_> {
 
     /// The solution under the shared reflectance, if there is one.
     fn refined(&self, matt: robust::Matt, here: &LightsHere, values: &[f64]) -> robust::Matt {
-        let Some(table) = &self.table else { return matt };
+        let Some(reflectance) = &self.reflectance else { return matt };
         let lights: Vec<LightAndHalf> = here.directions.iter().copied().map(LightAndHalf::new).collect();
-        robust::Matt { b: shared_reflectance::refine(table, &lights, values, matt.b, FINAL_STEPS), ..matt }
+        robust::Matt {
+            b: shared_reflectance::refine(reflectance, &lights, values, matt.b, FINAL_STEPS),
+            ..matt
+        }
     }
 }
 

@@ -413,3 +413,26 @@ fn too_few_open_files_leave_no_temporary() {
         assert_eq!(done.status.success(), left.contains(&expected), "{most}: {left:?}");
     }
 }
+
+#[test]
+fn a_light_file_with_a_count_alone_is_refused_in_words() {
+    let folder = tempfile::tempdir().unwrap();
+    for text in ["3\n", "3\n\n\n", "999999999999\n"] {
+        fs::write(folder.path().join("p.lp"), text).unwrap();
+        for verb in [&["fit", "p.lp", "-o", "x.ptm"][..], &["height", "p.lp", "-o", "h.exr"]] {
+            let message = failed(folder.path(), verb, 1);
+            assert!(message.contains("p.lp") && message.contains("line"), "{message}");
+        }
+    }
+}
+
+#[test]
+fn textures_too_small_to_measure_are_made_by_auto() {
+    let folder = folder();
+    for size in ["1", "1x40", "6x60"] {
+        done(
+            folder.path(),
+            &["synth", "a.png", "-o", "t.png", "--size", size, "--method", "auto", "--force"],
+        );
+    }
+}

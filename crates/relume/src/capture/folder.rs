@@ -92,6 +92,12 @@ impl Capture {
             List::parse(&bytes).and_then(|list| pair_list(&list, folder, pairing))
         };
         let Paired { pairs, mut warnings } = paired.map_err(|e| e.at(&light_file))?;
+        if pairs.is_empty() {
+            return Err(Error::invalid(
+                "no photograph with a light is listed: expected a line for each, its name and x y z",
+            )
+            .at(&light_file));
+        }
         warnings.extend(at_the_horizon(&pairs));
         let photograph =
             |(path, entry): (PathBuf, LpEntry)| Photograph { path, light: entry.light, vector: entry.vector };

@@ -9,7 +9,7 @@
 //! changes the distance.
 //!
 //! Large outputs are chosen at a smaller size ([`Auto::trial_size`]), a little larger than the exemplar, which
-//! shows periods and repetition; the best ways are then taken at the full size ([`full`]). The cost is that of all
+//! shows periods and repetition; the best ways are then taken at the full size (`full`). The cost is that of all
 //! trials and their measures, and of one to four textures.
 //!
 //! The texture of an exemplar that changes plainly from side to side follows that trend.
@@ -29,7 +29,7 @@ use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::memory::Footprint;
 use crate::metric::texture::copying::copying;
-use crate::metric::texture::{self, Appearance, Reference, SlicedOptions, Source, Sources};
+use crate::metric::texture::{self, Appearance, LEAST_SIDE, Reference, SlicedOptions, Source, Sources};
 use crate::numeric::random::{self, Purpose};
 use crate::planes::Planes;
 use crate::size::Size;
@@ -325,7 +325,8 @@ impl Auto {
 
 /// How near a texture is to the exemplars, if they were measured, and whether it is a copy of one.
 fn score(map: &SourceMap, references: &[Reference], exemplars: &Exemplars<'_>, job: &Job) -> Result<Score> {
-    if references.is_empty() {
+    let Size { width, height } = map.size();
+    if references.is_empty() || width.min(height) < LEAST_SIDE {
         return Ok(Score::UNMEASURED);
     }
     let index: Vec<&Planes> = exemplars.planes.iter().map(|exemplar| exemplar.index).collect();

@@ -160,7 +160,7 @@ pub struct ShareEnvironment {
     pub scale: f32,
 }
 
-/// Boundaries that move between the lights ([`super::boundaries`]); pairs are of shadows and of highlights.
+/// Boundaries that move between the lights ; pairs are of shadows and of highlights.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ShareShapes {
     /// The compressed numbers.

@@ -15,6 +15,9 @@ const CELLS: usize = 24;
 /// Barycentric coordinates down to this are inside: neighbours share their edges without a gap.
 const MARGIN: f64 = -1e-9;
 
+/// The cosine of the angle from which on a triangle at the border is a sliver: 155 degrees.
+const FLAT_COSINE: f64 = -0.906;
+
 /// Three directions and their shares, which sum to 1; a direction may occur with the share 0.
 pub type Shares = [(usize, f64); 3];
 
@@ -36,14 +39,10 @@ impl Triangulation {
         let points: Vec<[f64; 2]> = directions.iter().map(|d| projected(*d)).collect();
         let sites: Vec<Point> = points.iter().map(|&[x, y]| Point { x, y }).collect();
         let found = triangulate(&sites);
-        let triangles: Vec<[usize; 3]> = found.triangles.as_chunks::<3>().0.to_vec();
-        let border = if triangles.is_empty() {
-            in_line(&points)
-        } else {
-            let ends = found.halfedges.iter().enumerate().filter(|(_, other)| **other == EMPTY);
-            ends.map(|(e, _)| [found.triangles[e], found.triangles[if e % 3 == 2 { e - 2 } else { e + 1 }]])
-                .collect()
-        };
+        let (triangles, mut border) = without_slivers(found, &points);
+        if triangles.is_empty() {
+            border = in_line(&points);
+        }
         let mut cells = vec![Vec::new(); CELLS * CELLS];
         for (t, triangle) in triangles.iter().enumerate() {
             let corners = triangle.map(|i| points[i]);
@@ -105,6 +104,44 @@ impl Triangulation {
 pub fn projected(direction: Direction) -> [f64; 2] {
     let scale = 1.0 / (1.0 + direction.z().max(0.0));
     [direction.x() * scale, direction.y() * scale]
+}
+
+/// The triangles but for slivers at the border, and the edges of the border that they leave. Across a sliver, values of a
+/// corner in its middle would change to those of its far corners within a small angle.
+fn without_slivers(
+    mut found: delaunator::Triangulation,
+    points: &[[f64; 2]],
+) -> (Vec<[usize; 3]>, Vec<[usize; 2]>) {
+    let next = |edge: usize| if edge % 3 == 2 { edge - 2 } else { edge + 1 };
+    let corners = found.triangles;
+    let mut open: Vec<usize> = (0..corners.len()).filter(|edge| found.halfedges[*edge] == EMPTY).collect();
+    let mut is_outer = vec![false; points.len()];
+    open.iter().for_each(|edge| is_outer[corners[*edge]] = true);
+    let mut is_left = vec![true; corners.len() / 3];
+    while let Some(edge) = open.pop() {
+        let others = [next(edge), next(next(edge))];
+        let [a, b, apex] = [edge, others[0], others[1]].map(|e| corners[e]);
+        if is_outer[apex] || !is_flat(points[a], points[apex], points[b]) {
+            continue;
+        }
+        is_left[edge / 3] = false;
+        is_outer[apex] = true;
+        for other in others {
+            let beyond = found.halfedges[other];
+            found.halfedges[beyond] = EMPTY;
+            open.push(beyond);
+        }
+    }
+    let border = (0..corners.len()).filter(|edge| is_left[edge / 3] && found.halfedges[*edge] == EMPTY);
+    let border = border.map(|edge| [corners[edge], corners[next(edge)]]).collect();
+    let triangles = corners.as_chunks::<3>().0.iter().zip(is_left).filter(|(_, is_left)| *is_left);
+    (triangles.map(|(triangle, _)| *triangle).collect(), border)
+}
+
+/// Whether the angle at a corner is nearly a straight one.
+fn is_flat([ax, ay]: [f64; 2], [cx, cy]: [f64; 2], [bx, by]: [f64; 2]) -> bool {
+    let ([px, py], [qx, qy]) = ([ax - cx, ay - cy], [bx - cx, by - cy]);
+    px * qx + py * qy < FLAT_COSINE * (px.hypot(py) * qx.hypot(qy))
 }
 
 fn cell(coordinate: f64) -> usize {
@@ -178,6 +215,30 @@ mod tests {
             let own: f64 = shares.iter().filter(|(k, _)| *k == 57 + i as usize).map(|(_, s)| s).sum();
             assert!((own - 1.0).abs() < 1e-9, "{shares:?}");
         }
+    }
+
+    /// A former fault: a direction just within the border had a sliver beside it, across which values changed within half
+    /// a degree to those of directions far away.
+    #[test]
+    fn slivers_at_the_border_are_left_out() {
+        let azimuths = [0.0f64, 1.1, 2.0, 3.1, 4.0, 5.2];
+        let mut directions: Vec<Direction> =
+            azimuths.iter().map(|azimuth| Direction::from_angles(0.9, *azimuth)).collect();
+        directions.push(Direction::ZENITH);
+        let [a, b] = [0, 1].map(|i| projected(directions[i]));
+        let inner = [0.497 * (a[0] + b[0]), 0.497 * (a[1] + b[1])];
+        let polar = 2.0 * inner[0].hypot(inner[1]).atan();
+        directions.push(Direction::from_angles(polar, inner[1].atan2(inner[0])));
+        let triangulation = Triangulation::new(&directions);
+        let own = |polar: f64| {
+            let direction = Direction::from_angles(polar, inner[1].atan2(inner[0]));
+            triangulation.shares(direction).iter().filter(|(k, _)| *k == 7).map(|(_, s)| s).sum::<f64>()
+        };
+        for beyond in [0.0, 0.005, 0.02, 0.3] {
+            assert!(own(polar + beyond) > 0.99, "{} at {beyond}", own(polar + beyond));
+        }
+        // Corners of six triangles around the zenith, one of which has two edges of the border instead of one.
+        assert_eq!((triangulation.triangles.len(), triangulation.border.len()), (7, 7));
     }
 
     #[test]

@@ -27,7 +27,7 @@ const TASK: usize = 4096;
 /// The linear picture of a field under an environment, seen from straight above: three planes, for luminance as well.
 /// The texture lies in the world as a picture does: x right, y up, facing +z. Light from below its horizon is left out,
 /// without a fade. The weights of linear functions are sums over the map, as one integral for all texels; encoded
-/// functions are decoded at the nodes of a rule. Boundaries that move between the lights are added ([`super::moved`]).
+/// functions are decoded at the nodes of a rule. Boundaries that move between the lights are added.
 ///
 /// # Errors
 /// Channels that form no colour, limits exceeded, a cancelled job.

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use relume::capture::pairs::PairEntry;
 use relume::direction::Directions;
-use relume::field::ParametricField;
+use relume::field::{Basis, ParametricField};
 use relume::format::{Content, FieldFile, tile_set};
 use relume::workflow::{Btf, Missing};
 use relume::{Direction, Result};
@@ -166,7 +166,7 @@ fn text(file: &FieldFile) -> String {
         let _ = writeln!(text, "  {name:<12} {low:>10.4} to {high:>8.4}");
     }
     match field.lights() {
-        [] => text.push_str("lights not recorded"),
+        [] => text.push_str(&directions_of(field.basis())),
         lights => {
             let _ = write!(text, "{} lights", lights.len());
             for light in lights {
@@ -176,4 +176,12 @@ fn text(file: &FieldFile) -> String {
         }
     }
     text
+}
+
+/// The directions of the photographs that learned functions know.
+fn directions_of(basis: &Basis) -> String {
+    let Basis::Learned(learned) = basis else { return "lights not recorded".to_owned() };
+    let rounded = if learned.packed().is_some() { ", rounded to integers" } else { "" };
+    let what = if basis.depends_on_view() { "pairs of light and view" } else { "lights" };
+    format!("functions learned from {} {what}{rounded}", learned.pairs().len())
 }

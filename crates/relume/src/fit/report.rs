@@ -145,7 +145,7 @@ impl FitMeasurement<'_> {
                 .then(|| residual(predicted.iter().sum(), samples * predicted.len())),
             worst,
             lights: errors.iter().enumerate().map(light).collect(),
-            warnings: self.warnings(lights.len()),
+            warnings: self.warnings(lights.len(), !predicted.is_empty()),
         })
     }
 
@@ -171,7 +171,7 @@ impl FitMeasurement<'_> {
         Ok(Errors { fit: error(field), leave_one_out: linear.and_then(without).as_ref().map(error) })
     }
 
-    fn warnings(&self, photographs: usize) -> Vec<String> {
+    fn warnings(&self, photographs: usize, are_predicted: bool) -> Vec<String> {
         let mut warnings = Vec::new();
         let condition = self.design.condition_number();
         if condition > POOR_CONDITION {
@@ -180,13 +180,13 @@ impl FitMeasurement<'_> {
                  photographs is amplified, more so under lights unlike those of the capture"
             ));
         }
-        if self.design.interpolated().is_some() {
+        if self.design.interpolated().is_some() && !are_predicted {
             warnings.push(
                 "the photographs themselves are the coefficients, so the errors under their lights say nothing about \
                  other lights: measure each photograph predicted from the others, or others that were not fitted"
                     .to_owned(),
             );
-        } else if photographs == self.design.functions() {
+        } else if self.design.interpolated().is_none() && photographs == self.design.functions() {
             warnings.push(format!(
                 "{photographs} photographs are just enough for {photographs} functions: the fit passes through \
                  them, so its errors say nothing about other lights"

@@ -318,6 +318,11 @@ pub fn encode_translucent(
 
 /// A field of constants as a picture.
 pub(super) fn constants(field: &ReflectanceField) -> Result<Picture> {
+    if *field.basis() == Basis::Constant && field.layout().is_product() {
+        return Err(Error::usage(
+            "a constant for each texel times its colour is not a picture: make plain colours of it (--color rgb)",
+        ));
+    }
     if *field.basis() != Basis::Constant || !field.layout().is_picture() {
         return Err(Error::usage(format!(
             "a texture of {} {} functions is not a picture: write .ptm or .exr, or relight it",

@@ -105,6 +105,11 @@ pub(super) fn unknown(bytes: &[u8]) -> Error {
     if bytes.is_empty() {
         return Error::invalid(format!("the file is empty: expected {others} or {last}"));
     }
+    if bytes.starts_with(b"PK\x03\x04") {
+        return Error::unsupported(
+            "the file is an archive: `relume fit` makes a texture of one with photographs under light and view",
+        );
+    }
     let start: Vec<String> = bytes.iter().take(8).map(|byte| format!("{byte:02x}")).collect();
     Error::unsupported(format!(
         "the file is none of {others} and {last} (it begins with the bytes {}): convert it to one of these",

@@ -346,6 +346,10 @@ impl Opened {
         if self.bytes.is_empty() {
             return Error::invalid(format!("the file is empty: expected {expected}")).at(&self.name);
         }
+        let hint = match self.content {
+            Content::Btf => "; `relume fit` makes a texture of functions of it",
+            _ => hint,
+        };
         Error::unsupported(format!("the file is {}: expected {expected}{hint}", self.content)).at(&self.name)
     }
 }

@@ -48,8 +48,8 @@ pub const SUPPORTED: &[SupportedFormat] = formats! {
     "EXR field" ["exr"] "functions", "all bases and channels", "the same", "half or float";
     "NumPy" ["npz", "npy"] "functions", "source maps (int32)", "coefficients, names and directions (npz); coefficients (npy)",
         "fields are not read back";
-    "RLM" ["rlm"] "models", "versions 1 to 4", "the lowest version that fits", "";
-    "UBO2014" ["btf"] "light and view", "DFMF, FMF, PVF, BDI", "DFMF, FMF (library, fit)", "bzip blocks are refused";
+    "RLM" ["rlm"] "models", "versions 1 to 6", "the lowest version that fits", "";
+    "UBO2014" ["btf"] "light and view", "DFMF, FMF, PVF, BDI", "DFMF, FMF, PVF (fit)", "bzip blocks are refused";
     "photographs by angles" ["zip"] "light and view", "UBO2003, UTIA, SPECTRAL names", "UBO2003 names", "";
     "BRDF" ["binary", "bin", "bsdf"] "reflectances", "MERL, UTIA, RGL", "", "";
     "PNG" ["png"] "pictures", "1 to 16 bits", "8 and 16 bits", "";

@@ -97,7 +97,12 @@ impl BlockOptions {
         if block < 2 {
             return Err(Error::usage(format!("a block of {block} texels is too small: it needs at least 2")));
         }
-        if overlap == 0 || overlap > block / 2 {
+        if overlap == 0 {
+            return Err(Error::usage(
+                "blocks that do not overlap have no seams to join: choose an overlap of at least 1",
+            ));
+        }
+        if overlap > block / 2 {
             return Err(Error::usage(format!(
                 "blocks of {block} texels cannot overlap by {overlap}: choose 1 to {}",
                 block / 2

@@ -34,6 +34,7 @@ use crate::numeric::random::{self, Purpose};
 use crate::planes::Planes;
 use crate::size::Size;
 use crate::synthesis::elements::ElementOptions;
+use crate::synthesis::options::Boundary;
 use crate::synthesis::pixel::{PatchMatchOptions, WeiLevoyOptions};
 use crate::synthesis::{Blend, BlockOptions, Exemplar, SourceMap, Texel, Tolerance, gather_index};
 
@@ -175,7 +176,8 @@ impl Auto {
             return Ok(None);
         }
         let guidance = Some(trend::guidance(exemplars.planes, size, boundary, job)?);
-        Ok(Some(Self { blocks: BlockOptions { guidance, ..self.blocks.clone() }, ..self.clone() }))
+        let asked = Asked { trend: true, ..self.asked };
+        Ok(Some(Self { asked, blocks: BlockOptions { guidance, ..self.blocks.clone() }, ..self.clone() }))
     }
 
     fn choose(
@@ -301,8 +303,14 @@ impl Auto {
                 Some(Plan::Quilting(BlockOptions { block, overlap, ..self.blocks.clone() }))
             }
             Way::PatchMatch if !is_about_blocks => {
-                let default =
-                    PatchMatchOptions { size, seed, guidance: guidance.clone(), ..Default::default() };
+                let boundary = if self.asked.trend { Boundary::Open } else { Boundary::Torus };
+                let default = PatchMatchOptions {
+                    size,
+                    seed,
+                    boundary,
+                    guidance: guidance.clone(),
+                    ..Default::default()
+                };
                 let window = room.small_window(default.window);
                 Some(Plan::PatchMatch(PatchMatchOptions { window, levels: room.levels(window), ..default }))
             }

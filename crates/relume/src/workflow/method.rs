@@ -199,8 +199,8 @@ impl Plan {
             | Self::EfrosLeung(EfrosLeungOptions { boundary, .. })
             | Self::WeiLevoy(_, boundary)
             | Self::Elements(ElementOptions { boundary, .. })
+            | Self::PatchMatch(PatchMatchOptions { boundary, .. })
             | Self::Roller(LaidTiles { boundary, .. }) => *boundary == Boundary::Torus,
-            Self::PatchMatch(_) => true,
         }
     }
 
@@ -243,7 +243,10 @@ impl Plan {
             }
             Self::PatchMatch(options) => {
                 let (map, optimised) = patch_match(exemplars, options, job)?;
-                let map = closed_if_it_shows(map, options, exemplars, job)?;
+                let map = match options.boundary {
+                    Boundary::Open => map,
+                    Boundary::Torus => closed_if_it_shows(map, options, exemplars, job)?,
+                };
                 Ok(MadeTexture { map, how: MethodReport::PatchMatch(optimised) })
             }
             Self::Roller(laid) => laid.run(exemplars, job),

@@ -354,6 +354,7 @@ impl SynthOptions {
             rounds: self.rounds.unwrap_or(default.rounds),
             uniformity: self.uniformity.unwrap_or(default.uniformity),
             guidance: self.guidance.clone(),
+            boundary: if self.follow_trend { Boundary::Open } else { Boundary::Torus },
             seed: self.seed,
             ..default
         }

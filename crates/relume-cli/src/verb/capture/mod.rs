@@ -274,7 +274,10 @@ fn made(
 
 /// What is said of a folder that is called like a built-in material.
 fn shadowed(args: &Args) -> Option<String> {
-    let folder = args.maps.as_deref().filter(|path| material(path).is_some() && path.is_dir())?;
+    let folder = args
+        .maps
+        .as_deref()
+        .filter(|path| material(path).is_some() && path.is_dir() && *path != args.output)?;
     let name = folder.display();
     Some(format!("{name} is the built-in material; there is also a folder of this name: ./{name} names that"))
 }

@@ -160,7 +160,8 @@ fn optimisation_as_json(options: &PatchMatchOptions, optimised: &Optimised) -> V
 
 /// The report of a pixel method.
 fn texel_report(output: &Path, asked: &SynthOptions, size: Size, how: &str, special: &Value) -> Report {
-    let closed = asked.boundary == Boundary::Torus || asked.method == SynthesisMethod::PatchMatch;
+    let closed = asked.boundary == Boundary::Torus
+        || (asked.method == SynthesisMethod::PatchMatch && !asked.follow_trend);
     let text = format!("{}: {size} texels {how}", output.display());
     let mut json = json!({
         "width": size.width,

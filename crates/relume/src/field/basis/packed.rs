@@ -204,7 +204,8 @@ fn table(pairs: &[Directions], lights: &[Direction], views: &[Direction]) -> Res
     }
     if pairs.len() != table.len() || table.contains(&usize::MAX) {
         return Err(Error::unsupported(format!(
-            "functions of {} pairs of {} lights and {} views are not packed: each light is needed with each view, once",
+            "functions of {} pairs of {} lights and {} views cannot be rounded to integers: each light is needed with each view, \
+             once",
             pairs.len(),
             lights.len(),
             views.len()

@@ -20,6 +20,7 @@
 
 pub mod anchors;
 mod finer;
+mod open;
 pub mod patches;
 pub mod plain;
 pub mod search;
@@ -40,6 +41,7 @@ use crate::synthesis::quantise::Exemplar;
 use crate::synthesis::source_map::{SourceMap, Texel};
 use anchors::Anchors;
 use finer::finer;
+use open::{with_margin, without_margin};
 use patches::ExemplarPatches;
 use search::{Improvement, Matching};
 
@@ -69,12 +71,14 @@ pub struct PatchMatchOptions {
     pub uniformity: f64,
     /// The guide that the output follows.
     pub guidance: Option<Guidance>,
+    /// Whether the output closes around its borders. It costs nothing; a border costs a margin.
+    pub boundary: Boundary,
     /// Seed of the random choices.
     pub seed: u64,
 }
 
 impl Default for PatchMatchOptions {
-    /// 256 x 256 texels, patches of 9 at 5 levels, 5 rounds, uniformity 0.3.
+    /// 256 x 256 texels, patches of 9 at 5 levels, 5 rounds, uniformity 0.3, closing around the borders.
     fn default() -> Self {
         Self {
             size: Size::new(256, 256),
@@ -84,6 +88,7 @@ impl Default for PatchMatchOptions {
             search: PatchSearch::Propagation,
             uniformity: 0.3,
             guidance: None,
+            boundary: Boundary::Torus,
             seed: 0,
         }
     }
@@ -142,8 +147,13 @@ pub fn patch_match(
     options: &PatchMatchOptions,
     job: &Job,
 ) -> Result<(SourceMap, Optimised)> {
-    let done = complete(exemplars, options, None, job)?;
-    Ok((done.map, done.optimised))
+    if options.boundary == Boundary::Torus {
+        let done = complete(exemplars, options, None, job)?;
+        return Ok((done.map, done.optimised));
+    }
+    options.validate()?;
+    let done = complete(exemplars, &with_margin(options), None, job)?;
+    Ok((without_margin(&done.map, options.size), done.optimised))
 }
 
 /// What [`complete`] made.

@@ -133,7 +133,7 @@ test("shared pages hold annotations, and download and load them", async () => {
   expect(await page.locator(".notes li").count()).toBe(1);
   const saved = await pressed(page, "Download");
   expect(saved.suggestedFilename()).toBe("leather.annotations.json");
-  await page.locator("input[type=file]").setInputFiles(await saved.path());
+  await page.getByLabel("File of annotations").setInputFiles(await saved.path());
   await expect.poll(() => page.locator(".notes li").count()).toBe(2);
   await page.locator("canvas").focus();
   await page.keyboard.press("n");

@@ -15,7 +15,6 @@ const lights = `lights=${LIGHT.join(",")},ffffff,1`;
 
 /** Planes: the name of their file, how the program draws windows, and the size of what the page takes for one repetition. */
 const PLANES: [name: string, options: string, width: number, height: number][] = [];
-/** The script as it was built last: the program may be older. */
 const place = new Workplace();
 let browser: Browser, page: Page;
 const servers: ViewServer[] = [];

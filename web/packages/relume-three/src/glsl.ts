@@ -5,7 +5,7 @@ const MOST_UNROLLED = 32;
 
 // The shaders of ReflectanceMaterial. Row 0 of a texture is its top, and texture coordinates have v up.
 
-export const VERTEX = `
+export const VERTEX: string = `
 in vec4 tangent;
 out vec3 worldPosition, worldNormal, worldTangent;
 out float handedness;
@@ -22,7 +22,7 @@ void main() {
 }`;
 
 /** Look-ups of coefficients at the place of a fragment. */
-export const LOOKUP = `
+export const LOOKUP: string = `
 uniform sampler2DArray planes;
 uniform vec2 texels;
 uniform float sharpen, radius;
@@ -137,7 +137,7 @@ vec4 layer(int k) { return blurs && blurBy > 0.0 ? decoded(blurredBy(planes, k, 
 #endif`;
 
 /** The value of the functions at the place, in the space of the texture. */
-export const EVALUATE = `
+export const EVALUATE: string = `
 // Whether a light is a lamp, which makes highlights; the light from all around may be less than none at one of its places.
 bool ofLamp = true;
 #if SHAPES
@@ -197,12 +197,12 @@ export function sumGlsl(functions: number, hasLayers: boolean, channels: number)
 }
 
 /** Weights of bases with formulas. */
-export const CLOSED = `
+export const CLOSED: string = `
 vec4 closedForm[GROUPS];
 vec4 weightGroup(int channel, int group) { return closedForm[group]; }`;
 
 /** What is shown, by mode; and the lights. */
-export const FRAGMENT = `
+export const FRAGMENT: string = `
 in vec3 worldPosition, worldNormal, worldTangent;
 in float handedness;
 in vec2 place;

@@ -210,13 +210,10 @@ pub fn fit(
         let basis = Learned::of_channels(stream.channels(), held_out.pairs(), weights, values)?;
         let layout = PlaneLayout::shared(channel_names(stream.channels()))?;
         let field = ReflectanceField::new(Basis::Learned(basis.clone()), layout, options.space, planes)?;
-        let (field, clustered, more) = match formed(&field, &basis, options, job)? {
-            Some((formed, clustered)) => {
-                let more = sketched.mean_square(&field, &formed, job)?;
-                (formed, clustered, more)
-            }
-            None => (field, None, 0.0),
-        };
+        let formed = formed(&field, &basis, options, job)?;
+        let more =
+            formed.as_ref().map_or(Ok(0.0), |(formed, _)| sketched.mean_square(&field, formed, job))?;
+        let (field, clustered) = formed.unwrap_or((field, None));
         let error = (factors.error(rank).powi(2) + more).sqrt();
         let measured = Measurement { pairs, grid: &grid, levels: &levels, held_out: &held_out };
         let singular_values = &factors.singular_values[..rank];

@@ -32,9 +32,9 @@ async function open(name: string): Promise<Page> {
   return page;
 }
 
-test("the page shows its pictures and all three viewers", async () => {
+test("the page shows its pictures and all four viewers", async () => {
   const page = await open("index.html");
-  for (const name of ["texture.html", "tiles.html", "noise.html"]) {
+  for (const name of ["texture.html", "tiles.html", "noise.html", "light_view.html"]) {
     await page.locator(`iframe[src^="${name}"]`).scrollIntoViewIfNeeded();
     await expect.poll(() => page.frames().some((frame) => frame.url().includes(name)), { timeout: 60_000 }).toBe(true);
     const frame = page.frames().find((frame) => frame.url().includes(name));
@@ -47,7 +47,7 @@ test("the page shows its pictures and all three viewers", async () => {
   await page.close();
 });
 
-test.each([["texture.html", ["mode=normals", "object=sphere", "compare=plain"]], ["tiles.html", ["cells=1&zoom=0.3", "simple=1&zoom=0.3"]], ["noise.html", ["cells=1", "simple=1"]]] as const)(
+test.each([["texture.html", ["mode=normals", "object=sphere", "compare=plain"]], ["tiles.html", ["cells=1&zoom=0.3", "simple=1&zoom=0.3"]], ["noise.html", ["cells=1", "simple=1"]], ["light_view.html", ["object=cloth", "cells=1&zoom=0.3", "simple=1&zoom=0.3"]]] as const)(
   "%s follows the light and shows what its controls say",
   async (name, views) => {
     const page = await open(`${name}#lights=-0.5,0.5,ffffff,1&zoom=0.3`);
@@ -72,3 +72,15 @@ test.each([["texture.html", ["mode=normals", "object=sphere", "compare=plain"]],
     await page.close();
   },
 );
+
+test("the cloth of light and view follows the view", async () => {
+  const page = await open("light_view.html#object=cloth&repeat=2&azimuth=-30&lights=0,0.3,ffffff,1");
+  await ready(page);
+  await settled(page);
+  const first = await canvas(page);
+  await show(page, "object=cloth&repeat=2&azimuth=40&lights=0,0.3,ffffff,1");
+  await settled(page);
+  expect(difference(await canvas(page), first).mean).toBeGreaterThan(5);
+  expect(complaints.splice(0)).toEqual([]);
+  await page.close();
+});

@@ -7,6 +7,7 @@ mod capture;
 mod channels;
 mod compare_analyze;
 mod convert;
+mod demo;
 mod elements;
 mod everything;
 mod extremes;

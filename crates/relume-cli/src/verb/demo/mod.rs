@@ -10,12 +10,13 @@ use relume::capture::dome::lights;
 use relume::field::Basis;
 use relume::procedural::Material;
 use relume::{Error, Result};
-use serde_json::json;
+use serde_json::{Value, json};
 
 use crate::context::Context;
 use crate::output::Folder;
 use crate::paths;
 use crate::report::Report;
+use page::Fits;
 
 /// Arguments of `relume demo`.
 #[derive(Debug, clap::Args)]
@@ -33,9 +34,9 @@ pub struct Args {
 }
 
 /// The commands of the demo; DIR is the output folder, MATERIAL and N are the options.
-const COMMANDS: [&str; 15] = [
+const COMMANDS: [&str; 22] = [
     "capture MATERIAL -o DIR/capture --lights N --size 256x256 --feature 44",
-    "fit DIR/capture -o DIR/small.ptm",
+    LIGHT_FIT,
     "synth DIR/small.ptm -o DIR/large.ptm --size 512x512 --tile --block 56 --overlap 14 --source-map DIR/source.npy",
     "relight DIR/small.ptm --normals -o DIR/normals_gl.png",
     "relight DIR/small.ptm --albedo -o DIR/albedo.png",
@@ -49,7 +50,18 @@ const COMMANDS: [&str; 15] = [
     "roll DIR/weave.ptm -k 4 -o DIR/tiles.ptm",
     "capture sponge -o DIR/noise --lights 24 --size 128x128 --feature 20",
     "fit DIR/noise -o DIR/noise.ptm --color rgb",
+    "capture weave -o DIR/light_view.zip --views 25 --lights 19 --size 128x128 --feature 32",
+    LIGHT_VIEW_FIT,
+    "roll DIR/light_view.exr -k 4 -o DIR/light_view_tiles.exr",
+    "relight DIR/light_view.exr --light 0,0.3,0.95 --view 0,0,1 -o DIR/view_above.png",
+    "relight DIR/light_view.exr --light 0,0.3,0.95 --view=-0.8,0,0.6 -o DIR/view_left.png",
+    "relight DIR/light_view.exr --light 0,0.3,0.95 --view 0.8,0,0.6 -o DIR/view_right.png",
+    "relight DIR/light_view.exr --light 0,0.3,0.95 --view 0,-0.8,0.6 -o DIR/view_below.png",
 ];
+
+/// The commands whose errors the page says.
+const LIGHT_FIT: &str = "fit DIR/capture -o DIR/small.ptm";
+const LIGHT_VIEW_FIT: &str = "fit DIR/light_view.zip -o DIR/light_view.exr --rank 24 --rounding 0.004";
 
 /// The memory of the command that takes the most whatever the options, a rendering: measured.
 const RENDERING_BYTES: u64 = 88 << 20;
@@ -80,7 +92,12 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         .collect::<Result<Vec<Report>>>()?;
     let shown: Vec<String> = COMMANDS.iter().map(|c| format!("relume {}", shown(c, args))).collect();
     let viewers = viewers::write(&folder, context)?;
-    let page = page::write(folder.path(), args, &reports[1].json["report"], &shown, &viewers, context)?;
+    let fit = |command: &str| {
+        let mut done = COMMANDS.iter().zip(&reports);
+        done.find(|(c, _)| **c == command).map_or(&Value::Null, |(_, report)| &report.json["report"])
+    };
+    let fits = Fits { light: fit(LIGHT_FIT), light_view: fit(LIGHT_VIEW_FIT) };
+    let page = page::write(folder.path(), args, &fits, &shown, &viewers, context)?;
     folder.add("index.html", page.as_bytes())?;
     let written = folder.commit()?;
     let index = args.output.join("index.html");

@@ -15,11 +15,29 @@ use crate::html::png_uri;
 
 const TEMPLATE: &str = include_str!("page.html");
 
+/// The view in which the cloth of light and view is first seen.
+const CLOTH: &str =
+    "object=cloth&amp;repeat=2&amp;near=1.2&amp;azimuth=-30&amp;elevation=10&amp;lights=-0.3,0.5,ffffff,1.2";
+
+/// What the page says of fits.
+#[derive(Debug)]
+pub struct Fits<'a> {
+    /// Of the photographs under moving light.
+    pub light: &'a Value,
+    /// Of those under light and view.
+    pub light_view: &'a Value,
+}
+
+/// Decibels in words.
+fn decibels(value: &Value) -> String {
+    value.as_f64().map_or("no".to_owned(), |db| format!("{db:.1}"))
+}
+
 /// Fills the template from the files of the folder.
 pub fn write(
     folder: &Path,
     args: &Args,
-    fit: &Value,
+    fits: &Fits<'_>,
     commands: &[String],
     viewers: &Viewers,
     context: &Context,
@@ -27,21 +45,39 @@ pub fn write(
     let small = read_field(&folder.join("small.ptm"), &context.job)?.field;
     let large = read_field(&folder.join("large.ptm"), &context.job)?.field;
     let tiles = open(&folder.join("tiles.ptm"), &context.job)?.into_tiles()?;
-    let decibels = |value: &Value| value.as_f64().map_or("no".to_owned(), |db| format!("{db:.1}"));
-    let lights = fit["lights"].as_array().map(Vec::as_slice).unwrap_or_default();
+    let lights = fits.light["lights"].as_array().map(Vec::as_slice).unwrap_or_default();
     let worst = lights.iter().filter_map(|l| l["psnr_db"].as_f64()).fold(f64::INFINITY, f64::min);
     write_source_picture(folder, small.size(), context)?;
-    let figures = |files: &[(&str, &str)]| figures(folder, files);
-    let photographs = photographs(folder, args.lights)?;
-    let photographs: Vec<(&str, &str)> =
-        photographs.iter().map(|(file, text)| (file.as_str(), text.as_str())).collect();
     let fields = [
         ("lights", args.lights.to_string()),
         ("exemplar", small.size().to_string()),
         ("size", large.size().to_string()),
         ("material", args.material.clone()),
-        ("psnr", decibels(&fit["error"]["psnr_db"])),
+        ("psnr", decibels(&fits.light["error"]["psnr_db"])),
         ("worst", format!("{worst:.1}")),
+        ("tiles", tiles.count.to_string()),
+        ("tile", tiles.cells.bounds().to_string()),
+        ("noise_size", viewers.noise_size.to_string()),
+        ("noise_planes", viewers.noise_planes.to_string()),
+        ("light_view_functions", fits.light_view["functions"].to_string()),
+        ("light_view_photographs", fits.light_view["fitted"]["pairs"].to_string()),
+        ("light_view_psnr", decibels(&fits.light_view["error"]["psnr_db"])),
+        ("light_view_place", CLOTH.to_owned()),
+        ("commands", commands.join("\n")),
+    ];
+    let fields = fields.into_iter().chain(rows(folder, args)?);
+    let filled =
+        |page: String, (name, value): (&str, String)| page.replace(&format!("{{{{{name}}}}}"), &value);
+    Ok(fields.fold(TEMPLATE.to_owned(), filled))
+}
+
+/// The rows of pictures by their names in the template.
+fn rows(folder: &Path, args: &Args) -> Result<Vec<(&'static str, String)>> {
+    let figures = |files: &[(&str, &str)]| figures(folder, files);
+    let photographs = photographs(folder, args.lights)?;
+    let photographs: Vec<(&str, &str)> =
+        photographs.iter().map(|(file, text)| (file.as_str(), text.as_str())).collect();
+    Ok(vec![
         ("photographs", figures(&photographs)?),
         (
             "fitted",
@@ -66,15 +102,16 @@ pub fn write(
                 ("cloth.png", "reflectance texture on cloth"),
             ])?,
         ),
-        ("tiles", tiles.count.to_string()),
-        ("tile", tiles.cells.bounds().to_string()),
-        ("noise_size", viewers.noise_size.to_string()),
-        ("noise_planes", viewers.noise_planes.to_string()),
-        ("commands", commands.join("\n")),
-    ];
-    let filled =
-        |page: String, (name, value): &(&str, String)| page.replace(&format!("{{{{{name}}}}}"), value);
-    Ok(fields.iter().fold(TEMPLATE.to_owned(), filled))
+        (
+            "views",
+            figures(&[
+                ("view_above.png", "from straight above"),
+                ("view_left.png", "from the left"),
+                ("view_right.png", "from the right"),
+                ("view_below.png", "from the lower edge"),
+            ])?,
+        ),
+    ])
 }
 
 /// Four photographs spread over the lights, with captions.

@@ -10,10 +10,11 @@ use crate::output::Folder;
 use crate::viewer::{self, Delivery, PageData, PlaneArgs, Preparation};
 
 /// A page, the file that it shows, its title, and whether as noise.
-const PAGES: [(&str, &str, &str, bool); 3] = [
+const PAGES: [(&str, &str, &str, bool); 4] = [
     ("texture.html", "large.ptm", "A texture of functions", false),
     ("tiles.html", "tiles.ptm", "An endless regular texture", false),
     ("noise.html", "noise.ptm", "An endless stochastic texture", true),
+    ("light_view.html", "light_view_tiles.exr", "A texture of light and view", false),
 ];
 
 /// What the page of the demo says of the noise.

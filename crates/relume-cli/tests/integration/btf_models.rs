@@ -102,9 +102,57 @@ fn facets_come_out_as_maps_with_their_roughness() {
     done(path, &["fit", "b.zip", "-o", "g.exr", "--model", "ggx"]);
     done(path, &["maps", "g.exr", "-o", "maps", "--preset", "blender", "--name", "Knit"]);
     let found = names(&path.join("maps"));
-    for map in ["BaseColor.png", "Normal_GL.png", "Roughness.png"] {
+    for map in ["BaseColor.png", "Normal_GL.png", "Roughness.png", "Specular.png"] {
         assert!(found.contains(&format!("Knit_{map}")), "{found:?}");
     }
+    // Presets name the map as their programs do, or say that they have none.
+    for (preset, name) in [
+        ("unreal", "T_Material_S.png"),
+        ("polyhaven", "material_spec_24px.png"),
+        ("ambientcg", "Material_24px-PNG_Specular.png"),
+    ] {
+        let made = json(path, &["maps", "g.exr", "-o", preset, "--preset", preset]);
+        assert!(made["maps"].as_array().unwrap().iter().any(|map| map["file"] == name), "{made}");
+    }
+    let made = json(path, &["maps", "g.exr", "-o", "godot", "--preset", "godot"]);
+    assert!(made["warnings"][0].as_str().unwrap().contains("no map of specular reflectance"), "{made}");
+}
+
+/// The root mean square of the differences of two planes, and of the steps between neighbours of the first.
+fn compared(found: &[f32], truth: &[f32], width: usize) -> (f64, f64) {
+    let rms = |values: &mut dyn Iterator<Item = f32>| {
+        let (sum, count) = values.fold((0.0, 0), |(s, n), v| (s + f64::from(v * v), n + 1));
+        (sum / f64::from(count)).sqrt()
+    };
+    let steps = &mut (0..found.len()).filter(|i| i % width > 0).map(|i| found[i] - found[i - 1]);
+    (rms(&mut found.iter().zip(truth).map(|(a, b)| a - b)), rms(steps))
+}
+
+/// A fault: neighbouring texels fell into different minima, mirrors whose highlights no photograph shows and white ones that
+/// reflect nothing else, and maps of roughness and colour were blotchy.
+#[test]
+fn maps_of_light_and_view_are_near_the_truth_and_not_blotchy() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let material = ["--size", "24", "--feature", "24", "--views", "14", "--lights", "14", "--format", "png"];
+    done(path, &[&["capture", "leather", "-o", "leather"][..], &material].concat());
+    done(path, &["maps", "leather", "-o", "maps", "--preset", "blender"]);
+    let grey = |codes: Vec<u8>, texels: usize| -> Vec<f32> {
+        let channels = codes.len() / texels;
+        codes.iter().step_by(channels).map(|v| f32::from(*v) / 255.0).collect()
+    };
+    let map = |name: &str| {
+        let ((width, height), codes) = read_png(&path.join(format!("maps/Material_{name}.png")));
+        grey(codes, width * height)
+    };
+    let truth =
+        relume::format::read_field(&path.join("leather/truth/roughness.exr"), &relume::Job::default());
+    let truth = truth.unwrap().field.coefficients().plane(0).to_vec();
+    let (error, step) = compared(&map("Roughness"), &truth, 24);
+    assert!(error < 0.12 && step < 0.12, "roughness: {error} from the truth, steps of {step}");
+    // White is 0.08, and the leather's reflectance 0.04.
+    let (error, step) = compared(&map("Specular"), &[0.5; 24 * 24], 24);
+    assert!(error < 0.25 && step < 0.22, "specular: {error} from the truth, steps of {step}");
 }
 
 #[test]

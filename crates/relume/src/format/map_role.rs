@@ -134,6 +134,7 @@ impl MapRole {
                 "h" => Self::Height,
                 "r" => Self::Roughness,
                 "m" => Self::Metallic,
+                "s" => Self::Specular,
                 _ => Self::Emission,
             };
         }
@@ -150,7 +151,7 @@ impl MapRole {
 /// in other names.
 fn unreal_letters(words: &[String]) -> Option<&str> {
     let (first, last) = (words.first()?, words.last()?.as_str());
-    let is_known = ["bc", "d", "n", "h", "r", "m", "e"].contains(&last);
+    let is_known = ["bc", "d", "n", "h", "r", "m", "s", "e"].contains(&last);
     (words.len() > 2 && first == "t" && is_known).then_some(last)
 }
 
@@ -237,6 +238,8 @@ mod tests {
             ("T_Wall_BC.png", MapRole::Albedo),
             ("T_Wall_N.png", MapRole::Normal),
             ("T_Wall_H.png", MapRole::Height),
+            ("T_Wall_S.png", MapRole::Specular),
+            ("wall_spec_1k.png", MapRole::Specular),
             ("a_n.png", MapRole::Other),
             ("Wall_MaskMap.png", MapRole::Packed),
             ("Wall_occlusionRoughnessMetallic.png", MapRole::Packed),

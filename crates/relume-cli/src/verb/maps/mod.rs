@@ -32,7 +32,7 @@ use crate::{args, input, normals};
                         relume maps wall -o scene --preset blender --materialx --usd")]
 pub struct Args {
     /// A folder of maps known by the words in their names (at least colour and height), a texture of functions, or one of light
-    /// and view (folder, .zip, .btf), whose base colour, normals and roughness are fitted
+    /// and view (folder, .zip, .btf), whose base colour, normals, roughness and specular reflectance are fitted
     input: PathBuf,
     /// The folder to write
     #[arg(short, long, value_name = "DIR")]

@@ -20,22 +20,44 @@ pub(super) fn names(channels: &[&str]) -> Vec<String> {
 }
 
 /// The radiance in each channel, with the cosine between the light and the tilted surface.
-pub(crate) fn radiance(numbers: &TexelNumbers, Directions { light, view }: Directions, out: &mut [f64]) {
+pub(crate) fn radiance(numbers: &TexelNumbers, directions: Directions, out: &mut [f64]) {
     let (base, rest) = numbers.split_at(out.len());
-    let [x, y, roughness, f0] = [rest[0], rest[1], rest[2], rest[3]];
-    let z = (1.0 - x * x - y * y).max(0.0).sqrt();
-    let cosine = |[a, b, c]: [f64; 3]| a * x + b * y + c * z;
-    let (to_light, to_viewer) = (cosine(light.to_array()), cosine(view.to_array()));
-    if to_light <= 0.0 {
-        out.fill(0.0);
-        return;
+    let shares = FacetShares::new(rest, directions);
+    out.iter_mut().zip(base).for_each(|(o, base)| *o = shares.radiance(*base));
+}
+
+/// What makes the radiance of a facet, whatever its base colour.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct FacetShares {
+    /// Between the light and the tilted surface; 0 behind it.
+    pub cosine: f64,
+    /// The share of the light that the body reflects if it is white.
+    pub body: f64,
+    glossy: f64,
+}
+
+impl FacetShares {
+    /// Of the numbers beside the base colour.
+    pub fn new(rest: &TexelNumbers, Directions { light, view }: Directions) -> Self {
+        let [x, y, roughness, f0] = [rest[0], rest[1], rest[2], rest[3]];
+        let z = (1.0 - x * x - y * y).max(0.0).sqrt();
+        let cosine = |[a, b, c]: [f64; 3]| a * x + b * y + c * z;
+        let (to_light, to_viewer) = (cosine(light.to_array()), cosine(view.to_array()));
+        if to_light <= 0.0 {
+            return Self { cosine: 0.0, body: 0.0, glossy: 0.0 };
+        }
+        let l_h = (0.5 * (1.0 + light.dot(view))).sqrt();
+        let n_h = (to_light + to_viewer) / (2.0 * l_h).max(1e-9);
+        let n_v = to_viewer.max(LEAST_VIEW_COSINE);
+        let body = microfacet::body_share(to_light, n_v, f0);
+        let glossy = microfacet::specular(to_light, n_v, n_h, l_h, microfacet::alpha(roughness), f0);
+        Self { cosine: to_light, body, glossy }
     }
-    let l_h = (0.5 * (1.0 + light.dot(view))).sqrt();
-    let n_h = (to_light + to_viewer) / (2.0 * l_h).max(1e-9);
-    let n_v = to_viewer.max(LEAST_VIEW_COSINE);
-    let body = microfacet::body_share(to_light, n_v, f0);
-    let glossy = microfacet::specular(to_light, n_v, n_h, l_h, microfacet::alpha(roughness), f0);
-    out.iter_mut().zip(base).for_each(|(o, base)| *o = to_light * (base * body + glossy));
+
+    /// The radiance of a channel of that base colour.
+    pub fn radiance(self, base: f64) -> f64 {
+        self.cosine * (base * self.body + self.glossy)
+    }
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ mod ggx;
 mod lobes;
 mod per_view;
 
-pub(crate) use ggx::radiance as ggx_radiance;
+pub(crate) use ggx::{FacetShares, radiance as ggx_radiance};
 pub use lobes::MOST_LOBES;
 pub use per_view::{PerViewModel, ViewFunction};
 

@@ -12,6 +12,11 @@ pub(super) trait TexelReflectance: Sync {
     fn values(&self, parameters: &[f64], i: usize, out: &mut [f64]);
     /// The same, and for each channel the derivatives by all parameters.
     fn derivatives(&self, parameters: &[f64], i: usize, out: &mut [f64], derivatives: &mut [f64]);
+    /// How a residual of an encoded value at pair `i` counts: the number whose square is minimised, and its derivative by the
+    /// residual.
+    fn counted(&self, _i: usize, residual: f64) -> (f64, f64) {
+        (residual, 1.0)
+    }
     /// The residual of a weak condition that fixes what the values leave open, with its derivatives.
     fn condition(&self, parameters: &[f64], equations: Option<&mut NormalEquations>) -> f64;
     /// Parameters from which a fit to observed encoded values starts, of which `brightness` is the linear mean.
@@ -56,9 +61,10 @@ pub(super) fn fit_texel(
             model.derivatives(p, i, &mut values[..channels], &mut derivatives[..channels * n]);
             for (c, &y) in seen.iter().enumerate().filter(|(c, y)| !is_clipped(**y, values[*c])) {
                 let (value, slope) = encoded(values[c].max(0.0));
+                let (residual, by_residual) = model.counted(i, value - f64::from(y));
                 let row = &mut derivatives[c * n..][..n];
-                row.iter_mut().for_each(|d| *d *= slope);
-                equations.add(value - f64::from(y), row);
+                row.iter_mut().for_each(|d| *d *= slope * by_residual);
+                equations.add(residual, row);
             }
         }
         model.condition(p, Some(equations));
@@ -69,7 +75,8 @@ pub(super) fn fit_texel(
         for (i, seen) in observed.chunks_exact(channels).enumerate() {
             model.values(p, i, &mut values[..channels]);
             let shown = seen.iter().zip(values).filter(|(y, value)| !is_clipped(**y, *value));
-            sum += shown.map(|(y, value)| (encoded(value.max(0.0)).0 - f64::from(*y)).powi(2)).sum::<f64>();
+            let residual = |(y, value): (&f32, f64)| encoded(value.max(0.0)).0 - f64::from(*y);
+            sum += shown.map(|seen| model.counted(i, residual(seen)).0.powi(2)).sum::<f64>();
         }
         sum
     };

@@ -8,8 +8,9 @@
 //! - A glossy dielectric on a tilted facet (GGX), as artists' programs have it.
 //!
 //! Models are of linear light, with the cosine at the light that photographs hold; what is minimised is the error of encoded
-//! values, which is what is seen of it. Lobes and facets are found by the method of Levenberg and Marquardt from the
-//! parameters of the mean of all texels, which is fitted from several starts. A texel of these is fitted to
+//! values, which is what is seen of it. Lobes and facets are found by the method of Levenberg and Marquardt, lobes from the
+//! parameters of the mean of all texels, which is fitted from several starts, facets around the one that is typical of a sample
+//! of texels. A texel of these is fitted to
 //! [`ParametricOptions::pairs`] pairs spread evenly over all of them, so memory is bounded: photographs are read once for the
 //! errors, and those of these pairs once for each band of texels. Functions of each view are fitted view by view.
 //!
@@ -17,6 +18,7 @@
 //! |---|---|
 //! | `encoded` | residuals of encoded values |
 //! | `lobes`, `ggx` | the models with their derivatives |
+//! | `typical` | the roughness and specular reflectance of a texture, around which texels are fitted |
 //! | `texels` | the values of texels in bands |
 //! | `per_view` | functions of the light for each view |
 //! | `linear` | the linear form that stages take |
@@ -27,6 +29,7 @@ mod linear;
 mod lobes;
 mod per_view;
 mod texels;
+mod typical;
 
 pub use linear::linear_form;
 
@@ -55,6 +58,9 @@ use texels::{ChosenPhotographs, FromMean};
 
 /// The most steps of the fit of a texel.
 const STEPS: usize = 16;
+
+/// At most this many texels, on a regular grid, decide what is typical of all.
+const SAMPLE_TEXELS: usize = 49;
 
 /// What is fitted to each texel.
 #[derive(Debug, Clone, PartialEq)]
@@ -97,6 +103,17 @@ impl ParametricForm {
     }
 }
 
+/// What the numbers of facets are for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum FacetAim {
+    /// Pictures near to the photographs: every photograph counts alike.
+    #[default]
+    Pictures,
+    /// Maps for other programs: photographs from above count more, and shadows less, so that roughness, normals and colours
+    /// are nearer to those of the surface, and pictures are worse.
+    Maps,
+}
+
 /// The options of a fit of reflectance models.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ParametricOptions {
@@ -108,12 +125,14 @@ pub struct ParametricOptions {
     pub hold_out: Option<usize>,
     /// At most this many texels, on a regular grid, are compared with the photographs.
     pub report_texels: usize,
+    /// What the numbers of facets are for; other forms do not depend on it.
+    pub aim: FacetAim,
 }
 
 impl ParametricOptions {
     /// The usual options of a form.
     pub fn of(form: ParametricForm) -> Self {
-        Self { form, pairs: 1024, hold_out: None, report_texels: 1024 }
+        Self { form, pairs: 1024, hold_out: None, report_texels: 1024, aim: FacetAim::Pictures }
     }
 
     /// Checks the options before a photograph is read.
@@ -206,11 +225,15 @@ pub fn fit(
     let (field, kept, pairs_fitted) = match &options.form {
         ParametricForm::PerView(function) => task.views(function, job)?,
         ParametricForm::Lafortune(lobes) => {
-            let model = |pairs: &[Directions]| LobeModel::of_pairs(stream.channels(), *lobes, pairs);
+            let model =
+                |pairs: &[Directions], _: &[Vec<f32>]| LobeModel::of_pairs(stream.channels(), *lobes, pairs);
             task.texels(TexelModel::Lafortune { lobes: *lobes }, model, job)?
         }
         ParametricForm::Ggx => {
-            task.texels(TexelModel::Ggx, |pairs| GgxModel::new(stream.channels(), pairs), job)?
+            let model = |pairs: &[Directions], sample: &[Vec<f32>]| {
+                GgxModel::new(stream.channels(), pairs, options.aim, sample)
+            };
+            task.texels(TexelModel::Ggx, model, job)?
         }
     };
     let report = task.report(&field, &kept, pairs_fitted, job)?;
@@ -231,6 +254,18 @@ fn spread(all: usize, count: usize) -> BTreeSet<usize> {
         chosen.insert(number);
     }
     chosen
+}
+
+/// The encoded values of each texel of small photographs, all channels of a photograph adjacent.
+fn texel_values(photographs: &[&Raster], levels: &SampleLevels) -> Vec<Vec<f32>> {
+    let texels = photographs.first().map_or(0, |photograph| photograph.size().texels());
+    let mut values = vec![Vec::with_capacity(3 * photographs.len()); texels];
+    let mut row = vec![0.0; texels];
+    for (photograph, channel) in photographs.iter().flat_map(|p| (0..p.channels()).map(move |c| (p, c))) {
+        levels.channel(photograph, channel, 0, &mut row);
+        values.iter_mut().zip(&row).for_each(|(texel, value)| texel.push(*value));
+    }
+    values
 }
 
 /// What all fits need.
@@ -262,18 +297,23 @@ impl ParametricTask<'_> {
         Ok((field, kept, self.held_out.kept()))
     }
 
-    /// Fits every texel by itself.
+    /// Fits every texel by itself; `model` gets the pairs and the values of a sample of texels under them.
     fn texels<M: TexelReflectance>(
         &self,
         kind: TexelModel,
-        model: impl Fn(&[Directions]) -> M,
+        model: impl Fn(&[Directions], &[Vec<f32>]) -> M,
         job: &Job,
     ) -> Result<FittedTexels> {
         let chosen = self.chosen()?;
-        let model = model(&chosen.iter().map(|&i| self.pairs[i].1).collect::<Vec<_>>());
+        let directions: Vec<Directions> = chosen.iter().map(|&i| self.pairs[i].1).collect();
         let levels = SampleLevels::new(Space::Srgb);
         let mut planes = self.planes(&kind, job)?;
-        let kept = self.kept(job)?;
+        let sample = Grid::new(self.stream.size(), SAMPLE_TEXELS);
+        let values = 4 * (sample.texels() * self.stream.channels() * chosen.len()) as u64;
+        let _sample = job.hold("the sample of texels", self.stream.sample_bytes(&sample) + values)?;
+        let (kept, of_sample) = self.kept(&sample, job)?;
+        let of_sample = chosen.iter().map(|&i| &of_sample[i]).collect::<Vec<_>>();
+        let model = model(&directions, &texel_values(&of_sample, &levels));
         let on_grid: Vec<Raster> = chosen.iter().map(|&i| kept[i].clone()).collect();
         let from = FromMean::new(&model, &mean_of(&on_grid, self.grid, &levels), STEPS);
         let photographs = ChosenPhotographs { stream: self.stream, levels: &levels, chosen: &chosen };
@@ -282,12 +322,12 @@ impl ParametricTask<'_> {
         Ok((field, kept, chosen.len()))
     }
 
-    /// The texels of the grid in every photograph.
-    fn kept(&self, job: &Job) -> Result<Vec<Raster>> {
+    /// The texels of the grid, and those of a sample, in every photograph.
+    fn kept(&self, sample: &Grid, job: &Job) -> Result<(Vec<Raster>, Vec<Raster>)> {
         job.start("reading photographs", self.stream.len() as u64);
-        let mut kept = Vec::with_capacity(self.stream.len());
+        let mut kept = (Vec::with_capacity(self.stream.len()), Vec::with_capacity(self.stream.len()));
         self.stream.for_each_batch(job, |_, batch| {
-            kept.par_extend(batch.par_iter().map(|photograph| self.grid.raster(photograph)));
+            kept.par_extend(batch.par_iter().map(|photo| (self.grid.raster(photo), sample.raster(photo))));
             job.advance(batch.len() as u64)
         })?;
         Ok(kept)

@@ -151,12 +151,13 @@ fn best_of(model: &impl TexelReflectance, starts: &[Vec<f64>], observed: &[f32],
     best.1
 }
 
-fn clamp(parameters: &mut [f64], bounds: &[[f64; 2]]) {
+/// Moves parameters into their bounds.
+pub(super) fn clamp(parameters: &mut [f64], bounds: &[[f64; 2]]) {
     parameters.iter_mut().zip(bounds).for_each(|(p, [least, most])| *p = p.clamp(*least, *most));
 }
 
 /// The mean linear value in each channel of encoded ones.
-fn brightness(observed: &[f32], channels: usize) -> Vec<f64> {
+pub(super) fn brightness(observed: &[f32], channels: usize) -> Vec<f64> {
     let pairs = (observed.len() / channels).max(1) as f64;
     let of = |c: usize| {
         // Nearly the decoding of sRGB, which is enough for a start.

@@ -9,7 +9,7 @@ use crate::capture::dome::ReliefBorder;
 use crate::direction::{Direction, Directions};
 use crate::error::Result;
 use crate::field::{Learned, ReflectanceField};
-use crate::fit::parametric::{self, ParametricForm, ParametricOptions};
+use crate::fit::parametric::{self, FacetAim, ParametricForm, ParametricOptions};
 use crate::job::Job;
 use crate::maps::SurfaceMaps;
 use crate::planes::Planes;
@@ -24,15 +24,16 @@ const LEAST_LIGHTS: usize = 8;
 
 impl MaterialMaps {
     /// The maps of a texture of light and view: colours and normals by photometric stereo of the photographs seen from straight
-    /// above, roughness by fitting a facet (GGX) to each texel under pairs spread evenly over all, and heights
-    /// integrated from the normals. With fewer than eight photographs from above all are those of the facets.
+    /// above, roughness and specular reflectance by fitting a facet (GGX) to each texel under pairs spread evenly over all
+    /// ([`FacetAim::Maps`]), and heights integrated from the normals. With fewer than eight photographs from above all are those of the facets.
     ///
     /// # Errors
     /// As [`MaterialMaps::of_maps`], [`parametric::fit`] and [`photometric_stereo`].
     pub fn of_btf(btf: &Btf, border: ReliefBorder, job: &Job) -> Result<Self> {
         let pairs = btf.pairs();
         let load = |i: usize| btf.photograph(i, job);
-        let options = ParametricOptions { report_texels: 1, ..ParametricOptions::of(ParametricForm::Ggx) };
+        let usual = ParametricOptions::of(ParametricForm::Ggx);
+        let options = ParametricOptions { report_texels: 1, aim: FacetAim::Maps, ..usual };
         let fit = parametric::fit(&pairs, &load, &options, job).map_err(|e| e.at(btf.path()))?;
         let facets = Self::of_facets(&fit.field, border, job)?;
         let frontal = btf.frontal().unwrap_or_default();
@@ -42,7 +43,9 @@ impl MaterialMaps {
         let lights: Vec<(String, Direction)> =
             frontal.iter().map(|&i| (pairs[i].0.clone(), pairs[i].1.light)).collect();
         let load = |i: usize| btf.photograph(frontal[i], job);
-        stereo(&lights, &load, facets.maps.roughness, border, job).map_err(|e| e.at(btf.path()))
+        let seen =
+            stereo(&lights, &load, facets.maps.roughness, border, job).map_err(|e| e.at(btf.path()))?;
+        Ok(Self { specular: facets.specular, ..seen })
     }
 }
 

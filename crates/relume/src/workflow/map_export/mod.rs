@@ -37,6 +37,10 @@ use slots::MaterialSlots;
 /// Sectors of azimuth of the ambient occlusion.
 const SECTORS: usize = 32;
 
+/// The reflectance at normal incidence that a specular map shows as white, as Disney's principled shader has it (B. Burley,
+/// "Physically-Based Shading at Disney", SIGGRAPH 2012 course notes) and with it Blender and Unreal: 0.5 is the 0.04 of most materials.
+const SPECULAR_WHITE: f32 = 0.08;
+
 /// The maps of a material, complete but for what is not known.
 #[derive(Debug, Clone)]
 pub struct MaterialMaps {
@@ -44,6 +48,8 @@ pub struct MaterialMaps {
     normals: Planes,
     occlusion: Planes,
     opacity: Option<Planes>,
+    /// In units of [`SPECULAR_WHITE`].
+    specular: Option<Planes>,
 }
 
 impl MaterialMaps {
@@ -59,7 +65,7 @@ impl MaterialMaps {
         let sky = Surroundings::new(&relief, &normals, SECTORS, job)?.sky;
         let open = sky.into_par_iter().map(|share| share.clamp(0.0, 1.0)).collect();
         let occlusion = Planes::from_vec(maps.size(), 1, open)?;
-        Ok(Self { maps, normals, occlusion, opacity: None })
+        Ok(Self { maps, normals, occlusion, opacity: None, specular: None })
     }
 
     /// The maps of a texture of functions: each texel at its brightest is the colour, the direction of that light the
@@ -89,8 +95,8 @@ impl MaterialMaps {
         Self::of_maps(maps, border, job)
     }
 
-    /// The maps that the texels of a texture of facets hold ([`TexelModel::Ggx`]): base colour, normals and roughness; heights
-    /// are integrated from the normals.
+    /// The maps that the texels of a texture of facets hold ([`TexelModel::Ggx`]): base colour, normals, roughness and specular
+    /// reflectance; heights are integrated from the normals.
     ///
     /// # Errors
     /// As [`MaterialMaps::of_maps`], and a texture of another model.
@@ -115,9 +121,11 @@ impl MaterialMaps {
         }
         let rough = from.plane(channels + 2).iter().map(|v| v.clamp(0.0, 1.0)).collect();
         let roughness = Some(Planes::from_vec(size, 1, rough)?);
+        let specular = from.plane(channels + 3).iter().map(|v| v / SPECULAR_WHITE).collect();
         let height = integrated(&normals, border, job)?;
         let maps = SurfaceMaps { height, albedo, normal: Some(normals), roughness, metallic: None };
-        Self::of_maps(maps, border, job)
+        let specular = Some(Planes::from_vec(size, 1, specular)?);
+        Ok(Self { specular, ..Self::of_maps(maps, border, job)? })
     }
 
     /// The same with planes from 0 to 1 that are known: the occlusion, instead of that of the heights, and the opacity.
@@ -139,6 +147,7 @@ impl MaterialMaps {
             opacity,
             maps: self.maps,
             normals: self.normals,
+            specular: self.specular,
         })
     }
 
@@ -153,6 +162,7 @@ impl MaterialMaps {
             ("roughness", &self.maps.roughness),
             ("metallic", &self.maps.metallic),
             ("opacity", &self.opacity),
+            ("specular", &self.specular),
         ];
         let all = [
             ("color", &self.maps.albedo),
@@ -172,6 +182,7 @@ impl MaterialMaps {
             DataMap::Metallic => self.maps.metallic.as_ref(),
             DataMap::Detail => None,
             DataMap::Opacity => self.opacity.as_ref(),
+            DataMap::Specular => self.specular.as_ref(),
         }
     }
 
@@ -180,6 +191,7 @@ impl MaterialMaps {
         let known = self.data(map).map(|planes| planes.plane(0));
         match (known, map) {
             (Some(plane), DataMap::Smoothness) => out.iter_mut().zip(plane).for_each(|(o, v)| *o = 1.0 - v),
+            (Some(plane), DataMap::Specular) => out.iter_mut().zip(plane).for_each(|(o, v)| *o = v.min(1.0)),
             (Some(plane), _) => out.copy_from_slice(plane),
             (None, DataMap::Smoothness | DataMap::Metallic) => out.fill(0.0),
             (None, _) => out.fill(1.0),
@@ -252,6 +264,20 @@ impl ExportOptions {
     }
 }
 
+/// Says of a specular map that was left out, or cut off.
+fn remark_specular(maps: &MaterialMaps, slots: &MaterialSlots<'_>, job: &Job) {
+    let Some(specular) = &maps.specular else { return };
+    let bright = specular.plane(0).iter().filter(|v| **v > 1.0).count();
+    if slots.data(DataMap::Specular).is_none() {
+        job.remark("the preset has no map of specular reflectance: it was left out");
+    } else if bright * 100 > specular.size().texels() {
+        let percent = 100.0 * bright as f64 / specular.size().texels() as f64;
+        job.remark(format!(
+            "{percent:.0} % of the specular reflectances are above {SPECULAR_WHITE} and were cut off: white is {SPECULAR_WHITE} in the map"
+        ));
+    }
+}
+
 /// Writes maps under a preset: `store` gets the files by name.
 ///
 /// # Errors
@@ -284,6 +310,7 @@ pub fn export_maps(
     if options.usd {
         store(&format!("{}.usda", options.name), usd::layer(&options.name, &slots).as_bytes())?;
     }
+    remark_specular(maps, &slots, job);
     if maps.maps.roughness.is_none() {
         job.remark("no roughness is known: single files leave it out, and packed files have 1");
     }

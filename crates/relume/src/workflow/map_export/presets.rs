@@ -62,6 +62,8 @@ pub(super) enum DataMap {
     /// Everything is shown of details that a program adds.
     Detail,
     Opacity,
+    /// The reflectance at normal incidence, 0.5 of most materials.
+    Specular,
 }
 
 /// The resolution as libraries of materials write it.
@@ -71,14 +73,14 @@ fn resolution(side: usize, thousand: char) -> String {
 
 /// The maps of a preset, by the words in their names.
 fn maps_of(preset: MapPreset) -> Vec<(&'static str, MapContent)> {
-    use DataMap::{Detail, Metallic, Occlusion, Opacity, Roughness, Smoothness};
+    use DataMap::{Detail, Metallic, Occlusion, Opacity, Roughness, Smoothness, Specular};
     use MapContent::{Height, Normal, Packed, Single};
     const ORM: &[DataMap] = &[Occlusion, Roughness, Metallic];
     const MASK: &[DataMap] = &[Metallic, Occlusion, Detail, Smoothness];
     let (up, down, png) = (Normal(NormalY::Up), Normal(NormalY::Down), Height(HeightFormat::Png));
     let (opaque, translucent) =
         (MapContent::Color { translucent: false }, MapContent::Color { translucent: true });
-    let [rough, metal, ao, opacity] = [Roughness, Metallic, Occlusion, Opacity].map(Single);
+    let [rough, metal, ao, opacity, spec] = [Roughness, Metallic, Occlusion, Opacity, Specular].map(Single);
     match preset {
         MapPreset::AmbientCg => vec![
             ("Color", opaque),
@@ -89,6 +91,7 @@ fn maps_of(preset: MapPreset) -> Vec<(&'static str, MapContent)> {
             ("Displacement", png),
             ("AmbientOcclusion", ao),
             ("Opacity", opacity),
+            ("Specular", spec),
         ],
         MapPreset::PolyHaven => vec![
             ("diff", opaque),
@@ -100,11 +103,14 @@ fn maps_of(preset: MapPreset) -> Vec<(&'static str, MapContent)> {
             ("ao", ao),
             ("arm", Packed(ORM)),
             ("opacity", opacity),
+            ("spec", spec),
         ],
         MapPreset::Gltf => {
             vec![("baseColor", translucent), ("occlusionRoughnessMetallic", Packed(ORM)), ("normal", up)]
         }
-        MapPreset::Unreal => vec![("BC", translucent), ("N", down), ("ORM", Packed(ORM)), ("H", png)],
+        MapPreset::Unreal => {
+            vec![("BC", translucent), ("N", down), ("ORM", Packed(ORM)), ("H", png), ("S", spec)]
+        }
         MapPreset::Unity => {
             vec![("BaseColor", translucent), ("MaskMap", Packed(MASK)), ("Normal", up), ("Height", png)]
         }
@@ -119,6 +125,7 @@ fn maps_of(preset: MapPreset) -> Vec<(&'static str, MapContent)> {
             ("Displacement", Height(HeightFormat::Exr)),
             ("AO", ao),
             ("Opacity", opacity),
+            ("Specular", spec),
         ],
     }
 }
@@ -161,6 +168,7 @@ impl DataMap {
             Self::Metallic => "metallic",
             Self::Detail => "detail",
             Self::Opacity => "opacity",
+            Self::Specular => "specular",
         }
     }
 }

@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use relume::field::{Basis, PlaneLayout};
 use relume::format::web::{WebLayout, WebOptions, encode_web};
-use relume::format::{Encoding, ExrDepth, FieldFile, FieldFormat, encode_field, encode_npy, encode_npz};
+use relume::format::{
+    Encoding, ExrDepth, FieldFile, FieldFormat, decode_field, encode_field, encode_npy, encode_npz, read_field,
+};
 use relume::workflow::convert::{ConvertOptions, RefitLoss, convert, refit_loss};
 use relume::{Error, ReflectanceField, Result, Space};
 use serde_json::json;
@@ -66,6 +68,10 @@ enum Target {
 impl Target {
     fn of(args: &Args) -> Result<Self> {
         if let Some(layout) = args.web {
+            if FieldFormat::from_path(&args.output).is_ok() {
+                return Err(Error::usage("is the name of a file, and --web writes a folder: name a folder")
+                    .at(&args.output));
+            }
             let quality = args.jpeg.unwrap_or(WebOptions::default().quality);
             return Ok(Self::Web(WebOptions { layout, quality }));
         }
@@ -115,7 +121,7 @@ impl Target {
     }
 }
 
-/// Reads, converts, measures and writes.
+/// Reads, converts, writes, and measures what the file written holds.
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let target = Target::of(args)?;
     let mut outputs = Outputs::new(context);
@@ -134,19 +140,28 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     };
     let made = convert(&file.field, &options, &context.job)?;
     let is_same = matches!(made, Cow::Borrowed(_));
-    let loss = if is_same { None } else { Some(refit_loss(&file.field, &made, &context.job)?) };
-    let written = match (target, folder) {
+    let loss_of = |made: &ReflectanceField| refit_loss(&file.field, made, &context.job);
+    let (loss, written) = match (target, folder) {
         (Target::Web(options), Some(folder)) => {
             let mut store = |name: &str, bytes: &[u8]| folder.add(name, bytes);
             encode_web(&made, &options, &context.job, &mut store).map_err(|e| e.at(&args.output))?;
-            folder.commit()?
+            let written = folder.commit()?;
+            (Some(loss_of(&read_field(&args.output, &context.job)?.field)?), written)
         }
         _ => {
             let bytes = encoded(&made, target, is_same, &file, context).map_err(|e| e.at(&args.output))?;
+            let loss = match target {
+                Target::File(format) if !format.is_exact() => {
+                    Some(loss_of(&decode_field(&bytes, &context.job)?.field)?)
+                }
+                _ if is_same => None,
+                _ => Some(loss_of(&made)?),
+            };
             outputs.write(&args.output, bytes)?;
-            outputs.commit()?
+            (loss, outputs.commit()?)
         }
     };
+    let loss = loss.filter(|loss| !is_same || loss.largest > 0.0);
     Ok(report(&args.output, &file.field, &made, loss).with_outputs(written))
 }
 

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use relume::Result;
+use relume::{Error, Result};
 use serde_json::{Value, json};
 
 use crate::context::Context;
@@ -75,6 +75,10 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         let bytes = page.len();
         outputs.write(&args.output, page)?;
         return Ok(report(args, &textures, bytes).with_outputs(outputs.commit()?));
+    }
+    if args.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("html") || e.eq_ignore_ascii_case("htm")) {
+        return Err(Error::usage("would be a folder: add --single-file for one HTML file, or name a folder")
+            .at(&args.output));
     }
     let folder = Folder::stage(&args.output, &inputs, context)?;
     let scene = args.scene.read(&context.job)?;

@@ -82,7 +82,10 @@ impl AnnotationFile {
     /// # Errors
     /// As [`AnnotationFile::parse`], and a file that cannot be read.
     pub fn beside(texture: &Path) -> Result<Option<Self>> {
-        let Some(path) = place(texture).filter(|path| path.is_file()) else { return Ok(None) };
+        let Some(path) = place(texture).filter(|path| path.exists()) else { return Ok(None) };
+        if !path.is_file() {
+            return Err(Error::invalid("is no file: annotations of the texture are kept under this name").at(&path));
+        }
         let unreadable = |e: std::io::Error| Error::io("cannot be read", &e).at(&path);
         let mut bytes = Vec::new();
         let file = File::open(&path).map_err(unreadable)?;

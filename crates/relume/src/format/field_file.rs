@@ -156,6 +156,11 @@ impl FieldFormat {
         }
     }
 
+    /// Whether files of this format hold all values as they are, without rounding.
+    pub fn is_exact(self) -> bool {
+        self == Self::Exr(ExrDepth::Float)
+    }
+
     /// Whether values are sRGB-encoded by convention, so that fields of linear values are refused.
     pub fn is_encoded(self) -> bool {
         matches!(self, Self::Ptm | Self::PtmJpeg { .. } | Self::Rti | Self::Hsh)

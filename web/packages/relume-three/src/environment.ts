@@ -1,7 +1,7 @@
 import { type DataArrayTexture, DataTexture, FloatType, RGBAFormat } from "three";
 import { FieldError } from "./field.js";
 import { fromHalf, halfLayers, halvesFrom } from "./half.js";
-import type { ShareEnvironment } from "./header.js";
+import { type ShareEnvironment, isTurned } from "./header.js";
 
 /** Light from all around as lamps of each normal (the library's render/environment/nodes.rs). */
 export class EnvironmentLamps {
@@ -9,8 +9,10 @@ export class EnvironmentLamps {
   readonly nodes: Float32Array;
   readonly flatNodes: Float32Array;
   readonly flatLight: Float32Array;
-  /** For both halves of the sphere, for each lamp, row after row: red, green, blue and 1. */
+  /** For both halves of the sphere, for each lamp, row after row: red, green, blue and 1; or for each moment, where these are turned. */
   readonly light: Uint16Array;
+  /** The factors of the moments, for each lamp. */
+  readonly factors: Float32Array;
 
   constructor(readonly header: ShareEnvironment, raw: Uint8Array) {
     const { nodes, functions, side, scale } = header;
@@ -20,12 +22,17 @@ export class EnvironmentLamps {
     let at = 0;
     const next = (count: number): Float32Array => numbers.subarray(at, (at += count));
     this.nodes = next(3 * nodes);
-    const factors = next(functions * nodes);
+    this.factors = next(functions * nodes);
     this.flatNodes = next(3 * nodes);
     this.flatLight = next(3 * nodes);
     const moments = Float32Array.from(new Uint16Array(raw.buffer, raw.byteOffset + 4 * floats, halves), fromHalf);
-    this.light = halvesFrom(lamps(moments, factors, functions, side * side, scale));
+    this.light = halvesFrom(lamps(moments, isTurned(header) ? identity(functions) : this.factors, functions, side * side, scale));
   }
+}
+
+/** Factors that leave moments as they are. */
+function identity(functions: number): Float32Array {
+  return Float32Array.from({ length: functions * functions }, (_, i) => Number(i % (functions + 1) === 0));
 }
 
 /** The light of each lamp at each normal: the factors times the moments. */
@@ -44,16 +51,18 @@ function lamps(moments: Float32Array, factors: Float32Array, functions: number, 
   return light;
 }
 
-/** The light of the lamps: a layer for each, of the upper half and then of the lower one. */
+/** The light of the lamps, or the moments: a layer for each, of the upper half and then of the lower one. */
 export function lampLightTexture({ light, header }: EnvironmentLamps): DataArrayTexture {
-  return halfLayers(light, header.side, header.side, 2 * header.nodes);
+  return halfLayers(light, header.side, header.side, 2 * (isTurned(header) ? header.functions : header.nodes));
 }
 
-/** Rows: the directions of the lamps, those of the flat texture, and their light. */
-export function lampNodeTexture({ nodes, flatNodes, flatLight, header }: EnvironmentLamps): DataTexture {
-  const rows = [nodes, flatNodes, flatLight], values = new Float32Array(4 * rows.length * header.nodes);
-  rows.forEach((row, y) => row.forEach((value, i) => (values[4 * (y * header.nodes + Math.floor(i / 3)) + (i % 3)] = value)));
-  const texture = new DataTexture(values, header.nodes, rows.length, RGBAFormat, FloatType);
+/** Rows: the directions of the lamps, those of the flat texture, their light, and four by four the factors of the moments. */
+export function lampNodeTexture({ nodes, flatNodes, flatLight, factors, header }: EnvironmentLamps): DataTexture {
+  const lamps = header.nodes, rows = 3 + (isTurned(header) ? Math.ceil(header.functions / 4) : 0), values = new Float32Array(4 * rows * lamps);
+  const put = (x: number, y: number, channel: number, value: number): number => (values[4 * (y * lamps + x) + channel] = value);
+  [nodes, flatNodes, flatLight].forEach((row, y) => row.forEach((value, i) => put(Math.floor(i / 3), y, i % 3, value)));
+  if (isTurned(header)) factors.forEach((value, i) => put(Math.floor(i / header.functions), 3 + ((i % header.functions) >> 2), (i % header.functions) & 3, value));
+  const texture = new DataTexture(values, lamps, rows, RGBAFormat, FloatType);
   texture.needsUpdate = true;
   return texture;
 }
@@ -66,6 +75,28 @@ uniform mat3 environmentTurn;
 uniform bool environmentTurned;
 uniform sampler2DArray environmentLight;
 uniform sampler2D environmentNodes;
+#if MOMENTS
+vec3 moments[MOMENTS];
+// The moments in the frame of the texture, which is that of the normal turned: those of each m are mixed in pairs.
+void turnMoments(vec2 at, float first, mat3 frame) {
+  vec2 once = vec2(frame[0].x, frame[1].x), turn = once;
+  float hand = frame[0].x * frame[1].y < frame[0].y * frame[1].x ? -1.0 : 1.0;
+  for (int p = 0; p < MOMENTS; p++) moments[p] = textureLod(environmentLight, vec3(at, first + float(p)), 0.0).rgb;
+  for (int m = 1, p = DEGREE + 1; m <= DEGREE; m++) {
+    for (int k = m; k <= DEGREE; k++, p += 2) {
+      vec3 a = moments[p], b = moments[p + 1];
+      moments[p] = turn.x * a + turn.y * b;
+      moments[p + 1] = hand * (turn.x * b - turn.y * a);
+    }
+    turn = vec2(turn.x * once.x - turn.y * once.y, turn.y * once.x + turn.x * once.y);
+  }
+}
+vec3 lightOfLamp(int j) {
+  vec3 light = vec3(0.0);
+  for (int p = 0; p < MOMENTS; p++) light += texelFetch(environmentNodes, ivec2(j, 3 + p / 4), 0)[p % 4] * moments[p];
+  return light;
+}
+#endif
 vec3 underEnvironment(vec3 v, vec3 n) {
   bool plain = flat_ && !environmentTurned;
   vec3 z = environmentTurn * tangentZ, pole = vec3(0.0, 0.0, z.z < 0.0 ? -1.0 : 1.0);
@@ -73,21 +104,35 @@ vec3 underEnvironment(vec3 v, vec3 n) {
   // From the frame of the normal to that of the texture.
   mat3 world = transpose(environmentTurn) * mat3(x, cross(z, x), z);
   mat3 frame = mat3(inFrame(world[0]), inFrame(world[1]), inFrame(world[2]));
-  float side = float(textureSize(environmentLight, 0).x), first = z.z < 0.0 ? float(NODES) : 0.0;
+  float side = float(textureSize(environmentLight, 0).x), lower = z.z < 0.0 ? 1.0 : 0.0;
   vec2 at = vec2(z.x + z.y, z.x - z.y) / (abs(z.x) + abs(z.y) + abs(z.z));
   at = ((0.5 * at + 0.5) * (side - 1.0) + 0.5) / side;
   vec3 sum = vec3(0.0);
+#if MOMENTS
+  if (!plain) turnMoments(at, lower * float(MOMENTS), frame);
+#endif
   for (int j = 0; j < NODES; j++) {
     vec3 light, l;
     if (plain) {
       l = texelFetch(environmentNodes, ivec2(j, 1), 0).xyz;
       light = texelFetch(environmentNodes, ivec2(j, 2), 0).rgb;
     } else {
+#if MOMENTS
+      l = texelFetch(environmentNodes, ivec2(j, 0), 0).xyz;
+      light = lightOfLamp(j);
+#else
       l = frame * texelFetch(environmentNodes, ivec2(j, 0), 0).xyz;
-      light = textureLod(environmentLight, vec3(at, first + float(j)), 0.0).rgb;
+      light = textureLod(environmentLight, vec3(at, lower * float(NODES) + float(j)), 0.0).rgb;
+#endif
     }
+#if MEASURED
+    measuredLight = j;
+#endif
     sum += light * underLight(fromDisk(l.xy), v, n);
   }
+#if MEASURED
+  measuredLight = -1;
+#endif
   return environment * max(sum, 0.0);
 }
 #endif

@@ -41,6 +41,13 @@ export interface ShareEnvironment {
   functions: number;
   side: number;
   scale: number;
+  /** In which frame the lamps are: of a normal, unless said otherwise; measured lights are in that of the texture. */
+  lamps?: "normal" | "texture" | "measured";
+}
+
+/** Whether the moments are turned into the frame of the texture, instead of the lamps. */
+export function isTurned({ lamps = "normal" }: ShareEnvironment): boolean {
+  return lamps !== "normal";
 }
 
 /** Pairs are of shadows and of highlights. */
@@ -94,8 +101,9 @@ export interface ShareHeader {
 
 const MOST_SIDE = 16384;
 const MOST_FUNCTIONS = 1024;
-/** Layers that every graphics card has, for both halves of the sphere. */
-const MOST_NODES = 128;
+const MOST_NODES = 256;
+/** Layers that every graphics card has, for each half of the sphere. */
+const MOST_HALF_LAYERS = 128;
 
 /** Checks a header that was read from a file. */
 export function parseHeader(text: string): ShareHeader {
@@ -123,8 +131,11 @@ function fault(header: ShareHeader): string | null {
   if (typeof basis?.name !== "string" || !isCount(basis.functions, MOST_FUNCTIONS)) return "the shared texture has no basis";
   if (!basis.table && !basis.measured && !hasClosedForm(basis.name)) return `the basis ${basis.name} comes without a table`;
   const light = header.environment;
-  if (light && !(typeof light.file === "string" && isCount(light.nodes, MOST_NODES) && isCount(light.functions, MOST_FUNCTIONS) && isCount(light.side, MOST_SIDE) && Number.isFinite(light.scale))) {
+  if (light && !(typeof light.file === "string" && isCount(light.nodes, MOST_NODES) && isCount(isTurned(light) ? light.functions : light.nodes, MOST_HALF_LAYERS) && [undefined, "normal", "texture", "measured"].includes(light.lamps) && isCount(light.functions, MOST_FUNCTIONS) && isCount(light.side, MOST_SIDE) && Number.isFinite(light.scale))) {
     return "the shared texture has a damaged environment";
+  }
+  if (light && ((light.lamps === "measured" && light.nodes !== basis.measured?.lights.length) || !Number.isInteger(Math.sqrt(light.functions)))) {
+    return "the shared texture has an environment for other lights than those of its basis";
   }
   const { shapes } = header, isPair = (pair: unknown): boolean => Array.isArray(pair) && pair.length === 2 && pair.every(Number.isFinite);
   if (shapes && !(typeof shapes.file === "string" && [shapes.strengths, shapes.steps, shapes.most].every(isPair) && shapes.steps.every((step) => step > 0) && shapes.softness > 0 && header.layout !== "lrgb" && basis.channels === 1)) {

@@ -3,6 +3,7 @@ import { CLOSED_FORM_GLSL } from "./basis.js";
 import { BOUNDARIES_GLSL } from "./boundaries.js";
 import { ENVIRONMENT_GLSL } from "./environment.js";
 import { CLOSED, EVALUATE, FRAGMENT, LOOKUP, VERTEX, holdGlsl, sumGlsl } from "./glsl.js";
+import { isTurned } from "./header.js";
 import type { FieldData } from "./field.js";
 import { MEASURED_GLSL, MeasuredBasis } from "./measured.js";
 import { BasisTable, TABLE_GLSL } from "./table.js";
@@ -158,7 +159,7 @@ function ofChannels(numbers: number[] | undefined, factor: number): Vector3[] {
 }
 
 function definesFor(texture: ReflectanceTexture): Record<string, number> {
-  const { data } = texture;
+  const { data } = texture, light = data.environment?.header;
   const modes = Object.fromEntries(MODES.map((mode, i) => [mode.toUpperCase().replaceAll("-", "_"), i]));
   return {
     ...modes,
@@ -182,7 +183,10 @@ function definesFor(texture: ReflectanceTexture): Record<string, number> {
     TILES: texture.tiles,
     LAYERS: texture.layers,
     HELD: texture.layers <= MOST_HELD ? 1 : 0,
-    NODES: data.environment?.header.nodes ?? 0,
+    NODES: light?.nodes ?? 0,
+    MOMENTS: light && isTurned(light) ? light.functions : 0,
+    MEASURED: light?.lamps === "measured" ? 1 : 0,
+    DEGREE: Math.sqrt(light?.functions ?? 1) - 1,
     LIGHT_NODES: data.table instanceof BasisTable ? data.table.lightNodes : 2,
     VIEW_NODES: data.table instanceof BasisTable ? data.table.viewNodes : 1,
     MAP_NODES: data.table instanceof MeasuredBasis ? data.table.mapNodes : 1,

@@ -97,8 +97,11 @@ void findTriangle(vec3 d, int which, out ivec3 corners, out vec3 shares) {
   shares = max(shares, 0.0);
   shares /= shares.x + shares.y + shares.z;
 }
+// The number of the measured light that is asked for, if it is one.
+int measuredLight = -1;
 void fillWeights(vec3 light, vec3 view) {
-  findTriangle(light, 0, lightCorners, lightShares);
+  if (measuredLight < 0) findTriangle(light, 0, lightCorners, lightShares);
+  else { lightCorners = ivec3(measuredLight); lightShares = vec3(1.0, 0.0, 0.0); }
   findTriangle(view, 1, viewCorners, viewShares);
 }
 vec4 weightGroup(int channel, int group) {
@@ -107,8 +110,10 @@ vec4 weightGroup(int channel, int group) {
   for (int v = 0; v < 3; v++) {
     if (viewShares[v] == 0.0) continue;
     vec4 row = lightShares.x * texelFetch(basisTable, ivec3(lightCorners.x, viewCorners[v], layer), 0);
-    row += lightShares.y * texelFetch(basisTable, ivec3(lightCorners.y, viewCorners[v], layer), 0);
-    row += lightShares.z * texelFetch(basisTable, ivec3(lightCorners.z, viewCorners[v], layer), 0);
+    if (measuredLight < 0) {
+      row += lightShares.y * texelFetch(basisTable, ivec3(lightCorners.y, viewCorners[v], layer), 0);
+      row += lightShares.z * texelFetch(basisTable, ivec3(lightCorners.z, viewCorners[v], layer), 0);
+    }
     sum += viewShares[v] * row;
   }
   return sum;

@@ -11,7 +11,7 @@ use relume::{Error, Footprint, RasterSequence, Result, Space};
 use serde_json::json;
 
 use super::input::Inputs;
-use super::{Args, FittedFormat, described, quality, test};
+use super::{Args, FittedFormat, by_polar_angle, described, quality, test};
 use crate::context::Context;
 use crate::output::Outputs;
 use crate::report::Report;
@@ -160,8 +160,7 @@ fn summary(report: &LearnedReport) -> String {
             report.fitted.error.psnr_db
         ));
     }
-    let by_view = report.by_view.iter().map(|p| format!("{}: {:.2}", p.polar_deg, p.error.psnr_db));
-    lines.push(format!("dB by the polar angle of the view: {}", by_view.collect::<Vec<_>>().join(", ")));
+    lines.push(by_polar_angle(&report.by_view, &report.by_light));
     lines.push(format!("worst: {}", report.worst));
     lines.push(format!(
         "measured on {} of {} texels, before rounding to the file's depth",

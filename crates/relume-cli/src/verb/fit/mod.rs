@@ -12,6 +12,7 @@ use std::path::PathBuf;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use relume::field::{Basis, Interpolated, Interpolation, PlaneLayout};
+use relume::fit::learned::PolarReport;
 use relume::fit::{Ridge, Robust};
 use relume::format::bonn::BtfScalar;
 use relume::format::{ExrDepth, FieldFormat};
@@ -345,4 +346,12 @@ fn ridge(text: &str) -> std::result::Result<Ridge, String> {
             weight.map(Ridge::Weight).ok_or_else(|| "expected auto, none or a positive number".to_owned())
         }
     }
+}
+
+/// The errors by the polar angle of the view, or of the light where all photographs have one view.
+fn by_polar_angle(views: &[PolarReport], lights: &[PolarReport]) -> String {
+    let (what, angles) = if views.len() > 1 { ("view", views) } else { ("light", lights) };
+    let each: Vec<String> =
+        angles.iter().map(|p| format!("{}: {:.2}", p.polar_deg, p.error.psnr_db)).collect();
+    format!("dB by the polar angle of the {what}: {}", each.join(", "))
 }

@@ -9,7 +9,7 @@ use relume::{Error, Footprint, RasterSequence, Result, Space};
 use serde_json::json;
 
 use super::input::Inputs;
-use super::{Args, FittedFormat};
+use super::{Args, FittedFormat, by_polar_angle};
 use crate::context::Context;
 use crate::output::Outputs;
 use crate::report::Report;
@@ -121,8 +121,7 @@ fn summary(report: &ParametricReport) -> String {
             lab(left_out.mae_lab)
         ));
     }
-    let by_view = report.by_view.iter().map(|p| format!("{}: {:.2}", p.polar_deg, p.error.psnr_db));
-    lines.push(format!("dB by the polar angle of the view: {}", by_view.collect::<Vec<_>>().join(", ")));
+    lines.push(by_polar_angle(&report.by_view, &report.by_light));
     lines.push(format!("worst: {}", report.worst));
     lines.push(format!(
         "fitted to {} pairs, measured on {} of {} texels under all, before rounding to the file's depth",

@@ -40,6 +40,7 @@ use serde::{Serialize, Serializer};
 use crate::direction::Directions;
 use crate::error::{Error, Result};
 use crate::names::named;
+use crate::numeric::between::PairGrid;
 
 /// A family of functions b_k(light, view). The data of a member is shared: copies are cheap.
 #[derive(Debug, Clone, PartialEq)]
@@ -133,6 +134,14 @@ impl Basis {
         match self {
             Self::Learned(learned) => learned.pairs().iter().any(|pair| pair.view != learned.pairs()[0].view),
             _ => false,
+        }
+    }
+
+    /// The grid in whose triangles of lights and of views the functions are interpolated, if they are.
+    pub(crate) fn measured_grid(&self) -> Option<&PairGrid> {
+        match self {
+            Self::Learned(learned) => learned.grid(),
+            _ => None,
         }
     }
 

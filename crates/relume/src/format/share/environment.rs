@@ -1,8 +1,8 @@
 //! Light from all around as readers find it on a graphics card: the lamps of each normal
 //! ([`EnvironmentNodes`]).
 //!
-//! A gzip file of little-endian numbers. First floats: the unit vectors of the nodes; for each node the factors of the
-//! moments; the nodes of the texture itself, seen flat, and their light. Then half floats: for both halves of the
+//! A gzip file of little-endian numbers. First floats: the unit vectors of the lamps; for each lamp the factors of the
+//! moments; the lamps of the texture itself, seen flat, and their light. Then half floats: for both halves of the
 //! sphere, for each moment, row after row, red, green and blue, to be multiplied by the scale of the header.
 
 use half::f16;
@@ -32,6 +32,7 @@ pub(super) fn shared(
         file: FILE_NAME.to_owned(),
         nodes: made.nodes.len(),
         functions: made.functions(),
+        lamps: made.kind,
         side: made.side,
         scale,
     })

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::format::TileSetFile;
+use crate::render::LampKind;
 
 /// The version of the format; readers refuse others.
 pub const VERSION: u32 = 1;
@@ -154,6 +155,10 @@ pub struct ShareEnvironment {
     pub nodes: usize,
     /// The number of moments from which their light follows.
     pub functions: usize,
+    /// In which frame the lamps are: in that of a normal, from which they are turned, or in that of the texture, into which the
+    /// moments are turned; there they may be the measured lights of the basis.
+    #[serde(default)]
+    pub lamps: LampKind,
     /// Normals along a side of the grid of each half of the sphere.
     pub side: usize,
     /// By which the halves of the moments are multiplied.

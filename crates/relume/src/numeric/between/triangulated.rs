@@ -64,6 +64,13 @@ impl Triangulation {
         &self.points
     }
 
+    /// One of the directions.
+    pub fn direction(&self, index: usize) -> Direction {
+        let [x, y] = self.points[index];
+        let scale = 2.0 / (1.0 + x * x + y * y);
+        Direction::from_disk(scale * x, scale * y)
+    }
+
     /// The directions around one, and their shares.
     pub fn shares(&self, direction: Direction) -> Shares {
         let place = projected(direction);

@@ -68,6 +68,39 @@ pub(super) fn moments_of(space: &HemisphereSpace, cells: &[LightCell], frame: &T
     sums
 }
 
+/// How a frame is turned against another of the same normal.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct FrameTurn {
+    /// Cosine and sine of the azimuth of its tangent in the other frame.
+    pub cos: f64,
+    pub sin: f64,
+    /// Whether its bitangent lies on the other side.
+    pub mirrored: bool,
+}
+
+impl FrameTurn {
+    /// Adds the moments in the frame, given those in the other, times a weight: those of each m are mixed in pairs.
+    pub fn add(self, degree: usize, weight: f64, from: &[f32], out: &mut [f32]) {
+        let Self { cos, sin, mirrored } = self;
+        let (first, rest) = from.split_at(3 * (degree + 1));
+        let (first_out, rest_out) = out.split_at_mut(3 * (degree + 1));
+        first_out.iter_mut().zip(first).for_each(|(out, m)| *out += weight as f32 * m);
+        let (mut c, mut s) = (cos, sin);
+        let sign = if mirrored { -1.0 } else { 1.0 };
+        let mut pairs = rest.chunks_exact(6).zip(rest_out.chunks_exact_mut(6));
+        for m in 1..=degree {
+            let (along, aside) = ((weight * c) as f32, (weight * s) as f32);
+            for (from, out) in pairs.by_ref().take(degree + 1 - m) {
+                for k in 0..3 {
+                    out[k] += along * from[k] + aside * from[k + 3];
+                    out[k + 3] += sign * (along * from[k + 3] - aside * from[k]);
+                }
+            }
+            (c, s) = (c * cos - s * sin, s * cos + c * sin);
+        }
+    }
+}
+
 impl FrameTable {
     /// The bytes of a table.
     fn bytes(space: &HemisphereSpace) -> u64 {
@@ -95,30 +128,15 @@ impl FrameTable {
 
     /// The moments in a frame: three colours of each function.
     pub fn moments_into(&self, frame: &TangentFrame, out: &mut Vec<f32>) {
-        let d = self.degree;
-        let stride = 3 * (d + 1) * (d + 1);
+        let stride = 3 * (self.degree + 1) * (self.degree + 1);
         out.clear();
         out.resize(stride, 0.0);
         let mirrored = frame.normal.cross(frame.tangent).dot(frame.bitangent) < 0.0;
         for (vertex, weight) in GRID.around(frame.normal) {
             let (cos, sin) = self.turn(vertex, frame);
             let from = &self.moments[vertex * stride..][..stride];
-            let (first, rest) = from.split_at(3 * (d + 1));
-            let (first_out, rest_out) = out.split_at_mut(3 * (d + 1));
-            first_out.iter_mut().zip(first).for_each(|(out, m)| *out += weight as f32 * m);
-            let (mut c, mut s) = (cos, sin);
-            let mut pairs = rest.chunks_exact(6).zip(rest_out.chunks_exact_mut(6));
-            for m in 1..=d {
-                let (along, aside) = ((weight * c) as f32, (weight * s) as f32);
-                let sign = if mirrored { -1.0 } else { 1.0 };
-                for (from, out) in pairs.by_ref().take(d + 1 - m) {
-                    for k in 0..3 {
-                        out[k] += along * from[k] + aside * from[k + 3];
-                        out[k + 3] += sign * (along * from[k + 3] - aside * from[k]);
-                    }
-                }
-                (c, s) = (c * cos - s * sin, s * cos + c * sin);
-            }
+            let turn = FrameTurn { cos, sin, mirrored };
+            turn.add(self.degree, weight, from, out);
         }
     }
 

@@ -17,6 +17,8 @@ use crate::numeric::quadrature::gauss_legendre;
 const NODES: usize = 32;
 /// The degree of the polynomials beyond that of the functions, for the rules of integration.
 const BEYOND: usize = 6;
+/// Azimuths of the fine rule.
+const AZIMUTHS: usize = 128;
 
 /// What happens to light at the horizon.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -25,6 +27,25 @@ pub(super) enum HorizonEdge {
     Sharp,
     /// It fades out over six degrees: the attached shadow of objects.
     Faded,
+}
+
+impl HorizonEdge {
+    /// The share of light at a cosine that counts.
+    fn share(self, cosine: f64) -> f64 {
+        match self {
+            Self::Sharp => f64::from(u8::from(cosine > 0.0)),
+            Self::Faded => attached_share(cosine),
+        }
+    }
+
+    /// Cosines with weights that integrate what counts of them.
+    fn cosines(self) -> impl Iterator<Item = (f64, f64)> {
+        let part = |low: f64, high: f64| {
+            let scale = 0.5 * (high - low);
+            gauss_legendre(NODES).into_iter().map(move |(t, w)| (low + scale * (t + 1.0), w * scale))
+        };
+        part(0.0, FADE_COSINE).chain(part(FADE_COSINE, 1.0)).map(move |(c, w)| (c, w * self.share(c)))
+    }
 }
 
 /// The functions of a degree.
@@ -38,14 +59,8 @@ pub(super) struct HemisphereSpace {
 
 impl HemisphereSpace {
     pub fn new(degree: usize, edge: HorizonEdge) -> Self {
-        let share = |c: f64| if edge == HorizonEdge::Faded { attached_share(c) } else { 1.0 };
-        let part = |low: f64, high: f64| {
-            let scale = 0.5 * (high - low);
-            gauss_legendre(NODES).into_iter().map(move |(t, w)| (low + scale * (t + 1.0), w * scale))
-        };
         let measure = |m: usize| -> Vec<(f64, f64)> {
-            let nodes = part(0.0, FADE_COSINE).chain(part(FADE_COSINE, 1.0));
-            nodes.map(|(c, w)| (c, w * share(c) * (1.0 - c * c).powi(m as i32))).collect()
+            edge.cosines().map(|(c, w)| (c, w * (1.0 - c * c).powi(m as i32))).collect()
         };
         let radial = (0..=degree).map(|m| OrthogonalPolynomials::new(&measure(m), degree + BEYOND)).collect();
         Self { degree, edge, radial }
@@ -62,10 +77,7 @@ impl HemisphereSpace {
 
     /// The share of light at a cosine that counts.
     pub fn share(&self, cosine: f64) -> f64 {
-        match self.edge {
-            HorizonEdge::Sharp => f64::from(u8::from(cosine > 0.0)),
-            HorizonEdge::Faded => attached_share(cosine),
-        }
+        self.edge.share(cosine)
     }
 
     /// The values of all functions for a unit vector in the frame of the surface: those of m = 0 by degree, and for
@@ -90,21 +102,28 @@ impl HemisphereSpace {
         }
     }
 
+    /// As [`HemisphereSpace::rule`], of thousands of directions: for functions with edges.
+    pub fn fine_rule(&self) -> impl Iterator<Item = (Direction, f64)> {
+        self.edge.cosines().flat_map(|(c, w)| ring(c, w, AZIMUTHS))
+    }
+
     /// Directions with weights that integrate over the hemisphere, fade included: Gaussian in the cosine with `rings`
     /// nodes, evenly in azimuth.
     ///
     /// # Panics
     /// When there are more than the degree and 6 rings.
     pub fn rule(&self, rings: usize) -> Vec<(Direction, f64)> {
-        let azimuths = 2 * rings;
-        let ring = |(c, w): (f64, f64)| {
-            (0..azimuths).map(move |k| {
-                let azimuth = TAU * k as f64 / azimuths as f64;
-                (Direction::from_angles(c.clamp(0.0, 1.0).acos(), azimuth), w * TAU / azimuths as f64)
-            })
-        };
-        self.radial[0].gauss(rings).into_iter().flat_map(ring).collect()
+        self.radial[0].gauss(rings).into_iter().flat_map(|(c, w)| ring(c, w, 2 * rings)).collect()
     }
+}
+
+/// A number of directions of one cosine, and their weights, which sum to that of the cosine times 2 pi.
+fn ring(cosine: f64, weight: f64, azimuths: usize) -> impl Iterator<Item = (Direction, f64)> {
+    let polar = cosine.clamp(0.0, 1.0).acos();
+    (0..azimuths).map(move |k| {
+        let azimuth = TAU * k as f64 / azimuths as f64;
+        (Direction::from_angles(polar, azimuth), weight * TAU / azimuths as f64)
+    })
 }
 
 #[cfg(test)]

@@ -16,12 +16,13 @@
 //! | `grid` | octahedral maps of directions |
 //! | `hemisphere` | orthonormal functions over a faded hemisphere |
 //! | `frames` | the light of every tangent frame, projected on these functions |
+//! | `lamps` | the directions that stand for a hemisphere |
 //! | `response` | the functions of a texture, projected on them |
 //! | `reflections` | the light of highlights |
 //! | `prefiltered` | their product: the fast form |
 //! | `flat` | the texture itself, as `relight` shows it |
 //! | `moved` | what boundaries that move between the lights add to it |
-//! | `nodes` | the light at the nodes of a rule, for shaders |
+//! | `nodes` | the lamps of every normal, for shaders |
 
 mod cells;
 mod flat;
@@ -29,6 +30,7 @@ mod frames;
 mod grid;
 mod hemisphere;
 mod importance;
+mod lamps;
 mod moved;
 mod nodes;
 mod prefiltered;
@@ -50,6 +52,7 @@ use crate::space::Space;
 pub use flat::relight_under;
 pub(super) use frames::TangentFrame;
 pub(super) use importance::{ImportanceTable, PlacedSamples};
+pub use lamps::LampKind;
 pub use nodes::EnvironmentNodes;
 pub(super) use prefiltered::Prefiltered;
 

@@ -1,10 +1,9 @@
-//! An environment as the lamps of each tangent frame: the light of its hemisphere at the nodes of a rule, for shaders.
+//! An environment as the lamps of each tangent frame, for shaders.
 //!
-//! A texel reflects 1/pi ∫ f(l) L(l) dl. With L projected on the functions H_p of a hemisphere, L = sum_p m_p H_p, and a
-//! rule of nodes l_j with weights w_j, that is sum_j f(l_j) (w_j / pi sum_p m_p H_p(l_j)): lamps at the nodes, whatever
-//! is made of the values f. The moments m_p depend on the frame alone, and here on its normal alone, since every normal has
-//! one frame: the x axis carried along the shortest arc from the nearer of the poles +z and -z. Nodes are turned into the
-//! frame of the texture instead.
+//! A texel reflects 1/pi ∫ f(l) L(l) dl = sum_j f(l_j) sum_p F_jp m_p ([`FrameLamps`]). The moments m_p depend on the
+//! frame, and here on its normal alone, since every normal has one frame: the x axis carried along the shortest arc from the
+//! nearer of the poles +z and -z. Lamps of a normal are turned from there into the frame of the texture; where lamps belong to
+//! that frame, the moments are turned instead.
 //!
 //! Moments are known at the vertices of two octahedral grids, one for each half of the sphere, and are bilinear between:
 //! within a half the frames turn smoothly.
@@ -15,9 +14,10 @@ use super::super::vector::Vec3;
 use super::Environment;
 use super::cells::{LightCell, cells};
 use super::flat;
-use super::frames::{TangentFrame, moments_of};
+use super::frames::{FrameTurn, TangentFrame, moments_of};
 use super::grid::{Covered, OctahedralGrid};
 use super::hemisphere::{HemisphereSpace, HorizonEdge};
+use super::lamps::{FrameLamps, LampKind};
 use super::prefiltered::{self, degree};
 use crate::error::Result;
 use crate::field::Basis;
@@ -30,18 +30,20 @@ const GRID: OctahedralGrid = OctahedralGrid::new(48, Covered::UpperHemisphere);
 /// The light of an environment for the textures of one basis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EnvironmentNodes {
-    /// Unit vectors of the nodes in the frame of a normal.
+    /// Unit vectors of the lamps in the frame of a normal, or of the texture.
     pub nodes: Vec<[f64; 3]>,
-    /// For each node the factors of the moments: its weight over pi times the functions there.
+    /// For each lamp the factors of the moments.
     pub factors: Vec<f32>,
+    /// In which frame the lamps are.
+    pub kind: LampKind,
     /// Vertices along a side of the grids.
     pub side: usize,
     /// For the upper half of the normals, then the lower one: for each moment, row after row, red, green and blue. The place of
     /// a normal of the lower half is that of its mirror image.
     pub moments: Vec<f32>,
-    /// The nodes for the texture itself, x right and y up, where light counts down to the horizon without a fade.
+    /// The lamps for the texture itself, x right and y up, where light counts down to the horizon without a fade.
     pub flat_nodes: Vec<[f64; 3]>,
-    /// The light at these.
+    /// The light of these.
     pub flat_light: Vec<[f32; 3]>,
 }
 
@@ -52,19 +54,21 @@ impl EnvironmentNodes {
     /// When memory is short or the job is cancelled.
     pub fn new(environment: &Environment, basis: &Basis, space: Space, job: &Job) -> Result<Self> {
         let hemisphere = HemisphereSpace::new(degree(basis, space), HorizonEdge::Faded);
-        Self::of_lights(&hemisphere, &cells(environment, prefiltered::CELLS), environment, job)
+        Self::of_lights((basis, space), &hemisphere, &cells(environment, prefiltered::CELLS), environment, job)
     }
 
     fn of_lights(
-        hemisphere: &HemisphereSpace,
+        (basis, values): (&Basis, Space),
+        space: &HemisphereSpace,
         lights: &[LightCell],
         environment: &Environment,
         job: &Job,
     ) -> Result<Self> {
-        let (nodes, factors) = rule(hemisphere);
-        let moments = moments(hemisphere, lights, job)?;
-        let (flat_nodes, flat_light) = flat_lamps(environment, hemisphere.degree());
-        Ok(Self { nodes, factors, side: GRID.side() + 1, moments, flat_nodes, flat_light })
+        let FrameLamps { kind, directions, factors } = FrameLamps::of(basis, values, space);
+        let moments = moments(space, lights, job)?;
+        let (flat_nodes, flat_light) = flat_lamps(environment, (basis, values), space.degree());
+        let nodes = directions.iter().map(|direction| direction.to_array()).collect();
+        Ok(Self { nodes, factors, kind, side: GRID.side() + 1, moments, flat_nodes, flat_light })
     }
 
     /// The number of moments of a frame.
@@ -72,25 +76,47 @@ impl EnvironmentNodes {
         self.factors.len() / self.nodes.len()
     }
 
-    /// The lamps of a normal as shaders find them: world directions with red, green and blue.
-    pub fn lamps(&self, normal: Vec3) -> Vec<(Vec3, [f64; 3])> {
+    /// The lamps of a frame as shaders find them: directions in this frame, with red, green and blue.
+    pub fn lamps(&self, frame: &TangentFrame) -> Vec<([f64; 3], [f64; 3])> {
+        let normal = frame.normal;
         let half = usize::from(normal.z < 0.0);
-        let mut moments = vec![[0.0; 3]; self.functions()];
+        let mut moments = vec![0.0; 3 * self.functions()];
         for (vertex, weight) in GRID.around(Vec3::new(normal.x, normal.y, normal.z.abs())) {
-            for (p, moment) in moments.iter_mut().enumerate() {
+            for (p, moment) in moments.chunks_exact_mut(3).enumerate() {
                 let from = ((half * self.functions() + p) * GRID.len() + vertex) * 3;
-                (0..3).for_each(|c| moment[c] += weight * f64::from(self.moments[from + c]));
+                (0..3).for_each(|c| moment[c] += weight as f32 * self.moments[from + c]);
             }
         }
-        let frame = frame_of(normal);
+        let own = frame_of(normal);
+        if self.kind != LampKind::Normal {
+            moments = self.turned(&moments, &own, frame);
+        }
         let rows = self.factors.chunks_exact(self.functions());
-        let lamp = |([x, y, z], row): (&[f64; 3], &[f32])| {
-            let direction = frame.tangent * *x + frame.bitangent * *y + frame.normal * *z;
-            let sum = |c: usize| row.iter().zip(&moments).map(|(f, m)| f64::from(*f) * m[c]).sum();
-            (direction, std::array::from_fn(sum))
+        let lamp = |(&[x, y, z], row): (&[f64; 3], &[f32])| {
+            let direction = match self.kind {
+                LampKind::Texture | LampKind::Measured => [x, y, z],
+                LampKind::Normal => frame.components(own.tangent * x + own.bitangent * y + own.normal * z),
+            };
+            (direction, light(row, &moments))
         };
         self.nodes.iter().zip(rows).map(lamp).collect()
     }
+
+    /// The moments in a frame, given those in another of the same normal.
+    fn turned(&self, moments: &[f32], own: &TangentFrame, frame: &TangentFrame) -> Vec<f32> {
+        let degree = self.functions().isqrt() - 1;
+        let (cos, sin) = (frame.tangent.dot(own.tangent), frame.tangent.dot(own.bitangent));
+        let mirrored = frame.normal.cross(frame.tangent).dot(frame.bitangent) < 0.0;
+        let mut out = vec![0.0; moments.len()];
+        FrameTurn { cos, sin, mirrored }.add(degree, 1.0, moments, &mut out);
+        out
+    }
+}
+
+/// The light of a lamp with a row of factors.
+fn light(row: &[f32], moments: &[f32]) -> [f64; 3] {
+    let sum = |c: usize| row.iter().zip(moments.chunks_exact(3)).map(|(f, m)| f64::from(f * m[c])).sum();
+    std::array::from_fn(sum)
 }
 
 /// The frame of a normal: the x axis carried from the nearer pole.
@@ -98,18 +124,6 @@ fn frame_of(normal: Vec3) -> TangentFrame {
     let pole = Vec3::new(0.0, 0.0, if normal.z < 0.0 { -1.0 } else { 1.0 });
     let tangent = Vec3::new(1.0, 0.0, 0.0) - (normal + pole) * (normal.x / (1.0 + normal.z.abs()));
     TangentFrame { tangent, bitangent: normal.cross(tangent), normal }
-}
-
-/// Nodes, and for each its weight over pi times all functions.
-fn rule(hemisphere: &HemisphereSpace) -> (Vec<[f64; 3]>, Vec<f32>) {
-    let (mut nodes, mut factors) = (Vec::new(), Vec::new());
-    let mut values = vec![0.0; hemisphere.len()];
-    for (direction, weight) in hemisphere.rule(hemisphere.degree() + 1) {
-        hemisphere.values_into(direction.to_array(), &mut values);
-        nodes.push(direction.to_array());
-        factors.extend(values.iter().map(|v| (weight * v / std::f64::consts::PI) as f32));
-    }
-    (nodes, factors)
 }
 
 fn moments(hemisphere: &HemisphereSpace, lights: &[LightCell], job: &Job) -> Result<Vec<f32>> {
@@ -138,22 +152,27 @@ fn moments(hemisphere: &HemisphereSpace, lights: &[LightCell], job: &Job) -> Res
 }
 
 /// The lamps of the texture itself.
-fn flat_lamps(environment: &Environment, degree: usize) -> (Vec<[f64; 3]>, Vec<[f32; 3]>) {
+fn flat_lamps(
+    environment: &Environment,
+    (basis, values): (&Basis, Space),
+    degree: usize,
+) -> (Vec<[f64; 3]>, Vec<[f32; 3]>) {
     let hemisphere = HemisphereSpace::new(degree, HorizonEdge::Sharp);
     let frame = frame_of(Vec3::new(0.0, 0.0, 1.0));
-    let moments = moments_of(&hemisphere, &cells(environment, flat::CELLS), &frame);
-    let (nodes, factors) = rule(&hemisphere);
-    let light = factors.chunks_exact(hemisphere.len()).map(|row| {
-        let sum =
-            |c: usize| row.iter().zip(moments.iter().skip(c).step_by(3)).map(|(f, m)| f64::from(*f) * m);
-        std::array::from_fn(|c| sum(c).sum::<f64>() as f32)
-    });
-    (nodes, light.collect())
+    let moments: Vec<f32> = moments_of(&hemisphere, &cells(environment, flat::CELLS), &frame)
+        .into_iter()
+        .map(|m| m as f32)
+        .collect();
+    let FrameLamps { directions, factors, .. } = FrameLamps::of(basis, values, &hemisphere);
+    let rows = factors.chunks_exact(hemisphere.len());
+    let lights = rows.map(|row| light(row, &moments).map(|v| v as f32)).collect();
+    (directions.iter().map(|direction| direction.to_array()).collect(), lights)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::field::basis::learned_example;
     use crate::render::environment::prefiltered::EnvironmentResponse;
 
     /// What functions reflect through lamps, against the sums over the environment in the same frames.
@@ -161,12 +180,12 @@ mod tests {
     fn lamps_light_functions_as_their_moments_do() {
         let job = Job::default();
         let sky = Environment::sky(&job).unwrap();
-        for basis in [Basis::Ptm, Basis::Constant] {
+        for basis in [Basis::Ptm, Basis::Constant, Basis::Learned(learned_example(20, 12, 4))] {
             let space = Space::Linear;
             let (hemisphere, response) =
                 EnvironmentResponse::of_basis(&basis, space, HorizonEdge::Faded, &job).unwrap();
             let lights = cells(&sky, 128);
-            let table = EnvironmentNodes::of_lights(&hemisphere, &lights, &sky, &job).unwrap();
+            let table = EnvironmentNodes::of_lights((&basis, space), &hemisphere, &lights, &sky, &job).unwrap();
             let (mut room, mut truth, mut values) = (Vec::new(), Vec::new(), vec![0.0; basis.len()]);
             let (mut errors, mut squares) = (0.0, 0.0);
             for i in 0..60 {
@@ -181,8 +200,7 @@ mod tests {
                     moments_of(&hemisphere, &lights, &frame).into_iter().map(|m| m as f32).collect();
                 response.weights_into(&moments, crate::direction::Direction::ZENITH, &mut room, &mut truth);
                 let mut found = vec![[0.0; 3]; basis.len()];
-                for (direction, color) in table.lamps(normal) {
-                    let [x, y, _] = frame.components(direction);
+                for ([x, y, _], color) in table.lamps(&frame) {
                     let light = crate::direction::Direction::from_disk(x, y);
                     basis.weights_into(crate::direction::Directions::lit_from(light), &mut values);
                     for (sum, value) in found.iter_mut().zip(&values) {

@@ -1,12 +1,11 @@
 //! Samples of 8 bits in JPEG files (ITU-T T.81), grey or RGB of full colour resolution, without a meaning: planes of
 //! coefficients, as well as pictures.
 
-use std::io::Cursor;
-
-use image::codecs::jpeg::{JpegDecoder, JpegEncoder};
+use image::codecs::jpeg::JpegEncoder;
 use image::{ColorType, ExtendedColorType, ImageDecoder};
 
 use super::complete;
+use super::jpeg_read::JpegReader;
 use super::kind::{Kind, damaged};
 use crate::error::{Error, Result};
 use crate::job::Job;
@@ -36,7 +35,7 @@ pub(super) fn decode(bytes: &[u8], job: &Job) -> Result<JpegSamples> {
     let frame = complete::check_jpeg(bytes)?;
     job.check_bytes("decoding the JPEG picture", frame.map_or(0, |frame| frame.working_bytes()))?;
     let broken = |_| damaged(Kind::Jpeg);
-    let decoder = JpegDecoder::new(Cursor::new(bytes)).map_err(broken)?;
+    let decoder = JpegReader::new(bytes).map_err(broken)?;
     let (width, height) = decoder.dimensions();
     let channels = match decoder.color_type() {
         ColorType::L8 => 1,

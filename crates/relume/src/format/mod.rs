@@ -49,6 +49,7 @@ mod glb;
 mod height;
 mod hsh;
 mod jpeg;
+mod jpeg_read;
 mod jpeg_scan;
 mod kind;
 pub mod ktx2;

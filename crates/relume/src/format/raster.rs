@@ -1,14 +1,15 @@
-//! Pictures in the depth of their files: PNG, JPEG and TIFF of CMYK colours by the `image` crate, others by
-//! readers of ours.
+//! Pictures in the depth of their files: PNG and TIFF of CMYK colours by the `image` crate, others by readers of ours.
 
 use std::io::Cursor;
 
 use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader};
 
 use super::color::ColorTag;
+use super::jpeg_read::JpegReader;
 use super::kind::{Kind, damaged, unknown};
 use super::meaning::Meaning;
 use super::tiff::{self, TiffPicture};
+use super::turned::turned;
 use super::{color, complete, exr, finite, opacity, pfm, plausible, radiance};
 use crate::error::{Error, Result};
 use crate::job::Job;
@@ -43,7 +44,10 @@ pub(super) fn decode_as(bytes: &[u8], meaning: Meaning, job: &Job) -> Result<Ras
         Kind::Jpeg => {
             let frame = complete::check_jpeg(bytes)?;
             job.check_bytes("decoding the JPEG picture", frame.map_or(0, |frame| frame.working_bytes()))?;
-            decode_with(bytes, ImageFormat::Jpeg, meaning, job)
+            let mut decoder = JpegReader::new(bytes).map_err(|error| explain(ImageFormat::Jpeg, &error))?;
+            let fits = decoder.set_limits(decoder_limits(job));
+            fits.map_err(|error| explain(ImageFormat::Jpeg, &error))?;
+            picture(decoder, bytes, ImageFormat::Jpeg, meaning, job)
         }
         Kind::Tiff => match tiff::decode(bytes, job)? {
             Some(TiffPicture { raster, profile }) => {
@@ -59,10 +63,21 @@ pub(super) fn decode_as(bytes: &[u8], meaning: Meaning, job: &Job) -> Result<Ras
 }
 
 fn decode_with(bytes: &[u8], format: ImageFormat, meaning: Meaning, job: &Job) -> Result<Raster> {
-    let explain = |error| explain(format, &error);
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
     reader.limits(decoder_limits(job));
-    let mut decoder = reader.into_decoder().map_err(explain)?;
+    let decoder = reader.into_decoder().map_err(|error| explain(format, &error))?;
+    picture(decoder, bytes, format, meaning, job)
+}
+
+/// The picture that a decoder reads from the bytes of a file.
+fn picture(
+    mut decoder: impl ImageDecoder,
+    bytes: &[u8],
+    format: ImageFormat,
+    meaning: Meaning,
+    job: &Job,
+) -> Result<Raster> {
+    let explain = |error| explain(format, &error);
     let (width, height) = decoder.dimensions();
     let bytes_per_texel = u64::from(decoder.color_type().bytes_per_pixel());
     job.check("the picture", Size::new(width as usize, height as usize), bytes_per_texel)?;
@@ -75,9 +90,9 @@ fn decode_with(bytes: &[u8], format: ImageFormat, meaning: Meaning, job: &Job) -
         ImageFormat::Png => color::tag_of_png(bytes),
         _ => decoder.icc_profile().ok().flatten().map_or(ColorTag::Silent, |icc| ColorTag::of_icc(&icc)),
     };
-    let mut image = DynamicImage::from_decoder(decoder).map_err(explain)?;
-    image.apply_orientation(orientation);
-    Ok(color::in_srgb(raster_from(image, job)?, &tag, meaning, job))
+    let image = DynamicImage::from_decoder(decoder).map_err(explain)?;
+    let raster = turned(raster_from(image, job)?, orientation.to_exif().into())?;
+    Ok(color::in_srgb(raster, &tag, meaning, job))
 }
 
 /// What the header of a picture claims.

@@ -89,8 +89,7 @@ describe.each(TEXTURES.map(([name], i) => [name, i] as const))("%s", (name, inde
     const { mean, most } = difference(await canvas(page), await file(place.path("object.png")), isObject);
     console.log(`${name} under a sky, ${object}: mean ${mean.toFixed(3)}, 99 %: ${most}`);
     expect(mean).toBeLessThan(1);
-    // The table of learned functions under a sky is coarse for them (docs/viewing.md).
-    expect(most).toBeLessThanOrEqual(name === "pairs.exr" ? 8 : 4);
+    expect(most).toBeLessThanOrEqual(4);
   });
 
   test("flat under a sky", async () => {

@@ -7,7 +7,8 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use relume::field::{Basis, PlaneLayout};
 use relume::format::web::{WebLayout, WebOptions, encode_web};
 use relume::format::{
-    Encoding, ExrDepth, FieldFile, FieldFormat, decode_field, encode_field, encode_npy, encode_npz, read_field,
+    Encoding, ExrDepth, FieldFile, FieldFormat, decode_field, encode_field, encode_npy, encode_npz,
+    read_field,
 };
 use relume::workflow::convert::{ConvertOptions, RefitLoss, convert, refit_loss};
 use relume::{Error, ReflectanceField, Result, Space};

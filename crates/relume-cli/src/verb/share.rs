@@ -76,7 +76,11 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         outputs.write(&args.output, page)?;
         return Ok(report(args, &textures, bytes).with_outputs(outputs.commit()?));
     }
-    if args.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("html") || e.eq_ignore_ascii_case("htm")) {
+    if args
+        .output
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("html") || e.eq_ignore_ascii_case("htm"))
+    {
         return Err(Error::usage("would be a folder: add --single-file for one HTML file, or name a folder")
             .at(&args.output));
     }

@@ -84,7 +84,9 @@ impl AnnotationFile {
     pub fn beside(texture: &Path) -> Result<Option<Self>> {
         let Some(path) = place(texture).filter(|path| path.exists()) else { return Ok(None) };
         if !path.is_file() {
-            return Err(Error::invalid("is no file: annotations of the texture are kept under this name").at(&path));
+            return Err(
+                Error::invalid("is no file: annotations of the texture are kept under this name").at(&path)
+            );
         }
         let unreadable = |e: std::io::Error| Error::io("cannot be read", &e).at(&path);
         let mut bytes = Vec::new();

@@ -10,7 +10,7 @@ use relume::Size;
 use relume::procedural::Material;
 use serde_json::Value;
 
-use crate::support::{json, names, refused, run, write_material};
+use crate::support::{failed, json, names, refused, run, write_material};
 
 fn texture(at: &Path, name: &str) {
     write_material(&at.join(name), Material::Marble, Size::new(32, 24), 16.0);
@@ -324,6 +324,12 @@ fn an_object_an_environment_and_annotations_come_with_the_page() {
         assert!(error.contains(name) && error.contains(said) && error.lines().count() == 1, "{error}");
     }
     refused(at, &["share", "a.png", "-o", "other", "--url", "example.org"]);
+    let sentence = failed(at, &["share", "a.png", "-o", "other.html"], 2);
+    assert!(sentence.contains("other.html") && sentence.contains("--single-file"), "{sentence}");
+    fs::remove_file(at.join("a.png.annotations.json")).unwrap();
+    fs::create_dir(at.join("a.png.annotations.json")).unwrap();
+    let sentence = failed(at, &["share", "a.png", "-o", "other"], 1);
+    assert!(sentence.contains("a.png.annotations.json") && sentence.contains("no file"), "{sentence}");
 }
 
 #[test]

@@ -20,7 +20,9 @@ mod sweep;
 mod vector;
 mod view;
 
-pub use environment::{Environment, EnvironmentLight, EnvironmentMethod, EnvironmentNodes, LampKind, relight_under};
+pub use environment::{
+    Environment, EnvironmentLight, EnvironmentMethod, EnvironmentNodes, LampKind, relight_under,
+};
 pub use highlight::Specular;
 pub use mesh::{Mesh, MeshVertices, Primitive};
 pub use object::{render, render_relief};

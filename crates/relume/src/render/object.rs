@@ -120,7 +120,12 @@ fn ambient(
                         .to_owned(),
                 );
             }
-            AmbientLight::Prefiltered(Prefiltered::new(&light.environment, material, highlights, job)?)
+            AmbientLight::Prefiltered(Box::new(Prefiltered::new(
+                &light.environment,
+                material,
+                highlights,
+                job,
+            )?))
         }
         EnvironmentMethod::Sampled { samples, seed } => {
             AmbientLight::Sampled(ImportanceTable::new(&light.environment, job)?, samples, seed)

@@ -42,7 +42,7 @@ pub struct Shader<'a> {
 
 /// The environment, prepared.
 pub enum AmbientLight {
-    Prefiltered(Prefiltered),
+    Prefiltered(Box<Prefiltered>),
     /// With the number of samples of a point, and the seed.
     Sampled(ImportanceTable, usize, u64),
 }

@@ -95,7 +95,7 @@ pub fn refit_loss(field: &ReflectanceField, made: &ReflectanceField, job: &Job) 
                 let of = |f: &ReflectanceField, weights: &[f64]| {
                     f.channel_value(c.min(f.layout().channels() - 1), x, y, weights)
                 };
-                let truth = made.space().from_linear(field.space().to_linear(of(field, &from)));
+                let truth = in_space_of(made, field.space(), of(field, &from));
                 let error = f64::from(of(made, &to)) - f64::from(truth);
                 sums = (sums.0 + error * error, sums.1.max(error.abs()), sums.2 + 1);
             }
@@ -107,6 +107,11 @@ pub fn refit_loss(field: &ReflectanceField, made: &ReflectanceField, job: &Job) 
     let (squares, largest, count) =
         all.into_iter().fold((0.0, 0.0f64, 0), |a, b| (a.0 + b.0, a.1.max(b.1), a.2 + b.2));
     Ok(RefitLoss { rms: (squares / count.max(1) as f64).sqrt(), largest })
+}
+
+/// A value in the space of a field: as it is where that is its own.
+fn in_space_of(made: &ReflectanceField, space: Space, value: f32) -> f32 {
+    if made.space() == space { value } else { made.space().from_linear(space.to_linear(value)) }
 }
 
 fn gcd(a: usize, b: usize) -> usize {

@@ -16,7 +16,7 @@ use crate::context::Context;
 use crate::output::Folder;
 use crate::paths;
 use crate::report::Report;
-use page::Fits;
+use page::DemoFits;
 
 /// Arguments of `relume demo`.
 #[derive(Debug, clap::Args)]
@@ -96,7 +96,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         let mut done = COMMANDS.iter().zip(&reports);
         done.find(|(c, _)| **c == command).map_or(&Value::Null, |(_, report)| &report.json["report"])
     };
-    let fits = Fits { light: fit(LIGHT_FIT), light_view: fit(LIGHT_VIEW_FIT) };
+    let fits = DemoFits { light: fit(LIGHT_FIT), light_view: fit(LIGHT_VIEW_FIT) };
     let page = page::write(folder.path(), args, &fits, &shown, &viewers, context)?;
     folder.add("index.html", page.as_bytes())?;
     let written = folder.commit()?;

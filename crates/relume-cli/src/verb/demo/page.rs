@@ -21,7 +21,7 @@ const CLOTH: &str =
 
 /// What the page says of fits.
 #[derive(Debug)]
-pub struct Fits<'a> {
+pub struct DemoFits<'a> {
     /// Of the photographs under moving light.
     pub light: &'a Value,
     /// Of those under light and view.
@@ -37,7 +37,7 @@ fn decibels(value: &Value) -> String {
 pub fn write(
     folder: &Path,
     args: &Args,
-    fits: &Fits<'_>,
+    fits: &DemoFits<'_>,
     commands: &[String],
     viewers: &Viewers,
     context: &Context,

@@ -54,7 +54,13 @@ impl EnvironmentNodes {
     /// When memory is short or the job is cancelled.
     pub fn new(environment: &Environment, basis: &Basis, space: Space, job: &Job) -> Result<Self> {
         let hemisphere = HemisphereSpace::new(degree(basis, space), HorizonEdge::Faded);
-        Self::of_lights((basis, space), &hemisphere, &cells(environment, prefiltered::CELLS), environment, job)
+        Self::of_lights(
+            (basis, space),
+            &hemisphere,
+            &cells(environment, prefiltered::CELLS),
+            environment,
+            job,
+        )
     }
 
     fn of_lights(
@@ -185,7 +191,8 @@ mod tests {
             let (hemisphere, response) =
                 EnvironmentResponse::of_basis(&basis, space, HorizonEdge::Faded, &job).unwrap();
             let lights = cells(&sky, 128);
-            let table = EnvironmentNodes::of_lights((&basis, space), &hemisphere, &lights, &sky, &job).unwrap();
+            let table =
+                EnvironmentNodes::of_lights((&basis, space), &hemisphere, &lights, &sky, &job).unwrap();
             let (mut room, mut truth, mut values) = (Vec::new(), Vec::new(), vec![0.0; basis.len()]);
             let (mut errors, mut squares) = (0.0, 0.0);
             for i in 0..60 {

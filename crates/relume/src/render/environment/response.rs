@@ -26,7 +26,7 @@ const BEYOND: usize = 4;
 
 /// The views for which a table has a matrix.
 #[derive(Debug)]
-enum Views {
+enum TabulatedViews {
     /// One, for functions of light alone.
     Any,
     /// Those in whose triangles the functions are interpolated.
@@ -34,7 +34,7 @@ enum Views {
     Grid(OctahedralGrid),
 }
 
-impl Views {
+impl TabulatedViews {
     fn of(basis: &Basis) -> Self {
         match basis.measured_grid() {
             _ if !basis.depends_on_view() => Self::Any,
@@ -78,7 +78,7 @@ impl Views {
 /// A matrix for each view, or one for all.
 #[derive(Debug)]
 pub(super) struct ViewTable {
-    views: Views,
+    views: TabulatedViews,
     /// Numbers of a matrix.
     length: usize,
     data: Vec<f32>,
@@ -93,7 +93,7 @@ impl ViewTable {
         job: &Job,
         matrix: impl Fn(Direction, &mut [f32]) + Sync,
     ) -> Result<Self> {
-        let views = Views::of(basis);
+        let views = TabulatedViews::of(basis);
         let numbers = (views.len() * length) as u64;
         let held = job.hold("the texture's functions under the environment", 4 * numbers)?;
         let mut data = vec![0.0; views.len() * length];
@@ -106,7 +106,7 @@ impl ViewTable {
 
     /// The matrix of a view; `room` holds it where it is interpolated.
     pub fn of<'a>(&'a self, view: Direction, room: &'a mut Vec<f32>) -> &'a [f32] {
-        if matches!(self.views, Views::Any) {
+        if matches!(self.views, TabulatedViews::Any) {
             return &self.data;
         }
         room.clear();

@@ -57,11 +57,18 @@ async function loadAll(viewer: Viewer, textures: PageTexture[], notice: HTMLElem
   for (const i of order) {
     const texture = textures[i];
     if (!texture) continue;
+    // What still comes in after a file failed says nothing.
+    let isLoading = true;
+    const progress = (share: number): void => {
+      if (isLoading) notice.textContent = `${texture.title}: ${Math.round(100 * share)} %`;
+    };
     try {
-      await viewer.load(i, texture, (share) => (notice.textContent = `${texture.title}: ${Math.round(100 * share)} %`));
+      await viewer.load(i, texture, progress);
       document.documentElement.dataset["loaded"] = String(Number(document.documentElement.dataset["loaded"] ?? 0) + 1);
     } catch (error) {
       errors.push(`${texture.title}: ${error instanceof Error ? error.message : String(error)}`);
+    } finally {
+      isLoading = false;
     }
   }
   const said = (error: unknown): string => (error instanceof Error ? error.message : String(error));

@@ -188,7 +188,7 @@ export class Stage {
   private prepareFlatMaterial(state: ViewState, material: ReflectanceMaterial, scale: number): void {
     material.setFlat(true);
     material.set("crisp", scale * this.renderer.getPixelRatio() >= CRISP_PIXELS * Math.max(1, this.renderer.getPixelRatio()));
-    material.directionalLights = lampsOf(state).map((light) => lamp(light, directionOf(light)));
+    material.directionalLights = lampsOf(state, material).map((light) => lamp(light, directionOf(light)));
     this.flat.material = material;
   }
 
@@ -234,7 +234,7 @@ export class Stage {
     material.setTiling(...tiling);
     material.setFlat(false);
     for (const name of ["clipped", "crisp"]) material.set(name, false);
-    material.directionalLights = lampsOf(state).map((light) => {
+    material.directionalLights = lampsOf(state, material).map((light) => {
       const [x, y, z] = directionOf(light);
       const d = toward.right.clone().multiplyScalar(x).addScaledVector(toward.up, y).addScaledVector(toward.back, z);
       return lamp(light, [d.x, d.y, d.z]);
@@ -275,9 +275,9 @@ function applyState(state: ViewState, material: ReflectanceMaterial): void {
   material.setEnvironment(state.source === "lamps" ? 0 : state.sky, (state.turn * Math.PI) / 180);
 }
 
-/** The lamps that light the texture. */
-function lampsOf({ source, lights }: ViewState): DiskLight[] {
-  return source === "environment" ? [] : lights;
+/** The lamps that light the texture, those of the state as well where the texture knows no light from all around. */
+function lampsOf({ source, lights }: ViewState, { knowsEnvironment }: ReflectanceMaterial): DiskLight[] {
+  return source === "environment" && knowsEnvironment ? [] : lights;
 }
 
 /** CSS pixels of a texel in the flat view; of an endless plane no more is shown than there is room for. */

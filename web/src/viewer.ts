@@ -46,6 +46,8 @@ export class Viewer {
   private restTimer = 0;
   private addressTimer = 0;
   private pending = false;
+  /** Until a texture is there: whether nothing was said of the light. */
+  private isFree = !location.hash.includes("=");
 
   constructor(readonly canvas: HTMLCanvasElement, textures: PageTexture[]) {
     const parameters = new URLSearchParams(location.search);
@@ -53,8 +55,6 @@ export class Viewer {
     this.stage = new Stage(canvas, this.isExact, () => this.redraw(false));
     this.titles = textures.map((texture) => texture.title);
     this.state = fromHash(location.hash, textures.length);
-    // Whoever gives light from all around wants to see it.
-    if (textures.some((texture) => texture.environment) && !location.hash.includes("=")) this.state.source = "environment";
     // The address asked for: by the time of the event, the page may have written its own state again.
     addEventListener("hashchange", (event) => this.readAddress(new URL(event.newURL).hash));
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement ?? canvas);
@@ -66,6 +66,7 @@ export class Viewer {
     const opened = await openShare(sourceOf(texture), progress);
     if (!(opened instanceof TiledShare)) {
       this.stage.add(index, opened);
+      this.lightFirst(index);
       return this.redraw();
     }
     const tiles = new TileCache(opened, this.stage.anisotropy, (error) => {
@@ -75,11 +76,19 @@ export class Viewer {
     // Small levels first: a picture at once.
     for (const level of levelsUpTo(opened.levels.length - 1, opened.whole)) {
       this.stage.add(index, await opened.wholeLevel(level, progress), tiles);
+      this.lightFirst(index);
       this.redraw();
       document.documentElement.dataset["seen"] ??= String(performance.now());
       // The screen shows it before the next level is unpacked.
       await new Promise((resolve) => requestAnimationFrame(() => setTimeout(resolve)));
     }
+  }
+
+  /** Whoever gives light from all around wants to see it; functions of light and view take seconds for it without a graphics card. */
+  private lightFirst(index: number): void {
+    if (!this.isFree || index !== this.state.texture) return;
+    this.isFree = false;
+    if (this.hasEnvironment && !this.stage.texture(index)?.data.dependsOnView) this.state.source = "environment";
   }
 
   onChange(listener: () => void): void {

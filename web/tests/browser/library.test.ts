@@ -103,6 +103,43 @@ describe.each(TEXTURES.map(([name], i) => [name, i] as const))("%s", (name, inde
   });
 });
 
+test.each([["lrgb.ptm", "environment"], ["pairs.exr", "lamps"]])("a page of %s with light from all around begins under the %s", async (name, source) => {
+  const own = await ViewServer.start(place, [name, "--env", "sky"]), fresh = await browser.newPage({ viewport: { width: 900, height: 500 } });
+  await fresh.goto(own.url);
+  await ready(fresh);
+  expect(await fresh.getByLabel("Lit by").inputValue()).toBe(source);
+  await fresh.close();
+  await own.stop();
+});
+
+test("an address from a page with light from all around shows lamps in one without, and a file that is missing is named to the end", async () => {
+  const own = await ViewServer.start(place, ["lrgb.ptm"]), fresh = await browser.newPage({ viewport: { width: 300, height: 300 } });
+  const brightness = async (): Promise<number> => {
+    const { codes } = await canvas(fresh);
+    return codes.reduce((sum, code, i) => sum + (i % 4 < 3 ? code : 0), 0) / codes.length;
+  };
+  await fresh.goto(own.url);
+  await ready(fresh);
+  await show(fresh, lights);
+  const lit = await brightness();
+  await show(fresh, `source=environment&${lights}`);
+  expect(Math.abs((await brightness()) - lit)).toBeLessThan(1);
+  let asked = 0;
+  await fresh.route(/\.(png|gz)(\?|$)/, async (route) => {
+    if (asked++ === 0) return route.fulfill({ status: 404 });
+    await new Promise((resolve) => setTimeout(resolve, 500));
+    return route.continue();
+  });
+  await fresh.reload();
+  await fresh.waitForFunction(() => document.documentElement.dataset["ready"] === "1");
+  await fresh.waitForTimeout(1500);
+  const said = (await fresh.locator("[data-errors]").textContent()) ?? "";
+  expect(said).toContain("lrgb");
+  expect(said).not.toContain("%");
+  await fresh.close();
+  await own.stop();
+});
+
 /** The middles of the squares that show texels: a texel is a square of whole pixels here. */
 function middles(shown: Codes, { width, height }: Codes): Codes {
   const scale = SIDE / width, codes = new Uint8Array(width * height * 4);

@@ -177,7 +177,8 @@ fn encoded(
     let stored: Option<&Encoding> = is_same.then_some(&file.encoding);
     match target {
         Target::File(format) => {
-            let format = if is_same { format.in_depth_of(&file.encoding) } else { format };
+            let keeps_depth = is_same && format != FieldFormat::Exr(ExrDepth::Half);
+            let format = if keeps_depth { format.in_depth_of(&file.encoding) } else { format };
             encode_field(made, format, stored, &context.job)
         }
         Target::Npz => encode_npz(made, &context.job),

@@ -63,6 +63,21 @@ fn what_jpeg_loses_is_said() {
     assert!(!path.join("c.ptm").exists());
 }
 
+/// A fault: the depth of the file that was read won over the one that was asked for.
+#[test]
+fn halves_that_are_asked_for_are_written_of_the_same_functions() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    fitted(path);
+    done(path, &["convert", "a.ptm", "-o", "a.exr"]);
+    let report = json(path, &["convert", "a.exr", "-o", "half.exr", "--half"]);
+    assert!(report["loss"]["rms"].as_f64().unwrap() < 1e-3, "{report}");
+    assert_eq!(json(path, &["info", "half.exr"])["encoding"]["exr"], "half");
+    assert_eq!(json(path, &["info", "a.exr"])["encoding"]["exr"], "float");
+    // Of halves, halves are kept, and nothing is lost.
+    assert!(json(path, &["convert", "half.exr", "-o", "again.exr"])["loss"].is_null());
+}
+
 #[test]
 fn a_copy_keeps_the_bytes_and_says_that_nothing_changed() {
     let folder = tempfile::tempdir().unwrap();

@@ -96,11 +96,16 @@ export class ReflectanceMaterial extends ShaderMaterial {
     });
   }
 
+  /** Whether the texture came with light from all around. */
+  get knowsEnvironment(): boolean {
+    return this.uniforms["environmentLight"]?.value != null;
+  }
+
   /** Light from all around, where the texture was shared with some: its strength, and by which angle it is turned to the right. */
   setEnvironment(strength: number, turnRad = 0): void {
     const cos = Math.cos(turnRad), sin = Math.sin(turnRad);
     this.set("environment", strength);
-    this.vary("AMBIENT", strength > 0 && this.uniforms["environmentLight"]?.value ? 1 : 0);
+    this.vary("AMBIENT", strength > 0 && this.knowsEnvironment ? 1 : 0);
     this.set("environmentTurned", turnRad !== 0);
     (this.uniforms["environmentTurn"]?.value as Matrix3).set(cos, 0, sin, 0, 1, 0, -sin, 0, cos);
   }

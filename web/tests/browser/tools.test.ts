@@ -268,6 +268,12 @@ test("an element shows a shared page within another one", async () => {
   expect((size?.width ?? 0) / (size?.height ?? 1)).toBeCloseTo(1.5, 2);
   await page.evaluate(() => document.querySelector("relume-view")?.setAttribute("view", "mode=albedo"));
   await expect.poll(shown).toBe("albedo");
+  // Scripts in place of an address do not run, and what is no address is nothing.
+  for (const src of ["javascript:parent.document.title='run'", "http://"]) {
+    await page.evaluate((src) => document.querySelector("relume-view")?.setAttribute("src", src), src);
+    expect(await page.locator("relume-view iframe").getAttribute("src")).toBeNull();
+  }
+  expect(await page.title()).toBe("Host");
   await page.close();
   files.close();
 });

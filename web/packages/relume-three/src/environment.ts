@@ -26,27 +26,21 @@ export class EnvironmentLamps {
     this.flatNodes = next(3 * nodes);
     this.flatLight = next(3 * nodes);
     const moments = Float32Array.from(new Uint16Array(raw.buffer, raw.byteOffset + 4 * floats, halves), fromHalf);
-    this.light = halvesFrom(lamps(moments, isTurned(header) ? identity(functions) : this.factors, functions, side * side, scale));
+    this.light = halvesFrom(lamps(moments, isTurned(header) ? null : this.factors, functions, side * side, scale));
   }
 }
 
-/** Factors that leave moments as they are. */
-function identity(functions: number): Float32Array {
-  return Float32Array.from({ length: functions * functions }, (_, i) => Number(i % (functions + 1) === 0));
-}
-
-/** The light of each lamp at each normal: the factors times the moments. */
-function lamps(moments: Float32Array, factors: Float32Array, functions: number, normals: number, scale: number): Float32Array {
-  const nodes = factors.length / functions, light = new Float32Array(2 * nodes * normals * 4).fill(1);
+/** The light of each lamp at each normal: the factors times the moments; without factors the moments themselves. */
+function lamps(moments: Float32Array, factors: Float32Array | null, functions: number, normals: number, scale: number): Float32Array {
+  const nodes = factors ? factors.length / functions : functions, light = new Float32Array(2 * nodes * normals * 4).fill(1);
   for (let half = 0; half < 2; half++)
     for (let node = 0; node < nodes; node++) {
-      const to = (half * nodes + node) * normals * 4;
-      for (let c = 0; c < 3; c++)
-        for (let i = 0; i < normals; i++) {
-          let sum = 0;
-          for (let p = 0; p < functions; p++) sum += (factors[node * functions + p] ?? 0) * (moments[((half * functions + p) * normals + i) * 3 + c] ?? 0);
-          light[to + 4 * i + c] = sum * scale;
-        }
+      const to = (half * nodes + node) * normals * 4, of = (p: number, i: number): number => moments[(half * functions + p) * 3 * normals + i] ?? 0;
+      for (let i = 0; i < 3 * normals; i++) {
+        let sum = factors ? 0 : of(node, i);
+        if (factors) for (let p = 0; p < functions; p++) sum += (factors[node * functions + p] ?? 0) * of(p, i);
+        light[to + 4 * Math.floor(i / 3) + (i % 3)] = sum * scale;
+      }
     }
   return light;
 }

@@ -3,7 +3,7 @@ import { el, icon } from "./dom.js";
 import { objectButton } from "./dropped.js";
 import { LightBall } from "./ball.js";
 import { D65, NEUTRAL, TEMPERATURES, type White, temperatureOf, whiteOf } from "./balance.js";
-import { COMPARISONS, type Comparison, type LightSource, OBJECTS, type ObjectName, SOURCES, type ViewState } from "./state.js";
+import { COMPARISONS, type Comparison, type LightSource, MOST_SOFTNESS, OBJECTS, type ObjectName, SOURCES, type ViewState } from "./state.js";
 import type { Viewer } from "./viewer.js";
 
 const MODE_NAMES: Record<Mode, string> = {
@@ -122,7 +122,9 @@ export class Panel {
     });
     row.append(orbit, add, remove, raking, color);
     const strength = this.range("Strength", 0, 4, 0.05, () => this.viewer.light.strength, (strength) => this.viewer.changeLight({ strength }));
-    return el("div", {}, row, strength);
+    const softness = this.range("Softness", 0, MOST_SOFTNESS, 1, () => this.viewer.light.softness, (softness) => this.viewer.changeLight({ softness }));
+    softness.title = "Degrees from the middle of the light to its rim";
+    return el("div", {}, row, strength, softness);
   }
 
   /** What lights the texture, where the page has light from all around. */

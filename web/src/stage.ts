@@ -1,4 +1,4 @@
-import { type BufferGeometry, Color, Mesh, OrthographicCamera, PerspectiveCamera, PlaneGeometry, Scene, Vector2, Vector3, WebGLRenderer } from "three";
+import { type BufferGeometry, Color, DoubleSide, FrontSide, Mesh, OrthographicCamera, PerspectiveCamera, PlaneGeometry, Scene, Vector2, Vector3, WebGLRenderer } from "three";
 import { type FieldData, type Mode, NoiseBlocks, ReflectanceMaterial, ReflectanceTexture, TilePlane } from "relume-three";
 import { balanceFor } from "./balance.js";
 import { DEFAULT_TILING, boundingSphere, geometryOf } from "./objects.js";
@@ -10,6 +10,8 @@ const CRISP_PIXELS = 4;
 const FIELD_OF_VIEW = 30;
 /** Ways that show nothing of textures without normals, such as noise. */
 export const NEED_NORMALS: readonly Mode[] = ["diffuse-gain", "specular", "unsharp-normals", "normals", "albedo", "height", "slope", "shading"];
+
+const CLOSED: readonly ObjectName[] = ["sphere", "torus"];
 
 /** A texture on the stage. */
 interface Placed {
@@ -239,6 +241,8 @@ export class Stage {
       const d = toward.right.clone().multiplyScalar(x).addScaledVector(toward.up, y).addScaledVector(toward.back, z);
       return lamp(light, [d.x, d.y, d.z]);
     });
+    // Of closed objects the inside is never seen.
+    material.side = CLOSED.includes(state.object) ? FrontSide : DoubleSide;
     this.solid.material = material;
     this.scene.add(this.solid);
   }
@@ -321,7 +325,7 @@ export function directionOf(light: DiskLight): [number, number, number] {
 
 function lamp(light: DiskLight, direction: [number, number, number]) {
   const color = new Color(light.color).multiplyScalar(light.strength);
-  return { direction, color: [color.r, color.g, color.b] as [number, number, number] };
+  return { direction, color: [color.r, color.g, color.b] as [number, number, number], softness: (light.softness * Math.PI) / 180 };
 }
 
 /** Right and up in the picture, and the way to the camera (render/scene.rs). */

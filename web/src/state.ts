@@ -10,13 +10,19 @@ export type LightSource = (typeof SOURCES)[number];
 export const COMPARISONS = ["single", "wipe", "side", "plain"] as const;
 export type Comparison = (typeof COMPARISONS)[number];
 
-/** A light over the unit disk of the picture: x right, y up; its colour in sRGB (#rrggbb) and its strength. */
+/**
+ * A light over the unit disk of the picture: x right, y up; its colour in sRGB (#rrggbb), its strength, and the degrees from its
+ * middle to its rim.
+ */
 export interface DiskLight {
   u: number;
   v: number;
   color: string;
   strength: number;
+  softness: number;
 }
+
+export const MOST_SOFTNESS = 45;
 
 /** Everything that decides what is seen; it is what the address holds and what undo goes back to. */
 export interface ViewState {
@@ -57,7 +63,7 @@ export interface ViewState {
 
 export const FIRST: ViewState = {
   texture: 0, other: 1, object: "flat", mode: "default", gain: 2, exposure: 0, gloss: 0, roughness: 0.4, repeat: 1,
-  lights: [{ u: -0.5, v: 0.5, color: "#ffffff", strength: 1 }],
+  lights: [{ u: -0.5, v: 0.5, color: "#ffffff", strength: 1, softness: 0 }],
   source: "lamps", turn: 0, sky: 1, whiteX: D65[0], whiteY: D65[1],
   x: 0.5, y: 0.5, zoom: 1, azimuth: 0, elevation: 0, near: 1, compare: "single", wipe: 0.5, cells: false, simple: false,
 };
@@ -79,7 +85,9 @@ export function toHash(state: ViewState): string {
   for (const [name] of NUMBERS) if (state[name] !== FIRST[name]) words.push(`${name}=${short(state[name] as number, name === "x" || name === "y" ? 14 : 6)}`);
   for (const name of ["object", "mode", "compare", "source"] as const) if (state[name] !== FIRST[name]) words.push(`${name}=${state[name]}`);
   for (const name of ["cells", "simple"] as const) if (state[name]) words.push(`${name}=1`);
-  const lights = state.lights.map(({ u, v, color, strength }) => [short(u), short(v), color.slice(1), short(strength)].join(","));
+  const lights = state.lights.map(({ u, v, color, strength, softness }) =>
+    [short(u), short(v), color.slice(1), short(strength), ...(softness > 0 ? [short(softness)] : [])].join(","),
+  );
   words.push(`lights=${lights.join(";")}`);
   return words.join("&");
 }
@@ -111,11 +119,14 @@ export function fromHash(hash: string, textures: number): ViewState {
 }
 
 function lightOf(text: string): DiskLight | null {
-  const [u, v, color, strength] = text.split(",");
+  const [u, v, color, strength, softness] = text.split(",");
   const [x, y] = onDisk(Number(u), Number(v));
   if (!Number.isFinite(x) || !Number.isFinite(y) || !/^[0-9a-f]{6}$/i.test(color ?? "")) return null;
-  const share = Number(strength);
-  return { u: x, v: y, color: `#${color}`, strength: Number.isFinite(share) ? Math.min(8, Math.max(0, share)) : 1 };
+  const within = (text: string | undefined, most: number, usual: number): number => {
+    const value = Number(text);
+    return Number.isFinite(value) ? Math.min(most, Math.max(0, value)) : usual;
+  };
+  return { u: x, v: y, color: `#${color}`, strength: within(strength, 8, 1), softness: within(softness, MOST_SOFTNESS, 0) };
 }
 
 /** The nearest place for a light: a little inside the rim, which is the horizon. */

@@ -178,7 +178,7 @@ export class Viewer {
     if (this.state.lights.length > 3) return;
     const { u, v } = this.light;
     this.chosen = this.state.lights.length;
-    this.change({ lights: [...this.state.lights, { u: -u, v: -v, color: "#ffffff", strength: 0.6 }] });
+    this.change({ lights: [...this.state.lights, { u: -u, v: -v, color: "#ffffff", strength: 0.6, softness: 0 }] });
   }
 
   removeLight(): void {
@@ -190,7 +190,7 @@ export class Viewer {
   /** Warm and cool light from opposite sides, twenty degrees high: shows relief without regard to colour. */
   rakingPair(): void {
     const u = Math.cos((20 * Math.PI) / 180);
-    const one = (u: number, color: string): DiskLight => ({ u, v: 0, color, strength: 1 });
+    const one = (u: number, color: string): DiskLight => ({ u, v: 0, color, strength: 1, softness: 0 });
     this.chosen = 0;
     this.change({ lights: [one(-u, "#ffb37a"), one(u, "#7ab3ff")] });
   }

@@ -1,11 +1,13 @@
 // The page against the library's renderer: the same view within 1 of 255 on average and 4 at the 99th percentile.
+import { writeFileSync } from "node:fs";
 import type { Browser, Page } from "playwright-core";
 import type { Codes } from "../../packages/relume-three/src/png.js";
+import { directionsOf } from "../../packages/relume-three/src/softLight.js";
 import { afterAll, beforeAll, describe, expect, test } from "vitest";
 import { launch } from "../chromium.js";
 import { ViewServer, Workplace } from "../program.js";
 import { writeShape } from "../shapes.js";
-import { canvas, difference, file, ready, show } from "./pictures.js";
+import { canvas, difference, drawn, file, ready, show } from "./pictures.js";
 
 const SIDE = 256;
 const LIGHT: [number, number] = [-0.45, 0.35];
@@ -101,6 +103,42 @@ describe.each(TEXTURES.map(([name], i) => [name, i] as const))("%s", (name, inde
     expect(mean).toBeLessThan(1);
     expect(most).toBeLessThanOrEqual(4);
   });
+});
+
+test("a soft light is the mean of its directions", async () => {
+  const decoded = (code: number): number => (code <= 10.31475 ? code / 255 / 12.92 : ((code / 255 + 0.055) / 1.055) ** 2.4);
+  const encoded = (value: number): number => 255 * (value <= 0.0031308 ? 12.92 * value : 1.055 * value ** (1 / 2.4) - 0.055);
+  await show(page, `texture=0&${lights},40`);
+  const sums: number[] = [], all = directionsOf([{ direction: light.split(",").map(Number) as [number, number, number], color: [1, 1, 1], softness: (40 * Math.PI) / 180 }]);
+  let truth: Codes = { width: 0, height: 0, channels: 3, codes: new Uint8Array() };
+  for (const { direction } of all) {
+    // What is below the horizon gives no light.
+    if (direction.z <= 0) continue;
+    place.run(`relight lrgb.ptm --light ${direction.toArray().join(",")} -o flat.png --force`);
+    truth = await file(place.path("flat.png"));
+    truth.codes.forEach((code, i) => (sums[i] = (sums[i] ?? 0) + decoded(code) / all.length));
+  }
+  truth.codes.set(sums.map((value) => Math.round(encoded(value))));
+  const { mean, most } = difference(middles(await canvas(page), truth), truth);
+  console.log(`a soft light: mean ${mean.toFixed(3)}, 99 %: ${most}`);
+  expect(mean).toBeLessThan(1);
+  expect(most).toBeLessThanOrEqual(4);
+});
+
+test("an object whose texture coordinates have no direction is lit as by the library", async () => {
+  writeFileSync(place.path("still.obj"), "v 0 0 0\nv 1 0 0\nv 1 1 0.2\nv 0 1 0\nvt 0.3 0.4\nf 1/1 2/1 3/1 4/1\n");
+  const own = await ViewServer.start(place, ["lrgb.ptm", "--mesh", "still.obj"]), fresh = await browser.newPage({ viewport: { width: SIDE, height: SIDE } });
+  await fresh.goto(`${own.url}?exact#object=mesh&${lights}`);
+  await ready(fresh);
+  place.run(`render lrgb.ptm --mesh still.obj --light ${light} --size ${SIDE}x${SIDE} --samples 1 --specular 0 --no-cast-shadows -o object.png --force`);
+  const truth = await file(place.path("object.png")), middle = (codes: Codes): number[] => [0, 1, 2].map((c) => codes.codes[codes.channels * (Math.floor(codes.height / 2) * codes.width + Math.floor(codes.width / 2)) + c] ?? 0);
+  await fresh.evaluate(() => document.querySelector(".panel")?.setAttribute("hidden", ""));
+  await drawn(fresh);
+  const [found, expected] = [middle(await canvas(fresh)), middle(truth)];
+  expect(Math.max(...expected)).toBeGreaterThan(20);
+  expected.forEach((code, c) => expect(Math.abs((found[c] ?? 0) - code)).toBeLessThanOrEqual(2));
+  await fresh.close();
+  await own.stop();
 });
 
 test.each([["lrgb.ptm", "environment"], ["pairs.exr", "lamps"]])("a page of %s with light from all around begins under the %s", async (name, source) => {

@@ -75,7 +75,7 @@ test("an archive is stored as its format says", async () => {
   expect(view.getUint32(view.getUint32(end + 16, true), true)).toBe(0x02014b50);
 });
 
-const light = (u: number, v: number) => ({ u, v, color: "#ffffff", strength: 1 });
+const light = (u: number, v: number) => ({ u, v, color: "#ffffff", strength: 1, softness: 0 });
 
 test("an orbit has as many places as pictures, the last one before the first", () => {
   const frames = orbitOf([light(0.5, 0), light(0.1, 0.1)], 0, 4).map((lights) => lights.map(({ u, v }) => [u, v]));

@@ -4,7 +4,7 @@ import { FIRST, History, copyOf, fromHash, onDisk, toHash } from "../../src/stat
 test("an address restores the view", () => {
   const state = copyOf(FIRST);
   Object.assign(state, { object: "torus", mode: "unsharp-normals", exposure: -1.5, x: 0.25, zoom: 12, wipe: 0.3, compare: "wipe", other: 1, cells: true });
-  state.lights.push({ u: 0.1, v: -0.2, color: "#ff8000", strength: 0.5 });
+  state.lights.push({ u: 0.1, v: -0.2, color: "#ff8000", strength: 0.5, softness: 12 });
   expect(fromHash(toHash(state), 2)).toEqual(state);
   expect(fromHash(toHash(FIRST), 2)).toEqual(FIRST);
 });

@@ -13,10 +13,15 @@ export class FieldBoundaries {
   readonly contrasts: Uint16Array;
 
   constructor(readonly header: ShareShapes, readonly lights: number, readonly channels: number, texels: number, raw: Uint8Array) {
-    const codes = 2 * lights * texels, halves = CONTRASTS * channels * texels;
-    if (raw.length !== codes + 2 * halves) throw new FieldError(`${header.file} has ${raw.length} bytes: expected ${codes + 2 * halves}`);
+    const codes = 2 * lights * texels, bytes = FieldBoundaries.bytes(lights, channels, texels);
+    if (raw.length !== bytes) throw new FieldError(`${header.file} has ${raw.length} bytes: expected ${bytes}`);
     this.distances = raw.subarray(0, codes);
     this.contrasts = new Uint16Array(raw.slice(codes).buffer);
+  }
+
+  /** The length of the file. */
+  static bytes(lights: number, channels: number, texels: number): number {
+    return 2 * lights * texels + 2 * CONTRASTS * channels * texels;
   }
 }
 

@@ -15,9 +15,8 @@ export class EnvironmentLamps {
   readonly factors: Float32Array;
 
   constructor(readonly header: ShareEnvironment, raw: Uint8Array) {
-    const { nodes, functions, side, scale } = header;
-    const floats = nodes * (9 + functions), halves = 6 * functions * side * side;
-    if (raw.length !== 4 * floats + 2 * halves) throw new FieldError(`${header.file} has another length than its header says`);
+    const { nodes, functions, side, scale } = header, floats = nodes * (9 + functions), halves = 6 * functions * side * side;
+    if (raw.length !== EnvironmentLamps.bytes(header)) throw new FieldError(`${header.file} has another length than its header says`);
     const numbers = new Float32Array(raw.buffer, raw.byteOffset, floats);
     let at = 0;
     const next = (count: number): Float32Array => numbers.subarray(at, (at += count));
@@ -27,6 +26,11 @@ export class EnvironmentLamps {
     this.flatLight = next(3 * nodes);
     const moments = Float32Array.from(new Uint16Array(raw.buffer, raw.byteOffset + 4 * floats, halves), fromHalf);
     this.light = halvesFrom(lamps(moments, isTurned(header) ? null : this.factors, functions, side * side, scale));
+  }
+
+  /** The length of the file. */
+  static bytes({ nodes, functions, side }: ShareEnvironment): number {
+    return 4 * nodes * (9 + functions) + 12 * functions * side * side;
   }
 }
 
@@ -61,6 +65,38 @@ export function lampNodeTexture({ nodes, flatNodes, flatLight, factors, header }
   return texture;
 }
 
+/**
+ * In GLSL: the moments in the frame of the texture, which is that of the normal turned, those of each m mixed in pairs; and the
+ * light of a lamp. Statement by statement: without a graphics card, indices that vary take several times as long.
+ */
+export function momentsGlsl(header: ShareEnvironment | undefined): string {
+  if (!header || !isTurned(header)) return "";
+  const degree = Math.round(Math.sqrt(header.functions)) - 1, turned: string[] = [];
+  for (let m = 1, p = degree + 1; m <= degree; m++) {
+    for (let k = m; k <= degree; k++, p += 2)
+      turned.push(`a = moments[${p}]; b = moments[${p + 1}]; moments[${p}] = turn.x * a + turn.y * b; moments[${p + 1}] = hand * (turn.x * b - turn.y * a);`);
+    turned.push("turn = vec2(turn.x * once.x - turn.y * once.y, turn.y * once.x + turn.x * once.y);");
+  }
+  const each = (step: number, statement: (p: number) => string): string =>
+    Array.from({ length: Math.ceil(header.functions / step) }, (_, i) => statement(step * i)).join("\n  ");
+  const added = (p: number): string => ["x", "y", "z", "w"].slice(0, header.functions - p).map((c, i) => `f.${c} * moments[${p + i}]`).join(" + ");
+  return `
+vec3 moments[${header.functions}];
+void turnMoments(vec2 at, float first, mat3 frame) {
+  vec2 once = vec2(frame[0].x, frame[1].x), turn = once;
+  float hand = frame[0].x * frame[1].y < frame[0].y * frame[1].x ? -1.0 : 1.0;
+  vec3 a, b;
+  ${each(1, (p) => `moments[${p}] = textureLod(environmentLight, vec3(at, first + ${p}.0), 0.0).rgb;`)}
+  ${turned.join("\n  ")}
+}
+vec3 lightOfLamp(int j) {
+  vec3 light = vec3(0.0);
+  vec4 f;
+  ${each(4, (p) => `f = texelFetch(environmentNodes, ivec2(j, ${3 + p / 4}), 0); light += ${added(p)};`)}
+  return light;
+}`;
+}
+
 /** In GLSL: every lamp lights the texture as a light at infinity does. */
 export const ENVIRONMENT_GLSL = `
 #if AMBIENT
@@ -69,28 +105,7 @@ uniform mat3 environmentTurn;
 uniform bool environmentTurned;
 uniform sampler2DArray environmentLight;
 uniform sampler2D environmentNodes;
-#if MOMENTS
-vec3 moments[MOMENTS];
-// The moments in the frame of the texture, which is that of the normal turned: those of each m are mixed in pairs.
-void turnMoments(vec2 at, float first, mat3 frame) {
-  vec2 once = vec2(frame[0].x, frame[1].x), turn = once;
-  float hand = frame[0].x * frame[1].y < frame[0].y * frame[1].x ? -1.0 : 1.0;
-  for (int p = 0; p < MOMENTS; p++) moments[p] = textureLod(environmentLight, vec3(at, first + float(p)), 0.0).rgb;
-  for (int m = 1, p = DEGREE + 1; m <= DEGREE; m++) {
-    for (int k = m; k <= DEGREE; k++, p += 2) {
-      vec3 a = moments[p], b = moments[p + 1];
-      moments[p] = turn.x * a + turn.y * b;
-      moments[p + 1] = hand * (turn.x * b - turn.y * a);
-    }
-    turn = vec2(turn.x * once.x - turn.y * once.y, turn.y * once.x + turn.x * once.y);
-  }
-}
-vec3 lightOfLamp(int j) {
-  vec3 light = vec3(0.0);
-  for (int p = 0; p < MOMENTS; p++) light += texelFetch(environmentNodes, ivec2(j, 3 + p / 4), 0)[p % 4] * moments[p];
-  return light;
-}
-#endif
+//MOMENTS
 vec3 underEnvironment(vec3 v, vec3 n) {
   bool plain = flat_ && !environmentTurned;
   vec3 z = environmentTurn * tangentZ, pole = vec3(0.0, 0.0, z.z < 0.0 ? -1.0 : 1.0);
@@ -102,6 +117,10 @@ vec3 underEnvironment(vec3 v, vec3 n) {
   vec2 at = vec2(z.x + z.y, z.x - z.y) / (abs(z.x) + abs(z.y) + abs(z.z));
   at = ((0.5 * at + 0.5) * (side - 1.0) + 0.5) / side;
   vec3 sum = vec3(0.0);
+#if LAMP_SIDE > 0
+  findLampView(v);
+  lampIsFlat = plain;
+#endif
 #if MOMENTS
   if (!plain) turnMoments(at, lower * float(MOMENTS), frame);
 #endif
@@ -119,14 +138,11 @@ vec3 underEnvironment(vec3 v, vec3 n) {
       light = textureLod(environmentLight, vec3(at, lower * float(NODES) + float(j)), 0.0).rgb;
 #endif
     }
-#if MEASURED
-    measuredLight = j;
+#if LAMP_SIDE > 0
+    lampOfLight = j;
 #endif
     sum += light * underLight(fromDisk(l.xy), v, n);
   }
-#if MEASURED
-  measuredLight = -1;
-#endif
   return environment * max(sum, 0.0);
 }
 #endif

@@ -162,6 +162,16 @@ vec3 valueFor(vec3 light, vec3 view) {
 #endif
   return evaluate();
 }
+// The value for the light that is added: of a lamp whose weights are known, without looking for them.
+vec3 valueUnder(vec3 light, vec3 view) {
+#if AMBIENT && LAMP_SIDE > 0
+  if (!ofLamp) {
+    isForLamp = true;
+    return evaluate();
+  }
+#endif
+  return valueFor(light, view);
+}
 vec3 toLinear(vec3 v) {
 #if SRGB
   v = mix(v / 12.92, pow(max(v + 0.055, 0.0) / 1.055, vec3(2.4)), step(vec3(0.04045), v));
@@ -208,7 +218,7 @@ in float handedness;
 in vec2 place;
 out vec4 shown;
 uniform int lights;
-uniform vec3 lightDirection[MOST_LIGHTS], lightColor[MOST_LIGHTS];
+uniform vec3 lightDirection[MOST_DIRECTIONS], lightColor[MOST_DIRECTIONS];
 uniform float gain, exposure, gloss, roughness;
 uniform mat3 balance;
 uniform vec3 plainLight;
@@ -238,7 +248,13 @@ void findFrame() {
   }
   vec3 face = cross(along, across);
   if (dot(face, n) < 0.0) face = -face;
-  tangentX = normalize(t - n * dot(n, t));
+  vec3 flatTangent = t - n * dot(n, t);
+  // Where the texture has no direction, any will do: the same as in the library's vector.rs.
+  if (!(dot(flatTangent, flatTangent) > 1e-30)) {
+    vec3 axis = abs(n.x) < 0.7 ? vec3(1.0, 0.0, 0.0) : vec3(0.0, 1.0, 0.0);
+    flatTangent = axis - n * dot(n, axis);
+  }
+  tangentX = normalize(flatTangent);
   tangentY = cross(n, tangentX) * handedness;
   tangentZ = dot(face, eye) < 0.0 ? -n : n;
 }
@@ -281,7 +297,7 @@ float lobe(vec3 n, vec3 l, vec3 v) {
 }
 // The function about its value at the normal, with its differences multiplied: f(n) + f'(n)(l - n) + g (f(l) - f(n) - f'(n)(l - n)).
 vec3 diffuseGain(vec3 l, vec3 v, vec3 n) {
-  vec3 peak = valueFor(n, v), value = valueFor(l, v);
+  vec3 peak = valueFor(n, v), value = valueUnder(l, v);
   const float STEP = 1.0 / 64.0;
   vec2 from = n.xy / max(1.0, length(n.xy) / 0.98), d = l.xy - n.xy;
   vec3 slopeX = (valueFor(fromDisk(from + vec2(STEP, 0.0)), v) - valueFor(fromDisk(from - vec2(STEP, 0.0)), v)) / (2.0 * STEP);
@@ -328,7 +344,7 @@ vec3 underLight(vec3 l, vec3 v, vec3 n) {
     return toLinear(albedo() * max(dot(sharp, l), 0.0));
 #endif
   }
-  vec3 value = valueFor(l, v);
+  vec3 value = valueUnder(l, v);
   if (mode == SPECULAR) {
     float luminance = max(dot(value, LUMINANCE), 0.0);
     return toLinear(0.4 * value + 0.7 * gain * pow(max(dot(n, normalize(l + v)), 0.0), 75.0) * luminance);
@@ -366,7 +382,7 @@ void main() {
 #if MODE == MULTI_LIGHT
   sum = multiLight(v);
 #else
-  for (int i = 0; i < MOST_LIGHTS; i++) {
+  for (int i = 0; i < MOST_DIRECTIONS; i++) {
     if (i >= lights) break;
     vec3 l = inFrame(lightDirection[i]);
     float lit = attachedShare(l.z);

@@ -1,19 +1,14 @@
 import { DoubleSide, GLSL3, Matrix3, ShaderMaterial, Vector2, Vector3, Vector4 } from "three";
 import { CLOSED_FORM_GLSL } from "./basis.js";
 import { BOUNDARIES_GLSL } from "./boundaries.js";
-import { ENVIRONMENT_GLSL } from "./environment.js";
+import { ENVIRONMENT_GLSL, momentsGlsl } from "./environment.js";
 import { CLOSED, EVALUATE, FRAGMENT, LOOKUP, VERTEX, holdGlsl, sumGlsl } from "./glsl.js";
 import { isTurned } from "./header.js";
 import type { FieldData } from "./field.js";
 import { MEASURED_GLSL, MeasuredBasis } from "./measured.js";
+import { MOST_DIRECTIONS, type ReflectanceLight, directionsOf } from "./softLight.js";
 import { BasisTable, TABLE_GLSL } from "./table.js";
 import type { ReflectanceTexture } from "./texture.js";
-
-/** A light at infinity, in world space; colour 1 is the light of the photographs. */
-export interface ReflectanceLight {
-  direction: [number, number, number];
-  color: [number, number, number];
-}
 
 /** What is shown of a texture. */
 export const MODES = [
@@ -22,7 +17,6 @@ export const MODES = [
 ] as const;
 export type Mode = (typeof MODES)[number];
 
-const MOST_LIGHTS = 4;
 /** Layers of a place that are kept while its lights are added up. */
 const MOST_HELD = 32;
 const ARRANGEMENTS = { color: 0, packed: 1, product: 2 };
@@ -32,7 +26,7 @@ const ARRANGEMENTS = { color: 0, packed: 1, product: 2 };
  * frame of each fragment: from the attribute `tangent` if there is one, from the slopes on the screen otherwise.
  */
 export class ReflectanceMaterial extends ShaderMaterial {
-  constructor(texture: ReflectanceTexture) {
+  constructor(private readonly texture: ReflectanceTexture) {
     super({ glslVersion: GLSL3, vertexShader: VERTEX, fragmentShader: fragmentFor(texture), side: DoubleSide });
     this.defines = definesFor(texture);
     const cells = texture.data.cells, shapes = texture.data.boundaries?.header;
@@ -59,8 +53,8 @@ export class ReflectanceMaterial extends ShaderMaterial {
       tiling: { value: new Vector2(1, 1) },
       shift: { value: new Vector2(0, 0) },
       lights: { value: 0 },
-      lightDirection: { value: Array.from({ length: MOST_LIGHTS }, () => new Vector3(0, 0, 1)) },
-      lightColor: { value: Array.from({ length: MOST_LIGHTS }, () => new Vector3()) },
+      lightDirection: { value: Array.from({ length: MOST_DIRECTIONS }, () => new Vector3(0, 0, 1)) },
+      lightColor: { value: Array.from({ length: MOST_DIRECTIONS }, () => new Vector3()) },
       plainLight: { value: new Vector3(0, 0, 1) },
       gain: { value: 1 },
       sharpen: { value: 0 },
@@ -72,6 +66,7 @@ export class ReflectanceMaterial extends ShaderMaterial {
       environmentTurned: { value: false },
       environmentLight: { value: texture.lampLight },
       environmentNodes: { value: texture.lampNodes },
+      lampTable: { value: null },
       gloss: { value: 0 },
       roughness: { value: 0.6 },
       right: { value: pair(cells?.right) },
@@ -89,10 +84,11 @@ export class ReflectanceMaterial extends ShaderMaterial {
 
   /** The lights, at most four; directions of any length, in world space. */
   set directionalLights(lights: ReflectanceLight[]) {
-    this.set("lights", Math.min(lights.length, MOST_LIGHTS));
-    lights.slice(0, MOST_LIGHTS).forEach(({ direction, color }, i) => {
-      (this.uniforms["lightDirection"]?.value as Vector3[])[i]?.set(...direction).normalize();
-      (this.uniforms["lightColor"]?.value as Vector3[])[i]?.set(...color);
+    const all = directionsOf(lights);
+    this.set("lights", all.length);
+    all.forEach(({ direction, color }, i) => {
+      (this.uniforms["lightDirection"]?.value as Vector3[])[i]?.copy(direction);
+      (this.uniforms["lightColor"]?.value as Vector3[])[i]?.copy(color);
     });
   }
 
@@ -105,7 +101,9 @@ export class ReflectanceMaterial extends ShaderMaterial {
   setEnvironment(strength: number, turnRad = 0): void {
     const cos = Math.cos(turnRad), sin = Math.sin(turnRad);
     this.set("environment", strength);
-    this.vary("AMBIENT", strength > 0 && this.knowsEnvironment ? 1 : 0);
+    const isLit = strength > 0 && this.knowsEnvironment, table = this.uniforms["lampTable"];
+    this.vary("AMBIENT", isLit ? 1 : 0);
+    if (isLit && table) table.value ??= this.texture.lampTable;
     this.set("environmentTurned", turnRad !== 0);
     (this.uniforms["environmentTurn"]?.value as Matrix3).set(cos, 0, sin, 0, 1, 0, -sin, 0, cos);
   }
@@ -172,7 +170,7 @@ function definesFor(texture: ReflectanceTexture): Record<string, number> {
     FLAT: 0,
     GLOSS: 0,
     AMBIENT: 0,
-    MOST_LIGHTS,
+    MOST_DIRECTIONS,
     FUNCTIONS: data.functions,
     GROUPS: Math.ceil(data.functions / 4),
     CHANNELS: data.layout === "shared" ? 3 : 1,
@@ -190,8 +188,8 @@ function definesFor(texture: ReflectanceTexture): Record<string, number> {
     HELD: texture.layers <= MOST_HELD ? 1 : 0,
     NODES: light?.nodes ?? 0,
     MOMENTS: light && isTurned(light) ? light.functions : 0,
-    MEASURED: light?.lamps === "measured" ? 1 : 0,
-    DEGREE: Math.sqrt(light?.functions ?? 1) - 1,
+    LAMP_SIDE: texture.lamps?.side ?? 0,
+    LAMPS_ACROSS: texture.lamps?.across ?? 1,
     LIGHT_NODES: data.table instanceof BasisTable ? data.table.lightNodes : 2,
     VIEW_NODES: data.table instanceof BasisTable ? data.table.viewNodes : 1,
     MAP_NODES: data.table instanceof MeasuredBasis ? data.table.mapNodes : 1,
@@ -201,6 +199,7 @@ function definesFor(texture: ReflectanceTexture): Record<string, number> {
 function fragmentFor({ data, arrangement, layers }: ReflectanceTexture): string {
   const parts: Record<string, string> = {
     LOOKUP, WEIGHTS: `${weightsFor(data)}${BOUNDARIES_GLSL}`, EVALUATE, ENVIRONMENT: ENVIRONMENT_GLSL, HOLD: holdGlsl(layers),
+    MOMENTS: momentsGlsl(data.environment?.header),
     SUM: sumGlsl(data.functions, arrangement === "color", data.layout === "shared" ? 3 : 1),
   };
   const precisions = "precision highp float;\nprecision highp int;\nprecision highp sampler2DArray;\n";

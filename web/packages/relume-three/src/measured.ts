@@ -1,5 +1,6 @@
 import { FieldError } from "./field.js";
 import { fromHalf } from "./half.js";
+import { LAMP_TABLE_GLSL } from "./lampTable.js";
 import { between } from "./table.js";
 
 type Vector = [number, number, number];
@@ -24,11 +25,21 @@ export class MeasuredBasis {
     readonly corners: Uint16Array,
   ) {
     this.layers = channels * Math.ceil(functions / 4);
-    if (texels.length !== 4 * this.layers * lights.length * views.length || corners.length !== 8 * mapNodes ** 2) {
+    if (texels.length !== MeasuredBasis.numbers(functions, channels, lights.length, views.length) || corners.length !== MeasuredBasis.corners(mapNodes)) {
       throw new FieldError("the table of the basis has another size than its header says");
     }
     const isInside = (index: number, i: number): boolean => index < (i < corners.length / 2 ? lights.length : views.length);
     if (!corners.every(isInside)) throw new FieldError("the table of the basis names directions that it does not have");
+  }
+
+  /** The numbers of `texels`. */
+  static numbers(functions: number, channels: number, lights: number, views: number): number {
+    return 4 * channels * Math.ceil(functions / 4) * lights * views;
+  }
+
+  /** The numbers of `corners`. */
+  static corners(mapNodes: number): number {
+    return 8 * mapNodes ** 2;
   }
 
   /** The values of the functions of a channel, as the shader finds them. */
@@ -45,7 +56,7 @@ export class MeasuredBasis {
   }
 
   /** The directions around one and their shares; `which` is 0 for lights and 1 for views. */
-  private shares(direction: Vector, which: 0 | 1): [number, number][] {
+  shares(direction: Vector, which: 0 | 1): [number, number][] {
     const [column, row] = between(direction, this.mapNodes).map(([lower, t]) => lower + Number(t >= 0.5)) as Point;
     const at = 4 * ((which * this.mapNodes + row) * this.mapNodes + column);
     const corners = [0, 1, 2].map((k) => this.corners[at + k] ?? 0);
@@ -97,23 +108,25 @@ void findTriangle(vec3 d, int which, out ivec3 corners, out vec3 shares) {
   shares = max(shares, 0.0);
   shares /= shares.x + shares.y + shares.z;
 }
-// The number of the measured light that is asked for, if it is one.
-int measuredLight = -1;
+${LAMP_TABLE_GLSL}
 void fillWeights(vec3 light, vec3 view) {
-  if (measuredLight < 0) findTriangle(light, 0, lightCorners, lightShares);
-  else { lightCorners = ivec3(measuredLight); lightShares = vec3(1.0, 0.0, 0.0); }
+#if AMBIENT && LAMP_SIDE > 0
+  isForLamp = false;
+#endif
+  findTriangle(light, 0, lightCorners, lightShares);
   findTriangle(view, 1, viewCorners, viewShares);
 }
 vec4 weightGroup(int channel, int group) {
   int layer = channel * GROUPS + group;
+#if AMBIENT && LAMP_SIDE > 0
+  if (isForLamp) return lampGroup(layer);
+#endif
   vec4 sum = vec4(0.0);
   for (int v = 0; v < 3; v++) {
     if (viewShares[v] == 0.0) continue;
     vec4 row = lightShares.x * texelFetch(basisTable, ivec3(lightCorners.x, viewCorners[v], layer), 0);
-    if (measuredLight < 0) {
-      row += lightShares.y * texelFetch(basisTable, ivec3(lightCorners.y, viewCorners[v], layer), 0);
-      row += lightShares.z * texelFetch(basisTable, ivec3(lightCorners.z, viewCorners[v], layer), 0);
-    }
+    row += lightShares.y * texelFetch(basisTable, ivec3(lightCorners.y, viewCorners[v], layer), 0);
+    row += lightShares.z * texelFetch(basisTable, ivec3(lightCorners.z, viewCorners[v], layer), 0);
     sum += viewShares[v] * row;
   }
   return sum;

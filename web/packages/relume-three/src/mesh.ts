@@ -25,9 +25,12 @@ export function readMesh(bytes: Uint8Array): BufferGeometry {
 /** Numbers of a vertex: position, normal, tangent with its sign, texture coordinates. */
 const ATTRIBUTES: [name: string, size: number][] = [["position", 3], ["normal", 3], ["tangent", 4], ["uv", 2]];
 
+/** Of about ten million vertices. */
+const MOST_BYTES = 1 << 29;
+
 /** A mesh that `relume share --mesh` wrote (docs/formats.md). */
 export async function loadMesh(bytes: Uint8Array): Promise<BufferGeometry> {
-  const raw = await inflated([bytes], "gzip");
+  const raw = await inflated([bytes], "gzip", MOST_BYTES);
   const [vertices, triangles] = raw.length < 8 ? [0, 0] : new Uint32Array(raw.buffer, raw.byteOffset, 2);
   if (!vertices || !triangles || raw.length !== 8 + 48 * vertices + 12 * triangles) throw new FieldError("the mesh is damaged: write the page anew");
   const geometry = new BufferGeometry();

@@ -88,8 +88,9 @@ export class TiledShare {
     const [width, height] = this.spanOf(place, this.border), [w, h] = this.spanOf(place, this.border - cut);
     const count = level.planes + this.mapChannels(level).reduce((sum, { channels }) => sum + channels, 0);
     const bytes = await this.source(name);
-    const raw = isPng ? (await decodePng(bytes)).codes : halvesIn(await inflated([bytes], "gzip"));
-    if (raw.length !== count * width * height) throw new FieldError(`${name} has ${raw.length} numbers: expected ${count * width * height}`);
+    const numbers = count * width * height;
+    const raw = isPng ? (await decodePng(bytes, numbers)).codes : halvesIn(await inflated([bytes], "gzip", 2 * numbers));
+    if (raw.length !== numbers) throw new FieldError(`${name} has ${raw.length} numbers: expected ${numbers}`);
     return Array.from({ length: count }, (_, k) => {
       const values = isPng ? halvesOfCodes(level.scale?.[k] ?? 1 / 255, level.offset?.[k] ?? 0) : null, plane = new Uint16Array(w * h);
       for (let y = 0; y < h; y++) {

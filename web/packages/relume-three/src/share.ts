@@ -2,7 +2,8 @@ import { FieldBoundaries } from "./boundaries.js";
 import { EnvironmentLamps } from "./environment.js";
 import { type FieldBlocks, type FieldCodes, type FieldData, FieldError, type FieldMap, type FieldNoise, fieldOf, planeCount } from "./field.js";
 import { fromHalf, halvesOfPlane } from "./half.js";
-import { type PlaneGroup, parseHeader, type ShareHeader, type ShareMap } from "./header.js";
+import type { PlaneGroup, ShareHeader, ShareMap } from "./header.js";
+import { parseHeader } from "./parseHeader.js";
 import { MeasuredBasis } from "./measured.js";
 import { decodePng, inflated } from "./png.js";
 import { BasisTable } from "./table.js";
@@ -89,7 +90,7 @@ export async function openShare(source: FileSource, progress: (share: number) =>
 async function loadNoise({ noise, basis, channels }: ShareHeader, source: FileSource): Promise<FieldNoise | null> {
   if (!noise) return null;
   const numbers = async (file: string, count: number): Promise<Float32Array> => {
-    const bytes = await inflated([await source(file)], "gzip");
+    const bytes = await inflated([await source(file)], "gzip", 4 * count);
     if (bytes.length !== 4 * count) throw new FieldError(`${file} has ${bytes.length} bytes: expected ${4 * count}`);
     return new Float32Array(bytes.buffer, bytes.byteOffset, count);
   };
@@ -106,26 +107,33 @@ function loadedBlocks({ layout, basis }: ShareHeader, side: number, source: File
 }
 
 async function loadEnvironment({ environment }: ShareHeader, source: FileSource): Promise<EnvironmentLamps | null> {
-  return environment ? new EnvironmentLamps(environment, await inflated([await source(environment.file)], "gzip")) : null;
+  return environment ? new EnvironmentLamps(environment, await inflated([await source(environment.file)], "gzip", EnvironmentLamps.bytes(environment))) : null;
 }
 
 async function loadBoundaries({ shapes, basis, channels }: ShareHeader, texels: number, source: FileSource): Promise<FieldBoundaries | null> {
-  return shapes ? new FieldBoundaries(shapes, basis.functions, channels, texels, await inflated([await source(shapes.file)], "gzip")) : null;
+  if (!shapes) return null;
+  const bytes = FieldBoundaries.bytes(basis.functions, channels, texels);
+  return new FieldBoundaries(shapes, basis.functions, channels, texels, await inflated([await source(shapes.file)], "gzip", bytes));
 }
 
 async function loadTable({ basis }: ShareHeader, source: FileSource): Promise<FieldData["table"]> {
   const { functions, channels, table, measured } = basis;
-  const numbers = async (file: string): Promise<Uint16Array> => halves(await inflated([await source(file)], "gzip"));
+  const numbers = async (file: string, count: number): Promise<Uint16Array> => halves(await inflated([await source(file)], "gzip", 2 * count));
   if (measured) {
-    const [values, corners] = await Promise.all([numbers(measured.file), numbers(measured.corners)]);
+    const [values, corners] = await Promise.all([
+      numbers(measured.file, MeasuredBasis.numbers(functions, channels, measured.lights.length, measured.views.length)),
+      numbers(measured.corners, MeasuredBasis.corners(measured.map_nodes)),
+    ]);
     return new MeasuredBasis(measured.lights, measured.views, functions, channels, values, measured.map_nodes, corners);
   }
-  return table ? new BasisTable(table.light_nodes, table.view_nodes, functions, channels, await numbers(table.file)) : null;
+  if (!table) return null;
+  const count = BasisTable.numbers(functions, channels, table.light_nodes * table.view_nodes);
+  return new BasisTable(table.light_nodes, table.view_nodes, functions, channels, await numbers(table.file, count));
 }
 
 /** Planes of a file of half floats. */
 async function loadHalves(file: string, count: number, texels: number, source: FileSource): Promise<Uint16Array[]> {
-  const values = halves(await inflated([await source(file)], "gzip"));
+  const values = halves(await inflated([await source(file)], "gzip", 2 * count * texels));
   if (values.length !== count * texels) throw new FieldError(`${file} has ${values.length} numbers: expected ${count * texels}`);
   return Array.from({ length: count }, (_, k) => values.subarray(k * texels, (k + 1) * texels));
 }
@@ -139,7 +147,7 @@ interface LoadedGroup {
 async function loadGroup(group: PlaneGroup, texels: number, source: FileSource): Promise<LoadedGroup> {
   if (group.storage === "half") return { planes: await loadHalves(group.file, group.count, texels, source), codes: null };
   const range = Array.from({ length: group.count }, (_, k) => k), scale = range.map((k) => group.scale?.[k] ?? 1 / 255), offset = range.map((k) => group.offset?.[k] ?? 0);
-  const { codes, channels } = await decodePng(await source(group.file));
+  const { codes, channels } = await decodePng(await source(group.file), texels);
   if (codes.length !== channels * texels || channels < group.count) throw new FieldError(`${group.file} has another size than the texture`);
   const planes = range.map((k) => {
     const plane = new Uint8Array(texels);
@@ -159,11 +167,11 @@ function codesOf(groups: LoadedGroup[]): FieldCodes | null {
 async function loadMap(map: ShareMap, texels: number, source: FileSource): Promise<FieldMap> {
   const bytes = await source(map.file);
   if (map.storage === "half") {
-    const values = Float32Array.from(halves(await inflated([bytes], "gzip")), fromHalf);
+    const values = Float32Array.from(halves(await inflated([bytes], "gzip", 2 * texels)), fromHalf);
     if (values.length !== texels) throw new FieldError(`${map.file} has another size than the texture`);
     return { channels: 1, values };
   }
-  const { codes, channels } = await decodePng(bytes);
+  const { codes, channels } = await decodePng(bytes, texels);
   if (codes.length !== channels * texels) throw new FieldError(`${map.file} has another size than the texture`);
   const values = new Float32Array(channels * texels);
   const scale = map.scale ?? 1 / 255, offset = map.offset ?? 0;

@@ -21,9 +21,13 @@ export class BasisTable {
   ) {
     this.side = lightNodes * viewNodes;
     this.layers = channels * Math.ceil(functions / 4);
-    if (texels.length !== 4 * this.layers * this.side ** 2) {
-      throw new FieldError(`the table of the basis has ${texels.length} numbers: expected ${4 * this.layers * this.side ** 2}`);
-    }
+    const expected = BasisTable.numbers(functions, channels, this.side);
+    if (texels.length !== expected) throw new FieldError(`the table of the basis has ${texels.length} numbers: expected ${expected}`);
+  }
+
+  /** The numbers of `texels`, of squares that are so many texels across together. */
+  static numbers(functions: number, channels: number, side: number): number {
+    return 4 * channels * Math.ceil(functions / 4) * side ** 2;
   }
 
   /** The values of the functions of a channel for unit vectors towards light and viewer, as the shader finds them. */
@@ -61,6 +65,13 @@ export function between([x, y, z]: Vector, nodes: number): [[number, number], [n
     return [lower, place - lower];
   };
   return [place(x + y), place(x - y)];
+}
+
+/** The unit vector at a node of the octahedral map of the hemisphere: `between` the other way round. */
+export function directionAt(column: number, row: number, nodes: number): [number, number, number] {
+  const a = (2 * column) / (nodes - 1) - 1, b = (2 * row) / (nodes - 1) - 1, rise = 1 - Math.max(Math.abs(a), Math.abs(b));
+  const x = (0.5 + 0.5 * rise) * (a + b), y = (0.5 + 0.5 * rise) * (a - b), z = rise ** 2, length = Math.hypot(x, y, z);
+  return [x / length, y / length, z / length];
 }
 
 function corners([lower, fraction]: [number, number]): [number, number][] {

@@ -8,6 +8,7 @@ import { EndlessTexture } from "./endless.js";
 import { lampLightTexture, lampNodeTexture } from "./environment.js";
 import { type FieldCodes, type FieldData, planeCount } from "./field.js";
 import { fromHalf, halfLayers, halvesFrom } from "./half.js";
+import { LampTable } from "./lampTable.js";
 import { MeasuredBasis } from "./measured.js";
 import { NoiseBlocks } from "./noise.js";
 import type { BasisTable } from "./table.js";
@@ -37,6 +38,8 @@ export class ReflectanceTexture {
   /** Of light from all around: that of its lamps, and their directions. */
   readonly lampLight: DataArrayTexture | null;
   readonly lampNodes: DataTexture | null;
+  /** Measured functions at its lamps. */
+  readonly lamps: LampTable | null;
   /** Of boundaries that move: distances to them, and contrasts across them. */
   readonly distances: Texture | null;
   readonly contrasts: Texture | null;
@@ -74,6 +77,7 @@ export class ReflectanceTexture {
     this.directionPoints = measured && pointTexture(measured);
     this.lampLight = data.environment && lampLightTexture(data.environment);
     this.lampNodes = data.environment && lampNodeTexture(data.environment);
+    this.lamps = measured && data.environment && new LampTable(measured, data.environment);
     this.distances = data.boundaries && distanceTexture(data.boundaries, data.width, data.height, anisotropy);
     this.contrasts = data.boundaries && this.upload(contrastLayers(data.boundaries), anisotropy);
     this.heightRange = data.heights?.range ?? rangeOf(data.heights?.values);
@@ -85,9 +89,16 @@ export class ReflectanceTexture {
     return [width, height];
   }
 
+  private lampTableMade: DataArrayTexture | null = null;
+
+  /** What `lamps` is on the card; made when it is asked for, since not all who share light from all around look at it. */
+  get lampTable(): DataArrayTexture | null {
+    return (this.lampTableMade ??= this.lamps?.texture() ?? null);
+  }
+
   dispose(): void {
     this.endless?.dispose();
-    for (const texture of [this.planes, this.maps, this.basisTable, this.cornerMap, this.directionPoints, this.lampLight, this.lampNodes, this.distances, this.contrasts]) texture?.dispose();
+    for (const texture of [this.planes, this.maps, this.basisTable, this.cornerMap, this.directionPoints, this.lampLight, this.lampNodes, this.lampTableMade, this.distances, this.contrasts]) texture?.dispose();
   }
 
   /** Each layer once for each tile: layer k of tile i is k * tiles + i. */

@@ -1,6 +1,9 @@
 import { BufferGeometry, Float32BufferAttribute, Uint32BufferAttribute, Vector3 } from "three";
 import { FieldError } from "./field.js";
 
+/** Smaller objects are nothing that cameras can be placed around. */
+const LEAST_EXTENT = 1e-6;
+
 /** Vertices and triangles of a file; texture coordinates have their origin at the bottom left. */
 export class Triangles {
   /** Three, three and two numbers a vertex; normals of zero length are computed. */
@@ -14,6 +17,7 @@ export class Triangles {
     const { positions, texcoords, indices } = this, vertices = positions.length / 3;
     if (indices.length === 0) throw new FieldError("the mesh has no triangles");
     if (![...[positions, texcoords]].every((list) => list.every((v) => Math.abs(v) < 1e18))) throw new FieldError("a position or texture coordinate of the mesh is not a number below 1e18");
+    if (this.extent() < LEAST_EXTENT) throw new FieldError(`all points of the mesh lie within ${LEAST_EXTENT} of one another: export the mesh in other units`);
     const normals = this.unitNormals();
     const corners: Corners = { positions: [], normals: [], texcoords: [], tangents: [], indices: [] }, made = new Map<number, number>();
     const sums = this.tangentSums(normals);
@@ -33,6 +37,16 @@ export class Triangles {
       }
     }
     return geometryOf(corners);
+  }
+
+  /** The longest side of the box around all points. */
+  private extent(): number {
+    const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
+    this.positions.forEach((v, i) => {
+      low[i % 3] = Math.min(low[i % 3] ?? v, v);
+      high[i % 3] = Math.max(high[i % 3] ?? v, v);
+    });
+    return Math.max(...low.map((v, i) => (high[i] ?? v) - v));
   }
 
   private at(vertex: number): Vector3 {

@@ -20,6 +20,10 @@ test("a square is two triangles over four vertices, with or without normals", ()
   }
 });
 
+test("a mesh without an extent is refused", () => {
+  expect(() => read(SQUARE.replaceAll(/^v (.) (.) 0/gm, "v $1e-30 $2e-30 0"))).toThrow("export the mesh in other units");
+});
+
 test("mirrored halves that share vertices keep their tangents", () => {
   const places = [[-1, 0], [0, 0], [1, 0], [-1, 1], [0, 1], [1, 1]] as const;
   const halves = read([...places.flatMap(([x, y]) => [`v ${x} ${y} 0`, `vt ${Math.abs(x)} ${y}`]), "f 1/1 2/2 5/5 4/4", "f 2/2 3/3 6/6 5/5"].join("\n"));

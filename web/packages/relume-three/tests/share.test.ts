@@ -107,6 +107,13 @@ test("PNG rows of every filter are decoded", async () => {
   }
 });
 
+test("what unpacks to more than its header says is not unpacked to its end", async () => {
+  const bomb = gzipSync(new Uint8Array(1 << 26));
+  await expect(loadShare(source({ ...files(HEADER), "a.f16.gz": bomb }))).rejects.toThrow("unpacks to more than the 36 bytes");
+  const large = png(64, 64, 1, new Array<number>(64 * 64).fill(0));
+  await expect(loadShare(source({ ...files(HEADER), "c.png": large }))).rejects.toThrow("64 x 64 texels: expected 6 at most");
+});
+
 describe("files that are not as they should be are refused in a sentence", () => {
   const wrong: [string, object][] = [
     ["version", { ...HEADER, version: 2 }],
@@ -117,6 +124,19 @@ describe("files that are not as they should be are refused in a sentence", () =>
     ["table", { ...HEADER, basis: { ...HEADER.basis, name: "rbf" } }],
     ["layout", { ...HEADER, layout: "cmyk" }],
     ["texels", { ...HEADER, size: [4, 2] }],
+    ["title", { ...HEADER, title: { toString: 1 } }],
+    ["channels", { ...HEADER, channels: 1 }],
+    ["millimetres", { ...HEADER, mm_per_texel: -1 }],
+    ["millimetres in words", { ...HEADER, mm_per_texel: "two" }],
+    ["scale", { ...HEADER, planes: HEADER.planes.map((group) => ({ ...group, scale: ["1", 1, 1] })) }],
+    ["offsets", { ...HEADER, planes: HEADER.planes.map((group) => ({ ...group, offset: [0] })) }],
+    ["storage", { ...HEADER, planes: HEADER.planes.map((group) => ({ ...group, storage: "jpeg" })) }],
+    ["maps", { ...HEADER, maps: {} }],
+    ["a map", { ...HEADER, maps: [null] }],
+    ["tiles", { ...HEADER, cells: { tiles: 3, corners: 1, right: [3, 0], down: [0, 1], origin: [0, 0] } }],
+    ["steps of tiles", { ...HEADER, cells: { tiles: 2, corners: 1, right: [3, 0], down: [6, 0], origin: [0, 0] } }],
+    ["nodes of a table", { ...HEADER, basis: { ...HEADER.basis, table: { file: "t.gz", light_nodes: 1e9, view_nodes: 1e9 } } }],
+    ["directions", { ...HEADER, basis: { ...HEADER.basis, measured: { file: "t.gz", corners: "c.gz", map_nodes: 3, lights: [[0, "1"]], views: [] } } }],
   ];
   test.each(wrong)("%s", async (_, header) => {
     await expect(loadShare(source(files(header)))).rejects.toThrow(/^[a-z].*(texture|table|planes|header|numbers)/);

@@ -25,6 +25,7 @@ pub(super) fn decode(bytes: &[u8], job: &Job) -> Result<Mesh> {
     // Those that are left do not concern the triangles, and the library refuses all but its own.
     root.extensions_required.clear();
     check_positions(&root)?;
+    add_bounds(&mut root);
     let document = Document::from_json(root).map_err(|e| broken(&e))?;
     let blob = blob.as_deref().ok_or_else(|| Error::unsupported("the glTF file has no binary part"))?;
     let scene = document.default_scene().or_else(|| document.scenes().next());
@@ -58,6 +59,15 @@ fn check_positions(root: &gltf::json::Root) -> Result<()> {
             root.accessors.len()
         ))),
         None => Ok(()),
+    }
+}
+
+/// The bounds of positions, without which the library refuses a file: some programs leave them out, and nothing uses them here.
+fn add_bounds(root: &mut gltf::json::Root) {
+    for accessor in &mut root.accessors {
+        let bounds = || serde_json::Value::from(vec![0.0; 3]);
+        accessor.min.get_or_insert_with(bounds);
+        accessor.max.get_or_insert_with(bounds);
     }
 }
 
@@ -340,6 +350,12 @@ mod tests {
         assert_eq!(mesh.positions(), [[1.0, 2.0, 3.0], [3.0, 2.0, 3.0], [1.0, 4.0, 3.0]]);
         assert_eq!(mesh.texcoords(), [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]);
         assert_eq!(mesh.triangles(), [[0, 1, 2]]);
+    }
+
+    #[test]
+    fn positions_need_no_bounds() {
+        let without = edited("", 6, r#","min":[0,0,0],"max":[1,1,0]"#, "");
+        assert_eq!(decoded(&without).unwrap(), decoded(&triangle("", 6)).unwrap());
     }
 
     #[test]

@@ -16,6 +16,9 @@ pub use vertices::MeshVertices;
 use super::vector::{Vec3, length};
 use crate::error::{Error, Result};
 
+/// Smaller objects are nothing that cameras can be placed around.
+const LEAST_EXTENT: f32 = 1e-6;
+
 /// Triangles over shared vertices. All vertex lists have the same length.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mesh {
@@ -30,8 +33,8 @@ impl Mesh {
     /// triangles around its vertex.
     ///
     /// # Errors
-    /// When lists differ in length, there is no triangle, an index is out of range, or a
-    /// position or texture coordinate is not finite.
+    /// When lists differ in length, there is no triangle, an index is out of range, a
+    /// position or texture coordinate is not finite, or all positions are one.
     pub fn new(
         positions: Vec<[f32; 3]>,
         normals: Option<Vec<[f32; 3]>>,
@@ -57,6 +60,11 @@ impl Mesh {
             return Err(Error::invalid(
                 "a position or texture coordinate of the mesh is not a number below 1e18: export the mesh in other units",
             ));
+        }
+        if extent(&positions) < LEAST_EXTENT {
+            return Err(Error::invalid(format!(
+                "all points of the mesh lie within {LEAST_EXTENT:e} of one another: export the mesh in other units"
+            )));
         }
         let computed = smooth_normals(&positions, &triangles);
         let normals = match normals {
@@ -103,6 +111,15 @@ impl Mesh {
     }
 }
 
+/// The longest side of the box around all positions.
+fn extent(positions: &[[f32; 3]]) -> f32 {
+    let side = |axis: usize| {
+        let along = positions.iter().map(|p| p[axis]);
+        along.clone().fold(f32::MIN, f32::max) - along.fold(f32::MAX, f32::min)
+    };
+    (0..3).map(side).fold(0.0, f32::max)
+}
+
 /// Normals of vertices as the sum of the area vectors of their triangles.
 fn smooth_normals(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<[f32; 3]> {
     let mut sums = vec![Vec3::splat(0.0); positions.len()];
@@ -136,6 +153,10 @@ mod tests {
         assert!(new(&p, &t, &[[0, 1, 3]]).is_err());
         assert!(new(&p, &t[..2], &[[0, 1, 2]]).is_err());
         assert!(new(&[[f32::NAN, 0.0, 0.0]; 3], &t, &[[0, 1, 2]]).is_err());
+        let tiny = p.iter().map(|p| p.map(|v| 1e-30 * v)).collect::<Vec<_>>();
+        assert!(
+            new(&tiny, &t, &[[0, 1, 2]]).unwrap_err().to_string().contains("export the mesh in other units")
+        );
         let odd = Some(vec![[f32::NAN, 0.0, 0.0], [0.0; 3], [0.0, 0.0, 9.0]]);
         assert_eq!(Mesh::new(p, odd, t, vec![[0, 1, 2]]).unwrap().normals(), [[0.0, 0.0, 1.0]; 3]);
     }

@@ -14,7 +14,7 @@ use serde_json::json;
 use crate::context::Context;
 use crate::film::{Film, FilmArgs, FilmShape};
 use crate::output::Outputs;
-use crate::report::Report;
+use crate::report::{Report, counted};
 use crate::{args, environment, evaluated, normals, output};
 
 /// Arguments of `relume relight`.
@@ -281,7 +281,8 @@ fn run_sweep(args: &Args, directions: &[Directions], context: &Context) -> Resul
     let arrays = |of: fn(&Directions) -> Direction| -> Vec<[f64; 3]> {
         directions.iter().map(|pair| of(pair).to_array()).collect()
     };
-    let text = format!("{}: {} pictures, {}", args.output.display(), directions.len(), texture.size());
+    let text =
+        format!("{}: {}, {}", args.output.display(), counted(directions.len(), "picture"), texture.size());
     let json = json!({
         "what": "sweep",
         "width": texture.size().width,

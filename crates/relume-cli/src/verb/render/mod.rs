@@ -16,7 +16,7 @@ use crate::context::Context;
 use crate::evaluated::Texture;
 use crate::film::{Film, FilmShape};
 use crate::output::Outputs;
-use crate::report::Report;
+use crate::report::{Report, counted};
 use crate::{args, environment, evaluated, output, paths};
 
 /// Arguments of `relume render`.
@@ -268,12 +268,12 @@ fn report(args: &Args, mesh: &Mesh, options: &RenderOptions, relief: Option<&Mes
         .map(|light| json!({ "direction": light.direction.to_array(), "color": light.color }))
         .collect();
     let text = format!(
-        "{}: {}{}, {} triangles, {} lights{}",
+        "{}: {}{}, {}, {}{}",
         args.output.display(),
-        args.motion.frames().map_or_else(String::new, |n| format!("{n} pictures, ")),
+        args.motion.frames().map_or_else(String::new, |n| format!("{}, ", counted(n, "picture"))),
         args.size,
-        mesh.triangles().len(),
-        lights.len(),
+        counted(mesh.triangles().len(), "triangle"),
+        counted(lights.len(), "light"),
         if args.environment.is_given() { " and an environment" } else { "" }
     );
     let json = json!({

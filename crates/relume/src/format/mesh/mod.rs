@@ -26,6 +26,9 @@ pub fn decode_mesh(bytes: &[u8], job: &Job) -> Result<Mesh> {
         Some(kind) => Err(Error::unsupported(format!(
             "{kind} is not read: export the mesh as binary glTF (.glb) or OBJ"
         ))),
+        None if bytes.contains(&0) => Err(Error::invalid(
+            "the file is no mesh: it is neither binary glTF, which begins with the letters glTF, nor OBJ, which is text",
+        )),
         None => obj::decode(bytes, job),
     }
 }
@@ -47,7 +50,7 @@ fn other_kind(bytes: &[u8]) -> Option<&'static str> {
     ];
     let start = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
     let found = SIGNATURES.iter().find(|(signature, _)| start.starts_with(signature));
-    found.map(|&(_, kind)| kind).or_else(|| bytes.contains(&0).then_some("a binary file of this kind"))
+    found.map(|&(_, kind)| kind)
 }
 
 /// The replacement for the reader of binary glTF in a build without it.
@@ -102,7 +105,10 @@ mod tests {
             (b"ply\nformat ascii 1.0\n", "PLY is not read"),
             (b"solid cube\n", "STL is not read"),
             (b"Kaydara FBX Binary  \0", "FBX is not read"),
-            (b"v 0 0 0\n\0\0", "a binary file of this kind is not read"),
+            (
+                b"v 0 0 0\n\0\0",
+                "neither binary glTF, which begins with the letters glTF, nor OBJ, which is text",
+            ),
             (b"\xff\xfev\0", "UTF-16 text is not read"),
         ] {
             let error = decode_mesh(bytes, &Job::default()).unwrap_err().to_string();

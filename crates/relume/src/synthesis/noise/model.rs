@@ -64,6 +64,30 @@ pub struct Noise {
     _held: Held,
 }
 
+/// The least texels on each side of an exemplar for triangles of a side.
+fn least_exemplar(side: f64) -> f64 {
+    2.0 * side + 3.0
+}
+
+/// What to do about an exemplar that is too small for its triangles, of the customary side or a given one.
+fn too_small(size: Size, side: Option<f64>) -> Error {
+    let Some(side) = side else {
+        // From here on the customary triangles fit.
+        let least =
+            (1..).find(|&n| least_exemplar(NoiseOptions::customary_side(Size::new(n, n))) <= n as f64);
+        return Error::usage(format!(
+            "noise needs an exemplar of at least {} texels on each side, and this is {size}: use a larger one",
+            least.expect("triangles grow more slowly than exemplars")
+        ));
+    };
+    let fits_smaller = size.width.min(size.height) as f64 >= least_exemplar(1.0);
+    let advice = if fits_smaller { "choose a smaller side or a larger exemplar" } else { "use a larger one" };
+    Error::usage(format!(
+        "triangles of side {side:.1} need an exemplar of at least {} texels on each side, and this is {size}: {advice}",
+        least_exemplar(side).ceil()
+    ))
+}
+
 impl Noise {
     /// Models index planes; [`super::suits()`] defines what is refused.
     ///
@@ -78,11 +102,8 @@ impl Noise {
             return Err(Error::invalid("the exemplar holds values that are not finite"));
         }
         let side = options.side.unwrap_or_else(|| NoiseOptions::customary_side(size));
-        if ((size.width.min(size.height)) as f64) < 2.0 * side + 3.0 {
-            return Err(Error::usage(format!(
-                "triangles of side {side:.1} need an exemplar of more than twice that on each side, and this is \
-                 {size}: choose a smaller side or a larger exemplar"
-            )));
+        if (size.width.min(size.height) as f64) < least_exemplar(side) {
+            return Err(too_small(size, options.side));
         }
         let suitability = suits(index, job)?;
         if let Some(objection) = suitability.objection() {

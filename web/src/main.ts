@@ -15,7 +15,7 @@ function start(): void {
   const { title, textures, mesh } = pageData();
   const canvas = el("canvas", { tabindex: 0, role: "application", "aria-label": `${title}: drag, or press the arrow keys, to move the light` });
   const notice = el("div", { class: "notice", role: "status" });
-  const stage = el("div", { class: "stage" }, canvas, notice);
+  const foot = el("div", { class: "foot" }, notice), stage = el("div", { class: "stage" }, canvas, foot);
   const main = el("main", {}, el("h1", { class: "hidden" }, title), stage);
   document.body.append(main);
   let viewer: Viewer;
@@ -29,18 +29,28 @@ function start(): void {
   const panel = new Panel(viewer, say), ruler = new Ruler(viewer), notes = new Notes(viewer, textures, say);
   panel.element.append(notes.section);
   panel.element.hidden = matchMedia("(max-width: 640px)").matches;
-  const tools = new Toolbar(viewer, title, panel.element, () => ruler.toggle());
+  const tools = new Toolbar(viewer, title, panel.element, ruler);
   const wipe = el("div", { class: "wipe", "aria-hidden": "true" });
   stage.append(notes.element, ruler.element, ruler.bar, wipe);
   main.append(panel.element);
-  stage.append(tools.element);
+  foot.append(tools.element);
+  const failures = (): string[] => [...viewer.failures, ...notes.failures];
   viewer.onChange(() => {
     panel.refresh(viewer.state);
     ruler.refresh();
     notes.refresh();
     wipe.hidden = !["wipe", "plain"].includes(viewer.state.compare);
-    if (document.documentElement.dataset["ready"] !== undefined) notice.textContent = viewer.tileError ?? (viewer.stage.pending > 0 ? `${viewer.stage.pending} tiles to come` : notice.dataset["errors"] ?? "");
+    stage.classList.toggle("drawing", viewer.tool !== null && viewer.state.object === "flat" && !viewer.movesView);
+    if (document.documentElement.dataset["ready"] !== undefined) {
+      const coming = viewer.stage.pending > 0 ? [`${viewer.stage.pending} tiles to come`] : [];
+      const wrong = failures().map((sentence) => `${sentence}. The page tries again.`);
+      notice.textContent = [notice.dataset["errors"] ?? "", ...(wrong.length > 0 ? wrong : coming)].filter((line) => line !== "").join("\n");
+    }
     wipe.style.left = `${100 * viewer.state.wipe}%`;
+  });
+  viewer.retryWhile(() => failures().length > 0, () => {
+    viewer.stage.retry();
+    notes.retry();
   });
   listen(canvas, viewer);
   listenForFiles(viewer, say);
@@ -83,6 +93,12 @@ async function loadAll(viewer: Viewer, textures: PageTexture[], notice: HTMLElem
   document.documentElement.dataset["ready"] = String(errors.length);
 }
 
+/** Turns off the tool that draws. */
+function endDrawing(viewer: Viewer, ruler: Ruler, notes: Notes): void {
+  if (viewer.tool === ruler) ruler.toggle();
+  else if (viewer.tool === notes) notes.toggle();
+}
+
 /** Keys that act wherever the focus is, but for fields of text. */
 function pressed(event: KeyboardEvent, viewer: Viewer, tools: Toolbar, ruler: Ruler, title: string, notes: Notes): void {
   const target = event.target as HTMLElement | null;
@@ -101,6 +117,7 @@ function pressed(event: KeyboardEvent, viewer: Viewer, tools: Toolbar, ruler: Ru
   const shift = shifts[key];
   const object = OBJECTS[Number(key) - 1];
   const actions: Record<string, () => void> = {
+    escape: () => endDrawing(viewer, ruler, notes),
     m: () => viewer.nextMode(),
     o: () => viewer.toggleOrbit(),
     r: () => ruler.toggle(),

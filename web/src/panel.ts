@@ -164,9 +164,10 @@ export class Panel {
     input.addEventListener("input", () => this.viewer.change({ gain: Number(input.value) }, "gain"));
     const amount = el("label", { class: "slider" }, name, input);
     this.refreshers.push((state) => {
-      select.value = state.mode;
+      const mode = this.viewer.modeOf(state.texture);
+      select.value = mode;
       for (const option of options) option.disabled = !this.viewer.modes.includes(option.value as Mode);
-      const range = AMOUNTS[state.mode];
+      const range = AMOUNTS[mode];
       amount.hidden = range === undefined;
       if (range) [input.min, input.max, name.textContent] = [String(range[0]), String(range[1]), range[2]];
       input.value = String(state.gain);
@@ -198,12 +199,14 @@ export class Panel {
     const other = el("select", { "aria-label": "Compared with" });
     this.viewer.titles.forEach((title, i) => other.append(el("option", { value: i }, title)));
     other.addEventListener("change", () => this.viewer.change({ other: Number(other.value) }));
+    const unlike = el("p", { class: "dim" }, "It has no normals, and is shown as photographed.");
     this.refreshers.push((state) => {
       select.value = state.compare;
       other.value = String(state.other);
       other.hidden = state.compare === "single" || state.compare === "plain";
+      unlike.hidden = other.hidden || this.viewer.modeOf(state.other) === state.mode;
     });
-    return el("div", {}, select, other);
+    return el("div", {}, select, other, unlike);
   }
 
   /** What endless planes have beside textures. */

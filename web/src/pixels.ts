@@ -1,3 +1,4 @@
+import { flatScale } from "./stage.js";
 import type { Viewer } from "./viewer.js";
 import { type ViewState, copyOf } from "./state.js";
 
@@ -43,7 +44,7 @@ export async function textureSnapshot(viewer: Viewer): Promise<Blob> {
       for (let left = 0; left < width; left += PART) {
         const w = Math.min(PART, width - left), h = Math.min(PART, height - top);
         viewer.stage.resize(w, h, 1);
-        const state = partOf(viewer.state, (left + w / 2) / width, (top + h / 2) / height, Math.max(width / w, height / h));
+        const state = partOf(viewer.state, (left + w / 2) / width, (top + h / 2) / height, 1 / flatScale({ zoom: 1, repeat: 1 }, texture, w, h));
         await viewer.stage.settle(state);
         context.drawImage(viewer.canvas, left, top);
       }

@@ -23,8 +23,8 @@ export function flatPlaces(viewer: Viewer): FlatPlaces | null {
   };
 }
 
-/** The texel under a pointer over an element that covers the canvas. */
-export function texelAt(event: PointerEvent, element: Element, places: FlatPlaces): [number, number] {
-  const box = element.getBoundingClientRect();
+/** The texel under a pointer over the canvas. */
+export function texelAt(event: PointerEvent, canvas: HTMLCanvasElement, places: FlatPlaces): [number, number] {
+  const box = canvas.getBoundingClientRect();
   return places.texel(event.clientX - box.left, event.clientY - box.top);
 }

@@ -1,3 +1,4 @@
+import { flatPlaces } from "./places.js";
 import { flatScale } from "./stage.js";
 import { onDisk } from "./state.js";
 import type { Viewer } from "./viewer.js";
@@ -5,11 +6,20 @@ import type { Viewer } from "./viewer.js";
 /** Pixels around the border of a wipe at which it is taken. */
 const GRIP = 14;
 
-type Drag = "light" | "move" | "wipe";
+type Drag = "light" | "move" | "wipe" | "tool";
+
+/** Draws in the flat picture with what moves the light otherwise. */
+export interface DrawingTool {
+  begin(event: PointerEvent): void;
+  move(event: PointerEvent): void;
+  end(): void;
+  /** A second finger came: the drag is none of the tool's. */
+  cancel(): void;
+}
 
 /**
- * Moves light and view by the pointer: the first button or one finger moves the light, or the view where that was chosen;
- * the other buttons, Shift, or two fingers move the view; wheel and pinch magnify.
+ * Moves light and view by the pointer: the first button or one finger moves the light, or the view where that was chosen, or draws
+ * with a tool; the other buttons, Shift, or two fingers move the view; wheel and pinch magnify.
  */
 export function listen(canvas: HTMLCanvasElement, viewer: Viewer): void {
   const touches = new Map<number, PointerEvent>();
@@ -22,9 +32,11 @@ export function listen(canvas: HTMLCanvasElement, viewer: Viewer): void {
     }
     canvas.setPointerCapture(event.pointerId);
     touches.set(event.pointerId, event);
+    if (drag === "tool") viewer.tool?.cancel();
+    drag = touches.size > 1 ? "move" : dragOf(event, canvas, viewer);
+    if (drag === "tool") return viewer.tool?.begin(event);
     viewer.begin();
-    drag = dragOf(event, canvas, viewer);
-    if (drag === "light" && touches.size === 1) moveLight(event, canvas, viewer);
+    if (drag === "light") moveLight(event, canvas, viewer);
   });
   canvas.addEventListener("pointermove", (event) => {
     const before = touches.get(event.pointerId);
@@ -32,7 +44,8 @@ export function listen(canvas: HTMLCanvasElement, viewer: Viewer): void {
       canvas.style.cursor = nearWipe(event, canvas, viewer) ? "ew-resize" : "";
       return;
     }
-    if (touches.size === 2) pinch(touches, event, canvas, viewer);
+    if (drag === "tool") viewer.tool?.move(event);
+    else if (touches.size === 2) pinch(touches, event, canvas, viewer);
     else if (drag === "light") moveLight(event, canvas, viewer);
     else if (drag === "wipe") viewer.change({ wipe: clamp01((event.clientX - canvas.getBoundingClientRect().left) / canvas.clientWidth) }, "wipe");
     else pan(event.clientX - before.clientX, event.clientY - before.clientY, canvas, viewer);
@@ -41,11 +54,17 @@ export function listen(canvas: HTMLCanvasElement, viewer: Viewer): void {
   for (const name of ["pointerup", "pointercancel"] as const) {
     canvas.addEventListener(name, (event) => {
       touches.delete(event.pointerId);
+      const ended = drag;
       drag = null;
+      if (ended !== "tool") return;
+      if (name === "pointerup") viewer.tool?.end();
+      else viewer.tool?.cancel();
     });
   }
   canvas.addEventListener("contextmenu", (event) => event.preventDefault());
-  canvas.addEventListener("dblclick", () => viewer.fit());
+  canvas.addEventListener("dblclick", () => {
+    if (!viewer.tool) viewer.fit();
+  });
   canvas.addEventListener("wheel", (event) => {
     event.preventDefault();
     magnify(Math.exp(-event.deltaY / (event.ctrlKey ? 100 : 500)), event, canvas, viewer);
@@ -55,7 +74,8 @@ export function listen(canvas: HTMLCanvasElement, viewer: Viewer): void {
 function dragOf(event: PointerEvent, canvas: HTMLCanvasElement, viewer: Viewer): Drag {
   if (nearWipe(event, canvas, viewer)) return "wipe";
   const other = event.button !== 0 || event.shiftKey || event.altKey;
-  return other !== viewer.movesView ? "move" : "light";
+  if (other !== viewer.movesView) return "move";
+  return viewer.tool && flatPlaces(viewer) ? "tool" : "light";
 }
 
 function nearWipe(event: PointerEvent, canvas: HTMLCanvasElement, viewer: Viewer): boolean {

@@ -3,6 +3,7 @@ import { GifWriter } from "./gif.js";
 import { codesOf, pngOf } from "./pixels.js";
 import type { DiskLight } from "./state.js";
 import type { Viewer } from "./viewer.js";
+import { WebmEncoder, encodesFilms } from "./webm.js";
 import { zipOf } from "./zip.js";
 
 /** The lights at a time in seconds. */
@@ -52,7 +53,10 @@ export class Recorder {
   constructor(private readonly viewer: Viewer, private readonly title: string, private readonly say: (sentence: string) => void, private readonly shown: (recording: boolean) => void) {
     const path = el("select", { "aria-label": "Path of the light" }, el("option", { value: "orbit" }, "Once around"), el("option", { value: "drag", disabled: true }, "As recorded"));
     const format = el("select", { "aria-label": "Kind of file" });
-    for (const [value, name] of Object.entries(FORMATS)) if (value !== "webm" || "MediaRecorder" in window) format.append(el("option", { value }, name));
+    for (const [value, name] of Object.entries(FORMATS)) {
+      const isMade = value !== "webm" || encodesFilms();
+      format.append(el("option", { value, disabled: !isMade }, isMade ? name : `${name} (this browser encodes none${isSecureContext ? "" : " without https"})`));
+    }
     const number = (value: number, max: number): HTMLInputElement => el("input", { type: "number", min: 2, max, value, required: true });
     this.form = { path, format, count: number(36, 360), rate: number(12, 50) };
     this.dialog = this.made();
@@ -123,18 +127,9 @@ const MAKERS: Record<Format, Maker> = {
     return zipOf(files);
   },
   webm: async (viewer, frames, rate, progress) => {
-    const stream = viewer.canvas.captureStream(0), [track] = stream.getVideoTracks();
-    const recorder = new MediaRecorder(stream, { mimeType: "video/webm", videoBitsPerSecond: 12e6 }), parts: Blob[] = [];
-    recorder.addEventListener("dataavailable", (event) => parts.push(event.data));
-    const stopped = new Promise((resolve) => recorder.addEventListener("stop", resolve, { once: true }));
-    recorder.start();
-    await each(viewer, frames, progress, async () => {
-      (track as CanvasCaptureMediaStreamTrack | undefined)?.requestFrame();
-      await new Promise((resolve) => setTimeout(resolve, 1000 / rate));
-    });
-    recorder.stop();
-    await stopped;
-    return new Blob(parts, { type: "video/webm" });
+    const encoder = new WebmEncoder(viewer.canvas, rate);
+    await each(viewer, frames, progress, () => encoder.add());
+    return encoder.finish();
   },
 };
 

@@ -8,10 +8,17 @@ import { type DiskLight, type ObjectName, type ViewState, onDisk } from "./state
 /** Screen pixels of a texel from which on texels are shown as squares. */
 const CRISP_PIXELS = 4;
 const FIELD_OF_VIEW = 30;
+/** Screen pixels across a strip that would be narrower as a whole: its middle is shown. */
+const LEAST_STRIP = 8;
 /** Ways that show nothing of textures without normals, such as noise. */
 export const NEED_NORMALS: readonly Mode[] = ["diffuse-gain", "specular", "unsharp-normals", "normals", "albedo", "height", "slope", "shading"];
 
 const CLOSED: readonly ObjectName[] = ["sphere", "torus"];
+
+/** Whether a texture can be shown so. */
+export function knowsMode(texture: Pick<StagedTexture, "maps"> | null, mode: Mode): boolean {
+  return texture?.maps !== null || !NEED_NORMALS.includes(mode);
+}
 
 /** A texture on the stage. */
 interface Placed {
@@ -100,6 +107,19 @@ export class Stage {
     return this.placed.reduce((sum, placed) => sum + (placed?.tiles?.pending ?? 0), 0);
   }
 
+  /** What could not be loaded, a sentence for each texture. */
+  get failures(): string[] {
+    return this.placed.flatMap((placed) => placed?.tiles?.failure ?? placed?.texture.endless?.failure ?? []);
+  }
+
+  /** Asks again for what could not be loaded. */
+  retry(): void {
+    for (const placed of this.placed) {
+      placed?.tiles?.retry();
+      placed?.texture.endless?.retry();
+    }
+  }
+
   /** Loads the tiles that a state needs. */
   async settle(state: ViewState): Promise<void> {
     do {
@@ -133,7 +153,8 @@ export class Stage {
   }
 
   /** Draws into a part of the canvas what a view of another part shows there. */
-  private drawPart(state: ViewState, view: Part, seen: Part, height: number): void {
+  private drawPart(asked: ViewState, view: Part, seen: Part, height: number): void {
+    const isKnown = knowsMode(this.placed[asked.texture]?.texture ?? null, asked.mode), state = isKnown ? asked : { ...asked, mode: "default" as const };
     const placed = this.formFor(state);
     if (!placed || seen.width <= 0) return;
     this.renderer.setScissorTest(true);
@@ -284,9 +305,11 @@ function lampsOf({ source, lights }: ViewState, { knowsEnvironment }: Reflectanc
   return source === "environment" && knowsEnvironment ? [] : lights;
 }
 
-/** CSS pixels of a texel in the flat view; of an endless plane no more is shown than there is room for. */
-export function flatScale(state: ViewState, texture: Pick<StagedTexture, "width" | "height" | "endless">, width: number, height: number): number {
-  const scale = (state.zoom / Math.max(1, state.repeat)) * Math.min(width / texture.width, height / texture.height);
+/** CSS pixels of a texel in the flat view; of an endless plane no more is shown than there is room for, and of a strip no less than can be seen. */
+export function flatScale(state: Pick<ViewState, "zoom" | "repeat">, texture: Pick<StagedTexture, "width" | "height" | "endless">, width: number, height: number): number {
+  const [across, down] = [width / texture.width, height / texture.height], seen = LEAST_STRIP / Math.min(texture.width, texture.height);
+  const whole = Math.max(Math.min(across, down), Math.min(across, seen), Math.min(down, seen));
+  const scale = (state.zoom / Math.max(1, state.repeat)) * whole;
   const reach = texture.endless?.reach;
   return reach ? Math.max(scale, width / reach[0], height / reach[1]) : scale;
 }

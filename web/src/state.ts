@@ -134,33 +134,3 @@ export function onDisk(u: number, v: number): [number, number] {
   const most = 0.995, radius = Math.hypot(u, v);
   return radius > most ? [(u * most) / radius, (v * most) / radius] : [u, v];
 }
-
-/** The states before and after the one shown. */
-export class History {
-  private past: ViewState[] = [];
-  private future: ViewState[] = [];
-
-  /** Keeps a state that is about to change. */
-  keep(state: ViewState): void {
-    if (this.past.length > 0 && toHash(this.past[this.past.length - 1] as ViewState) === toHash(state)) return;
-    this.past.push(copyOf(state));
-    if (this.past.length > 200) this.past.shift();
-    this.future = [];
-  }
-
-  back(now: ViewState): ViewState | null {
-    return this.step(this.past, this.future, now);
-  }
-
-  forth(now: ViewState): ViewState | null {
-    return this.step(this.future, this.past, now);
-  }
-
-  private step(from: ViewState[], to: ViewState[], now: ViewState): ViewState | null {
-    let state = from.pop();
-    while (state && toHash(state) === toHash(now)) state = from.pop();
-    if (!state) return null;
-    to.push(copyOf(now));
-    return state;
-  }
-}

@@ -23,12 +23,23 @@ export class TileCache {
   private queue: TilePlace[] = [];
   private bytes = 0;
   private idle: (() => void)[] = [];
+  private fault: string | null = null;
 
-  constructor(readonly share: TiledShare, private readonly anisotropy: number, private readonly changed: (error: string | null) => void) {}
+  constructor(readonly share: TiledShare, private readonly anisotropy: number, private readonly changed: () => void) {}
 
   /** Tiles that are asked for and have not come. */
   get pending(): number {
     return this.queue.length + this.loading.size;
+  }
+
+  /** Why tiles could not be loaded; null if none is missing for it. */
+  get failure(): string | null {
+    return this.fault;
+  }
+
+  /** Tiles that could not be loaded are asked for again when they are in view. */
+  retry(): void {
+    for (const [key, tile] of this.kept) if (!tile) this.kept.delete(key);
   }
 
   /** The tiles to draw over the coarse texture, coarse ones first; those that are missing are loaded. `step`: texels of the whole for each pixel. */
@@ -90,18 +101,18 @@ export class TileCache {
   }
 
   private async load(place: TilePlace): Promise<void> {
-    let error: string | null = null;
     try {
       const texture = new ReflectanceTexture(await this.share.tile(place), this.anisotropy);
       this.kept.set(keyOf(place), { place, texture, material: new ReflectanceMaterial(texture) });
       this.bytes += bytesOf(texture);
+      this.fault = null;
       this.trim();
     } catch (fault) {
       this.kept.set(keyOf(place), null);
-      error = fault instanceof Error ? fault.message : String(fault);
+      this.fault = fault instanceof Error ? fault.message : String(fault);
     }
     this.loading.delete(keyOf(place));
-    this.changed(error);
+    this.changed();
     this.pump();
   }
 

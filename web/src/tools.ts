@@ -1,8 +1,12 @@
 import { download, el, fileName, iconButton } from "./dom.js";
 import { Recorder } from "./record.js";
 import { pngOf, textureSnapshot } from "./pixels.js";
+import type { Ruler } from "./ruler.js";
 import { toHash } from "./state.js";
 import type { Viewer } from "./viewer.js";
+
+/** Milliseconds in which a letter of a sentence is read. */
+const READING = 50;
 
 interface Bookmark {
   name: string;
@@ -18,17 +22,18 @@ export class Toolbar {
   private readonly help: HTMLDialogElement;
   private readonly key: string;
   private readonly controls: HTMLElement;
+  private sayTimer = 0;
 
-  constructor(private readonly viewer: Viewer, title: string, private readonly panel: HTMLElement, ruler: () => void) {
+  constructor(private readonly viewer: Viewer, title: string, private readonly panel: HTMLElement, ruler: Ruler) {
     this.key = `relume-bookmarks:${title}`;
     this.said = el("div", { class: "said", role: "status", "aria-live": "polite" });
     this.bookmarks = this.bookmarkDialog();
     this.help = helpDialog();
     const hand = iconButton("Drag moves the view", "M9 11V5a1.5 1.5 0 013 0v5m0 0V4a1.5 1.5 0 013 0v6m0 0V6a1.5 1.5 0 013 0v9a6 6 0 01-6 6h-1c-2 0-3-1-4-3l-3-5a1.4 1.4 0 012-2l2 2", () => {
       viewer.movesView = !viewer.movesView;
-      hand.setAttribute("aria-pressed", String(viewer.movesView));
+      viewer.redraw(false);
     });
-    hand.setAttribute("aria-pressed", "false");
+    const measure = iconButton("Ruler", "M3 16L16 3l5 5L8 21zM7 12l2 2M10 9l3 3M13 6l2 2", () => ruler.toggle());
     this.controls = iconButton("Controls", "M4 7h10m4 0h2M4 17h2m4 0h10M16 5v4M8 15v4", () => this.toggleControls());
     this.controls.setAttribute("aria-expanded", String(!panel.hidden));
     this.controls.classList.add("controls");
@@ -41,7 +46,7 @@ export class Toolbar {
       iconButton("Fit to the window", "M5 5h14v14H5zM9 12h6M12 9v6", () => viewer.fit()),
       iconButton("Undo", "M9 7L4 12l5 5M4 12h10a6 6 0 016 6", () => viewer.undo()),
       iconButton("Redo", "M15 7l5 5-5 5M20 12H10a6 6 0 00-6 6", () => viewer.redo()),
-      iconButton("Ruler", "M3 16L16 3l5 5L8 21zM7 12l2 2M10 9l3 3M13 6l2 2", ruler),
+      measure,
       iconButton("Save a picture", "M4 8h3l2-3h6l2 3h3v11H4zM12 17a4 4 0 100-8 4 4 0 000 8", () => void this.snapshot(title)),
       iconButton("Save the whole texture", "M4 4h16v16H4zM12 7v8M8.5 12l3.5 3.5 3.5-3.5M8 18h8", () => void this.snapshot(title, true)),
       film,
@@ -52,6 +57,10 @@ export class Toolbar {
       this.controls,
     );
     document.body.append(this.said, this.bookmarks, this.help);
+    viewer.onChange(() => {
+      hand.setAttribute("aria-pressed", String(viewer.movesView));
+      measure.setAttribute("aria-pressed", String(viewer.isOn(ruler)));
+    });
   }
 
   /** Shows or hides the panel. */
@@ -64,7 +73,8 @@ export class Toolbar {
   say(sentence: string): void {
     this.said.textContent = sentence;
     this.said.classList.add("shown");
-    setTimeout(() => this.said.classList.remove("shown"), 2500);
+    clearTimeout(this.sayTimer);
+    this.sayTimer = window.setTimeout(() => this.said.classList.remove("shown"), 2000 + READING * sentence.length);
   }
 
   /** Saves the picture as it is on the screen, or the whole flat texture with a pixel for each texel. */
@@ -154,17 +164,19 @@ function helpDialog(): HTMLDialogElement {
     ["1 to 5", "flat, plane, sphere, torus, cloth"],
     ["M", "next way of showing"],
     ["O", "the light goes round"],
-    ["R", "ruler"],
+    ["R", "ruler; off again, its lines go"],
     ["S", "saves a picture"],
     ["N", "writes an annotation on the middle of the view"],
     ["B", "bookmarks"],
     ["0 or double click", "the whole texture"],
-    ["Ctrl-Z, Ctrl-Y", "undo, redo"],
+    ["Ctrl-Z, Ctrl-Y", "undo, redo, also of lines and annotations"],
+    ["Esc", "ends drawing of lines and annotations"],
     ["H", "hides the controls"],
   ];
+  // Above the list: what has the focus is in sight, and so is the beginning.
   const close = el("button", { type: "button" }, "Close");
   const list = el("dl", {}, ...rows.flatMap(([keys, does]) => [el("dt", {}, keys), el("dd", {}, does)]));
-  const dialog = el("dialog", { "aria-label": "Help" }, el("h2", {}, "Keys and pointer"), list, close);
+  const dialog = el("dialog", { "aria-label": "Help" }, el("div", { class: "head" }, el("h2", {}, "Keys and pointer"), close), list);
   close.addEventListener("click", () => dialog.close());
   return dialog;
 }

@@ -2,8 +2,10 @@ import { MODES, type Mode, TiledShare, openShare } from "relume-three";
 import type { BufferGeometry } from "three";
 import { D65, chromaticityOf } from "./balance.js";
 import { linearColorAt } from "./pixels.js";
-import { NEED_NORMALS, Stage } from "./stage.js";
-import { type DiskLight, FIRST, History, type ViewState, copyOf, fromHash, onDisk, toHash } from "./state.js";
+import { type Change, History } from "./history.js";
+import type { DrawingTool } from "./pointer.js";
+import { Stage, knowsMode } from "./stage.js";
+import { type DiskLight, FIRST, type ViewState, copyOf, fromHash, onDisk, toHash } from "./state.js";
 import { type PageTexture, sourceOf } from "./page.js";
 import { TileCache } from "./tiles.js";
 
@@ -18,6 +20,8 @@ const MOVING = 600;
 const SLOW_FRAME = 60;
 /** What has not moved for so long rests. */
 const REST = 250;
+/** What could not be loaded or saved is tried again after so long, in milliseconds. */
+const RETRY = 3000;
 /** What an effect begins with: seen at once, and not overdone. */
 const USUAL_AMOUNTS: Partial<Record<Mode, number>> = {
   "diffuse-gain": 2, specular: 1, "unsharp-luminance": 1, "unsharp-normals": 2, "unsharp-coefficients": 1, "multi-light": 1,
@@ -46,6 +50,9 @@ export class Viewer {
   private restTimer = 0;
   private addressTimer = 0;
   private pending = false;
+  private retryTimer = 0;
+  /** The tools that are on; the last one draws. */
+  private readonly tools: DrawingTool[] = [];
   /** Until a texture is there: whether nothing was said of the light. */
   private isFree = !location.hash.includes("=");
 
@@ -69,10 +76,7 @@ export class Viewer {
       this.lightFirst(index);
       return this.redraw();
     }
-    const tiles = new TileCache(opened, this.stage.anisotropy, (error) => {
-      if (error !== null) this.tileError = error;
-      this.redraw(false);
-    });
+    const tiles = new TileCache(opened, this.stage.anisotropy, () => this.redraw(false));
     // Small levels first: a picture at once.
     for (const level of levelsUpTo(opened.levels.length - 1, opened.whole)) {
       this.stage.add(index, await opened.wholeLevel(level, progress), tiles);
@@ -109,7 +113,49 @@ export class Viewer {
   /** The ways of showing the texture: some need normals. */
   get modes(): readonly Mode[] {
     const texture = this.stage.texture(this.state.texture);
-    return texture?.maps === null ? MODES.filter((mode) => !NEED_NORMALS.includes(mode)) : MODES;
+    return MODES.filter((mode) => knowsMode(texture, mode));
+  }
+
+  /** The way of showing a texture: the one chosen where it knows that. */
+  modeOf(index: number): Mode {
+    return knowsMode(this.stage.texture(index), this.state.mode) ? this.state.mode : "default";
+  }
+
+  /** The tool that draws, if one does. */
+  get tool(): DrawingTool | null {
+    return this.tools[this.tools.length - 1] ?? null;
+  }
+
+  isOn(tool: DrawingTool): boolean {
+    return this.tools.includes(tool);
+  }
+
+  /** Turns a tool on, over others that are, or off; tells which. It draws flat, and with what moved the view or the light. */
+  toggleTool(tool: DrawingTool): boolean {
+    const at = this.tools.indexOf(tool);
+    if (at >= 0) this.tools.splice(at, 1);
+    else this.tools.push(tool);
+    if (at < 0) this.movesView = false;
+    if (at < 0 && this.state.object !== "flat") this.change({ object: "flat" });
+    else this.redraw(false);
+    return at < 0;
+  }
+
+  /** What could not be loaded, in sentences. */
+  get failures(): string[] {
+    return this.stage.failures;
+  }
+
+  /** Calls a function while something has failed, again and again. */
+  retryWhile(hasFailed: () => boolean, retry: () => void): void {
+    this.onChange(() => {
+      if (this.retryTimer !== 0 || !hasFailed()) return;
+      this.retryTimer = window.setTimeout(() => {
+        this.retryTimer = 0;
+        retry();
+        this.redraw(false);
+      }, RETRY);
+    });
   }
 
   /** Another part of an endless plane, up to a thousand million texels away. */
@@ -176,9 +222,9 @@ export class Viewer {
 
   addLight(): void {
     if (this.state.lights.length > 3) return;
-    const { u, v } = this.light;
+    const [u, v] = freePlace(this.state.lights, this.light);
     this.chosen = this.state.lights.length;
-    this.change({ lights: [...this.state.lights, { u: -u, v: -v, color: "#ffffff", strength: 0.6, softness: 0 }] });
+    this.change({ lights: [...this.state.lights, { u, v, color: "#ffffff", strength: 0.6, softness: 0 }] });
   }
 
   removeLight(): void {
@@ -218,6 +264,11 @@ export class Viewer {
     this.change({ x, y, zoom, azimuth, elevation, near });
   }
 
+  /** Keeps a change of something else than the view, for undo. */
+  record(change: Change): void {
+    this.history.record(change);
+  }
+
   undo(): void {
     this.restore(this.history.back(this.state));
   }
@@ -251,7 +302,7 @@ export class Viewer {
 
   nextMode(): void {
     const { modes } = this;
-    this.showMode(modes[(modes.indexOf(this.state.mode) + 1) % modes.length] ?? "default");
+    this.showMode(modes[(modes.indexOf(this.modeOf(this.state.texture)) + 1) % modes.length] ?? "default");
   }
 
   /** Draws before the next frame of the screen; `moves`: because what is shown changes. */
@@ -300,9 +351,6 @@ export class Viewer {
     document.documentElement.dataset["drawn"] = String(Number(document.documentElement.dataset["drawn"] ?? 0) + 1);
   }
 
-  /** What went wrong with a tile; null if nothing did. */
-  tileError: string | null = null;
-
   private restore(state: ViewState | null): void {
     if (!state) return;
     this.state = copyOf(state);
@@ -332,4 +380,16 @@ function levelsUpTo(smallest: number, whole: number): number[] {
   const levels: number[] = [];
   for (let level = smallest; level > whole; level -= 2) levels.push(level);
   return [...levels, whole];
+}
+
+/** A place for another light: as high as the one chosen, and as far as can be from all there are. */
+export function freePlace(lights: DiskLight[], { u, v }: DiskLight): [number, number] {
+  const radius = Math.max(0.3, Math.hypot(u, v)), first = Math.atan2(v, u) + Math.PI;
+  const places = [0, 4, 2, 6, 1, 7, 3, 5].map((eighth): [number, number] => {
+    const angle = first + (eighth * Math.PI) / 4;
+    return [radius * Math.cos(angle), radius * Math.sin(angle)];
+  });
+  const room = ([x, y]: [number, number]): number => Math.min(...lights.map((light) => Math.hypot(light.u - x, light.v - y)));
+  // A little more room is no reason for another place: the first ones are spread best.
+  return places.reduce((best, place) => (room(place) > room(best) + 1e-6 ? place : best));
 }

@@ -34,3 +34,13 @@ export function writePtm(path: string, side: number): void {
   }
   writeFileSync(path, bytes);
 }
+
+/** A strip whose texels differ along it, as a polynomial texture map (RGB). */
+export function writeStrip(path: string, width: number, height: number): void {
+  const head = Buffer.from(`PTM_1.2\nPTM_FORMAT_RGB\n${width}\n${height}\n1 1 1 1 1 1\n128 128 128 128 128 0\n`, "latin1");
+  const texels = width * height, bytes = Buffer.alloc(head.length + 18 * texels);
+  head.copy(bytes);
+  for (let i = 0; i < texels; i++)
+    for (let c = 0; c < 3; c++) bytes.set([128, 128, 128, 128, 128, 120 + ((c === 0 ? i : 7 * i) % 100)], head.length + 6 * (c * texels + i));
+  writeFileSync(path, bytes);
+}

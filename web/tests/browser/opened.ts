@@ -20,4 +20,10 @@ export class Opener {
     await ready(page);
     return page;
   }
+
+  /** What the browser writes about requests that fail is part of tests that make them fail. */
+  forgiveFailedRequests(): void {
+    const others = this.complaints.filter((one) => !/Failed to load resource/.test(one));
+    this.complaints.splice(0, this.complaints.length, ...others);
+  }
 }

@@ -7,6 +7,7 @@ import { decodePng } from "../../packages/relume-three/src/png.js";
 import { launch } from "../chromium.js";
 import { ViewServer, Workplace } from "../program.js";
 import { writeShape } from "../shapes.js";
+import { entry } from "./hands.js";
 import { Opener } from "./opened.js";
 import { canvas, difference, drawn, file, show } from "./pictures.js";
 
@@ -277,11 +278,3 @@ test("an element shows a shared page within another one", async () => {
   await page.close();
   files.close();
 });
-
-/** The bytes of a stored entry. */
-function entry(zip: Buffer, index: number): Uint8Array {
-  let at = 0;
-  for (let i = 0; i < index; i++) at += 30 + zip.readUInt16LE(at + 26) + zip.readUInt32LE(at + 18);
-  const start = at + 30 + zip.readUInt16LE(at + 26);
-  return new Uint8Array(zip.subarray(start, start + zip.readUInt32LE(at + 18)));
-}

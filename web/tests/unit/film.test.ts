@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
 import { GifWriter, lzw, quantized } from "../../src/gif.js";
-import { annotationFile, parseAnnotations } from "../../src/notes.js";
+import { annotationFile, parseAnnotations } from "../../src/annotations.js";
 import { orbitOf, pathOf } from "../../src/record.js";
 import { crc32, zipOf } from "../../src/zip.js";
 

@@ -1,5 +1,6 @@
 import { expect, test } from "vitest";
-import { FIRST, History, copyOf, fromHash, onDisk, toHash } from "../../src/state.js";
+import { History } from "../../src/history.js";
+import { FIRST, copyOf, fromHash, onDisk, toHash } from "../../src/state.js";
 
 test("an address restores the view", () => {
   const state = copyOf(FIRST);
@@ -44,4 +45,27 @@ test("places far away on an endless plane come back to a hundredth of a texel", 
   const state = { ...FIRST, x: 123456789.125, y: -987654321.75, simple: true, cells: true };
   const again = fromHash(toHash(state), 1);
   expect([again.x, again.y, again.simple, again.cells]).toEqual([state.x, state.y, true, true]);
+});
+
+test("undo goes back over views and other changes in their order", () => {
+  const history = new History(), said: string[] = [];
+  const change = (name: string) => ({ undo: () => said.push(`-${name}`), redo: () => said.push(`+${name}`) });
+  let state = copyOf(FIRST);
+  history.record(change("a"));
+  history.keep(state);
+  state = { ...copyOf(state), zoom: 2 };
+  history.record(change("b"));
+  const back = (): void => void (state = history.back(state) ?? state), forth = (): void => void (state = history.forth(state) ?? state);
+  back();
+  expect([said.join(""), state.zoom]).toEqual(["-b", 2]);
+  back();
+  expect([said.join(""), state.zoom]).toEqual(["-b", 1]);
+  back();
+  back();
+  expect(said.join("")).toBe("-b-a");
+  forth();
+  forth();
+  forth();
+  forth();
+  expect([said.join(""), state.zoom]).toEqual(["-b-a+a+b", 2]);
 });

@@ -1,5 +1,6 @@
 //! `relume share`: a texture as a page to send, a folder for a web server or one file that opens from disk.
 
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use base64::Engine;
@@ -9,7 +10,7 @@ use serde_json::{Value, json};
 
 use crate::context::Context;
 use crate::evaluated;
-use crate::output::{Folder, Outputs};
+use crate::output::{Folder, Outputs, is_stream};
 use crate::report::Report;
 use crate::viewer::{self, Delivery, PageData, PageSceneArgs, PlaneArgs, Preparation, Prepared, Scene};
 
@@ -19,8 +20,8 @@ use crate::viewer::{self, Delivery, PageData, PageSceneArgs, PlaneArgs, Preparat
                         relume share wool.ptm --single-file -o wool.html\n  \
                         relume share wool.ptm woven.ptm -o both --title \"Two cloths\"")]
 pub struct Args {
-    /// Textures: .ptm, .exr fields, pictures, tiles, .rlm models; several are compared side by side
-    #[arg(required = true, num_args = 1..=16, value_name = "FILE")]
+    /// Textures: .ptm, .exr fields, pictures, tiles, .rlm models; several, 16 at most, are compared side by side
+    #[arg(required = true, num_args = 1.., value_name = "FILE")]
     files: Vec<PathBuf>,
     /// The folder to write, for a web server; with --single-file the .html file
     #[arg(short, long, value_name = "OUT")]
@@ -29,7 +30,7 @@ pub struct Args {
     #[arg(long)]
     single_file: bool,
     /// Title of the page [default: the name of the first file]
-    #[arg(long, value_name = "TEXT")]
+    #[arg(long, value_name = "TEXT", value_parser = page_title)]
     title: Option<String>,
     /// The address at which the page will be: links to it then show a picture on other sites
     #[arg(long, value_name = "URL", value_parser = web_address)]
@@ -40,6 +41,15 @@ pub struct Args {
     scene: PageSceneArgs,
     #[command(flatten)]
     evaluated: evaluated::Args,
+}
+
+fn page_title(text: &str) -> Result<String, String> {
+    if text.trim().is_empty() {
+        return Err(
+            "expected a text that can be seen; without --title it is the name of the first file".to_owned()
+        );
+    }
+    Ok(text.to_owned())
 }
 
 fn web_address(text: &str) -> Result<String, String> {
@@ -55,12 +65,14 @@ fn web_address(text: &str) -> Result<String, String> {
 
 /// Reads the textures, and writes the page.
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
+    let titles = titles(args)?;
+    check_output(args)?;
     let inputs: Vec<&Path> = args.files.iter().map(PathBuf::as_path).chain(args.scene.files()).collect();
     if args.single_file {
         let mut outputs = Outputs::new(context);
         outputs.file(&args.output, &inputs)?;
         let scene = args.scene.read(&context.job)?;
-        let textures = textures(args, &scene, context)?;
+        let textures = textures(args, titles, &scene, context)?;
         let bytes = textures.iter().flat_map(|t| &t.files).map(|(_, bytes)| bytes.len() as u64).sum::<u64>();
         // In base64 for the data, the data as text, and the page around it.
         context.job.check_bytes("the page", 4 * bytes.div_ceil(3) * 4)?;
@@ -76,17 +88,9 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         outputs.write(&args.output, page)?;
         return Ok(report(args, &textures, bytes).with_outputs(outputs.commit()?));
     }
-    if args
-        .output
-        .extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("html") || e.eq_ignore_ascii_case("htm"))
-    {
-        return Err(Error::usage("would be a folder: add --single-file for one HTML file, or name a folder")
-            .at(&args.output));
-    }
     let folder = Folder::stage(&args.output, &inputs, context)?;
     let scene = args.scene.read(&context.job)?;
-    let textures = textures(args, &scene, context)?;
+    let textures = textures(args, titles, &scene, context)?;
     let mut bytes = 0;
     let mut add = |name: &str, content: &[u8]| {
         bytes += content.len();
@@ -113,18 +117,37 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     Ok(report.with_outputs(folder.commit()?))
 }
 
+/// A page in one file is an HTML file by its name, and a folder is none.
+fn check_output(args: &Args) -> Result<()> {
+    let is_html = |e: &OsStr| e.eq_ignore_ascii_case("html") || e.eq_ignore_ascii_case("htm");
+    let error = match (args.single_file, args.output.extension().is_some_and(is_html)) {
+        (false, true) => "would be a folder: add --single-file for one HTML file, or name a folder",
+        (true, false) if !is_stream(&args.output) => {
+            "would be one HTML file: name it .html, or leave --single-file out for a folder"
+        }
+        _ => return Ok(()),
+    };
+    Err(Error::usage(error).at(&args.output))
+}
+
+/// The title of the page where it is given and there is one texture, and the names of the files otherwise.
+fn titles(args: &Args) -> Result<Vec<String>> {
+    let titles = viewer::titles(&args.files)?;
+    let own = args.title.clone().filter(|_| titles.len() == 1);
+    Ok(own.map_or(titles, |title| vec![title]))
+}
+
 /// The folder of texture `i` beside the page.
 fn place(i: usize) -> String {
     format!("textures/{i}/")
 }
 
-fn textures(args: &Args, scene: &Scene, context: &Context) -> Result<Vec<Prepared>> {
+fn textures(args: &Args, titles: Vec<String>, scene: &Scene, context: &Context) -> Result<Vec<Prepared>> {
     let environment = scene.environment.as_ref();
     let delivery = Delivery::Stored;
     let preparation = Preparation { planes: &args.planes, evaluated: &args.evaluated, environment, delivery };
-    let title = |i: usize| args.title.as_deref().filter(|_| i == 0 && args.files.len() == 1);
-    let read = |(i, path): (usize, &PathBuf)| preparation.prepared(path, title(i), &context.job);
-    args.files.iter().enumerate().map(read).collect()
+    let read = |(path, title): (&PathBuf, String)| preparation.prepared(path, title, &context.job);
+    args.files.iter().zip(titles).map(read).collect()
 }
 
 fn page_data(

@@ -6,11 +6,16 @@ mod annotations;
 mod html;
 mod scene;
 mod textures;
+mod titles;
 
-pub use annotations::{AnnotationFile, MOST_BYTES, place as annotation_place, save as save_annotations};
+pub use annotations::{
+    AnnotationFile, MOST_BYTES, followed as followed_links, place as annotation_place,
+    save as save_annotations,
+};
 pub use html::{FOLDER_POLICY, PageData, disk_page, folder_page, single_page};
 pub use scene::{PageSceneArgs, Scene};
 pub use textures::{Delivery, PlaneArgs, Preparation, Prepared, ServedPlane};
+pub use titles::titles;
 
 /// The page's script.
 pub const SCRIPT: &str = include_str!("page/viewer.js");

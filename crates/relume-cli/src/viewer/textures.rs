@@ -17,7 +17,7 @@ use relume::{Job, Named, ReflectanceField, Result};
 use serde_json::{Map, Value, json};
 
 use super::annotations::AnnotationFile;
-use crate::{args, evaluated, input, paths};
+use crate::{args, evaluated, input};
 
 /// How textures are stored for the page.
 #[derive(Debug, Default, clap::Args)]
@@ -111,11 +111,9 @@ pub struct Preparation<'a> {
 }
 
 impl Preparation<'_> {
-    /// Reads a file: a texture, tiles, a picture, or a model; a model is shown as an endless plane where it is served, and as
+    /// Reads a file under a title: a texture, tiles, a picture, or a model; a model is shown as an endless plane where it is served, and as
     /// a seamless tile otherwise or if its size is given.
-    pub fn prepared(&self, path: &Path, title: Option<&str>, job: &Job) -> Result<Prepared> {
-        let named = || path.file_stem().map_or_else(|| "texture".to_owned(), paths::text);
-        let title = title.map_or_else(named, str::to_owned);
+    pub fn prepared(&self, path: &Path, title: String, job: &Job) -> Result<Prepared> {
         let options = ShareOptions {
             title: title.clone(),
             depth: self.planes.planes,

@@ -10,7 +10,7 @@ use relume::Size;
 use relume::procedural::Material;
 use serde_json::Value;
 
-use crate::support::{failed, json, names, refused, run, write_material};
+use crate::support::{failed, json, names, refused, run, write_grey, write_material};
 
 fn texture(at: &Path, name: &str) {
     write_material(&at.join(name), Material::Marble, Size::new(32, 24), 16.0);
@@ -333,6 +333,68 @@ fn an_object_an_environment_and_annotations_come_with_the_page() {
 }
 
 #[test]
+fn pages_that_cannot_be_meant_are_refused_in_a_sentence() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    texture(at, "a.png");
+    write_grey(&at.join("dot.png"), (1, 1), &[200]);
+    for (words, said) in [
+        (vec!["a.png", "--single-file", "-o", "x.exr"], "name it .html"),
+        (vec!["a.png", "--single-file", "-o", "x"], "name it .html"),
+        (vec!["a.png", "-o", "x.htm"], "--single-file"),
+        (vec!["a.png", "-o", "x", "--title", ""], "without --title"),
+        (vec!["a.png", "-o", "x", "--title", " "], "without --title"),
+        ([vec!["a.png"; 17], vec!["-o", "x"]].concat(), "17 textures are given, and a page shows 16"),
+        (
+            vec!["dot.png", "--noise", "-o", "x"],
+            "at least 8 texels on each side, and this is 1 x 1: use a larger",
+        ),
+    ] {
+        let sentence = refused(at, &[&["share"], &words[..]].concat());
+        assert!(sentence.contains(said), "{words:?}: {sentence}");
+    }
+    let sentence = refused(at, &[&["view"][..], &["a.png"; 17][..]].concat());
+    assert!(sentence.contains("17 textures are given"), "{sentence}");
+}
+
+#[test]
+fn textures_of_one_name_have_titles_that_tell_them_apart() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    for side in ["left", "right"] {
+        fs::create_dir(at.join(side)).unwrap();
+        texture(&at.join(side), "a.png");
+    }
+    run(at, &["share", "left/a.png", "right/a.png", "-o", "out"]);
+    let data = data(&fs::read_to_string(at.join("out/index.html")).unwrap());
+    let titles: Vec<&str> =
+        data["textures"].as_array().unwrap().iter().map(|t| t["title"].as_str().unwrap()).collect();
+    assert_eq!(titles, ["a (left)", "a (right)"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_link_to_annotations_stays_a_link() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    texture(at, "a.png");
+    fs::create_dir(at.join("kept")).unwrap();
+    std::os::unix::fs::symlink("kept/notes.json", at.join("a.png.annotations.json")).unwrap();
+    let server = Server::start(at, &["a.png"]);
+    let request = format!(
+        "POST {}annotations/0.json HTTP/1.1\r\nHost: 127.0.0.1:{}\r\nContent-Type: application/json\r\n\
+         If-Match: \"none\"\r\nContent-Length: {}\r\n\r\n{NOTES}",
+        server.path,
+        server.port,
+        NOTES.len()
+    );
+    assert!(server.exchange(request.as_bytes()).starts_with(b"HTTP/1.1 200"));
+    assert!(at.join("a.png.annotations.json").is_symlink());
+    assert!(fs::read_to_string(at.join("kept/notes.json")).unwrap().contains("a tear"));
+    assert_eq!(server.interrupt(), Some(130));
+}
+
+#[test]
 fn annotations_that_the_page_sends_are_written_beside_the_texture() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
@@ -348,11 +410,13 @@ fn annotations_that_the_page_sends_are_written_beside_the_texture() {
         String::from_utf8(server.exchange(head.as_bytes())).unwrap()
     };
     let json = "Content-Type: application/json";
+    let none = "Content-Type: application/json\r\nIf-Match: \"none\"";
     let file = at.join("a.png.annotations.json");
     for (headers, body, status) in [
         ("Content-Type: text/plain", NOTES, "415"),
         (&format!("{json}\r\nOrigin: http://example.org"), NOTES, "403"),
-        (json, "{}", "400"),
+        (json, NOTES, "428"),
+        (none, "{}", "400"),
         (json, &"x".repeat((1 << 20) + 1), "413"),
     ] {
         let answer = post(headers, body);
@@ -360,10 +424,22 @@ fn annotations_that_the_page_sends_are_written_beside_the_texture() {
         assert!(answer.is_empty() || answer.starts_with(&format!("HTTP/1.1 {status}")), "{answer}");
         assert!(!file.exists());
     }
-    assert!(post(json, NOTES).starts_with("HTTP/1.1 204"));
+    assert!(post(none, NOTES).starts_with("HTTP/1.1 200"));
     let written: Value = serde_json::from_slice(&fs::read(&file).unwrap()).unwrap();
     assert_eq!(written, serde_json::from_str::<Value>(NOTES).unwrap());
-    assert!(server.get(&path).contains("a tear"));
+    let read = server.get(&path);
+    assert!(read.contains("a tear"));
     assert_eq!(names(at), ["a.png", "a.png.annotations.json"]);
+    // What somebody else wrote meanwhile stays.
+    let tag = read.lines().find_map(|line| line.strip_prefix("ETag: ")).unwrap();
+    let seen = format!("{json}\r\nIf-Match: {tag}");
+    fs::write(&file, NOTES.replace("a tear", "by hand")).unwrap();
+    assert!(post(&seen, NOTES).starts_with("HTTP/1.1 412"));
+    assert!(server.get(&path).contains("by hand"));
+    fs::write(&file, "{").unwrap();
+    for answer in [server.get(&path), post(&seen, NOTES)] {
+        assert!(answer.starts_with("HTTP/1.1 409") && answer.contains("no annotations"), "{answer}");
+    }
+    assert_eq!(fs::read_to_string(&file).unwrap(), "{");
     assert_eq!(server.interrupt(), Some(130));
 }

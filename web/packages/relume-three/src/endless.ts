@@ -25,6 +25,9 @@ export class EndlessTexture {
   readonly window: PlaneWindow;
   private readonly target: WebGLArrayRenderTarget;
   private pending = 0;
+  /** Squares that could not be made, and why. */
+  private readonly failed: PlaneBlock[] = [];
+  private fault: string | null = null;
 
   constructor(readonly maker: BlockMaker, anisotropy: number) {
     const texels = Math.min(MOST_TEXELS, MOST_BYTES / (8 * maker.layers));
@@ -51,6 +54,16 @@ export class EndlessTexture {
   /** Squares that are still on their way. */
   get waiting(): number {
     return this.pending;
+  }
+
+  /** Why squares are missing, in a sentence; null once others have come again. */
+  get failure(): string | null {
+    return this.fault;
+  }
+
+  /** Squares that are missing are asked for again when they are next in view. */
+  retry(): void {
+    for (const block of this.failed.splice(0)) this.window.forget(block);
   }
 
   /** Where a texel of the plane lies in the texture, in parts of it. */
@@ -86,13 +99,15 @@ export class EndlessTexture {
     promise.then(
       (came) => {
         ended();
+        if (came) this.fault = null;
         if (came) this.refreshLevels(renderer);
         arrived();
       },
-      () => {
+      (fault: unknown) => {
         ended();
-        // Asked for again when it is next in view.
-        this.window.forget(block);
+        this.failed.push(block);
+        this.fault = fault instanceof Error ? fault.message : String(fault);
+        arrived();
       },
     );
   }

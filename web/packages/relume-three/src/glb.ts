@@ -41,7 +41,9 @@ export interface GltfAccessor {
 /** The JSON and the binary chunk of a file (glTF 2.0, section 4.4). */
 export function chunksOf(glb: Uint8Array): { json: GltfJson; binary: Uint8Array } {
   const view = new DataView(glb.buffer, glb.byteOffset, glb.byteLength);
-  if (glb.length < 20 || view.getUint32(0, true) !== 0x46546c67) throw new FieldError("the file is not binary glTF");
+  if (glb.length < 4 || view.getUint32(0, true) !== 0x46546c67) throw new FieldError("the file is not binary glTF");
+  if (glb.length < 20) throw new FieldError(`the glTF file ends after ${glb.length} bytes, before its content`);
+  if (view.getUint32(4, true) !== 2) throw new FieldError(`glTF ${view.getUint32(4, true)} is not read: export the mesh as binary glTF 2.0`);
   const chunks = new Map<number, Uint8Array>();
   for (let at = 12; at + 8 <= glb.length; ) {
     const length = view.getUint32(at, true);

@@ -7,7 +7,7 @@ import { inflated } from "./png.js";
 /** What is no OBJ file for certain: its first bytes, and its name. */
 const OTHERS: [start: RegExp, name: string][] = [
   [/^\s*\{/, "text glTF (.gltf)"], [/^ply/, "PLY"], [/^solid /, "STL"], [/^(Kaydara FBX|; FBX)/, "FBX"], [/^BLENDER/, "a Blender file"],
-  [/^(PXR-USDC|#usda)/, "USD"], [/^PK\x03\x04/, "an archive"], [/^\s*</, "XML"], [/\0/, "a binary file of this kind"],
+  [/^(PXR-USDC|#usda)/, "USD"], [/^PK\x03\x04/, "an archive"], [/^\s*</, "XML"],
 ];
 
 /**
@@ -19,6 +19,7 @@ export function readMesh(bytes: Uint8Array): BufferGeometry {
   if (text.startsWith("glTF")) return parseGlb(bytes).geometry();
   const other = OTHERS.find(([start]) => start.test(text.slice(0, 4096)));
   if (other) throw new FieldError(`${other[1]} is not read: export the mesh as binary glTF (.glb) or OBJ`);
+  if (bytes.includes(0)) throw new FieldError("the file is no mesh: it is neither binary glTF, which begins with the letters glTF, nor OBJ, which is text");
   return parseObj(text).geometry();
 }
 

@@ -16,10 +16,18 @@ export type FileSource = (name: string) => Promise<Uint8Array>;
 export function folderSource(url: string): FileSource {
   const base = url.endsWith("/") ? url : `${url}/`;
   return async (name) => {
-    const response = await fetch(base + name.split("/").map(encodeURIComponent).join("/"));
-    if (!response.ok) throw new FieldError(`${name} cannot be loaded: the server answers ${response.status}`);
+    const response = await fetch(base + name.split("/").map(encodeURIComponent).join("/")).catch(() => null);
+    if (!response) throw new FieldError(`${name} cannot be loaded: the server does not answer`);
+    if (!response.ok) throw new FieldError(`${name} cannot be loaded: ${await sentenceOf(response)}`);
     return new Uint8Array(await response.arrayBuffer());
   };
+}
+
+/** What the server says is wrong: the `error` of its JSON, or its status. */
+export async function sentenceOf(response: Response): Promise<string> {
+  const said: unknown = response.headers.get("Content-Type")?.startsWith("application/json") ? await response.json().catch(() => null) : null;
+  const error = typeof said === "object" && said !== null && "error" in said ? said.error : null;
+  return typeof error === "string" ? error : `the server answers ${response.status}`;
 }
 
 /** Files in memory, in base64. */

@@ -95,6 +95,12 @@ test("what is no mesh, or a damaged one, is refused in a sentence", () => {
     [accessor(0, { count: 2 }), "differ in number"], [accessor(2, { count: 9 }), "beyond its bytes"], [accessor(2, { bufferView: 7 }), "accessor 2"],
   ] as [change: (json: Record<string, unknown>) => void, sentence: string][])
     expect(() => readMesh(glb(change)), sentence).toThrow(sentence);
+  const letters = (text: string): Uint8Array => new TextEncoder().encode(text);
+  for (const [file, sentence] of [
+    [letters("some words"), "neither binary glTF nor OBJ"], [Uint8Array.of(0x89, 0x50, 0x4e, 0x47, 0, 0, 0), "the file is no mesh"],
+    [letters("glTF1234"), "ends after 8 bytes"], [letters("glTF\x01\0\0\0\x14\0\0\0\0\0\0\0\0\0\0\0"), "glTF 1 is not read"],
+  ] as const)
+    expect(() => readMesh(file), sentence).toThrow(sentence);
   const whole = glb();
   for (let length = 4; length < whole.length; length += 7) expect(() => readMesh(whole.subarray(0, length)), `${length} bytes`).toThrow();
 });

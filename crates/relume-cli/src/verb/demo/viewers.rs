@@ -37,7 +37,7 @@ pub fn write(folder: &Folder, context: &Context) -> Result<Viewers> {
             environment: None,
             delivery: Delivery::Stored,
         };
-        let texture = preparation.prepared(&folder.path().join(file), Some(title), &context.job)?;
+        let texture = preparation.prepared(&folder.path().join(file), title.to_owned(), &context.job)?;
         if let Some(noise) = &texture.header.noise {
             let ShareHeader { size: [width, height], .. } = texture.header;
             said = Viewers { noise_size: format!("{width} x {height}"), noise_planes: noise.planes };

@@ -1,6 +1,7 @@
 //! `relume view`: textures under moving light in the browser, from a server that this machine alone reaches.
 
 mod blocks;
+mod notes;
 mod server;
 mod site;
 
@@ -22,8 +23,8 @@ use site::ViewerSite;
 #[command(after_help = "Examples:\n  relume view wool.ptm --open\n  relume view small.ptm large.ptm\n\
                         The page is at the printed address until Ctrl-C ends the program.")]
 pub struct Args {
-    /// Textures: .ptm, .exr fields, pictures, tiles, .rlm models; several are compared side by side
-    #[arg(required = true, num_args = 1..=16, value_name = "FILE")]
+    /// Textures: .ptm, .exr fields, pictures, tiles, .rlm models; several, 16 at most, are compared side by side
+    #[arg(required = true, num_args = 1.., value_name = "FILE")]
     files: Vec<PathBuf>,
     /// Port of the server [default: any that is free]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
@@ -41,13 +42,14 @@ pub struct Args {
 
 /// Reads the textures, prints the address of the page, and serves it until a signal ends the program.
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
+    let titles = viewer::titles(&args.files)?;
     let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, args.port.unwrap_or(0)));
     let listener = listener.map_err(|e| match args.port {
         Some(port) => Error::io(format!("cannot listen on port {port}: name another, or none"), &e),
         None => Error::io("cannot listen on a port of this machine", &e),
     })?;
     let port = listener.local_addr().map_err(|e| Error::io("the server has no address", &e))?.port();
-    let site = site_of(args, port, context)?;
+    let site = site_of(args, titles, port, context)?;
     let url = site.url();
     let text = format!("{url}\nThe page is there until Ctrl-C ends this program.");
     let report = Report::new(text, json!({ "url": url, "port": port }));
@@ -60,7 +62,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
 }
 
 /// The page and the files of all textures. A file that cannot be shown is said on standard error and on the page.
-fn site_of(args: &Args, port: u16, context: &Context) -> Result<ViewerSite> {
+fn site_of(args: &Args, titles: Vec<String>, port: u16, context: &Context) -> Result<ViewerSite> {
     let mut site = ViewerSite::new(port, context.job.clone())?;
     let scene = args.scene.read(&context.job)?;
     let environment = scene.environment.as_ref();
@@ -68,12 +70,12 @@ fn site_of(args: &Args, port: u16, context: &Context) -> Result<ViewerSite> {
     let preparation = Preparation { planes: &args.planes, evaluated: &args.evaluated, environment, delivery };
     let mut failure = None;
     let mut entries: Vec<Value> = Vec::new();
-    let mut titles = Vec::new();
-    for (i, path) in args.files.iter().enumerate() {
-        match preparation.prepared(path, None, &context.job) {
+    let mut shown = None;
+    for (i, (path, title)) in args.files.iter().zip(titles).enumerate() {
+        match preparation.prepared(path, title, &context.job) {
             Ok(texture) => {
-                titles.push(texture.title.clone());
-                let notes = add_notes(&mut site, i, path, &texture);
+                shown.get_or_insert_with(|| texture.title.clone());
+                let notes = add_notes(&mut site, i, path);
                 entries.push(texture.entry(json!({ "folder": folder(i), "notes": notes })));
                 add(&mut site, i, texture);
             }
@@ -87,14 +89,14 @@ fn site_of(args: &Args, port: u16, context: &Context) -> Result<ViewerSite> {
             }
         }
     }
-    let Some(title) = titles.first() else {
+    let Some(title) = shown else {
         return Err(failure.expect("there is a file"));
     };
     let mesh = scene.mesh.map(|(title, bytes)| {
         site.add(viewer::MESH_NAME, "application/octet-stream", bytes);
         json!({ "title": title, "file": viewer::MESH_NAME })
     });
-    let data = PageData { title: title.clone(), textures: entries.into(), mesh: mesh.into(), url: None };
+    let data = PageData { title, textures: entries.into(), mesh: mesh.into(), url: None };
     site.add("", "text/html; charset=utf-8", viewer::folder_page(&data).into_bytes());
     site.add(viewer::SCRIPT_NAME, "text/javascript; charset=utf-8", viewer::SCRIPT.as_bytes().to_vec());
     site.add(viewer::STYLE_NAME, "text/css; charset=utf-8", viewer::STYLE.as_bytes().to_vec());
@@ -103,12 +105,8 @@ fn site_of(args: &Args, port: u16, context: &Context) -> Result<ViewerSite> {
 
 /// Adds the annotations of texture `i`; gives the name under which the page reads and writes them. There is none for standard
 /// input.
-fn add_notes(site: &mut ViewerSite, i: usize, path: &Path, texture: &Prepared) -> Option<String> {
-    let name = format!("annotations/{i}.json");
-    let place = viewer::annotation_place(path)?;
-    let annotations = texture.annotations.clone().unwrap_or_default();
-    site.add_notes(&name, place, annotations.bytes());
-    Some(name)
+fn add_notes(site: &mut ViewerSite, i: usize, path: &Path) -> Option<String> {
+    Some(site.add_notes(format!("annotations/{i}.json"), viewer::annotation_place(path)?))
 }
 
 /// The folder in which the page finds the files of texture `i`.

@@ -9,14 +9,14 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
-use std::sync::{Mutex, PoisonError};
 
 use relume::format::share::blocks::block_of;
 use relume::{Error, ErrorKind, Job, Result};
 
 use super::blocks::ServedBlocks;
+use super::notes::NoteFile;
 use crate::paths;
-use crate::viewer::{AnnotationFile, FOLDER_POLICY, MOST_BYTES, ServedPlane, save_annotations};
+use crate::viewer::{FOLDER_POLICY, MOST_BYTES, ServedPlane};
 
 /// Headers of a request that are read; browsers send about fifteen.
 const MOST_HEADERS: usize = 64;
@@ -37,13 +37,6 @@ pub struct ViewerSite {
 struct SiteFile {
     kind: &'static str,
     bytes: Vec<u8>,
-}
-
-/// A file of annotations: where it is written, and what it holds.
-#[derive(Debug)]
-struct NoteFile {
-    path: PathBuf,
-    bytes: Mutex<Vec<u8>>,
 }
 
 /// The answer to a request.
@@ -85,9 +78,15 @@ impl ViewerSite {
         self.planes.insert(folder.to_owned(), ServedBlocks::new(plane));
     }
 
-    /// Adds a file of annotations, which requests may replace.
-    pub fn add_notes(&mut self, name: &str, path: PathBuf, bytes: Vec<u8>) {
-        self.notes.insert(name.to_owned(), NoteFile { path, bytes: Mutex::new(bytes) });
+    /// Adds a file of annotations, which requests may replace; gives its name, which is that of another texture where both have the
+    /// same file.
+    pub fn add_notes(&mut self, name: String, path: PathBuf) -> String {
+        let file = NoteFile::new(path);
+        if let Some((known, _)) = self.notes.iter().find(|(_, other)| other.is_same(&file)) {
+            return known.clone();
+        }
+        self.notes.insert(name.clone(), file);
+        name
     }
 
     /// Whether there is a file of that name.
@@ -122,7 +121,7 @@ impl ViewerSite {
         let notes = name.and_then(|name| self.notes.get(name));
         match (method, notes) {
             ("POST", Some(notes)) => notes.replaced(request.headers, body),
-            ("GET" | "HEAD", Some(notes)) => found(JSON, Cow::Owned(notes.read()), method == "HEAD"),
+            ("GET" | "HEAD", Some(notes)) => notes.given(method == "HEAD"),
             ("GET" | "HEAD", None) => self.given(name, method == "HEAD"),
             _ => refused("405 Method Not Allowed"),
         }
@@ -136,7 +135,7 @@ impl ViewerSite {
         }
         match self.block(name) {
             Some(Ok(bytes)) => found("application/octet-stream", Cow::Owned(bytes), head_only),
-            Some(Err(_)) => refused("500 Internal Server Error"),
+            Some(Err(error)) => failed("500 Internal Server Error", &error),
             None => refused("404 Not Found"),
         }
     }
@@ -165,52 +164,8 @@ impl ViewerSite {
     }
 }
 
-impl NoteFile {
-    fn read(&self) -> Vec<u8> {
-        self.bytes.lock().unwrap_or_else(PoisonError::into_inner).clone()
-    }
-
-    /// Writes annotations; the answer says what is wrong with them, or why they cannot be written.
-    fn replaced(&self, headers: &[httparse::Header], body: &[u8]) -> Answer<'static> {
-        let is_json = headers
-            .iter()
-            .any(|h| h.name.eq_ignore_ascii_case("content-type") && h.value.starts_with(b"application/json"));
-        // Pages of other sites cannot send this type without being asked first.
-        if !is_json {
-            return refused("415 Unsupported Media Type");
-        }
-        match stated_length(headers) {
-            None => return refused("411 Length Required"),
-            Some(length) if length > MOST_BYTES => return refused("413 Content Too Large"),
-            Some(length) if length != body.len() => return refused("400 Bad Request"),
-            Some(_) => {}
-        }
-        let mut kept = self.bytes.lock().unwrap_or_else(PoisonError::into_inner);
-        let written = AnnotationFile::parse(body).and_then(|file| {
-            save_annotations(&self.path, file.bytes())?;
-            Ok(file.bytes())
-        });
-        match written {
-            Ok(bytes) => {
-                *kept = bytes;
-                refused("204 No Content")
-            }
-            Err(error) => {
-                let said = paths::on_one_line(&error.to_string());
-                let body = serde_json::json!({ "error": said }).to_string().into_bytes();
-                let status = if error.kind() == ErrorKind::Io {
-                    "500 Internal Server Error"
-                } else {
-                    "400 Bad Request"
-                };
-                answered(status, JSON, body.into(), false)
-            }
-        }
-    }
-}
-
 /// The length of the content that a request states; `None` for none, several, or a transfer in pieces.
-fn stated_length(headers: &[httparse::Header]) -> Option<usize> {
+pub(super) fn stated_length(headers: &[httparse::Header]) -> Option<usize> {
     let values = |name: &'static str| headers.iter().filter(move |h| h.name.eq_ignore_ascii_case(name));
     let mut stated = values("content-length");
     let digits = stated.next().filter(|_| stated.next().is_none())?.value;
@@ -219,19 +174,28 @@ fn stated_length(headers: &[httparse::Header]) -> Option<usize> {
     std::str::from_utf8(digits).ok().filter(|_| is_number && !in_pieces)?.parse().ok()
 }
 
-const JSON: &str = "application/json";
+pub(super) const JSON: &str = "application/json";
 
-fn found<'a>(kind: &str, body: Cow<'a, [u8]>, head_only: bool) -> Answer<'a> {
-    answered("200 OK", kind, body, head_only)
+pub(super) fn found<'a>(kind: &str, body: Cow<'a, [u8]>, head_only: bool) -> Answer<'a> {
+    let answer = answered("200 OK", &format!("Content-Type: {kind}\r\n"), body);
+    if head_only { Answer { body: Cow::Borrowed(&[]), ..answer } } else { answer }
 }
 
-fn answered<'a>(status: &str, kind: &str, body: Cow<'a, [u8]>, head_only: bool) -> Answer<'a> {
+/// A sentence about what went wrong, which the page shows.
+pub(super) fn failed(status: &str, error: &Error) -> Answer<'static> {
+    let said = paths::on_one_line(&error.to_string());
+    let body = serde_json::json!({ "error": said }).to_string().into_bytes();
+    answered(status, &format!("Content-Type: {JSON}\r\n"), body.into())
+}
+
+/// An answer with further headers, each with its line end.
+pub(super) fn answered<'a>(status: &str, headers: &str, body: Cow<'a, [u8]>) -> Answer<'a> {
     let head = format!(
-        "HTTP/1.1 {status}\r\nContent-Type: {kind}\r\nContent-Length: {}\r\nContent-Security-Policy: {FOLDER_POLICY}; \
+        "HTTP/1.1 {status}\r\n{headers}Content-Length: {}\r\nContent-Security-Policy: {FOLDER_POLICY}; \
          frame-ancestors 'none'\r\n{COMMON}\r\n",
         body.len()
     );
-    Answer { head, body: if head_only { Cow::Borrowed(&[]) } else { body } }
+    Answer { head, body }
 }
 
 /// An answer without content.

@@ -1,4 +1,5 @@
 use super::*;
+use crate::viewer::AnnotationFile;
 
 fn site() -> ViewerSite {
     let mut site = ViewerSite::new(4321, Job::default()).unwrap();
@@ -100,8 +101,7 @@ fn annotations_are_written_whole_or_not_at_all_and_only_to_their_file() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.ptm.annotations.json");
     let mut site = site();
-    let empty = br#"{"relume":"annotations","version":1,"annotations":[]}"#;
-    site.add_notes("annotations/0.json", path.clone(), empty.to_vec());
+    site.add_notes("annotations/0.json".to_owned(), path.clone());
     let good =
         br#"{"relume":"annotations","version":1,"annotations":[{"text":"a","box":[1,2,0,0],"view":""}]}"#;
     let head = |method: &str, name: &str, headers: &str, body: &[u8]| {
@@ -111,7 +111,9 @@ fn annotations_are_written_whole_or_not_at_all_and_only_to_their_file() {
             "{method} /{token}/{name} HTTP/1.1\r\nHost: 127.0.0.1:4321\r\nContent-Length: {length}\r\n{headers}\r\n"
         )
     };
-    let json = "Content-Type: application/json\r\n";
+    let json = "Content-Type: application/json\r\nIf-Match: \"none\"\r\n";
+    let untagged = "Content-Type: application/json\r\n";
+    let older = "Content-Type: application/json\r\nIf-Match: \"0\"\r\n";
     let foreign = "Content-Type: application/json\r\nOrigin: http://example.org\r\n";
     let pieces = "Content-Type: application/json\r\nTransfer-Encoding: chunked\r\n";
     let twice = "Content-Type: application/json\r\nContent-Length: 3\r\n";
@@ -121,6 +123,8 @@ fn annotations_are_written_whole_or_not_at_all_and_only_to_their_file() {
         ("annotations/0.json", foreign, good, 403),
         ("annotations/0.json", pieces, good, 411),
         ("annotations/0.json", twice, good, 411),
+        ("annotations/0.json", untagged, good, 428),
+        ("annotations/0.json", older, good, 412),
         ("annotations/0.json", json, b"{}", 400),
         ("annotations/0.json", json, b"<html>", 400),
         ("annotations/1.json", json, good, 405),
@@ -138,12 +142,31 @@ fn annotations_are_written_whole_or_not_at_all_and_only_to_their_file() {
     let cut = head("POST", "annotations/0.json", json, good);
     assert_eq!(site.body_length(cut.as_bytes()), Some(good.len()));
     assert_eq!(status_of(&site.answer(cut.as_bytes(), &good[1..])), 400);
-    assert_eq!(status_of(&site.answer(cut.as_bytes(), good)), 204);
+    assert_eq!(status_of(&site.answer(cut.as_bytes(), good)), 200);
+    // What was written since is not written over.
+    assert_eq!(status_of(&site.answer(cut.as_bytes(), good)), 412);
     let written = std::fs::read(&path).unwrap();
     assert_eq!(AnnotationFile::parse(&written).unwrap(), AnnotationFile::parse(good).unwrap());
     let get = head("GET", "annotations/0.json", "", b"");
     assert_eq!(&*site.answer(get.as_bytes(), b"").body, written);
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "no temporary is left");
+}
+
+#[test]
+fn textures_with_one_file_of_annotations_share_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    std::fs::create_dir(at("b")).unwrap();
+    let mut site = site();
+    let mut add = |i: usize, name: &str| site.add_notes(format!("annotations/{i}.json"), at(name));
+    assert_eq!(add(0, "a.json"), "annotations/0.json");
+    assert_eq!(add(1, "b/../a.json"), "annotations/0.json");
+    assert_eq!(add(2, "b/a.json"), "annotations/2.json");
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink("b/a.json", at("c.json")).unwrap();
+        assert_eq!(add(3, "c.json"), "annotations/2.json");
+    }
 }
 
 fn status_of(answer: &Answer) -> u16 {

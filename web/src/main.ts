@@ -44,7 +44,9 @@ function start(): void {
     if (document.documentElement.dataset["ready"] !== undefined) {
       const coming = viewer.stage.pending > 0 ? [`${viewer.stage.pending} tiles to come`] : [];
       const wrong = failures().map((sentence) => `${sentence}. The page tries again.`);
-      notice.textContent = [notice.dataset["errors"] ?? "", ...(wrong.length > 0 ? wrong : coming)].filter((line) => line !== "").join("\n");
+      const text = [notice.dataset["errors"] ?? "", ...(wrong.length > 0 ? wrong : coming)].filter((line) => line !== "").join("\n");
+      // Screen readers would say it again.
+      if (notice.textContent !== text) notice.textContent = text;
     }
     wipe.style.left = `${100 * viewer.state.wipe}%`;
   });

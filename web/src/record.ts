@@ -127,7 +127,7 @@ const MAKERS: Record<Format, Maker> = {
     return zipOf(files);
   },
   webm: async (viewer, frames, rate, progress) => {
-    const encoder = new WebmEncoder(viewer.canvas, rate);
+    const encoder = await WebmEncoder.open(viewer.canvas, rate);
     await each(viewer, frames, progress, () => encoder.add());
     return encoder.finish();
   },

@@ -73,7 +73,9 @@ export class Ruler implements DrawingTool {
 
   private lineOf([x1, y1, x2, y2]: Line, places: FlatPlaces): SVGElement[] {
     const [ax, ay] = places.pixel(x1, y1), [bx, by] = places.pixel(x2, y2);
-    const text = svg("text", { x: (ax + bx) / 2, y: (ay + by) / 2 - 8 });
+    // Above a level line, and beside a steep one.
+    const x = (ax + bx) / 2, y = (ay + by) / 2, isSteep = Math.abs(by - ay) > Math.abs(bx - ax);
+    const text = svg("text", isSteep ? { x: x + 10, y: y + 5, class: "beside" } : { x, y: y - 8 });
     text.textContent = this.length(Math.hypot(x2 - x1, y2 - y1));
     return [svg("line", { x1: ax, y1: ay, x2: bx, y2: by }), text];
   }

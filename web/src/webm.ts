@@ -43,19 +43,23 @@ export class WebmEncoder {
   /** How the encoder turned colours into its own. */
   private colors: VideoColorSpaceInit = {};
 
-  private readonly width: number;
-  private readonly height: number;
+  private constructor(private readonly canvas: HTMLCanvasElement, private readonly rate: number, private readonly config: VideoEncoderConfig) {
+    this.encoder.configure(config);
+  }
 
   /** The film of a canvas without its last column and row where there are odd numbers of them: its colours have half as many. */
-  constructor(private readonly canvas: HTMLCanvasElement, private readonly rate: number) {
-    const width = (this.width = canvas.width & ~1), height = (this.height = canvas.height & ~1);
+  static async open(canvas: HTMLCanvasElement, rate: number): Promise<WebmEncoder> {
+    const width = canvas.width & ~1, height = canvas.height & ~1;
     if (width === 0 || height === 0) throw new Error("the picture is too small for a film");
-    this.encoder.configure({ codec: CODEC, width, height, bitrate: BITRATE, framerate: rate, latencyMode: "quality" });
+    const config: VideoEncoderConfig = { codec: CODEC, width, height, bitrate: BITRATE, framerate: rate, latencyMode: "quality" };
+    const { supported } = await VideoEncoder.isConfigSupported(config);
+    if (!supported) throw new Error("this browser encodes no VP9 of this size: choose another kind of file");
+    return new WebmEncoder(canvas, rate, config);
   }
 
   /** Adds what the canvas shows. */
   async add(): Promise<void> {
-    const { canvas, width, height, rate } = this, picture = await createImageBitmap(canvas, 0, 0, width, height);
+    const { canvas, rate, config: { width, height } } = this, picture = await createImageBitmap(canvas, 0, 0, width, height);
     const frame = new VideoFrame(picture, { timestamp: Math.round((this.given * 1e6) / rate), duration: Math.round(1e6 / rate) });
     picture.close();
     if (this.encoder.state === "configured") this.encoder.encode(frame, { keyFrame: this.given++ % KEY_DISTANCE === 0 });
@@ -65,10 +69,12 @@ export class WebmEncoder {
   }
 
   async finish(): Promise<Blob> {
-    await this.encoder.flush();
+    if (this.encoder.state === "configured") await this.encoder.flush();
+    if (this.fault) throw this.fault;
     this.encoder.close();
     if (this.pictures.length !== this.given) throw new Error(`the browser encoded ${this.pictures.length} of ${this.given} pictures`);
-    return webmOf(this.pictures, { width: this.width, height: this.height, length: (1000 * this.given) / this.rate, colors: this.colors });
+    const { config: { width, height }, colors } = this, length = (1000 * this.given) / this.rate;
+    return webmOf(this.pictures, { width, height, length, colors });
   }
 }
 

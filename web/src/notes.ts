@@ -44,6 +44,9 @@ export class Notes implements DrawingTool {
     load.addEventListener("click", () => file.click());
     save.addEventListener("click", () => this.download());
     this.section.append(this.list, el("div", { class: "row" }, this.add, load, save, file));
+    viewer.canvas.addEventListener("pointermove", (event) => {
+      if (event.buttons === 0) viewer.canvas.title = this.under(event)?.text ?? "";
+    });
     // What others wrote is seen by whoever comes back to the page.
     addEventListener("focus", () => void Promise.allSettled(this.files.map((sheet) => sheet.load())));
     addEventListener("beforeunload", (event) => this.files.some((sheet) => sheet.isUnsaved) && event.preventDefault());
@@ -127,6 +130,14 @@ export class Notes implements DrawingTool {
 
   private here(): Annotation[] {
     return this.sheet?.notes ?? NONE;
+  }
+
+  /** The annotation at a place of the picture. */
+  private under(event: PointerEvent): Annotation | undefined {
+    const places = flatPlaces(this.viewer);
+    if (!places) return undefined;
+    const [x, y] = texelAt(event, this.viewer.canvas, places), reach = LEAST_BOX / places.scale;
+    return this.here().findLast(({ box: [left, top, width, height] }) => x > left - reach && x < left + width + reach && y > top - reach && y < top + height + reach);
   }
 
   private entry(note: Annotation, i: number): HTMLElement {

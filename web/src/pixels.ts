@@ -54,6 +54,14 @@ export async function textureSnapshot(viewer: Viewer): Promise<Blob> {
   return pngOf(context.canvas);
 }
 
+/** The view as it is on the screen, with what is painted over it, as a PNG. */
+export async function screenSnapshot({ canvas }: Viewer, paint: (context: CanvasRenderingContext2D, ratio: number) => void): Promise<Blob> {
+  const context = sheet(canvas.width, canvas.height);
+  context.drawImage(canvas, 0, 0);
+  paint(context, canvas.width / Math.max(1, canvas.clientWidth));
+  return pngOf(context.canvas);
+}
+
 /** A state that shows the texture alone about a place, magnified so. */
 function partOf(state: ViewState, x: number, y: number, zoom: number): ViewState {
   return { ...copyOf(state), object: "flat", compare: "single", repeat: 1, x, y, zoom };

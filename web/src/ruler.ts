@@ -9,6 +9,13 @@ const LEAST_BAR = 120;
 /** A measured line in texels, y down. */
 type Line = [number, number, number, number];
 
+/** A line on the screen, and its label. */
+interface PlacedLine {
+  from: [number, number];
+  to: [number, number];
+  label: { x: number; y: number; isBeside: boolean; text: string };
+}
+
 /** A scale bar and lines with their lengths over the flat view: in millimetres where the size of a texel is known. */
 export class Ruler implements DrawingTool {
   readonly element = svg("svg", { class: "overlay", "aria-hidden": "true" });
@@ -71,13 +78,40 @@ export class Ruler implements DrawingTool {
     this.viewer.record({ undo: () => show(before), redo: () => show(lines) });
   }
 
-  private lineOf([x1, y1, x2, y2]: Line, places: FlatPlaces): SVGElement[] {
-    const [ax, ay] = places.pixel(x1, y1), [bx, by] = places.pixel(x2, y2);
-    // Above a level line, and beside a steep one.
-    const x = (ax + bx) / 2, y = (ay + by) / 2, isSteep = Math.abs(by - ay) > Math.abs(bx - ax);
-    const text = svg("text", isSteep ? { x: x + 10, y: y + 5, class: "beside" } : { x, y: y - 8 });
-    text.textContent = this.length(Math.hypot(x2 - x1, y2 - y1));
-    return [svg("line", { x1: ax, y1: ay, x2: bx, y2: by }), text];
+  /** Draws lines and scale bar into a picture of the view, of so many pixels for each of the screen. */
+  paint(context: CanvasRenderingContext2D, ratio: number): void {
+    const places = flatPlaces(this.viewer);
+    if (!places || !this.viewer.isOn(this)) return;
+    context.scale(ratio, ratio);
+    context.font = "14px system-ui, sans-serif";
+    const write = (text: string, x: number, y: number, align: CanvasTextAlign): void => {
+      context.textAlign = align;
+      [context.lineWidth, context.strokeStyle, context.fillStyle] = [3, "#000b", "#fff"];
+      context.strokeText(text, x, y);
+      context.fillText(text, x, y);
+    };
+    for (const line of this.lines) {
+      const { from, to, label } = this.placed(line, places);
+      strokeLine(context, [from, to]);
+      write(label.text, label.x, label.y, label.isBeside ? "left" : "center");
+    }
+    const { width, text } = this.barOf(places), [left, right, low] = [16, 16 + width, 36];
+    strokeLine(context, [[left, low - 6], [left, low], [right, low], [right, low - 6]]);
+    write(text, (left + right) / 2, low - 8, "center");
+  }
+
+  private lineOf(line: Line, places: FlatPlaces): SVGElement[] {
+    const { from, to, label } = this.placed(line, places);
+    const text = svg("text", { x: label.x, y: label.y, class: label.isBeside ? "beside" : undefined });
+    text.textContent = label.text;
+    return [svg("line", { x1: from[0], y1: from[1], x2: to[0], y2: to[1] }), text];
+  }
+
+  /** Where a line and its label are on the screen: above a level line, and beside a steep one. */
+  private placed([x1, y1, x2, y2]: Line, places: FlatPlaces): PlacedLine {
+    const from = places.pixel(x1, y1), to = places.pixel(x2, y2), x = (from[0] + to[0]) / 2, y = (from[1] + to[1]) / 2;
+    const isBeside = Math.abs(to[1] - from[1]) > Math.abs(to[0] - from[0]), text = this.length(Math.hypot(x2 - x1, y2 - y1));
+    return { from, to, label: isBeside ? { x: x + 10, y: y + 5, isBeside, text } : { x, y: y - 8, isBeside, text } };
   }
 
   private length(texels: number): string {
@@ -85,12 +119,28 @@ export class Ruler implements DrawingTool {
     return mm ? `${Number((texels * mm).toPrecision(3))} mm` : `${Number(texels.toPrecision(3))} px`;
   }
 
+  private refreshBar(places: FlatPlaces): void {
+    const { width, text } = this.barOf(places);
+    this.bar.style.width = `${width}px`;
+    this.bar.textContent = text;
+  }
+
   /** A bar of 1, 2 or 5 times a power of ten that is about 120 pixels long, or as long as its label with large type. */
-  private refreshBar({ scale }: FlatPlaces): void {
+  private barOf({ scale }: FlatPlaces): { width: number; text: string } {
     const mm = this.viewer.stage.texture(this.viewer.state.texture)?.data.mmPerTexel ?? 1;
-    const pixels = Math.max(LEAST_BAR, 8 * Number.parseFloat(getComputedStyle(this.bar).fontSize)), wanted = (pixels / scale) * mm, power = 10 ** Math.floor(Math.log10(wanted));
+    const pixels = Math.max(LEAST_BAR, 8 * Number.parseFloat(getComputedStyle(this.bar).fontSize));
+    const wanted = (pixels / scale) * mm, power = 10 ** Math.floor(Math.log10(wanted));
     const length = ([5, 2, 1].find((n) => n * power <= wanted) ?? 1) * power;
-    this.bar.style.width = `${(length / mm) * scale}px`;
-    this.bar.textContent = this.length(length / mm);
+    return { width: (length / mm) * scale, text: this.length(length / mm) };
+  }
+}
+
+/** In white over a wider black: seen on any texture. */
+function strokeLine(context: CanvasRenderingContext2D, points: [number, number][]): void {
+  context.beginPath();
+  for (const [x, y] of points) context.lineTo(x, y);
+  for (const [width, color] of [[3.5, "#000b"], [1.5, "#fff"]] as const) {
+    [context.lineWidth, context.strokeStyle] = [width, color];
+    context.stroke();
   }
 }

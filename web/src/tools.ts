@@ -1,6 +1,6 @@
 import { download, el, fileName, iconButton } from "./dom.js";
 import { Recorder } from "./record.js";
-import { pngOf, textureSnapshot } from "./pixels.js";
+import { screenSnapshot, textureSnapshot } from "./pixels.js";
 import type { Ruler } from "./ruler.js";
 import { toHash } from "./state.js";
 import type { Viewer } from "./viewer.js";
@@ -24,7 +24,7 @@ export class Toolbar {
   private readonly controls: HTMLElement;
   private sayTimer = 0;
 
-  constructor(private readonly viewer: Viewer, title: string, private readonly panel: HTMLElement, ruler: Ruler) {
+  constructor(private readonly viewer: Viewer, title: string, private readonly panel: HTMLElement, private readonly ruler: Ruler) {
     this.key = `relume-bookmarks:${title}`;
     this.said = el("div", { class: "said", role: "status", "aria-live": "polite" });
     this.bookmarks = this.bookmarkDialog();
@@ -77,12 +77,12 @@ export class Toolbar {
     this.sayTimer = window.setTimeout(() => this.said.classList.remove("shown"), 2000 + READING * sentence.length);
   }
 
-  /** Saves the picture as it is on the screen, or the whole flat texture with a pixel for each texel. */
+  /** Saves the picture as it is on the screen, with lines and scale bar while the ruler is on, or the whole flat texture with a pixel for each texel. */
   async snapshot(title: string, whole = false): Promise<void> {
     try {
       this.viewer.sharpen(1);
       this.viewer.drawNow();
-      const blob = await (whole ? textureSnapshot(this.viewer) : pngOf(this.viewer.canvas));
+      const blob = await (whole ? textureSnapshot(this.viewer) : screenSnapshot(this.viewer, (context, ratio) => this.ruler.paint(context, ratio)));
       download(`${fileName(title)}${whole ? "-texture" : ""}.png`, blob);
       this.say("Picture saved");
     } catch (error) {
@@ -165,7 +165,7 @@ function helpDialog(): HTMLDialogElement {
     ["M", "next way of showing"],
     ["O", "the light goes round"],
     ["R", "ruler; off again, its lines go"],
-    ["S", "saves a picture"],
+    ["S", "saves a picture, with lines and scale bar while the ruler is on"],
     ["N", "writes an annotation on the middle of the view"],
     ["B", "bookmarks"],
     ["0 or double click", "the whole texture"],

@@ -56,6 +56,16 @@ test("annotations of two pages do not overwrite each other", async () => {
   opener.forgiveFailedRequests();
 });
 
+test("what three pages write at once is all kept", async () => {
+  const pages = await Promise.all([1, 2, 3].map(() => opener.open(server.url)));
+  await Promise.all(pages.map(async (page, i) => {
+    for (const k of [1, 2, 3]) await write(page, `${i} ${k}`);
+  }));
+  await expect.poll(() => texts().sort(), { timeout: 20_000 }).toEqual([0, 1, 2].flatMap((i) => [1, 2, 3].map((k) => `${i} ${k}`)));
+  for (const page of pages) await page.close();
+  opener.forgiveFailedRequests();
+});
+
 test("a texture that is shown twice has one list of annotations, and an edited file stays", async () => {
   const twice = await ViewServer.start(place, ["leather.ptm", "./leather.ptm"]);
   const page = await opener.open(twice.url);

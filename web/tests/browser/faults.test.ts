@@ -288,6 +288,39 @@ test("a strip of one texel by thousands is seen, at first and magnified, and sav
   await own.stop();
 });
 
+test("a picture saved while the ruler is on has its lines and the scale bar", async () => {
+  const page = await opener.open(server.url, { ...USUAL, deviceScaleFactor: 2 });
+  const saved = async (): Promise<Codes> => {
+    const [file] = await Promise.all([page.waitForEvent("download"), page.getByLabel("Save a picture").click()]);
+    return decodePng(new Uint8Array(readFileSync(await file.path())));
+  };
+  const bare = await saved();
+  expect(difference(bare, await canvas(page)).mean).toBe(0);
+  await page.keyboard.press("r");
+  await drag(page, [100, 200], [300, 200]);
+  const measured = await saved();
+  const code = (x: number, y: number): number => measured.codes[measured.channels * (2 * y * measured.width + 2 * x)] ?? 0;
+  for (const [x, y] of [[110, 200], [290, 200], [20, 36]] as const) expect(Math.max(code(x, y), code(x, y - 1)), `${x}, ${y}`).toBeGreaterThan(200);
+  // Elsewhere nothing is other than without it.
+  const changed = difference(measured, bare);
+  expect(changed.mean).toBeGreaterThan(0.01);
+  expect(changed.mean).toBeLessThan(2);
+  expect(changed.most).toBeLessThan(255);
+  await page.close();
+});
+
+test("the text of an annotation is shown under the pointer", async () => {
+  const page = await opener.open(server.url);
+  await write(page, "under the pointer");
+  const box = await page.locator(".overlay circle").boundingBox();
+  if (!box) throw new Error("no mark");
+  await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+  expect(await page.locator("canvas").getAttribute("title")).toBe("under the pointer");
+  await page.mouse.move(box.x - 60, box.y);
+  expect(await page.locator("canvas").getAttribute("title")).toBe("");
+  await page.close();
+});
+
 test("lights that are added lie apart", async () => {
   const page = await opener.open(server.url);
   for (let i = 0; i < 3; i++) await page.getByRole("button", { name: "Add light" }).click();

@@ -1,5 +1,5 @@
 import { sentenceOf } from "relume-three";
-import { type Annotation, type NoteChange, annotationFile, areSame, changedNotes, checkedNotes, mergedNotes, parseAnnotations } from "./annotations.js";
+import { type Annotation, MOST_BYTES, type NoteChange, annotationFile, areSame, changedNotes, checkedNotes, mergedNotes, parseAnnotations } from "./annotations.js";
 import { besidePage } from "./page.js";
 
 /** The tag of a file that is not there. */
@@ -57,7 +57,9 @@ export class NoteSheet {
 
   /** Changes them here and in the file; an error says why they cannot be changed so. */
   change(change: NoteChange): void {
-    this.notes = checkedNotes(changedNotes(this.notes, change));
+    const notes = checkedNotes(changedNotes(this.notes, change)), bytes = new Blob([annotationFile(notes)]).size;
+    if (bytes > MOST_BYTES) throw new Error(`annotations have at most ${MOST_BYTES} bytes in all: found ${bytes}`);
+    this.notes = notes;
     this.changed();
     if (this.place === null) return this.say("Kept until the page is closed: download them to keep them");
     void this.save();

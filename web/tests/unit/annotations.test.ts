@@ -1,6 +1,7 @@
 import { readFileSync } from "node:fs";
 import { expect, test } from "vitest";
 import { type Annotation, areSame, changedNotes, inverseOf, mergedNotes, parseAnnotations } from "../../src/annotations.js";
+import { NoteSheet } from "../../src/sheet.js";
 
 interface Case {
   what: string;
@@ -62,4 +63,12 @@ test("a change that is taken back leaves the list as it was", () => {
     expect(areSame(after, before)).toBe(false);
     expect(textOf(changedNotes(after, inverseOf(change)))).toBe("abc");
   }
+});
+
+test("more than the program takes in all is refused, and leaves what was there", () => {
+  const sheet = new NoteSheet(null, () => undefined, () => undefined), some = notes("ab");
+  sheet.change({ taken: [], put: some, at: 0 });
+  const long = Array.from({ length: 300 }, (): Annotation => ({ text: "x".repeat(4000), box: [1, 2, 0, 0], view: "" }));
+  expect(() => sheet.change({ taken: [], put: long, at: 0 })).toThrow("at most 1048576 bytes in all");
+  expect(sheet.notes).toEqual(some);
 });

@@ -6,7 +6,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-use relume::{ErrorKind, Result};
+use relume::{Error, ErrorKind, Result};
 
 use super::site::{Answer, JSON, answered, failed, refused, stated_length};
 use crate::output::folder_of;
@@ -85,7 +85,14 @@ impl NoteFile {
         if tag_of(AnnotationFile::read(&self.path)?.as_ref()).as_bytes() != tag {
             return Ok(false);
         }
-        save_annotations(&self.path, file.bytes())?;
+        let bytes = file.bytes();
+        if bytes.len() > MOST_BYTES {
+            let found = bytes.len();
+            return Err(Error::limit(format!(
+                "annotations have at most {MOST_BYTES} bytes in all: found {found}"
+            )));
+        }
+        save_annotations(&self.path, bytes)?;
         Ok(true)
     }
 }

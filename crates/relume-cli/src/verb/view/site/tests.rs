@@ -153,6 +153,29 @@ fn annotations_are_written_whole_or_not_at_all_and_only_to_their_file() {
 }
 
 #[test]
+fn annotations_that_could_not_be_read_again_are_not_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.json");
+    let mut site = site();
+    site.add_notes("annotations/0.json".to_owned(), path.clone());
+    // Short as it is sent, and long with the spaces and line ends of the file.
+    let one = format!(r#"{{"text":"{}","box":[1,2,0,0],"view":""}}"#, "x".repeat(980));
+    let all = vec![one; 1000].join(",");
+    let body = format!(r#"{{"relume":"annotations","version":1,"annotations":[{all}]}}"#);
+    assert!(body.len() <= MOST_BYTES);
+    let head = format!(
+        "POST /{}/annotations/0.json HTTP/1.1\r\nHost: 127.0.0.1:4321\r\nContent-Length: {}\r\n\
+         Content-Type: application/json\r\nIf-Match: \"none\"\r\n\r\n",
+        site.token,
+        body.len()
+    );
+    let answer = site.answer(head.as_bytes(), body.as_bytes());
+    assert_eq!(status_of(&answer), 409);
+    assert!(String::from_utf8_lossy(&answer.body).contains("1048576 bytes in all"));
+    assert!(!path.exists());
+}
+
+#[test]
 fn textures_with_one_file_of_annotations_share_it() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);

@@ -445,7 +445,8 @@ mod tests {
         let of = |kind: &str| edited("", 6, r#""componentType":5126,"count":3,"type":"VEC3""#, kind);
         let bytes = of(r#""componentType":5122,"normalized":true,"count":3,"type":"VEC3""#);
         assert_eq!(decoded(&bytes).unwrap().positions()[2], [0.0, 16256.0 / 32767.0, 0.0]);
-        let bytes = of(r#""componentType":5120,"count":3,"type":"VEC3""#);
-        assert!(decoded(&bytes).is_ok());
+        // From byte 12 on, the bytes of 1.0: 0, 0, -128, 63.
+        let bytes = of(r#""byteOffset":12,"componentType":5120,"count":3,"type":"VEC3""#);
+        assert_eq!(decoded(&bytes).unwrap().positions()[..2], [[0.0, 0.0, -128.0], [63.0, 0.0, 0.0]]);
     }
 }

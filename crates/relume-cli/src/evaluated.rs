@@ -8,8 +8,9 @@ use relume::direction::Directions;
 use relume::field::{Basis, ParametricField, PlaneLayout};
 use relume::format::{Content, HeightMap, HeightScale, Opened};
 use relume::random_field::{FieldModel, Fields, RealisationOptions};
-use relume::render::Relighter;
+use relume::render::{Pictures, ShownForm};
 use relume::workflow::endless::PlaneWindow;
+use relume::workflow::model_surface::SurfaceForm;
 use relume::{Error, Job, Picture, ReflectanceField, Result, Size};
 
 use crate::{args, input};
@@ -41,6 +42,29 @@ pub struct Texture {
     pub source: Size,
     /// Whether it was made from a model.
     pub of_model: bool,
+}
+
+/// A texture to compare.
+pub enum ComparedTexture {
+    /// Functions, or the tile made from a random-field model.
+    Field(Texture),
+    /// Reflectance models.
+    Models(ParametricField),
+}
+
+impl ComparedTexture {
+    /// What is shown of it.
+    pub fn shown(&self) -> ShownForm<'_> {
+        match self {
+            Self::Field(texture) => (&texture.field).into(),
+            Self::Models(models) => models.into(),
+        }
+    }
+
+    /// Whether it was made from a random-field model.
+    pub fn is_made(&self) -> bool {
+        matches!(self, Self::Field(texture) if texture.of_model)
+    }
 }
 
 /// A texture that has a picture for each light and view.
@@ -83,17 +107,25 @@ impl ShownTexture {
     /// What makes pictures of it for many lights and views.
     pub fn pictures(&self, job: &Job) -> Result<ShownPictures<'_>> {
         Ok(match self {
-            Self::Field(field) => ShownPictures::Field(Box::new(Relighter::new(field, job)?)),
-            Self::Models(models) => ShownPictures::Models(models),
+            Self::Field(field) => ShownPictures::Texture(ShownForm::from(field).pictures(job)?),
+            Self::Models(models) => ShownPictures::Texture(ShownForm::from(models).pictures(job)?),
             Self::Clusters(model, window) => ShownPictures::Clusters(model, *window),
+        })
+    }
+
+    /// What its normals and colours come from.
+    pub fn into_surface(self, job: &Job) -> Result<SurfaceForm> {
+        Ok(match self {
+            Self::Field(field) => SurfaceForm::Functions(field),
+            Self::Models(models) => SurfaceForm::of_models(&models, job)?,
+            Self::Clusters(model, window) => SurfaceForm::Functions(model.synthesize(&window, job)?),
         })
     }
 }
 
 /// Pictures of a texture.
 pub enum ShownPictures<'a> {
-    Field(Box<Relighter<'a>>),
-    Models(&'a ParametricField),
+    Texture(Pictures<'a>),
     Clusters(&'a FieldModel, RealisationOptions),
 }
 
@@ -101,8 +133,7 @@ impl ShownPictures<'_> {
     /// The picture for a light and a view.
     pub fn picture(&self, directions: Directions, job: &Job) -> Result<Picture> {
         match self {
-            Self::Field(relighter) => job.proceed().map(|()| relighter.relight(directions)),
-            Self::Models(models) => models.picture(directions, job),
+            Self::Texture(pictures) => pictures.picture(directions, job),
             Self::Clusters(model, window) => {
                 let picture = model.cluster_picture(directions, window, job)?;
                 picture.ok_or_else(|| Error::invalid("the model has no clusters of photographs"))
@@ -137,6 +168,15 @@ impl Args {
         let texture = self.texture_in(opened, path, job)?;
         self.check(texture.of_model)?;
         Ok(ShownTexture::Field(texture.field))
+    }
+
+    /// Reads a texture to compare: reflectance models as they are; [`Args::check`] follows.
+    pub fn compared(&self, path: &Path, job: &Job) -> Result<ComparedTexture> {
+        let opened = input::open(path, job)?;
+        match opened.parametric()? {
+            Some(models) => Ok(ComparedTexture::Models(models)),
+            None => self.texture_in(opened, path, job).map(ComparedTexture::Field),
+        }
     }
 
     /// Reads a texture, evaluating a model; [`Args::check`] follows.

@@ -60,11 +60,19 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     if inputs.into_iter().flatten().filter(|path| output::is_stream(path)).count() > 1 {
         return Err(Error::usage("standard input can be read only once: give - for one input at most"));
     }
-    let read = |path: &Path| args.evaluated.texture_of(path, &context.job);
+    if Btf::is_at(&args.other) {
+        return Err(Error::usage(format!(
+            "photographs under light and view are the reference: write them first, `relume compare {} {}`",
+            args.other.display(),
+            args.reference.display()
+        ))
+        .at(&args.other));
+    }
+    let read = |path: &Path| args.evaluated.compared(path, &context.job);
     let (reference, other) = (read(&args.reference)?, read(&args.other)?);
-    args.evaluated.check(reference.of_model || other.of_model)?;
-    let sizes = [reference.field.size(), other.field.size()];
-    let comparison = Comparison::new(&reference.field, &other.field, args.lights.into());
+    args.evaluated.check(reference.is_made() || other.is_made())?;
+    let sizes = [reference.shown().size(), other.shown().size()];
+    let comparison = Comparison::new(reference.shown(), other.shown(), args.lights.into());
     if !args.texture {
         return texel_by_texel(&comparison, sizes, args, context);
     }
@@ -73,7 +81,10 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let sources = map.as_ref().map(|map| Sources::new(map.size, &map.texels, &exemplars)).transpose();
     let sources = sources.map_err(|e| e.at(args.source_map.as_deref().unwrap_or(Path::new("-"))))?;
     let measures = comparison.texture_measures(sources.as_ref(), args.seed, &context.job)?;
-    Ok(Report::new(texture_text(&measures, args), texture_json(&measures, comparison.directions())))
+    Ok(Report::new(
+        texture_text(&measures, comparison.directions(), args),
+        texture_json(&measures, comparison.directions()),
+    ))
 }
 
 /// Compares a texture with all photographs under light and view.
@@ -91,8 +102,9 @@ fn with_photographs(args: &Args, context: &Context) -> Result<Report> {
             btf_comparison::compare_sets(&btf, &other, &context.job)?
         }
         false => {
-            let other = args.evaluated.texture(&args.other, &context.job)?;
-            btf_comparison::compare(&btf, &other, &context.job)?
+            let other = args.evaluated.compared(&args.other, &context.job)?;
+            args.evaluated.check(other.is_made())?;
+            btf_comparison::compare(&btf, other.shown(), &context.job)?
         }
     };
     let (mean, worst) = (&errors.mean, &errors.worst);
@@ -138,10 +150,10 @@ fn texel_by_texel(
     }
     let TexelErrors { psnr_db, rmse, worst_psnr_db, worst_rmse } = comparison.texel_errors(&context.job)?;
     let lights = comparison.directions();
-    let mut text = format!("PSNR {psnr_db:.2} dB, RMSE {rmse:.5} of white");
+    let mut text = format!("PSNR {}, RMSE {rmse:.5} of white", decibels(psnr_db));
     if lights.len() > 1 {
-        let count = lights.len();
-        let _ = write!(text, " (means over {count} lights; worst {worst_psnr_db:.2} dB, {worst_rmse:.5})");
+        let worst = format!("worst {}, {worst_rmse:.5}", decibels(worst_psnr_db));
+        let _ = write!(text, " (means over {}; {worst})", pairs_in_words(lights));
     }
     // JSON has no infinity: equal textures have no PSNR.
     let finite = |db: f64| db.is_finite().then_some(db);
@@ -153,6 +165,21 @@ fn texel_by_texel(
         "views": arrays(lights, |pair| pair.view),
     });
     Ok(Report::new(text, json))
+}
+
+/// A signal-to-noise ratio; equal pictures have none.
+fn decibels(db: f64) -> String {
+    if db.is_finite() { format!("{db:.2} dB") } else { "without end (equal)".to_owned() }
+}
+
+/// The lights, and the views if they differ.
+fn pairs_in_words(pairs: &[Directions]) -> String {
+    let beside = pairs.iter().filter(|pair| pair.view != Direction::ZENITH).count();
+    let lights = format!("{} light{}", pairs.len(), if pairs.len() == 1 { "" } else { "s" });
+    match beside {
+        0 => format!("{lights}, seen from straight above"),
+        _ => format!("{lights}, {beside} of them seen from the side, others from straight above"),
+    }
 }
 
 /// The lights or the views of pairs, for JSON.
@@ -173,18 +200,17 @@ fn texture_json(measures: &TextureMeasures, lights: &[Directions]) -> serde_json
     })
 }
 
-fn texture_text(measures: &TextureMeasures, args: &Args) -> String {
+fn texture_text(measures: &TextureMeasures, pairs: &[Directions], args: &Args) -> String {
     let (Some(mean), Some(worst)) =
         (Distances::mean(&measures.distances), Distances::worst(&measures.distances))
     else {
         return String::new();
     };
     let mut text = format!(
-        "{} against {}, over {} light{}\n{:<34} {:>8} {:>8}\n",
+        "{} against {}, over {}\n{:<34} {:>8} {:>8}\n",
         args.other.display(),
         args.reference.display(),
-        measures.distances.len(),
-        if measures.distances.len() == 1 { "" } else { "s" },
+        pairs_in_words(pairs),
         "",
         "mean",
         "worst"

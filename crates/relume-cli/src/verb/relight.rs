@@ -8,7 +8,7 @@ use relume::format::{Depth, PictureFormat, encode_normals, encode_picture_with};
 use relume::render::{Sweep, relight_under};
 use relume::surface::NormalDoubt;
 use relume::workflow::{Btf, Missing};
-use relume::{Direction, Error, Footprint, Job, ReflectanceField, Result, Size, surface};
+use relume::{Direction, Error, Footprint, Job, ReflectanceField, Result, Size};
 use serde_json::json;
 
 use crate::context::Context;
@@ -130,27 +130,31 @@ fn lit(args: &Args, pair: Directions, format: PictureFormat, context: &Context) 
 /// The picture under an environment, the normals, or the albedo.
 fn unlit(args: &Args, format: PictureFormat, context: &Context) -> Result<(Vec<u8>, Still)> {
     let job = &context.job;
-    let field = args.evaluated.texture(&args.file, job)?;
-    let size = field.size();
-    check_view(args, Some(field.basis()).filter(|basis| !basis.depends_on_view()))?;
+    if args.what.env.is_some() {
+        let field = args.evaluated.texture(&args.file, job)?;
+        check_view(args, Some(field.basis()).filter(|basis| !basis.depends_on_view()))?;
+        foresee(field.size(), 3, 3, format, context)?;
+        let bytes = under_environment(args, &field, format, job)?;
+        return Ok((bytes, Still { what: "picture".to_owned(), size: field.size(), warnings: Vec::new() }));
+    }
+    let texture = args.evaluated.shown(&args.file, job)?;
+    check_view(args, texture.basis_of_one_view())?;
+    let (size, channels) = (texture.size(), texture.channels());
     // Normals and a packed copy of them.
     let (planes, channels, stored) = match args.what.normals {
         true => (6, 3, format.with_depth(Depth::Sixteen)),
-        false if args.what.env.is_some() => (3, 3, format),
-        false => (field.layout().channels(), field.layout().channels(), format),
+        false => (channels, channels, format),
     };
     foresee(size, planes, channels, stored, context)?;
-    let mut warnings = Vec::new();
-    let (bytes, what) = if args.what.env.is_some() {
-        (under_environment(args, &field, format, job)?, "picture".to_owned())
-    } else if args.what.normals {
-        let (found, y) = (surface::normals(&field), args.normal_maps.of_output(&args.output));
-        warnings = doubted(&surface::doubts(&field, &found));
-        (encode_normals(&found, y, format, job)?, normals::described(y))
-    } else {
-        (encode_picture_with(&surface::albedo(&field), format, job)?, "albedo".to_owned())
-    };
-    Ok((bytes, Still { what, size, warnings }))
+    let surface = texture.into_surface(job)?;
+    if !args.what.normals {
+        let bytes = encode_picture_with(&surface.albedo(), format, job)?;
+        return Ok((bytes, Still { what: "albedo".to_owned(), size, warnings: Vec::new() }));
+    }
+    let (found, y) =
+        (surface.normals().map_err(|e| e.at(&args.file))?, args.normal_maps.of_output(&args.output));
+    let warnings = doubted(&surface.doubts(&found));
+    Ok((encode_normals(&found, y, format, job)?, Still { what: normals::described(y), size, warnings }))
 }
 
 /// A picture from photographs under light and view, without a fit.

@@ -2,6 +2,7 @@
 
 mod auto;
 mod btf;
+mod btf_forms;
 mod btf_models;
 mod capture;
 mod channels;

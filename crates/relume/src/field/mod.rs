@@ -10,6 +10,7 @@ mod coordinates;
 mod index;
 mod layout;
 pub mod lrgb;
+mod nonlinear;
 pub mod parametric;
 pub mod refit;
 mod shapes;
@@ -22,6 +23,7 @@ pub(crate) use clustered::clustered_example;
 pub use clustered::{ClusterSpaces, ClusteredField, MOST_CLUSTERS};
 pub use index::{IndexSpace, Metric};
 pub use layout::{PlaneLayout, PlaneRole};
+pub use nonlinear::NonlinearField;
 pub use parametric::{MOST_LOBES, ParametricField, PerViewModel, TexelModel, ViewFunction};
 #[cfg(test)]
 pub(crate) use shapes::tests::shapes_example;

@@ -8,6 +8,7 @@ use std::sync::Arc;
 use super::bonn::BonnBtf;
 use super::brdf::decode_brdf;
 use super::content::{Content, content, is_known};
+use super::exr::ExrDepth;
 use super::field_file::{self, FieldFile};
 use super::height::{HeightMap, decode_height};
 use super::kind::{Kind, unknown};
@@ -25,7 +26,7 @@ use super::whole::{read_bytes, read_file};
 use super::{exr, multires, rlm, web};
 use crate::brdf::MeasuredBrdf;
 use crate::error::{Error, Result};
-use crate::field::ParametricField;
+use crate::field::{NonlinearField, ParametricField};
 use crate::job::Job;
 use crate::planes::Planes;
 use crate::random_field::FieldModel;
@@ -143,15 +144,27 @@ impl Opened {
         Ok(FieldFile { opacity: None, ..file })
     }
 
-    /// The reflectance models of the texels, if the file holds such a texture: [`Opened::into_field`] gives its linear form.
+    /// The texture as it is, if it is not linear in the numbers of texels, and the type of its samples: [`Opened::into_field`]
+    /// gives its linear form.
     ///
     /// # Errors
     /// The error names the file: one that is damaged or exceeds the limits.
-    pub fn parametric(&self) -> Result<Option<ParametricField>> {
-        if self.content != Content::Field || !exr::holds_parametric(&self.bytes) {
+    pub fn nonlinear(&self) -> Result<Option<(NonlinearField, ExrDepth)>> {
+        if self.content != Content::Field {
             return Ok(None);
         }
-        exr::decode_parametric(&self.bytes, &self.job).map(Some).map_err(|e| e.at(&self.name))
+        exr::nonlinear(&self.bytes, &self.job).map_err(|e| e.at(&self.name))
+    }
+
+    /// The reflectance models of the texels, if the file holds such a texture: [`Opened::into_field`] gives its linear form.
+    ///
+    /// # Errors
+    /// As [`Opened::nonlinear`].
+    pub fn parametric(&self) -> Result<Option<ParametricField>> {
+        Ok(self.nonlinear()?.and_then(|(field, _)| match field {
+            NonlinearField::Models(models) => Some(models),
+            NonlinearField::Clusters(_) => None,
+        }))
     }
 
     /// As [`Opened::into_field`], with the opacity.

@@ -8,6 +8,7 @@ mod horizon;
 mod material;
 mod mip_map;
 mod object;
+mod pictures;
 mod raster;
 mod relief;
 mod relight;
@@ -26,6 +27,7 @@ pub use environment::{
 pub use highlight::Specular;
 pub use mesh::{Mesh, MeshVertices, Primitive};
 pub use object::{render, render_relief};
+pub use pictures::{Pictures, ShownForm};
 pub use relief::MeshRelief;
 pub use relight::{relight, relight_srgb8};
 pub use relighter::Relighter;

@@ -11,7 +11,7 @@ use crate::capture::dome::sampling::{DirectionSampling, all_pairs};
 use crate::capture::pairs::{PairList, files_below, first_names, is_set};
 use crate::direction::{Direction, Directions};
 use crate::error::{Error, Result};
-use crate::format::bonn::BonnBtf;
+use crate::format::bonn::{BonnBtf, StoredBtf};
 use crate::format::{ImageArchive, decode_raster, open, read_raster};
 use crate::job::Job;
 use crate::names::named;
@@ -125,6 +125,14 @@ impl Btf {
     /// The folder or archive.
     pub fn path(&self) -> &Path {
         &self.path
+    }
+
+    /// How a `.btf` file stores it.
+    pub fn stored(&self) -> Option<StoredBtf> {
+        match &self.source {
+            ImageSource::Bonn(btf) => Some(btf.stored()),
+            ImageSource::Folder(_) | ImageSource::Archive(_) | ImageSource::Reflectance(_) => None,
+        }
     }
 
     /// The photographs and how they form a grid.

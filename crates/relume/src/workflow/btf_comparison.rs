@@ -8,12 +8,11 @@ use serde::Serialize;
 use super::btf::Btf;
 use crate::direction::Directions;
 use crate::error::{Error, Result};
-use crate::field::ReflectanceField;
 use crate::job::Job;
 use crate::metric::{LabErrors, lab_errors, psnr, rmse, ssim};
 use crate::picture::Picture;
 use crate::planes::Planes;
-use crate::render::relight;
+use crate::render::ShownForm;
 use crate::space::Space;
 
 /// Errors of pictures whose values are sRGB-encoded and clamped to 0..1.
@@ -49,8 +48,9 @@ pub struct PairErrors {
 /// # Errors
 /// Photographs that cannot be read or differ in size or channels from the texture, limits exceeded, and a cancelled
 /// job.
-pub fn compare(btf: &Btf, field: &ReflectanceField, job: &Job) -> Result<PairErrors> {
-    compare_pictures(btf, &|directions| Ok(relight(field, directions)), job)
+pub fn compare<'a>(btf: &Btf, texture: impl Into<ShownForm<'a>>, job: &Job) -> Result<PairErrors> {
+    let pictures = texture.into().pictures(job)?;
+    compare_pictures(btf, &|directions| pictures.picture(directions, job), job)
 }
 
 /// Compares another set, such as a factored one, with every photograph: its photographs of the same pairs, or

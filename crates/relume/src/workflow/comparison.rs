@@ -4,7 +4,6 @@ use std::f64::consts::FRAC_PI_4;
 
 use crate::direction::{Direction, Directions};
 use crate::error::Result;
-use crate::field::{Basis, ReflectanceField};
 use crate::job::Job;
 use crate::memory::Footprint;
 use crate::metric::texture::copying::{Copying, copying};
@@ -13,14 +12,14 @@ use crate::metric::texture::wrap::{Wrap, wrap};
 use crate::metric::texture::{Distances, SlicedOptions, Sources, distances};
 use crate::metric::{psnr, rmse};
 use crate::planes::Planes;
-use crate::render::{Relighter, Sweep};
+use crate::render::{Pictures, ShownForm, Sweep};
 use crate::space::Space;
 
 /// Two textures and the lights under which they are compared.
 #[derive(Debug)]
 pub struct Comparison<'a> {
-    reference: &'a ReflectanceField,
-    other: &'a ReflectanceField,
+    reference: ShownForm<'a>,
+    other: ShownForm<'a>,
     directions: Vec<Directions>,
 }
 
@@ -54,11 +53,12 @@ impl<'a> Comparison<'a> {
     /// Compares under the given number of lights, at least one: at the zenith, and on a circle 45 degrees
     /// from it. One is enough for two pictures. Textures whose functions depend on the view are seen from straight above
     /// under the first light, and then in turns from 45 degrees, a quarter of a circle on, and from straight above.
-    pub fn new(reference: &'a ReflectanceField, other: &'a ReflectanceField, lights: usize) -> Self {
-        let are_pictures = [reference, other].iter().all(|field| *field.basis() == Basis::Constant);
+    pub fn new(reference: impl Into<ShownForm<'a>>, other: impl Into<ShownForm<'a>>, lights: usize) -> Self {
+        let (reference, other) = (reference.into(), other.into());
+        let are_pictures = reference.is_constant() && other.is_constant();
         let ring = Sweep::Orbit { lights: lights.saturating_sub(1), polar_rad: FRAC_PI_4 };
         let ring = if are_pictures { Vec::new() } else { ring.directions() };
-        let depends_on_view = [reference, other].iter().any(|field| field.basis().depends_on_view());
+        let depends_on_view = reference.depends_on_view() || other.depends_on_view();
         let pair = |(i, light): (usize, Direction)| match depends_on_view && i % 2 == 0 {
             true => Directions { light, view: a_quarter_on(light) },
             false => Directions::lit_from(light),
@@ -77,13 +77,13 @@ impl<'a> Comparison<'a> {
     }
 
     /// Both, prepared for pictures under lights.
-    fn relighters(&self, job: &Job) -> Result<[Relighter<'a>; 2]> {
-        Ok([Relighter::new(self.reference, job)?, Relighter::new(self.other, job)?])
+    fn pictures(&self, job: &Job) -> Result<[Pictures<'a>; 2]> {
+        Ok([self.reference.pictures(job)?, self.other.pictures(job)?])
     }
 
     /// The memory of both under one light: their planes, and those of one of them in its own space.
     fn footprint(&self) -> Footprint {
-        let bytes = |field: &ReflectanceField| 4 * (field.layout().channels() * field.size().texels()) as u64;
+        let bytes = |form: ShownForm<'_>| 4 * (form.channels() * form.size().texels()) as u64;
         let (a, b) = (bytes(self.reference), bytes(self.other));
         Footprint { peak: a + b + a.max(b), kept: a + b }
     }
@@ -94,10 +94,9 @@ impl<'a> Comparison<'a> {
     /// Textures of different sizes or channels, limits exceeded, and a cancelled job.
     pub fn texel_errors(&self, job: &Job) -> Result<TexelErrors> {
         job.check_bytes("the textures under a light", self.footprint().peak)?;
-        let relighters = self.relighters(job)?;
+        let [reference, other] = self.pictures(job)?;
         let error = |directions: &Directions| {
-            job.proceed()?;
-            let [a, b] = relighters.each_ref().map(|pictures| encoded(pictures, *directions));
+            let (a, b) = (encoded(&reference, *directions, job)?, encoded(&other, *directions, job)?);
             Ok((psnr(&a, &b)?, rmse(&a, &b)?))
         };
         let errors = self.directions.iter().map(error).collect::<Result<Vec<(f64, f64)>>>()?;
@@ -131,10 +130,10 @@ impl<'a> Comparison<'a> {
         let footprint = self.footprint();
         job.check_bytes("the textures under a light", footprint.peak)?;
         let _pictures = job.hold("the textures under a light", footprint.kept)?;
-        let relighters = self.relighters(job)?;
+        let [reference, other] = self.pictures(job)?;
         job.start("comparing", self.directions.len() as u64);
         for &directions in &self.directions {
-            let [a, b] = relighters.each_ref().map(|pictures| encoded(pictures, directions));
+            let (a, b) = (encoded(&reference, directions, job)?, encoded(&other, directions, job)?);
             found.distances.push(distances(&a, &b, &options, job)?);
             for (worst, wrap) in found.wraps.iter_mut().zip(wrap(&b)) {
                 *worst = if wrap.ratio > worst.ratio { wrap } else { *worst };
@@ -150,8 +149,8 @@ impl<'a> Comparison<'a> {
 }
 
 /// A texture under a light, sRGB-encoded.
-fn encoded(pictures: &Relighter<'_>, directions: Directions) -> Planes {
-    pictures.relight(directions).to_space(Space::Srgb).planes
+fn encoded(pictures: &Pictures<'_>, directions: Directions, job: &Job) -> Result<Planes> {
+    Ok(pictures.picture(directions, job)?.to_space(Space::Srgb).planes)
 }
 
 /// The direction turned by a quarter of a circle around the zenith.
@@ -162,7 +161,8 @@ fn a_quarter_on(direction: Direction) -> Direction {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::field::{Interpolated, Interpolation, PlaneLayout, shapes_example};
+    use crate::field::{Basis, Interpolated, Interpolation, PlaneLayout, ReflectanceField, shapes_example};
+    use crate::fit::parametric::linear_form;
 
     #[test]
     fn boundaries_that_move_between_the_lights_are_compared() {
@@ -176,5 +176,22 @@ mod tests {
         let compared = |a, b| Comparison::new(a, b, 9).texel_errors(&Job::default()).unwrap().worst_rmse;
         assert_eq!(compared(&moved, &moved), 0.0);
         assert!(compared(&moved, &faded) > 0.02, "{}", compared(&moved, &faded));
+    }
+
+    #[test]
+    fn models_are_compared_as_they_are() {
+        let job = Job::default();
+        for models in crate::field::parametric::examples::all() {
+            let linear = linear_form(&models, &job).unwrap().0;
+            let own = Comparison::new(&models, &models, 5).texel_errors(&job).unwrap();
+            assert_eq!(own.worst_rmse, 0.0);
+            let comparison = Comparison::new(&models, &linear, 5);
+            let expected = comparison.directions().iter().map(|pair| {
+                let [a, b] = [models.picture(*pair, &job).unwrap(), crate::render::relight(&linear, *pair)];
+                rmse(&a.to_space(Space::Srgb).planes, &b.to_space(Space::Srgb).planes).unwrap()
+            });
+            let expected = expected.fold(0.0, f64::max);
+            assert_eq!(comparison.texel_errors(&job).unwrap().worst_rmse, expected);
+        }
     }
 }

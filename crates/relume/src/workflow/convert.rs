@@ -22,10 +22,10 @@ use crate::planes::Planes;
 use crate::space::Space;
 
 /// Lights under which values are converted to the other space.
-const SAMPLED_LIGHTS: usize = 96;
+pub(super) const SAMPLED_LIGHTS: usize = 96;
 
 /// Lights under which the loss is measured: none of those of the fit.
-const CHECKED_LIGHTS: usize = 61;
+pub(super) const CHECKED_LIGHTS: usize = 61;
 
 /// About so many texels are measured.
 const CHECKED_TEXELS: usize = 1 << 14;
@@ -198,7 +198,7 @@ fn in_space(field: &ReflectanceField, basis: &Basis, space: Space, job: &Job) ->
 }
 
 /// The colours as asked for.
-fn arranged<'a>(
+pub(super) fn arranged<'a>(
     field: Cow<'a, ReflectanceField>,
     layout: Option<&PlaneLayout>,
     job: &Job,

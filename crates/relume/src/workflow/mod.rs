@@ -15,11 +15,13 @@
 //! | [`packed`] | learned functions packed for a model |
 //! | [`metric`] | metrics by name |
 //! | [`model`] | models of functions jointly, of structure and detail, or of single lights |
+//! | [`model_surface`] | normals and colours of textures of any form |
 //! | [`image_clusters`] | random fields of clusters of photographs, and a range map |
 //! | [`likeness`] | whether what a model makes looks like the material |
 //! | [`btf`](mod@btf) | textures of light and view on disk |
 //! | [`btf_comparison`] | textures of functions compared with photographs under light and view |
 //! | [`convert`](mod@convert) | textures in other functions, space or colours, and what that loses |
+//! | [`convert_models`](mod@convert_models) | reflectance models in functions of light, and what that loses |
 //! | [`comparison`] | textures compared under several lights |
 //! | [`decorrelated`](mod@decorrelated) | factorisations of decorrelated colours |
 //! | [`quality`] | how far a fit can be trusted, and which photographs look wrong |
@@ -40,6 +42,7 @@ pub mod btf_comparison;
 pub mod capture;
 pub mod comparison;
 pub mod convert;
+pub mod convert_models;
 pub mod decorrelated;
 pub mod endless;
 pub mod files;
@@ -54,6 +57,7 @@ pub mod memory;
 pub mod method;
 pub mod metric;
 pub mod model;
+pub mod model_surface;
 pub mod options;
 pub mod packed;
 pub mod per_view;

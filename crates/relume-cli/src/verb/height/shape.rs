@@ -8,6 +8,7 @@ use relume::surface::highlights::{HighlightOptions, Highlights, highlights};
 use relume::surface::photometric_stereo::{StereoInput, StereoOptions, photometric_stereo};
 use relume::surface::shape_from_shading::{ShadingOptions, shape_from_shading};
 use relume::surface::{self, STEEPEST, Slopes};
+use relume::workflow::model_surface::SurfaceForm;
 use relume::{Direction, Error, Picture, Planes, RasterSequence, Result, Space};
 use serde_json::{Value, json};
 
@@ -223,16 +224,27 @@ fn photograph(args: &Args, is_capture: bool) -> Result<Photograph> {
 }
 
 fn field_normals(args: &Args, known: &KnownShape, context: &Context) -> Result<Shape> {
-    let field = input::field(&args.input, &context.job)?.field;
-    if *field.basis() == relume::field::Basis::Constant {
+    let job = &context.job;
+    let opened = input::open(&args.input, job)?;
+    let surface = match opened.parametric()? {
+        Some(models) => SurfaceForm::of_models(&models, job)?,
+        None => SurfaceForm::Functions(opened.into_field()?.field),
+    };
+    if matches!(&surface, SurfaceForm::Functions(field) if *field.basis() == relume::field::Basis::Constant) {
         return Err(Error::usage(
             "is a picture without functions of light: name --method shape-from-shading with --light, or \
              --method normal-map",
         )
         .at(&args.input));
     }
-    foresee(args, known, (field.size(), field.layout().channels()), context)?;
-    let mut shape = Shape::of_normals(HeightMethod::PtmNormals, surface::normals(&field), args.steepest)?;
-    shape.albedo = Some(surface::albedo(&field));
+    foresee(args, known, (surface.size(), surface.channels()), context)?;
+    let normals = surface.normals().map_err(|e| e.at(&args.input))?;
+    let are_facets = matches!(surface, SurfaceForm::Facets { .. });
+    let trusted = are_facets.then(|| STEEPEST.atan().to_degrees());
+    let mut shape = Shape::of_normals(HeightMethod::PtmNormals, normals, args.steepest.or(trusted))?;
+    if are_facets {
+        shape.notes.push("the normals are those of the fitted facets".to_owned());
+    }
+    shape.albedo = Some(surface.albedo());
     Ok(shape)
 }

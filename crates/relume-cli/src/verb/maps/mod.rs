@@ -98,14 +98,16 @@ impl Args {
         self.of_texture(border, job).map_err(|e| e.at(&self.input))
     }
 
-    /// The maps that the texels of a texture hold, where they are facets, and otherwise derived ones.
+    /// The maps of reflectance models as they are, or those derived from functions.
     fn of_texture(&self, border: ReliefBorder, job: &Job) -> Result<(MaterialMaps, Option<FieldFile>)> {
         let opened = input::open(&self.input, job)?;
         match opened.parametric()? {
-            Some(models) if *models.model() == TexelModel::Ggx => {
-                Ok((MaterialMaps::of_facets(&models, border, job)?, None))
+            Some(models) => {
+                let maps = MaterialMaps::of_models(&models, border, job)?;
+                let shows_functions = self.preview.is_some() && *models.model() != TexelModel::Ggx;
+                Ok((maps, shows_functions.then(|| opened.into_field()).transpose()?))
             }
-            _ => {
+            None => {
                 let file = opened.into_field()?;
                 Ok((MaterialMaps::of_field(&file.field, border, job)?, Some(file)))
             }

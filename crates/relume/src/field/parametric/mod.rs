@@ -17,7 +17,8 @@ pub use per_view::{PerViewModel, ViewFunction};
 
 use rayon::prelude::*;
 
-use crate::direction::Directions;
+use super::{PlaneLayout, ReflectanceField};
+use crate::direction::{Direction, Directions};
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::numeric::between::Shares;
@@ -220,6 +221,26 @@ impl ParametricField {
         Ok(Picture { planes, space: self.model.space() })
     }
 
+    /// The functions of the light of what is seen from straight above, which are exact: of functions of the light for each
+    /// view. Lobes and facets are no such functions.
+    ///
+    /// # Errors
+    /// Limits exceeded.
+    pub fn from_above(&self, job: &Job) -> Result<Option<ReflectanceField>> {
+        let TexelModel::PerView(model) = &self.model else { return Ok(None) };
+        let ViewFunction::Basis(basis, space) = model.function() else { return Ok(None) };
+        let count = model.function().numbers(self.channels);
+        let mut planes = Planes::zeros_within(job, "the functions seen from above", self.size(), count)?;
+        for (view, share) in model.shares(Direction::ZENITH).into_iter().filter(|(_, share)| *share != 0.0) {
+            for (k, plane) in planes.iter_mut().enumerate() {
+                let from = self.planes.plane(view * count + k);
+                plane.iter_mut().zip(from).for_each(|(out, v)| *out += share as f32 * v);
+            }
+        }
+        let layout = if self.channels == 1 { PlaneLayout::LUMINANCE } else { PlaneLayout::RGB };
+        ReflectanceField::new(basis.clone(), layout, *space, planes).map(Some)
+    }
+
     fn scratch(&self) -> Vec<f64> {
         match &self.model {
             TexelModel::PerView(model) => vec![0.0; model.function().numbers(self.channels)],
@@ -317,6 +338,24 @@ mod tests {
             let view = Direction::new(a[0] + b[0], a[1] + b[1], a[2] + b[2]).unwrap();
             let between = value(view);
             assert!(between > own.min(other) && between < own.max(other), "{own} {between} {other}");
+        }
+    }
+
+    #[test]
+    fn functions_seen_from_above_are_those_of_the_models() {
+        let job = Job::default();
+        for field in all() {
+            let Some(above) = field.from_above(&job).unwrap() else {
+                assert!(
+                    !field.model().name().starts_with("views-") || field.model().name().contains("lafortune")
+                );
+                continue;
+            };
+            let light = Direction::from_angles(0.7, 2.0);
+            for (x, y) in [(0, 0), (4, 2), (2, 1)] {
+                let (a, b) = (field.evaluate(x, y, light), above.value(x, y, light));
+                assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-5), "{a:?} {b:?}");
+            }
         }
     }
 

@@ -42,6 +42,22 @@ pub fn linear_form(field: &ParametricField, job: &Job) -> Result<(ReflectanceFie
     Ok((fit.field, fit.report.error.rmse))
 }
 
+/// The linear form, with a remark on its error.
+///
+/// # Errors
+/// As [`linear_form`].
+pub fn remarked_linear_form(models: &ParametricField, job: &Job) -> Result<ReflectanceField> {
+    let (field, rmse) = linear_form(models, job)?;
+    job.remark(format!(
+        "the texture of the reflectance model {} is taken as {} learned functions, which differ from it by {:.2} of 255 (root \
+         mean square)",
+        models.model().name(),
+        field.basis().len(),
+        255.0 * rmse
+    ));
+    Ok(field)
+}
+
 /// The directions at which models are evaluated.
 fn rings() -> Vec<Direction> {
     let ring = |&(polar, count): &(f64, u32)| {

@@ -31,7 +31,7 @@ mod per_view;
 mod texels;
 mod typical;
 
-pub use linear::linear_form;
+pub use linear::{linear_form, remarked_linear_form};
 
 use std::collections::BTreeSet;
 

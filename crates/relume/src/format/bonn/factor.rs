@@ -12,6 +12,7 @@ use crate::numeric::dot;
 /// U and S V with one row of components for each row and column of the matrix.
 #[derive(Debug)]
 pub(super) struct FactorMatrix {
+    pub(super) scalar: BtfScalar,
     pub(super) components: usize,
     pub(super) rows: usize,
     pub(super) columns: usize,
@@ -40,6 +41,7 @@ impl FactorMatrix {
         let held = cursor.job().hold(named, numbers.saturating_mul(4))?;
         let mut matrix = |what: &str, count| cursor.numbers(&format!("{what} of {named}"), count, scalar);
         Ok(Self {
+            scalar,
             singular: matrix("S", components)?,
             u: matrix("U", rows * components)?,
             sxv: matrix("SxV", columns * components)?,

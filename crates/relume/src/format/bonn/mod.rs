@@ -29,6 +29,7 @@ mod source;
 mod write;
 mod write_per_view;
 
+use std::fmt;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -64,6 +65,40 @@ pub enum BtfScalar {
     Float,
     /// 64 bits.
     Double,
+}
+
+/// How a `.btf` file stores its texture.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct StoredBtf {
+    /// The kind of data.
+    pub kind: BonnKind,
+    /// The components: of all, of each channel of the colour model, or of each view; none of images.
+    pub components: Vec<usize>,
+    /// The numbers, of the first matrix.
+    pub scalar: BtfScalar,
+}
+
+/// As in `8, 2 and 2 functions of three channels (DFMF), 16-bit floats`.
+impl fmt::Display for StoredBtf {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (least, most) = (self.components.iter().min(), self.components.iter().max());
+        let count = match (least, most) {
+            (Some(least), Some(most)) if least != most => format!("{least} to {most}"),
+            (Some(least), _) => least.to_string(),
+            _ => String::new(),
+        };
+        let views = self.components.len();
+        match self.kind {
+            BonnKind::Fmf => write!(f, "{count} functions of all (FMF)"),
+            BonnKind::Dfmf => {
+                let each: Vec<String> = self.components.iter().map(usize::to_string).collect();
+                write!(f, "{} functions of the channels of a colour model (DFMF)", each.join(", "))
+            }
+            BonnKind::Pvf => write!(f, "{count} functions of each of {views} views (PVF)"),
+            BonnKind::Bdi => write!(f, "images (BDI)"),
+        }?;
+        write!(f, ", {}-bit floats", self.scalar.bits())
+    }
 }
 
 /// A texture of light and view in a `.btf` file.
@@ -125,6 +160,20 @@ impl BonnBtf {
     /// The kind of data in the file.
     pub fn kind(&self) -> BonnKind {
         self.head.kind
+    }
+
+    /// How the texture is stored.
+    pub fn stored(&self) -> StoredBtf {
+        let (components, scalar) = match &self.body {
+            BtfBody::Fmf(fmf) => (vec![fmf.matrix.components], Some(fmf.matrix.scalar)),
+            BtfBody::Dfmf(dfmf) => (
+                dfmf.channels.iter().map(|(matrix, _)| matrix.components).collect(),
+                dfmf.channels.first().map(|(matrix, _)| matrix.scalar),
+            ),
+            BtfBody::PerView(views) => views.stored(),
+            BtfBody::Images(_) => (Vec::new(), Some(BtfScalar::Half)),
+        };
+        StoredBtf { kind: self.kind(), components, scalar: scalar.unwrap_or_default() }
     }
 
     /// The measured pairs of light and view, in the order of the file: view after view.

@@ -19,6 +19,7 @@ pub(super) struct PerView(Vec<ViewFactors>);
 /// That of one view: value = components x weights + mean.
 #[derive(Debug)]
 struct ViewFactors {
+    scalar: BtfScalar,
     form: ViewForm,
     count: usize,
     mean: Vec<f32>,
@@ -49,6 +50,11 @@ impl PerView {
         (0..slots).map(|view| ViewFactors::read(view, head, cursor)).collect::<Result<_>>().map(Self)
     }
 
+    /// The components of each view, and the numbers of the first.
+    pub(super) fn stored(&self) -> (Vec<usize>, Option<BtfScalar>) {
+        (self.0.iter().map(|view| view.count).collect(), self.0.first().map(|view| view.scalar))
+    }
+
     /// The image of a light of a view, in all channels.
     pub(super) fn image(&self, (view, light): (usize, usize), planes: &mut Planes) {
         self.0[view].image(light, planes);
@@ -74,6 +80,7 @@ impl ViewFactors {
         cursor.numbers(&format!("the eigenvalues of view {view}"), components, scalar)?;
         let mut matrix = |what: &str, count| cursor.numbers(&format!("{what} of view {view}"), count, scalar);
         Ok(Self {
+            scalar,
             form,
             count: components as usize,
             mean: matrix("the mean", length)?,

@@ -198,6 +198,11 @@ impl BtfScalar {
         }
     }
 
+    /// The bits of a number.
+    pub fn bits(self) -> u64 {
+        8 * self.bytes()
+    }
+
     pub(super) fn bytes(self) -> u64 {
         match self {
             Self::Half => 2,

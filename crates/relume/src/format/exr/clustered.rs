@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 use crate::field::{ClusterSpaces, ClusteredField};
 use crate::job::Job;
 
-const COUNTS_KEY: &str = "relumeClusters";
+pub(super) const COUNTS_KEY: &str = "relumeClusters";
 const SPACES_KEY: &str = "relumeClusterSpaces";
 
 /// Whether a file holds a texture in clusters.

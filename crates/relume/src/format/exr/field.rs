@@ -36,7 +36,7 @@ use crate::error::{Error, Result};
 use crate::field::{
     Basis, Interpolated, Interpolation, ParametricField, PlaneLayout, PlaneRole, ReflectanceField,
 };
-use crate::fit::parametric::linear_form;
+use crate::fit::parametric::remarked_linear_form;
 use crate::format::meaning::Meaning;
 use crate::format::opacity;
 use crate::job::Job;
@@ -192,7 +192,9 @@ fn described(layer: &Layer, job: &Job) -> Result<ExrField> {
         return Ok(ExrField { field, opacity: None, depth: layer.depth, models: None });
     }
     if parametric::is_parametric(layer) {
-        return linear_form_of(parametric::parametric_of(layer)?, layer.depth, job);
+        let models = parametric::parametric_of(layer)?;
+        let field = remarked_linear_form(&models, job)?;
+        return Ok(ExrField { field, opacity: None, depth: layer.depth, models: Some(models) });
     }
     let layout = layout_of(layer)?;
     let basis = basis_of(layer, &layout, job)?;
@@ -208,19 +210,6 @@ fn described(layer: &Layer, job: &Job) -> Result<ExrField> {
     let opacity = alphas.and_then(|alphas| opacity::plane(layer.planes.size(), alphas, job));
     let field = ReflectanceField::new(basis, layout, space, planes)?.with_lights(lights_of(layer)?);
     Ok(ExrField { field, opacity, depth: layer.depth, models: None })
-}
-
-/// The linear form of a texture of reflectance models, with a remark on its error.
-fn linear_form_of(models: ParametricField, depth: ExrDepth, job: &Job) -> Result<ExrField> {
-    let (field, rmse) = linear_form(&models, job)?;
-    job.remark(format!(
-        "the texture of the reflectance model {} is taken as {} learned functions, which differ from it by {:.2} of 255 (root \
-         mean square)",
-        models.model().name(),
-        field.basis().len(),
-        255.0 * rmse
-    ));
-    Ok(ExrField { field, opacity: None, depth, models: Some(models) })
 }
 
 /// All channels as those of one texture of constants, with a remark: which of them are a picture is not clear.

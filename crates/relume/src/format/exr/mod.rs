@@ -15,6 +15,7 @@ mod field;
 #[cfg(feature = "exr")]
 mod huffman;
 mod learned;
+mod nonlinear;
 mod numbers;
 mod parametric;
 mod picture;
@@ -44,7 +45,7 @@ pub(super) use picture::encode_picture;
 pub(super) use tiles::tiles_of;
 
 pub use clustered::{decode_clustered, encode_clustered};
-pub(super) use parametric::holds_parametric;
+pub(super) use nonlinear::nonlinear;
 pub use parametric::{decode_parametric, encode_parametric};
 pub use tiles::encode_tiles;
 

@@ -12,22 +12,15 @@ use super::field::{
 use crate::direction::Direction;
 use crate::error::{Error, Result};
 use crate::field::{Basis, ParametricField, PerViewModel, TexelModel, ViewFunction};
-use crate::format::kind::Kind;
 use crate::job::Job;
 use crate::space::Space;
 
-const MODEL_KEY: &str = "relumeParametric";
+pub(super) const MODEL_KEY: &str = "relumeParametric";
 const VIEWS_KEY: &str = "relumeParametricViews";
 
 /// Whether a file holds a texture of reflectance models.
 pub(super) fn is_parametric(layer: &Layer) -> bool {
     layer.attributes.contains_key(MODEL_KEY)
-}
-
-/// Whether the bytes are those of such a file.
-pub(in crate::format) fn holds_parametric(bytes: &[u8]) -> bool {
-    Kind::of(bytes) == Some(Kind::Exr)
-        && codec::head(bytes).is_ok_and(|(_, texts)| texts.contains_key(MODEL_KEY))
 }
 
 /// The bytes of a texture of reflectance models. In 32-bit floats nothing is lost.

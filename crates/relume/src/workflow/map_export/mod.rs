@@ -18,6 +18,7 @@ pub use preview::{PreviewObject, encode_preview};
 
 use rayon::prelude::*;
 
+use super::model_surface::{SurfaceForm, facet_normals, no_normals};
 use crate::capture::dome::ReliefBorder;
 use crate::capture::dome::horizon::Surroundings;
 use crate::capture::dome::relief::Relief;
@@ -95,6 +96,19 @@ impl MaterialMaps {
         Self::of_maps(maps, border, job)
     }
 
+    /// The maps of reflectance models: those that facets hold, and of functions of the light for each view those of what is seen
+    /// from straight above.
+    ///
+    /// # Errors
+    /// As [`MaterialMaps::of_facets`], and lobes, which have no normals.
+    pub fn of_models(models: &ParametricField, border: ReliefBorder, job: &Job) -> Result<Self> {
+        match SurfaceForm::of_models(models, job)? {
+            SurfaceForm::Functions(field) => Self::of_field(&field, border, job),
+            SurfaceForm::Facets { .. } => Self::of_facets(models, border, job),
+            SurfaceForm::Lobes { .. } => Err(no_normals()),
+        }
+    }
+
     /// The maps that the texels of a texture of facets hold ([`TexelModel::Ggx`]): base colour, normals, roughness and specular
     /// reflectance; heights are integrated from the normals.
     ///
@@ -113,12 +127,7 @@ impl MaterialMaps {
             let base = from.plane(k.min(channels - 1));
             plane.iter_mut().zip(base).for_each(|(out, v)| *out = v.clamp(0.0, 1.0));
         }
-        let mut normals = Planes::zeros_within(job, "the normals", size, 3)?;
-        (0..2).for_each(|axis| normals.plane_mut(axis).copy_from_slice(from.plane(channels + axis)));
-        for texel in 0..size.texels() {
-            let [x, y] = [0, 1].map(|axis| normals.plane(axis)[texel]);
-            normals.plane_mut(2)[texel] = (1.0 - x * x - y * y).max(0.0).sqrt();
-        }
+        let normals = facet_normals(models, job)?;
         let rough = from.plane(channels + 2).iter().map(|v| v.clamp(0.0, 1.0)).collect();
         let roughness = Some(Planes::from_vec(size, 1, rough)?);
         let specular = from.plane(channels + 3).iter().map(|v| v / SPECULAR_WHITE).collect();

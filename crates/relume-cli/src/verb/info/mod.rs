@@ -1,22 +1,22 @@
 //! `relume info`: the contents of a file.
 
+mod btf;
+mod nonlinear;
+
+use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::path::PathBuf;
 
-use relume::capture::pairs::PairEntry;
 use relume::direction::Directions;
-use relume::field::{Basis, ParametricField};
+use relume::field::{Basis, NonlinearField};
 use relume::format::{Content, FieldFile, tile_set};
-use relume::workflow::{Btf, Missing};
+use relume::workflow::Btf;
 use relume::{Direction, Result};
 use serde_json::{Value, json};
 
 use crate::context::Context;
 use crate::input;
 use crate::report::Report;
-
-/// The most numbers of reflectance models that are listed.
-const MOST_NAMED: usize = 32;
 
 /// Arguments of `relume info`.
 #[derive(Debug, clap::Args)]
@@ -30,7 +30,7 @@ pub struct Args {
 /// Reads the file and describes it.
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
     if Btf::is_at(&args.file) {
-        return btf(args, context);
+        return btf::describe(&args.file, context);
     }
     let opened = input::open(&args.file, &context.job)?;
     match opened.content() {
@@ -43,56 +43,19 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
             Ok(Report::new(format!("a set of {tiles}\n{text}"), value))
         }
         _ => {
-            if let Some(models) = opened.parametric()? {
-                return Ok(of_models(&models));
+            let own = opened.nonlinear()?.map(|(own, _)| own);
+            if let Some(NonlinearField::Models(models)) = &own {
+                return Ok(nonlinear::models(models));
             }
             let file = opened.into_field()?;
-            Ok(Report::new(text(&file), value(&file)))
+            let (mut text, mut value) = (text(&file), value(&file));
+            if let Some(NonlinearField::Clusters(clusters)) = &own {
+                text = format!("{}\n{text}", nonlinear::clusters_in_words(clusters));
+                value["clusters"] = nonlinear::clusters(clusters);
+            }
+            Ok(Report::new(text, value))
         }
     }
-}
-
-/// Describes photographs under light and view by their names and the first of them.
-fn btf(args: &Args, context: &Context) -> Result<Report> {
-    let btf = Btf::open(&args.file, Missing::Fill, &context.job)?;
-    let list = btf.list();
-    let first = btf.photograph(0, &context.job)?;
-    let (size, channels) = (first.size(), first.channels());
-    let largest = |of: fn(&Directions) -> Direction| {
-        let polar = |entry: &PairEntry| of(&entry.directions).polar_rad().to_degrees();
-        list.entries.iter().map(polar).fold(0.0, f64::max)
-    };
-    let (light_deg, view_deg) = (largest(|pair| pair.light), largest(|pair| pair.view));
-    let mut text = format!(
-        "{} photographs of {size}, {channels} channels, under {} lights (to {light_deg:.1} degrees) and {} views (to \
-         {view_deg:.1} degrees)",
-        list.entries.len(),
-        list.lights,
-        list.views
-    );
-    if list.missing_count > 0 {
-        let _ = write!(
-            text,
-            "\n{} of a full grid are missing, first {}",
-            list.missing_count,
-            list.missing.join(", ")
-        );
-    }
-    let value = json!({
-        "basis": "photographs",
-        "color": if channels == 1 { "luminance" } else { "rgb" },
-        "space": first.samples().space(),
-        "width": size.width,
-        "height": size.height,
-        "photographs": list.entries.len(),
-        "channels": channels,
-        "light_count": list.lights,
-        "view_count": list.views,
-        "light_polar_deg": light_deg,
-        "view_polar_deg": view_deg,
-        "missing": list.missing_count,
-    });
-    Ok(Report::new(text, value))
 }
 
 fn value(file: &FieldFile) -> Value {
@@ -117,38 +80,6 @@ fn value(file: &FieldFile) -> Value {
         "planes": planes,
         "lights": lights,
     })
-}
-
-/// The numbers of reflectance models.
-fn of_models(models: &ParametricField) -> Report {
-    let mut text = format!(
-        "{} texels, reflectance model {}, {} numbers a texel, {} values",
-        models.size(),
-        models.model().name(),
-        models.planes().count(),
-        models.model().space()
-    );
-    for (k, name) in models.plane_names().iter().enumerate().take(MOST_NAMED) {
-        let (low, high) = models.planes().range(k);
-        let _ = write!(text, "\n  {name:<14} {low:>10.4} to {high:>8.4}");
-    }
-    if models.planes().count() > MOST_NAMED {
-        let _ = write!(text, "\n  and {} more", models.planes().count() - MOST_NAMED);
-    }
-    let plane = |(k, name): (usize, String)| {
-        let (low, high) = models.planes().range(k);
-        json!({ "name": name, "min": low, "max": high })
-    };
-    let planes: Vec<Value> = models.plane_names().into_iter().enumerate().map(plane).collect();
-    let value = json!({
-        "width": models.size().width,
-        "height": models.size().height,
-        "model": models.model().name(),
-        "color": if models.channels() == 1 { "luminance" } else { "rgb" },
-        "space": models.model().space(),
-        "planes": planes,
-    });
-    Report::new(text, value)
 }
 
 fn text(file: &FieldFile) -> String {
@@ -183,5 +114,18 @@ fn directions_of(basis: &Basis) -> String {
     let Basis::Learned(learned) = basis else { return "lights not recorded".to_owned() };
     let rounded = if learned.packed().is_some() { ", rounded to integers" } else { "" };
     let what = if basis.depends_on_view() { "pairs of light and view" } else { "lights" };
-    format!("functions learned from {} {what}{rounded}", learned.pairs().len())
+    let [lights, views] =
+        [pair_count(learned.pairs(), |pair| pair.light), pair_count(learned.pairs(), |pair| pair.view)];
+    let grid = match basis.depends_on_view() {
+        true if lights * views == learned.pairs().len() => format!(", {lights} lights x {views} views"),
+        true => format!(", {lights} lights and {views} views"),
+        false => String::new(),
+    };
+    format!("functions learned from {} {what}{grid}{rounded}", learned.pairs().len())
+}
+
+/// The number of distinct lights or views.
+fn pair_count(pairs: &[Directions], of: fn(&Directions) -> Direction) -> usize {
+    let bits = |pair: &Directions| of(pair).to_array().map(f64::to_bits);
+    pairs.iter().map(bits).collect::<BTreeSet<_>>().len()
 }

@@ -1,10 +1,12 @@
 //! `relume convert`: a texture in another format, in other functions, space or colours, and what that loses.
 
+mod nonlinear;
+
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use relume::field::{Basis, PlaneLayout};
+use relume::field::{Basis, ClusterSpaces, NonlinearField, PlaneLayout};
 use relume::format::web::{WebLayout, WebOptions, encode_web};
 use relume::format::{
     Encoding, ExrDepth, FieldFile, FieldFormat, decode_field, encode_field, encode_npy, encode_npz,
@@ -12,7 +14,7 @@ use relume::format::{
 };
 use relume::workflow::convert::{ConvertOptions, RefitLoss, convert, refit_loss};
 use relume::{Error, ReflectanceField, Result, Space};
-use serde_json::json;
+use serde_json::{Value, json};
 
 use crate::context::Context;
 use crate::output::{Folder, Outputs};
@@ -113,6 +115,15 @@ impl Target {
         }
     }
 
+    /// The functions of the light that the target needs, given a texture of none; any for files of arrays and EXR.
+    fn default_basis(self) -> Option<Basis> {
+        match self {
+            Self::File(FieldFormat::Ptm | FieldFormat::PtmJpeg { .. }) => Some(Basis::Ptm),
+            Self::File(FieldFormat::Rti | FieldFormat::Hsh) | Self::Web(_) => Basis::from_name("hsh9"),
+            Self::File(FieldFormat::Exr(_) | FieldFormat::Picture(_)) | Self::Npz | Self::Npy => None,
+        }
+    }
+
     fn space(self) -> Option<Space> {
         match self {
             Self::File(format) if format.is_encoded() => Some(Space::Srgb),
@@ -133,52 +144,109 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
             None
         }
     };
-    let file = input::field(&args.file, &context.job)?;
-    let options = ConvertOptions {
-        basis: args.basis.clone().or_else(|| target.basis(file.field.basis())),
-        space: args.space.or(target.space()),
-        layout: args.color.clone(),
-    };
-    let made = convert(&file.field, &options, &context.job)?;
-    let is_same = matches!(made, Cow::Borrowed(_));
-    let loss_of = |made: &ReflectanceField| refit_loss(&file.field, made, &context.job);
-    let (loss, written) = match (target, folder) {
-        (Target::Web(options), Some(folder)) => {
+    let opened = input::open(&args.file, &context.job)?;
+    let place = ConvertedPlace { args, target, outputs, folder, context };
+    match opened.nonlinear()? {
+        Some((own, depth)) if place.keeps_form() => nonlinear::keep(&own, depth, place),
+        Some((NonlinearField::Models(models), _)) => nonlinear::convert(&models, place),
+        Some((NonlinearField::Clusters(clusters), _)) => {
+            let clusters = clusters.spaces().clone();
+            of_field(opened.into_field()?, Some(&clusters), place)
+        }
+        None => of_field(opened.into_field()?, None, place),
+    }
+}
+
+/// Where a texture goes.
+struct ConvertedPlace<'a> {
+    args: &'a Args,
+    target: Target,
+    outputs: Outputs,
+    folder: Option<Folder>,
+    context: &'a Context,
+}
+
+impl ConvertedPlace<'_> {
+    /// Whether a form that only EXR files hold stays as it is.
+    fn keeps_form(&self) -> bool {
+        let same = self.args.basis.is_none() && self.args.space.is_none() && self.args.color.is_none();
+        same && matches!(self.target, Target::File(FieldFormat::Exr(_)))
+    }
+
+    /// What is asked for of a texture of functions; `None` of those that no format but EXR holds.
+    fn options(&self, basis: Option<&Basis>) -> ConvertOptions {
+        let needed = || match basis {
+            Some(basis) => self.target.basis(basis),
+            None => self.target.default_basis(),
+        };
+        ConvertOptions {
+            basis: self.args.basis.clone().or_else(needed),
+            space: self.args.space.or(self.target.space()),
+            layout: self.args.color.clone(),
+        }
+    }
+
+    /// Writes a texture of functions, and measures by `loss` what the file or folder holds.
+    fn write(
+        self,
+        made: &ReflectanceField,
+        copied: Option<&FieldFile>,
+        loss: impl Fn(&ReflectanceField) -> Result<RefitLoss>,
+    ) -> Result<(Option<RefitLoss>, Vec<PathBuf>)> {
+        let (job, output) = (&self.context.job, &self.args.output);
+        if let (Target::Web(options), Some(folder)) = (self.target, self.folder) {
             let mut store = |name: &str, bytes: &[u8]| folder.add(name, bytes);
-            encode_web(&made, &options, &context.job, &mut store).map_err(|e| e.at(&args.output))?;
+            encode_web(made, &options, job, &mut store).map_err(|e| e.at(output))?;
             let written = folder.commit()?;
-            (Some(loss_of(&read_field(&args.output, &context.job)?.field)?), written)
+            return Ok((Some(loss(&read_field(output, job)?.field)?), written));
         }
-        _ => {
-            let bytes = encoded(&made, target, is_same, &file, context).map_err(|e| e.at(&args.output))?;
-            let loss = match target {
-                Target::File(format) if !format.is_exact() => {
-                    Some(loss_of(&decode_field(&bytes, &context.job)?.field)?)
-                }
-                _ if is_same => None,
-                _ => Some(loss_of(&made)?),
-            };
-            outputs.write(&args.output, bytes)?;
-            (loss, outputs.commit()?)
-        }
-    };
+        let bytes = encoded(made, self.target, copied, self.context).map_err(|e| e.at(output))?;
+        let loss = match self.target {
+            Target::File(format) if !format.is_exact() => Some(loss(&decode_field(&bytes, job)?.field)?),
+            _ if copied.is_some() => None,
+            _ => Some(loss(made)?),
+        };
+        let mut outputs = self.outputs;
+        outputs.write(output, bytes)?;
+        Ok((loss, outputs.commit()?))
+    }
+}
+
+/// Converts a texture of functions, which may be the linear form of clusters.
+fn of_field(file: FieldFile, clusters: Option<&ClusterSpaces>, place: ConvertedPlace<'_>) -> Result<Report> {
+    let context = place.context;
+    let made = convert(&file.field, &place.options(Some(file.field.basis())), &context.job)?;
+    let is_same = matches!(made, Cow::Borrowed(_));
+    let loss = |made: &ReflectanceField| refit_loss(&file.field, made, &context.job);
+    let output = &place.args.output;
+    let (loss, written) = place.write(&made, is_same.then_some(&file), loss)?;
     let loss = loss.filter(|loss| !is_same || loss.largest > 0.0);
-    Ok(report(&args.output, &file.field, &made, loss).with_outputs(written))
+    let clusters = clusters.map(|of| format!(" in {} clusters of {} axes", of.clusters(), of.axes()));
+    let from = format!("{}{}", described(&file.field), clusters.clone().unwrap_or_default());
+    let lost = match (loss, clusters) {
+        (None, None) => "the same functions".to_owned(),
+        (None, Some(_)) => format!("from {from}: the same functions, without the clusters"),
+        (Some(loss), _) => changed(&from, loss),
+    };
+    let from =
+        json!({ "basis": file.field.basis(), "color": file.field.layout(), "space": file.field.space() });
+    Ok(report(output, &made, &lost, from, loss).with_outputs(written))
 }
 
 /// The bytes of a file; values that are copies are stored as they were.
 fn encoded(
     made: &ReflectanceField,
     target: Target,
-    is_same: bool,
-    file: &FieldFile,
+    copied: Option<&FieldFile>,
     context: &Context,
 ) -> Result<Vec<u8>> {
-    let stored: Option<&Encoding> = is_same.then_some(&file.encoding);
+    let stored: Option<&Encoding> = copied.map(|file| &file.encoding);
     match target {
         Target::File(format) => {
-            let keeps_depth = is_same && format != FieldFormat::Exr(ExrDepth::Half);
-            let format = if keeps_depth { format.in_depth_of(&file.encoding) } else { format };
+            let format = match stored.filter(|_| format != FieldFormat::Exr(ExrDepth::Half)) {
+                Some(stored) => format.in_depth_of(stored),
+                None => format,
+            };
             encode_field(made, format, stored, &context.job)
         }
         Target::Npz => encode_npz(made, &context.job),
@@ -186,24 +254,24 @@ fn encoded(
     }
 }
 
+fn described(field: &ReflectanceField) -> String {
+    format!("{} {}, {}", field.layout().name(), field.basis().name(), field.space())
+}
+
+fn changed(from: &str, loss: RefitLoss) -> String {
+    format!(
+        "from {from}; relit values change by {:.4} of white (root mean square) and {:.3} at most",
+        loss.rms, loss.largest
+    )
+}
+
 fn report(
     output: &Path,
-    from: &ReflectanceField,
     made: &ReflectanceField,
+    lost: &str,
+    from: Value,
     loss: Option<RefitLoss>,
 ) -> Report {
-    let described = |field: &ReflectanceField| {
-        format!("{} {}, {}", field.layout().name(), field.basis().name(), field.space())
-    };
-    let lost = match loss {
-        None => "the same functions".to_owned(),
-        Some(loss) => format!(
-            "from {}; relit values change by {:.4} of white (root mean square) and {:.3} at most",
-            described(from),
-            loss.rms,
-            loss.largest
-        ),
-    };
     let text = format!("{}: {}, {}; {lost}", output.display(), made.size(), described(made));
     let json = json!({
         "width": made.size().width,
@@ -211,7 +279,7 @@ fn report(
         "basis": made.basis(),
         "color": made.layout(),
         "space": made.space(),
-        "from": { "basis": from.basis(), "color": from.layout(), "space": from.space() },
+        "from": from,
         "loss": loss,
     });
     Report::new(text, json)

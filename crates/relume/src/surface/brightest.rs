@@ -7,11 +7,13 @@
 //! steps in u and v get stuck. Functions of much detail have several peaks nearly as high, so the best grid points
 //! far from each other are improved too. Limits: a peak narrower than a step of the grid may be missed, and of
 //! peaks nearly as high a lower one may be found. The view is the zenith. Functions with a value for each of
-//! three channels are combined to their luminance, others to their mean.
+//! three channels are combined to their luminance, others to their mean. Functions that are interpolated in triangles between
+//! measured lights have their maxima by [`super::measured_peak`].
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use super::luminance::LUMINANCE;
+use super::measured_peak::MeasuredPeaks;
 use crate::direction::{Direction, Directions};
 use crate::field::{Bands, Basis, PolynomialDegree};
 
@@ -37,6 +39,8 @@ const NEIGHBOURS: [(f64, f64); 8] =
 /// The functions' values over a grid of lights.
 pub(super) struct BrightestSearch<'a> {
     basis: &'a Basis,
+    /// The measured lights of functions that are interpolated between them, which are then the grid.
+    measured: Option<MeasuredPeaks>,
     /// Lights, ring after ring from the zenith.
     lights: Vec<Direction>,
     /// The functions' values, light after light.
@@ -49,10 +53,13 @@ impl<'a> BrightestSearch<'a> {
             let polar = FRAC_PI_2 * f64::from(i) / f64::from(RINGS);
             (0..6 * i).map(move |j| Direction::from_angles(polar, TAU * f64::from(j) / f64::from(6 * i)))
         };
-        let lights: Vec<Direction> =
-            std::iter::once(Direction::ZENITH).chain((1..=RINGS).flat_map(ring)).collect();
+        let measured = MeasuredPeaks::of(basis);
+        let lights: Vec<Direction> = match &measured {
+            Some(peaks) => peaks.lights().to_vec(),
+            None => std::iter::once(Direction::ZENITH).chain((1..=RINGS).flat_map(ring)).collect(),
+        };
         let n = basis.len();
-        let mut search = Self { basis, lights: Vec::new(), values: Vec::new() };
+        let mut search = Self { basis, measured, lights: Vec::new(), values: Vec::new() };
         let mut scratch = search.scratch();
         let mut values = vec![0.0; lights.len() * n];
         for (&light, row) in lights.iter().zip(values.chunks_exact_mut(n)) {
@@ -83,6 +90,10 @@ impl<'a> BrightestSearch<'a> {
     /// The light under which the function of these coefficients is largest; of equal ones of the grid
     /// the nearest to the zenith. `scratch` is that of [`BrightestSearch::scratch`].
     pub fn maximum(&self, coefficients: &[f64], scratch: &mut [f64]) -> Direction {
+        if let Some(peaks) = &self.measured {
+            let n = coefficients.len();
+            return peaks.maximum(|i| dot(&self.values[i * n..][..n], coefficients));
+        }
         let mut starts: Vec<Direction> = Vec::with_capacity(PEAKS);
         let (mut place, mut best) = (Direction::ZENITH, f64::NEG_INFINITY);
         for _ in 0..peaks(self.basis) {

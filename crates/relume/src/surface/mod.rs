@@ -3,6 +3,7 @@
 //! | file | content |
 //! |---|---|
 //! | `normals`, `argmax` | normals and albedo of a field: the direction of maximal luminance |
+//! | `measured_peak` | the same of functions known at measured lights, between these |
 //! | `doubts` | whether those normals can be trusted |
 //! | `photometric_stereo`, `robust` | normals and albedo from photographs under many lights |
 //! | `shared_reflectance`, `reflectance_table`, `bipolynomial` | the same with a reflectance that all texels share |
@@ -18,6 +19,7 @@ mod doubts;
 pub mod highlights;
 pub mod integrate;
 mod luminance;
+mod measured_peak;
 mod normals;
 pub mod photometric_stereo;
 mod reflectance_table;

@@ -48,6 +48,11 @@ pub fn open(path: &Path, job: &Job) -> Result<Opened> {
     if let Some((_, opened)) = kept().as_ref().filter(|(kept, _)| kept == path) {
         return Ok(opened.clone());
     }
+    let is_archive = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("zip"));
+    if is_archive && path.is_file() {
+        let sentence = "is an archive: `relume fit` makes a texture, as an .exr, of photographs under light and view in one";
+        return Err(Error::usage(sentence).at(path));
+    }
     let _notice = is_pipe(path).then(|| Notice::of(path.to_path_buf()));
     match is_stream(path) {
         true => format::read(std::io::stdin().lock(), "standard input", job),

@@ -7,6 +7,7 @@
 mod args;
 mod clock;
 mod context;
+mod decibels;
 mod environment;
 mod evaluated;
 mod fault;

@@ -96,6 +96,16 @@ impl Args {
         if inputs.iter().filter(|path| output::is_stream(path)).count() > 1 {
             return Err(Error::usage("standard input can be read only once: give - for one input at most"));
         }
+        let images = self.apply.iter().chain(&self.follow).filter(|path| !output::is_stream(path));
+        if let Some(path) = images.clone().find(|path| !path.exists()) {
+            return Err(Error::usage("there is no such file or folder to rearrange").at(path));
+        }
+        if let Some(path) = images.into_iter().find(|path| path.is_dir() && !Btf::is_at(path)) {
+            return Err(Error::usage(
+                "is a folder without photographs under light and view: name the images in it, or such a folder",
+            )
+            .at(path));
+        }
         let jobs = self.jobs(named[0], exemplars)?;
         let all = named.iter().copied().chain(self.source_map.as_deref());
         for path in all.chain(jobs.iter().map(|job| job.output.as_path())) {

@@ -1,6 +1,6 @@
 //! Textures of light and view whose photographs are rearranged by a source map, one after another, into an archive.
 
-use std::io::BufWriter;
+use std::io::{BufWriter, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
@@ -40,7 +40,10 @@ pub fn open_all(sets: &[AppliedBtf], exemplar: Size, context: &Context) -> Resul
     sets.iter().map(open).collect()
 }
 
-/// Writes the archives: of each photograph the texels that the map says, in its own encoding.
+/// The bytes of photographs, if nothing were compressed, from which on their size is said before the work.
+const NOTABLE_BYTES: u64 = 1 << 30;
+
+/// Writes the archives: of each photograph the texels that the map says, in its own encoding. Returns a line on each.
 ///
 /// # Errors
 /// Photographs that cannot be read or differ in size, limits, cancellation, and errors of the system.
@@ -50,7 +53,8 @@ pub fn write_all(
     map: &SourceMap,
     outputs: &mut Outputs,
     context: &Context,
-) -> Result<()> {
+) -> Result<Vec<String>> {
+    let mut said = Vec::new();
     for (set, btf) in sets.iter().zip(opened) {
         let count = btf.list().entries.len();
         context.job.start("rearranging photographs", count as u64);
@@ -58,6 +62,16 @@ pub fn write_all(
         let fitting = usize::try_from(context.job.free_bytes() / one.max(1)).unwrap_or(usize::MAX);
         let batch = (AT_A_TIME * rayon::current_num_threads()).min(fitting).max(1);
         context.job.check_bytes("the photographs made at a time", one * batch as u64)?;
+        let first = btf.photograph(0, &context.job)?;
+        let samples = (count * map.size().texels() * first.channels()) as u64;
+        if samples >= NOTABLE_BYTES {
+            context.job.about(&set.output).remark(format!(
+                "{count} photographs of {} have {:.1} GB before compression",
+                map.size(),
+                samples as f64 / 1e9
+            ));
+        }
+        let mut bytes = 0;
         let root = Path::new(set.output.file_stem().unwrap_or_default()).to_string_lossy().into_owned();
         outputs.write_with(&set.output, |file| {
             let mut archive = ZipArchive::new(BufWriter::new(file), root);
@@ -69,10 +83,19 @@ pub fn write_all(
                     archive.add(&name, &bytes)?;
                 }
             }
-            archive.finish().map(drop)
+            let mut file = archive.finish()?;
+            let end = file.seek(SeekFrom::End(0));
+            bytes = end.map_err(|e| Error::io("cannot write the file", &e).at(&set.output))?;
+            Ok(())
         })?;
+        said.push(format!(
+            "{}: {count} photographs of {} rearranged, {:.1} MB",
+            set.output.display(),
+            map.size(),
+            bytes as f64 / 1e6
+        ));
     }
-    Ok(())
+    Ok(said)
 }
 
 /// The name and the file of photograph `i`, rearranged.

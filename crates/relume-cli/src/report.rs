@@ -37,6 +37,16 @@ impl Report {
         self
     }
 
+    /// Adds lines for people.
+    #[must_use]
+    pub fn with_lines(mut self, lines: &[String]) -> Self {
+        for line in lines {
+            self.text.push('\n');
+            self.text.push_str(line);
+        }
+        self
+    }
+
     /// Adds warnings.
     #[must_use]
     pub fn with_warnings(mut self, warnings: impl IntoIterator<Item = impl ToString>) -> Self {

@@ -147,6 +147,7 @@ fn refuse(target: &Path, inputs: &[&Path], force: bool) -> Result<()> {
         let message = "is read-only for this user: make it writable, or name another folder";
         return Err(Error::new(ErrorKind::Io, message).at(target));
     }
+    super::kind::expect_folder(target)?;
     if is_occupied(target) && !force {
         return Err(Error::usage(
             "exists already and is not empty: give --force to replace what relume wrote there",

@@ -8,6 +8,7 @@
 mod file_list;
 mod folder;
 mod folder_or_archive;
+mod kind;
 mod place;
 mod temporary;
 mod within;
@@ -24,6 +25,7 @@ use crate::report::write_stdout;
 pub use file_list::CaptureFiles;
 pub use folder::Folder;
 pub use folder_or_archive::{FolderOrArchive, KeepFile, is_archive};
+pub use kind::expect;
 use temporary::{HeldRegistry, MadeFolders, hold};
 pub use temporary::{Temporary, folder_of, remove_all};
 

@@ -7,12 +7,14 @@ use relume::direction::Directions;
 use relume::format::Content;
 use relume::format::npy::Array;
 use relume::metric::texture::{Appearance, Distances, Source, Sources};
+use relume::workflow::btf_comparison::{self, PairErrors};
 use relume::workflow::comparison::{Comparison, TexelErrors, TextureMeasures};
-use relume::workflow::{Btf, Missing, btf_comparison};
+use relume::workflow::{Btf, Missing};
 use relume::{Direction, Error, Planes, Result, Size};
 use serde_json::json;
 
 use crate::context::Context;
+use crate::decibels::{self, decibels};
 use crate::report::Report;
 use crate::{evaluated, input, output};
 
@@ -110,8 +112,9 @@ fn with_photographs(args: &Args, context: &Context) -> Result<Report> {
     let (mean, worst) = (&errors.mean, &errors.worst);
     let mut text =
         format!("{} photographs, means and (worst, {}):\n", btf.list().entries.len(), errors.worst_name);
+    let (all, least) = (decibels(mean.psnr_db), decibels(worst.psnr_db));
+    let _ = writeln!(text, "{:<28} {all:>9} ({least})", "PSNR");
     for (name, mean, worst, digits) in [
-        ("PSNR, dB", mean.psnr_db, worst.psnr_db, 2),
         ("RMSE, of white", mean.rmse, worst.rmse, 5),
         ("mean difference in CIE Lab", mean.mae_lab, worst.mae_lab, 3),
         ("CIEDE2000", mean.ciede2000, worst.ciede2000, 3),
@@ -119,8 +122,7 @@ fn with_photographs(args: &Args, context: &Context) -> Result<Report> {
     ] {
         let _ = writeln!(text, "{name:<28} {mean:>9.digits$} ({worst:.digits$})");
     }
-    let by_view = errors.by_view.iter().map(|(polar, db)| format!("{polar}: {db:.2}"));
-    let _ = write!(text, "dB by the polar angle of the view: {}", by_view.collect::<Vec<_>>().join(", "));
+    text.push_str(&by_view(&btf, &errors));
     let pairs: Vec<Directions> = btf.list().entries.iter().map(|entry| entry.directions).collect();
     let json = json!({
         "psnr_db": mean.psnr_db.is_finite().then_some(mean.psnr_db),
@@ -133,6 +135,20 @@ fn with_photographs(args: &Args, context: &Context) -> Result<Report> {
         "views": arrays(&pairs, |pair| pair.view),
     });
     Ok(Report::new(text, json))
+}
+
+/// The mean ratios by the polar angle of the view.
+fn by_view(btf: &Btf, errors: &PairErrors) -> String {
+    let tenths = |degrees: f64| (10.0 * degrees).round();
+    let count = |polar: f64| {
+        let angles = btf.list().entries.iter().map(|entry| entry.directions.view.polar_rad().to_degrees());
+        angles.filter(|degrees| tenths(*degrees) == tenths(polar)).count()
+    };
+    let sums = errors.by_view.iter().map(|&(polar, db)| {
+        let count = count(polar);
+        (polar, count, count as f64 * db)
+    });
+    decibels::by_polar_angle("view", &sums.collect::<Vec<_>>(), decibels)
 }
 
 fn texel_by_texel(
@@ -165,11 +181,6 @@ fn texel_by_texel(
         "views": arrays(lights, |pair| pair.view),
     });
     Ok(Report::new(text, json))
-}
-
-/// A signal-to-noise ratio; equal pictures have none.
-fn decibels(db: f64) -> String {
-    if db.is_finite() { format!("{db:.2} dB") } else { "without end (equal)".to_owned() }
 }
 
 /// The lights, and the views if they differ.

@@ -205,7 +205,7 @@ impl How {
         if let Some((path, bytes)) = self.rearranged.source_map(map, context)? {
             outputs.write(&path, bytes)?;
         }
-        rearranged_btf::write_all(&texture.sets, &texture.btfs, map, &mut outputs, context)?;
+        let sets = rearranged_btf::write_all(&texture.sets, &texture.btfs, map, &mut outputs, context)?;
         let text = format!(
             "{}: {} texels {what} filled from windows of {} at {} positions",
             self.output.display(),
@@ -228,6 +228,6 @@ impl How {
             outputs.write(&one.output, one.bytes)?;
         }
         let written = outputs.commit()?;
-        Ok(report.with_outputs(written))
+        Ok(report.with_lines(&sets).with_outputs(written))
     }
 }

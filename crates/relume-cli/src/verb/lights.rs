@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use crate::context::Context;
 use crate::output::Outputs;
 use crate::report::Report;
-use crate::{args, input, paths};
+use crate::{args, input, output, paths};
 
 /// Arguments of `relume lights`.
 #[derive(Debug, clap::Args)]
@@ -49,6 +49,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let photographs = photographs(args)?;
     let inputs: Vec<&Path> = photographs.iter().map(PathBuf::as_path).collect();
     let mut outputs = Outputs::new(context);
+    output::expect(&args.output, "a light-position file", &["lp"])?;
     outputs.file(&args.output, &inputs)?;
     let picture =
         args.picture.as_ref().map(|path| PictureFormat::from_path(path).map(|format| (path, format)));

@@ -39,6 +39,7 @@ const MOST_RANKS: usize = 1 << 24;
 
 /// Matches and writes.
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
+    args.ranks.iter().try_for_each(|path| output::expect(path, "ranks as an EXR file", &["exr"]))?;
     let mut outputs = Outputs::new(context);
     for path in std::iter::once(&args.output).chain(&args.ranks) {
         outputs.file(path, &[&args.file, &args.to])?;

@@ -86,10 +86,10 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     for (path, bytes) in files {
         outputs.write(&path, bytes)?;
     }
-    rearranged_btf::write_all(&sets, &btfs, map, &mut outputs, context)?;
+    let sets = rearranged_btf::write_all(&sets, &btfs, map, &mut outputs, context)?;
     let written = outputs.commit()?;
     let report = report(&args.output, &options, &rolled);
-    Ok(args.rearranged.describe(&images, report).with_outputs(written))
+    Ok(args.rearranged.describe(&images, report).with_lines(&sets).with_outputs(written))
 }
 
 /// Refuses a file that cannot hold tiles, and claims its companion.

@@ -6,7 +6,7 @@ use std::path::Path;
 use serde_json::Value;
 
 use crate::btf::{photographs, write_zip};
-use crate::support::{done, json, names, refused, run};
+use crate::support::{done, failed, json, names, refused, run};
 
 /// A set of photographs, and a texture of each form of it.
 fn forms(path: &Path, models: &[&str]) {
@@ -132,5 +132,43 @@ fn info_says_the_form_the_grid_and_how_a_btf_is_stored() {
         let text = run(path, &["info", "b.btf"]);
         assert!(text.contains(said), "{text}");
         assert_eq!(json(path, &["info", "b.btf"])["stored"]["bits"], bits);
+    }
+}
+
+#[test]
+fn info_says_what_files_for_other_programs_hold() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    forms(path, &[]);
+    done(path, &["fit", "b.zip", "-o", "f.exr", "--rank", "3"]);
+    done(path, &["maps", "f.exr", "-o", "m", "--preset", "gltf", "--textures", "bc7", "--preview", "plane"]);
+    done(path, &["convert", "f.exr", "-o", "f.npz"]);
+    done(path, &["share", "f.exr", "-o", "page"]);
+    for (file, said) in [
+        ("m/Material.glb", "mesh"),
+        ("m/Material_baseColor.ktx2", "24 x 24 texels, 5 levels, sRGB colours in blocks of BC7"),
+        ("f.npz", "coefficients: ("),
+        ("page", "24 x 24 texels, basis learned"),
+    ] {
+        let text = run(path, &["info", file]);
+        assert!(text.contains(said), "{file}: {text}");
+        assert!(!json(path, &["info", file])["parts"].as_array().unwrap().is_empty());
+    }
+}
+
+#[test]
+fn a_description_of_a_folder_that_says_nothing_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    for (name, text) in [("info.xml", ""), ("info.xml", "<a/>"), ("info.json", ""), ("info.json", "[1]")] {
+        let web = path.join("web");
+        std::fs::create_dir(&web).unwrap();
+        std::fs::write(web.join(name), text).unwrap();
+        for input in ["web".to_owned(), format!("web/{name}")] {
+            let sentence = failed(path, &["info", &input], 1);
+            assert!(sentence.contains(name), "{input} of {text:?}: {sentence}");
+            assert!(!sentence.contains("this is a folder"), "{sentence}");
+        }
+        std::fs::remove_dir_all(web).unwrap();
     }
 }

@@ -3,6 +3,7 @@
 mod auto;
 mod btf;
 mod btf_forms;
+mod btf_input;
 mod btf_models;
 mod capture;
 mod channels;

@@ -165,8 +165,8 @@ fn a_regular_material_is_combined_and_its_bytes_are_said() {
     assert_eq!(levels(&count), (count, bytes));
     let wrong = ["model", "weave.png", "-o", "x.rlm", "--levels", "many"];
     assert!(refused(folder, &wrong).contains("auto"));
-    let twice = ["model", "weave.png", "-o", "x.rlm", "--curve", "x.rlm"];
-    assert!(failed(folder, &twice, 2).contains("two outputs"));
+    let curve = ["model", "weave.png", "-o", "x.rlm", "--curve", "x.rlm"];
+    assert!(failed(folder, &curve, 2).contains(".svg"));
 }
 
 #[test]

@@ -15,6 +15,7 @@ use crate::error::Result;
 use crate::job::Job;
 use crate::lab;
 use crate::raster::Raster;
+use crate::space::Space;
 
 /// The error of the photographs with one polar angle of light or view.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -27,6 +28,8 @@ pub struct PolarReport {
     /// Their error.
     #[serde(flatten)]
     pub error: Residual,
+    /// The same error of encoded values.
+    pub encoded: Residual,
 }
 
 /// The error of a set of photographs.
@@ -38,6 +41,8 @@ pub struct PairsReport {
     /// The error of values clamped to 0..1, those of photographs too, on the texels measured.
     #[serde(flatten)]
     pub error: Residual,
+    /// The same error of encoded values, as `relume compare` measures it.
+    pub encoded: Residual,
     /// The mean absolute difference of CIE L*, a* and b*, for photographs in colour.
     pub mae_lab: Option<f64>,
 }
@@ -68,6 +73,7 @@ pub(super) struct Measurement<'a> {
 #[derive(Debug, Clone, Copy, Default)]
 struct ErrorSums {
     squares: f64,
+    encoded: f64,
     lab: f64,
     pairs: usize,
 }
@@ -76,6 +82,7 @@ impl ErrorSums {
     fn plus(self, other: Self) -> Self {
         Self {
             squares: self.squares + other.squares,
+            encoded: self.encoded + other.encoded,
             lab: self.lab + other.lab,
             pairs: self.pairs + other.pairs,
         }
@@ -108,6 +115,7 @@ impl Measurement<'_> {
         PairsReport {
             pairs: sums.pairs,
             error: residual(sums.squares, texels * channels),
+            encoded: residual(sums.encoded, texels * channels),
             mae_lab: (channels == 3).then(|| sums.lab / (3 * texels) as f64),
         }
     }
@@ -128,6 +136,7 @@ impl Measurement<'_> {
             polar_deg: tenths as f64 / 10.0,
             pairs: sums.pairs,
             error: residual(sums.squares, samples * sums.pairs),
+            encoded: residual(sums.encoded, samples * sums.pairs),
         };
         groups.into_iter().map(report).collect()
     }
@@ -144,10 +153,16 @@ impl Measurement<'_> {
         predict(i, &mut predicted)?;
         predicted.iter_mut().for_each(|value| *value = value.clamp(0.0, 1.0));
         let mut sums = ErrorSums { pairs: 1, ..ErrorSums::default() };
+        let space = self.levels.space();
+        let encoded = |value: f64| match space {
+            Space::Srgb => value,
+            Space::Linear => f64::from(Space::Srgb.from_linear(value as f32)),
+        };
         for texel in 0..texels {
             for channel in 0..channels {
                 let k = channel * texels + texel;
                 sums.squares += (predicted[k] - f64::from(measured[k])).powi(2);
+                sums.encoded += (encoded(predicted[k]) - encoded(f64::from(measured[k]))).powi(2);
             }
             if channels == 3 {
                 let lab = |value: &dyn Fn(usize) -> f64| {
@@ -168,7 +183,6 @@ mod tests {
     use super::*;
     use crate::raster::Samples;
     use crate::size::Size;
-    use crate::space::Space;
 
     /// A fault: highlights of floating-point photographs counted as errors beyond the white to which predictions are clamped.
     #[test]

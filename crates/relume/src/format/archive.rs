@@ -1,11 +1,12 @@
 //! Zip archives of pictures: entries are read one at a time, in any order, and never written to a disk.
 
+use std::collections::BTreeSet;
 use std::fs::File;
-use std::io::{BufReader, Read};
+use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-use zip::ZipArchive;
+use zip::{CompressionMethod, ZipArchive};
 
 use crate::error::{Error, Result};
 use crate::job::Job;
@@ -22,7 +23,7 @@ impl ImageArchive {
     /// Opens an archive and reads its directory.
     ///
     /// # Errors
-    /// A file that cannot be read or is not a complete zip archive, and names that lead out of a folder.
+    /// A file that cannot be read or is not a complete zip archive, names that lead out of a folder, and two entries of one name.
     pub fn open(path: &Path) -> Result<Self> {
         let file = File::open(path).map_err(|e| Error::io("cannot read the file", &e).at(path))?;
         let damaged = || {
@@ -31,7 +32,16 @@ impl ImageArchive {
             )
             .at(path)
         };
-        let archive = ZipArchive::new(BufReader::new(file)).map_err(|_| damaged())?;
+        let mut file = BufReader::new(file);
+        let double = first_double(&mut file);
+        let archive = ZipArchive::new(file).map_err(|_| damaged())?;
+        if let Some(name) = double {
+            return Err(Error::invalid(format!(
+                "the archive holds two entries of the name {}, of which only one can be meant: make the archive again",
+                name.escape_default()
+            ))
+            .at(path));
+        }
         let names = (0..archive.len()).map(|i| {
             let name = archive.name_for_index(i).and_then(Result::ok).ok_or_else(damaged)?;
             let leaves = name.starts_with(['/', '\\']) || name.split(['/', '\\']).any(|part| part == "..");
@@ -65,6 +75,16 @@ impl ImageArchive {
     pub fn read(&self, index: usize, job: &Job) -> Result<Vec<u8>> {
         let place = || self.path.join(self.names.get(index).map_or("", String::as_str));
         let mut archive = self.archive.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Ok(entry) = archive.by_index_raw(index)
+            && !matches!(entry.compression(), CompressionMethod::Stored | CompressionMethod::Deflated)
+        {
+            return Err(Error::unsupported(format!(
+                "the entry of the archive is compressed by {}, and deflate is read: make the archive again with deflate, or extract \
+                 it and name the folder",
+                entry.compression()
+            ))
+            .at(place()));
+        }
         let entry = archive.by_index(index).map_err(|e| {
             let why = match e {
                 zip::result::ZipError::UnsupportedArchive(_) => Error::unsupported(
@@ -86,4 +106,41 @@ impl ImageArchive {
         }
         Ok(bytes)
     }
+}
+
+/// The first name that two entries of the directory of an archive have, which reading by name would not show. None of archives
+/// beyond 65,534 entries or 4 GiB, and of damaged ones.
+fn first_double(file: &mut (impl Read + Seek)) -> Option<String> {
+    /// The bytes of the end of a directory without its comment, and the longest comment.
+    const END: u64 = 22;
+    const LONGEST: u64 = 0xffff;
+    /// The bytes of an entry of a directory before its name.
+    const ENTRY: usize = 46;
+    let length = file.seek(SeekFrom::End(0)).ok()?;
+    let from = length.saturating_sub(END + LONGEST);
+    file.seek(SeekFrom::Start(from)).ok()?;
+    let mut tail = Vec::new();
+    file.read_to_end(&mut tail).ok()?;
+    let end = tail.windows(END as usize).rposition(|bytes| bytes.starts_with(b"PK\x05\x06"))?;
+    let short = |at: usize| u16::from_le_bytes([tail[end + at], tail[end + at + 1]]);
+    let long = |at: usize| u32::from(short(at)) | u32::from(short(at + 2)) << 16;
+    let (count, bytes, start) = (short(10), long(12), long(16));
+    if count == u16::MAX || bytes == u32::MAX || start == u32::MAX || u64::from(bytes) > length {
+        return None;
+    }
+    file.seek(SeekFrom::Start(u64::from(start))).ok()?;
+    let mut directory = vec![0; bytes as usize];
+    file.read_exact(&mut directory).ok()?;
+    let (mut seen, mut at) = (BTreeSet::new(), 0);
+    for _ in 0..count {
+        let entry = directory.get(at..at + ENTRY).filter(|entry| entry.starts_with(b"PK\x01\x02"))?;
+        let short = |k: usize| usize::from(u16::from_le_bytes([entry[k], entry[k + 1]]));
+        let (name, more) = (short(28), short(30) + short(32));
+        let name_bytes = directory.get(at + ENTRY..at + ENTRY + name)?;
+        if !seen.insert(name_bytes) {
+            return Some(String::from_utf8_lossy(name_bytes).into_owned());
+        }
+        at += ENTRY + name + more;
+    }
+    None
 }

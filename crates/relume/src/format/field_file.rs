@@ -137,6 +137,10 @@ impl FieldFormat {
             "png" | "jpg" | "jpeg" | "tif" | "tiff" | "pfm" | "hdr" | "pic" => {
                 PictureFormat::from_path(path).map(Self::Picture)
             }
+            "btf" => Err(Error::usage(
+                "a .btf file is written by `relume fit PHOTOGRAPHS -o FILE.btf` alone: name an .exr here",
+            )
+            .at(path)),
             other => Err(Error::usage(format!(
                 "no format of textures has the extension '{other}': name the file .ptm, .rti or .exr, or .png, \
                  .jpg, .tif, .pfm or .hdr for a texture of constants"

@@ -107,7 +107,8 @@ pub(super) fn unknown(bytes: &[u8]) -> Error {
     }
     if bytes.starts_with(b"PK\x03\x04") {
         return Error::unsupported(
-            "the file is an archive: `relume fit` makes a texture of one with photographs under light and view",
+            "the data is a zip archive: `relume fit` makes a texture of one with photographs under light and view, from a file \
+             whose name ends in .zip",
         );
     }
     let start: Vec<String> = bytes.iter().take(8).map(|byte| format!("{byte:02x}")).collect();

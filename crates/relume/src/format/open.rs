@@ -1,6 +1,8 @@
 //! The entry point for files: each is opened and read once, recognised by its content, and converted to what
 //! a caller needs.
 
+mod forms;
+
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -8,7 +10,6 @@ use std::sync::Arc;
 use super::bonn::BonnBtf;
 use super::brdf::decode_brdf;
 use super::content::{Content, content, is_known};
-use super::exr::ExrDepth;
 use super::field_file::{self, FieldFile};
 use super::height::{HeightMap, decode_height};
 use super::kind::{Kind, unknown};
@@ -26,7 +27,6 @@ use super::whole::{read_bytes, read_file};
 use super::{exr, multires, rlm, web};
 use crate::brdf::MeasuredBrdf;
 use crate::error::{Error, Result};
-use crate::field::{NonlinearField, ParametricField};
 use crate::job::Job;
 use crate::planes::Planes;
 use crate::random_field::FieldModel;
@@ -142,29 +142,6 @@ impl Opened {
             job.remark(OPACITY_UNUSED);
         }
         Ok(FieldFile { opacity: None, ..file })
-    }
-
-    /// The texture as it is, if it is not linear in the numbers of texels, and the type of its samples: [`Opened::into_field`]
-    /// gives its linear form.
-    ///
-    /// # Errors
-    /// The error names the file: one that is damaged or exceeds the limits.
-    pub fn nonlinear(&self) -> Result<Option<(NonlinearField, ExrDepth)>> {
-        if self.content != Content::Field {
-            return Ok(None);
-        }
-        exr::nonlinear(&self.bytes, &self.job).map_err(|e| e.at(&self.name))
-    }
-
-    /// The reflectance models of the texels, if the file holds such a texture: [`Opened::into_field`] gives its linear form.
-    ///
-    /// # Errors
-    /// As [`Opened::nonlinear`].
-    pub fn parametric(&self) -> Result<Option<ParametricField>> {
-        Ok(self.nonlinear()?.and_then(|(field, _)| match field {
-            NonlinearField::Models(models) => Some(models),
-            NonlinearField::Clusters(_) => None,
-        }))
     }
 
     /// As [`Opened::into_field`], with the opacity.
@@ -346,6 +323,9 @@ impl Opened {
             Content::Picture | Content::Field | Content::Tiles | Content::Heights => {
                 decode(&self).map_err(|e| e.at(&self.name))
             }
+            Content::Unknown if forms::is_description(&self.name) => {
+                Err(forms::describes_nothing(&self.name).at(&self.name))
+            }
             Content::Unknown => Err(unknown(&self.bytes).at(&self.name)),
             _ => Err(self.refused(expected, hint)),
         }
@@ -354,6 +334,9 @@ impl Opened {
     /// The error for a file with another content than needed.
     fn refused(&self, expected: &str, hint: &str) -> Error {
         if self.content == Content::Capture && self.name.is_dir() {
+            if let Some(description) = forms::description_in(&self.name) {
+                return forms::describes_nothing(&description).at(description);
+            }
             return Error::usage(format!("this is a folder: expected {expected}{hint}")).at(&self.name);
         }
         if self.bytes.is_empty() {

@@ -81,7 +81,7 @@ impl Btf {
         match path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).as_deref() {
             Some("btf") if !path.is_dir() => Self::of_bonn(path, job),
             Some("binary" | "bin" | "bsdf") if !path.is_dir() => Self::of_reflectance(path, job),
-            _ => Self::of_photographs(path, missing),
+            _ => Self::of_photographs(path, missing, job),
         }
     }
 
@@ -99,7 +99,7 @@ impl Btf {
         Ok(Self { path: path.to_path_buf(), list, source: ImageSource::Reflectance(Box::new(samples)) })
     }
 
-    fn of_photographs(path: &Path, missing: Missing) -> Result<Self> {
+    fn of_photographs(path: &Path, missing: Missing, job: &Job) -> Result<Self> {
         let (names, source) = if path.is_dir() {
             let (names, paths) = files_below(path)?.into_iter().unzip();
             (names, ImageSource::Folder(paths))
@@ -116,6 +116,9 @@ impl Btf {
             ))
             .at(path)
         })?;
+        if let Some(remark) = list.left_out() {
+            job.about(path).remark(remark);
+        }
         if missing == Missing::Refuse {
             list.check_complete().map_err(|e| e.at(path))?;
         }

@@ -39,18 +39,30 @@ impl DecorrelatedRanks {
 /// the pairs. `load(i)` reads the i-th photograph, twice for each channel.
 ///
 /// # Errors
-/// Photographs without three channels, lights on the horizon, and as [`fit`].
+/// Photographs without three channels, black photographs, lights on the horizon, and as [`fit`].
 pub fn decorrelated(
     pairs: &[(String, Directions)],
     load: &LoadRaster,
     ranks: DecorrelatedRanks,
     job: &Job,
 ) -> Result<[BtfFactors; 3]> {
+    let light = AtomicBool::new(false);
+    let load = |i: usize| {
+        let photograph = load(i)?;
+        if (0..photograph.samples().len()).any(|k| photograph.samples().value(k) > 0.0) {
+            light.store(true, Ordering::Relaxed);
+        }
+        Ok(photograph)
+    };
     let channel = |channel: usize| {
         let rank = if channel == 0 { ranks.luminance } else { ranks.color };
-        one_channel(pairs, load, channel, rank, job)
+        one_channel(pairs, &load, channel, rank, job)
     };
-    Ok([channel(0)?, channel(1)?, channel(2)?])
+    let luminance = channel(0);
+    if luminance.is_ok() && !light.load(Ordering::Relaxed) {
+        return Err(Error::invalid("all photographs are black: there is no function to learn"));
+    }
+    Ok([luminance?, channel(1)?, channel(2)?])
 }
 
 fn one_channel(

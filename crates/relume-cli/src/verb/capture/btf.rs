@@ -18,7 +18,7 @@ use crate::report::Report;
 #[command(next_help_heading = "Light and view")]
 pub struct BtfArgs {
     /// Images for all pairs of light and view of a set of directions, rectified to the surface: `bonn` (81 x 81),
-    /// `dome` (151 x 151), or N random views that keep apart
+    /// `dome` (151 x 151), or N random views that keep apart, none of them from straight above
     #[arg(long, value_name = "bonn|dome|N", value_parser = views)]
     views: Option<Views>,
     /// Images for N random pairs of light and view

@@ -195,8 +195,11 @@ fn summary(args: &Args, what: &str, name: &str, dome: &Dome, clipped: f64) -> St
         format!("relief {:.1} texels high; the conditions in capture.json, the truth in truth/", high - low),
     ];
     if clipped > 0.0 {
-        lines
-            .push(format!("{:.3} % of the values are brighter than white and were cut off", 100.0 * clipped));
+        let percent = match 100.0 * clipped {
+            few if few < 0.001 => "less than 0.001".to_owned(),
+            percent => format!("{percent:.3}"),
+        };
+        lines.push(format!("{percent} % of the values are brighter than white and were cut off"));
     }
     lines.join("\n")
 }

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use relume::direction::Directions;
+use relume::format::FieldFormat;
 use relume::lamps::LampPositions;
 use relume::workflow::{Btf, Missing};
 use relume::{Error, Job, Raster, Rect, Result};
@@ -37,6 +38,14 @@ impl Inputs {
     }
 
     fn of_capture(args: &Args, context: &Context) -> Result<Self> {
+        let is_texture = FieldFormat::from_path(&args.capture).is_ok() && args.capture.is_file();
+        if is_texture {
+            return Err(Error::usage(
+                "is one texture or picture, and a fit is of photographs: name their .lp file or folder, or a .zip under light \
+                 and view; `relume convert` makes other functions of a texture",
+            )
+            .at(&args.capture));
+        }
         let mut set = PhotographSet::open(&args.capture, &args.photographs, &context.job)?;
         if let Some(mask) = &args.mask {
             set.mask(mask, &context.job)?;
@@ -98,6 +107,14 @@ impl Inputs {
     /// The name and directions of each photograph.
     pub(super) fn pairs(&self) -> &[(String, Directions)] {
         &self.pairs
+    }
+
+    /// Refuses single pairs of light and view where a grid of them is needed.
+    pub(super) fn check_grid(&self, what: &str) -> Result<()> {
+        match &self.source {
+            PhotographSource::Btf { btf, .. } => btf.list().check_grid(what).map_err(|e| e.at(&self.place)),
+            PhotographSource::Capture(_) => Ok(()),
+        }
     }
 
     /// The number of distinct views.

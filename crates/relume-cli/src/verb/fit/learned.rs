@@ -11,7 +11,7 @@ use relume::{Error, Footprint, RasterSequence, Result, Space};
 use serde_json::json;
 
 use super::input::Inputs;
-use super::{Args, FittedFormat, by_polar_angle, described, quality, test};
+use super::{Args, FittedFormat, by_polar_angle, described, predicted, quality, relit, test};
 use crate::context::Context;
 use crate::output::Outputs;
 use crate::report::Report;
@@ -42,6 +42,9 @@ pub(super) fn run(
     }
     if matches!(format, FittedFormat::Btf(_)) && options.clusters.is_some() {
         return Err(Error::usage("a .btf file holds no clusters: name an .exr to write").at(&args.output));
+    }
+    if options.rounding.is_some() {
+        inputs.check_grid("rounding")?;
     }
     let load = |i: usize| inputs.photograph(i, &context.job);
     let photographs = RasterSequence::open(&load)?;
@@ -141,25 +144,8 @@ fn foresee(
 }
 
 fn summary(report: &LearnedReport) -> String {
-    let lab =
-        |mae: Option<f64>| mae.map_or(String::new(), |mae| format!(", mean difference {mae:.2} in CIE Lab"));
-    let mut lines = vec![format!(
-        "relit photographs: {:.2} dB PSNR, RMSE {:.4} ({:.2} of 255){}",
-        report.error.psnr_db,
-        report.error.rmse,
-        255.0 * report.error.rmse,
-        lab(report.fitted.mae_lab)
-    )];
-    if let Some(left_out) = &report.held_out {
-        lines.push(format!(
-            "{} photographs left out and predicted: {:.2} dB, RMSE {:.4}{} ({:.2} dB for those fitted)",
-            left_out.pairs,
-            left_out.error.psnr_db,
-            left_out.error.rmse,
-            lab(left_out.mae_lab),
-            report.fitted.error.psnr_db
-        ));
-    }
+    let mut lines = vec![relit(&report.fitted, report.space)];
+    lines.extend(report.held_out.as_ref().map(|left_out| predicted(left_out, &report.fitted)));
     lines.push(by_polar_angle(&report.by_view, &report.by_light));
     lines.push(format!("worst: {}", report.worst));
     lines.push(format!(

@@ -12,9 +12,9 @@ use std::path::PathBuf;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use relume::field::{Basis, Interpolated, Interpolation, PlaneLayout};
-use relume::fit::learned::PolarReport;
+use relume::fit::learned::{PairsReport, PolarReport};
 use relume::fit::{Ridge, Robust};
-use relume::format::bonn::BtfScalar;
+use relume::format::bonn::{BtfScalar, check_grid, check_square};
 use relume::format::{ExrDepth, FieldFormat};
 use relume::workflow::tested::TestReport;
 use relume::workflow::{Btf, Missing};
@@ -23,6 +23,7 @@ use serde_json::{Value, json};
 
 use crate::args;
 use crate::context::Context;
+use crate::decibels::{self, decibels};
 use crate::output::{self, Outputs};
 use crate::photographs::PhotographArgs;
 use crate::report::Report;
@@ -134,6 +135,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let basis = args.basis.clone().unwrap_or(default);
     args.check(is_btf, &basis)?;
     args.check_model(is_btf)?;
+    args.report.iter().try_for_each(|path| output::expect(path, "a page", &["html", "htm"]))?;
     let mut outputs = Outputs::new(context);
     let mut read = vec![args.capture.as_path()];
     read.extend(args.photographs.files());
@@ -143,6 +145,9 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     }
     let format = output_format(args, &basis)?;
     let inputs = Inputs::open(args, is_btf, &basis, context)?;
+    if args.model.is_none() && basis == BasisChoice::Learned {
+        check_pairs(args, format, &inputs)?;
+    }
     if let Some(model) = &args.model {
         return parametric::run(args, model, format, &inputs, outputs, context);
     }
@@ -351,7 +356,43 @@ fn ridge(text: &str) -> std::result::Result<Ridge, String> {
 /// The errors by the polar angle of the view, or of the light where all photographs have one view.
 fn by_polar_angle(views: &[PolarReport], lights: &[PolarReport]) -> String {
     let (what, angles) = if views.len() > 1 { ("view", views) } else { ("light", lights) };
-    let each: Vec<String> =
-        angles.iter().map(|p| format!("{}: {:.2}", p.polar_deg, p.error.psnr_db)).collect();
-    format!("dB by the polar angle of the {what}: {}", each.join(", "))
+    let sums = angles.iter().map(|p| (p.polar_deg, p.pairs, p.pairs as f64 * p.encoded.rmse.powi(2)));
+    decibels::by_polar_angle(what, &sums.collect::<Vec<_>>(), |mean| decibels(-10.0 * mean.log10()))
+}
+
+/// The error of all photographs, by the measure of `relume compare`; and that of the values that were fitted, if they are others.
+fn relit(report: &PairsReport, space: Space) -> String {
+    let error = &report.encoded;
+    let lab = report.mae_lab.map_or(String::new(), |mae| format!(", mean difference {mae:.2} in CIE Lab"));
+    let fitted = match space {
+        Space::Srgb => String::new(),
+        Space::Linear => format!("; of linear values, which were fitted: {}", decibels(report.error.psnr_db)),
+    };
+    let (psnr, rmse) = (decibels(error.psnr_db), error.rmse);
+    format!(
+        "relit photographs, encoded: {psnr} PSNR, RMSE {rmse:.4} ({:.2} of 255){lab}{fitted}",
+        255.0 * rmse
+    )
+}
+
+/// The errors of photographs left out.
+fn predicted(left_out: &PairsReport, fitted: &PairsReport) -> String {
+    let lab = left_out.mae_lab.map_or(String::new(), |mae| format!(", mean difference {mae:.2} in CIE Lab"));
+    format!(
+        "{} photographs left out and predicted, encoded: {}, RMSE {:.4}{lab} ({} for those fitted)",
+        left_out.pairs,
+        decibels(left_out.encoded.psnr_db),
+        left_out.encoded.rmse,
+        decibels(fitted.encoded.psnr_db)
+    )
+}
+
+/// Refuses, before any work, pairs that the file named cannot hold.
+fn check_pairs(args: &Args, format: FittedFormat, inputs: &Inputs) -> Result<()> {
+    let FittedFormat::Btf(_) = format else { return Ok(()) };
+    let pairs: Vec<_> = inputs.pairs().iter().map(|(_, pair)| *pair).collect();
+    let of_views = args.factors == Some(Factorisation::PerView);
+    let checked = if of_views { check_grid(&pairs) } else { check_square(&pairs) };
+    let other = if !of_views && check_grid(&pairs).is_ok() { "give --factors per-view, or " } else { "" };
+    checked.map_err(|e| Error::usage(format!("{e}; {other}name an .exr to write")).at(&args.output))
 }

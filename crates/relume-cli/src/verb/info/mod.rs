@@ -9,7 +9,7 @@ use std::path::PathBuf;
 
 use relume::direction::Directions;
 use relume::field::{Basis, NonlinearField};
-use relume::format::{Content, FieldFile, tile_set};
+use relume::format::{Content, FieldFile, FileOutline, tile_set};
 use relume::workflow::Btf;
 use relume::{Direction, Result};
 use serde_json::{Value, json};
@@ -43,6 +43,9 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
             Ok(Report::new(format!("a set of {tiles}\n{text}"), value))
         }
         _ => {
+            if let Some(outline) = opened.outline()? {
+                return Ok(of_outline(&outline));
+            }
             let own = opened.nonlinear()?.map(|(own, _)| own);
             if let Some(NonlinearField::Models(models)) = &own {
                 return Ok(nonlinear::models(models));
@@ -56,6 +59,17 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
             Ok(Report::new(text, value))
         }
     }
+}
+
+/// A file for other programs.
+fn of_outline(outline: &FileOutline) -> Report {
+    let mut text = outline.what.to_owned();
+    for (name, said) in &outline.parts {
+        let _ = write!(text, "\n  {name}: {said}");
+    }
+    let parts: Vec<Value> =
+        outline.parts.iter().map(|(name, said)| json!({ "name": name, "holds": said })).collect();
+    Report::new(text, json!({ "kind": outline.what, "parts": parts }))
 }
 
 fn value(file: &FieldFile) -> Value {

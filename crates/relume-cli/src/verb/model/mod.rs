@@ -26,7 +26,7 @@ pub use describe::describe;
 use crate::context::Context;
 use crate::output::Outputs;
 use crate::report::Report;
-use crate::{args, input};
+use crate::{args, input, output};
 
 /// Arguments of `relume model`.
 #[derive(Debug, clap::Args)]
@@ -92,6 +92,8 @@ fn levels(text: &str) -> Result<LevelChoice, String> {
 
 /// Fits the model, writes it, and reports the kind of material it suits.
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
+    output::expect(&args.output, "a model", &["rlm"])?;
+    args.curve.iter().try_for_each(|path| output::expect(path, "a drawing", &["svg"]))?;
     let mut outputs = Outputs::new(context);
     for path in std::iter::once(&args.output).chain(&args.curve) {
         outputs.file(path, &[&args.texture])?;
@@ -100,8 +102,11 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         return clusters::run(args, outputs, context);
     }
     let request = request(args)?;
-    let (field, heights) = match Btf::is_at(&args.texture) {
-        true => (learned_functions(args, &request, context)?, None),
+    let ModelledTexture { field, heights, has_photographs } = match Btf::is_at(&args.texture) {
+        true => {
+            let field = learned_functions(args, &request, context)?;
+            ModelledTexture { field, heights: None, has_photographs: true }
+        }
         false => texture(&args.texture, context)?,
     };
     args.check(&field)?;
@@ -110,6 +115,10 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let fitted = request.fit(&field, &kind, &context.job).map_err(|e| e.at(&args.texture))?;
     let FittedModel { mut model, levels, structure, likeness } = fitted;
     model.heights = heights;
+    if !has_photographs {
+        // Unknown: the ratio is to the coefficients.
+        model.source.photographs = 0;
+    }
     let bytes = rlm::encode(&model)?;
     outputs.write(&args.output, bytes)?;
     if let Some(path) = &args.curve {
@@ -126,7 +135,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     report.json["estimation"] = if let [joint] = &levels[..] { json!(joint) } else { json!(levels) };
     let warnings = likeness.iter().flat_map(|likeness| {
         let changing = likeness.changes().then(|| changing(likeness, args));
-        changing.into_iter().chain((!likeness.alike).then(|| unlike(likeness, args)))
+        changing.into_iter().chain((!likeness.alike).then(|| unlike(likeness, structure.is_some(), args)))
     });
     Ok(report.with_outputs(written).with_warnings(warnings))
 }
@@ -175,6 +184,7 @@ impl Args {
 /// The functions learned from the photographs of a texture of light and view, as many as the model is to have.
 fn learned_functions(args: &Args, request: &ModelRequest, context: &Context) -> Result<ReflectanceField> {
     let btf = Btf::open(&args.texture, Missing::Refuse, &context.job)?;
+    btf.list().check_grid("a model").map_err(|e| e.at(&args.texture))?;
     let load = |i: usize| btf.photograph(i, &context.job);
     let photographs = RasterSequence::open(&load)?;
     let pairs = btf.pairs();
@@ -187,15 +197,29 @@ fn learned_functions(args: &Args, request: &ModelRequest, context: &Context) -> 
 }
 
 /// The input: a field, or heights in texels where the file records them.
-fn texture(path: &Path, context: &Context) -> Result<(ReflectanceField, Option<Heights>)> {
+fn texture(path: &Path, context: &Context) -> Result<ModelledTexture> {
     let opened = input::open(path, &context.job)?;
     if opened.content() != Content::Heights {
-        return Ok((opened.into_field()?.field, None));
+        let file = opened.into_field()?;
+        return Ok(ModelledTexture {
+            has_photographs: file.models.is_none(),
+            field: file.field,
+            heights: None,
+        });
     }
     let map = opened.into_height()?;
     let mm_per_texel = map.scale.and_then(|scale| scale.mm_per_texel);
     let picture = Picture { planes: input::texels(&map), space: Space::Linear };
-    Ok((ReflectanceField::from_picture(picture), Some(Heights { mm_per_texel })))
+    let field = ReflectanceField::from_picture(picture);
+    Ok(ModelledTexture { field, heights: Some(Heights { mm_per_texel }), has_photographs: true })
+}
+
+/// What is modelled.
+struct ModelledTexture {
+    field: ReflectanceField,
+    heights: Option<Heights>,
+    /// Whether the directions of its functions are those of photographs; those of the linear form of reflectance models are not.
+    has_photographs: bool,
 }
 
 /// Expectations of the model, in words.
@@ -218,16 +242,22 @@ fn advice(kind: &Character, models: &[Vec<LevelReport>], structure: Option<Struc
 }
 
 /// What to do about a model whose textures do not look like the material.
-fn unlike(likeness: &Likeness, args: &Args) -> String {
-    let more = match args.combine.combine {
-        Combine::Always => "give --structure-bytes more bytes",
-        _ => "give it more bytes with --combine always",
+fn unlike(likeness: &Likeness, has_structure: bool, args: &Args) -> String {
+    let more = match has_structure || args.combine.combine == Combine::Always {
+        true => "try more --structure-bytes, which need not help",
+        false => "try a structure with --combine always",
+    };
+    let copy = match Btf::is_at(&args.texture) {
+        true => format!(
+            "relume fit {} -o FILE.exr, then relume synth FILE.exr --method auto",
+            args.texture.display()
+        ),
+        false => format!("relume synth {} --method auto", args.texture.display()),
     };
     format!(
         "this model does not look like the material: its textures are {:.1} times as far from it as may pass; {more}, or \
-         copy the texture instead (relume synth {} --method auto)",
-        likeness.excess,
-        args.texture.display()
+         copy the texture instead ({copy})",
+        likeness.excess
     )
 }
 

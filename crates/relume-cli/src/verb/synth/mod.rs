@@ -181,8 +181,8 @@ fn synthesised(args: &Args, context: &Context) -> Result<Report> {
     for one in textures {
         outputs.write(&one.output, one.bytes)?;
     }
-    rearranged_btf::write_all(&sets, &btfs, map, &mut outputs, context)?;
-    Ok(report.with_outputs(outputs.commit()?))
+    let sets = rearranged_btf::write_all(&sets, &btfs, map, &mut outputs, context)?;
+    Ok(report.with_lines(&sets).with_outputs(outputs.commit()?))
 }
 
 /// Reads one of several exemplars.

@@ -33,9 +33,8 @@ impl PairAngles {
 
     /// The angles in a name with an extension, if it holds each of the four exactly once.
     pub fn of_name(name: &str) -> Option<Self> {
-        let (stem, extension) = name.rsplit_once('.')?;
-        let known = ["jpg", "jpeg", "png", "hdr", "exr", "tif", "tiff", "pfm"];
-        if !known.contains(&extension.to_ascii_lowercase().as_str()) {
+        let (stem, _) = name.rsplit_once('.').filter(|_| is_picture(name))?;
+        if is_range(stem) {
             return None;
         }
         let mut angles = [None; 4];
@@ -76,6 +75,24 @@ impl PairAngles {
         };
         Ok(Directions { light: direction(self.light(), "light")?, view: direction(self.view(), "view")? })
     }
+}
+
+/// Whether a name is that of a picture.
+pub(super) fn is_picture(name: &str) -> bool {
+    const KNOWN: [&str; 8] = ["jpg", "jpeg", "png", "hdr", "exr", "tif", "tiff", "pfm"];
+    let extension = name.rsplit_once('.').map(|(_, extension)| extension.to_ascii_lowercase());
+    extension.is_some_and(|extension| KNOWN.contains(&extension.as_str()))
+}
+
+/// Whether a number follows an angle after a dash, as in `tl0-15`: an angle below zero, or two of them, and not one that is
+/// separated from the next word.
+fn is_range(stem: &str) -> bool {
+    let words: Vec<&str> = stem.split([' ', '_']).collect();
+    words.iter().any(|word| {
+        let parts: Vec<&str> = word.split('-').collect();
+        let is_number = |part: &str| !part.is_empty() && part.chars().all(|c| c.is_ascii_digit() || c == '.');
+        parts.len() == 2 && token(parts[0]).is_some() && is_number(parts[1])
+    })
 }
 
 /// As in names: `tl15 pl60 tv0 pv0`.
@@ -122,6 +139,8 @@ mod tests {
             "tl1 pl2 tv3 pv4.txt",
             "tl1 tl2 pl2 tv3 pv4.png",
             "tl1e3 pl2 tv3 pv4.png",
+            "tl0-15 pl2 tv3 pv4.png",
+            "tl-15 pl2 tv3 pv4.png",
             "x",
         ] {
             assert_eq!(of(other), None, "{other}");

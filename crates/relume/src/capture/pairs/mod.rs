@@ -43,6 +43,8 @@ pub struct PairList {
     pub missing: Vec<String>,
     /// How many pairs are missing.
     pub missing_count: usize,
+    /// Pictures whose names do not hold the four angles, and which are left out.
+    pub unnamed: Vec<String>,
 }
 
 impl PairList {
@@ -53,9 +55,16 @@ impl PairList {
     /// Angles that are not those of a hemisphere, and two photographs of one pair.
     pub fn of_paths<'a>(paths: impl IntoIterator<Item = &'a str>) -> Result<Option<Self>> {
         let mut found: BTreeMap<PairAngles, PairEntry> = BTreeMap::new();
+        let mut unnamed = Vec::new();
         for (index, path) in paths.into_iter().enumerate() {
             let name = path.rsplit(['/', '\\']).next().unwrap_or(path);
-            let Some(angles) = PairAngles::of_name(name).filter(|_| !name.starts_with('.')) else { continue };
+            if name.starts_with('.') {
+                continue;
+            }
+            let Some(angles) = PairAngles::of_name(name) else {
+                unnamed.extend((angles::is_picture(name) && !is_truth(path)).then(|| name.to_owned()));
+                continue;
+            };
             let directions = angles.directions().map_err(|e| Error::invalid(format!("{name}: {e}")))?;
             let entry = PairEntry { index, name: name.to_owned(), directions };
             if let Some(other) = found.insert(angles, entry) {
@@ -72,7 +81,8 @@ impl PairList {
         let views: BTreeSet<_> = found.keys().map(PairAngles::view).collect();
         let (missing, missing_count) = missing(&found, &lights, &views);
         let (lights, views) = (lights.len(), views.len());
-        Ok(Some(Self { entries: found.into_values().collect(), lights, views, missing, missing_count }))
+        let entries = found.into_values().collect();
+        Ok(Some(Self { entries, lights, views, missing, missing_count, unnamed }))
     }
 
     /// The list of pairs that have no names of their own; each is named by its angles.
@@ -89,7 +99,37 @@ impl PairList {
             views: angles.iter().map(PairAngles::view).collect::<BTreeSet<_>>().len(),
             missing: Vec::new(),
             missing_count: 0,
+            unnamed: Vec::new(),
         }
+    }
+
+    /// What is to be said of pictures that are left out.
+    pub fn left_out(&self) -> Option<String> {
+        let (first, count) = (self.unnamed.first()?, self.unnamed.len());
+        Some(match count {
+            1 => format!("the picture {first} has no angles of light and view in its name, and is left out"),
+            _ => format!(
+                "{count} pictures have no angles of light and view in their names, and are left out: {}",
+                first_names(&self.unnamed)
+            ),
+        })
+    }
+
+    /// Refuses pairs that are not every light with every view.
+    ///
+    /// # Errors
+    /// When they are not; `what` needs them.
+    pub fn check_grid(&self, what: &str) -> Result<()> {
+        if self.lights * self.views == self.entries.len() + self.missing_count {
+            return Ok(());
+        }
+        Err(Error::usage(format!(
+            "{} pairs of {} lights and {} views are not every light with every view, which {what} needs: `relume fit` learns \
+             functions of any pairs, in an .exr",
+            self.entries.len(),
+            self.lights,
+            self.views
+        )))
     }
 
     /// Refuses a grid of lights and views in which photographs are missing.
@@ -122,12 +162,19 @@ fn missing(
     views: &BTreeSet<(i64, i64)>,
 ) -> (Vec<String>, usize) {
     let count = lights.len() * views.len() - found.len();
-    if 2 * count > lights.len() * views.len() {
+    // Where each light and each view occurs once, there is no grid either, however few.
+    let are_single = found.len() > 1 && found.len() == lights.len() && found.len() == views.len();
+    if are_single || 2 * count > lights.len() * views.len() {
         return (Vec::new(), 0);
     }
     let all = views.iter().flat_map(|view| lights.iter().map(|light| PairAngles::new(*light, *view)));
     let absent = all.filter(|angles| !found.contains_key(angles)).take(3);
     (absent.map(|angles| angles.to_string()).collect(), count)
+}
+
+/// Whether a picture is part of the truth that a virtual measurement writes beside its images.
+fn is_truth(path: &str) -> bool {
+    path.rsplit(['/', '\\']).nth(1) == Some("truth")
 }
 
 /// The paths of all files in a folder and the folders below it, with `/` between folders, relative to it.
@@ -203,6 +250,16 @@ mod tests {
     }
 
     #[test]
+    fn pictures_without_angles_are_counted_and_named() {
+        let names =
+            ["tl1 pl2 tv3 pv4.png", "b/extra.jpg", "notes.txt", "truth/albedo.exr", "tl0-15 pl0 tv0 pv0.png"];
+        let list = PairList::of_paths(names).unwrap().unwrap();
+        assert_eq!(list.unnamed, ["extra.jpg", "tl0-15 pl0 tv0 pv0.png"]);
+        let sentence = list.left_out().unwrap();
+        assert!(sentence.starts_with("2 pictures") && sentence.contains("extra.jpg"), "{sentence}");
+    }
+
+    #[test]
     fn a_folder_is_a_set_where_some_photograph_below_has_angles_and_no_light_file_is_beside() {
         let folder = tempfile::tempdir().unwrap();
         let write = |name: &str| {
@@ -231,6 +288,15 @@ mod tests {
         let twice =
             PairList::of_paths(["a tl1 pl2 tv3 pv4.png", "tv3_pv4_tl1_pl2.0.jpg"]).unwrap_err().to_string();
         assert!(twice.contains("same directions"), "{twice}");
+        // Two single pairs, neither.
+        let two = ["tl1 pl2 tv3 pv4.png", "tl5 pl6 tv7 pv8.png"];
+        let two = PairList::of_paths(two).unwrap().unwrap();
+        assert_eq!(two.missing_count, 0);
+        let sentence = two.check_grid("a model").unwrap_err().to_string();
+        assert!(
+            sentence.contains("2 pairs of 2 lights and 2 views") && sentence.contains("a model"),
+            "{sentence}"
+        );
         // Irregular pairs are no grid with holes.
         let irregular: Vec<String> = (0..9).map(|i| name(i, 8 - i)).collect();
         assert_eq!(

@@ -86,7 +86,7 @@ impl PackedFunctions {
         let is_held = |code: f32| code.is_finite() && code.abs() <= MOST_PACKED as f32;
         if let Some(wrong) = codes.iter().find(|code| !is_held(**code)) {
             return Err(Error::usage(format!(
-                "a step of a function is too fine: it makes the integer {wrong}"
+                "a step of a function is too fine: it makes the integer {wrong}, and {MOST_PACKED} is the most: round more coarsely"
             )));
         }
         Ok(Self {

@@ -17,6 +17,9 @@ use crate::job::Job;
 /// The coarsest rounding, of values with white at 1.
 const COARSEST: f64 = 0.25;
 
+/// The finest: integers of a finer one do not fit, and 16-bit floats without rounding are smaller.
+const FINEST: f64 = 1e-6;
+
 /// The bits of the exponent of a 64-bit float: alone they are the power of two below it.
 const EXPONENT: u64 = 0x7ff << 52;
 
@@ -25,11 +28,12 @@ const MOST_OF_NUMBERS: f64 = 0.9;
 
 /// Refuses what is no root mean square of errors.
 pub(super) fn validate(rmse: f64) -> Result<()> {
-    if rmse > 0.0 && rmse <= COARSEST {
+    if (FINEST..=COARSEST).contains(&rmse) {
         return Ok(());
     }
     Err(Error::usage(format!(
-        "rounding may add a root mean square error above 0 and up to {COARSEST}, of values with white at 1, not {rmse}"
+        "rounding may add a root mean square error of {FINEST} to {COARSEST}, of values with white at 1, not {rmse}: without \
+         rounding, numbers are floats"
     )))
 }
 
@@ -218,12 +222,12 @@ mod tests {
             let options = LearnedOptions { rank, rounding: Some(rounding), ..LearnedOptions::default() };
             of.fit(&options).unwrap_err().to_string()
         };
-        for wrong in [0.0, -1.0, 0.3, f64::NAN] {
-            assert!(message(&material, Rank::Functions(2), wrong).contains("above 0 and up to 0.25"));
+        for wrong in [0.0, -1.0, 0.3, f64::NAN, 1e-12] {
+            assert!(message(&material, Rank::Functions(2), wrong).contains("to 0.25, of values"));
         }
         assert!(message(&material, Rank::Error(0.01), 0.01).contains("holds that of rounding, 0.01"));
         let fine = message(&material, Rank::Functions(2), 1e-9);
-        assert!(fine.contains("too fine"), "{fine}");
+        assert!(fine.contains("0.000001 to 0.25"), "{fine}");
         // Found before the second photograph is read.
         material.pairs[5].1 =
             Directions { light: Direction::from_angles(0.3, 0.1), view: Direction::from_angles(0.2, 5.0) };

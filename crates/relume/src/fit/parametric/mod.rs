@@ -28,6 +28,7 @@ mod ggx;
 mod linear;
 mod lobes;
 mod per_view;
+mod sampled;
 mod texels;
 mod typical;
 
@@ -54,13 +55,11 @@ use encoded::TexelReflectance;
 use ggx::GgxModel;
 use lobes::LobeModel;
 use per_view::{ViewSet, mean_of};
+use sampled::{SAMPLE_TEXELS, is_black, texel_values};
 use texels::{ChosenPhotographs, FromMean};
 
 /// The most steps of the fit of a texel.
 const STEPS: usize = 16;
-
-/// At most this many texels, on a regular grid, decide what is typical of all.
-const SAMPLE_TEXELS: usize = 49;
 
 /// What is fitted to each texel.
 #[derive(Debug, Clone, PartialEq)]
@@ -256,18 +255,6 @@ fn spread(all: usize, count: usize) -> BTreeSet<usize> {
     chosen
 }
 
-/// The encoded values of each texel of small photographs, all channels of a photograph adjacent.
-fn texel_values(photographs: &[&Raster], levels: &SampleLevels) -> Vec<Vec<f32>> {
-    let texels = photographs.first().map_or(0, |photograph| photograph.size().texels());
-    let mut values = vec![Vec::with_capacity(3 * photographs.len()); texels];
-    let mut row = vec![0.0; texels];
-    for (photograph, channel) in photographs.iter().flat_map(|p| (0..p.channels()).map(move |c| (p, c))) {
-        levels.channel(photograph, channel, 0, &mut row);
-        values.iter_mut().zip(&row).for_each(|(texel, value)| texel.push(*value));
-    }
-    values
-}
-
 /// What all fits need.
 struct ParametricTask<'a> {
     pairs: &'a [(String, Directions)],
@@ -312,6 +299,9 @@ impl ParametricTask<'_> {
         let values = 4 * (sample.texels() * self.stream.channels() * chosen.len()) as u64;
         let _sample = job.hold("the sample of texels", self.stream.sample_bytes(&sample) + values)?;
         let (kept, of_sample) = self.kept(&sample, job)?;
+        if kept.iter().chain(&of_sample).all(is_black) {
+            return Err(Error::invalid("all photographs are black: there is no reflectance to fit"));
+        }
         let of_sample = chosen.iter().map(|&i| &of_sample[i]).collect::<Vec<_>>();
         let model = model(&directions, &texel_values(&of_sample, &levels));
         let on_grid: Vec<Raster> = chosen.iter().map(|&i| kept[i].clone()).collect();

@@ -41,7 +41,7 @@ use header::BtfHead;
 use images::StoredImages;
 use per_view::PerView;
 use source::{BtfCursor, BtfSource};
-pub use write::{encode_dfmf, encode_fmf};
+pub use write::{check_grid, check_square, encode_dfmf, encode_fmf};
 pub use write_per_view::{ViewPart, encode_pvf};
 
 use super::finite;

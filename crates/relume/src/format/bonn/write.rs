@@ -85,6 +85,22 @@ pub fn encode_dfmf(
 
 const NAMES: [&str; CHANNELS] = ["R", "G", "B"];
 
+/// Refuses pairs that a file of common or of decorrelated factors cannot hold.
+///
+/// # Errors
+/// Unless each view has each light once, and there are as many views as lights.
+pub fn check_square(pairs: &[Directions]) -> Result<()> {
+    square_grid(pairs).map(drop)
+}
+
+/// Refuses pairs that a file of factors for each view cannot hold.
+///
+/// # Errors
+/// Unless each view has each light once.
+pub fn check_grid(pairs: &[Directions]) -> Result<()> {
+    ViewLightGrid::of(pairs).map(drop)
+}
+
 fn square_grid(pairs: &[Directions]) -> Result<ViewLightGrid> {
     let grid = ViewLightGrid::of(pairs)?;
     if grid.views.len() != grid.lights.len() {

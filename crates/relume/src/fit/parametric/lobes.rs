@@ -8,7 +8,7 @@ use crate::direction::Directions;
 use crate::numeric::levenberg_marquardt::NormalEquations;
 
 /// Numbers of a lobe beside its colour.
-const FORM: usize = 4;
+pub(super) const FORM: usize = 4;
 
 /// Exponents. Of more than 128 the lobe is narrower than usual measurements are apart.
 const EXPONENTS: [f64; 2] = [0.5, 128.0];
@@ -58,6 +58,16 @@ pub(super) struct LobeModel {
     places: Vec<([f64; 3], f64)>,
     bounds: Vec<[f64; 2]>,
     multiplied: Multiplied,
+    /// What the forms of lobes are held near to, if they are.
+    typical: Option<TypicalLobes>,
+}
+
+/// The forms that are typical of a texture: the weights and the logarithm of the exponent of each lobe of the mean of its texels,
+/// and what a deviation of 1 of each counts.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct TypicalLobes {
+    pub forms: Vec<[f64; FORM]>,
+    pub weights: [f64; FORM],
 }
 
 impl LobeModel {
@@ -83,7 +93,23 @@ impl LobeModel {
             bounds.extend([[-LARGEST_WEIGHT, LARGEST_WEIGHT]; 3]);
             bounds.push(EXPONENTS.map(f64::ln));
         }
-        Self { channels, lobes, places, bounds, multiplied }
+        Self { channels, lobes, places, bounds, multiplied, typical: None }
+    }
+
+    /// The same with forms that are held near to these.
+    pub fn held_near(self, typical: TypicalLobes) -> Self {
+        Self { typical: Some(typical), ..self }
+    }
+
+    /// What forms are held near to, if they are.
+    #[cfg(test)]
+    pub fn typical(&self) -> Option<&TypicalLobes> {
+        self.typical.as_ref()
+    }
+
+    /// The forms of parameters.
+    pub fn forms(&self, parameters: &[f64]) -> Vec<[f64; FORM]> {
+        self.lobes_of(parameters).map(|(_, form)| [form[0], form[1], form[2], form[3]]).collect()
     }
 
     /// Parameters from which lobes of these weights and exponents start, for the mean of the observed values.
@@ -175,6 +201,16 @@ impl TexelReflectance for LobeModel {
                 let first = self.channels + k * (self.channels + FORM) + self.channels;
                 (0..3).for_each(|axis| row[first + axis] = 2.0 * CONDITION * form[axis]);
                 equations.add(residual, &row[..parameters.len()]);
+            }
+            let Some(TypicalLobes { forms, weights }) = &self.typical else { continue };
+            for (j, weight) in weights.iter().enumerate() {
+                let residual = weight * (form[j] - forms[k][j]);
+                squares += residual * residual;
+                if let Some(equations) = &mut equations {
+                    let mut row = [0.0; super::encoded::MOST_PARAMETERS];
+                    row[self.channels + k * (self.channels + FORM) + self.channels + j] = *weight;
+                    equations.add(residual, &row[..parameters.len()]);
+                }
             }
         }
         squares.sqrt()

@@ -31,6 +31,7 @@ mod per_view;
 mod sampled;
 mod texels;
 mod typical;
+mod typical_lobes;
 
 pub use linear::{linear_form, remarked_linear_form};
 
@@ -55,8 +56,9 @@ use encoded::TexelReflectance;
 use ggx::GgxModel;
 use lobes::LobeModel;
 use per_view::{ViewSet, mean_of};
-use sampled::{SAMPLE_TEXELS, is_black, texel_values};
+use sampled::{SAMPLE_TEXELS, is_black, mean_of_texels, texel_values};
 use texels::{ChosenPhotographs, FromMean};
+use typical_lobes::with_typical_lobes;
 
 /// The most steps of the fit of a texel.
 const STEPS: usize = 16;
@@ -224,8 +226,10 @@ pub fn fit(
     let (field, kept, pairs_fitted) = match &options.form {
         ParametricForm::PerView(function) => task.views(function, job)?,
         ParametricForm::Lafortune(lobes) => {
-            let model =
-                |pairs: &[Directions], _: &[Vec<f32>]| LobeModel::of_pairs(stream.channels(), *lobes, pairs);
+            let model = |pairs: &[Directions], sample: &[Vec<f32>]| {
+                let model = LobeModel::of_pairs(stream.channels(), *lobes, pairs);
+                with_typical_lobes(model, &mean_of_texels(sample), sample)
+            };
             task.texels(TexelModel::Lafortune { lobes: *lobes }, model, job)?
         }
         ParametricForm::Ggx => {

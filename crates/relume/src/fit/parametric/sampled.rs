@@ -11,6 +11,13 @@ pub(super) fn is_black(photograph: &Raster) -> bool {
     (0..photograph.samples().len()).all(|k| photograph.samples().value(k) <= 0.0)
 }
 
+/// The mean of some texels, value by value.
+pub(super) fn mean_of_texels(texels: &[Vec<f32>]) -> Vec<f32> {
+    let length = texels.first().map_or(0, Vec::len);
+    let mean = |k: usize| texels.iter().map(|texel| f64::from(texel[k])).sum::<f64>() / texels.len() as f64;
+    (0..length).map(|k| mean(k) as f32).collect()
+}
+
 /// The encoded values of each texel of small photographs, all channels of a photograph adjacent.
 pub(super) fn texel_values(photographs: &[&Raster], levels: &SampleLevels) -> Vec<Vec<f32>> {
     let texels = photographs.first().map_or(0, |photograph| photograph.size().texels());

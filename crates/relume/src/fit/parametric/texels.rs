@@ -124,11 +124,21 @@ impl<'a, M: TexelReflectance> FromMean<'a, M> {
         Self { model, parameters, brightness, steps }
     }
 
-    /// The numbers of a texel.
-    pub fn fit(&self, observed: &[f32]) -> Vec<f32> {
+    /// The parameters of the mean.
+    pub fn parameters(&self) -> &[f64] {
+        &self.parameters
+    }
+
+    /// Parameters from which the fit of a texel starts.
+    pub fn start(&self, observed: &[f32]) -> Vec<f64> {
         let own = brightness(observed, self.model.channels());
         let ratios: Vec<f64> = own.iter().zip(&self.brightness).map(|(a, b)| a / b.max(1e-6)).collect();
-        let mut parameters = self.model.start_of_texel(&self.parameters, &ratios, observed);
+        self.model.start_of_texel(&self.parameters, &ratios, observed)
+    }
+
+    /// The numbers of a texel.
+    pub fn fit(&self, observed: &[f32]) -> Vec<f32> {
+        let mut parameters = self.start(observed);
         clamp(&mut parameters, self.model.bounds());
         let mut minimiser = LevenbergMarquardt::new(parameters.len());
         fit_texel(self.model, &mut minimiser, &mut parameters, observed, self.steps);

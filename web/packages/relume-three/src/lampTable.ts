@@ -20,13 +20,24 @@ type Shares = [index: number, share: number][];
  * close together, which is half of the speed.
  */
 export class LampTable {
+  /** One for all tiles of a large texture. */
+  private static readonly known = new WeakMap<EnvironmentLamps, LampTable>();
+
   readonly across: number;
   readonly side: number;
   private readonly width: number;
   private readonly height: number;
   private readonly lamps: number;
+  private made: DataArrayTexture | null = null;
+  private users = 0;
 
-  constructor(private readonly basis: MeasuredBasis, private readonly environment: EnvironmentLamps) {
+  static of(basis: MeasuredBasis, environment: EnvironmentLamps): LampTable {
+    const table = LampTable.known.get(environment) ?? new LampTable(basis, environment);
+    LampTable.known.set(environment, table);
+    return table;
+  }
+
+  private constructor(private readonly basis: MeasuredBasis, private readonly environment: EnvironmentLamps) {
     this.lamps = environment.header.nodes;
     const fitting = Math.floor(Math.sqrt(MOST_BYTES / BYTES_PER_TEXEL / basis.layers / this.lamps));
     this.side = Math.min(MOST_SIDE, Math.max(LEAST_SIDE, fitting));
@@ -35,7 +46,19 @@ export class LampTable {
     this.height = Math.ceil(basis.layers / this.across) * this.side + 2;
   }
 
-  texture(): DataArrayTexture {
+  /** The table on the card, made for its first user; all users let it go again. */
+  taken(): DataArrayTexture {
+    this.users++;
+    return (this.made ??= this.texture());
+  }
+
+  letGo(): void {
+    if (--this.users > 0) return;
+    this.made?.dispose();
+    this.made = null;
+  }
+
+  private texture(): DataArrayTexture {
     const { side, across, width, height, basis, lamps } = this, { nodes, flatNodes } = this.environment;
     const out = new Float32Array(4 * width * height * lamps), rows = new LightRows(basis), above = basis.shares([0, 0, 1], 1);
     const views = Array.from({ length: side * side }, (_, i) => basis.shares(directionAt(i % side, Math.floor(i / side), side), 1));

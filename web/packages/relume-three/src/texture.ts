@@ -77,7 +77,7 @@ export class ReflectanceTexture {
     this.directionPoints = measured && pointTexture(measured);
     this.lampLight = data.environment && lampLightTexture(data.environment);
     this.lampNodes = data.environment && lampNodeTexture(data.environment);
-    this.lamps = measured && data.environment && new LampTable(measured, data.environment);
+    this.lamps = measured && data.environment && LampTable.of(measured, data.environment);
     this.distances = data.boundaries && distanceTexture(data.boundaries, data.width, data.height, anisotropy);
     this.contrasts = data.boundaries && this.upload(contrastLayers(data.boundaries), anisotropy);
     this.heightRange = data.heights?.range ?? rangeOf(data.heights?.values);
@@ -89,16 +89,18 @@ export class ReflectanceTexture {
     return [width, height];
   }
 
-  private lampTableMade: DataArrayTexture | null = null;
+  private lampTableTaken: DataArrayTexture | null = null;
 
   /** What `lamps` is on the card; made when it is asked for, since not all who share light from all around look at it. */
   get lampTable(): DataArrayTexture | null {
-    return (this.lampTableMade ??= this.lamps?.texture() ?? null);
+    return (this.lampTableTaken ??= this.lamps?.taken() ?? null);
   }
 
   dispose(): void {
     this.endless?.dispose();
-    for (const texture of [this.planes, this.maps, this.basisTable, this.cornerMap, this.directionPoints, this.lampLight, this.lampNodes, this.lampTableMade, this.distances, this.contrasts]) texture?.dispose();
+    if (this.lampTableTaken) this.lamps?.letGo();
+    this.lampTableTaken = null;
+    for (const texture of [this.planes, this.maps, this.basisTable, this.cornerMap, this.directionPoints, this.lampLight, this.lampNodes, this.distances, this.contrasts]) texture?.dispose();
   }
 
   /** Each layer once for each tile: layer k of tile i is k * tiles + i. */

@@ -38,8 +38,8 @@ test("the nodes of the octahedral map lie where directions are looked up", () =>
 
 test("functions at lamps are those for the lamps' directions, for all views of the table and for the flat texture", () => {
   const directions = [unit(0, 0, 1), unit(0.4, 0.3, 0.6), unit(-0.5, 0.2, 0.4)], flat = [unit(0.1, 0, 1), unit(0.2, -0.3, 0.5), unit(-0.6, 0.1, 0.3)];
-  const functions = basis(), table = new LampTable(functions, lamps(directions, flat)), { side, across } = table;
-  const { data, width, height } = table.texture().image as { data: Uint16Array; width: number; height: number };
+  const functions = basis(), table = LampTable.of(functions, lamps(directions, flat)), { side, across } = table;
+  const { data, width, height } = table.taken().image as { data: Uint16Array; width: number; height: number };
   const groups = Math.ceil(functions.functions / 4), seen: Vector = [0, 0, 1];
   const near = (x: number, y: number, lamp: number, channel: number, group: number, light: Vector, view: Vector): void =>
     functions.weights(channel, light, view).slice(4 * group, 4 * group + 4).forEach((value, k) => expect(fromHalf(data[4 * ((lamp * height + y) * width + x) + k] ?? NaN)).toBeCloseTo(value, 2));
@@ -51,4 +51,17 @@ test("functions at lamps are those for the lamps' directions, for all views of t
         near(square, height - 1, lamp, channel, group, directions[lamp] ?? seen, seen);
         for (const [x, y] of [[0, 0], [side - 1, 3], [16, 16], [5, 20]] as const) near(left + x, top + y, lamp, channel, group, directions[lamp] ?? seen, directionAt(x, y, side));
       }
+});
+
+test("the tiles of a texture have one table, until the last of them lets it go", () => {
+  const functions = basis(), environment = lamps([unit(0, 0, 1)], [unit(0, 0, 1)]), [one, other] = [LampTable.of(functions, environment), LampTable.of(functions, environment)];
+  const first = one.taken(), second = other.taken();
+  let gone = 0;
+  first.addEventListener("dispose", () => gone++);
+  expect(second).toBe(first);
+  one.letGo();
+  expect(gone).toBe(0);
+  other.letGo();
+  expect(gone).toBe(1);
+  expect(one.taken()).not.toBe(first);
 });

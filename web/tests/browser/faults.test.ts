@@ -314,10 +314,13 @@ test("the text of an annotation is shown under the pointer", async () => {
   await write(page, "under the pointer");
   const box = await page.locator(".overlay circle").boundingBox();
   if (!box) throw new Error("no mark");
-  await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
-  expect(await page.locator("canvas").getAttribute("title")).toBe("under the pointer");
-  await page.mouse.move(box.x - 60, box.y);
-  expect(await page.locator("canvas").getAttribute("title")).toBe("");
+  // Browsers tell of movements with the next frame.
+  const over = async (x: number, y: number, text: string): Promise<void> => {
+    await page.mouse.move(x, y);
+    await page.waitForFunction((text) => document.querySelector("canvas")?.title === text, text, { timeout: 5000 });
+  };
+  await over(box.x + box.width / 2, box.y + box.height / 2, "under the pointer");
+  await over(box.x - 60, box.y, "");
   await page.close();
 });
 

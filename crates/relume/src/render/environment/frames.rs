@@ -72,13 +72,25 @@ pub(super) fn moments_of(space: &HemisphereSpace, cells: &[LightCell], frame: &T
 #[derive(Debug, Clone, Copy)]
 pub(super) struct FrameTurn {
     /// Cosine and sine of the azimuth of its tangent in the other frame.
-    pub cos: f64,
-    pub sin: f64,
+    cos: f64,
+    sin: f64,
     /// Whether its bitangent lies on the other side.
-    pub mirrored: bool,
+    mirrored: bool,
 }
 
 impl FrameTurn {
+    /// How a frame is turned against another of a normal nearby: its tangent is carried there along the shortest arc.
+    pub fn against(own: &TangentFrame, frame: &TangentFrame) -> Self {
+        let both = own.normal + frame.normal;
+        let share = frame.tangent.dot(own.normal) / (1.0 + own.normal.dot(frame.normal));
+        let carried = frame.tangent - both * share;
+        Self {
+            cos: carried.dot(own.tangent),
+            sin: carried.dot(own.bitangent),
+            mirrored: frame.normal.cross(frame.tangent).dot(frame.bitangent) < 0.0,
+        }
+    }
+
     /// Adds the moments in the frame, given those in the other, times a weight: those of each m are mixed in pairs.
     pub fn add(self, degree: usize, weight: f64, from: &[f32], out: &mut [f32]) {
         let Self { cos, sin, mirrored } = self;
@@ -131,22 +143,10 @@ impl FrameTable {
         let stride = 3 * (self.degree + 1) * (self.degree + 1);
         out.clear();
         out.resize(stride, 0.0);
-        let mirrored = frame.normal.cross(frame.tangent).dot(frame.bitangent) < 0.0;
         for (vertex, weight) in GRID.around(frame.normal) {
-            let (cos, sin) = self.turn(vertex, frame);
             let from = &self.moments[vertex * stride..][..stride];
-            let turn = FrameTurn { cos, sin, mirrored };
-            turn.add(self.degree, weight, from, out);
+            FrameTurn::against(&self.frames[vertex], frame).add(self.degree, weight, from, out);
         }
-    }
-
-    /// Cosine and sine of the azimuth, in the frame of a vertex, of the tangent of a frame carried there.
-    fn turn(&self, vertex: usize, frame: &TangentFrame) -> (f64, f64) {
-        let own = &self.frames[vertex];
-        let both = own.normal + frame.normal;
-        let share = frame.tangent.dot(own.normal) / (1.0 + own.normal.dot(frame.normal));
-        let carried = frame.tangent - both * share;
-        (carried.dot(own.tangent), carried.dot(own.bitangent))
     }
 }
 

@@ -111,10 +111,8 @@ impl EnvironmentNodes {
     /// The moments in a frame, given those in another of the same normal.
     fn turned(&self, moments: &[f32], own: &TangentFrame, frame: &TangentFrame) -> Vec<f32> {
         let degree = self.functions().isqrt() - 1;
-        let (cos, sin) = (frame.tangent.dot(own.tangent), frame.tangent.dot(own.bitangent));
-        let mirrored = frame.normal.cross(frame.tangent).dot(frame.bitangent) < 0.0;
         let mut out = vec![0.0; moments.len()];
-        FrameTurn { cos, sin, mirrored }.add(degree, 1.0, moments, &mut out);
+        FrameTurn::against(own, frame).add(degree, 1.0, moments, &mut out);
         out
     }
 }

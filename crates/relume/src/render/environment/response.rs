@@ -146,13 +146,14 @@ pub(super) fn projected(basis: &Basis, space: &HemisphereSpace, job: &Job) -> Re
 fn of_measured(basis: &Basis, lamps: &FrameLamps, count: usize, job: &Job) -> Result<ViewTable> {
     let n = basis.channels() * basis.len();
     ViewTable::new(basis, n * count, job, |view, out| {
-        let mut weights = vec![0.0; n];
+        let (mut weights, mut sums) = (vec![0.0; n], vec![0.0; n * count]);
         for (light, factors) in lamps.directions.iter().zip(lamps.factors.chunks_exact(count)) {
             basis.weights_into(Directions { light: *light, view }, &mut weights);
-            for (row, weight) in out.chunks_exact_mut(count).zip(&weights) {
-                row.iter_mut().zip(factors).for_each(|(out, f)| *out += *weight as f32 * f);
+            for (row, weight) in sums.chunks_exact_mut(count).zip(&weights) {
+                row.iter_mut().zip(factors).for_each(|(sum, f)| *sum += weight * f64::from(*f));
             }
         }
+        out.iter_mut().zip(sums).for_each(|(out, sum)| *out = sum as f32);
     })
 }
 

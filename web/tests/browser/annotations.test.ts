@@ -72,7 +72,7 @@ test("a texture that is shown twice has one list of annotations, and an edited f
   expect(await page.getByLabel("Texture", { exact: true }).locator("option").allTextContents()).toEqual(["leather (1)", "leather (2)"]);
   await write(page, "first");
   await show(page, "texture=1");
-  expect(await listed(page)).toEqual(["first"]);
+  await expect.poll(() => listed(page)).toEqual(["first"]);
   await write(page, "second");
   await expect.poll(texts).toEqual(["first", "second"]);
   writeFileSync(place.path(NAME), readFileSync(place.path(NAME), "utf8").replace("first", "by hand"));

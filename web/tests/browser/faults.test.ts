@@ -117,7 +117,7 @@ test("a server that ends is said, what was drawn stays, and annotations are kept
   expect(difference(await canvas(page), here).mean).toBe(0);
   await write(page, "unsaved");
   await expect.poll(() => textOf(page, ".notice")).toContain("The annotations are not saved: relume view does not answer, or has ended.");
-  expect(await listed(page)).toEqual(["unsaved"]);
+  await expect.poll(() => listed(page)).toEqual(["unsaved"]);
   await page.close();
   opener.forgiveFailedRequests();
 });
@@ -215,9 +215,9 @@ test("a way of showing that a texture does not know falls back, also beside anot
   }
   await show(page, "mode=normals");
   await page.getByLabel("Texture", { exact: true }).selectOption("1");
-  expect(await way.inputValue()).toBe("default");
+  await expect.poll(() => way.inputValue()).toBe("default");
   await page.getByLabel("Texture", { exact: true }).selectOption("0");
-  expect(await way.inputValue()).toBe("normals");
+  await expect.poll(() => way.inputValue()).toBe("normals");
   await page.close();
 });
 
@@ -227,13 +227,13 @@ test("undo and redo take back lines and annotations", async () => {
   await drag(page, [100, 100], [200, 150]);
   await drag(page, [150, 200], [250, 250]);
   await page.keyboard.press("Control+z");
-  expect(await lines.count()).toBe(1);
+  await expect.poll(() => lines.count()).toBe(1);
   await page.keyboard.press("Control+y");
-  expect(await lines.count()).toBe(2);
+  await expect.poll(() => lines.count()).toBe(2);
   await page.keyboard.press("r");
-  expect(await lines.count()).toBe(0);
+  await expect.poll(() => lines.count()).toBe(0);
   await page.keyboard.press("Control+z");
-  expect(await lines.count()).toBe(2);
+  await expect.poll(() => lines.count()).toBe(2);
   await page.keyboard.press("r");
   await write(page, "one");
   await write(page, "two");
@@ -242,7 +242,7 @@ test("undo and redo take back lines and annotations", async () => {
   await expect.poll(texts).toEqual(["two"]);
   await page.keyboard.press("Control+z");
   await expect.poll(texts).toEqual(["one", "two"]);
-  expect(await listed(page)).toEqual(["one", "two"]);
+  await expect.poll(() => listed(page)).toEqual(["one", "two"]);
   await page.getByRole("button", { name: "Undo" }).click();
   await expect.poll(texts).toEqual(["one"]);
   await page.keyboard.press("Control+y");

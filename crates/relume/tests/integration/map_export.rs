@@ -6,7 +6,7 @@ use std::io::Cursor;
 use relume::capture::dome::ReliefBorder;
 use relume::procedural::{Material, MaterialOptions};
 use relume::workflow::map_export::{ExportOptions, MapPreset, MaterialMaps, WrittenMap, export_maps};
-use relume::{Job, Named, Planes, Size};
+use relume::{Job, Limits, Named, Planes, Size};
 
 fn maps() -> MaterialMaps {
     let options = MaterialOptions { size: Size::new(48, 40), feature: 16.0, ..MaterialOptions::default() };
@@ -180,9 +180,17 @@ fn occlusion_is_open_on_a_plane_and_darker_in_a_pit() {
         let (x, y) = ((i % 32) as f32 - 16.0, (i / 32) as f32 - 16.0);
         *v = if x.hypot(y) < 4.0 { -8.0 } else { 0.0 };
     }
-    let pit = MaterialMaps::of_maps(flat, ReliefBorder::Wrap, &Job::default()).unwrap();
+    let pit = MaterialMaps::of_maps(flat.clone(), ReliefBorder::Wrap, &Job::default()).unwrap();
     assert!(occlusion(&pit, 16 * 32 + 16) < 0.5, "{}", occlusion(&pit, 16 * 32 + 16));
     assert!(occlusion(&pit, 0) > 0.95);
+    // One that is known is taken as it is, and costs no memory for the sky; it must fit.
+    let plane = |side: usize| Some(Planes::from_vec(Size::new(side, 32), 1, vec![0.25; 32 * side]).unwrap());
+    let short = Job::new(Limits { max_bytes: 100 * 1024, ..Limits::default() });
+    let known = |occlusion| MaterialMaps::of_known(flat.clone(), occlusion, None, ReliefBorder::Wrap, &short);
+    assert_eq!(occlusion(&known(plane(32)).unwrap(), 16 * 32 + 16), 0.25);
+    assert!(known(None).unwrap_err().to_string().contains("ambient occlusion"));
+    let error = known(plane(31)).unwrap_err().to_string();
+    assert!(error.contains("the occlusion has 31 x 32 texels"), "{error}");
 }
 
 #[test]

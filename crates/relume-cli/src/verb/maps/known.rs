@@ -31,7 +31,7 @@ pub fn read(
         maps.metallic = known(MapRole::Metallic)?;
     }
     let (occlusion, opacity) = (known(MapRole::Occlusion)?, known(MapRole::Opacity)?);
-    MaterialMaps::of_maps(maps, border, job)?.with_known(occlusion, opacity)
+    MaterialMaps::of_known(maps, occlusion, opacity, border, job)
 }
 
 /// The plane of a role: of the first map of it, or a channel of a packed map.

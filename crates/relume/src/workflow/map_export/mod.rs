@@ -59,14 +59,36 @@ impl MaterialMaps {
     /// # Errors
     /// Maps of differing sizes, the limits, and a cancelled job.
     pub fn of_maps(maps: SurfaceMaps, border: ReliefBorder, job: &Job) -> Result<Self> {
+        Self::of_known(maps, None, None, border, job)
+    }
+
+    /// As [`MaterialMaps::of_maps`], with the occlusion where it is known, and the opacity.
+    ///
+    /// # Errors
+    /// As [`MaterialMaps::of_maps`].
+    pub fn of_known(
+        maps: SurfaceMaps,
+        occlusion: Option<Planes>,
+        opacity: Option<Planes>,
+        border: ReliefBorder,
+        job: &Job,
+    ) -> Result<Self> {
         maps.validate()?;
-        job.check("the ambient occlusion", maps.size(), 8 * SECTORS as u64 + 48)?;
+        let size = maps.size();
+        for (name, planes) in [("occlusion", &occlusion), ("opacity", &opacity)] {
+            if let Some(found) = planes.as_ref().map(Planes::size).filter(|found| *found != size) {
+                return Err(Error::invalid(format!(
+                    "the {name} has {found} texels, and the other maps {size}"
+                )));
+            }
+        }
         let relief = Relief::new(&maps.height, border);
         let normals = maps.normal.clone().unwrap_or_else(|| relief.normals());
-        let sky = Surroundings::new(&relief, &normals, SECTORS, job)?.sky;
-        let open = sky.into_par_iter().map(|share| share.clamp(0.0, 1.0)).collect();
-        let occlusion = Planes::from_vec(maps.size(), 1, open)?;
-        Ok(Self { maps, normals, occlusion, opacity: None, specular: None })
+        let occlusion = match occlusion {
+            Some(occlusion) => occlusion,
+            None => open_sky(&relief, &normals, job)?,
+        };
+        Ok(Self { maps, normals, occlusion, opacity, specular: None })
     }
 
     /// The maps of a texture of functions: each texel at its brightest is the colour, the direction of that light the
@@ -137,29 +159,6 @@ impl MaterialMaps {
         Ok(Self { specular, ..Self::of_maps(maps, border, job)? })
     }
 
-    /// The same with planes from 0 to 1 that are known: the occlusion, instead of that of the heights, and the opacity.
-    ///
-    /// # Errors
-    /// A plane of another size.
-    pub fn with_known(self, occlusion: Option<Planes>, opacity: Option<Planes>) -> Result<Self> {
-        for (name, planes) in [("occlusion", &occlusion), ("opacity", &opacity)] {
-            if let Some(found) = planes.as_ref().filter(|planes| planes.size() != self.maps.size()) {
-                return Err(Error::invalid(format!(
-                    "the {name} has {} texels, and the other maps {}",
-                    found.size(),
-                    self.maps.size()
-                )));
-            }
-        }
-        Ok(Self {
-            occlusion: occlusion.unwrap_or(self.occlusion),
-            opacity,
-            maps: self.maps,
-            normals: self.normals,
-            specular: self.specular,
-        })
-    }
-
     /// The size of all maps.
     pub fn size(&self) -> Size {
         self.maps.size()
@@ -206,6 +205,14 @@ impl MaterialMaps {
             (None, _) => out.fill(1.0),
         }
     }
+}
+
+/// The cosine-weighted share of open sky, 1 on a plane.
+fn open_sky(relief: &Relief, normals: &Planes, job: &Job) -> Result<Planes> {
+    let size = normals.size();
+    job.check("the ambient occlusion", size, 8 * SECTORS as u64 + 48)?;
+    let sky = Surroundings::new(relief, normals, SECTORS, job)?.sky;
+    Planes::from_vec(size, 1, sky.into_par_iter().map(|share| share.clamp(0.0, 1.0)).collect())
 }
 
 /// Heights in texels from normals.

@@ -104,7 +104,8 @@ function endDrawing(viewer: Viewer, ruler: Ruler, notes: Notes): void {
 /** Keys that act wherever the focus is, but for fields of text. */
 function pressed(event: KeyboardEvent, viewer: Viewer, tools: Toolbar, ruler: Ruler, title: string, notes: Notes): void {
   const target = event.target as HTMLElement | null;
-  if (target?.closest("input, select, textarea, dialog")) return;
+  // What is written has an undo of its own; keys of other controls are theirs.
+  if (target?.closest("textarea, dialog, input:not([type=range], [type=checkbox], [type=color])")) return;
   const key = event.key.toLowerCase();
   if (event.ctrlKey || event.metaKey) {
     if (key === "z" && !event.shiftKey) viewer.undo();
@@ -113,6 +114,7 @@ function pressed(event: KeyboardEvent, viewer: Viewer, tools: Toolbar, ruler: Ru
     event.preventDefault();
     return;
   }
+  if (target?.closest("input, select")) return;
   const { canvas } = viewer, middle = canvas.getBoundingClientRect();
   const center = { clientX: middle.left + viewer.viewWidth(middle.width) / 2, clientY: middle.top + middle.height / 2 };
   const shifts: Record<string, [number, number]> = { arrowleft: [30, 0], arrowright: [-30, 0], arrowup: [0, 30], arrowdown: [0, -30] };

@@ -87,7 +87,9 @@ export class Panel {
       const button = el("button", { type: "button", role: "radio", title: name, "aria-label": name });
       button.append(icon(path));
       button.addEventListener("click", () => this.viewer.change({ object }));
-      this.refreshers.push((state) => button.setAttribute("aria-checked", String(state.object === object)));
+      // An address may name an object that the page does not have: it shows a plane.
+      const shown = (state: ViewState): ObjectName => (state.object === "mesh" && this.viewer.objectName === null ? "plane" : state.object);
+      this.refreshers.push((state) => button.setAttribute("aria-checked", String(shown(state) === object)));
       if (object === "mesh") this.refreshers.push(() => this.nameObject(button));
       group.append(button);
     }
@@ -200,13 +202,16 @@ export class Panel {
     this.viewer.titles.forEach((title, i) => other.append(el("option", { value: i }, title)));
     other.addEventListener("change", () => this.viewer.change({ other: Number(other.value) }));
     const unlike = el("p", { class: "dim" }, "It has no normals, and is shown as photographed.");
+    const border = this.range("Border", 0, 1, 0.01, (state) => state.wipe, (wipe) => this.viewer.change({ wipe }, "wipe"));
+    border.title = "Where the second picture begins";
     this.refreshers.push((state) => {
+      border.hidden = state.compare === "single" || state.compare === "side";
       select.value = state.compare;
       other.value = String(state.other);
       other.hidden = state.compare === "single" || state.compare === "plain";
       unlike.hidden = other.hidden || this.viewer.modeOf(state.other) === state.mode;
     });
-    return el("div", {}, select, other, unlike);
+    return el("div", {}, select, other, border, unlike);
   }
 
   /** What endless planes have beside textures. */

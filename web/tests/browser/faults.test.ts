@@ -250,6 +250,20 @@ test("undo and redo take back lines and annotations", async () => {
   await page.close();
 });
 
+test("keys undo while a control has the focus, and move the border of a wipe", async () => {
+  const page = await opener.open(server.url), exposure = page.getByLabel("Exposure");
+  await exposure.focus();
+  await page.keyboard.press("ArrowRight");
+  await expect.poll(() => exposure.inputValue()).toBe("0.05");
+  await page.keyboard.press("Control+z");
+  await expect.poll(() => exposure.inputValue()).toBe("0");
+  await page.getByLabel("Compare", { exact: true }).selectOption("plain");
+  await page.getByLabel("Border").focus();
+  await page.keyboard.press("Home");
+  await page.waitForFunction(() => location.hash.includes("wipe=0"));
+  await page.close();
+});
+
 test("help opens at its beginning", async () => {
   for (const options of [PHONE, { viewport: { width: 700, height: 300 } }]) {
     const page = await opener.open(server.url, options);

@@ -46,8 +46,9 @@ function folder(name: string): FileSource {
 
 /** The file as the library reads it. */
 async function truth(name: string): Promise<FieldData> {
-  place.run(`share ${name} --planes half -o shared-${name}`);
-  return loadShare(folder(`shared-${name}/textures/0`));
+  const shared = `shared-${name.replace(".", "-")}`;
+  place.run(`share ${name} --planes half -o ${shared}`);
+  return loadShare(folder(`${shared}/textures/0`));
 }
 
 /** The largest difference of two planes. */

@@ -84,7 +84,7 @@ export class ReflectanceMaterial extends ShaderMaterial {
 
   /** The lights, at most four; directions of any length, in world space. */
   set directionalLights(lights: ReflectanceLight[]) {
-    const all = directionsOf(lights);
+    const all = directionsOf(lights, this.texture.data.dependsOnView);
     this.set("lights", all.length);
     all.forEach(({ direction, color }, i) => {
       (this.uniforms["lightDirection"]?.value as Vector3[])[i]?.copy(direction);

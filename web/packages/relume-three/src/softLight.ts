@@ -9,15 +9,18 @@ export interface ReflectanceLight {
 }
 
 export const MOST_LIGHTS = 4;
-/** Directions of a soft light, one in the middle and then six for each ring further out: of one among several, and of one alone. */
+/**
+ * Directions of a soft light, one in the middle and then six for each ring further out: of one among several, or where each takes
+ * long; and of one alone.
+ */
 const FEW = [1, 6], MANY = [1, 6, 12];
 /** Room for four soft lights, or for one alone and three others. */
 export const MOST_DIRECTIONS = 28;
 
-/** Each light as the directions that it comes from. */
-export function directionsOf(lights: ReflectanceLight[]): { direction: Vector3; color: Vector3 }[] {
+/** Each light as the directions that it comes from; few of them where each takes long. */
+export function directionsOf(lights: ReflectanceLight[], takeLong = false): { direction: Vector3; color: Vector3 }[] {
   const first = lights.slice(0, MOST_LIGHTS), isSoft = ({ softness }: ReflectanceLight): boolean => softness !== undefined && softness > 0;
-  const rings = first.filter(isSoft).length === 1 ? MANY : FEW;
+  const rings = first.filter(isSoft).length === 1 && !takeLong ? MANY : FEW;
   return first.flatMap((light) => {
     const axis = new Vector3(...light.direction).normalize(), color = new Vector3(...light.color);
     if (!isSoft(light)) return [{ direction: axis, color }];

@@ -26,6 +26,7 @@ test("lights without softness stay as they are, and four lights fit whatever the
   expect(others).toEqual([]);
   expect(hard?.direction.distanceTo(new Vector3(0, 0.6, 0.8))).toBeLessThan(1e-12);
   expect(hard?.color.toArray()).toEqual([1, 0.5, 2]);
+  expect([directionsOf([light([0, 0, 1], 0.3)]).length, directionsOf([light([0, 0, 1], 0.3)], true).length]).toEqual([19, 7]);
   for (let soft = 0; soft <= 5; soft++) {
     const lights = Array.from({ length: 5 }, (_, i) => light([0, 0, 1], i < soft ? 0.3 : 0));
     expect(directionsOf(lights).length).toBeLessThanOrEqual(MOST_DIRECTIONS);

@@ -9,10 +9,17 @@ const FLAGS = [
 ];
 
 /** The browser, or null where there is none. */
-export async function launch(): Promise<Browser | null> {
+async function launch(): Promise<Browser | null> {
   const executablePath = process.env["CHROMIUM"] ?? PLACES.find((place) => existsSync(place));
   if (executablePath === undefined) return null;
   return chromium.launch({ executablePath, headless: true, args: FLAGS });
+}
+
+/** The browser, without which a test cannot be run. */
+export async function launched(): Promise<Browser> {
+  const browser = await launch();
+  if (!browser) throw new Error("no Chromium was found: install it, or name it in CHROMIUM");
+  return browser;
 }
 
 /** Processor seconds that browsers of this kind have drawn so far, of this process's children; null where the system does not tell. */

@@ -2,7 +2,7 @@
 import { lstatSync, mkdirSync, readFileSync, rmSync, symlinkSync, writeFileSync } from "node:fs";
 import type { Browser } from "playwright-core";
 import { afterAll, afterEach, beforeAll, expect, test } from "vitest";
-import { launch } from "../chromium.js";
+import { launched } from "../chromium.js";
 import { ViewServer, Workplace } from "../program.js";
 import { listed, textOf, textsIn, write } from "./hands.js";
 import { Opener } from "./opened.js";
@@ -16,9 +16,7 @@ beforeAll(async () => {
   place.run("capture leather -o capture --lights 16 --size 128x96 --feature 32");
   place.run("fit capture -o leather.ptm");
   server = await ViewServer.start(place, ["leather.ptm"]);
-  const launched = await launch();
-  if (!launched) throw new Error("no Chromium was found: install it, or name it in CHROMIUM");
-  browser = launched;
+  browser = await launched();
   opener = new Opener(browser);
 });
 

@@ -1,7 +1,7 @@
 // The pages of `relume demo`, opened from disk.
 import type { Browser, Page } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
-import { launch } from "../chromium.js";
+import { launched } from "../chromium.js";
 import { Workplace } from "../program.js";
 import { canvas, difference, ready, settled, show } from "./pictures.js";
 
@@ -13,9 +13,7 @@ const complaints: string[] = [];
 
 beforeAll(async () => {
   if (!process.env["DEMO"]) place.run("demo -o demo --lights 24");
-  const launched = await launch();
-  if (!launched) throw new Error("no Chromium was found: install it, or name it in CHROMIUM");
-  browser = launched;
+  browser = await launched();
 });
 
 afterAll(async () => {

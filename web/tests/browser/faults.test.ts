@@ -3,7 +3,7 @@ import { readFileSync, rmSync } from "node:fs";
 import type { Browser, BrowserContextOptions, Page } from "playwright-core";
 import { afterAll, afterEach, beforeAll, expect, test } from "vitest";
 import { type Codes, decodePng } from "../../packages/relume-three/src/png.js";
-import { launch } from "../chromium.js";
+import { launched } from "../chromium.js";
 import { ViewServer, Workplace } from "../program.js";
 import { writePtm, writeStrip } from "../shapes.js";
 import { at, drag, entry, listed, pinch, textOf, textsIn, write } from "./hands.js";
@@ -21,9 +21,7 @@ beforeAll(async () => {
   place.run("procedural marble -o marble --size 64 --feature 9");
   place.run("model marble/albedo.png -o marble.rlm --combine never");
   server = await ViewServer.start(place, ["leather.ptm", "marble.rlm"]);
-  const launched = await launch();
-  if (!launched) throw new Error("no Chromium was found: install it, or name it in CHROMIUM");
-  browser = launched;
+  browser = await launched();
   opener = new Opener(browser);
 });
 

@@ -5,7 +5,7 @@ import type { Browser, Page } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
 import { type FieldData, type FileSource, type JpegDecoder, loadPtm, loadRti, loadShare, loadWebFolder } from "relume-three";
 import { fromHalf } from "../../packages/relume-three/src/half.js";
-import { launch } from "../chromium.js";
+import { launched } from "../chromium.js";
 import { Workplace } from "../program.js";
 
 const place = new Workplace(), TILED = ["deepzoom", "tarzoom", "itarzoom"];
@@ -25,9 +25,7 @@ beforeAll(async () => {
   for (const name of ["lrgb.ptm", "rgb.ptm", "hsh9.exr"]) place.run(`convert ${name} --web -o web-${name.replace(/\..*/, "")}`);
   place.run("synth rgb.ptm --size 290x262 --block 12 -o wide.ptm");
   for (const layout of TILED) place.run(`convert wide.ptm --web ${layout} -o web-${layout}`);
-  const launched = await launch();
-  if (!launched) throw new Error("no Chromium was found: install it, or name it in CHROMIUM");
-  browser = launched;
+  browser = await launched();
   page = await browser.newPage();
 });
 

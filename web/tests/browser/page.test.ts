@@ -5,7 +5,7 @@ import { join } from "node:path";
 import type { Browser, BrowserContextOptions, Page } from "playwright-core";
 import { afterAll, afterEach, beforeAll, expect, test } from "vitest";
 import { MODES } from "relume-three";
-import { drawingSeconds, launch } from "../chromium.js";
+import { drawingSeconds, launched } from "../chromium.js";
 import { ViewServer, Workplace } from "../program.js";
 import { canvas, difference, drawn, ready, show } from "./pictures.js";
 
@@ -20,9 +20,7 @@ beforeAll(async () => {
   place.run("fit weave -o weave.ptm");
   place.run("roll weave.ptm -k 4 -o tiles.ptm");
   server = await ViewServer.start(place, ["leather.ptm", "weave.ptm", "tiles.ptm"]);
-  const launched = await launch();
-  if (!launched) throw new Error("no Chromium was found: install it, or name it in CHROMIUM");
-  browser = launched;
+  browser = await launched();
 });
 
 afterAll(async () => {

@@ -3,7 +3,7 @@ import { writeFileSync } from "node:fs";
 import { deflateSync } from "node:zlib";
 import type { Browser, Page } from "playwright-core";
 import { afterAll, beforeAll, describe, expect, test } from "vitest";
-import { launch } from "../chromium.js";
+import { launched } from "../chromium.js";
 import { ViewServer, Workplace } from "../program.js";
 import { canvas, difference, file, ready, settled, show } from "./pictures.js";
 
@@ -83,9 +83,7 @@ beforeAll(async () => {
   writeFileSync(place.path("slanted.png"), slanted(256));
   place.run("roll slanted.png -k 4 -o oblique.png");
   place.run("model sponge.ptm -o sponge.rlm");
-  const launched = await launch();
-  if (!launched) throw new Error("no Chromium was found: install it, or name it in CHROMIUM");
-  browser = launched;
+  browser = await launched();
   page = await browser.newPage({ viewport: { width: SIDE, height: SIDE } });
 });
 

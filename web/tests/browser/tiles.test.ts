@@ -5,7 +5,7 @@ import { join } from "node:path";
 import { gzipSync } from "node:zlib";
 import type { Browser } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
-import { launch } from "../chromium.js";
+import { launched } from "../chromium.js";
 import { ViewServer, Workplace } from "../program.js";
 import { writePtm } from "../shapes.js";
 import { Opener } from "./opened.js";
@@ -16,9 +16,7 @@ let browser: Browser, opener: Opener;
 
 beforeAll(async () => {
   writePtm(place.path("large.ptm"), 2048);
-  const launched = await launch();
-  if (!launched) throw new Error("no Chromium was found: install it, or name it in CHROMIUM");
-  browser = launched;
+  browser = await launched();
   opener = new Opener(browser);
 });
 

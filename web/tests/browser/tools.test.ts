@@ -4,7 +4,7 @@ import { createServer } from "node:http";
 import { type Browser, type Download, type Page } from "playwright-core";
 import { afterAll, afterEach, beforeAll, expect, test } from "vitest";
 import { decodePng } from "../../packages/relume-three/src/png.js";
-import { launch } from "../chromium.js";
+import { launched } from "../chromium.js";
 import { ViewServer, Workplace } from "../program.js";
 import { writeShape } from "../shapes.js";
 import { entry } from "./hands.js";
@@ -19,9 +19,7 @@ beforeAll(async () => {
   place.run("fit capture -o leather.ptm");
   writeShape(place.path("shape.obj"));
   server = await ViewServer.start(place, ["leather.ptm", "--mesh", "shape.obj"]);
-  const launched = await launch();
-  if (!launched) throw new Error("no Chromium was found: install it, or name it in CHROMIUM");
-  browser = launched;
+  browser = await launched();
   opener = new Opener(browser);
 });
 

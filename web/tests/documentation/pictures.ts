@@ -4,7 +4,7 @@ import { fileURLToPath } from "node:url";
 import type { Browser, Page } from "playwright-core";
 import { afterAll, beforeAll, test } from "vitest";
 import { MODES } from "relume-three";
-import { launch } from "../chromium.js";
+import { launched } from "../chromium.js";
 import { ViewServer, Workplace } from "../program.js";
 import { writeShape } from "../shapes.js";
 import { drawn, ready, show } from "../browser/pictures.js";
@@ -20,9 +20,7 @@ beforeAll(async () => {
   place.run("fit weave -o weave.ptm");
   writeShape(place.path("shape.obj"));
   server = await ViewServer.start(place, ["sponge.ptm", "weave.ptm", "--mesh", "shape.obj", "--env", "sky", "--mm-per-texel", "0.1"]);
-  const launched = await launch();
-  if (!launched) throw new Error("no Chromium was found: install it, or name it in CHROMIUM");
-  browser = launched;
+  browser = await launched();
 });
 
 afterAll(async () => {

@@ -15,7 +15,7 @@ use serde_json::json;
 
 use crate::context::Context;
 use crate::decibels::{self, decibels};
-use crate::report::Report;
+use crate::report::{Report, counted};
 use crate::{evaluated, input, output};
 
 /// Arguments of `relume compare`.
@@ -186,7 +186,7 @@ fn texel_by_texel(
 /// The lights, and the views if they differ.
 fn pairs_in_words(pairs: &[Directions]) -> String {
     let beside = pairs.iter().filter(|pair| pair.view != Direction::ZENITH).count();
-    let lights = format!("{} light{}", pairs.len(), if pairs.len() == 1 { "" } else { "s" });
+    let lights = counted(pairs.len(), "light");
     match beside {
         0 => format!("{lights}, seen from straight above"),
         _ => format!("{lights}, {beside} of them seen from the side, others from straight above"),

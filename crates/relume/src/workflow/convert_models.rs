@@ -13,6 +13,7 @@ use crate::fit::parametric::remarked_linear_form;
 use crate::job::Job;
 use crate::numeric::Matrix;
 use crate::numeric::matrix::Qr;
+use crate::picture::Picture;
 use crate::planes::Planes;
 use crate::render::ShownForm;
 
@@ -96,9 +97,10 @@ pub fn shown_loss<'a>(
         let channels = from.planes.count().max(made.planes.count());
         let (mut squares, mut largest, mut count) = (0.0, 0.0f64, 0usize);
         for c in 0..channels {
-            let plane = |planes: &Planes| planes.plane(c.min(planes.count() - 1)).to_vec();
-            for (a, b) in plane(&from.planes).into_iter().zip(plane(&made.planes)) {
-                let error = f64::from(b) - f64::from(a);
+            let plane = |picture: &Picture| c.min(picture.planes.count() - 1);
+            let (from_plane, made_plane) = (from.planes.plane(plane(&from)), made.planes.plane(plane(&made)));
+            for (a, b) in from_plane.iter().zip(made_plane) {
+                let error = f64::from(*b) - f64::from(*a);
                 (squares, largest, count) = (squares + error * error, largest.max(error.abs()), count + 1);
             }
         }

@@ -2,6 +2,7 @@ import { type DataArrayTexture, DataTexture, FloatType, RGBAFormat } from "three
 import { FieldError } from "./field.js";
 import { fromHalf, halfLayers, halvesFrom } from "./half.js";
 import { type ShareEnvironment, isTurned } from "./header.js";
+import { unrolled } from "./unrolled.js";
 
 /** Light from all around as lamps of each normal (the library's render/environment/nodes.rs). */
 export class EnvironmentLamps {
@@ -67,7 +68,7 @@ export function lampNodeTexture({ nodes, flatNodes, flatLight, factors, header }
 
 /**
  * In GLSL: the moments in the frame of the texture, which is that of the normal turned, those of each m mixed in pairs; and the
- * light of a lamp. Statement by statement: without a graphics card, indices that vary take several times as long.
+ * light of a lamp.
  */
 export function momentsGlsl(header: ShareEnvironment | undefined): string {
   if (!header || !isTurned(header)) return "";
@@ -77,8 +78,6 @@ export function momentsGlsl(header: ShareEnvironment | undefined): string {
       turned.push(`a = moments[${p}]; b = moments[${p + 1}]; moments[${p}] = turn.x * a + turn.y * b; moments[${p + 1}] = hand * (turn.x * b - turn.y * a);`);
     turned.push("turn = vec2(turn.x * once.x - turn.y * once.y, turn.y * once.x + turn.x * once.y);");
   }
-  const each = (step: number, statement: (p: number) => string): string =>
-    Array.from({ length: Math.ceil(header.functions / step) }, (_, i) => statement(step * i)).join("\n  ");
   const added = (p: number): string => ["x", "y", "z", "w"].slice(0, header.functions - p).map((c, i) => `f.${c} * moments[${p + i}]`).join(" + ");
   return `
 vec3 moments[${header.functions}];
@@ -86,13 +85,13 @@ void turnMoments(vec2 at, float first, mat3 frame) {
   vec2 once = vec2(frame[0].x, frame[1].x), turn = once;
   float hand = frame[0].x * frame[1].y < frame[0].y * frame[1].x ? -1.0 : 1.0;
   vec3 a, b;
-  ${each(1, (p) => `moments[${p}] = textureLod(environmentLight, vec3(at, first + ${p}.0), 0.0).rgb;`)}
+  ${unrolled(header.functions, (p) => `moments[${p}] = textureLod(environmentLight, vec3(at, first + ${p}.0), 0.0).rgb;`)}
   ${turned.join("\n  ")}
 }
 vec3 lightOfLamp(int j) {
   vec3 light = vec3(0.0);
   vec4 f;
-  ${each(4, (p) => `f = texelFetch(environmentNodes, ivec2(j, ${3 + p / 4}), 0); light += ${added(p)};`)}
+  ${unrolled(Math.ceil(header.functions / 4), (q) => `f = texelFetch(environmentNodes, ivec2(j, ${3 + q}), 0); light += ${added(4 * q)};`)}
   return light;
 }`;
 }

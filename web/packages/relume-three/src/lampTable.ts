@@ -121,9 +121,7 @@ bool isForLamp = false;
 bool lampIsFlat = false;
 vec2 lampView = vec2(0.0);
 void findLampView(vec3 d) {
-  float up = max(d.z, 0.0), sum = abs(d.x) + abs(d.y) + up;
-  lampView = (0.5 * vec2(d.x + d.y, d.x - d.y) / (sum * (1.0 + sqrt(up / sum))) + 0.5) * float(LAMP_SIDE - 1) + 0.5;
-  lampView /= vec2(textureSize(lampTable, 0).xy);
+  lampView = (octahedral(d) * float(LAMP_SIDE - 1) + 0.5) / vec2(textureSize(lampTable, 0).xy);
 }
 vec4 lampGroup(int group) {
   ivec2 size = textureSize(lampTable, 0).xy;

@@ -2,13 +2,14 @@ import { DoubleSide, GLSL3, Matrix3, ShaderMaterial, Vector2, Vector3, Vector4 }
 import { CLOSED_FORM_GLSL } from "./basis.js";
 import { BOUNDARIES_GLSL } from "./boundaries.js";
 import { ENVIRONMENT_GLSL, momentsGlsl } from "./environment.js";
-import { CLOSED, EVALUATE, FRAGMENT, LOOKUP, VERTEX, holdGlsl, sumGlsl } from "./glsl.js";
+import { CLOSED, EVALUATE, FRAGMENT, LOOKUP, VERTEX } from "./glsl.js";
 import { isTurned } from "./header.js";
 import type { FieldData } from "./field.js";
 import { MEASURED_GLSL, MeasuredBasis } from "./measured.js";
 import { MOST_DIRECTIONS, type ReflectanceLight, directionsOf } from "./softLight.js";
 import { BasisTable, TABLE_GLSL } from "./table.js";
 import type { ReflectanceTexture } from "./texture.js";
+import { holdGlsl, sumGlsl } from "./unrolled.js";
 
 /** What is shown of a texture. */
 export const MODES = [

@@ -1,7 +1,7 @@
 import { FieldError } from "./field.js";
 import { fromHalf } from "./half.js";
 import { LAMP_TABLE_GLSL } from "./lampTable.js";
-import { between } from "./table.js";
+import { OCTAHEDRAL_GLSL, between } from "./table.js";
 
 type Vector = [number, number, number];
 type Point = [number, number];
@@ -87,16 +87,15 @@ precision highp usampler2D;
 uniform sampler2DArray basisTable;
 uniform usampler2D cornerMap;
 uniform highp sampler2D directionPoints;
+${OCTAHEDRAL_GLSL}
 ivec3 lightCorners, viewCorners;
 vec3 lightShares, viewShares;
 float crossOf(vec2 p, vec2 q, vec2 r) { return (q.x - p.x) * (r.y - p.y) - (q.y - p.y) * (r.x - p.x); }
 void findTriangle(vec3 d, int which, out ivec3 corners, out vec3 shares) {
-  float up = max(d.z, 0.0), sum = abs(d.x) + abs(d.y) + up;
-  vec2 octahedral = 0.5 * vec2(d.x + d.y, d.x - d.y) / (sum * (1.0 + sqrt(up / sum))) + 0.5;
-  ivec2 node = min(ivec2(octahedral * float(MAP_NODES - 1) + 0.5), MAP_NODES - 1);
+  ivec2 node = min(ivec2(octahedral(d) * float(MAP_NODES - 1) + 0.5), MAP_NODES - 1);
   corners = ivec3(texelFetch(cornerMap, node + ivec2(0, which * MAP_NODES), 0).xyz);
   vec2 a = texelFetch(directionPoints, ivec2(corners.x, which), 0).xy, b = texelFetch(directionPoints, ivec2(corners.y, which), 0).xy;
-  vec2 c = texelFetch(directionPoints, ivec2(corners.z, which), 0).xy, p = d.xy / (1.0 + up);
+  vec2 c = texelFetch(directionPoints, ivec2(corners.z, which), 0).xy, p = d.xy / (1.0 + max(d.z, 0.0));
   if (corners.x == corners.z) {
     float t = clamp(dot(p - a, b - a) / max(dot(b - a, b - a), 1e-12), 0.0, 1.0);
     shares = vec3(1.0 - t, t, 0.0);

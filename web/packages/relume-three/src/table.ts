@@ -78,13 +78,18 @@ function corners([lower, fraction]: [number, number]): [number, number][] {
   return [[lower, 1 - fraction], [lower + 1, fraction]];
 }
 
-/** The look-up in GLSL: a group of four values, for light and view in the frame of the texture. */
-export const TABLE_GLSL = `
-uniform sampler2DArray basisTable;
+/** In GLSL: the place of a direction in the octahedral map of the hemisphere, from 0 to 1. */
+export const OCTAHEDRAL_GLSL = `
 vec2 octahedral(vec3 d) {
   float up = max(d.z, 0.0), sum = abs(d.x) + abs(d.y) + up;
   return 0.5 * vec2(d.x + d.y, d.x - d.y) / (sum * (1.0 + sqrt(up / sum))) + 0.5;
 }
+`;
+
+/** The look-up in GLSL: a group of four values, for light and view in the frame of the texture. */
+export const TABLE_GLSL = `
+uniform sampler2DArray basisTable;
+${OCTAHEDRAL_GLSL}
 vec2 tablePlace;
 #if VIEW_NODES > 1
 vec2 viewLower, viewFraction;

@@ -24,25 +24,7 @@ pub(super) fn run(
     mut outputs: Outputs,
     context: &Context,
 ) -> Result<Report> {
-    let defaults = LearnedOptions::default();
-    let space =
-        args.space.unwrap_or(if let FittedFormat::Btf(_) = format { Space::Linear } else { Space::Srgb });
-    let mut options = LearnedOptions {
-        rank: args.error.map_or(args.rank.map_or(defaults.rank, Rank::Functions), Rank::Error),
-        space,
-        hold_out: args.hold_out,
-        clusters: clusters(args, &defaults)?,
-        rounding: args.rounding,
-        ..defaults
-    };
-    options.validate()?;
-    if matches!(format, FittedFormat::Btf(_)) && space != Space::Linear {
-        return Err(Error::usage("a .btf file holds values proportional to light: leave out --space srgb")
-            .at(&args.output));
-    }
-    if matches!(format, FittedFormat::Btf(_)) && options.clusters.is_some() {
-        return Err(Error::usage("a .btf file holds no clusters: name an .exr to write").at(&args.output));
-    }
+    let mut options = options(args, format)?;
     if options.rounding.is_some() {
         inputs.check_grid("rounding")?;
     }
@@ -79,6 +61,30 @@ pub(super) fn run(
     let mut text = format!("{what}\n{}", summary(&fit.report));
     text.extend(tested.as_ref().map(test::summary));
     Ok(Report::new(text, json).with_outputs(written).with_warnings(inputs.warnings()))
+}
+
+/// What is asked for, where the file named can hold it.
+fn options(args: &Args, format: FittedFormat) -> Result<LearnedOptions> {
+    let defaults = LearnedOptions::default();
+    let is_btf = matches!(format, FittedFormat::Btf(_));
+    let space = args.space.unwrap_or(if is_btf { Space::Linear } else { Space::Srgb });
+    let options = LearnedOptions {
+        rank: args.error.map_or(args.rank.map_or(defaults.rank, Rank::Functions), Rank::Error),
+        space,
+        hold_out: args.hold_out,
+        clusters: clusters(args, &defaults)?,
+        rounding: args.rounding,
+        ..defaults
+    };
+    options.validate()?;
+    if is_btf && space != Space::Linear {
+        return Err(Error::usage("a .btf file holds values proportional to light: leave out --space srgb")
+            .at(&args.output));
+    }
+    if is_btf && options.clusters.is_some() {
+        return Err(Error::usage("a .btf file holds no clusters: name an .exr to write").at(&args.output));
+    }
+    Ok(options)
 }
 
 /// The clusters asked for.

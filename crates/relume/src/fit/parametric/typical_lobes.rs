@@ -9,6 +9,7 @@
 
 use rayon::prelude::*;
 
+use super::STEPS;
 use super::encoded::{TexelReflectance, fit_texel};
 use super::lobes::{FORM, LobeModel, TypicalLobes};
 use super::texels::{FromMean, clamp};
@@ -16,9 +17,6 @@ use crate::numeric::levenberg_marquardt::LevenbergMarquardt;
 
 /// The deviation of a weight, and of the logarithm of the exponent, that counts as much as all residuals of a texel.
 const SPREAD: [f64; FORM] = [1.0, 1.0, 1.0, 2.0];
-
-/// Steps of the fit of a texel of the sample.
-const STEPS: usize = 16;
 
 /// The model with lobes held near those of the mean; the texels of a sample say by how much.
 pub(super) fn with_typical_lobes(model: LobeModel, mean: &[f32], sample: &[Vec<f32>]) -> LobeModel {

@@ -45,7 +45,7 @@ pub(super) use picture::encode_picture;
 pub(super) use tiles::tiles_of;
 
 pub use clustered::{decode_clustered, encode_clustered};
-pub(super) use nonlinear::nonlinear;
+pub(super) use nonlinear::{holds_models, nonlinear};
 pub use parametric::{decode_parametric, encode_parametric};
 pub use tiles::encode_tiles;
 

@@ -9,9 +9,7 @@ use crate::job::Job;
 
 /// The texture of a file as it is, where it is not linear in the numbers of texels, and the type of its samples.
 pub(in crate::format) fn nonlinear(bytes: &[u8], job: &Job) -> Result<Option<(NonlinearField, ExrDepth)>> {
-    let is_one = |key: &String| key == clustered::COUNTS_KEY || key == parametric::MODEL_KEY;
-    let head = || codec::head(bytes).is_ok_and(|(_, texts)| texts.keys().any(is_one));
-    if Kind::of(bytes) != Some(Kind::Exr) || !head() {
+    if !holds(bytes, &[clustered::COUNTS_KEY, parametric::MODEL_KEY]) {
         return Ok(None);
     }
     let layer = codec::decode(bytes, job)?;
@@ -20,4 +18,14 @@ pub(in crate::format) fn nonlinear(bytes: &[u8], job: &Job) -> Result<Option<(No
         false => NonlinearField::Models(parametric::parametric_of(&layer)?),
     };
     Ok(Some((field, layer.depth)))
+}
+
+/// Whether a file holds reflectance models: its head says so.
+pub(in crate::format) fn holds_models(bytes: &[u8]) -> bool {
+    holds(bytes, &[parametric::MODEL_KEY])
+}
+
+fn holds(bytes: &[u8], keys: &[&str]) -> bool {
+    let is_one = |key: &String| keys.contains(&key.as_str());
+    Kind::of(bytes) == Some(Kind::Exr) && codec::head(bytes).is_ok_and(|(_, texts)| texts.keys().any(is_one))
 }

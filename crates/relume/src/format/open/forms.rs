@@ -40,6 +40,10 @@ impl Opened {
     /// # Errors
     /// As [`Opened::nonlinear`].
     pub fn parametric(&self) -> Result<Option<ParametricField>> {
+        // Clusters would be read twice: most verbs take their linear form.
+        if !exr::holds_models(&self.bytes) {
+            return Ok(None);
+        }
         Ok(self.nonlinear()?.and_then(|(field, _)| match field {
             NonlinearField::Models(models) => Some(models),
             NonlinearField::Clusters(_) => None,

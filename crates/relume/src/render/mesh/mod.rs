@@ -17,7 +17,7 @@ use super::vector::{Vec3, length};
 use crate::error::{Error, Result};
 
 /// Smaller objects are nothing that cameras can be placed around.
-const LEAST_EXTENT: f32 = 1e-6;
+const LEAST_EXTENT: f64 = 1e-6;
 
 /// Triangles over shared vertices. All vertex lists have the same length.
 #[derive(Debug, Clone, PartialEq)]
@@ -96,10 +96,7 @@ impl Mesh {
 
     /// Centre and radius of a sphere around all vertices: that of the bounding box.
     pub fn bounding_sphere(&self) -> (Vec3, f64) {
-        let (mut least, mut most) = (Vec3::splat(f64::INFINITY), Vec3::splat(f64::NEG_INFINITY));
-        for p in self.positions.iter().map(|&p| Vec3::from(p)) {
-            (least, most) = (least.min(p), most.max(p));
-        }
+        let (least, most) = bounding_box(&self.positions);
         let center = (least + most) * 0.5;
         let radius = self.positions.iter().map(|&p| length(Vec3::from(p) - center)).fold(0.0, f64::max);
         (center, radius.max(1e-9))
@@ -111,13 +108,20 @@ impl Mesh {
     }
 }
 
+/// The least and the greatest coordinates.
+fn bounding_box(positions: &[[f32; 3]]) -> (Vec3, Vec3) {
+    let (mut least, mut most) = (Vec3::splat(f64::INFINITY), Vec3::splat(f64::NEG_INFINITY));
+    for p in positions.iter().map(|&p| Vec3::from(p)) {
+        (least, most) = (least.min(p), most.max(p));
+    }
+    (least, most)
+}
+
 /// The longest side of the box around all positions.
-fn extent(positions: &[[f32; 3]]) -> f32 {
-    let side = |axis: usize| {
-        let along = positions.iter().map(|p| p[axis]);
-        along.clone().fold(f32::MIN, f32::max) - along.fold(f32::MAX, f32::min)
-    };
-    (0..3).map(side).fold(0.0, f32::max)
+fn extent(positions: &[[f32; 3]]) -> f64 {
+    let (least, most) = bounding_box(positions);
+    let sides = most - least;
+    sides.x.max(sides.y).max(sides.z)
 }
 
 /// Normals of vertices as the sum of the area vectors of their triangles.

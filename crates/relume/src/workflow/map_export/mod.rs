@@ -16,6 +16,8 @@ pub use encoding::WrittenMap;
 pub use presets::MapPreset;
 pub use preview::{PreviewObject, encode_preview};
 
+use std::cell::LazyCell;
+
 use rayon::prelude::*;
 
 use super::model_surface::{SurfaceForm, facet_normals, no_normals};
@@ -82,7 +84,7 @@ impl MaterialMaps {
                 )));
             }
         }
-        let relief = Relief::new(&maps.height, border);
+        let relief = LazyCell::new(|| Relief::new(&maps.height, border));
         let normals = maps.normal.clone().unwrap_or_else(|| relief.normals());
         let occlusion = match occlusion {
             Some(occlusion) => occlusion,

@@ -6,7 +6,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use relume::format::{self, FieldFile, HeightMap, NormalMap, NormalY, Opened};
-use relume::{Error, Held, Job, Planes, Raster, Result, Size};
+use relume::{Error, Job, Planes, Raster, Result, Size};
 
 use crate::output::is_stream;
 use crate::report::write_stderr;
@@ -18,9 +18,7 @@ const SILENCE: Duration = Duration::from_secs(2);
 static KEPT: Mutex<Option<(PathBuf, Opened)>> = Mutex::new(None);
 
 /// A file that [`open`] gives out without reading it again, for as long as this lives.
-pub struct KeptInput {
-    _held: Held,
-}
+pub struct KeptInput(());
 
 /// Reads a file for several verbs in sequence, one file at a time.
 ///
@@ -28,9 +26,8 @@ pub struct KeptInput {
 /// As [`open`], and a file that does not fit into the memory.
 pub fn keep(path: &Path, job: &Job) -> Result<KeptInput> {
     let opened = open(path, job)?;
-    let held = job.hold("the file", opened.length()).map_err(|e| e.at(path))?;
     *kept() = Some((path.to_path_buf(), opened));
-    Ok(KeptInput { _held: held })
+    Ok(KeptInput(()))
 }
 
 fn kept() -> MutexGuard<'static, Option<(PathBuf, Opened)>> {
@@ -108,6 +105,11 @@ pub fn registered(path: &Path, job: &Job) -> Result<FieldFile> {
 /// Reads a picture of colours.
 pub fn raster(path: &Path, job: &Job) -> Result<Raster> {
     open(path, job)?.into_raster()
+}
+
+/// Reads a picture of colours with its opacity.
+pub fn translucent(path: &Path, job: &Job) -> Result<Raster> {
+    open(path, job)?.into_translucent_raster()
 }
 
 /// Reads a picture of data, such as normals.

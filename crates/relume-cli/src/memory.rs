@@ -4,11 +4,27 @@
 
 use std::path::{Path, PathBuf};
 
-/// The address space of each thread besides its data: its stack of 2 MiB, and the 64 MiB that the allocator
-/// of the GNU C library reserves for it.
-const THREAD_BYTES: u64 = 66 << 20;
-/// The writable part of it, which counts as data.
-const THREAD_DATA_BYTES: u64 = 2 << 20;
+/// The stack of a thread, which is all it takes besides its data where its allocations come
+/// [from the arena of all](share_one_arena).
+const THREAD_BYTES: u64 = 2 << 20;
+
+/// How the allocator of the GNU C library is told the most arenas that it may have (`mallopt(3)`).
+const ARENAS: &str = "MALLOC_ARENA_MAX";
+
+/// Starts the program again with one arena for the allocations of all threads if its address space is limited
+/// (`ulimit -v`). By itself the allocator of the GNU C library reserves 64 MiB of address space for each
+/// thread, and where it cannot, tries again at each allocation with up to 128 MiB for a moment, in which
+/// an allocation of another thread fails and ends the program. It reads this setting as the program starts.
+pub fn share_one_arena() {
+    #[cfg(target_os = "linux")]
+    if std::env::var_os(ARENAS).is_none() && address_space_is_limited() {
+        use std::os::unix::process::CommandExt;
+        let mut words = std::env::args_os();
+        let (Ok(program), Some(name)) = (std::env::current_exe(), words.next()) else { return };
+        // It returns if the system refuses, and the program goes on as it is.
+        let _refused = std::process::Command::new(program).arg0(name).args(words).env(ARENAS, "1").exec();
+    }
+}
 
 /// The bytes still available, as far as the system reports them.
 pub fn available_bytes(threads: usize) -> Option<u64> {
@@ -34,19 +50,25 @@ fn kib(text: &str, key: &str) -> Option<u64> {
 
 /// The memory left by `/proc/self/limits` after that reported as used by `/proc/self/status`.
 fn within_limits(limits: &str, status: &str, threads: u64) -> Option<u64> {
-    let soft = |name: &str| -> Option<u64> {
-        let line = limits.lines().find_map(|line| line.strip_prefix(name))?;
-        line.split_whitespace().next()?.parse().ok()
+    let left = |name: &str, taken: &str| {
+        let taken = kib(status, taken).unwrap_or(0).saturating_add(threads.saturating_mul(THREAD_BYTES));
+        soft_limit(limits, name).map(|limit| limit.saturating_sub(taken))
     };
-    let left = |name: &str, taken: &str, thread: u64| {
-        let taken = kib(status, taken).unwrap_or(0).saturating_add(threads.saturating_mul(thread));
-        soft(name).map(|limit| limit.saturating_sub(taken))
-    };
-    let bounds = [
-        left("Max address space", "VmSize:", THREAD_BYTES),
-        left("Max data size", "VmData:", THREAD_DATA_BYTES),
-    ];
-    bounds.into_iter().flatten().min()
+    [left(ADDRESS_SPACE, "VmSize:"), left("Max data size", "VmData:")].into_iter().flatten().min()
+}
+
+#[cfg(target_os = "linux")]
+fn address_space_is_limited() -> bool {
+    read("/proc/self/limits").and_then(|limits| soft_limit(&limits, ADDRESS_SPACE)).is_some()
+}
+
+/// The name of this limit in `/proc/self/limits`.
+const ADDRESS_SPACE: &str = "Max address space";
+
+/// A soft limit in bytes, if there is one.
+fn soft_limit(limits: &str, name: &str) -> Option<u64> {
+    let line = limits.lines().find_map(|line| line.strip_prefix(name))?;
+    line.split_whitespace().next()?.parse().ok()
 }
 
 /// The memory left by the control groups of the process, up to the root.

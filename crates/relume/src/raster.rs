@@ -7,6 +7,7 @@
 use std::sync::{Mutex, PoisonError};
 
 use crate::error::{Error, Result};
+use crate::job::Job;
 use crate::picture::Picture;
 use crate::planes::Planes;
 use crate::size::Size;
@@ -152,6 +153,16 @@ impl Raster {
             Some(opacity) => cropped.with_opacity(opacity.crop(self.size, x, y, size)),
             None => Ok(cropped),
         }
+    }
+
+    /// The values as planes, converted to `space`, which count against the budget for as long as they live.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Limit`](crate::ErrorKind::Limit) when they do not fit beside what is held.
+    pub fn to_planes(&self, space: Space, job: &Job) -> Result<Planes> {
+        const WHAT: &str = "the values of the picture";
+        job.check(WHAT, self.size, 4 * self.channels as u64)?;
+        self.to_picture(space).planes.held(job, WHAT)
     }
 
     /// The values as planes, converted to `space`.

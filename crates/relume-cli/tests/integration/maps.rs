@@ -239,6 +239,48 @@ fn opacity_and_packed_maps_are_taken_from_their_files() {
     assert_eq!((opacity.plane(0)[0], opacity.plane(0)[95]), (0.0, 1.0));
 }
 
+/// What engines are given comes back: opacity in the colours, and heights or normals alone.
+#[test]
+fn maps_say_what_they_take_from_a_folder_and_what_they_leave() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    maps(at);
+    let halves: Vec<u8> = (0..96 * 96).map(|texel| if texel % 96 < 48 { 0 } else { 255 }).collect();
+    write_grey(&at.join("maps/a_opacity.png"), (96, 96), &halves);
+    run(at, &["maps", "maps", "-o", "unity", "--preset", "unity", "--name", "W"]);
+    let said = run(at, &["maps", "unity", "-o", "a", "--preset", "ambientcg", "--name", "W"]);
+    assert!(!said.contains("warning"), "{said}");
+    let opacity = raster(&at.join("a/W_96px-PNG_Opacity.png")).to_picture(Space::Srgb).planes;
+    assert_eq!((opacity.plane(0)[0], opacity.plane(0)[95]), (0.0, 1.0));
+
+    write_grey(&at.join("maps/a_opacity.png"), (96, 96), &[0; 96 * 96]);
+    write_grey(&at.join("maps/glow_emission.png"), (96, 96), &[9; 96 * 96]);
+    write_grey(&at.join("maps/height.png"), (96, 96), &halves);
+    let said = run(at, &["maps", "maps", "-o", "b", "--preset", "gltf"]);
+    assert!(said.contains("nothing of the material will be seen"), "{said}");
+    assert!(said.contains("not used, by their names: glow_emission.png"), "{said}");
+    assert!(said.contains("3.8 texels, is assumed; --height-scale"), "{said}");
+    let said = run(at, &["maps", "maps", "-o", "c", "--preset", "gltf", "--height-scale", "5"]);
+    assert!(!said.contains("assumed"), "{said}");
+
+    fs::remove_file(at.join("maps/height.png")).unwrap();
+    let said = run(at, &["maps", "maps", "-o", "d", "--preset", "blender", "--name", "W"]);
+    assert!(said.contains("the heights are those of the normals"), "{said}");
+    assert!(at.join("d/W_Displacement.exr").exists());
+    fs::copy(at.join("maps/roughness.png"), at.join("maps/other_roughness.png")).unwrap();
+    let sentence = failed(at, &["maps", "maps", "-o", "e", "--preset", "gltf"], 2);
+    assert!(sentence.contains("leave one of them in the folder"), "{sentence}");
+    fs::remove_file(at.join("maps/other_roughness.png")).unwrap();
+    for normals in ["normals_gl.png", "normals_dx.png", "normals.exr"] {
+        let _absent = fs::remove_file(at.join("maps").join(normals));
+    }
+    let sentence = failed(at, &["maps", "maps", "-o", "e", "--preset", "gltf"], 2);
+    assert!(
+        sentence.contains("put the word height into a file's name") && !sentence.contains("--"),
+        "{sentence}"
+    );
+}
+
 #[test]
 fn textures_of_engines_have_all_levels() {
     let folder = tempfile::tempdir().unwrap();

@@ -284,8 +284,8 @@ fn every_verb_keeps_to_the_memory_it_asks_for_or_refuses_before_it_works() {
     assert!(faults.is_empty(), "{faults:#?}");
 }
 
-/// Limits of the address space, in KiB: the program and a thread barely start under the first.
-const ADDRESS_SPACES_KIB: [u64; 6] = [100_000, 150_000, 220_000, 330_000, 500_000, 750_000];
+/// Limits of the address space, in KiB: the program and its threads barely start under the first.
+const ADDRESS_SPACES_KIB: [u64; 8] = [40_000, 46_000, 54_000, 64_000, 80_000, 110_000, 160_000, 300_000];
 
 /// What a command does under `ulimit -v`: an allocation that the system refuses would end it with a signal.
 #[cfg(target_os = "linux")]

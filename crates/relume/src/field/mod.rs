@@ -196,7 +196,7 @@ impl ReflectanceField {
     ///
     /// # Errors
     /// A channel that the field does not have, or one named twice; channels with common coefficients.
-    pub fn of_channels(&self, names: &[&str]) -> Result<Self> {
+    pub fn of_channels(&self, names: &[&str], job: &Job) -> Result<Self> {
         let channels = self.layout.channel_names();
         if self.layout.is_shared() {
             return Err(Error::usage(format!(
@@ -206,7 +206,7 @@ impl ReflectanceField {
         }
         let layout = PlaneLayout::of_channels(names.iter().copied())?;
         let n = self.basis.len();
-        let mut planes = Planes::zeros(self.size(), layout.planes(n));
+        let mut planes = Planes::zeros_within(job, "the channels", self.size(), layout.planes(n))?;
         for (name, out) in names.iter().zip(planes.as_mut_slice().chunks_exact_mut(n * self.size().texels()))
         {
             let channel = channels.iter().position(|channel| channel == name).ok_or_else(|| {

@@ -217,7 +217,7 @@ pub fn decode_height(bytes: &[u8], job: &Job) -> Result<HeightMap> {
     let recorded = recorded(&texts(bytes)?)?;
     let floats = matches!(raster.samples(), Samples::F32(_));
     let texels = floats.then_some(HeightScale { offset: 0.0, step: 1.0, mm_per_texel: None });
-    let samples = raster.to_picture(raster.samples().space()).planes.truncated(1);
+    let samples = raster.to_planes(raster.samples().space(), job)?.truncated(1);
     Ok(HeightMap { samples, scale: recorded.or(texels) })
 }
 

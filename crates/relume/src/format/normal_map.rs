@@ -98,7 +98,7 @@ pub fn decode_normals(bytes: &[u8], name: &Path, asked: Option<NormalY>, job: &J
     let raster = decode_as(bytes, Meaning::Data, job)?;
     let recorded = recorded(&height::texts(bytes)?)?;
     let y = asked.or(recorded).or(NormalY::of_name(name)).unwrap_or_default();
-    let normals = normals_of(&raster, y, recorded.is_some())?;
+    let normals = normals_of(&raster, y, recorded.is_some(), job)?;
     let odd = share_of_other_lengths(&normals);
     if odd > LARGEST_ODD_SHARE {
         job.remark(format!(
@@ -138,11 +138,11 @@ fn share_of_other_lengths(normals: &Planes) -> f64 {
 }
 
 /// The normals in a picture, y up. Floats of a file with a record are never packed.
-fn normals_of(raster: &Raster, y: NormalY, is_recorded: bool) -> Result<Planes> {
+fn normals_of(raster: &Raster, y: NormalY, is_recorded: bool, job: &Job) -> Result<Planes> {
     if raster.channels() != 3 {
         return Err(Error::invalid("is grey: a normal map needs three channels"));
     }
-    let mut normals = raster.to_picture(raster.samples().space()).planes;
+    let mut normals = raster.to_planes(raster.samples().space(), job)?;
     let is_packed = match raster.samples() {
         Samples::F32(_) => !is_recorded && normals.as_slice().iter().all(|v| *v >= 0.0),
         _ => true,
@@ -203,12 +203,17 @@ mod tests {
     #[test]
     fn floats_are_packed_only_if_none_is_negative() {
         let of = |values: Vec<f32>| {
-            normals_of(&Raster::new(Size::new(1, 1), 3, Samples::F32(values)).unwrap(), NormalY::Up, false)
-                .unwrap()
+            normals_of(
+                &Raster::new(Size::new(1, 1), 3, Samples::F32(values)).unwrap(),
+                NormalY::Up,
+                false,
+                &Job::default(),
+            )
+            .unwrap()
         };
         assert_eq!(of(vec![0.0, -0.6, 0.8]).as_slice(), [0.0, -0.6, 0.8]);
         assert_eq!(of(vec![0.5, 0.5, 1.0]).as_slice(), [0.0, 0.0, 1.0]);
         let grey = Raster::new(Size::new(2, 1), 1, Samples::U8(vec![1, 2])).unwrap();
-        assert!(normals_of(&grey, NormalY::Up, false).is_err());
+        assert!(normals_of(&grey, NormalY::Up, false, &Job::default()).is_err());
     }
 }

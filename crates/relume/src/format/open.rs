@@ -27,7 +27,7 @@ use super::whole::{read_bytes, read_file};
 use super::{exr, multires, rlm, web};
 use crate::brdf::MeasuredBrdf;
 use crate::error::{Error, Result};
-use crate::job::Job;
+use crate::job::{Held, Job};
 use crate::planes::Planes;
 use crate::random_field::FieldModel;
 use crate::raster::Raster;
@@ -40,6 +40,8 @@ pub struct Opened {
     name: PathBuf,
     /// Shared, so that a copy of an opened file takes no more memory.
     bytes: Arc<Vec<u8>>,
+    /// The bytes count against the budget for as long as any copy lives.
+    _held: Arc<Held>,
     content: Content,
     tiles: Option<Said>,
     job: Job,
@@ -58,11 +60,9 @@ pub fn open(path: &Path, job: &Job) -> Result<Opened> {
     }
     if path.is_dir() {
         if let Some(info) = info_of(path, job)? {
-            let (name, bytes) = (path.to_path_buf(), Arc::new(info));
-            return Ok(Opened { name, bytes, content: Content::Field, tiles: None, job: job.about(path) });
+            return opened(info, path, (Content::Field, None), job);
         }
-        let (name, bytes) = (path.to_path_buf(), Arc::default());
-        return Ok(Opened { name, bytes, content: Content::Capture, tiles: None, job: job.about(path) });
+        return opened(Vec::new(), path, (Content::Capture, None), job);
     }
     let opened = recognise(read_file(path, is_known, job)?, path, job)?;
     match (opened.content, tile_set::beside(path, &opened.bytes)?) {
@@ -91,8 +91,25 @@ pub fn read(source: impl Read, name: impl AsRef<Path>, job: &Job) -> Result<Open
 }
 
 fn recognise(bytes: Vec<u8>, name: &Path, job: &Job) -> Result<Opened> {
-    let (content, tiles) = content(&bytes).map_err(|e| e.at(name))?;
-    Ok(Opened { name: name.to_path_buf(), bytes: Arc::new(bytes), content, tiles, job: job.about(name) })
+    let content = content(&bytes).map_err(|e| e.at(name))?;
+    opened(bytes, name, content, job)
+}
+
+fn opened(
+    bytes: Vec<u8>,
+    name: &Path,
+    (content, tiles): (Content, Option<Said>),
+    job: &Job,
+) -> Result<Opened> {
+    let held = job.hold("the file", bytes.len() as u64).map_err(|e| e.at(name))?;
+    Ok(Opened {
+        name: name.to_path_buf(),
+        bytes: Arc::new(bytes),
+        _held: Arc::new(held),
+        content,
+        tiles,
+        job: job.about(name),
+    })
 }
 
 impl Opened {
@@ -200,18 +217,29 @@ impl Opened {
         self.decoded("a mask", "", |opened| decode_mask(&opened.bytes, &opened.job))
     }
 
+    /// The picture of colours with its opacity.
+    ///
+    /// # Errors
+    /// As [`Opened::into_raster`].
+    pub fn into_translucent_raster(self) -> Result<Raster> {
+        self.raster_of(Meaning::Colors)
+    }
+
     fn opaque_raster(self, meaning: Meaning) -> Result<Raster> {
-        let hint = if self.content == Content::Field { "; relight it to make one" } else { "" };
-        if self.content == Content::Field {
-            return Err(self.refused("a picture", hint));
-        }
         let job = self.job.clone();
-        let decode = |opened: &Self| raster::decode_as(&opened.bytes, meaning, &opened.job);
-        let raster = self.decoded("a picture", hint, decode)?;
+        let raster = self.raster_of(meaning)?;
         if raster.opacity().is_some() {
             job.remark(OPACITY_UNUSED);
         }
         Ok(raster.without_opacity())
+    }
+
+    fn raster_of(self, meaning: Meaning) -> Result<Raster> {
+        let hint = if self.content == Content::Field { "; relight it to make one" } else { "" };
+        if self.content == Content::Field {
+            return Err(self.refused("a picture", hint));
+        }
+        self.decoded("a picture", hint, |opened| raster::decode_as(&opened.bytes, meaning, &opened.job))
     }
 
     /// The height map, with its scale if recorded; for a colour picture, the first channel.

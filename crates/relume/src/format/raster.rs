@@ -80,9 +80,14 @@ fn picture(
     let explain = |error| explain(format, &error);
     let (width, height) = decoder.dimensions();
     let bytes_per_texel = u64::from(decoder.color_type().bytes_per_pixel());
-    job.check("the picture", Size::new(width as usize, height as usize), bytes_per_texel)?;
+    let size = Size::new(width as usize, height as usize);
+    job.check("the picture", size, bytes_per_texel)?;
+    if format == ImageFormat::Png {
+        let rows = png_working_bytes(u64::from(width) * bytes_per_texel);
+        job.check_bytes("decoding the PNG picture", size.texels() as u64 * bytes_per_texel + rows)?;
+    }
     if format == ImageFormat::Tiff {
-        let (size, found) = (Size::new(width as usize, height as usize), bytes.len() as u64);
+        let found = bytes.len() as u64;
         plausible::check("TIFF", size, size.texels() as u64 * bytes_per_texel, found, plausible::LZW)?;
     }
     let orientation = decoder.orientation().map_err(explain)?;
@@ -93,6 +98,12 @@ fn picture(
     let image = DynamicImage::from_decoder(decoder).map_err(explain)?;
     let raster = turned(raster_from(image, job)?, orientation.to_exif().into())?;
     Ok(color::in_srgb(raster, &tag, meaning, job))
+}
+
+/// The most that the decoder of PNG holds of inflated rows: it moves them to the start of its buffer after four
+/// rows or 128 KiB, and doubles a buffer that is too small.
+fn png_working_bytes(row_bytes: u64) -> u64 {
+    3 * ((4 * row_bytes).max(128 << 10) + 3 * row_bytes + (16 << 10))
 }
 
 /// What the header of a picture claims.

@@ -214,7 +214,7 @@ pub(super) fn arranged<'a>(
     if *layout == PlaneLayout::RGB {
         let made = match field.layout().channels() {
             1 => repeated(&field, job)?,
-            _ => field.of_channels(&["R", "G", "B"])?,
+            _ => field.of_channels(&["R", "G", "B"], job)?,
         };
         return Ok(Cow::Owned(made));
     }

@@ -30,7 +30,7 @@ impl NoiseFunctions {
     /// Other fields, exemplars unsuitable for noise, and limits exceeded.
     pub fn new(field: &ReflectanceField, options: &NoiseOptions, job: &Job) -> Result<Self> {
         if field.layout().is_product() {
-            return Self::new(&field.of_channels(&["R", "G", "B"])?.held(job, "the products")?, options, job);
+            return Self::new(&field.of_channels(&["R", "G", "B"], job)?, options, job);
         }
         if ![PlaneLayout::RGB, PlaneLayout::LUMINANCE].contains(field.layout()) {
             return Err(Error::usage(format!(

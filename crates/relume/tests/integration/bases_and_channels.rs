@@ -63,16 +63,16 @@ fn five_named_channels_go_through_synthesis_relighting_and_a_file() {
 #[test]
 fn single_channels_are_textures_of_their_own() {
     let field = random_field(Basis::Ptm, material(), Space::Linear, SIZE, 2);
-    let chosen = field.of_channels(&["height", "base"]).unwrap();
+    let chosen = field.of_channels(&["height", "base"], &Job::default()).unwrap();
     assert_eq!(chosen.layout().channel_names(), ["height", "base"]);
     let light = Direction::from_disk(-0.3, 0.5);
     let [all, two] = [&field, &chosen].map(|field| relight(field, light).planes);
     assert_eq!((two.plane(0), two.plane(1)), (all.plane(3), all.plane(0)));
-    let error = field.of_channels(&["opacity"]).unwrap_err().to_string();
+    let error = field.of_channels(&["opacity"], &Job::default()).unwrap_err().to_string();
     assert!(error.contains("no channel 'opacity'") && error.contains("590 nm"), "{error}");
     // For a product, the function of the channel is multiplied out.
     let product = random_field(Basis::HSH9, PlaneLayout::LRGB, Space::Srgb, SIZE, 2);
-    let green = product.of_channels(&["G"]).unwrap();
+    let green = product.of_channels(&["G"], &Job::default()).unwrap();
     let difference = green.values(4, 9, light)[0] - product.value(4, 9, light)[1];
     assert!(difference.abs() < 1e-5, "{difference}");
 }

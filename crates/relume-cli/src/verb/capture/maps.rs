@@ -5,8 +5,10 @@
 
 use std::path::{Path, PathBuf};
 
+use relume::capture::dome::ReliefBorder;
 use relume::format::{HeightMap, MapRole, NormalY};
 use relume::maps::SurfaceMaps;
+use relume::workflow::map_export::heights_of_normals;
 use relume::{Error, Job, Named, Planes, Raster, Result, Size, Space};
 
 use crate::input;
@@ -25,6 +27,51 @@ pub struct MapFiles {
     pub roughness: Option<PathBuf>,
     /// One channel.
     pub metallic: Option<PathBuf>,
+    /// What messages advise.
+    pub named_by: NamedBy,
+}
+
+/// How a verb is told which file is which map.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum NamedBy {
+    /// By options such as `--height`, or by names.
+    #[default]
+    Options,
+    /// By the words in the names of the files alone.
+    Names,
+}
+
+/// How maps are read.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Reading {
+    /// Texels from the lowest to the highest code of heights, whatever is recorded.
+    pub height_scale: Option<f64>,
+    /// The direction of y of the normals, where no name or record says it.
+    pub normal_y: Option<NormalY>,
+    /// What lies beyond the borders, where heights that are missing are those of the normals.
+    pub border: Option<ReliefBorder>,
+}
+
+/// Maps and what is known beside them.
+#[derive(Debug)]
+pub struct ReadMaps {
+    /// The maps; heights are in texels.
+    pub maps: SurfaceMaps,
+    /// The opacity in the file of the colours.
+    pub opacity: Option<Planes>,
+    /// Where the heights come from.
+    pub heights: HeightSource,
+}
+
+/// Where heights come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum HeightSource {
+    /// A map with its scale.
+    Known,
+    /// A map of which nothing says how high its highest code is.
+    Guessed,
+    /// The normals.
+    Normals,
 }
 
 impl MapFiles {
@@ -32,7 +79,7 @@ impl MapFiles {
     ///
     /// # Errors
     /// A folder that cannot be read, or two files that both match one map.
-    pub fn find(folder: &Path) -> Result<Self> {
+    pub fn find(folder: &Path, named_by: NamedBy) -> Result<Self> {
         if !folder.is_dir() {
             return Err(Error::usage(
                 "is neither a built-in material (sponge, weave, pebbles, leather, bark, marble, wood, clouds, fire) nor a folder of maps",
@@ -41,11 +88,12 @@ impl MapFiles {
         }
         let paths = pictures(folder)?;
         Ok(Self {
-            height: only(&paths, MapRole::Height)?,
-            albedo: only(&paths, MapRole::Albedo)?,
-            normal: only(&paths, MapRole::Normal)?,
-            roughness: only(&paths, MapRole::Roughness)?,
-            metallic: only(&paths, MapRole::Metallic)?,
+            height: only(&paths, MapRole::Height, named_by)?,
+            albedo: only(&paths, MapRole::Albedo, named_by)?,
+            normal: only(&paths, MapRole::Normal, named_by)?,
+            roughness: only(&paths, MapRole::Roughness, named_by)?,
+            metallic: only(&paths, MapRole::Metallic, named_by)?,
+            named_by,
         })
     }
 
@@ -68,6 +116,7 @@ impl MapFiles {
             normal: self.normal.or(others.normal),
             roughness: self.roughness.or(others.roughness),
             metallic: self.metallic.or(others.metallic),
+            named_by: self.named_by,
         }
     }
 
@@ -87,47 +136,110 @@ impl MapFiles {
         Err(Error::usage(format!("a capture needs {missing}")))
     }
 
-    /// Reads the maps; heights become texels.
+    /// Reads the maps; heights become texels. `foresee` refuses sizes of which no use can be made, once one is known.
     ///
     /// # Errors
-    /// No height or albedo, a file that cannot be read, or maps of differing sizes.
-    pub fn read(&self, height_scale: Option<f64>, y: Option<NormalY>, job: &Job) -> Result<SurfaceMaps> {
-        if let Some(scale) = height_scale.filter(|scale| !scale.is_finite()) {
-            return Err(Error::usage(format!("--height-scale {scale}: expected a finite number of texels")));
+    /// No height or albedo, a file that cannot be read, maps of differing sizes, and those of `foresee`.
+    pub fn read(
+        &self,
+        reading: &Reading,
+        foresee: &dyn Fn(Size) -> Result<()>,
+        job: &Job,
+    ) -> Result<ReadMaps> {
+        check_scale(reading.height_scale)?;
+        if self.height.is_none() && (self.normal.is_none() || reading.border.is_none()) {
+            self.wanted(&self.height, "height")?;
         }
-        let (height_file, albedo_file) = (wanted(&self.height, "height")?, wanted(&self.albedo, "albedo")?);
-        let height = height(&input::height(height_file, job)?, height_scale);
-        let check = |size: Size, path: &Path| {
-            if size == height.size() {
-                return Ok(());
-            }
-            Err(Error::invalid(format!(
-                "is {size} texels, but {} is {}: all maps must have the same size",
-                height_file.display(),
-                height.size()
+        let albedo_file = self.wanted(&self.albedo, "albedo")?;
+        let height_map = self.height.as_deref().map(|path| input::height(path, job)).transpose()?;
+        if let Some(map) = &height_map {
+            job.check("the maps", map.samples.size(), self.bytes_per_texel())?;
+            foresee(map.samples.size())?;
+        }
+        let raster = input::translucent(albedo_file, job)?;
+        let (first, size) = match (&self.height, &height_map) {
+            (Some(path), Some(map)) => (path.as_path(), map.samples.size()),
+            _ => (albedo_file, raster.size()),
+        };
+        let check = |found: Size, path: &Path| match found == size {
+            true => Ok(()),
+            false => Err(Error::invalid(format!(
+                "is {found} texels, but {} is {size}: all maps must have the same size",
+                first.display(),
             ))
-            .at(path))
+            .at(path)),
         };
-        let same_size = |path: &Path, raster: Result<Raster>| {
-            let raster = raster?;
-            check(raster.size(), path)?;
-            Ok(raster)
-        };
-        let data = |path: &Path| same_size(path, input::data(path, job));
-        let albedo = albedo(&same_size(albedo_file, input::raster(albedo_file, job))?);
-        let normal = match &self.normal {
-            Some(path) => {
-                let map = input::normals(path, y, job)?;
-                check(map.normals.size(), path)?;
-                Some(map.normals)
-            }
-            None => None,
-        };
+        check(raster.size(), albedo_file)?;
+        let (albedo, opacity) = (albedo(&raster, job)?, raster.opacity_plane());
+        drop(raster);
+        let normal = self.normal.as_deref().map(|path| {
+            let map = input::normals(path, reading.normal_y, job)?;
+            check(map.normals.size(), path).map(|()| map.normals)
+        });
+        let normal = normal.transpose()?;
         let share = |path: &Option<PathBuf>| -> Result<Option<Planes>> {
-            path.as_deref().map(|path| Ok(first_channel(&data(path)?))).transpose()
+            let Some(path) = path.as_deref() else { return Ok(None) };
+            let raster = input::data(path, job)?;
+            check(raster.size(), path)?;
+            first_channel(&raster, job).map(Some)
         };
         let (roughness, metallic) = (share(&self.roughness)?, share(&self.metallic)?);
-        Ok(SurfaceMaps { height, albedo, normal, roughness, metallic })
+        let (height, heights) = match (&height_map, &normal, reading.border) {
+            (Some(map), _, _) => {
+                let is_guessed = map.scale.is_none() && reading.height_scale.is_none();
+                let source = if is_guessed { HeightSource::Guessed } else { HeightSource::Known };
+                (height(map, reading.height_scale, job)?, source)
+            }
+            (None, Some(normals), Some(border)) => {
+                (heights_of_normals(normals, border, job)?, HeightSource::Normals)
+            }
+            _ => unreachable!("heights or normals were asked for above"),
+        };
+        Ok(ReadMaps { maps: SurfaceMaps { height, albedo, normal, roughness, metallic }, opacity, heights })
+    }
+
+    /// What all maps take, and reading one of colours.
+    fn bytes_per_texel(&self) -> u64 {
+        let planes = [
+            (&self.height, 1),
+            (&self.albedo, 3),
+            (&self.normal, 3),
+            (&self.roughness, 1),
+            (&self.metallic, 1),
+        ];
+        let kept: u64 = planes.iter().filter(|(file, _)| file.is_some()).map(|(_, count)| 4 * count).sum();
+        kept + 24
+    }
+
+    /// The file of a map that must be there.
+    fn wanted<'a>(&self, file: &'a Option<PathBuf>, name: &str) -> Result<&'a Path> {
+        file.as_deref().ok_or_else(|| {
+            Error::usage(match self.named_by {
+                NamedBy::Options => {
+                    format!("no {name} map: name a file with --{name}, or put the word into a file's name")
+                }
+                NamedBy::Names => {
+                    let normals = if name == "height" {
+                        " (or the word normal, for heights of the normals)"
+                    } else {
+                        ""
+                    };
+                    format!("no {name} map: put the word {name} into a file's name{normals}")
+                }
+            })
+        })
+    }
+}
+
+/// The most texels between the lowest and the highest code.
+const HIGHEST_SCALE: f64 = 65536.0;
+
+fn check_scale(height_scale: Option<f64>) -> Result<()> {
+    match height_scale.filter(|scale| *scale == 0.0 || !(-HIGHEST_SCALE..=HIGHEST_SCALE).contains(scale)) {
+        None => Ok(()),
+        Some(scale) => Err(Error::usage(format!(
+            "--height-scale {scale}: expected a finite number of texels other than 0, at most {HIGHEST_SCALE} in size"
+        ))),
     }
 }
 
@@ -138,54 +250,56 @@ fn pictures(folder: &Path) -> Result<Vec<PathBuf>> {
     Ok(paths)
 }
 
-fn wanted<'a>(file: &'a Option<PathBuf>, name: &str) -> Result<&'a Path> {
-    file.as_deref().ok_or_else(|| {
-        Error::usage(format!("no {name} map: name a file with --{name}, or put the word into a file's name"))
-    })
-}
-
 /// The only file whose name says the role; +Y normals before -Y ones, EXR before others.
-fn only(paths: &[PathBuf], role: MapRole) -> Result<Option<PathBuf>> {
+///
+/// # Errors
+/// Two files that both match.
+pub fn only(paths: &[PathBuf], role: MapRole, named_by: NamedBy) -> Result<Option<PathBuf>> {
     let name = role.name();
     let rank = |path: &PathBuf| (NormalY::of_name(path) == Some(NormalY::Down), extension(path) != "exr");
     let mut found: Vec<&PathBuf> = paths.iter().filter(|path| MapRole::of_name(path) == role).collect();
     found.sort_by_key(|path| rank(path));
     match found.as_slice() {
-        [first, second, ..] if rank(first) == rank(second) => Err(Error::usage(format!(
-            "both this file and {} look like the {name} map: name one with --{name}",
-            second.display()
-        ))
-        .at(first)),
+        [first, second, ..] if rank(first) == rank(second) => {
+            let advice = match named_by {
+                NamedBy::Options => format!("name one with --{name}"),
+                NamedBy::Names => "leave one of them in the folder".to_owned(),
+            };
+            Err(Error::usage(format!(
+                "both this file and {} look like the {name} map: {advice}",
+                second.display()
+            ))
+            .at(first))
+        }
         _ => Ok(found.first().map(|path| (*path).clone())),
     }
 }
 
 /// The samples as stored, with the largest code at 1.
-fn data(raster: &Raster) -> Planes {
-    raster.to_picture(raster.samples().space()).planes
+fn first_channel(raster: &Raster, job: &Job) -> Result<Planes> {
+    Ok(raster.to_planes(raster.samples().space(), job)?.truncated(1))
 }
 
-fn first_channel(raster: &Raster) -> Planes {
-    let planes = data(raster);
-    let mut first = Planes::zeros(raster.size(), 1);
-    first.plane_mut(0).copy_from_slice(planes.plane(0));
-    first
-}
-
-fn height(map: &HeightMap, scale: Option<f64>) -> Planes {
-    match scale {
+fn height(map: &HeightMap, scale: Option<f64>, job: &Job) -> Result<Planes> {
+    const WHAT: &str = "the heights";
+    job.check(WHAT, map.samples.size(), 8)?;
+    let heights = match scale {
         Some(texels) => HeightMap { scale: None, ..map.clone() }.texels(texels),
         None => input::texels(map),
-    }
+    };
+    heights.held(job, WHAT)
 }
 
-fn albedo(raster: &Raster) -> Planes {
-    let planes = raster.to_picture(Space::Linear).planes;
-    let mut albedo = Planes::zeros(raster.size(), 3);
+fn albedo(raster: &Raster, job: &Job) -> Result<Planes> {
+    let planes = raster.to_planes(Space::Linear, job)?;
+    if planes.count() == 3 {
+        return Ok(planes);
+    }
+    let mut albedo = Planes::zeros_within(job, "the albedo map", raster.size(), 3)?;
     for (k, plane) in albedo.iter_mut().enumerate() {
         plane.copy_from_slice(planes.plane(k.min(planes.count() - 1)));
     }
-    albedo
+    Ok(albedo)
 }
 
 #[cfg(test)]
@@ -198,7 +312,7 @@ mod tests {
     fn choose(names: &[&str]) -> Result<Vec<Option<String>>> {
         let folder = tempfile::tempdir().unwrap();
         names.iter().for_each(|name| fs::write(folder.path().join(name), "").unwrap());
-        let files = MapFiles::find(folder.path())?;
+        let files = MapFiles::find(folder.path(), NamedBy::Options)?;
         let name =
             |file: Option<PathBuf>| file.map(|f| f.file_name().unwrap().to_string_lossy().into_owned());
         Ok([files.height, files.albedo, files.normal, files.roughness].map(name).to_vec())
@@ -221,15 +335,15 @@ mod tests {
 
     #[test]
     fn samples_mean_data_in_maps_of_data_and_light_in_albedo() {
-        let size = Size::new(2, 1);
+        let (size, job) = (Size::new(2, 1), Job::default());
         let codes = Raster::new(size, 3, Samples::U8(vec![0, 128, 255, 51, 255, 0])).unwrap();
-        let heights = HeightMap { samples: first_channel(&codes), scale: None };
-        assert_eq!(height(&heights, Some(10.0)).as_slice(), [0.0, 2.0]);
-        assert_eq!(height(&heights, None).as_slice()[1], (0.2f32 as f64 * 2.0 / 25.0) as f32);
+        let heights = HeightMap { samples: first_channel(&codes, &job).unwrap(), scale: None };
+        assert_eq!(height(&heights, Some(10.0), &job).unwrap().as_slice(), [0.0, 2.0]);
+        assert_eq!(height(&heights, None, &job).unwrap().as_slice()[1], (0.2f32 as f64 * 2.0 / 25.0) as f32);
         let scale = HeightScale { offset: -1.0, step: 20.0, mm_per_texel: None };
         let recorded = HeightMap { scale: Some(scale), ..heights };
-        assert_eq!(height(&recorded, None).as_slice(), [-1.0, 3.0]);
-        assert_eq!(height(&recorded, Some(10.0)).as_slice(), [0.0, 2.0]);
-        assert!((albedo(&codes).at(1, 0, 0) - 0.2158).abs() < 1e-4);
+        assert_eq!(height(&recorded, None, &job).unwrap().as_slice(), [-1.0, 3.0]);
+        assert_eq!(height(&recorded, Some(10.0), &job).unwrap().as_slice(), [0.0, 2.0]);
+        assert!((albedo(&codes, &job).unwrap().at(1, 0, 0) - 0.2158).abs() < 1e-4);
     }
 }

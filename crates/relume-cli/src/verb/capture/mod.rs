@@ -22,7 +22,7 @@ use crate::paths;
 use crate::report::Report;
 use crate::{args, normals};
 use btf::BtfArgs;
-use maps::MapFiles;
+use maps::{MapFiles, NamedBy, ReadMaps, Reading};
 
 /// Arguments of `relume capture`.
 #[derive(Debug, clap::Args)]
@@ -249,12 +249,17 @@ fn maps(
         folder => {
             args.material.refuse()?;
             let files = match folder {
-                Some(folder) => args.files.named().or(MapFiles::find(folder)?),
+                Some(folder) => args.files.named().or(MapFiles::find(folder, NamedBy::Options)?),
                 None => args.files.named().whole()?,
             };
             let name = folder.unwrap_or(Path::new("the maps")).display().to_string();
             let unused = folder.map_or(Ok(Vec::new()), |folder| files.unused(folder))?;
-            let maps = files.read(args.files.height_scale, args.files.normals.normal_y, &context.job)?;
+            let (height_scale, normal_y) = (args.files.height_scale, args.files.normals.normal_y);
+            let reading = Reading { height_scale, normal_y, border: None };
+            let ReadMaps { maps, opacity, .. } = files.read(&reading, foresee, &context.job)?;
+            if opacity.is_some() {
+                context.job.remark(format!("{name}: the opacity of the colours has no part in photographs"));
+            }
             Ok((name, maps, unused))
         }
     }
@@ -315,6 +320,7 @@ impl Files {
             normal: self.normal.clone(),
             roughness: self.roughness.clone(),
             metallic: self.metallic.clone(),
+            named_by: NamedBy::Options,
         }
     }
 

@@ -201,6 +201,7 @@ impl ConvertedPlace<'_> {
             return Ok((Some(loss(&read_field(output, job)?.field)?), written));
         }
         let bytes = encoded(made, self.target, copied, self.context).map_err(|e| e.at(output))?;
+        let _file = job.hold("the new file", bytes.len() as u64).map_err(|e| e.at(output))?;
         let loss = match self.target {
             Target::File(format) if !format.is_exact() => Some(loss(&decode_field(&bytes, job)?.field)?),
             _ if copied.is_some() => None,

@@ -2,23 +2,22 @@
 
 use std::path::{Path, PathBuf};
 
-use relume::capture::dome::ReliefBorder;
-use relume::format::{MapRole, NormalY, PackedMap};
+use relume::format::{MapRole, PackedMap};
 use relume::workflow::map_export::MaterialMaps;
 use relume::{Job, Planes, Result};
 
 use crate::map_folder::{files, is_picture};
-use crate::verb::capture::maps::MapFiles;
+use crate::paths;
+use crate::verb::capture::maps::{HeightSource, MapFiles, NamedBy, ReadMaps, Reading, only};
 
-/// Reads the maps of a folder.
-pub fn read(
-    folder: &Path,
-    height_scale: Option<f64>,
-    y: Option<NormalY>,
-    border: ReliefBorder,
-    job: &Job,
-) -> Result<MaterialMaps> {
-    let mut maps = MapFiles::find(folder)?.read(height_scale, y, job)?;
+/// Roles that have no place among the maps of a material.
+const WITHOUT_PLACE: [MapRole; 3] = [MapRole::Other, MapRole::Emission, MapRole::Specular];
+
+/// Reads the maps of a folder, and says what it took from where and left out.
+pub fn read(folder: &Path, reading: &Reading, job: &Job) -> Result<(MaterialMaps, Vec<String>)> {
+    let border = reading.border.unwrap_or_default();
+    let read = MapFiles::find(folder, NamedBy::Names)?.read(reading, &|_| Ok(()), job)?;
+    let ReadMaps { mut maps, opacity: of_colors, heights } = read;
     let pictures: Vec<PathBuf> = files(folder)?.into_iter().filter(|path| is_picture(path)).collect();
     let known = |role| known(&pictures, role, job);
     if maps.roughness.is_none() {
@@ -30,24 +29,58 @@ pub fn read(
     if maps.metallic.is_none() {
         maps.metallic = known(MapRole::Metallic)?;
     }
-    let (occlusion, opacity) = (known(MapRole::Occlusion)?, known(MapRole::Opacity)?);
-    MaterialMaps::of_known(maps, occlusion, opacity, border, job)
+    let (occlusion, opacity) = (known(MapRole::Occlusion)?, known(MapRole::Opacity)?.or(of_colors));
+    let said = [
+        of_heights(heights, maps.height.size().width),
+        opacity.as_ref().and_then(of_opacity),
+        left_out(&pictures),
+    ];
+    let maps = MaterialMaps::of_known(maps, occlusion, opacity, border, job)?;
+    Ok((maps, said.into_iter().flatten().collect()))
 }
 
-/// The plane of a role: of the first map of it, or a channel of a packed map.
+/// What is said of heights whose scale is not recorded.
+fn of_heights(source: HeightSource, width: usize) -> Option<String> {
+    match source {
+        HeightSource::Known => None,
+        HeightSource::Guessed => Some(format!(
+            "nothing records how high the heights are: a 25th of the width, {:.1} texels, is assumed; --height-scale says it",
+            width as f64 / 25.0
+        )),
+        HeightSource::Normals => {
+            Some("there is no height map: the heights are those of the normals".to_owned())
+        }
+    }
+}
+
+fn of_opacity(opacity: &Planes) -> Option<String> {
+    let is_clear = opacity.as_slice().iter().all(|share| *share <= 0.0);
+    is_clear.then(|| "the opacity is 0 everywhere: nothing of the material will be seen".to_owned())
+}
+
+fn left_out(pictures: &[PathBuf]) -> Option<String> {
+    let is_left_out = |path: &&PathBuf| WITHOUT_PLACE.contains(&MapRole::of_name(path));
+    let names: Vec<String> =
+        pictures.iter().filter(is_left_out).filter_map(|path| path.file_name()).map(paths::text).collect();
+    (!names.is_empty()).then(|| format!("not used, by their names: {}", names.join(", ")))
+}
+
+/// The plane of a role: of the map of it, or a channel of a packed map.
 fn known(pictures: &[PathBuf], role: MapRole, job: &Job) -> Result<Option<Planes>> {
-    let single = pictures.iter().find(|path| MapRole::of_name(path) == role).map(|path| (path, 0));
+    let single = only(pictures, role, NamedBy::Names)?.map(|path| (path, 0));
     let packed = || {
         pictures.iter().find_map(|path| {
             let channels = PackedMap::of_name(path).filter(|_| MapRole::of_name(path) == MapRole::Packed)?;
-            Some((path, channels.channels().iter().position(|channel| *channel == role)?))
+            Some((path.clone(), channels.channels().iter().position(|channel| *channel == role)?))
         })
     };
+    let is_single = single.is_some();
     let Some((path, channel)) = single.or_else(packed) else { return Ok(None) };
-    let file = crate::input::registered(path, job)?;
+    let file = crate::input::registered(&path, job)?;
     let planes = file.field.coefficients();
-    // The fourth channel is the opacity of a file, if it has any.
-    let from = match file.opacity.as_ref().filter(|_| channel == 3) {
+    // The fourth channel is the opacity of a file, if it has any, and so is a map of the opacity that has one of its own.
+    let is_alpha = channel == 3 || (is_single && role == MapRole::Opacity);
+    let from = match file.opacity.as_ref().filter(|_| is_alpha) {
         Some(opacity) => opacity.plane(0),
         None => planes.plane(channel.min(planes.count() - 1)),
     };

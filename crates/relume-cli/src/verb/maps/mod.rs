@@ -22,6 +22,7 @@ use serde_json::{Value, json};
 use crate::context::Context;
 use crate::output::Folder;
 use crate::report::Report;
+use crate::verb::capture::maps::Reading;
 use crate::{args, input, normals};
 
 /// Arguments of `relume maps`.
@@ -31,7 +32,7 @@ use crate::{args, input, normals};
                         relume maps coin.ptm -o coin_maps --preset gltf --preview plane\n  \
                         relume maps wall -o scene --preset blender --materialx --usd")]
 pub struct Args {
-    /// A folder of maps known by the words in their names (at least colour and height), a texture of functions, or one of light
+    /// A folder of maps known by the words in their names (at least colour, and height or normals), a texture of functions, or one of light
     /// and view (folder, .zip, .btf), whose base colour, normals, roughness and specular reflectance are fitted
     input: PathBuf,
     /// The folder to write
@@ -84,34 +85,53 @@ impl Args {
         Ok(options)
     }
 
-    /// The maps, and the texture of functions they come from, if any.
-    fn maps(&self, job: &Job) -> Result<(MaterialMaps, Option<FieldFile>)> {
+    /// The maps.
+    fn maps(&self, job: &Job) -> Result<Source> {
         let border = if self.tile { ReliefBorder::Wrap } else { ReliefBorder::Clamp };
         if Btf::is_at(&self.input) {
             let btf = Btf::open(&self.input, Missing::Fill, job)?;
-            return Ok((MaterialMaps::of_btf(&btf, border, job)?, None));
+            return Ok(Source::of(MaterialMaps::of_btf(&btf, border, job)?));
         }
         if self.input.is_dir() && !relume::format::web::is_at(&self.input) {
-            let maps = known::read(&self.input, self.height_scale, self.normal_maps.normal_y, border, job)?;
-            return Ok((maps, None));
+            let (height_scale, normal_y) = (self.height_scale, self.normal_maps.normal_y);
+            let reading = Reading { height_scale, normal_y, border: Some(border) };
+            let (maps, said) = known::read(&self.input, &reading, job)?;
+            return Ok(Source { said, ..Source::of(maps) });
         }
         self.of_texture(border, job).map_err(|e| e.at(&self.input))
     }
 
     /// The maps of reflectance models as they are, or those derived from functions.
-    fn of_texture(&self, border: ReliefBorder, job: &Job) -> Result<(MaterialMaps, Option<FieldFile>)> {
+    fn of_texture(&self, border: ReliefBorder, job: &Job) -> Result<Source> {
         let opened = input::open(&self.input, job)?;
         match opened.parametric()? {
             Some(models) => {
                 let maps = MaterialMaps::of_models(&models, border, job)?;
                 let shows_functions = self.preview.is_some() && *models.model() != TexelModel::Ggx;
-                Ok((maps, shows_functions.then(|| opened.into_field()).transpose()?))
+                let functions = shows_functions.then(|| opened.into_field()).transpose()?;
+                Ok(Source { functions, ..Source::of(maps) })
             }
             None => {
                 let file = opened.into_field()?;
-                Ok((MaterialMaps::of_field(&file.field, border, job)?, Some(file)))
+                let maps = MaterialMaps::of_field(&file.field, border, job)?;
+                Ok(Source { functions: Some(file), ..Source::of(maps) })
             }
         }
+    }
+}
+
+/// The maps, and where they come from.
+struct Source {
+    maps: MaterialMaps,
+    /// The texture of functions that a preview shows, if any.
+    functions: Option<FieldFile>,
+    /// What the report says of the files.
+    said: Vec<String>,
+}
+
+impl Source {
+    fn of(maps: MaterialMaps) -> Self {
+        Self { maps, functions: None, said: Vec::new() }
     }
 }
 
@@ -119,7 +139,7 @@ impl Args {
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let (job, options) = (&context.job, args.options()?);
     let folder = Folder::stage(&args.output, &[&args.input], context)?;
-    let (maps, file) = args.maps(job)?;
+    let Source { maps, functions: file, said: of_files } = args.maps(job)?;
     let tiling = args.tile.then(|| tiling(&maps));
     let mut store = |name: &str, bytes: &[u8]| folder.add(name, bytes);
     let written = export_maps(&maps, &options, job, &mut store)?;
@@ -149,7 +169,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         _ => "",
     };
     let text = format!("{}: {} maps{said}\n{}", args.output.display(), written.len(), list.join("\n"));
-    Ok(Report::new(text, json).with_outputs(outputs).with_warnings(warnings))
+    Ok(Report::new(text, json).with_outputs(outputs).with_warnings(warnings).with_warnings(of_files))
 }
 
 /// The preview on a built-in object or a mesh.

@@ -119,12 +119,17 @@ fn stacked(names: &[String], load: &LoadRaster, job: &Job) -> Result<(Stack, Siz
     if names.is_empty() {
         return Err(Error::usage("balls are found in photographs, and there are none"));
     }
-    let whole = load(0)?.size();
+    let first = load(0)?;
+    let whole = first.size();
     let reduction = whole.width.max(whole.height).div_ceil(MOST_SIDE);
     let size = Size::new(whole.width / reduction, whole.height / reduction);
     if size.width.min(size.height) < 2 * LEAST_RADIUS {
         return Err(Error::invalid(format!("photographs of {whole} pixels are too small to find balls in")));
     }
+    let of_threads = rayon::current_num_threads() as u64 * 4 * (first.channels() as u64 + 1);
+    drop(first);
+    job.check("photographs to look for balls in", whole, of_threads)?;
+    job.check("looking for balls", size, BYTES)?;
     job.start("looking for balls", names.len() as u64);
     // Sums of integers, so that they do not depend on the order of the threads.
     let sums = Mutex::new((vec![0u64; size.texels()], vec![0u32; size.texels()]));
@@ -154,6 +159,9 @@ fn stacked(names: &[String], load: &LoadRaster, job: &Job) -> Result<(Stack, Siz
     };
     Ok((stack, size, reduction))
 }
+
+/// For each reduced pixel: the stack and its logarithms, the blur and its differences, and edges in half of them.
+const BYTES: u64 = 160;
 
 /// The code of white.
 const CODES: f64 = 65535.0;

@@ -19,7 +19,7 @@ use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
 
 /// Slopes below this hide less than a thousandth of a sector.
-const NEGLIGIBLE_SLOPE: f32 = 1.0 / 32.0;
+pub(super) const NEGLIGIBLE_SLOPE: f32 = 1.0 / 32.0;
 
 /// A part of the hemisphere that is covered by another texel.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -110,13 +110,13 @@ fn sector(relief: &Relief, normals: &Planes, azimuth_rad: f64, width_rad: f64, j
 
 /// The normal of a texel in the vertical plane of one azimuth: its component along the heading, and up.
 #[derive(Debug, Clone, Copy)]
-struct Facet {
+pub(super) struct Facet {
     along: f64,
     up: f64,
 }
 
 impl Facet {
-    fn new(normals: &Planes, texel: usize, azimuth_rad: f64) -> Self {
+    pub fn new(normals: &Planes, texel: usize, azimuth_rad: f64) -> Self {
         let [x, y, z] = [0, 1, 2].map(|k| f64::from(normals.plane(k)[texel]));
         Self { along: x * azimuth_rad.cos() + y * azimuth_rad.sin(), up: z }
     }
@@ -126,11 +126,15 @@ impl Facet {
         -self.along / self.up
     }
 
+    /// The cosine integrated over polar angles above the horizon, per radian of azimuth.
+    pub fn sky(self, horizon_slope: f64) -> f64 {
+        self.integral(horizon_slope.max(self.slope()))
+    }
+
     /// The cosine integrated over polar angles above and below the horizon, per radian of azimuth.
     fn shares(self, horizon_slope: f64) -> [f64; 2] {
-        let tangent = self.slope();
-        let sky = self.integral(horizon_slope.max(tangent));
-        [sky, (self.integral(tangent) - sky).max(0.0)]
+        let sky = self.sky(horizon_slope);
+        [sky, (self.integral(self.slope()) - sky).max(0.0)]
     }
 
     /// The integral of (along sin t + up cos t) sin t over polar angles t from the zenith to the

@@ -26,6 +26,7 @@ mod illumination;
 pub mod lights;
 pub mod march;
 pub mod mirror_balls;
+pub mod open_sky;
 pub mod parallax;
 mod photograph;
 mod reflect;
@@ -259,8 +260,9 @@ fn check_range(name: &str, expected: &str, map: &Planes, low: f32, high: f32) ->
 
 /// The unit normals of a normal map, lifted above the horizon.
 fn upright(map: &Planes) -> Result<Planes> {
-    let mut normals = map.clone();
+    // The dome counts them.
     let size = map.size();
+    let mut normals = Planes::zeros(size, 3);
     for texel in 0..size.texels() {
         let [x, y, z] = [0, 1, 2].map(|k| map.plane(k)[texel]);
         let length = (x * x + y * y + z * z).sqrt();

@@ -5,11 +5,12 @@ use crate::planes::Planes;
 use crate::size::Size;
 
 /// What lies beyond the borders of the maps.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum ReliefBorder {
     /// The maps are repeated: light and shadow cross the borders of a seamless material.
     Wrap,
     /// The height of the border texels is continued.
+    #[default]
     Clamp,
 }
 
@@ -49,6 +50,11 @@ impl Relief {
     /// Width and height.
     pub fn size(&self) -> Size {
         self.size
+    }
+
+    /// What lies beyond the borders.
+    pub fn border(&self) -> ReliefBorder {
+        self.border
     }
 
     /// The highest texel.

@@ -15,7 +15,7 @@ pub(in crate::format) fn pictures(
     job: &Job,
 ) -> Result<(HshEncoding, Vec<Vec<u8>>)> {
     if field.layout().is_product() {
-        return pictures(&field.of_channels(&["R", "G", "B"])?, job);
+        return pictures(&field.of_channels(&["R", "G", "B"], job)?, job);
     }
     let raw = encode_rti(field, None, job)?;
     let HshHeader { encoding, payload, .. } = HshHeader::parse(&raw)?;

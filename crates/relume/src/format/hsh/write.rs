@@ -45,7 +45,7 @@ pub(in crate::format) fn encode_hsh(
 ) -> Result<Vec<u8>> {
     let terms = check(field, ".hsh")?;
     if field.layout().is_product() {
-        let channels = field.of_channels(&["R", "G", "B"])?;
+        let channels = field.of_channels(&["R", "G", "B"], job)?;
         return encode_hsh(&channels, None, job);
     }
     let encoding = stored.filter(|stored| stored.terms == terms).copied().unwrap_or_else(|| chosen(field));

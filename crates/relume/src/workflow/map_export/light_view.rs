@@ -4,7 +4,7 @@
 //! photometric stereo of these pictures. Roughness needs the other views as well: it is that of the facets fitted to all pairs, in
 //! which depth and shadows blur what is steep.
 
-use super::{MaterialMaps, integrated};
+use super::{MaterialMaps, heights_of_normals};
 use crate::capture::dome::ReliefBorder;
 use crate::direction::{Direction, Directions};
 use crate::error::Result;
@@ -88,7 +88,7 @@ fn stereo(
         let from = found.albedo.planes.plane(k.min(found.albedo.planes.count() - 1));
         plane.iter_mut().zip(from).for_each(|(out, v)| *out = v.clamp(0.0, 1.0));
     }
-    let height = integrated(&found.normals, border, job)?;
+    let height = heights_of_normals(&found.normals, border, job)?;
     let maps = SurfaceMaps { height, albedo, normal: Some(found.normals), roughness, metallic: None };
     MaterialMaps::of_maps(maps, border, job)
 }

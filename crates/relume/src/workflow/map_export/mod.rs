@@ -18,11 +18,9 @@ pub use preview::{PreviewObject, encode_preview};
 
 use std::cell::LazyCell;
 
-use rayon::prelude::*;
-
 use super::model_surface::{SurfaceForm, facet_normals, no_normals};
 use crate::capture::dome::ReliefBorder;
-use crate::capture::dome::horizon::Surroundings;
+use crate::capture::dome::open_sky::open_sky;
 use crate::capture::dome::relief::Relief;
 use crate::error::{Error, Result};
 use crate::field::{Basis, ParametricField, ReflectanceField, TexelModel};
@@ -36,9 +34,6 @@ use crate::surface::integrate::{IntegrateOptions, SurfaceBorder, integrate};
 use crate::surface::{STEEPEST, Slopes};
 use presets::{DataMap, MapContent, files};
 use slots::MaterialSlots;
-
-/// Sectors of azimuth of the ambient occlusion.
-const SECTORS: usize = 32;
 
 /// The reflectance at normal incidence that a specular map shows as white, as Disney's principled shader has it (B. Burley,
 /// "Physically-Based Shading at Disney", SIGGRAPH 2012 course notes) and with it Blender and Unreal: 0.5 is the 0.04 of most materials.
@@ -108,14 +103,16 @@ impl MaterialMaps {
         {
             return Ok(maps);
         }
-        let normals = crate::surface::normals(field);
+        // Of each texel the direction at which it is brightest, its normal, and its colour twice.
+        job.check("the normals and colours", field.size(), 24 + 12 + 24)?;
+        let normals = crate::surface::normals(field).held(job, "the normals")?;
         let picture = crate::surface::albedo(field).to_space(Space::Linear);
         let mut albedo = Planes::zeros_within(job, "the colours", field.size(), 3)?;
         for (k, plane) in albedo.iter_mut().enumerate() {
             let from = picture.planes.plane(k.min(picture.planes.count() - 1));
             plane.iter_mut().zip(from).for_each(|(out, v)| *out = v.clamp(0.0, 1.0));
         }
-        let height = integrated(&normals, border, job)?;
+        let height = heights_of_normals(&normals, border, job)?;
         let maps = SurfaceMaps { height, albedo, normal: Some(normals), roughness: None, metallic: None };
         Self::of_maps(maps, border, job)
     }
@@ -155,7 +152,7 @@ impl MaterialMaps {
         let rough = from.plane(channels + 2).iter().map(|v| v.clamp(0.0, 1.0)).collect();
         let roughness = Some(Planes::from_vec(size, 1, rough)?);
         let specular = from.plane(channels + 3).iter().map(|v| v / SPECULAR_WHITE).collect();
-        let height = integrated(&normals, border, job)?;
+        let height = heights_of_normals(&normals, border, job)?;
         let maps = SurfaceMaps { height, albedo, normal: Some(normals), roughness, metallic: None };
         let specular = Some(Planes::from_vec(size, 1, specular)?);
         Ok(Self { specular, ..Self::of_maps(maps, border, job)? })
@@ -209,16 +206,11 @@ impl MaterialMaps {
     }
 }
 
-/// The cosine-weighted share of open sky, 1 on a plane.
-fn open_sky(relief: &Relief, normals: &Planes, job: &Job) -> Result<Planes> {
-    let size = normals.size();
-    job.check("the ambient occlusion", size, 8 * SECTORS as u64 + 48)?;
-    let sky = Surroundings::new(relief, normals, SECTORS, job)?.sky;
-    Planes::from_vec(size, 1, sky.into_par_iter().map(|share| share.clamp(0.0, 1.0)).collect())
-}
-
-/// Heights in texels from normals.
-fn integrated(normals: &Planes, border: ReliefBorder, job: &Job) -> Result<Planes> {
+/// Heights in texels from normals: the surface whose slopes are nearest to theirs.
+///
+/// # Errors
+/// The limits, and a cancelled job.
+pub fn heights_of_normals(normals: &Planes, border: ReliefBorder, job: &Job) -> Result<Planes> {
     let border = match border {
         ReliefBorder::Wrap => SurfaceBorder::Periodic,
         ReliefBorder::Clamp => SurfaceBorder::Open,

@@ -124,7 +124,20 @@ impl MapFolder {
                 names.join(", ")
             )
         });
-        report.with_warnings(left_out)
+        report.with_warnings(self.twice().into_iter().chain(left_out))
+    }
+
+    /// What is said of maps whose names say the same, of which one has no say.
+    fn twice(&self) -> Vec<String> {
+        let what = |path: &PathBuf| (MapRole::of_name(path), NormalY::of_name(path).unwrap_or_default());
+        let with_say = |path: &PathBuf| self.compared.iter().find(|other| what(other) == what(path));
+        let single = self.followed.iter().filter(|path| MapRole::of_name(path) != MapRole::Packed);
+        let pairs = single.filter_map(|path| Some((path, with_say(path)?)));
+        let said = pairs.map(|(path, other)| {
+            let (path, other, what) = (name(path), name(other), in_words(path));
+            format!("{other} and {path} are both named {what}: both are rearranged, and the first has a say in where texels go")
+        });
+        said.collect()
     }
 }
 
@@ -192,6 +205,14 @@ mod tests {
 
     fn among(names: &[&str]) -> Result<MapFolder> {
         MapFolder::among(Path::new("wall"), names.iter().map(PathBuf::from).collect())
+    }
+
+    #[test]
+    fn two_maps_that_are_named_the_same_are_said() {
+        let twice = |names: &[&str]| among(names).unwrap().twice();
+        let said = twice(&["a_Color.png", "a_Normal_Roughness.png", "a_Roughness.png"]);
+        assert!(said.len() == 1 && said[0].contains("both named roughness"), "{said:?}");
+        assert_eq!(twice(&["a_Color.png", "a_NormalGL.png", "a_NormalDX.png", "a_Rough.png"]), [""; 0]);
     }
 
     #[test]

@@ -5,7 +5,7 @@ use std::fmt;
 use super::kind::{Class, Kind};
 use super::tile_set::Said;
 use super::whole::HEAD_BYTES;
-use super::{brdf, exr, height};
+use super::{brdf, exr, foreign, height};
 use crate::error::Result;
 
 /// The content of a file.
@@ -94,6 +94,9 @@ pub(super) fn content(bytes: &[u8]) -> Result<(Content, Option<Said>)> {
 /// Text formats have no signature: a light file begins with a number, and a line of an OBJ file with a
 /// vertex.
 fn content_of_text(bytes: &[u8]) -> Content {
+    if foreign::of(bytes).is_some() {
+        return Content::Unknown;
+    }
     let start = String::from_utf8_lossy(&bytes[..bytes.len().min(HEAD_BYTES)]);
     let mut lines = start.lines().map(str::trim).filter(|line| !line.is_empty());
     let counted = lines.next().is_some_and(|line| line.parse::<u32>().is_ok());

@@ -1,5 +1,6 @@
 //! The kinds of files recognised by their first bytes: one row of [`KINDS`] each.
 
+use super::foreign::{self, Foreign};
 use super::hsh;
 use crate::error::{Error, Result};
 
@@ -110,6 +111,9 @@ pub(super) fn unknown(bytes: &[u8]) -> Error {
             "the data is a zip archive: `relume fit` makes a texture of one with photographs under light and view, from a file \
              whose name ends in .zip",
         );
+    }
+    if let Some(Foreign { name, advice }) = foreign::of(bytes) {
+        return Error::unsupported(format!("the file is {name}, which is not read: {advice}"));
     }
     let start: Vec<String> = bytes.iter().take(8).map(|byte| format!("{byte:02x}")).collect();
     Error::unsupported(format!(

@@ -45,6 +45,7 @@ mod field_file;
 mod finite;
 mod folder;
 mod footprint;
+mod foreign;
 mod glb;
 mod height;
 mod hsh;

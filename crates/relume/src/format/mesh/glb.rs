@@ -441,10 +441,11 @@ mod tests {
 
     #[test]
     fn quantised_coordinates_are_read() {
-        // The last six bytes are the halves of 0.0, 1.0 and 0.0 that begin at byte 12: 0, 0x3f80, 0.
+        // From byte 14 on, the halves of 1.0, six of zeros, and the halves of 1.0: 0x3f80, 0 and so on.
         let of = |kind: &str| edited("", 6, r#""componentType":5126,"count":3,"type":"VEC3""#, kind);
-        let bytes = of(r#""componentType":5122,"normalized":true,"count":3,"type":"VEC3""#);
-        assert_eq!(decoded(&bytes).unwrap().positions()[2], [0.0, 16256.0 / 32767.0, 0.0]);
+        let bytes = of(r#""byteOffset":14,"componentType":5122,"normalized":true,"count":3,"type":"VEC3""#);
+        let half = 16256.0 / 32767.0;
+        assert_eq!(decoded(&bytes).unwrap().positions(), [[half, 0.0, 0.0], [0.0; 3], [0.0, 0.0, half]]);
         // From byte 12 on, the bytes of 1.0: 0, 0, -128, 63.
         let bytes = of(r#""byteOffset":12,"componentType":5120,"count":3,"type":"VEC3""#);
         assert_eq!(decoded(&bytes).unwrap().positions()[..2], [[0.0, 0.0, -128.0], [63.0, 0.0, 0.0]]);

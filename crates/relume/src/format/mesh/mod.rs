@@ -9,6 +9,7 @@ mod glb;
 mod obj;
 mod polygon;
 
+use super::foreign;
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::render::Mesh;
@@ -50,7 +51,7 @@ fn other_kind(bytes: &[u8]) -> Option<&'static str> {
     ];
     let start = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
     let found = SIGNATURES.iter().find(|(signature, _)| start.starts_with(signature));
-    found.map(|&(_, kind)| kind)
+    found.map(|&(_, kind)| kind).or_else(|| foreign::of(bytes).map(|of| of.name))
 }
 
 /// The replacement for the reader of binary glTF in a build without it.

@@ -19,6 +19,9 @@ use crate::error::{Error, Result};
 /// Smaller objects are nothing that cameras can be placed around.
 const LEAST_EXTENT: f64 = 1e-6;
 
+/// Twice the area of the largest triangle of a mesh of extent 1 is at least this.
+const LEAST_AREA: f64 = 1e-10;
+
 /// Triangles over shared vertices. All vertex lists have the same length.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mesh {
@@ -34,7 +37,7 @@ impl Mesh {
     ///
     /// # Errors
     /// When lists differ in length, there is no triangle, an index is out of range, a
-    /// position or texture coordinate is not finite, or all positions are one.
+    /// position or texture coordinate is not finite, all positions are one, or all triangles are lines.
     pub fn new(
         positions: Vec<[f32; 3]>,
         normals: Option<Vec<[f32; 3]>>,
@@ -65,6 +68,12 @@ impl Mesh {
             return Err(Error::invalid(format!(
                 "all points of the mesh lie within {LEAST_EXTENT:e} of one another: export the mesh in other units"
             )));
+        }
+        let area = |&triangle: &[u32; 3]| length(area_vector(&positions, triangle));
+        if triangles.iter().map(area).fold(0.0, f64::max) < LEAST_AREA * extent(&positions).powi(2) {
+            return Err(Error::invalid(
+                "no triangle of the mesh has an area: all its corners lie on lines, and nothing of it would be seen",
+            ));
         }
         let computed = smooth_normals(&positions, &triangles);
         let normals = match normals {
@@ -124,12 +133,17 @@ fn extent(positions: &[[f32; 3]]) -> f64 {
     sides.x.max(sides.y).max(sides.z)
 }
 
+/// The normal of a triangle with twice its area as its length.
+fn area_vector(positions: &[[f32; 3]], triangle: [u32; 3]) -> Vec3 {
+    let [a, b, c] = triangle.map(|i| Vec3::from(positions[i as usize]));
+    (b - a).cross(c - a)
+}
+
 /// Normals of vertices as the sum of the area vectors of their triangles.
 fn smooth_normals(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<[f32; 3]> {
     let mut sums = vec![Vec3::splat(0.0); positions.len()];
     for triangle in triangles {
-        let [a, b, c] = triangle.map(|i| Vec3::from(positions[i as usize]));
-        let area = (b - a).cross(c - a);
+        let area = area_vector(positions, *triangle);
         triangle.iter().for_each(|&i| sums[i as usize] = sums[i as usize] + area);
     }
     sums.into_iter().map(|sum| unit_or(sum.into(), [0.0, 0.0, 1.0])).collect()
@@ -161,6 +175,8 @@ mod tests {
         assert!(
             new(&tiny, &t, &[[0, 1, 2]]).unwrap_err().to_string().contains("export the mesh in other units")
         );
+        let line = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]];
+        assert!(new(&line, &t, &[[0, 1, 2]]).unwrap_err().to_string().contains("has an area"));
         let odd = Some(vec![[f32::NAN, 0.0, 0.0], [0.0; 3], [0.0, 0.0, 9.0]]);
         assert_eq!(Mesh::new(p, odd, t, vec![[0, 1, 2]]).unwrap().normals(), [[0.0, 0.0, 1.0]; 3]);
     }

@@ -189,9 +189,9 @@ fn folder_of(photographs: &Path) -> PathBuf {
 
 /// The name of a light file that is not yet beside the photographs.
 fn free_light_file(place: &Path) -> PathBuf {
-    let mut names = ["lights.lp", "ball_lights.lp"].map(|name| place.join(name)).into_iter();
-    let free = names.find(|path| !path.exists());
-    free.unwrap_or_else(|| place.join("ball_lights_new.lp"))
+    let numbered = (1..).map(|i| format!("lights_{i}.lp"));
+    let mut paths = std::iter::once("lights.lp".to_owned()).chain(numbered).map(|name| place.join(name));
+    paths.find(|path| !path.exists()).unwrap_or_else(|| place.join("lights.lp"))
 }
 
 /// The command that writes what [`by_balls`] found.

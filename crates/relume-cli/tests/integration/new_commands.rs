@@ -42,6 +42,9 @@ fn the_commands_of_new_run_as_they_are_pasted() {
     }
     assert!(at.join("my coin/height.exr").is_file());
     assert_eq!(fs::read(at.join("my coin/texture.ptm")).unwrap(), texture);
+    // Now that there is a light file, another is named.
+    let again = json(at, &["new", "it's a coin", "-o", "again", "--ball", &ball, "--crop", "0,0,64,64"]);
+    assert!(again["commands"][0].as_str().unwrap().contains("/lights_1.lp'"), "{}", again["commands"]);
 }
 
 #[test]

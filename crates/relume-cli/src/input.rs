@@ -149,7 +149,7 @@ pub fn guide(path: &Path, size: Size, job: &Job) -> Result<Planes> {
 pub fn mask(path: &Path, size: Size, job: &Job) -> Result<Vec<bool>> {
     let mask = open(path, job)?.into_mask()?;
     if mask.size != size {
-        return Err(Error::usage(format!(
+        return Err(Error::invalid(format!(
             "the mask has {} texels, the image it masks {size}: they must have the same size",
             mask.size
         ))

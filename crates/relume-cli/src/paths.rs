@@ -46,6 +46,16 @@ fn of_bytes(bytes: Vec<u8>) -> OsString {
     String::from_utf8_lossy(&bytes).into_owned().into()
 }
 
+/// A word of a command as a POSIX shell takes it: quoted where it has other characters than those of plain names.
+pub fn shell_word(word: impl AsRef<Path>) -> String {
+    let word = text(word);
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "_@%+=:,./-".contains(c);
+    if !word.is_empty() && word.chars().all(is_plain) {
+        return word;
+    }
+    format!("'{}'", word.replace('\'', "'\\''"))
+}
+
 /// A text for a terminal, which would obey the control characters of a file name; lines stay lines.
 pub fn visible(text: &str) -> String {
     let shown = |c: char| if c == '\n' { "\n".to_owned() } else { shown(c) };
@@ -80,6 +90,16 @@ mod tests {
         }
         assert_eq!(percent_decoded("50% off, %"), PathBuf::from("50% off, %"));
     }
+
+    #[test]
+    fn words_of_a_shell_are_quoted_where_they_must_be() {
+        assert_eq!(shell_word("photos/a-1.lp"), "photos/a-1.lp");
+        assert_eq!(shell_word("my photos"), "'my photos'");
+        assert_eq!(shell_word("it's $HOME"), "'it'\\''s $HOME'");
+        assert_eq!(shell_word("~/a"), "'~/a'");
+        assert_eq!(shell_word(""), "''");
+    }
+
     #[test]
     fn control_characters_of_names_are_shown_and_not_sent_to_the_terminal() {
         assert_eq!(visible("a\u{1b}[31m\nb"), "a\\u{1b}[31m\nb");

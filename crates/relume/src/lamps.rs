@@ -72,6 +72,12 @@ impl LampPositions {
         Direction::new(x, y, z).expect("lamps are above the surface")
     }
 
+    /// The direction of a lamp from texel (x, y).
+    pub fn direction_at(&self, lamp: usize, x: usize, y: usize) -> Direction {
+        let [x, y, z] = self.at(lamp, x, y).0;
+        Direction::new(x, y, z).expect("lamps are above the surface")
+    }
+
     /// The unit vector from texel (x, y) to a lamp, and how much of its strength in the middle of the surface arrives
     /// there.
     pub fn at(&self, lamp: usize, x: usize, y: usize) -> ([f64; 3], f64) {

@@ -4,6 +4,10 @@ use std::path::Path;
 
 use relume::{Error, Result};
 
+/// Lamps of other intensities are mistakes: photographs divided by them would be white or black.
+const LEAST: f64 = 1e-6;
+const MOST: f64 = 1e6;
+
 /// The intensities in a text file, one or three numbers a line.
 pub(super) fn intensities(path: &Path, lights: usize) -> Result<Vec<[f64; 3]>> {
     let text = std::fs::read_to_string(path).map_err(|e| Error::io("cannot read the file", &e).at(path))?;
@@ -22,9 +26,9 @@ pub(super) fn intensities(path: &Path, lights: usize) -> Result<Vec<[f64; 3]>> {
                 .at(path));
             }
         };
-        if let Some(wrong) = three.iter().find(|v| !(**v > 0.0 && v.is_finite())) {
+        if let Some(wrong) = three.iter().find(|v| !(LEAST..=MOST).contains(*v)) {
             return Err(Error::invalid(format!(
-                "line {}: the intensity {wrong}: expected numbers above 0",
+                "line {}: the intensity {wrong}: expected numbers above 0, from {LEAST} to {MOST}",
                 i + 1
             ))
             .at(path));

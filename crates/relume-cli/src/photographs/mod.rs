@@ -2,9 +2,10 @@
 
 mod intensities;
 mod options;
+mod test;
 
 use std::path::{Path, PathBuf};
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use relume::capture::develop::{
     Development, InputSpace, ReadingCheck, TexelSample, TurnedFrames, check_reading, even_field, gains,
@@ -12,6 +13,7 @@ use relume::capture::develop::{
 };
 use relume::capture::{Capture, pictures_in};
 use relume::lamps::LampPositions;
+use relume::raster::LoadRaster;
 use relume::{Direction, Error, Job, Planes, Raster, Rect, Result, Samples, Space};
 use serde_json::{Map, Value, json};
 
@@ -75,14 +77,29 @@ impl PhotographSet {
         Ok(set)
     }
 
-    /// Sets what a mask of the size of the photographs leaves out to black.
+    /// The texels that a mask leaves of developed photographs: its size is that of the photographs, or what `--crop` and
+    /// `--reduce` leave of it.
     ///
     /// # Errors
-    /// A mask of another size.
-    pub fn mask(&mut self, mask: &Path, job: &Job) -> Result<()> {
+    /// Those of the reader, a mask of another size, and one that leaves nothing.
+    pub fn mask_of_texels(&self, path: &Path, job: &Job) -> Result<Vec<bool>> {
+        let mask = input::open(path, job)?.into_mask()?;
         let whole = self.stored(0, job)?.size();
-        self.development.mask = Some(input::mask(mask, whole, job)?);
+        self.development.mask_of_texels(&mask.painted, mask.size, whole).map_err(|e| e.at(path))
+    }
+
+    /// Sets what a mask leaves out to black.
+    ///
+    /// # Errors
+    /// As [`PhotographSet::mask_of_texels`].
+    pub fn set_mask(&mut self, path: &Path, job: &Job) -> Result<()> {
+        self.development.mask = Some(self.mask_of_texels(path, job)?);
         Ok(())
+    }
+
+    /// The texels that the mask leaves, if there is one.
+    pub fn mask(&self) -> Option<&[bool]> {
+        self.development.mask.as_deref()
     }
 
     /// The name and light of each photograph.
@@ -156,15 +173,16 @@ impl PhotographSet {
         if let Some(path) = &args.white_card {
             let cards = if path.is_dir() { pictures_in(path)? } else { vec![path.clone()] };
             if cards.len() != 1 && cards.len() != self.lights.len() {
-                return Err(Error::usage(format!(
+                return Err(Error::invalid(format!(
                     "holds {} photographs of a white card for {} lights: expected one, or one for each",
                     cards.len(),
                     self.lights.len()
                 ))
                 .at(path));
             }
-            let field =
-                |card: &PathBuf| even_field(of(card, self.development.space)?).map_err(|e| e.at(card));
+            let field = |card: &PathBuf| {
+                even_field(of(card, self.development.space)?).map(Arc::new).map_err(|e| e.at(card))
+            };
             self.development.flat = cards.iter().map(field).collect::<Result<_>>()?;
         }
         Ok(())
@@ -186,6 +204,13 @@ impl PhotographSet {
                  distance of the lamps",
             )
             .at(&self.capture.light_file));
+        }
+        if args.lamp_mm.is_some() && !self.capture.photographs.iter().all(|p| is_unit(&p.vector)) {
+            self.warnings.push(
+                "the light file has positions, and --lamp-mm puts their lamps at another distance: leave it out to take the \
+                 positions"
+                    .to_owned(),
+            );
         }
         let lamps = LampPositions::new(positions, (whole.width, whole.height), surface_mm)
             .map_err(|e| e.at(&self.capture.light_file))?;
@@ -256,12 +281,7 @@ impl PhotographSet {
 
     fn equalize(&mut self, facts: &mut Map<String, Value>, job: &Job) -> Result<()> {
         let load = |i: usize| self.development.apply(i, self.stored(i, job)?);
-        let sample: TexelSample = sample_texels(&self.lights, &load, job)?;
-        let sample = match load(0)?.samples() {
-            Samples::F32(_) => sample,
-            _ => sample.mapped(|v| f64::from(Space::Srgb.to_linear(v as f32))),
-        };
-        let found = gains(&sample).map_err(|e| e.at(&self.capture.light_file))?;
+        let found = exposures(&self.lights, &load, job).map_err(|e| e.at(&self.capture.light_file))?;
         let odd: Vec<String> = self
             .lights
             .iter()
@@ -282,6 +302,15 @@ impl PhotographSet {
     }
 
     fn balance(&mut self, part: Rect<usize>, facts: &mut Map<String, Value>, job: &Job) -> Result<()> {
+        let whole = self.stored(0, job)?.size();
+        if whole.check_crop(part.x, part.y, part.size).is_err() {
+            return Err(Error::invalid(format!(
+                "--grey: {} pixels at ({}, {}) do not lie inside the photographs of {whole}: give left, top, width and height of a \
+                 grey patch in them",
+                part.size, part.x, part.y
+            ))
+            .at(&self.capture.light_file));
+        }
         let mut sums = [0.0; 3];
         for i in 0..self.lights.len() {
             let developed = self.development.apply(i, self.stored(i, job)?)?;
@@ -298,4 +327,14 @@ impl PhotographSet {
         self.development.white = Some(factors);
         Ok(())
     }
+}
+
+/// For each photograph the factor that undoes its exposure.
+fn exposures(lights: &[(String, Direction)], load: &LoadRaster<'_>, job: &Job) -> Result<Vec<f64>> {
+    let sample: TexelSample = sample_texels(lights, load, job)?;
+    let sample = match load(0)?.samples() {
+        Samples::F32(_) => sample,
+        _ => sample.mapped(|v| f64::from(Space::Srgb.to_linear(v as f32))),
+    };
+    gains(&sample)
 }

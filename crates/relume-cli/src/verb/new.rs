@@ -38,7 +38,8 @@ pub struct Args {
     /// The outline of a mirror ball, as for `relume lights`; may be given several times
     #[arg(long, value_name = "X,Y,R", value_parser = ball)]
     ball: Vec<MirrorBall>,
-    /// A picture of which the bright texels belong to the surface
+    /// A picture of which the bright pixels belong to the surface. Its size is that of the photographs, with which it is cropped
+    /// and reduced, or of what is left of them
     #[arg(long, value_name = "FILE")]
     mask: Option<PathBuf>,
     #[command(flatten)]
@@ -55,19 +56,22 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let folder = Folder::stage(&args.output, &[inputs, args.development.files()].concat(), context)?;
     let scratch = folder.scratch()?;
     let mut warnings = Vec::new();
-    let light_file = if !args.ball.is_empty() || needs_balls(&args.photographs) {
-        let found = scratch.path().join("lights.lp");
-        by_balls(args, &folder, &found, &mut warnings, context)?;
-        found
-    } else {
-        args.photographs.clone()
-    };
+    let (mut light_file, mut shown, mut done) =
+        (args.photographs.clone(), args.photographs.clone(), Vec::new());
+    if !args.ball.is_empty() || needs_balls(&args.photographs) {
+        light_file = scratch.path().join("lights.lp");
+        let skips = by_balls(args, &folder, &light_file, &mut warnings, context)?;
+        let place = folder_of(&args.photographs);
+        shown = free_light_file(&place);
+        done.push(lights_command(args, &place, &shown, skips));
+    }
     let lights = Capture::open_paired(&light_file, args.development.pair.unwrap_or_default())?.lights();
     folder.add("lights.lp", lp::format(&lights).as_bytes())?;
     let stored = as_stored(args, &light_file, context)?;
     foresee(args, &stored, context)?;
     let options = options(args, &stored, &mut warnings, context)?;
-    let mut steps = Steps { args, light_file: &light_file, folder: &folder, context, done: Vec::new() };
+    let mut steps =
+        Steps { args, light_file: &light_file, shown: &shown, folder: &folder, context, done, warnings };
     let directions: Vec<Direction> = lights.iter().map(|(_, light)| *light).collect();
     let mut facts = Map::new();
     facts.insert("lights".to_owned(), json!(lights.len()));
@@ -88,18 +92,16 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
             steps.run(page, &Vec::from_iter(title))?;
         }
         Err(reason) => {
-            warnings.push(format!("no texture of functions, only maps: {}", reason.message()));
+            steps.warn(format!("no texture of functions, only maps: {}", reason.message()));
         }
     }
-    let mut of_height = options;
-    of_height.extend(args.mask.iter().flat_map(|mask| ["--mask".into(), mask.clone().into_os_string()]));
     let height = "height LIGHTS -o DIR/height.exr --normals DIR/normals_gl.png --albedo-map DIR/albedo.png";
     let has_roughness = lights.len() >= LEAST_LIGHTS && args.development.surface_mm.is_none();
     let height =
         if has_roughness { format!("{height} --roughness-map DIR/roughness.png") } else { height.to_owned() };
-    let height = steps.run(&height, &of_height)?;
+    let height = steps.run(&height, &options)?;
     facts.insert("height".to_owned(), json!([height["lowest_texels"], height["highest_texels"]]));
-    let commands = steps.done;
+    let Steps { done: commands, warnings, .. } = steps;
     facts.insert("commands".to_owned(), json!(commands));
     drop(scratch);
     folder.add("new.json", format!("{:#}\n", Value::Object(facts.clone())).as_bytes())?;
@@ -136,19 +138,15 @@ fn needs_balls(photographs: &Path) -> bool {
     photographs.is_dir() && !holds_light_file(photographs)
 }
 
-/// Finds the lamps by mirror balls, and writes a light file whose names are whole paths.
+/// Finds the lamps by mirror balls, and writes a light file whose names are whole paths. Whether photographs were left out.
 fn by_balls(
     args: &Args,
     folder: &Folder,
     light_file: &Path,
     warnings: &mut Vec<String>,
     context: &Context,
-) -> Result<()> {
-    let place = if args.photographs.is_dir() {
-        args.photographs.clone()
-    } else {
-        args.photographs.parent().unwrap_or(Path::new(".")).to_path_buf()
-    };
+) -> Result<bool> {
+    let place = folder_of(&args.photographs);
     let job = &context.job;
     let photographs: Vec<PathBuf> =
         pictures_in(&place)?.into_iter().map(|path| std::fs::canonicalize(&path).unwrap_or(path)).collect();
@@ -163,8 +161,8 @@ fn by_balls(
     if found.lights().len() < 3 {
         found.refuse_problems()?;
     }
-    warnings
-        .extend(found.frames.iter().filter_map(|frame| frame.trouble()).map(|t| format!("left out: {t}")));
+    let troubles: Vec<String> = found.frames.iter().filter_map(|frame| frame.trouble()).collect();
+    warnings.extend(troubles.iter().map(|trouble| format!("left out: {trouble}")));
     let outlines: Vec<String> =
         found.balls.iter().map(|b| format!("{:.1},{:.1},{:.1}", b.x, b.y, b.radius)).collect();
     if args.development.crop.is_none() {
@@ -176,7 +174,36 @@ fn by_balls(
     std::fs::write(light_file, lp::format(&found.lights()))
         .map_err(|e| Error::io("cannot write the lights", &e).at(light_file))?;
     let picture = drawn(&found, &load, job)?;
-    folder.add("balls.png", &encode_picture_with(&picture, PictureFormat::Png(Depth::Eight), job)?)
+    folder.add("balls.png", &encode_picture_with(&picture, PictureFormat::Png(Depth::Eight), job)?)?;
+    Ok(!troubles.is_empty())
+}
+
+/// The folder of the photographs.
+fn folder_of(photographs: &Path) -> PathBuf {
+    if photographs.is_dir() {
+        return photographs.to_path_buf();
+    }
+    let parent = photographs.parent().filter(|parent| !parent.as_os_str().is_empty());
+    parent.unwrap_or(Path::new(".")).to_path_buf()
+}
+
+/// The name of a light file that is not yet beside the photographs.
+fn free_light_file(place: &Path) -> PathBuf {
+    let numbered = (1..).map(|i| format!("lights_{i}.lp"));
+    let mut paths = std::iter::once("lights.lp".to_owned()).chain(numbered).map(|name| place.join(name));
+    paths.find(|path| !path.exists()).unwrap_or_else(|| place.join("lights.lp"))
+}
+
+/// The command that writes what [`by_balls`] found.
+fn lights_command(args: &Args, place: &Path, light_file: &Path, skips: bool) -> String {
+    let ball = |ball: &MirrorBall| format!(" --ball {},{},{}", ball.x, ball.y, ball.radius);
+    format!(
+        "relume lights {} -o {}{}{}",
+        paths::shell_word(place),
+        paths::shell_word(light_file),
+        args.ball.iter().map(ball).collect::<String>(),
+        if skips { " --skip" } else { "" }
+    )
 }
 
 /// The options for all verbs that read the photographs; samples are read as what a matt surface explains better, unless
@@ -201,17 +228,22 @@ fn options(
             development.input_space = relume::capture::develop::InputSpace::from_name(taken.name());
         }
     }
-    Ok(development.words())
+    let mask = args.mask.iter().flat_map(|mask| ["--mask".into(), mask.clone().into_os_string()]);
+    Ok(development.words().into_iter().chain(mask).collect())
 }
 
 /// Commands that were run.
 struct Steps<'a> {
     args: &'a Args,
     light_file: &'a Path,
+    /// The light file, or the folder that has one, as a user would type it.
+    shown: &'a Path,
     folder: &'a Folder,
     context: &'a Context,
     /// As a user would type them.
     done: Vec<String>,
+    /// Those of all commands, each once.
+    warnings: Vec<String>,
 }
 
 impl Steps<'_> {
@@ -227,8 +259,16 @@ impl Steps<'_> {
         };
         let report = super::run_typed(words(self.folder.path(), self.light_file), self.context)
             .map_err(|e| Error::new(e.kind(), e.message()).at(&self.args.photographs))?;
-        let shown = words(&self.args.output, &self.args.photographs);
-        self.done.push(format!("relume {}", shown.iter().map(paths::text).collect::<Vec<_>>().join(" ")));
+        report.warnings.into_iter().for_each(|warning| self.warn(warning));
+        let shown = words(&self.args.output, self.shown);
+        self.done
+            .push(format!("relume {}", shown.iter().map(paths::shell_word).collect::<Vec<_>>().join(" ")));
         Ok(report.json)
+    }
+
+    fn warn(&mut self, warning: String) {
+        if !self.warnings.contains(&warning) {
+            self.warnings.push(warning);
+        }
     }
 }

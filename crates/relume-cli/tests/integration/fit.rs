@@ -188,6 +188,9 @@ fn what_cannot_be_done_is_said_in_one_sentence() {
             .contains("does not lie inside 7 x 5")
     );
     assert!(failed(path, &["fit", ".", "-o", "a.ptm", "--crop", "4,0"], 2).contains("four whole numbers"));
+    let heavy = failed(path, &["fit", ".", "-o", "a.ptm", "--ridge", "1e300"], 2);
+    assert!(heavy.contains("a weight above 0 and up to 1000000"), "{heavy}");
+    assert!(failed(path, &["fit", ".", "-o", "a.ptm", "--lamp-mm", "90"], 2).contains("--surface-mm"));
     assert!(failed(path, &["fit", "nothing", "-o", "a.ptm"], 1).contains("nothing: cannot read"));
     write_grey(&path.join("p5.png"), (5, 7), &[9; 35]);
     let text = failed(path, &["fit", ".", "-o", "a.ptm"], 1);

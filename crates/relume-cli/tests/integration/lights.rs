@@ -56,7 +56,7 @@ fn what_shows_no_lamp_is_refused_in_one_sentence() {
     let at = folder.path();
     done(at, &["capture", "sponge", "-o", "photos", "--size", "80", "--lights", "5", "--balls", "1"]);
     let files = ["photos/light_000.png", "photos/light_001.png"];
-    let text = refused(at, &["lights", files[0], files[1], "--ball", "900,10,9", "-o", "x.lp"]);
+    let text = failed(at, &["lights", files[0], files[1], "--ball", "900,10,9", "-o", "x.lp"], 1);
     assert!(text.contains("not inside the photographs"), "{text}");
     let text = refused(at, &["lights", files[0], "--ball", "1,2", "-o", "x.lp"]);
     assert!(text.contains("column, row and radius"), "{text}");

@@ -49,7 +49,7 @@ fn one_command_makes_a_material_of_photographs_with_a_mirror_ball() {
     assert!(report["fit"]["psnr_db"].as_f64().unwrap() > 25.0, "{}", report["fit"]);
     let size = read_raster(&folder.path().join("leather/albedo.png"), &Job::default()).unwrap().size();
     assert_eq!((size.width, size.height), (96, 96));
-    let text = failed(folder.path(), &["new", "leather", "-o", "again", "--ball", "1,1,9"], 2);
+    let text = failed(folder.path(), &["new", "leather", "-o", "again", "--ball", "1,1,9"], 1);
     assert!(text.contains("not inside"), "{text}");
 }
 
@@ -130,6 +130,10 @@ fn exposures_intensities_and_the_light_of_the_room_are_undone() {
     let height = ["height", "p", "-o", "x.exr", "--intensities"];
     let refuse = |file: &str| failed(at, &[&height[..], &[file]].concat(), 1);
     assert!(refuse("zero.txt").contains("line 1: the intensity 0"));
+    for value in ["1e-300", "1e300", "inf", "NaN"] {
+        fs::write(at.join("zero.txt"), text.replacen("0.5", value, 1)).unwrap();
+        assert!(refuse("zero.txt").contains("from 0.000001 to 1000000"), "{value}");
+    }
     fs::write(at.join("few.txt"), "1\n1\n").unwrap();
     assert!(refuse("few.txt").contains("2 intensities for 24 lights"));
     fs::write(at.join("words.txt"), "bright\n").unwrap();
@@ -145,11 +149,16 @@ fn what_does_not_fit_the_photographs_is_refused_in_one_sentence() {
     write_grey(&at.join("black.png"), (64, 64), &[0; 64 * 64]);
     let height =
         |more: &[&str], status| failed(at, &[&["height", "p", "-o", "x.exr"], more].concat(), status);
-    assert!(height(&["--white-card", "card.png"], 2).contains("both must be alike"));
+    assert!(height(&["--white-card", "card.png"], 1).contains("both must be alike"));
     assert!(height(&["--white-card", "black.png"], 1).contains("it must show the card everywhere"));
-    assert!(height(&["--ambient-frame", "card.png"], 2).contains("both must be alike"));
-    assert!(height(&["--mask", "card.png"], 2).contains("same size"));
-    assert!(height(&["--mask", "black.png"], 2).contains("leaves no texel"));
+    assert!(height(&["--ambient-frame", "card.png"], 1).contains("both must be alike"));
+    assert!(height(&["--mask", "card.png"], 1).contains("expected the 64 x 64 of the photographs"));
+    assert!(height(&["--mask", "black.png"], 1).contains("leaves no texel"));
+    assert!(
+        height(&["--grey", "60,0,30,30"], 1).contains("--grey: 30 x 30 pixels at (60, 0) do not lie inside")
+    );
+    let shading = ["--method", "shape-from-shading", "--surface-mm", "100", "--lamp-mm", "90"];
+    assert!(height(&shading, 2).contains("--surface-mm has no part"));
     assert!(height(&["--surface-mm", "100"], 2).contains("--lamp-mm"));
     assert!(height(&["--crop", "60,0,30,30"], 2).contains("does not lie inside"));
     assert!(height(&["--reduce", "64", "--crop", "0,0,20,20"], 2).contains("nothing would be left"));
@@ -163,6 +172,20 @@ fn what_does_not_fit_the_photographs_is_refused_in_one_sentence() {
     }
     let text = failed(at, &["fit", "black", "-o", "x.ptm", "--equalize"], 1);
     assert!(text.contains("too dark"), "{text}");
+    for name in ["a", "b", "c", "d", "e", "f"] {
+        write_grey(&at.join("black").join(name), (8, 8), &[255; 64]);
+    }
+    let white = json(at, &["fit", "black", "-o", "x.ptm"]);
+    assert!(
+        white["warnings"].to_string().contains("6 of 6 photographs are saturated"),
+        "{}",
+        white["warnings"]
+    );
+    fs::write(at.join("black/l.lp"), "2\na 0 0 1\nb 1 0 1").unwrap();
+    let few = failed(at, &["height", "black", "-o", "x.exr"], 1);
+    assert!(few.contains("at least 3 lights, found 2"), "{few}");
+    let equalize = failed(at, &["height", "black", "-o", "x.exr", "--equalize"], 1);
+    assert!(equalize.contains("at least 5 photographs, found 2"), "{equalize}");
 }
 
 #[test]

@@ -20,11 +20,13 @@
 //! | `product` | three channel functions to a luminance and a colour |
 //! | `ridge` | a penalty on rough functions, chosen by leaving photographs out |
 //! | `robust` | photographs that do not follow the functions at a texel left out, or counted less |
+//! | `exposed` | photographs that are black, or white over most of the surface |
 //! | `sample`, `residual`, `leave_one_out`, `report` | how well the result relights the photographs |
 //! | `reference` | the slow and obvious fit against which the tests compare |
 
 mod accumulate;
 mod design;
+mod exposed;
 mod held_out;
 pub mod learned;
 mod leave_one_out;
@@ -43,7 +45,7 @@ mod stream;
 
 pub use report::{FitReport, LightReport, Residual};
 pub use ridge::Ridge;
-pub use robust::Robust;
+pub use robust::{Robust, TexelFitReport};
 
 use serde::Serialize;
 
@@ -53,7 +55,7 @@ use crate::field::{Basis, PlaneLayout, ReflectanceField};
 use crate::job::Job;
 use crate::lamps::LampPositions;
 use crate::planes::Planes;
-use crate::raster::{LoadRaster, Raster, Samples};
+use crate::raster::{LoadRaster, Raster};
 use crate::space::Space;
 use accumulate::accumulate;
 use design::Design;
@@ -85,6 +87,9 @@ pub struct FitOptions {
     /// is undone in the photographs. All photographs are in memory then.
     #[serde(skip)]
     pub lamps: Option<LampPositions>,
+    /// The texels that belong to the surface: others are not measured. Photographs are black there.
+    #[serde(skip)]
+    pub mask: Option<Vec<bool>>,
 }
 
 impl Default for FitOptions {
@@ -98,6 +103,7 @@ impl Default for FitOptions {
             ridge: Ridge::None,
             robust: Robust::None,
             lamps: None,
+            mask: None,
         }
     }
 }
@@ -192,16 +198,19 @@ pub fn fit(
     options.validate()?;
     let directions: Vec<Direction> = lights.iter().map(|(_, light)| *light).collect();
     let mut design = Design::new(&options.basis, &directions)?;
+    if options.robust == Robust::Trimmed && options.ridge == Ridge::None {
+        robust::check_trimmed(&design)?;
+    }
     job.start("fitting photographs", lights.len() as u64);
     let names = lights.iter().map(|(name, _)| name.as_str()).collect();
     let functions = options.basis.len();
     let sums = |channels: usize| (functions * channels).max(functions + channels);
     let stream = PhotographStream::open(names, load, sums, job)?;
     let layout = options.layout_for(stream.channels())?;
-    let grid = Grid::new(stream.size(), options.report_texels);
+    let grid = Grid::within(stream.size(), options.report_texels, options.mask.as_deref())?;
     let planes = sums(stream.channels());
     let _sums = job.hold("the fit", 4 * (planes * stream.size().texels()) as u64)?;
-    let _sample = job.hold("the sample for the error report", stream.sample_bytes(&grid))?;
+    let _sample = job.hold("the sample for the error report", stream.sample_bytes(&grid) + grid.bytes())?;
     let levels = SampleLevels::new(options.space);
     // The coefficients on the grid, and for each photograph left out those without it.
     let copies = if options.leave_one_out { 2 + rayon::current_num_threads() } else { 1 };
@@ -209,15 +218,16 @@ pub fn fit(
 
     let all = if options.needs_all() { stream.bytes() } else { 0 };
     let _all = job.hold("all photographs, which robust fits and near lamps need together,", all)?;
-    let SummedPhotographs { mut sums, kept, sampled, all, black } =
+    let SummedPhotographs { mut sums, kept, sampled, all, black, white } =
         sum_photographs(&stream, &design, &levels, &grid, options, job)?;
-    let in_the_dark = in_the_dark(&stream, &black)?;
+    let exposure = exposed::warnings(&stream, &black, &white)?;
     if let Some(ridged) = ridged(&design, options, &sampled, &levels)? {
         ridge::apply(&mut sums, stream.channels(), &design, &ridged);
         design = ridged;
     }
-    let rule = robust::TexelRule { robust: options.robust, lamps: options.lamps.as_ref() };
-    robust::refine(&mut sums, &all, rule, &design, &levels, job)?;
+    let mask = options.mask.as_deref();
+    let rule = robust::TexelRule { robust: options.robust, lamps: options.lamps.as_ref(), mask };
+    let texel_fit = robust::refine(&mut sums, &all, rule, &design, &levels, job)?;
     let linear = options.leave_one_out.then(|| grid.planes(&sums));
     let coefficients = finish(sums, &layout, &design);
 
@@ -228,11 +238,12 @@ pub fn fit(
         levels: &levels,
         design: &design,
         robust: options.robust,
+        texel_fit,
         lamps: options.lamps.as_ref(),
         kept: &kept,
     };
     let mut report = measured.report(&stream, &grid.planes(&coefficients), linear.as_ref(), job)?;
-    report.warnings.extend(in_the_dark);
+    report.warnings.extend(exposure);
     let field = ReflectanceField::new(options.basis.clone(), layout, options.space, coefficients)?;
     Ok(Fit { field: field.with_lights(directions), report })
 }
@@ -249,33 +260,8 @@ struct SummedPhotographs {
     all: Vec<Raster>,
     /// The numbers of those that are black everywhere.
     black: Vec<usize>,
-}
-
-/// Refuses photographs that are all black, and says which of them are.
-fn in_the_dark(stream: &PhotographStream, black: &[usize]) -> Result<Option<String>> {
-    let Some(first) = black.first() else { return Ok(None) };
-    if black.len() == stream.len() {
-        return Err(Error::invalid(format!(
-            "all {} photographs are black, from {} on: nothing is to be seen of a surface; check the exposure and the files",
-            black.len(),
-            stream.name(*first)
-        )));
-    }
-    let names: Vec<&str> = black.iter().take(6).map(|i| stream.name(*i)).collect();
-    Ok(Some(format!(
-        "{} of {} photographs are black, as if their lamps had not been lit: leave them out of the light file ({})",
-        black.len(),
-        stream.len(),
-        names.join(", ")
-    )))
-}
-
-fn is_black(photograph: &Raster) -> bool {
-    match photograph.samples() {
-        Samples::U8(samples) => samples.iter().all(|sample| *sample == 0),
-        Samples::U16(samples) => samples.iter().all(|sample| *sample == 0),
-        Samples::F32(samples) => samples.iter().all(|sample| *sample <= 0.0),
-    }
+    /// The numbers of those that are white over half of the surface.
+    white: Vec<usize>,
 }
 
 fn sum_photographs(
@@ -290,12 +276,14 @@ fn sum_photographs(
     let channels = stream.channels();
     // One constant function in three channels needs three planes, but four as luminance and colour.
     let planes = (functions * channels).max(functions + channels);
-    let (mut kept, mut sampled, mut all, mut black) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let (mut kept, mut sampled, mut all) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut black, mut white) = (Vec::new(), Vec::new());
     let mut sums = Planes::zeros(stream.size(), planes);
     let sample = Grid::new(stream.size(), ridge::SAMPLE_TEXELS);
     stream.for_each_batch(job, |first, batch| {
         accumulate(&mut sums, design, first, batch, levels);
-        black.extend((first..).zip(batch).filter(|(_, one)| is_black(one)).map(|(i, _)| i));
+        black.extend((first..).zip(batch).filter(|(_, one)| exposed::is_black(one)).map(|(i, _)| i));
+        white.extend((first..).zip(batch).filter(|(_, one)| exposed::is_white(one, grid)).map(|(i, _)| i));
         if grid.is_kept() {
             kept.extend(batch.iter().map(|photograph| grid.raster(photograph)));
         }
@@ -307,7 +295,7 @@ fn sum_photographs(
         }
         job.advance(batch.len() as u64)
     })?;
-    Ok(SummedPhotographs { sums, kept, sampled, all, black })
+    Ok(SummedPhotographs { sums, kept, sampled, all, black, white })
 }
 
 /// The design with the ridge that was asked for.

@@ -7,7 +7,7 @@ use super::design::Design;
 use super::leave_one_out::coefficients_without;
 use super::levels::SampleLevels;
 use super::residual::{Lamp, squared_error, squared_error_near};
-use super::robust::Robust;
+use super::robust::{Robust, TexelFitReport};
 use super::sample::Grid;
 use super::stream::PhotographStream;
 use crate::direction::Direction;
@@ -58,7 +58,9 @@ pub struct FitReport {
     pub space: Space,
     /// Texels of the field.
     pub texels: usize,
-    /// Texels compared, on a regular grid; all when equal to `texels`.
+    /// Those inside the mask; all without one.
+    pub texels_inside: usize,
+    /// Texels compared, on a regular grid; all when equal to `texels_inside`.
     pub texels_measured: usize,
     /// The condition number of the matrix of the fit, in the Frobenius norm.
     pub condition_number: f64,
@@ -66,6 +68,8 @@ pub struct FitReport {
     pub ridge: Option<f64>,
     /// Which photographs counted at a texel.
     pub robust: Robust,
+    /// What a robust fit, or one under near lamps, did.
+    pub texel_fit: Option<TexelFitReport>,
     /// The error over all photographs.
     pub error: Residual,
     /// The error over all photographs, each predicted from the others; those for which the others do not
@@ -94,6 +98,7 @@ pub(super) struct FitMeasurement<'a> {
     pub levels: &'a SampleLevels,
     pub design: &'a Design,
     pub robust: Robust,
+    pub texel_fit: Option<TexelFitReport>,
     /// Lamps whose light has another direction at each texel.
     pub lamps: Option<&'a LampPositions>,
     /// The texels of the grid in every photograph; empty where they are too many to keep.
@@ -136,10 +141,12 @@ impl FitMeasurement<'_> {
         Ok(FitReport {
             space: self.levels.space(),
             texels: self.grid.full_texels(),
+            texels_inside: self.grid.inside_texels(),
             texels_measured: self.grid.texels(),
             condition_number: self.design.condition_number(),
             ridge: self.design.ridge_weight(),
             robust: self.robust,
+            texel_fit: self.texel_fit,
             error: residual(errors.iter().map(|e| e.fit).sum(), samples * errors.len()),
             leave_one_out: (!predicted.is_empty())
                 .then(|| residual(predicted.iter().sum(), samples * predicted.len())),
@@ -172,7 +179,7 @@ impl FitMeasurement<'_> {
     }
 
     fn warnings(&self, photographs: usize, are_predicted: bool) -> Vec<String> {
-        let mut warnings = Vec::new();
+        let mut warnings = Vec::from_iter(self.texel_fit.and_then(|fit| fit.warning(self.robust)));
         let condition = self.design.condition_number();
         if condition > POOR_CONDITION {
             warnings.push(format!(

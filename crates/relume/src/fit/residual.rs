@@ -1,6 +1,5 @@
 //! The difference between a relit field and a photograph.
 
-use crate::direction::Direction;
 use crate::field::{Basis, PlaneLayout};
 use crate::lamps::LampPositions;
 use crate::planes::Planes;
@@ -58,9 +57,7 @@ pub(super) fn squared_error_near(
     let mut weights = vec![0.0f32; lamp.basis.len()];
     let mut sum = 0.0;
     for (texel, (x, y)) in lamp.grid.places().enumerate() {
-        let [u, v, w] = lamp.lamps.at(lamp.number, x, y).0;
-        let light = Direction::new(u, v, w).expect("lamps are above the surface");
-        lamp.basis.weights_into(light.into(), &mut functions);
+        lamp.basis.weights_into(lamp.lamps.direction_at(lamp.number, x, y).into(), &mut functions);
         weights.iter_mut().zip(&functions).for_each(|(weight, value)| *weight = *value as f32);
         for channel in 0..photograph.channels() {
             let (mut relit, mut truth) = ([0.0f32], [0.0f32]);

@@ -25,6 +25,9 @@ pub(super) const SAMPLE_TEXELS: usize = 4096;
 /// The weights to choose from: half decades. Larger ones leave the smoothest functions alone.
 const WEIGHTS: [f64; 13] = [1e-6, 3e-6, 1e-5, 3e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1, 3e-1, 1.0];
 
+/// Beyond this weight nothing is left but the smoothest function, and sums lose their digits.
+const LARGEST_WEIGHT: f64 = 1e6;
+
 /// The penalty on rough functions.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -39,11 +42,15 @@ pub enum Ridge {
 }
 
 impl Ridge {
-    pub(super) fn validate(self) -> Result<()> {
+    /// Checks the weight.
+    ///
+    /// # Errors
+    /// A weight that is not positive, or so large that it leaves no function.
+    pub fn validate(self) -> Result<()> {
         match self {
-            Self::Weight(weight) if !(weight > 0.0 && weight.is_finite()) => {
-                Err(Error::usage(format!("the ridge needs a positive weight, found {weight}")))
-            }
+            Self::Weight(weight) if !(weight > 0.0 && weight <= LARGEST_WEIGHT) => Err(Error::usage(
+                format!("the ridge needs a weight above 0 and up to {LARGEST_WEIGHT}, found {weight}"),
+            )),
             _ => Ok(()),
         }
     }

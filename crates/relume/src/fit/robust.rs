@@ -19,10 +19,10 @@ use rayon::prelude::*;
 use super::design::Design;
 use super::levels::SampleLevels;
 use super::products::BAND;
-use crate::direction::Direction;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::lamps::LampPositions;
+use crate::names::Named;
 use crate::numeric::Matrix;
 use crate::planes::Planes;
 use crate::raster::Raster;
@@ -58,15 +58,67 @@ pub enum Robust {
 
 crate::names::named!(Robust { None => "none", Trimmed => "trimmed", Reweighted => "reweighted" });
 
+/// What a fit of each texel by itself did.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[non_exhaustive]
+pub struct TexelFitReport {
+    /// Texels whose photographs determined the functions.
+    pub refitted: usize,
+    /// Texels that keep the coefficients of least squares, under near lamps those for directions from the middle, because
+    /// the photographs left there do not determine the functions.
+    pub kept: usize,
+    /// The darkest photographs that a trimmed fit left out at each refitted texel.
+    pub darkest_left_out: usize,
+    /// The brightest.
+    pub brightest_left_out: usize,
+}
+
+impl TexelFitReport {
+    /// A reason to doubt the coefficients, if there is one.
+    pub(super) fn warning(&self, robust: Robust) -> Option<String> {
+        let all = self.refitted + self.kept;
+        (self.kept > 0).then(|| {
+            let rule = if robust == Robust::None { "near lamps" } else { robust.name() };
+            format!(
+                "{rule}: at {} of {all} texels the photographs left do not determine the functions, and these keep plain least \
+                 squares: fewer functions or a ridge (--ridge auto) would do",
+                self.kept
+            )
+        })
+    }
+}
+
+/// The photographs of `count` that a trimmed fit leaves out at each texel: the darkest and the brightest.
+fn left_out(count: usize) -> (usize, usize) {
+    ((DARKEST * count as f64) as usize, (BRIGHTEST * count as f64) as usize)
+}
+
+/// Refuses to trim where fewer photographs would be left than there are functions.
+pub(super) fn check_trimmed(design: &Design) -> Result<()> {
+    let (dark, bright) = left_out(design.lights());
+    let left = design.lights() - dark - bright;
+    if left >= design.functions() || design.penalty().is_some() {
+        return Ok(());
+    }
+    Err(Error::invalid(format!(
+        "a trimmed fit leaves {left} of {} photographs at each texel, and {} functions need as many: choose a basis of fewer, \
+         a ridge, or a reweighted fit",
+        design.lights(),
+        design.functions()
+    )))
+}
+
 /// How the photographs of a texel are fitted.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct TexelRule<'a> {
     pub robust: Robust,
     /// Lamps whose light has another direction at each texel.
     pub lamps: Option<&'a LampPositions>,
+    /// Texels outside stay as they are.
+    pub mask: Option<&'a [bool]>,
 }
 
-/// Replaces the coefficients of least squares: plane c n + k is function k of channel c.
+/// Replaces the coefficients of least squares: plane c n + k is function k of channel c. `None` where nothing is asked for.
 pub(super) fn refine(
     sums: &mut Planes,
     photographs: &[Raster],
@@ -74,11 +126,11 @@ pub(super) fn refine(
     design: &Design,
     levels: &SampleLevels,
     job: &Job,
-) -> Result<()> {
-    let Some(channels) = photographs.first().map(Raster::channels) else { return Ok(()) };
+) -> Result<Option<TexelFitReport>> {
+    let Some(channels) = photographs.first().map(Raster::channels) else { return Ok(None) };
     let (n, width) = (design.functions(), sums.size().width);
     let bands = sums.bands_mut(BAND).into_par_iter().enumerate();
-    bands.try_for_each(|(b, mut band)| {
+    let refitted = bands.map(|(b, mut band)| {
         job.proceed()?;
         let texels = band[0].len();
         let mut values = vec![0.0f32; photographs.len() * channels * texels];
@@ -89,7 +141,8 @@ pub(super) fn refine(
             levels.channel(&photographs[i], channel, b * BAND, row);
         }
         let mut texel = TexelFit::new(design, rule, channels);
-        for t in 0..texels {
+        let (mut refitted, mut kept) = (0, 0);
+        for t in (0..texels).filter(|t| rule.mask.is_none_or(|mask| mask[b * BAND + t])) {
             texel.place((b * BAND + t) % width, (b * BAND + t) / width);
             texel.load(|i, channel| f64::from(values[(i * channels + channel) * texels + t]));
             let before = |c: usize, k: usize| f64::from(band[c * n + k][t]);
@@ -97,9 +150,17 @@ pub(super) fn refine(
                 for (k, plane) in band.iter_mut().take(channels * n).enumerate() {
                     plane[t] = texel.coefficients[k] as f32;
                 }
+                refitted += 1;
+            } else {
+                kept += 1;
             }
         }
-        Ok(())
+        Ok((refitted, kept))
+    });
+    let sum = refitted.try_reduce(|| (0, 0), |a, b| Ok((a.0 + b.0, a.1 + b.1)));
+    let trimmed = if rule.robust == Robust::Trimmed { left_out(photographs.len()) } else { (0, 0) };
+    sum.map(|(refitted, kept)| {
+        Some(TexelFitReport { refitted, kept, darkest_left_out: trimmed.0, brightest_left_out: trimmed.1 })
     })
 }
 
@@ -139,9 +200,7 @@ impl<'a> TexelFit<'a> {
         let n = self.design.functions();
         self.functions.resize(self.design.lights() * n, 0.0);
         for (i, functions) in self.functions.chunks_exact_mut(n).enumerate() {
-            let [u, v, w] = lamps.at(i, x, y).0;
-            let light = Direction::new(u, v, w).expect("lamps are above the surface");
-            self.design.basis().weights_into(light.into(), functions);
+            self.design.basis().weights_into(lamps.direction_at(i, x, y).into(), functions);
         }
     }
 
@@ -188,8 +247,7 @@ impl<'a> TexelFit<'a> {
         self.order.clear();
         self.order.extend(0..self.weights.len());
         self.order.sort_by(|&a, &b| sum(a).total_cmp(&sum(b)).then(a.cmp(&b)));
-        let count = self.order.len() as f64;
-        let (dark, bright) = ((DARKEST * count) as usize, (BRIGHTEST * count) as usize);
+        let (dark, bright) = left_out(self.order.len());
         let kept = dark..self.order.len() - bright;
         for (rank, &i) in self.order.iter().enumerate() {
             self.weights[i] = f64::from(u8::from(kept.contains(&rank)));
@@ -232,7 +290,7 @@ impl<'a> TexelFit<'a> {
         }
         let factor = normal.cholesky()?;
         if (0..n).any(|j| factor[(j, j)].powi(2) <= LEAST_PIVOT * normal[(j, j)]) {
-            return Err(crate::error::Error::invalid("the photographs left do not determine the functions"));
+            return Err(Error::invalid("the photographs left do not determine the functions"));
         }
         for (right, out) in right.chunks_exact(n).zip(self.coefficients.chunks_exact_mut(n)) {
             solve_factored(&factor, right, out);
@@ -258,67 +316,4 @@ fn solve_factored(factor: &Matrix, right: &[f64], out: &mut [f64]) {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::super::accumulate::accumulate;
-    use super::*;
-    use crate::field::Basis;
-    use crate::raster::Samples;
-    use crate::size::Size;
-    use crate::space::Space;
-
-    /// Photographs of a function of `linear` shape, a fifth of them in shadow at each texel.
-    fn shadowed(lights: &[Direction], size: Size) -> (Vec<Raster>, Vec<f32>) {
-        let truth = [0.5f32, 0.2, -0.15];
-        let value = |light: &Direction| truth[0] + truth[1] * light.x() as f32 + truth[2] * light.y() as f32;
-        let photograph = |(i, light): (usize, &Direction)| {
-            let texel = |t: usize| if (i + 3 * t).is_multiple_of(5) { 0.0 } else { value(light) };
-            Raster::new(size, 1, Samples::F32((0..size.texels()).map(texel).collect())).unwrap()
-        };
-        (lights.iter().enumerate().map(photograph).collect(), truth.to_vec())
-    }
-
-    #[test]
-    fn shadows_of_a_fifth_of_the_photographs_do_not_count() {
-        let lights: Vec<Direction> = (0..40).map(Direction::fibonacci(40)).collect();
-        let size = Size::new(7, 5);
-        let (photographs, truth) = shadowed(&lights, size);
-        let basis = Basis::from_name("linear").unwrap();
-        let design = Design::new(&basis, &lights).unwrap();
-        let levels = SampleLevels::new(Space::Linear);
-        let worst = |rule: Robust| {
-            let mut sums = Planes::zeros(size, 3);
-            accumulate(&mut sums, &design, 0, &photographs[..16], &levels);
-            accumulate(&mut sums, &design, 16, &photographs[16..32], &levels);
-            accumulate(&mut sums, &design, 32, &photographs[32..], &levels);
-            let rule = TexelRule { robust: rule, lamps: None };
-            refine(&mut sums, &photographs, rule, &design, &levels, &Job::default()).unwrap();
-            let errors =
-                (0..3).flat_map(|k| sums.plane(k).iter().map(|c| (c - truth[k]).abs()).collect::<Vec<_>>());
-            errors.fold(0.0f32, f32::max)
-        };
-        let (plain, trimmed, reweighted) =
-            (worst(Robust::None), worst(Robust::Trimmed), worst(Robust::Reweighted));
-        assert!(plain > 0.08, "{plain}");
-        assert!(trimmed < 1e-5, "{trimmed}");
-        assert!(reweighted < 0.5 * plain, "{reweighted} and {plain}");
-    }
-
-    /// The darkest quarter of seven photographs is one, which leaves as many as there are functions; of six, one too many.
-    #[test]
-    fn texels_whose_photographs_do_not_suffice_keep_least_squares() {
-        let lights: Vec<Direction> = (0..6).map(Direction::fibonacci(6)).collect();
-        let photograph = |i: usize| {
-            Raster::new(Size::new(2, 1), 1, Samples::F32(vec![0.1 * i as f32, 0.3 - 0.01 * i as f32]))
-                .unwrap()
-        };
-        let photographs: Vec<Raster> = (0..6).map(photograph).collect();
-        let design = Design::new(&Basis::Ptm, &lights).unwrap();
-        let levels = SampleLevels::new(Space::Linear);
-        let mut sums = Planes::zeros(Size::new(2, 1), 6);
-        accumulate(&mut sums, &design, 0, &photographs, &levels);
-        let before = sums.clone();
-        let rule = TexelRule { robust: Robust::Trimmed, lamps: None };
-        refine(&mut sums, &photographs, rule, &design, &levels, &Job::default()).unwrap();
-        assert_eq!(sums, before);
-    }
-}
+mod tests;

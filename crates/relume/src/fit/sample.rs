@@ -1,5 +1,6 @@
-//! The texels at which a fit is compared with its photographs: a regular grid.
+//! The texels at which a fit is compared with its photographs: a regular grid, or every so-manieth within a mask.
 
+use crate::error::{Error, Result};
 use crate::planes::Planes;
 use crate::raster::{Raster, Samples};
 use crate::size::Size;
@@ -15,6 +16,8 @@ pub(super) struct Grid {
     step: usize,
     first: (usize, usize),
     size: Size,
+    /// The texels of a mask instead, and how many are inside it.
+    chosen: Option<(Vec<usize>, usize)>,
 }
 
 impl Grid {
@@ -27,7 +30,28 @@ impl Grid {
         let size = Size::new(full.width.div_ceil(step), full.height.div_ceil(step));
         let margin = |side: usize, count: usize| (side - 1 - (count - 1) * step) / 2;
         let first = (margin(full.width, size.width), margin(full.height, size.height));
-        Self { full, step, first, size }
+        Self { full, step, first, size, chosen: None }
+    }
+
+    /// As [`Grid::new`], of the texels inside a mask if there is one.
+    ///
+    /// # Errors
+    /// A mask of another size, and one without a texel.
+    pub fn within(full: Size, most: usize, mask: Option<&[bool]>) -> Result<Self> {
+        let Some(mask) = mask else { return Ok(Self::new(full, most)) };
+        let inside = mask.iter().filter(|inside| **inside).count();
+        if mask.len() != full.texels() || inside == 0 {
+            return Err(Error::invalid(format!(
+                "the mask has {} texels, {inside} of them inside, and the photographs {full}: expected as many, and some \
+                 inside",
+                mask.len()
+            )));
+        }
+        let every = inside.div_ceil(most.max(1));
+        let texels = mask.iter().enumerate().filter(|(_, inside)| **inside).map(|(i, _)| i);
+        let chosen: Vec<usize> = texels.step_by(every).collect();
+        let size = Size::new(chosen.len(), 1);
+        Ok(Self { full, step: 1, first: (0, 0), size, chosen: Some((chosen, inside)) })
     }
 
     /// The number of texels of the grid.
@@ -38,6 +62,16 @@ impl Grid {
     /// The number of texels of the picture.
     pub fn full_texels(&self) -> usize {
         self.full.texels()
+    }
+
+    /// The number of texels of the picture inside the mask; all without one.
+    pub fn inside_texels(&self) -> usize {
+        self.chosen.as_ref().map_or(self.full.texels(), |(_, inside)| *inside)
+    }
+
+    /// The bytes of the list of texels.
+    pub fn bytes(&self) -> u64 {
+        self.chosen.as_ref().map_or(0, |(chosen, _)| size_of_val(chosen.as_slice()) as u64)
     }
 
     /// Whether it has few enough texels to keep them from every photograph.
@@ -68,9 +102,14 @@ impl Grid {
 
     fn indices(&self) -> impl Iterator<Item = usize> {
         let (x0, y0) = self.first;
-        (0..self.size.height).flat_map(move |j| {
-            (0..self.size.width).map(move |i| self.full.index(x0 + i * self.step, y0 + j * self.step))
-        })
+        let place = move |k: usize| match &self.chosen {
+            Some((chosen, _)) => chosen[k],
+            None => {
+                let (i, j) = (k % self.size.width, k / self.size.width);
+                self.full.index(x0 + i * self.step, y0 + j * self.step)
+            }
+        };
+        (0..self.size.texels()).map(place)
     }
 
     fn pick<T: Copy>(&self, samples: &[T], channels: usize) -> Vec<T> {
@@ -95,6 +134,24 @@ mod tests {
                 assert!(w * h > most || indices.len() == w * h);
             }
         }
+    }
+
+    #[test]
+    fn within_a_mask_there_are_only_its_texels() {
+        let size = Size::new(30, 20);
+        let mask: Vec<bool> = (0..600).map(|i| i % 30 < 10).collect();
+        for most in [1, 7, 100, 199, 200, 5000] {
+            let grid = Grid::within(size, most, Some(&mask)).unwrap();
+            let indices: Vec<usize> = grid.indices().collect();
+            assert!(indices.len() == grid.texels() && (1..=most).contains(&indices.len()));
+            assert!(indices.is_sorted_by(|a, b| a < b) && indices.iter().all(|&i| mask[i]));
+            assert!(most < 200 || indices.len() == 200);
+            assert_eq!((grid.inside_texels(), grid.full_texels()), (200, 600));
+        }
+        assert!(
+            Grid::within(size, 9, Some(&mask[1..])).is_err()
+                && Grid::within(size, 9, Some(&[false; 600])).is_err()
+        );
     }
 
     #[test]

@@ -83,7 +83,7 @@ pub fn highlights(
 ) -> Result<Highlights> {
     let lights: Vec<[f64; 3]> = input.lights.iter().map(|(_, light)| light.to_array()).collect();
     if lights.len() < LEAST_LIGHTS {
-        return Err(Error::usage(format!(
+        return Err(Error::invalid(format!(
             "roughness needs at least {LEAST_LIGHTS} lights, found {}",
             lights.len()
         )));

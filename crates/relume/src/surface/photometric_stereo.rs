@@ -180,7 +180,7 @@ struct Solved {
 fn check_lights(lights: &[[f64; 3]], ambient: Ambient) -> Result<()> {
     let least = if ambient == Ambient::Constant { 4 } else { 3 };
     if lights.len() < least {
-        return Err(Error::usage(format!(
+        return Err(Error::invalid(format!(
             "photometric stereo needs at least {least} lights, found {}",
             lights.len()
         )));
@@ -190,7 +190,7 @@ fn check_lights(lights: &[[f64; 3]], ambient: Ambient) -> Result<()> {
     let [a, b, c, d, e, f] = [mean(0, 0), mean(1, 1), mean(2, 2), mean(0, 1), mean(0, 2), mean(1, 2)];
     let determinant = a * (b * c - f * f) - d * (d * c - f * e) + e * (d * f - b * e);
     if 27.0 * determinant < LEAST_SPREAD {
-        return Err(Error::usage(
+        return Err(Error::invalid(
             "the lights nearly lie in one plane with the surface point: photometric stereo needs lights all around",
         ));
     }

@@ -13,18 +13,19 @@
 //! Outliers are more than four and a half robust standard deviations (1.4826 medians of absolute deviations) from the
 //! median, and more than a stated least difference.
 
+mod error_map;
+
 use serde::Serialize;
 
-use super::tested::codes;
-use crate::direction::{Direction, Directions};
-use crate::error::{Error, Result};
+use super::tested::ComparedPhotographs;
+use crate::direction::Direction;
+use crate::error::Result;
 use crate::field::ReflectanceField;
 use crate::job::Job;
-use crate::numeric::decibel::psnr_db;
+use crate::numeric::decibel::{mean_psnr_db, psnr_db};
 use crate::numeric::quadrature::hemisphere;
-use crate::raster::LoadRaster;
-use crate::render::relight_srgb8;
 use crate::size::Size;
+use error_map::{ErrorMap, squared};
 
 /// Codes up to this are shadow, and from [`SATURATED`] on saturated.
 const SHADOW: u8 = 5;
@@ -53,8 +54,11 @@ const UNCOVERED_DEG: f64 = 40.0;
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct QualityReport {
-    /// The mean over pictures of the peak signal-to-noise ratio, in dB.
+    /// The mean of the peak signal-to-noise ratio over pictures that have an error, in dB; infinite (in JSON: null) where none
+    /// has one.
     pub psnr_db: f64,
+    /// The number of pictures without an error.
+    pub exact: usize,
     /// Each photograph.
     pub lights: Vec<LightQuality>,
     /// Indices of the photographs with the largest errors, the worst first.
@@ -107,47 +111,38 @@ pub struct Coverage {
     pub polar_range_deg: [f64; 2],
 }
 
-/// Compares a fitted texture with the photographs of its fit, which `load` reads by number. The map of errors has no more
-/// than `most_cells` cells along a side.
+/// Compares a fitted texture with the photographs of its fit. The map of errors has no more than `most_cells` cells along a
+/// side.
 ///
 /// # Errors
-/// No photograph, channels without a colour, and errors of `load`.
+/// No photograph, photographs of another size, channels without a colour, and errors of the reader.
 pub fn quality(
     field: &ReflectanceField,
-    photographs: &[(String, Directions)],
-    load: &LoadRaster,
+    photographs: &ComparedPhotographs<'_>,
     most_cells: usize,
     job: &Job,
 ) -> Result<QualityReport> {
-    if photographs.is_empty() || field.layout().is_named() {
-        return Err(Error::usage("a report needs photographs, and a texture whose channels are a colour"));
-    }
-    let texels = field.size().texels();
-    job.check_bytes("the relit picture, the photograph and the map of errors", (3 * 3 + 8) * texels as u64)?;
-    let mut map = ErrorMap::new(field.size(), most_cells);
-    let mut relit = vec![0u8; 3 * texels];
-    let mut lights = Vec::with_capacity(photographs.len());
-    for (i, (name, pair)) in photographs.iter().enumerate() {
-        job.proceed()?;
-        let photograph = codes(&load(i)?);
-        if photograph.len() != relit.len() {
-            return Err(Error::invalid(format!("the photograph {name} is not of the size {}", field.size())));
-        }
-        relight_srgb8(field, *pair, &mut relit);
-        map.add(&relit, &photograph);
-        lights.push(of_light(name, pair.light, &relit, &photograph, field.size()));
-    }
-    let coverage = coverage(&photographs.iter().map(|(_, pair)| pair.light).collect::<Vec<_>>());
+    job.check_bytes("the map of errors", 8 * field.size().texels() as u64)?;
+    let mut map = ErrorMap::new(field.size(), most_cells, photographs.mask);
+    let mut lights = Vec::with_capacity(photographs.pairs.len());
+    photographs.for_each(field, job, |i, relit, photograph| {
+        let (name, pair) = &photographs.pairs[i];
+        map.add(relit, photograph);
+        let pictures = Pictures { relit, photograph, size: field.size(), mask: photographs.mask };
+        lights.push(pictures.figures(name, pair.light, photographs.texels(field.size())));
+    })?;
+    let coverage = coverage(&photographs.pairs.iter().map(|(_, pair)| pair.light).collect::<Vec<_>>());
     doubt_outliers(&mut lights);
     let mut worst: Vec<usize> = (0..lights.len()).collect();
     worst.sort_by(|&a, &b| lights[a].psnr_db.total_cmp(&lights[b].psnr_db).then(a.cmp(&b)));
     let mean = |of: fn(&LightQuality) -> f64| lights.iter().map(of).sum::<f64>() / lights.len() as f64;
-    let (psnr_db, shadow_share) = (mean(|l| l.psnr_db), mean(|l| l.shadow_share));
-    let saturated_share = mean(|l| l.saturated_share);
+    let (psnr_db, exact) = mean_psnr_db(lights.iter().map(|light| light.psnr_db));
+    let (shadow_share, saturated_share) = (mean(|l| l.shadow_share), mean(|l| l.saturated_share));
     let warnings = warnings(&lights, &coverage, saturated_share);
     let (map_size, error_map) = map.finish();
     Ok(QualityReport {
         psnr_db,
+        exact,
         worst,
         coverage,
         shadow_share,
@@ -159,68 +154,48 @@ pub fn quality(
     })
 }
 
-/// Sums of squared differences of cells of the surface.
-struct ErrorMap {
-    full: Size,
-    step: usize,
+/// A relit texture and its photograph, as codes.
+struct Pictures<'a> {
+    relit: &'a [u8],
+    photograph: &'a [u8],
     size: Size,
-    squares: Vec<u64>,
-    values: Vec<u64>,
+    mask: Option<&'a [bool]>,
 }
 
-impl ErrorMap {
-    fn new(full: Size, most: usize) -> Self {
-        let step = full.width.max(full.height).div_ceil(most.max(1)).max(1);
-        let size = Size::new(full.width.div_ceil(step), full.height.div_ceil(step));
-        Self { full, step, size, squares: vec![0; size.texels()], values: vec![0; size.texels()] }
-    }
-
-    fn add(&mut self, relit: &[u8], photograph: &[u8]) {
-        let texels = relit.as_chunks::<3>().0.iter().zip(photograph.as_chunks::<3>().0);
-        for (t, (a, b)) in texels.enumerate() {
-            let (x, y) = (t % self.full.width / self.step, t / self.full.width / self.step);
-            let cell = self.size.index(x, y);
-            self.squares[cell] += squared(a, b);
-            self.values[cell] += 3;
+impl Pictures<'_> {
+    /// The figures of the photograph, over so many texels inside the mask.
+    fn figures(&self, name: &str, light: Direction, texels: usize) -> LightQuality {
+        let (relit, photograph, size) = (self.relit, self.photograph, self.size);
+        let sum = |codes: &[u8]| codes.iter().map(|code| u64::from(*code)).sum::<u64>().max(1) as f64;
+        let error = squared(relit, photograph);
+        let shift = best_shift(relit, photograph, size);
+        let mut doubts = Vec::new();
+        if shift != [0, 0] {
+            doubts.push(format!(
+                "fits better {} texels to the right and {} down: moved between photographs?",
+                shift[0], shift[1]
+            ));
+        }
+        if let Some(turn) = better_orientation(relit, photograph, size, error) {
+            doubts.push(format!("fits better {turn}: another orientation than the others?"));
+        }
+        LightQuality {
+            name: name.to_owned(),
+            direction: light.to_array(),
+            psnr_db: psnr_db(error as f64 / (255.0 * 255.0 * 3.0 * texels as f64)),
+            shadow_share: self.share(texels, |code| code <= SHADOW),
+            saturated_share: self.share(texels, |code| code >= SATURATED),
+            brightness_factor: sum(photograph) / sum(relit),
+            shift,
+            doubts,
         }
     }
 
-    fn finish(self) -> (Size, Vec<f32>) {
-        let rms = |(square, count): (&u64, &u64)| (*square as f64 / *count as f64).sqrt() as f32;
-        (self.size, self.squares.iter().zip(&self.values).map(rms).collect())
-    }
-}
-
-fn squared(a: &[u8], b: &[u8]) -> u64 {
-    a.iter().zip(b).map(|(a, b)| u64::from(a.abs_diff(*b)).pow(2)).sum()
-}
-
-fn of_light(name: &str, light: Direction, relit: &[u8], photograph: &[u8], size: Size) -> LightQuality {
-    let share = |is: fn(u8) -> bool| {
-        photograph.iter().filter(|code| is(**code)).count() as f64 / photograph.len() as f64
-    };
-    let sum = |codes: &[u8]| codes.iter().map(|code| u64::from(*code)).sum::<u64>().max(1) as f64;
-    let error = squared(relit, photograph);
-    let shift = best_shift(relit, photograph, size);
-    let mut doubts = Vec::new();
-    if shift != [0, 0] {
-        doubts.push(format!(
-            "fits better {} texels to the right and {} down: moved between photographs?",
-            shift[0], shift[1]
-        ));
-    }
-    if let Some(turn) = better_orientation(relit, photograph, size, error) {
-        doubts.push(format!("fits better {turn}: another orientation than the others?"));
-    }
-    LightQuality {
-        name: name.to_owned(),
-        direction: light.to_array(),
-        psnr_db: psnr_db(error as f64 / (255.0 * 255.0 * relit.len() as f64)),
-        shadow_share: share(|code| code <= SHADOW),
-        saturated_share: share(|code| code >= SATURATED),
-        brightness_factor: sum(photograph) / sum(relit),
-        shift,
-        doubts,
+    /// The share of the codes of the photograph inside the mask.
+    fn share(&self, texels: usize, is: impl Fn(u8) -> bool) -> f64 {
+        let inside = |texel: usize| self.mask.is_none_or(|mask| mask[texel]);
+        let codes = self.photograph.iter().enumerate().filter(|(i, code)| is(**code) && inside(i / 3));
+        codes.count() as f64 / (3 * texels) as f64
     }
 }
 

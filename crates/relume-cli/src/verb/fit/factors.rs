@@ -11,6 +11,7 @@ use super::Args;
 use super::input::Inputs;
 use crate::context::Context;
 use crate::output::Outputs;
+use crate::paths;
 use crate::report::Report;
 
 /// What is factored in one piece.
@@ -80,8 +81,8 @@ pub(super) fn run(
         "{}: {size} texels, {said}, from {} photographs\n`relume compare {} {}` measures the error",
         args.output.display(),
         inputs.pairs().len(),
-        args.capture.display(),
-        args.output.display()
+        paths::shell_word(&args.capture),
+        paths::shell_word(&args.output)
     );
     Ok(Report::new(text, described(size, factorisation, &functions))
         .with_outputs(written)

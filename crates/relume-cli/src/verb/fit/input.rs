@@ -3,12 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use relume::direction::Directions;
+use relume::field::Basis;
 use relume::format::FieldFormat;
 use relume::lamps::LampPositions;
 use relume::workflow::{Btf, Missing};
 use relume::{Error, Job, Raster, Rect, Result};
 
-use super::{Args, BasisChoice};
+use super::Args;
+use super::choice::BasisChoice;
 use crate::context::Context;
 use crate::output;
 use crate::photographs::{PhotographArgs, PhotographSet};
@@ -48,7 +50,7 @@ impl Inputs {
         }
         let mut set = PhotographSet::open(&args.capture, &args.photographs, &context.job)?;
         if let Some(mask) = &args.mask {
-            set.mask(mask, &context.job)?;
+            set.set_mask(mask, &context.job)?;
         }
         for written in std::iter::once(&args.output).chain(&args.report) {
             output::refuse_input(written, &set.paths())?;
@@ -131,11 +133,38 @@ impl Inputs {
         &self.warnings
     }
 
-    /// The lamps over the texels, where their places are known.
-    pub(super) fn lamps(&self) -> Option<LampPositions> {
+    /// The lamps over the texels, where their places are known and the functions take the light of each texel from a
+    /// direction of its own.
+    pub(super) fn lamps(&self, basis: &Basis) -> Option<LampPositions> {
         match &self.source {
-            PhotographSource::Capture(set) => set.lamps(),
+            PhotographSource::Capture(set) if !has_one_light(basis) => set.lamps(),
+            _ => None,
+        }
+    }
+
+    /// What is to be said where near lamps are taken from the middle of the surface.
+    pub(super) fn lamp_warning(&self, basis: &Basis) -> Option<String> {
+        let PhotographSource::Capture(set) = &self.source else { return None };
+        (set.lamps().is_some() && has_one_light(basis)).then(|| {
+            "photographs that are interpolated or learned from have one light each: that of near lamps is taken from the middle of \
+             the surface"
+                .to_owned()
+        })
+    }
+
+    /// The texels that belong to the surface, where a mask says it.
+    pub(super) fn mask(&self) -> Option<&[bool]> {
+        match &self.source {
+            PhotographSource::Capture(set) => set.mask(),
             PhotographSource::Btf { .. } => None,
+        }
+    }
+
+    /// The photographs of a test, developed as these.
+    pub(super) fn test_set(&self, path: &Path, args: &Args, job: &Job) -> Result<PhotographSet> {
+        match &self.source {
+            PhotographSource::Capture(set) => set.test_set(path, &args.photographs, job),
+            PhotographSource::Btf { .. } => PhotographSet::open(path, &args.photographs, job),
         }
     }
 
@@ -158,4 +187,9 @@ impl Inputs {
             }
         }
     }
+}
+
+/// Whether each photograph has one light for all texels.
+fn has_one_light(basis: &Basis) -> bool {
+    matches!(basis, Basis::Interpolated(_) | Basis::Learned(_))
 }

@@ -11,7 +11,9 @@ use relume::{Error, Footprint, RasterSequence, Result, Space};
 use serde_json::json;
 
 use super::input::Inputs;
-use super::{Args, FittedFormat, by_polar_angle, described, predicted, quality, relit, test};
+use super::test::{self, Test};
+use super::words::{by_polar_angle, measured, predicted, relit};
+use super::{Args, FittedFormat, described, quality};
 use crate::context::Context;
 use crate::output::Outputs;
 use crate::report::Report;
@@ -25,6 +27,7 @@ pub(super) fn run(
     context: &Context,
 ) -> Result<Report> {
     let mut options = options(args, format)?;
+    options.mask = inputs.mask().map(<[bool]>::to_vec);
     if options.rounding.is_some() {
         inputs.check_grid("rounding")?;
     }
@@ -39,12 +42,12 @@ pub(super) fn run(
     let load = |i: usize| photographs.read(i);
     let fit =
         learned::fit(inputs.pairs(), &load, &options, &context.job).map_err(|e| e.at(inputs.place()))?;
-    let tested = test::run(args, &fit.field, context)?;
+    let tested = test::run(args, inputs, &fit.field, context)?;
     outputs.write(&args.output, encoded(&fit, format, context)?)?;
     let fitted = json!(fit.report);
     let quality = quality::run(args, inputs, &fit.field, &fitted, &mut outputs, context)?;
     let written = outputs.commit()?;
-    let mut json = described(&fit.field, fitted, tested.as_ref(), quality);
+    let mut json = described(&fit.field, fitted, tested.as_ref(), quality.as_ref());
     json["clusters"] = json!(options.clusters);
     json["rounding"] = json!(options.rounding);
     let clusters = options
@@ -59,8 +62,13 @@ pub(super) fn run(
         inputs.pairs().len()
     );
     let mut text = format!("{what}\n{}", summary(&fit.report));
-    text.extend(tested.as_ref().map(test::summary));
-    Ok(Report::new(text, json).with_outputs(written).with_warnings(inputs.warnings()))
+    text.extend(tested.as_ref().map(Test::summary));
+    Ok(Report::new(text, json)
+        .with_outputs(written)
+        .with_warnings(inputs.warnings())
+        .with_warnings(inputs.lamp_warning(fit.field.basis()))
+        .with_warnings(tested.iter().flat_map(|test| &test.warnings))
+        .with_warnings(quality.iter().flat_map(|quality| &quality.warnings)))
 }
 
 /// What is asked for, where the file named can hold it.
@@ -154,9 +162,6 @@ fn summary(report: &LearnedReport) -> String {
     lines.extend(report.held_out.as_ref().map(|left_out| predicted(left_out, &report.fitted)));
     lines.push(by_polar_angle(&report.by_view, &report.by_light));
     lines.push(format!("worst: {}", report.worst));
-    lines.push(format!(
-        "measured on {} of {} texels, before rounding to the file's depth",
-        report.texels_measured, report.texels
-    ));
+    lines.push(measured(report.texels_measured, report.texels_inside, report.texels));
     lines.join("\n")
 }

@@ -10,7 +10,9 @@ use relume::{Error, Footprint, RasterSequence, ReflectanceField, Result, Space};
 use serde_json::json;
 
 use super::input::Inputs;
-use super::{Args, described, quality, test};
+use super::test::{self, Test};
+use super::words::measured;
+use super::{Args, described, quality};
 use crate::context::Context;
 use crate::output::Outputs;
 use crate::report::Report;
@@ -31,9 +33,8 @@ pub(super) fn run(
     let is_compact = basis == Basis::Ptm || basis == Basis::HSH9;
     let layout = if is_compact { PlaneLayout::LRGB } else { PlaneLayout::RGB };
     let robust = args.robust.unwrap_or_default();
-    let is_interpolated = matches!(basis, Basis::Interpolated(_));
-    let lamps = inputs.lamps().filter(|_| !is_interpolated);
-    let is_far = inputs.lamps().is_some() && is_interpolated;
+    let lamps = inputs.lamps(&basis);
+    let far = inputs.lamp_warning(&basis);
     let options = FitOptions {
         basis,
         layout: args.color.clone().unwrap_or(layout),
@@ -48,6 +49,7 @@ pub(super) fn run(
         ridge: args.ridge.unwrap_or_default(),
         robust,
         lamps,
+        mask: inputs.mask().map(<[bool]>::to_vec),
     };
     let load = |i: usize| inputs.photograph(i, &context.job);
     let photographs = RasterSequence::open(&load)?;
@@ -57,20 +59,21 @@ pub(super) fn run(
         inputs.pairs().iter().map(|(name, pair)| (name.clone(), pair.light)).collect();
     let mut fit = fit::fit(&lights, &load, &options, &context.job).map_err(|e| e.at(inputs.place()))?;
     fit.report.warnings.extend(inputs.warnings().iter().cloned());
-    fit.report.warnings.extend(is_far.then(|| {
-        "photographs that are interpolated have one light each: that of near lamps is taken from the middle of the surface"
-            .to_owned()
-    }));
-    let tested = test::run(args, &fit.field, context)?;
+    fit.report.warnings.extend(far);
+    let tested = test::run(args, inputs, &fit.field, context)?;
     outputs.write(&args.output, encode_field(&fit.field, format, None, &context.job)?)?;
     let fitted = json!(fit.report);
     let quality = quality::run(args, inputs, &fit.field, &fitted, &mut outputs, context)?;
     let written = outputs.commit()?;
-    let mut json = described(&fit.field, fitted, tested.as_ref(), quality);
+    let mut json = described(&fit.field, fitted, tested.as_ref(), quality.as_ref());
     json["development"] = inputs.facts();
     let mut text = summary(&args.output, &fit.field, &fit.report);
-    text.extend(tested.as_ref().map(test::summary));
-    Ok(Report::new(text, json).with_outputs(written).with_warnings(&fit.report.warnings))
+    text.extend(tested.as_ref().map(Test::summary));
+    Ok(Report::new(text, json)
+        .with_outputs(written)
+        .with_warnings(&fit.report.warnings)
+        .with_warnings(tested.iter().flat_map(|test| &test.warnings))
+        .with_warnings(quality.iter().flat_map(|quality| &quality.warnings)))
 }
 
 /// Refuses a texture that could be fitted, but not written within the memory.
@@ -108,22 +111,28 @@ fn summary(output: &Path, field: &ReflectanceField, report: &FitReport) -> Strin
     if let Some(weight) = report.ridge {
         lines.push(format!("ridge: rough functions penalised with the weight {weight}"));
     }
-    match report.robust {
-        Robust::None => {}
-        Robust::Trimmed => lines.push(
-            "robust: the darkest quarter and the brightest tenth of the photographs of each texel left out"
-                .into(),
-        ),
-        Robust::Reweighted => {
-            lines.push("robust: photographs that differ much from the function of a texel count less".into());
-        }
-    }
+    lines.extend(robustly(report));
     if let Some(error) = report.leave_one_out {
         lines.push(format!("each predicted from the others: {:.2} dB", error.psnr_db));
     }
-    lines.push(format!(
-        "measured on {} of {} texels, before rounding to the file's depth",
-        report.texels_measured, report.texels
-    ));
+    lines.push(measured(report.texels_measured, report.texels_inside, report.texels));
     lines.join("\n")
+}
+
+/// What a robust fit did.
+fn robustly(report: &FitReport) -> Option<String> {
+    let fit = report.texel_fit?;
+    let how = match report.robust {
+        Robust::None => return None,
+        Robust::Trimmed => format!(
+            "the {} darkest and the {} brightest of {} photographs left out",
+            fit.darkest_left_out,
+            fit.brightest_left_out,
+            report.lights.len()
+        ),
+        Robust::Reweighted => {
+            "photographs that differ much from the function of a texel count less".to_owned()
+        }
+    };
+    Some(format!("robust: at {} of {} texels {how}", fit.refitted, fit.refitted + fit.kept))
 }

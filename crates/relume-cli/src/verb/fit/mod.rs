@@ -1,5 +1,6 @@
 //! `relume fit`: from photographs under known lights, or lights and views, to a texture of functions.
 
+mod choice;
 mod factors;
 mod input;
 mod learned;
@@ -7,28 +8,28 @@ mod light;
 mod parametric;
 mod quality;
 mod test;
+mod words;
 
 use std::path::PathBuf;
 
-use clap::builder::{PossibleValuesParser, TypedValueParser};
-use relume::field::{Basis, Interpolated, Interpolation, PlaneLayout};
-use relume::fit::learned::{PairsReport, PolarReport};
+use relume::field::{Basis, Interpolated, PlaneLayout};
 use relume::fit::{Ridge, Robust};
 use relume::format::bonn::{BtfScalar, check_grid, check_square};
 use relume::format::{ExrDepth, FieldFormat};
-use relume::workflow::tested::TestReport;
+use relume::workflow::quality::QualityReport;
 use relume::workflow::{Btf, Missing};
 use relume::{Error, ReflectanceField, Result, Space};
 use serde_json::{Value, json};
 
 use crate::args;
 use crate::context::Context;
-use crate::decibels::{self, decibels};
 use crate::output::{self, Outputs};
 use crate::photographs::PhotographArgs;
 use crate::report::Report;
+use choice::{BasisChoice, basis};
 use factors::Factorisation;
 use input::Inputs;
+use test::Test;
 
 /// Arguments of `relume fit`.
 #[derive(Debug, clap::Args)]
@@ -111,7 +112,8 @@ pub struct Args {
     #[arg(long)]
     leave_one_out: bool,
     /// Photographs that take no part in the fit, as a light-position file: relight the result under their lights and
-    /// compare, as encoded 8-bit values
+    /// compare, as encoded 8-bit values. They are developed as those of the fit, with the same mask, part and near lamps; what is
+    /// known of the fitted photographs alone is said
     #[arg(long, value_name = "FILE.lp")]
     test: Option<PathBuf>,
     /// Also write a report on the quality of the fit: one page with the errors of each light and of each place, each
@@ -121,7 +123,8 @@ pub struct Args {
     /// Number of texels of each photograph to compare with the result, or `all`
     #[arg(long, value_name = "N", default_value = "65536", value_parser = texels)]
     report_texels: usize,
-    /// A picture of which the bright pixels belong to the surface: others are black in the texture
+    /// A picture of which the bright pixels belong to the surface: others are black in the texture, and not measured. Its size is
+    /// that of the photographs, with which it is cropped and reduced, or of what is left of them
     #[arg(long, value_name = "FILE")]
     mask: Option<PathBuf>,
     #[command(flatten)]
@@ -250,8 +253,8 @@ impl Args {
 fn described(
     field: &ReflectanceField,
     report: Value,
-    test: Option<&TestReport>,
-    quality: Option<Value>,
+    test: Option<&Test>,
+    quality: Option<&QualityReport>,
 ) -> Value {
     let mut json = json!({
         "width": field.size().width,
@@ -261,11 +264,10 @@ fn described(
         "report": report,
     });
     if let Some(test) = test {
-        json["test_psnr_db"] = json!(test.psnr_db);
-        json["test"] = json!(test);
+        (json["test_psnr_db"], json["test"]) = test.described();
     }
     if let Some(quality) = quality {
-        json["quality"] = quality;
+        json["quality"] = json!(quality);
     }
     json
 }
@@ -309,34 +311,6 @@ fn named_format(args: &Args) -> Result<FieldFormat> {
     }
 }
 
-/// What is asked for by `--basis`.
-#[derive(Debug, Clone, PartialEq)]
-enum BasisChoice {
-    OfLight(Basis),
-    Interpolated(Interpolation),
-    Learned,
-}
-
-impl BasisChoice {
-    fn name(&self) -> &'static str {
-        match self {
-            Self::OfLight(basis) => basis.name(),
-            Self::Interpolated(rule) => rule.name(),
-            Self::Learned => "learned",
-        }
-    }
-}
-
-fn basis() -> impl TypedValueParser<Value = BasisChoice> {
-    let of_light = Basis::NAMED.iter().filter(|basis| **basis != Basis::Constant).map(Basis::name);
-    let others = Interpolation::ALL.map(Interpolation::name).into_iter().chain([BasisChoice::Learned.name()]);
-    PossibleValuesParser::new(of_light.chain(others)).map(|name| {
-        let rule = Interpolation::ALL.into_iter().find(|rule| rule.name() == name);
-        let of_light = Basis::from_name(&name).map(BasisChoice::OfLight);
-        of_light.or(rule.map(BasisChoice::Interpolated)).unwrap_or(BasisChoice::Learned)
-    })
-}
-
 fn texels(text: &str) -> std::result::Result<usize, String> {
     let number = if text == "all" { Some(usize::MAX) } else { text.parse().ok().filter(|n| *n > 0) };
     number.ok_or_else(|| "expected a number of at least 1, or all".to_owned())
@@ -347,44 +321,12 @@ fn ridge(text: &str) -> std::result::Result<Ridge, String> {
         "none" => Ok(Ridge::None),
         "auto" => Ok(Ridge::LeaveOneOut),
         _ => {
-            let weight = text.parse().ok().filter(|weight: &f64| *weight > 0.0 && weight.is_finite());
-            weight.map(Ridge::Weight).ok_or_else(|| "expected auto, none or a positive number".to_owned())
+            let weight: Option<f64> = text.parse().ok();
+            let expected = || "expected auto, none or a number above 0".to_owned();
+            let ridge = weight.map(Ridge::Weight).ok_or_else(expected)?;
+            ridge.validate().map(|()| ridge).map_err(|e| e.message().to_owned())
         }
     }
-}
-
-/// The errors by the polar angle of the view, or of the light where all photographs have one view.
-fn by_polar_angle(views: &[PolarReport], lights: &[PolarReport]) -> String {
-    let (what, angles) = if views.len() > 1 { ("view", views) } else { ("light", lights) };
-    let sums = angles.iter().map(|p| (p.polar_deg, p.pairs, p.pairs as f64 * p.encoded.rmse.powi(2)));
-    decibels::by_polar_angle(what, &sums.collect::<Vec<_>>(), |mean| decibels(-10.0 * mean.log10()))
-}
-
-/// The error of all photographs, by the measure of `relume compare`; and that of the values that were fitted, if they are others.
-fn relit(report: &PairsReport, space: Space) -> String {
-    let error = &report.encoded;
-    let lab = report.mae_lab.map_or(String::new(), |mae| format!(", mean difference {mae:.2} in CIE Lab"));
-    let fitted = match space {
-        Space::Srgb => String::new(),
-        Space::Linear => format!("; of linear values, which were fitted: {}", decibels(report.error.psnr_db)),
-    };
-    let (psnr, rmse) = (decibels(error.psnr_db), error.rmse);
-    format!(
-        "relit photographs, encoded: {psnr} PSNR, RMSE {rmse:.4} ({:.2} of 255){lab}{fitted}",
-        255.0 * rmse
-    )
-}
-
-/// The errors of photographs left out.
-fn predicted(left_out: &PairsReport, fitted: &PairsReport) -> String {
-    let lab = left_out.mae_lab.map_or(String::new(), |mae| format!(", mean difference {mae:.2} in CIE Lab"));
-    format!(
-        "{} photographs left out and predicted, encoded: {}, RMSE {:.4}{lab} ({} for those fitted)",
-        left_out.pairs,
-        decibels(left_out.encoded.psnr_db),
-        left_out.encoded.rmse,
-        decibels(fitted.encoded.psnr_db)
-    )
 }
 
 /// Refuses, before any work, pairs that the file named cannot hold.

@@ -9,7 +9,8 @@ use relume::{Error, Footprint, RasterSequence, Result, Space};
 use serde_json::json;
 
 use super::input::Inputs;
-use super::{Args, FittedFormat, by_polar_angle, predicted, relit};
+use super::words::{by_polar_angle, predicted, relit};
+use super::{Args, FittedFormat};
 use crate::context::Context;
 use crate::output::Outputs;
 use crate::report::Report;

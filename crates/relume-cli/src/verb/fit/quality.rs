@@ -2,8 +2,9 @@
 
 use std::fmt::Write;
 
-use relume::render::relight;
+use relume::render::Relighter;
 use relume::workflow::quality::{LightQuality, QualityReport, quality};
+use relume::workflow::tested::ComparedPhotographs;
 use relume::{Picture, Planes, ReflectanceField, Result, Size, Space};
 use serde_json::{Value, json};
 
@@ -22,7 +23,7 @@ const CELLS: usize = 256;
 const SHOWN: usize = 3;
 const SHOWN_SIDE: usize = 384;
 
-/// Writes the page that was asked for, and returns the report as JSON.
+/// Writes the page that was asked for, and returns the report.
 pub(super) fn run(
     args: &Args,
     inputs: &Inputs,
@@ -30,11 +31,11 @@ pub(super) fn run(
     fitted: &Value,
     outputs: &mut Outputs,
     context: &Context,
-) -> Result<Option<Value>> {
+) -> Result<Option<QualityReport>> {
     let Some(path) = &args.report else { return Ok(None) };
-    let (page, json) = page(args, inputs, field, fitted, context)?;
+    let (page, report) = page(args, inputs, field, fitted, context)?;
     outputs.write(path, page)?;
-    Ok(Some(json))
+    Ok(Some(report))
 }
 
 fn page(
@@ -43,10 +44,16 @@ fn page(
     field: &ReflectanceField,
     fitted: &Value,
     context: &Context,
-) -> Result<(Vec<u8>, Value)> {
+) -> Result<(Vec<u8>, QualityReport)> {
     let load = |i: usize| inputs.photograph(i, &context.job);
-    let report =
-        quality(field, inputs.pairs(), &load, CELLS, &context.job).map_err(|e| e.at(inputs.place()))?;
+    let lamps = inputs.lamps(field.basis());
+    let photographs = ComparedPhotographs {
+        pairs: inputs.pairs(),
+        load: &load,
+        lamps: lamps.as_ref(),
+        mask: inputs.mask(),
+    };
+    let report = quality(field, &photographs, CELLS, &context.job).map_err(|e| e.at(inputs.place()))?;
     let json = json!(report);
     let left_out = |i: usize| fitted["lights"][i]["leave_one_out"]["psnr_db"].as_f64();
     let leverage = |i: usize| fitted["lights"][i]["leverage"].as_f64();
@@ -63,14 +70,15 @@ fn page(
         ("hemisphere", hemisphere(&report)),
         ("map", map),
         ("map_high", format!("{map_high:.0}")),
-        ("worst", worst(&report, inputs, field, context)?),
+        ("worst", worst(&report, &photographs, field, context)?),
         ("second", "left out, dB".to_owned()),
         ("rows", rows),
         // A name with a tag must not end the script.
         ("json", json!({ "fit": fitted, "quality": json }).to_string().replace('<', "\\u003c")),
     ];
     let fill = |page: String, (name, value): &(&str, String)| page.replace(&format!("{{{{{name}}}}}"), value);
-    Ok((fields.iter().fold(TEMPLATE.to_owned(), fill).into_bytes(), json))
+    let page = fields.iter().fold(TEMPLATE.to_owned(), fill).into_bytes();
+    Ok((page, report))
 }
 
 fn decibels(value: Option<f64>) -> String {
@@ -80,7 +88,7 @@ fn decibels(value: Option<f64>) -> String {
 fn facts(report: &QualityReport, fitted: &Value) -> String {
     let percent = |share: f64| format!("{:.1} %", 100.0 * share);
     let mut facts = vec![
-        ("mean over photographs", format!("{:.2} dB", report.psnr_db)),
+        ("mean over photographs", crate::decibels::decibels(report.psnr_db)),
         (
             "each predicted from the others",
             match fitted["leave_one_out"]["psnr_db"].as_f64() {
@@ -99,6 +107,9 @@ fn facts(report: &QualityReport, fitted: &Value) -> String {
     ];
     if let Some(weight) = fitted["ridge"].as_f64() {
         facts.push(("ridge", format!("{weight}")));
+    }
+    if report.exact > 0 {
+        facts.push(("photographs without an error, left out of the mean", report.exact.to_string()));
     }
     if let Some(rule) = fitted["robust"].as_str().filter(|rule| *rule != "none") {
         facts.push(("robust fit", rule.to_owned()));
@@ -162,15 +173,20 @@ fn map_uri(report: &QualityReport) -> Result<(String, f32)> {
 
 fn worst(
     report: &QualityReport,
-    inputs: &Inputs,
+    photographs: &ComparedPhotographs<'_>,
     field: &ReflectanceField,
     context: &Context,
 ) -> Result<String> {
+    let relighter = Relighter::new(field, &context.job)?;
     let mut html = String::new();
     for &i in report.worst.iter().take(SHOWN) {
         let light = &report.lights[i];
-        let photograph = small(inputs.photograph(i, &context.job)?.to_picture(Space::Srgb));
-        let relit = small(relight(field, inputs.pairs()[i].1).to_space(Space::Srgb));
+        let photograph = small((photographs.load)(i)?.to_picture(Space::Srgb));
+        let relit = match photographs.lamps {
+            Some(lamps) => relighter.relight_near(lamps, i),
+            None => relighter.relight(photographs.pairs[i].1),
+        };
+        let relit = small(relit.to_space(Space::Srgb));
         let difference = difference(&photograph, &relit)?;
         let _ = write!(
             html,

@@ -22,7 +22,7 @@ use crate::context::Context;
 use crate::output::Outputs;
 use crate::photographs::PhotographArgs;
 use crate::report::Report;
-use crate::{args, input, normals};
+use crate::{args, normals};
 use compare::KnownShape;
 use shape::{HeightMethod, Shape};
 
@@ -50,7 +50,8 @@ pub struct Args {
     /// Chellappa)
     #[arg(long, default_value = "poisson", value_parser = args::named::<IntegrationMethod>())]
     integration: IntegrationMethod,
-    /// A picture of which the bright texels belong to the surface; others are left level
+    /// A picture of which the bright pixels belong to the surface; others are left level. Its size is that of the photographs,
+    /// with which it is cropped and reduced, or of what is left of them
     #[arg(long, value_name = "FILE")]
     mask: Option<PathBuf>,
     /// Whether cliffs become ramps (smooth) or stay (preserve)
@@ -130,8 +131,11 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     }
     let mut outputs = Outputs::new(context);
     let maps = [&args.normals, &args.albedo_map, &args.roughness_map, &args.specular_map];
+    let mut read = vec![args.input.as_path()];
+    read.extend(args.photographs.files());
+    read.extend(args.mask.as_deref());
     for path in std::iter::once(&args.output).chain(maps.into_iter().flatten()) {
-        outputs.file(path, &[&[args.input.as_path()][..], &args.photographs.files()].concat())?;
+        outputs.file(path, &read)?;
     }
     for path in maps.into_iter().flatten() {
         PictureFormat::from_path(path)?;
@@ -140,10 +144,9 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let shape = shape::find(args, &known, context)?;
     let albedo = albedo_map(args, &shape, &context.job)?;
     let lobes = lobe_maps(args, &shape, &context.job)?;
-    let size = shape.slopes.size();
-    let mask = args.mask.as_ref().map(|path| input::mask(path, size, &context.job)).transpose()?;
-    let height = integrated(args, &shape, mask.as_deref(), context)?;
-    let compared = known.compare(&height, &shape.normals, mask.as_deref())?;
+    let mask = shape.mask.as_deref();
+    let height = integrated(args, &shape, mask, context)?;
+    let compared = known.compare(&height, &shape.normals, mask)?;
     let pixel_mm = args.pixel_mm.or(shape.pixel_mm);
 
     outputs.write(&args.output, encode_height_with(&height, pixel_mm, format, &context.job)?)?;
@@ -192,7 +195,10 @@ fn refuse_strangers(args: &Args, method: HeightMethod, is_capture: bool) -> Resu
         ("--longest", shading.longest.is_some(), is_shading),
         ("--steepest", args.steepest.is_some(), !is_shading),
     ];
-    let of_photographs = args.photographs.given().map(|name| (name, true, is_capture));
+    // Shape from shading takes one photograph, as it is stored.
+    let pairing = PhotographArgs { pair: None, ..args.photographs.clone() };
+    let photographs = if is_shading && is_capture { &pairing } else { &args.photographs };
+    let of_photographs = photographs.given().map(|name| (name, true, is_capture && is_stereo));
     match given.iter().chain(&of_photographs).find(|(_, given, has_part)| *given && !has_part) {
         Some((option, ..)) => Err(Error::usage(format!(
             "{option} has no part in {} from this input: leave it out, or name another --method",
@@ -310,7 +316,7 @@ fn report(args: &Args, shape: &Shape, height: &Planes, compared: compare::Compar
         "height_error": compared.height,
         "normal_error": compared.normals,
     });
-    Report::new(text, json)
+    Report::new(text, json).with_warnings(&shape.warnings)
 }
 
 /// One of a few names.

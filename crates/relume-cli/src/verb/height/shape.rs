@@ -61,8 +61,12 @@ pub struct Shape {
     pub highlights: Option<Highlights>,
     /// The size of a texel in millimetres, where the photographs tell it.
     pub pixel_mm: Option<f64>,
+    /// The texels that belong to the surface, if a mask says it.
+    pub mask: Option<Vec<bool>>,
     /// For people, a line each.
     pub notes: Vec<String>,
+    /// Reasons for doubt, a sentence each.
+    pub warnings: Vec<String>,
     /// For programs.
     pub facts: Value,
 }
@@ -79,7 +83,9 @@ impl Shape {
             albedo: None,
             highlights: None,
             pixel_mm: None,
+            mask: None,
             notes: Vec::new(),
+            warnings: Vec::new(),
             facts: no_facts(),
         })
     }
@@ -94,6 +100,21 @@ pub fn find(args: &Args, known: &KnownShape, context: &Context) -> Result<Shape>
         _ => HeightMethod::PtmNormals,
     });
     refuse_strangers(args, method, is_capture)?;
+    let mut shape = by(method, args, known, is_capture, context)?;
+    if let (Some(path), None) = (&args.mask, &shape.mask) {
+        shape.mask = Some(input::mask(path, shape.slopes.size(), &context.job)?);
+    }
+    Ok(shape)
+}
+
+/// The shape by a method.
+fn by(
+    method: HeightMethod,
+    args: &Args,
+    known: &KnownShape,
+    is_capture: bool,
+    context: &Context,
+) -> Result<Shape> {
     match method {
         HeightMethod::PhotometricStereo => stereo(args, known, context),
         HeightMethod::ShapeFromShading => shading(args, known, is_capture, context),
@@ -116,6 +137,7 @@ fn is_capture(path: &Path) -> bool {
 
 fn stereo(args: &Args, known: &KnownShape, context: &Context) -> Result<Shape> {
     let set = PhotographSet::open(&args.input, &args.photographs, &context.job)?;
+    let mask = args.mask.as_ref().map(|path| set.mask_of_texels(path, &context.job)).transpose()?;
     let without_fall_off = set.with_fall_off();
     let load = |i: usize| {
         let developed = without_fall_off.apply(i, set.stored(i, &context.job)?);
@@ -146,7 +168,8 @@ fn stereo(args: &Args, known: &KnownShape, context: &Context) -> Result<Shape> {
         shape.highlights = Some(seen);
     }
     shape.pixel_mm = lamps.as_ref().map(relume::lamps::LampPositions::mm_per_texel);
-    shape.notes.extend(set.warnings.iter().map(|warning| format!("warning: {warning}")));
+    shape.mask = mask;
+    shape.warnings.clone_from(&set.warnings);
     shape.facts = json!({
         "lights": lights.len(),
         "options": options,
@@ -185,6 +208,8 @@ fn shading(args: &Args, known: &KnownShape, is_capture: bool, context: &Context)
         albedo: None,
         highlights: None,
         pixel_mm: None,
+        mask: None,
+        warnings: Vec::new(),
         notes: vec![format!(
             "one photograph, {}: albedo {:.3}, shading off by {:.4} (root mean square)",
             photograph.path.display(),

@@ -166,8 +166,14 @@ pub fn find_lights(names: &[String], load: &LoadRaster, job: &Job) -> Result<Bal
 /// Measures what given balls show.
 ///
 /// # Errors
-/// As [`find_lights`], and a ball outside the photographs.
+/// As [`find_lights`], a ball outside the photographs, and one given twice.
 pub fn lights_of(names: &[String], load: &LoadRaster, balls: &[MirrorBall], job: &Job) -> Result<BallLights> {
+    if let Some(i) = (1..balls.len()).find(|&i| balls[..i].contains(&balls[i])) {
+        let MirrorBall { x, y, radius } = balls[i];
+        return Err(Error::usage(format!(
+            "the ball at ({x}, {y}) with radius {radius} is given twice: give each ball once, and others where they are"
+        )));
+    }
     let (size, seen) = highlights(names, load, balls, job)?;
     Ok(measured(names, balls.to_vec(), &seen, size))
 }
@@ -317,7 +323,7 @@ impl MirrorBall {
             && x + 0.7 * radius <= size.width as f64
             && y + 0.7 * radius <= size.height as f64;
         if !inside {
-            return Err(Error::usage(format!(
+            return Err(Error::invalid(format!(
                 "the ball at ({x}, {y}) with radius {radius} is not inside the photographs of {size} pixels: give the \
                  column and row of its centre, counted from the upper left corner"
             )));

@@ -31,7 +31,7 @@ const FEWEST_TEXELS: usize = 20;
 pub fn gains(sample: &TexelSample) -> Result<Vec<f64>> {
     let count = sample.lights.len();
     if count < FEWEST {
-        return Err(Error::usage(format!(
+        return Err(Error::invalid(format!(
             "exposures are compared between at least {FEWEST} photographs, found {count}"
         )));
     }

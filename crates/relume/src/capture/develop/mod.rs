@@ -3,8 +3,8 @@
 //!
 //! Each step is optional. In this order, on linear values: the declared space of integer samples; light of the room
 //! taken away (a photograph without the lamp); uneven light made even (a white card); intensities of the lamps and
-//! exposures divided out; a grey patch made grey; fall-off of near lamps undone; frames moved onto each other; texels
-//! outside a mask set to black; cropped; reduced. A development without steps returns its photographs as they are, in
+//! exposures divided out; a grey patch made grey; fall-off of near lamps undone; frames moved onto each other; cropped;
+//! reduced; texels outside a mask set to black. A development without steps returns its photographs as they are, in
 //! the depth of their files.
 //!
 //! | file | content |
@@ -13,10 +13,12 @@
 //! | `lambert` | matt surfaces fitted to them |
 //! | `reading` | whether integer samples are linear or sRGB-encoded: both are tried |
 //! | `exposure` | exposures that differ |
+//! | `mask` | which texels belong to the surface |
 //! | `shift` | frames that moved: phase correlation of gradient magnitudes |
 
 mod exposure;
 mod lambert;
+mod mask;
 mod reading;
 mod sample;
 mod shift;
@@ -25,6 +27,8 @@ pub use exposure::{LARGEST_GAIN, gains};
 pub use reading::{InputSpace, ReadingCheck, check_reading};
 pub use sample::{TexelSample, sample_texels};
 pub use shift::{MOST_SHIFT, shifts};
+
+use std::sync::Arc;
 
 use crate::error::{Error, Result};
 use crate::lamps::LampPositions;
@@ -59,7 +63,7 @@ pub struct Development {
     /// A linear photograph of the light of the room, to take away.
     pub ambient: Option<Planes>,
     /// Linear photographs of a white card to divide by: one for all lamps, or one for each; see [`even_field`].
-    pub flat: Vec<Planes>,
+    pub flat: Vec<Arc<Planes>>,
     /// For each lamp, its strength in red, green and blue, to divide by.
     pub intensities: Vec<[f64; 3]>,
     /// For each photograph, a factor that undoes its exposure.
@@ -70,12 +74,12 @@ pub struct Development {
     pub lamps: Option<LampPositions>,
     /// For each photograph, by how many pixels (right, down) it is moved against the first.
     pub shifts: Vec<[f64; 2]>,
-    /// Texels outside are set to black.
-    pub mask: Option<Vec<bool>>,
     /// The part to keep.
     pub crop: Option<Rect<usize>>,
     /// Squares of this many pixels become one texel; 0 and 1 leave them.
     pub reduction: usize,
+    /// Of developed photographs: texels outside are set to black; see [`Development::mask_of_texels`].
+    pub mask: Option<Vec<bool>>,
 }
 
 impl Development {
@@ -110,17 +114,19 @@ impl Development {
         if let Some(&[right, down]) = self.shifts.get(i).filter(|s| **s != [0.0, 0.0]) {
             planes = shift::moved(&planes, right, down);
         }
+        planes = self.framed(planes)?;
         if let Some(mask) = &self.mask {
-            blacken(&mut planes, mask)?;
+            mask::blacken(&mut planes, mask)?;
         }
+        interleaved(&planes)
+    }
+
+    /// Cropped and reduced.
+    fn framed(&self, mut planes: Planes) -> Result<Planes> {
         if let Some(part) = self.crop {
-            planes.size().check_crop(part.x, part.y, part.size)?;
             planes = planes.crop(part.x, part.y, part.size)?;
         }
-        match self.reduction {
-            0 | 1 => interleaved(&planes),
-            by => interleaved(&planes.reduced(by)),
-        }
+        Ok(if self.reduction > 1 { planes.reduced(self.reduction) } else { planes })
     }
 
     /// Differences of the light undone, texel by texel.
@@ -237,7 +243,7 @@ fn check_like(planes: &Planes, other: &Planes, what: &str) -> Result<()> {
     if planes.size() == other.size() && [1, planes.count()].contains(&other.count()) {
         return Ok(());
     }
-    Err(Error::usage(format!(
+    Err(Error::invalid(format!(
         "{what} is {} pixels with {} channels and the photographs {} with {}: both must be alike",
         other.size(),
         other.count(),
@@ -260,20 +266,6 @@ fn undo_fall_off(planes: &mut Planes, lamps: &LampPositions, i: usize) {
     for plane in planes.iter_mut() {
         plane.iter_mut().zip(&shares).for_each(|(v, share)| *v /= share);
     }
-}
-
-fn blacken(planes: &mut Planes, mask: &[bool]) -> Result<()> {
-    if mask.len() != planes.size().texels() {
-        return Err(Error::usage(format!(
-            "the mask has {} texels and the photographs {}: they must have the same size",
-            mask.len(),
-            planes.size()
-        )));
-    }
-    for plane in planes.iter_mut() {
-        plane.iter_mut().zip(mask).filter(|(_, inside)| !**inside).for_each(|(v, _)| *v = 0.0);
-    }
-    Ok(())
 }
 
 fn interleaved(planes: &Planes) -> Result<Raster> {

@@ -147,7 +147,7 @@ fn the_white_card_the_room_and_the_lamps_are_taken_out() {
     let card = Planes::from_vec(size, 1, (0..24).map(|t| 0.8 * shade(t)).collect()).unwrap();
     let development = Development {
         ambient: Some(Planes::from_vec(size, 3, vec![0.1; 72]).unwrap()),
-        flat: vec![even_field(card).unwrap()],
+        flat: vec![std::sync::Arc::new(even_field(card).unwrap())],
         intensities: vec![[2.0; 3]],
         ..Development::default()
     };
@@ -163,6 +163,30 @@ fn the_white_card_the_room_and_the_lamps_are_taken_out() {
     let mask = Development { mask: Some(vec![true; 5]), ..Development::default() };
     assert!(mask.apply(0, photograph).unwrap_err().to_string().contains("the mask has 5 texels"));
     assert!(even_field(Planes::zeros(size, 1)).unwrap_err().to_string().contains("black at (0, 0)"));
+}
+
+#[test]
+fn a_mask_of_the_photographs_is_cropped_and_reduced_with_them() {
+    let (whole, part) = (Size::new(8, 6), Size::new(4, 4));
+    let development = Development {
+        crop: Some(crate::rect::Rect::new(2, 1, part)),
+        reduction: 2,
+        ..Development::default()
+    };
+    // The left half of the part, and one pixel more that does not make a texel.
+    let painted: Vec<bool> = (0..48).map(|i| i % 8 < 4 || i == 12).collect();
+    let of_whole = development.mask_of_texels(&painted, whole, whole).unwrap();
+    assert_eq!(of_whole, [true, false, true, false]);
+    let cropped = development.mask_of_texels(&[false, true, true, true], Size::new(2, 2), whole).unwrap();
+    assert_eq!(cropped, [false, true, true, true]);
+    let text = development.mask_of_texels(&[true; 16], part, whole).unwrap_err().to_string();
+    assert!(text.contains("8 x 6 of the photographs, or the 2 x 2"), "{text}");
+    let nothing = development.mask_of_texels(&[false; 48], whole, whole).unwrap_err();
+    assert!(nothing.kind() == crate::error::ErrorKind::Invalid, "{nothing}");
+    let masked = Development { mask: Some(of_whole), ..development };
+    let white = Raster::new(whole, 1, Samples::U8(vec![255; 48])).unwrap();
+    let texels = masked.apply(0, white).unwrap();
+    assert_eq!([0, 1, 2, 3].map(|i| texels.samples().value(i)), [1.0, 0.0, 1.0, 0.0]);
 }
 
 #[test]

@@ -88,6 +88,9 @@ pub struct LearnedOptions {
     /// The root mean square error, of values with white at 1, by which numbers and functions may be rounded so that files
     /// are small; `None` rounds nothing. Pairs must be all of some lights with all of some views.
     pub rounding: Option<f64>,
+    /// The texels that belong to the surface: others are not measured. Photographs are black there.
+    #[serde(skip)]
+    pub mask: Option<Vec<bool>>,
     /// The seed of the random matrix, whose influence is below the error of the factorisation, and of the clusters.
     pub seed: u64,
 }
@@ -101,6 +104,7 @@ impl Default for LearnedOptions {
             report_texels: 1024,
             clusters: None,
             rounding: None,
+            mask: None,
             seed: 0,
         }
     }
@@ -186,8 +190,8 @@ pub fn fit(
     if let (Some(clusters), Rank::Functions(functions)) = (&options.clusters, asked) {
         clusters.validate(functions, stream.size().texels())?;
     }
-    let grid = Grid::new(stream.size(), options.report_texels);
-    let _sample = job.hold("the sample for the error report", stream.sample_bytes(&grid))?;
+    let grid = Grid::within(stream.size(), options.report_texels, options.mask.as_deref())?;
+    let _sample = job.hold("the sample for the error report", stream.sample_bytes(&grid) + grid.bytes())?;
     let levels = SampleLevels::new(options.space);
     let setting =
         sketch::Setting { stream: &stream, levels: &levels, held_out: &held_out, seed: options.seed };

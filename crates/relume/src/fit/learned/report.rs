@@ -22,9 +22,11 @@ pub struct LearnedReport {
     pub singular_values: Vec<f64>,
     /// Texels of the field.
     pub texels: usize,
-    /// Texels compared, on a regular grid; all when equal to `texels`.
+    /// Those inside the mask; all without one.
+    pub texels_inside: usize,
+    /// Texels compared, on a regular grid; all when equal to `texels_inside`.
     pub texels_measured: usize,
-    /// The error over all texels of the photographs that took part, from the singular values: a difference of large
+    /// The error over all texels inside of the photographs that took part, from the singular values: a difference of large
     /// sums, so that a root mean square below 3e-4 is rounding.
     pub error: Residual,
     /// The photographs that took part.
@@ -64,12 +66,13 @@ pub(super) fn report(
     };
     let errors = measured.errors(kept, &predict, job)?;
     let samples = grid.texels() * channels;
-    let values = (measured.held_out.kept() * channels * grid.full_texels()) as f64;
+    let values = (measured.held_out.kept() * channels * grid.inside_texels()) as f64;
     Ok(LearnedReport {
         space: measured.levels.space(),
         functions: singular_values.len(),
         singular_values: singular_values.iter().map(|s| s / values.sqrt()).collect(),
         texels: grid.full_texels(),
+        texels_inside: grid.inside_texels(),
         texels_measured: grid.texels(),
         error: residual(rmse * rmse * samples as f64, samples),
         fitted: errors.fitted,

@@ -40,7 +40,7 @@ pub(super) struct Sketch {
     pub products: Planes,
     /// The sum of the squares of B.
     pub energy: f64,
-    /// The number of values of B.
+    /// The number of values of B inside the mask.
     pub values: f64,
     /// The texels of the report's grid in every photograph.
     pub kept: Vec<Raster>,
@@ -77,7 +77,7 @@ impl Sketch {
             setting.add_batch(&mut sums, first, batch, &products);
             rows.extend(setting.of_kept(first, batch.len(), &products, width));
         })?;
-        let values = columns as f64 * size.texels() as f64;
+        let values = columns as f64 * grid.inside_texels() as f64;
         Ok(Self { rows, width, products: sums, energy, values, kept, _held: held })
     }
 }

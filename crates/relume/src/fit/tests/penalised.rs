@@ -62,7 +62,9 @@ fn a_ridge_and_robust_fits_of_interpolated_photographs_are_refused() {
     let ridge = message(FitOptions { ridge: Ridge::LeaveOneOut, ..interpolated.clone() });
     assert!(ridge.contains("the basis rbf keeps the photographs"), "{ridge}");
     let weight = message(FitOptions { ridge: Ridge::Weight(-1.0), ..FitOptions::default() });
-    assert!(weight.contains("positive weight, found -1"), "{weight}");
+    assert!(weight.contains("above 0 and up to 1000000, found -1"), "{weight}");
+    let heavy = message(FitOptions { ridge: Ridge::Weight(1e300), ..FitOptions::default() });
+    assert!(heavy.contains("up to 1000000"), "{heavy}");
     let robust = FitOptions { robust: Robust::Trimmed, leave_one_out: true, ..FitOptions::default() };
     assert!(message(robust).contains("without a robust fit"));
 }

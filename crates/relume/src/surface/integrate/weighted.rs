@@ -55,13 +55,13 @@ pub fn integrate_weighted(
 ) -> Result<Planes> {
     let size = slopes.size();
     if let Some(mask) = mask.filter(|mask| mask.len() != size.texels()) {
-        return Err(Error::usage(format!(
+        return Err(Error::invalid(format!(
             "the mask has {} texels and the surface {size}: they must have the same size",
             mask.len()
         )));
     }
     if mask.is_some_and(|mask| !mask.contains(&true)) {
-        return Err(Error::usage("the mask leaves no texel of the surface"));
+        return Err(Error::invalid("the mask leaves no texel of the surface"));
     }
     job.check("the integration of slopes", size, BYTES)?;
     let graph = Graph::new(size, mask, border);

@@ -1,8 +1,10 @@
 use super::*;
+use crate::direction::Directions;
 use crate::field::{Basis, PlaneLayout};
 use crate::numeric::random::{Purpose, Stream};
 use crate::planes::Planes;
 use crate::raster::{Raster, Samples};
+use crate::render::relight_srgb8;
 use crate::space::Space;
 
 const SIZE: Size = Size { width: 40, height: 30 };
@@ -30,7 +32,8 @@ fn scene(count: usize) -> (ReflectanceField, Vec<(String, Directions)>, Vec<Vec<
 
 fn report(pictures: &[Vec<u8>], field: &ReflectanceField, lights: &[(String, Directions)]) -> QualityReport {
     let load = |i: usize| Raster::new(SIZE, 3, Samples::U8(pictures[i].clone()));
-    quality(field, lights, &load, 16, &Job::default()).unwrap()
+    let photographs = ComparedPhotographs { pairs: lights, load: &load, lamps: None, mask: None };
+    quality(field, &photographs, 16, &Job::default()).unwrap()
 }
 
 #[test]

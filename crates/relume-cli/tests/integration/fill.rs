@@ -6,7 +6,7 @@ use std::path::Path;
 use relume::format::{Depth, PictureFormat, encode_picture, read_raster};
 use relume::{Job, Picture, Planes, Size, Space};
 
-use crate::support::{json, refused, run};
+use crate::support::{failed, json, refused, run};
 
 /// Writes a picture of 8-bit samples, with `channels` per texel.
 fn write_picture(path: &Path, size: Size, channels: usize, code: impl Fn(usize, usize, usize) -> u8) {
@@ -235,7 +235,8 @@ fn what_cannot_be_filled_is_said() {
     };
     assert!(fill("black.png", &[]).contains("no hole"));
     assert!(fill("white.png", &[]).contains("every texel"));
-    let text = fill("small.png", &[]);
+    let other_size = ["fill", "spoilt.png", "-o", "out.png", "--mask", "small.png"];
+    let text = failed(folder.path(), &other_size, 1);
     assert!(text.contains("small.png") && text.contains("5 x 5") && text.contains("36 x 30"), "{text}");
     assert!(fill("mask.png", &["--neighbourhood", "8"]).contains("odd"));
     assert!(fill("mask.png", &["--neighbourhood", "31"]).contains("at most 29"));

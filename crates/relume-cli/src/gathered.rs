@@ -5,8 +5,9 @@ use std::path::Path;
 
 use relume::field::{IndexSpace, ParametricField};
 use relume::format::{
-    Encoding, ExrDepth, FieldFile, FieldFormat, HeightFormat, HeightMap, HeightScale, MapRole, NormalY,
-    PictureFormat, encode_scaled_height, encode_stored_normals, encode_translucent, exr, npy,
+    Depth, Encoding, ExrDepth, FieldFile, FieldFormat, HeightFormat, HeightMap, HeightScale, MapRole,
+    NormalY, PictureFormat, encode_data_map, encode_scaled_height, encode_stored_normals, encode_translucent,
+    exr, npy,
 };
 use relume::synthesis::{SourceMap, gather_index};
 use relume::workflow::RegisteredMap;
@@ -97,6 +98,38 @@ pub fn encode(
     }
     let shared = files.iter().all(|file| file.encoding == *encoding).then_some(encoding);
     encode_translucent(field, opacity.as_ref(), format, shared, &context.job).map_err(|e| e.at(output))
+}
+
+/// As [`encode`], of data: a PNG names no colour space, and holds whole numbers as they were and floats from 0 to 1 in 16 bits.
+pub fn encode_data(
+    field: &ReflectanceField,
+    map: &SourceMap,
+    files: &[FieldFile],
+    output: &Path,
+    context: &Context,
+) -> Result<Vec<u8>> {
+    let depth = match (FieldFormat::from_path(output), &files[0].encoding) {
+        (Ok(FieldFormat::Picture(PictureFormat::Png(_))), Encoding::Picture(depth)) => *depth,
+        (Ok(FieldFormat::Picture(PictureFormat::Png(_))), Encoding::Exr(_)) => Depth::Sixteen,
+        _ => return encode(field, map, files, output, context),
+    };
+    let opacity = opacity::gathered(map, files, context)?;
+    let planes = field.coefficients().iter().chain(opacity.iter().flat_map(Planes::iter));
+    let values: Vec<f32> = planes.flatten().copied().collect();
+    let planes = Planes::from_vec(field.size(), values.len() / field.size().texels(), values)?;
+    let outside = planes.as_slice().iter().find(|value| !(0.0..=1.0).contains(*value));
+    let is_float = matches!(files[0].encoding, Encoding::Exr(_));
+    // Heights that were joined may pass the largest code a little: they are clipped, which is said.
+    if planes.count() == 2 || (outside.is_some() && !is_float) {
+        return encode(field, map, files, output, context);
+    }
+    if let Some(outside) = outside {
+        return Err(Error::usage(format!(
+            "a PNG holds data from 0 to 1, and the values reach {outside}: name an .exr (--apply-format exr)"
+        ))
+        .at(output));
+    }
+    encode_data_map(&planes, depth, &context.job).map_err(|e| e.at(output))
 }
 
 /// The reflectance models of files that all hold one kind of them: their numbers are rearranged as they are.

@@ -15,6 +15,9 @@ use crate::{normals, paths};
 
 /// Extensions of pictures.
 const EXTENSIONS: [&str; 9] = ["png", "jpg", "jpeg", "tif", "tiff", "exr", "pfm", "hdr", "pic"];
+/// Extensions of pictures that are not read.
+const UNREAD: [&str; 12] =
+    ["bmp", "webp", "tga", "gif", "jp2", "jxl", "avif", "heic", "dds", "psd", "ktx", "ktx2"];
 /// Files that relume itself writes beside maps.
 const OWN_RECORDS: [&str; 3] = ["relume-files.json", "maps.json", "material.json"];
 
@@ -116,15 +119,23 @@ impl MapFolder {
         let all = std::iter::once(&self.color).chain(&self.compared).chain(&self.followed);
         let list: Vec<String> = all.map(|path| format!("{}: {}", name(path), in_words(path))).collect();
         report.text.push_str(&format!("\n{}: {}", self.folder.display(), list.join("; ")));
-        let names: Vec<String> = self.unknown.iter().map(|path| name(path)).collect();
-        let left_out = (!names.is_empty()).then(|| {
-            format!(
-                "{}: the names say no map, and they are left out: {} (--apply and --follow take them)",
-                self.folder.display(),
-                names.join(", ")
-            )
-        });
-        report.with_warnings(self.twice().into_iter().chain(left_out))
+        report.with_warnings(self.twice().into_iter().chain(self.left_out()))
+    }
+
+    /// What is said of files that are no maps.
+    fn left_out(&self) -> Vec<String> {
+        let (unread, unknown): (Vec<&PathBuf>, Vec<&PathBuf>) =
+            self.unknown.iter().partition(|path| is_unread_picture(path));
+        let said = |paths: &[&PathBuf], what: &str, advice: &str| {
+            let names: Vec<String> = paths.iter().map(|path| name(path)).collect();
+            let folder = self.folder.display();
+            (!names.is_empty())
+                .then(|| format!("{folder}: {what}, and they are left out: {} ({advice})", names.join(", ")))
+        };
+        let unread =
+            said(&unread, "pictures of these formats are not read", "export them as PNG, TIFF or EXR");
+        let unknown = said(&unknown, "the names say no map", "--apply and --follow take them");
+        unread.into_iter().chain(unknown).collect()
     }
 
     /// What is said of maps whose names say the same, of which one has no say.
@@ -176,6 +187,11 @@ fn name(path: &Path) -> String {
 /// Whether a file's extension is that of a picture.
 pub fn is_picture(path: &Path) -> bool {
     EXTENSIONS.contains(&extension(path).as_str())
+}
+
+/// Whether a file's extension is that of a picture which is not read.
+pub fn is_unread_picture(path: &Path) -> bool {
+    UNREAD.contains(&extension(path).as_str())
 }
 
 /// The extension of a file in lower case.

@@ -10,7 +10,7 @@ use relume::synthesis::{Boundary, SourceMap};
 use relume::workflow::Btf;
 use relume::workflow::map_set::{gather_map, join_heights, with_y_reversed};
 use relume::workflow::tiling::MeasuredTiling;
-use relume::{Error, ReflectanceField, Result};
+use relume::{Error, Planes, ReflectanceField, Result};
 use serde_json::json;
 
 use crate::context::Context;
@@ -267,7 +267,7 @@ impl Args {
         context: &Context,
     ) -> Result<Vec<u8>> {
         let (file, output) = (&of.files[0], &of.applied.output);
-        let is_opaque = of.files.iter().all(|file| file.opacity.is_none());
+        let is_opaque = of.files.iter().all(|file| file.opacity.as_ref().is_none_or(is_constant));
         match (file.record.heights, HeightFormat::from_path(output)) {
             _ if is_opaque && of.is_normal_map() => {
                 gathered::encode_normals(made, self.written_y(of), file, output, &context.job)
@@ -275,6 +275,7 @@ impl Args {
             (Some(scale), Ok(format)) if is_opaque => {
                 gathered::encode_heights(made, scale, format, &context.job)
             }
+            _ if of.applied.role().is_data() => gathered::encode_data(made, map, &of.files, output, context),
             _ => gathered::encode(made, map, &of.files, output, context),
         }
     }
@@ -332,4 +333,8 @@ pub fn with_tilings(mut report: Report, made: &[Rearranged]) -> Report {
         report.text.push_str("\nevery map tiles");
     }
     report.with_warnings(warnings)
+}
+/// Whether all values are one.
+fn is_constant(planes: &Planes) -> bool {
+    planes.as_slice().windows(2).all(|pair| pair[0] == pair[1])
 }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use relume::format::{FieldFile, MapRole, NormalY, Opened, PictureFormat};
+use relume::format::{Encoding, FieldFile, MapRole, NormalY, Opened, PictureFormat};
 use relume::workflow::RegisteredMap;
 use relume::workflow::map_set::is_normal_map;
 use relume::{Error, Job, ReflectanceField, Result};
@@ -41,7 +41,22 @@ impl Applied {
                 .at(path));
             }
         }
+        self.check_depth(&files)?;
         Ok(Registered { applied: self, files })
+    }
+
+    /// Refuses floating-point data that would be written as colours of whole numbers.
+    fn check_depth(&self, files: &[FieldFile]) -> Result<()> {
+        let is_float = files.iter().any(|file| matches!(file.encoding, Encoding::Exr(_)));
+        match PictureFormat::from_path(&self.output) {
+            Ok(PictureFormat::Tiff(_) | PictureFormat::Jpeg { .. }) if is_float && self.role().is_data() => {
+                Err(Error::usage(
+                    "holds floating-point numbers, and TIFF and JPEG are written with whole ones: write .exr (--apply-format exr)",
+                )
+                .at(&self.images[0]))
+            }
+            _ => Ok(()),
+        }
     }
 
     /// What the images mean, by the name of the first.

@@ -281,6 +281,43 @@ fn maps_say_what_they_take_from_a_folder_and_what_they_leave() {
     );
 }
 
+/// Alpha channels of packed maps are data, also where they do not vary; floats are not written as codes of colours.
+#[test]
+fn data_is_rearranged_as_it_is_stored() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    maps(at);
+    fs::remove_file(at.join("maps/roughness.png")).unwrap();
+    write_grey(&at.join("maps/roughness.png"), (96, 96), &[128; 96 * 96]);
+    run(at, &["maps", "maps", "-o", "unity", "--preset", "unity", "--name", "W"]);
+    run(at, &["synth", "unity", "-o", "larger", "--size", "112"]);
+    for from in ["unity", "larger"] {
+        run(at, &["maps", from, "-o", "back", "--preset", "blender", "--name", "W", "--force"]);
+        let roughness = raster(&at.join("back/W_Roughness.png"));
+        assert!(
+            matches!(roughness.samples(), Samples::U8(codes) if codes.iter().all(|code| *code == 128)),
+            "{from}"
+        );
+    }
+    let bytes = fs::read(at.join("larger/W_MaskMap.png")).unwrap();
+    assert!(!bytes.windows(4).any(|word| word == b"sRGB"), "data is not marked as colours");
+
+    let opaque = Planes::from_vec(relume::Size::new(96, 96), 1, vec![0.25; 96 * 96]).unwrap();
+    let floats = Picture { planes: opaque, space: Space::Linear };
+    let exr = encode_picture(&floats, PictureFormat::Exr(ExrDepth::Float)).unwrap();
+    fs::write(at.join("maps/a_metallic.exr"), exr).unwrap();
+    run(at, &["synth", "maps", "-o", "png", "--size", "112", "--apply-format", "png"]);
+    let metallic = raster(&at.join("png/a_metallic.png"));
+    assert!(matches!(metallic.samples(), Samples::U16(codes) if codes.iter().all(|code| *code == 16384)));
+    let sentence = failed(at, &["synth", "maps", "-o", "tif", "--size", "112", "--apply-format", "tif"], 2);
+    assert!(sentence.contains("holds floating-point numbers"), "{sentence}");
+    fs::write(at.join("maps/b_occlusion.webp"), "RIFF").unwrap();
+    assert!(
+        run(at, &["maps", "maps", "-o", "w", "--preset", "gltf"])
+            .contains("not read, by their formats: b_occlusion.webp")
+    );
+}
+
 #[test]
 fn textures_of_engines_have_all_levels() {
     let folder = tempfile::tempdir().unwrap();

@@ -31,7 +31,7 @@ use crate::raster::Samples;
 pub struct FieldFile {
     /// The field.
     pub field: ReflectanceField,
-    /// The opacity of its texels where it varies: one plane, from 0 (transparent) to 1.
+    /// The opacity of its texels where it varies, and any alpha of a registered image: one plane, from 0 (transparent) to 1.
     pub opacity: Option<Planes>,
     /// The storage of the values in the file.
     pub encoding: Encoding,

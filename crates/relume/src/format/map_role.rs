@@ -124,6 +124,15 @@ const WORDS: [(MapRole, &[&str]); 11] = [
 ];
 
 impl MapRole {
+    /// Whether a map holds numbers from 0 to 1 that are no colours.
+    pub fn is_data(self) -> bool {
+        match self {
+            Self::Height | Self::Roughness | Self::Smoothness | Self::Metallic => true,
+            Self::Occlusion | Self::Opacity | Self::Specular | Self::Packed => true,
+            Self::Albedo | Self::Normal | Self::Emission | Self::Other => false,
+        }
+    }
+
     /// The meaning that a file name says; [`MapRole::Other`] without a known word.
     pub fn of_name(path: &Path) -> Self {
         let words = words(path);

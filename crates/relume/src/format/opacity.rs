@@ -1,6 +1,6 @@
 //! The opacity of pictures as files have it: an alpha channel beside the colours.
 
-use crate::error::Result;
+use super::meaning::Meaning;
 use crate::job::Job;
 use crate::planes::Planes;
 use crate::raster::{Raster, Samples};
@@ -17,9 +17,12 @@ pub(super) fn split<T: Copy>(texels: &[T], channels: usize) -> (Vec<T>, Vec<T>) 
     (texels.flat_map(|texel| &texel[..channels]).copied().collect(), alphas)
 }
 
-/// A picture with the alphas of its texels as its opacity, where [`is_useful`].
-pub(super) fn attach(raster: Raster, alphas: Samples, job: &Job) -> Result<Raster> {
-    if is_useful(&alphas, job) { raster.with_opacity(alphas) } else { Ok(raster) }
+/// A picture without an opacity that says nothing of its texels: copies keep any alpha, which may be a channel of data.
+pub(super) fn kept(raster: Raster, meaning: Meaning, job: &Job) -> Raster {
+    match raster.opacity() {
+        Some(alphas) if meaning != Meaning::Copies && !is_useful(alphas, job) => raster.without_opacity(),
+        _ => raster,
+    }
 }
 
 /// The alphas of texels as a plane from 0 to 1, where [`is_useful`].
@@ -93,15 +96,17 @@ mod tests {
     }
 
     #[test]
-    fn an_opacity_that_does_not_vary_is_none() {
+    fn an_opacity_that_does_not_vary_is_none_of_colours_and_data() {
         let raster = || Raster::new(Size::new(2, 1), 1, Samples::U8(vec![1, 2])).unwrap();
+        let with = |alphas: [u8; 2]| raster().with_opacity(Samples::U8(alphas.to_vec())).unwrap();
         for (alphas, remarks) in [([255, 255], 0), ([128, 128], 1), ([0, 0], 1)] {
             let job = Job::default();
-            let attached = attach(raster(), Samples::U8(alphas.to_vec()), &job).unwrap();
-            assert_eq!((attached, job.remarks().len()), (raster(), remarks), "{alphas:?}");
+            let found = kept(with(alphas), Meaning::Colors, &job);
+            assert_eq!((found, job.remarks().len()), (raster(), remarks), "{alphas:?}");
+            assert_eq!(kept(with(alphas), Meaning::Copies, &Job::default()), with(alphas));
         }
         let job = Job::default();
-        let varying = attach(raster(), Samples::U8(vec![0, 255]), &job).unwrap();
+        let varying = kept(with([0, 255]), Meaning::Data, &job);
         assert!(varying.opacity().is_some() && job.remarks().is_empty());
     }
 }

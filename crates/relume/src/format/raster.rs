@@ -29,6 +29,11 @@ pub fn decode_raster(bytes: &[u8], job: &Job) -> Result<Raster> {
 
 /// As [`decode_raster`], for values of a given meaning.
 pub(super) fn decode_as(bytes: &[u8], meaning: Meaning, job: &Job) -> Result<Raster> {
+    Ok(opacity::kept(decode_whole(bytes, meaning, job)?, meaning, job))
+}
+
+/// The picture with whatever alpha it has.
+fn decode_whole(bytes: &[u8], meaning: Meaning, job: &Job) -> Result<Raster> {
     match Kind::of_texels(bytes)? {
         Kind::Ptm => Err(Error::unsupported(
             "the file is a polynomial texture map: expected a picture; relight it to make one",
@@ -96,7 +101,7 @@ fn picture(
         _ => decoder.icc_profile().ok().flatten().map_or(ColorTag::Silent, |icc| ColorTag::of_icc(&icc)),
     };
     let image = DynamicImage::from_decoder(decoder).map_err(explain)?;
-    let raster = turned(raster_from(image, job)?, orientation.to_exif().into())?;
+    let raster = turned(raster_from(image)?, orientation.to_exif().into())?;
     Ok(color::in_srgb(raster, &tag, meaning, job))
 }
 
@@ -188,7 +193,7 @@ fn unsupported(kind: Kind, words: &str) -> Error {
     ))
 }
 
-fn raster_from(image: DynamicImage, job: &Job) -> Result<Raster> {
+fn raster_from(image: DynamicImage) -> Result<Raster> {
     let size = Size::new(image.width() as usize, image.height() as usize);
     fn opaque(samples: Samples) -> (Samples, Option<Samples>) {
         (samples, None)
@@ -225,7 +230,7 @@ fn raster_from(image: DynamicImage, job: &Job) -> Result<Raster> {
     }
     let raster = Raster::new(size, channels, samples)?;
     match alphas {
-        Some(alphas) => opacity::attach(raster, alphas, job),
+        Some(alphas) => raster.with_opacity(alphas),
         None => Ok(raster),
     }
 }

@@ -130,7 +130,7 @@ impl Form {
         if alpha == Alpha::Associated {
             opacity::divide(&mut colors, &alphas);
         }
-        opacity::attach(Raster::new(size, self.channels, colors)?, alphas, job)
+        Raster::new(size, self.channels, colors)?.with_opacity(alphas)
     }
 }
 

@@ -70,6 +70,8 @@ pub enum HeightSource {
     Known,
     /// A map of which nothing says how high its highest code is.
     Guessed,
+    /// A map whose recorded scale gave way to another.
+    Overridden,
     /// The normals.
     Normals,
 }
@@ -186,8 +188,11 @@ impl MapFiles {
         let (roughness, metallic) = (share(&self.roughness)?, share(&self.metallic)?);
         let (height, heights) = match (&height_map, &normal, reading.border) {
             (Some(map), _, _) => {
-                let is_guessed = map.scale.is_none() && reading.height_scale.is_none();
-                let source = if is_guessed { HeightSource::Guessed } else { HeightSource::Known };
+                let source = match (&map.scale, reading.height_scale) {
+                    (None, None) => HeightSource::Guessed,
+                    (Some(_), Some(_)) => HeightSource::Overridden,
+                    _ => HeightSource::Known,
+                };
                 (height(map, reading.height_scale, job)?, source)
             }
             (None, Some(normals), Some(border)) => {

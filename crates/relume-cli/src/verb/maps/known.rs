@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use relume::format::{MapRole, PackedMap};
 use relume::workflow::map_export::MaterialMaps;
-use relume::{Job, Planes, Result};
+use relume::{Job, Named, Planes, Result};
 
-use crate::map_folder::{files, is_picture};
+use crate::map_folder::{files, is_picture, is_unread_picture};
 use crate::paths;
 use crate::verb::capture::maps::{HeightSource, MapFiles, NamedBy, ReadMaps, Reading, only};
 
@@ -18,7 +18,8 @@ pub fn read(folder: &Path, reading: &Reading, job: &Job) -> Result<(MaterialMaps
     let border = reading.border.unwrap_or_default();
     let read = MapFiles::find(folder, NamedBy::Names)?.read(reading, &|_| Ok(()), job)?;
     let ReadMaps { mut maps, opacity: of_colors, heights } = read;
-    let pictures: Vec<PathBuf> = files(folder)?.into_iter().filter(|path| is_picture(path)).collect();
+    let all = files(folder)?;
+    let pictures: Vec<PathBuf> = all.iter().filter(|path| is_picture(path)).cloned().collect();
     let known = |role| known(&pictures, role, job);
     if maps.roughness.is_none() {
         maps.roughness = match known(MapRole::Roughness)? {
@@ -34,6 +35,7 @@ pub fn read(folder: &Path, reading: &Reading, job: &Job) -> Result<(MaterialMaps
         of_heights(heights, maps.height.size().width),
         opacity.as_ref().and_then(of_opacity),
         left_out(&pictures),
+        unread(&all),
     ];
     let maps = MaterialMaps::of_known(maps, occlusion, opacity, border, job)?;
     Ok((maps, said.into_iter().flatten().collect()))
@@ -47,6 +49,9 @@ fn of_heights(source: HeightSource, width: usize) -> Option<String> {
             "nothing records how high the heights are: a 25th of the width, {:.1} texels, is assumed; --height-scale says it",
             width as f64 / 25.0
         )),
+        HeightSource::Overridden => {
+            Some("the height map holds its heights: --height-scale took the place of them".to_owned())
+        }
         HeightSource::Normals => {
             Some("there is no height map: the heights are those of the normals".to_owned())
         }
@@ -60,9 +65,18 @@ fn of_opacity(opacity: &Planes) -> Option<String> {
 
 fn left_out(pictures: &[PathBuf]) -> Option<String> {
     let is_left_out = |path: &&PathBuf| WITHOUT_PLACE.contains(&MapRole::of_name(path));
-    let names: Vec<String> =
-        pictures.iter().filter(is_left_out).filter_map(|path| path.file_name()).map(paths::text).collect();
-    (!names.is_empty()).then(|| format!("not used, by their names: {}", names.join(", ")))
+    listed(pictures.iter().filter(is_left_out)).map(|names| format!("not used, by their names: {names}"))
+}
+
+fn unread(files: &[PathBuf]) -> Option<String> {
+    listed(files.iter().filter(|path| is_unread_picture(path)))
+        .map(|names| format!("not read, by their formats: {names}; export them as PNG, TIFF or EXR"))
+}
+
+/// The names of files, if there are any.
+fn listed<'a>(files: impl Iterator<Item = &'a PathBuf>) -> Option<String> {
+    let names: Vec<String> = files.filter_map(|path| path.file_name()).map(paths::text).collect();
+    (!names.is_empty()).then(|| names.join(", "))
 }
 
 /// The plane of a role: of the map of it, or a channel of a packed map.
@@ -78,10 +92,15 @@ fn known(pictures: &[PathBuf], role: MapRole, job: &Job) -> Result<Option<Planes
     let Some((path, channel)) = single.or_else(packed) else { return Ok(None) };
     let file = crate::input::registered(&path, job)?;
     let planes = file.field.coefficients();
-    // The fourth channel is the opacity of a file, if it has any, and so is a map of the opacity that has one of its own.
-    let is_alpha = channel == 3 || (is_single && role == MapRole::Opacity);
-    let from = match file.opacity.as_ref().filter(|_| is_alpha) {
-        Some(opacity) => opacity.plane(0),
+    // The fourth channel is the alpha of a file, and so is a map of the opacity that has one of its own.
+    let varies = |alpha: &Planes| alpha.as_slice().windows(2).any(|pair| pair[0] != pair[1]);
+    let is_alpha = |alpha: &&Planes| channel == 3 || (is_single && role == MapRole::Opacity && varies(alpha));
+    let from = match file.opacity.as_ref().filter(is_alpha) {
+        Some(alpha) => alpha.plane(0),
+        None if channel == 3 && planes.count() == 3 => {
+            job.about(&path).remark(format!("has no alpha, which would be the {}", role.name()));
+            return Ok(None);
+        }
         None => planes.plane(channel.min(planes.count() - 1)),
     };
     Planes::from_vec(planes.size(), 1, from.to_vec()).map(Some)

@@ -118,10 +118,10 @@ pub struct CaptureFiles {
 }
 
 impl CaptureFiles {
-    /// Reads the list beside a light file and checks that file.
+    /// Reads the list beside a light file. That file is a text, which other verbs and people may write anew.
     ///
     /// # Errors
-    /// A damaged list, or a light file that differs from the one listed.
+    /// A damaged list.
     pub fn of(capture: &Capture) -> Result<Self> {
         let folder = folder_of(&capture.light_file).to_path_buf();
         let path = folder.join(NAME);
@@ -132,7 +132,6 @@ impl CaptureFiles {
             Err(error) if error.kind() == io::ErrorKind::NotFound => FileList::default(),
             Err(error) => return Err(Error::io("cannot read the file", &error).at(&path)),
         };
-        list.check(&capture.light_file, capture.light_stamp)?;
         Ok(Self { folder, list })
     }
 

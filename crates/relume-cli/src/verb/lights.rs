@@ -75,7 +75,18 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let skipped = found.frames.iter().filter_map(|frame| frame.trouble()).map(|t| format!("left out: {t}"));
     Ok(Report::new(summary(args, &found), described(args, &found))
         .with_outputs(written)
-        .with_warnings(skipped))
+        .with_warnings(skipped)
+        .with_warnings(disagreeing(&found)))
+}
+
+/// Directions of one lamp in two balls farther apart than near lamps leave them.
+const DISAGREEING_DEG: f64 = 25.0;
+
+/// What is said of balls of which one seems to be none.
+fn disagreeing(found: &BallLights) -> Option<String> {
+    found.disagreement_deg.filter(|deg| *deg > DISAGREEING_DEG).map(|deg| {
+        format!("the balls show one lamp in directions up to {deg:.0} degrees apart: one of them may be no mirror ball, or not outlined as it is (--picture shows them)")
+    })
 }
 
 fn photographs(args: &Args) -> Result<Vec<PathBuf>> {

@@ -7,7 +7,7 @@ use relume::format::{Depth, PictureFormat, encode_picture, read_raster};
 use relume::{Job, Space};
 use serde_json::Value;
 
-use crate::support::{done, json, refused};
+use crate::support::{done, failed, json, refused, write_grey};
 
 /// Photographs with a mirror ball in a folder whose name has a space and a quote, without a light file.
 fn photographs() -> (tempfile::TempDir, String) {
@@ -15,7 +15,8 @@ fn photographs() -> (tempfile::TempDir, String) {
     let at = folder.path();
     let shoot = ["capture", "leather", "-o", "it's a coin", "--size", "64", "--lights", "18", "--balls", "1"];
     let ball = json(at, &shoot)["balls"][0].clone();
-    for file in ["lights.lp", "capture.json", "relume-files.json"] {
+    // The record of the folder stays, and holds the light file that was there.
+    for file in ["lights.lp", "capture.json"] {
         fs::remove_file(at.join("it's a coin").join(file)).unwrap();
     }
     fs::remove_dir_all(at.join("it's a coin/truth")).unwrap();
@@ -45,6 +46,25 @@ fn the_commands_of_new_run_as_they_are_pasted() {
     // Now that there is a light file, another is named.
     let again = json(at, &["new", "it's a coin", "-o", "again", "--ball", &ball, "--crop", "0,0,64,64"]);
     assert!(again["commands"][0].as_str().unwrap().contains("/lights_1.lp'"), "{}", again["commands"]);
+}
+
+#[test]
+fn a_ball_that_is_none_and_black_photographs_are_said() {
+    let (folder, ball) = photographs();
+    let at = folder.path();
+    let found = json(at, &["lights", "it's a coin", "-o", "one.lp", "--ball", &ball]);
+    assert_eq!(found["warnings"].as_array().unwrap().len(), 0, "{found}");
+    let wrong = json(at, &["lights", "it's a coin", "-o", "two.lp", "--ball", &ball, "--ball", "20,20,12"]);
+    let said = wrong["warnings"].to_string();
+    assert!(said.contains("one of them may be no mirror ball"), "{said}");
+
+    fs::create_dir(at.join("black")).unwrap();
+    for name in ["a.png", "b.png", "c.png"] {
+        write_grey(&at.join("black").join(name), (16, 16), &[0; 256]);
+    }
+    fs::write(at.join("black/l.lp"), "3\na.png 0 0 1\nb.png 1 0 1\nc.png 0 1 1\n").unwrap();
+    let sentence = failed(at, &["height", "black", "-o", "h.exr"], 1);
+    assert!(sentence.contains("all photographs are black"), "{sentence}");
 }
 
 #[test]

@@ -14,7 +14,6 @@ use super::relightlab::{self, ProjectLights};
 use crate::direction::Direction;
 use crate::error::{Error, Result};
 use crate::names::named;
-use crate::stamp::Stamp;
 
 /// The largest light file: real ones are a few kilobytes; larger files are something else.
 const MAX_LIGHT_FILE_BYTES: u64 = 16 << 20;
@@ -54,8 +53,6 @@ pub struct Photograph {
 pub struct Capture {
     /// The light-position file it was opened from.
     pub light_file: PathBuf,
-    /// The stamp of that file.
-    pub light_stamp: Stamp,
     /// In the order of the light file.
     pub photographs: Vec<Photograph>,
     /// What may surprise: photographs found in another folder, pictures without a line, a count that is not the number
@@ -102,7 +99,7 @@ impl Capture {
         let photograph =
             |(path, entry): (PathBuf, LpEntry)| Photograph { path, light: entry.light, vector: entry.vector };
         let photographs = pairs.into_iter().map(photograph).collect();
-        Ok(Self { light_file, light_stamp: Stamp::of(&bytes), photographs, warnings })
+        Ok(Self { light_file, photographs, warnings })
     }
 
     /// The file name and the light of every photograph, as needed for a fit.

@@ -47,8 +47,13 @@ impl Test {
             0 => String::new(),
             exact => format!(", of those that are not exact; {exact} are exact"),
         };
+        let fitted = match self.facts["fitted_photographs"].as_u64() {
+            None | Some(0) => String::new(),
+            Some(fitted) if fitted == report.lights.len() as u64 => ", all of them fitted".to_owned(),
+            Some(fitted) => format!(", {fitted} of them fitted"),
+        };
         format!(
-            "\n{} photographs of the test: {} PSNR (mean over pictures{exact}); worst: {}, {}",
+            "\n{} photographs of the test{fitted}: {} PSNR (mean over pictures{exact}); worst: {}, {}",
             report.lights.len(),
             decibels(report.psnr_db),
             worst.name,

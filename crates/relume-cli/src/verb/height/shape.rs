@@ -178,6 +178,10 @@ fn stereo(args: &Args, known: &KnownShape, context: &Context) -> Result<Shape> {
         "texels_without_highlight": shape.highlights.as_ref().map(|seen| seen.unseen),
         "development": set.facts,
     });
+    if found.undetermined == photographs.size().texels() {
+        return Err(Error::invalid("all photographs are black: there is nothing to find a shape of")
+            .at(&set.capture.light_file));
+    }
     if found.undetermined > 0 {
         shape
             .notes

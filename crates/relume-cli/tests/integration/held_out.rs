@@ -203,6 +203,31 @@ fn a_trimmed_fit_says_what_it_left_out_or_that_it_cannot() {
     assert!(many["warnings"].to_string().contains(&format!("trimmed: at {kept} of 2304 texels")));
 }
 
+/// A fault: with as many functions as photographs, no ridge was chosen and none predicted from the others, in silence.
+#[test]
+fn what_a_fit_cannot_choose_or_predict_is_said() {
+    let folder = capture();
+    let at = folder.path();
+    let lines = fs::read_to_string(at.join("p/lights.lp")).unwrap();
+    let some: Vec<&str> = lines.lines().skip(1).take(16).collect();
+    fs::write(at.join("p/some.lp"), format!("16\n{}\n", some.join("\n"))).unwrap();
+    let fit = |more: &[&str]| {
+        json(at, &[&["fit", "p/some.lp", "-o", "s.exr", "--force", "--basis"], more].concat())["warnings"]
+            .to_string()
+    };
+    assert!(fit(&["hsh16", "--ridge", "auto"]).contains("no ridge was chosen"));
+    let weighted = fit(&["hsh16", "--ridge", "0.01", "--leave-one-out"]);
+    assert!(
+        weighted.contains("not predicted from the others") && !weighted.contains("passes through"),
+        "{weighted}"
+    );
+    assert!(fit(&["shapes", "--leave-one-out"]).contains("sum of radial basis functions alone"));
+    assert!(!fit(&["hsh9", "--ridge", "auto", "--leave-one-out"]).contains("predicted from"));
+    let trimmed =
+        ["fit", "p/some.lp", "-o", "t.exr", "--basis", "hsh16", "--ridge", "auto", "--robust", "trimmed"];
+    assert!(failed(at, &trimmed, 1).contains("16 functions"));
+}
+
 /// A fault: `--lamp-mm` was taken in silence where functions have one light for all texels, and where the light file has
 /// positions.
 #[test]

@@ -225,6 +225,9 @@ pub fn fit(
         ridge::apply(&mut sums, stream.channels(), &design, &ridged);
         design = ridged;
     }
+    if options.robust == Robust::Trimmed {
+        robust::check_trimmed(&design)?;
+    }
     let mask = options.mask.as_deref();
     let rule = robust::TexelRule { robust: options.robust, lamps: options.lamps.as_ref(), mask };
     let texel_fit = robust::refine(&mut sums, &all, rule, &design, &levels, job)?;

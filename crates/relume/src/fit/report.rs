@@ -180,6 +180,7 @@ impl FitMeasurement<'_> {
 
     fn warnings(&self, photographs: usize, are_predicted: bool) -> Vec<String> {
         let mut warnings = Vec::from_iter(self.texel_fit.and_then(|fit| fit.warning(self.robust)));
+        let is_plain = self.design.interpolated().is_none() && self.design.ridge_weight().is_none();
         let condition = self.design.condition_number();
         if condition > POOR_CONDITION {
             warnings.push(format!(
@@ -193,13 +194,12 @@ impl FitMeasurement<'_> {
                  other lights: measure each photograph predicted from the others, or others that were not fitted"
                     .to_owned(),
             );
-        } else if self.design.interpolated().is_none() && photographs == self.design.functions() {
+        } else if is_plain && photographs == self.design.functions() {
             warnings.push(format!(
                 "{photographs} photographs are just enough for {photographs} functions: the fit passes through \
                  them, so its errors say nothing about other lights"
             ));
         }
-        let is_plain = self.design.interpolated().is_none() && self.design.ridge_weight().is_none();
         if is_plain && photographs > self.design.functions() && 2 * self.design.functions() > photographs {
             warnings.push(format!(
                 "{} functions are many for {photographs} photographs, and may follow noise between their lights: compare \

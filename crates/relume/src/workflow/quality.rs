@@ -44,6 +44,9 @@ const OUTLIER: f64 = 4.5;
 const LEAST_LOG_FACTOR: f64 = 0.1;
 const LEAST_DECIBELS: f64 = 3.0;
 
+/// The error of one code of 255 everywhere: pictures that are nearer to the photographs do not differ in what can be seen.
+const ONE_CODE_DB: f64 = 48.13;
+
 /// Places of the hemisphere down to this polar angle are to have a light near them.
 const COVERED_TO_DEG: f64 = 70.0;
 
@@ -262,7 +265,7 @@ fn spread(values: &[f64]) -> (f64, f64) {
 
 fn doubt_outliers(lights: &mut [LightQuality]) {
     let factors: Vec<f64> = lights.iter().map(|light| light.brightness_factor.ln()).collect();
-    let errors: Vec<f64> = lights.iter().map(|light| light.psnr_db.min(99.0)).collect();
+    let errors: Vec<f64> = lights.iter().map(|light| light.psnr_db.min(ONE_CODE_DB)).collect();
     let ((factor, factor_spread), (error, error_spread)) = (spread(&factors), spread(&errors));
     for (light, (log_factor, decibels)) in lights.iter_mut().zip(factors.iter().zip(&errors)) {
         let from_median = log_factor - factor;
@@ -274,6 +277,7 @@ fn doubt_outliers(lights: &mut [LightQuality]) {
             ));
         }
         if error - decibels > (OUTLIER * error_spread).max(LEAST_DECIBELS) {
+            let decibels = light.psnr_db;
             light.doubts.push(format!(
                 "its error of {decibels:.1} dB is far from the usual {error:.1} dB: is its light where the list says, or \
                  was something in the way?"

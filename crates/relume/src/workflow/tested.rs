@@ -60,7 +60,7 @@ pub struct TestedLight {
 /// Relights a texture under the lights of photographs and compares.
 ///
 /// # Errors
-/// As [`ComparedPhotographs::for_each`].
+/// No photograph, photographs or a mask of another size, channels without a colour, and errors of the reader.
 pub fn test(
     field: &ReflectanceField,
     photographs: &ComparedPhotographs<'_>,

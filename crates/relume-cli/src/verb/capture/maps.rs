@@ -155,8 +155,12 @@ impl MapFiles {
         let albedo_file = self.wanted(&self.albedo, "albedo")?;
         let height_map = self.height.as_deref().map(|path| input::height(path, job)).transpose()?;
         if let Some(map) = &height_map {
-            job.check("the maps", map.samples.size(), self.bytes_per_texel())?;
-            foresee(map.samples.size())?;
+            let size = map.samples.size();
+            job.check("the maps", size, self.bytes_per_texel() + READING)?;
+            // The heights are held.
+            let others = (self.bytes_per_texel() - 4) * size.texels() as u64;
+            let _others = job.hold("the maps", others)?;
+            foresee(size)?;
         }
         let raster = input::translucent(albedo_file, job)?;
         let (first, size) = match (&self.height, &height_map) {
@@ -203,7 +207,7 @@ impl MapFiles {
         Ok(ReadMaps { maps: SurfaceMaps { height, albedo, normal, roughness, metallic }, opacity, heights })
     }
 
-    /// What all maps take, and reading one of colours.
+    /// What all maps take.
     fn bytes_per_texel(&self) -> u64 {
         let planes = [
             (&self.height, 1),
@@ -212,8 +216,8 @@ impl MapFiles {
             (&self.roughness, 1),
             (&self.metallic, 1),
         ];
-        let kept: u64 = planes.iter().filter(|(file, _)| file.is_some()).map(|(_, count)| 4 * count).sum();
-        kept + 24
+        let kept = planes.iter().filter(|(file, _)| file.is_some()).map(|(_, count)| 4 * count);
+        kept.sum()
     }
 
     /// The file of a map that must be there.
@@ -235,6 +239,9 @@ impl MapFiles {
         })
     }
 }
+
+/// The bytes of a texel of a picture of colours while it is read.
+const READING: u64 = 24;
 
 /// The most texels between the lowest and the highest code.
 const HIGHEST_SCALE: f64 = 65536.0;

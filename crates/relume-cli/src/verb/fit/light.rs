@@ -4,7 +4,7 @@ use std::path::Path;
 
 use relume::direction::Direction;
 use relume::field::{Basis, Interpolation, PlaneLayout};
-use relume::fit::{self, FitOptions, FitReport, Robust};
+use relume::fit::{self, FitOptions, FitReport, Ridge, Robust};
 use relume::format::{FieldFormat, encode_field};
 use relume::{Error, Footprint, RasterSequence, ReflectanceField, Result, Space};
 use serde_json::json;
@@ -60,6 +60,7 @@ pub(super) fn run(
     let mut fit = fit::fit(&lights, &load, &options, &context.job).map_err(|e| e.at(inputs.place()))?;
     fit.report.warnings.extend(inputs.warnings().iter().cloned());
     fit.report.warnings.extend(far);
+    fit.report.warnings.extend(unmet(args, &fit.report, has_shapes));
     let tested = test::run(args, inputs, &fit.field, context)?;
     outputs.write(&args.output, encode_field(&fit.field, format, None, &context.job)?)?;
     let fitted = json!(fit.report);
@@ -74,6 +75,23 @@ pub(super) fn run(
         .with_warnings(&fit.report.warnings)
         .with_warnings(tested.iter().flat_map(|test| &test.warnings))
         .with_warnings(quality.iter().flat_map(|quality| &quality.warnings)))
+}
+
+/// What was asked for and was not done, or not of all that was fitted.
+fn unmet(args: &Args, report: &FitReport, has_shapes: bool) -> Vec<String> {
+    let ridge = (args.ridge == Some(Ridge::LeaveOneOut) && report.ridge.is_none()).then_some(
+        "no ridge was chosen: where one photograph is left out, the others are fewer than the functions; give a weight, such \
+         as --ridge 0.01",
+    );
+    let is_missing = args.leave_one_out && report.leave_one_out.is_none();
+    let left_out = is_missing.then_some(
+        "the photographs were not predicted from the others (--leave-one-out), which are fewer than the functions",
+    );
+    let shapes = (has_shapes && args.leave_one_out).then_some(
+        "each photograph is predicted by the sum of radial basis functions alone: the boundaries of shadows that move between \
+         lights are not fitted anew without it (--test measures photographs that were not fitted)",
+    );
+    [ridge, left_out, shapes].into_iter().flatten().map(str::to_owned).collect()
 }
 
 /// Refuses a texture that could be fitted, but not written within the memory.

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use relume::format::{MapRole, PackedMap};
 use relume::workflow::map_export::MaterialMaps;
-use relume::{Job, Named, Planes, Result};
+use relume::{Job, Named, Planes, Result, Size};
 
 use crate::map_folder::{files, is_picture, is_unread_picture};
 use crate::paths;
@@ -13,10 +13,15 @@ use crate::verb::capture::maps::{HeightSource, MapFiles, NamedBy, ReadMaps, Read
 /// Roles that have no place among the maps of a material.
 const WITHOUT_PLACE: [MapRole; 3] = [MapRole::Other, MapRole::Emission, MapRole::Specular];
 
-/// Reads the maps of a folder, and says what it took from where and left out.
-pub fn read(folder: &Path, reading: &Reading, job: &Job) -> Result<(MaterialMaps, Vec<String>)> {
+/// Reads the maps of a folder, of a size that `foresee` takes, and says what it took from where and left out.
+pub fn read(
+    folder: &Path,
+    reading: &Reading,
+    foresee: &dyn Fn(Size) -> Result<()>,
+    job: &Job,
+) -> Result<(MaterialMaps, Vec<String>)> {
     let border = reading.border.unwrap_or_default();
-    let read = MapFiles::find(folder, NamedBy::Names)?.read(reading, &|_| Ok(()), job)?;
+    let read = MapFiles::find(folder, NamedBy::Names)?.read(reading, foresee, job)?;
     let ReadMaps { mut maps, opacity: of_colors, heights } = read;
     let all = files(folder)?;
     let pictures: Vec<PathBuf> = all.iter().filter(|path| is_picture(path)).cloned().collect();

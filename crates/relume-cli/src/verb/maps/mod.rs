@@ -94,8 +94,10 @@ impl Args {
         }
         if self.input.is_dir() && !relume::format::web::is_at(&self.input) {
             let (height_scale, normal_y) = (self.height_scale, self.normal_maps.normal_y);
+            let written = |size| self.options().map(|options| options.footprint(size).peak);
+            let foresee = |size| job.check_bytes("writing the maps", written(size)?);
             let reading = Reading { height_scale, normal_y, border: Some(border) };
-            let (maps, said) = known::read(&self.input, &reading, job)?;
+            let (maps, said) = known::read(&self.input, &reading, &foresee, job)?;
             return Ok(Source { said, ..Source::of(maps) });
         }
         self.of_texture(border, job).map_err(|e| e.at(&self.input))

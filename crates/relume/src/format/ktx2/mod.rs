@@ -61,6 +61,11 @@ const LEVEL_BYTES: usize = 24;
 /// The bytes of a texel while levels are made, over its planes.
 const WORKING_BYTES: u64 = 24;
 
+/// The bytes of a texel while the levels of so many channels are made, beside the texture.
+pub fn bytes_per_texel(channels: usize) -> u64 {
+    WORKING_BYTES + 8 * channels as u64
+}
+
 /// The file of a texture with all levels down to one texel; planes hold values from 0 to 1.
 ///
 /// # Errors
@@ -71,7 +76,7 @@ const WORKING_BYTES: u64 = 24;
 pub fn encode(planes: &Planes, content: KtxContent, storage: TextureFormat, job: &Job) -> Result<Vec<u8>> {
     assert!((1..=4).contains(&planes.count()), "one to four channels");
     assert_ne!(storage, TextureFormat::Png, "PNG is no KTX2");
-    job.check("the levels of a texture", planes.size(), WORKING_BYTES + 8 * planes.count() as u64)?;
+    job.check("the levels of a texture", planes.size(), bytes_per_texel(planes.count()))?;
     let format = TexelFormat::of(planes.count(), content, storage);
     let mut levels = Vec::new();
     let mut finer: Option<Planes> = None;

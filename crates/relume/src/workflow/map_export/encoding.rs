@@ -86,13 +86,18 @@ impl MaterialMaps {
     }
 
     fn encoded_color(&self, content: MapContent, job: &Job) -> Result<Vec<u8>> {
-        let picture =
-            Picture { planes: self.maps.albedo.clone(), space: Space::Linear }.to_space(Space::Srgb);
+        let picture = self.encoded_albedo(job)?;
         let field = ReflectanceField::from_picture(picture);
         let format = FieldFormat::Picture(PictureFormat::Png(Depth::Eight));
         let opacity =
             self.opacity.as_ref().filter(|_| matches!(content, MapContent::Color { translucent: true }));
         encode_translucent(&field, opacity, format, None, job)
+    }
+
+    /// The colours as displays take them.
+    fn encoded_albedo(&self, job: &Job) -> Result<Picture> {
+        job.check("the encoded colours", self.maps.size(), 24)?;
+        Ok(Picture { planes: self.maps.albedo.clone(), space: Space::Linear }.to_space(Space::Srgb))
     }
 
     fn encoded_height(
@@ -133,8 +138,7 @@ impl MaterialMaps {
         let mut planes = Planes::zeros_within(job, "the channels of a map", self.maps.size(), count)?;
         match content {
             MapContent::Color { .. } => {
-                let picture = Picture { planes: self.maps.albedo.clone(), space: Space::Linear };
-                let encoded = picture.to_space(Space::Srgb).planes;
+                let encoded = self.encoded_albedo(job)?.planes;
                 let opacity = self.opacity.iter().flat_map(Planes::iter);
                 let from = encoded.iter().chain(opacity);
                 planes.iter_mut().zip(from).for_each(|(to, from)| to.copy_from_slice(from));

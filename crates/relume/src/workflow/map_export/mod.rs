@@ -24,9 +24,10 @@ use crate::capture::dome::open_sky::open_sky;
 use crate::capture::dome::relief::Relief;
 use crate::error::{Error, Result};
 use crate::field::{Basis, ParametricField, ReflectanceField, TexelModel};
-use crate::format::ktx2::TextureFormat;
+use crate::format::ktx2::{self, TextureFormat};
 use crate::job::Job;
 use crate::maps::SurfaceMaps;
+use crate::memory::Footprint;
 use crate::planes::Planes;
 use crate::size::Size;
 use crate::space::Space;
@@ -237,6 +238,17 @@ pub struct ExportOptions {
 }
 
 impl ExportOptions {
+    /// The memory of completing maps of `size` by normals and occlusion and making the largest file, beside the maps: four
+    /// channels, their levels or samples.
+    pub fn footprint(&self, size: Size) -> Footprint {
+        let channels = 4;
+        let peak = match self.textures {
+            TextureFormat::Png => 4 * channels + 6 * channels,
+            TextureFormat::Ktx2 | TextureFormat::Bc7 => 4 * channels + ktx2::bytes_per_texel(4),
+        };
+        Footprint::of_texels(size, 16 + peak, 0)
+    }
+
     /// PNG files alone, in texels.
     pub fn new(preset: MapPreset, name: &str) -> Self {
         Self {

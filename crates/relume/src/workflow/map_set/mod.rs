@@ -49,6 +49,12 @@ pub fn joint_index(index: Vec<Planes>, maps: &[RegisteredMap<'_>], job: &Job) ->
     if maps.is_empty() {
         return Ok(index);
     }
+    let values = |planes: &Planes| planes.as_slice().len() as u64;
+    let of_maps =
+        maps.iter().flat_map(|map| &map.fields).map(|field| values(field.coefficients())).sum::<u64>();
+    // Copies of the maps, and all planes joined.
+    let bytes = 4 * (2 * of_maps + index.iter().map(values).sum::<u64>());
+    job.check_bytes("the index of the exemplar and its maps", bytes)?;
     let mut parts: Vec<Vec<Planes>> = index.into_iter().map(|planes| vec![planes]).collect();
     maps.iter().try_for_each(|map| check_registered(map, &parts))?;
     let visible =

@@ -88,10 +88,14 @@ async function played(film: Buffer, count: number, rate: number): Promise<{ pict
     [canvas.width, canvas.height] = [video.videoWidth, video.videoHeight];
     const urls: string[] = [];
     for (let i = 0; i < count; i++) {
-      await new Promise((resolve) => {
-        video.onseeked = resolve;
-        video.currentTime = (i + 0.5) / rate;
+      // A busy machine says that it found a picture before it shows it; one that is shown already is not shown again.
+      const shown = new Promise((resolve) => {
+        video.requestVideoFrameCallback(resolve);
+        setTimeout(resolve, 1500);
       });
+      const found = new Promise((resolve) => (video.onseeked = resolve));
+      video.currentTime = (i + 0.5) / rate;
+      await Promise.all([found, shown]);
       context?.drawImage(video, 0, 0);
       urls.push(canvas.toDataURL());
     }

@@ -131,7 +131,7 @@ pub fn quality(
     photographs.for_each(field, job, |i, relit, photograph| {
         let (name, pair) = &photographs.pairs[i];
         map.add(relit, photograph);
-        let pictures = Pictures { relit, photograph, size: field.size(), mask: photographs.mask };
+        let pictures = PicturePair { relit, photograph, size: field.size(), mask: photographs.mask };
         lights.push(pictures.figures(name, pair.light, photographs.texels(field.size())));
     })?;
     let coverage = coverage(&photographs.pairs.iter().map(|(_, pair)| pair.light).collect::<Vec<_>>());
@@ -158,14 +158,14 @@ pub fn quality(
 }
 
 /// A relit texture and its photograph, as codes.
-struct Pictures<'a> {
+struct PicturePair<'a> {
     relit: &'a [u8],
     photograph: &'a [u8],
     size: Size,
     mask: Option<&'a [bool]>,
 }
 
-impl Pictures<'_> {
+impl PicturePair<'_> {
     /// The figures of the photograph, over so many texels inside the mask.
     fn figures(&self, name: &str, light: Direction, texels: usize) -> LightQuality {
         let (relit, photograph, size) = (self.relit, self.photograph, self.size);

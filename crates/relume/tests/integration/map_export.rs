@@ -185,7 +185,7 @@ fn occlusion_is_open_on_a_plane_and_darker_in_a_pit() {
     assert!(occlusion(&pit, 0) > 0.95);
     // One that is known is taken as it is, and costs no memory for the sky; it must fit.
     let plane = |side: usize| Some(Planes::from_vec(Size::new(side, 32), 1, vec![0.25; 32 * side]).unwrap());
-    let short = Job::new(Limits { max_bytes: 100 * 1024, ..Limits::default() });
+    let short = Job::new(Limits { max_bytes: 8 * 1024, ..Limits::default() });
     let known = |occlusion| MaterialMaps::of_known(flat.clone(), occlusion, None, ReliefBorder::Wrap, &short);
     assert_eq!(occlusion(&known(plane(32)).unwrap(), 16 * 32 + 16), 0.25);
     assert!(known(None).unwrap_err().to_string().contains("ambient occlusion"));

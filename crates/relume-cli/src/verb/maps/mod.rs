@@ -86,11 +86,11 @@ impl Args {
     }
 
     /// The maps.
-    fn maps(&self, job: &Job) -> Result<Source> {
+    fn maps(&self, job: &Job) -> Result<MapSource> {
         let border = if self.tile { ReliefBorder::Wrap } else { ReliefBorder::Clamp };
         if Btf::is_at(&self.input) {
             let btf = Btf::open(&self.input, Missing::Fill, job)?;
-            return Ok(Source::of(MaterialMaps::of_btf(&btf, border, job)?));
+            return Ok(MapSource::of(MaterialMaps::of_btf(&btf, border, job)?));
         }
         if self.input.is_dir() && !relume::format::web::is_at(&self.input) {
             let (height_scale, normal_y) = (self.height_scale, self.normal_maps.normal_y);
@@ -98,32 +98,32 @@ impl Args {
             let foresee = |size| job.check_bytes("writing the maps", written(size)?);
             let reading = Reading { height_scale, normal_y, border: Some(border) };
             let (maps, said) = known::read(&self.input, &reading, &foresee, job)?;
-            return Ok(Source { said, ..Source::of(maps) });
+            return Ok(MapSource { said, ..MapSource::of(maps) });
         }
         self.of_texture(border, job).map_err(|e| e.at(&self.input))
     }
 
     /// The maps of reflectance models as they are, or those derived from functions.
-    fn of_texture(&self, border: ReliefBorder, job: &Job) -> Result<Source> {
+    fn of_texture(&self, border: ReliefBorder, job: &Job) -> Result<MapSource> {
         let opened = input::open(&self.input, job)?;
         match opened.parametric()? {
             Some(models) => {
                 let maps = MaterialMaps::of_models(&models, border, job)?;
                 let shows_functions = self.preview.is_some() && *models.model() != TexelModel::Ggx;
                 let functions = shows_functions.then(|| opened.into_field()).transpose()?;
-                Ok(Source { functions, ..Source::of(maps) })
+                Ok(MapSource { functions, ..MapSource::of(maps) })
             }
             None => {
                 let file = opened.into_field()?;
                 let maps = MaterialMaps::of_field(&file.field, border, job)?;
-                Ok(Source { functions: Some(file), ..Source::of(maps) })
+                Ok(MapSource { functions: Some(file), ..MapSource::of(maps) })
             }
         }
     }
 }
 
 /// The maps, and where they come from.
-struct Source {
+struct MapSource {
     maps: MaterialMaps,
     /// The texture of functions that a preview shows, if any.
     functions: Option<FieldFile>,
@@ -131,7 +131,7 @@ struct Source {
     said: Vec<String>,
 }
 
-impl Source {
+impl MapSource {
     fn of(maps: MaterialMaps) -> Self {
         Self { maps, functions: None, said: Vec::new() }
     }
@@ -141,7 +141,7 @@ impl Source {
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let (job, options) = (&context.job, args.options()?);
     let folder = Folder::stage(&args.output, &[&args.input], context)?;
-    let Source { maps, functions: file, said: of_files } = args.maps(job)?;
+    let MapSource { maps, functions: file, said: of_files } = args.maps(job)?;
     let tiling = args.tile.then(|| tiling(&maps));
     let mut store = |name: &str, bytes: &[u8]| folder.add(name, bytes);
     let written = export_maps(&maps, &options, job, &mut store)?;

@@ -120,7 +120,7 @@ fn horizons(relief: &Relief, heading: &GridHeading, job: &Job) -> Result<Vec<f32
         let row = relief.row(y as isize, 0);
         row.iter().enumerate().for_each(|(x, h)| heights[heading.place(x, y, size)] = *h);
     }
-    let grid = Grid { size: heading.grid(size), heights, wraps: relief.border() == ReliefBorder::Wrap };
+    let grid = HeightGrid { size: heading.grid(size), heights, wraps: relief.border() == ReliefBorder::Wrap };
     let [along, across] = HEADINGS[heading.number];
     let mut horizons = vec![0.0f32; size.texels()];
     let mut hull = Vec::new();
@@ -132,7 +132,7 @@ fn horizons(relief: &Relief, heading: &GridHeading, job: &Job) -> Result<Vec<f32
 }
 
 /// Heights along a heading.
-struct Grid {
+struct HeightGrid {
     size: Size,
     heights: Vec<f32>,
     wraps: bool,
@@ -140,7 +140,7 @@ struct Grid {
 
 /// A line of a heading of `along` by `across` steps: at step s it is in column s / across and row (offset + s) / along.
 #[derive(Debug, Clone, Copy)]
-struct Line {
+struct GridLine {
     offset: isize,
     first: usize,
     last: usize,
@@ -160,20 +160,23 @@ impl Point {
     }
 }
 
-impl Grid {
+impl HeightGrid {
     /// Lines that pass each texel once, those of a periodic grid with what lies before them beyond the border.
-    fn lines(&self, [along, across]: [usize; 2], relief: &Relief) -> Vec<Line> {
+    fn lines(&self, [along, across]: [usize; 2], relief: &Relief) -> Vec<GridLine> {
         let Size { width, height } = self.size;
         let (columns, rows) = (across * (width - 1), along * (height - 1));
         if self.wraps {
             let sides = (width + height) as f64;
             let reach = sides.min(f64::from(relief.range() / NEGLIGIBLE_SLOPE)).ceil() as usize;
-            let of =
-                |offset: usize| Line { offset: offset as isize, first: 0, last: columns + across * reach };
+            let of = |offset: usize| GridLine {
+                offset: offset as isize,
+                first: 0,
+                last: columns + across * reach,
+            };
             return (0..along * height).map(of).collect();
         }
         let (columns, rows) = (columns as isize, rows as isize);
-        let of = |offset: isize| Line {
+        let of = |offset: isize| GridLine {
             offset,
             first: (-offset).max(0) as usize,
             last: columns.min(rows - offset) as usize,
@@ -182,7 +185,13 @@ impl Grid {
     }
 
     /// Follows a line from its end to its start, and sets the horizons of the texels on it.
-    fn follow(&self, line: Line, [along, across]: [usize; 2], hull: &mut Vec<Point>, horizons: &mut [f32]) {
+    fn follow(
+        &self,
+        line: GridLine,
+        [along, across]: [usize; 2],
+        hull: &mut Vec<Point>,
+        horizons: &mut [f32],
+    ) {
         let Size { width, height } = self.size;
         let to_slope = (1.0 / (1.0 / along as f64).hypot(1.0 / across as f64)) as f32;
         let back = |(at, part): (usize, usize), side: usize, parts: usize| match (at, part) {

@@ -113,14 +113,12 @@ pub fn encode_data(
         (Ok(FieldFormat::Picture(PictureFormat::Png(_))), Encoding::Exr(_)) => Depth::Sixteen,
         _ => return encode(field, map, files, output, context),
     };
-    let opacity = opacity::gathered(map, files, context)?;
-    let planes = field.coefficients().iter().chain(opacity.iter().flat_map(Planes::iter));
-    let values: Vec<f32> = planes.flatten().copied().collect();
-    let planes = Planes::from_vec(field.size(), values.len() / field.size().texels(), values)?;
-    let outside = planes.as_slice().iter().find(|value| !(0.0..=1.0).contains(*value));
+    let values = field.coefficients();
+    let is_grey_with_alpha = values.count() == 1 && files.iter().any(|file| file.opacity.is_some());
+    let outside = values.as_slice().iter().find(|value| !(0.0..=1.0).contains(*value));
     let is_float = matches!(files[0].encoding, Encoding::Exr(_));
     // Heights that were joined may pass the largest code a little: they are clipped, which is said.
-    if planes.count() == 2 || (outside.is_some() && !is_float) {
+    if is_grey_with_alpha || (outside.is_some() && !is_float) {
         return encode(field, map, files, output, context);
     }
     if let Some(outside) = outside {
@@ -129,6 +127,10 @@ pub fn encode_data(
         ))
         .at(output));
     }
+    let opacity = opacity::gathered(map, files, context)?;
+    let planes: Vec<f32> =
+        values.iter().chain(opacity.iter().flat_map(Planes::iter)).flatten().copied().collect();
+    let planes = Planes::from_vec(field.size(), planes.len() / field.size().texels(), planes)?;
     encode_data_map(&planes, depth, &context.job).map_err(|e| e.at(output))
 }
 

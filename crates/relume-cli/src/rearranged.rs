@@ -267,7 +267,7 @@ impl Args {
         context: &Context,
     ) -> Result<Vec<u8>> {
         let (file, output) = (&of.files[0], &of.applied.output);
-        let is_opaque = of.files.iter().all(|file| file.opacity.as_ref().is_none_or(is_constant));
+        let is_opaque = of.files.iter().all(|file| file.opacity.as_ref().is_none_or(Planes::is_constant));
         match (file.record.heights, HeightFormat::from_path(output)) {
             _ if is_opaque && of.is_normal_map() => {
                 gathered::encode_normals(made, self.written_y(of), file, output, &context.job)
@@ -333,8 +333,4 @@ pub fn with_tilings(mut report: Report, made: &[Rearranged]) -> Report {
         report.text.push_str("\nevery map tiles");
     }
     report.with_warnings(warnings)
-}
-/// Whether all values are one.
-fn is_constant(planes: &Planes) -> bool {
-    planes.as_slice().windows(2).all(|pair| pair[0] == pair[1])
 }

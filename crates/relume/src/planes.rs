@@ -45,6 +45,11 @@ impl Planes {
         Ok(Self { held, ..Self::of(size, count, data) })
     }
 
+    /// Whether all values are the same.
+    pub fn is_constant(&self) -> bool {
+        self.data.windows(2).all(|pair| pair[0] == pair[1])
+    }
+
     /// The same planes, counted against the job's budget; `what` names them in the message.
     ///
     /// # Errors

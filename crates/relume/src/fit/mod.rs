@@ -198,8 +198,8 @@ pub fn fit(
     options.validate()?;
     let directions: Vec<Direction> = lights.iter().map(|(_, light)| *light).collect();
     let mut design = Design::new(&options.basis, &directions)?;
-    if options.robust == Robust::Trimmed && options.ridge == Ridge::None {
-        robust::check_trimmed(&design)?;
+    if options.ridge == Ridge::None {
+        robust::check(options.robust, &design)?;
     }
     job.start("fitting photographs", lights.len() as u64);
     let names = lights.iter().map(|(name, _)| name.as_str()).collect();
@@ -225,9 +225,7 @@ pub fn fit(
         ridge::apply(&mut sums, stream.channels(), &design, &ridged);
         design = ridged;
     }
-    if options.robust == Robust::Trimmed {
-        robust::check_trimmed(&design)?;
-    }
+    robust::check(options.robust, &design)?;
     let mask = options.mask.as_deref();
     let rule = robust::TexelRule { robust: options.robust, lamps: options.lamps.as_ref(), mask };
     let texel_fit = robust::refine(&mut sums, &all, rule, &design, &levels, job)?;

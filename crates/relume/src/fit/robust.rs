@@ -94,7 +94,10 @@ fn left_out(count: usize) -> (usize, usize) {
 }
 
 /// Refuses to trim where fewer photographs would be left than there are functions.
-pub(super) fn check_trimmed(design: &Design) -> Result<()> {
+pub(super) fn check(robust: Robust, design: &Design) -> Result<()> {
+    if robust != Robust::Trimmed {
+        return Ok(());
+    }
     let (dark, bright) = left_out(design.lights());
     let left = design.lights() - dark - bright;
     if left >= design.functions() || design.penalty().is_some() {

@@ -76,6 +76,16 @@ pub enum HeightSource {
     Normals,
 }
 
+impl HeightSource {
+    fn of(map: &HeightMap, reading: &Reading) -> Self {
+        match (&map.scale, reading.height_scale) {
+            (None, None) => Self::Guessed,
+            (Some(_), Some(_)) => Self::Overridden,
+            _ => Self::Known,
+        }
+    }
+}
+
 impl MapFiles {
     /// The maps in a folder, recognised by words in their names.
     ///
@@ -191,14 +201,7 @@ impl MapFiles {
         };
         let (roughness, metallic) = (share(&self.roughness)?, share(&self.metallic)?);
         let (height, heights) = match (&height_map, &normal, reading.border) {
-            (Some(map), _, _) => {
-                let source = match (&map.scale, reading.height_scale) {
-                    (None, None) => HeightSource::Guessed,
-                    (Some(_), Some(_)) => HeightSource::Overridden,
-                    _ => HeightSource::Known,
-                };
-                (height(map, reading.height_scale, job)?, source)
-            }
+            (Some(map), _, _) => (height(map, reading.height_scale, job)?, HeightSource::of(map, reading)),
             (None, Some(normals), Some(border)) => {
                 (heights_of_normals(normals, border, job)?, HeightSource::Normals)
             }

@@ -98,8 +98,8 @@ fn known(pictures: &[PathBuf], role: MapRole, job: &Job) -> Result<Option<Planes
     let file = crate::input::registered(&path, job)?;
     let planes = file.field.coefficients();
     // The fourth channel is the alpha of a file, and so is a map of the opacity that has one of its own.
-    let varies = |alpha: &Planes| alpha.as_slice().windows(2).any(|pair| pair[0] != pair[1]);
-    let is_alpha = |alpha: &&Planes| channel == 3 || (is_single && role == MapRole::Opacity && varies(alpha));
+    let is_opacity = is_single && role == MapRole::Opacity;
+    let is_alpha = |alpha: &&Planes| channel == 3 || (is_opacity && !alpha.is_constant());
     let from = match file.opacity.as_ref().filter(is_alpha) {
         Some(alpha) => alpha.plane(0),
         None if channel == 3 && planes.count() == 3 => {

@@ -61,6 +61,6 @@ fn texels_whose_photographs_do_not_suffice_keep_least_squares() {
     assert_eq!(sums, before);
     assert_eq!((report.refitted, report.kept, report.darkest_left_out), (0, 2, 1));
     assert!(report.warning(Robust::Trimmed).unwrap().contains("at 2 of 2 texels"));
-    let text = check_trimmed(&design).unwrap_err().to_string();
+    let text = check(Robust::Trimmed, &design).unwrap_err().to_string();
     assert!(text.contains("leaves 5 of 6 photographs") && text.contains("6 functions"), "{text}");
 }

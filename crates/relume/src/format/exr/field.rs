@@ -173,7 +173,7 @@ pub(in crate::format) fn decode_field(bytes: &[u8], meaning: Meaning, job: &Job)
             named_channels(&layer, job)
         }
         None => {
-            let raster = picture_of(&layer, meaning, job)?;
+            let raster = opacity::kept(picture_of(&layer, meaning, job)?, meaning, job);
             let opacity = raster.opacity_plane();
             let field = ReflectanceField::from_picture(raster.to_picture(Space::Linear));
             Ok(ExrField { field, opacity, depth: layer.depth, models: None })

@@ -37,7 +37,7 @@ pub(super) fn picture_of(layer: &Layer, meaning: Meaning, job: &Job) -> Result<R
     }
     let raster = Raster::new(size, planes.len(), samples)?;
     match alphas {
-        Some(alphas) => Ok(opacity::kept(raster.with_opacity(alphas)?, meaning, job)),
+        Some(alphas) => raster.with_opacity(alphas),
         None => Ok(raster),
     }
 }

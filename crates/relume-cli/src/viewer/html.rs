@@ -84,12 +84,20 @@ pub fn single_page(data: &PageData) -> String {
     filled(data, SINGLE_POLICY, &head, &script)
 }
 
+/// What the script finds in a page.
+#[derive(serde::Serialize)]
+struct ShownData<'a> {
+    title: &'a str,
+    textures: &'a Value,
+    mesh: &'a Value,
+}
+
 /// The template with its fields filled in, one after another, so that no value is taken for a field.
 fn filled(data: &PageData, policy: &str, head: &str, script: &str) -> String {
     let title = escaped(&data.title);
-    let json = serde_json::json!({ "title": data.title, "textures": data.textures, "mesh": data.mesh });
+    let shown = ShownData { title: &data.title, textures: &data.textures, mesh: &data.mesh };
     // In a script element only the beginning of a tag could end the data.
-    let json = json.to_string().replace('<', "\\u003c");
+    let json = serde_json::to_string(&shown).expect("texts and numbers").replace('<', "\\u003c");
     let fields =
         [("policy", policy), ("title", &*title), ("head", head), ("data", &*json), ("script", script)];
     let mut page = String::new();

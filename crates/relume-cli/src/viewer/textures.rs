@@ -85,8 +85,9 @@ impl Prepared {
     /// What the page is told of it, with fields of its own for the place of its files and annotations.
     pub fn entry(&self, own: Value) -> Value {
         let mut entry = json!({ "title": self.title, "environment": self.header.environment.is_some() });
-        let all = entry.as_object_mut().expect("an object was made");
-        all.extend(own.as_object().expect("fields of an object").clone());
+        if let (Value::Object(all), Value::Object(own)) = (&mut entry, own) {
+            all.extend(own);
+        }
         entry
     }
 

@@ -18,8 +18,8 @@ use crate::error::Result;
 use crate::job::Job;
 use crate::size::Size;
 
-/// Bytes per texel of a transform in progress: the image, the spectrum, and its transpose.
-pub const BYTES_PER_TEXEL: u64 = 8 + 8 + 8;
+/// Bytes per texel of a transform in progress: the image or the spectrum, and its transpose.
+pub const BYTES_PER_TEXEL: u64 = 8 + 8;
 
 const NOT_CANCELLED: &str = "a job of its own is not cancelled";
 
@@ -98,7 +98,9 @@ impl Fourier {
                 job.proceed()
             },
         )?;
+        drop(rows);
         let mut spectrum = turned(&by_rows, self.columns(), height);
+        drop(by_rows);
         transform_columns(&mut spectrum, &*self.columns, height, job)?;
         Ok(spectrum)
     }
@@ -123,6 +125,7 @@ impl Fourier {
         assert_eq!(spectrum.len(), self.columns() * height, "a spectrum of the planned size");
         transform_columns(&mut spectrum, &*self.columns_back, height, job)?;
         let mut by_rows = turned(&spectrum, height, self.columns());
+        drop(spectrum);
         let mut image = vec![0.0; self.size.texels()];
         image.par_chunks_exact_mut(width).zip(by_rows.par_chunks_exact_mut(self.columns())).try_for_each(
             |(row, bins)| {

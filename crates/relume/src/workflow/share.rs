@@ -9,27 +9,36 @@ use crate::error::Result;
 use crate::field::ReflectanceField;
 use crate::format::share::blocks::{BLOCK_SIDE, block_bytes};
 use crate::format::share::planes::PlaneDepth;
+use crate::format::share::pyramid::TILED_TEXELS;
 use crate::format::share::{ShareExtras, ShareFiles};
 use crate::format::{FieldFile, PictureFormat, TileSetFile, encode_picture_with};
 use crate::job::Job;
+use crate::memory::Footprint;
 use crate::picture::Picture;
 use crate::planes::Planes;
 use crate::random_field::FieldModel;
 use crate::render::{Environment, Relighter};
 use crate::size::Size;
-use crate::surface::integrate::{IntegrateOptions, integrate};
+use crate::surface::integrate::{self, IntegrateOptions, SurfaceBorder, integrate};
 use crate::surface::{STEEPEST, Slopes, albedo, normals};
 use crate::workflow::endless::{ModelPlane, PlaneWindow};
+use crate::workflow::memory::MemoryPeak;
 
 /// The longer side of a thumbnail, in texels.
 const THUMBNAIL_SIDE: usize = 512;
 /// The quality of a thumbnail's JPEG file.
 const THUMBNAIL_QUALITY: u8 = 80;
 
-/// Bytes of a texel beside those of its planes while it is shared: normals, slopes, heights, albedo, and copies to encode.
-const BYTES_PER_TEXEL: u64 = 128;
-/// Bytes of a coefficient: as it is stored, and while it is compressed.
-const BYTES_PER_COEFFICIENT: u64 = 6;
+/// The planes of the maps: normals, heights and albedo.
+const MAP_PLANES: u64 = 3 + 1 + 3;
+/// Bytes of a texel while heights are found, beside the integration: normals and slopes.
+const BYTES_OF_SLOPES: u64 = 12 + 16;
+/// Bytes of a texel while planes are stored whole: three of them as they are encoded.
+const BYTES_ENCODED: u64 = 48;
+/// Bytes of a texel of a plane that is stored whole: the file, and its halves before they are compressed.
+const BYTES_PER_PLANE: u64 = 3;
+/// Bytes of a texel of a plane that is stored in tiles: a copy, its smaller levels, and the files.
+const BYTES_PER_TILED_PLANE: u64 = 9;
 
 /// What is shared.
 #[derive(Debug)]
@@ -98,7 +107,17 @@ fn check_memory(field: &ReflectanceField, job: &Job) -> Result<()> {
 /// # Errors
 /// [`ErrorKind::Limit`](crate::ErrorKind::Limit).
 pub fn check_share_memory(size: Size, planes: usize, job: &Job) -> Result<()> {
-    job.check("the shared texture", size, BYTES_PER_TEXEL + BYTES_PER_COEFFICIENT * planes as u64)
+    let stored = planes as u64 + MAP_PLANES;
+    let storing = if size.texels() >= TILED_TEXELS {
+        BYTES_PER_TILED_PLANE * stored
+    } else {
+        BYTES_ENCODED + BYTES_PER_PLANE * stored
+    };
+    let slopes = Footprint::of_texels(size, BYTES_OF_SLOPES, BYTES_OF_SLOPES);
+    let heights =
+        MemoryPeak::of_stages("heights", [slopes, integrate::footprint(size, SurfaceBorder::Open)]).bytes;
+    let storing = Footprint::of_texels(size, 4 * MAP_PLANES + storing, 0).peak;
+    job.check_bytes("the shared texture", heights.max(storing))
 }
 
 fn with_maps(

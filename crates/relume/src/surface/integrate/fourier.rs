@@ -15,10 +15,11 @@ use super::IntegrationMethod;
 use crate::error::Result;
 use crate::job::Job;
 use crate::numeric::fourier::Fourier;
+use crate::size::Size;
 use crate::surface::slopes::Slopes;
 
 /// Heights on the torus, zero on average, row after row from the top.
-pub(super) fn solve(slopes: &Slopes, method: IntegrationMethod, job: &Job) -> Result<Vec<f64>> {
+pub(super) fn solve(slopes: Slopes, method: IntegrationMethod, job: &Job) -> Result<Vec<f64>> {
     let plan = Fourier::new(slopes.size());
     let spectrum = heights(slopes, method, 0.0, &plan, job)?;
     plan.inverse_within(spectrum, job)
@@ -27,8 +28,8 @@ pub(super) fn solve(slopes: &Slopes, method: IntegrationMethod, job: &Job) -> Re
 /// The slopes of the surface of Frankot and Chellappa, damped by springs of the given strength.
 pub(super) fn project(slopes: &Slopes, spring: f64, job: &Job) -> Result<Slopes> {
     let plan = Fourier::new(slopes.size());
-    let spectrum = heights(slopes, IntegrationMethod::FrankotChellappa, spring, &plan, job)?;
-    let (columns, rows) = axes(slopes, IntegrationMethod::FrankotChellappa);
+    let spectrum = heights(slopes.clone(), IntegrationMethod::FrankotChellappa, spring, &plan, job)?;
+    let (columns, rows) = axes(slopes.size(), IntegrationMethod::FrankotChellappa);
     let slope = |along: &dyn Fn(usize, usize) -> f64| {
         let bin = |(i, z): (usize, &Complex64)| z * Complex64::i() * along(i / rows.len(), i % rows.len());
         plan.inverse_within(spectrum.iter().enumerate().map(bin).collect(), job)
@@ -41,15 +42,15 @@ pub(super) fn project(slopes: &Slopes, spring: f64, job: &Job) -> Result<Slopes>
 
 /// The spectrum of the heights; a spring adds its strength to the denominator.
 fn heights(
-    slopes: &Slopes,
+    slopes: Slopes,
     method: IntegrationMethod,
     spring: f64,
     plan: &Fourier,
     job: &Job,
 ) -> Result<Vec<Complex64>> {
-    let (columns, rows) = axes(slopes, method);
-    let mut spectrum = plan.forward_within(slopes.p.clone(), job)?;
-    let along_y = plan.forward_within(slopes.q.clone(), job)?;
+    let (columns, rows) = axes(slopes.size(), method);
+    let mut spectrum = plan.forward_within(slopes.p, job)?;
+    let along_y = plan.forward_within(slopes.q, job)?;
     for (i, (bin, q)) in spectrum.iter_mut().zip(&along_y).enumerate() {
         let ((a_x, b_x), (a_y, b_y)) = (columns[i / rows.len()], rows[i % rows.len()]);
         // Rows run down, y runs up.
@@ -62,8 +63,8 @@ fn heights(
 
 /// (a / i, b) of the kept columns and of all rows.
 #[allow(clippy::type_complexity, reason = "two lists of one kind of pair")]
-fn axes(slopes: &Slopes, method: IntegrationMethod) -> (Vec<(f64, f64)>, Vec<(f64, f64)>) {
-    let (width, height) = (slopes.size().width, slopes.size().height);
+fn axes(size: Size, method: IntegrationMethod) -> (Vec<(f64, f64)>, Vec<(f64, f64)>) {
+    let Size { width, height } = size;
     let columns = (0..width / 2 + 1).map(|k| factors(k, width, method)).collect();
     (columns, (0..height).map(|l| factors(l, height, method)).collect())
 }

@@ -72,7 +72,7 @@ impl Default for IntegrateOptions {
     }
 }
 
-/// Bytes of a texel while heights are solved for: one spectrum, and the transform of the other slope.
+/// Bytes of a texel while heights are solved for: one slope or its spectrum, and the transform of the other slope.
 const SOLVED: u64 = 8 + BYTES_PER_TEXEL;
 
 /// One plane of heights in texels, zero on average.
@@ -82,11 +82,12 @@ const SOLVED: u64 = 8 + BYTES_PER_TEXEL;
 pub fn integrate(slopes: &Slopes, options: &IntegrateOptions, job: &Job) -> Result<Planes> {
     job.check_bytes("the integration of slopes", footprint(slopes.size(), options.border).peak)?;
     let heights = match options.border {
-        SurfaceBorder::Periodic => fourier::solve(slopes, options.method, job)?,
+        SurfaceBorder::Periodic => fourier::solve(slopes.clone(), options.method, job)?,
         SurfaceBorder::Open => {
             let doubled = slopes.mirrored();
-            let heights = fourier::solve(&doubled, options.method, job)?;
-            let rows = heights.chunks_exact(doubled.size().width).take(slopes.size().height);
+            let width = doubled.size().width;
+            let heights = fourier::solve(doubled, options.method, job)?;
+            let rows = heights.chunks_exact(width).take(slopes.size().height);
             rows.flat_map(|row| row[..slopes.size().width].to_vec()).collect()
         }
     };
@@ -98,7 +99,7 @@ pub fn footprint(size: Size, border: SurfaceBorder) -> Footprint {
     let bytes = match border {
         SurfaceBorder::Periodic => SOLVED,
         // Mirrored slopes are four times as many.
-        SurfaceBorder::Open => 4 * (16 + SOLVED),
+        SurfaceBorder::Open => 4 * SOLVED,
     };
     Footprint::of_texels(size, bytes, 4)
 }

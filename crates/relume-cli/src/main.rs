@@ -42,7 +42,7 @@ use context::Context;
 use report::{Failure, write_stderr};
 
 fn main() -> ExitCode {
-    memory::share_one_arena();
+    memory::restrain_allocator();
     fault::keep_quiet();
     let typed: Vec<OsString> = std::env::args_os().collect();
     let status = fault::caught(|| run(&typed)).unwrap_or_else(|message| {

@@ -5,24 +5,29 @@
 use std::path::{Path, PathBuf};
 
 /// The stack of a thread, which is all it takes besides its data where its allocations come
-/// [from the arena of all](share_one_arena).
+/// [from the arena of all](restrain_allocator).
 const THREAD_BYTES: u64 = 2 << 20;
 
-/// How the allocator of the GNU C library is told the most arenas that it may have (`mallopt(3)`).
+/// How the allocator of the GNU C library is told the most arenas that it may have, and the bytes from which on a block
+/// is given back to the system as it is freed (`mallopt(3)`).
 const ARENAS: &str = "MALLOC_ARENA_MAX";
+const GIVEN_BACK_FROM: (&str, &str) = ("MALLOC_MMAP_THRESHOLD_", "131072");
 
-/// Starts the program again with one arena for the allocations of all threads if its address space is limited
-/// (`ulimit -v`). By itself the allocator of the GNU C library reserves 64 MiB of address space for each
-/// thread, and where it cannot, tries again at each allocation with up to 128 MiB for a moment, in which
-/// an allocation of another thread fails and ends the program. It reads this setting as the program starts.
-pub fn share_one_arena() {
+/// Starts the program again with one arena for the allocations of all threads, and none of them kept once it is freed,
+/// if its address space is limited (`ulimit -v`). By itself the allocator of the GNU C library reserves 64 MiB of
+/// address space for each thread, and where it cannot, tries again at each allocation with up to 128 MiB for a moment,
+/// in which an allocation of another thread fails and ends the program; and it keeps freed blocks of up to 32 MiB.
+/// It reads these settings as the program starts.
+pub fn restrain_allocator() {
     #[cfg(target_os = "linux")]
     if std::env::var_os(ARENAS).is_none() && address_space_is_limited() {
         use std::os::unix::process::CommandExt;
         let mut words = std::env::args_os();
         let (Ok(program), Some(name)) = (std::env::current_exe(), words.next()) else { return };
         // It returns if the system refuses, and the program goes on as it is.
-        let _refused = std::process::Command::new(program).arg0(name).args(words).env(ARENAS, "1").exec();
+        let mut again = std::process::Command::new(program);
+        again.arg0(name).args(words).env(ARENAS, "1").env(GIVEN_BACK_FROM.0, GIVEN_BACK_FROM.1);
+        let _refused = again.exec();
     }
 }
 

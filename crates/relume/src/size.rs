@@ -33,7 +33,7 @@ impl Size {
         let fits = x.checked_add(size.width).is_some_and(|end| end <= self.width)
             && y.checked_add(size.height).is_some_and(|end| end <= self.height);
         if !fits || size.texels() == 0 {
-            return Err(Error::usage(format!(
+            return Err(Error::invalid(format!(
                 "a crop of {size} texels at ({x}, {y}) does not lie inside {self}"
             )));
         }

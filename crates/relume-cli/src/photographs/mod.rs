@@ -9,7 +9,7 @@ use std::sync::{Arc, OnceLock};
 
 use relume::capture::develop::{
     Development, InputSpace, ReadingCheck, TexelSample, TurnedFrames, check_reading, even_field, gains,
-    grey_factors, linear, sample_texels, shifts,
+    grey_factors, linear, sample_texels, share_by_direction, shifts,
 };
 use relume::capture::{Capture, pictures_in};
 use relume::lamps::LampPositions;
@@ -296,6 +296,15 @@ impl PhotographSet {
                 odd.iter().take(6).cloned().collect::<Vec<_>>().join("; ")
             ));
         }
+        let share = share_by_direction(&self.lights, &found).unwrap_or(0.0);
+        if share > SHADING_SHARE && !odd.is_empty() {
+            self.warnings.push(format!(
+                "{:.0} % of these differences follow the direction of the light, as the shading of a surface that is not matt does: \
+                 if the camera kept its exposure, leave out --equalize",
+                100.0 * share
+            ));
+            facts.insert("gains_by_direction".to_owned(), json!(share));
+        }
         facts.insert("gains".to_owned(), json!(found));
         self.development.gains = found;
         Ok(())
@@ -328,6 +337,9 @@ impl PhotographSet {
         Ok(())
     }
 }
+
+/// The share of exposures that follow the light from which on they may be shading.
+const SHADING_SHARE: f64 = 0.7;
 
 /// For each photograph the factor that undoes its exposure.
 fn exposures(lights: &[(String, Direction)], load: &LoadRaster<'_>, job: &Job) -> Result<Vec<f64>> {

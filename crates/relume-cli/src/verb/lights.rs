@@ -64,7 +64,9 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         balls => lights_of(&names, &load, balls, &context.job)?,
     };
     if !args.skip || found.lights().is_empty() {
-        found.refuse_problems()?;
+        let advice =
+            if found.lights().is_empty() { "" } else { "; take them out, or have them left out with --skip" };
+        found.refuse_problems().map_err(|e| Error::new(e.kind(), format!("{}{advice}", e.message())))?;
     }
     outputs.write(&args.output, light_file(args, &found)?.into_bytes())?;
     if let Some((path, format)) = picture {

@@ -159,7 +159,10 @@ fn by_balls(
         balls => lights_of(&names, &load, balls, job)?,
     };
     if found.lights().len() < 3 {
-        found.refuse_problems()?;
+        let advice = if found.lights().is_empty() { "" } else { ": at least 3 with one are needed" };
+        found
+            .refuse_problems()
+            .map_err(|e| Error::new(e.kind(), format!("{}{advice}", e.message())).at(&place))?;
     }
     let troubles: Vec<String> = found.frames.iter().filter_map(|frame| frame.trouble()).collect();
     warnings.extend(troubles.iter().map(|trouble| format!("left out: {trouble}")));

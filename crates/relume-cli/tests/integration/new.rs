@@ -160,7 +160,7 @@ fn what_does_not_fit_the_photographs_is_refused_in_one_sentence() {
     let shading = ["--method", "shape-from-shading", "--surface-mm", "100", "--lamp-mm", "90"];
     assert!(height(&shading, 2).contains("--surface-mm has no part"));
     assert!(height(&["--surface-mm", "100"], 2).contains("--lamp-mm"));
-    assert!(height(&["--crop", "60,0,30,30"], 2).contains("does not lie inside"));
+    assert!(height(&["--crop", "60,0,30,30"], 1).contains("does not lie inside"));
     assert!(height(&["--reduce", "64", "--crop", "0,0,20,20"], 2).contains("nothing would be left"));
     let text =
         refused(at, &["height", "p/truth/normals.exr", "--method", "normal-map", "-o", "x.exr", "--align"]);
@@ -201,6 +201,16 @@ fn what_a_mask_leaves_out_is_black_in_the_texture() {
         columns.map(|x| lit.samples().value(3 * (64 * 30 + x))).fold(0.0, f32::max)
     };
     assert!(brightest(0..31) > 0.2 && brightest(33..64) < 0.05, "{} {}", brightest(0..31), brightest(33..64));
+    let maps = ["-o", "h.exr", "--normals", "n.png", "--albedo-map", "a.png", "--mask", "mask.png"];
+    done(at, &[&["height", "p"][..], &maps].concat());
+    let texel = |file: &str, x: usize| {
+        let raster = read_raster(&at.join(file), &Job::default()).unwrap();
+        let channels = raster.channels();
+        (0..channels).map(|c| raster.samples().value(channels * (64 * 30 + x) + c)).collect::<Vec<f32>>()
+    };
+    assert!(texel("a.png", 50).iter().all(|v| *v == 0.0) && texel("a.png", 10).iter().all(|v| *v > 0.1));
+    let level = texel("n.png", 50);
+    assert!(level[2] == 1.0 && level[..2].iter().all(|v| (v - 0.5).abs() < 0.01), "{level:?}");
 }
 
 #[test]

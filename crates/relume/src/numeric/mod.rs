@@ -24,6 +24,7 @@ pub mod pyramid;
 pub mod quadrature;
 pub mod random;
 pub mod range_coder;
+pub mod shorth;
 pub mod signed_distance;
 pub mod small;
 pub mod summed_area;

@@ -23,7 +23,12 @@ const TASK: usize = 16 * BLOCK;
 /// not clamped: one plane per channel. One plane of luminance, or red, green and blue, form a picture; for
 /// other channels, [`ReflectanceField::of_channels`] selects those that do.
 pub fn relight(field: &ReflectanceField, directions: impl Into<Directions>) -> Picture {
-    let job = Relighting::new(field, directions.into());
+    relight_by(field, &field.basis().weights(directions.into()))
+}
+
+/// The sum of the functions of a field with one weight for each; otherwise as [`relight`].
+pub(super) fn relight_by(field: &ReflectanceField, weights: &[f64]) -> Picture {
+    let job = Relighting::new(field, weights);
     let texels = field.size().texels();
     let mut planes = Planes::zeros(field.size(), field.layout().channels());
     if field.layout().is_product() {
@@ -50,9 +55,14 @@ pub fn relight(field: &ReflectanceField, directions: impl Into<Directions>) -> P
 ///
 /// [`srgb8_from_linear`]: super::srgb8_from_linear
 pub fn relight_srgb8(field: &ReflectanceField, directions: impl Into<Directions>, out: &mut [u8]) {
+    relight_srgb8_by(field, &field.basis().weights(directions.into()), out);
+}
+
+/// As [`relight_by`], otherwise as [`relight_srgb8`].
+pub(super) fn relight_srgb8_by(field: &ReflectanceField, weights: &[f64], out: &mut [u8]) {
     assert_eq!(out.len(), 3 * field.size().texels(), "three bytes a texel");
     assert!(!field.layout().is_named(), "named channels make no colour");
-    let job = Relighting::new(field, directions.into());
+    let job = Relighting::new(field, weights);
     let tasks = out.par_chunks_mut(3 * TASK).enumerate();
     tasks.for_each(|(i, codes)| job.run_srgb8(i * TASK, codes));
 }
@@ -65,8 +75,13 @@ struct Relighting<'a> {
 }
 
 impl<'a> Relighting<'a> {
-    fn new(field: &'a ReflectanceField, directions: Directions) -> Self {
-        let weights = field.basis().weights(directions).into_iter().map(|w| w as f32).collect();
+    fn new(field: &'a ReflectanceField, weights: &[f64]) -> Self {
+        assert_eq!(
+            weights.len(),
+            field.basis().len() * field.basis().channels(),
+            "a weight for each function"
+        );
+        let weights = weights.iter().map(|&w| w as f32).collect();
         Self { field, weights, arch: pulp::Arch::new() }
     }
 

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::relight::{relight, relight_srgb8};
+use super::relight::{relight, relight_by, relight_srgb8, relight_srgb8_by};
 use crate::direction::Directions;
 use crate::error::Result;
 use crate::field::{ReflectanceField, Shapes};
@@ -37,6 +37,22 @@ impl<'a> Relighter<'a> {
             shapes.correct(directions.light, &mut picture.planes);
         }
         picture
+    }
+
+    /// The sum of the functions with one weight for each, as [`Relighter::relight`] without moved boundaries.
+    ///
+    /// # Panics
+    /// When there is another number of weights.
+    pub fn relight_by(&self, weights: &[f64]) -> Picture {
+        relight_by(self.field, weights)
+    }
+
+    /// As [`Relighter::relight_by`], as interleaved 8-bit sRGB.
+    ///
+    /// # Panics
+    /// As [`Relighter::relight_srgb8`], and when there is another number of weights.
+    pub fn relight_srgb8_by(&self, weights: &[f64], out: &mut [u8]) {
+        relight_srgb8_by(self.field, weights, out);
     }
 
     /// The field under a near lamp, whose light has its own direction at every texel; in the space of the field and not

@@ -9,10 +9,11 @@ use serde::Serialize;
 
 use crate::direction::Directions;
 use crate::error::{Error, Result};
-use crate::field::ReflectanceField;
+use crate::field::{Basis, ReflectanceField};
 use crate::job::Job;
 use crate::lamps::LampPositions;
 use crate::numeric::decibel::{mean_psnr_db, psnr_db};
+use crate::picture::Picture;
 use crate::raster::{LoadRaster, Raster, Samples};
 use crate::render::Relighter;
 use crate::size::Size;
@@ -28,6 +29,9 @@ pub struct ComparedPhotographs<'a> {
     pub lamps: Option<&'a LampPositions>,
     /// The texels that are compared; all without a mask.
     pub mask: Option<&'a [bool]>,
+    /// They are those of the fit, in its order: a field that interpolates between them, and so shows each as it is, is compared
+    /// by what the others give under its light.
+    pub are_fitted: bool,
 }
 
 /// How a texture does under lights that were not fitted.
@@ -114,9 +118,10 @@ impl ComparedPhotographs<'_> {
                     field.size()
                 )));
             }
-            match self.lamps {
-                Some(lamps) => relighter.relight_near_srgb8(lamps, i, &mut relit),
-                None => relighter.relight_srgb8(*pair, &mut relit),
+            match (self.lamps, self.weights_of_others(field, i)) {
+                (Some(lamps), _) => relighter.relight_near_srgb8(lamps, i, &mut relit),
+                (None, Some(weights)) => relighter.relight_srgb8_by(&weights, &mut relit),
+                (None, None) => relighter.relight_srgb8(*pair, &mut relit),
             }
             let mut photograph = codes(&photograph);
             if let Some(mask) = self.mask {
@@ -126,6 +131,28 @@ impl ComparedPhotographs<'_> {
             take(i, &relit, &photograph);
         }
         Ok(())
+    }
+
+    /// The field as it is compared with photograph `i`.
+    pub fn relit(&self, field: &ReflectanceField, relighter: &Relighter<'_>, i: usize) -> Picture {
+        match (self.lamps, self.weights_of_others(field, i)) {
+            (Some(lamps), _) => relighter.relight_near(lamps, i),
+            (None, Some(weights)) => relighter.relight_by(&weights),
+            (None, None) => relighter.relight(self.pairs[i].1),
+        }
+    }
+
+    /// Where a field interpolates between these photographs, the weights of all under the light of photograph `i`, which has none.
+    fn weights_of_others(&self, field: &ReflectanceField, i: usize) -> Option<Vec<f64>> {
+        let Basis::Interpolated(table) = field.basis() else { return None };
+        if !self.are_fitted || table.lights().len() != self.pairs.len() {
+            return None;
+        }
+        let others = table.without(i)?;
+        let mut weights = vec![0.0; others.lights().len()];
+        others.weights_into(table.lights()[i], &mut weights);
+        weights.insert(i, 0.0);
+        Some(weights)
     }
 
     fn check(&self, field: &ReflectanceField) -> Result<()> {
@@ -176,7 +203,6 @@ fn codes(photograph: &Raster) -> Vec<u8> {
 mod tests {
     use super::*;
     use crate::direction::Direction;
-    use crate::picture::Picture;
     use crate::planes::Planes;
 
     fn grey(size: Size, code: u8) -> Raster {
@@ -189,7 +215,11 @@ mod tests {
         load: &LoadRaster,
         mask: Option<&[bool]>,
     ) -> Result<TestReport> {
-        test(field, &ComparedPhotographs { pairs, load, lamps: None, mask }, &Job::default())
+        test(
+            field,
+            &ComparedPhotographs { pairs, load, lamps: None, mask, are_fitted: false },
+            &Job::default(),
+        )
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use relume::render::Relighter;
-use relume::workflow::quality::{LightQuality, QualityReport, quality};
+use relume::workflow::quality::{ComparedWith, LightQuality, QualityReport, quality};
 use relume::workflow::tested::ComparedPhotographs;
 use relume::{Picture, Planes, ReflectanceField, Result, Size, Space};
 use serde_json::{Value, json};
@@ -52,6 +52,7 @@ fn page(
         load: &load,
         lamps: lamps.as_ref(),
         mask: inputs.mask(),
+        are_fitted: true,
     };
     let report = quality(field, &photographs, CELLS, &context.job).map_err(|e| e.at(inputs.place()))?;
     let json = json!(report);
@@ -89,6 +90,7 @@ fn facts(report: &QualityReport, fitted: &Value) -> String {
     let percent = |share: f64| format!("{:.1} %", 100.0 * share);
     let mut facts = vec![
         ("mean over photographs", crate::decibels::decibels(report.psnr_db)),
+        ("each compared with", relit_caption(report.compared).to_owned()),
         (
             "each predicted from the others",
             match fitted["leave_one_out"]["psnr_db"].as_f64() {
@@ -182,11 +184,7 @@ fn worst(
     for &i in report.worst.iter().take(SHOWN) {
         let light = &report.lights[i];
         let photograph = small((photographs.load)(i)?.to_picture(Space::Srgb));
-        let relit = match photographs.lamps {
-            Some(lamps) => relighter.relight_near(lamps, i),
-            None => relighter.relight(photographs.pairs[i].1),
-        };
-        let relit = small(relit.to_space(Space::Srgb));
+        let relit = small(photographs.relit(field, &relighter, i).to_space(Space::Srgb));
         let difference = difference(&photograph, &relit)?;
         let _ = write!(
             html,
@@ -196,7 +194,7 @@ fn worst(
         );
         let pictures = [
             (photograph, "the photograph"),
-            (relit, "the fit"),
+            (relit, relit_caption(report.compared)),
             (difference, "difference, grey where equal"),
         ];
         for (picture, caption) in pictures {
@@ -209,6 +207,11 @@ fn worst(
         html.push_str("</div>");
     }
     Ok(html)
+}
+
+/// What a photograph is shown beside.
+fn relit_caption(compared: ComparedWith) -> &'static str {
+    if compared == ComparedWith::Others { "what the others give under its light" } else { "the fit" }
 }
 
 /// A picture of at most [`SHOWN_SIDE`] texels along a side, of means of displayed values.

@@ -30,8 +30,13 @@ pub(super) fn run(
         set.lights().iter().map(|(name, light)| (name.clone(), (*light).into())).collect();
     let load = |i: usize| set.photograph(i, &context.job);
     let lamps = inputs.lamps(field.basis()).and_then(|_| set.lamps());
-    let photographs =
-        ComparedPhotographs { pairs: &pairs, load: &load, lamps: lamps.as_ref(), mask: set.mask() };
+    let photographs = ComparedPhotographs {
+        pairs: &pairs,
+        load: &load,
+        lamps: lamps.as_ref(),
+        mask: set.mask(),
+        are_fitted: false,
+    };
     let report =
         tested::test(field, &photographs, &context.job).map_err(|e| e.at(&set.capture.light_file))?;
     let said = |warning: &String| format!("test: {warning}");

@@ -50,7 +50,7 @@ pub struct Args {
     /// Chellappa)
     #[arg(long, default_value = "poisson", value_parser = args::named::<IntegrationMethod>())]
     integration: IntegrationMethod,
-    /// A picture of which the bright pixels belong to the surface; others are left level. Its size is that of the photographs,
+    /// A picture of which the bright pixels belong to the surface; others are left level and black. Its size is that of the photographs,
     /// with which it is cropped and reduced, or of what is left of them
     #[arg(long, value_name = "FILE")]
     mask: Option<PathBuf>,

@@ -89,6 +89,24 @@ impl Shape {
             facts: no_facts(),
         })
     }
+
+    /// Makes what lies outside the mask level, black, and rough.
+    fn clear_outside(&mut self) {
+        let Some(mask) = &self.mask else { return };
+        let fill = |planes: &mut Planes, values: [f32; 3]| {
+            for (plane, value) in planes.iter_mut().zip(values) {
+                plane.iter_mut().zip(mask).filter(|(_, inside)| !**inside).for_each(|(v, _)| *v = value);
+            }
+        };
+        fill(&mut self.normals, [0.0, 0.0, 1.0]);
+        if let Some(albedo) = &mut self.albedo {
+            fill(&mut albedo.planes, [0.0; 3]);
+        }
+        if let Some(highlights) = &mut self.highlights {
+            fill(&mut highlights.roughness, [1.0; 3]);
+            fill(&mut highlights.reflectance, [0.0; 3]);
+        }
+    }
 }
 
 /// Estimates the shape by the requested method, or by the one that suits the input.
@@ -104,6 +122,7 @@ pub fn find(args: &Args, known: &KnownShape, context: &Context) -> Result<Shape>
     if let (Some(path), None) = (&args.mask, &shape.mask) {
         shape.mask = Some(input::mask(path, shape.slopes.size(), &context.job)?);
     }
+    shape.clear_outside();
     Ok(shape)
 }
 

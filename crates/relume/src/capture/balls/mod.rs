@@ -113,7 +113,7 @@ impl BallLights {
                 problems[0]
             ))),
             n => Err(Error::invalid(format!(
-                "{n} of {} photographs show no usable lamp: {}; take them out, or have them left out with --skip",
+                "{n} of {} photographs show no usable lamp: {}",
                 self.frames.len(),
                 some_of(&problems)
             ))),

@@ -23,7 +23,7 @@ mod reading;
 mod sample;
 mod shift;
 
-pub use exposure::{LARGEST_GAIN, gains};
+pub use exposure::{LARGEST_GAIN, gains, share_by_direction};
 pub use reading::{InputSpace, ReadingCheck, check_reading};
 pub use sample::{TexelSample, sample_texels};
 pub use shift::{MOST_SHIFT, shifts};

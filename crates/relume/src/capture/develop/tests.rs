@@ -15,6 +15,17 @@ fn matt(
     space: Space,
     exposure: &dyn Fn(usize) -> f64,
 ) -> Vec<Raster> {
+    glossy(size, lights, space, 0.0, exposure)
+}
+
+/// As [`matt`], under a coat that reflects the lights with a strength.
+fn glossy(
+    size: Size,
+    lights: &[(String, Direction)],
+    space: Space,
+    strength: f64,
+    exposure: &dyn Fn(usize) -> f64,
+) -> Vec<Raster> {
     let mut stream = Stream::new(11, Purpose::Sample, [4]);
     let texels: Vec<(Direction, f64)> = (0..size.texels())
         .map(|_| {
@@ -24,7 +35,10 @@ fn matt(
         .collect();
     let photograph = |(k, (_, light)): (usize, &(String, Direction))| {
         let code = |(normal, albedo): &(Direction, f64)| {
-            let value = (albedo * normal.dot(*light).max(0.0) * exposure(k)) as f32;
+            let [x, y, z] = light.to_array();
+            let half = Direction::new(x, y, z + 1.0).unwrap();
+            let highlight = strength * normal.dot(half).max(0.0).powi(30);
+            let value = ((albedo * normal.dot(*light).max(0.0) + highlight) * exposure(k)) as f32;
             (space.from_linear(value).clamp(0.0, 1.0) * 65535.0).round() as u16
         };
         Raster::new(size, 1, Samples::U16(texels.iter().map(code).collect())).unwrap()
@@ -77,6 +91,40 @@ fn planted_exposures_are_found_and_undone() {
     let first = undone.apply(2, photographs[2].clone()).unwrap();
     let expected = f64::from(photographs[2].samples().value(7)) * found[2];
     assert!((f64::from(first.samples().value(7)) - expected).abs() < 1e-6);
+}
+
+/// A fault: highlights passed for exposures, and photographs of one exposure were multiplied by factors up to 8.
+#[test]
+fn highlights_are_no_exposures() {
+    let lights = named_lights(40);
+    for changed in [1.0, 0.6] {
+        let exposure = |k: usize| if k % 4 == 1 { changed } else { 1.0 };
+        let photographs = glossy(Size::new(24, 24), &lights, Space::Linear, 0.25, &exposure);
+        let sample = sample_texels(&lights, &|i| Ok(photographs[i].clone()), &Job::default()).unwrap();
+        let found = gains(&sample).unwrap();
+        let errors: Vec<f64> = found.iter().enumerate().map(|(k, g)| (g * exposure(k)).ln()).collect();
+        let mean = errors.iter().sum::<f64>() / 40.0;
+        let rms = (errors.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / 40.0).sqrt();
+        assert!(rms < 0.05, "{rms}: {found:?}");
+        let share = share_by_direction(&lights, &found).unwrap();
+        assert!(changed == 1.0 || share < 0.5, "{share}");
+    }
+}
+
+#[test]
+fn exposures_that_follow_the_light_are_told_from_others() {
+    let lights = named_lights(30);
+    let by_light: Vec<f64> = lights.iter().map(|(_, light)| 1.0 / (0.3 + light.z())).collect();
+    assert!(share_by_direction(&lights, &by_light).unwrap() > 0.85);
+    let by_turn: Vec<f64> = (0..30).map(|k| if k % 3 == 0 { 0.7 } else { 1.1 }).collect();
+    assert!(share_by_direction(&lights, &by_turn).unwrap() < 0.3);
+    // On a ring x and y alone tell the lights apart; few lights, and equal gains, tell nothing.
+    let ring: Vec<(String, Direction)> =
+        (0..20).map(|i| (i.to_string(), Direction::from_angles(0.8, 0.31 * f64::from(i)))).collect();
+    let gains: Vec<f64> = ring.iter().map(|(_, light)| 1.0 + 0.5 * light.x()).collect();
+    assert!(share_by_direction(&ring, &gains).unwrap() > 0.9);
+    assert_eq!(share_by_direction(&ring[..17], &gains[..17]), None);
+    assert_eq!(share_by_direction(&ring, &[1.0; 20]), None);
 }
 
 #[test]

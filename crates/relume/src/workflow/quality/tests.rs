@@ -1,10 +1,11 @@
 use super::*;
 use crate::direction::Directions;
-use crate::field::{Basis, PlaneLayout};
+use crate::field::{Basis, Interpolated, Interpolation, PlaneLayout};
 use crate::numeric::random::{Purpose, Stream};
 use crate::planes::Planes;
 use crate::raster::{Raster, Samples};
 use crate::render::relight_srgb8;
+use crate::size::Size;
 use crate::space::Space;
 
 const SIZE: Size = Size { width: 40, height: 30 };
@@ -32,7 +33,8 @@ fn scene(count: usize) -> (ReflectanceField, Vec<(String, Directions)>, Vec<Vec<
 
 fn report(pictures: &[Vec<u8>], field: &ReflectanceField, lights: &[(String, Directions)]) -> QualityReport {
     let load = |i: usize| Raster::new(SIZE, 3, Samples::U8(pictures[i].clone()));
-    let photographs = ComparedPhotographs { pairs: lights, load: &load, lamps: None, mask: None };
+    let photographs =
+        ComparedPhotographs { pairs: lights, load: &load, lamps: None, mask: None, are_fitted: true };
     quality(field, &photographs, 16, &Job::default()).unwrap()
 }
 
@@ -78,4 +80,69 @@ fn lights_on_one_side_leave_a_gap_that_is_said() {
     let found = report(&pictures, &field, &lights);
     assert!(found.coverage.gap[0] < 0.0 && found.coverage.widest_gap_deg > 60.0, "{:?}", found.coverage);
     assert!(found.warnings[0].contains("is a guess"), "{:?}", found.warnings);
+}
+
+/// A fault: a robust fit leaves shadows out, and photographs a third in shadow passed for others of another exposure.
+#[test]
+fn shadows_that_a_fit_leaves_out_are_no_exposures() {
+    let (field, lights, mut pictures) = scene(20);
+    for codes in &mut pictures[4..7] {
+        codes
+            .as_chunks_mut::<3>()
+            .0
+            .iter_mut()
+            .step_by(3)
+            .for_each(|texel| *texel = texel.map(|code| code / 3));
+    }
+    let found = report(&pictures, &field, &lights);
+    let exposures: Vec<&String> = found.warnings.iter().filter(|w| w.contains("exposure")).collect();
+    assert!(exposures.is_empty(), "{exposures:?}");
+    pictures[9] = pictures[9].iter().map(|code| (u32::from(*code) * 3 / 5) as u8).collect();
+    pictures[12].fill(1);
+    let found = report(&pictures, &field, &lights);
+    let doubted: Vec<usize> =
+        (0..20).filter(|i| found.lights[*i].doubts.iter().any(|d| d.contains("exposure"))).collect();
+    assert_eq!(doubted, [9, 12]);
+}
+
+/// Where brightness changes slowly, the error falls with every step, and there is no shift.
+#[test]
+fn flat_pictures_are_not_moved() {
+    let size = Size::new(200, 60);
+    let planes =
+        Planes::from_vec(size, 1, (0..size.texels()).map(|i| 0.3 + 0.001 * (i % 200) as f32).collect());
+    let field = ReflectanceField::from_picture(crate::picture::Picture {
+        planes: planes.unwrap(),
+        space: Space::Srgb,
+    });
+    let lights: Vec<(String, Directions)> =
+        (0..9).map(|i| (i.to_string(), Direction::fibonacci(9)(i).into())).collect();
+    let mut codes = vec![0; 3 * size.texels()];
+    relight_srgb8(&field, lights[0].1, &mut codes);
+    let brighter: Vec<u8> = codes.iter().map(|code| code + 8).collect();
+    let load =
+        |i: usize| Raster::new(size, 3, Samples::U8(if i == 3 { brighter.clone() } else { codes.clone() }));
+    let photographs =
+        ComparedPhotographs { pairs: &lights, load: &load, lamps: None, mask: None, are_fitted: true };
+    let found = quality(&field, &photographs, 16, &Job::default()).unwrap();
+    assert_eq!(found.lights[3].shift, [0, 0]);
+    assert!(found.lights[3].doubts.iter().all(|doubt| !doubt.contains("moved")));
+}
+
+/// A fault: a texture that interpolates between its photographs shows each as it is, so none was ever doubted.
+#[test]
+fn photographs_that_are_interpolated_are_compared_with_the_others() {
+    let (_, lights, mut pictures) = scene(20);
+    pictures[11] = pictures[11].iter().map(|code| code / 2).collect();
+    let directions: Vec<Direction> = lights.iter().map(|(_, pair)| pair.light).collect();
+    let table = Interpolated::new(&directions, Interpolation::RadialBasis).unwrap();
+    let data =
+        pictures.iter().flat_map(|codes| codes.as_chunks::<3>().0.iter().map(|c| f32::from(c[1]) / 255.0));
+    let planes = Planes::from_vec(SIZE, 20, data.collect()).unwrap();
+    let basis = Basis::Interpolated(table);
+    let field = ReflectanceField::new(basis, PlaneLayout::LUMINANCE, Space::Srgb, planes).unwrap();
+    let found = report(&pictures, &field, &lights);
+    assert_eq!(found.compared, ComparedWith::Others);
+    assert!(found.lights[11].doubts.iter().any(|doubt| doubt.contains("exposure")), "{:?}", found.lights[11]);
+    assert!(found.lights.iter().all(|light| light.psnr_db.is_finite()));
 }

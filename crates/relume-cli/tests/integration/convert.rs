@@ -2,8 +2,9 @@
 
 use std::fs;
 
-use relume::Size;
+use relume::format::NormalY;
 use relume::procedural::Material;
+use relume::{Job, Size};
 
 use crate::support::{done, failed, json, names, refused, run, write_material};
 
@@ -61,6 +62,28 @@ fn what_jpeg_loses_is_said() {
     let sentence = failed(path, &["convert", "a.ptm", "-o", "c.ptm", "--web"], 2);
     assert!(sentence.contains("c.ptm") && sentence.contains("name a folder"), "{sentence}");
     assert!(!path.join("c.ptm").exists());
+}
+
+/// A fault: copies of height and normal maps were sRGB pictures without the record of their scale and direction.
+#[test]
+fn copies_of_maps_keep_what_they_record() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    done(at, &["procedural", "leather", "-o", "m", "--size", "64"]);
+    done(at, &["maps", "m", "-o", "p", "--preset", "unreal", "--texel-mm", "0.5"]);
+    let (recorded, down) = ("p/T_Material_H.png", "p/T_Material_N.png");
+    for (from, to) in [(recorded, "h.png"), (down, "n.png")] {
+        let text = run(at, &["convert", from, "-o", to]);
+        assert!(text.contains("the same functions"), "{text}");
+    }
+    let open = |name: &str| relume::format::open(&at.join(name), &Job::default()).unwrap();
+    let height = |name: &str| open(name).into_height().unwrap();
+    assert_eq!(height(recorded).scale.unwrap().mm_per_texel, Some(0.5));
+    assert_eq!(height("h.png"), height(recorded));
+    let normals = |name: &str| open(name).into_normals(None).unwrap();
+    assert_eq!(normals("n.png"), normals(down));
+    assert_eq!(normals("n.png").y, NormalY::Down);
+    assert!(!fs::read(at.join("n.png")).unwrap().windows(4).any(|chunk| chunk == b"sRGB"));
 }
 
 /// A fault: the depth of the file that was read won over the one that was asked for.

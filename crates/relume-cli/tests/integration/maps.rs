@@ -478,3 +478,34 @@ fn options_about_registered_maps_need_some() {
             .success()
     );
 }
+
+/// A fault: roughness beyond 1 was limited, coloured data reduced to red, and heights of presets without a place for them left out
+/// without a word; millimetres were lost.
+#[test]
+fn what_a_set_of_maps_loses_is_said_and_its_millimetres_are_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    maps(at);
+    let size = relume::Size::new(96, 96);
+    let planes = |count: usize, value: &dyn Fn(usize) -> f32| {
+        let data = (0..count * size.texels()).map(value).collect();
+        Picture { planes: Planes::from_vec(size, count, data).unwrap(), space: Space::Linear }
+    };
+    fs::remove_file(at.join("maps/roughness.png")).unwrap();
+    let bright = planes(1, &|i| if i % 4 == 0 { 1.5 } else { 0.4 });
+    let exr = encode_picture(&bright, PictureFormat::Exr(ExrDepth::Float)).unwrap();
+    fs::write(at.join("maps/roughness.exr"), exr).unwrap();
+    let red = planes(3, &|i| if i < size.texels() { 0.0 } else { 0.7 });
+    let png = encode_picture(&red, PictureFormat::Png(Depth::Eight)).unwrap();
+    fs::write(at.join("maps/metallic.png"), png).unwrap();
+    let said = |arguments: &[&str]| json(at, arguments)["warnings"].to_string();
+    let warnings = said(&["maps", "maps", "-o", "g", "--preset", "gltf"]);
+    for part in ["25.0 % of its values are not from 0 to 1", "red is taken", "no map of heights"] {
+        assert!(warnings.contains(part), "{part}: {warnings}");
+    }
+    let warnings = said(&["maps", "maps", "-o", "mm", "--preset", "unreal", "--texel-mm", "0.25"]);
+    assert!(!warnings.contains("no map of heights"), "{warnings}");
+    run(at, &["maps", "mm", "-o", "again", "--preset", "godot"]);
+    let height = read_height(&at.join("again/Material_height.png"), &Job::default()).unwrap();
+    assert_eq!(height.scale.unwrap().mm_per_texel, Some(0.25));
+}

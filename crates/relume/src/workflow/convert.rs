@@ -46,8 +46,20 @@ pub struct ConvertOptions {
 pub struct RefitLoss {
     /// The root mean square.
     pub rms: f64,
-    /// The largest in size.
+    /// The largest in size of those compared.
     pub largest: f64,
+    /// The number of lights.
+    pub lights: usize,
+}
+
+impl RefitLoss {
+    /// From the sum of squares, the largest and the number of the differences under each light.
+    pub(super) fn of(lights: Vec<(f64, f64, usize)>) -> Self {
+        let count = lights.len();
+        let (squares, largest, values) =
+            lights.into_iter().fold((0.0, 0.0f64, 0), |a, b| (a.0 + b.0, a.1.max(b.1), a.2 + b.2));
+        Self { rms: (squares / values.max(1) as f64).sqrt(), largest, lights: count }
+    }
 }
 
 /// The texture as asked for; borrowed where that changes nothing.
@@ -104,9 +116,7 @@ pub fn refit_loss(field: &ReflectanceField, made: &ReflectanceField, job: &Job) 
     };
     let all: Vec<(f64, f64, usize)> =
         (0..CHECKED_LIGHTS).into_par_iter().map(of_light).collect::<Result<_>>()?;
-    let (squares, largest, count) =
-        all.into_iter().fold((0.0, 0.0f64, 0), |a, b| (a.0 + b.0, a.1.max(b.1), a.2 + b.2));
-    Ok(RefitLoss { rms: (squares / count.max(1) as f64).sqrt(), largest })
+    Ok(RefitLoss::of(all))
 }
 
 /// A value in the space of a field: as it is where that is its own.

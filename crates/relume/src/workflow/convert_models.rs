@@ -108,9 +108,7 @@ pub fn shown_loss<'a>(
     };
     let all: Vec<(f64, f64, usize)> =
         (0..CHECKED_LIGHTS).into_par_iter().map(of_light).collect::<Result<_>>()?;
-    let (squares, largest, count) =
-        all.into_iter().fold((0.0, 0.0f64, 0), |a, b| (a.0 + b.0, a.1.max(b.1), a.2 + b.2));
-    Ok(RefitLoss { rms: (squares / count.max(1) as f64).sqrt(), largest })
+    Ok(RefitLoss::of(all))
 }
 
 #[cfg(test)]
@@ -137,7 +135,7 @@ mod tests {
     fn the_loss_is_that_of_the_models_and_not_of_their_linear_form() {
         let job = Job::default();
         for models in all() {
-            assert_eq!(shown_loss(&models, &models, &job).unwrap(), RefitLoss { rms: 0.0, largest: 0.0 });
+            assert_eq!(shown_loss(&models, &models, &job).unwrap().largest, 0.0);
             let linear = convert_models(&models, &ConvertOptions::default(), &job).unwrap();
             assert!(shown_loss(&models, &linear, &job).unwrap().rms > 0.0, "{}", models.model().name());
             let ptm = ConvertOptions { basis: Some(Basis::Ptm), space: Some(Space::Srgb), layout: None };

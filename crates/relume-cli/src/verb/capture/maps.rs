@@ -61,6 +61,8 @@ pub struct ReadMaps {
     pub opacity: Option<Planes>,
     /// Where the heights come from.
     pub heights: HeightSource,
+    /// The side of a texel, where the heights have it.
+    pub mm_per_texel: Option<f64>,
 }
 
 /// Where heights come from.
@@ -197,9 +199,14 @@ impl MapFiles {
             let Some(path) = path.as_deref() else { return Ok(None) };
             let raster = input::data(path, job)?;
             check(raster.size(), path)?;
-            first_channel(&raster, job).map(Some)
+            let planes = raster.to_planes(raster.samples().space(), job)?;
+            remark_data(&planes, &job.about(path));
+            Ok(Some(planes.truncated(1)))
         };
         let (roughness, metallic) = (share(&self.roughness)?, share(&self.metallic)?);
+        let recorded =
+            height_map.as_ref().and_then(|map| map.scale).filter(|_| reading.height_scale.is_none());
+        let mm_per_texel = recorded.and_then(|scale| scale.mm_per_texel);
         let (height, heights) = match (&height_map, &normal, reading.border) {
             (Some(map), _, _) => (height(map, reading.height_scale, job)?, HeightSource::of(map, reading)),
             (None, Some(normals), Some(border)) => {
@@ -207,7 +214,8 @@ impl MapFiles {
             }
             _ => unreachable!("heights or normals were asked for above"),
         };
-        Ok(ReadMaps { maps: SurfaceMaps { height, albedo, normal, roughness, metallic }, opacity, heights })
+        let maps = SurfaceMaps { height, albedo, normal, roughness, metallic };
+        Ok(ReadMaps { maps, opacity, heights, mm_per_texel })
     }
 
     /// What all maps take.
@@ -290,9 +298,20 @@ pub fn only(paths: &[PathBuf], role: MapRole, named_by: NamedBy) -> Result<Optio
     }
 }
 
-/// The samples as stored, with the largest code at 1.
-fn first_channel(raster: &Raster, job: &Job) -> Result<Planes> {
-    Ok(raster.to_planes(raster.samples().space(), job)?.truncated(1))
+/// Says of a map of data, of which the first channel is taken from 0 to 1, what is lost.
+pub fn remark_data(planes: &Planes, job: &Job) {
+    /// Differences that JPEG makes of grey pictures are smaller.
+    const COLORED: f32 = 0.03;
+    let first = planes.plane(0);
+    let differs = |k: usize| first.iter().zip(planes.plane(k)).any(|(a, b)| (a - b).abs() > COLORED);
+    if (1..planes.count().min(3)).any(differs) {
+        job.remark("its channels differ, and one value is needed: red is taken".to_owned());
+    }
+    let beyond = first.iter().filter(|v| !(0.0..=1.0).contains(*v)).count();
+    if beyond > 0 {
+        let percent = 100.0 * beyond as f64 / first.len() as f64;
+        job.remark(format!("{percent:.1} % of its values are not from 0 to 1, and are limited to that"));
+    }
 }
 
 fn height(map: &HeightMap, scale: Option<f64>, job: &Job) -> Result<Planes> {
@@ -352,7 +371,7 @@ mod tests {
     fn samples_mean_data_in_maps_of_data_and_light_in_albedo() {
         let (size, job) = (Size::new(2, 1), Job::default());
         let codes = Raster::new(size, 3, Samples::U8(vec![0, 128, 255, 51, 255, 0])).unwrap();
-        let heights = HeightMap { samples: first_channel(&codes, &job).unwrap(), scale: None };
+        let heights = HeightMap { samples: codes.to_planes(Space::Srgb, &job).unwrap().truncated(1), scale: None };
         assert_eq!(height(&heights, Some(10.0), &job).unwrap().as_slice(), [0.0, 2.0]);
         assert_eq!(height(&heights, None, &job).unwrap().as_slice()[1], (0.2f32 as f64 * 2.0 / 25.0) as f32);
         let scale = HeightScale { offset: -1.0, step: 20.0, mm_per_texel: None };

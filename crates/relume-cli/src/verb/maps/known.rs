@@ -8,21 +8,30 @@ use relume::{Job, Named, Planes, Result, Size};
 
 use crate::map_folder::{files, is_picture, is_unread_picture};
 use crate::paths;
-use crate::verb::capture::maps::{HeightSource, MapFiles, NamedBy, ReadMaps, Reading, only};
+use crate::verb::capture::maps::{HeightSource, MapFiles, NamedBy, ReadMaps, Reading, only, remark_data};
 
 /// Roles that have no place among the maps of a material.
 const WITHOUT_PLACE: [MapRole; 3] = [MapRole::Other, MapRole::Emission, MapRole::Specular];
 
-/// Reads the maps of a folder, of a size that `foresee` takes, and says what it took from where and left out.
+/// The maps of a folder.
+pub struct KnownMaps {
+    pub maps: MaterialMaps,
+    /// The side of a texel, where the heights have it.
+    pub mm_per_texel: Option<f64>,
+    /// What was taken from where and left out.
+    pub said: Vec<String>,
+}
+
+/// Reads the maps of a folder, of a size that `foresee` takes.
 pub fn read(
     folder: &Path,
     reading: &Reading,
     foresee: &dyn Fn(Size) -> Result<()>,
     job: &Job,
-) -> Result<(MaterialMaps, Vec<String>)> {
+) -> Result<KnownMaps> {
     let border = reading.border.unwrap_or_default();
     let read = MapFiles::find(folder, NamedBy::Names)?.read(reading, foresee, job)?;
-    let ReadMaps { mut maps, opacity: of_colors, heights } = read;
+    let ReadMaps { mut maps, opacity: of_colors, heights, mm_per_texel } = read;
     let all = files(folder)?;
     let pictures: Vec<PathBuf> = all.iter().filter(|path| is_picture(path)).cloned().collect();
     let known = |role| known(&pictures, role, job);
@@ -43,7 +52,7 @@ pub fn read(
         unread(&all),
     ];
     let maps = MaterialMaps::of_known(maps, occlusion, opacity, border, job)?;
-    Ok((maps, said.into_iter().flatten().collect()))
+    Ok(KnownMaps { maps, mm_per_texel, said: said.into_iter().flatten().collect() })
 }
 
 /// What is said of heights whose scale is not recorded.
@@ -108,7 +117,9 @@ fn known(pictures: &[PathBuf], role: MapRole, job: &Job) -> Result<Option<Planes
         }
         None => planes.plane(channel.min(planes.count() - 1)),
     };
-    Planes::from_vec(planes.size(), 1, from.to_vec()).map(Some)
+    let plane = Planes::from_vec(planes.size(), 1, from.to_vec())?;
+    remark_data(if is_single && channel == 0 { planes } else { &plane }, &job.about(&path));
+    Ok(Some(plane))
 }
 
 fn inverted(mut smoothness: Planes) -> Planes {

@@ -47,7 +47,7 @@ pub struct Args {
     /// The material tiles: occlusion and heights wrap around, and every map is checked to tile
     #[arg(long)]
     tile: bool,
-    /// Size of a texel in millimetres: heights are then recorded in millimetres
+    /// Size of a texel in millimetres: heights are then recorded in millimetres [default: as the heights record it]
     #[arg(long, value_name = "MM", value_parser = args::texel_mm)]
     texel_mm: Option<f64>,
     /// Texels from the lowest to the highest code of a height map without a record [default: a 25th of the width]
@@ -97,8 +97,9 @@ impl Args {
             let written = |size| self.options().map(|options| options.footprint(size).peak);
             let foresee = |size| job.check_bytes("writing the maps", written(size)?);
             let reading = Reading { height_scale, normal_y, border: Some(border) };
-            let (maps, said) = known::read(&self.input, &reading, &foresee, job)?;
-            return Ok(MapSource { said, ..MapSource::of(maps) });
+            let known::KnownMaps { maps, mm_per_texel, said } =
+                known::read(&self.input, &reading, &foresee, job)?;
+            return Ok(MapSource { said, mm_per_texel, ..MapSource::of(maps) });
         }
         self.of_texture(border, job).map_err(|e| e.at(&self.input))
     }
@@ -127,21 +128,24 @@ struct MapSource {
     maps: MaterialMaps,
     /// The texture of functions that a preview shows, if any.
     functions: Option<FieldFile>,
+    /// The side of a texel, where the files have it.
+    mm_per_texel: Option<f64>,
     /// What the report says of the files.
     said: Vec<String>,
 }
 
 impl MapSource {
     fn of(maps: MaterialMaps) -> Self {
-        Self { maps, functions: None, said: Vec::new() }
+        Self { maps, functions: None, mm_per_texel: None, said: Vec::new() }
     }
 }
 
 /// Reads or derives the maps, and writes them.
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
-    let (job, options) = (&context.job, args.options()?);
+    let (job, mut options) = (&context.job, args.options()?);
     let folder = Folder::stage(&args.output, &[&args.input], context)?;
-    let MapSource { maps, functions: file, said: of_files } = args.maps(job)?;
+    let MapSource { maps, functions: file, mm_per_texel, said: of_files } = args.maps(job)?;
+    options.mm_per_texel = options.mm_per_texel.or(mm_per_texel);
     let tiling = args.tile.then(|| tiling(&maps));
     let mut store = |name: &str, bytes: &[u8]| folder.add(name, bytes);
     let written = export_maps(&maps, &options, job, &mut store)?;

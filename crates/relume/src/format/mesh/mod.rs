@@ -36,11 +36,9 @@ pub fn decode_mesh(bytes: &[u8], job: &Job) -> Result<Mesh> {
 
 /// What the file is, where it is certainly no OBJ.
 fn other_kind(bytes: &[u8]) -> Option<&'static str> {
-    const SIGNATURES: [(&[u8], &str); 11] = [
+    const SIGNATURES: [(&[u8], &str); 9] = [
         (b"{", "text glTF (.gltf)"),
-        (b"ply", "PLY"),
         (b"solid ", "STL"),
-        (b"Kaydara FBX", "FBX"),
         (b"; FBX", "FBX"),
         (b"BLENDER", "a Blender file"),
         (b"PXR-USDC", "USD"),
@@ -50,8 +48,9 @@ fn other_kind(bytes: &[u8]) -> Option<&'static str> {
         (&[0xff, 0xfe], "UTF-16 text"),
     ];
     let start = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
-    let found = SIGNATURES.iter().find(|(signature, _)| start.starts_with(signature));
-    found.map(|&(_, kind)| kind).or_else(|| foreign::of(bytes).map(|of| of.name))
+    let found =
+        || SIGNATURES.iter().find(|(signature, _)| start.starts_with(signature)).map(|&(_, kind)| kind);
+    found().or_else(|| foreign::of(start).map(|of| of.name))
 }
 
 /// The replacement for the reader of binary glTF in a build without it.
@@ -103,9 +102,9 @@ mod tests {
                 &b"\n{\"asset\":{\"version\":\"2.0\"}}"[..],
                 "text glTF (.gltf) is not read: export the mesh as binary glTF",
             ),
-            (b"ply\nformat ascii 1.0\n", "PLY is not read"),
+            (b"ply\nformat ascii 1.0\n", "a PLY mesh is not read"),
             (b"solid cube\n", "STL is not read"),
-            (b"Kaydara FBX Binary  \0", "FBX is not read"),
+            (b"Kaydara FBX Binary  \0", "an FBX scene is not read"),
             (
                 b"v 0 0 0\n\0\0",
                 "neither binary glTF, which begins with the letters glTF, nor OBJ, which is text",

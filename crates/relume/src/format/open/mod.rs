@@ -2,6 +2,7 @@
 //! a caller needs.
 
 mod forms;
+mod pictures;
 
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -11,18 +12,13 @@ use super::bonn::BonnBtf;
 use super::brdf::decode_brdf;
 use super::content::{Content, content, is_known};
 use super::field_file::{self, FieldFile};
-use super::height::{HeightMap, decode_height};
+use super::height::HeightMap;
 use super::kind::{Kind, unknown};
-use super::map_role::NormalY;
-use super::mask::{Mask, decode_mask};
 use super::meaning::Meaning;
 use super::mesh::decode_mesh;
-use super::normal_map::{NormalMap, decode_normals};
 use super::npy::{self, Array};
 use super::opacity::OPACITY_UNUSED;
-use super::raster;
 use super::tile_set::{self, Said, TileSetFile};
-use super::turned::turned_back;
 use super::whole::{read_bytes, read_file};
 use super::{exr, multires, rlm, web};
 use crate::brdf::MeasuredBrdf;
@@ -128,20 +124,6 @@ impl Opened {
         self.bytes.len() as u64
     }
 
-    /// How a camera recorded that a picture is to be turned: 1 to 8 as in EXIF, 1 for as it is.
-    pub fn orientation(&self) -> u16 {
-        raster::orientation(&self.bytes)
-    }
-
-    /// A picture of colours as it is stored, whatever orientation is recorded.
-    ///
-    /// # Errors
-    /// As [`Opened::into_raster`].
-    pub fn into_unturned_raster(self) -> Result<Raster> {
-        let (orientation, name) = (self.orientation(), self.name.clone());
-        turned_back(self.into_raster()?, orientation).map_err(|e| e.at(name))
-    }
-
     /// The stamp of the file's bytes.
     pub fn stamp(&self) -> Stamp {
         Stamp::of(&self.bytes)
@@ -189,80 +171,6 @@ impl Opened {
         self.decoded("a texture", hint, |opened| match opened.name.is_dir() {
             true => field_file::decode_folder(&opened.name, &opened.job),
             false => field_file::decode_as(&opened.bytes, meaning, &opened.job),
-        })
-    }
-
-    /// The picture as stored, in colours. An opacity is left out, with a remark of the job.
-    ///
-    /// # Errors
-    /// As [`Opened::into_field`], for a file that holds no picture.
-    pub fn into_raster(self) -> Result<Raster> {
-        self.opaque_raster(Meaning::Colors)
-    }
-
-    /// As [`Opened::into_raster`], of data such as normals or roughness: values are those of the file, whatever
-    /// space that names.
-    ///
-    /// # Errors
-    /// As [`Opened::into_raster`].
-    pub fn into_data(self) -> Result<Raster> {
-        self.opaque_raster(Meaning::Data)
-    }
-
-    /// The mask; see [`decode_mask`].
-    ///
-    /// # Errors
-    /// As [`Opened::into_raster`].
-    pub fn into_mask(self) -> Result<Mask> {
-        self.decoded("a mask", "", |opened| decode_mask(&opened.bytes, &opened.job))
-    }
-
-    /// The picture of colours with its opacity.
-    ///
-    /// # Errors
-    /// As [`Opened::into_raster`].
-    pub fn into_translucent_raster(self) -> Result<Raster> {
-        self.raster_of(Meaning::Colors)
-    }
-
-    fn opaque_raster(self, meaning: Meaning) -> Result<Raster> {
-        let job = self.job.clone();
-        let raster = self.raster_of(meaning)?;
-        if raster.opacity().is_some() {
-            job.remark(OPACITY_UNUSED);
-        }
-        Ok(raster.without_opacity())
-    }
-
-    fn raster_of(self, meaning: Meaning) -> Result<Raster> {
-        let hint = if self.content == Content::Field { "; relight it to make one" } else { "" };
-        if self.content == Content::Field {
-            return Err(self.refused("a picture", hint));
-        }
-        self.decoded("a picture", hint, |opened| raster::decode_as(&opened.bytes, meaning, &opened.job))
-    }
-
-    /// The height map, with its scale if recorded; for a colour picture, the first channel.
-    ///
-    /// # Errors
-    /// As [`Opened::into_field`], for a file that holds no heights, or has an invalid record.
-    pub fn into_height(self) -> Result<HeightMap> {
-        if self.content == Content::Field {
-            return Err(self.refused("a height map", ""));
-        }
-        self.decoded("a height map", "", |opened| decode_height(&opened.bytes, &opened.job))
-    }
-
-    /// The normal map, y up; `asked` is the direction of y in the file where it is known otherwise.
-    ///
-    /// # Errors
-    /// As [`Opened::into_field`], for a file that holds no picture of three channels, or has an invalid record.
-    pub fn into_normals(self, asked: Option<NormalY>) -> Result<NormalMap> {
-        if self.content == Content::Field {
-            return Err(self.refused("a normal map", "; `relume relight --normals` makes one"));
-        }
-        self.decoded("a normal map", "", |opened| {
-            decode_normals(&opened.bytes, &opened.name, asked, &opened.job)
         })
     }
 

@@ -39,6 +39,10 @@ const EXPECTED_WEIGHT: f64 = 0.3;
 /// A lobe explains something if it takes this share off the residual of the body alone.
 const LEAST_GAIN: f64 = 0.1;
 
+/// The residuals of all texels count in each window as those of its texels do under so many lights, and less with the square of
+/// their number: few lights show few highlights, and windows without one would follow their noise.
+const LEANING_LIGHTS: f64 = 8.0;
+
 /// Options of the estimate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub struct HighlightOptions {
@@ -69,6 +73,16 @@ pub struct Highlights {
 struct TexelResiduals {
     matt: f32,
     with_lobe: [f32; ROUGHNESSES.len()],
+}
+
+impl TexelResiduals {
+    /// Those of a window with a share of those of all texels.
+    fn leant_on(&self, overall: &Self, lights: usize) -> Self {
+        let share = (LEANING_LIGHTS / lights as f64).powi(2) as f32;
+        let scale = if overall.matt > 0.0 { share * self.matt / overall.matt } else { 0.0 };
+        let with_lobe = std::array::from_fn(|k| self.with_lobe[k] + scale * overall.with_lobe[k]);
+        Self { matt: self.matt, with_lobe }
+    }
 }
 
 /// Estimates both maps from photographs, in linear light, and unit normals.
@@ -107,7 +121,8 @@ pub fn highlights(
     let pooled = pooled(&residuals, size, options.radius);
     let whole = best(&overall.with_lobe).0;
     let chosen = |window: &TexelResiduals| {
-        let (roughness, least) = best(&window.with_lobe);
+        let (_, least) = best(&window.with_lobe);
+        let (roughness, _) = best(&window.leant_on(&overall, lights.len()).with_lobe);
         let matt = f64::from(window.matt);
         (matt - least > LEAST_GAIN * matt).then_some(roughness)
     };

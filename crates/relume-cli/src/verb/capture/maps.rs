@@ -371,7 +371,8 @@ mod tests {
     fn samples_mean_data_in_maps_of_data_and_light_in_albedo() {
         let (size, job) = (Size::new(2, 1), Job::default());
         let codes = Raster::new(size, 3, Samples::U8(vec![0, 128, 255, 51, 255, 0])).unwrap();
-        let heights = HeightMap { samples: codes.to_planes(Space::Srgb, &job).unwrap().truncated(1), scale: None };
+        let heights =
+            HeightMap { samples: codes.to_planes(Space::Srgb, &job).unwrap().truncated(1), scale: None };
         assert_eq!(height(&heights, Some(10.0), &job).unwrap().as_slice(), [0.0, 2.0]);
         assert_eq!(height(&heights, None, &job).unwrap().as_slice()[1], (0.2f32 as f64 * 2.0 / 25.0) as f32);
         let scale = HeightScale { offset: -1.0, step: 20.0, mm_per_texel: None };

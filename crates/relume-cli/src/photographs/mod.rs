@@ -66,7 +66,7 @@ impl PhotographSet {
             set.align(&mut facts, job)?;
         }
         if args.equalize {
-            set.equalize(&mut facts, job)?;
+            set.equalize(args.crop, &mut facts, job)?;
         }
         if let Some(part) = args.grey {
             set.balance(part, &mut facts, job)?;
@@ -279,8 +279,15 @@ impl PhotographSet {
         Ok(())
     }
 
-    fn equalize(&mut self, facts: &mut Map<String, Value>, job: &Job) -> Result<()> {
-        let load = |i: usize| self.development.apply(i, self.stored(i, job)?);
+    fn equalize(
+        &mut self,
+        crop: Option<Rect<usize>>,
+        facts: &mut Map<String, Value>,
+        job: &Job,
+    ) -> Result<()> {
+        // What is beside the surface may be lit otherwise.
+        let part = Development { crop, ..self.development.clone() };
+        let load = |i: usize| part.apply(i, self.stored(i, job)?);
         let found = exposures(&self.lights, &load, job).map_err(|e| e.at(&self.capture.light_file))?;
         let odd: Vec<String> = self
             .lights
@@ -300,7 +307,7 @@ impl PhotographSet {
         if share > SHADING_SHARE && !odd.is_empty() {
             self.warnings.push(format!(
                 "{:.0} % of these differences follow the direction of the light, as the shading of a surface that is not matt does: \
-                 if the camera kept its exposure, leave out --equalize",
+                 if the camera kept its exposure and the lamps are alike, leave out --equalize",
                 100.0 * share
             ));
             facts.insert("gains_by_direction".to_owned(), json!(share));

@@ -129,7 +129,6 @@ impl<'a> Beside<'a> {
         let before = |of: &Development| Development {
             gains: Vec::new(),
             white: None,
-            crop: None,
             reduction: 1,
             mask: None,
             ..of.clone()

@@ -204,9 +204,7 @@ impl MapFiles {
             Ok(Some(planes.truncated(1)))
         };
         let (roughness, metallic) = (share(&self.roughness)?, share(&self.metallic)?);
-        let recorded =
-            height_map.as_ref().and_then(|map| map.scale).filter(|_| reading.height_scale.is_none());
-        let mm_per_texel = recorded.and_then(|scale| scale.mm_per_texel);
+        let mm_per_texel = height_map.as_ref().and_then(|map| map.scale?.mm_per_texel);
         let (height, heights) = match (&height_map, &normal, reading.border) {
             (Some(map), _, _) => (height(map, reading.height_scale, job)?, HeightSource::of(map, reading)),
             (None, Some(normals), Some(border)) => {

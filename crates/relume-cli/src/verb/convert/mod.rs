@@ -1,6 +1,7 @@
 //! `relume convert`: a texture in another format, in other functions, space or colours, and what that loses.
 
 mod nonlinear;
+mod recorded;
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -9,17 +10,19 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use relume::field::{Basis, ClusterSpaces, NonlinearField, PlaneLayout};
 use relume::format::web::{WebLayout, WebOptions, encode_web};
 use relume::format::{
-    Encoding, ExrDepth, FieldFile, FieldFormat, HeightFormat, PictureFormat, decode_field, encode_field,
-    encode_npy, encode_npz, read_field,
+    Encoding, ExrDepth, FieldFile, FieldFormat, decode_field, encode_field, encode_npy, encode_npz,
+    read_field,
 };
 use relume::workflow::convert::{ConvertOptions, RefitLoss, convert, refit_loss};
-use relume::{Error, Job, ReflectanceField, Result, Space};
+use relume::{Error, ReflectanceField, Result, Space};
 use serde_json::{Value, json};
+
+use recorded::RecordedMap;
 
 use crate::context::Context;
 use crate::output::{Folder, Outputs};
 use crate::report::Report;
-use crate::{args, gathered, input};
+use crate::{args, input};
 
 /// Arguments of `relume convert`.
 #[derive(Debug, clap::Args)]
@@ -153,7 +156,10 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
             let clusters = clusters.spaces().clone();
             of_field(opened.into_field()?, Some(&clusters), place)
         }
-        None => of_field(opened.into_field()?, None, place),
+        None => match RecordedMap::of(&opened, args)? {
+            Some(map) => map.copied(place),
+            None => of_field(opened.into_field()?, None, place),
+        },
     }
 }
 
@@ -200,7 +206,7 @@ impl ConvertedPlace<'_> {
             let written = folder.commit()?;
             return Ok((Some(loss(&read_field(output, job)?.field)?), written));
         }
-        let bytes = encoded(made, self.target, copied, output, self.context).map_err(|e| e.at(output))?;
+        let bytes = encoded(made, self.target, copied, self.context).map_err(|e| e.at(output))?;
         let _file = job.hold("the new file", bytes.len() as u64).map_err(|e| e.at(output))?;
         let loss = match self.target {
             Target::File(format) if !format.is_exact() => Some(loss(&decode_field(&bytes, job)?.field)?),
@@ -239,17 +245,11 @@ fn encoded(
     made: &ReflectanceField,
     target: Target,
     copied: Option<&FieldFile>,
-    output: &Path,
     context: &Context,
 ) -> Result<Vec<u8>> {
     let stored: Option<&Encoding> = copied.map(|file| &file.encoding);
     match target {
         Target::File(format) => {
-            if let Some(file) = copied
-                && let Some(bytes) = as_recorded(made, file, format, output, &context.job)?
-            {
-                return Ok(bytes);
-            }
             let format = match stored.filter(|_| format != FieldFormat::Exr(ExrDepth::Half)) {
                 Some(stored) => format.in_depth_of(stored),
                 None => format,
@@ -258,30 +258,6 @@ fn encoded(
         }
         Target::Npz => encode_npz(made, &context.job),
         Target::Npy | Target::Web(_) => encode_npy(made, &context.job),
-    }
-}
-
-/// A copy of a picture that records what its heights or normals are, with that record; `None` of others, and of copies in a
-/// file of another kind.
-fn as_recorded(
-    made: &ReflectanceField,
-    from: &FieldFile,
-    format: FieldFormat,
-    output: &Path,
-    job: &Job,
-) -> Result<Option<Vec<u8>>> {
-    let is_of_kind = matches!(
-        (&from.encoding, format),
-        (Encoding::Picture(_), FieldFormat::Picture(PictureFormat::Png(_)))
-            | (Encoding::Exr(_), FieldFormat::Exr(ExrDepth::Float))
-    );
-    if !is_of_kind || from.opacity.is_some() {
-        return Ok(None);
-    }
-    match (from.record.normal_y, from.record.heights, HeightFormat::from_path(output)) {
-        (Some(y), ..) => gathered::encode_normals(made, y, from, output, job).map(Some),
-        (None, Some(scale), Ok(format)) => gathered::encode_heights(made, scale, format, job).map(Some),
-        _ => Ok(None),
     }
 }
 

@@ -18,6 +18,8 @@ pub struct KnownMaps {
     pub maps: MaterialMaps,
     /// The side of a texel, where the heights have it.
     pub mm_per_texel: Option<f64>,
+    /// Whether there is a map of heights.
+    pub has_heights: bool,
     /// What was taken from where and left out.
     pub said: Vec<String>,
 }
@@ -32,6 +34,7 @@ pub fn read(
     let border = reading.border.unwrap_or_default();
     let read = MapFiles::find(folder, NamedBy::Names)?.read(reading, foresee, job)?;
     let ReadMaps { mut maps, opacity: of_colors, heights, mm_per_texel } = read;
+    let has_heights = heights != HeightSource::Normals;
     let all = files(folder)?;
     let pictures: Vec<PathBuf> = all.iter().filter(|path| is_picture(path)).cloned().collect();
     let known = |role| known(&pictures, role, job);
@@ -52,7 +55,7 @@ pub fn read(
         unread(&all),
     ];
     let maps = MaterialMaps::of_known(maps, occlusion, opacity, border, job)?;
-    Ok(KnownMaps { maps, mm_per_texel, said: said.into_iter().flatten().collect() })
+    Ok(KnownMaps { maps, mm_per_texel, has_heights, said: said.into_iter().flatten().collect() })
 }
 
 /// What is said of heights whose scale is not recorded.

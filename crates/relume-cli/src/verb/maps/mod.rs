@@ -16,8 +16,10 @@ use relume::workflow::map_export::{
 };
 use relume::workflow::tiling::MeasuredTiling;
 use relume::workflow::{Btf, Missing};
-use relume::{Error, Job, Result};
+use relume::{Error, Job, Named, Result};
 use serde_json::{Value, json};
+
+use known::KnownMaps;
 
 use crate::context::Context;
 use crate::output::Folder;
@@ -97,9 +99,9 @@ impl Args {
             let written = |size| self.options().map(|options| options.footprint(size).peak);
             let foresee = |size| job.check_bytes("writing the maps", written(size)?);
             let reading = Reading { height_scale, normal_y, border: Some(border) };
-            let known::KnownMaps { maps, mm_per_texel, said } =
+            let KnownMaps { maps, mm_per_texel, has_heights, said } =
                 known::read(&self.input, &reading, &foresee, job)?;
-            return Ok(MapSource { said, mm_per_texel, ..MapSource::of(maps) });
+            return Ok(MapSource { said, mm_per_texel, has_heights, ..MapSource::of(maps) });
         }
         self.of_texture(border, job).map_err(|e| e.at(&self.input))
     }
@@ -116,6 +118,11 @@ impl Args {
             }
             None => {
                 let file = opened.into_field()?;
+                if file.record.heights.is_some() || file.record.normal_y.is_some() {
+                    return Err(Error::usage(
+                        "this is a map of heights or normals and not of colours: name the folder that holds all maps",
+                    ));
+                }
                 let maps = MaterialMaps::of_field(&file.field, border, job)?;
                 Ok(MapSource { functions: Some(file), ..MapSource::of(maps) })
             }
@@ -130,13 +137,15 @@ struct MapSource {
     functions: Option<FieldFile>,
     /// The side of a texel, where the files have it.
     mm_per_texel: Option<f64>,
+    /// Whether there is a map of heights.
+    has_heights: bool,
     /// What the report says of the files.
     said: Vec<String>,
 }
 
 impl MapSource {
     fn of(maps: MaterialMaps) -> Self {
-        Self { maps, functions: None, mm_per_texel: None, said: Vec::new() }
+        Self { maps, functions: None, mm_per_texel: None, has_heights: false, said: Vec::new() }
     }
 }
 
@@ -144,11 +153,14 @@ impl MapSource {
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let (job, mut options) = (&context.job, args.options()?);
     let folder = Folder::stage(&args.output, &[&args.input], context)?;
-    let MapSource { maps, functions: file, mm_per_texel, said: of_files } = args.maps(job)?;
+    let MapSource { maps, functions: file, mm_per_texel, has_heights, said: of_files } = args.maps(job)?;
     options.mm_per_texel = options.mm_per_texel.or(mm_per_texel);
     let tiling = args.tile.then(|| tiling(&maps));
     let mut store = |name: &str, bytes: &[u8]| folder.add(name, bytes);
     let written = export_maps(&maps, &options, job, &mut store)?;
+    let lacks_heights = has_heights && !options.preset.has_heights();
+    let of_heights = lacks_heights
+        .then(|| format!("the preset {} has no map of heights: they were left out", options.preset.name()));
     let mut more: Vec<String> = Vec::new();
     if let Some(object) = &args.preview {
         let name = format!("{}.glb", args.name);
@@ -175,7 +187,11 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         _ => "",
     };
     let text = format!("{}: {} maps{said}\n{}", args.output.display(), written.len(), list.join("\n"));
-    Ok(Report::new(text, json).with_outputs(outputs).with_warnings(warnings).with_warnings(of_files))
+    Ok(Report::new(text, json)
+        .with_outputs(outputs)
+        .with_warnings(warnings)
+        .with_warnings(of_files)
+        .with_warnings(of_heights))
 }
 
 /// The preview on a built-in object or a mesh.

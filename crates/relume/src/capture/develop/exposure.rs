@@ -28,8 +28,8 @@ const LIT_SHARE: f64 = 0.05;
 const LIT: f64 = 0.005;
 /// Values below are black.
 const BLACK: f64 = 0.002;
-/// The fewest photographs, and the fewest texels of one.
-const FEWEST: usize = 5;
+/// The fewest photographs, of which five values of a texel are left, and the fewest texels of one.
+const FEWEST: usize = 8;
 const FEWEST_TEXELS: usize = 20;
 /// Where half of the texels differ by more than this (as a natural logarithm) in most photographs, they are not matt.
 const MOST_SPREAD: f64 = 0.65;
@@ -37,7 +37,7 @@ const MOST_SPREAD: f64 = 0.65;
 /// For each photograph the factor that brings its exposure to the common one, from linear values.
 ///
 /// # Errors
-/// Fewer than five photographs, and photographs too dark or too glossy to tell.
+/// Fewer than eight photographs, and photographs too dark or too glossy to tell.
 pub fn gains(sample: &TexelSample) -> Result<Vec<f64>> {
     let count = sample.lights.len();
     if count < FEWEST {

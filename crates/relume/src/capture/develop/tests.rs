@@ -129,7 +129,7 @@ fn exposures_that_follow_the_light_are_told_from_others() {
 
 #[test]
 fn black_photographs_have_no_exposure() {
-    let lights = named_lights(6);
+    let lights = named_lights(9);
     let black = Raster::new(Size::new(9, 9), 1, Samples::U8(vec![0; 81])).unwrap();
     let sample = sample_texels(&lights, &|_| Ok(black.clone()), &Job::default()).unwrap();
     assert!(gains(&sample).unwrap_err().to_string().contains("too dark"));

@@ -28,7 +28,6 @@ use crate::format::ktx2::{self, TextureFormat};
 use crate::job::Job;
 use crate::maps::SurfaceMaps;
 use crate::memory::Footprint;
-use crate::names::Named;
 use crate::planes::Planes;
 use crate::size::Size;
 use crate::space::Space;
@@ -287,13 +286,6 @@ impl ExportOptions {
     }
 }
 
-/// Says of heights that were left out.
-fn remark_heights(slots: &MaterialSlots<'_>, preset: MapPreset, job: &Job) {
-    if !slots.files.iter().any(|(_, content)| matches!(content, MapContent::Height(_))) {
-        job.remark(format!("the preset {} has no map of heights: they were left out", preset.name()));
-    }
-}
-
 /// Says of a specular map that was left out, or cut off.
 fn remark_specular(maps: &MaterialMaps, slots: &MaterialSlots<'_>, job: &Job) {
     let Some(specular) = &maps.specular else { return };
@@ -341,7 +333,6 @@ pub fn export_maps(
         store(&format!("{}.usda", options.name), usd::layer(&options.name, &slots).as_bytes())?;
     }
     remark_specular(maps, &slots, job);
-    remark_heights(&slots, options.preset, job);
     if maps.maps.roughness.is_none() {
         job.remark("no roughness is known: single files leave it out, and packed files have 1");
     }

@@ -130,6 +130,13 @@ fn maps_of(preset: MapPreset) -> Vec<(&'static str, MapContent)> {
     }
 }
 
+impl MapPreset {
+    /// Whether it has a map of heights.
+    pub fn has_heights(self) -> bool {
+        maps_of(self).iter().any(|(_, content)| matches!(content, MapContent::Height(_)))
+    }
+}
+
 /// The files of a preset.
 pub(super) fn files(
     preset: MapPreset,

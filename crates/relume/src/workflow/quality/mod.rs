@@ -47,6 +47,9 @@ const LIGHT_ERROR_RAD: f64 = 2.0 * std::f64::consts::PI / 180.0;
 /// The error of two codes of 255 everywhere: pictures that are nearer to the photographs hardly differ in what can be seen.
 const TWO_CODES_DB: f64 = 42.11;
 
+/// Texels from which on photographs are judged.
+const LEAST_TEXELS: usize = 400;
+
 /// Places of the hemisphere down to this polar angle are to have a light near them.
 const COVERED_TO_DEG: f64 = 70.0;
 
@@ -121,7 +124,7 @@ pub struct LightQuality {
     pub brightness_factor: f64,
     /// The natural logarithm of the ratio of the greatest to the least of these factors.
     pub brightness_spread: f64,
-    /// The shift in texels, right and down, under which it fits best.
+    /// By how many texels, right and down, it shows the surface moved; 0 where no shift fits clearly better.
     pub shift: [isize; 2],
     /// What about it looks wrong, one sentence each.
     pub doubts: Vec<String>,
@@ -169,14 +172,19 @@ pub fn quality(
         lights.push(pictures.figures(name, pair.light, photographs.texels(field.size())));
     })?;
     let coverage = coverage(&photographs.pairs.iter().map(|(_, pair)| pair.light).collect::<Vec<_>>());
-    doubt_outliers(&mut lights);
+    let compared = ComparedWith::of(field.basis());
+    doubt_outliers(&mut lights, compared);
+    let texels = photographs.texels(field.size());
+    if texels < LEAST_TEXELS {
+        lights.iter_mut().for_each(|light| light.doubts.clear());
+    }
     let mut worst: Vec<usize> = (0..lights.len()).collect();
     worst.sort_by(|&a, &b| lights[a].psnr_db.total_cmp(&lights[b].psnr_db).then(a.cmp(&b)));
     let mean = |of: fn(&LightQuality) -> f64| lights.iter().map(of).sum::<f64>() / lights.len() as f64;
     let (psnr_db, exact) = mean_psnr_db(lights.iter().map(|light| light.psnr_db));
     let (shadow_share, saturated_share) = (mean(|l| l.shadow_share), mean(|l| l.saturated_share));
-    let compared = ComparedWith::of(field.basis());
-    let warnings = warnings(&lights, &coverage, saturated_share, compared);
+    let limits = limits(field, lights.len(), texels, compared);
+    let warnings = limits.into_iter().chain(warnings(&lights, &coverage, saturated_share)).collect();
     let (map_size, error_map) = map.finish();
     Ok(QualityReport {
         psnr_db,
@@ -204,7 +212,8 @@ fn spread(values: &[f64]) -> (f64, f64) {
     (centre, 1.4826 * deviation)
 }
 
-fn doubt_outliers(lights: &mut [LightQuality]) {
+fn doubt_outliers(lights: &mut [LightQuality], compared: ComparedWith) {
+    let other = if compared == ComparedWith::Others { "what the others give" } else { "the fit" };
     let factors: Vec<f64> = lights.iter().map(|light| light.brightness_factor.ln()).collect();
     let errors: Vec<f64> = lights.iter().map(|light| light.psnr_db.min(TWO_CODES_DB)).collect();
     let ((factor, factor_spread), (error, error_spread)) = (spread(&factors), spread(&errors));
@@ -213,7 +222,7 @@ fn doubt_outliers(lights: &mut [LightQuality]) {
         let of_surface = light.brightness_spread + LIGHT_ERROR_RAD * light.tangent();
         if from_median.abs() > (OUTLIER * factor_spread).max(LEAST_LOG_FACTOR).max(of_surface) {
             light.doubts.push(format!(
-                "{:.2} times as bright as the fit under its light, where others are {:.2} times: another exposure?",
+                "{:.2} times as bright as {other} under its light, where others are {:.2} times: another exposure?",
                 light.brightness_factor,
                 factor.exp()
             ));
@@ -249,12 +258,30 @@ fn coverage(lights: &[Direction]) -> Coverage {
     }
 }
 
-fn warnings(
-    lights: &[LightQuality],
-    coverage: &Coverage,
-    saturated: f64,
+/// Why wrong photographs may not be found.
+fn limits(
+    field: &ReflectanceField,
+    photographs: usize,
+    texels: usize,
     compared: ComparedWith,
-) -> Vec<String> {
+) -> Option<String> {
+    let functions = field.basis().len();
+    match compared {
+        _ if texels < LEAST_TEXELS => Some(format!("{texels} texels are too few to tell which photographs are wrong")),
+        ComparedWith::Learned => Some(
+            "functions that are learned from the photographs follow also one that is wrong, which the report may not find: that \
+             of a fit of ptm or hsh9 does"
+                .to_owned(),
+        ),
+        ComparedWith::Fit if 2 * functions > photographs => Some(format!(
+            "{functions} functions for {photographs} photographs follow each of them, and a wrong one may not be found: the report of \
+             --basis rbf compares each with the others"
+        )),
+        _ => None,
+    }
+}
+
+fn warnings(lights: &[LightQuality], coverage: &Coverage, saturated: f64) -> Vec<String> {
     let mut warnings = Vec::new();
     if coverage.widest_gap_deg > UNCOVERED_DEG {
         let [x, y, z] = coverage.gap;
@@ -268,13 +295,6 @@ fn warnings(
             "{:.1} % of all values are saturated: a shorter exposure keeps highlights",
             100.0 * saturated
         ));
-    }
-    if compared == ComparedWith::Learned {
-        warnings.push(
-            "functions that are learned from the photographs follow also one that is wrong, which the report may not find: that \
-             of a fit of ptm or hsh9 does"
-                .to_owned(),
-        );
     }
     let doubtful = lights.iter().flat_map(|light| light.doubts.iter().map(move |doubt| (light, doubt)));
     warnings.extend(doubtful.map(|(light, doubt)| format!("{} {doubt}", light.name)));

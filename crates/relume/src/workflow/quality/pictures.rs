@@ -45,10 +45,7 @@ impl PicturePair<'_> {
         let shift = best_shift(relit, photograph, size, light.z() < LOW_LIGHT);
         let mut doubts = Vec::new();
         if shift != [0, 0] {
-            doubts.push(format!(
-                "fits better {} texels to the right and {} down: moved between photographs?",
-                shift[0], shift[1]
-            ));
+            doubts.push(format!("shows the surface {}: moved between photographs?", in_words(shift)));
         }
         if let Some(turn) = better_orientation(relit, photograph, size, error) {
             doubts.push(format!("fits better {turn}: another orientation than the others?"));
@@ -72,6 +69,16 @@ impl PicturePair<'_> {
         let codes = self.photograph.iter().enumerate().filter(|(i, code)| is(**code) && inside(i / 3));
         codes.count() as f64 / (3 * texels) as f64
     }
+}
+
+/// A shift in words.
+fn in_words([x, y]: [isize; 2]) -> String {
+    let along = |by: isize, [less, more]: [&str; 2]| match by {
+        0 => None,
+        _ => Some(format!("{} {}", by.unsigned_abs(), if by < 0 { less } else { more })),
+    };
+    let parts = [along(x, ["to the left", "to the right"]), along(y, ["up", "down"])];
+    format!("{} (in texels)", parts.into_iter().flatten().collect::<Vec<_>>().join(" and "))
 }
 
 /// How much brighter a photograph is than the relit texture.

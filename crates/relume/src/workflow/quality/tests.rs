@@ -64,7 +64,7 @@ fn photographs_moved_turned_or_of_another_exposure_are_named() {
     pictures[11] = pictures[11].iter().map(|code| code / 2).collect();
     let found = report(&pictures, &field, &lights);
     assert_eq!(found.lights[3].shift, [2, 1]);
-    assert!(found.lights[3].doubts[0].contains("2 texels to the right and 1 down"));
+    assert!(found.lights[3].doubts[0].contains("2 to the right and 1 down"));
     assert!(found.lights[7].doubts[0].contains("upside down"), "{:?}", found.lights[7].doubts);
     assert!(found.lights[11].doubts[0].contains("another exposure"), "{:?}", found.lights[11].doubts);
     let doubted: Vec<usize> = (0..20).filter(|i| !found.lights[*i].doubts.is_empty()).collect();

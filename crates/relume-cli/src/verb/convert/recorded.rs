@@ -1,0 +1,98 @@
+//! Copies of pictures that record what their values are: heights with their scale, normals with the direction of Y.
+
+use relume::format::{
+    Content, ExrDepth, FieldFile, FieldFormat, HeightFormat, HeightScale, MapRole, NormalY, Opened,
+};
+use relume::{Error, Result};
+use serde_json::json;
+
+use super::{Args, ConvertedPlace, Target, report};
+use crate::gathered;
+use crate::report::Report;
+
+/// A map, and what it is.
+pub(super) struct RecordedMap {
+    file: FieldFile,
+    meaning: MapMeaning,
+}
+
+/// What values are.
+enum MapMeaning {
+    Heights(HeightScale),
+    Normals(NormalY),
+}
+
+impl RecordedMap {
+    /// The map in a file; `None` of others, and where other values than those of the file are asked for.
+    ///
+    /// # Errors
+    /// As those of the reader.
+    pub fn of(opened: &Opened, args: &Args) -> Result<Option<Self>> {
+        let is_copy = args.basis.is_none() && args.space.is_none() && args.color.is_none();
+        if !is_copy || !matches!(opened.content(), Content::Picture | Content::Heights) {
+            return Ok(None);
+        }
+        let file = opened.clone().into_registered()?;
+        let by_name =
+            || NormalY::of_name(&args.file).filter(|_| MapRole::of_name(&args.file) == MapRole::Normal);
+        let is_colored = file.field.layout().channels() == 3;
+        let meaning = match (file.record.heights, file.record.normal_y.or_else(by_name)) {
+            (Some(scale), _) => MapMeaning::Heights(scale),
+            (None, Some(y)) if is_colored => MapMeaning::Normals(y),
+            _ => return Ok(None),
+        };
+        Ok(Some(Self { file, meaning }))
+    }
+
+    /// Writes the same map in another file.
+    ///
+    /// # Errors
+    /// Files that cannot record what the values are.
+    pub fn copied(self, place: ConvertedPlace<'_>) -> Result<Report> {
+        let (args, job) = (place.args, &place.context.job);
+        let output = &args.output;
+        let advice = "; with --space srgb, the values alone";
+        match place.target {
+            Target::File(FieldFormat::Exr(ExrDepth::Half)) => {
+                return Err(Error::usage(format!(
+                    "maps of heights and normals keep the depth of their file: leave out --half{advice}"
+                ))
+                .at(output));
+            }
+            Target::File(_) => {}
+            Target::Npz | Target::Npy | Target::Web(_) => {
+                return Err(Error::usage(format!(
+                    "a map of {} is written as a picture{advice}",
+                    self.name()
+                ))
+                .at(output));
+            }
+        }
+        let Self { file, meaning } = &self;
+        let bytes = match meaning {
+            MapMeaning::Normals(y) => gathered::encode_normals(&file.field, *y, file, output, job),
+            MapMeaning::Heights(scale) => HeightFormat::from_path(output)
+                .map_err(|_| {
+                    Error::usage(format!(
+                        "heights are written as .png or .exr, which record their scale{advice}"
+                    ))
+                })
+                .and_then(|format| gathered::encode_heights(&file.field, *scale, format, job)),
+        };
+        let bytes = bytes.map_err(|e| e.at(output))?;
+        let mut outputs = place.outputs;
+        outputs.write(output, bytes)?;
+        let written = outputs.commit()?;
+        let from =
+            json!({ "basis": file.field.basis(), "color": file.field.layout(), "space": file.field.space() });
+        let said = format!("the same {}, with their record", self.name());
+        Ok(report(output, &file.field, &said, from, None).with_outputs(written))
+    }
+
+    fn name(&self) -> String {
+        match self.meaning {
+            MapMeaning::Heights(_) => "heights".to_owned(),
+            MapMeaning::Normals(y) => format!("normals ({})", y.in_words()),
+        }
+    }
+}

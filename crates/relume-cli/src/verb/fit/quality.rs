@@ -67,7 +67,7 @@ fn page(
         ("size", field.size().to_string()),
         ("count", report.lights.len().to_string()),
         ("facts", facts(&report, fitted)),
-        ("warnings", warnings(&report)),
+        ("warnings", warnings(&report, fitted)),
         ("hemisphere", hemisphere(&report)),
         ("map", map),
         ("map_high", format!("{map_high:.0}")),
@@ -119,11 +119,14 @@ fn facts(report: &QualityReport, fitted: &Value) -> String {
     facts.iter().map(|(name, value)| format!("<dt>{name}</dt><dd>{}</dd>", escaped(value))).collect()
 }
 
-fn warnings(report: &QualityReport) -> String {
-    if report.warnings.is_empty() {
+/// Those of the fit, and of the report.
+fn warnings(report: &QualityReport, fitted: &Value) -> String {
+    let of_fit = fitted["warnings"].as_array().into_iter().flatten().filter_map(Value::as_str);
+    let all: Vec<&str> = of_fit.chain(report.warnings.iter().map(String::as_str)).collect();
+    if all.is_empty() {
         return "<p>No photograph looks wrong, and the lights cover the hemisphere.</p>".to_owned();
     }
-    let items: String = report.warnings.iter().map(|w| format!("<li>{}</li>", escaped(w))).collect();
+    let items: String = all.iter().map(|w| format!("<li>{}</li>", escaped(w))).collect();
     format!("<ul class=\"warnings\">{items}</ul>")
 }
 

@@ -84,7 +84,7 @@ impl From<multires::TileEncoding> for Encoding {
 
 impl MapRecord {
     /// The record in the bytes of a picture.
-    fn of(bytes: &[u8]) -> Result<Self> {
+    pub(super) fn of(bytes: &[u8]) -> Result<Self> {
         let texts = height::texts(bytes)?;
         Ok(Self { heights: height::recorded(&texts)?, normal_y: normal_map::recorded(&texts)? })
     }

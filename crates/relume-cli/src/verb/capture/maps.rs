@@ -197,11 +197,8 @@ impl MapFiles {
         let normal = normal.transpose()?;
         let share = |path: &Option<PathBuf>| -> Result<Option<Planes>> {
             let Some(path) = path.as_deref() else { return Ok(None) };
-            let raster = input::data(path, job)?;
-            check(raster.size(), path)?;
-            let planes = raster.to_planes(raster.samples().space(), job)?;
-            remark_data(&planes, &job.about(path));
-            Ok(Some(planes.truncated(1)))
+            let plane = data_plane(path, job)?;
+            check(plane.size(), path).map(|()| Some(plane))
         };
         let (roughness, metallic) = (share(&self.roughness)?, share(&self.metallic)?);
         let mm_per_texel = height_map.as_ref().and_then(|map| map.scale?.mm_per_texel);
@@ -294,6 +291,14 @@ pub fn only(paths: &[PathBuf], role: MapRole, named_by: NamedBy) -> Result<Optio
         }
         _ => Ok(found.first().map(|path| (*path).clone())),
     }
+}
+
+/// The first channel of a map of data as stored, with the largest code at 1.
+fn data_plane(path: &Path, job: &Job) -> Result<Planes> {
+    let raster = input::data(path, job)?;
+    let planes = raster.to_planes(raster.samples().space(), job)?;
+    remark_data(&planes, &job.about(path));
+    Ok(planes.truncated(1))
 }
 
 /// Says of a map of data, of which the first channel is taken from 0 to 1, what is lost.

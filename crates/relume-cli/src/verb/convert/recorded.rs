@@ -32,16 +32,17 @@ impl RecordedMap {
         if !is_copy || !matches!(opened.content(), Content::Picture | Content::Heights) {
             return Ok(None);
         }
-        let file = opened.clone().into_registered()?;
+        let record = opened.record()?;
         let by_name =
             || NormalY::of_name(&args.file).filter(|_| MapRole::of_name(&args.file) == MapRole::Normal);
-        let is_colored = file.field.layout().channels() == 3;
-        let meaning = match (file.record.heights, file.record.normal_y.or_else(by_name)) {
+        let meaning = match (record.heights, record.normal_y.or_else(by_name)) {
             (Some(scale), _) => MapMeaning::Heights(scale),
-            (None, Some(y)) if is_colored => MapMeaning::Normals(y),
-            _ => return Ok(None),
+            (None, Some(y)) => MapMeaning::Normals(y),
+            (None, None) => return Ok(None),
         };
-        Ok(Some(Self { file, meaning }))
+        let file = opened.clone().into_registered()?;
+        let is_grey = file.field.layout().channels() != 3;
+        Ok((!is_grey || matches!(meaning, MapMeaning::Heights(_))).then_some(Self { file, meaning }))
     }
 
     /// Writes the same map in another file.

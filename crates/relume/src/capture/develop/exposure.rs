@@ -11,6 +11,7 @@ mod least_squares;
 use rayon::prelude::*;
 
 use super::lambert::{self, BRIGHT};
+use super::reading::median;
 use super::sample::TexelSample;
 use crate::direction::Direction;
 use crate::error::{Error, Result};
@@ -103,11 +104,6 @@ fn unlike_the_others(k: usize) -> Error {
         "the exposure of photograph {} cannot be told from the others: it may be too dark or too bright, or not of this surface",
         k + 1
     ))
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 /// Albedo times normal of a texel from its values at equal exposure, by weights from the residuals of that before; at first from its

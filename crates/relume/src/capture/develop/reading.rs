@@ -111,7 +111,8 @@ fn unexplained(lights: &[[f64; 3]], values: &[f64], used: &[usize]) -> Option<f6
     (all > 1e-12).then(|| left / all)
 }
 
-fn median(mut values: Vec<f64>) -> f64 {
+/// The middle value, the upper one of two; there is one at least.
+pub(super) fn median(mut values: Vec<f64>) -> f64 {
     let middle = values.len() / 2;
     *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }

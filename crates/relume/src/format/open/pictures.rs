@@ -3,6 +3,7 @@
 use super::Opened;
 use crate::error::Result;
 use crate::format::content::Content;
+use crate::format::field_file::MapRecord;
 use crate::format::height::{HeightMap, decode_height};
 use crate::format::map_role::NormalY;
 use crate::format::mask::{Mask, decode_mask};
@@ -17,6 +18,14 @@ impl Opened {
     /// How a camera recorded that a picture is to be turned: 1 to 8 as in EXIF, 1 for as it is.
     pub fn orientation(&self) -> u16 {
         raster::orientation(&self.bytes)
+    }
+
+    /// What a picture records of the meaning of its values, which are not decoded.
+    ///
+    /// # Errors
+    /// An invalid record.
+    pub fn record(&self) -> Result<MapRecord> {
+        MapRecord::of(&self.bytes).map_err(|e| e.at(&self.name))
     }
 
     /// A picture of colours as it is stored, whatever orientation is recorded.

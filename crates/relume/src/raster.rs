@@ -59,6 +59,20 @@ impl Samples {
         }
     }
 
+    /// Sets the samples of texels outside a mask to black.
+    fn blacken(&mut self, mask: &[bool]) {
+        fn outside<T: Copy + Default>(samples: &mut [T], mask: &[bool]) {
+            let channels = samples.len() / mask.len();
+            let texels = samples.chunks_exact_mut(channels).zip(mask);
+            texels.filter(|(_, inside)| !**inside).for_each(|(texel, _)| texel.fill(T::default()));
+        }
+        match self {
+            Self::U8(s) => outside(s, mask),
+            Self::U16(s) => outside(s, mask),
+            Self::F32(s) => outside(s, mask),
+        }
+    }
+
     /// Those of the rectangle of `size` texels at (x, y), which lies inside a picture of `of` texels.
     fn crop(&self, of: Size, x: usize, y: usize, size: Size) -> Self {
         fn rows<T: Copy>(samples: &[T], of: Size, x: usize, y: usize, size: Size) -> Vec<T> {
@@ -113,6 +127,22 @@ impl Raster {
     #[must_use]
     pub fn without_opacity(self) -> Self {
         Self { opacity: None, ..self }
+    }
+
+    /// The same picture, black where a mask with a value for each texel is false.
+    ///
+    /// # Errors
+    /// A mask of another number of texels.
+    pub fn blackened(mut self, mask: &[bool]) -> Result<Self> {
+        if mask.len() != self.size.texels() {
+            return Err(Error::invalid(format!(
+                "the mask has {} texels and the picture {}: they must have the same size",
+                mask.len(),
+                self.size
+            )));
+        }
+        self.samples.blacken(mask);
+        Ok(self)
     }
 
     /// The opacity of each texel, if the file has one that varies.

@@ -10,7 +10,13 @@ const MOST: f64 = 1e6;
 
 /// The intensities in a text file, one or three numbers a line.
 pub(super) fn intensities(path: &Path, lights: usize) -> Result<Vec<[f64; 3]>> {
-    let text = std::fs::read_to_string(path).map_err(|e| Error::io("cannot read the file", &e).at(path))?;
+    let bytes = std::fs::read(path).map_err(|e| Error::io("cannot read the file", &e).at(path))?;
+    let text = String::from_utf8(bytes).map_err(|_| {
+        Error::invalid(
+            "is not a text: expected a line for each light, an intensity or those of red, green and blue",
+        )
+        .at(path)
+    })?;
     let mut found = Vec::new();
     for (i, line) in text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty()) {
         let numbers: Option<Vec<f64>> = line.split_whitespace().map(|word| word.parse().ok()).collect();

@@ -8,13 +8,13 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
 use relume::capture::develop::{
-    Development, InputSpace, ReadingCheck, TexelSample, TurnedFrames, check_reading, even_field, gains,
-    grey_factors, linear, sample_texels, share_by_direction, shifts,
+    Development, Exposures, InputSpace, ReadingCheck, Shifts, TurnedFrames, check_reading, even_field,
+    exposures, grey_factors, linear, sample_texels, share_by_direction, shifts,
 };
 use relume::capture::{Capture, pictures_in};
 use relume::lamps::LampPositions;
 use relume::raster::LoadRaster;
-use relume::{Direction, Error, Job, Planes, Raster, Rect, Result, Samples, Space};
+use relume::{Direction, Error, Job, Planes, Raster, Rect, Result, Samples, Size, Space};
 use serde_json::{Map, Value, json};
 
 pub use options::PhotographArgs;
@@ -35,66 +35,77 @@ pub struct PhotographSet {
     /// For people, a sentence each.
     pub warnings: Vec<String>,
     /// For programs: what was found and done.
-    pub facts: Value,
+    pub facts: Map<String, Value>,
 }
 
 impl PhotographSet {
-    /// Locates the photographs and prepares their development; photographs are read beforehand where an option needs
-    /// what all of them show.
+    /// Locates the photographs and prepares their development; `mask` names a picture of the texels that belong to the surface:
+    /// others are black in developed photographs. What the photographs themselves tell is found by
+    /// [`PhotographSet::measure`].
     ///
     /// # Errors
-    /// Everything wrong with the capture or a file that an option names.
-    pub fn open(path: &Path, args: &PhotographArgs, job: &Job) -> Result<Self> {
+    /// Everything wrong with the capture or a file that an option names, and a mask of another size or one that leaves nothing.
+    pub fn open(path: &Path, args: &PhotographArgs, mask: Option<&Path>, job: &Job) -> Result<Self> {
         let capture = Capture::open_paired(path, args.pair.unwrap_or_default())?;
         let files = CaptureFiles::of(&capture)?;
         let (lights, warnings) = (capture.lights(), capture.warnings.clone());
+        let development = Development {
+            crop: args.crop,
+            reduction: args.reduce.unwrap_or(1) as usize,
+            ..Development::default()
+        };
         let mut set = Self {
             capture,
             files,
             turned: args.orientation.unwrap_or_default(),
             first_turn: OnceLock::new(),
-            development: Development::default(),
+            development,
             lights,
             warnings,
-            facts: json!({}),
+            facts: Map::new(),
         };
-        let mut facts = Map::new();
-        set.read_files(args, &mut facts, job)?;
+        set.read_files(args, job)?;
         set.place_lamps(args, job)?;
-        set.choose_space(args, &mut facts, job)?;
+        set.choose_space(args, job)?;
+        set.development.mask = mask.map(|path| set.mask_of_texels(path, job)).transpose()?;
+        Ok(set)
+    }
+
+    /// Finds how photographs moved, how their exposures differ, and what is grey in them, as far as the options ask for it;
+    /// `foresee` is told the size and the channels of developed photographs before, and may refuse the work.
+    ///
+    /// # Errors
+    /// Those of `foresee`, and photographs that cannot be read or do not tell.
+    pub fn measure(
+        &mut self,
+        args: &PhotographArgs,
+        foresee: &dyn Fn(Size, usize) -> Result<()>,
+        job: &Job,
+    ) -> Result<()> {
+        if !args.measure() {
+            return Ok(());
+        }
+        let first = self.photograph(0, job)?;
+        foresee(first.size(), first.channels())?;
+        drop(first);
         if args.align {
-            set.align(&mut facts, job)?;
+            self.align(job)?;
         }
         if args.equalize {
-            set.equalize(args.crop, &mut facts, job)?;
+            self.equalize(job)?;
         }
         if let Some(part) = args.grey {
-            set.balance(part, &mut facts, job)?;
+            self.balance(part, job)?;
         }
-        set.development.crop = args.crop;
-        set.development.reduction = args.reduce.unwrap_or(1) as usize;
-        set.facts = Value::Object(facts);
-        Ok(set)
+        Ok(())
     }
 
     /// The texels that a mask leaves of developed photographs: its size is that of the photographs, or what `--crop` and
     /// `--reduce` leave of it.
-    ///
-    /// # Errors
-    /// Those of the reader, a mask of another size, and one that leaves nothing.
-    pub fn mask_of_texels(&self, path: &Path, job: &Job) -> Result<Vec<bool>> {
+    fn mask_of_texels(&self, path: &Path, job: &Job) -> Result<Vec<bool>> {
         let mask = input::open(path, job)?.into_mask()?;
         let whole = self.stored(0, job)?.size();
         self.development.mask_of_texels(&mask.painted, mask.size, whole).map_err(|e| e.at(path))
-    }
-
-    /// Sets what a mask leaves out to black.
-    ///
-    /// # Errors
-    /// As [`PhotographSet::mask_of_texels`].
-    pub fn set_mask(&mut self, path: &Path, job: &Job) -> Result<()> {
-        self.development.mask = Some(self.mask_of_texels(path, job)?);
-        Ok(())
     }
 
     /// The texels that the mask leaves, if there is one.
@@ -156,7 +167,7 @@ impl PhotographSet {
     }
 
     /// Reads what the options name.
-    fn read_files(&mut self, args: &PhotographArgs, facts: &mut Map<String, Value>, job: &Job) -> Result<()> {
+    fn read_files(&mut self, args: &PhotographArgs, job: &Job) -> Result<()> {
         // Declared before the other photographs are read: theirs are of the same space.
         self.development.space = match args.input_space {
             Some(InputSpace::Linear) => Some(Space::Linear),
@@ -164,7 +175,7 @@ impl PhotographSet {
         };
         if let Some(path) = &args.intensities {
             self.development.intensities = intensities(path, self.lights.len())?;
-            facts.insert("intensities".to_owned(), json!(self.development.intensities));
+            self.facts.insert("intensities".to_owned(), json!(self.development.intensities));
         }
         let of = |path: &Path, space| Ok::<_, Error>(linear(&input::raster(path, job)?, space));
         if let Some(path) = &args.ambient_frame {
@@ -222,12 +233,7 @@ impl PhotographSet {
     }
 
     /// Compares both readings of integer samples and takes the one asked for, or the better one.
-    fn choose_space(
-        &mut self,
-        args: &PhotographArgs,
-        facts: &mut Map<String, Value>,
-        job: &Job,
-    ) -> Result<()> {
+    fn choose_space(&mut self, args: &PhotographArgs, job: &Job) -> Result<()> {
         let Some(asked) = args.input_space else { return Ok(()) };
         let check = self.check_reading(job)?;
         let taken = match (asked, check) {
@@ -245,20 +251,27 @@ impl PhotographSet {
                 "the photographs do not tell whether they are linear: read as {taken}; declare it with --input-space"
             ));
         }
-        facts.insert("input_space".to_owned(), json!(taken));
-        facts.insert("reading_check".to_owned(), json!(check));
+        self.facts.insert("input_space".to_owned(), json!(taken));
+        self.facts.insert("reading_check".to_owned(), json!(check));
         Ok(())
     }
 
     /// How well a matt surface explains the photographs, read both ways.
     pub fn check_reading(&self, job: &Job) -> Result<Option<ReadingCheck>> {
         let load = |i: usize| self.stored(i, job);
-        Ok(check_reading(&sample_texels(&self.lights, &load, job)?))
+        Ok(check_reading(&sample_texels(&self.lights, &load, None, job)?))
     }
 
-    fn align(&mut self, facts: &mut Map<String, Value>, job: &Job) -> Result<()> {
+    fn align(&mut self, job: &Job) -> Result<()> {
         let names: Vec<String> = self.lights.iter().map(|(name, _)| name.clone()).collect();
-        let found = shifts(&names, &|i| self.stored(i, job), job)?;
+        let Shifts { shifts: found, untold } = shifts(&names, &|i| self.stored(i, job), job)?;
+        if !untold.is_empty() {
+            self.warnings.push(format!(
+                "{} photographs show too few edges to tell whether they moved, and stay where they are: {}",
+                untold.len(),
+                untold.iter().take(6).map(|&i| names[i].as_str()).collect::<Vec<_>>().join("; ")
+            ));
+        }
         let far = |s: &[f64; 2]| s[0].hypot(s[1]);
         let moved: Vec<String> = names
             .iter()
@@ -274,21 +287,25 @@ impl PhotographSet {
                 moved.iter().take(6).cloned().collect::<Vec<_>>().join("; ")
             ));
         }
-        facts.insert("shifts".to_owned(), json!(found));
+        self.facts.insert("shifts".to_owned(), json!(found));
         self.development.shifts = found;
         Ok(())
     }
 
-    fn equalize(
-        &mut self,
-        crop: Option<Rect<usize>>,
-        facts: &mut Map<String, Value>,
-        job: &Job,
-    ) -> Result<()> {
-        // What is beside the surface may be lit otherwise.
-        let part = Development { crop, ..self.development.clone() };
-        let load = |i: usize| part.apply(i, self.stored(i, job)?);
-        let found = exposures(&self.lights, &load, job).map_err(|e| e.at(&self.capture.light_file))?;
+    fn equalize(&mut self, job: &Job) -> Result<()> {
+        let load = |i: usize| self.development.apply(i, self.stored(i, job)?);
+        let found = exposures_of(&self.lights, &load, self.mask(), job);
+        let Exposures { gains: found, untold } = found.map_err(|e| e.at(&self.capture.light_file))?;
+        if !untold.is_empty() {
+            let names: Vec<&str> = untold.iter().map(|&i| self.lights[i].0.as_str()).collect();
+            self.warnings.push(format!(
+                "the exposures of {} photographs cannot be told, since they are dark or shadows cover most of what would be lit; those \
+                 of the nearest lights are taken: {}",
+                names.len(),
+                names[..names.len().min(6)].join("; ")
+            ));
+            self.facts.insert("exposures_not_told".to_owned(), json!(names));
+        }
         let odd: Vec<String> = self
             .lights
             .iter()
@@ -310,14 +327,14 @@ impl PhotographSet {
                  if the camera kept its exposure and the lamps are alike, leave out --equalize",
                 100.0 * share
             ));
-            facts.insert("gains_by_direction".to_owned(), json!(share));
+            self.facts.insert("gains_by_direction".to_owned(), json!(share));
         }
-        facts.insert("gains".to_owned(), json!(found));
+        self.facts.insert("gains".to_owned(), json!(found));
         self.development.gains = found;
         Ok(())
     }
 
-    fn balance(&mut self, part: Rect<usize>, facts: &mut Map<String, Value>, job: &Job) -> Result<()> {
+    fn balance(&mut self, part: Rect<usize>, job: &Job) -> Result<()> {
         let whole = self.stored(0, job)?.size();
         if whole.check_crop(part.x, part.y, part.size).is_err() {
             return Err(Error::invalid(format!(
@@ -327,9 +344,11 @@ impl PhotographSet {
             ))
             .at(&self.capture.light_file));
         }
+        // The patch may lie beside the surface.
+        let frames = Development { crop: None, reduction: 1, mask: None, ..self.development.clone() };
         let mut sums = [0.0; 3];
         for i in 0..self.lights.len() {
-            let developed = self.development.apply(i, self.stored(i, job)?)?;
+            let developed = frames.apply(i, self.stored(i, job)?)?;
             let patch: Planes = linear(&developed.crop(part.x, part.y, part.size)?, None);
             if patch.count() != 3 {
                 return Err(Error::usage("--grey is for coloured photographs, and these are grey"));
@@ -339,7 +358,7 @@ impl PhotographSet {
             }
         }
         let factors = grey_factors(sums)?;
-        facts.insert("white_balance".to_owned(), json!(factors));
+        self.facts.insert("white_balance".to_owned(), json!(factors));
         self.development.white = Some(factors);
         Ok(())
     }
@@ -348,12 +367,17 @@ impl PhotographSet {
 /// The share of exposures that follow the light from which on they may be shading.
 const SHADING_SHARE: f64 = 0.7;
 
-/// For each photograph the factor that undoes its exposure.
-fn exposures(lights: &[(String, Direction)], load: &LoadRaster<'_>, job: &Job) -> Result<Vec<f64>> {
-    let sample: TexelSample = sample_texels(lights, load, job)?;
+/// The exposures of photographs, from the texels that a mask leaves.
+fn exposures_of(
+    lights: &[(String, Direction)],
+    load: &LoadRaster<'_>,
+    mask: Option<&[bool]>,
+    job: &Job,
+) -> Result<Exposures> {
+    let sample = sample_texels(lights, load, mask, job)?;
     let sample = match load(0)?.samples() {
         Samples::F32(_) => sample,
         _ => sample.mapped(|v| f64::from(Space::Srgb.to_linear(v as f32))),
     };
-    gains(&sample)
+    exposures(&sample)
 }

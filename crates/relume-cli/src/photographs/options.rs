@@ -102,6 +102,11 @@ impl PhotographArgs {
         valued.chain(flags).collect()
     }
 
+    /// Whether options ask for what the photographs themselves tell.
+    pub fn measure(&self) -> bool {
+        self.align || self.equalize || self.grey.is_some()
+    }
+
     /// The files that the options name.
     pub fn files(&self) -> Vec<&Path> {
         let all = [&self.intensities, &self.ambient_frame, &self.white_card];

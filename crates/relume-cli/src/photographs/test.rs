@@ -12,7 +12,7 @@ use relume::capture::develop::{Development, shifts};
 use relume::{Direction, Error, ErrorKind, Job, Planes, Raster, Result};
 use serde_json::json;
 
-use super::{PhotographArgs, PhotographSet, exposures};
+use super::{PhotographArgs, PhotographSet, exposures_of};
 
 /// The photographs of a test beside those of the fit.
 struct Beside<'a> {
@@ -32,7 +32,7 @@ impl PhotographSet {
     pub fn test_set(&self, path: &Path, args: &PhotographArgs, job: &Job) -> Result<Self> {
         let located =
             PhotographArgs { pair: args.pair, orientation: args.orientation, ..PhotographArgs::default() };
-        let mut set = Self::open(path, &located, job)?;
+        let mut set = Self::open(path, &located, None, job)?;
         let (own, whole) = (set.stored(0, job)?.size(), self.stored(0, job)?.size());
         if own != whole {
             return Err(Error::invalid(format!(
@@ -50,13 +50,14 @@ impl PhotographSet {
         development.shifts = beside.shifts(&mut missing, job)?;
         development.gains = beside.gains(&development, &mut missing, job)?;
         let strangers = beside.strangers.len();
-        set.facts = json!({
-            "fitted_photographs": set.lights.len() - strangers,
-            "not_applied": missing,
-            "intensities": development.intensities,
-            "shifts": development.shifts,
-            "gains": development.gains,
-        });
+        let facts = [
+            ("fitted_photographs", json!(set.lights.len() - strangers)),
+            ("not_applied", json!(missing)),
+            ("intensities", json!(development.intensities)),
+            ("shifts", json!(development.shifts)),
+            ("gains", json!(development.gains)),
+        ];
+        set.facts = facts.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
         set.development = development;
         if !missing.is_empty() {
             set.warnings.push(format!(
@@ -110,7 +111,7 @@ impl<'a> Beside<'a> {
             return Ok(Vec::new());
         }
         let names: Vec<String> = self.lights().into_iter().map(|(name, _)| name).collect();
-        let found = || shifts(&names, &|i| self.stored(i, job), job);
+        let found = || Ok(shifts(&names, &|i| self.stored(i, job), job)?.shifts);
         let found = self.of_strangers("--align", found, missing)?;
         Ok(self.each(of_fit, found.as_deref(), [0.0; 2]))
     }
@@ -126,13 +127,7 @@ impl<'a> Beside<'a> {
             return Ok(Vec::new());
         }
         // As they were when the exposures of the fit were found.
-        let before = |of: &Development| Development {
-            gains: Vec::new(),
-            white: None,
-            reduction: 1,
-            mask: None,
-            ..of.clone()
-        };
+        let before = |of: &Development| Development { gains: Vec::new(), white: None, ..of.clone() };
         let (fitted, test) = (before(&self.fitted.development), before(development));
         let count = of_fit.len();
         let load = |i: usize| match i.checked_sub(count) {
@@ -140,7 +135,7 @@ impl<'a> Beside<'a> {
             Some(k) => test.apply(self.strangers[k], self.stored(i, job)?),
         };
         let found = || {
-            let found = exposures(&self.lights(), &load, job)?;
+            let found = exposures_of(&self.lights(), &load, self.fitted.mask(), job)?.gains;
             // The product of the factors of the fit is 1.
             let scale = (found[..count].iter().map(|gain| gain.ln()).sum::<f64>() / count as f64).exp();
             Ok(found.into_iter().map(|gain| gain / scale).collect())

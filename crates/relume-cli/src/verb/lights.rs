@@ -110,7 +110,7 @@ fn name(path: &Path) -> String {
 /// The text of the light file.
 fn light_file(args: &Args, found: &BallLights) -> Result<String> {
     if !args.positions {
-        return Ok(lp::format(&found.lights()));
+        return lp::format(&found.lights());
     }
     let scale = scale(args, found);
     let placed: Vec<(String, [f64; 3])> = found
@@ -124,7 +124,7 @@ fn light_file(args: &Args, found: &BallLights) -> Result<String> {
              leave it out to write directions",
         ));
     }
-    Ok(lp::format_positions(&placed))
+    lp::format_positions(&placed)
 }
 
 /// Millimetres in a pixel, or 1 for pixels.

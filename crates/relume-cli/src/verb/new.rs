@@ -10,7 +10,7 @@ use relume::format::{Depth, PictureFormat, encode_picture_with};
 use relume::surface::highlights::LEAST_LIGHTS;
 use relume::surface::integrate::SurfaceBorder;
 use relume::workflow::share::check_share_memory;
-use relume::{Direction, Error, Named, Result, Space};
+use relume::{Direction, Error, Footprint, Named, Result, Space};
 use serde_json::{Map, Value, json};
 
 use super::height::SurfaceFiles;
@@ -66,9 +66,10 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         done.push(lights_command(args, &place, &shown, skips));
     }
     let lights = Capture::open_paired(&light_file, args.development.pair.unwrap_or_default())?.lights();
-    folder.add("lights.lp", lp::format(&lights).as_bytes())?;
+    folder.add("lights.lp", lp::format(&lights)?.as_bytes())?;
     let stored = as_stored(args, &light_file, context)?;
-    foresee(args, &stored, context)?;
+    let has_roughness = lights.len() >= LEAST_LIGHTS && args.development.surface_mm.is_none();
+    foresee(args, &stored, has_roughness.then_some("roughness.png"), context)?;
     let options = options(args, &stored, &mut warnings, context)?;
     let mut steps =
         Steps { args, light_file: &light_file, shown: &shown, folder: &folder, context, done, warnings };
@@ -96,7 +97,6 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         }
     }
     let height = "height LIGHTS -o DIR/height.exr --normals DIR/normals_gl.png --albedo-map DIR/albedo.png";
-    let has_roughness = lights.len() >= LEAST_LIGHTS && args.development.surface_mm.is_none();
     let height =
         if has_roughness { format!("{height} --roughness-map DIR/roughness.png") } else { height.to_owned() };
     let height = steps.run(&height, &options)?;
@@ -114,11 +114,12 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
 fn as_stored(args: &Args, light_file: &Path, context: &Context) -> Result<PhotographSet> {
     let PhotographArgs { pair, orientation, crop, reduce, .. } = args.development;
     let part = PhotographArgs { pair, orientation, crop, reduce, ..PhotographArgs::default() };
-    PhotographSet::open(light_file, &part, &context.job)
+    PhotographSet::open(light_file, &part, None, &context.job)
 }
 
-/// Refuses, before the first step works, what a later one would refuse for want of memory.
-fn foresee(args: &Args, stored: &PhotographSet, context: &Context) -> Result<()> {
+/// Refuses, before the first step works, what a later one would refuse for want of memory. `roughness` is the name of its
+/// map, if there will be one.
+fn foresee(args: &Args, stored: &PhotographSet, roughness: Option<&str>, context: &Context) -> Result<()> {
     let job = &context.job;
     let first = stored.photograph(0, job)?;
     let (size, channels) = (first.size(), first.channels());
@@ -126,11 +127,17 @@ fn foresee(args: &Args, stored: &PhotographSet, context: &Context) -> Result<()>
         heights: Path::new("height.exr"),
         albedo: Some(Path::new("albedo.png")),
         normals: Some(Path::new("normals_gl.png")),
+        lobes: roughness.into_iter().map(Path::new).collect(),
         border: SurfaceBorder::Open,
     };
     let planes = PlaneLayout::LRGB.planes(Basis::Ptm.len());
-    let fits = files.check(size, channels, job).and_then(|()| check_share_memory(size, planes, job));
-    fits.map_err(|e| e.at(&args.photographs))
+    let shared = || {
+        let texture = Footprint::of_texels(size, 4 * planes as u64, 0).peak;
+        let _texture = job.hold("the texture", texture)?;
+        check_share_memory(size, planes, job)
+    };
+    let surface = files.check(size, channels, stored.lights().len(), job);
+    surface.and_then(|()| shared()).map_err(|e| e.at(&args.photographs))
 }
 
 /// Whether a folder holds photographs and nothing that lists their lights.
@@ -174,7 +181,7 @@ fn by_balls(
             outlines.join(" ")
         ));
     }
-    std::fs::write(light_file, lp::format(&found.lights()))
+    std::fs::write(light_file, lp::format(&found.lights())?)
         .map_err(|e| Error::io("cannot write the lights", &e).at(light_file))?;
     let picture = drawn(&found, &load, job)?;
     folder.add("balls.png", &encode_picture_with(&picture, PictureFormat::Png(Depth::Eight), job)?)?;

@@ -127,6 +127,7 @@ const COMMANDS: &[&str] = &[
     "fit photographs -o out.exr --color rgb",
     "procedural clouds -o out --size 768",
     "height photographs -o out.exr --normals out_n.png --albedo-map out_a.png",
+    "height photographs -o out.exr --roughness-map out_r.png --specular-map out_s.exr",
     "height functions.ptm -o out.png --border periodic",
     "height maps/normals_gl.png --method normal-map -o out.exr",
     "height maps/albedo.png --method shape-from-shading --light 0.5,0.2,0.8 --rounds 3 -o out.exr",
@@ -182,7 +183,7 @@ fn write_inputs(folder: &Path) {
     write_grey(&folder.join("regular.png"), (512, 512), &regular);
     let commands: [&[&str]; 8] = [
         &["capture", "leather", "-o", "balls", "--size", "160", "--lights", "8", "--balls", "1"],
-        &["capture", "sponge", "-o", "photographs", "--size", "512", "--lights", "9", "--no-bounce"],
+        &["capture", "sponge", "-o", "photographs", "--size", "512", "--lights", "12", "--no-bounce"],
         &["procedural", "leather", "-o", "maps", "--size", "512"],
         &["match", "functions.ptm", "--to", "functions.ptm", "-o", "functions.exr"],
         &["model", "small.ptm", "-o", "model.rlm", "--levels", "2", "--combine", "never"],

@@ -139,6 +139,8 @@ fn exposures_intensities_and_the_light_of_the_room_are_undone() {
     fs::write(at.join("words.txt"), "bright\n").unwrap();
     assert!(refuse("words.txt").contains("expected an intensity"));
     assert!(refuse("absent.txt").contains("cannot read the file"));
+    fs::write(at.join("picture.txt"), [137, 80, 78, 71]).unwrap();
+    assert!(refuse("picture.txt").contains("is not a text: expected a line for each light"));
 }
 
 #[test]
@@ -182,6 +184,15 @@ fn what_does_not_fit_the_photographs_is_refused_in_one_sentence() {
         "{}",
         white["warnings"]
     );
+    write_grey(&at.join("black/c"), (8, 8), &[0; 64]);
+    let learned = json(at, &["fit", "black", "-o", "l.exr", "--basis", "learned", "--rank", "1"]);
+    assert!(
+        learned["warnings"].to_string().contains("1 of 8 photographs are black"),
+        "{}",
+        learned["warnings"]
+    );
+    let still = json(at, &["fit", "black", "-o", "s.ptm", "--align"]);
+    assert!(still["warnings"].to_string().contains("show too few edges"), "{}", still["warnings"]);
     fs::write(at.join("black/l.lp"), "2\na 0 0 1\nb 1 0 1").unwrap();
     let few = failed(at, &["height", "black", "-o", "x.exr"], 1);
     assert!(few.contains("at least 3 lights, found 2"), "{few}");

@@ -125,26 +125,33 @@ impl List {
     }
 }
 
-/// Writes a light-position file: unit vectors, nine decimals, one line per light.
+/// Writes a light-position file: unit vectors, nine decimals, one line per light. Names are written unchanged.
 ///
-/// Names are written unchanged, except that a line break, which would corrupt the file, becomes a space.
-pub fn format(lights: &[(String, Direction)]) -> String {
-    let mut text = format!("{}\n", lights.len());
-    for (name, light) in lights {
-        let name = name.replace(['\n', '\r'], " ");
-        text += &format!("{name} {:.9} {:.9} {:.9}\n", light.x(), light.y(), light.z());
-    }
-    text
+/// # Errors
+/// A name with a line break.
+pub fn format(lights: &[(String, Direction)]) -> Result<String> {
+    written(lights, |light| format!("{:.9} {:.9} {:.9}", light.x(), light.y(), light.z()))
 }
 
 /// Writes a light-position file of positions instead of unit vectors, in the same form.
-pub fn format_positions(lights: &[(String, [f64; 3])]) -> String {
+///
+/// # Errors
+/// As [`format()`].
+pub fn format_positions(lights: &[(String, [f64; 3])]) -> Result<String> {
+    written(lights, |[x, y, z]| format!("{x:.6} {y:.6} {z:.6}"))
+}
+
+fn written<T>(lights: &[(String, T)], numbers: impl Fn(&T) -> String) -> Result<String> {
     let mut text = format!("{}\n", lights.len());
-    for (name, [x, y, z]) in lights {
-        let name = name.replace(['\n', '\r'], " ");
-        text += &format!("{name} {x:.6} {y:.6} {z:.6}\n");
+    for (name, light) in lights {
+        if name.contains(['\n', '\r']) {
+            return Err(Error::unsupported(format!(
+                "the name {name:?} has a line break, which no light file can hold: rename the file or its folder"
+            )));
+        }
+        text += &format!("{name} {}\n", numbers(light));
     }
-    text
+    Ok(text)
 }
 
 /// UTF-8, else Latin-1, in which every byte is a character.
@@ -265,12 +272,18 @@ mod tests {
         assert!(both.contains("3 lights") && both.contains("2 lines"), "{both}");
     }
 
+    #[test]
+    fn names_that_no_file_can_hold_are_refused() {
+        let text = format(&[("a\nb.png".to_owned(), Direction::ZENITH)]).unwrap_err().to_string();
+        assert!(text.contains(r"a\nb.png") && text.contains("rename"), "{text}");
+    }
+
     proptest! {
         #[test]
         fn what_is_written_is_read_back(polar in 0.0..1.5f64, azimuth in 0.0..6.3f64, name in "[a-z ]{0,8}[a-z]") {
             let light = Direction::from_angles(polar, azimuth);
             let name = name.trim_start().to_owned();
-            let back = parse(format(&[(name.clone(), light), ("b".into(), light)]).as_bytes()).unwrap();
+            let back = parse(format(&[(name.clone(), light), ("b".into(), light)]).unwrap().as_bytes()).unwrap();
             prop_assert_eq!(back.len(), 2);
             prop_assert_eq!(&back[0].name, &name);
             prop_assert!(back.iter().all(|e| e.light.dot(light) > 1.0 - 1e-15));

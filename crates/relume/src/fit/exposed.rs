@@ -1,6 +1,5 @@
 //! Photographs that are black, or white over most of the surface: how bright it was cannot be told there.
 
-use super::sample::Grid;
 use super::stream::PhotographStream;
 use crate::error::{Error, Result};
 use crate::raster::{Raster, Samples};
@@ -9,32 +8,46 @@ use crate::raster::{Raster, Samples};
 /// they are decoded.
 const SATURATED: f32 = 0.991;
 
-/// Whether half of the samples at the texels of a grid are saturated. Floats above 1 are not: they go on beyond white.
-pub(super) fn is_white(photograph: &Raster, grid: &Grid) -> bool {
-    let picked = grid.raster(photograph);
+/// The numbers of photographs that are black, and of those that are white over half of the surface.
+#[derive(Debug, Default)]
+pub(super) struct Exposed {
+    black: Vec<usize>,
+    white: Vec<usize>,
+}
+
+impl Exposed {
+    /// Looks at photograph `i`, and at what a grid picks of it.
+    pub fn look(&mut self, i: usize, photograph: &Raster, picked: &Raster) {
+        self.black.extend(is_black(photograph).then_some(i));
+        self.white.extend(is_white(picked).then_some(i));
+    }
+
+    /// What is to be said of them.
+    ///
+    /// # Errors
+    /// When all are black.
+    pub fn warnings(&self, stream: &PhotographStream) -> Result<Vec<String>> {
+        Ok(in_the_dark(stream, &self.black)?.into_iter().chain(overexposed(stream, &self.white)).collect())
+    }
+}
+
+/// Whether half of the samples are saturated. Floats above 1 are not: they go on beyond white.
+fn is_white(picked: &Raster) -> bool {
     let count = match picked.samples() {
         Samples::U8(samples) => samples.iter().filter(|s| **s >= 254).count(),
         Samples::U16(samples) => samples.iter().filter(|s| **s >= 65_278).count(),
         Samples::F32(samples) => samples.iter().filter(|s| (SATURATED..=1.0).contains(*s)).count(),
     };
-    2 * count >= grid.texels() * picked.channels()
+    2 * count >= picked.samples().len()
 }
 
 /// Whether all samples are black.
-pub(super) fn is_black(photograph: &Raster) -> bool {
+fn is_black(photograph: &Raster) -> bool {
     match photograph.samples() {
         Samples::U8(samples) => samples.iter().all(|sample| *sample == 0),
         Samples::U16(samples) => samples.iter().all(|sample| *sample == 0),
         Samples::F32(samples) => samples.iter().all(|sample| *sample <= 0.0),
     }
-}
-
-/// What is to be said of black and white photographs, whose numbers are given.
-///
-/// # Errors
-/// When all are black.
-pub(super) fn warnings(stream: &PhotographStream, black: &[usize], white: &[usize]) -> Result<Vec<String>> {
-    Ok(in_the_dark(stream, black)?.into_iter().chain(overexposed(stream, white)).collect())
 }
 
 /// Refuses photographs that are all black, and says which of them are.

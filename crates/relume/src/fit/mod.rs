@@ -59,6 +59,7 @@ use crate::raster::{LoadRaster, Raster};
 use crate::space::Space;
 use accumulate::accumulate;
 use design::Design;
+use exposed::Exposed;
 use levels::SampleLevels;
 use sample::Grid;
 use stream::PhotographStream;
@@ -218,9 +219,9 @@ pub fn fit(
 
     let all = if options.needs_all() { stream.bytes() } else { 0 };
     let _all = job.hold("all photographs, which robust fits and near lamps need together,", all)?;
-    let SummedPhotographs { mut sums, kept, sampled, all, black, white } =
+    let SummedPhotographs { mut sums, kept, sampled, all, exposed } =
         sum_photographs(&stream, &design, &levels, &grid, options, job)?;
-    let exposure = exposed::warnings(&stream, &black, &white)?;
+    let exposure = exposed.warnings(&stream)?;
     if let Some(ridged) = ridged(&design, options, &sampled, &levels)? {
         ridge::apply(&mut sums, stream.channels(), &design, &ridged);
         design = ridged;
@@ -259,10 +260,8 @@ struct SummedPhotographs {
     sampled: Vec<Raster>,
     /// The photographs, where each texel is fitted by itself.
     all: Vec<Raster>,
-    /// The numbers of those that are black everywhere.
-    black: Vec<usize>,
-    /// The numbers of those that are white over half of the surface.
-    white: Vec<usize>,
+    /// Those that are black or white.
+    exposed: Exposed,
 }
 
 fn sum_photographs(
@@ -278,15 +277,17 @@ fn sum_photographs(
     // One constant function in three channels needs three planes, but four as luminance and colour.
     let planes = (functions * channels).max(functions + channels);
     let (mut kept, mut sampled, mut all) = (Vec::new(), Vec::new(), Vec::new());
-    let (mut black, mut white) = (Vec::new(), Vec::new());
+    let mut exposed = Exposed::default();
     let mut sums = Planes::zeros(stream.size(), planes);
     let sample = Grid::new(stream.size(), ridge::SAMPLE_TEXELS);
     stream.for_each_batch(job, |first, batch| {
         accumulate(&mut sums, design, first, batch, levels);
-        black.extend((first..).zip(batch).filter(|(_, one)| exposed::is_black(one)).map(|(i, _)| i));
-        white.extend((first..).zip(batch).filter(|(_, one)| exposed::is_white(one, grid)).map(|(i, _)| i));
-        if grid.is_kept() {
-            kept.extend(batch.iter().map(|photograph| grid.raster(photograph)));
+        for (i, photograph) in (first..).zip(batch) {
+            let picked = grid.raster(photograph);
+            exposed.look(i, photograph, &picked);
+            if grid.is_kept() {
+                kept.push(picked);
+            }
         }
         if options.ridge == Ridge::LeaveOneOut {
             sampled.extend(batch.iter().map(|photograph| sample.raster(photograph)));
@@ -296,7 +297,7 @@ fn sum_photographs(
         }
         job.advance(batch.len() as u64)
     })?;
-    Ok(SummedPhotographs { sums, kept, sampled, all, black, white })
+    Ok(SummedPhotographs { sums, kept, sampled, all, exposed })
 }
 
 /// The design with the ridge that was asked for.

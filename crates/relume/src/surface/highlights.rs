@@ -17,6 +17,7 @@ use super::luminance;
 use super::photometric_stereo::StereoInput;
 use crate::error::{Error, Result};
 use crate::job::Job;
+use crate::memory::Footprint;
 use crate::microfacet::{DIELECTRIC_F0, alpha, specular};
 use crate::planes::Planes;
 use crate::raster::RasterSequence;
@@ -85,6 +86,18 @@ impl TexelResiduals {
     }
 }
 
+/// The memory of [`highlights()`] of `size` texels under so many lights, beside one photograph and the normals.
+pub fn footprint(size: Size, lights: usize) -> Footprint {
+    // Those of texels, of rows and of windows; two maps stay.
+    let residuals = Footprint::of_texels(size, 3 * size_of::<TexelResiduals>() as u64, 8);
+    Footprint { peak: values_bytes(size, lights).saturating_add(residuals.peak), ..residuals }
+}
+
+/// The bytes of the values of all photographs.
+fn values_bytes(size: Size, lights: usize) -> u64 {
+    Footprint::of_texels(size, 4 * lights as u64, 0).peak
+}
+
 /// Estimates both maps from photographs, in linear light, and unit normals.
 ///
 /// # Errors
@@ -108,10 +121,11 @@ pub fn highlights(
         ));
     }
     let size = normals.size();
-    let bytes = (4 * lights.len() + 2 * size_of::<TexelResiduals>() + 32) as u64;
-    job.check("the highlights", size, bytes)?;
-    let _held = job.hold("the highlights", bytes * size.texels() as u64)?;
+    let needed = footprint(size, lights.len()).peak;
+    job.check_bytes("the highlights", needed)?;
+    let _values = job.hold("the highlights", values_bytes(size, lights.len()))?;
     let values = read(input, size, lights.len(), job)?;
+    let _residuals = job.hold("the highlights", needed - values_bytes(size, lights.len()))?;
     let texel = |at: usize| Observed::new(&lights, normals, &values, at);
     job.proceed()?;
     let residuals: Vec<TexelResiduals> =

@@ -126,7 +126,7 @@ pub fn photographs(shoot: Shoot, job: &Job, keep: &mut dyn FnMut(&str, &[u8]) ->
     }
     let named: Vec<(String, Direction)> =
         lamps.iter().enumerate().map(|(k, lamp)| (format.file_name(k), *lamp)).collect();
-    keep(LIGHT_FILE, lp::format(&named).as_bytes())?;
+    keep(LIGHT_FILE, lp::format(&named)?.as_bytes())?;
     let values = (lamps.len() * size.texels() * 3) as f64;
     Ok(if format == PhotographFormat::Exr { 0.0 } else { clipped as f64 / values })
 }

@@ -20,6 +20,7 @@ use crate::size::Size;
 use crate::space::Space;
 
 /// Photographs with which a texture is compared.
+#[derive(Clone)]
 pub struct ComparedPhotographs<'a> {
     /// The name and directions of each.
     pub pairs: &'a [(String, Directions)],
@@ -32,6 +33,8 @@ pub struct ComparedPhotographs<'a> {
     /// They are those of the fit, in its order: a field that interpolates between them, and so shows each as it is, is compared
     /// by what the others give under its light.
     pub are_fitted: bool,
+    /// The numbers of those of the fit that have no part in what the others give, since they look wrong.
+    pub set_aside: Vec<usize>,
 }
 
 /// How a texture does under lights that were not fitted.
@@ -142,17 +145,21 @@ impl ComparedPhotographs<'_> {
         }
     }
 
-    /// Where a field interpolates between these photographs, the weights of all under the light of photograph `i`, which has none.
+    /// Where a field interpolates between these photographs, the weights of all under the light of photograph `i`, which has none,
+    /// as those that are set aside.
     fn weights_of_others(&self, field: &ReflectanceField, i: usize) -> Option<Vec<f64>> {
         let Basis::Interpolated(table) = field.basis() else { return None };
         if !self.are_fitted || table.lights().len() != self.pairs.len() {
             return None;
         }
-        let others = table.without(i)?;
-        let mut weights = vec![0.0; others.lights().len()];
-        others.weights_into(table.lights()[i], &mut weights);
-        weights.insert(i, 0.0);
-        Some(weights)
+        let counts = |k: usize| k != i && !self.set_aside.contains(&k);
+        let others = table.of(counts)?;
+        let mut of_others = vec![0.0; others.lights().len()];
+        others.weights_into(table.lights()[i], &mut of_others);
+        let mut of_others = of_others.into_iter();
+        let weight =
+            |k: usize| if counts(k) { of_others.next().expect("a weight for each that counts") } else { 0.0 };
+        Some((0..self.pairs.len()).map(weight).collect())
     }
 
     fn check(&self, field: &ReflectanceField) -> Result<()> {
@@ -217,7 +224,7 @@ mod tests {
     ) -> Result<TestReport> {
         test(
             field,
-            &ComparedPhotographs { pairs, load, lamps: None, mask, are_fitted: false },
+            &ComparedPhotographs { pairs, load, lamps: None, mask, are_fitted: false, set_aside: Vec::new() },
             &Job::default(),
         )
     }

@@ -7,7 +7,7 @@ use relume::field::Basis;
 use relume::format::FieldFormat;
 use relume::lamps::LampPositions;
 use relume::workflow::{Btf, Missing};
-use relume::{Error, Job, Raster, Rect, Result};
+use relume::{Error, Job, Raster, Rect, Result, Size};
 
 use super::Args;
 use super::choice::BasisChoice;
@@ -48,10 +48,7 @@ impl Inputs {
             )
             .at(&args.capture));
         }
-        let mut set = PhotographSet::open(&args.capture, &args.photographs, &context.job)?;
-        if let Some(mask) = &args.mask {
-            set.set_mask(mask, &context.job)?;
-        }
+        let set = PhotographSet::open(&args.capture, &args.photographs, args.mask.as_deref(), &context.job)?;
         for written in std::iter::once(&args.output).chain(&args.report) {
             output::refuse_input(written, &set.paths())?;
         }
@@ -99,6 +96,19 @@ impl Inputs {
             warnings,
             source: PhotographSource::Btf { btf: Box::new(btf), chosen, crop },
         })
+    }
+
+    /// As [`PhotographSet::measure`]; options for it are refused with textures of light and view.
+    pub(super) fn measure(
+        &mut self,
+        args: &Args,
+        foresee: &dyn Fn(Size, usize) -> Result<()>,
+        job: &Job,
+    ) -> Result<()> {
+        let PhotographSource::Capture(set) = &mut self.source else { return Ok(()) };
+        set.measure(&args.photographs, foresee, job)?;
+        self.warnings.clone_from(&set.warnings);
+        Ok(())
     }
 
     /// What errors of the whole are about.
@@ -164,14 +174,14 @@ impl Inputs {
     pub(super) fn test_set(&self, path: &Path, args: &Args, job: &Job) -> Result<PhotographSet> {
         match &self.source {
             PhotographSource::Capture(set) => set.test_set(path, &args.photographs, job),
-            PhotographSource::Btf { .. } => PhotographSet::open(path, &args.photographs, job),
+            PhotographSource::Btf { .. } => PhotographSet::open(path, &args.photographs, None, job),
         }
     }
 
     /// What was found and done before the fit, for programs.
     pub(super) fn facts(&self) -> serde_json::Value {
         match &self.source {
-            PhotographSource::Capture(set) => set.facts.clone(),
+            PhotographSource::Capture(set) => set.facts.clone().into(),
             PhotographSource::Btf { .. } => serde_json::json!({}),
         }
     }

@@ -7,7 +7,7 @@ use relume::fit::learned::{
 use relume::format::bonn::{BtfFactors, FactorShape, encode_fmf};
 use relume::format::exr::encode_clustered;
 use relume::format::{FieldFormat, encode_field};
-use relume::{Error, Footprint, RasterSequence, Result, Space};
+use relume::{Error, Footprint, RasterSequence, Result, Size, Space};
 use serde_json::json;
 
 use super::input::Inputs;
@@ -22,7 +22,7 @@ use crate::report::Report;
 pub(super) fn run(
     args: &Args,
     format: FittedFormat,
-    inputs: &Inputs,
+    mut inputs: Inputs,
     mut outputs: Outputs,
     context: &Context,
 ) -> Result<Report> {
@@ -31,21 +31,26 @@ pub(super) fn run(
     if options.rounding.is_some() {
         inputs.check_grid("rounding")?;
     }
+    let pairs = inputs.pairs().len();
+    let rank = |size: Size, channels: usize| match (options.rank, args.rank) {
+        // A texture of one texel, or of few pairs, has no more functions.
+        (Rank::Functions(usual), None) => Rank::Functions(usual.min(size.texels()).min(pairs * channels)),
+        (rank, _) => rank,
+    };
+    let fits = |size, channels| foresee(rank(size, channels), (size, channels), pairs, format, context);
+    inputs.measure(args, &fits, &context.job)?;
     let load = |i: usize| inputs.photograph(i, &context.job);
     let photographs = RasterSequence::open(&load)?;
-    if let (Rank::Functions(usual), None) = (options.rank, args.rank) {
-        // A texture of one texel, or of few pairs, has no more functions.
-        let most = photographs.size().texels().min(inputs.pairs().len() * photographs.channels());
-        options.rank = Rank::Functions(most.min(usual));
-    }
-    foresee(options.rank, &photographs, inputs.pairs().len(), format, context)?;
+    let (size, channels) = (photographs.size(), photographs.channels());
+    fits(size, channels)?;
+    let options = LearnedOptions { rank: rank(size, channels), ..options };
     let load = |i: usize| photographs.read(i);
     let fit =
         learned::fit(inputs.pairs(), &load, &options, &context.job).map_err(|e| e.at(inputs.place()))?;
-    let tested = test::run(args, inputs, &fit.field, context)?;
+    let tested = test::run(args, &inputs, &fit.field, context)?;
     outputs.write(&args.output, encoded(&fit, format, context)?)?;
     let fitted = json!(fit.report);
-    let quality = quality::run(args, inputs, &fit.field, &fitted, &mut outputs, context)?;
+    let quality = quality::run(args, &inputs, &fit.field, &fitted, &mut outputs, context)?;
     let written = outputs.commit()?;
     let mut json = described(&fit.field, fitted, tested.as_ref(), quality.as_ref());
     json["clusters"] = json!(options.clusters);
@@ -65,6 +70,7 @@ pub(super) fn run(
     text.extend(tested.as_ref().map(Test::summary));
     Ok(Report::new(text, json)
         .with_outputs(written)
+        .with_warnings(&fit.report.warnings)
         .with_warnings(inputs.warnings())
         .with_warnings(inputs.lamp_warning(fit.field.basis()))
         .with_warnings(tested.iter().flat_map(|test| &test.warnings))
@@ -137,7 +143,7 @@ fn encoded(fit: &LearnedFit, format: FittedFormat, context: &Context) -> Result<
 /// numbers and as text.
 fn foresee(
     rank: Rank,
-    photographs: &RasterSequence<'_>,
+    (size, channels): (Size, usize),
     pairs: usize,
     format: FittedFormat,
     context: &Context,
@@ -145,9 +151,8 @@ fn foresee(
     // Base64 of four bytes, twice while it is made.
     const TEXT_BYTES: usize = 6;
     let functions = if let Rank::Functions(n) = rank { n } else { MOST_FUNCTIONS };
-    let table = (photographs.channels() * functions).saturating_mul(pairs);
+    let table = (channels * functions).saturating_mul(pairs);
     let table = Footprint { peak: (4 + 2 * TEXT_BYTES) as u64 * table as u64, kept: 4 * table as u64 };
-    let size = photographs.size();
     let fitted = Footprint::of_texels(size, 4 * functions as u64, 4 * functions as u64);
     let file = match format {
         FittedFormat::Field(format) => format.footprint(size, functions),

@@ -6,7 +6,7 @@ use relume::direction::Direction;
 use relume::field::{Basis, Interpolation, PlaneLayout};
 use relume::fit::{self, FitOptions, FitReport, Ridge, Robust};
 use relume::format::{FieldFormat, encode_field};
-use relume::{Error, Footprint, RasterSequence, ReflectanceField, Result, Space};
+use relume::{Error, Footprint, RasterSequence, ReflectanceField, Result, Size, Space};
 use serde_json::json;
 
 use super::input::Inputs;
@@ -22,7 +22,7 @@ pub(super) fn run(
     args: &Args,
     basis: Basis,
     format: FieldFormat,
-    inputs: &Inputs,
+    mut inputs: Inputs,
     mut outputs: Outputs,
     context: &Context,
 ) -> Result<Report> {
@@ -51,9 +51,11 @@ pub(super) fn run(
         lamps,
         mask: inputs.mask().map(<[bool]>::to_vec),
     };
+    let fits = |size: Size, channels: usize| foresee(&options, (size, channels), format, context);
+    inputs.measure(args, &fits, &context.job)?;
     let load = |i: usize| inputs.photograph(i, &context.job);
     let photographs = RasterSequence::open(&load)?;
-    foresee(&options, &photographs, format, context)?;
+    fits(photographs.size(), photographs.channels())?;
     let load = |i: usize| photographs.read(i);
     let lights: Vec<(String, Direction)> =
         inputs.pairs().iter().map(|(name, pair)| (name.clone(), pair.light)).collect();
@@ -61,10 +63,10 @@ pub(super) fn run(
     fit.report.warnings.extend(inputs.warnings().iter().cloned());
     fit.report.warnings.extend(far);
     fit.report.warnings.extend(unmet(args, &fit.report, has_shapes));
-    let tested = test::run(args, inputs, &fit.field, context)?;
+    let tested = test::run(args, &inputs, &fit.field, context)?;
     outputs.write(&args.output, encode_field(&fit.field, format, None, &context.job)?)?;
     let fitted = json!(fit.report);
-    let quality = quality::run(args, inputs, &fit.field, &fitted, &mut outputs, context)?;
+    let quality = quality::run(args, &inputs, &fit.field, &fitted, &mut outputs, context)?;
     let written = outputs.commit()?;
     let mut json = described(&fit.field, fitted, tested.as_ref(), quality.as_ref());
     json["development"] = inputs.facts();
@@ -97,15 +99,14 @@ fn unmet(args: &Args, report: &FitReport, has_shapes: bool) -> Vec<String> {
 /// Refuses a texture that could be fitted, but not written within the memory.
 fn foresee(
     options: &FitOptions,
-    photographs: &RasterSequence<'_>,
+    (size, channels): (Size, usize),
     format: FieldFormat,
     context: &Context,
 ) -> Result<()> {
-    let planes = match photographs.channels() {
+    let planes = match channels {
         1 => options.basis.len(),
         _ => options.layout.planes(options.basis.len()),
     };
-    let size = photographs.size();
     let fitted = Footprint::of_texels(size, 4 * planes as u64, 4 * planes as u64);
     context.job.check_bytes("the texture and its file", fitted.then(format.footprint(size, planes)).peak)
 }

@@ -160,10 +160,10 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
             let lights: Vec<_> = inputs.pairs().iter().map(|(_, pair)| pair.light).collect();
             Basis::Interpolated(Interpolated::new(&lights, rule).map_err(|e| e.at(inputs.place()))?)
         }
-        BasisChoice::Learned => return args.learn(format, &inputs, outputs, context),
+        BasisChoice::Learned => return args.learn(format, inputs, outputs, context),
     };
     match format {
-        FittedFormat::Field(format) => light::run(args, basis, format, &inputs, outputs, context),
+        FittedFormat::Field(format) => light::run(args, basis, format, inputs, outputs, context),
         FittedFormat::Btf(_) => {
             Err(Error::usage("a .btf file holds learned functions: give also --basis learned")
                 .at(&args.output))
@@ -176,13 +176,15 @@ impl Args {
     fn learn(
         &self,
         format: FittedFormat,
-        inputs: &Inputs,
+        inputs: Inputs,
         outputs: Outputs,
         context: &Context,
     ) -> Result<Report> {
         match (self.factors, format) {
             (None | Some(Factorisation::Common), _) => learned::run(self, format, inputs, outputs, context),
-            (Some(of), FittedFormat::Btf(scalar)) => factors::run(self, of, scalar, inputs, outputs, context),
+            (Some(of), FittedFormat::Btf(scalar)) => {
+                factors::run(self, of, scalar, &inputs, outputs, context)
+            }
             (Some(_), FittedFormat::Field(_)) => {
                 Err(Error::usage("--factors is of .btf files: name one to write").at(&self.output))
             }

@@ -47,14 +47,16 @@ fn page(
 ) -> Result<(Vec<u8>, QualityReport)> {
     let load = |i: usize| inputs.photograph(i, &context.job);
     let lamps = inputs.lamps(field.basis());
-    let photographs = ComparedPhotographs {
+    let mut photographs = ComparedPhotographs {
         pairs: inputs.pairs(),
         load: &load,
         lamps: lamps.as_ref(),
         mask: inputs.mask(),
         are_fitted: true,
+        set_aside: Vec::new(),
     };
     let report = quality(field, &photographs, CELLS, &context.job).map_err(|e| e.at(inputs.place()))?;
+    photographs.set_aside.clone_from(&report.set_aside);
     let json = json!(report);
     let left_out = |i: usize| fitted["lights"][i]["leave_one_out"]["psnr_db"].as_f64();
     let leverage = |i: usize| fitted["lights"][i]["leverage"].as_f64();
@@ -109,6 +111,10 @@ fn facts(report: &QualityReport, fitted: &Value) -> String {
     ];
     if let Some(weight) = fitted["ridge"].as_f64() {
         facts.push(("ridge", format!("{weight}")));
+    }
+    if !report.set_aside.is_empty() {
+        let names: Vec<&str> = report.set_aside.iter().map(|&i| report.lights[i].name.as_str()).collect();
+        facts.push(("look wrong, and have no part in what the others give", names.join(", ")));
     }
     if report.exact > 0 {
         facts.push(("photographs without an error, left out of the mean", report.exact.to_string()));

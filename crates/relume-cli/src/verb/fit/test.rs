@@ -36,11 +36,16 @@ pub(super) fn run(
         lamps: lamps.as_ref(),
         mask: set.mask(),
         are_fitted: false,
+        set_aside: Vec::new(),
     };
     let report =
         tested::test(field, &photographs, &context.job).map_err(|e| e.at(&set.capture.light_file))?;
     let said = |warning: &String| format!("test: {warning}");
-    Ok(Some(Test { report, facts: set.facts.clone(), warnings: set.warnings.iter().map(said).collect() }))
+    Ok(Some(Test {
+        report,
+        facts: set.facts.clone().into(),
+        warnings: set.warnings.iter().map(said).collect(),
+    }))
 }
 
 impl Test {

@@ -10,6 +10,7 @@ use relume::format::{
     Depth, HeightFormat, PictureFormat, encode_data_map, encode_height_with, encode_normals,
     encode_picture_with,
 };
+use relume::surface::highlights;
 use relume::surface::integrate::{
     self, Discontinuities, IntegrateOptions, IntegrationMethod, SurfaceBorder, integrate, integrate_weighted,
 };
@@ -209,11 +210,11 @@ fn refuse_strangers(args: &Args, method: HeightMethod, is_capture: bool) -> Resu
 }
 
 /// Refuses a surface that the known one does not match, or that cannot be integrated and written within the memory;
-/// `channels` are those of its albedo, 0 without one.
+/// `channels` are those of its albedo, 0 without one, and `lights` those of photographs.
 fn foresee(
     args: &Args,
     known: &KnownShape,
-    (size, channels): (Size, usize),
+    (size, channels, lights): (Size, usize, usize),
     context: &Context,
 ) -> Result<()> {
     known.check(size)?;
@@ -221,9 +222,10 @@ fn foresee(
         heights: &args.output,
         albedo: args.albedo_map.as_deref(),
         normals: args.normals.as_deref(),
+        lobes: args.roughness_map.iter().chain(&args.specular_map).map(PathBuf::as_path).collect(),
         border: args.border,
     };
-    files.check(size, channels, &context.job)
+    files.check(size, channels, lights, &context.job)
 }
 
 /// The files of a surface.
@@ -231,17 +233,27 @@ pub struct SurfaceFiles<'a> {
     pub heights: &'a Path,
     pub albedo: Option<&'a Path>,
     pub normals: Option<&'a Path>,
+    /// Maps of highlights.
+    pub lobes: Vec<&'a Path>,
     pub border: SurfaceBorder,
 }
 
 impl SurfaceFiles<'_> {
     /// Refuses what cannot be integrated and written within the memory.
-    pub fn check(&self, size: Size, channels: usize, job: &Job) -> Result<()> {
+    pub fn check(&self, size: Size, channels: usize, lights: usize, job: &Job) -> Result<()> {
         // Slopes in double precision, normals, and the albedo.
         let shape = 16 + 12 + 4 * channels as u64;
         let mut stages = vec![Footprint::of_texels(size, shape, shape)];
+        if !self.lobes.is_empty() {
+            stages.push(highlights::footprint(size, lights));
+        }
         if let (Some(path), true) = (self.albedo, channels > 0) {
             stages.push(PictureFormat::from_path(path)?.footprint(size, channels));
+        }
+        for path in &self.lobes {
+            let format = PictureFormat::from_path(path)?.with_depth(Depth::Sixteen);
+            // Beside the plane and its values as they are written.
+            stages.push(Footprint::of_texels(size, 8, 8).then(format.footprint(size, 1)));
         }
         stages.push(integrate::footprint(size, self.border));
         stages.push(Footprint { kept: 0, ..HeightFormat::from_path(self.heights)?.footprint(size) });
@@ -276,10 +288,13 @@ fn lobe_maps(args: &Args, shape: &Shape, job: &Job) -> Result<Vec<(PathBuf, Vec<
         Ok((path.clone(), bytes))
     };
     let Some(found) = &shape.highlights else { return Ok(Vec::new()) };
-    let mut strength = found.reflectance.clone();
-    strength.as_mut_slice().iter_mut().for_each(|v| *v = (*v / WHOLE).min(1.0));
     let roughness = args.roughness_map.iter().map(|path| encoded(path, &found.roughness));
-    roughness.chain(args.specular_map.iter().map(|path| encoded(path, &strength))).collect()
+    let specular = args.specular_map.iter().map(|path| {
+        let mut strength = found.reflectance.clone();
+        strength.as_mut_slice().iter_mut().for_each(|v| *v = (*v / WHOLE).min(1.0));
+        encoded(path, &strength)
+    });
+    roughness.chain(specular).collect()
 }
 
 fn report(args: &Args, shape: &Shape, height: &Planes, compared: compare::Compared) -> Report {

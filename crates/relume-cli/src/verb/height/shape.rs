@@ -9,7 +9,7 @@ use relume::surface::photometric_stereo::{StereoInput, StereoOptions, photometri
 use relume::surface::shape_from_shading::{ShadingOptions, shape_from_shading};
 use relume::surface::{self, STEEPEST, Slopes};
 use relume::workflow::model_surface::SurfaceForm;
-use relume::{Direction, Error, Picture, Planes, RasterSequence, Result, Space};
+use relume::{Direction, Error, Picture, Planes, RasterSequence, Result, Size, Space};
 use serde_json::{Value, json};
 
 use super::compare::KnownShape;
@@ -140,7 +140,7 @@ fn by(
         HeightMethod::PtmNormals => field_normals(args, known, context),
         HeightMethod::NormalMap => {
             let map = input::normals(&args.input, args.normal_maps.normal_y, &context.job)?;
-            foresee(args, known, (map.normals.size(), 0), context)?;
+            foresee(args, known, (map.normals.size(), 0, 0), context)?;
             let shape = Shape::of_normals(method, map.normals, args.steepest);
             let mut shape = shape.map_err(|e| e.at(&args.input))?;
             shape.notes.push(format!("read as {}", normals::described(map.y)));
@@ -155,15 +155,17 @@ fn is_capture(path: &Path) -> bool {
 }
 
 fn stereo(args: &Args, known: &KnownShape, context: &Context) -> Result<Shape> {
-    let set = PhotographSet::open(&args.input, &args.photographs, &context.job)?;
-    let mask = args.mask.as_ref().map(|path| set.mask_of_texels(path, &context.job)).transpose()?;
+    let mut set = PhotographSet::open(&args.input, &args.photographs, args.mask.as_deref(), &context.job)?;
+    let count = set.lights().len();
+    let fits = |size: Size, channels: usize| foresee(args, known, (size, channels, count), context);
+    set.measure(&args.photographs, &fits, &context.job)?;
     let without_fall_off = set.with_fall_off();
     let load = |i: usize| {
         let developed = without_fall_off.apply(i, set.stored(i, &context.job)?);
         developed.map_err(|e| e.at(&set.capture.photographs[i].path))
     };
     let photographs = RasterSequence::open(&load)?;
-    foresee(args, known, (photographs.size(), photographs.channels()), context)?;
+    fits(photographs.size(), photographs.channels())?;
     let load = |i: usize| photographs.read(i);
     let options = StereoOptions {
         estimator: args.stereo.estimator.unwrap_or(StereoOptions::default().estimator),
@@ -173,8 +175,20 @@ fn stereo(args: &Args, known: &KnownShape, context: &Context) -> Result<Shape> {
     let input = StereoInput { lights, lamps: lamps.as_ref(), load: &load };
     let found =
         photometric_stereo(input, &options, &context.job).map_err(|e| e.at(&set.capture.light_file))?;
+    // Outside the mask photographs are black: nothing is determined or seen there.
+    let outside = set.mask().map_or(0, |mask| mask.iter().filter(|inside| !**inside).count());
+    let (inside, undetermined) = (photographs.size().texels() - outside, found.undetermined - outside);
+    if undetermined == inside {
+        return Err(Error::invalid("all photographs are black: there is nothing to find a shape of")
+            .at(&set.capture.light_file));
+    }
     let mut shape = Shape::of_normals(HeightMethod::PhotometricStereo, found.normals, args.steepest)?;
     shape.albedo = Some(found.albedo);
+    if undetermined > 0 {
+        shape.notes.push(format!(
+            "{undetermined} texels are black under every light, or seem to face away, and were left level"
+        ));
+    }
     if args.roughness_map.is_some() || args.specular_map.is_some() {
         let options = HighlightOptions::default();
         let seen = highlights(input, &shape.normals, options, &context.job)
@@ -182,37 +196,28 @@ fn stereo(args: &Args, known: &KnownShape, context: &Context) -> Result<Shape> {
         shape.notes.push(format!(
             "roughness of the whole {:.2}; {:.0} % of the texels show no highlight and have it",
             seen.overall,
-            100.0 * seen.unseen as f64 / seen.roughness.size().texels() as f64
+            100.0 * (seen.unseen - outside) as f64 / inside as f64
         ));
         shape.highlights = Some(seen);
     }
     shape.pixel_mm = lamps.as_ref().map(relume::lamps::LampPositions::mm_per_texel);
-    shape.mask = mask;
+    shape.mask = set.mask().map(<[bool]>::to_vec);
     shape.warnings.clone_from(&set.warnings);
     shape.facts = json!({
         "lights": lights.len(),
         "options": options,
-        "undetermined_texels": found.undetermined,
+        "undetermined_texels": undetermined,
         "roughness": shape.highlights.as_ref().map(|seen| seen.overall),
-        "texels_without_highlight": shape.highlights.as_ref().map(|seen| seen.unseen),
+        "texels_without_highlight": shape.highlights.as_ref().map(|seen| seen.unseen - outside),
         "development": set.facts,
     });
-    if found.undetermined == photographs.size().texels() {
-        return Err(Error::invalid("all photographs are black: there is nothing to find a shape of")
-            .at(&set.capture.light_file));
-    }
-    if found.undetermined > 0 {
-        shape
-            .notes
-            .push(format!("{} texels are black under every light and were left level", found.undetermined));
-    }
     Ok(shape)
 }
 
 fn shading(args: &Args, known: &KnownShape, is_capture: bool, context: &Context) -> Result<Shape> {
     let photograph = photograph(args, is_capture)?;
     let raster = input::raster(&photograph.path, &context.job)?;
-    foresee(args, known, (raster.size(), 0), context)?;
+    foresee(args, known, (raster.size(), 0, 0), context)?;
     let picture = raster.to_picture(Space::Linear);
     drop(raster);
     let options = ShadingOptions {
@@ -285,7 +290,7 @@ fn field_normals(args: &Args, known: &KnownShape, context: &Context) -> Result<S
         )
         .at(&args.input));
     }
-    foresee(args, known, (surface.size(), surface.channels()), context)?;
+    foresee(args, known, (surface.size(), surface.channels(), 0), context)?;
     let normals = surface.normals().map_err(|e| e.at(&args.input))?;
     let are_facets = matches!(surface, SurfaceForm::Facets { .. });
     let trusted = are_facets.then(|| STEEPEST.atan().to_degrees());

@@ -4,7 +4,9 @@
 //! weights that fall with the residual (Cauchy's, squared), and g_k as that by which most texels of photograph k are off
 //! ([`shorth`](crate::numeric::shorth)). That converges to gains near those it starts from: from equal exposures, which suits
 //! glossy materials, whose highlights are no exposures; and from the [least squares](least_squares) over matt texels. Those
-//! are taken with which the texels of a photograph agree better.
+//! are taken with which the texels of a photograph agree better. Shadows that cover most of what would be lit look like a dark
+//! exposure: where the texels of a photograph do not agree, and it seems much darker than those of near lights, its exposure is
+//! theirs.
 
 mod least_squares;
 
@@ -32,14 +34,28 @@ const BLACK: f64 = 0.002;
 /// The fewest photographs, of which five values of a texel are left, and the fewest texels of one.
 const FEWEST: usize = 8;
 const FEWEST_TEXELS: usize = 20;
+/// Where half of the lit texels of a photograph differ by more than a factor of two, they do not tell that it is darker by another such
+/// factor than those of the nearest lights (as natural logarithms).
+const TOLD_WITHIN: f64 = std::f64::consts::LN_2;
+const DARKER: f64 = std::f64::consts::LN_2;
+const NEAREST: usize = 6;
 /// Where half of the texels differ by more than this (as a natural logarithm) in most photographs, they are not matt.
 const MOST_SPREAD: f64 = 0.65;
 
-/// For each photograph the factor that brings its exposure to the common one, from linear values.
+/// What photographs tell of their exposures.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Exposures {
+    /// For each photograph the factor that brings its exposure to the common one. Their product is 1.
+    pub gains: Vec<f64>,
+    /// The photographs that are too dark, or too much in shadow, to tell: they have the factor of those of near lights.
+    pub untold: Vec<usize>,
+}
+
+/// Finds the exposures of photographs from linear values.
 ///
 /// # Errors
 /// Fewer than eight photographs, and photographs too dark or too glossy to tell.
-pub fn gains(sample: &TexelSample) -> Result<Vec<f64>> {
+pub fn exposures(sample: &TexelSample) -> Result<Exposures> {
     let count = sample.lights.len();
     if count < FEWEST {
         return Err(Error::invalid(format!(
@@ -49,18 +65,11 @@ pub fn gains(sample: &TexelSample) -> Result<Vec<f64>> {
     let equal = refined(sample, vec![0.0; count]);
     let from_matt = least_squares::gains(sample)
         .map(|gains| refined(sample, gains.into_iter().map(f64::ln).collect()))
-        .and_then(Result::ok);
-    let found = match (equal, from_matt) {
-        (Ok(a), Some(b)) => {
-            if b.spread < a.spread {
-                b
-            } else {
-                a
-            }
-        }
-        (Err(_), Some(b)) => b,
-        (equal, None) => equal?,
-    };
+        .filter(|found| found.spread < equal.spread);
+    let found = from_matt.unwrap_or(equal);
+    if found.spread == f64::INFINITY {
+        return Err(Error::invalid("the photographs are too dark or too bright to compare their exposures"));
+    }
     if found.spread > MOST_SPREAD {
         return Err(Error::invalid(
             "the photographs are too far from matt to compare their exposures: leave out --equalize",
@@ -69,41 +78,53 @@ pub fn gains(sample: &TexelSample) -> Result<Vec<f64>> {
     let mean = found.log_gains.iter().sum::<f64>() / count as f64;
     let gains: Vec<f64> = found.log_gains.into_iter().map(|g| (g - mean).exp()).collect();
     match gains.iter().position(|g| !(1.0 / LARGEST_GAIN..LARGEST_GAIN).contains(g)) {
-        Some(k) => Err(unlike_the_others(k)),
-        None => Ok(gains),
+        Some(k) => Err(Error::invalid(format!(
+            "the exposure of photograph {} cannot be told from the others: it may be too dark or too bright, or not of this surface",
+            k + 1
+        ))),
+        None => Ok(Exposures { gains, untold: found.untold }),
     }
 }
 
-/// Gains, as natural logarithms, and how far the texels of a photograph differ in what they lack: the median over photographs.
+/// Gains, as natural logarithms, those that are not told, and how far the texels of a photograph differ in what they lack: the median
+/// over photographs.
 struct Refined {
     log_gains: Vec<f64>,
+    untold: Vec<usize>,
     spread: f64,
 }
 
 /// Finds texels and gains in turns.
-fn refined(sample: &TexelSample, mut log_gains: Vec<f64>) -> Result<Refined> {
+fn refined(sample: &TexelSample, mut log_gains: Vec<f64>) -> Refined {
     let count = sample.lights.len();
     let mut texels: Vec<Option<[f64; 3]>> = vec![None; sample.values.len() / count];
-    let mut spread = f64::INFINITY;
+    let mut spreads = vec![f64::INFINITY; count];
     for _ in 0..ROUNDS {
         let gains: Vec<f64> = log_gains.iter().map(|g| f64::exp(*g)).collect();
         let values = sample.values.par_chunks_exact(count);
         texels = values.zip(texels).map(|(v, before)| matt(&sample.lights, v, &gains, before)).collect();
-        let steps = (0..count).into_par_iter().map(|k| step(sample, &texels, k, gains[k]));
-        let (steps, spreads): (Vec<f64>, Vec<f64>) = steps.collect::<Result<Vec<_>>>()?.into_iter().unzip();
-        log_gains.iter_mut().zip(steps).for_each(|(g, step)| *g += STEP * step);
+        let lacking: Vec<(f64, f64)> =
+            (0..count).into_par_iter().map(|k| lacking(sample, &texels, k, gains[k])).collect();
+        spreads = lacking.iter().map(|(_, spread)| *spread).collect();
+        log_gains.iter_mut().zip(lacking).for_each(|(gain, (factor, _))| *gain += STEP * factor);
         let centre = median(log_gains.clone());
         log_gains.iter_mut().for_each(|g| *g -= centre);
-        spread = median(spreads);
     }
-    Ok(Refined { log_gains, spread })
+    let of_near: Vec<f64> = (0..count).map(|k| of_nearest(&sample.lights, &log_gains, k)).collect();
+    let is_untold = |k: &usize| {
+        spreads[*k] == f64::INFINITY || spreads[*k] > TOLD_WITHIN && log_gains[*k] - of_near[*k] > DARKER
+    };
+    let untold: Vec<usize> = (0..count).filter(is_untold).collect();
+    untold.iter().for_each(|k| log_gains[*k] = of_near[*k]);
+    Refined { log_gains, untold, spread: median(spreads) }
 }
 
-fn unlike_the_others(k: usize) -> Error {
-    Error::invalid(format!(
-        "the exposure of photograph {} cannot be told from the others: it may be too dark or too bright, or not of this surface",
-        k + 1
-    ))
+/// The median gain of the lights that are nearest to light `k`.
+fn of_nearest(lights: &[[f64; 3]], log_gains: &[f64], k: usize) -> f64 {
+    let cosine = |i: usize| lights[i].iter().zip(&lights[k]).map(|(a, b)| a * b).sum::<f64>();
+    let mut others: Vec<usize> = (0..lights.len()).filter(|i| *i != k).collect();
+    others.sort_by(|a, b| cosine(*b).total_cmp(&cosine(*a)));
+    median(others.iter().take(NEAREST).map(|i| log_gains[*i]).collect())
 }
 
 /// Albedo times normal of a texel from its values at equal exposure, by weights from the residuals of that before; at first from its
@@ -125,9 +146,10 @@ fn matt(lights: &[[f64; 3]], values: &[f64], gains: &[f64], before: Option<[f64;
     solve_spd(&matrix, &right)
 }
 
-/// The logarithm of the factor that photograph `k` still lacks at most of its lit texels, and how far it differs between these.
-fn step(sample: &TexelSample, texels: &[Option<[f64; 3]>], k: usize, gain: f64) -> Result<(f64, f64)> {
-    let lacking = |(values, texel): (&[f64], &Option<[f64; 3]>)| {
+/// The logarithm of the factor that photograph `k` still lacks at most of its lit texels, and how far it differs between these; without
+/// bound where few are lit.
+fn lacking(sample: &TexelSample, texels: &[Option<[f64; 3]>], k: usize, gain: f64) -> (f64, f64) {
+    let of_texel = |(values, texel): (&[f64], &Option<[f64; 3]>)| {
         let texel = texel.as_ref()?;
         let predicted = lambert::shaded(texel, &sample.lights[k]);
         let norm = texel.iter().map(|b| b * b).sum::<f64>().sqrt();
@@ -135,11 +157,9 @@ fn step(sample: &TexelSample, texels: &[Option<[f64; 3]>], k: usize, gain: f64) 
         let is_measured = (BLACK..BRIGHT).contains(&values[k]);
         (is_lit && is_measured).then(|| (predicted / (gain * values[k])).ln())
     };
-    let mut factors: Vec<f64> = sample.texels().zip(texels).filter_map(lacking).collect();
-    if factors.len() < FEWEST_TEXELS {
-        return Err(unlike_the_others(k));
-    }
-    shorth(&mut factors).ok_or_else(|| unlike_the_others(k))
+    let mut factors: Vec<f64> = sample.texels().zip(texels).filter_map(of_texel).collect();
+    let told = (factors.len() >= FEWEST_TEXELS).then(|| shorth(&mut factors)).flatten();
+    told.unwrap_or((0.0, f64::INFINITY))
 }
 
 /// How far gains follow the direction of the light: the share of the variance of their logarithms that a biquadratic polynomial of

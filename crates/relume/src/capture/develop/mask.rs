@@ -42,18 +42,3 @@ impl Development {
         Ok(part.plane(0).iter().map(|share| *share >= 0.5).collect())
     }
 }
-
-/// Sets the texels outside to black.
-pub(super) fn blacken(planes: &mut Planes, mask: &[bool]) -> Result<()> {
-    if mask.len() != planes.size().texels() {
-        return Err(Error::invalid(format!(
-            "the mask has {} texels and the developed photographs {}: they must have the same size",
-            mask.len(),
-            planes.size()
-        )));
-    }
-    for plane in planes.iter_mut() {
-        plane.iter_mut().zip(mask).filter(|(_, inside)| !**inside).for_each(|(v, _)| *v = 0.0);
-    }
-    Ok(())
-}

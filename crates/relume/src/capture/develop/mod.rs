@@ -23,10 +23,10 @@ mod reading;
 mod sample;
 mod shift;
 
-pub use exposure::{LARGEST_GAIN, gains, share_by_direction};
+pub use exposure::{Exposures, LARGEST_GAIN, exposures, share_by_direction};
 pub use reading::{InputSpace, ReadingCheck, check_reading};
 pub use sample::{TexelSample, sample_texels};
-pub use shift::{MOST_SHIFT, shifts};
+pub use shift::{MOST_SHIFT, Shifts, shifts};
 
 use std::sync::Arc;
 
@@ -90,7 +90,6 @@ impl Development {
             && self.ambient.is_none()
             && self.white.is_none()
             && self.lamps.is_none()
-            && self.mask.is_none()
             && lists.iter().all(|empty| *empty)
             && self.shifts.is_empty()
             && self.reduction < 2;
@@ -102,23 +101,26 @@ impl Development {
     /// # Errors
     /// A white card, ambient photograph or mask of another size, a part outside, and an intensity that is not above 0.
     pub fn apply(&self, i: usize, photograph: Raster) -> Result<Raster> {
-        if !self.changes_values() {
-            return match self.crop {
-                Some(part) => photograph.crop(part.x, part.y, part.size),
-                None => Ok(photograph),
-            };
+        let developed = match (self.changes_values(), self.crop) {
+            (true, _) => self.evened(i, &photograph)?,
+            (false, Some(part)) => photograph.crop(part.x, part.y, part.size)?,
+            (false, None) => photograph,
+        };
+        match &self.mask {
+            Some(mask) => developed.blackened(mask),
+            None => Ok(developed),
         }
+    }
+
+    /// Photograph `i` in linear light, without the mask.
+    fn evened(&self, i: usize, photograph: &Raster) -> Result<Raster> {
         self.size_of(photograph.size())?;
-        let mut planes = linear(&photograph, self.space);
+        let mut planes = linear(photograph, self.space);
         self.even_out(i, &mut planes)?;
         if let Some(&[right, down]) = self.shifts.get(i).filter(|s| **s != [0.0, 0.0]) {
             planes = shift::moved(&planes, right, down);
         }
-        planes = self.framed(planes)?;
-        if let Some(mask) = &self.mask {
-            mask::blacken(&mut planes, mask)?;
-        }
-        interleaved(&planes)
+        interleaved(&self.framed(planes)?)
     }
 
     /// Cropped and reduced.

@@ -33,16 +33,21 @@ impl TexelSample {
     }
 }
 
-/// Reads every photograph and keeps a regular grid of texels.
+/// Reads every photograph and keeps a regular grid of texels, of those that a mask leaves where there is one.
 ///
 /// # Errors
 /// Errors of `load`, and photographs that differ in size.
-pub fn sample_texels(lights: &[(String, Direction)], load: &LoadRaster, job: &Job) -> Result<TexelSample> {
+pub fn sample_texels(
+    lights: &[(String, Direction)],
+    load: &LoadRaster,
+    mask: Option<&[bool]>,
+    job: &Job,
+) -> Result<TexelSample> {
     job.start("looking at the photographs", lights.len() as u64);
     let of = |i: usize| {
         let photograph = load(i)?;
         let (size, channels) = (photograph.size(), photograph.channels());
-        let values = grid(size).map(|texel| {
+        let values = grid(size, mask).map(|texel| {
             let value = |c: usize| f64::from(photograph.samples().value(texel * channels + c));
             if channels == 1 { value(0) } else { super::luminance_of([value(0), value(1), value(2)]) }
         });
@@ -64,11 +69,14 @@ pub fn sample_texels(lights: &[(String, Direction)], load: &LoadRaster, job: &Jo
     Ok(TexelSample { lights: lights.iter().map(|(_, light)| light.to_array()).collect(), values })
 }
 
-/// The texels of a regular grid.
-fn grid(size: Size) -> impl Iterator<Item = usize> {
-    let step = ((size.texels() as f64 / TEXELS as f64).sqrt().ceil() as usize).max(1);
+/// The texels of a regular grid, finer where a mask leaves few.
+fn grid(size: Size, mask: Option<&[bool]>) -> impl Iterator<Item = usize> {
+    let is_inside = move |texel: usize| mask.is_none_or(|mask| mask.get(texel) == Some(&true));
+    let inside = mask.map_or(size.texels(), |mask| mask.iter().filter(|inside| **inside).count());
+    let step = ((inside as f64 / TEXELS as f64).sqrt().ceil() as usize).max(1);
     let (x, y) = ((step / 2).min(size.width - 1), (step / 2).min(size.height - 1));
     (y..size.height)
         .step_by(step)
         .flat_map(move |y| (x..size.width).step_by(step).map(move |x| size.index(x, y)))
+        .filter(move |texel| is_inside(*texel))
 }

@@ -4,7 +4,8 @@
 //! gradients are compared. The shift is the peak of their phase correlation (C. D. Kuglin, D. C. Hines, The phase
 //! correlation image alignment method, IEEE Conf. Cybernetics and Society, 1975), and its fraction of a pixel the top of
 //! the parabolas through its neighbours. Each frame is compared
-//! with the sum of all others, moved by what is known so far.
+//! with the sum of all others, moved by what is known so far. Where the phases do not agree, as of noise and of surfaces without
+//! edges, the peak is one of chance, and the frame is taken not to have moved.
 
 use rayon::prelude::*;
 use realfft::num_complex::Complex64;
@@ -25,11 +26,27 @@ const MOST_SIDE: usize = 1024;
 /// Rounds against a sum that is sharper each time.
 const ROUNDS: usize = 4;
 
-/// For each photograph, by how many pixels (right, down) it has moved against the first.
+/// A peak is believed from so many standard deviations of the correlation on, and from this part of the peak of frames that agree in
+/// all phases. Noise reaches 8.4 and 0.06, photographs of real surfaces 37 and 0.17.
+const LEAST_DEVIATIONS: f64 = 9.0;
+const LEAST_AGREEMENT: f64 = 0.1;
+/// The standard deviation of the Gaussian over frequencies, in cycles a pixel: a peak as wide as a pixel, and no say of noise.
+const FREQUENCIES: f64 = 0.15;
+
+/// How frames moved.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Shifts {
+    /// For each photograph, by how many pixels (right, down) it has moved against the first.
+    pub shifts: Vec<[f64; 2]>,
+    /// The photographs that show too little to tell, which are taken not to have moved.
+    pub untold: Vec<usize>,
+}
+
+/// Finds how photographs moved against the first.
 ///
 /// # Errors
 /// Errors of `load`, photographs that differ in size, and the limits of the job.
-pub fn shifts(names: &[String], load: &LoadRaster, job: &Job) -> Result<Vec<[f64; 2]>> {
+pub fn shifts(names: &[String], load: &LoadRaster, job: &Job) -> Result<Shifts> {
     let whole = load(0)?.size();
     let size = Size::new(whole.width.min(MOST_SIDE), whole.height.min(MOST_SIDE));
     let (x, y) = ((whole.width - size.width) / 2, (whole.height - size.height) / 2);
@@ -51,6 +68,7 @@ pub fn shifts(names: &[String], load: &LoadRaster, job: &Job) -> Result<Vec<[f64
     });
     let spectra = spectra.collect::<Result<Vec<_>>>()?;
     let mut found = vec![[0.0; 2]; names.len()];
+    let mut peaks = vec![None; names.len()];
     for _ in 0..ROUNDS {
         let mean = sum_of_moved(&spectra, &found, &plan);
         let of = |(spectrum, shift): (&Vec<Complex64>, &[f64; 2])| {
@@ -59,12 +77,16 @@ pub fn shifts(names: &[String], load: &LoadRaster, job: &Job) -> Result<Vec<[f64
             let others: Vec<Complex64> = mean.iter().enumerate().map(own).collect();
             peak(spectrum, &others, &plan)
         };
-        found = spectra.par_iter().zip(&found).map(of).collect();
+        peaks = spectra.par_iter().zip(&found).map(of).collect();
+        found = peaks.iter().map(|peak| peak.unwrap_or_default()).collect();
         job.proceed()?;
     }
-    let first = found[0];
-    found.iter_mut().for_each(|shift| *shift = [shift[0] - first[0], shift[1] - first[1]]);
-    Ok(found)
+    let first = peaks[0].unwrap_or_default();
+    let from_first = |peak: &Option<[f64; 2]>| peak.map_or([0.0; 2], |[x, y]| [x - first[0], y - first[1]]);
+    Ok(Shifts {
+        shifts: peaks.iter().map(from_first).collect(),
+        untold: (0..peaks.len()).filter(|i| peaks[*i].is_none()).collect(),
+    })
 }
 
 /// The magnitudes of the gradients of the logarithm, less their mean, faded out towards the borders.
@@ -115,20 +137,22 @@ fn sum_of_moved(spectra: &[Vec<Complex64>], shifts: &[[f64; 2]], plan: &Fourier)
     (0..bins).into_par_iter().map(sum).collect()
 }
 
-/// The shift of a frame against the mean.
-fn peak(spectrum: &[Complex64], mean: &[Complex64], plan: &Fourier) -> [f64; 2] {
+/// The shift of a frame against the mean, if they agree.
+fn peak(spectrum: &[Complex64], mean: &[Complex64], plan: &Fourier) -> Option<[f64; 2]> {
     let size = plan.size();
+    let weight = |bin: usize| {
+        let (column, row) = (bin / size.height, bin % size.height);
+        let row = row.min(size.height - row) as f64 / size.height as f64;
+        let column = column as f64 / size.width as f64;
+        (-(row * row + column * column) / (2.0 * FREQUENCIES * FREQUENCIES)).exp()
+    };
     let phase = |(bin, (a, b)): (usize, (&Complex64, &Complex64))| {
         let cross = a * b.conj();
         let length = cross.norm();
         if length <= 1e-12 {
             return Complex64::ZERO;
         }
-        // A Gaussian over frequencies: a peak as wide as a pixel, and no say of noise.
-        let (column, row) = (bin / size.height, bin % size.height);
-        let row = row.min(size.height - row) as f64 / size.height as f64;
-        let column = column as f64 / size.width as f64;
-        cross / length * (-(row * row + column * column) / (2.0 * 0.15f64.powi(2))).exp()
+        cross / length * weight(bin)
     };
     let surface = plan.inverse(spectrum.iter().zip(mean).enumerate().map(phase).collect());
     let most = (MOST_SHIFT * size.width.min(size.height) as f64).max(1.0) as isize;
@@ -139,14 +163,20 @@ fn peak(spectrum: &[Complex64], mean: &[Complex64], plan: &Fourier) -> [f64; 2] 
     };
     let candidates = (-most..=most).flat_map(|dy| (-most..=most).map(move |dx| (dx, dy)));
     let best = candidates.max_by(|a, b| at(a.0, a.1).total_cmp(&at(b.0, b.1)));
-    let (dx, dy) = best.unwrap_or((0, 0));
+    let (dx, dy) = best?;
+    // The peak of frames that agree in all phases, and the usual height where none does.
+    let whole = std::f64::consts::TAU * FREQUENCIES.powi(2);
+    let by_chance = FREQUENCIES * (std::f64::consts::PI / surface.len() as f64).sqrt();
+    if at(dx, dy) < (LEAST_AGREEMENT * whole).max(LEAST_DEVIATIONS * by_chance) {
+        return None;
+    }
     let top = |before: f64, here: f64, after: f64| {
         let below = before - 2.0 * here + after;
         if below < 0.0 { (0.5 * (before - after) / below).clamp(-0.5, 0.5) } else { 0.0 }
     };
     let right = dx as f64 + top(at(dx - 1, dy), at(dx, dy), at(dx + 1, dy));
     let down = dy as f64 + top(at(dx, dy - 1), at(dx, dy), at(dx, dy + 1));
-    [right, down]
+    Some([right, down])
 }
 
 /// The planes of a frame that has moved by (right, down), moved back: cubic interpolation (R. G. Keys, Cubic

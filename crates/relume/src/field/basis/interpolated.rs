@@ -124,9 +124,13 @@ impl Interpolated {
 
     /// The same without light `i`, unless there is no other.
     pub(crate) fn without(&self, i: usize) -> Option<Self> {
-        let mut lights = self.0.lights.clone();
-        lights.remove(i);
-        Self::new(&lights, self.interpolation()).ok()
+        self.of(|k| k != i)
+    }
+
+    /// The same of the lights that are chosen by their numbers, if there are any.
+    pub(crate) fn of(&self, is_chosen: impl Fn(usize) -> bool) -> Option<Self> {
+        let chosen = (0..self.0.lights.len()).filter(|i| is_chosen(*i)).map(|i| self.0.lights[i]);
+        Self::new(&chosen.collect::<Vec<_>>(), self.interpolation()).ok()
     }
 
     /// The functions for a light.

@@ -221,7 +221,8 @@ pub fn fit(
         let error = (factors.error(rank).powi(2) + more).sqrt();
         let measured = Measurement { pairs, grid: &grid, levels: &levels, held_out: &held_out };
         let singular_values = &factors.singular_values[..rank];
-        let report = report::report(&measured, &field, &sketched.kept, singular_values, error, job)?;
+        let mut report = report::report(&measured, &field, &sketched.kept, singular_values, error, job)?;
+        report.warnings = sketched.exposed.warnings(&stream)?;
         return Ok(LearnedFit { field, clustered, report });
     }
 }

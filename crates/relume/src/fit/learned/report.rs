@@ -39,6 +39,8 @@ pub struct LearnedReport {
     pub by_light: Vec<PolarReport>,
     /// The name of the photograph with the largest error.
     pub worst: String,
+    /// Reasons for doubt, one sentence each.
+    pub warnings: Vec<String>,
 }
 
 /// Compares a field with the samples kept of each photograph; `rmse` is that over all texels.
@@ -80,5 +82,6 @@ pub(super) fn report(
         by_view: errors.by_view,
         by_light: errors.by_light,
         worst: errors.worst,
+        warnings: Vec::new(),
     })
 }

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use super::dots::Interleaved;
 use crate::error::{Error, Result};
 use crate::field::{Basis, ReflectanceField};
+use crate::fit::exposed::Exposed;
 use crate::fit::held_out::HeldOut;
 use crate::fit::levels::SampleLevels;
 use crate::fit::products::{BAND, FUNCTIONS, add_products};
@@ -44,6 +45,8 @@ pub(super) struct Sketch {
     pub values: f64,
     /// The texels of the report's grid in every photograph.
     pub kept: Vec<Raster>,
+    /// The photographs that are black or white.
+    pub exposed: Exposed,
     _held: Held,
 }
 
@@ -59,11 +62,15 @@ impl Sketch {
         job.start("learning functions", 2 * stream.len() as u64);
 
         let mut sums = Planes::zeros(size, width);
-        let (mut energy, mut kept) = (0.0, Vec::new());
+        let (mut energy, mut kept, mut exposed) = (0.0, Vec::new(), Exposed::default());
         setting.for_each_batch(job, |first, batch| {
             let random = setting.random_rows(first, batch.len(), width);
             energy += setting.add_batch(&mut sums, first, batch, &random);
-            kept.extend(batch.iter().map(|photograph| grid.raster(photograph)));
+            for (i, photograph) in (first..).zip(batch) {
+                let picked = grid.raster(photograph);
+                exposed.look(i, photograph, &picked);
+                kept.push(picked);
+            }
         })?;
         if energy == 0.0 {
             return Err(Error::invalid("all photographs are black: there is no function to learn"));
@@ -78,7 +85,7 @@ impl Sketch {
             rows.extend(setting.of_kept(first, batch.len(), &products, width));
         })?;
         let values = columns as f64 * grid.inside_texels() as f64;
-        Ok(Self { rows, width, products: sums, energy, values, kept, _held: held })
+        Ok(Self { rows, width, products: sums, energy, values, kept, exposed, _held: held })
     }
 }
 

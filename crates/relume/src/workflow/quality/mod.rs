@@ -11,6 +11,10 @@
 //! - it fits better turned over or mirrored: another orientation;
 //! - its error is an outlier among the errors: its light stands elsewhere, or something was in the way.
 //!
+//! Where each photograph is compared with what the others give, a wrong one spoils those of the lights around it. So the worst of
+//! those that look wrong, among lights near each other, are set aside, and all are compared anew with what is left, until no other
+//! looks wrong.
+//!
 //! Outliers are more than four and a half robust standard deviations (1.4826 medians of absolute deviations) from the
 //! median, and more than a stated least difference.
 
@@ -50,6 +54,10 @@ const TWO_CODES_DB: f64 = 42.11;
 /// Texels from which on photographs are judged.
 const LEAST_TEXELS: usize = 400;
 
+/// The lights around one, whose photographs its photograph spoils; and the share of photographs that may be set aside.
+const AROUND: usize = 8;
+const SET_ASIDE_SHARE: f64 = 0.25;
+
 /// Places of the hemisphere down to this polar angle are to have a light near them.
 const COVERED_TO_DEG: f64 = 70.0;
 
@@ -69,6 +77,8 @@ pub struct QualityReport {
     pub lights: Vec<LightQuality>,
     /// What each photograph was compared with.
     pub compared: ComparedWith,
+    /// Indices of photographs that look wrong, and have no part in what the others give; none where the fit is compared.
+    pub set_aside: Vec<usize>,
     /// Indices of the photographs with the largest errors, the worst first.
     pub worst: Vec<usize>,
     /// How the lights cover the hemisphere.
@@ -163,17 +173,22 @@ pub fn quality(
     job: &Job,
 ) -> Result<QualityReport> {
     job.check_bytes("the map of errors", 8 * field.size().texels() as u64)?;
-    let mut map = ErrorMap::new(field.size(), most_cells, photographs.mask);
-    let mut lights = Vec::with_capacity(photographs.pairs.len());
-    photographs.for_each(field, job, |i, relit, photograph| {
-        let (name, pair) = &photographs.pairs[i];
-        map.add(relit, photograph);
-        let pictures = PicturePair { relit, photograph, size: field.size(), mask: photographs.mask };
-        lights.push(pictures.figures(name, pair.light, photographs.texels(field.size())));
-    })?;
-    let coverage = coverage(&photographs.pairs.iter().map(|(_, pair)| pair.light).collect::<Vec<_>>());
     let compared = ComparedWith::of(field.basis());
-    doubt_outliers(&mut lights, compared);
+    let mut photographs = photographs.clone();
+    let (mut lights, map) = loop {
+        let (mut lights, map) = figures(field, &photographs, most_cells, job)?;
+        doubt_outliers(&mut lights, compared);
+        let wrong = wrongest(&lights, &photographs.set_aside);
+        let most = (SET_ASIDE_SHARE * lights.len() as f64) as usize;
+        if compared != ComparedWith::Others
+            || wrong.is_empty()
+            || photographs.set_aside.len() + wrong.len() > most
+        {
+            break (lights, map);
+        }
+        photographs.set_aside.extend(wrong);
+    };
+    let coverage = coverage(&photographs.pairs.iter().map(|(_, pair)| pair.light).collect::<Vec<_>>());
     let texels = photographs.texels(field.size());
     if texels < LEAST_TEXELS {
         lights.iter_mut().for_each(|light| light.doubts.clear());
@@ -190,6 +205,7 @@ pub fn quality(
         psnr_db,
         exact,
         compared,
+        set_aside: photographs.set_aside,
         worst,
         coverage,
         shadow_share,
@@ -199,6 +215,40 @@ pub fn quality(
         warnings,
         lights,
     })
+}
+
+/// The figures of all photographs, without doubts of outliers, and the map of errors.
+fn figures<'a>(
+    field: &ReflectanceField,
+    photographs: &ComparedPhotographs<'a>,
+    most_cells: usize,
+    job: &Job,
+) -> Result<(Vec<LightQuality>, ErrorMap<'a>)> {
+    let mut map = ErrorMap::new(field.size(), most_cells, photographs.mask);
+    let mut lights = Vec::with_capacity(photographs.pairs.len());
+    let texels = photographs.texels(field.size());
+    photographs.for_each(field, job, |i, relit, photograph| {
+        let (name, pair) = &photographs.pairs[i];
+        map.add(relit, photograph);
+        let pictures = PicturePair { relit, photograph, size: field.size(), mask: photographs.mask };
+        lights.push(pictures.figures(name, pair.light, texels));
+    })?;
+    Ok((lights, map))
+}
+
+/// Of the photographs that look wrong and are not set aside, those of which none around has a larger error and looks wrong, too.
+fn wrongest(lights: &[LightQuality], set_aside: &[usize]) -> Vec<usize> {
+    let looks_wrong = |i: usize| !lights[i].doubts.is_empty() && !set_aside.contains(&i);
+    let cosine = |i: usize, k: usize| -> f64 {
+        lights[i].direction.iter().zip(&lights[k].direction).map(|(a, b)| a * b).sum()
+    };
+    let is_worst_around = |i: &usize| {
+        let mut around: Vec<usize> = (0..lights.len()).filter(|k| k != i).collect();
+        around.sort_by(|a, b| cosine(*i, *b).total_cmp(&cosine(*i, *a)));
+        let worse = |k: &usize| looks_wrong(*k) && lights[*k].psnr_db < lights[*i].psnr_db;
+        !around.iter().take(AROUND).any(worse)
+    };
+    (0..lights.len()).filter(|i| looks_wrong(*i)).filter(is_worst_around).collect()
 }
 
 /// The median and the robust standard deviation.

@@ -33,8 +33,14 @@ fn scene(count: usize) -> (ReflectanceField, Vec<(String, Directions)>, Vec<Vec<
 
 fn report(pictures: &[Vec<u8>], field: &ReflectanceField, lights: &[(String, Directions)]) -> QualityReport {
     let load = |i: usize| Raster::new(SIZE, 3, Samples::U8(pictures[i].clone()));
-    let photographs =
-        ComparedPhotographs { pairs: lights, load: &load, lamps: None, mask: None, are_fitted: true };
+    let photographs = ComparedPhotographs {
+        pairs: lights,
+        load: &load,
+        lamps: None,
+        mask: None,
+        are_fitted: true,
+        set_aside: Vec::new(),
+    };
     quality(field, &photographs, 16, &Job::default()).unwrap()
 }
 
@@ -122,11 +128,29 @@ fn flat_pictures_are_not_moved() {
     let brighter: Vec<u8> = codes.iter().map(|code| code + 8).collect();
     let load =
         |i: usize| Raster::new(size, 3, Samples::U8(if i == 3 { brighter.clone() } else { codes.clone() }));
-    let photographs =
-        ComparedPhotographs { pairs: &lights, load: &load, lamps: None, mask: None, are_fitted: true };
+    let photographs = ComparedPhotographs {
+        pairs: &lights,
+        load: &load,
+        lamps: None,
+        mask: None,
+        are_fitted: true,
+        set_aside: Vec::new(),
+    };
     let found = quality(&field, &photographs, 16, &Job::default()).unwrap();
     assert_eq!(found.lights[3].shift, [0, 0]);
     assert!(found.lights[3].doubts.iter().all(|doubt| !doubt.contains("moved")));
+}
+
+/// The report on a texture that interpolates between pictures by radial basis functions.
+fn interpolated(lights: &[(String, Directions)], pictures: &[Vec<u8>]) -> QualityReport {
+    let directions: Vec<Direction> = lights.iter().map(|(_, pair)| pair.light).collect();
+    let table = Interpolated::new(&directions, Interpolation::RadialBasis).unwrap();
+    let data =
+        pictures.iter().flat_map(|codes| codes.as_chunks::<3>().0.iter().map(|c| f32::from(c[1]) / 255.0));
+    let planes = Planes::from_vec(SIZE, lights.len(), data.collect()).unwrap();
+    let basis = Basis::Interpolated(table);
+    let field = ReflectanceField::new(basis, PlaneLayout::LUMINANCE, Space::Srgb, planes).unwrap();
+    report(pictures, &field, lights)
 }
 
 /// A fault: a texture that interpolates between its photographs shows each as it is, so none was ever doubted.
@@ -134,15 +158,20 @@ fn flat_pictures_are_not_moved() {
 fn photographs_that_are_interpolated_are_compared_with_the_others() {
     let (_, lights, mut pictures) = scene(20);
     pictures[11] = pictures[11].iter().map(|code| code / 2).collect();
-    let directions: Vec<Direction> = lights.iter().map(|(_, pair)| pair.light).collect();
-    let table = Interpolated::new(&directions, Interpolation::RadialBasis).unwrap();
-    let data =
-        pictures.iter().flat_map(|codes| codes.as_chunks::<3>().0.iter().map(|c| f32::from(c[1]) / 255.0));
-    let planes = Planes::from_vec(SIZE, 20, data.collect()).unwrap();
-    let basis = Basis::Interpolated(table);
-    let field = ReflectanceField::new(basis, PlaneLayout::LUMINANCE, Space::Srgb, planes).unwrap();
-    let found = report(&pictures, &field, &lights);
+    let found = interpolated(&lights, &pictures);
     assert_eq!(found.compared, ComparedWith::Others);
     assert!(found.lights[11].doubts.iter().any(|doubt| doubt.contains("exposure")), "{:?}", found.lights[11]);
     assert!(found.lights.iter().all(|light| light.psnr_db.is_finite()));
+}
+
+/// A fault: a black photograph, and one that was mirrored, brought those of the lights around them into doubt.
+#[test]
+fn a_wrong_photograph_does_not_bring_its_neighbours_into_doubt() {
+    let (_, lights, mut pictures) = scene(30);
+    pictures[11].fill(0);
+    let mirrored = |t: usize| SIZE.index(SIZE.width - 1 - t % SIZE.width, t / SIZE.width);
+    pictures[24] = (0..SIZE.texels()).flat_map(|t| pictures[24][3 * mirrored(t)..][..3].to_vec()).collect();
+    let found = interpolated(&lights, &pictures);
+    let doubted: Vec<usize> = (0..30).filter(|i| !found.lights[*i].doubts.is_empty()).collect();
+    assert_eq!((doubted.as_slice(), found.set_aside.len()), (&[11, 24][..], 2));
 }

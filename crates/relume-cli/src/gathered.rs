@@ -108,30 +108,45 @@ pub fn encode_data(
     output: &Path,
     context: &Context,
 ) -> Result<Vec<u8>> {
-    let depth = match (FieldFormat::from_path(output), &files[0].encoding) {
-        (Ok(FieldFormat::Picture(PictureFormat::Png(_))), Encoding::Picture(depth)) => *depth,
-        (Ok(FieldFormat::Picture(PictureFormat::Png(_))), Encoding::Exr(_)) => Depth::Sixteen,
-        _ => return encode(field, map, files, output, context),
-    };
-    let values = field.coefficients();
-    let is_grey_with_alpha = values.count() == 1 && files.iter().any(|file| file.opacity.is_some());
-    let outside = values.as_slice().iter().find(|value| !(0.0..=1.0).contains(*value));
-    let is_float = matches!(files[0].encoding, Encoding::Exr(_));
-    // Heights that were joined may pass the largest code a little: they are clipped, which is said.
-    if is_grey_with_alpha || (outside.is_some() && !is_float) {
-        return encode(field, map, files, output, context);
+    let opacity = || opacity::gathered(map, files, context);
+    let job = &context.job;
+    match data_depth(&files[0].encoding, output) {
+        Some(depth) => {
+            data_map(field, opacity()?.as_ref(), &files[0].encoding, depth, job).map_err(|e| e.at(output))
+        }
+        None => encode(field, map, files, output, context),
     }
-    if let Some(outside) = outside {
+}
+
+/// The depth of a PNG file of data that come from a file; `None` of other files.
+pub fn data_depth(from: &Encoding, output: &Path) -> Option<Depth> {
+    match (FieldFormat::from_path(output), from) {
+        (Ok(FieldFormat::Picture(PictureFormat::Png(_))), Encoding::Picture(depth)) => Some(*depth),
+        (Ok(FieldFormat::Picture(PictureFormat::Png(_))), Encoding::Exr(_)) => Some(Depth::Sixteen),
+        _ => None,
+    }
+}
+
+/// The PNG file of data, with their opacity.
+pub fn data_map(
+    field: &ReflectanceField,
+    opacity: Option<&Planes>,
+    from: &Encoding,
+    depth: Depth,
+    job: &Job,
+) -> Result<Vec<u8>> {
+    let values = field.coefficients();
+    let outside = values.as_slice().iter().find(|value| !(0.0..=1.0).contains(*value));
+    // Heights that were joined may pass the largest code a little: they are clipped, which is said.
+    if let (Some(outside), Encoding::Exr(_)) = (outside, from) {
         return Err(Error::usage(format!(
             "a PNG holds data from 0 to 1, and the values reach {outside}: name an .exr (--apply-format exr)"
-        ))
-        .at(output));
+        )));
     }
-    let opacity = opacity::gathered(map, files, context)?;
     let planes: Vec<f32> =
-        values.iter().chain(opacity.iter().flat_map(Planes::iter)).flatten().copied().collect();
+        values.iter().chain(opacity.into_iter().flat_map(Planes::iter)).flatten().copied().collect();
     let planes = Planes::from_vec(field.size(), planes.len() / field.size().texels(), planes)?;
-    encode_data_map(&planes, depth, &context.job).map_err(|e| e.at(output))
+    encode_data_map(&planes, depth, job)
 }
 
 /// The reflectance models of files that all hold one kind of them: their numbers are rearranged as they are.

@@ -16,6 +16,16 @@ pub struct Args {
     pub normal_y: Option<NormalY>,
 }
 
+/// The option of verbs that read normal maps, and write what others want.
+#[derive(Debug, Clone, clap::Args)]
+#[group(skip)]
+pub struct ReadArgs {
+    /// Direction of the green channel of the normal map that is read: up (OpenGL) or down (DirectX)
+    /// [default: by the record in the file, else by its name (_gl, _dx), else up]
+    #[arg(long, value_name = "Y", value_parser = args::named::<NormalY>())]
+    pub normal_y: Option<NormalY>,
+}
+
 impl Args {
     /// The direction in which a file is written.
     pub fn of_output(&self, path: &Path) -> NormalY {

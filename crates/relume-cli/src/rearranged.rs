@@ -52,6 +52,9 @@ pub struct Args {
     /// Write normal maps of --apply and --follow with Y up (OpenGL) or down (DirectX) [default: as they are]
     #[arg(long, value_parser = args::named::<NormalY>())]
     normal_y: Option<NormalY>,
+    /// They are about a folder of maps, which may have no other than its colours.
+    #[arg(skip)]
+    is_of_set: bool,
 }
 
 /// A texture made of exemplars, or a map made of registered images.
@@ -70,6 +73,7 @@ impl Args {
         self.apply.extend(set.compared.iter().cloned());
         self.follow.extend(set.followed.iter().cloned());
         self.apply_dir.get_or_insert_with(|| output.to_owned());
+        self.is_of_set = true;
         set.output(output, self.apply_format.as_deref())
     }
 
@@ -153,7 +157,7 @@ impl Args {
             [("--apply-dir", self.apply_dir.is_some()), ("--apply-format", self.apply_format.is_some())];
         let more = [("--normal-y", self.normal_y.is_some()), ("--join-heights", self.join_heights)];
         match alone.into_iter().chain(more).find(|(_, given)| *given) {
-            Some((option, _)) if jobs.is_empty() && self.btfs(output)?.is_empty() => {
+            Some((option, _)) if jobs.is_empty() && !self.is_of_set && self.btfs(output)?.is_empty() => {
                 Err(Error::usage(format!("{option} is about the images of --apply and --follow: name some")))
             }
             _ => Ok(jobs),
@@ -274,6 +278,13 @@ impl Args {
             }
             (Some(scale), Ok(format)) if is_opaque => {
                 gathered::encode_heights(made, scale, format, &context.job)
+            }
+            (Some(_), Err(_)) if is_opaque && !output::is_stream(output) => {
+                context
+                    .job
+                    .about(output)
+                    .remark("this format does not record the scale of heights: write PNG or EXR to keep it");
+                gathered::encode_data(made, map, &of.files, output, context)
             }
             _ if of.applied.role().is_data() => gathered::encode_data(made, map, &of.files, output, context),
             _ => gathered::encode(made, map, &of.files, output, context),

@@ -34,7 +34,7 @@ impl Applied {
         for ((image, exemplar), path) in files.iter().zip(exemplars).zip(&self.images) {
             let (found, expected) = (image.field.size(), exemplar.field.size());
             if found != expected {
-                return Err(Error::usage(format!(
+                return Err(Error::invalid(format!(
                     "is {found} texels and its exemplar {expected}: it must be registered with the exemplar, \
                      texel by texel"
                 ))

@@ -5,11 +5,12 @@ use std::path::PathBuf;
 use relume::capture::dome::ReliefBorder;
 use relume::capture::dome::relief::Relief;
 use relume::format::{
-    Depth, HeightFormat, NormalY, PictureFormat, encode_height_with, encode_normals, encode_picture_with,
+    Depth, HeightFormat, NormalY, PictureFormat, encode_data_map, encode_height_with, encode_normals,
+    encode_picture_with,
 };
 use relume::maps::SurfaceMaps;
 use relume::procedural::{Material, MaterialOptions, Tiling};
-use relume::{Error, Footprint, Job, Picture, Planes, Result, Size, Space};
+use relume::{Error, Footprint, Job, Picture, Result, Size, Space};
 use serde_json::{Value, json};
 
 use super::material::MaterialArgs;
@@ -88,18 +89,10 @@ fn write(maps: &SurfaceMaps, tiling: Tiling, y: NormalY, folder: &Folder, job: &
     folder.add("albedo.png", &encode_picture_with(&albedo, PictureFormat::Png(Depth::Eight), job)?)?;
     folder.add("height.png", &encode_height_with(&maps.height, None, HeightFormat::Png, job)?)?;
     if let Some(roughness) = &maps.roughness {
-        folder.add(
-            "roughness.png",
-            &encode_picture_with(&data(roughness.clone()), PictureFormat::Png(Depth::Eight), job)?,
-        )?;
+        folder.add("roughness.png", &encode_data_map(roughness, Depth::Eight, job)?)?;
     }
     let normals = Relief::new(&maps.height, border).normals();
     folder.add(normals_file(y), &encode_normals(&normals, y, PictureFormat::Png(Depth::Sixteen), job)?)
-}
-
-/// Data as a picture, declared as encoded, so that the codes are the values themselves.
-fn data(planes: Planes) -> Picture {
-    Picture { planes, space: Space::Srgb }
 }
 
 fn description(args: &Args, material: Material, options: &MaterialOptions, maps: &SurfaceMaps) -> Value {

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use relume::format::{Depth, ExrDepth, NormalY, PictureFormat, encode_normals, encode_picture, read_height};
-use relume::{Job, Picture, Planes, Raster, Samples, Space};
+use relume::{Job, Picture, Planes, Raster, Samples, Size, Space};
 
 use crate::support::{failed, grains, json, refused, relume, run, write_grey};
 
@@ -154,7 +154,7 @@ fn a_folder_of_maps_is_made_tileable_whole_or_not_at_all() {
     assert!(message.contains("is an input"), "{message}");
     // A map of another size stops everything.
     write_grey(&at.join("maps/ao.png"), (9, 9), &[0; 81]);
-    let message = refused(at, &["synth", "maps", "-o", "none", "--size", "64"]);
+    let message = failed(at, &["synth", "maps", "-o", "none", "--size", "64"], 1);
     assert!(message.contains("ao.png") && message.contains("registered"), "{message}");
     assert!(!at.join("none").exists());
     fs::remove_file(at.join("maps/albedo.png")).unwrap();
@@ -508,4 +508,37 @@ fn what_a_set_of_maps_loses_is_said_and_its_millimetres_are_kept() {
     run(at, &["maps", "mm", "-o", "again", "--preset", "godot"]);
     let height = read_height(&at.join("again/Material_height.png"), &Job::default()).unwrap();
     assert_eq!(height.scale.unwrap().mm_per_texel, Some(0.25));
+}
+
+/// Faults: copies of data were marked as colours, `info` showed no record, and folders of maps got no advice.
+#[test]
+fn data_are_not_marked_as_colours_and_what_files_record_is_shown() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    run(at, &["procedural", "leather", "-o", "maps", "--size", "64"]);
+    run(at, &["convert", "maps/roughness.png", "-o", "copy.png"]);
+    run(at, &["convert", "maps/albedo.png", "-o", "color.png"]);
+    let is_marked = |file: &str| fs::read(at.join(file)).unwrap().windows(4).any(|chunk| chunk == b"sRGB");
+    assert!(!is_marked("maps/roughness.png") && !is_marked("copy.png") && is_marked("color.png"));
+    let codes = |file: &str| raster(&at.join(file));
+    assert_eq!(codes("maps/roughness.png"), codes("copy.png"));
+
+    let record = json(at, &["info", "maps/height.png"])["record"].clone();
+    assert!(record["heights"]["step_texels"].as_f64().unwrap() > 1.0, "{record}");
+    assert_eq!(json(at, &["info", "maps/normals_gl.png"])["record"]["normal_y"], "up");
+    assert!(failed(at, &["info", "maps"], 2).contains("it seems to hold maps: `relume tileable`"));
+    fs::create_dir(at.join("none")).unwrap();
+    assert!(failed(at, &["info", "none"], 2).contains("it is empty"));
+    assert!(failed(at, &["maps", "none", "-o", "m", "--preset", "gltf"], 2).contains("none: no height map"));
+
+    fs::create_dir(at.join("alone")).unwrap();
+    fs::copy(at.join("maps/albedo.png"), at.join("alone/albedo.png")).unwrap();
+    run(at, &["synth", "alone", "-o", "larger", "--size", "96"]);
+    assert_eq!(codes("larger/albedo.png").size(), Size::new(96, 96));
+    let kept = json(at, &["synth", "maps", "-o", "tif", "--size", "64", "--apply-format", "tif"]);
+    assert!(
+        kept["warnings"].to_string().contains("does not record the scale of heights"),
+        "{}",
+        kept["warnings"]
+    );
 }

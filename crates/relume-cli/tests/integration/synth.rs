@@ -8,7 +8,7 @@ use relume::field::{Basis, PlaneLayout};
 use relume::format::{ExrDepth, FieldFormat, encode_field, exr};
 use relume::{Job, Planes, ReflectanceField, Size, Space};
 
-use crate::support::{done, read_png, refused};
+use crate::support::{done, failed, read_png};
 
 const EXEMPLAR: (usize, usize) = (37, 29);
 const OUTPUT: (usize, usize) = (50, 43);
@@ -196,15 +196,16 @@ fn what_cannot_be_done_is_said_and_leaves_nothing() {
     let mut encoder = png::Encoder::new(File::create(at("small.png")).unwrap(), 4, 4);
     encoder.set_color(png::ColorType::Grayscale);
     encoder.write_header().unwrap().write_image_data(&[9; 16]).unwrap();
-    let refused = |arguments: &[&str]| {
+    let failed_with = |arguments: &[&str], status| {
         let all: Vec<&str> = ["synth", "a.png", "-o", "b.png"].iter().chain(arguments).copied().collect();
-        refused(folder.path(), &all)
+        failed(folder.path(), &all, status)
     };
+    let refused = |arguments: &[&str]| failed_with(arguments, 2);
     let text = refused(&["--size", "64", "--block", "30"]);
     assert!(text.contains("37 x 29") && text.contains("at most 29"), "{text}");
     assert!(refused(&["--size", "20", "--block", "24", "--tile"]).contains("20 x 20"));
     assert!(refused(&["--size", "64", "--block", "12", "--overlap", "7"]).contains("1 to 6"));
-    let text = refused(&["--size", "64", "--block", "8", "--apply", "small.png"]);
+    let text = failed_with(&["--size", "64", "--block", "8", "--apply", "small.png"], 1);
     assert!(text.contains("small.png") && text.contains("4 x 4") && text.contains("37 x 29"), "{text}");
     assert!(refused(&["grey.png", "--size", "64", "--block", "8"]).contains("one kind"));
     assert!(refused(&["--size", "64", "--source-map", "map.txt"]).contains("map.txt"));

@@ -29,6 +29,8 @@ pub struct MapFiles {
     pub metallic: Option<PathBuf>,
     /// What messages advise.
     pub named_by: NamedBy,
+    /// The folder in which they were looked for.
+    pub folder: Option<PathBuf>,
 }
 
 /// How a verb is told which file is which map.
@@ -108,6 +110,7 @@ impl MapFiles {
             roughness: only(&paths, MapRole::Roughness, named_by)?,
             metallic: only(&paths, MapRole::Metallic, named_by)?,
             named_by,
+            folder: Some(folder.to_owned()),
         })
     }
 
@@ -131,6 +134,7 @@ impl MapFiles {
             roughness: self.roughness.or(others.roughness),
             metallic: self.metallic.or(others.metallic),
             named_by: self.named_by,
+            folder: self.folder.or(others.folder),
         }
     }
 
@@ -229,7 +233,7 @@ impl MapFiles {
     /// The file of a map that must be there.
     fn wanted<'a>(&self, file: &'a Option<PathBuf>, name: &str) -> Result<&'a Path> {
         file.as_deref().ok_or_else(|| {
-            Error::usage(match self.named_by {
+            let error = Error::usage(match self.named_by {
                 NamedBy::Options => {
                     format!("no {name} map: name a file with --{name}, or put the word into a file's name")
                 }
@@ -241,7 +245,11 @@ impl MapFiles {
                     };
                     format!("no {name} map: put the word {name} into a file's name{normals}")
                 }
-            })
+            });
+            match &self.folder {
+                Some(folder) => error.at(folder),
+                None => error,
+            }
         })
     }
 }

@@ -83,7 +83,7 @@ struct Files {
     #[arg(long, value_name = "TEXELS")]
     height_scale: Option<f64>,
     #[command(flatten)]
-    normals: normals::Args,
+    normals: normals::ReadArgs,
 }
 
 /// Options of the dome.
@@ -321,6 +321,7 @@ impl Files {
             roughness: self.roughness.clone(),
             metallic: self.metallic.clone(),
             named_by: NamedBy::Options,
+            folder: None,
         }
     }
 

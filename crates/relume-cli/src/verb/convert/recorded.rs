@@ -1,7 +1,8 @@
-//! Copies of pictures that record what their values are: heights with their scale, normals with the direction of Y.
+//! Copies of pictures whose values are no colours: heights with their scale, normals with the direction of Y, and other data, such as
+//! roughness, whose files name no colour space.
 
 use relume::format::{
-    Content, ExrDepth, FieldFile, FieldFormat, HeightFormat, HeightScale, MapRole, NormalY, Opened,
+    Content, Depth, ExrDepth, FieldFile, FieldFormat, HeightFormat, HeightScale, MapRole, NormalY, Opened,
 };
 use relume::{Error, Result};
 use serde_json::json;
@@ -20,6 +21,8 @@ pub(super) struct RecordedMap {
 enum MapMeaning {
     Heights(HeightScale),
     Normals(NormalY),
+    /// To be written as a PNG file of this depth.
+    Data(Depth),
 }
 
 impl RecordedMap {
@@ -35,14 +38,18 @@ impl RecordedMap {
         let record = opened.record()?;
         let by_name =
             || NormalY::of_name(&args.file).filter(|_| MapRole::of_name(&args.file) == MapRole::Normal);
-        let meaning = match (record.heights, record.normal_y.or_else(by_name)) {
-            (Some(scale), _) => MapMeaning::Heights(scale),
-            (None, Some(y)) => MapMeaning::Normals(y),
-            (None, None) => return Ok(None),
-        };
+        let is_data = MapRole::of_name(&args.file).is_data();
+        let is_recorded = record.heights.is_some() || record.normal_y.or_else(by_name).is_some();
+        if !is_recorded && !is_data {
+            return Ok(None);
+        }
         let file = opened.clone().into_registered()?;
-        let is_grey = file.field.layout().channels() != 3;
-        Ok((!is_grey || matches!(meaning, MapMeaning::Heights(_))).then_some(Self { file, meaning }))
+        let meaning = match (record.heights, record.normal_y.or_else(by_name)) {
+            (Some(scale), _) => Some(MapMeaning::Heights(scale)),
+            (None, Some(y)) => (file.field.layout().channels() == 3).then_some(MapMeaning::Normals(y)),
+            (None, None) => gathered::data_depth(&file.encoding, &args.output).map(MapMeaning::Data),
+        };
+        Ok(meaning.map(|meaning| Self { file, meaning }))
     }
 
     /// Writes the same map in another file.
@@ -72,6 +79,9 @@ impl RecordedMap {
         let Self { file, meaning } = &self;
         let bytes = match meaning {
             MapMeaning::Normals(y) => gathered::encode_normals(&file.field, *y, file, output, job),
+            MapMeaning::Data(depth) => {
+                gathered::data_map(&file.field, file.opacity.as_ref(), &file.encoding, *depth, job)
+            }
             MapMeaning::Heights(scale) => HeightFormat::from_path(output)
                 .map_err(|_| {
                     Error::usage(format!(
@@ -86,7 +96,10 @@ impl RecordedMap {
         let written = outputs.commit()?;
         let from =
             json!({ "basis": file.field.basis(), "color": file.field.layout(), "space": file.field.space() });
-        let said = format!("the same {}, with their record", self.name());
+        let said = match meaning {
+            MapMeaning::Data(_) => format!("the same {}, which name no colour space", self.name()),
+            _ => format!("the same {}, with their record", self.name()),
+        };
         Ok(report(output, &file.field, &said, from, None).with_outputs(written))
     }
 
@@ -94,6 +107,7 @@ impl RecordedMap {
         match self.meaning {
             MapMeaning::Heights(_) => "heights".to_owned(),
             MapMeaning::Normals(y) => format!("normals ({})", y.in_words()),
+            MapMeaning::Data(_) => "data".to_owned(),
         }
     }
 }

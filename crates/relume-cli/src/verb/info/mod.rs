@@ -9,7 +9,7 @@ use std::path::PathBuf;
 
 use relume::direction::Directions;
 use relume::field::{Basis, NonlinearField};
-use relume::format::{Content, FieldFile, FileOutline, tile_set};
+use relume::format::{Content, FieldFile, FileOutline, HeightScale, MapRecord, tile_set};
 use relume::workflow::Btf;
 use relume::{Direction, Result};
 use serde_json::{Value, json};
@@ -50,8 +50,13 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
             if let Some(NonlinearField::Models(models)) = &own {
                 return Ok(nonlinear::models(models));
             }
+            let record = opened.record()?;
             let file = opened.into_field()?;
             let (mut text, mut value) = (text(&file), value(&file));
+            text.extend(recorded(&record, &file));
+            value["opacity"] = json!(file.opacity.is_some());
+            value["record"] =
+                json!({ "heights": record.heights.map(of_heights), "normal_y": record.normal_y });
             if let Some(NonlinearField::Clusters(clusters)) = &own {
                 text = format!("{}\n{text}", nonlinear::clusters_in_words(clusters));
                 value["clusters"] = nonlinear::clusters(clusters);
@@ -59,6 +64,21 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
             Ok(Report::new(text, value))
         }
     }
+}
+
+/// What a file says of its values, a line each.
+fn recorded(record: &MapRecord, file: &FieldFile) -> Vec<String> {
+    let heights = record.heights.map(|scale| {
+        let mm = scale.mm_per_texel.map_or(String::new(), |mm| format!(", of {mm} mm each"));
+        format!("recorded: heights, {:.4} + {:.4} times the value, in texels{mm}", scale.offset, scale.step)
+    });
+    let normals = record.normal_y.map(|y| format!("recorded: normals ({})", y.in_words()));
+    let opacity = file.opacity.is_some().then(|| "with an opacity (alpha)".to_owned());
+    [heights, normals, opacity].into_iter().flatten().map(|line| format!("\n{line}")).collect()
+}
+
+fn of_heights(scale: HeightScale) -> Value {
+    json!({ "offset_texels": scale.offset, "step_texels": scale.step, "mm_per_texel": scale.mm_per_texel })
 }
 
 /// A file for other programs.

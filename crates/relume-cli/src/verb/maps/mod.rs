@@ -70,7 +70,7 @@ pub struct Args {
     #[arg(long)]
     usd: bool,
     #[command(flatten)]
-    normal_maps: normals::Args,
+    normal_maps: normals::ReadArgs,
 }
 
 impl Args {

@@ -7,7 +7,9 @@ use crate::error::{Error, Result};
 use crate::field::{NonlinearField, ParametricField};
 use crate::format::content::Content;
 use crate::format::exr::{self, ExrDepth};
+use crate::format::map_role::MapRole;
 use crate::format::outline::{self, FileOutline};
+use crate::format::picture::PictureFormat;
 
 impl Opened {
     /// What a file for other programs holds, or a page with textures, if it is one.
@@ -48,6 +50,22 @@ impl Opened {
             NonlinearField::Models(models) => Some(models),
             NonlinearField::Clusters(_) => None,
         }))
+    }
+}
+
+/// What to do with a folder where one file is expected.
+pub(super) fn hint_of_folder(folder: &Path) -> &'static str {
+    let files: Vec<PathBuf> =
+        std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path()).collect();
+    let is_map = |path: &PathBuf| {
+        PictureFormat::from_path(path).is_ok() && !matches!(MapRole::of_name(path), MapRole::Other)
+    };
+    if files.is_empty() {
+        "; it is empty"
+    } else if files.iter().any(is_map) {
+        "; it seems to hold maps: `relume tileable`, `synth` and `maps` take the folder, other verbs one of its files"
+    } else {
+        ""
     }
 }
 

@@ -273,6 +273,7 @@ impl Opened {
             if let Some(description) = forms::description_in(&self.name) {
                 return forms::describes_nothing(&description).at(description);
             }
+            let hint = if hint.is_empty() { forms::hint_of_folder(&self.name) } else { hint };
             return Error::usage(format!("this is a folder: expected {expected}{hint}")).at(&self.name);
         }
         if self.bytes.is_empty() {

@@ -7,6 +7,7 @@
 
 use rayon::prelude::*;
 
+use super::horizon::AttachedShadow;
 use super::mip_map::MipMap;
 use crate::direction::Directions;
 use crate::error::{Error, Result};
@@ -134,6 +135,11 @@ impl LitTexture {
             Shown::Functions { basis, space, .. } => Some((basis, *space)),
             Shown::Colors { .. } => None,
         }
+    }
+
+    /// How light fades out towards the horizon.
+    pub fn attached_shadow(&self) -> AttachedShadow {
+        self.functions().map_or(AttachedShadow::Smooth, |(basis, _)| AttachedShadow::of(basis))
     }
 
     /// Whether boundaries of shadows and highlights move between the lights.

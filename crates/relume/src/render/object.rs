@@ -92,6 +92,7 @@ pub fn render_relief(
         slopes: lookups.as_ref().filter(|_| tilt != 0.0).map(|slopes| (slopes, tilt)),
         tangents,
         material: &material,
+        attached: material.attached_shadow(),
         view,
         options,
         shadows,

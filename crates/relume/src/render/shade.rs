@@ -4,14 +4,14 @@
 //! the direction of the light in the tangent frame of the point, so bumps are lit from the side of the light,
 //! all around the object. Shadowing is threefold: the functions contain the shadows of the texture itself; a
 //! point of the *object* that faces away from the light is dark, with a smooth fade over the last few degrees
-//! above its horizon (attached shadow); and a shadow map determines the points hidden by the rest of the
+//! above its horizon, or below the lowest lights that were measured (attached shadow); and a shadow map determines the points hidden by the rest of the
 //! object (cast shadow). Highlights, which a function of light alone cannot move with the viewer, are added
 //! from the normals of the texture (Hel-Or, Malzbender, Gelb, HPL-2003-16, section 2) by a GGX lobe
 //! ([`crate::microfacet`]). An environment ([`super::environment`]) adds light from all around, without cast shadows.
 //! Everything is summed in linear light.
 
 use super::environment::{ImportanceTable, PlacedSamples, Prefiltered, TangentFrame};
-use super::horizon::attached_share;
+use super::horizon::AttachedShadow;
 use super::material::{LitTexture, Lookup};
 use super::mesh::{Mesh, Tangents};
 use super::mip_map::MipMap;
@@ -33,6 +33,7 @@ pub struct Shader<'a> {
     pub slopes: Option<(&'a MipMap, f64)>,
     pub tangents: Tangents,
     pub material: &'a LitTexture,
+    pub attached: AttachedShadow,
     pub view: View,
     pub options: &'a RenderOptions,
     /// One for each light, or none.
@@ -209,7 +210,7 @@ impl Shader<'_> {
 
     /// The share of a light left by attached and cast shadows.
     fn lit_share(&self, point: &SurfacePoint, light: Vec3, shadow: Option<&ShadowMap>) -> f64 {
-        let above = |normal: Vec3| attached_share(light.dot(normal));
+        let above = |normal: Vec3| self.attached.share(light.dot(normal));
         // For a bump, the horizon of the object itself still counts.
         let own = if self.slopes.is_some() && self.moved.is_none() { above(point.untilted) } else { 1.0 };
         let attached = own * above(point.normal);

@@ -70,6 +70,8 @@ export interface FieldData {
   basis: string;
   functions: number;
   dependsOnView: boolean;
+  /** The cosine of the polar angle of the lowest light of functions that stay as they are below it; 0 of others. */
+  lowestLight: number;
   /** The functions, unless they have formulas. */
   table: BasisTable | MeasuredBasis | null;
   planes: Uint16Array[];
@@ -101,7 +103,7 @@ export function fieldOf(
   given: Pick<FieldData, "title" | "width" | "height" | "layout" | "basis" | "functions" | "planes"> & Partial<FieldData>,
 ): FieldData {
   return {
-    space: "srgb", channels: given.layout === "luminance" ? 1 : 3, dependsOnView: false, table: null, codes: null, normals: null, heights: null,
+    space: "srgb", channels: given.layout === "luminance" ? 1 : 3, dependsOnView: false, lowestLight: 0, table: null, codes: null, normals: null, heights: null,
     albedo: null, mmPerTexel: null, cells: null, noise: null, blocks: null, environment: null, boundaries: null, ...given,
   };
 }

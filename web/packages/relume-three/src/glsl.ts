@@ -194,6 +194,7 @@ uniform vec3 lightDirection[MOST_DIRECTIONS], lightColor[MOST_DIRECTIONS];
 uniform float gain, exposure, gloss, roughness;
 uniform mat3 balance;
 uniform vec3 plainLight;
+uniform float lowestLight;
 uniform vec2 heightRange;
 #if MAPS
 uniform sampler2DArray maps;
@@ -237,8 +238,10 @@ vec3 fromDisk(vec2 d) {
 }
 float attachedShare(float cosine) {
   if (flat_) return cosine > 0.0 ? 1.0 : 0.0;
-  float t = clamp(cosine / 0.1, 0.0, 1.0);
-  return t * t * (3.0 - 2.0 * t);
+  // Below the lowest measured lights as a matt surface, else over the last six degrees.
+  bool proportional = lowestLight > 0.1;
+  float t = clamp(cosine / (proportional ? lowestLight : 0.1), 0.0, 1.0);
+  return proportional ? t : t * t * (3.0 - 2.0 * t);
 }
 vec4 normalAndHeight() {
 #if MAPS

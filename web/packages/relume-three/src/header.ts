@@ -85,7 +85,7 @@ export interface ShareHeader {
   space: FieldSpace;
   layout: FieldLayout;
   channels: 1 | 3;
-  basis: { name: string; functions: number; channels: number; depends_on_view: boolean; table?: ShareTable; measured?: ShareMeasured };
+  basis: { name: string; functions: number; channels: number; depends_on_view: boolean; lowest_light?: number; table?: ShareTable; measured?: ShareMeasured };
   planes: PlaneGroup[];
   error: number;
   maps: ShareMap[];

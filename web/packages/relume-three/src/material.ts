@@ -56,6 +56,7 @@ export class ReflectanceMaterial extends ShaderMaterial {
       lights: { value: 0 },
       lightDirection: { value: Array.from({ length: MOST_DIRECTIONS }, () => new Vector3(0, 0, 1)) },
       lightColor: { value: Array.from({ length: MOST_DIRECTIONS }, () => new Vector3()) },
+      lowestLight: { value: texture.data.lowestLight },
       plainLight: { value: new Vector3(0, 0, 1) },
       gain: { value: 1 },
       sharpen: { value: 0 },

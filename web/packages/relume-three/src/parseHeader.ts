@@ -60,7 +60,8 @@ function generalFault({ title, size, pyramid, space, layout, channels, mm_per_te
 
 function basisFault({ basis }: ShareHeader): string | null {
   if (typeof basis?.name !== "string" || !isCount(basis.functions, MOST_FUNCTIONS) || ![1, 3].includes(basis.channels)) return "the shared texture has no basis";
-  const { table, measured } = basis;
+  const { table, measured, lowest_light: lowest } = basis;
+  if (lowest !== undefined && !isNumber(lowest, 0, 1)) return "the lowest light of the texture's basis is no cosine";
   if (!table && !measured && !hasClosedForm(basis.name)) return `the basis ${basis.name} comes without a table`;
   if (table && !(typeof table.file === "string" && isCount(table.light_nodes, MOST_TABLE_SIDE) && isCount(table.view_nodes, MOST_TABLE_SIDE) && table.light_nodes * table.view_nodes <= MOST_TABLE_SIDE)) {
     return "the table of the basis has an unknown size";

@@ -119,7 +119,7 @@ export class TiledShare {
     }
     return fieldOf({
       title: header.title, width, height, space: header.space, layout: level.layout, channels: header.channels, basis: basis.name,
-      functions: basis.functions, dependsOnView: basis.depends_on_view, ...this.shared, planes: planes.slice(0, level.planes),
+      functions: basis.functions, dependsOnView: basis.depends_on_view, lowestLight: basis.lowest_light ?? 0, ...this.shared, planes: planes.slice(0, level.planes),
       normals: maps.get("normals") ?? null, heights: maps.get("height") ?? null, albedo: maps.get("albedo") ?? null,
       mmPerTexel: header.mm_per_texel ?? null,
     });

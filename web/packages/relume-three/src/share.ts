@@ -80,6 +80,7 @@ export async function openShare(source: FileSource, progress: (share: number) =>
     basis: header.basis.name,
     functions: header.basis.functions,
     dependsOnView: header.basis.depends_on_view,
+    lowestLight: header.basis.lowest_light ?? 0,
     table,
     planes,
     codes: codesOf(groups),

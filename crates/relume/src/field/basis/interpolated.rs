@@ -122,6 +122,12 @@ impl Interpolated {
         self.0.interpolation
     }
 
+    /// As [`super::Basis::lowest_light_cosine`].
+    pub(super) fn lowest_light_cosine(&self) -> Option<f64> {
+        let lowest = || self.lights().iter().map(|light| light.z()).reduce(f64::min);
+        matches!(self.0.rule, Rule::Triangles(_)).then(lowest).flatten()
+    }
+
     /// The same without light `i`, unless there is no other.
     pub(crate) fn without(&self, i: usize) -> Option<Self> {
         self.of(|k| k != i)

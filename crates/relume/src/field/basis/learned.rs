@@ -141,6 +141,12 @@ impl Learned {
         &self.0.pairs
     }
 
+    /// As [`super::Basis::lowest_light_cosine`].
+    pub(super) fn lowest_light_cosine(&self) -> Option<f64> {
+        let lowest = || self.pairs().iter().map(|pair| pair.light.z()).reduce(f64::min);
+        matches!(self.0.places, Places::Pairs(_)).then(lowest).flatten()
+    }
+
     /// The grid of lights and views that the pairs form, if they do and the functions are interpolated in its triangles.
     pub fn grid(&self) -> Option<&PairGrid> {
         match &self.0.places {

@@ -137,6 +137,16 @@ impl Basis {
         }
     }
 
+    /// The cosine of the polar angle of the lowest light of functions that are, beyond their lights, those of the nearest ones; `None`
+    /// of functions that go on to the horizon.
+    pub(crate) fn lowest_light_cosine(&self) -> Option<f64> {
+        match self {
+            Self::Interpolated(interpolated) => interpolated.lowest_light_cosine(),
+            Self::Learned(learned) => learned.lowest_light_cosine(),
+            _ => None,
+        }
+    }
+
     /// The grid in whose triangles of lights and of views the functions are interpolated, if they are.
     pub(crate) fn measured_grid(&self) -> Option<&PairGrid> {
         match self {

@@ -104,6 +104,10 @@ pub struct ShareBasis {
     pub channels: usize,
     /// Whether the functions differ between views.
     pub depends_on_view: bool,
+    /// The cosine of the polar angle of the lowest lights, where functions are below them those of the nearest ones: from there on
+    /// light fades out in proportion to the cosine.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub lowest_light: Option<f64>,
     /// Their values over directions, unless readers have formulas for the name, or they were measured on a grid.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub table: Option<ShareTable>,

@@ -178,6 +178,7 @@ fn shared_basis(
         functions: basis.len(),
         channels: basis.channels(),
         depends_on_view: basis.depends_on_view(),
+        lowest_light: basis.lowest_light_cosine(),
         table,
         measured,
     })

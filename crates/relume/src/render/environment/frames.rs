@@ -152,6 +152,7 @@ impl FrameTable {
 
 #[cfg(test)]
 mod tests {
+    use super::super::super::horizon::AttachedShadow;
     use super::super::Environment;
     use super::super::cells::cells;
     use super::super::hemisphere::HorizonEdge;
@@ -160,7 +161,7 @@ mod tests {
     #[test]
     fn interpolated_frames_have_the_moments_of_their_own_sums() {
         let job = Job::default();
-        let space = HemisphereSpace::new(3, HorizonEdge::Faded);
+        let space = HemisphereSpace::new(3, HorizonEdge::Faded(AttachedShadow::Smooth));
         let lights = cells(&Environment::sky(&job).unwrap(), 256);
         let table = FrameTable::new(&space, &lights, &job).unwrap();
         let mut found = Vec::new();

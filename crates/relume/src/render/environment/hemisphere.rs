@@ -8,7 +8,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::super::horizon::{FADE_COSINE, attached_share};
+use super::super::horizon::AttachedShadow;
 use crate::direction::Direction;
 use crate::numeric::orthogonal::OrthogonalPolynomials;
 use crate::numeric::quadrature::gauss_legendre;
@@ -21,12 +21,12 @@ const BEYOND: usize = 6;
 const AZIMUTHS: usize = 128;
 
 /// What happens to light at the horizon.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum HorizonEdge {
     /// It counts fully down to the horizon.
     Sharp,
-    /// It fades out over six degrees: the attached shadow of objects.
-    Faded,
+    /// It fades out: the attached shadow of objects.
+    Faded(AttachedShadow),
 }
 
 impl HorizonEdge {
@@ -34,7 +34,7 @@ impl HorizonEdge {
     fn share(self, cosine: f64) -> f64 {
         match self {
             Self::Sharp => f64::from(u8::from(cosine > 0.0)),
-            Self::Faded => attached_share(cosine),
+            Self::Faded(shadow) => shadow.share(cosine),
         }
     }
 
@@ -44,7 +44,11 @@ impl HorizonEdge {
             let scale = 0.5 * (high - low);
             gauss_legendre(NODES).into_iter().map(move |(t, w)| (low + scale * (t + 1.0), w * scale))
         };
-        part(0.0, FADE_COSINE).chain(part(FADE_COSINE, 1.0)).map(move |(c, w)| (c, w * self.share(c)))
+        let begins = match self {
+            Self::Sharp => 0.5,
+            Self::Faded(shadow) => shadow.begins(),
+        };
+        part(0.0, begins).chain(part(begins, 1.0)).map(move |(c, w)| (c, w * self.share(c)))
     }
 }
 
@@ -132,7 +136,9 @@ mod tests {
 
     #[test]
     fn the_functions_are_orthonormal_over_the_faded_hemisphere() {
-        for edge in [HorizonEdge::Sharp, HorizonEdge::Faded] {
+        let faded =
+            [AttachedShadow::Smooth, AttachedShadow::Proportional { from: 0.26 }].map(HorizonEdge::Faded);
+        for edge in [HorizonEdge::Sharp].into_iter().chain(faded) {
             for degree in [0, 1, 2, 4, 6] {
                 let space = HemisphereSpace::new(degree, edge);
                 let n = space.len();

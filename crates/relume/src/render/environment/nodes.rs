@@ -10,6 +10,7 @@
 
 use rayon::prelude::*;
 
+use super::super::horizon::AttachedShadow;
 use super::super::vector::Vec3;
 use super::Environment;
 use super::cells::{LightCell, cells};
@@ -53,7 +54,8 @@ impl EnvironmentNodes {
     /// # Errors
     /// When memory is short or the job is cancelled.
     pub fn new(environment: &Environment, basis: &Basis, space: Space, job: &Job) -> Result<Self> {
-        let hemisphere = HemisphereSpace::new(degree(basis, space), HorizonEdge::Faded);
+        let hemisphere =
+            HemisphereSpace::new(degree(basis, space), HorizonEdge::Faded(AttachedShadow::of(basis)));
         Self::of_lights(
             (basis, space),
             &hemisphere,
@@ -186,8 +188,13 @@ mod tests {
         let sky = Environment::sky(&job).unwrap();
         for basis in [Basis::Ptm, Basis::Constant, Basis::Learned(learned_example(20, 12, 4))] {
             let space = Space::Linear;
-            let (hemisphere, response) =
-                EnvironmentResponse::of_basis(&basis, space, HorizonEdge::Faded, &job).unwrap();
+            let (hemisphere, response) = EnvironmentResponse::of_basis(
+                &basis,
+                space,
+                HorizonEdge::Faded(AttachedShadow::of(&basis)),
+                &job,
+            )
+            .unwrap();
             let lights = cells(&sky, 128);
             let table =
                 EnvironmentNodes::of_lights((&basis, space), &hemisphere, &lights, &sky, &job).unwrap();

@@ -182,10 +182,11 @@ impl Prefiltered {
         job: &Job,
     ) -> Result<Self> {
         let lights = cells(environment, CELLS);
+        let edge = HorizonEdge::Faded(material.attached_shadow());
         let (space, response) = match material.functions() {
-            Some((basis, space)) => EnvironmentResponse::of_basis(basis, space, HorizonEdge::Faded, job)?,
+            Some((basis, space)) => EnvironmentResponse::of_basis(basis, space, edge, job)?,
             None => {
-                let space = HemisphereSpace::new(1, HorizonEdge::Faded);
+                let space = HemisphereSpace::new(1, edge);
                 let matt = response::matt(&space);
                 (space, EnvironmentResponse::Matt(matt))
             }

@@ -195,7 +195,8 @@ fn a_white_matt_sphere_is_white_in_a_white_world() {
     // The fade at the horizon takes a little: 1 - 2 ∫ c fade dc.
     let steps = 10_000;
     let cosine = |i: usize| (i as f64 + 0.5) / steps as f64;
-    let share = (0..steps).map(|i| 2.0 * cosine(i) * super::super::horizon::attached_share(cosine(i)));
+    let share =
+        (0..steps).map(|i| 2.0 * cosine(i) * super::super::horizon::AttachedShadow::Smooth.share(cosine(i)));
     let expected = share.sum::<f64>() / steps as f64;
     assert!((0.99..1.0).contains(&expected), "{expected}");
     let sampled = EnvironmentMethod::Sampled { samples: 4096, seed: 0 };

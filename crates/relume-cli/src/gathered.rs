@@ -118,6 +118,37 @@ pub fn encode_data(
     }
 }
 
+/// The file of an exemplar that is a map of heights or normals by the records of its files, or of data by its name, where the output can
+/// hold it as such; a remark says what is lost where it cannot.
+pub fn encode_recorded(
+    made: &ReflectanceField,
+    map: &SourceMap,
+    (files, name): (&[FieldFile], &Path),
+    output: &Path,
+    context: &Context,
+) -> Option<Result<Vec<u8>>> {
+    let record = files[0].record;
+    let is_shared = files.iter().all(|file| file.record == record);
+    let is_opaque = files.iter().all(|file| file.opacity.as_ref().is_none_or(Planes::is_constant));
+    let has_record = record.heights.is_some() || record.normal_y.is_some();
+    let job = &context.job;
+    match (record.heights, record.normal_y, HeightFormat::from_path(output)) {
+        (Some(scale), _, Ok(format)) if is_shared && is_opaque => {
+            Some(encode_heights(made, scale, format, job))
+        }
+        (None, Some(y), Ok(_)) if is_shared && is_opaque && made.layout().channels() == 3 => {
+            Some(encode_normals(made, y, &files[0], output, job))
+        }
+        _ if has_record => {
+            job.about(output).remark(
+                "the record of what the values are is lost: write one opaque .png or .exr to keep it",
+            );
+            None
+        }
+        _ => MapRole::of_name(name).is_data().then(|| encode_data(made, map, files, output, context)),
+    }
+}
+
 /// The depth of a PNG file of data that come from a file; `None` of other files.
 pub fn data_depth(from: &Encoding, output: &Path) -> Option<Depth> {
     match (FieldFormat::from_path(output), from) {
@@ -166,6 +197,10 @@ pub fn encode_normals(
 ) -> Result<Vec<u8>> {
     let format = match FieldFormat::from_path(output)?.in_depth_of(&from.encoding) {
         FieldFormat::Exr(depth) => PictureFormat::Exr(depth),
+        // Floats have more than 8 bits.
+        FieldFormat::Picture(format) if matches!(from.encoding, Encoding::Exr(_)) => {
+            format.with_depth(Depth::Sixteen)
+        }
         FieldFormat::Picture(format) => format,
         FieldFormat::Ptm | FieldFormat::PtmJpeg { .. } | FieldFormat::Rti | FieldFormat::Hsh => {
             return Err(Error::usage("a .ptm or .rti holds functions of light, not normals: name a picture"));

@@ -124,18 +124,21 @@ impl MapFolder {
 
     /// What is said of files that are no maps.
     fn left_out(&self) -> Vec<String> {
-        let (unread, unknown): (Vec<&PathBuf>, Vec<&PathBuf>) =
+        let (unread, others): (Vec<&PathBuf>, Vec<&PathBuf>) =
             self.unknown.iter().partition(|path| is_unread_picture(path));
+        let (unknown, others): (Vec<&PathBuf>, Vec<&PathBuf>) =
+            others.into_iter().partition(|path| is_picture(path));
         let said = |paths: &[&PathBuf], what: &str, advice: &str| {
             let names: Vec<String> = paths.iter().map(|path| name(path)).collect();
             let folder = self.folder.display();
             (!names.is_empty())
-                .then(|| format!("{folder}: {what}, and they are left out: {} ({advice})", names.join(", ")))
+                .then(|| format!("{folder}: {what}, and they are left out: {}{advice}", names.join(", ")))
         };
         let unread =
-            said(&unread, "pictures of these formats are not read", "export them as PNG, TIFF or EXR");
-        let unknown = said(&unknown, "the names say no map", "--apply and --follow take them");
-        unread.into_iter().chain(unknown).collect()
+            said(&unread, "pictures of these formats are not read", " (export them as PNG, TIFF or EXR)");
+        let unknown = said(&unknown, "the names say no map", " (--apply and --follow take them)");
+        let others = said(&others, "these files are no pictures", "");
+        [unread, unknown, others].into_iter().flatten().collect()
     }
 
     /// What is said of maps whose names say the same, of which one has no say.

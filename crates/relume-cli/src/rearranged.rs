@@ -216,7 +216,10 @@ impl Args {
     ) -> Result<Rearranged> {
         let made = gathered::gather(map, files, name, context).map_err(|e| e.at(output))?;
         let tiling = (boundary == Boundary::Torus).then(|| MeasuredTiling::of_texture(made.coefficients()));
-        let bytes = gathered::encode(&made, map, files, output, context)?;
+        let bytes = match gathered::encode_recorded(&made, map, (files, name), output, context) {
+            Some(bytes) => bytes.map_err(|e| e.at(output))?,
+            None => gathered::encode(&made, map, files, output, context)?,
+        };
         Ok(Rearranged { output: output.to_owned(), bytes, tiling })
     }
 
@@ -298,6 +301,16 @@ impl Args {
 
     /// What is said of the images: which were compared, and the direction of normals.
     pub fn describe(&self, registered: &[Registered], mut report: Report) -> Report {
+        for one in registered.iter().filter(|one| one.is_normal_map()) {
+            let (path, y) = (&one.applied.output, self.written_y(one));
+            if NormalY::of_name(path).is_some_and(|named| named != y) {
+                report = report.with_warnings([format!(
+                    "{}: the normals in it are {}, which its name contradicts: rename it for other programs",
+                    path.display(),
+                    y.in_words()
+                )]);
+            }
+        }
         for one in registered {
             let role = match one.is_normal_map() {
                 true => normals::described(self.written_y(one)),

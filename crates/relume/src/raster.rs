@@ -16,6 +16,9 @@ use crate::space::Space;
 /// Reads photograph `i` of several; called from any thread, and perhaps more than once for each.
 pub type LoadRaster<'a> = dyn Fn(usize) -> Result<Raster> + Sync + 'a;
 
+/// The last two codes of 8 bits, decoded.
+const SATURATED: f32 = 0.991;
+
 /// The samples of a [`Raster`] in the bit depth of their file.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Samples {
@@ -56,6 +59,16 @@ impl Samples {
             Self::U8(s) => f32::from(s[i]) / 255.0,
             Self::U16(s) => f32::from(s[i]) / 65535.0,
             Self::F32(s) => s[i],
+        }
+    }
+
+    /// The number of samples at the end of their range: the last two codes of 8 bits, also where they are decoded. Floats above 1 go
+    /// on beyond white.
+    pub fn saturated(&self) -> usize {
+        match self {
+            Self::U8(s) => s.iter().filter(|s| **s >= 254).count(),
+            Self::U16(s) => s.iter().filter(|s| **s >= 65_278).count(),
+            Self::F32(s) => s.iter().filter(|s| (SATURATED..=1.0).contains(*s)).count(),
         }
     }
 

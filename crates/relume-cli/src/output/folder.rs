@@ -154,7 +154,21 @@ fn refuse(target: &Path, inputs: &[&Path], force: bool) -> Result<()> {
         )
         .at(target));
     }
-    refuse_input(target, inputs)
+    refuse_input(target, inputs)?;
+    inputs.iter().try_for_each(|input| refuse_replaced(target, input))
+}
+
+/// Refuses a folder with an input that relume wrote there, and would replace with the folder.
+fn refuse_replaced(target: &Path, input: &Path) -> Result<()> {
+    let (Ok(folder), Ok(file)) = (fs::canonicalize(target), fs::canonicalize(input)) else { return Ok(()) };
+    match file.strip_prefix(&folder) {
+        Ok(name) if FileList::read(&folder).holds(name) => Err(Error::usage(format!(
+            "holds {}, an input of this command, and would be replaced: name another folder",
+            input.display()
+        ))
+        .at(target)),
+        _ => Ok(()),
+    }
 }
 
 /// Whether this user may add entries to a folder and remove them.

@@ -4,8 +4,9 @@ mod intensities;
 mod options;
 mod test;
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use relume::capture::develop::{
     Development, Exposures, InputSpace, ReadingCheck, Shifts, TurnedFrames, check_reading, even_field,
@@ -36,6 +37,8 @@ pub struct PhotographSet {
     pub warnings: Vec<String>,
     /// For programs: what was found and done.
     pub facts: Map<String, Value>,
+    /// The numbers of photographs that were saturated over half of the surface when they were read, where their values change.
+    white: Mutex<BTreeSet<usize>>,
 }
 
 impl PhotographSet {
@@ -63,6 +66,7 @@ impl PhotographSet {
             lights,
             warnings,
             facts: Map::new(),
+            white: Mutex::default(),
         };
         set.read_files(args, job)?;
         set.place_lamps(args, job)?;
@@ -133,8 +137,27 @@ impl PhotographSet {
     /// # Errors
     /// As the reader and [`Development::apply`]; the error names the file.
     pub fn photograph(&self, i: usize, job: &Job) -> Result<Raster> {
-        let developed = self.development.apply(i, self.stored(i, job)?);
+        let stored = self.stored(i, job)?;
+        // Developed samples do not tell.
+        if self.development.changes_values() && 2 * stored.samples().saturated() >= stored.samples().len() {
+            self.white.lock().unwrap_or_else(PoisonError::into_inner).insert(i);
+        }
+        let developed = self.development.apply(i, stored);
         developed.map_err(|e| e.at(&self.capture.photographs[i].path))
+    }
+
+    /// What is to be said of saturated photographs among those read so far, where development hides them.
+    pub fn saturation(&self) -> Option<String> {
+        let white = self.white.lock().unwrap_or_else(PoisonError::into_inner);
+        (!white.is_empty()).then(|| {
+            format!(
+                "{} of {} photographs are saturated over half of what they show, where no texture can be fitted, whatever is undone in \
+                 them: expose them shorter ({})",
+                white.len(),
+                self.lights.len(),
+                listed(white.iter().map(|&i| self.lights[i].0.clone()))
+            )
+        })
     }
 
     /// As [`PhotographSet::photograph`], but with the fall-off of near lamps left in, which photometric stereo takes into
@@ -264,12 +287,17 @@ impl PhotographSet {
 
     fn align(&mut self, job: &Job) -> Result<()> {
         let names: Vec<String> = self.lights.iter().map(|(name, _)| name.clone()).collect();
-        let Shifts { shifts: found, untold } = shifts(&names, &|i| self.stored(i, job), job)?;
+        let Shifts { shifts: found, untold, by_light } = shifts(&self.lights, &|i| self.stored(i, job), job)?;
         if !untold.is_empty() {
             self.warnings.push(format!(
-                "{} photographs show too few edges to tell whether they moved, and stay where they are: {}",
+                "{} photographs do not agree with the others well enough to tell whether they moved, and stay where they are: {}",
                 untold.len(),
-                untold.iter().take(6).map(|&i| names[i].as_str()).collect::<Vec<_>>().join("; ")
+                listed(untold.iter().map(|&i| names[i].clone()))
+            ));
+        }
+        if by_light > 0.5 {
+            self.warnings.push(format!(
+                "shifts of up to {by_light:.2} pixels follow the direction of the light, as moving shadows do, and were not undone"
             ));
         }
         let far = |s: &[f64; 2]| s[0].hypot(s[1]);
@@ -284,7 +312,7 @@ impl PhotographSet {
                 "{} of {} photographs moved by more than half a pixel (right, down) and were moved back: {}",
                 moved.len(),
                 names.len(),
-                moved.iter().take(6).cloned().collect::<Vec<_>>().join("; ")
+                listed(moved)
             ));
         }
         self.facts.insert("shifts".to_owned(), json!(found));
@@ -302,7 +330,7 @@ impl PhotographSet {
                 "the exposures of {} photographs cannot be told, since they are dark or shadows cover most of what would be lit; those \
                  of the nearest lights are taken: {}",
                 names.len(),
-                names[..names.len().min(6)].join("; ")
+                listed(names.iter().map(|&name| name.to_owned()))
             ));
             self.facts.insert("exposures_not_told".to_owned(), json!(names));
         }
@@ -317,7 +345,7 @@ impl PhotographSet {
             self.warnings.push(format!(
                 "the exposures of {} photographs differ by more than a tenth and were multiplied: {}",
                 odd.len(),
-                odd.iter().take(6).cloned().collect::<Vec<_>>().join("; ")
+                listed(odd.iter().cloned())
             ));
         }
         let share = share_by_direction(&self.lights, &found).unwrap_or(0.0);
@@ -362,6 +390,14 @@ impl PhotographSet {
         self.development.white = Some(factors);
         Ok(())
     }
+}
+
+/// The first of some words, and the number of the others.
+fn listed(words: impl IntoIterator<Item = String>) -> String {
+    const MOST: usize = 6;
+    let words: Vec<String> = words.into_iter().collect();
+    let shown = words[..words.len().min(MOST)].join("; ");
+    if words.len() > MOST { format!("{shown} and {} more", words.len() - MOST) } else { shown }
 }
 
 /// The share of exposures that follow the light from which on they may be shading.

@@ -1,10 +1,10 @@
 //! Options on how photographs are read, and what is undone in them.
 
 use std::ffi::OsString;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use relume::capture::Pairing;
 use relume::capture::develop::{InputSpace, TurnedFrames};
+use relume::capture::{Pairing, pictures_in};
 use relume::{Named, Rect, Size};
 
 use crate::args;
@@ -107,10 +107,11 @@ impl PhotographArgs {
         self.align || self.equalize || self.grey.is_some()
     }
 
-    /// The files that the options name.
-    pub fn files(&self) -> Vec<&Path> {
+    /// The files that the options name, and those of a folder of white cards.
+    pub fn files(&self) -> Vec<PathBuf> {
+        let cards = self.white_card.iter().filter_map(|folder| pictures_in(folder).ok()).flatten();
         let all = [&self.intensities, &self.ambient_frame, &self.white_card];
-        all.into_iter().flatten().map(PathBuf::as_path).collect()
+        all.into_iter().flatten().cloned().chain(cards).collect()
     }
 }
 

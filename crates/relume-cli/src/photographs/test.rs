@@ -33,7 +33,17 @@ impl PhotographSet {
         let located =
             PhotographArgs { pair: args.pair, orientation: args.orientation, ..PhotographArgs::default() };
         let mut set = Self::open(path, &located, None, job)?;
-        let (own, whole) = (set.stored(0, job)?.size(), self.stored(0, job)?.size());
+        let (first, fitted) = (set.stored(0, job)?, self.stored(0, job)?);
+        if first.channels() != fitted.channels() {
+            let kind = |channels: usize| if channels == 1 { "grey" } else { "in colour" };
+            return Err(Error::invalid(format!(
+                "the photographs of the test are {} and those of the fit {}: both must be of one kind",
+                kind(first.channels()),
+                kind(fitted.channels())
+            ))
+            .at(&set.capture.light_file));
+        }
+        let (own, whole) = (first.size(), fitted.size());
         if own != whole {
             return Err(Error::invalid(format!(
                 "the photographs of the test are {own} pixels and those of the fit {whole}: both must have the same size"
@@ -110,8 +120,8 @@ impl<'a> Beside<'a> {
         if of_fit.is_empty() {
             return Ok(Vec::new());
         }
-        let names: Vec<String> = self.lights().into_iter().map(|(name, _)| name).collect();
-        let found = || Ok(shifts(&names, &|i| self.stored(i, job), job)?.shifts);
+        let lights = self.lights();
+        let found = || Ok(shifts(&lights, &|i| self.stored(i, job), job)?.shifts);
         let found = self.of_strangers("--align", found, missing)?;
         Ok(self.each(of_fit, found.as_deref(), [0.0; 2]))
     }

@@ -51,9 +51,9 @@ const HARMONIC_LIGHTS: usize = 16;
 
 /// Runs all steps.
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
-    let inputs: Vec<&Path> =
-        std::iter::once(args.photographs.as_path()).chain(args.mask.as_deref()).collect();
-    let folder = Folder::stage(&args.output, &[inputs, args.development.files()].concat(), context)?;
+    let read = inputs(args);
+    let read: Vec<&Path> = read.iter().map(PathBuf::as_path).collect();
+    let folder = Folder::stage(&args.output, &read, context)?;
     let scratch = folder.scratch()?;
     let mut warnings = Vec::new();
     let (mut light_file, mut shown, mut done) =
@@ -108,6 +108,15 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let written = folder.commit()?;
     let text = format!("{}: {} photographs\n{}", args.output.display(), lights.len(), commands.join("\n"));
     Ok(Report::new(text, Value::Object(facts)).with_outputs(written).with_warnings(warnings))
+}
+
+/// All that is read: the files, and the folders of photographs.
+fn inputs(args: &Args) -> Vec<PathBuf> {
+    let named = std::iter::once(&args.photographs).chain(&args.mask).cloned();
+    let listed = Capture::open_paired(&args.photographs, args.development.pair.unwrap_or_default());
+    let photographs = listed.into_iter().flat_map(|capture| capture.photographs).map(|one| one.path);
+    let with_folder = |path: PathBuf| [folder_of(&path), path];
+    named.chain(args.development.files()).chain(photographs.flat_map(with_folder)).collect()
 }
 
 /// The photographs of the surface as they are stored: nothing is measured in all of them.

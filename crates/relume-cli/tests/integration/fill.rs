@@ -84,7 +84,7 @@ fn registered_images_are_filled_from_the_same_places() {
         }
         assert!(moved > 40, "{verb:?} filled {moved}");
     }
-    let text = refused(folder.path(), &[&fill[..], &["--force", "--apply", "small.png"]].concat());
+    let text = failed(folder.path(), &[&fill[..], &["--force", "--apply", "small.png"]].concat(), 1);
     assert!(text.contains("small.png") && text.contains("36 x 30"), "{text}");
 }
 

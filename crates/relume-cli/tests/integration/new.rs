@@ -192,7 +192,7 @@ fn what_does_not_fit_the_photographs_is_refused_in_one_sentence() {
         learned["warnings"]
     );
     let still = json(at, &["fit", "black", "-o", "s.ptm", "--align"]);
-    assert!(still["warnings"].to_string().contains("show too few edges"), "{}", still["warnings"]);
+    assert!(still["warnings"].to_string().contains("do not agree with the others"), "{}", still["warnings"]);
     fs::write(at.join("black/l.lp"), "2\na 0 0 1\nb 1 0 1").unwrap();
     let few = failed(at, &["height", "black", "-o", "x.exr"], 1);
     assert!(few.contains("at least 3 lights, found 2"), "{few}");
@@ -237,4 +237,65 @@ fn near_lamps_are_taken_from_positions_or_a_distance() {
     assert!(wrong > far + 2.0, "{far} {wrong}");
     let report = json(at, &["height", "p", "-o", "n.exr", "--surface-mm", "128", "--lamp-mm", "5000"]);
     assert_eq!(report["pixel_mm"], 2.0);
+}
+
+/// A fault: photographs were deleted with the folder that the result replaced, and overwritten by maps.
+#[test]
+fn no_output_takes_the_place_of_a_photograph() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    done(at, &["capture", "sponge", "-o", "p", "--size", "48", "--lights", "12"]);
+    let input = |arguments: &[&str]| {
+        let text = failed(at, &[arguments, &["--force"]].concat(), 2);
+        assert!(text.contains("an input of this command"), "{text}");
+    };
+    input(&["new", "p/lights.lp", "-o", "p"]);
+    input(&["new", "p", "-o", "p"]);
+    input(&["height", "p", "-o", "p/light_000.png"]);
+    input(&["height", "p", "-o", "h.png", "--normals", "p/light_001.png"]);
+    input(&[
+        "height",
+        "p",
+        "-o",
+        "h.png",
+        "--truth-normals",
+        "p/truth/normals.exr",
+        "--normals",
+        "p/truth/normals.exr",
+    ]);
+    done(at, &["capture", "sponge", "-o", "t", "--size", "48", "--lights", "6", "--format", "exr"]);
+    done(at, &["fit", "t", "-o", "f.ptm"]);
+    let photograph = fs::read_dir(at.join("t")).unwrap().flatten().map(|entry| entry.path());
+    let photograph = photograph.filter(|path| path.extension().is_some_and(|e| e == "exr")).min().unwrap();
+    input(&["fit", "p", "-o", photograph.to_str().unwrap(), "--test", "t"]);
+    assert_eq!(
+        fs::read_dir(at.join("p"))
+            .unwrap()
+            .flatten()
+            .filter(|e| e.path().extension().is_some_and(|e| e == "png"))
+            .count(),
+        12
+    );
+}
+
+/// Faults: masks and counts did not agree, and development hid saturated photographs.
+#[test]
+fn counts_are_those_of_the_surface_and_saturation_is_said_after_development() {
+    let folder = matt_capture();
+    let at = folder.path();
+    let codes: Vec<u8> = (0..64 * 64).map(|i| if i % 64 < 20 { 255 } else { 0 }).collect();
+    write_grey(&at.join("mask.png"), (64, 64), &codes);
+    let maps = ["height", "p", "-o", "h.exr", "--roughness-map", "r.png", "--mask", "mask.png"];
+    let facts = json(at, &maps)["facts"].clone();
+    assert!(facts["texels_without_highlight"].as_u64().unwrap() <= 20 * 64, "{facts}");
+    assert_eq!(facts["undetermined_texels"], 0);
+    let strengths = "1.03\n".repeat(24);
+    fs::write(at.join("strength.txt"), strengths).unwrap();
+    change(&at.join("p"), &|i, picture| {
+        if i == 4 {
+            picture.planes.as_mut_slice().fill(1.0);
+        }
+    });
+    let fit = json(at, &["fit", "p", "-o", "t.ptm", "--intensities", "strength.txt"]);
+    assert!(fit["warnings"].to_string().contains("1 of 24 photographs are saturated"), "{}", fit["warnings"]);
 }

@@ -4,10 +4,6 @@ use super::stream::PhotographStream;
 use crate::error::{Error, Result};
 use crate::raster::{Raster, Samples};
 
-/// Samples from this on are at the end of their range, with white at 1: the last two codes of 8 bits, also where
-/// they are decoded.
-const SATURATED: f32 = 0.991;
-
 /// The numbers of photographs that are black, and of those that are white over half of the surface.
 #[derive(Debug, Default)]
 pub(super) struct Exposed {
@@ -31,14 +27,9 @@ impl Exposed {
     }
 }
 
-/// Whether half of the samples are saturated. Floats above 1 are not: they go on beyond white.
+/// Whether half of the samples are saturated.
 fn is_white(picked: &Raster) -> bool {
-    let count = match picked.samples() {
-        Samples::U8(samples) => samples.iter().filter(|s| **s >= 254).count(),
-        Samples::U16(samples) => samples.iter().filter(|s| **s >= 65_278).count(),
-        Samples::F32(samples) => samples.iter().filter(|s| (SATURATED..=1.0).contains(*s)).count(),
-    };
-    2 * count >= picked.samples().len()
+    2 * picked.samples().saturated() >= picked.samples().len()
 }
 
 /// Whether all samples are black.

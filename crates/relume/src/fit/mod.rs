@@ -56,6 +56,7 @@ use crate::job::Job;
 use crate::lamps::LampPositions;
 use crate::planes::Planes;
 use crate::raster::{LoadRaster, Raster};
+use crate::size::Size;
 use crate::space::Space;
 use accumulate::accumulate;
 use design::Design;
@@ -204,8 +205,7 @@ pub fn fit(
     }
     job.start("fitting photographs", lights.len() as u64);
     let names = lights.iter().map(|(name, _)| name.as_str()).collect();
-    let functions = options.basis.len();
-    let sums = |channels: usize| (functions * channels).max(functions + channels);
+    let sums = |channels: usize| planes_of_sums(&options.basis, channels);
     let stream = PhotographStream::open(names, load, sums, job)?;
     let layout = options.layout_for(stream.channels())?;
     let grid = Grid::within(stream.size(), options.report_texels, options.mask.as_deref())?;
@@ -213,9 +213,7 @@ pub fn fit(
     let _sums = job.hold("the fit", 4 * (planes * stream.size().texels()) as u64)?;
     let _sample = job.hold("the sample for the error report", stream.sample_bytes(&grid) + grid.bytes())?;
     let levels = SampleLevels::new(options.space);
-    // The coefficients on the grid, and for each photograph left out those without it.
-    let copies = if options.leave_one_out { 2 + rayon::current_num_threads() } else { 1 };
-    job.check_bytes("the error report", 4 * (planes * grid.texels() * copies) as u64)?;
+    job.check_bytes("the error report", 4 * (planes * grid.texels() * report_copies(options)) as u64)?;
 
     let all = if options.needs_all() { stream.bytes() } else { 0 };
     let _all = job.hold("all photographs, which robust fits and near lamps need together,", all)?;
@@ -250,6 +248,37 @@ pub fn fit(
     Ok(Fit { field: field.with_lights(directions), report })
 }
 
+/// Refuses photographs of a size, with some channels, that cannot be fitted within the memory.
+///
+/// # Errors
+/// [`ErrorKind::Limit`](crate::ErrorKind::Limit).
+pub fn check_memory(
+    (size, channels): (Size, usize),
+    photographs: usize,
+    options: &FitOptions,
+    job: &Job,
+) -> Result<()> {
+    let planes = planes_of_sums(&options.basis, channels);
+    let grid = options.report_texels.min(size.texels());
+    // Developed samples are floats.
+    let sample = if grid <= sample::KEPT_TEXELS { 4 * grid * channels * photographs } else { 0 };
+    let all = if options.needs_all() { 4 * size.texels() * channels * photographs } else { 0 };
+    let report = 4 * planes * grid * report_copies(options);
+    job.check_bytes("the fit and its report", (4 * planes * size.texels() + sample + all + report) as u64)
+}
+
+/// The planes of the sums of photographs with some channels: of one constant function in three channels three, but four as luminance
+/// and colour.
+fn planes_of_sums(basis: &Basis, channels: usize) -> usize {
+    let functions = basis.len();
+    (functions * channels).max(functions + channels)
+}
+
+/// The coefficients on the grid of the report, and for each photograph left out those without it.
+fn report_copies(options: &FitOptions) -> usize {
+    if options.leave_one_out { 2 + rayon::current_num_threads() } else { 1 }
+}
+
 /// What a pass over the photographs leaves.
 struct SummedPhotographs {
     /// The coefficients of every channel.
@@ -272,10 +301,7 @@ fn sum_photographs(
     options: &FitOptions,
     job: &Job,
 ) -> Result<SummedPhotographs> {
-    let functions = design.functions();
-    let channels = stream.channels();
-    // One constant function in three channels needs three planes, but four as luminance and colour.
-    let planes = (functions * channels).max(functions + channels);
+    let planes = planes_of_sums(&options.basis, stream.channels());
     let (mut kept, mut sampled, mut all) = (Vec::new(), Vec::new(), Vec::new());
     let mut exposed = Exposed::default();
     let mut sums = Planes::zeros(stream.size(), planes);

@@ -66,8 +66,8 @@ pub struct Highlights {
     pub reflectance: Planes,
     /// The roughness of all texels together.
     pub overall: f64,
-    /// Texels in whose window no highlight is seen: they have the roughness of all.
-    pub unseen: usize,
+    /// Whether a highlight is seen in the window of a texel: others have the roughness of all.
+    pub seen: Vec<bool>,
 }
 
 /// One texel: the residual of the body alone, and of body and lobe for each roughness.
@@ -88,9 +88,25 @@ impl TexelResiduals {
 
 /// The memory of [`highlights()`] of `size` texels under so many lights, beside one photograph and the normals.
 pub fn footprint(size: Size, lights: usize) -> Footprint {
-    // Those of texels, of rows and of windows; two maps stay.
-    let residuals = Footprint::of_texels(size, 3 * size_of::<TexelResiduals>() as u64, 8);
+    // Those of texels, of rows and of windows; two maps stay, and what is seen.
+    let residuals = Footprint::of_texels(size, 3 * size_of::<TexelResiduals>() as u64, 9);
     Footprint { peak: values_bytes(size, lights).saturating_add(residuals.peak), ..residuals }
+}
+
+/// Refuses lights that show no lobe.
+///
+/// # Errors
+/// Fewer than [`LEAST_LIGHTS`] lights, and lamps that are near.
+pub fn check(lights: usize, are_near: bool) -> Result<()> {
+    if lights < LEAST_LIGHTS {
+        return Err(Error::invalid(format!(
+            "roughness needs at least {LEAST_LIGHTS} lights, found {lights}"
+        )));
+    }
+    if are_near {
+        return Err(Error::usage("roughness is estimated under far lamps only: leave out --surface-mm"));
+    }
+    Ok(())
 }
 
 /// The bytes of the values of all photographs.
@@ -108,18 +124,8 @@ pub fn highlights(
     options: HighlightOptions,
     job: &Job,
 ) -> Result<Highlights> {
+    check(input.lights.len(), input.lamps.is_some())?;
     let lights: Vec<[f64; 3]> = input.lights.iter().map(|(_, light)| light.to_array()).collect();
-    if lights.len() < LEAST_LIGHTS {
-        return Err(Error::invalid(format!(
-            "roughness needs at least {LEAST_LIGHTS} lights, found {}",
-            lights.len()
-        )));
-    }
-    if input.lamps.is_some() {
-        return Err(Error::unsupported(
-            "roughness is estimated under far lamps only: leave out --surface-mm",
-        ));
-    }
     let size = normals.size();
     let needed = footprint(size, lights.len()).peak;
     job.check_bytes("the highlights", needed)?;
@@ -148,7 +154,7 @@ pub fn highlights(
     };
     let reflectance = (0..size.texels()).into_par_iter().map(strength).collect();
     Ok(Highlights {
-        unseen: chosen.iter().filter(|seen| seen.is_none()).count(),
+        seen: chosen.iter().map(Option::is_some).collect(),
         roughness: Planes::from_vec(size, 1, roughness)?,
         reflectance: Planes::from_vec(size, 1, reflectance)?,
         overall: whole,

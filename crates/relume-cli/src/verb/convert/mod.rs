@@ -203,8 +203,13 @@ impl ConvertedPlace<'_> {
         if let (Target::Web(options), Some(folder)) = (self.target, self.folder) {
             let mut store = |name: &str, bytes: &[u8]| folder.add(name, bytes);
             encode_web(made, &options, job, &mut store).map_err(|e| e.at(output))?;
-            let written = folder.commit()?;
-            return Ok((Some(loss(&read_field(output, job)?.field)?), written));
+            // Read before it is in its place: what does not fit the memory leaves nothing.
+            let loss = loss(
+                &read_field(folder.path(), job)
+                    .map_err(|e| Error::new(e.kind(), e.message()).at(output))?
+                    .field,
+            )?;
+            return Ok((Some(loss), folder.commit()?));
         }
         let bytes = encoded(made, self.target, copied, self.context).map_err(|e| e.at(output))?;
         let _file = job.hold("the new file", bytes.len() as u64).map_err(|e| e.at(output))?;

@@ -1,10 +1,13 @@
 //! Copies of pictures whose values are no colours: heights with their scale, normals with the direction of Y, and other data, such as
 //! roughness, whose files name no colour space.
 
+use std::path::Path;
+
 use relume::format::{
     Content, Depth, ExrDepth, FieldFile, FieldFormat, HeightFormat, HeightScale, MapRole, NormalY, Opened,
+    PictureFormat, encode_translucent,
 };
-use relume::{Error, Result};
+use relume::{Error, Job, ReflectanceField, Result, Space};
 use serde_json::json;
 
 use super::{Args, ConvertedPlace, Target, report};
@@ -21,8 +24,22 @@ pub(super) struct RecordedMap {
 enum MapMeaning {
     Heights(HeightScale),
     Normals(NormalY),
-    /// To be written as a PNG file of this depth.
-    Data(Depth),
+    /// To be written as a PNG file of this depth, or as floats.
+    Data(Option<Depth>),
+}
+
+/// Whether a file is one of floats, whose values are linear by convention.
+fn holds_floats(path: &Path) -> bool {
+    let picture = PictureFormat::from_path(path);
+    matches!(picture, Ok(PictureFormat::Exr(_) | PictureFormat::Pfm | PictureFormat::Radiance))
+}
+
+/// The file of data as floats: the values are those of the file they come from, whatever space that names.
+fn as_floats(file: &FieldFile, output: &Path, job: &Job) -> Result<Vec<u8>> {
+    let field = &file.field;
+    let planes = field.coefficients().clone();
+    let data = ReflectanceField::new(field.basis().clone(), field.layout().clone(), Space::Linear, planes)?;
+    encode_translucent(&data, file.opacity.as_ref(), FieldFormat::from_path(output)?, None, job)
 }
 
 impl RecordedMap {
@@ -47,7 +64,10 @@ impl RecordedMap {
         let meaning = match (record.heights, record.normal_y.or_else(by_name)) {
             (Some(scale), _) => Some(MapMeaning::Heights(scale)),
             (None, Some(y)) => (file.field.layout().channels() == 3).then_some(MapMeaning::Normals(y)),
-            (None, None) => gathered::data_depth(&file.encoding, &args.output).map(MapMeaning::Data),
+            (None, None) => match gathered::data_depth(&file.encoding, &args.output) {
+                Some(depth) => Some(MapMeaning::Data(Some(depth))),
+                None => holds_floats(&args.output).then_some(MapMeaning::Data(None)),
+            },
         };
         Ok(meaning.map(|meaning| Self { file, meaning }))
     }
@@ -78,10 +98,14 @@ impl RecordedMap {
         }
         let Self { file, meaning } = &self;
         let bytes = match meaning {
+            MapMeaning::Normals(_) if HeightFormat::from_path(output).is_err() => Err(Error::usage(format!(
+                "normals are written as .png or .exr, which record the direction of Y{advice}"
+            ))),
             MapMeaning::Normals(y) => gathered::encode_normals(&file.field, *y, file, output, job),
-            MapMeaning::Data(depth) => {
+            MapMeaning::Data(Some(depth)) => {
                 gathered::data_map(&file.field, file.opacity.as_ref(), &file.encoding, *depth, job)
             }
+            MapMeaning::Data(None) => as_floats(file, output, job),
             MapMeaning::Heights(scale) => HeightFormat::from_path(output)
                 .map_err(|_| {
                     Error::usage(format!(

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use relume::capture::Capture;
 use relume::direction::Directions;
 use relume::field::Basis;
 use relume::format::FieldFormat;
@@ -49,8 +50,11 @@ impl Inputs {
             .at(&args.capture));
         }
         let set = PhotographSet::open(&args.capture, &args.photographs, args.mask.as_deref(), &context.job)?;
+        let test = args.test.iter().filter_map(|path| Capture::open(path).ok());
+        let tested: Vec<PathBuf> = test.flat_map(|capture| capture.photographs).map(|one| one.path).collect();
+        let read: Vec<&Path> = set.paths().into_iter().chain(tested.iter().map(PathBuf::as_path)).collect();
         for written in std::iter::once(&args.output).chain(&args.report) {
-            output::refuse_input(written, &set.paths())?;
+            output::refuse_input(written, &read)?;
         }
         let pairs = set.lights().iter().map(|(name, light)| (name.clone(), (*light).into())).collect();
         let (place, warnings) = (set.capture.light_file.clone(), set.warnings.clone());
@@ -175,6 +179,14 @@ impl Inputs {
         match &self.source {
             PhotographSource::Capture(set) => set.test_set(path, &args.photographs, job),
             PhotographSource::Btf { .. } => PhotographSet::open(path, &args.photographs, None, job),
+        }
+    }
+
+    /// What is to be said of saturated photographs once all were read.
+    pub(super) fn saturation(&self) -> Option<String> {
+        match &self.source {
+            PhotographSource::Capture(set) => set.saturation(),
+            PhotographSource::Btf { .. } => None,
         }
     }
 

@@ -71,6 +71,7 @@ pub(super) fn run(
     Ok(Report::new(text, json)
         .with_outputs(written)
         .with_warnings(&fit.report.warnings)
+        .with_warnings(inputs.saturation())
         .with_warnings(inputs.warnings())
         .with_warnings(inputs.lamp_warning(fit.field.basis()))
         .with_warnings(tested.iter().flat_map(|test| &test.warnings))

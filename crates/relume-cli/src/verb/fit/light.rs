@@ -51,16 +51,21 @@ pub(super) fn run(
         lamps,
         mask: inputs.mask().map(<[bool]>::to_vec),
     };
-    let fits = |size: Size, channels: usize| foresee(&options, (size, channels), format, context);
+    let count = inputs.pairs().len();
+    let fits = |size: Size, channels: usize| {
+        foresee(&options, (size, channels), format, context)?;
+        fit::check_memory((size, channels), count, &options, &context.job)
+    };
     inputs.measure(args, &fits, &context.job)?;
     let load = |i: usize| inputs.photograph(i, &context.job);
     let photographs = RasterSequence::open(&load)?;
-    fits(photographs.size(), photographs.channels())?;
+    foresee(&options, (photographs.size(), photographs.channels()), format, context)?;
     let load = |i: usize| photographs.read(i);
     let lights: Vec<(String, Direction)> =
         inputs.pairs().iter().map(|(name, pair)| (name.clone(), pair.light)).collect();
     let mut fit = fit::fit(&lights, &load, &options, &context.job).map_err(|e| e.at(inputs.place()))?;
     fit.report.warnings.extend(inputs.warnings().iter().cloned());
+    fit.report.warnings.extend(inputs.saturation());
     fit.report.warnings.extend(far);
     fit.report.warnings.extend(unmet(args, &fit.report, has_shapes));
     let tested = test::run(args, &inputs, &fit.field, context)?;

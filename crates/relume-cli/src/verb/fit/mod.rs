@@ -141,7 +141,8 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     args.report.iter().try_for_each(|path| output::expect(path, "a page", &["html", "htm"]))?;
     let mut outputs = Outputs::new(context);
     let mut read = vec![args.capture.as_path()];
-    read.extend(args.photographs.files());
+    let files = args.photographs.files();
+    read.extend(files.iter().map(PathBuf::as_path));
     read.extend(args.mask.as_deref());
     for written in std::iter::once(&args.output).chain(&args.report) {
         outputs.file(written, &read)?;

@@ -74,7 +74,7 @@ fn page(
         ("map", map),
         ("map_high", format!("{map_high:.0}")),
         ("worst", worst(&report, &photographs, field, context)?),
-        ("second", "left out, dB".to_owned()),
+        ("second", format!("left out, dB ({} values)", fitted["space"].as_str().unwrap_or("fitted"))),
         ("rows", rows),
         // A name with a tag must not end the script.
         ("json", json!({ "fit": fitted, "quality": json }).to_string().replace('<', "\\u003c")),
@@ -96,7 +96,7 @@ fn facts(report: &QualityReport, fitted: &Value) -> String {
         (
             "each predicted from the others",
             match fitted["leave_one_out"]["psnr_db"].as_f64() {
-                Some(db) => format!("{db:.2} dB"),
+                Some(db) => format!("{db:.2} dB ({} values)", fitted["space"].as_str().unwrap_or("fitted")),
                 None => "not measured (--leave-one-out)".to_owned(),
             },
         ),

@@ -1,7 +1,7 @@
 //! Comparison with a known shape.
 
 use std::borrow::Cow;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use relume::format::NormalY;
 use relume::metric::{AngleError, HeightError, angle_error, height_error};
@@ -40,6 +40,11 @@ pub struct Compared {
 }
 
 impl Truth {
+    /// The given files.
+    pub fn files(&self) -> impl Iterator<Item = &Path> {
+        self.truth_height.iter().chain(&self.truth_normals).map(PathBuf::as_path)
+    }
+
     /// Reads the given files, before the work.
     pub fn read(&self, y: Option<NormalY>, context: &Context) -> Result<KnownShape> {
         let job = &context.job;

@@ -20,7 +20,7 @@ use relume::{Direction, Error, Footprint, Job, Picture, Planes, Result, Size, Sp
 use serde_json::{Value, json};
 
 use crate::context::Context;
-use crate::output::Outputs;
+use crate::output::{self, Outputs};
 use crate::photographs::PhotographArgs;
 use crate::report::Report;
 use crate::{args, normals};
@@ -124,6 +124,19 @@ struct ShadingArgs {
     longest: Option<f64>,
 }
 
+impl Args {
+    /// The files that are written.
+    fn written(&self) -> impl Iterator<Item = &Path> {
+        let maps = [&self.normals, &self.albedo_map, &self.roughness_map, &self.specular_map];
+        std::iter::once(&self.output).chain(maps.into_iter().flatten()).map(PathBuf::as_path)
+    }
+
+    /// Refuses outputs that are photographs.
+    fn refuse_photographs(&self, photographs: &[&Path]) -> Result<()> {
+        self.written().try_for_each(|path| output::refuse_input(path, photographs))
+    }
+}
+
 /// Estimates the shape, integrates it, writes and compares.
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let format = HeightFormat::from_path(&args.output)?;
@@ -133,9 +146,11 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let mut outputs = Outputs::new(context);
     let maps = [&args.normals, &args.albedo_map, &args.roughness_map, &args.specular_map];
     let mut read = vec![args.input.as_path()];
-    read.extend(args.photographs.files());
+    let files = args.photographs.files();
+    read.extend(files.iter().map(PathBuf::as_path));
     read.extend(args.mask.as_deref());
-    for path in std::iter::once(&args.output).chain(maps.into_iter().flatten()) {
+    read.extend(args.truth.files());
+    for path in args.written() {
         outputs.file(path, &read)?;
     }
     for path in maps.into_iter().flatten() {

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use relume::capture::{Capture, Photograph};
 use relume::format::MapRole;
-use relume::surface::highlights::{HighlightOptions, Highlights, highlights};
+use relume::surface::highlights::{self, HighlightOptions, Highlights, highlights};
 use relume::surface::photometric_stereo::{StereoInput, StereoOptions, photometric_stereo};
 use relume::surface::shape_from_shading::{ShadingOptions, shape_from_shading};
 use relume::surface::{self, STEEPEST, Slopes};
@@ -156,7 +156,11 @@ fn is_capture(path: &Path) -> bool {
 
 fn stereo(args: &Args, known: &KnownShape, context: &Context) -> Result<Shape> {
     let mut set = PhotographSet::open(&args.input, &args.photographs, args.mask.as_deref(), &context.job)?;
+    args.refuse_photographs(&set.paths())?;
     let count = set.lights().len();
+    if args.roughness_map.is_some() || args.specular_map.is_some() {
+        highlights::check(count, set.lamps().is_some()).map_err(|e| e.at(&set.capture.light_file))?;
+    }
     let fits = |size: Size, channels: usize| foresee(args, known, (size, channels, count), context);
     set.measure(&args.photographs, &fits, &context.job)?;
     let without_fall_off = set.with_fall_off();
@@ -196,7 +200,7 @@ fn stereo(args: &Args, known: &KnownShape, context: &Context) -> Result<Shape> {
         shape.notes.push(format!(
             "roughness of the whole {:.2}; {:.0} % of the texels show no highlight and have it",
             seen.overall,
-            100.0 * (seen.unseen - outside) as f64 / inside as f64
+            100.0 * without_highlight(&seen, set.mask()) as f64 / inside as f64
         ));
         shape.highlights = Some(seen);
     }
@@ -208,14 +212,21 @@ fn stereo(args: &Args, known: &KnownShape, context: &Context) -> Result<Shape> {
         "options": options,
         "undetermined_texels": undetermined,
         "roughness": shape.highlights.as_ref().map(|seen| seen.overall),
-        "texels_without_highlight": shape.highlights.as_ref().map(|seen| seen.unseen - outside),
+        "texels_without_highlight": shape.highlights.as_ref().map(|seen| without_highlight(seen, set.mask())),
         "development": set.facts,
     });
     Ok(shape)
 }
 
+/// The texels of the surface in whose window no highlight is seen.
+fn without_highlight(found: &Highlights, mask: Option<&[bool]>) -> usize {
+    let is_inside = |texel: usize| mask.is_none_or(|mask| mask[texel]);
+    found.seen.iter().enumerate().filter(|(texel, seen)| !**seen && is_inside(*texel)).count()
+}
+
 fn shading(args: &Args, known: &KnownShape, is_capture: bool, context: &Context) -> Result<Shape> {
     let photograph = photograph(args, is_capture)?;
+    args.refuse_photographs(&[&photograph.path])?;
     let raster = input::raster(&photograph.path, &context.job)?;
     foresee(args, known, (raster.size(), 0, 0), context)?;
     let picture = raster.to_picture(Space::Linear);

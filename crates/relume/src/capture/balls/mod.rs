@@ -53,7 +53,7 @@ pub struct MirrorBall {
 }
 
 /// The share of photographs in which a circle that was found must show a highlight to be taken for a ball.
-const LEAST_LIT: f64 = 0.6;
+const LEAST_LIT: f64 = 0.7;
 /// The least motion of the highlights in a ball, as a fraction of its radius: others are reflections of the room.
 const LEAST_MOTION: f64 = 0.02;
 /// Balls whose directions differ by more than this for half of the lamps are not balls: near lamps make 10 degrees.
@@ -142,7 +142,9 @@ fn some_of(all: &[String]) -> String {
 /// No photographs, photographs that differ in size, no ball, and errors of `load` and of the job.
 pub fn find_lights(names: &[String], load: &LoadRaster, job: &Job) -> Result<BallLights> {
     let circles = circles::find(names, load, job)?;
-    let candidates: Vec<MirrorBall> = circles.iter().map(Circle::ball).collect();
+    let size = load(0)?.size();
+    let candidates = circles.iter().map(Circle::ball).filter(|ball| ball.check(size).is_ok());
+    let candidates: Vec<MirrorBall> = candidates.collect();
     let none = || {
         Error::invalid(
             "no mirror ball was found, a round outline in which a highlight moves from photograph to photograph: give \
@@ -324,7 +326,7 @@ impl MirrorBall {
             && y + 0.7 * radius <= size.height as f64;
         if !inside {
             return Err(Error::invalid(format!(
-                "the ball at ({x}, {y}) with radius {radius} is not inside the photographs of {size} pixels: give the \
+                "the ball at ({x:.1}, {y:.1}) with radius {radius:.1} is not inside the photographs of {size} pixels: give the \
                  column and row of its centre, counted from the upper left corner"
             )));
         }

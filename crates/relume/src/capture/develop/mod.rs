@@ -84,7 +84,7 @@ pub struct Development {
 
 impl Development {
     /// Whether values change, so that integers become linear floats.
-    fn changes_values(&self) -> bool {
+    pub fn changes_values(&self) -> bool {
         let lists = [self.flat.is_empty(), self.intensities.is_empty(), self.gains.is_empty()];
         let is_same = self.space.is_none()
             && self.ambient.is_none()

@@ -206,8 +206,7 @@ fn noise_is_not_moved() {
             let codes = (0..size.texels()).map(|_| 120 + (8.0 * stream.unit()) as u8).collect();
             Raster::new(size, 1, Samples::U8(codes))
         };
-        let names: Vec<String> = (0..12).map(|k| k.to_string()).collect();
-        let found = shifts(&names, &noise, &Job::default()).unwrap();
+        let found = shifts(&named_lights(12), &noise, &Job::default()).unwrap();
         assert_eq!(found.untold, (0..12).collect::<Vec<usize>>());
         assert_eq!(found.shifts, [[0.0; 2]; 12]);
     }
@@ -220,8 +219,7 @@ fn frames_that_moved_are_moved_back_under_changing_light() {
     let planted = |k: usize| [0.0, 1.3, -2.25, 0.5, 3.0, -0.75, 1.0, -1.5][k];
     let moves: Vec<[f64; 2]> = (0..8).map(|k| [planted(k), -0.5 * planted(k)]).collect();
     let frames: Vec<Raster> = (0..8).map(|k| bumps(size, moves[k], lights[k])).collect();
-    let names: Vec<String> = (0..8).map(|k| k.to_string()).collect();
-    let found = shifts(&names, &|i| Ok(frames[i].clone()), &Job::default()).unwrap();
+    let found = shifts(&named_lights(8), &|i| Ok(frames[i].clone()), &Job::default()).unwrap();
     assert!(found.untold.is_empty(), "{:?}", found.untold);
     for (found, truth) in found.shifts.iter().zip(&moves) {
         assert!((found[0] - truth[0]).hypot(found[1] - truth[1]) < 0.35, "{found:?} {truth:?}");

@@ -2,9 +2,11 @@
 
 use super::Opened;
 use crate::error::Result;
+use crate::field::Basis;
 use crate::format::content::Content;
 use crate::format::field_file::MapRecord;
 use crate::format::height::{HeightMap, decode_height};
+use crate::format::kind::Kind;
 use crate::format::map_role::NormalY;
 use crate::format::mask::{Mask, decode_mask};
 use crate::format::meaning::Meaning;
@@ -12,7 +14,8 @@ use crate::format::normal_map::{NormalMap, decode_normals};
 use crate::format::opacity::OPACITY_UNUSED;
 use crate::format::raster;
 use crate::format::turned::turned_back;
-use crate::raster::Raster;
+use crate::raster::{Raster, Samples};
+use crate::space::Space;
 
 impl Opened {
     /// How a camera recorded that a picture is to be turned: 1 to 8 as in EXIF, 1 for as it is.
@@ -82,9 +85,33 @@ impl Opened {
     fn raster_of(self, meaning: Meaning) -> Result<Raster> {
         let hint = if self.content == Content::Field { "; relight it to make one" } else { "" };
         if self.content == Content::Field {
-            return Err(self.refused("a picture", hint));
+            return match self.constant_raster(meaning)? {
+                Some(raster) => Ok(raster),
+                None => Err(self.refused("a picture", hint)),
+            };
         }
         self.decoded("a picture", hint, |opened| raster::decode_as(&opened.bytes, meaning, &opened.job))
+    }
+
+    /// The picture in an EXR file of constant functions, whose values may be sRGB-encoded; `None` of other functions.
+    fn constant_raster(&self, meaning: Meaning) -> Result<Option<Raster>> {
+        if Kind::of(&self.bytes) != Some(Kind::Exr) {
+            return Ok(None);
+        }
+        let file = self.clone().into_field()?;
+        let (field, channels) = (&file.field, file.field.layout().channels());
+        if *field.basis() != Basis::Constant || ![1, 3].contains(&channels) || field.layout().is_named() {
+            return Ok(None);
+        }
+        let space = if meaning == Meaning::Colors { field.space() } else { Space::Linear };
+        let planes = field.coefficients();
+        let texels = (0..planes.size().texels()).flat_map(|t| (0..channels).map(move |c| planes.plane(c)[t]));
+        let samples = texels.map(|value| space.to_linear(value)).collect();
+        let raster = Raster::new(planes.size(), channels, Samples::F32(samples))?;
+        Ok(Some(match file.opacity {
+            Some(opacity) => raster.with_opacity(Samples::F32(opacity.plane(0).to_vec()))?,
+            None => raster,
+        }))
     }
 
     /// The height map, with its scale if recorded; for a colour picture, the first channel.

@@ -51,6 +51,24 @@ pub enum Recipe {
 /// and those of 32 to 51 cells 1.3 to 2 times its time (`docs/performance.md`).
 const CELLS_A_TRANSFORM: usize = 7;
 
+/// Nanoseconds of a texel and plane of a position that is compared plainly, and of a texel, plane and halving of a transform
+/// (leather of 512 x 512, 25 blocks: 16.5 s plainly, 0.5 s by correlation).
+const PLAIN_NS: f64 = 0.18;
+const TRANSFORM_NS: f64 = 1.1;
+/// Plain searches that take less in all need no preparation.
+const AT_ONCE_NS: f64 = 2e7;
+
+/// Whether few blocks are found sooner by plain searches than by correlation.
+fn is_plain_faster(layout: &BlockLayout, exemplars: &Quantised) -> bool {
+    let (blocks, planes) = (layout.sequence.len() as f64, exemplars.planes() as f64);
+    let texels: usize = exemplars.texels().iter().map(|texels| texels.size().texels()).sum();
+    let texels = texels as f64;
+    let compared: usize = layout.sequence.iter().map(|block| block.neighbourhood.texels()).sum();
+    let plain = PLAIN_NS * texels * compared as f64 * planes;
+    let transforms = (planes + 1.0) * blocks + planes;
+    plain <= (TRANSFORM_NS * transforms * texels * texels.max(2.0).log2()).max(AT_ONCE_NS)
+}
+
 /// Decides for a layout of blocks and exemplars. With a guide there is no
 /// choice: guided distances have no bounds or transforms yet, so all positions are examined whatever method
 /// is requested.
@@ -74,7 +92,13 @@ pub fn plan(blocks: &BlockOptions, layout: &BlockLayout, exemplars: &Quantised) 
         SearchMethod::Brute => Recipe::Brute,
         SearchMethod::Fft => Recipe::Fft,
         // Preparation costs about as much as one brute-force search per kernel.
-        SearchMethod::Auto if layout.sequence.len() <= kernels => Recipe::Brute,
+        SearchMethod::Auto if layout.sequence.len() <= kernels => {
+            if is_plain_faster(layout, exemplars) {
+                Recipe::Brute
+            } else {
+                Recipe::Fft
+            }
+        }
         SearchMethod::Auto if cells > CELLS_A_TRANSFORM * (planes + 1) => Recipe::Fft,
         SearchMethod::Auto | SearchMethod::Projection => {
             Recipe::Projection { block: blocks.block, side, basis, kernels }

@@ -35,6 +35,22 @@ pub struct MapFolder {
     unknown: Vec<PathBuf>,
 }
 
+/// The error of a folder without a colour map, whose other files have names that say nothing.
+fn without_color(unknown: &[PathBuf]) -> Error {
+    let unread: Vec<String> =
+        unknown.iter().filter(|path| is_unread_picture(path)).map(|path| name(path)).collect();
+    if unread.is_empty() {
+        return Error::usage(
+            "holds no colour map that is known by its name, such as Wall_Color.png: name the exemplar itself, and the maps \
+             registered with it after --apply",
+        );
+    }
+    Error::unsupported(format!(
+        "holds no colour map that is read; pictures of these formats are not: {} (export them as PNG, TIFF or EXR)",
+        unread.join(", ")
+    ))
+}
+
 impl MapFolder {
     /// The maps where the inputs of a verb are one folder of maps; `None` for files, photographs with their lights, textures of
     /// light and view, and web folders.
@@ -58,18 +74,12 @@ impl MapFolder {
         let is_map = |path: &PathBuf| is_picture(path) && MapRole::of_name(path) != MapRole::Other;
         let (maps, unknown): (Vec<PathBuf>, Vec<PathBuf>) = files.into_iter().partition(is_map);
         let is_own = |path: &PathBuf| OWN_RECORDS.iter().any(|own| path.ends_with(own));
-        let unknown = unknown.into_iter().filter(|path| !is_own(path)).collect();
+        let unknown: Vec<PathBuf> = unknown.into_iter().filter(|path| !is_own(path)).collect();
         let (colors, mut others): (Vec<PathBuf>, Vec<PathBuf>) =
             maps.into_iter().partition(|path| MapRole::of_name(path) == MapRole::Albedo);
         let color = match &colors[..] {
             [color] => color.clone(),
-            [] => {
-                return Err(Error::usage(
-                    "holds no colour map that is known by its name, such as Wall_Color.png: name the exemplar itself, and \
-                     the maps registered with it after --apply",
-                )
-                .at(folder));
-            }
+            [] => return Err(without_color(&unknown).at(folder)),
             [first, second, ..] => {
                 return Err(Error::usage(format!(
                     "both this file and {} look like the colour map: name the exemplar itself, and the maps registered with \

@@ -69,12 +69,20 @@ pub struct Rearranged {
 
 impl Args {
     /// Takes the maps of a folder, to be written into `output` with their own names; returns where the colours go.
-    pub fn take_set(&mut self, set: &MapFolder, output: &Path) -> PathBuf {
+    ///
+    /// # Errors
+    /// Standard output, which is no folder.
+    pub fn take_set(&mut self, set: &MapFolder, output: &Path) -> Result<PathBuf> {
+        if output::is_stream(output) {
+            return Err(Error::usage(
+                "a folder of maps is written into a folder, not to standard output: name one",
+            ));
+        }
         self.apply.extend(set.compared.iter().cloned());
         self.follow.extend(set.followed.iter().cloned());
         self.apply_dir.get_or_insert_with(|| output.to_owned());
         self.is_of_set = true;
-        set.output(output, self.apply_format.as_deref())
+        Ok(set.output(output, self.apply_format.as_deref()))
     }
 
     /// Whether a source map and whether rearranged images are requested.

@@ -30,7 +30,7 @@ pub struct Args {
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let Some(set) = MapFolder::of(std::slice::from_ref(&args.file))? else { return refilled(args, context) };
     let mut args = args.clone();
-    args.how.output = args.how.rearranged.take_set(&set, &args.how.output);
+    args.how.output = args.how.rearranged.take_set(&set, &args.how.output)?;
     args.file.clone_from(&set.color);
     Ok(set.describe(refilled(&args, context)?))
 }

@@ -542,3 +542,41 @@ fn data_are_not_marked_as_colours_and_what_files_record_is_shown() {
         kept["warnings"]
     );
 }
+
+/// Faults of messages and of options: each is refused in words that are true, or said.
+#[test]
+fn what_a_folder_of_maps_is_not_for_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    maps(at);
+    let refused_by = |arguments: &[&str], words: &str| {
+        let text = refused(at, arguments);
+        assert!(text.contains(words), "{text}");
+    };
+    refused_by(&["synth", "maps", "-o", "-", "--size", "64"], "not to standard output");
+    refused_by(
+        &["synth", "maps", "-o", "o", "--size", "64", "--method", "noise"],
+        "an endless plane of one texture",
+    );
+    let lone = ["maps", "maps/albedo.png", "-o", "o", "--preset", "gltf"];
+    refused_by(&[&lone[..], &["--height-scale", "3"]].concat(), "about the maps of a folder");
+    assert!(json(at, &lone)["warnings"].to_string().contains("a level matt surface"));
+    run(at, &["maps", "maps", "-o", "k", "--preset", "gltf", "--textures", "ktx2"]);
+    let text = failed(at, &["synth", "k", "-o", "o2", "--size", "64"], 1);
+    assert!(text.contains("pictures of these formats are not: ") && text.contains(".ktx2"), "{text}");
+    run(at, &["convert", "maps/albedo.png", "-o", "exr/albedo.exr"]);
+    fs::copy(at.join("maps/height.png"), at.join("exr/height.png")).unwrap();
+    run(at, &["maps", "exr", "-o", "from_exr", "--preset", "gltf"]);
+    let made = raster(&at.join("from_exr/Material_baseColor.png"));
+    assert_eq!(made.samples(), raster(&at.join("maps/albedo.png")).samples());
+    for map in ["height", "normals_gl"] {
+        let (from, to) = (format!("maps/{map}.png"), format!("{map}_large.png"));
+        run(at, &["synth", &from, "-o", &to, "--size", "110"]);
+        assert_eq!(json(at, &["info", &to])["record"], json(at, &["info", &from])["record"]);
+    }
+    let text = refused(at, &["convert", "maps/normals_gl.png", "-o", "n.tif"]);
+    assert!(text.contains("record the direction of Y"), "{text}");
+    run(at, &["convert", "maps/roughness.png", "-o", "r.exr"]);
+    let (floats, codes) = (raster(&at.join("r.exr")), raster(&at.join("maps/roughness.png")));
+    assert!((0..9216).all(|i| (floats.samples().value(i) - codes.samples().value(i)).abs() < 1e-6));
+}

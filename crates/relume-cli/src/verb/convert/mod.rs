@@ -14,7 +14,7 @@ use relume::format::{
     read_field,
 };
 use relume::workflow::convert::{ConvertOptions, RefitLoss, convert, refit_loss};
-use relume::{Error, ReflectanceField, Result, Space};
+use relume::{Error, Footprint, ReflectanceField, Result, Space};
 use serde_json::{Value, json};
 
 use recorded::RecordedMap;
@@ -192,6 +192,22 @@ impl ConvertedPlace<'_> {
         }
     }
 
+    /// Refuses, before the work, a texture that could not be held and written within the memory.
+    fn foresee(&self, from: &ReflectanceField, options: &ConvertOptions) -> Result<()> {
+        let Target::File(format) = self.target else { return Ok(()) };
+        let basis = options.basis.as_ref().unwrap_or(from.basis());
+        // A product of encoded values is none of linear ones.
+        let is_recoded = options.space.is_some_and(|space| space != from.space());
+        let layout = match options.layout.as_ref().unwrap_or(from.layout()) {
+            layout if layout.is_product() && is_recoded => &PlaneLayout::RGB,
+            layout => layout,
+        };
+        let planes = layout.planes(basis.len());
+        let made = Footprint::of_texels(from.size(), 4 * planes as u64, 4 * planes as u64);
+        let peak = made.then(format.footprint(from.size(), planes)).peak;
+        self.context.job.check_bytes("the texture and its file", peak).map_err(|e| e.at(&self.args.file))
+    }
+
     /// Writes a texture of functions, and measures by `loss` what the file or folder holds.
     fn write(
         self,
@@ -227,7 +243,9 @@ impl ConvertedPlace<'_> {
 /// Converts a texture of functions, which may be the linear form of clusters.
 fn of_field(file: FieldFile, clusters: Option<&ClusterSpaces>, place: ConvertedPlace<'_>) -> Result<Report> {
     let context = place.context;
-    let made = convert(&file.field, &place.options(Some(file.field.basis())), &context.job)?;
+    let options = place.options(Some(file.field.basis()));
+    place.foresee(&file.field, &options)?;
+    let made = convert(&file.field, &options, &context.job)?;
     let is_same = matches!(made, Cow::Borrowed(_));
     let loss = |made: &ReflectanceField| refit_loss(&file.field, made, &context.job);
     let output = &place.args.output;

@@ -5,7 +5,7 @@ mod known;
 use std::path::{Path, PathBuf};
 
 use relume::capture::dome::ReliefBorder;
-use relume::field::TexelModel;
+use relume::field::{Basis, TexelModel};
 use relume::format::ktx2::TextureFormat;
 use relume::format::share::planes::PlaneDepth;
 use relume::format::share::{ShareExtras, ShareFiles};
@@ -99,9 +99,22 @@ impl Args {
             let written = |size| self.options().map(|options| options.footprint(size).peak);
             let foresee = |size| job.check_bytes("writing the maps", written(size)?);
             let reading = Reading { height_scale, normal_y, border: Some(border) };
-            let KnownMaps { maps, mm_per_texel, has_heights, said } =
+            let KnownMaps { maps, mm_per_texel, has_heights, mut said } =
                 known::read(&self.input, &reading, &foresee, job)?;
+            if height_scale.is_some() && !has_heights {
+                said.push("--height-scale is about a height map, and there is none".to_owned());
+            }
             return Ok(MapSource { said, mm_per_texel, has_heights, ..MapSource::of(maps) });
+        }
+        let of_maps = [
+            ("--height-scale", self.height_scale.is_some()),
+            ("--normal-y", self.normal_maps.normal_y.is_some()),
+        ];
+        if let Some((option, _)) = of_maps.iter().find(|(_, given)| *given) {
+            return Err(Error::usage(format!(
+                "{option} is about the maps of a folder, and this is a texture"
+            ))
+            .at(&self.input));
         }
         self.of_texture(border, job).map_err(|e| e.at(&self.input))
     }
@@ -124,7 +137,11 @@ impl Args {
                     ));
                 }
                 let maps = MaterialMaps::of_field(&file.field, border, job)?;
-                Ok(MapSource { functions: Some(file), ..MapSource::of(maps) })
+                let is_picture = *file.field.basis() == Basis::Constant;
+                let said = is_picture.then(|| {
+                    "a picture says nothing of normals, heights and gloss: those of a level matt surface are written".to_owned()
+                });
+                Ok(MapSource { functions: Some(file), said: Vec::from_iter(said), ..MapSource::of(maps) })
             }
         }
     }

@@ -142,8 +142,13 @@ impl Args {
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let Some(set) = MapFolder::of(&args.exemplars)? else { return synthesised(args, context) };
     let mut args = args.clone();
+    if args.method.is_noise() {
+        return Err(Error::usage(
+            "noise makes an endless plane of one texture: name a map of the folder, or another --method",
+        ));
+    }
     args.coarse |= args.search.is_none() && args.method.is_of_blocks();
-    args.output = args.rearranged.take_set(&set, &args.output);
+    args.output = args.rearranged.take_set(&set, &args.output)?;
     args.exemplars = vec![set.color.clone()];
     Ok(set.describe(synthesised(&args, context)?))
 }

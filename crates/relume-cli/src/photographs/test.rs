@@ -12,7 +12,8 @@ use relume::capture::develop::{Development, shifts};
 use relume::{Direction, Error, ErrorKind, Job, Planes, Raster, Result};
 use serde_json::json;
 
-use super::{PhotographArgs, PhotographSet, exposures_of};
+use super::measure::exposures_of;
+use super::{PhotographArgs, PhotographSet};
 
 /// The photographs of a test beside those of the fit.
 struct Beside<'a> {

@@ -13,7 +13,8 @@ use relume::{Direction, Error, Picture, Planes, RasterSequence, Result, Size, Sp
 use serde_json::{Value, json};
 
 use super::compare::KnownShape;
-use super::{Args, foresee, no_facts, refuse_strangers};
+use super::foresight::foresee;
+use super::{Args, no_facts, refuse_strangers};
 use crate::context::Context;
 use crate::photographs::PhotographSet;
 use crate::{input, normals, paths};

@@ -22,6 +22,7 @@ mod mask;
 mod reading;
 mod sample;
 mod shift;
+mod shift_by_light;
 
 pub use exposure::{Exposures, LARGEST_GAIN, exposures, share_by_direction};
 pub use reading::{InputSpace, ReadingCheck, check_reading};

@@ -7,19 +7,16 @@
 //! with the sum of all others, moved by what is known so far. Where the phases do not agree, as of noise and of surfaces without
 //! edges, the peak is one of chance, and the frame is taken not to have moved.
 //!
-//! Shadows and shading move edges a little with the light. So what of the shifts is linear in the direction of the light, found by least
-//! squares with Cauchy's weights, is not undone where it explains much of them: cameras do not move with the lamp.
+//! Shadows and shading move edges a little with the light: that part is not undone ([`super::shift_by_light`]).
 
 use rayon::prelude::*;
 use realfft::num_complex::Complex64;
 
-use super::luminance_of;
-use super::reading::median;
+use super::{luminance_of, shift_by_light};
 use crate::direction::Direction;
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::numeric::fourier::Fourier;
-use crate::numeric::small::solve_spd;
 use crate::planes::Planes;
 use crate::raster::LoadRaster;
 use crate::size::Size;
@@ -90,7 +87,7 @@ pub fn shifts(lights: &[(String, Direction)], load: &LoadRaster, job: &Job) -> R
         job.proceed()?;
     }
     let directions: Vec<Direction> = lights.iter().map(|(_, light)| *light).collect();
-    let by_light = without_shading(&mut peaks, &directions);
+    let by_light = shift_by_light::taken_out(&mut peaks, &directions);
     let first = peaks[0].unwrap_or_default();
     let from_first = |peak: &Option<[f64; 2]>| peak.map_or([0.0; 2], |[x, y]| [x - first[0], y - first[1]]);
     Ok(Shifts {
@@ -98,66 +95,6 @@ pub fn shifts(lights: &[(String, Direction)], load: &LoadRaster, job: &Job) -> R
         untold: (0..peaks.len()).filter(|i| peaks[*i].is_none()).collect(),
         by_light,
     })
-}
-
-/// The fewest photographs of which shifts are compared with the lights, and the share of the usual shift that must be explained.
-const FEWEST_COMPARED: usize = 12;
-const LEAST_EXPLAINED: f64 = 0.3;
-/// Rounds of weights, and the least deviation of shifts, in pixels.
-const WEIGHINGS: usize = 12;
-const LEAST_DEVIATION: f64 = 0.02;
-
-/// Takes out of shifts what follows the direction of the light, if that explains them; the most that is taken out.
-fn without_shading(shifts: &mut [Option<[f64; 2]>], lights: &[Direction]) -> f64 {
-    let told: Vec<usize> = (0..shifts.len()).filter(|i| shifts[*i].is_some()).collect();
-    if told.len() < FEWEST_COMPARED {
-        return 0.0;
-    }
-    let rows: Vec<[f64; 3]> = told.iter().map(|&i| [1.0, lights[i].x(), lights[i].y()]).collect();
-    let of =
-        |axis: usize| told.iter().map(|&i| shifts[i].map_or(0.0, |shift| shift[axis])).collect::<Vec<f64>>();
-    let values = [of(0), of(1)];
-    let Some(lines) = robust_line(&rows, &values[0]).zip(robust_line(&rows, &values[1])) else { return 0.0 };
-    let usual = |left: &dyn Fn(usize, usize) -> f64| {
-        median((0..told.len()).map(|k| left(0, k).hypot(left(1, k))).collect())
-    };
-    let centre = values.each_ref().map(|values| median(values.clone()));
-    let before = usual(&|axis, k| values[axis][k] - centre[axis]);
-    let lines = [lines.0, lines.1];
-    let after = usual(&|axis, k| values[axis][k] - dot(lines[axis], rows[k]));
-    if after > (1.0 - LEAST_EXPLAINED) * before {
-        return 0.0;
-    }
-    let mut most = 0.0f64;
-    for (&i, row) in told.iter().zip(&rows) {
-        let part = lines.map(|line| line[1] * row[1] + line[2] * row[2]);
-        most = most.max(part[0].hypot(part[1]));
-        shifts[i] = shifts[i].map(|[right, down]| [right - part[0], down - part[1]]);
-    }
-    most
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-/// The coefficients of values over rows, with weights that fall with the residual.
-fn robust_line(rows: &[[f64; 3]], values: &[f64]) -> Option<[f64; 3]> {
-    let mut line = [median(values.to_vec()), 0.0, 0.0];
-    for _ in 0..WEIGHINGS {
-        let residuals: Vec<f64> = rows.iter().zip(values).map(|(row, v)| v - dot(line, *row)).collect();
-        let deviation = (1.4826 * median(residuals.iter().map(|r| r.abs()).collect())).max(LEAST_DEVIATION);
-        let (mut matrix, mut right) = ([[0.0; 3]; 3], [0.0; 3]);
-        for ((row, value), residual) in rows.iter().zip(values).zip(residuals) {
-            let weight = (1.0 + (residual / deviation).powi(2)).powi(-2);
-            for i in 0..3 {
-                right[i] += weight * row[i] * value;
-                (0..3).for_each(|j| matrix[i][j] += weight * row[i] * row[j]);
-            }
-        }
-        line = solve_spd(&matrix, &right)?;
-    }
-    Some(line)
 }
 
 /// The magnitudes of the gradients of the logarithm, less their mean, faded out towards the borders.

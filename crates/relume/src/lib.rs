@@ -67,6 +67,7 @@ mod remarks;
 pub mod size;
 pub mod space;
 pub mod stamp;
+pub mod words;
 
 // The central type.
 pub mod field;

@@ -5,10 +5,11 @@ use relume::capture::develop::{
     shifts,
 };
 use relume::raster::LoadRaster;
+use relume::words::listed;
 use relume::{Direction, Error, Job, Planes, Rect, Result, Samples, Size, Space};
 use serde_json::json;
 
-use super::{PhotographArgs, PhotographSet, listed};
+use super::{BETWEEN, LISTED, PhotographArgs, PhotographSet};
 
 /// The share of exposures that follow the light from which on they may be shading.
 const SHADING_SHARE: f64 = 0.7;
@@ -50,7 +51,7 @@ impl PhotographSet {
             self.warnings.push(format!(
                 "{} photographs do not agree with the others well enough to tell whether they moved, and stay where they are: {}",
                 untold.len(),
-                listed(untold.iter().map(|&i| names[i].clone()))
+                listed(&untold.iter().map(|&i| names[i].as_str()).collect::<Vec<_>>(), LISTED, BETWEEN)
             ));
         }
         if by_light > 0.5 {
@@ -70,7 +71,7 @@ impl PhotographSet {
                 "{} of {} photographs moved by more than half a pixel (right, down) and were moved back: {}",
                 moved.len(),
                 names.len(),
-                listed(moved)
+                listed(&moved, LISTED, BETWEEN)
             ));
         }
         self.facts.insert("shifts".to_owned(), json!(found));
@@ -88,7 +89,7 @@ impl PhotographSet {
                 "the exposures of {} photographs cannot be told, since they are dark or shadows cover most of what would be lit; those \
                  of the nearest lights are taken: {}",
                 names.len(),
-                listed(names.iter().map(|&name| name.to_owned()))
+                listed(&names, LISTED, BETWEEN)
             ));
             self.facts.insert("exposures_not_told".to_owned(), json!(names));
         }
@@ -103,7 +104,7 @@ impl PhotographSet {
             self.warnings.push(format!(
                 "the exposures of {} photographs differ by more than a tenth and were multiplied: {}",
                 odd.len(),
-                listed(odd.iter().cloned())
+                listed(&odd, LISTED, BETWEEN)
             ));
         }
         let share = share_by_direction(&self.lights, &found).unwrap_or(0.0);

@@ -14,7 +14,8 @@ use relume::capture::develop::{
 };
 use relume::capture::{Capture, pictures_in};
 use relume::lamps::LampPositions;
-use relume::{Direction, Error, Job, Raster, Result, Samples, Space};
+use relume::words::listed;
+use relume::{Direction, Error, Job, Planes, Raster, Result, Samples, Space};
 use serde_json::{Map, Value, json};
 
 pub use options::PhotographArgs;
@@ -22,6 +23,10 @@ pub use options::PhotographArgs;
 use crate::input;
 use crate::output::CaptureFiles;
 use intensities::intensities;
+
+/// The most photographs that a warning names, and what stands between them.
+const LISTED: usize = 6;
+const BETWEEN: &str = "; ";
 
 /// The photographs of a capture, developed when they are read.
 pub struct PhotographSet {
@@ -68,6 +73,7 @@ impl PhotographSet {
             white: Mutex::default(),
         };
         set.read_files(args, job)?;
+        set.doubt_ambient(job)?;
         set.place_lamps(args, job)?;
         set.choose_space(args, job)?;
         set.development.mask = mask.map(|path| set.mask_of_texels(path, job)).transpose()?;
@@ -119,13 +125,14 @@ impl PhotographSet {
     /// What is to be said of saturated photographs among those read so far, where development hides them.
     pub fn saturation(&self) -> Option<String> {
         let white = self.white.lock().unwrap_or_else(PoisonError::into_inner);
+        let names: Vec<&str> = white.iter().map(|&i| self.lights[i].0.as_str()).collect();
         (!white.is_empty()).then(|| {
             format!(
                 "{} of {} photographs are saturated over half of what they show, where no texture can be fitted, whatever is undone in \
                  them: expose them shorter ({})",
                 white.len(),
                 self.lights.len(),
-                listed(white.iter().map(|&i| self.lights[i].0.clone()))
+                listed(&names, LISTED, BETWEEN)
             )
         })
     }
@@ -192,6 +199,23 @@ impl PhotographSet {
         Ok(())
     }
 
+    /// Says where the photograph without the lamp is about as bright as the first one with it.
+    fn doubt_ambient(&mut self, job: &Job) -> Result<()> {
+        const NEARLY: f64 = 0.9;
+        let Some(ambient) = &self.development.ambient else { return Ok(()) };
+        let sum = |planes: &Planes| {
+            planes.as_slice().iter().map(|v| f64::from(*v)).sum::<f64>() / planes.as_slice().len() as f64
+        };
+        let first = linear(&self.stored(0, job)?, self.development.space);
+        if sum(ambient) > NEARLY * sum(&first) {
+            self.warnings.push(format!(
+                "the photograph of the ambient light is about as bright as {}, of which it is taken away: was it made without the lamp?",
+                self.lights[0].0
+            ));
+        }
+        Ok(())
+    }
+
     /// The places of near lamps, and with them the directions from the middle of the surface.
     fn place_lamps(&mut self, args: &PhotographArgs, job: &Job) -> Result<()> {
         let Some(surface_mm) = args.surface_mm else { return Ok(()) };
@@ -254,12 +278,4 @@ impl PhotographSet {
         let load = |i: usize| self.stored(i, job);
         Ok(check_reading(&sample_texels(&self.lights, &load, None, job)?))
     }
-}
-
-/// The first of some words, and the number of the others.
-fn listed(words: impl IntoIterator<Item = String>) -> String {
-    const MOST: usize = 6;
-    let words: Vec<String> = words.into_iter().collect();
-    let shown = words[..words.len().min(MOST)].join("; ");
-    if words.len() > MOST { format!("{shown} and {} more", words.len() - MOST) } else { shown }
 }

@@ -10,7 +10,7 @@ use relume::format::{Depth, PictureFormat, encode_picture_with};
 use relume::surface::highlights::LEAST_LIGHTS;
 use relume::surface::integrate::SurfaceBorder;
 use relume::workflow::share::check_share_memory;
-use relume::{Direction, Error, Footprint, Named, Result, Space};
+use relume::{Direction, Error, Footprint, Named, Result, Samples, Space};
 use serde_json::{Map, Value, json};
 
 use super::height::SurfaceFiles;
@@ -26,7 +26,8 @@ use crate::{input, paths};
 #[command(after_help = "Examples:\n  relume new photographs -o coin\n  \
     relume new photographs -o coin --ball 385,346,260 --crop 700,0,2000,2000 --align --equalize\n\n\
     The folder holds the photographs and their .lp, .relight or .dome file; without one, the lamps are found by mirror \
-    balls.")]
+    balls. Photographs that a matt surface explains clearly better as linear are read so, with a warning; --input-space \
+    declares it.")]
 pub struct Args {
     /// The folder of photographs, or their light file
     photographs: PathBuf,
@@ -236,8 +237,10 @@ fn options(
     let mut development = args.development.clone();
     if development.input_space.is_none() {
         warnings.extend(stored.warnings.iter().cloned());
-        // Only a clear difference is a reason to leave the convention.
-        let check = stored.check_reading(&context.job)?.filter(|check| check.is_clear());
+        // Only a clear difference is a reason to leave the convention; floats are linear in any case.
+        let is_float = matches!(stored.stored(0, &context.job)?.samples(), Samples::F32(_));
+        let check = if is_float { None } else { stored.check_reading(&context.job)? };
+        let check = check.filter(|check| check.is_clear());
         let taken = check.map_or(Space::Srgb, |check| check.better());
         if taken == Space::Linear {
             warnings.push(

@@ -296,6 +296,9 @@ fn counts_are_those_of_the_surface_and_saturation_is_said_after_development() {
             picture.planes.as_mut_slice().fill(1.0);
         }
     });
+    write_grey(&at.join("room.png"), (64, 64), &[250; 64 * 64]);
+    let lit = json(at, &["fit", "p", "-o", "u.ptm", "--ambient-frame", "room.png"]);
+    assert!(lit["warnings"].to_string().contains("was it made without the lamp"), "{}", lit["warnings"]);
     let fit = json(at, &["fit", "p", "-o", "t.ptm", "--intensities", "strength.txt"]);
     assert!(fit["warnings"].to_string().contains("1 of 24 photographs are saturated"), "{}", fit["warnings"]);
 }

@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 
 use super::lp::{self, LpEntry, printable};
 use crate::error::{Error, Result};
+use crate::words::listed;
 
 /// The most folders searched below, above and beside a light file.
 const MAX_FOLDERS: usize = 1000;
@@ -231,8 +232,7 @@ fn natural_key(name: &str) -> (Vec<(usize, String)>, String) {
 
 /// The first names of a list, and how many more there are.
 pub(super) fn listing(names: &[String]) -> String {
-    let shown = names.iter().take(8).map(String::as_str).collect::<Vec<_>>().join(", ");
-    if names.len() > 8 { format!("{shown} and {} more", names.len() - 8) } else { shown }
+    listed(names, 8, ", ")
 }
 
 /// Whether a path is anything that can be read as a file: a pipe can.

@@ -3,6 +3,7 @@
 use super::stream::PhotographStream;
 use crate::error::{Error, Result};
 use crate::raster::{Raster, Samples};
+use crate::words::listed;
 
 /// The numbers of photographs that are black, and of those that are white over half of the surface.
 #[derive(Debug, Default)]
@@ -51,25 +52,25 @@ fn in_the_dark(stream: &PhotographStream, black: &[usize]) -> Result<Option<Stri
             stream.name(*first)
         )));
     }
-    let names: Vec<&str> = black.iter().take(6).map(|i| stream.name(*i)).collect();
+    let names: Vec<&str> = black.iter().map(|i| stream.name(*i)).collect();
     Ok(Some(format!(
         "{} of {} photographs are black, as if their lamps had not been lit: leave them out of the light file ({})",
         black.len(),
         stream.len(),
-        names.join(", ")
+        listed(&names, 6, ", ")
     )))
 }
 
 /// Names the photographs of which [`is_white`] is true.
 fn overexposed(stream: &PhotographStream, white: &[usize]) -> Option<String> {
-    let names: Vec<&str> = white.iter().take(6).map(|i| stream.name(*i)).collect();
+    let names: Vec<&str> = white.iter().map(|i| stream.name(*i)).collect();
     (!white.is_empty()).then(|| {
         format!(
             "{} of {} photographs are saturated over half of the surface or more, where no texture can be fitted: expose them \
              shorter ({})",
             white.len(),
             stream.len(),
-            names.join(", ")
+            listed(&names, 6, ", ")
         )
     })
 }

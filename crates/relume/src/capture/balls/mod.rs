@@ -38,6 +38,7 @@ use crate::planes::Planes;
 use crate::raster::LoadRaster;
 use crate::size::Size;
 use crate::space::Space;
+use crate::words::listed;
 use circles::Circle;
 
 /// The outline of a mirror ball in photographs, in pixels from their upper left corner, y downwards; the middle of
@@ -115,7 +116,7 @@ impl BallLights {
             n => Err(Error::invalid(format!(
                 "{n} of {} photographs show no usable lamp: {}",
                 self.frames.len(),
-                some_of(&problems)
+                listed(&problems, 4, ", ")
             ))),
         }
     }
@@ -126,12 +127,6 @@ impl BallFrame {
     pub fn trouble(&self) -> Option<String> {
         self.problem.as_ref().map(|problem| format!("{} {problem}", self.name))
     }
-}
-
-/// The first four of several sentences.
-fn some_of(all: &[String]) -> String {
-    let shown = all.iter().take(4).map(String::as_str).collect::<Vec<_>>().join(", ");
-    if all.len() > 4 { format!("{shown} and {} more", all.len() - 4) } else { shown }
 }
 
 /// Finds the balls in photographs, and measures what they show.

@@ -11,6 +11,7 @@
 //! `A` of the same layer is the opacity.
 
 use crate::error::Error;
+use crate::words;
 
 /// The channels taken from a file, by their number in it.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -97,11 +98,7 @@ pub(super) fn unclear(names: &[String]) -> Error {
 
 /// Names in words, at most eight of them.
 pub(super) fn listed(names: &[String]) -> String {
-    let mut listed = names.iter().take(8).cloned().collect::<Vec<_>>().join(", ");
-    if names.len() > 8 {
-        listed.push_str(&format!(" and {} more", names.len() - 8));
-    }
-    listed
+    words::listed(names, 8, ", ")
 }
 
 #[cfg(test)]

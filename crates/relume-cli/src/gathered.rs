@@ -118,34 +118,42 @@ pub fn encode_data(
     }
 }
 
-/// The file of an exemplar that is a map of heights or normals by the records of its files, or of data by its name, where the output can
-/// hold it as such; a remark says what is lost where it cannot.
-pub fn encode_recorded(
+/// The file of a map by its meaning: heights and normals with their records, other data without a colour space, else colours; `y` is the
+/// direction of Y of normals. A remark says which record the format of the output loses.
+pub fn encode_map(
     made: &ReflectanceField,
     map: &SourceMap,
-    (files, name): (&[FieldFile], &Path),
+    (files, role, y): (&[FieldFile], MapRole, Option<NormalY>),
     output: &Path,
     context: &Context,
-) -> Option<Result<Vec<u8>>> {
-    let record = files[0].record;
-    let is_shared = files.iter().all(|file| file.record == record);
+) -> Result<Vec<u8>> {
+    let heights =
+        files[0].record.heights.filter(|scale| files.iter().all(|f| f.record.heights == Some(*scale)));
     let is_opaque = files.iter().all(|file| file.opacity.as_ref().is_none_or(Planes::is_constant));
-    let has_record = record.heights.is_some() || record.normal_y.is_some();
-    let job = &context.job;
-    match (record.heights, record.normal_y, HeightFormat::from_path(output)) {
-        (Some(scale), _, Ok(format)) if is_shared && is_opaque => {
-            Some(encode_heights(made, scale, format, job))
+    let loses = |what: &str| {
+        let sentence = format!("this format does not record {what}: write PNG or EXR to keep it");
+        context.job.about(output).remark(sentence);
+    };
+    if output::is_stream(output) {
+        if heights.is_some() || y.is_some() {
+            loses("what the values are");
         }
-        (None, Some(y), Ok(_)) if is_shared && is_opaque && made.layout().channels() == 3 => {
-            Some(encode_normals(made, y, &files[0], output, job))
+        return encode(made, map, files, output, context);
+    }
+    match (y, heights, HeightFormat::from_path(output)) {
+        (Some(y), _, format) if is_opaque => {
+            if format.is_err() {
+                loses("the direction of Y of normals");
+            }
+            encode_normals(made, y, &files[0], output, &context.job)
         }
-        _ if has_record => {
-            job.about(output).remark(
-                "the record of what the values are is lost: write one opaque .png or .exr to keep it",
-            );
-            None
+        (None, Some(scale), Ok(format)) if is_opaque => encode_heights(made, scale, format, &context.job),
+        (None, Some(_), Err(_)) if is_opaque => {
+            loses("the scale of heights");
+            encode_data(made, map, files, output, context)
         }
-        _ => MapRole::of_name(name).is_data().then(|| encode_data(made, map, files, output, context)),
+        _ if role.is_data() => encode_data(made, map, files, output, context),
+        _ => encode(made, map, files, output, context),
     }
 }
 

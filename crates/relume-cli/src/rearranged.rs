@@ -4,13 +4,13 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use relume::format::{FieldFile, FieldFormat, HeightFormat, MapRole, NormalY};
+use relume::format::{FieldFile, FieldFormat, MapRole, NormalY};
 use relume::surface::integrate::SurfaceBorder;
 use relume::synthesis::{Boundary, SourceMap};
 use relume::workflow::Btf;
 use relume::workflow::map_set::{gather_map, join_heights, with_y_reversed};
 use relume::workflow::tiling::MeasuredTiling;
-use relume::{Error, Planes, ReflectanceField, Result};
+use relume::{Error, ReflectanceField, Result};
 use serde_json::json;
 
 use crate::context::Context;
@@ -224,10 +224,11 @@ impl Args {
     ) -> Result<Rearranged> {
         let made = gathered::gather(map, files, name, context).map_err(|e| e.at(output))?;
         let tiling = (boundary == Boundary::Torus).then(|| MeasuredTiling::of_texture(made.coefficients()));
-        let bytes = match gathered::encode_recorded(&made, map, (files, name), output, context) {
-            Some(bytes) => bytes.map_err(|e| e.at(output))?,
-            None => gathered::encode(&made, map, files, output, context)?,
-        };
+        let role = MapRole::of_name(name);
+        // The exemplar's own record says that it holds normals: a name alone may be wrong.
+        let y = files[0].record.normal_y.filter(|_| made.layout().channels() == 3);
+        let bytes = gathered::encode_map(&made, map, (files, role, y), output, context);
+        let bytes = bytes.map_err(|e| e.at(output))?;
         Ok(Rearranged { output: output.to_owned(), bytes, tiling })
     }
 
@@ -281,25 +282,8 @@ impl Args {
         of: &Registered,
         context: &Context,
     ) -> Result<Vec<u8>> {
-        let (file, output) = (&of.files[0], &of.applied.output);
-        let is_opaque = of.files.iter().all(|file| file.opacity.as_ref().is_none_or(Planes::is_constant));
-        match (file.record.heights, HeightFormat::from_path(output)) {
-            _ if is_opaque && of.is_normal_map() => {
-                gathered::encode_normals(made, self.written_y(of), file, output, &context.job)
-            }
-            (Some(scale), Ok(format)) if is_opaque => {
-                gathered::encode_heights(made, scale, format, &context.job)
-            }
-            (Some(_), Err(_)) if is_opaque && !output::is_stream(output) => {
-                context
-                    .job
-                    .about(output)
-                    .remark("this format does not record the scale of heights: write PNG or EXR to keep it");
-                gathered::encode_data(made, map, &of.files, output, context)
-            }
-            _ if of.applied.role().is_data() => gathered::encode_data(made, map, &of.files, output, context),
-            _ => gathered::encode(made, map, &of.files, output, context),
-        }
+        let y = of.is_normal_map().then(|| self.written_y(of));
+        gathered::encode_map(made, map, (&of.files, of.applied.role(), y), &of.applied.output, context)
     }
 
     /// The direction of Y in which a normal map is written.

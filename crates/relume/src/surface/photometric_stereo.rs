@@ -48,8 +48,8 @@ pub struct Stereo {
     pub normals: Planes,
     /// Linear diffuse reflectance, grey or RGB; a white surface facing the light is 1.
     pub albedo: Picture,
-    /// Texels whose values determine no direction.
-    pub undetermined: usize,
+    /// Whether the values of a texel determine a direction.
+    pub determined: Vec<bool>,
 }
 
 /// The photographs of a surface under known lights.
@@ -81,7 +81,7 @@ pub fn photometric_stereo(input: StereoInput, options: &StereoOptions, job: &Job
     let (size, channels) = (photographs.size(), photographs.channels());
     let texel_bytes = 4 * (channels * lights.len()) as u64;
     // Solved texels, of the last band twice, and the planes that are made of them.
-    let solved_bytes = (2 * size_of::<Solved>() + 4 * (3 + channels)) as u64;
+    let solved_bytes = (2 * size_of::<Solved>() + 4 * (3 + channels) + 1) as u64;
     job.check("the normals and albedo", size, solved_bytes)?;
     let _solved = job.hold("the normals and albedo", solved_bytes * size.texels() as u64)?;
     let row_bytes = texel_bytes * size.width as u64;
@@ -300,8 +300,8 @@ fn collect(size: Size, channels: usize, texels: &[Solved]) -> Stereo {
     for (c, plane) in albedo.iter_mut().enumerate() {
         plane.iter_mut().zip(texels).for_each(|(out, texel)| *out = texel.albedo[c]);
     }
-    let undetermined = texels.iter().filter(|texel| !texel.determined).count();
-    Stereo { normals, albedo: Picture { planes: albedo, space: Space::Linear }, undetermined }
+    let determined = texels.iter().map(|texel| texel.determined).collect();
+    Stereo { normals, albedo: Picture { planes: albedo, space: Space::Linear }, determined }
 }
 
 #[cfg(test)]

@@ -30,27 +30,8 @@ pub(super) fn run(
     if has_shapes && args.color == Some(PlaneLayout::LRGB) {
         return Err(Error::usage("shapes of shadows are those of each channel: leave out --color lrgb"));
     }
-    let is_compact = basis == Basis::Ptm || basis == Basis::HSH9;
-    let layout = if is_compact { PlaneLayout::LRGB } else { PlaneLayout::RGB };
-    let robust = args.robust.unwrap_or_default();
-    let lamps = inputs.lamps(&basis);
     let far = inputs.lamp_warning(&basis);
-    let options = FitOptions {
-        basis,
-        layout: args.color.clone().unwrap_or(layout),
-        space: args.space.unwrap_or(if format.is_encoded() || has_shapes {
-            Space::Srgb
-        } else {
-            Space::Linear
-        }),
-        report_texels: args.report_texels,
-        leave_one_out: args.leave_one_out
-            || (args.report.is_some() && robust == Robust::None && lamps.is_none()),
-        ridge: args.ridge.unwrap_or_default(),
-        robust,
-        lamps,
-        mask: inputs.mask().map(<[bool]>::to_vec),
-    };
+    let options = options(args, basis, format.is_encoded() || has_shapes, &inputs);
     let count = inputs.pairs().len();
     let fits = |size: Size, channels: usize| {
         foresee(&options, (size, channels), format, context)?;
@@ -82,6 +63,26 @@ pub(super) fn run(
         .with_warnings(&fit.report.warnings)
         .with_warnings(tested.iter().flat_map(|test| &test.warnings))
         .with_warnings(quality.iter().flat_map(|quality| &quality.warnings)))
+}
+
+/// The options of the fit; `is_encoded` says which values are usual for the file and the functions.
+fn options(args: &Args, basis: Basis, is_encoded: bool, inputs: &Inputs) -> FitOptions {
+    let is_compact = basis == Basis::Ptm || basis == Basis::HSH9;
+    let layout = if is_compact { PlaneLayout::LRGB } else { PlaneLayout::RGB };
+    let robust = args.robust.unwrap_or_default();
+    let lamps = inputs.lamps(&basis);
+    FitOptions {
+        basis,
+        layout: args.color.clone().unwrap_or(layout),
+        space: args.space.unwrap_or(if is_encoded { Space::Srgb } else { Space::Linear }),
+        report_texels: args.report_texels,
+        leave_one_out: args.leave_one_out
+            || (args.report.is_some() && robust == Robust::None && lamps.is_none()),
+        ridge: args.ridge.unwrap_or_default(),
+        robust,
+        lamps,
+        mask: inputs.mask().map(<[bool]>::to_vec),
+    }
 }
 
 /// What was asked for and was not done, or not of all that was fitted.

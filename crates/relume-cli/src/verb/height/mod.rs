@@ -14,6 +14,7 @@ use relume::format::{
 use relume::surface::integrate::{
     Discontinuities, IntegrateOptions, IntegrationMethod, SurfaceBorder, integrate, integrate_weighted,
 };
+use relume::surface::photometric_stereo::StereoOptions;
 use relume::surface::{Ambient, Estimator};
 use relume::{Direction, Error, Job, Picture, Planes, Result, Space};
 use serde_json::{Value, json};
@@ -311,8 +312,10 @@ fn method() -> impl TypedValueParser<Value = HeightMethod> {
 }
 
 impl StereoArgs {
-    fn ambient(&self) -> Ambient {
-        if self.ambient { Ambient::Constant } else { Ambient::None }
+    fn options(&self) -> StereoOptions {
+        let ambient = if self.ambient { Ambient::Constant } else { Ambient::None };
+        let usual = StereoOptions::default();
+        StereoOptions { estimator: self.estimator.unwrap_or(usual.estimator), ambient }
     }
 }
 

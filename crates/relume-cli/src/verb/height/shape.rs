@@ -5,7 +5,7 @@ use std::path::Path;
 use relume::capture::{Capture, Photograph};
 use relume::format::MapRole;
 use relume::surface::highlights::{self, HighlightOptions, Highlights, highlights};
-use relume::surface::photometric_stereo::{StereoInput, StereoOptions, photometric_stereo};
+use relume::surface::photometric_stereo::{StereoInput, photometric_stereo};
 use relume::surface::shape_from_shading::{ShadingOptions, shape_from_shading};
 use relume::surface::{self, STEEPEST, Slopes};
 use relume::workflow::model_surface::SurfaceForm;
@@ -172,17 +172,14 @@ fn stereo(args: &Args, known: &KnownShape, context: &Context) -> Result<Shape> {
     let photographs = RasterSequence::open(&load)?;
     fits(photographs.size(), photographs.channels())?;
     let load = |i: usize| photographs.read(i);
-    let options = StereoOptions {
-        estimator: args.stereo.estimator.unwrap_or(StereoOptions::default().estimator),
-        ambient: args.stereo.ambient(),
-    };
+    let options = args.stereo.options();
     let (lights, lamps) = (set.lights(), set.lamps());
     let input = StereoInput { lights, lamps: lamps.as_ref(), load: &load };
     let found =
         photometric_stereo(input, &options, &context.job).map_err(|e| e.at(&set.capture.light_file))?;
-    // Outside the mask photographs are black: nothing is determined or seen there.
-    let outside = set.mask().map_or(0, |mask| mask.iter().filter(|inside| !**inside).count());
-    let (inside, undetermined) = (photographs.size().texels() - outside, found.undetermined - outside);
+    let inside =
+        set.mask().map_or(found.determined.len(), |mask| mask.iter().filter(|inside| **inside).count());
+    let undetermined = lacking(&found.determined, set.mask());
     if undetermined == inside {
         return Err(Error::invalid("all photographs are black: there is nothing to find a shape of")
             .at(&set.capture.light_file));
@@ -195,15 +192,14 @@ fn stereo(args: &Args, known: &KnownShape, context: &Context) -> Result<Shape> {
         ));
     }
     if args.roughness_map.is_some() || args.specular_map.is_some() {
-        let options = HighlightOptions::default();
-        let seen = highlights(input, &shape.normals, options, &context.job)
+        let found = highlights(input, &shape.normals, HighlightOptions::default(), &context.job)
             .map_err(|e| e.at(&set.capture.light_file))?;
         shape.notes.push(format!(
             "roughness of the whole {:.2}; {:.0} % of the texels show no highlight and have it",
-            seen.overall,
-            100.0 * without_highlight(&seen, set.mask()) as f64 / inside as f64
+            found.overall,
+            100.0 * lacking(&found.seen, set.mask()) as f64 / inside as f64
         ));
-        shape.highlights = Some(seen);
+        shape.highlights = Some(found);
     }
     shape.pixel_mm = lamps.as_ref().map(relume::lamps::LampPositions::mm_per_texel);
     shape.mask = set.mask().map(<[bool]>::to_vec);
@@ -213,16 +209,16 @@ fn stereo(args: &Args, known: &KnownShape, context: &Context) -> Result<Shape> {
         "options": options,
         "undetermined_texels": undetermined,
         "roughness": shape.highlights.as_ref().map(|seen| seen.overall),
-        "texels_without_highlight": shape.highlights.as_ref().map(|seen| without_highlight(seen, set.mask())),
+        "texels_without_highlight": shape.highlights.as_ref().map(|found| lacking(&found.seen, set.mask())),
         "development": set.facts,
     });
     Ok(shape)
 }
 
-/// The texels of the surface in whose window no highlight is seen.
-fn without_highlight(found: &Highlights, mask: Option<&[bool]>) -> usize {
+/// The texels of the surface of which something is false.
+fn lacking(of_texels: &[bool], mask: Option<&[bool]>) -> usize {
     let is_inside = |texel: usize| mask.is_none_or(|mask| mask[texel]);
-    found.seen.iter().enumerate().filter(|(texel, seen)| !**seen && is_inside(*texel)).count()
+    of_texels.iter().enumerate().filter(|(texel, is)| !**is && is_inside(*texel)).count()
 }
 
 fn shading(args: &Args, known: &KnownShape, is_capture: bool, context: &Context) -> Result<Shape> {

@@ -179,10 +179,7 @@ pub fn fit(
         PackedFunctions::check(&held_out.pairs())?;
     }
     let asked = rank_of_factors(options);
-    let first = match asked {
-        Rank::Functions(n) => with_margin(n),
-        Rank::Error(_) => FIRST_SKETCH,
-    };
+    let first = first_width(asked);
     let stream = PhotographStream::open(names, load, |_| 3 * first, job)?;
     let columns = held_out.kept() * stream.channels();
     let most = columns.min(stream.size().texels());
@@ -253,6 +250,14 @@ fn rank_of_factors(options: &LearnedOptions) -> Rank {
     match (options.rank, options.rounding) {
         (Rank::Error(error), Some(rounding)) => Rank::Error((error * error - rounding * rounding).sqrt()),
         (rank, _) => rank,
+    }
+}
+
+/// The columns of the first sketch.
+fn first_width(asked: Rank) -> usize {
+    match asked {
+        Rank::Functions(n) => with_margin(n),
+        Rank::Error(_) => FIRST_SKETCH,
     }
 }
 

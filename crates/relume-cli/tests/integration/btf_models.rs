@@ -31,6 +31,7 @@ fn every_model_is_fitted_shown_compared_and_synthesised() {
         ("ggx", 7, 30.0),
         ("views-ptm", 8 * 18, 2.0),
         ("views-lafortune1", 80, 12.0),
+        ("separable3", 3 * (8 + 3 * 8), 8.0),
     ] {
         let fit = json(path, &["fit", "b.zip", "-o", "m.exr", "--model", model, "--force"]);
         assert_eq!((&fit["model"], &fit["report"]["numbers"]), (&model.into(), &numbers.into()), "{fit}");

@@ -49,6 +49,19 @@ fn a_texture_goes_through_all_formats_and_comes_back() {
     done(path, &["relight", "web", "--light", "0.5,0.5,0.7", "-o", "relit.png"]);
 }
 
+/// A .hsh file has a function for each channel, and the report says what it holds.
+#[test]
+fn an_hsh_file_is_said_to_hold_what_it_holds() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    fitted(path);
+    let made = json(path, &["convert", "a.ptm", "-o", "a.hsh"]);
+    assert_eq!((made["from"]["color"].as_str(), made["color"].as_str()), (Some("lrgb"), Some("rgb")));
+    assert_eq!(json(path, &["info", "a.hsh"])["color"], "rgb");
+    let sentence = failed(path, &["convert", "a.ptm", "-o", "b.hsh", "--color", "lrgb"], 2);
+    assert!(sentence.contains(".rti"), "{sentence}");
+}
+
 /// The planes of web folders and of compressed files are JPEG, whatever functions they hold.
 #[test]
 fn what_jpeg_loses_is_said() {

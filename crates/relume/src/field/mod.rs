@@ -24,7 +24,9 @@ pub use clustered::{ClusterSpaces, ClusteredField, MOST_CLUSTERS};
 pub use index::{IndexSpace, Metric};
 pub use layout::{PlaneLayout, PlaneRole};
 pub use nonlinear::NonlinearField;
-pub use parametric::{MOST_LOBES, ParametricField, PerViewModel, TexelModel, ViewFunction};
+pub use parametric::{
+    MOST_LOBES, MOST_PRODUCTS, ParametricField, PerViewModel, SeparableModel, TexelModel, ViewFunction,
+};
 #[cfg(test)]
 pub(crate) use shapes::tests::shapes_example;
 pub use shapes::{ShapeLookup, Shapes};

@@ -23,6 +23,11 @@ pub(super) struct Frame {
 }
 
 impl Frame {
+    /// Whether the colours are those of four inks.
+    pub(super) fn is_cmyk(&self) -> bool {
+        self.channels == 4
+    }
+
     /// Reads the segment that follows the marker of a frame.
     fn of(marker: u8, segment: &[u8]) -> Option<Self> {
         let [_, _, _, h1, h0, w1, w0, channels, components @ ..] = segment else { return None };

@@ -27,6 +27,10 @@ pub fn decode_raster(bytes: &[u8], job: &Job) -> Result<Raster> {
     decode_as(bytes, Meaning::Colors, job)
 }
 
+/// What is said of inks: no profile of them is applied.
+const PLAIN_CMYK: &str = "colours of four inks (CMYK) became RGB by the plain formula, without a profile: export the picture as RGB for \
+                          true colours";
+
 /// As [`decode_raster`], for values of a given meaning.
 pub(super) fn decode_as(bytes: &[u8], meaning: Meaning, job: &Job) -> Result<Raster> {
     Ok(opacity::kept(decode_whole(bytes, meaning, job)?, meaning, job))
@@ -49,6 +53,9 @@ fn decode_whole(bytes: &[u8], meaning: Meaning, job: &Job) -> Result<Raster> {
         Kind::Jpeg => {
             let frame = complete::check_jpeg(bytes)?;
             job.check_bytes("decoding the JPEG picture", frame.map_or(0, |frame| frame.working_bytes()))?;
+            if frame.is_some_and(|frame| frame.is_cmyk()) {
+                job.remark(PLAIN_CMYK);
+            }
             let mut decoder = JpegReader::new(bytes).map_err(|error| explain(ImageFormat::Jpeg, &error))?;
             let fits = decoder.set_limits(decoder_limits(job));
             fits.map_err(|error| explain(ImageFormat::Jpeg, &error))?;
@@ -59,7 +66,10 @@ fn decode_whole(bytes: &[u8], meaning: Meaning, job: &Job) -> Result<Raster> {
                 let tag = profile.map_or(ColorTag::Silent, |profile| ColorTag::of_icc(&profile));
                 Ok(color::in_srgb(raster, &tag, meaning, job))
             }
-            None => decode_with(bytes, ImageFormat::Tiff, meaning, job),
+            None => {
+                job.remark(PLAIN_CMYK);
+                decode_with(bytes, ImageFormat::Tiff, meaning, job)
+            }
         },
         Kind::Pfm => pfm::decode(bytes, job),
         Kind::Radiance => radiance::decode(bytes, job),

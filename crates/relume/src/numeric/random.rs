@@ -72,6 +72,8 @@ pub enum Purpose {
     ClusterSeeds = 24,
     /// The photographs from which clusters of photographs begin. Place: none.
     PhotographClusters = 25,
+    /// The vectors from which the factorisation of a texel begins. Place: the vector.
+    TexelFactors = 26,
 }
 
 /// The most integers of a place.

@@ -49,7 +49,7 @@ impl SurfaceForm {
             TexelModel::Lafortune { .. } => {
                 Ok(Self::Lobes { albedo: models.picture(Direction::ZENITH, job)? })
             }
-            TexelModel::PerView(_) => match models.from_above(job)? {
+            TexelModel::PerView(_) | TexelModel::Separable(_) => match models.from_above(job)? {
                 Some(functions) => Ok(Self::Functions(functions)),
                 None => remarked_linear_form(models, job).map(Self::Functions),
             },

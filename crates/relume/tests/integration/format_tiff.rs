@@ -137,6 +137,17 @@ fn a_fourth_channel_of_no_meaning_is_named_and_left_out() {
 }
 
 #[test]
+fn colours_of_inks_become_rgb_with_a_warning() {
+    let inks = [[0, 0, 0, 0], [255, 0, 0, 0], [0, 0, 0, 255]].concat().repeat(2);
+    let file = TiffFile { photometric: 5, ..TiffFile::new(4, 1, 8, inks) };
+    let job = Job::default();
+    let read = decode_raster(&file.bytes(), &job).unwrap();
+    let colours = [[255, 255, 255], [0, 255, 255], [0, 0, 0]].concat().repeat(2);
+    assert_eq!(read, Raster::new(SIZE, 3, Samples::U8(colours)).unwrap());
+    assert!(job.remarks().concat().contains("(CMYK)"), "{:?}", job.remarks());
+}
+
+#[test]
 fn greys_of_few_bits_are_spread() {
     // Rows of three samples of 4 bits, padded to whole bytes.
     let file = TiffFile::new(1, 1, 4, vec![0x0f, 0x10, 0x84, 0xf0]);

@@ -103,6 +103,13 @@ impl Target {
         if args.half && target != Self::File(FieldFormat::Exr(ExrDepth::Half)) {
             return Err(Error::usage("--half is for .exr files"));
         }
+        if target == Self::File(FieldFormat::Hsh)
+            && args.color.as_ref().is_some_and(|color| *color != PlaneLayout::RGB)
+        {
+            return Err(Error::usage(
+                "a .hsh file has functions for each channel: give --color rgb, or name a .rti file",
+            ));
+        }
         Ok(target)
     }
 
@@ -125,6 +132,12 @@ impl Target {
             Self::File(FieldFormat::Rti | FieldFormat::Hsh) | Self::Web(_) => Basis::from_name("hsh9"),
             Self::File(FieldFormat::Exr(_) | FieldFormat::Picture(_)) | Self::Npz | Self::Npy => None,
         }
+    }
+
+    /// The arrangement of colours that the target needs, given that of the texture.
+    fn layout(self, from: Option<&PlaneLayout>) -> Option<PlaneLayout> {
+        let needs_channels = self == Self::File(FieldFormat::Hsh);
+        from.filter(|layout| needs_channels && layout.is_product()).map(|_| PlaneLayout::RGB)
     }
 
     fn space(self) -> Option<Space> {
@@ -180,15 +193,19 @@ impl ConvertedPlace<'_> {
     }
 
     /// What is asked for of a texture of functions; `None` of those that no format but EXR holds.
-    fn options(&self, basis: Option<&Basis>) -> ConvertOptions {
-        let needed = || match basis {
-            Some(basis) => self.target.basis(basis),
+    fn options(&self, from: Option<&ReflectanceField>) -> ConvertOptions {
+        let needed = || match from {
+            Some(from) => self.target.basis(from.basis()),
             None => self.target.default_basis(),
         };
         ConvertOptions {
             basis: self.args.basis.clone().or_else(needed),
             space: self.args.space.or(self.target.space()),
-            layout: self.args.color.clone(),
+            layout: self
+                .args
+                .color
+                .clone()
+                .or_else(|| self.target.layout(from.map(ReflectanceField::layout))),
         }
     }
 
@@ -243,7 +260,7 @@ impl ConvertedPlace<'_> {
 /// Converts a texture of functions, which may be the linear form of clusters.
 fn of_field(file: FieldFile, clusters: Option<&ClusterSpaces>, place: ConvertedPlace<'_>) -> Result<Report> {
     let context = place.context;
-    let options = place.options(Some(file.field.basis()));
+    let options = place.options(Some(&file.field));
     place.foresee(&file.field, &options)?;
     let made = convert(&file.field, &options, &context.job)?;
     let is_same = matches!(made, Cow::Borrowed(_));

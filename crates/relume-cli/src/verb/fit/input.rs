@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use relume::capture::Capture;
-use relume::direction::Directions;
+use relume::direction::{Direction, Directions};
 use relume::field::Basis;
 use relume::format::FieldFormat;
 use relume::lamps::LampPositions;
@@ -135,11 +135,12 @@ impl Inputs {
 
     /// The number of distinct views.
     pub(super) fn views(&self) -> usize {
-        let mut views: Vec<[u64; 3]> =
-            self.pairs.iter().map(|(_, pair)| pair.view.to_array().map(f64::to_bits)).collect();
-        views.sort_unstable();
-        views.dedup();
-        views.len()
+        distinct(self.pairs.iter().map(|(_, pair)| pair.view))
+    }
+
+    /// The number of distinct lights.
+    pub(super) fn lights(&self) -> usize {
+        distinct(self.pairs.iter().map(|(_, pair)| pair.light))
     }
 
     /// What is to be said of them.
@@ -209,6 +210,14 @@ impl Inputs {
             }
         }
     }
+}
+
+/// The number of distinct directions.
+fn distinct(directions: impl Iterator<Item = Direction>) -> usize {
+    let mut all: Vec<[u64; 3]> = directions.map(|direction| direction.to_array().map(f64::to_bits)).collect();
+    all.sort_unstable();
+    all.dedup();
+    all.len()
 }
 
 /// Whether each photograph has one light for all texels.

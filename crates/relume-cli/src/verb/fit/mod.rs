@@ -73,8 +73,9 @@ pub struct Args {
     #[arg(long, value_name = "OF", value_parser = args::named::<Factorisation>())]
     factors: Option<Factorisation>,
     /// Fit a reflectance model to each texel of a texture of light and view: one or two lobes of light and view (lafortune1,
-    /// lafortune2); base colour, normal, roughness and specular reflectance as in artists' programs (ggx); or a function of
-    /// the light for each view: lobes (views-lafortune1, views-lafortune2), or any basis of light (views-ptm, views-hsh9)
+    /// lafortune2); base colour, normal, roughness and specular reflectance as in artists' programs (ggx); a function of
+    /// the light for each view: lobes (views-lafortune1, views-lafortune2), or any basis of light (views-ptm, views-hsh9); or
+    /// a sum of products of a function of the view and one of the light (separable1 to separable16)
     #[arg(long, value_name = "NAME", value_parser = parametric::named,
           conflicts_with_all = ["basis", "rank", "error", "clusters", "rounding", "factors"])]
     model: Option<String>,

@@ -1,7 +1,7 @@
 //! Reflectance models fitted to each texel.
 
 use relume::Named;
-use relume::field::Basis;
+use relume::field::{Basis, MOST_PRODUCTS, ViewFunction};
 use relume::fit::parametric::{self, ParametricForm, ParametricOptions, ParametricReport};
 use relume::format::FieldFormat;
 use relume::format::exr::encode_parametric;
@@ -18,11 +18,12 @@ use crate::report::Report;
 /// The name of a model, checked.
 pub(super) fn named(text: &str) -> std::result::Result<String, String> {
     let views = Basis::NAMED.iter().map(|basis| format!("views-{}", basis.name()));
-    let mut names = ParametricForm::NAMES.into_iter().map(str::to_owned).chain(views);
+    let products = (1..=MOST_PRODUCTS).map(|products| format!("separable{products}"));
+    let mut names = ParametricForm::NAMES.into_iter().map(str::to_owned).chain(views).chain(products);
     match names.any(|name| name == text) {
         true => Ok(text.to_owned()),
         false => Err(format!(
-            "expected {}, or views- and the name of a basis of light",
+            "expected {}, views- and the name of a basis of light, or separable and 1 to {MOST_PRODUCTS} products",
             ParametricForm::NAMES.join(", ")
         )),
     }
@@ -76,7 +77,8 @@ pub(super) fn run(
 fn options(args: &Args, model: &str) -> Result<ParametricOptions> {
     let form = ParametricForm::from_name(model, args.space.unwrap_or(Space::Srgb));
     let form = form.ok_or_else(|| Error::usage(format!("there is no reflectance model {model}")))?;
-    let has_space = matches!(&form, ParametricForm::PerView(relume::field::ViewFunction::Basis(..)));
+    let has_space =
+        matches!(&form, ParametricForm::PerView(ViewFunction::Basis(..)) | ParametricForm::Separable(..));
     if let Some(space) = args.space.filter(|_| !has_space) {
         return Err(Error::usage(format!(
             "--space {} has no meaning for {model}, which is of light: leave it out",
@@ -95,8 +97,8 @@ fn foresee(
     inputs: &Inputs,
     context: &Context,
 ) -> Result<()> {
-    let views = inputs.views();
-    let numbers = options.form.numbers(photographs.channels(), views) as u64;
+    let (views, lights) = (inputs.views(), inputs.lights());
+    let numbers = options.form.numbers(photographs.channels(), views, lights) as u64;
     let size = photographs.size();
     let fitted = Footprint::of_texels(size, 4 * numbers, 4 * numbers);
     let file = Footprint::of_texels(size, 8 * numbers, 4 * numbers);

@@ -1,5 +1,5 @@
-//! Textures whose texels hold the parameters of a reflectance model: lobes, facets, or functions of the light for each
-//! measured view.
+//! Textures whose texels hold the parameters of a reflectance model: lobes, facets, functions of the light for each
+//! measured view, or products of functions of the view and of the light.
 //!
 //! They are not linear in the numbers of a texel, so stages take their linear form, learned from their pictures
 //! (`fit::parametric::linear_form`; docs/decisions/0013). Pictures for a light and a view come from the numbers
@@ -10,10 +10,13 @@ pub(crate) mod examples;
 mod ggx;
 mod lobes;
 mod per_view;
+mod separable;
 
 pub(crate) use ggx::{FacetShares, radiance as ggx_radiance};
 pub use lobes::MOST_LOBES;
 pub use per_view::{PerViewModel, ViewFunction};
+use separable::SeparableShares;
+pub use separable::{MOST_PRODUCTS, SeparableModel};
 
 use rayon::prelude::*;
 
@@ -45,6 +48,8 @@ pub enum TexelModel {
     Ggx,
     /// Functions of the light for each view.
     PerView(PerViewModel),
+    /// A sum of products of a function of the view and one of the light.
+    Separable(SeparableModel),
 }
 
 impl TexelModel {
@@ -54,6 +59,7 @@ impl TexelModel {
             Self::Lafortune { lobes } => lobes::count(channels, *lobes),
             Self::Ggx => channels + ggx::BESIDE,
             Self::PerView(model) => model.views().len() * model.function().numbers(channels),
+            Self::Separable(model) => model.numbers(channels),
         }
     }
 
@@ -64,11 +70,12 @@ impl TexelModel {
                 ViewFunction::Basis(_, space) => *space,
                 ViewFunction::Lobes(_) => Space::Linear,
             },
+            Self::Separable(model) => model.space(),
             Self::Lafortune { .. } | Self::Ggx => Space::Linear,
         }
     }
 
-    /// The kind of model, in files, options and messages: `lafortune2`, `ggx`, `views-ptm`.
+    /// The kind of model, in files, options and messages: `lafortune2`, `ggx`, `views-ptm`, `separable4`.
     pub fn name(&self) -> String {
         match self {
             Self::Lafortune { lobes } => format!("lafortune{lobes}"),
@@ -77,6 +84,7 @@ impl TexelModel {
                 ViewFunction::Basis(basis, _) => format!("views-{}", basis.name()),
                 ViewFunction::Lobes(lobes) => format!("views-lafortune{lobes}"),
             },
+            Self::Separable(model) => format!("separable{}", model.products()),
         }
     }
 
@@ -95,6 +103,7 @@ impl TexelModel {
                 let of_view = |v: usize| names.iter().map(move |name| format!("view{v}.{name}"));
                 (0..model.views().len()).flat_map(of_view).collect()
             }
+            Self::Separable(model) => model.names(channels),
         })
     }
 
@@ -108,7 +117,7 @@ impl TexelModel {
             Self::Lafortune { lobes } if *lobes == 0 || *lobes > MOST_LOBES => {
                 Err(Error::invalid(format!("a texel has 1 to {MOST_LOBES} lobes, not {lobes}")))
             }
-            Self::Lafortune { .. } | Self::Ggx | Self::PerView(_) => Ok(()),
+            Self::Lafortune { .. } | Self::Ggx | Self::PerView(_) | Self::Separable(_) => Ok(()),
         }
     }
 }
@@ -124,10 +133,17 @@ pub struct ParametricField {
 /// What pictures for a light and a view have in common at all texels.
 struct PreparedDirections {
     directions: Directions,
-    /// The views around, of functions for each view.
-    shares: Shares,
-    /// The values of the functions of the light, if they are linear.
-    weights: Vec<f64>,
+    around: Around,
+}
+
+/// What is measured around a light and a view.
+enum Around {
+    /// Nothing: of lobes and facets.
+    Nothing,
+    /// The views, and the values of the functions of the light, if they are linear.
+    Views(Shares, Vec<f64>),
+    /// The views and the lights.
+    Pair(SeparableShares),
 }
 
 impl ParametricField {
@@ -196,10 +212,9 @@ impl ParametricField {
     /// The channels of one texel for a light and a view, in the space of the model.
     pub fn evaluate(&self, x: usize, y: usize, directions: impl Into<Directions>) -> Vec<f32> {
         let prepared = self.prepared(directions.into());
-        let mut out = [0.0; 3];
-        let mut scratch = self.scratch();
-        self.value_into(&prepared, self.size().index(x, y), &mut scratch, &mut out[..self.channels]);
-        out[..self.channels].iter().map(|v| *v as f32).collect()
+        let mut out = vec![0.0; self.channels];
+        self.rows_into(&prepared, self.size().index(x, y), &mut out.chunks_mut(1).collect::<Vec<_>>());
+        out
     }
 
     /// The picture for a light and a view, in the space of the model.
@@ -211,22 +226,21 @@ impl ParametricField {
         let mut planes = Planes::zeros_within(job, "the picture", self.size(), self.channels)?;
         planes.bands_mut(PART).into_par_iter().enumerate().try_for_each(|(part, mut band)| {
             job.proceed()?;
-            let (mut out, mut scratch) = ([0.0; 3], self.scratch());
-            for i in 0..band[0].len() {
-                self.value_into(&prepared, part * PART + i, &mut scratch, &mut out[..self.channels]);
-                band.iter_mut().zip(out).for_each(|(plane, value)| plane[i] = value as f32);
-            }
+            self.rows_into(&prepared, part * PART, &mut band);
             Ok(())
         })?;
         Ok(Picture { planes, space: self.model.space() })
     }
 
     /// The functions of the light of what is seen from straight above, which are exact: of functions of the light for each
-    /// view. Lobes and facets are no such functions.
+    /// view, and of products. Lobes and facets are no such functions.
     ///
     /// # Errors
     /// Limits exceeded.
     pub fn from_above(&self, job: &Job) -> Result<Option<ReflectanceField>> {
+        if let TexelModel::Separable(model) = &self.model {
+            return model.seen_from(Direction::ZENITH, &self.planes, self.channels, job).map(Some);
+        }
         let TexelModel::PerView(model) = &self.model else { return Ok(None) };
         let ViewFunction::Basis(basis, space) = model.function() else { return Ok(None) };
         let count = model.function().numbers(self.channels);
@@ -244,49 +258,69 @@ impl ParametricField {
     fn scratch(&self) -> Vec<f64> {
         match &self.model {
             TexelModel::PerView(model) => vec![0.0; model.function().numbers(self.channels)],
+            TexelModel::Separable(_) => Vec::new(),
             TexelModel::Lafortune { .. } | TexelModel::Ggx => vec![0.0; self.planes.count()],
         }
     }
 
     fn prepared(&self, directions: Directions) -> PreparedDirections {
-        let mut prepared =
-            PreparedDirections { directions, shares: [(0, 1.0), (0, 0.0), (0, 0.0)], weights: Vec::new() };
-        if let TexelModel::PerView(model) = &self.model {
-            prepared.shares = model.shares(directions.view);
-            if let ViewFunction::Basis(basis, _) = model.function() {
-                prepared.weights = basis.weights(directions.light);
+        let around = match &self.model {
+            TexelModel::Lafortune { .. } | TexelModel::Ggx => Around::Nothing,
+            TexelModel::PerView(model) => {
+                let weights = match model.function() {
+                    ViewFunction::Basis(basis, _) => basis.weights(directions.light),
+                    ViewFunction::Lobes(_) => Vec::new(),
+                };
+                Around::Views(model.shares(directions.view), weights)
             }
-        }
-        prepared
+            TexelModel::Separable(model) => Around::Pair(model.shares(directions)),
+        };
+        PreparedDirections { directions, around }
     }
 
-    /// The channels of a texel; `numbers` is scratch for the numbers of one view.
+    /// The values of adjacent texels from `first` on, a row for each channel.
+    fn rows_into(&self, prepared: &PreparedDirections, first: usize, rows: &mut [&mut [f32]]) {
+        if let (TexelModel::Separable(model), Around::Pair(shares)) = (&self.model, &prepared.around) {
+            return model.rows_into(shares, &self.planes, first, rows);
+        }
+        let (mut out, mut scratch) = ([0.0; 3], self.scratch());
+        for i in 0..rows[0].len() {
+            self.value_into(prepared, first + i, &mut scratch, &mut out[..self.channels]);
+            rows.iter_mut().zip(out).for_each(|(row, value)| row[i] = value as f32);
+        }
+    }
+
+    /// The channels of a texel of lobes, facets or functions for each view; `numbers` is scratch for the numbers of one view.
     fn value_into(&self, prepared: &PreparedDirections, texel: usize, numbers: &mut [f64], out: &mut [f64]) {
         let texels = self.size().texels();
+        let number = |plane: usize| f64::from(self.planes.as_slice()[plane * texels + texel]);
         let take = |first: usize, numbers: &mut [f64]| {
-            let planes = self.planes.as_slice()[first * texels + texel..].iter().step_by(texels);
-            numbers.iter_mut().zip(planes).for_each(|(number, value)| *number = f64::from(*value));
+            numbers.iter_mut().enumerate().for_each(|(k, value)| *value = number(first + k));
         };
         let ([a, b, c], [d, e, f]) =
             (prepared.directions.light.to_array(), prepared.directions.view.to_array());
-        let TexelModel::PerView(model) = &self.model else {
-            take(0, numbers);
-            match &self.model {
-                TexelModel::Ggx => ggx::radiance(numbers, prepared.directions, out),
-                _ => lobes::radiance(numbers, [a * d, b * e, c * f], c.max(0.0), out),
+        match (&self.model, &prepared.around) {
+            (TexelModel::PerView(model), Around::Views(shares, weights)) => {
+                let mut one = [0.0; 3];
+                let one = &mut one[..out.len()];
+                out.fill(0.0);
+                for &(view, share) in shares.iter().filter(|(_, share)| *share != 0.0) {
+                    take(view * numbers.len(), numbers);
+                    match model.function() {
+                        ViewFunction::Basis(..) => combine(numbers, weights, one),
+                        ViewFunction::Lobes(_) => lobes::radiance(numbers, [a, b, c], c.max(0.0), one),
+                    }
+                    out.iter_mut().zip(&*one).for_each(|(o, v)| *o += share * v);
+                }
             }
-            return;
-        };
-        let mut one = [0.0; 3];
-        let one = &mut one[..out.len()];
-        out.fill(0.0);
-        for &(view, share) in prepared.shares.iter().filter(|(_, share)| *share != 0.0) {
-            take(view * numbers.len(), numbers);
-            match model.function() {
-                ViewFunction::Basis(..) => combine(numbers, &prepared.weights, one),
-                ViewFunction::Lobes(_) => lobes::radiance(numbers, [a, b, c], c.max(0.0), one),
+            (TexelModel::Ggx, _) => {
+                take(0, numbers);
+                ggx::radiance(numbers, prepared.directions, out);
             }
-            out.iter_mut().zip(&*one).for_each(|(o, v)| *o += share * v);
+            _ => {
+                take(0, numbers);
+                lobes::radiance(numbers, [a * d, b * e, c * f], c.max(0.0), out);
+            }
         }
     }
 }
@@ -299,86 +333,4 @@ fn combine(numbers: &TexelNumbers, weights: &[f64], out: &mut [f64]) {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::examples::all;
-    use super::*;
-    use crate::direction::Direction;
-
-    #[test]
-    fn pictures_are_the_values_of_their_texels_and_planes_have_distinct_names() {
-        let directions =
-            Directions { light: Direction::from_angles(0.6, 1.0), view: Direction::from_angles(0.5, -2.0) };
-        for field in all() {
-            let picture = field.picture(directions, &Job::default()).unwrap();
-            assert_eq!((picture.size(), picture.space), (field.size(), field.model().space()));
-            for (x, y) in [(0, 0), (4, 2), (1, 1)] {
-                let values = field.evaluate(x, y, directions);
-                assert_eq!(values.len(), field.channels());
-                let shown: Vec<f32> = (0..field.channels()).map(|c| picture.planes.at(c, x, y)).collect();
-                assert_eq!(shown, values);
-            }
-            let mut names = field.plane_names();
-            assert_eq!(names.len(), field.planes().count());
-            names.sort();
-            names.dedup();
-            assert_eq!(names.len(), field.planes().count(), "{names:?}");
-        }
-    }
-
-    #[test]
-    fn a_measured_view_is_its_own_function_and_others_are_means() {
-        for field in all() {
-            let TexelModel::PerView(model) = field.model() else { continue };
-            let light = Direction::from_angles(0.4, 0.3);
-            let value = |view| f64::from(field.evaluate(2, 1, Directions { light, view })[0]);
-            let own = value(model.views()[2]);
-            let other = value(model.views()[0]);
-            // Halfway along an edge of the triangles in the stereographic projection, near halfway on the sphere.
-            let [a, b] = [0, 2].map(|i| model.views()[i].to_array());
-            let view = Direction::new(a[0] + b[0], a[1] + b[1], a[2] + b[2]).unwrap();
-            let between = value(view);
-            assert!(between > own.min(other) && between < own.max(other), "{own} {between} {other}");
-        }
-    }
-
-    #[test]
-    fn functions_seen_from_above_are_those_of_the_models() {
-        let job = Job::default();
-        for field in all() {
-            let Some(above) = field.from_above(&job).unwrap() else {
-                assert!(
-                    !field.model().name().starts_with("views-") || field.model().name().contains("lafortune")
-                );
-                continue;
-            };
-            let light = Direction::from_angles(0.7, 2.0);
-            for (x, y) in [(0, 0), (4, 2), (2, 1)] {
-                let (a, b) = (field.evaluate(x, y, light), above.value(x, y, light));
-                assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-5), "{a:?} {b:?}");
-            }
-        }
-    }
-
-    #[test]
-    fn fields_that_do_not_fit_are_refused_in_a_sentence() {
-        let lobes = |lobes, channels, planes: usize| {
-            let planes = Planes::zeros(Size::new(2, 2), planes);
-            ParametricField::new(TexelModel::Lafortune { lobes }, channels, planes).unwrap_err().to_string()
-        };
-        assert!(lobes(0, 3, 3).contains("1 to 3 lobes"), "{}", lobes(0, 3, 3));
-        assert!(lobes(9, 3, 66).contains("1 to 3 lobes"));
-        assert!(lobes(1, 2, 7).contains("not 2"));
-        assert!(lobes(1, 3, 9).contains("has 10 planes, found 9"));
-        let mut planes = Planes::zeros(Size::new(2, 2), 7);
-        planes.plane_mut(5)[3] = f32::NAN;
-        let error = ParametricField::new(TexelModel::Ggx, 3, planes).unwrap_err().to_string();
-        assert!(error.contains("roughness of texel (1, 1) is NaN"), "{error}");
-        let views =
-            |views: &[Direction], function| PerViewModel::new(views, function).unwrap_err().to_string();
-        let up = Direction::ZENITH;
-        assert!(views(&[], ViewFunction::Lobes(1)).contains("of 0"));
-        assert!(views(&[up, up], ViewFunction::Lobes(1)).contains("given twice"));
-        assert!(views(&[up], ViewFunction::Lobes(0)).contains("at least one lobe"));
-        assert!(views(&[up], ViewFunction::Lobes(7)).contains("at most 3"));
-    }
-}
+mod tests;

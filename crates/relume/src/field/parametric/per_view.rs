@@ -13,9 +13,9 @@ use crate::field::Basis;
 use crate::numeric::between::{Shares, Triangulation};
 use crate::space::Space;
 
-/// The most views, and the most numbers of a texel: planes in one file.
-const MOST_VIEWS: usize = 4096;
-const MOST_NUMBERS: usize = 1 << 16;
+/// The most views or lights, and the most numbers of a texel: planes in one file.
+const MOST_DIRECTIONS: usize = 4096;
+pub(super) const MOST_NUMBERS: usize = 1 << 16;
 
 /// What the reflectance of one view is made of.
 #[derive(Debug, Clone, PartialEq)]
@@ -64,17 +64,7 @@ impl PerViewModel {
     /// # Errors
     /// No view or too many, two that are equal, functions that are not of light alone, and lobes that are none or too many.
     pub fn new(views: &[Direction], function: ViewFunction) -> Result<Self> {
-        if views.is_empty() || views.len() > MOST_VIEWS {
-            return Err(Error::invalid(format!(
-                "reflectance fields are of 1 to {MOST_VIEWS} views, not of {}",
-                views.len()
-            )));
-        }
-        let twice = (1..views.len()).find(|&i| views[..i].contains(&views[i]));
-        if let Some(i) = twice {
-            let [x, y, z] = views[i].to_array();
-            return Err(Error::invalid(format!("the view ({x}, {y}, {z}) is given twice")));
-        }
+        check_directions("reflectance fields", "view", views)?;
         match &function {
             ViewFunction::Basis(Basis::Learned(_), _) => {
                 return Err(Error::invalid(
@@ -115,6 +105,21 @@ impl PerViewModel {
     pub fn shares(&self, view: Direction) -> Shares {
         self.around.shares(view)
     }
+}
+
+/// Refuses directions of models that are none, too many, or not distinct.
+pub(super) fn check_directions(models: &str, kind: &str, directions: &[Direction]) -> Result<()> {
+    if directions.is_empty() || directions.len() > MOST_DIRECTIONS {
+        return Err(Error::invalid(format!(
+            "{models} are of 1 to {MOST_DIRECTIONS} {kind}s, not of {}",
+            directions.len()
+        )));
+    }
+    let twice = (1..directions.len()).find(|&i| directions[..i].contains(&directions[i]));
+    twice.map_or(Ok(()), |i| {
+        let [x, y, z] = directions[i].to_array();
+        Err(Error::invalid(format!("the {kind} ({x}, {y}, {z}) is given twice")))
+    })
 }
 
 /// Equal views and functions: the triangles follow from the views.

@@ -21,10 +21,15 @@ const RINGS: [(f64, u32); 5] = [(0.0, 1), (22.5, 8), (45.0, 12), (62.5, 14), (77
 /// # Errors
 /// Limits exceeded, and a cancelled job.
 pub fn linear_form(field: &ParametricField, job: &Job) -> Result<(ReflectanceField, f64)> {
-    let lights = rings();
-    let views = match field.model() {
-        TexelModel::PerView(model) if model.views().len() <= 2 * lights.len() => model.views().to_vec(),
-        _ => lights.clone(),
+    let rings = rings();
+    let few = |own: &[Direction]| match own.len() <= 2 * rings.len() {
+        true => own.to_vec(),
+        false => rings.clone(),
+    };
+    let (views, lights) = match field.model() {
+        TexelModel::PerView(model) => (few(model.views()), rings.clone()),
+        TexelModel::Separable(model) => (few(model.views()), few(model.lights())),
+        TexelModel::Lafortune { .. } | TexelModel::Ggx => (rings.clone(), rings.clone()),
     };
     let pairs: Vec<(String, Directions)> = all_pairs(&lights, &views)
         .into_iter()

@@ -6,13 +6,15 @@
 //! - Functions of the light for each view: any basis, or lobes (J. Filip, M. Haindl, "Non-linear Reflectance Model for
 //!   Bidirectional Texture Function Synthesis", ICPR 2004).
 //! - A glossy dielectric on a tilted facet (GGX), as artists' programs have it.
+//! - Products of a function of the view and one of the light: the matrix factorisation of each texel by itself.
 //!
 //! Models are of linear light, with the cosine at the light that photographs hold; what is minimised is the error of encoded
 //! values, which is what is seen of it. Lobes and facets are found by the method of Levenberg and Marquardt, lobes from the
 //! parameters of the mean of all texels, which is fitted from several starts, facets around the one that is typical of a sample
 //! of texels. A texel of these is fitted to
 //! [`ParametricOptions::pairs`] pairs spread evenly over all of them, so memory is bounded: photographs are read once for the
-//! errors, and those of these pairs once for each band of texels. Functions of each view are fitted view by view.
+//! errors, and those of these pairs once for each band of texels. Functions of each view are fitted view by view, products to
+//! all pairs.
 //!
 //! | file | content |
 //! |---|---|
@@ -21,6 +23,7 @@
 //! | `typical` | the roughness and specular reflectance of a texture, around which texels are fitted |
 //! | `texels` | the values of texels in bands |
 //! | `per_view` | functions of the light for each view |
+//! | `separable` | products of functions of the view and of the light |
 //! | `linear` | the linear form that stages take |
 
 mod encoded;
@@ -29,6 +32,7 @@ mod linear;
 mod lobes;
 mod per_view;
 mod sampled;
+mod separable;
 mod texels;
 mod typical;
 mod typical_lobes;
@@ -47,7 +51,9 @@ use super::sample::Grid;
 use super::stream::PhotographStream;
 use crate::direction::Directions;
 use crate::error::{Error, Result};
-use crate::field::{Basis, MOST_LOBES, ParametricField, TexelModel, ViewFunction};
+use crate::field::{
+    Basis, MOST_LOBES, MOST_PRODUCTS, ParametricField, SeparableModel, TexelModel, ViewFunction,
+};
 use crate::job::Job;
 use crate::planes::Planes;
 use crate::raster::{LoadRaster, Raster};
@@ -57,6 +63,7 @@ use ggx::GgxModel;
 use lobes::LobeModel;
 use per_view::{ViewSet, mean_of};
 use sampled::{SAMPLE_TEXELS, is_black, mean_of_texels, texel_values};
+use separable::{PhotographGrid, TexelFactors};
 use texels::{ChosenPhotographs, FromMean};
 use typical_lobes::with_typical_lobes;
 
@@ -72,24 +79,32 @@ pub enum ParametricForm {
     Ggx,
     /// A function of the light for each view.
     PerView(ViewFunction),
+    /// So many products of a function of the view and one of the light, of values in a space.
+    Separable(usize, Space),
 }
 
 impl ParametricForm {
-    /// The forms of fixed name: others are `views-` and the name of a basis of functions of light.
+    /// The forms of fixed name: others are `views-` and the name of a basis of functions of light, and `separable` and a number
+    /// of products.
     pub const NAMES: [&'static str; 5] =
         ["lafortune1", "lafortune2", "ggx", "views-lafortune1", "views-lafortune2"];
 
-    /// The numbers of a texel of so many channels and views.
-    pub fn numbers(&self, channels: usize, views: usize) -> usize {
+    /// The numbers of a texel of so many channels, views and lights.
+    pub fn numbers(&self, channels: usize, views: usize, lights: usize) -> usize {
         match self {
             Self::Lafortune(lobes) => TexelModel::Lafortune { lobes: *lobes }.numbers(channels),
             Self::Ggx => TexelModel::Ggx.numbers(channels),
             Self::PerView(function) => views * function.numbers(channels),
+            Self::Separable(products, _) => products * (views + channels * lights),
         }
     }
 
-    /// The form of that name; functions of a basis are fitted to values in a space.
+    /// The form of that name; functions of a basis, and products, are fitted to values in a space.
     pub fn from_name(name: &str, space: Space) -> Option<Self> {
+        if let Some(products) = name.strip_prefix("separable") {
+            let products = products.parse().ok().filter(|products| (1..=MOST_PRODUCTS).contains(products));
+            return products.map(|products| Self::Separable(products, space));
+        }
         Some(match name {
             "lafortune1" => Self::Lafortune(1),
             "lafortune2" => Self::Lafortune(2),
@@ -238,6 +253,7 @@ pub fn fit(
             };
             task.texels(TexelModel::Ggx, model, job)?
         }
+        ParametricForm::Separable(products, space) => task.separable(*products, *space, job)?,
     };
     let report = task.report(&field, &kept, pairs_fitted, job)?;
     Ok(ParametricFit { field, report })
@@ -302,7 +318,7 @@ impl ParametricTask<'_> {
         let sample = Grid::new(self.stream.size(), SAMPLE_TEXELS);
         let values = 4 * (sample.texels() * self.stream.channels() * chosen.len()) as u64;
         let _sample = job.hold("the sample of texels", self.stream.sample_bytes(&sample) + values)?;
-        let (kept, of_sample) = self.kept(&sample, job)?;
+        let [kept, of_sample] = self.texels_of([self.grid, &sample], job)?;
         if kept.iter().chain(&of_sample).all(is_black) {
             return Err(Error::invalid("all photographs are black: there is no reflectance to fit"));
         }
@@ -316,20 +332,45 @@ impl ParametricTask<'_> {
         Ok((field, kept, chosen.len()))
     }
 
-    /// The texels of the grid, and those of a sample, in every photograph.
-    fn kept(&self, sample: &Grid, job: &Job) -> Result<(Vec<Raster>, Vec<Raster>)> {
+    /// Factors the values of every texel by itself.
+    fn separable(&self, products: usize, space: Space, job: &Job) -> Result<FittedTexels> {
+        let photographs = PhotographGrid::new(&self.taking_part(), |i| self.pairs[i].1)?;
+        let model = SeparableModel::new(&photographs.views, &photographs.lights, products, space)?;
+        let factors = TexelFactors::new(&photographs, self.stream.channels(), products);
+        let kind = TexelModel::Separable(model);
+        let mut planes = self.planes(&kind, job)?;
+        let [kept] = self.texels_of([self.grid], job)?;
+        let chosen = ChosenPhotographs {
+            stream: self.stream,
+            levels: &SampleLevels::new(space),
+            chosen: &photographs.photographs,
+        };
+        chosen.fit_bands(&mut planes, &|values| factors.fit(values), job)?;
+        let field = ParametricField::new(kind, self.stream.channels(), planes)?;
+        Ok((field, kept, photographs.photographs.len()))
+    }
+
+    /// The texels of some grids in every photograph.
+    fn texels_of<const N: usize>(&self, grids: [&Grid; N], job: &Job) -> Result<[Vec<Raster>; N]> {
         job.start("reading photographs", self.stream.len() as u64);
-        let mut kept = (Vec::with_capacity(self.stream.len()), Vec::with_capacity(self.stream.len()));
+        let mut kept = grids.map(|_| Vec::with_capacity(self.stream.len()));
         self.stream.for_each_batch(job, |_, batch| {
-            kept.par_extend(batch.par_iter().map(|photo| (self.grid.raster(photo), sample.raster(photo))));
+            for (grid, kept) in grids.iter().zip(&mut kept) {
+                kept.par_extend(batch.par_iter().map(|photograph| grid.raster(photograph)));
+            }
             job.advance(batch.len() as u64)
         })?;
         Ok(kept)
     }
 
-    /// The numbers of the photographs to which texels are fitted.
+    /// The numbers of the photographs that take part.
+    fn taking_part(&self) -> Vec<usize> {
+        (0..self.pairs.len()).filter(|i| !self.held_out.is_out(*i)).collect()
+    }
+
+    /// The numbers of the photographs to which lobes and facets are fitted.
     fn chosen(&self) -> Result<Vec<usize>> {
-        let kept: Vec<usize> = (0..self.pairs.len()).filter(|i| !self.held_out.is_out(*i)).collect();
+        let kept = self.taking_part();
         if kept.len() < LEAST_PAIRS {
             return Err(Error::usage(format!(
                 "{} photographs do not determine a reflectance model: at least {LEAST_PAIRS} are needed",

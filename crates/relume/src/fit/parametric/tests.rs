@@ -1,7 +1,7 @@
 use super::*;
 use crate::capture::dome::sampling::DirectionSampling;
 use crate::direction::Direction;
-use crate::field::PerViewModel;
+use crate::field::{PerViewModel, SeparableModel};
 use crate::numeric::random::{Purpose, Stream};
 use crate::raster::Samples;
 use crate::size::Size;
@@ -123,6 +123,40 @@ fn functions_of_each_view_are_found_and_views_left_out_predicted() {
     let out = held.report.held_out.unwrap();
     assert_eq!(out.pairs, 16 * 12 - 12 * 9);
     assert!(out.error.rmse > held.report.fitted.error.rmse && out.error.rmse < 0.1, "{out:?}");
+}
+
+/// The errors of a virtual texel of a matt part and a highlight: products take up what they are asked for.
+#[test]
+fn products_are_found_and_more_of_them_err_less() {
+    let pairs = grid(12, 10);
+    let mut views: Vec<Direction> = pairs.iter().map(|(_, pair)| pair.view).collect();
+    views.dedup();
+    let lights: Vec<Direction> = pairs[..12].iter().map(|(_, pair)| pair.light).collect();
+    let model = TexelModel::Separable(SeparableModel::new(&views, &lights, 2, Space::Srgb).unwrap());
+    let count = model.numbers(3);
+    let truth = around(model, 3, &vec![0.45; count], &vec![0.2; count]);
+    let form = |products| ParametricForm::from_name(&format!("separable{products}"), Space::Srgb).unwrap();
+    let [one, two] = [1, 2].map(|products| refit(&truth, form(products), &pairs));
+    assert_eq!((two.report.model.as_str(), two.report.numbers), ("separable2", 2 * (10 + 36)));
+    assert_eq!(two.report.pairs_fitted, pairs.len());
+    let [a, b] = [&one, &two].map(|fit| fit.report.fitted.error.rmse);
+    assert!(a > 0.01 && b < 1e-5, "{a} {b}");
+    // Photographs in any order, and some lights and views left out.
+    let mut turned = pairs.clone();
+    turned.reverse();
+    turned.swap(3, 40);
+    assert!(refit(&truth, form(2), &turned).report.fitted.error.rmse < 1e-5);
+    let images = photographs(&truth, &pairs);
+    let options = ParametricOptions { hold_out: Some(4), ..ParametricOptions::of(form(2)) };
+    let held = fit(&pairs, &|i| Ok(images[i].clone()), &options, &Job::default()).unwrap();
+    assert_eq!(held.report.numbers, 2 * (8 + 27));
+    assert!(held.report.held_out.unwrap().error.rmse > held.report.fitted.error.rmse);
+    // A pair that is missing.
+    let error =
+        fit(&pairs[1..], &|i| Ok(images[i + 1].clone()), &ParametricOptions::of(form(1)), &Job::default());
+    assert!(error.unwrap_err().to_string().contains("the 119 photographs"));
+    assert_eq!(ParametricForm::from_name("separable0", Space::Srgb), None);
+    assert_eq!(ParametricForm::from_name("separable17", Space::Srgb), None);
 }
 
 #[test]

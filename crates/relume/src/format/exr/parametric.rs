@@ -1,6 +1,6 @@
 //! Textures of reflectance models in EXR files: a channel for each number of a texel, named by its meaning (`diffuse.R`,
-//! `lobe0.n`, `view12.ptm.u2.G`); `relumeParametric` is the kind of model, `relumeParametricViews` are its views where it has
-//! a function for each, as in `relumeLights`.
+//! `lobe0.n`, `view12.ptm.u2.G`, `product0.light3.R`); `relumeParametric` is the kind of model, `relumeParametricViews` are its
+//! views where it has a function or a number for each, and `relumeParametricLights` its lights, as in `relumeLights`.
 
 use super::ExrDepth;
 use super::codec;
@@ -11,12 +11,13 @@ use super::field::{
 };
 use crate::direction::Direction;
 use crate::error::{Error, Result};
-use crate::field::{Basis, ParametricField, PerViewModel, TexelModel, ViewFunction};
+use crate::field::{Basis, ParametricField, PerViewModel, SeparableModel, TexelModel, ViewFunction};
 use crate::job::Job;
 use crate::space::Space;
 
 pub(super) const MODEL_KEY: &str = "relumeParametric";
 const VIEWS_KEY: &str = "relumeParametricViews";
+const LIGHTS_KEY: &str = "relumeParametricLights";
 
 /// Whether a file holds a texture of reflectance models.
 pub(super) fn is_parametric(layer: &Layer) -> bool {
@@ -35,8 +36,13 @@ pub fn encode_parametric(field: &ParametricField, depth: ExrDepth, job: &Job) ->
         (COLOR_KEY, color.to_owned()),
         (SPACE_KEY, field.model().space().to_string()),
     ];
-    if let TexelModel::PerView(model) = field.model() {
-        attributes.push((VIEWS_KEY, directions_as_text(model.views())));
+    match field.model() {
+        TexelModel::PerView(model) => attributes.push((VIEWS_KEY, directions_as_text(model.views()))),
+        TexelModel::Separable(model) => attributes.extend([
+            (VIEWS_KEY, directions_as_text(model.views())),
+            (LIGHTS_KEY, directions_as_text(model.lights())),
+        ]),
+        TexelModel::Lafortune { .. } | TexelModel::Ggx => {}
     }
     container::encode(&field.plane_names(), field.planes(), depth, &attributes, job)
 }
@@ -72,15 +78,21 @@ pub(super) fn parametric_of(layer: &Layer) -> Result<ParametricField> {
 
 fn model_of(layer: &Layer) -> Result<TexelModel> {
     let name = attribute(layer, MODEL_KEY)?;
-    let lobes = |text: &str| text.parse::<usize>().ok();
-    if let Some(lobes) = name.strip_prefix("lafortune").and_then(lobes) {
+    let number = |text: &str| text.parse::<usize>().ok();
+    let directions =
+        |key: &'static str| directions_of(attribute(layer, key)?, key, Direction::from_unit_vector);
+    if let Some(lobes) = name.strip_prefix("lafortune").and_then(number) {
         return Ok(TexelModel::Lafortune { lobes });
+    }
+    if let Some(products) = name.strip_prefix("separable").and_then(number) {
+        let (views, lights) = (directions(VIEWS_KEY)?, directions(LIGHTS_KEY)?);
+        return SeparableModel::new(&views, &lights, products, space_of(layer)?).map(TexelModel::Separable);
     }
     if name == "ggx" {
         return Ok(TexelModel::Ggx);
     }
     let function = name.strip_prefix("views-").and_then(|of| match of.strip_prefix("lafortune") {
-        Some(count) => lobes(count).map(ViewFunction::Lobes),
+        Some(count) => number(count).map(ViewFunction::Lobes),
         None => Basis::from_name(of).map(|basis| ViewFunction::Basis(basis, Space::Linear)),
     });
     let function = match function {
@@ -93,8 +105,7 @@ fn model_of(layer: &Layer) -> Result<TexelModel> {
             )));
         }
     };
-    let views = directions_of(attribute(layer, VIEWS_KEY)?, VIEWS_KEY, Direction::from_unit_vector)?;
-    PerViewModel::new(&views, function).map(TexelModel::PerView)
+    PerViewModel::new(&directions(VIEWS_KEY)?, function).map(TexelModel::PerView)
 }
 
 #[cfg(test)]
@@ -156,6 +167,13 @@ mod tests {
         assert!(with(7, VIEWS_KEY, "").contains("of 0"));
         assert!(with(7, VIEWS_KEY, "0 0 2").contains("length"));
         assert!(with(7, VIEWS_KEY, "0 0 1;0 0 1").contains("given twice"));
+        for (kind, words) in
+            [("separable0", "1 to 16 products"), ("separable99", "not of 99"), ("separable", "unknown kind")]
+        {
+            assert!(with(11, MODEL_KEY, kind).contains(words), "{kind}");
+        }
+        assert!(with(11, MODEL_KEY, "separable3").contains("no channel"));
+        assert!(with(11, LIGHTS_KEY, "0 0 1;0 0 1").contains("the light (0, 0, 1) is given twice"));
         assert!(refused(5, &|layer| layer.names[1] = "other".to_owned()).contains("no channel"));
         assert!(refused(5, &|layer| layer.planes.plane_mut(0)[2] = f32::NAN).contains("NaN"));
         let plain = crate::field::clustered_example().expanded(&job).unwrap();

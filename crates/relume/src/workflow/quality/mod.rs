@@ -272,7 +272,7 @@ fn doubt_outliers(lights: &mut [LightQuality], compared: ComparedWith) {
         let of_surface = light.brightness_spread + LIGHT_ERROR_RAD * light.tangent();
         if from_median.abs() > (OUTLIER * factor_spread).max(LEAST_LOG_FACTOR).max(of_surface) {
             light.doubts.push(format!(
-                "{:.2} times as bright as {other} under its light, where others are {:.2} times: another exposure?",
+                "is {:.2} times as bright as {other} under its light, where others are {:.2} times: another exposure?",
                 light.brightness_factor,
                 factor.exp()
             ));
@@ -280,8 +280,8 @@ fn doubt_outliers(lights: &mut [LightQuality], compared: ComparedWith) {
         if error - decibels > (OUTLIER * error_spread).max(LEAST_DECIBELS) {
             let decibels = light.psnr_db;
             light.doubts.push(format!(
-                "its error of {decibels:.1} dB is far from the usual {error:.1} dB: is its light where the list says, or \
-                 was something in the way?"
+                "has an error of {decibels:.1} dB, far from the usual {error:.1} dB: is its light where the list says, or was \
+                 something in the way?"
             ));
         }
     }

@@ -12,7 +12,8 @@ pub fn decibels(db: f64) -> String {
 }
 
 /// Errors by a polar angle: the degrees, the number of photographs, and the sum over them of what `said` takes a mean of.
-/// Where angles are many, as of random directions, those within ten degrees are one.
+/// Where angles are many, as of random directions, those within ten degrees are one, of which photographs without an error (with an
+/// infinite sum) take no part.
 pub fn by_polar_angle(what: &str, angles: &[(f64, usize, f64)], said: impl Fn(f64) -> String) -> String {
     let mut groups: Vec<(String, usize, f64)> = Vec::new();
     let ranges = angles.len() > MOST_ANGLES;
@@ -24,6 +25,7 @@ pub fn by_polar_angle(what: &str, angles: &[(f64, usize, f64)], said: impl Fn(f6
             }
             false => format!("{degrees}"),
         };
+        let (count, sum) = if sum.is_finite() { (count, sum) } else { (0, 0.0) };
         match groups.last_mut().filter(|(last, ..)| *last == name) {
             Some((_, all, total)) => (*all, *total) = (*all + count, *total + sum),
             None => groups.push((name, count, sum)),
@@ -32,7 +34,7 @@ pub fn by_polar_angle(what: &str, angles: &[(f64, usize, f64)], said: impl Fn(f6
     let each: Vec<String> = groups
         .iter()
         .map(|(name, count, sum)| {
-            let text = said(sum / *count as f64);
+            let text = said(if *count == 0 { f64::INFINITY } else { sum / *count as f64 });
             format!("{name}: {}", text.strip_suffix(" dB").unwrap_or(&text))
         })
         .collect();
@@ -49,8 +51,11 @@ mod tests {
         assert_eq!(few, "dB by the polar angle of the view: 0: 40.00, 15.5: 30.00");
         let mut many: Vec<(f64, usize, f64)> = (0..20).map(|k| (f64::from(k), 1, 20.0)).collect();
         many[3] = (3.0, 9, 9.0 * 40.0);
-        many.push((74.9, 1, f64::INFINITY));
+        many.extend([(20.0, 2, f64::INFINITY), (20.5, 1, 30.0), (74.9, 1, f64::INFINITY)]);
         let text = by_polar_angle("light", &many, decibels);
-        assert_eq!(text, "dB by the polar angle of the light: 0-10: 30.00, 10-20: 20.00, 70-80: equal");
+        assert_eq!(
+            text,
+            "dB by the polar angle of the light: 0-10: 30.00, 10-20: 20.00, 20-30: 30.00, 70-80: equal"
+        );
     }
 }

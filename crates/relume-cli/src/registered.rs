@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use relume::format::{Encoding, FieldFile, MapRole, NormalY, Opened, PictureFormat};
 use relume::workflow::RegisteredMap;
 use relume::workflow::map_set::is_normal_map;
-use relume::{Error, Job, ReflectanceField, Result};
+use relume::{Error, Job, Result};
 
 use crate::context::Context;
 use crate::input;
@@ -115,23 +115,14 @@ pub fn read_all(
     context: &Context,
     read: fn(&Path, &Job) -> Result<FieldFile>,
 ) -> Result<Vec<FieldFile>> {
-    let kind = |field: &ReflectanceField| {
-        format!("{} {} in {} values", field.layout().name(), field.basis().name(), field.space())
-    };
     let read_one = |path: &PathBuf| match first.take() {
         Some(opened) => opened.into_exemplar(),
         None => read(path, &context.job),
     };
     let files = paths.iter().map(read_one).collect::<Result<Vec<_>>>()?;
     for (file, path) in files.iter().zip(paths) {
-        let (found, expected) = (kind(&file.field), kind(&files[0].field));
-        if found != expected {
-            return Err(Error::usage(format!(
-                "holds {found} and {} {expected}: they must be of one kind",
-                paths[0].display()
-            ))
-            .at(path));
-        }
+        let first = paths[0].display().to_string();
+        files[0].field.check_kind(&file.field, &first).map_err(|e| e.at(path))?;
     }
     Ok(files)
 }

@@ -113,7 +113,11 @@ fn with_photographs(args: &Args, context: &Context) -> Result<Report> {
     let mut text =
         format!("{} photographs, means and (worst, {}):\n", btf.list().entries.len(), errors.worst_name);
     let (all, least) = (decibels(mean.psnr_db), decibels(worst.psnr_db));
-    let _ = writeln!(text, "{:<28} {all:>9} ({least})", "PSNR");
+    let exact = match errors.exact {
+        0 => String::new(),
+        exact => format!("; equal, and not in this mean: {exact} of {}", btf.list().entries.len()),
+    };
+    let _ = writeln!(text, "{:<28} {all:>9} ({least}){exact}", "PSNR");
     for (name, mean, worst, digits) in [
         ("RMSE, of white", mean.rmse, worst.rmse, 5),
         ("mean difference in CIE Lab", mean.mae_lab, worst.mae_lab, 3),
@@ -128,6 +132,7 @@ fn with_photographs(args: &Args, context: &Context) -> Result<Report> {
         "psnr_db": mean.psnr_db.is_finite().then_some(mean.psnr_db),
         "rmse": mean.rmse,
         "mean": mean,
+        "exact": errors.exact,
         "worst": worst,
         "worst_name": errors.worst_name,
         "by_view": errors.by_view,

@@ -54,6 +54,42 @@ fn a_btf_that_cannot_hold_the_pairs_is_refused_before_the_fit() {
     assert!(run(path, &["compare", "v.zip", "v.btf"]).contains("56 photographs"));
 }
 
+/// A fault: textures whose functions have one name and are not the same ended in a panic.
+#[test]
+fn textures_of_other_learned_functions_are_no_exemplars_of_one_texture() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    write_zip(&path.join("a.zip"), &photographs());
+    write_zip(&path.join("b.zip"), &some(|name| !name.contains("tv060 pv090")));
+    for name in ["a", "b"] {
+        done(path, &["fit", &format!("{name}.zip"), "-o", &format!("{name}.exr"), "--rank", "4"]);
+    }
+    for method in [&[][..], &["--method", "patchmatch"], &["--method", "wei-levoy"]] {
+        let two = [&["synth", "a.exr", "b.exr", "--size", "32", "-o", "c.exr"], method].concat();
+        let sentence = refused(path, &two);
+        assert!(
+            sentence.starts_with("relume: b.exr: ") && sentence.contains("other functions"),
+            "{sentence}"
+        );
+    }
+    done(path, &["synth", "a.exr", "a.exr", "--size", "32", "-o", "c.exr"]);
+}
+
+/// A fault: one photograph that was equal made the mean of all infinite, which was said to be equal.
+#[test]
+fn photographs_that_are_equal_do_not_make_others_equal() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let mut other = photographs();
+    let last = other.len() - 1;
+    other[last].1 = other[0].1.clone();
+    write_folder(&path.join("a"), &photographs());
+    write_folder(&path.join("b"), &other);
+    let found = json(path, &["compare", "a", "b"]);
+    assert!(found["psnr_db"].as_f64().is_some() && found["exact"].as_u64().unwrap() > 0, "{found}");
+    assert!(found["worst"]["psnr_db"].as_f64().unwrap() < 60.0, "{found}");
+}
+
 #[test]
 fn two_single_pairs_are_fitted_and_a_model_says_why_it_takes_none() {
     let folder = tempfile::tempdir().unwrap();

@@ -15,6 +15,7 @@ pub mod parametric;
 pub mod refit;
 mod shapes;
 
+pub(crate) use basis::RadialSum;
 pub use basis::{
     Bands, Basis, Domain, Gram, Interpolated, Interpolation, Learned, PackedFunctions, PolynomialDegree,
 };
@@ -52,6 +53,29 @@ pub struct ReflectanceField {
 }
 
 impl ReflectanceField {
+    /// Checks that the texels of another field may lie in one texture with those of this one: that both have the same functions,
+    /// colours and space. `first` names this one.
+    ///
+    /// # Errors
+    /// What differs, with `other` as the subject.
+    pub fn check_kind(&self, other: &Self, first: &str) -> Result<()> {
+        let names = |field: &Self| {
+            format!("{} {} in {} values", field.layout.name(), field.basis.name(), field.space)
+        };
+        let (found, expected) = (names(other), names(self));
+        if found != expected {
+            return Err(Error::usage(format!(
+                "holds {found} and {first} {expected}: they must be of one kind"
+            )));
+        }
+        if (&other.basis, &other.layout) != (&self.basis, &self.layout) {
+            return Err(Error::usage(format!(
+                "holds {found} as {first} does, but other functions: those that are learned from photographs or interpolated between                  them belong to these photographs, so that both must come from one fit"
+            )));
+        }
+        Ok(())
+    }
+
     /// A field from its parts.
     ///
     /// # Errors

@@ -30,6 +30,6 @@ mod slopes;
 
 pub use doubts::{NormalDoubt, doubts};
 pub use luminance::luminance;
-pub use normals::{albedo, normals};
+pub use normals::{albedo, normals, normals_and_albedo};
 pub use robust::{Ambient, Estimator};
 pub use slopes::{STEEPEST, Slopes};

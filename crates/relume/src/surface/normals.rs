@@ -22,21 +22,32 @@ use crate::planes::Planes;
 /// Three planes of unit normals (x right, y up, z to the viewer): for each texel the direction of maximal
 /// luminance of its function. Fields of constants have the normal (0, 0, 1).
 pub fn normals(field: &ReflectanceField) -> Planes {
-    let directions: Vec<[f32; 3]> =
-        brightest(field).into_par_iter().map(|direction| direction.to_array().map(|v| v as f32)).collect();
-    let mut planes = Planes::zeros(field.size(), 3);
-    for (c, plane) in planes.iter_mut().enumerate() {
-        plane.iter_mut().zip(&directions).for_each(|(out, direction)| *out = direction[c]);
-    }
-    planes
+    normals_of(field, &brightest(field))
 }
 
 /// The value of the function of each texel at its maximum, in the space of the field and not clamped. For a
 /// matt surface this is its diffuse reflectance, since the light is then in the direction of the normal. One
 /// plane per channel.
 pub fn albedo(field: &ReflectanceField) -> Picture {
-    let width = field.size().width;
+    albedo_of(field, &brightest(field))
+}
+
+/// [`normals`] and [`albedo`], in the time of one of them.
+pub fn normals_and_albedo(field: &ReflectanceField) -> (Planes, Picture) {
     let directions = brightest(field);
+    (normals_of(field, &directions), albedo_of(field, &directions))
+}
+
+fn normals_of(field: &ReflectanceField, directions: &[Direction]) -> Planes {
+    let mut planes = Planes::zeros(field.size(), 3);
+    for (c, plane) in planes.iter_mut().enumerate() {
+        plane.iter_mut().zip(directions).for_each(|(out, direction)| *out = direction.to_array()[c] as f32);
+    }
+    planes
+}
+
+fn albedo_of(field: &ReflectanceField, directions: &[Direction]) -> Picture {
+    let width = field.size().width;
     let mut planes = Planes::zeros(field.size(), field.layout().channels());
     let texels = field.size().texels();
     planes.as_mut_slice().par_chunks_exact_mut(texels).enumerate().for_each(|(channel, plane)| {

@@ -4,11 +4,10 @@ use rayon::prelude::*;
 
 use super::source_map::SourceMap;
 use crate::error::{Error, Result};
-use crate::field::{Basis, Domain, IndexSpace, Metric, PlaneLayout, ReflectanceField};
+use crate::field::{Domain, IndexSpace, Metric, ReflectanceField};
 use crate::job::Job;
 use crate::planes::Planes;
 use crate::size::Size;
-use crate::space::Space;
 
 /// The output of a map applied to fields, one for each exemplar of the map and of the same size.
 ///
@@ -72,9 +71,6 @@ fn check<'a>(map: &SourceMap, fields: &[&'a ReflectanceField]) -> Result<&'a Ref
         )));
     }
     let first = *fields.first().ok_or_else(|| Error::usage("a source map needs a field to be applied to"))?;
-    fn kind(field: &ReflectanceField) -> (&Basis, &PlaneLayout, Space) {
-        (field.basis(), field.layout(), field.space())
-    }
     for (number, (field, size)) in fields.iter().zip(map.exemplars()).enumerate() {
         if field.size() != *size {
             return Err(Error::usage(format!(
@@ -84,17 +80,8 @@ fn check<'a>(map: &SourceMap, fields: &[&'a ReflectanceField]) -> Result<&'a Ref
                 number + 1
             )));
         }
-        if kind(field) != kind(first) {
-            let describe = |(basis, layout, space): (&Basis, &PlaneLayout, Space)| {
-                format!("{} {} in {space} values", layout.name(), basis.name())
-            };
-            return Err(Error::usage(format!(
-                "field {} is {}, the first is {}: fields must be of one kind",
-                number + 1,
-                describe(kind(field)),
-                describe(kind(first))
-            )));
-        }
+        let same = first.check_kind(field, "the first");
+        same.map_err(|e| Error::usage(format!("field {} {e}", number + 1)))?;
     }
     Ok(first)
 }

@@ -10,6 +10,7 @@ use crate::direction::Directions;
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::metric::{LabErrors, lab_errors, psnr, rmse, ssim};
+use crate::numeric::decibel::mean_psnr_db;
 use crate::picture::Picture;
 use crate::planes::Planes;
 use crate::render::ShownForm;
@@ -33,13 +34,15 @@ pub struct PictureErrors {
 /// Errors over all pairs of light and view.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PairErrors {
-    /// Means over pictures.
+    /// Means over pictures; that of the signal-to-noise ratio over those that have an error.
     pub mean: PictureErrors,
+    /// The number of pictures without an error.
+    pub exact: usize,
     /// The picture with the least signal-to-noise ratio.
     pub worst: PictureErrors,
     /// Its name.
     pub worst_name: String,
-    /// The polar angle of the view in degrees, and the mean signal-to-noise ratio of its pictures.
+    /// The polar angle of the view in degrees, and the mean signal-to-noise ratio of those of its pictures that have an error.
     pub by_view: Vec<(f64, f64)>,
 }
 
@@ -97,9 +100,11 @@ fn compare_pictures(
         let degrees = entry.directions.view.polar_rad().to_degrees();
         views.entry((10.0 * degrees).round() as i64).or_default().push(errors.psnr_db);
     }
-    let average = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    let average = |values: &[f64]| mean_psnr_db(values.iter().copied()).0;
+    let (psnr_db, exact) = mean_psnr_db(all.iter().map(|errors| errors.psnr_db));
     Ok(PairErrors {
-        mean: mean(&all),
+        mean: PictureErrors { psnr_db, ..mean(&all) },
+        exact,
         worst: all[worst],
         worst_name: entries[worst].name.clone(),
         by_view: views.iter().map(|(tenths, values)| (*tenths as f64 / 10.0, average(values))).collect(),

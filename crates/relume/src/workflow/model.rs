@@ -180,7 +180,8 @@ impl ModelRequest {
         }
         let packed = packed_field(field, self.functions, self.function_bytes, job)?;
         let field = packed.as_ref().unwrap_or(field);
-        self.foresee(field, job)?;
+        let index = IndexSpace::new(field, Metric::Function, Domain::Hemisphere)?.planes();
+        self.foresee(field.size(), index, field.coefficients().count(), job)?;
         let reference = LikenessReference::of(field, job)?;
         let compared = |mut fitted: FittedModel| -> Result<FittedModel> {
             let likeness = reference.as_ref().map(|reference| reference.likeness(&fitted.model, job));
@@ -210,15 +211,18 @@ impl ModelRequest {
         Ok(if excess(&combined) < excess(&plain) { combined } else { plain })
     }
 
-    /// Refuses a joint model that could be fitted, but not judged by a sample within the memory.
-    fn foresee(&self, field: &ReflectanceField, job: &Job) -> Result<()> {
-        let Some(sample) = LikenessReference::sample_size(field.size()) else { return Ok(()) };
+    /// Refuses a joint model of a texture of that size that could be fitted, but not judged by a sample within the memory;
+    /// `index` is the number of its index planes, and `planes` that of its coefficients.
+    ///
+    /// # Errors
+    /// Limits exceeded.
+    pub fn foresee(&self, size: Size, index: usize, planes: usize, job: &Job) -> Result<()> {
+        let Some(sample) = LikenessReference::sample_size(size) else { return Ok(()) };
         if self.lights != LightModels::Joint {
             return Ok(());
         }
-        let space = IndexSpace::new(field, Metric::Function, Domain::Hemisphere)?;
         // What a model takes that has as many components as planes, and the sample itself.
-        let texel = 4 * (6 * space.planes() + field.coefficients().count()) as u64;
+        let texel = 4 * (6 * index + planes) as u64;
         job.check_bytes("the sample by which the model is judged", realisation_bytes(sample, texel))
     }
 

@@ -20,7 +20,7 @@ use crate::random_field::FieldModel;
 use crate::render::{Environment, Relighter};
 use crate::size::Size;
 use crate::surface::integrate::{self, IntegrateOptions, SurfaceBorder, integrate};
-use crate::surface::{STEEPEST, Slopes, albedo, normals};
+use crate::surface::{STEEPEST, Slopes, normals_and_albedo};
 use crate::workflow::endless::{ModelPlane, PlaneWindow};
 use crate::workflow::memory::MemoryPeak;
 
@@ -31,8 +31,8 @@ const THUMBNAIL_QUALITY: u8 = 80;
 
 /// The planes of the maps: normals, heights and albedo.
 const MAP_PLANES: u64 = 3 + 1 + 3;
-/// Bytes of a texel while heights are found, beside the integration: normals and slopes.
-const BYTES_OF_SLOPES: u64 = 12 + 16;
+/// Bytes of a texel while heights are found, beside the integration: normals, colours and slopes.
+const BYTES_OF_SLOPES: u64 = 12 + 12 + 16;
 /// Bytes of a texel while planes are stored whole: three of them as they are encoded.
 const BYTES_ENCODED: u64 = 48;
 /// Bytes of a texel of a plane that is stored whole: the file, and its halves before they are compressed.
@@ -59,11 +59,11 @@ pub struct ShareOptions {
 /// As [`ShareFiles::new`].
 pub fn share(file: &FieldFile, options: &ShareOptions, job: &Job) -> Result<ShareFiles> {
     check_memory(&file.field, job)?;
-    let normals = normals(&file.field);
+    let (normals, albedo) = normals_and_albedo(&file.field);
     let slopes = Slopes::from_normals(&normals, STEEPEST)?;
     let height = integrate(&slopes, &IntegrateOptions::default(), job)?;
     drop(slopes);
-    with_maps(file, options, &normals, Some(&height), None, job)
+    with_maps(file, options, (&normals, &albedo), Some(&height), None, job)
 }
 
 /// The files of a set of tiles. Heights are left out, since a tile has none of its own.
@@ -72,8 +72,8 @@ pub fn share(file: &FieldFile, options: &ShareOptions, job: &Job) -> Result<Shar
 /// As [`ShareFiles::new`].
 pub fn share_tiles(set: &TileSetFile, options: &ShareOptions, job: &Job) -> Result<ShareFiles> {
     check_memory(&set.file.field, job)?;
-    let normals = normals(&set.file.field);
-    with_maps(&set.file, options, &normals, None, Some(set), job)
+    let (normals, albedo) = normals_and_albedo(&set.file.field);
+    with_maps(&set.file, options, (&normals, &albedo), None, Some(set), job)
 }
 
 /// The files of the plane of a model but for its squares, which [`block`] makes.
@@ -123,17 +123,16 @@ pub fn check_share_memory(size: Size, planes: usize, job: &Job) -> Result<()> {
 fn with_maps(
     file: &FieldFile,
     options: &ShareOptions,
-    normals: &Planes,
+    (normals, albedo): (&Planes, &Picture),
     height: Option<&Planes>,
     tiles: Option<&TileSetFile>,
     job: &Job,
 ) -> Result<ShareFiles> {
-    let albedo = albedo(&file.field);
     let extras = ShareExtras {
         title: options.title.clone(),
         normals: Some(normals),
         height,
-        albedo: Some(&albedo),
+        albedo: Some(albedo),
         mm_per_texel: options.mm_per_texel,
         tiles,
         environment: options.environment.as_ref(),

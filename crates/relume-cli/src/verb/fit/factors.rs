@@ -4,7 +4,7 @@ use relume::fit::learned::{LearnedOptions, Rank};
 use relume::format::bonn::{BtfScalar, encode_dfmf, encode_pvf};
 use relume::workflow::decorrelated::{DECORRELATED, DecorrelatedRanks, decorrelated};
 use relume::workflow::per_view::per_view;
-use relume::{Error, Named, RasterSequence, Result};
+use relume::{Error, Held, Job, Named, RasterSequence, Result};
 use serde_json::{Value, json};
 
 use super::Args;
@@ -59,6 +59,7 @@ pub(super) fn run(
     let load = |i: usize| photographs.read(i);
     let (functions, said, bytes) = match factorisation {
         Factorisation::PerView => {
+            let _factors = hold_factors(rank, scalar, inputs, &photographs, job)?;
             let views = per_view(inputs.pairs(), &load, rank, job).map_err(|e| e.at(inputs.place()))?;
             let said = format!("{rank} functions of each of {} views", views.len());
             (json!(rank), said, encode_pvf(&directions(inputs), &views, scalar, job))
@@ -87,6 +88,20 @@ pub(super) fn run(
     Ok(Report::new(text, described(size, factorisation, &functions))
         .with_outputs(written)
         .with_warnings(inputs.warnings()))
+}
+
+/// Holds the memory of the factors of all views, where that of their file suffices as well.
+fn hold_factors(
+    rank: usize,
+    scalar: BtfScalar,
+    inputs: &Inputs,
+    photographs: &RasterSequence<'_>,
+    job: &Job,
+) -> Result<Held> {
+    let of_texels = inputs.views() * photographs.size().texels();
+    let numbers = (rank * (of_texels + inputs.pairs().len() * photographs.channels())) as u64;
+    job.check_bytes("the factors of all views and their file", numbers * (4 + scalar.bytes()))?;
+    job.hold("the factors of all views", 4 * numbers)
 }
 
 /// Refuses options without a part in these factorisations.

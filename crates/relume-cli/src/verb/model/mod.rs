@@ -189,8 +189,11 @@ fn learned_functions(args: &Args, request: &ModelRequest, context: &Context) -> 
     let photographs = RasterSequence::open(&load)?;
     let pairs = btf.pairs();
     let most = photographs.size().texels().min(pairs.len() * photographs.channels());
-    let options =
-        LearnedOptions { rank: Rank::Functions(request.functions.min(most)), ..LearnedOptions::default() };
+    let functions = request.functions.min(most);
+    request
+        .foresee(photographs.size(), functions, functions, &context.job)
+        .map_err(|e| e.at(&args.texture))?;
+    let options = LearnedOptions { rank: Rank::Functions(functions), ..LearnedOptions::default() };
     let load = |i: usize| photographs.read(i);
     let fit = learned::fit(&pairs, &load, &options, &context.job).map_err(|e| e.at(&args.texture))?;
     Ok(fit.field)

@@ -68,7 +68,7 @@ enum Rule {
 
 /// The first columns of M^-1: the functions are the kernel and the polynomial times these.
 #[derive(Debug)]
-pub(super) struct RadialBasis {
+pub(crate) struct RadialBasis {
     lights: Vec<Direction>,
     /// Which of 1, x, y, z take part.
     terms: Vec<usize>,
@@ -126,6 +126,14 @@ impl Interpolated {
     pub(super) fn lowest_light_cosine(&self) -> Option<f64> {
         let lowest = || self.lights().iter().map(|light| light.z()).reduce(f64::min);
         matches!(self.0.rule, Rule::Triangles(_)).then(lowest).flatten()
+    }
+
+    /// The radial basis functions, if they are such.
+    pub(super) fn radial(&self) -> Option<&RadialBasis> {
+        match &self.0.rule {
+            Rule::RadialBasis(radial) => Some(radial),
+            Rule::Triangles(_) => None,
+        }
     }
 
     /// The same without light `i`, unless there is no other.
@@ -210,11 +218,34 @@ impl RadialBasis {
     /// The values of the functions for a light.
     pub(super) fn values_into(&self, light: Direction, out: &mut [f64]) {
         out.fill(0.0);
-        let kernels = self.lights.iter().map(|other| kernel(*other, light));
-        let values = kernels.chain(self.terms.iter().map(|k| term(*k, light)));
-        for (r, value) in values.enumerate() {
+        for (r, value) in self.terms_of(light).enumerate() {
             out.iter_mut().zip(self.mixing.row(r)).for_each(|(o, m)| *o += value * m);
         }
+    }
+
+    /// The kernel of each light and then the polynomial.
+    fn terms_of(&self, light: Direction) -> impl Iterator<Item = f64> {
+        let kernels = self.lights.iter().map(move |other| kernel(*other, light));
+        kernels.chain(self.terms.iter().map(move |k| term(*k, light)))
+    }
+
+    /// The sum of the functions times coefficients, as one function.
+    pub(crate) fn combined(&self, coefficients: &[f64]) -> RadialSum<'_> {
+        let sum = |r: usize| self.mixing.row(r).iter().zip(coefficients).map(|(m, c)| m * c).sum();
+        RadialSum { basis: self, factors: (0..self.mixing.rows()).map(sum).collect() }
+    }
+}
+
+/// One function of the light: a sum of kernels and a polynomial.
+pub(crate) struct RadialSum<'a> {
+    basis: &'a RadialBasis,
+    factors: Vec<f64>,
+}
+
+impl RadialSum<'_> {
+    /// Its value.
+    pub fn value(&self, light: Direction) -> f64 {
+        self.basis.terms_of(light).zip(&self.factors).map(|(value, factor)| value * factor).sum()
     }
 }
 
@@ -303,6 +334,17 @@ mod tests {
                     }
                 }
             }
+        }
+    }
+
+    #[test]
+    fn a_sum_of_functions_is_one_function() {
+        let basis = Interpolated::new(&dome(20), Interpolation::RadialBasis).unwrap();
+        let coefficients: Vec<f64> = (0..20).map(|k| (f64::from(k) * 1.7).sin()).collect();
+        let sum = basis.radial().unwrap().combined(&coefficients);
+        for light in (0..30).map(Direction::fibonacci(30)) {
+            let truth: f64 = weights(&basis, light).iter().zip(&coefficients).map(|(w, c)| w * c).sum();
+            assert!((sum.value(light) - truth).abs() < 1e-9, "{light:?}");
         }
     }
 

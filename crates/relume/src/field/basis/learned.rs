@@ -171,6 +171,14 @@ impl Learned {
         &self.0.values[i * length..][..length]
     }
 
+    /// The radial basis functions by which the functions are interpolated, if they are; a column for each channel and function.
+    pub(super) fn radial(&self) -> Option<&RadialBasis> {
+        match &self.0.places {
+            Places::Radial(radial) => Some(radial),
+            Places::Pairs(_) => None,
+        }
+    }
+
     /// The functions for any pair of directions, channel after channel.
     pub(super) fn weights_into(&self, directions: Directions, out: &mut [f64]) {
         out.fill(0.0);

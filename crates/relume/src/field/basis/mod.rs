@@ -31,6 +31,7 @@ pub use bands::Bands;
 pub(crate) use examples::{learned as learned_example, learned_of_channels as learned_of_channels_example};
 pub use gram::Gram;
 pub use interpolated::{Interpolated, Interpolation};
+pub(crate) use interpolated::{RadialBasis, RadialSum};
 pub use learned::Learned;
 pub use packed::{MOST_PACKED, PackedFunctions, WeightedDirection};
 pub use polynomial::PolynomialDegree;
@@ -143,6 +144,15 @@ impl Basis {
         match self {
             Self::Interpolated(interpolated) => interpolated.lowest_light_cosine(),
             Self::Learned(learned) => learned.lowest_light_cosine(),
+            _ => None,
+        }
+    }
+
+    /// The radial basis functions by which the functions are interpolated, if they are.
+    pub(crate) fn radial(&self) -> Option<&RadialBasis> {
+        match self {
+            Self::Interpolated(interpolated) => interpolated.radial(),
+            Self::Learned(learned) => learned.radial(),
             _ => None,
         }
     }

@@ -8,6 +8,10 @@ pub(super) trait TexelReflectance: Sync {
     fn channels(&self) -> usize;
     /// The least and the largest value of each parameter.
     fn bounds(&self) -> &[[f64; 2]];
+    /// The same of a texel of these encoded values.
+    fn bounds_of_texel(&self, _observed: &[f32]) -> Vec<[f64; 2]> {
+        self.bounds().to_vec()
+    }
     /// The linear values at pair `i`.
     fn values(&self, parameters: &[f64], i: usize, out: &mut [f64]);
     /// The same, and for each channel the derivatives by all parameters.
@@ -24,8 +28,8 @@ pub(super) trait TexelReflectance: Sync {
     /// Parameters from which the fit of a texel starts: those of the mean, with colours that are `ratios` of its colours, and
     /// what is seen of the texel at once.
     fn start_of_texel(&self, mean: &[f64], ratios: &[f64], observed: &[f32]) -> Vec<f64>;
-    /// The numbers of a texel that files keep.
-    fn numbers(&self, parameters: &[f64]) -> Vec<f32>;
+    /// The numbers of a texel of these encoded values that files keep.
+    fn numbers(&self, parameters: &[f64], observed: &[f32]) -> Vec<f32>;
 }
 
 /// The most parameters.
@@ -45,8 +49,8 @@ fn is_clipped(observed: f32, value: f64) -> bool {
     observed == 1.0 && value > 1.0
 }
 
-/// Moves the parameters to those whose encoded values are nearest to the observed ones, which are all channels of a pair,
-/// then those of the next. Returns the sum of squares.
+/// Moves the parameters to those within the bounds of the texel whose encoded values are nearest to the observed ones, which are
+/// all channels of a pair, then those of the next. Returns the sum of squares.
 pub(super) fn fit_texel(
     model: &impl TexelReflectance,
     minimiser: &mut LevenbergMarquardt,
@@ -55,6 +59,8 @@ pub(super) fn fit_texel(
     steps: usize,
 ) -> f64 {
     let (channels, n) = (model.channels(), parameters.len());
+    let bounds = model.bounds_of_texel(observed);
+    clamp(parameters, &bounds);
     let add = |p: &[f64], equations: &mut NormalEquations| {
         let (mut values, mut derivatives) = ([0.0; 3], [0.0; 3 * MOST_PARAMETERS]);
         for (i, seen) in observed.chunks_exact(channels).enumerate() {
@@ -80,7 +86,12 @@ pub(super) fn fit_texel(
         }
         sum
     };
-    minimiser.minimise(parameters, model.bounds(), steps, add, squares)
+    minimiser.minimise(parameters, &bounds, steps, add, squares)
+}
+
+/// Moves parameters into their bounds.
+fn clamp(parameters: &mut [f64], bounds: &[[f64; 2]]) {
+    parameters.iter_mut().zip(bounds).for_each(|(p, [least, most])| *p = p.clamp(*least, *most));
 }
 
 #[cfg(test)]

@@ -15,7 +15,7 @@ use rayon::prelude::*;
 
 use super::FacetAim;
 use super::encoded::{MOST_PARAMETERS, TexelReflectance, fit_texel};
-use super::texels::{brightness, clamp};
+use super::texels::brightness;
 use super::typical::{TypicalFacet, typical_facet};
 use crate::direction::Directions;
 use crate::field::parametric::{FacetShares, ggx_radiance};
@@ -99,7 +99,6 @@ impl GgxModel {
     pub fn squares(&self, sample: &[Vec<f32>]) -> f64 {
         let of_texel = |observed: &Vec<f32>| {
             let mut parameters = self.start(observed);
-            clamp(&mut parameters, &self.bounds);
             let mut minimiser = LevenbergMarquardt::new(parameters.len());
             fit_texel(self, &mut minimiser, &mut parameters, observed, SAMPLE_STEPS)
         };
@@ -211,7 +210,7 @@ impl TexelReflectance for GgxModel {
         self.start(observed)
     }
 
-    fn numbers(&self, parameters: &[f64]) -> Vec<f32> {
+    fn numbers(&self, parameters: &[f64], _observed: &[f32]) -> Vec<f32> {
         parameters.iter().map(|p| *p as f32).collect()
     }
 }

@@ -6,6 +6,7 @@
 use super::encoded::TexelReflectance;
 use crate::direction::Directions;
 use crate::numeric::levenberg_marquardt::NormalEquations;
+use crate::space::Space;
 
 /// Numbers of a lobe beside its colour.
 pub(super) const FORM: usize = 4;
@@ -17,6 +18,13 @@ const BRIGHTEST: f64 = 16.0;
 /// The brightest peak of a lobe, six stops above the white of a photograph: what is brighter lies where no pair was
 /// measured, as a narrow lobe between them may.
 const BRIGHTEST_PEAK: f64 = 64.0;
+/// The brightest colour of a texel's lobes of one view, in units of its brightest value over the cosine of the light: few lights
+/// leave room for lobes between them that shine in one channel alone.
+const BRIGHTEST_OF_TEXEL: f64 = 1.5;
+/// That unit where the photograph is white: two stops more may hide behind it.
+const BEHIND_WHITE: f64 = 4.0;
+/// Lights lower than this cosine count as of it.
+const LOWEST_COSINE: f64 = 0.1;
 /// Weights, whose length is held by a weak condition.
 const LARGEST_WEIGHT: f64 = 2.5;
 /// The weight of that condition; the values do not depend on it.
@@ -135,6 +143,25 @@ impl LobeModel {
         self.places[best].0
     }
 
+    /// The brightest peak of a lobe in each channel, of a texel of these encoded values.
+    fn brightest_peaks(&self, observed: &[f32]) -> Vec<f64> {
+        let peak = |channel: usize| match self.multiplied {
+            Multiplied::Products => BRIGHTEST_PEAK,
+            Multiplied::Light => BRIGHTEST_OF_TEXEL * self.brightest_value(observed, channel),
+        };
+        (0..self.channels).map(peak).collect()
+    }
+
+    /// The brightest linear value over the cosine of the light in a channel of the encoded values of a texel.
+    fn brightest_value(&self, observed: &[f32], channel: usize) -> f64 {
+        let seen = observed.iter().skip(channel).step_by(self.channels);
+        let value = |(y, (_, cosine)): (&f32, &([f64; 3], f64))| {
+            let behind = if *y >= 1.0 { BEHIND_WHITE } else { 1.0 };
+            behind * f64::from(Space::Srgb.to_linear(*y)) / cosine.max(LOWEST_COSINE)
+        };
+        seen.zip(&self.places).map(value).fold(0.0, f64::max)
+    }
+
     /// The lobes of parameters: colour and form of each.
     fn lobes_of<'a>(&self, parameters: &'a [f64]) -> impl Iterator<Item = (&'a [f64], &'a [f64])> {
         let channels = self.channels;
@@ -149,6 +176,22 @@ impl TexelReflectance for LobeModel {
 
     fn bounds(&self) -> &[[f64; 2]] {
         &self.bounds
+    }
+
+    fn bounds_of_texel(&self, observed: &[f32]) -> Vec<[f64; 2]> {
+        let mut bounds = self.bounds.clone();
+        if self.multiplied == Multiplied::Light {
+            let own = self.channels + FORM;
+            for c in 0..self.channels {
+                let most = BRIGHTEST_OF_TEXEL * self.brightest_value(observed, c);
+                bounds[self.channels..]
+                    .iter_mut()
+                    .skip(c)
+                    .step_by(own)
+                    .for_each(|b| b[1] = most.min(BRIGHTEST));
+            }
+        }
+        bounds
     }
 
     fn values(&self, parameters: &[f64], i: usize, out: &mut [f64]) {
@@ -248,8 +291,9 @@ impl TexelReflectance for LobeModel {
     }
 
     /// The largest weight is 1, or the length of those of a view, and colours are those of lobes at their brightest.
-    fn numbers(&self, parameters: &[f64]) -> Vec<f32> {
+    fn numbers(&self, parameters: &[f64], observed: &[f32]) -> Vec<f32> {
         let mut numbers: Vec<f64> = parameters.to_vec();
+        let peaks = self.brightest_peaks(observed);
         for lobe in numbers[self.channels..].chunks_exact_mut(self.channels + FORM) {
             let (color, form) = lobe.split_at_mut(self.channels);
             form[3] = form[3].exp();
@@ -257,7 +301,8 @@ impl TexelReflectance for LobeModel {
             if largest > 0.0 {
                 let brightest = largest.powf(form[3]);
                 form[..3].iter_mut().for_each(|w| *w /= largest);
-                color.iter_mut().for_each(|s| *s = (*s * brightest).min(BRIGHTEST_PEAK));
+                let peaks = color.iter_mut().zip(&peaks);
+                peaks.for_each(|(s, peak)| *s = (*s * brightest).min(*peak));
             }
         }
         numbers.into_iter().map(|v| v as f32).collect()
@@ -275,11 +320,29 @@ mod tests {
     #[test]
     fn no_lobe_is_brighter_between_measured_pairs_than_light_is() {
         let model = LobeModel::of_pairs(1, 1, &pairs());
-        let numbers = model.numbers(&[0.2, 8.0, -2.5, 1.0, 0.5, 128.0f64.ln()]);
+        let numbers = model.numbers(&[0.2, 8.0, -2.5, 1.0, 0.5, 128.0f64.ln()], &[0.5; 40]);
         assert_eq!(numbers[1], BRIGHTEST_PEAK as f32, "8 times 2.5 to the power of 128");
         assert_eq!(numbers[2..5], [-1.0, 0.4, 0.2]);
-        let usual = model.numbers(&[0.2, 0.5, -1.0, 1.0, 0.9, 5.0f64.ln()]);
+        let usual = model.numbers(&[0.2, 0.5, -1.0, 1.0, 0.9, 5.0f64.ln()], &[0.5; 40]);
         assert!((usual[1] - 0.5).abs() < 1e-6, "{usual:?}");
+    }
+
+    #[test]
+    fn a_lobe_of_one_view_is_hardly_brighter_than_its_texel() {
+        let pairs = pairs();
+        let model = LobeModel::of_lights(3, 1, &pairs);
+        // Grey, but for one white value of the third channel.
+        let mut observed = vec![0.5; 120];
+        let at = |i: usize| f64::from(Space::Srgb.to_linear(0.5)) / pairs[i].light.z();
+        let brightest = (0..40).map(at).fold(0.0, f64::max);
+        observed[5] = 1.0;
+        let bounds = model.bounds_of_texel(&observed);
+        assert!((bounds[3][1] - 1.5 * brightest).abs() < 1e-9 && bounds[5][1] > 5.9, "{bounds:?}");
+        assert_eq!(bounds[0], model.bounds()[0]);
+        let parameters = [0.1, 0.1, 0.1, 3.0, 0.3, 3.0, 0.0, 0.2, 1.4, 50.0f64.ln()];
+        let numbers = model.numbers(&parameters, &observed);
+        assert!((f64::from(numbers[3]) - 1.5 * brightest).abs() < 1e-6, "{numbers:?}");
+        assert!((f64::from(numbers[4]) - 1.5 * brightest).abs() < 1e-6 && numbers[5] > 5.9, "{numbers:?}");
     }
 
     fn pairs() -> Vec<Directions> {
@@ -292,7 +355,7 @@ mod tests {
         let (pairs, parameters) = (pairs(), [0.2, 0.3, 0.5, -0.9, -1.1, 0.8, 1.2, 0.4, 0.7, 0.7, 0.9, 0.4]);
         let model = LobeModel::of_pairs(1, 2, &pairs);
         let parameters = &parameters[..11];
-        let numbers = model.numbers(parameters);
+        let numbers = model.numbers(parameters, &[0.5; 40]);
         let planes = Planes::from_vec(Size::new(1, 1), numbers.len(), numbers).unwrap();
         let field = ParametricField::new(TexelModel::Lafortune { lobes: 2 }, 1, planes).unwrap();
         let mut out = [0.0];

@@ -139,10 +139,9 @@ impl<'a, M: TexelReflectance> FromMean<'a, M> {
     /// The numbers of a texel.
     pub fn fit(&self, observed: &[f32]) -> Vec<f32> {
         let mut parameters = self.start(observed);
-        clamp(&mut parameters, self.model.bounds());
         let mut minimiser = LevenbergMarquardt::new(parameters.len());
         fit_texel(self.model, &mut minimiser, &mut parameters, observed, self.steps);
-        self.model.numbers(&parameters)
+        self.model.numbers(&parameters, observed)
     }
 }
 
@@ -151,7 +150,6 @@ fn best_of(model: &impl TexelReflectance, starts: &[Vec<f64>], observed: &[f32],
     let mut best = (f64::INFINITY, Vec::new());
     for start in starts {
         let mut parameters = start.clone();
-        clamp(&mut parameters, model.bounds());
         let mut minimiser = LevenbergMarquardt::new(parameters.len());
         let reached = fit_texel(model, &mut minimiser, &mut parameters, observed, steps);
         if reached < best.0 || best.1.is_empty() {
@@ -159,11 +157,6 @@ fn best_of(model: &impl TexelReflectance, starts: &[Vec<f64>], observed: &[f32],
         }
     }
     best.1
-}
-
-/// Moves parameters into their bounds.
-pub(super) fn clamp(parameters: &mut [f64], bounds: &[[f64; 2]]) {
-    parameters.iter_mut().zip(bounds).for_each(|(p, [least, most])| *p = p.clamp(*least, *most));
 }
 
 /// The mean linear value in each channel of encoded ones.

@@ -5,14 +5,14 @@
 //! all texels are determined well. The weight of a deviation is that of facets ([`super::typical`]): a deviation by [`SPREAD`] counts
 //! as much as what is left of all values of a texel, so nothing is held where lobes explain the texels. Photographs left out are
 //! predicted better so. Lobes of single views are not held: theirs lie along the normals of the texels, and those left out are
-//! predicted worse.
+//! predicted worse; their colours have bounds instead ([`super::lobes`]).
 
 use rayon::prelude::*;
 
 use super::STEPS;
-use super::encoded::{TexelReflectance, fit_texel};
+use super::encoded::fit_texel;
 use super::lobes::{FORM, LobeModel, TypicalLobes};
-use super::texels::{FromMean, clamp};
+use super::texels::FromMean;
 use crate::numeric::levenberg_marquardt::LevenbergMarquardt;
 
 /// The deviation of a weight, and of the logarithm of the exponent, that counts as much as all residuals of a texel.
@@ -23,7 +23,6 @@ pub(super) fn with_typical_lobes(model: LobeModel, mean: &[f32], sample: &[Vec<f
     let from = FromMean::new(&model, mean, STEPS);
     let squares = |observed: &Vec<f32>| {
         let mut parameters = from.start(observed);
-        clamp(&mut parameters, model.bounds());
         let mut minimiser = LevenbergMarquardt::new(parameters.len());
         fit_texel(&model, &mut minimiser, &mut parameters, observed, STEPS)
     };
@@ -36,6 +35,7 @@ pub(super) fn with_typical_lobes(model: LobeModel, mean: &[f32], sample: &[Vec<f
 
 #[cfg(test)]
 mod tests {
+    use super::super::encoded::TexelReflectance;
     use super::*;
     use crate::direction::{Direction, Directions};
     use crate::numeric::random::{Purpose, Stream};

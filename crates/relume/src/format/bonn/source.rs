@@ -203,7 +203,8 @@ impl BtfScalar {
         8 * self.bytes()
     }
 
-    pub(super) fn bytes(self) -> u64 {
+    /// The bytes of a number.
+    pub fn bytes(self) -> u64 {
         match self {
             Self::Half => 2,
             Self::Float => 4,

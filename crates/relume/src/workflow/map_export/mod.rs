@@ -106,8 +106,8 @@ impl MaterialMaps {
         }
         // Of each texel the direction at which it is brightest, its normal, and its colour twice.
         job.check("the normals and colours", field.size(), 24 + 12 + 24)?;
-        let normals = crate::surface::normals(field).held(job, "the normals")?;
-        let picture = crate::surface::albedo(field).to_space(Space::Linear);
+        let (normals, picture) = crate::surface::normals_and_albedo(field);
+        let (normals, picture) = (normals.held(job, "the normals")?, picture.to_space(Space::Linear));
         let mut albedo = Planes::zeros_within(job, "the colours", field.size(), 3)?;
         for (k, plane) in albedo.iter_mut().enumerate() {
             let from = picture.planes.plane(k.min(picture.planes.count() - 1));

@@ -40,7 +40,7 @@ done
 "$program" roll sample.exr -k 4 -o tiles.exr --force
 "$program" synth tiles.exr --size 448 -o large.exr --force
 "$program" relight sample.exr --light=-0.4,0.5,0.75 --view 0,0,1 -o sample.png --force
-for camera in 50,20 -50,20; do
+for camera in 0,0 50,20; do
   "$program" render large.exr --mesh cloth --tiling 1 --camera="$camera" --light=-0.4,0.5,0.75 --background 1,1,1 \
-    --size 380x480 -o "cloth_$camera.png" --force
+    --size 640x640 -o "cloth_$camera.png" --force
 done

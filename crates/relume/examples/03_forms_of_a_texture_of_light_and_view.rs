@@ -105,7 +105,9 @@ fn measured(path: &Path, scratch: &Path) -> Result<()> {
     for (&rank, clusters) in ranks.iter().rev().take(2).zip([32, 16]) {
         note(set.clustered(rank, clusters)?);
     }
-    for name in ["lafortune1", "lafortune2", "ggx", "views-ptm", "views-lafortune1"] {
+    for name in
+        ["lafortune1", "lafortune2", "ggx", "views-ptm", "views-lafortune1", "separable2", "separable4"]
+    {
         note(set.reflectance(name)?);
     }
     note(set.random_field()?);

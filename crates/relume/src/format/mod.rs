@@ -93,7 +93,7 @@ pub use content::Content;
 pub use data_map::encode_data_map;
 pub use exr::ExrDepth;
 pub use field_file::{
-    Encoding, FieldFile, FieldFormat, MapRecord, decode_field, encode_field, encode_translucent,
+    Encoding, FieldFile, FieldFormat, MapRecord, TexelModels, decode_field, encode_field, encode_translucent,
 };
 pub use glb::{EXTENSION as GLB_EXTENSION, GlbMaterial, GlbPreview, encode_glb};
 pub use height::{
@@ -102,6 +102,7 @@ pub use height::{
 };
 pub use hsh::HshEncoding;
 pub(crate) use jpeg::JPEG_QUALITY;
+pub use kind::{of_light_and_view, set_ending};
 pub use map_role::{MapRole, NormalY, PackedMap};
 pub use mask::{Mask, decode_mask};
 pub use mesh::decode_mesh;

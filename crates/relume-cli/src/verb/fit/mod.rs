@@ -10,7 +10,7 @@ mod quality;
 mod test;
 mod words;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use relume::field::{Basis, Interpolated, PlaneLayout};
 use relume::fit::{Ridge, Robust};
@@ -51,10 +51,10 @@ pub struct Args {
     #[arg(long, value_parser = basis())]
     basis: Option<BasisChoice>,
     /// The number of learned functions, which is that of the numbers of a texel [default: 32]
-    #[arg(long, value_name = "N", conflicts_with = "error")]
+    #[arg(long, value_name = "N", conflicts_with = "error", value_parser = learned::rank)]
     rank: Option<usize>,
     /// Learn as few functions as give this root mean square error, of values with white at 1
-    #[arg(long, value_name = "E")]
+    #[arg(long, value_name = "E", value_parser = learned::error)]
     error: Option<f64>,
     /// Put the texels into N clusters with axes of their own: a texel then has fewer numbers than there are common
     /// functions (--rank)
@@ -86,7 +86,7 @@ pub struct Args {
     /// predicted
     #[arg(long, value_name = "N")]
     hold_out: Option<usize>,
-    /// Photographs missing from a grid of lights and views: refuse the set, or fill them from the others
+    /// Photographs missing from a grid of lights and views: refuse the set, or interpolate them from the others (fill)
     /// [default: refuse]
     #[arg(long, value_parser = args::named::<Missing>())]
     missing: Option<Missing>,
@@ -121,9 +121,10 @@ pub struct Args {
     /// photograph predicted from the others, the coverage of the hemisphere, and photographs that look wrong
     #[arg(long, value_name = "FILE.html")]
     report: Option<PathBuf>,
-    /// Number of texels of each photograph to compare with the result, or `all`
-    #[arg(long, value_name = "N", default_value = "65536", value_parser = texels)]
-    report_texels: usize,
+    /// Number of texels of each photograph to compare with the result, or `all` [default: 65536; 1024 for learned functions and
+    /// models, for which these texels of all photographs are kept in memory]
+    #[arg(long, value_name = "N", value_parser = texels)]
+    report_texels: Option<usize>,
     /// A picture of which the bright pixels belong to the surface: others are black in the texture, and not measured. Its size is
     /// that of the photographs, with which it is cropped and reduced, or of what is left of them
     #[arg(long, value_name = "FILE")]
@@ -191,6 +192,12 @@ impl Args {
                 Err(Error::usage("--factors is of .btf files: name one to write").at(&self.output))
             }
         }
+    }
+
+    /// Whether what is fitted needs each light with each view.
+    fn needs_grid(&self) -> bool {
+        let is_separable = self.model.as_ref().is_some_and(|model| model.starts_with("separable"));
+        is_separable || self.rounding.is_some() || is_btf(&self.output)
     }
 
     /// Refuses options without a part in the fit of a reflectance model.
@@ -285,7 +292,10 @@ enum FittedFormat {
 }
 
 fn output_format(args: &Args, basis: &BasisChoice) -> Result<FittedFormat> {
-    if args.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("btf")) {
+    if args.model.is_some() {
+        return parametric::output_format(args);
+    }
+    if is_btf(&args.output) {
         if args.rounding.is_some() {
             return Err(Error::usage(
                 "a .btf file holds plain numbers: give --rounding with an .exr to write",
@@ -299,11 +309,20 @@ fn output_format(args: &Args, basis: &BasisChoice) -> Result<FittedFormat> {
     Ok(FittedFormat::Field(format))
 }
 
+/// Whether a file is to hold factors for readers of `.btf`.
+fn is_btf(output: &Path) -> bool {
+    output.extension().is_some_and(|e| e.eq_ignore_ascii_case("btf"))
+}
+
 fn named_format(args: &Args) -> Result<FieldFormat> {
     if output::is_stream(&args.output) && !args.half && args.rounding.is_none() {
         return Ok(FieldFormat::Ptm);
     }
-    match (FieldFormat::from_path(&args.output)?, args.half || args.rounding.is_some()) {
+    let format = FieldFormat::from_path(&args.output).map_err(|_| {
+        Error::usage("no texture is written under this name: name a .ptm, .rti or .exr, or a .btf for learned functions")
+            .at(&args.output)
+    })?;
+    match (format, args.half || args.rounding.is_some()) {
         (FieldFormat::Exr(_), true) => Ok(FieldFormat::Exr(ExrDepth::Half)),
         (FieldFormat::Picture(_), false) => {
             Err(Error::usage("a picture cannot hold functions: name a .ptm or .exr to write")

@@ -9,7 +9,7 @@ use relume::random_field::{FieldModel, Fields, Model, ModelSource, Structure};
 use relume::{Direction, Result};
 use serde_json::{Value, json};
 
-use crate::report::Report;
+use crate::report::{Report, counted};
 
 /// The contents and the size of a model.
 pub fn describe(field: &FieldModel) -> Result<Report> {
@@ -71,17 +71,17 @@ fn models_text(field: &FieldModel, models: &[(Option<Direction>, &Model)]) -> St
     let (_, first) = models[0];
     let count = match &field.fields {
         Fields::Joint(_) => String::new(),
-        Fields::PerLight(_) => format!("a model for each of {} lights, ", models.len()),
+        Fields::PerLight(_) => format!("a model for each of {}, ", counted(models.len(), "light")),
         Fields::Clusters(clusters) => {
             let range = if clusters.range.is_some() { "a range map and " } else { "" };
-            format!("{range}a model for each of {} clusters of photographs, ", models.len())
+            format!("{range}a model for each of {} of photographs, ", counted(models.len(), "cluster"))
         }
     };
     format!(
-        ": {count}{} planes of {} components, {} levels of factor {}",
-        first.planes(),
-        first.mixing.components(),
-        first.levels.len(),
+        ": {count}{} of {}, {} of factor {}",
+        counted(first.planes(), "plane"),
+        counted(first.mixing.components(), "component"),
+        counted(first.levels.len(), "level"),
         first.kernel.factor()
     )
 }
@@ -105,8 +105,8 @@ fn details(models: &[(Option<Direction>, &Model)]) -> String {
         for (k, level) in model.levels.iter().enumerate() {
             let _ = write!(
                 text,
-                "\n  level {k}: {} neighbours, {} in the coarser level, margin {}, log evidence {:.0} over {} texels",
-                level.neighbours.len(),
+                "\n  level {k}: {}, {} in the coarser level, margin {}, log evidence {:.0} over {} texels",
+                counted(level.neighbours.len(), "neighbour"),
                 level.coarse.len(),
                 level.burn_in,
                 level.log_evidence,
@@ -139,8 +139,8 @@ fn base(source: &ModelSource) -> String {
         0 => format!("the coefficients of the {width} x {height} texels it is made of, a byte each,"),
         1 => format!("the samples of the picture of {width} x {height} texels it is made of"),
         _ => format!(
-            "the samples of the {photographs} photographs of {width} x {height} texels and {channels} channels it is \
-             made of"
+            "the samples of the {photographs} photographs of {width} x {height} texels and {} it is made of",
+            counted(*channels as usize, "channel")
         ),
     }
 }

@@ -7,8 +7,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use super::finder::{is_hidden, list, listing};
-use crate::direction::Directions;
+use crate::direction::{Direction, Directions};
 use crate::error::{Error, Result};
+use crate::words::counted;
 use angles::PairAngles;
 
 /// Folders below the one opened that are searched for photographs.
@@ -20,8 +21,8 @@ const MOST_FOLDERS: usize = 1000;
 /// A photograph and its directions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PairEntry {
-    /// The number of its name in the list that was given.
-    pub index: usize,
+    /// The number of its name in the list that was given; `None` of a pair without a photograph.
+    pub index: Option<usize>,
     /// The name, without folders.
     pub name: String,
     /// Towards light and viewer.
@@ -66,7 +67,7 @@ impl PairList {
                 continue;
             };
             let directions = angles.directions().map_err(|e| Error::invalid(format!("{name}: {e}")))?;
-            let entry = PairEntry { index, name: name.to_owned(), directions };
+            let entry = PairEntry { index: Some(index), name: name.to_owned(), directions };
             if let Some(other) = found.insert(angles, entry) {
                 return Err(Error::invalid(format!(
                     "{} and {name} have the same directions: a pair of light and view has one photograph",
@@ -89,7 +90,7 @@ impl PairList {
     pub fn of_directions(pairs: &[Directions]) -> Self {
         let angles: Vec<PairAngles> = pairs.iter().map(|pair| PairAngles::of_directions(*pair)).collect();
         let entry = |(index, (pair, angles)): (usize, (&Directions, &PairAngles))| PairEntry {
-            index,
+            index: Some(index),
             name: angles.to_string(),
             directions: *pair,
         };
@@ -115,6 +116,42 @@ impl PairList {
         })
     }
 
+    /// With the missing pairs of a grid among the others, in their order; they are named by their angles.
+    #[must_use]
+    pub fn filled(self) -> Self {
+        if self.missing_count == 0 {
+            return self;
+        }
+        let of = |direction: fn(&Directions) -> Direction| -> BTreeMap<(i64, i64), Direction> {
+            let key = |directions: &Directions| {
+                PairAngles::of_directions(Directions::from(direction(directions))).light()
+            };
+            self.entries.iter().map(|e| (key(&e.directions), direction(&e.directions))).collect()
+        };
+        let (lights, views) = (of(|pair| pair.light), of(|pair| pair.view));
+        let absent = |light: Direction, view: Direction| {
+            let directions = Directions { light, view };
+            let name = PairAngles::of_directions(directions).to_string();
+            PairEntry { index: None, name, directions }
+        };
+        let all = views.values().flat_map(|view| lights.values().map(|light| absent(*light, *view)));
+        let mut found: BTreeMap<PairAngles, PairEntry> =
+            all.map(|entry| (PairAngles::of_directions(entry.directions), entry)).collect();
+        found.extend(self.entries.into_iter().map(|e| (PairAngles::of_directions(e.directions), e)));
+        let (entries, missing) = (found.into_values().collect(), Vec::new());
+        Self { entries, missing, missing_count: 0, ..self }
+    }
+
+    /// What is to be said of photographs that are missing from a grid: how many.
+    pub fn absent(&self) -> Option<String> {
+        let of = format!("of the {} photographs of a full grid", self.lights * self.views);
+        match self.missing_count {
+            0 => None,
+            1 => Some(format!("1 {of} is missing")),
+            count => Some(format!("{count} {of} are missing")),
+        }
+    }
+
     /// Refuses pairs that are not every light with every view.
     ///
     /// # Errors
@@ -124,11 +161,11 @@ impl PairList {
             return Ok(());
         }
         Err(Error::usage(format!(
-            "{} pairs of {} lights and {} views are not every light with every view, which {what} needs: `relume fit` learns \
-             functions of any pairs, in an .exr",
-            self.entries.len(),
-            self.lights,
-            self.views
+            "{} of {} and {} are not every light with every view, which {what} needs: `relume fit` learns functions of any \
+             pairs, in an .exr",
+            counted(self.entries.len(), "pair"),
+            counted(self.lights, "light"),
+            counted(self.views, "view")
         )))
     }
 
@@ -141,16 +178,17 @@ impl PairList {
             return Ok(());
         }
         Err(Error::invalid(format!(
-            "{} of the {} photographs of {} views and {} lights are missing ({}): add them, or ask to fill what is missing \
-             from the others",
+            "{} of the {} photographs of {} and {} are missing ({}){}: add them, or let `relume fit SET -o TEXTURE.exr --missing \
+             fill` interpolate them from the others",
             self.missing_count,
             self.views * self.lights,
-            self.views,
-            self.lights,
+            counted(self.views, "view"),
+            counted(self.lights, "light"),
             match self.missing_count - self.missing.len() {
                 0 => self.missing.join(", "),
                 more => format!("{} and {more} more", self.missing.join(", ")),
-            }
+            },
+            self.left_out().map_or(String::new(), |left_out| format!("; {left_out}")),
         )))
     }
 }
@@ -245,7 +283,7 @@ mod tests {
         let again = PairList::of_paths(names.iter().map(String::as_str)).unwrap().unwrap();
         let of = |list: &PairList| list.entries.iter().map(|e| e.name.clone()).collect::<Vec<_>>();
         assert_eq!(of(&sorted), of(&again));
-        assert_eq!(again.entries[0].index, 11);
+        assert_eq!(again.entries[0].index, Some(11));
         assert!(PairList::of_paths(["a.jpg", "notes"]).unwrap().is_none());
     }
 
@@ -285,6 +323,19 @@ mod tests {
         assert_eq!(list.missing_count, 2);
         let error = list.check_complete().unwrap_err().to_string();
         assert!(error.contains("2 of the 25") && error.contains("tl0 pl0 tv0 pv0"), "{error}");
+        assert!(error.contains("--missing fill"), "{error}");
+        let pairs = |list: &PairList| list.entries.iter().map(|e| e.directions).collect::<Vec<_>>();
+        let whole: Vec<String> = (0..5).flat_map(|v| (0..5).map(move |l| name(v, l))).collect();
+        let whole = PairList::of_paths(whole.iter().map(String::as_str)).unwrap().unwrap();
+        let filled = list.filled();
+        assert!(pairs(&filled) == pairs(&whole) && filled.missing_count == 0);
+        assert_eq!(filled.entries.iter().filter(|entry| entry.index.is_none()).count(), 2);
+        // A name that was not understood may be all that is wrong.
+        let names = (0..4).map(|i| name(i / 2, i % 2)).take(3).chain(["tl-1 pl0 tv1 pv0.png".to_owned()]);
+        let names: Vec<String> = names.collect();
+        let list = PairList::of_paths(names.iter().map(String::as_str)).unwrap().unwrap();
+        let error = list.check_complete().unwrap_err().to_string();
+        assert!(error.contains("1 of the 4") && error.contains("tl-1 pl0 tv1 pv0.png"), "{error}");
         let twice =
             PairList::of_paths(["a tl1 pl2 tv3 pv4.png", "tv3_pv4_tl1_pl2.0.jpg"]).unwrap_err().to_string();
         assert!(twice.contains("same directions"), "{twice}");

@@ -17,10 +17,10 @@ use super::normal_map;
 use super::picture::{Depth, PictureFormat, encode_with, extension};
 use super::ptm::{self, PtmEncoding, Under};
 use super::raster;
+use super::texel_models::TexelModels;
 use super::web;
 use crate::error::{Error, Result};
-use crate::field::{Basis, ParametricField, ReflectanceField};
-use crate::fit::parametric::linear_remark;
+use crate::field::{Basis, ReflectanceField};
 use crate::job::Job;
 use crate::memory::Footprint;
 use crate::picture::Picture;
@@ -42,15 +42,6 @@ pub struct FieldFile {
     pub models: Option<TexelModels>,
 }
 
-/// Reflectance models, and by how much their linear form differs from what they show.
-#[derive(Debug, Clone, PartialEq)]
-pub struct TexelModels {
-    /// The models.
-    pub models: ParametricField,
-    /// The root mean square of the difference, of encoded values with white at 1.
-    pub rmse: f64,
-}
-
 /// What a picture records of the meaning of its values, so that copies of them can be stored with it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct MapRecord {
@@ -61,24 +52,6 @@ pub struct MapRecord {
 }
 
 impl FieldFile {
-    /// What is to be said where the field stands for reflectance models.
-    pub fn linear_remark(&self) -> Option<String> {
-        self.models.as_ref().map(|of| linear_remark(&of.models, &self.field, of.rmse))
-    }
-
-    /// What is to be said where the field serves to compare texels, and the numbers of the models are kept.
-    pub fn comparison_remark(&self) -> Option<String> {
-        self.models.as_ref().map(|of| {
-            format!(
-                "texels of the reflectance model {} are compared by {} learned functions, which differ from what it shows by {:.2} of \
-                 255 (root mean square)",
-                of.models.model().name(),
-                self.field.basis().len(),
-                255.0 * of.rmse
-            )
-        })
-    }
-
     /// Which texels are fully transparent, if any is.
     pub fn transparent(&self) -> Option<Vec<bool>> {
         let opacity = self.opacity.as_ref()?.plane(0);

@@ -78,6 +78,7 @@ mod rows;
 pub mod share;
 mod stream;
 mod supported;
+mod texel_models;
 mod tiff;
 pub mod tile_set;
 mod turned;
@@ -93,7 +94,7 @@ pub use content::Content;
 pub use data_map::encode_data_map;
 pub use exr::ExrDepth;
 pub use field_file::{
-    Encoding, FieldFile, FieldFormat, MapRecord, TexelModels, decode_field, encode_field, encode_translucent,
+    Encoding, FieldFile, FieldFormat, MapRecord, decode_field, encode_field, encode_translucent,
 };
 pub use glb::{EXTENSION as GLB_EXTENSION, GlbMaterial, GlbPreview, encode_glb};
 pub use height::{
@@ -116,5 +117,6 @@ pub use raster::decode_raster;
 pub use rows::Rows;
 pub use stream::{Lane, Streamed};
 pub use supported::{SUPPORTED, SupportedFormat};
+pub use texel_models::TexelModels;
 pub use tile_set::TileSetFile;
 pub use zip::ZipArchive;

@@ -60,12 +60,8 @@ impl Inputs {
         for written in std::iter::once(&args.output).chain(&args.report) {
             output::refuse_input(written, &read)?;
         }
-        let pairs: Vec<(String, Directions)> =
-            set.lights().iter().map(|(name, light)| (name.clone(), (*light).into())).collect();
-        let (place, mut warnings) = (set.capture.light_file.clone(), set.warnings.clone());
-        if args.basis == Some(BasisChoice::Learned) {
-            warnings.extend(constant(&pairs, false));
-        }
+        let pairs = set.lights().iter().map(|(name, light)| (name.clone(), (*light).into())).collect();
+        let (place, warnings) = (set.capture.light_file.clone(), set.warnings.clone());
         Ok(Self { place, pairs, warnings, source: PhotographSource::Capture(Box::new(set)) })
     }
 
@@ -79,16 +75,9 @@ impl Inputs {
         }
         let btf = Btf::open(&args.capture, args.missing.unwrap_or_default(), &context.job)?;
         output::refuse_input(&args.output, &btf.paths())?;
-        let mut warnings = Vec::new();
         let fills = args.needs_grid() && *basis == BasisChoice::Learned;
-        if let Some(absent) = btf.list().absent() {
-            warnings.push(match fills {
-                true => format!(
-                    "{absent}: they are interpolated from the others, and fitted as if they were photographs"
-                ),
-                false => format!("{absent}: their values are interpolated from the others"),
-            });
-        }
+        let absent = btf.list().absent().map(|absent| filled(&absent, fills, args.hold_out.is_some()));
+        let mut warnings: Vec<String> = absent.into_iter().collect();
         let btf = if fills { btf.filled() } else { btf };
         let mut pairs = btf.pairs();
         if *basis == BasisChoice::Learned {
@@ -127,6 +116,9 @@ impl Inputs {
         let PhotographSource::Capture(set) = &mut self.source else { return Ok(()) };
         set.measure(&args.photographs, foresee, job)?;
         self.warnings.clone_from(&set.warnings);
+        if args.basis == Some(BasisChoice::Learned) {
+            self.warnings.extend(constant(&self.pairs, false));
+        }
         Ok(())
     }
 
@@ -224,6 +216,19 @@ impl Inputs {
                 cropped.unwrap_or(Ok(photograph)).map_err(|e| e.at(&self.place))
             }
         }
+    }
+}
+
+/// What is to be said of photographs that are missing: whether others are made in their place, which may be those of a test.
+fn filled(absent: &str, fills: bool, holds_out: bool) -> String {
+    match (fills, holds_out) {
+        (false, _) => format!("{absent}: their values are interpolated from the others"),
+        (true, false) => {
+            format!("{absent}: they are interpolated from the others, and fitted as if they were photographs")
+        }
+        (true, true) => format!(
+            "{absent}: they are interpolated from the others, also from those left out, and count as photographs"
+        ),
     }
 }
 

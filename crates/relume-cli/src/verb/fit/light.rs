@@ -119,8 +119,7 @@ fn foresee(
 
 fn summary(output: &Path, field: &ReflectanceField, report: &FitReport) -> String {
     let worst = report.worst_light();
-    // A number that rounds to nothing has no sign.
-    let [x, y, z] = worst.direction.map(|v| (1e3 * v).round() / 1e3 + 0.0);
+    let [x, y, z] = to_thousandths(worst.direction);
     let mut lines = vec![
         format!(
             "{}: {} texels, {} {}, {} values, from {}",
@@ -145,6 +144,11 @@ fn summary(output: &Path, field: &ReflectanceField, report: &FitReport) -> Strin
     lines.join("\n")
 }
 
+/// Numbers as they are printed with three decimals, of which one that rounds to nothing has no sign.
+fn to_thousandths(numbers: [f64; 3]) -> [f64; 3] {
+    numbers.map(|v| (1e3 * v).round() / 1e3 + 0.0)
+}
+
 /// What a robust fit did.
 fn robustly(report: &FitReport) -> Option<String> {
     let fit = report.texel_fit?;
@@ -161,4 +165,15 @@ fn robustly(report: &FitReport) -> Option<String> {
         }
     };
     Some(format!("robust: at {} of {} texels {how}", fit.refitted, fit.refitted + fit.kept))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::to_thousandths;
+
+    #[test]
+    fn nothing_has_no_sign() {
+        let [x, y, z] = to_thousandths([-0.0004, -0.0006, 0.99949]);
+        assert_eq!(format!("({x:.3}, {y:.3}, {z:.3})"), "(0.000, -0.001, 0.999)");
+    }
 }

@@ -43,7 +43,7 @@ pub(super) fn output_format(args: &Args) -> Result<FittedFormat> {
 }
 
 fn needs_exr(output: &Path) -> Error {
-    Error::usage("the numbers of reflectance models are written as .exr: name one").at(output)
+    Error::usage("the numbers of reflectance models are written as .exr: name an .exr").at(output)
 }
 
 /// Fits the model named and writes its numbers.

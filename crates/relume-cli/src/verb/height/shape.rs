@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use relume::capture::{Capture, Photograph};
+use relume::field::Basis;
 use relume::format::MapRole;
 use relume::surface::highlights::{self, HighlightOptions, Highlights, highlights};
 use relume::surface::photometric_stereo::{StereoInput, photometric_stereo};
@@ -296,7 +297,7 @@ fn field_normals(args: &Args, known: &KnownShape, context: &Context) -> Result<S
         Some(models) => SurfaceForm::of_models(&models, job)?,
         None => SurfaceForm::Functions(opened.into_field()?.field),
     };
-    if matches!(&surface, SurfaceForm::Functions(field) if *field.basis() == relume::field::Basis::Constant) {
+    if matches!(&surface, SurfaceForm::Functions(field) if *field.basis() == Basis::Constant) {
         return Err(Error::usage(
             "is a picture without functions of light: name --method shape-from-shading with --light, or \
              --method normal-map",
@@ -308,8 +309,12 @@ fn field_normals(args: &Args, known: &KnownShape, context: &Context) -> Result<S
     let are_facets = matches!(surface, SurfaceForm::Facets { .. });
     let trusted = are_facets.then(|| STEEPEST.atan().to_degrees());
     let mut shape = Shape::of_normals(HeightMethod::PtmNormals, normals, args.steepest.or(trusted))?;
-    if are_facets {
-        shape.how = "from the normals of the fitted facets".to_owned();
+    match &surface {
+        _ if are_facets => "from the normals of the fitted facets".clone_into(&mut shape.how),
+        SurfaceForm::Functions(field) if *field.basis() != Basis::Ptm => {
+            "from the directions in which its functions are brightest".clone_into(&mut shape.how);
+        }
+        _ => {}
     }
     shape.albedo = Some(surface.albedo());
     Ok(shape)

@@ -16,7 +16,7 @@ pub fn describe(field: &FieldModel) -> Result<Report> {
     let bytes = rlm::encode(field)?.len() as u64;
     let models = field.fields.models();
     let text = format!(
-        "random field, basis {}, colour {}, {} values{}{}\n{bytes} bytes; {} are {} bytes: 1 to {:.0}",
+        "random field, basis {}, colour {}, {} values{}{}\n{bytes} bytes; {} are {} bytes: 1 to {}",
         field.basis.name(),
         field.layout.name(),
         field.space,
@@ -24,7 +24,7 @@ pub fn describe(field: &FieldModel) -> Result<Report> {
         models_text(field, &models),
         base(&field.source),
         field.source_bytes(),
-        field.source_bytes() as f64 / bytes as f64,
+        ratio(field.source_bytes() as f64 / bytes as f64),
     );
     let mut json = json!({
         "basis": field.basis.name(),
@@ -57,6 +57,11 @@ pub fn describe(field: &FieldModel) -> Result<Report> {
         Fields::Joint(_) | Fields::PerLight(_) => details(&models),
     };
     Ok(Report::new(text + &details, json))
+}
+
+/// A ratio, with a decimal where it is small.
+fn ratio(ratio: f64) -> String {
+    if ratio < 10.0 { format!("{ratio:.1}") } else { format!("{ratio:.0}") }
 }
 
 fn heights(field: &FieldModel) -> String {

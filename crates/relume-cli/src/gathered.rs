@@ -88,6 +88,8 @@ pub fn encode(
         let made = models[0].with_planes(gather_index(map, &planes, &context.job)?)?;
         return exr::encode_parametric(&made, depth, &context.job).map_err(|e| e.at(output));
     }
+    let linear = files.iter().filter_map(FieldFile::linear_remark);
+    linear.for_each(|remark| context.job.about(output).remark(remark));
     let mut opacity = opacity::gathered(map, files, context)?;
     if opacity.is_some() && !format.holds_opacity() {
         opacity = None;
@@ -190,7 +192,7 @@ pub fn data_map(
 
 /// The reflectance models of files that all hold one kind of them: their numbers are rearranged as they are.
 fn models_of(files: &[FieldFile]) -> Option<Vec<&ParametricField>> {
-    let models = files.iter().map(|file| file.models.as_ref()).collect::<Option<Vec<_>>>()?;
+    let models = files.iter().map(|file| Some(&file.models.as_ref()?.models)).collect::<Option<Vec<_>>>()?;
     let kind = |models: &ParametricField| (models.model().clone(), models.channels());
     models.iter().all(|other| kind(other) == kind(models[0])).then_some(models)
 }

@@ -47,8 +47,7 @@ pub fn open(path: &Path, job: &Job) -> Result<Opened> {
     }
     let is_archive = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("zip"));
     if is_archive && path.is_file() {
-        let sentence = "is an archive: `relume fit` makes a texture, as an .exr, of photographs under light and view in one";
-        return Err(Error::usage(sentence).at(path));
+        return Err(format::of_light_and_view().at(path));
     }
     let _notice = is_pipe(path).then(|| Notice::of(path.to_path_buf()));
     match is_stream(path) {

@@ -11,6 +11,7 @@ use relume::{Error, Footprint, Picture, Raster, ReflectanceField, Result, Sample
 
 use crate::context::Context;
 use crate::output::Outputs;
+use crate::report::counted;
 
 /// Photographs per thread that are made before they are written.
 const AT_A_TIME: usize = 4;
@@ -66,7 +67,8 @@ pub fn write_all(
         let samples = (count * map.size().texels() * first.channels()) as u64;
         if samples >= NOTABLE_BYTES {
             context.job.about(&set.output).remark(format!(
-                "{count} photographs of {} have {:.1} GB before compression",
+                "{} of {} have {:.1} GB before compression",
+                counted(count, "photograph"),
                 map.size(),
                 samples as f64 / 1e9
             ));
@@ -89,8 +91,9 @@ pub fn write_all(
             Ok(())
         })?;
         said.push(format!(
-            "{}: {count} photographs of {} rearranged, {:.1} MB",
+            "{}: {} of {} rearranged, {:.1} MB",
             set.output.display(),
+            counted(count, "photograph"),
             map.size(),
             bytes as f64 / 1e6
         ));

@@ -5,6 +5,7 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+pub use relume::words::counted;
 use relume::{Error, ErrorKind, Result};
 use serde_json::{Map, Value, json};
 
@@ -148,20 +149,5 @@ impl Failure {
             }
         }
         json!({ "verb": self.verb, "error": error })
-    }
-}
-
-/// A count and what is counted: "1 picture", "2 pictures".
-pub fn counted(count: usize, noun: &str) -> String {
-    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::counted;
-
-    #[test]
-    fn one_picture_is_no_pictures() {
-        assert_eq!([0, 1, 2].map(|n| counted(n, "picture")), ["0 pictures", "1 picture", "2 pictures"]);
     }
 }

@@ -1,4 +1,4 @@
-//! Lists in sentences.
+//! Lists and counts in sentences.
 
 /// The first words of a list, with something between them, and how many more there are.
 ///
@@ -11,4 +11,14 @@ pub fn listed<T: AsRef<str>>(words: &[T], most: usize, between: &str) -> String 
         0 => shown,
         more => format!("{shown} and {more} more"),
     }
+}
+
+/// A count and what is counted.
+///
+/// ```
+/// let said = [0, 1, 2].map(|n| relume::words::counted(n, "picture"));
+/// assert_eq!(said, ["0 pictures", "1 picture", "2 pictures"]);
+/// ```
+pub fn counted(count: usize, noun: &str) -> String {
+    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
 }

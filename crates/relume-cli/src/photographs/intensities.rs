@@ -4,6 +4,8 @@ use std::path::Path;
 
 use relume::{Error, Result};
 
+use crate::report::counted;
+
 /// Lamps of other intensities are mistakes: photographs divided by them would be white or black.
 const LEAST: f64 = 1e-6;
 const MOST: f64 = 1e6;
@@ -43,8 +45,9 @@ pub(super) fn intensities(path: &Path, lights: usize) -> Result<Vec<[f64; 3]>> {
     }
     if found.len() != lights {
         return Err(Error::invalid(format!(
-            "holds {} intensities for {lights} lights: expected a line for each",
-            found.len()
+            "holds {} for {}: expected a line for each light",
+            if found.len() == 1 { "1 intensity".to_owned() } else { format!("{} intensities", found.len()) },
+            counted(lights, "light")
         ))
         .at(path));
     }

@@ -22,6 +22,7 @@ pub use options::PhotographArgs;
 
 use crate::input;
 use crate::output::CaptureFiles;
+use crate::report::counted;
 use intensities::intensities;
 
 /// The most photographs that a warning names, and what stands between them.
@@ -185,9 +186,9 @@ impl PhotographSet {
             let cards = if path.is_dir() { pictures_in(path)? } else { vec![path.clone()] };
             if cards.len() != 1 && cards.len() != self.lights.len() {
                 return Err(Error::invalid(format!(
-                    "holds {} photographs of a white card for {} lights: expected one, or one for each",
-                    cards.len(),
-                    self.lights.len()
+                    "holds {} of a white card for {}: expected one, or one for each",
+                    counted(cards.len(), "photograph"),
+                    counted(self.lights.len(), "light")
                 ))
                 .at(path));
             }

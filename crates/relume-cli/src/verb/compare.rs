@@ -30,7 +30,7 @@ use crate::{evaluated, input, output};
 )]
 pub struct Args {
     /// The reference: a .ptm, an .exr field, a picture or a .rlm model; or a folder or .zip of photographs under light and
-    /// view, all of which are compared; - is standard input
+    /// view, all of which are compared (thousands of large ones take minutes, with a bar on a terminal); - is standard input
     reference: PathBuf,
     /// The texture to compare with it; of the same size unless --texture is given. With photographs under light and view
     /// also another such set, or a .btf
@@ -98,9 +98,14 @@ fn with_photographs(args: &Args, context: &Context) -> Result<Report> {
         .at(&args.reference));
     }
     let btf = Btf::open(&args.reference, Missing::Fill, &context.job)?;
+    let absent = btf.list().absent().map(|absent| format!("{absent}: they are not compared"));
+    let mut warnings: Vec<String> = absent.into_iter().collect();
     let errors = match Btf::is_at(&args.other) {
         true => {
             let other = Btf::open(&args.other, Missing::Fill, &context.job)?;
+            warnings.extend(other.list().absent().map(|absent| {
+                format!("{}: {absent}: their values are interpolated from the others", args.other.display())
+            }));
             btf_comparison::compare_sets(&btf, &other, &context.job)?
         }
         false => {
@@ -110,8 +115,11 @@ fn with_photographs(args: &Args, context: &Context) -> Result<Report> {
         }
     };
     let (mean, worst) = (&errors.mean, &errors.worst);
-    let mut text =
-        format!("{} photographs, means and (worst, {}):\n", btf.list().entries.len(), errors.worst_name);
+    let mut text = format!(
+        "{}, means and (worst, {}):\n",
+        counted(btf.list().entries.len(), "photograph"),
+        errors.worst_name
+    );
     let (all, least) = (decibels(mean.psnr_db), decibels(worst.psnr_db));
     let exact = match errors.exact {
         0 => String::new(),
@@ -139,7 +147,7 @@ fn with_photographs(args: &Args, context: &Context) -> Result<Report> {
         "lights": arrays(&pairs, |pair| pair.light),
         "views": arrays(&pairs, |pair| pair.view),
     });
-    Ok(Report::new(text, json))
+    Ok(Report::new(text, json).with_warnings(warnings))
 }
 
 /// The mean ratios by the polar angle of the view.

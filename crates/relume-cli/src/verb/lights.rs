@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 use crate::context::Context;
 use crate::output::Outputs;
-use crate::report::Report;
+use crate::report::{Report, counted};
 use crate::{args, input, output, paths};
 
 /// Arguments of `relume lights`.
@@ -160,11 +160,15 @@ fn summary(args: &Args, found: &BallLights) -> String {
     let lights = found.lights();
     let outline = |ball: &MirrorBall| format!("--ball {:.1},{:.1},{:.1}", ball.x, ball.y, ball.radius);
     let mut lines = vec![
-        format!("{}: {} lights from {} photographs", args.output.display(), lights.len(), found.frames.len()),
         format!(
-            "{} {}: {}",
-            found.balls.len(),
-            if found.balls.len() == 1 { "mirror ball" } else { "mirror balls" },
+            "{}: {} from {}",
+            args.output.display(),
+            counted(lights.len(), "light"),
+            counted(found.frames.len(), "photograph")
+        ),
+        format!(
+            "{}: {}",
+            counted(found.balls.len(), "mirror ball"),
             found.balls.iter().map(outline).collect::<Vec<_>>().join(" ")
         ),
     ];

@@ -18,7 +18,7 @@ use super::lights::ball;
 use crate::context::Context;
 use crate::output::Folder;
 use crate::photographs::{PhotographArgs, PhotographSet};
-use crate::report::Report;
+use crate::report::{Report, counted};
 use crate::{input, paths};
 
 /// Arguments of `relume new`.
@@ -107,7 +107,8 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     drop(scratch);
     folder.add("new.json", format!("{:#}\n", Value::Object(facts.clone())).as_bytes())?;
     let written = folder.commit()?;
-    let text = format!("{}: {} photographs\n{}", args.output.display(), lights.len(), commands.join("\n"));
+    let photographs = counted(lights.len(), "photograph");
+    let text = format!("{}: {photographs}\n{}", args.output.display(), commands.join("\n"));
     Ok(Report::new(text, Value::Object(facts)).with_outputs(written).with_warnings(warnings))
 }
 

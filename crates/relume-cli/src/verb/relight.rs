@@ -32,8 +32,7 @@ pub struct Args {
     #[arg(long, value_name = "X,Y,Z", value_parser = args::view, allow_hyphen_values = true)]
     view: Option<Direction>,
     /// The light of --view-sweep [default: 0.5,0.5,0.7]
-    #[arg(long, value_name = "X,Y,Z", value_parser = args::light, allow_hyphen_values = true,
-          requires = "view_sweep")]
+    #[arg(long, value_name = "X,Y,Z", value_parser = args::light, allow_hyphen_values = true)]
     sweep_light: Option<Direction>,
     /// The picture to write (.png, .jpg, .tif, .exr, .pfm, .hdr); for a sweep .png or .gif is an animation,
     /// .mp4 a film (by ffmpeg), and any other name a folder of numbered PNG files; - is standard output, as PNG
@@ -75,6 +74,11 @@ struct What {
 
 /// Reads the field, makes the pictures, writes them.
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
+    if args.sweep_light.is_some() && args.what.view_sweep.is_none() {
+        return Err(Error::usage(
+            "--sweep-light is the light of --view-sweep, which is not given: leave it out",
+        ));
+    }
     if Btf::is_at(&args.file) {
         return of_photographs(args, context);
     }
@@ -170,8 +174,10 @@ fn of_photographs(args: &Args, context: &Context) -> Result<Report> {
     let mut outputs = Outputs::new(context);
     outputs.file(&args.output, &[&args.file])?;
     let view = args.view.unwrap_or(Direction::ZENITH);
-    let picture = Btf::open(&args.file, Missing::Fill, &context.job)?
-        .relit(Directions { light, view }, &context.job)?;
+    let btf = Btf::open(&args.file, Missing::Fill, &context.job)?;
+    let absent =
+        btf.list().absent().map(|absent| format!("{absent}: their values are interpolated from the others"));
+    let picture = btf.relit(Directions { light, view }, &context.job)?;
     let (size, channels) = (picture.size(), picture.planes.count());
     context.job.check_bytes("the picture's file", format.footprint(size, channels).peak)?;
     outputs.write(&args.output, encode_picture_with(&picture, format, &context.job)?)?;
@@ -184,7 +190,7 @@ fn of_photographs(args: &Args, context: &Context) -> Result<Report> {
         "light": light.to_array(),
         "view": view.to_array(),
     });
-    Ok(Report::new(text, json).with_outputs(written))
+    Ok(Report::new(text, json).with_outputs(written).with_warnings(absent))
 }
 
 /// The light and view of each picture of a sweep, if one is asked for.

@@ -121,7 +121,12 @@ impl Preparation<'_> {
             mm_per_texel: self.planes.mm_per_texel,
             environment: self.environment.cloned(),
         };
-        let annotations = AnnotationFile::beside(path)?;
+        let annotations = AnnotationFile::beside(path).unwrap_or_else(|error| {
+            job.remark(format!(
+                "{error}; the texture is shown without annotations, and none are saved over the file"
+            ));
+            None
+        });
         let opened = input::open(path, job)?;
         let (shared, thumbnail, plane) = match opened.content() {
             Content::Tiles if !self.planes.noise => {

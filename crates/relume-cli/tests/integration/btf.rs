@@ -174,7 +174,7 @@ fn a_grid_with_holes_is_refused_or_filled() {
         lost.0
     );
     let filled = json(path, &["fit", "btf", "-o", "b.exr", "--missing", "fill", "--rank", "8"]);
-    assert!(filled["warnings"][0].as_str().unwrap().contains("1 of 64"), "{filled}");
+    assert!(filled["warnings"][0].as_str().unwrap().contains("1 of the 64"), "{filled}");
     assert_eq!(json(path, &["info", "btf"])["missing"], 1);
 }
 
@@ -200,6 +200,8 @@ fn sets_that_are_no_texture_are_refused_in_a_sentence() {
     assert!(sizes.contains("same size"), "{sizes}");
     let leaving = with("leaving.zip", &|set| set[5].0 = "../tl120 pl000 tv000 pv000.png".to_owned());
     assert!(leaving.contains("leads out of its folder"), "{leaving}");
+    let of_drive = with("drive.zip", &|set| set[5].0 = "C:\\x\\tl20 pl000 tv000 pv000.png".to_owned());
+    assert!(of_drive.contains("leads out of its folder"), "{of_drive}");
     let damaged = with("damaged.zip", &|set| set[5].1.truncate(60));
     assert!(damaged.contains("00005"), "{damaged}");
     let none = with("none.zip", &|set| set.iter_mut().for_each(|(name, _)| *name = name.replace("tl", "xl")));
@@ -217,7 +219,12 @@ fn options_without_a_part_in_the_fit_are_refused() {
     let path = folder.path();
     write_zip(&path.join("b.zip"), &photographs());
     let refuse = |arguments: &[&str]| refused(path, &[&["fit", "b.zip", "-o", "o.exr"], arguments].concat());
-    assert!(refuse(&["--rank", "0"]).contains("1 to 256"));
+    let rank = refuse(&["--rank", "0"]);
+    assert!(rank.contains("1 to 256") && rank.contains("--rank"), "{rank}");
+    let error = refuse(&["--error", "5"]);
+    assert!(error.contains("between 0 and 1") && error.contains("--error"), "{error}");
+    let pair = refuse(&["--pair", "order"]);
+    assert!(pair.contains("--pair is of captures"), "{pair}");
     assert!(refuse(&["--rank", "193"]).contains("at most 192"));
     assert!(refuse(&["--basis", "ptm", "--rank", "3"]).contains("--basis learned"));
     assert!(refuse(&["--leave-one-out"]).contains("--hold-out"));

@@ -5,6 +5,7 @@ mod btf;
 mod btf_forms;
 mod btf_input;
 mod btf_models;
+mod btf_words;
 mod capture;
 mod channels;
 mod compare_analyze;

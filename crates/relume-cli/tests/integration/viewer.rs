@@ -308,28 +308,46 @@ fn an_object_an_environment_and_annotations_come_with_the_page() {
     let header = at.join("out").join(entry["folder"].as_str().unwrap()).join("share.json");
     let header: Value = serde_json::from_slice(&fs::read(header).unwrap()).unwrap();
     assert_eq!(header["environment"]["nodes"], 2, "a picture needs no more than the mean light");
-    for (name, text, said) in [
-        ("bare.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n", "no texture coordinate"),
-        ("a.png.annotations.json", "{}", "no annotations"),
-    ] {
-        fs::write(at.join(name), text).unwrap();
-        let mesh = if name == "bare.obj" { name } else { "square.obj" };
-        let output = Command::new(env!("CARGO_BIN_EXE_relume"))
-            .current_dir(at)
-            .args(["share", "a.png", "--mesh", mesh, "-o", "other"])
-            .output()
-            .unwrap();
-        let error = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(1), "{error}");
-        assert!(error.contains(name) && error.contains(said) && error.lines().count() == 1, "{error}");
-    }
+    fs::write(at.join("bare.obj"), "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n").unwrap();
+    let error = failed(at, &["share", "a.png", "--mesh", "bare.obj", "-o", "other"], 1);
+    assert!(error.contains("bare.obj") && error.contains("no texture coordinate"), "{error}");
     refused(at, &["share", "a.png", "-o", "other", "--url", "example.org"]);
     let sentence = failed(at, &["share", "a.png", "-o", "other.html"], 2);
     assert!(sentence.contains("other.html") && sentence.contains("--single-file"), "{sentence}");
-    fs::remove_file(at.join("a.png.annotations.json")).unwrap();
-    fs::create_dir(at.join("a.png.annotations.json")).unwrap();
-    let sentence = failed(at, &["share", "a.png", "-o", "other"], 1);
-    assert!(sentence.contains("a.png.annotations.json") && sentence.contains("no file"), "{sentence}");
+}
+
+/// A fault: a texture could not be seen because of the file beside it.
+#[test]
+fn damaged_annotations_hide_no_texture_and_stay_as_they_are() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    texture(at, "a.png");
+    let notes = at.join("a.png.annotations.json");
+    fs::write(&notes, "{broken").unwrap();
+    let shared = json(at, &["share", "a.png", "-o", "out"]);
+    let said = shared["warnings"][0].as_str().unwrap();
+    assert!(said.contains("a.png.annotations.json") && said.contains("no annotations"), "{said}");
+    let page = fs::read_to_string(at.join("out/index.html")).unwrap();
+    assert_eq!(data(&page)["textures"][0]["annotations"], Value::Null);
+    let server = Server::start(at, &["a.png"]);
+    let page = server.get(&server.path);
+    assert!(page.starts_with("HTTP/1.1 200 OK"), "{page}");
+    let path = format!("{}{}", server.path, data(&page)["textures"][0]["notes"].as_str().unwrap());
+    assert!(server.get(&path).starts_with("HTTP/1.1 409"));
+    let post = format!(
+        "POST {path} HTTP/1.1\r\nHost: 127.0.0.1:{}\r\nContent-Type: application/json\r\nIf-Match: \"none\"\r\n\
+         Content-Length: {}\r\n\r\n{NOTES}",
+        server.port,
+        NOTES.len()
+    );
+    let answer = String::from_utf8_lossy(&server.exchange(post.as_bytes())).into_owned();
+    assert!(answer.starts_with("HTTP/1.1 409"), "{answer}");
+    assert_eq!(fs::read_to_string(&notes).unwrap(), "{broken");
+    assert_eq!(server.interrupt(), Some(130));
+    fs::remove_file(&notes).unwrap();
+    fs::create_dir(&notes).unwrap();
+    let shared = json(at, &["share", "a.png", "-o", "other"]);
+    assert!(shared["warnings"][0].as_str().unwrap().contains("no file"), "{shared}");
 }
 
 #[test]

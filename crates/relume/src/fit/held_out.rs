@@ -4,6 +4,7 @@ use std::cmp::Ordering;
 
 use crate::direction::{Direction, Directions};
 use crate::error::{Error, Result};
+use crate::words::counted;
 
 /// The most distinct lights, and views, of which some can be left out; directions within this cosine are one.
 const SAME_COSINE: f64 = 1.0 - 1e-9;
@@ -32,6 +33,14 @@ impl HeldOut {
             let is_out = |sorted: &[Direction], direction| place(sorted, direction) % step == step - 1;
             for (out, pair) in out.iter_mut().zip(pairs) {
                 *out = is_out(&lights, pair.light) || is_out(&views, pair.view);
+            }
+            if !out.contains(&true) {
+                return Err(Error::usage(format!(
+                    "of {} and {} each {step}th is none: leave out each {}th at most to measure anything",
+                    counted(lights.len(), "light"),
+                    counted(views.len(), "view"),
+                    lights.len().max(views.len())
+                )));
             }
         }
         if out.iter().all(|out| *out) {
@@ -108,7 +117,11 @@ mod tests {
         assert_eq!(third.kept(), 16);
         assert!(third.is_out(2) && third.is_out(12) && !third.is_out(0) && !third.is_out(7));
         let one = [pairs[0]];
-        assert!(HeldOut::new(&one, Some(2)).is_ok());
+        let error = HeldOut::new(&one, Some(2)).unwrap_err();
+        assert!(error.to_string().contains("1 light and 1 view"), "{error}");
+        assert!(HeldOut::new(&pairs, Some(6)).is_ok());
+        let error = HeldOut::new(&pairs, Some(7)).unwrap_err();
+        assert!(error.to_string().contains("6 lights and 6 views"), "{error}");
         let error = HeldOut::new(&[pairs[1]], Some(1)).unwrap_err();
         assert!(error.to_string().contains("none is left"), "{error}");
     }

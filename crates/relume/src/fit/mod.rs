@@ -211,7 +211,7 @@ pub fn fit(
     let grid = Grid::within(stream.size(), options.report_texels, options.mask.as_deref())?;
     let planes = sums(stream.channels());
     let _sums = job.hold("the fit", 4 * (planes * stream.size().texels()) as u64)?;
-    let _sample = job.hold("the sample for the error report", stream.sample_bytes(&grid) + grid.bytes())?;
+    let _sample = job.hold("the sample for the error report", kept_bytes(&stream, &grid) + grid.bytes())?;
     let levels = SampleLevels::new(options.space);
     job.check_bytes("the error report", 4 * (planes * grid.texels() * report_copies(options)) as u64)?;
 
@@ -265,6 +265,11 @@ pub fn check_memory(
     let all = if options.needs_all() { 4 * size.texels() * channels * photographs } else { 0 };
     let report = 4 * planes * grid * report_copies(options);
     job.check_bytes("the fit and its report", (4 * planes * size.texels() + sample + all + report) as u64)
+}
+
+/// The bytes of the texels of a grid in all photographs, where they are few enough to keep.
+fn kept_bytes(stream: &PhotographStream, grid: &Grid) -> u64 {
+    if grid.is_kept() { stream.sample_bytes(grid) } else { 0 }
 }
 
 /// The planes of the sums of photographs with some channels: of one constant function in three channels three, but four as luminance

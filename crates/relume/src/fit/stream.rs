@@ -80,11 +80,8 @@ impl<'a> PhotographStream<'a> {
         self.names.len()
     }
 
-    /// The memory of the texels of a grid when they are kept from every photograph.
+    /// The memory of the texels of a grid kept from every photograph.
     pub fn sample_bytes(&self, grid: &Grid) -> u64 {
-        if !grid.is_kept() {
-            return 0;
-        }
         (grid.texels() * self.channels * self.depth) as u64 * self.names.len() as u64
     }
 

@@ -8,8 +8,11 @@ use std::sync::{Mutex, PoisonError};
 
 use zip::{CompressionMethod, ZipArchive};
 
+use super::opacity::OPACITY_UNUSED;
+use super::raster::decode_raster;
 use crate::error::{Error, Result};
 use crate::job::Job;
+use crate::raster::Raster;
 
 /// A zip archive that is read entry by entry, from several threads.
 #[derive(Debug)]
@@ -44,8 +47,7 @@ impl ImageArchive {
         }
         let names = (0..archive.len()).map(|i| {
             let name = archive.name_for_index(i).and_then(Result::ok).ok_or_else(damaged)?;
-            let leaves = name.starts_with(['/', '\\']) || name.split(['/', '\\']).any(|part| part == "..");
-            if leaves {
+            if leads_out(&name) {
                 return Err(Error::invalid(format!(
                     "the archive holds the name {}, which leads out of its folder: make the archive again",
                     name.escape_default()
@@ -66,6 +68,21 @@ impl ImageArchive {
     /// The names of the entries, with folders, in the order of the archive.
     pub fn names(&self) -> &[String] {
         &self.names
+    }
+
+    /// The picture in an entry. An opacity is left out, with a remark of the job.
+    ///
+    /// # Errors
+    /// As [`ImageArchive::read`], and an entry that is no picture.
+    pub fn raster(&self, index: usize, job: &Job) -> Result<Raster> {
+        let bytes = self.read(index, job)?;
+        let place = self.path.join(&self.names[index]);
+        let job = job.about(&place);
+        let raster = decode_raster(&bytes, &job).map_err(|e| e.at(&place))?;
+        if raster.opacity().is_some() {
+            job.remark(OPACITY_UNUSED);
+        }
+        Ok(raster.without_opacity())
     }
 
     /// The content of an entry.
@@ -108,6 +125,13 @@ impl ImageArchive {
     }
 }
 
+/// Whether a path is one from the root or of a drive, or leads to a folder above.
+fn leads_out(name: &str) -> bool {
+    let is_of_drive =
+        name.as_bytes().first().is_some_and(u8::is_ascii_alphabetic) && name[1..].starts_with(':');
+    is_of_drive || name.starts_with(['/', '\\']) || name.split(['/', '\\']).any(|part| part == "..")
+}
+
 /// The first name that two entries of the directory of an archive have, which reading by name would not show. None of archives
 /// beyond 65,534 entries or 4 GiB, and of damaged ones.
 fn first_double(file: &mut (impl Read + Seek)) -> Option<String> {
@@ -143,4 +167,19 @@ fn first_double(file: &mut (impl Read + Seek)) -> Option<String> {
         at += ENTRY + name + more;
     }
     None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_from_a_root_and_of_a_drive_lead_out() {
+        for name in ["/a.png", "\\a.png", "C:\\x\\a.png", "c:a.png", "a/../../b.png", ".."] {
+            assert!(leads_out(name), "{name}");
+        }
+        for name in ["a.png", "a/b..c.png", "tv 1:2.png", "", "é:a.png"] {
+            assert!(!leads_out(name), "{name}");
+        }
+    }
 }

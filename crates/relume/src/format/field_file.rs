@@ -17,9 +17,10 @@ use super::normal_map;
 use super::picture::{Depth, PictureFormat, encode_with, extension};
 use super::ptm::{self, PtmEncoding, Under};
 use super::raster;
+use super::texel_models::TexelModels;
 use super::web;
 use crate::error::{Error, Result};
-use crate::field::{Basis, ParametricField, ReflectanceField};
+use crate::field::{Basis, ReflectanceField};
 use crate::job::Job;
 use crate::memory::Footprint;
 use crate::picture::Picture;
@@ -38,7 +39,7 @@ pub struct FieldFile {
     /// What the file records of the meaning of its values.
     pub record: MapRecord,
     /// The reflectance models of the texels, of which the field is the linear form.
-    pub models: Option<ParametricField>,
+    pub models: Option<TexelModels>,
 }
 
 /// What a picture records of the meaning of its values, so that copies of them can be stored with it.
@@ -205,7 +206,9 @@ impl FieldFormat {
 /// # Errors
 /// A file that is truncated, is of another kind or exceeds the limits.
 pub fn decode_field(bytes: &[u8], job: &Job) -> Result<FieldFile> {
-    decode_as(bytes, Meaning::Colors, job)
+    let file = decode_as(bytes, Meaning::Colors, job)?;
+    file.linear_remark().into_iter().for_each(|remark| job.remark(remark));
+    Ok(file)
 }
 
 /// As [`decode_field`], for values of a given meaning.

@@ -40,6 +40,9 @@ pub(super) enum Class {
 /// First bytes, kind, name and class.
 type Row = (&'static [u8], Kind, &'static str, Class);
 
+/// The first bytes of a zip archive.
+const ARCHIVE: &[u8] = b"PK\x03\x04";
+
 /// All kinds of files with a signature.
 const KINDS: [Row; 24] = [
     (b"PTM_", Kind::Ptm, "PTM", Class::Texels),
@@ -97,6 +100,16 @@ impl Kind {
     }
 }
 
+/// The ending of the names by which sets of photographs under light and view are known, if a file begins like one.
+pub fn set_ending(bytes: &[u8]) -> Option<&'static str> {
+    match Kind::of(bytes) {
+        Some(Kind::Btf) => Some("btf"),
+        Some(Kind::Bsdf) => Some("bsdf"),
+        Some(Kind::Merl) => Some("binary"),
+        _ => bytes.starts_with(ARCHIVE).then_some("zip"),
+    }
+}
+
 /// The error for bytes that are not a file of texels.
 pub(super) fn unknown(bytes: &[u8]) -> Error {
     let mut names: Vec<&str> = KINDS.iter().filter(|row| row.3 == Class::Texels).map(|row| row.2).collect();
@@ -106,11 +119,8 @@ pub(super) fn unknown(bytes: &[u8]) -> Error {
     if bytes.is_empty() {
         return Error::invalid(format!("the file is empty: expected {others} or {last}"));
     }
-    if bytes.starts_with(b"PK\x03\x04") {
-        return Error::unsupported(
-            "the data is a zip archive: `relume fit` makes a texture of one with photographs under light and view, from a file \
-             whose name ends in .zip",
-        );
+    if bytes.starts_with(ARCHIVE) {
+        return of_light_and_view();
     }
     if let Some(Foreign { name, advice }) = foreign::of(bytes) {
         return Error::unsupported(format!("the file is {name}, which is not read: {advice}"));
@@ -120,6 +130,14 @@ pub(super) fn unknown(bytes: &[u8]) -> Error {
         "the file is none of {others} and {last} (it begins with the bytes {}): convert it to one of these",
         start.join(" ")
     ))
+}
+
+/// The error for photographs under light and view where one texture of functions is expected.
+pub fn of_light_and_view() -> Error {
+    Error::usage(
+        "is a texture of light and view, or an archive of one: `relume fit` makes a texture of functions (.exr) of it, from a name \
+         that ends in .zip, .btf, .binary, .bin or .bsdf, or a folder",
+    )
 }
 
 /// What is said of data that its decoder refuses, in place of the decoder's own words.

@@ -12,7 +12,7 @@ use crate::capture::pairs::{PairList, files_below, first_names, is_set};
 use crate::direction::{Direction, Directions};
 use crate::error::{Error, Result};
 use crate::format::bonn::{BonnBtf, StoredBtf};
-use crate::format::{ImageArchive, decode_raster, open, read_raster};
+use crate::format::{ImageArchive, open, read_raster};
 use crate::job::Job;
 use crate::names::named;
 use crate::numeric::between::Between;
@@ -46,6 +46,15 @@ pub struct Btf {
     path: PathBuf,
     list: PairList,
     source: ImageSource,
+    /// How photographs that do not exist are made.
+    filling: Option<Filling>,
+}
+
+/// Interpolation between the photographs that exist, and their numbers.
+#[derive(Debug)]
+struct Filling {
+    between: Between,
+    measured: Vec<usize>,
 }
 
 #[derive(Debug)]
@@ -75,9 +84,10 @@ impl Btf {
     ///
     /// # Errors
     /// A `.btf` file or reflectance that is damaged; a folder or archive that cannot be read or holds no photograph with angles in its name, angles that are not
-    /// those of a hemisphere, two photographs of one pair, and missing ones, unless they are to be filled.
+    /// those of a hemisphere, two photographs of one pair, missing ones, unless they are to be filled, and pipes, which can be read only once.
     pub fn open(path: impl AsRef<Path>, missing: Missing, job: &Job) -> Result<Self> {
         let path = path.as_ref();
+        check_plain(path)?;
         match path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).as_deref() {
             Some("btf") if !path.is_dir() => Self::of_bonn(path, job),
             Some("binary" | "bin" | "bsdf") if !path.is_dir() => Self::of_reflectance(path, job),
@@ -88,7 +98,7 @@ impl Btf {
     fn of_bonn(path: &Path, job: &Job) -> Result<Self> {
         let btf = BonnBtf::open(path, job)?;
         let list = PairList::of_directions(btf.pairs());
-        Ok(Self { path: path.to_path_buf(), list, source: ImageSource::Bonn(Box::new(btf)) })
+        Ok(Self::new(path, list, ImageSource::Bonn(Box::new(btf))))
     }
 
     fn of_reflectance(path: &Path, job: &Job) -> Result<Self> {
@@ -96,7 +106,7 @@ impl Btf {
         let directions = DirectionSampling::Bonn.directions();
         let samples = BrdfSamples::new(brdf, all_pairs(&directions, &directions));
         let list = PairList::of_directions(samples.pairs());
-        Ok(Self { path: path.to_path_buf(), list, source: ImageSource::Reflectance(Box::new(samples)) })
+        Ok(Self::new(path, list, ImageSource::Reflectance(Box::new(samples))))
     }
 
     fn of_photographs(path: &Path, missing: Missing, job: &Job) -> Result<Self> {
@@ -122,7 +132,23 @@ impl Btf {
         if missing == Missing::Refuse {
             list.check_complete().map_err(|e| e.at(path))?;
         }
-        Ok(Self { path: path.to_path_buf(), list, source })
+        let btf = Self::new(path, list, source);
+        btf.paths().into_iter().try_for_each(check_plain)?;
+        Ok(btf)
+    }
+
+    fn new(path: &Path, list: PairList, source: ImageSource) -> Self {
+        Self { path: path.to_path_buf(), list, source, filling: None }
+    }
+
+    /// With the photographs that are missing from a grid made of those around them, by the rule of [`Btf::relit`], in linear
+    /// light: no pair is missing then.
+    #[must_use]
+    pub fn filled(self) -> Self {
+        let between = self.between();
+        let list = self.list.filled();
+        let measured = (0..list.entries.len()).filter(|&i| list.entries[i].index.is_some()).collect();
+        Self { list, filling: Some(Filling { between, measured }), ..self }
     }
 
     /// The folder or archive.
@@ -169,7 +195,7 @@ impl Btf {
     pub fn paths(&self) -> Vec<&Path> {
         match &self.source {
             ImageSource::Folder(paths) => {
-                self.list.entries.iter().map(|e| paths[e.index].as_path()).collect()
+                self.list.entries.iter().filter_map(|e| Some(paths[e.index?].as_path())).collect()
             }
             ImageSource::Archive(_) | ImageSource::Bonn(_) | ImageSource::Reflectance(_) => Vec::new(),
         }
@@ -181,7 +207,8 @@ impl Btf {
     /// # Errors
     /// As [`Btf::photograph`], and photographs of different sizes or channels.
     pub fn relit(&self, directions: Directions, job: &Job) -> Result<Picture> {
-        self.relit_by(&self.between(), directions, job)
+        let picture = self.relit_by(&self.between(), directions, job)?;
+        Ok(picture.to_space(Space::Linear))
     }
 
     /// The rule of interpolation between its pairs, for many pictures.
@@ -190,11 +217,26 @@ impl Btf {
         Between::new(&pairs)
     }
 
-    /// As [`Btf::relit`], by the rule of [`Btf::between`].
+    /// As [`Btf::relit`], by the rule of [`Btf::between`]; a measured pair is its photograph in the space in which that is
+    /// stored, so that no value is rounded.
     pub(super) fn relit_by(&self, between: &Between, directions: Directions, job: &Job) -> Result<Picture> {
         let shares = between.shares(directions);
+        let shares = shares.as_slice().iter().filter(|(_, share)| share.abs() > LEAST_SHARE);
+        let shares: Vec<(usize, f64)> = shares.copied().collect();
+        match shares[..] {
+            [(only, _)] => {
+                let photograph = self.photograph(only, job)?;
+                let space = photograph.samples().space();
+                Ok(Picture { planes: photograph.to_planes(space, job)?, space })
+            }
+            _ => self.mean(&shares, job),
+        }
+    }
+
+    /// The sum of shares of photographs, in linear light.
+    fn mean(&self, shares: &[(usize, f64)], job: &Job) -> Result<Picture> {
         let mut sum: Option<Planes> = None;
-        for &(i, share) in shares.as_slice().iter().filter(|(_, share)| share.abs() > LEAST_SHARE) {
+        for &(i, share) in shares {
             let photograph = self.photograph(i, job)?;
             let (size, channels) = (photograph.size(), photograph.channels());
             let what = "the pictures around the directions";
@@ -222,14 +264,10 @@ impl Btf {
     /// # Errors
     /// The error names the file: one that cannot be read or decoded, or exceeds the limits.
     pub fn photograph(&self, i: usize, job: &Job) -> Result<Raster> {
-        let index = self.list.entries[i].index;
+        let Some(index) = self.list.entries[i].index else { return self.made(i, job) };
         match &self.source {
             ImageSource::Folder(paths) => read_raster(&paths[index], job),
-            ImageSource::Archive(archive) => {
-                let place = || archive.path().join(&archive.names()[index]);
-                let bytes = archive.read(index, job)?;
-                decode_raster(&bytes, job).map(Raster::without_opacity).map_err(|e| e.at(place()))
-            }
+            ImageSource::Archive(archive) => archive.raster(index, job),
             ImageSource::Bonn(btf) => {
                 let image = btf.image(index, job).map_err(|e| e.at(&self.path))?;
                 let light = self.list.entries[i].directions.light;
@@ -241,6 +279,28 @@ impl Btf {
             }
         }
     }
+
+    /// A photograph that does not exist, of those that do.
+    fn made(&self, i: usize, job: &Job) -> Result<Raster> {
+        let filling = self.filling.as_ref().ok_or_else(|| Error::invalid("the photograph is missing"))?;
+        let shares = filling.between.shares(self.list.entries[i].directions);
+        let shares = shares.as_slice().iter().map(|(k, share)| (filling.measured[*k], *share));
+        let planes = self.mean(&shares.collect::<Vec<_>>(), job)?.planes;
+        let texels = 0..planes.size().texels();
+        let samples = texels.flat_map(|t| planes.iter().map(move |plane| plane[t])).collect();
+        Raster::new(planes.size(), planes.count(), Samples::F32(samples))
+    }
+}
+
+/// Refuses what can be read only once, such as a pipe.
+fn check_plain(path: &Path) -> Result<()> {
+    if !path.exists() || path.is_file() || path.is_dir() {
+        return Ok(());
+    }
+    Err(Error::usage(
+        "is a pipe or a device, and photographs under light and view are read more than once: copy it to a file",
+    )
+    .at(path))
 }
 
 /// An image of reflectances as a photograph, which holds the cosine between light and surface.

@@ -140,7 +140,8 @@ fn with_maps(
     ShareFiles::new(file, &extras, options.depth, job)
 }
 
-/// A small picture of a texture under a light from the upper left, as a JPEG file: the mean of whole squares of texels.
+/// A small picture of a texture under a light from the upper left, as a JPEG file: the mean of whole squares of texels. What it
+/// loses of the texture is no loss of the page, and not remarked.
 ///
 /// # Errors
 /// As [`encode_picture_with`].
@@ -150,7 +151,7 @@ pub fn thumbnail(field: &ReflectanceField, job: &Job) -> Result<Vec<u8>> {
     let Size { width, height } = picture.size();
     let step = width.max(height).div_ceil(THUMBNAIL_SIDE);
     let picture = Picture { planes: picture.planes.reduced(step), space: picture.space };
-    encode_picture_with(&picture, PictureFormat::Jpeg { quality: THUMBNAIL_QUALITY }, job)
+    encode_picture_with(&picture, PictureFormat::Jpeg { quality: THUMBNAIL_QUALITY }, &job.unheard())
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use super::{Args, CapturedSurface, append, conditions, ignored, source, summary, truth};
 use crate::context::Context;
 use crate::output::FolderOrArchive;
-use crate::report::Report;
+use crate::report::{Report, counted};
 
 /// Options of a bidirectional texture function.
 #[derive(Debug, clap::Args)]
@@ -80,8 +80,9 @@ impl BtfArgs {
                 let lights = spread_directions(lights.unwrap_or(views) as usize, seed);
                 if lights.len() * views as usize > MAX_IMAGES {
                     return Err(Error::usage(format!(
-                        "{} lights and {views} views are {} images: expected at most {MAX_IMAGES}",
-                        lights.len(),
+                        "{} and {} are {} images: expected at most {MAX_IMAGES}",
+                        counted(lights.len(), "light"),
+                        counted(views as usize, "view"),
                         lights.len() * views as usize
                     )));
                 }
@@ -135,7 +136,7 @@ pub fn run(args: &Args, measured: MeasuredPairs, context: &Context) -> Result<Re
         keep("capture.json", format!("{json:#}\n").as_bytes())?;
         Ok(clipped)
     })?;
-    let what = format!("{} images", device.pairs().len());
+    let what = counted(device.pairs().len(), "image");
     let report = Report::new(summary(args, &what, &name, device.dome(), clipped), json);
     Ok(report.with_outputs(written).with_warnings(ignored(&unused)))
 }

@@ -19,7 +19,7 @@ use super::material::MaterialArgs;
 use crate::context::Context;
 use crate::output::{Folder, is_archive};
 use crate::paths;
-use crate::report::Report;
+use crate::report::{Report, counted};
 use crate::{args, normals};
 use btf::BtfArgs;
 use maps::{MapFiles, NamedBy, ReadMaps, Reading};
@@ -151,7 +151,7 @@ fn photograph(args: &Args, context: &Context) -> Result<Report> {
     append(&mut json, conditions(args, &dome, clipped));
     folder.add("capture.json", format!("{json:#}\n").as_bytes())?;
     let written = folder.commit()?;
-    let what = format!("{} photographs", lamps.len());
+    let what = counted(lamps.len(), "photograph");
     let report = Report::new(summary(args, &what, &name, &dome, clipped), json).with_outputs(written);
     Ok(report.with_warnings(ignored(&unused).into_iter().chain(shadowed(args))))
 }

@@ -12,7 +12,7 @@ use super::input::Inputs;
 use crate::context::Context;
 use crate::output::Outputs;
 use crate::paths;
-use crate::report::Report;
+use crate::report::{Report, counted};
 
 /// What is factored in one piece.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -55,13 +55,18 @@ pub(super) fn run(
         Rank::Functions(rank) => rank,
         Rank::Error(_) => 1,
     };
-    let rank = args.rank.unwrap_or(usual.min(size.texels()));
+    let most = match factorisation {
+        // Each view has as many as its own lights allow.
+        Factorisation::PerView => size.texels(),
+        Factorisation::Common | Factorisation::Decorrelated => size.texels().min(inputs.pairs().len()),
+    };
+    let rank = args.rank.unwrap_or(usual.min(most));
     let load = |i: usize| photographs.read(i);
     let (functions, said, bytes) = match factorisation {
         Factorisation::PerView => {
             let _factors = hold_factors(rank, scalar, inputs, &photographs, job)?;
             let views = per_view(inputs.pairs(), &load, rank, job).map_err(|e| e.at(inputs.place()))?;
-            let said = format!("{rank} functions of each of {} views", views.len());
+            let said = format!("{} of each of {}", counted(rank, "function"), counted(views.len(), "view"));
             (json!(rank), said, encode_pvf(&directions(inputs), &views, scalar, job))
         }
         Factorisation::Common | Factorisation::Decorrelated => {
@@ -69,8 +74,9 @@ pub(super) fn run(
             let factors =
                 decorrelated(inputs.pairs(), &load, ranks, job).map_err(|e| e.at(inputs.place()))?;
             let said = format!(
-                "{} functions of the logarithm of the luminance and {} of each colour difference",
-                ranks.luminance, ranks.color
+                "{} of the logarithm of the luminance and {} of each colour difference",
+                counted(ranks.luminance, "function"),
+                ranks.color
             );
             let bytes = encode_dfmf(&directions(inputs), &factors, DECORRELATED, scalar, job);
             (json!(ranks), said, bytes)
@@ -79,9 +85,9 @@ pub(super) fn run(
     outputs.write(&args.output, bytes.map_err(|e| e.at(&args.output))?)?;
     let written = outputs.commit()?;
     let text = format!(
-        "{}: {size} texels, {said}, from {} photographs\n`relume compare {} {}` measures the error",
+        "{}: {size} texels, {said}, from {}\n`relume compare {} {}` measures the error",
         args.output.display(),
-        inputs.pairs().len(),
+        counted(inputs.pairs().len(), "photograph"),
         paths::shell_word(&args.capture),
         paths::shell_word(&args.output)
     );
@@ -111,6 +117,7 @@ fn check(args: &Args, factorisation: Factorisation) -> Result<()> {
         (args.clusters.is_some(), "--clusters"),
         (args.hold_out.is_some(), "--hold-out"),
         (args.space.is_some(), "--space"),
+        (args.report_texels.is_some(), "--report-texels"),
     ];
     match given.iter().find(|(given, _)| *given) {
         Some((_, name)) => Err(Error::usage(format!(

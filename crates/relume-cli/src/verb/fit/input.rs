@@ -1,13 +1,15 @@
 //! The photographs of a fit, with their directions: a capture, or a texture of light and view.
 
+use std::fs::File;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use relume::capture::Capture;
 use relume::direction::{Direction, Directions};
 use relume::field::Basis;
-use relume::format::FieldFormat;
+use relume::format::{FieldFormat, set_ending};
 use relume::lamps::LampPositions;
-use relume::workflow::{Btf, Missing};
+use relume::workflow::Btf;
 use relume::{Error, Job, Raster, Rect, Result, Size};
 
 use super::Args;
@@ -15,6 +17,7 @@ use super::choice::BasisChoice;
 use crate::context::Context;
 use crate::output;
 use crate::photographs::{PhotographArgs, PhotographSet};
+use crate::report::counted;
 
 /// Photographs that are read one at a time.
 pub(super) struct Inputs {
@@ -41,6 +44,7 @@ impl Inputs {
     }
 
     fn of_capture(args: &Args, context: &Context) -> Result<Self> {
+        refuse_archive(&args.capture)?;
         let is_texture = FieldFormat::from_path(&args.capture).is_ok() && args.capture.is_file();
         if is_texture {
             return Err(Error::usage(
@@ -63,7 +67,7 @@ impl Inputs {
 
     fn of_btf(args: &Args, basis: &BasisChoice, context: &Context) -> Result<Self> {
         let crop = args.photographs.crop;
-        let others = PhotographArgs { crop: None, pair: None, ..args.photographs.clone() };
+        let others = PhotographArgs { crop: None, ..args.photographs.clone() };
         if let Some(option) = others.given() {
             return Err(Error::usage(format!(
                 "{option} is of captures of lights, and this is a texture of light and view"
@@ -71,24 +75,24 @@ impl Inputs {
         }
         let btf = Btf::open(&args.capture, args.missing.unwrap_or_default(), &context.job)?;
         output::refuse_input(&args.output, &btf.paths())?;
-        let (mut pairs, mut warnings) = (btf.pairs(), Vec::new());
-        let list = btf.list();
-        if list.missing_count > 0 && args.missing == Some(Missing::Fill) {
-            warnings.push(format!(
-                "{} of {} photographs are missing: their values are interpolated from the others",
-                list.missing_count,
-                list.lights * list.views
-            ));
+        let fills = args.needs_grid() && *basis == BasisChoice::Learned;
+        let absent = btf.list().absent().map(|absent| filled(&absent, fills, args.hold_out.is_some()));
+        let mut warnings: Vec<String> = absent.into_iter().collect();
+        let btf = if fills { btf.filled() } else { btf };
+        let mut pairs = btf.pairs();
+        if *basis == BasisChoice::Learned {
+            warnings.extend(constant(&pairs, true));
         }
         let mut chosen: Vec<usize> = (0..pairs.len()).collect();
         if *basis != BasisChoice::Learned {
             chosen = btf.frontal()?;
             warnings.push(format!(
-                "the functions of {} depend on the light alone: the {} of {} photographs seen from straight above are \
-                 fitted; the basis learned holds all",
+                "the functions of {} depend on the light alone: {} of {} seen from straight above {} fitted; the basis learned \
+                 holds all",
                 basis.name(),
                 chosen.len(),
-                pairs.len()
+                counted(pairs.len(), "photograph"),
+                if chosen.len() == 1 { "is" } else { "are" }
             ));
             pairs = chosen.iter().map(|&i| pairs[i].clone()).collect();
         }
@@ -112,6 +116,9 @@ impl Inputs {
         let PhotographSource::Capture(set) = &mut self.source else { return Ok(()) };
         set.measure(&args.photographs, foresee, job)?;
         self.warnings.clone_from(&set.warnings);
+        if args.basis == Some(BasisChoice::Learned) {
+            self.warnings.extend(constant(&self.pairs, false));
+        }
         Ok(())
     }
 
@@ -209,6 +216,61 @@ impl Inputs {
                 cropped.unwrap_or(Ok(photograph)).map_err(|e| e.at(&self.place))
             }
         }
+    }
+}
+
+/// What is to be said of photographs that are missing: whether others are made in their place, which may be those of a test.
+fn filled(absent: &str, fills: bool, holds_out: bool) -> String {
+    match (fills, holds_out) {
+        (false, _) => format!("{absent}: their values are interpolated from the others"),
+        (true, false) => {
+            format!("{absent}: they are interpolated from the others, and fitted as if they were photographs")
+        }
+        (true, true) => format!(
+            "{absent}: they are interpolated from the others, also from those left out, and count as photographs"
+        ),
+    }
+}
+
+/// What is to be said of photographs that do not tell how the texture varies with the light, or with the view where there are to be
+/// several.
+fn constant(pairs: &[(String, Directions)], has_views: bool) -> Option<String> {
+    let lights = distinct(pairs.iter().map(|(_, pair)| pair.light));
+    let views = distinct(pairs.iter().map(|(_, pair)| pair.view));
+    Some(match (pairs.len(), lights, views) {
+        (1, ..) => {
+            "there is one photograph: the texture is the same under all lights and from all views".to_owned()
+        }
+        (count, 1, _) => {
+            format!("all {count} photographs have one light: the texture is the same under all lights")
+        }
+        (count, _, 1) if has_views => {
+            format!("all {count} photographs have one view: the texture is the same from all views")
+        }
+        _ => return None,
+    })
+}
+
+/// Refuses a file that is recognised by its name, under another one.
+fn refuse_archive(path: &Path) -> Result<()> {
+    if output::is_stream(path) {
+        return Err(Error::usage(
+            "photographs are many files, which standard input cannot be: name a file or folder",
+        ));
+    }
+    let head = || -> Option<Vec<u8>> {
+        let mut head = Vec::new();
+        File::open(path).ok()?.take(16).read_to_end(&mut head).ok()?;
+        Some(head)
+    };
+    // A pipe can be read only once.
+    match path.is_file().then(head).flatten().and_then(|head| set_ending(&head)) {
+        Some(ending) => Err(Error::usage(format!(
+            "holds photographs under light and view, or an archive of them, which is known by its name: give it one that ends in \
+             .{ending}"
+        ))
+        .at(path)),
+        None => Ok(()),
     }
 }
 

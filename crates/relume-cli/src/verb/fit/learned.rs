@@ -16,7 +16,19 @@ use super::words::{by_polar_angle, measured, predicted, relit};
 use super::{Args, FittedFormat, described, quality};
 use crate::context::Context;
 use crate::output::Outputs;
-use crate::report::Report;
+use crate::report::{Report, counted};
+
+/// A number of functions.
+pub(super) fn rank(text: &str) -> std::result::Result<usize, String> {
+    let number = text.parse().ok().filter(|n| (1..=MOST_FUNCTIONS).contains(n));
+    number.ok_or_else(|| format!("expected a number of functions from 1 to {MOST_FUNCTIONS}"))
+}
+
+/// A root mean square error.
+pub(super) fn error(text: &str) -> std::result::Result<f64, String> {
+    let number = text.parse().ok().filter(|error| *error > 0.0 && *error < 1.0);
+    number.ok_or_else(|| "expected an error of values with white at 1, between 0 and 1".to_owned())
+}
 
 /// Learns functions and writes the field.
 pub(super) fn run(
@@ -31,19 +43,23 @@ pub(super) fn run(
     if options.rounding.is_some() {
         inputs.check_grid("rounding")?;
     }
-    let pairs = inputs.pairs().len();
+    let pairs = inputs.pairs().to_vec();
+    let most = |shape: (Size, usize)| learned::most_functions(&pairs, options.hold_out, shape);
+    let place = inputs.place().to_path_buf();
+    let most = |shape| most(shape).map_err(|e| e.at(&place));
     let rank = |size: Size, channels: usize| match (options.rank, args.rank) {
         // A texture of one texel, or of few pairs, has no more functions.
-        (Rank::Functions(usual), None) => Rank::Functions(usual.min(size.texels()).min(pairs * channels)),
-        (rank, _) => rank,
+        (Rank::Functions(usual), None) => Ok(Rank::Functions(usual.min(most((size, channels))?))),
+        (rank, _) => Ok(rank),
     };
-    let fits = |size, channels| foresee(rank(size, channels), (size, channels), pairs, format, context);
+    let count = pairs.len();
+    let fits = |size, channels| foresee(rank(size, channels)?, (size, channels), count, format, context);
     inputs.measure(args, &fits, &context.job)?;
     let load = |i: usize| inputs.photograph(i, &context.job);
     let photographs = RasterSequence::open(&load)?;
     let (size, channels) = (photographs.size(), photographs.channels());
     fits(size, channels)?;
-    let options = LearnedOptions { rank: rank(size, channels), ..options };
+    let options = LearnedOptions { rank: rank(size, channels)?, ..options };
     let load = |i: usize| photographs.read(i);
     let fit =
         learned::fit(inputs.pairs(), &load, &options, &context.job).map_err(|e| e.at(inputs.place()))?;
@@ -57,14 +73,14 @@ pub(super) fn run(
     json["rounding"] = json!(options.rounding);
     let clusters = options
         .clusters
-        .map_or(String::new(), |of| format!(" in {} clusters of {} axes", of.clusters, of.axes));
+        .map_or(String::new(), |of| format!(" in {} of {}", counted(of.clusters, "cluster"), axes(of.axes)));
     let what = format!(
-        "{}: {} texels, {} learned functions{clusters}, {} values, from {} photographs",
+        "{}: {} texels, {}{clusters}, {} values, from {}",
         args.output.display(),
         fit.field.size(),
-        fit.report.functions,
+        counted(fit.report.functions, "learned function"),
         fit.report.space,
-        inputs.pairs().len()
+        counted(inputs.pairs().len(), "photograph")
     );
     let mut text = format!("{what}\n{}", summary(&fit.report));
     text.extend(tested.as_ref().map(Test::summary));
@@ -78,6 +94,11 @@ pub(super) fn run(
         .with_warnings(quality.iter().flat_map(|quality| &quality.warnings)))
 }
 
+/// Some axes of clusters, in words.
+fn axes(count: usize) -> String {
+    if count == 1 { "1 axis".to_owned() } else { format!("{count} axes") }
+}
+
 /// What is asked for, where the file named can hold it.
 fn options(args: &Args, format: FittedFormat) -> Result<LearnedOptions> {
     let defaults = LearnedOptions::default();
@@ -87,6 +108,7 @@ fn options(args: &Args, format: FittedFormat) -> Result<LearnedOptions> {
         rank: args.error.map_or(args.rank.map_or(defaults.rank, Rank::Functions), Rank::Error),
         space,
         hold_out: args.hold_out,
+        report_texels: args.report_texels.unwrap_or(defaults.report_texels),
         clusters: clusters(args, &defaults)?,
         rounding: args.rounding,
         ..defaults

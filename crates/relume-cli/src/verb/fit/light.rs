@@ -15,7 +15,7 @@ use super::words::measured;
 use super::{Args, described, quality};
 use crate::context::Context;
 use crate::output::Outputs;
-use crate::report::Report;
+use crate::report::{Report, counted};
 
 /// Fits the functions of a basis and writes the field.
 pub(super) fn run(
@@ -75,7 +75,7 @@ fn options(args: &Args, basis: Basis, is_encoded: bool, inputs: &Inputs) -> FitO
         basis,
         layout: args.color.clone().unwrap_or(layout),
         space: args.space.unwrap_or(if is_encoded { Space::Srgb } else { Space::Linear }),
-        report_texels: args.report_texels,
+        report_texels: args.report_texels.unwrap_or(FitOptions::default().report_texels),
         leave_one_out: args.leave_one_out
             || (args.report.is_some() && robust == Robust::None && lamps.is_none()),
         ridge: args.ridge.unwrap_or_default(),
@@ -119,16 +119,16 @@ fn foresee(
 
 fn summary(output: &Path, field: &ReflectanceField, report: &FitReport) -> String {
     let worst = report.worst_light();
-    let [x, y, z] = worst.direction;
+    let [x, y, z] = to_thousandths(worst.direction);
     let mut lines = vec![
         format!(
-            "{}: {} texels, {} {}, {} values, from {} photographs",
+            "{}: {} texels, {} {}, {} values, from {}",
             output.display(),
             field.size(),
             field.layout().name(),
             field.basis().name(),
             report.space,
-            report.lights.len()
+            counted(report.lights.len(), "photograph")
         ),
         format!("relit photographs: {:.2} dB PSNR, RMSE {:.4}", report.error.psnr_db, report.error.rmse),
         format!("worst: {} at ({x:.3}, {y:.3}, {z:.3}), {:.2} dB", worst.name, worst.error.psnr_db),
@@ -142,6 +142,11 @@ fn summary(output: &Path, field: &ReflectanceField, report: &FitReport) -> Strin
     }
     lines.push(measured(report.texels_measured, report.texels_inside, report.texels));
     lines.join("\n")
+}
+
+/// Numbers as they are printed with three decimals, of which one that rounds to nothing has no sign.
+fn to_thousandths(numbers: [f64; 3]) -> [f64; 3] {
+    numbers.map(|v| (1e3 * v).round() / 1e3 + 0.0)
 }
 
 /// What a robust fit did.
@@ -160,4 +165,15 @@ fn robustly(report: &FitReport) -> Option<String> {
         }
     };
     Some(format!("robust: at {} of {} texels {how}", fit.refitted, fit.refitted + fit.kept))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::to_thousandths;
+
+    #[test]
+    fn nothing_has_no_sign() {
+        let [x, y, z] = to_thousandths([-0.0004, -0.0006, 0.99949]);
+        assert_eq!(format!("({x:.3}, {y:.3}, {z:.3})"), "(0.000, -0.001, 0.999)");
+    }
 }

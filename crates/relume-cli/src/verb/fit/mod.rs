@@ -2,6 +2,7 @@
 
 mod choice;
 mod factors;
+mod format;
 mod input;
 mod learned;
 mod light;
@@ -14,8 +15,6 @@ use std::path::PathBuf;
 
 use relume::field::{Basis, Interpolated, PlaneLayout};
 use relume::fit::{Ridge, Robust};
-use relume::format::bonn::{BtfScalar, check_grid, check_square};
-use relume::format::{ExrDepth, FieldFormat};
 use relume::workflow::quality::QualityReport;
 use relume::workflow::{Btf, Missing};
 use relume::{Error, ReflectanceField, Result, Space};
@@ -28,6 +27,7 @@ use crate::photographs::PhotographArgs;
 use crate::report::Report;
 use choice::{BasisChoice, basis};
 use factors::Factorisation;
+use format::{FittedFormat, check_pairs, is_btf, output_format};
 use input::Inputs;
 use test::Test;
 
@@ -51,10 +51,10 @@ pub struct Args {
     #[arg(long, value_parser = basis())]
     basis: Option<BasisChoice>,
     /// The number of learned functions, which is that of the numbers of a texel [default: 32]
-    #[arg(long, value_name = "N", conflicts_with = "error")]
+    #[arg(long, value_name = "N", conflicts_with = "error", value_parser = learned::rank)]
     rank: Option<usize>,
     /// Learn as few functions as give this root mean square error, of values with white at 1
-    #[arg(long, value_name = "E")]
+    #[arg(long, value_name = "E", value_parser = learned::error)]
     error: Option<f64>,
     /// Put the texels into N clusters with axes of their own: a texel then has fewer numbers than there are common
     /// functions (--rank)
@@ -86,7 +86,7 @@ pub struct Args {
     /// predicted
     #[arg(long, value_name = "N")]
     hold_out: Option<usize>,
-    /// Photographs missing from a grid of lights and views: refuse the set, or fill them from the others
+    /// Photographs missing from a grid of lights and views: refuse the set, or interpolate them from the others (fill)
     /// [default: refuse]
     #[arg(long, value_parser = args::named::<Missing>())]
     missing: Option<Missing>,
@@ -121,9 +121,10 @@ pub struct Args {
     /// photograph predicted from the others, the coverage of the hemisphere, and photographs that look wrong
     #[arg(long, value_name = "FILE.html")]
     report: Option<PathBuf>,
-    /// Number of texels of each photograph to compare with the result, or `all`
-    #[arg(long, value_name = "N", default_value = "65536", value_parser = texels)]
-    report_texels: usize,
+    /// Number of texels of each photograph to compare with the result, or `all` [default: 65536; 1024 for learned functions and
+    /// models, for which these texels of all photographs are kept in memory]
+    #[arg(long, value_name = "N", value_parser = texels)]
+    report_texels: Option<usize>,
     /// A picture of which the bright pixels belong to the surface: others are black in the texture, and not measured. Its size is
     /// that of the photographs, with which it is cropped and reduced, or of what is left of them
     #[arg(long, value_name = "FILE")]
@@ -191,6 +192,12 @@ impl Args {
                 Err(Error::usage("--factors is of .btf files: name one to write").at(&self.output))
             }
         }
+    }
+
+    /// Whether what is fitted needs each light with each view.
+    fn needs_grid(&self) -> bool {
+        let is_separable = self.model.as_ref().is_some_and(|model| model.starts_with("separable"));
+        is_separable || self.rounding.is_some() || is_btf(&self.output)
     }
 
     /// Refuses options without a part in the fit of a reflectance model.
@@ -276,45 +283,6 @@ fn described(
     json
 }
 
-/// The format of the output.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum FittedFormat {
-    Field(FieldFormat),
-    /// Factors, as the database UBO2014 stores them.
-    Btf(BtfScalar),
-}
-
-fn output_format(args: &Args, basis: &BasisChoice) -> Result<FittedFormat> {
-    if args.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("btf")) {
-        if args.rounding.is_some() {
-            return Err(Error::usage(
-                "a .btf file holds plain numbers: give --rounding with an .exr to write",
-            )
-            .at(&args.output));
-        }
-        return Ok(FittedFormat::Btf(if args.half { BtfScalar::Half } else { BtfScalar::Float }));
-    }
-    let format = named_format(args)?;
-    format.check_basis(basis.name()).map_err(|e| e.at(&args.output))?;
-    Ok(FittedFormat::Field(format))
-}
-
-fn named_format(args: &Args) -> Result<FieldFormat> {
-    if output::is_stream(&args.output) && !args.half && args.rounding.is_none() {
-        return Ok(FieldFormat::Ptm);
-    }
-    match (FieldFormat::from_path(&args.output)?, args.half || args.rounding.is_some()) {
-        (FieldFormat::Exr(_), true) => Ok(FieldFormat::Exr(ExrDepth::Half)),
-        (FieldFormat::Picture(_), false) => {
-            Err(Error::usage("a picture cannot hold functions: name a .ptm or .exr to write")
-                .at(&args.output))
-        }
-        (format, false) => Ok(format),
-        (_, true) if args.half => Err(Error::usage("--half needs an .exr or .btf to write").at(&args.output)),
-        (_, true) => Err(Error::usage("--rounding needs an .exr to write").at(&args.output)),
-    }
-}
-
 fn texels(text: &str) -> std::result::Result<usize, String> {
     let number = if text == "all" { Some(usize::MAX) } else { text.parse().ok().filter(|n| *n > 0) };
     number.ok_or_else(|| "expected a number of at least 1, or all".to_owned())
@@ -331,14 +299,4 @@ fn ridge(text: &str) -> std::result::Result<Ridge, String> {
             ridge.validate().map(|()| ridge).map_err(|e| e.message().to_owned())
         }
     }
-}
-
-/// Refuses, before any work, pairs that the file named cannot hold.
-fn check_pairs(args: &Args, format: FittedFormat, inputs: &Inputs) -> Result<()> {
-    let FittedFormat::Btf(_) = format else { return Ok(()) };
-    let pairs: Vec<_> = inputs.pairs().iter().map(|(_, pair)| *pair).collect();
-    let of_views = args.factors == Some(Factorisation::PerView);
-    let checked = if of_views { check_grid(&pairs) } else { check_square(&pairs) };
-    let other = if !of_views && check_grid(&pairs).is_ok() { "give --factors per-view, or " } else { "" };
-    checked.map_err(|e| Error::usage(format!("{e}; {other}name an .exr to write")).at(&args.output))
 }

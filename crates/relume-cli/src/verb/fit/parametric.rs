@@ -1,10 +1,12 @@
 //! Reflectance models fitted to each texel.
 
+use std::path::Path;
+
 use relume::Named;
 use relume::field::{Basis, MOST_PRODUCTS, ViewFunction};
 use relume::fit::parametric::{self, ParametricForm, ParametricOptions, ParametricReport};
-use relume::format::FieldFormat;
 use relume::format::exr::encode_parametric;
+use relume::format::{ExrDepth, FieldFormat};
 use relume::{Error, Footprint, RasterSequence, Result, Space};
 use serde_json::json;
 
@@ -13,7 +15,7 @@ use super::words::{by_polar_angle, predicted, relit};
 use super::{Args, FittedFormat};
 use crate::context::Context;
 use crate::output::Outputs;
-use crate::report::Report;
+use crate::report::{Report, counted};
 
 /// The name of a model, checked.
 pub(super) fn named(text: &str) -> std::result::Result<String, String> {
@@ -29,6 +31,21 @@ pub(super) fn named(text: &str) -> std::result::Result<String, String> {
     }
 }
 
+/// The file that holds the numbers.
+pub(super) fn output_format(args: &Args) -> Result<FittedFormat> {
+    match FieldFormat::from_path(&args.output) {
+        Ok(FieldFormat::Exr(_)) => {
+            let depth = if args.half { ExrDepth::Half } else { ExrDepth::Float };
+            Ok(FittedFormat::Field(FieldFormat::Exr(depth)))
+        }
+        _ => Err(needs_exr(&args.output)),
+    }
+}
+
+fn needs_exr(output: &Path) -> Error {
+    Error::usage("the numbers of reflectance models are written as .exr: name an .exr").at(output)
+}
+
 /// Fits the model named and writes its numbers.
 pub(super) fn run(
     args: &Args,
@@ -39,16 +56,12 @@ pub(super) fn run(
     context: &Context,
 ) -> Result<Report> {
     let job = &context.job;
-    let FittedFormat::Field(FieldFormat::Exr(depth)) = format else {
-        return Err(
-            Error::usage("the numbers of reflectance models are written as .exr: name one").at(&args.output)
-        );
-    };
+    let FittedFormat::Field(FieldFormat::Exr(depth)) = format else { return Err(needs_exr(&args.output)) };
     let mut options = options(args, model)?;
     options.validate()?;
     let load = |i: usize| inputs.photograph(i, job);
     let photographs = RasterSequence::open(&load)?;
-    options.report_texels = options.report_texels.min(args.report_texels);
+    options.report_texels = args.report_texels.unwrap_or(options.report_texels);
     foresee(&options, &photographs, inputs, context)?;
     let load = |i: usize| photographs.read(i);
     let fit = parametric::fit(inputs.pairs(), &load, &options, job).map_err(|e| e.at(inputs.place()))?;
@@ -56,11 +69,11 @@ pub(super) fn run(
     let written = outputs.commit()?;
     let size = fit.field.size();
     let what = format!(
-        "{}: {size} texels, reflectance model {}, {} numbers a texel, from {} photographs",
+        "{}: {size} texels, reflectance model {}, {} numbers a texel, from {}",
         args.output.display(),
         fit.report.model,
         fit.report.numbers,
-        inputs.pairs().len()
+        counted(inputs.pairs().len(), "photograph")
     );
     let json = json!({
         "width": size.width,

@@ -9,6 +9,7 @@ use super::Args;
 use super::input::Inputs;
 use crate::context::Context;
 use crate::decibels::decibels;
+use crate::report::counted;
 
 /// A test, and how its photographs were developed.
 pub(super) struct Test {
@@ -63,8 +64,8 @@ impl Test {
             Some(fitted) => format!(", {fitted} of them fitted"),
         };
         format!(
-            "\n{} photographs of the test{fitted}: {} PSNR (mean over pictures{exact}); worst: {}, {}",
-            report.lights.len(),
+            "\n{} of the test{fitted}: {} PSNR (mean over pictures{exact}); worst: {}, {}",
+            counted(report.lights.len(), "photograph"),
             decibels(report.psnr_db),
             worst.name,
             decibels(worst.psnr_db)

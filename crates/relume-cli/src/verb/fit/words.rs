@@ -4,6 +4,7 @@ use relume::Space;
 use relume::fit::learned::{PairsReport, PolarReport};
 
 use crate::decibels::{self, decibels};
+use crate::report::counted;
 
 /// The errors by the polar angle of the view, or of the light where all photographs have one view.
 pub(super) fn by_polar_angle(views: &[PolarReport], lights: &[PolarReport]) -> String {
@@ -39,8 +40,8 @@ pub(super) fn measured(measured: usize, inside: usize, all: usize) -> String {
 pub(super) fn predicted(left_out: &PairsReport, fitted: &PairsReport) -> String {
     let lab = left_out.mae_lab.map_or(String::new(), |mae| format!(", mean difference {mae:.2} in CIE Lab"));
     format!(
-        "{} photographs left out and predicted, encoded: {}, RMSE {:.4}{lab} ({} for those fitted)",
-        left_out.pairs,
+        "{} left out and predicted, encoded: {}, RMSE {:.4}{lab} ({} for those fitted)",
+        counted(left_out.pairs, "photograph"),
         decibels(left_out.encoded.psnr_db),
         left_out.encoded.rmse,
         decibels(fitted.encoded.psnr_db)

@@ -261,9 +261,9 @@ fn report(args: &Args, shape: &Shape, height: &Planes, compared: compare::Compar
     let (low, high) = height.range(0);
     let (size, pixel_mm) = (height.size(), args.pixel_mm.or(shape.pixel_mm));
     let mut text = format!(
-        "{}: {size} texels by {}, heights {low:.2} to {high:.2} texels{}",
+        "{}: {size} texels {}, heights {low:.2} to {high:.2} texels{}",
         args.output.display(),
-        shape.method.name(),
+        shape.how,
         pixel_mm.map_or(String::new(), |mm| format!(
             " ({:.3} to {:.3} mm)",
             f64::from(low) * mm,

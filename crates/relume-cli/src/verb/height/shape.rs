@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use relume::capture::{Capture, Photograph};
+use relume::field::Basis;
 use relume::format::MapRole;
 use relume::surface::highlights::{self, HighlightOptions, Highlights, highlights};
 use relume::surface::photometric_stereo::{StereoInput, photometric_stereo};
@@ -17,6 +18,7 @@ use super::foresight::foresee;
 use super::{Args, no_facts, refuse_strangers};
 use crate::context::Context;
 use crate::photographs::PhotographSet;
+use crate::report::counted;
 use crate::{input, normals, paths};
 
 /// The slope of 50 degrees: for steeper normals of a polynomial only the azimuth is reliable.
@@ -55,6 +57,8 @@ impl HeightMethod {
 #[derive(Debug)]
 pub struct Shape {
     pub method: HeightMethod,
+    /// How its normals were found, for people.
+    pub how: String,
     pub slopes: Slopes,
     pub normals: Planes,
     pub albedo: Option<Picture>,
@@ -79,6 +83,7 @@ impl Shape {
             Slopes::from_normals(&normals, steepest_deg.map_or(trusted, |deg| deg.to_radians().tan()))?;
         Ok(Self {
             method,
+            how: format!("by {}", method.name()),
             slopes,
             normals,
             albedo: None,
@@ -239,6 +244,7 @@ fn shading(args: &Args, known: &KnownShape, is_capture: bool, context: &Context)
         .map_err(|e| e.at(&photograph.path))?;
     Ok(Shape {
         method: HeightMethod::ShapeFromShading,
+        how: format!("by {}", HeightMethod::ShapeFromShading.name()),
         normals: found.slopes.normals(),
         slopes: found.slopes,
         albedo: None,
@@ -279,7 +285,7 @@ fn photograph(args: &Args, is_capture: bool) -> Result<Photograph> {
         None => photographs.iter().min_by(|a, b| off(a.light).total_cmp(&off(b.light))),
     };
     let chosen = chosen.cloned().ok_or_else(|| {
-        Error::usage(format!("the capture has {} photographs, counted from 0", photographs.len()))
+        Error::usage(format!("the capture has {}, counted from 0", counted(photographs.len(), "photograph")))
     })?;
     Ok(Photograph { light: args.shading.light.unwrap_or(chosen.light), ..chosen })
 }
@@ -291,7 +297,7 @@ fn field_normals(args: &Args, known: &KnownShape, context: &Context) -> Result<S
         Some(models) => SurfaceForm::of_models(&models, job)?,
         None => SurfaceForm::Functions(opened.into_field()?.field),
     };
-    if matches!(&surface, SurfaceForm::Functions(field) if *field.basis() == relume::field::Basis::Constant) {
+    if matches!(&surface, SurfaceForm::Functions(field) if *field.basis() == Basis::Constant) {
         return Err(Error::usage(
             "is a picture without functions of light: name --method shape-from-shading with --light, or \
              --method normal-map",
@@ -303,8 +309,12 @@ fn field_normals(args: &Args, known: &KnownShape, context: &Context) -> Result<S
     let are_facets = matches!(surface, SurfaceForm::Facets { .. });
     let trusted = are_facets.then(|| STEEPEST.atan().to_degrees());
     let mut shape = Shape::of_normals(HeightMethod::PtmNormals, normals, args.steepest.or(trusted))?;
-    if are_facets {
-        shape.notes.push("the normals are those of the fitted facets".to_owned());
+    match &surface {
+        _ if are_facets => "from the normals of the fitted facets".clone_into(&mut shape.how),
+        SurfaceForm::Functions(field) if *field.basis() != Basis::Ptm => {
+            "from the directions in which its functions are brightest".clone_into(&mut shape.how);
+        }
+        _ => {}
     }
     shape.albedo = Some(surface.albedo());
     Ok(shape)

@@ -10,7 +10,7 @@ use relume::{Direction, Result};
 use serde_json::json;
 
 use crate::context::Context;
-use crate::report::Report;
+use crate::report::{Report, counted};
 
 /// Describes photographs under light and view by their names and the first of them.
 pub(super) fn describe(path: &Path, context: &Context) -> Result<Report> {
@@ -24,11 +24,11 @@ pub(super) fn describe(path: &Path, context: &Context) -> Result<Report> {
     };
     let (light_deg, view_deg) = (largest(|pair| pair.light), largest(|pair| pair.view));
     let mut text = format!(
-        "{} photographs of {size}, {channels} channels, under {} lights (to {light_deg:.1} degrees) and {} views (to \
-         {view_deg:.1} degrees)",
-        list.entries.len(),
-        list.lights,
-        list.views
+        "{} of {size}, {}, under {} (to {light_deg:.1} degrees) and {} (to {view_deg:.1} degrees)",
+        counted(list.entries.len(), "photograph"),
+        counted(channels, "channel"),
+        counted(list.lights, "light"),
+        counted(list.views, "view")
     );
     if list.lights * list.views != list.entries.len() + list.missing_count {
         text.push_str(", single pairs and no grid");
@@ -39,8 +39,9 @@ pub(super) fn describe(path: &Path, context: &Context) -> Result<Report> {
     if list.missing_count > 0 {
         let _ = write!(
             text,
-            "\n{} of a full grid are missing, first {}",
+            "\n{} of a full grid {} missing, first {}",
             list.missing_count,
+            if list.missing_count == 1 { "is" } else { "are" },
             list.missing.join(", ")
         );
     }

@@ -16,7 +16,7 @@ use serde_json::{Value, json};
 
 use crate::context::Context;
 use crate::input;
-use crate::report::Report;
+use crate::report::{Report, counted};
 
 /// Arguments of `relume info`.
 #[derive(Debug, clap::Args)]
@@ -133,7 +133,7 @@ fn text(file: &FieldFile) -> String {
     match field.lights() {
         [] => text.push_str(&directions_of(field.basis())),
         lights => {
-            let _ = write!(text, "{} lights", lights.len());
+            text.push_str(&counted(lights.len(), "light"));
             for light in lights {
                 let [x, y, z] = light.to_array();
                 let _ = write!(text, "\n  {x:>8.4} {y:>8.4} {z:>8.4}");
@@ -147,15 +147,20 @@ fn text(file: &FieldFile) -> String {
 fn directions_of(basis: &Basis) -> String {
     let Basis::Learned(learned) = basis else { return "lights not recorded".to_owned() };
     let rounded = if learned.packed().is_some() { ", rounded to integers" } else { "" };
-    let what = if basis.depends_on_view() { "pairs of light and view" } else { "lights" };
+    let count = learned.pairs().len();
+    let what = match (basis.depends_on_view(), count) {
+        (true, 1) => "1 pair of light and view".to_owned(),
+        (true, _) => format!("{count} pairs of light and view"),
+        (false, _) => counted(count, "light"),
+    };
     let [lights, views] =
         [pair_count(learned.pairs(), |pair| pair.light), pair_count(learned.pairs(), |pair| pair.view)];
     let grid = match basis.depends_on_view() {
         true if lights * views == learned.pairs().len() => format!(", {lights} lights x {views} views"),
-        true => format!(", {lights} lights and {views} views"),
+        true => format!(", {} and {}", counted(lights, "light"), counted(views, "view")),
         false => String::new(),
     };
-    format!("functions learned from {} {what}{grid}{rounded}", learned.pairs().len())
+    format!("functions learned from {what}{grid}{rounded}")
 }
 
 /// The number of distinct lights or views.

@@ -23,7 +23,7 @@ use known::KnownMaps;
 
 use crate::context::Context;
 use crate::output::Folder;
-use crate::report::Report;
+use crate::report::{Report, counted};
 use crate::verb::capture::maps::Reading;
 use crate::{args, input, normals};
 
@@ -92,6 +92,9 @@ impl Args {
         let border = if self.tile { ReliefBorder::Wrap } else { ReliefBorder::Clamp };
         if Btf::is_at(&self.input) {
             let btf = Btf::open(&self.input, Missing::Fill, job)?;
+            if let Some(absent) = btf.list().absent() {
+                job.about(&self.input).remark(format!("{absent}: the maps are fitted to the others"));
+            }
             return Ok(MapSource::of(MaterialMaps::of_btf(&btf, border, job)?));
         }
         if self.input.is_dir() && !relume::format::web::is_at(&self.input) {
@@ -203,7 +206,8 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         (Some(_), true) => "; every map tiles",
         _ => "",
     };
-    let text = format!("{}: {} maps{said}\n{}", args.output.display(), written.len(), list.join("\n"));
+    let maps = counted(written.len(), "map");
+    let text = format!("{}: {maps}{said}\n{}", args.output.display(), list.join("\n"));
     Ok(Report::new(text, json)
         .with_outputs(outputs)
         .with_warnings(warnings)

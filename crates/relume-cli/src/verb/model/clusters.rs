@@ -16,7 +16,7 @@ use serde_json::json;
 use super::{Args, describe, request};
 use crate::context::Context;
 use crate::output::Outputs;
-use crate::report::Report;
+use crate::report::{Report, counted};
 
 /// Groups the photographs, models the picture of each cluster and the range map, and writes the model.
 pub(super) fn run(args: &Args, mut outputs: Outputs, context: &Context) -> Result<Report> {
@@ -91,12 +91,12 @@ fn suited(load: &relume::raster::LoadRaster, number: usize, context: &Context) -
 fn said(report: &ImageClusterReport) -> String {
     let sizes: Vec<String> = report.photographs.iter().map(usize::to_string).collect();
     let mut text = format!(
-        "{} clusters of {} photographs ({}), by {} components of their colours\nwith the photographs of the clusters instead of \
+        "{} of {} ({}), by {} of their colours\nwith the photographs of the clusters instead of \
          made ones: {:.2} dB, RMSE {:.4} ({:.2} of 255)",
-        sizes.len(),
-        report.photographs.iter().sum::<usize>(),
+        counted(sizes.len(), "cluster"),
+        counted(report.photographs.iter().sum::<usize>(), "photograph"),
         sizes.join(", "),
-        report.components,
+        counted(report.components, "component"),
         report.table_psnr_db,
         report.table_rmse,
         255.0 * report.table_rmse
@@ -108,7 +108,8 @@ fn said(report: &ImageClusterReport) -> String {
         };
         let _ = write!(
             text,
-            "\nrange map from {photographs} photographs: {low:.1} to {high:.1} texels, regularity {regularity:.2}, {how}"
+            "\nrange map from {}: {low:.1} to {high:.1} texels, regularity {regularity:.2}, {how}",
+            counted(*photographs, "photograph")
         );
     }
     text

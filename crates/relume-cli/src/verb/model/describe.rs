@@ -9,14 +9,14 @@ use relume::random_field::{FieldModel, Fields, Model, ModelSource, Structure};
 use relume::{Direction, Result};
 use serde_json::{Value, json};
 
-use crate::report::Report;
+use crate::report::{Report, counted};
 
 /// The contents and the size of a model.
 pub fn describe(field: &FieldModel) -> Result<Report> {
     let bytes = rlm::encode(field)?.len() as u64;
     let models = field.fields.models();
     let text = format!(
-        "random field, basis {}, colour {}, {} values{}{}\n{bytes} bytes; {} are {} bytes: 1 to {:.0}",
+        "random field, basis {}, colour {}, {} values{}{}\n{bytes} bytes; {} are {} bytes: 1 to {}",
         field.basis.name(),
         field.layout.name(),
         field.space,
@@ -24,7 +24,7 @@ pub fn describe(field: &FieldModel) -> Result<Report> {
         models_text(field, &models),
         base(&field.source),
         field.source_bytes(),
-        field.source_bytes() as f64 / bytes as f64,
+        ratio(field.source_bytes() as f64 / bytes as f64),
     );
     let mut json = json!({
         "basis": field.basis.name(),
@@ -59,6 +59,11 @@ pub fn describe(field: &FieldModel) -> Result<Report> {
     Ok(Report::new(text + &details, json))
 }
 
+/// A ratio, with a decimal where it is small.
+fn ratio(ratio: f64) -> String {
+    if ratio < 10.0 { format!("{ratio:.1}") } else { format!("{ratio:.0}") }
+}
+
 fn heights(field: &FieldModel) -> String {
     match field.heights.map(|heights| heights.mm_per_texel) {
         None => String::new(),
@@ -71,17 +76,17 @@ fn models_text(field: &FieldModel, models: &[(Option<Direction>, &Model)]) -> St
     let (_, first) = models[0];
     let count = match &field.fields {
         Fields::Joint(_) => String::new(),
-        Fields::PerLight(_) => format!("a model for each of {} lights, ", models.len()),
+        Fields::PerLight(_) => format!("a model for each of {}, ", counted(models.len(), "light")),
         Fields::Clusters(clusters) => {
             let range = if clusters.range.is_some() { "a range map and " } else { "" };
-            format!("{range}a model for each of {} clusters of photographs, ", models.len())
+            format!("{range}a model for each of {} of photographs, ", counted(models.len(), "cluster"))
         }
     };
     format!(
-        ": {count}{} planes of {} components, {} levels of factor {}",
-        first.planes(),
-        first.mixing.components(),
-        first.levels.len(),
+        ": {count}{} of {}, {} of factor {}",
+        counted(first.planes(), "plane"),
+        counted(first.mixing.components(), "component"),
+        counted(first.levels.len(), "level"),
         first.kernel.factor()
     )
 }
@@ -105,8 +110,8 @@ fn details(models: &[(Option<Direction>, &Model)]) -> String {
         for (k, level) in model.levels.iter().enumerate() {
             let _ = write!(
                 text,
-                "\n  level {k}: {} neighbours, {} in the coarser level, margin {}, log evidence {:.0} over {} texels",
-                level.neighbours.len(),
+                "\n  level {k}: {}, {} in the coarser level, margin {}, log evidence {:.0} over {} texels",
+                counted(level.neighbours.len(), "neighbour"),
                 level.coarse.len(),
                 level.burn_in,
                 level.log_evidence,
@@ -139,8 +144,8 @@ fn base(source: &ModelSource) -> String {
         0 => format!("the coefficients of the {width} x {height} texels it is made of, a byte each,"),
         1 => format!("the samples of the picture of {width} x {height} texels it is made of"),
         _ => format!(
-            "the samples of the {photographs} photographs of {width} x {height} texels and {channels} channels it is \
-             made of"
+            "the samples of the {photographs} photographs of {width} x {height} texels and {} it is made of",
+            counted(*channels as usize, "channel")
         ),
     }
 }

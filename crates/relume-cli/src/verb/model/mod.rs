@@ -13,7 +13,7 @@ use relume::field::Basis;
 use relume::fit::learned::{self, LearnedOptions, Rank};
 use relume::format::{Content, rlm};
 use relume::random_field::{
-    Character, Heights, LevelReport, ModelOptions, SelectionOrder, character, curves,
+    Character, FieldModel, Heights, LevelReport, ModelOptions, SelectionOrder, character, curves,
 };
 use relume::workflow::likeness::Likeness;
 use relume::workflow::model::{Combine, FittedModel, ModelRequest, StructureSource};
@@ -26,7 +26,7 @@ pub use describe::describe;
 use crate::context::Context;
 use crate::output::Outputs;
 use crate::report::Report;
-use crate::{args, input, output};
+use crate::{args, input, output, paths};
 
 /// Arguments of `relume model`.
 #[derive(Debug, clap::Args)]
@@ -120,6 +120,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         model.source.photographs = 0;
     }
     let bytes = rlm::encode(&model)?;
+    let large = larger(&model, bytes.len());
     outputs.write(&args.output, bytes)?;
     if let Some(path) = &args.curve {
         outputs.write(path, curves::svg(&levels.concat()).into_bytes())?;
@@ -137,7 +138,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         let changing = likeness.changes().then(|| changing(likeness, args));
         changing.into_iter().chain((!likeness.alike).then(|| unlike(likeness, structure.is_some(), args)))
     });
-    Ok(report.with_outputs(written).with_warnings(warnings))
+    Ok(report.with_outputs(written).with_warnings(warnings).with_warnings(large))
 }
 
 /// The checked request.
@@ -251,10 +252,7 @@ fn unlike(likeness: &Likeness, has_structure: bool, args: &Args) -> String {
         false => "try a structure with --combine always",
     };
     let copy = match Btf::is_at(&args.texture) {
-        true => format!(
-            "relume fit {} -o FILE.exr, then relume synth FILE.exr --method auto",
-            args.texture.display()
-        ),
+        true => format!("{}, then relume synth FILE.exr --method auto", fitted_first(args)),
         false => format!("relume synth {} --method auto", args.texture.display()),
     };
     format!(
@@ -266,10 +264,30 @@ fn unlike(likeness: &Likeness, has_structure: bool, args: &Args) -> String {
 
 /// What to do about a material that changes across the sample.
 fn changing(likeness: &Likeness, args: &Args) -> String {
+    let stretch = match Btf::is_at(&args.texture) {
+        true => format!("{}, then relume synth FILE.exr --follow-trend,", fitted_first(args)),
+        false => format!("relume synth {} --follow-trend", args.texture.display()),
+    };
     format!(
         "the material changes from side to side of the sample ({:.0} % of the variance is a slow change), and a model is \
-         the same everywhere or repeats the sample: relume synth {} --follow-trend stretches the change",
-        100.0 * likeness.trend,
-        args.texture.display()
+         the same everywhere or repeats the sample: {stretch} stretches the change",
+        100.0 * likeness.trend
     )
+}
+
+/// The command that makes a texture of photographs under light and view, which other verbs take.
+fn fitted_first(args: &Args) -> String {
+    format!("relume fit {} -o FILE.exr", paths::shell_word(&args.texture))
+}
+
+/// What is to be said of a model that is no smaller than what it was made of.
+fn larger(model: &FieldModel, bytes: usize) -> Option<String> {
+    let source = model.source_bytes();
+    let advice = match model.basis {
+        Basis::Learned(_) => "; fewer --function-bytes or --functions make it smaller",
+        _ => "",
+    };
+    (bytes as u64 >= source).then(|| {
+        format!("the model has {bytes} bytes, and what it was made of {source}: it saves nothing but an endless plane{advice}")
+    })
 }

@@ -19,7 +19,7 @@ use relume::workflow::{MethodReport, Outcome, Plan, SynthOptions, SynthesisMetho
 use relume::{Named, Size};
 use serde_json::{Value, json};
 
-use crate::report::Report;
+use crate::report::{Report, counted};
 use crate::tiling::with_tiling;
 use crate::verb::analyze;
 use relume::format::tile_set::in_words;
@@ -131,8 +131,10 @@ fn growth_as_json(options: &EfrosLeungOptions, growth: &Growth) -> Value {
 
 fn scan_in_words(options: &WeiLevoyOptions, scanned: &Scanned) -> String {
     format!(
-        "row by row at {} levels from windows of {}, near ones of {} neighbourhoods",
-        options.levels, options.window, scanned.neighbourhoods
+        "row by row at {} from windows of {}, near ones of {}",
+        counted(options.levels, "level"),
+        options.window,
+        counted(scanned.neighbourhoods, "neighbourhood")
     )
 }
 
@@ -143,8 +145,11 @@ fn scan_as_json(options: &WeiLevoyOptions, scanned: &Scanned) -> Value {
 
 fn optimisation_in_words(options: &PatchMatchOptions, optimised: &Optimised) -> String {
     format!(
-        "improved up to {} times at {} levels by patches of {}, matched to {} positions",
-        options.rounds, optimised.levels, options.window, optimised.positions
+        "improved up to {} at {} by patches of {}, matched to {}",
+        counted(options.rounds, "time"),
+        counted(optimised.levels, "level"),
+        options.window,
+        counted(optimised.positions, "position")
     )
 }
 

@@ -7,8 +7,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use super::finder::{is_hidden, list, listing};
-use crate::direction::Directions;
+use crate::direction::{Direction, Directions};
 use crate::error::{Error, Result};
+use crate::words::counted;
 use angles::PairAngles;
 
 /// Folders below the one opened that are searched for photographs.
@@ -20,8 +21,8 @@ const MOST_FOLDERS: usize = 1000;
 /// A photograph and its directions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PairEntry {
-    /// The number of its name in the list that was given.
-    pub index: usize,
+    /// The number of its name in the list that was given; `None` of a pair without a photograph.
+    pub index: Option<usize>,
     /// The name, without folders.
     pub name: String,
     /// Towards light and viewer.
@@ -66,7 +67,7 @@ impl PairList {
                 continue;
             };
             let directions = angles.directions().map_err(|e| Error::invalid(format!("{name}: {e}")))?;
-            let entry = PairEntry { index, name: name.to_owned(), directions };
+            let entry = PairEntry { index: Some(index), name: name.to_owned(), directions };
             if let Some(other) = found.insert(angles, entry) {
                 return Err(Error::invalid(format!(
                     "{} and {name} have the same directions: a pair of light and view has one photograph",
@@ -89,7 +90,7 @@ impl PairList {
     pub fn of_directions(pairs: &[Directions]) -> Self {
         let angles: Vec<PairAngles> = pairs.iter().map(|pair| PairAngles::of_directions(*pair)).collect();
         let entry = |(index, (pair, angles)): (usize, (&Directions, &PairAngles))| PairEntry {
-            index,
+            index: Some(index),
             name: angles.to_string(),
             directions: *pair,
         };
@@ -115,6 +116,42 @@ impl PairList {
         })
     }
 
+    /// With the missing pairs of a grid among the others, in their order; they are named by their angles.
+    #[must_use]
+    pub fn filled(self) -> Self {
+        if self.missing_count == 0 {
+            return self;
+        }
+        let of = |direction: fn(&Directions) -> Direction| -> BTreeMap<(i64, i64), Direction> {
+            let key = |directions: &Directions| {
+                PairAngles::of_directions(Directions::from(direction(directions))).light()
+            };
+            self.entries.iter().map(|e| (key(&e.directions), direction(&e.directions))).collect()
+        };
+        let (lights, views) = (of(|pair| pair.light), of(|pair| pair.view));
+        let absent = |light: Direction, view: Direction| {
+            let directions = Directions { light, view };
+            let name = PairAngles::of_directions(directions).to_string();
+            PairEntry { index: None, name, directions }
+        };
+        let all = views.values().flat_map(|view| lights.values().map(|light| absent(*light, *view)));
+        let mut found: BTreeMap<PairAngles, PairEntry> =
+            all.map(|entry| (PairAngles::of_directions(entry.directions), entry)).collect();
+        found.extend(self.entries.into_iter().map(|e| (PairAngles::of_directions(e.directions), e)));
+        let (entries, missing) = (found.into_values().collect(), Vec::new());
+        Self { entries, missing, missing_count: 0, ..self }
+    }
+
+    /// What is to be said of photographs that are missing from a grid: how many.
+    pub fn absent(&self) -> Option<String> {
+        let of = format!("of the {} photographs of a full grid", self.lights * self.views);
+        match self.missing_count {
+            0 => None,
+            1 => Some(format!("1 {of} is missing")),
+            count => Some(format!("{count} {of} are missing")),
+        }
+    }
+
     /// Refuses pairs that are not every light with every view.
     ///
     /// # Errors
@@ -124,11 +161,11 @@ impl PairList {
             return Ok(());
         }
         Err(Error::usage(format!(
-            "{} pairs of {} lights and {} views are not every light with every view, which {what} needs: `relume fit` learns \
-             functions of any pairs, in an .exr",
-            self.entries.len(),
-            self.lights,
-            self.views
+            "{} of {} and {} are not every light with every view, which {what} needs: `relume fit` learns functions of any \
+             pairs, in an .exr",
+            counted(self.entries.len(), "pair"),
+            counted(self.lights, "light"),
+            counted(self.views, "view")
         )))
     }
 
@@ -141,16 +178,17 @@ impl PairList {
             return Ok(());
         }
         Err(Error::invalid(format!(
-            "{} of the {} photographs of {} views and {} lights are missing ({}): add them, or ask to fill what is missing \
-             from the others",
+            "{} of the {} photographs of {} and {} are missing ({}){}: add them, or let `relume fit SET -o TEXTURE.exr --missing \
+             fill` interpolate them from the others",
             self.missing_count,
             self.views * self.lights,
-            self.views,
-            self.lights,
+            counted(self.views, "view"),
+            counted(self.lights, "light"),
             match self.missing_count - self.missing.len() {
                 0 => self.missing.join(", "),
                 more => format!("{} and {more} more", self.missing.join(", ")),
-            }
+            },
+            self.left_out().map_or(String::new(), |left_out| format!("; {left_out}")),
         )))
     }
 }
@@ -231,77 +269,4 @@ pub fn first_names(names: &[String]) -> String {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn grids_are_ordered_and_counted_whatever_the_order_of_names() {
-        let name = |v: usize, l: usize| format!("X/tv{v:03}_pv000/00000 tl{l:03} pl090 tv{v:03} pv000.jpg");
-        let mut names: Vec<String> = (0..3).flat_map(|v| (0..4).map(move |l| name(15 * v, 15 * l))).collect();
-        let sorted = PairList::of_paths(names.iter().map(String::as_str)).unwrap().unwrap();
-        assert_eq!((sorted.lights, sorted.views, sorted.missing_count), (4, 3, 0));
-        names.reverse();
-        names.push("readme.txt".to_owned());
-        let again = PairList::of_paths(names.iter().map(String::as_str)).unwrap().unwrap();
-        let of = |list: &PairList| list.entries.iter().map(|e| e.name.clone()).collect::<Vec<_>>();
-        assert_eq!(of(&sorted), of(&again));
-        assert_eq!(again.entries[0].index, 11);
-        assert!(PairList::of_paths(["a.jpg", "notes"]).unwrap().is_none());
-    }
-
-    #[test]
-    fn pictures_without_angles_are_counted_and_named() {
-        let names =
-            ["tl1 pl2 tv3 pv4.png", "b/extra.jpg", "notes.txt", "truth/albedo.exr", "tl0-15 pl0 tv0 pv0.png"];
-        let list = PairList::of_paths(names).unwrap().unwrap();
-        assert_eq!(list.unnamed, ["extra.jpg", "tl0-15 pl0 tv0 pv0.png"]);
-        let sentence = list.left_out().unwrap();
-        assert!(sentence.starts_with("2 pictures") && sentence.contains("extra.jpg"), "{sentence}");
-    }
-
-    #[test]
-    fn a_folder_is_a_set_where_some_photograph_below_has_angles_and_no_light_file_is_beside() {
-        let folder = tempfile::tempdir().unwrap();
-        let write = |name: &str| {
-            let path = folder.path().join(name);
-            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-            std::fs::write(path, "").unwrap();
-        };
-        write("a/b/notes.txt");
-        write("a/.tl1 pl2 tv3 pv4.png");
-        assert!(!is_set(folder.path()));
-        write("a/b/tl1 pl2 tv3 pv4.png");
-        assert!(is_set(folder.path()));
-        write("lights.lp");
-        assert!(!is_set(folder.path()) && is_set(&folder.path().join("a")));
-        assert!(!is_set(&folder.path().join("absent")));
-    }
-
-    #[test]
-    fn missing_photographs_are_counted_and_doubles_refused() {
-        let name = |v: usize, l: usize| format!("tl{l} pl0 tv{v} pv0.png");
-        let names: Vec<String> = (0..5).flat_map(|v| (0..5).map(move |l| name(v, l))).skip(2).collect();
-        let list = PairList::of_paths(names.iter().map(String::as_str)).unwrap().unwrap();
-        assert_eq!(list.missing_count, 2);
-        let error = list.check_complete().unwrap_err().to_string();
-        assert!(error.contains("2 of the 25") && error.contains("tl0 pl0 tv0 pv0"), "{error}");
-        let twice =
-            PairList::of_paths(["a tl1 pl2 tv3 pv4.png", "tv3_pv4_tl1_pl2.0.jpg"]).unwrap_err().to_string();
-        assert!(twice.contains("same directions"), "{twice}");
-        // Two single pairs, neither.
-        let two = ["tl1 pl2 tv3 pv4.png", "tl5 pl6 tv7 pv8.png"];
-        let two = PairList::of_paths(two).unwrap().unwrap();
-        assert_eq!(two.missing_count, 0);
-        let sentence = two.check_grid("a model").unwrap_err().to_string();
-        assert!(
-            sentence.contains("2 pairs of 2 lights and 2 views") && sentence.contains("a model"),
-            "{sentence}"
-        );
-        // Irregular pairs are no grid with holes.
-        let irregular: Vec<String> = (0..9).map(|i| name(i, 8 - i)).collect();
-        assert_eq!(
-            PairList::of_paths(irregular.iter().map(String::as_str)).unwrap().unwrap().missing_count,
-            0
-        );
-    }
-}
+mod tests;

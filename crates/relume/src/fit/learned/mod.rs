@@ -51,7 +51,9 @@ use crate::error::{Error, Result};
 use crate::field::{Basis, ClusteredField, Learned, PackedFunctions, PlaneLayout, ReflectanceField};
 use crate::job::Job;
 use crate::raster::LoadRaster;
+use crate::size::Size;
 use crate::space::Space;
+use crate::words::counted;
 use rounding::FactorRounding;
 use sketch::Sketch;
 
@@ -145,6 +147,21 @@ impl LearnedOptions {
         }
         Ok(())
     }
+}
+
+/// The most functions that some photographs determine: of each pair that takes part one for each channel, and no more than
+/// there are texels.
+///
+/// # Errors
+/// As [`fit`] where pairs are left out.
+pub fn most_functions(
+    pairs: &[(String, Directions)],
+    hold_out: Option<usize>,
+    (size, channels): (Size, usize),
+) -> Result<usize> {
+    let directions: Vec<Directions> = pairs.iter().map(|(_, pair)| *pair).collect();
+    let kept = HeldOut::new(&directions, hold_out)?.kept();
+    Ok((kept * channels).min(size.texels()))
 }
 
 /// A factorised texture of light and view, and its errors.
@@ -270,8 +287,10 @@ fn with_margin(functions: usize) -> usize {
 fn check_rank(rank: Rank, columns: usize, texels: usize) -> Result<()> {
     match rank {
         Rank::Functions(n) if n > columns || n > texels => Err(Error::usage(format!(
-            "{n} functions cannot be learned from {columns} values (pairs and channels) of {texels} texels: ask for at \
-             most {}",
+            "{} cannot be learned from {} (pairs and channels) of {}: ask for at most {}",
+            counted(n, "function"),
+            counted(columns, "value"),
+            counted(texels, "texel"),
             columns.min(texels)
         ))),
         Rank::Functions(_) | Rank::Error(_) => Ok(()),
@@ -282,8 +301,8 @@ fn not_reached(rank: Rank, factors: &finish::Factors<'_>) -> Error {
     let asked = if let Rank::Error(error) = rank { error } else { 0.0 };
     let most = factors.singular_values.len().min(MOST_FUNCTIONS);
     Error::usage(format!(
-        "{most} functions, the most that are learned, leave an error of {:.5} where {asked} was asked for: ask for a \
-         larger one",
+        "{}, the most that are learned, leave an error of {:.5} where {asked} was asked for: ask for a larger one",
+        counted(most, "function"),
         factors.error(most)
     ))
 }

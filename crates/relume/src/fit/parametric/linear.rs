@@ -53,14 +53,19 @@ pub fn linear_form(field: &ParametricField, job: &Job) -> Result<(ReflectanceFie
 /// As [`linear_form`].
 pub fn remarked_linear_form(models: &ParametricField, job: &Job) -> Result<ReflectanceField> {
     let (field, rmse) = linear_form(models, job)?;
-    job.remark(format!(
+    job.remark(linear_remark(models, &field, rmse));
+    Ok(field)
+}
+
+/// What is to be said where the linear form stands for the models, from which it differs by `rmse`.
+pub fn linear_remark(models: &ParametricField, linear: &ReflectanceField, rmse: f64) -> String {
+    format!(
         "the texture of the reflectance model {} is taken as {} learned functions, which differ from it by {:.2} of 255 (root \
          mean square)",
         models.model().name(),
-        field.basis().len(),
+        linear.basis().len(),
         255.0 * rmse
-    ));
-    Ok(field)
+    )
 }
 
 /// The directions at which models are evaluated.

@@ -37,7 +37,7 @@ mod texels;
 mod typical;
 mod typical_lobes;
 
-pub use linear::{linear_form, remarked_linear_form};
+pub use linear::{linear_form, linear_remark, remarked_linear_form};
 
 use std::collections::BTreeSet;
 

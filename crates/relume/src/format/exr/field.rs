@@ -33,12 +33,11 @@ use super::parametric;
 use super::picture::{multiplied, picture_of};
 use crate::direction::Direction;
 use crate::error::{Error, Result};
-use crate::field::{
-    Basis, Interpolated, Interpolation, ParametricField, PlaneLayout, PlaneRole, ReflectanceField,
-};
-use crate::fit::parametric::remarked_linear_form;
+use crate::field::{Basis, Interpolated, Interpolation, PlaneLayout, PlaneRole, ReflectanceField};
+use crate::fit::parametric::linear_form;
 use crate::format::meaning::Meaning;
 use crate::format::opacity;
+use crate::format::texel_models::TexelModels;
 use crate::job::Job;
 use crate::names::Named;
 use crate::planes::Planes;
@@ -161,7 +160,7 @@ pub(in crate::format) struct ExrField {
     pub opacity: Option<Planes>,
     pub depth: ExrDepth,
     /// The reflectance models of which the field is the linear form.
-    pub models: Option<ParametricField>,
+    pub models: Option<TexelModels>,
 }
 
 /// The field in an EXR file. A picture is a linear field of constants, and so are several channels that are
@@ -193,8 +192,9 @@ fn described(layer: &Layer, job: &Job) -> Result<ExrField> {
     }
     if parametric::is_parametric(layer) {
         let models = parametric::parametric_of(layer)?;
-        let field = remarked_linear_form(&models, job)?;
-        return Ok(ExrField { field, opacity: None, depth: layer.depth, models: Some(models) });
+        let (field, rmse) = linear_form(&models, job)?;
+        let models = Some(TexelModels { models, rmse });
+        return Ok(ExrField { field, opacity: None, depth: layer.depth, models });
     }
     let layout = layout_of(layer)?;
     let basis = basis_of(layer, &layout, job)?;

@@ -5,8 +5,10 @@ use std::path::{Path, PathBuf};
 use super::Opened;
 use crate::error::{Error, Result};
 use crate::field::{NonlinearField, ParametricField};
+use crate::fit::parametric::linear_remark;
 use crate::format::content::Content;
 use crate::format::exr::{self, ExrDepth};
+use crate::format::field_file::FieldFile;
 use crate::format::map_role::MapRole;
 use crate::format::outline::{self, FileOutline};
 use crate::format::picture::PictureFormat;
@@ -50,6 +52,26 @@ impl Opened {
             NonlinearField::Models(models) => Some(models),
             NonlinearField::Clusters(_) => None,
         }))
+    }
+}
+
+impl FieldFile {
+    /// What is to be said where the field stands for reflectance models.
+    pub fn linear_remark(&self) -> Option<String> {
+        self.models.as_ref().map(|of| linear_remark(&of.models, &self.field, of.rmse))
+    }
+
+    /// What is to be said where the field serves to compare texels, and the numbers of the models are kept.
+    pub fn comparison_remark(&self) -> Option<String> {
+        self.models.as_ref().map(|of| {
+            format!(
+                "texels of the reflectance model {} are compared by {} learned functions, which differ from what it shows by {:.2} of \
+                 255 (root mean square)",
+                of.models.model().name(),
+                self.field.basis().len(),
+                255.0 * of.rmse
+            )
+        })
     }
 }
 

@@ -13,7 +13,7 @@ use super::brdf::decode_brdf;
 use super::content::{Content, content, is_known};
 use super::field_file::{self, FieldFile};
 use super::height::HeightMap;
-use super::kind::{Kind, unknown};
+use super::kind::{Kind, of_light_and_view, unknown};
 use super::meaning::Meaning;
 use super::mesh::decode_mesh;
 use super::npy::{self, Array};
@@ -137,18 +137,22 @@ impl Opened {
     pub fn into_field(self) -> Result<FieldFile> {
         let job = self.job.clone();
         let file = self.field_of(Meaning::Colors)?;
+        file.linear_remark().into_iter().for_each(|remark| job.remark(remark));
         if file.opacity.is_some() {
             job.remark(OPACITY_UNUSED);
         }
         Ok(FieldFile { opacity: None, ..file })
     }
 
-    /// As [`Opened::into_field`], with the opacity.
+    /// As [`Opened::into_field`], with the opacity, of a texture whose texels are copied.
     ///
     /// # Errors
     /// As [`Opened::into_field`].
     pub fn into_exemplar(self) -> Result<FieldFile> {
-        self.field_of(Meaning::Colors)
+        let job = self.job.clone();
+        let file = self.field_of(Meaning::Colors)?;
+        file.comparison_remark().into_iter().for_each(|remark| job.remark(remark));
+        Ok(file)
     }
 
     /// As [`Opened::into_exemplar`], of an image that is registered with an exemplar and may hold data: its
@@ -279,10 +283,9 @@ impl Opened {
         if self.bytes.is_empty() {
             return Error::invalid(format!("the file is empty: expected {expected}")).at(&self.name);
         }
-        let hint = match self.content {
-            Content::Btf => "; `relume fit` makes a texture of functions of it",
-            _ => hint,
-        };
+        if matches!(self.content, Content::Btf | Content::Brdf) {
+            return of_light_and_view().at(&self.name);
+        }
         Error::unsupported(format!("the file is {}: expected {expected}{hint}", self.content)).at(&self.name)
     }
 }

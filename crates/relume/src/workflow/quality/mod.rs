@@ -318,6 +318,11 @@ fn limits(
     let functions = field.basis().len();
     match compared {
         _ if texels < LEAST_TEXELS => Some(format!("{texels} texels are too few to tell which photographs are wrong")),
+        ComparedWith::Learned if field.basis().depends_on_view() => Some(
+            "functions that are learned from the photographs follow also one that is wrong, which the report may not find: --hold-out N \
+             says how well photographs are predicted that were left out"
+                .to_owned(),
+        ),
         ComparedWith::Learned => Some(
             "functions that are learned from the photographs follow also one that is wrong, which the report may not find: that \
              of a fit of ptm or hsh9 does"

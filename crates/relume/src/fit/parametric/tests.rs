@@ -1,7 +1,7 @@
 use super::*;
 use crate::capture::dome::sampling::DirectionSampling;
 use crate::direction::Direction;
-use crate::field::{PerViewModel, SeparableModel};
+use crate::field::{Basis, PerViewModel};
 use crate::numeric::random::{Purpose, Stream};
 use crate::raster::Samples;
 use crate::size::Size;

@@ -1,7 +1,5 @@
 import { MODES, type Mode, TiledShare, openShare } from "relume-three";
 import type { BufferGeometry } from "three";
-import { D65, chromaticityOf } from "./balance.js";
-import { linearColorAt } from "./pixels.js";
 import { type Change, History } from "./history.js";
 import type { DrawingTool } from "./pointer.js";
 import { Stage, knowsMode } from "./stage.js";
@@ -32,13 +30,13 @@ export class Viewer {
   readonly stage: Stage;
   readonly titles: string[];
   state: ViewState;
-  /** The light that controls change. */
-  chosen = 0;
   orbiting = false;
   /** Whether dragging moves the view instead of the light. */
   movesView = false;
   /** Takes the next place of the picture that is pressed, in pixels of the canvas. */
   pick: ((x: number, y: number) => void) | null = null;
+  private chosenLight = 0;
+  private isFixed = false;
   private readonly history = new History();
   private readonly listeners: (() => void)[] = [];
   private gesture = { kind: "", time: 0 };
@@ -59,11 +57,13 @@ export class Viewer {
   constructor(readonly canvas: HTMLCanvasElement, textures: PageTexture[]) {
     const parameters = new URLSearchParams(location.search);
     this.isExact = parameters.has("exact");
+    document.documentElement.classList.toggle("exact", this.isExact);
     this.stage = new Stage(canvas, this.isExact, () => this.redraw(false));
     this.titles = textures.map((texture) => texture.title);
     this.state = fromHash(location.hash, textures.length);
     // The address asked for: by the time of the event, the page may have written its own state again.
     addEventListener("hashchange", (event) => this.readAddress(new URL(event.newURL).hash));
+    for (const event of ["webglcontextlost", "webglcontextrestored"]) canvas.addEventListener(event, () => this.drawAgain());
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement ?? canvas);
     this.resize();
   }
@@ -99,8 +99,23 @@ export class Viewer {
     this.listeners.push(listener);
   }
 
+  /** The light that controls change. */
+  get chosen(): number {
+    return Math.min(this.chosenLight, this.state.lights.length - 1);
+  }
+
+  set chosen(index: number) {
+    this.chosenLight = index;
+  }
+
   get light(): DiskLight {
-    return this.state.lights[Math.min(this.chosen, this.state.lights.length - 1)] ?? { ...(FIRST.lights[0] as DiskLight) };
+    return this.state.lights[this.chosen] ?? { ...(FIRST.lights[0] as DiskLight) };
+  }
+
+  /** The titles of what is shown: both where two textures are compared. */
+  get shownTitle(): string {
+    const { texture, other, compare } = this.state, isBeside = ["side", "wipe"].includes(compare) && other !== texture;
+    return (isBeside ? [texture, other] : [texture]).map((index) => this.titles[index] ?? "").join(" and ");
   }
 
   /** What covers an endless plane, if the texture is one. */
@@ -169,18 +184,34 @@ export class Viewer {
     return this.stage.texture(this.state.texture)?.data.environment != null;
   }
 
-  /** The next place pressed is shown as neutral. */
-  pickGrey(say: (sentence: string) => void): void {
-    this.pick = (x, y) => {
-      const { whiteX, whiteY } = this.state;
-      Object.assign(this.state, { whiteX: D65[0], whiteY: D65[1] });
-      this.drawNow();
-      const white = chromaticityOf(linearColorAt(this.canvas, x, y));
-      Object.assign(this.state, { whiteX, whiteY });
-      if (!white) return say("That place is too dark to tell its colour");
-      this.change({ whiteX: white[0], whiteY: white[1] });
-    };
-    say("Press a place of the picture that is grey");
+  /** Whether the graphics card has taken the picture away. */
+  get isLost(): boolean {
+    return this.stage.isLost;
+  }
+
+  /** Before something is made of the picture. */
+  expectPicture(): void {
+    if (this.isLost) throw new Error("the graphics card has taken the picture away, and the browser has not given it back yet");
+  }
+
+  /** Makes something of pictures of one size, whatever becomes of the window. */
+  async withFixedSize<T>(make: () => Promise<T>): Promise<T> {
+    if (this.isFixed) throw new Error("another film or picture is being made");
+    this.expectPicture();
+    this.sharpen(1);
+    this.isFixed = true;
+    try {
+      return await make();
+    } finally {
+      this.isFixed = false;
+      this.resize();
+    }
+  }
+
+  /** After the graphics card has taken the picture away, or given it back. */
+  private drawAgain(): void {
+    if (!this.isLost) this.stage.forget();
+    this.redraw(false);
   }
 
   /** The name of the user's own object, if there is one. */
@@ -213,8 +244,7 @@ export class Viewer {
   }
 
   changeLight(patch: Partial<DiskLight>, keep = true): void {
-    const chosen = Math.min(this.chosen, this.state.lights.length - 1);
-    const lights = this.state.lights.map((light, i) => (i === chosen ? { ...light, ...patch } : light));
+    const { chosen } = this, lights = this.state.lights.map((light, i) => (i === chosen ? { ...light, ...patch } : light));
     if (keep) return this.change({ lights }, "light");
     this.state.lights = lights;
     this.redraw();
@@ -229,7 +259,8 @@ export class Viewer {
 
   removeLight(): void {
     if (this.state.lights.length < 2) return;
-    this.change({ lights: this.state.lights.filter((_, i) => i !== this.chosen) });
+    const { chosen } = this;
+    this.change({ lights: this.state.lights.filter((_, i) => i !== chosen) });
     this.chosen = 0;
   }
 
@@ -244,6 +275,7 @@ export class Viewer {
   /** The light goes around as it is, once in eight seconds. */
   toggleOrbit(): void {
     this.orbiting = !this.orbiting;
+    if (this.orbiting) this.begin();
     this.redraw();
     if (!this.orbiting) return;
     let before = performance.now();
@@ -344,6 +376,7 @@ export class Viewer {
   }
 
   drawNow(): void {
+    if (this.isLost) return;
     const background = getComputedStyle(document.documentElement).getPropertyValue("--ground").trim() || "#101010";
     this.stage.draw(this.state, background);
     document.documentElement.dataset["waiting"] = String(this.stage.waiting);
@@ -353,13 +386,15 @@ export class Viewer {
 
   private restore(state: ViewState | null): void {
     if (!state) return;
+    // It would turn the light of the other state.
+    this.orbiting = false;
     this.state = copyOf(state);
     this.redraw();
   }
 
   resize(): void {
     const box = this.canvas.parentElement?.getBoundingClientRect();
-    if (!box) return;
+    if (!box || this.isFixed) return;
     this.stage.resize(Math.max(1, box.width), Math.max(1, box.height), Math.min(devicePixelRatio, 2) * this.share);
     document.documentElement.dataset["coarse"] = String(this.share < 1);
     this.redraw(false);

@@ -134,7 +134,7 @@ export class Notes implements DrawingTool {
     this.refresh();
   }
 
-  /** The file, or none, in which the annotations of a texture are kept. */
+  /** The annotations of a texture, and its bookmarks. */
   sheetOf(texture: number): NoteSheet | undefined {
     return this.sheets[texture];
   }
@@ -201,8 +201,9 @@ export class Notes implements DrawingTool {
     this.listed = listed;
     this.lists.replaceChildren(...shown.flatMap((texture) => {
       const title = this.viewer.titles[texture] ?? "", of = shown.length > 1 ? ` of ${title}` : "";
-      const list = el("ol", { class: "notes" }, ...this.placed(texture).map((note, i) => this.entry(texture, note, i, of)));
-      return of === "" ? [list] : [el("p", { class: "dim" }, title), list];
+      const entries = this.placed(texture).map((note, i) => this.entry(texture, note, i, of));
+      const list = el("ol", { class: "notes" }, ...entries);
+      return of === "" || entries.length === 0 ? [list] : [el("p", { class: "dim" }, title), list];
     }));
   }
 

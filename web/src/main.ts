@@ -60,7 +60,7 @@ function start(): void {
   });
   listen(canvas, viewer);
   listenForFiles(viewer, say);
-  canvas.addEventListener("keydown", (event) => viewer.moveByKey(event));
+  canvas.addEventListener("keydown", (event) => viewer.lamps.moveByKey(event));
   addEventListener("keydown", (event) => pressed(event, { viewer, tools, ruler, notes, bookmarks }));
   void loading.run();
   viewer.redraw();
@@ -107,7 +107,7 @@ function pressed(event: KeyboardEvent, controls: Controls): void {
   const actions: Record<string, () => void> = {
     escape: () => endDrawing(controls),
     m: () => viewer.nextMode(),
-    o: () => viewer.toggleOrbit(),
+    o: () => viewer.lamps.toggleOrbit(),
     r: () => ruler.toggle(),
     s: () => void tools.snapshot(),
     n: () => notes.writeAtMiddle(),

@@ -118,24 +118,24 @@ export class Panel {
   private lightButtons(): HTMLElement {
     const row = el("div", { class: "row" });
     const orbit = el("button", { type: "button", "aria-pressed": "false" }, "Orbit");
-    orbit.addEventListener("click", () => this.viewer.toggleOrbit());
-    this.refreshers.push(() => orbit.setAttribute("aria-pressed", String(this.viewer.orbiting)));
+    orbit.addEventListener("click", () => this.viewer.lamps.toggleOrbit());
+    this.refreshers.push(() => orbit.setAttribute("aria-pressed", String(this.viewer.lamps.orbiting)));
     const add = el("button", { type: "button", title: "Add a light, four at most" }, "Add light");
-    add.addEventListener("click", () => this.viewer.addLight());
+    add.addEventListener("click", () => this.viewer.lamps.add());
     const remove = el("button", { type: "button", title: "Remove the chosen light" }, "Remove");
-    remove.addEventListener("click", () => this.viewer.removeLight());
+    remove.addEventListener("click", () => this.viewer.lamps.remove());
     const raking = el("button", { type: "button", title: "Two raking lights in two colours" }, "Raking pair");
-    raking.addEventListener("click", () => this.viewer.rakingPair());
+    raking.addEventListener("click", () => this.viewer.lamps.rakingPair());
     const color = el("input", { type: "color", "aria-label": "Colour of the light" });
-    color.addEventListener("input", () => this.viewer.changeLight({ color: color.value }));
+    color.addEventListener("input", () => this.viewer.lamps.change({ color: color.value }));
     this.refreshers.push((state) => {
       remove.disabled = state.lights.length < 2;
       add.disabled = state.lights.length > 3;
-      color.value = this.viewer.light.color;
+      color.value = this.viewer.lamps.light.color;
     });
     row.append(orbit, add, remove, raking, color);
-    const strength = this.range("Strength", 0, MOST_STRENGTH, 0.05, () => this.viewer.light.strength, (strength) => this.viewer.changeLight({ strength }));
-    const softness = this.range("Softness", 0, MOST_SOFTNESS, 1, () => this.viewer.light.softness, (softness) => this.viewer.changeLight({ softness }));
+    const strength = this.range("Strength", 0, MOST_STRENGTH, 0.05, () => this.viewer.lamps.light.strength, (strength) => this.viewer.lamps.change({ strength }));
+    const softness = this.range("Softness", 0, MOST_SOFTNESS, 1, () => this.viewer.lamps.light.softness, (softness) => this.viewer.lamps.change({ softness }));
     softness.title = "Degrees from the middle of the light to its rim";
     return el("div", {}, row, strength, softness);
   }

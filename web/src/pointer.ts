@@ -88,7 +88,7 @@ function nearWipe(event: PointerEvent, canvas: HTMLCanvasElement, viewer: Viewer
 function moveLight(event: PointerEvent, canvas: HTMLCanvasElement, viewer: Viewer): void {
   const box = canvas.getBoundingClientRect(), half = Math.min(box.width, box.height) / 2;
   const [u, v] = onDisk((event.clientX - box.left - box.width / 2) / half, (box.top + box.height / 2 - event.clientY) / half);
-  viewer.changeLight({ u, v }, false);
+  viewer.lamps.change({ u, v }, false);
 }
 
 /** Moves the flat texture at a place of the screen with the pointer, or turns the object. */

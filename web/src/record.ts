@@ -96,7 +96,7 @@ export class Recorder {
 
   private async make(): Promise<void> {
     const { viewer, form } = this, name = fileName(viewer.shownTitle), count = Number(form.count.value), rate = Number(form.rate.value);
-    const frames = form.path.value === "drag" ? pathOf(this.path, count) : orbitOf(viewer.state.lights, viewer.chosen, count);
+    const frames = form.path.value === "drag" ? pathOf(this.path, count) : orbitOf(viewer.state.lights, viewer.lamps.chosen, count);
     const format = form.format.value as Format, kept = viewer.state.lights;
     try {
       const blob = await viewer.withFixedSize(() => MAKERS[format](viewer, frames, rate, (i) => this.say(`Picture ${i + 1} of ${frames.length}`)));

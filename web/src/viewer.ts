@@ -2,8 +2,9 @@ import { MODES, type Mode, TiledShare, openShare } from "relume-three";
 import type { BufferGeometry } from "three";
 import { type Change, History } from "./history.js";
 import type { DrawingTool } from "./pointer.js";
+import { Lamps } from "./lamps.js";
 import { Stage, knowsMode } from "./stage.js";
-import { type DiskLight, FIRST, type ViewState, copyOf, fromHash, onDisk, toHash } from "./state.js";
+import { FIRST, type ViewState, copyOf, fromHash, toHash } from "./state.js";
 import { type PageTexture, sourceOf } from "./page.js";
 import { TileCache } from "./tiles.js";
 
@@ -11,7 +12,6 @@ import { TileCache } from "./tiles.js";
 const GESTURE = 700;
 /** The state goes to the address this long after it changed, in milliseconds. */
 const ADDRESS_DELAY = 250;
-const ORBIT_SECONDS = 8;
 /** Pictures that follow each other closer than this show a movement, in milliseconds. */
 const MOVING = 600;
 /** A picture that takes longer is slow. */
@@ -28,14 +28,13 @@ const USUAL_AMOUNTS: Partial<Record<Mode, number>> = {
 /** What is seen, and every way to change it. */
 export class Viewer {
   readonly stage: Stage;
+  readonly lamps = new Lamps(this);
   readonly titles: string[];
   state: ViewState;
-  orbiting = false;
   /** Whether dragging moves the view instead of the light. */
   movesView = false;
   /** Takes the next place of the picture that is pressed, in pixels of the canvas. */
   pick: ((x: number, y: number) => void) | null = null;
-  private chosenLight = 0;
   private isFixed = false;
   private readonly history = new History();
   private readonly listeners: (() => void)[] = [];
@@ -97,19 +96,6 @@ export class Viewer {
 
   onChange(listener: () => void): void {
     this.listeners.push(listener);
-  }
-
-  /** The light that controls change. */
-  get chosen(): number {
-    return Math.min(this.chosenLight, this.state.lights.length - 1);
-  }
-
-  set chosen(index: number) {
-    this.chosenLight = index;
-  }
-
-  get light(): DiskLight {
-    return this.state.lights[this.chosen] ?? { ...(FIRST.lights[0] as DiskLight) };
   }
 
   /** The titles of what is shown: both where two textures are compared. */
@@ -243,54 +229,6 @@ export class Viewer {
     this.redraw();
   }
 
-  changeLight(patch: Partial<DiskLight>, keep = true): void {
-    const { chosen } = this, lights = this.state.lights.map((light, i) => (i === chosen ? { ...light, ...patch } : light));
-    if (keep) return this.change({ lights }, "light");
-    this.state.lights = lights;
-    this.redraw();
-  }
-
-  addLight(): void {
-    if (this.state.lights.length > 3) return;
-    const [u, v] = freePlace(this.state.lights, this.light);
-    this.chosen = this.state.lights.length;
-    this.change({ lights: [...this.state.lights, { u, v, color: "#ffffff", strength: 0.6, softness: 0 }] });
-  }
-
-  removeLight(): void {
-    if (this.state.lights.length < 2) return;
-    const { chosen } = this;
-    this.change({ lights: this.state.lights.filter((_, i) => i !== chosen) });
-    this.chosen = 0;
-  }
-
-  /** Warm and cool light from opposite sides, twenty degrees high: shows relief without regard to colour. */
-  rakingPair(): void {
-    const u = Math.cos((20 * Math.PI) / 180);
-    const one = (u: number, color: string): DiskLight => ({ u, v: 0, color, strength: 1, softness: 0 });
-    this.chosen = 0;
-    this.change({ lights: [one(-u, "#ffb37a"), one(u, "#7ab3ff")] });
-  }
-
-  /** The light goes around as it is, once in eight seconds. */
-  toggleOrbit(): void {
-    this.orbiting = !this.orbiting;
-    if (this.orbiting) this.begin();
-    this.redraw();
-    if (!this.orbiting) return;
-    let before = performance.now();
-    const step = (now: number): void => {
-      if (!this.orbiting) return;
-      const angle = ((now - before) / 1000 / ORBIT_SECONDS) * 2 * Math.PI, { u, v } = this.light;
-      before = now;
-      const [cos, sin] = [Math.cos(angle), Math.sin(angle)];
-      const still = Math.hypot(u, v) < 0.05;
-      this.changeLight(still ? { u: 0.6, v: 0 } : { u: u * cos + v * sin, v: v * cos - u * sin }, false);
-      requestAnimationFrame(step);
-    };
-    requestAnimationFrame(step);
-  }
-
   fit(): void {
     const { x, y, zoom, azimuth, elevation, near } = FIRST;
     this.change({ x, y, zoom, azimuth, elevation, near });
@@ -314,17 +252,6 @@ export class Viewer {
     this.history.keep(this.state);
     const state = fromHash(hash, this.titles.length);
     this.restore(texture === undefined ? state : { ...state, texture });
-  }
-
-  /** Moves the light by an arrow key. */
-  moveByKey(event: KeyboardEvent): void {
-    const step = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
-    if (!step || event.shiftKey) return;
-    event.preventDefault();
-    event.stopPropagation();
-    const { u, v } = this.light, [du = 0, dv = 0] = step;
-    const [x, y] = onDisk(u + 0.05 * du, v + 0.05 * dv);
-    this.changeLight({ u: x, v: y });
   }
 
   /** Another way of showing, with its usual amount. */
@@ -386,8 +313,7 @@ export class Viewer {
 
   private restore(state: ViewState | null): void {
     if (!state) return;
-    // It would turn the light of the other state.
-    this.orbiting = false;
+    this.lamps.orbiting = false;
     this.state = copyOf(state);
     this.redraw();
   }
@@ -415,16 +341,4 @@ function levelsUpTo(smallest: number, whole: number): number[] {
   const levels: number[] = [];
   for (let level = smallest; level > whole; level -= 2) levels.push(level);
   return [...levels, whole];
-}
-
-/** A place for another light: as high as the one chosen, and as far as can be from all there are. */
-export function freePlace(lights: DiskLight[], { u, v }: DiskLight): [number, number] {
-  const radius = Math.max(0.3, Math.hypot(u, v)), first = Math.atan2(v, u) + Math.PI;
-  const places = [0, 4, 2, 6, 1, 7, 3, 5].map((eighth): [number, number] => {
-    const angle = first + (eighth * Math.PI) / 4;
-    return [radius * Math.cos(angle), radius * Math.sin(angle)];
-  });
-  const room = ([x, y]: [number, number]): number => Math.min(...lights.map((light) => Math.hypot(light.u - x, light.v - y)));
-  // A little more room is no reason for another place: the first ones are spread best.
-  return places.reduce((best, place) => (room(place) > room(best) + 1e-6 ? place : best));
 }

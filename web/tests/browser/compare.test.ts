@@ -6,7 +6,7 @@ import { decodePng } from "../../packages/relume-three/src/png.js";
 import { launched } from "../chromium.js";
 import { ViewServer, Workplace } from "../program.js";
 import { at, drag, listed, textOf, textsIn } from "./hands.js";
-import { Opener } from "./opened.js";
+import { Opener, USUAL } from "./opened.js";
 import { difference, drawn, canvas, show } from "./pictures.js";
 
 const SIZES = [[128, 128], [200, 90]] as const;
@@ -164,7 +164,7 @@ test("what is saved has the name of what is shown", async () => {
 });
 
 test("a picture of a comparison has the lines and the scale bar of both textures", async () => {
-  const page = await opener.open(`${server.url}#${SIDE}`), { width, middle } = await halves(page), bare = await canvas(page);
+  const page = await opener.open(`${server.url}#${SIDE}`, { ...USUAL, colorScheme: "dark" }), { width, middle } = await halves(page), bare = await canvas(page);
   await page.keyboard.press("r");
   await drag(page, [width + 40, middle], [width + 140, middle]);
   const [file] = await Promise.all([page.waitForEvent("download"), page.getByLabel("Save a picture").click()]);

@@ -2,6 +2,7 @@
 import { rmSync } from "node:fs";
 import type { Browser, Page } from "playwright-core";
 import { afterAll, afterEach, beforeAll, expect, test } from "vitest";
+import { decodePng } from "../../packages/relume-three/src/png.js";
 import { launched } from "../chromium.js";
 import { ViewServer, Workplace } from "../program.js";
 import { at, drag, listed, textOf } from "./hands.js";
@@ -118,8 +119,12 @@ test("forced colours show what is chosen", async () => {
   const page = await opener.open(server.url, { viewport: { width: 700, height: 440 }, forcedColors: "active" });
   await page.keyboard.press("r");
   for (const [on, off] of [["[role=radio][aria-checked=true]", "[role=radio][aria-checked=false]"], ["[aria-label=Ruler]", "[aria-label=Undo]"]] as const) {
-    const [a, b] = await Promise.all([on, off].map((selector) => page.locator(selector).first().evaluate((element) => getComputedStyle(element).backgroundColor)));
-    expect(a).not.toBe(b);
+    const grounds = [];
+    for (const selector of [on, off]) {
+      const { width, codes, channels } = await decodePng(new Uint8Array(await page.locator(selector).first().screenshot()));
+      grounds.push(Math.max(...[0, 1, 2].map((c) => codes[channels * (4 * width + (width >> 1)) + c] ?? 0)));
+    }
+    expect(Math.abs((grounds[0] ?? 0) - (grounds[1] ?? 0))).toBeGreaterThan(60);
   }
   await page.close();
 });

@@ -123,14 +123,14 @@ test("bookmarks of a shared page stay in the browser, and other pages of its tit
 });
 
 test("a window that is resized leaves the pictures of a film as they are", async () => {
-  const page = await opener.open(server.url, { viewport: { width: 420, height: 500 } }), count = 40;
+  const page = await opener.open(server.url, { viewport: { width: 420, height: 500 } }), count = 24;
   for (const format of ["zip", "gif"] as const) {
     await page.setViewportSize({ width: 420, height: 500 });
     await drawn(page);
     await page.getByRole("button", { name: "Record the light" }).click();
     await page.getByLabel("Pictures").fill(String(count));
     await page.getByLabel("Kind of file").selectOption(format);
-    const saving = page.waitForEvent("download");
+    const saving = page.waitForEvent("download", { timeout: 200_000 });
     await page.getByRole("button", { name: "Make", exact: true }).click();
     await page.waitForFunction(() => document.querySelector(".said")?.textContent?.startsWith("Picture "));
     await page.getByRole("button", { name: "Save the whole texture" }).click();

@@ -1,10 +1,15 @@
-/** A point or a box of the texture with a text, and the view in which it was written. */
+/** Left upper corner, width and height, in texels. */
+export type Box = [number, number, number, number];
+
+/** A point or a box of the texture with a text, and the view in which it was written; without a box, a bookmark: the name of that view. */
 export interface Annotation {
   text: string;
-  /** Left upper corner, width and height, in texels. */
-  box: [number, number, number, number];
+  box?: Box;
   view: string;
 }
+
+/** An annotation of a place. */
+export type PlacedNote = Annotation & { box: Box };
 
 /** Annotations that are taken away, and others put in their place. */
 export interface NoteChange {
@@ -40,11 +45,16 @@ export function checkedNotes(notes: unknown[]): Annotation[] {
 
 function faultOf(one: unknown): string | null {
   const { text, box, view } = (one ?? {}) as Partial<Annotation>;
-  if (typeof text !== "string" || typeof view !== "string" || !Array.isArray(box) || !hasOnly(one as object, ["text", "box", "view"])) return "expected a text, a box and a view, and nothing else";
+  const isNote = typeof text === "string" && typeof view === "string" && (box === undefined || Array.isArray(box));
+  if (!isNote || !hasOnly(one as object, ["text", "box", "view"])) return "expected a text, a view, and a box unless it is a bookmark, and nothing else";
   if (Math.max(lettersOf(text), lettersOf(view)) > MOST_LETTERS) return `a text and a view may have ${MOST_LETTERS} letters`;
   const isFar = (n: unknown): boolean => typeof n !== "number" || !(Math.abs(n) <= FARTHEST);
-  const isBox = box.length === 4 && !box.some(isFar) && box[2] >= 0 && box[3] >= 0;
+  const isBox = box === undefined || (box.length === 4 && !box.some(isFar) && box[2] >= 0 && box[3] >= 0);
   return isBox ? null : "expected a box of four numbers, left, top, width and height, none beyond 1e15 and no negative size";
+}
+
+export function isPlaced(note: Annotation): note is PlacedNote {
+  return note.box !== undefined;
 }
 
 function hasOnly(object: object, names: string[]): boolean {

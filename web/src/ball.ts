@@ -33,7 +33,7 @@ export class LightBall {
       this.drag(event, pad);
     });
     pad.addEventListener("pointermove", (event) => event.buttons && this.drag(event, pad));
-    pad.addEventListener("keydown", (event) => this.viewer.moveByKey(event));
+    pad.addEventListener("keydown", (event) => this.viewer.lamps.moveByKey(event));
     this.element = el("div", { class: "ball-box" }, pad, this.said);
   }
 
@@ -41,10 +41,10 @@ export class LightBall {
     const { lights } = this.viewer.state;
     this.dots.replaceChildren(
       ...lights.map(({ u, v, color }, i) =>
-        svg("circle", { cx: SIDE / 2 + RADIUS * u, cy: SIDE / 2 - RADIUS * v, r: i === this.viewer.chosen ? 7 : 5, fill: color, class: "ball-dot" }),
+        svg("circle", { cx: SIDE / 2 + RADIUS * u, cy: SIDE / 2 - RADIUS * v, r: i === this.viewer.lamps.chosen ? 7 : 5, fill: color, class: "ball-dot" }),
       ),
     );
-    const { u, v } = this.viewer.light;
+    const { u, v } = this.viewer.lamps.light;
     this.gradient.setAttribute("cx", String(0.5 + 0.5 * u));
     this.gradient.setAttribute("cy", String(0.5 - 0.5 * v));
     const height = (Math.acos(Math.min(1, Math.hypot(u, v))) * 180) / Math.PI;
@@ -62,11 +62,11 @@ export class LightBall {
     const [u, v] = this.place(event, pad);
     const distance = this.viewer.state.lights.map((light) => Math.hypot(light.u - u, light.v - v));
     const nearest = distance.indexOf(Math.min(...distance));
-    if ((distance[nearest] ?? 1) < 0.25) this.viewer.chosen = nearest;
+    if ((distance[nearest] ?? 1) < 0.25) this.viewer.lamps.chosen = nearest;
   }
 
   private drag(event: PointerEvent, pad: HTMLElement): void {
     const [u, v] = onDisk(...this.place(event, pad));
-    this.viewer.changeLight({ u, v }, false);
+    this.viewer.lamps.change({ u, v }, false);
   }
 }

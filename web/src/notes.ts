@@ -1,7 +1,7 @@
-import { type Annotation, MOST_BYTES, type NoteChange, annotationFile, inverseOf, parseAnnotations } from "./annotations.js";
+import { type Annotation, type Box, MOST_BYTES, type NoteChange, type PlacedNote, annotationFile, inverseOf, isPlaced, parseAnnotations } from "./annotations.js";
 import { download, el, fileName, iconButton, svg } from "./dom.js";
 import type { PageTexture } from "./page.js";
-import { flatPlaces, texelAt } from "./places.js";
+import { type FlatPlaces, cutOff, flatPlaces, pictureAt, placesUnder, texelAt } from "./places.js";
 import type { DrawingTool } from "./pointer.js";
 import { NoteSheet } from "./sheet.js";
 import { toHash } from "./state.js";
@@ -9,7 +9,21 @@ import type { Viewer } from "./viewer.js";
 
 /** Screen pixels of a drag from which on it is a box. */
 const LEAST_BOX = 6;
-const NONE: Annotation[] = [];
+
+/** A box that is being drawn, and where it begins. */
+interface Drawing {
+  texture: number;
+  from: [number, number];
+  box: Box;
+}
+
+/** What the dialog is about. */
+interface Writing {
+  texture: number;
+  box: Box;
+  view: string;
+  edited: Annotation | null;
+}
 
 /** Annotations of all textures: in the picture, in a list, and in the file beside the texture where the server writes it. */
 export class Notes implements DrawingTool {
@@ -18,15 +32,13 @@ export class Notes implements DrawingTool {
   readonly section = el("section", {}, el("h2", {}, "Annotations"));
   /** One for each texture; textures with one file share it. */
   private readonly sheets: NoteSheet[] = [];
-  private readonly list = el("ol", { class: "notes" });
+  private readonly lists = el("div");
   private readonly dialog: HTMLDialogElement;
-  private readonly text = el("textarea", { rows: 4, maxlength: 4000, "aria-label": "Text of the annotation" });
+  private readonly text = el("textarea", { rows: 4, maxlength: 4000, required: true, "aria-label": "Text of the annotation" });
   private readonly add = el("button", { type: "button", title: "Draw a box, or point, in the picture", "aria-pressed": "false" }, "Add");
-  private from: [number, number] = [0, 0];
-  private drawn: Annotation["box"] | null = null;
-  /** What the dialog is about. */
-  private written: { sheet: NoteSheet; box: Annotation["box"]; edited: Annotation | null } | null = null;
-  private listed: Annotation[] | null = null;
+  private drawn: Drawing | null = null;
+  private written: Writing | null = null;
+  private listed = "";
 
   constructor(private readonly viewer: Viewer, private readonly textures: PageTexture[], private readonly say: (sentence: string) => void) {
     const byPlace = new Map<string, NoteSheet>();
@@ -43,7 +55,7 @@ export class Notes implements DrawingTool {
     const load = el("button", { type: "button" }, "Load"), save = el("button", { type: "button" }, "Download");
     load.addEventListener("click", () => file.click());
     save.addEventListener("click", () => this.download());
-    this.section.append(this.list, el("div", { class: "row" }, this.add, load, save, file));
+    this.section.append(this.lists, el("div", { class: "row" }, this.add, load, save, file));
     viewer.canvas.addEventListener("pointermove", (event) => {
       if (event.buttons === 0) viewer.canvas.title = this.under(event)?.text ?? "";
     });
@@ -64,9 +76,14 @@ export class Notes implements DrawingTool {
     return this.files.flatMap(({ failure }) => failure ?? []);
   }
 
+  /** Whether something could not be saved that may be saved later. */
+  get isWaiting(): boolean {
+    return this.files.some(({ failure, isCutOff }) => failure !== null && !isCutOff);
+  }
+
   /** Saves again what could not be saved. */
   retry(): void {
-    for (const sheet of this.files) if (sheet.failure !== null) void sheet.save();
+    for (const sheet of this.files) if (sheet.failure !== null && !sheet.isCutOff) void sheet.save();
   }
 
   /** The next drag, or click, in the picture is a place to write about. */
@@ -78,41 +95,38 @@ export class Notes implements DrawingTool {
   /** Writes about the middle of the view: without a pointer. */
   writeAtMiddle(): void {
     if (this.viewer.state.object !== "flat") this.viewer.change({ object: "flat" });
-    const { canvas } = this.viewer;
-    const middle = flatPlaces(this.viewer)?.texel(this.viewer.viewWidth(canvas.clientWidth) / 2, canvas.clientHeight / 2);
-    if (middle) this.write([...middle, 0, 0]);
+    const { canvas } = this.viewer, places = flatPlaces(this.viewer), x = this.viewer.viewWidth(canvas.clientWidth) / 2;
+    const picture = places[pictureAt(places, x)];
+    if (picture) this.write(picture.state.texture, [...picture.texel(x, canvas.clientHeight / 2), 0, 0]);
   }
 
   refresh(): void {
-    const notes = this.here();
-    if (notes !== this.listed) this.list.replaceChildren(...notes.map((note, i) => this.entry(note, i)));
-    this.listed = notes;
+    this.list();
     this.add.setAttribute("aria-pressed", String(this.viewer.tool === this));
-    const places = flatPlaces(this.viewer);
-    this.element.replaceChildren(...(places ? notes : []).flatMap(({ box }, i) => this.mark(box, String(i + 1))));
-    if (this.drawn) this.element.append(...this.mark(this.drawn, ""));
+    this.element.replaceChildren(...flatPlaces(this.viewer).map((picture) => this.marksIn(picture)));
   }
 
   begin(event: PointerEvent): void {
-    const places = flatPlaces(this.viewer);
+    const places = placesUnder(event, this.viewer);
     if (!places) return;
-    this.from = texelAt(event, this.viewer.canvas, places);
-    this.move(event);
+    const from = texelAt(event, this.viewer.canvas, places);
+    this.drawn = { texture: places.state.texture, from, box: [...from, 0, 0] };
+    this.refresh();
   }
 
   move(event: PointerEvent): void {
-    const places = flatPlaces(this.viewer);
-    if (!places) return;
-    const [x, y] = this.from, [toX, toY] = texelAt(event, this.viewer.canvas, places);
-    this.drawn = [Math.min(x, toX), Math.min(y, toY), Math.abs(toX - x), Math.abs(toY - y)];
+    const { drawn } = this, places = drawn && this.placesOf(drawn.texture);
+    if (!drawn || !places) return;
+    const [x, y] = drawn.from, [toX, toY] = texelAt(event, this.viewer.canvas, places);
+    drawn.box = [Math.min(x, toX), Math.min(y, toY), Math.abs(toX - x), Math.abs(toY - y)];
     this.refresh();
   }
 
   end(): void {
-    const { drawn, from } = this, scale = flatPlaces(this.viewer)?.scale ?? 1;
+    const { drawn } = this, scale = (drawn && this.placesOf(drawn.texture))?.scale ?? 1;
     this.drawn = null;
     this.viewer.toggleTool(this);
-    if (drawn) this.write(Math.max(drawn[2], drawn[3]) * scale < LEAST_BOX ? [...from, 0, 0] : drawn);
+    if (drawn) this.write(drawn.texture, Math.max(drawn.box[2], drawn.box[3]) * scale < LEAST_BOX ? [...drawn.from, 0, 0] : drawn.box);
   }
 
   cancel(): void {
@@ -120,83 +134,24 @@ export class Notes implements DrawingTool {
     this.refresh();
   }
 
-  private get files(): NoteSheet[] {
-    return [...new Set(this.sheets)];
+  /** The annotations of a texture, and its bookmarks. */
+  sheetOf(texture: number): NoteSheet | undefined {
+    return this.sheets[texture];
   }
 
-  private get sheet(): NoteSheet | undefined {
-    return this.sheets[this.viewer.state.texture];
-  }
-
-  private here(): Annotation[] {
-    return this.sheet?.notes ?? NONE;
-  }
-
-  /** The annotation at a place of the picture. */
-  private under(event: PointerEvent): Annotation | undefined {
-    const places = flatPlaces(this.viewer);
-    if (!places) return undefined;
-    const [x, y] = texelAt(event, this.viewer.canvas, places), reach = LEAST_BOX / places.scale;
-    return this.here().findLast(({ box: [left, top, width, height] }) => x > left - reach && x < left + width + reach && y > top - reach && y < top + height + reach);
-  }
-
-  private entry(note: Annotation, i: number): HTMLElement {
-    const go = el("button", { type: "button", class: "link" }, note.text);
-    go.addEventListener("click", () => this.viewer.show(note.view, this.viewer.state.texture));
-    const edit = iconButton(`Edit annotation ${i + 1}`, "M5 19l1-4L16 5l3 3L9 18z", () => this.write(note.box, note));
-    const remove = iconButton(`Remove annotation ${i + 1}`, "M6 6l12 12M18 6L6 18", () => {
-      this.change(this.sheet, { taken: [note], put: [], at: i });
-      // The button is gone, and with it the place of the keyboard.
-      (this.list.children[Math.min(i, this.list.children.length - 1)]?.querySelector("button") ?? this.add).focus();
+  /** The bookmarks among them, each with the texture that it shows. */
+  get bookmarks(): { note: Annotation; texture: number }[] {
+    return this.files.flatMap((sheet) => {
+      const texture = this.sheets.indexOf(sheet);
+      return sheet.notes.filter((note) => !isPlaced(note)).map((note) => ({ note, texture }));
     });
-    return el("li", {}, el("span", { class: "number", "aria-hidden": "true" }, String(i + 1)), go, edit, remove);
   }
 
-  private mark([x, y, width, height]: Annotation["box"], number: string): SVGElement[] {
-    const places = flatPlaces(this.viewer);
-    if (!places) return [];
-    const [left, top] = places.pixel(x, y), [right, bottom] = places.pixel(x + width, y + height);
-    const text = svg("text", { x: right, y: top - 7 });
-    text.textContent = number;
-    const point = width === 0 && height === 0;
-    const shape = point ? svg("circle", { cx: left, cy: top, r: 6 }) : svg("rect", { x: left, y: top, width: right - left, height: bottom - top });
-    return [shape, text];
-  }
-
-  /** Asks for the text of a place, or for another one. */
-  private write(box: Annotation["box"], edited: Annotation | null = null): void {
-    const { sheet } = this;
-    if (!sheet) return;
-    this.written = { sheet, box, edited };
-    this.text.value = edited?.text ?? "";
-    this.dialog.showModal();
-    this.text.focus();
-  }
-
-  private textDialog(): HTMLDialogElement {
-    const cancel = el("button", { type: "button" }, "Cancel");
-    const form = el("form", { method: "dialog", class: "tall" }, this.text, el("div", { class: "row" }, el("button", { type: "submit" }, "Keep"), cancel));
-    const dialog = el("dialog", { "aria-label": "Annotation" }, el("h2", {}, "Annotation"), form);
-    cancel.addEventListener("click", () => dialog.close());
-    dialog.addEventListener("close", () => this.refresh());
-    form.addEventListener("submit", () => this.keepText());
-    return dialog;
-  }
-
-  private keepText(): void {
-    const text = this.text.value.trim(), { written } = this;
-    if (text === "" || !written) return;
-    const { sheet, edited } = written, at = edited ? sheet.notes.indexOf(edited) : -1;
-    const box = written.box.map((n) => Number(n.toFixed(2))) as Annotation["box"];
-    const made = { text, box, view: edited?.view ?? toHash(this.viewer.state) };
-    this.change(sheet, { taken: edited ? [edited] : [], put: [made], at: at < 0 ? sheet.notes.length : at });
-  }
-
-  /** Changes annotations, so that it can be undone. */
-  private change(sheet: NoteSheet | undefined, change: NoteChange): void {
+  /** Changes annotations of a texture, so that it can be undone. */
+  change(texture: number, change: NoteChange): void {
     const make = (change: NoteChange): boolean => {
       try {
-        sheet?.change(change);
+        this.sheets[texture]?.change(change);
         return true;
       } catch (error) {
         this.say(`Not kept: ${(error as Error).message}`);
@@ -206,22 +161,138 @@ export class Notes implements DrawingTool {
     if (make(change)) this.viewer.record({ undo: () => make(inverseOf(change)), redo: () => make(change) });
   }
 
+  /** Takes an annotation away. */
+  remove(texture: number, note: Annotation): void {
+    this.change(texture, { taken: [note], put: [], at: this.sheets[texture]?.notes.indexOf(note) ?? 0 });
+  }
+
+  private get files(): NoteSheet[] {
+    return [...new Set(this.sheets)];
+  }
+
+  /** The annotations of places of a texture. */
+  private placed(texture: number): PlacedNote[] {
+    return this.sheets[texture]?.notes.filter(isPlaced) ?? [];
+  }
+
+  private placesOf(texture: number): FlatPlaces | undefined {
+    return flatPlaces(this.viewer).find(({ state }) => state.texture === texture);
+  }
+
+  /** The textures that are shown, without those whose annotations another one has. */
+  private shown(): number[] {
+    const { texture, other, compare } = this.viewer.state, isBeside = ["side", "wipe"].includes(compare);
+    return isBeside && this.sheets[other] !== this.sheets[texture] ? [texture, other] : [texture];
+  }
+
+  /** The annotation at a place of the picture. */
+  private under(event: PointerEvent): Annotation | undefined {
+    const places = placesUnder(event, this.viewer);
+    if (!places) return undefined;
+    const [x, y] = texelAt(event, this.viewer.canvas, places), reach = LEAST_BOX / places.scale;
+    const isThere = ({ box: [left, top, width, height] }: PlacedNote): boolean => x > left - reach && x < left + width + reach && y > top - reach && y < top + height + reach;
+    return this.placed(places.state.texture).findLast(isThere);
+  }
+
+  /** A list for each texture that is shown, made again when it has changed. */
+  private list(): void {
+    const shown = this.shown(), listed = JSON.stringify(shown.map((texture) => [texture, this.placed(texture)]));
+    if (listed === this.listed) return;
+    this.listed = listed;
+    this.lists.replaceChildren(...shown.flatMap((texture) => {
+      const title = this.viewer.titles[texture] ?? "", of = shown.length > 1 ? ` of ${title}` : "";
+      const entries = this.placed(texture).map((note, i) => this.entry(texture, note, i, of));
+      const list = el("ol", { class: "notes" }, ...entries);
+      return of === "" || entries.length === 0 ? [list] : [el("p", { class: "dim" }, title), list];
+    }));
+  }
+
+  private entry(texture: number, note: PlacedNote, i: number, of: string): HTMLElement {
+    const go = el("button", { type: "button", class: "link" }, note.text);
+    go.addEventListener("click", () => this.viewer.show(note.view, texture));
+    const edit = iconButton(`Edit annotation ${i + 1}${of}`, "M5 19l1-4L16 5l3 3L9 18z", () => this.write(texture, note.box, note));
+    const remove = iconButton(`Remove annotation ${i + 1}${of}`, "M6 6l12 12M18 6L6 18", () => {
+      const list = this.shown().indexOf(texture);
+      this.remove(texture, note);
+      // The button is gone, and with it the place of the keyboard.
+      const left = this.lists.querySelectorAll("ol")[list]?.children;
+      (left?.[Math.min(i, left.length - 1)]?.querySelector("button") ?? this.add).focus();
+    });
+    return el("li", {}, el("span", { class: "number", "aria-hidden": "true" }, String(i + 1)), go, edit, remove);
+  }
+
+  /** The marks of a picture, cut off where it ends. */
+  private marksIn(picture: FlatPlaces): SVGElement {
+    const { texture } = picture.state, marks = this.placed(texture).flatMap(({ box }, i) => markOf(box, String(i + 1), picture));
+    if (this.drawn?.texture === texture) marks.push(...markOf(this.drawn.box, "", picture));
+    return cutOff(picture, this.viewer.canvas.clientHeight, marks);
+  }
+
+  /** Asks for the text of a place of a texture, or for another one. */
+  private write(texture: number, box: Box, edited: Annotation | null = null): void {
+    this.written = { texture, box, view: edited?.view ?? this.viewOf(texture), edited };
+    this.text.value = edited?.text ?? "";
+    this.check();
+    this.dialog.showModal();
+    this.text.focus();
+  }
+
+  /** The view in which a texture is seen now: one that is shown as the second is the first of its own. */
+  private viewOf(texture: number): string {
+    const { state } = this.viewer, own = this.placesOf(texture)?.state;
+    return toHash(own && texture !== state.texture ? { ...own, compare: "single" } : state);
+  }
+
+  private textDialog(): HTMLDialogElement {
+    const cancel = el("button", { type: "button" }, "Cancel");
+    const form = el("form", { method: "dialog", class: "tall" }, this.text, el("div", { class: "row" }, el("button", { type: "submit" }, "Keep"), cancel));
+    const dialog = el("dialog", { "aria-label": "Annotation" }, el("h2", {}, "Annotation"), form);
+    cancel.addEventListener("click", () => dialog.close());
+    dialog.addEventListener("close", () => this.refresh());
+    this.text.addEventListener("input", () => this.check());
+    form.addEventListener("submit", () => this.keepText());
+    return dialog;
+  }
+
+  /** Lets the browser say why a text without letters is not kept. */
+  private check(): void {
+    this.text.setCustomValidity(this.text.value.trim() === "" ? "Write a text, or press Cancel" : "");
+  }
+
+  private keepText(): void {
+    const { written } = this, sheet = this.sheets[written?.texture ?? -1];
+    if (!written || !sheet) return;
+    const { edited, view } = written, at = edited ? sheet.notes.indexOf(edited) : -1;
+    const box = written.box.map((n) => Number(n.toFixed(2))) as Box;
+    this.change(written.texture, { taken: edited ? [edited] : [], put: [{ text: this.text.value.trim(), box, view }], at: at < 0 ? sheet.notes.length : at });
+  }
+
   private download(): void {
-    const title = this.textures[this.viewer.state.texture]?.title ?? "texture";
-    download(`${fileName(title)}.annotations.json`, new Blob([annotationFile(this.here())], { type: "application/json" }));
-    this.sheet?.wasDownloaded();
+    const { texture } = this.viewer.state, sheet = this.sheets[texture];
+    download(`${fileName(this.textures[texture]?.title ?? "")}.annotations.json`, new Blob([annotationFile(sheet?.notes ?? [])], { type: "application/json" }));
+    sheet?.wasDownloaded();
   }
 
   private async open(input: HTMLInputElement): Promise<void> {
-    const [file] = input.files ?? [], { sheet } = this;
+    const [file] = input.files ?? [], { texture } = this.viewer.state;
     input.value = "";
     if (!file) return;
     try {
       if (file.size > MOST_BYTES) throw new Error("the file is larger than annotations are");
       const put = parseAnnotations(JSON.parse(await file.text()));
-      this.change(sheet, { taken: [], put, at: this.here().length });
+      this.change(texture, { taken: [], put, at: this.sheets[texture]?.notes.length ?? 0 });
     } catch (error) {
       this.say(`${file.name}: ${error instanceof SyntaxError ? "the file holds no annotations" : (error as Error).message}`);
     }
   }
+}
+
+/** The mark of a point or a box in a picture. */
+function markOf([x, y, width, height]: Box, number: string, { pixel }: FlatPlaces): SVGElement[] {
+  const [left, top] = pixel(x, y), [right, bottom] = pixel(x + width, y + height);
+  const text = svg("text", { x: right, y: top - 7 });
+  text.textContent = number;
+  const point = width === 0 && height === 0;
+  const shape = point ? svg("circle", { cx: left, cy: top, r: 6 }) : svg("rect", { x: left, y: top, width: right - left, height: bottom - top });
+  return [shape, text];
 }

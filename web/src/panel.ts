@@ -1,9 +1,11 @@
 import { MODES, type Mode } from "relume-three";
 import { el, icon } from "./dom.js";
 import { objectButton } from "./dropped.js";
+import { pickGrey } from "./grey.js";
 import { LightBall } from "./ball.js";
 import { D65, NEUTRAL, TEMPERATURES, type White, temperatureOf, whiteOf } from "./balance.js";
-import { COMPARISONS, type Comparison, type LightSource, MOST_SOFTNESS, OBJECTS, type ObjectName, SOURCES, type ViewState } from "./state.js";
+import { matchOf } from "./places.js";
+import { COMPARISONS, type Comparison, type LightSource, MOST_SOFTNESS, MOST_STRENGTH, OBJECTS, type ObjectName, SOURCES, type ViewState } from "./state.js";
 import type { Viewer } from "./viewer.js";
 
 const MODE_NAMES: Record<Mode, string> = {
@@ -40,6 +42,11 @@ const OBJECT_NAMES: Record<ObjectName, [string, string]> = {
 };
 const SOURCE_NAMES: Record<LightSource, string> = { lamps: "Lamps", environment: "Environment", both: "Lamps and environment" };
 const COMPARISON_NAMES: Record<Comparison, string> = { single: "One", wipe: "Wipe", side: "Side by side", plain: "Against photograph" };
+
+/** The steps of colour temperatures, in kelvins. */
+const KELVIN_STEP = 50;
+/** What arrow keys do in a row of radio buttons. */
+const STEPS: Record<string, number> = { ArrowLeft: -1, ArrowUp: -1, ArrowRight: 1, ArrowDown: 1 };
 
 /** The controls beside the picture. */
 export class Panel {
@@ -89,10 +96,14 @@ export class Panel {
       button.addEventListener("click", () => this.viewer.change({ object }));
       // An address may name an object that the page does not have: it shows a plane.
       const shown = (state: ViewState): ObjectName => (state.object === "mesh" && this.viewer.objectName === null ? "plane" : state.object);
-      this.refreshers.push((state) => button.setAttribute("aria-checked", String(shown(state) === object)));
+      this.refreshers.push((state) => {
+        button.setAttribute("aria-checked", String(shown(state) === object));
+        button.tabIndex = shown(state) === object ? 0 : -1;
+      });
       if (object === "mesh") this.refreshers.push(() => this.nameObject(button));
       group.append(button);
     }
+    group.addEventListener("keydown", (event) => stepRadio(event, group));
     return group;
   }
 
@@ -107,24 +118,24 @@ export class Panel {
   private lightButtons(): HTMLElement {
     const row = el("div", { class: "row" });
     const orbit = el("button", { type: "button", "aria-pressed": "false" }, "Orbit");
-    orbit.addEventListener("click", () => this.viewer.toggleOrbit());
-    this.refreshers.push(() => orbit.setAttribute("aria-pressed", String(this.viewer.orbiting)));
+    orbit.addEventListener("click", () => this.viewer.lamps.toggleOrbit());
+    this.refreshers.push(() => orbit.setAttribute("aria-pressed", String(this.viewer.lamps.orbiting)));
     const add = el("button", { type: "button", title: "Add a light, four at most" }, "Add light");
-    add.addEventListener("click", () => this.viewer.addLight());
+    add.addEventListener("click", () => this.viewer.lamps.add());
     const remove = el("button", { type: "button", title: "Remove the chosen light" }, "Remove");
-    remove.addEventListener("click", () => this.viewer.removeLight());
+    remove.addEventListener("click", () => this.viewer.lamps.remove());
     const raking = el("button", { type: "button", title: "Two raking lights in two colours" }, "Raking pair");
-    raking.addEventListener("click", () => this.viewer.rakingPair());
+    raking.addEventListener("click", () => this.viewer.lamps.rakingPair());
     const color = el("input", { type: "color", "aria-label": "Colour of the light" });
-    color.addEventListener("input", () => this.viewer.changeLight({ color: color.value }));
+    color.addEventListener("input", () => this.viewer.lamps.change({ color: color.value }));
     this.refreshers.push((state) => {
       remove.disabled = state.lights.length < 2;
       add.disabled = state.lights.length > 3;
-      color.value = this.viewer.light.color;
+      color.value = this.viewer.lamps.light.color;
     });
     row.append(orbit, add, remove, raking, color);
-    const strength = this.range("Strength", 0, 4, 0.05, () => this.viewer.light.strength, (strength) => this.viewer.changeLight({ strength }));
-    const softness = this.range("Softness", 0, MOST_SOFTNESS, 1, () => this.viewer.light.softness, (softness) => this.viewer.changeLight({ softness }));
+    const strength = this.range("Strength", 0, MOST_STRENGTH, 0.05, () => this.viewer.lamps.light.strength, (strength) => this.viewer.lamps.change({ strength }));
+    const softness = this.range("Softness", 0, MOST_SOFTNESS, 1, () => this.viewer.lamps.light.softness, (softness) => this.viewer.lamps.change({ softness }));
     softness.title = "Degrees from the middle of the light to its rim";
     return el("div", {}, row, strength, softness);
   }
@@ -135,7 +146,7 @@ export class Panel {
     for (const source of SOURCES) select.append(el("option", { value: source }, SOURCE_NAMES[source]));
     select.addEventListener("change", () => this.viewer.change({ source: select.value as LightSource }));
     const turn = this.range("Turn", -180, 180, 1, (state) => state.turn, (turn) => this.viewer.change({ turn }, "turn"));
-    const sky = this.range("Strength", 0, 4, 0.05, (state) => state.sky, (sky) => this.viewer.change({ sky }, "sky"));
+    const sky = this.range("Strength", 0, MOST_STRENGTH, 0.05, (state) => state.sky, (sky) => this.viewer.change({ sky }, "sky"));
     const all = el("div", {}, select, turn, sky);
     this.refreshers.push((state) => {
       all.hidden = !this.viewer.hasEnvironment;
@@ -147,10 +158,12 @@ export class Panel {
 
   private white(): HTMLElement {
     const set = ([whiteX, whiteY]: White): void => this.viewer.change({ whiteX, whiteY }, "white");
-    const temperature = this.range("White", ...TEMPERATURES, 50, ({ whiteX, whiteY }) => Math.round(temperatureOf([whiteX, whiteY])), (kelvins) => set(Math.abs(kelvins - NEUTRAL) < 30 ? D65 : whiteOf(kelvins)));
+    const shown = ({ whiteX, whiteY }: ViewState): number => KELVIN_STEP * Math.round(temperatureOf([whiteX, whiteY]) / KELVIN_STEP);
+    const temperature = this.range("White", ...TEMPERATURES, KELVIN_STEP, shown, (kelvins) => set(Math.abs(kelvins - NEUTRAL) < KELVIN_STEP / 2 ? D65 : whiteOf(kelvins)));
     temperature.title = "Colour temperature that is shown as neutral, in kelvins";
     const pick = el("button", { type: "button", title: "Press a place of the picture that is grey" }, "Pick grey");
-    pick.addEventListener("click", () => this.viewer.pickGrey(this.say));
+    pick.addEventListener("click", () => pickGrey(this.viewer, this.say));
+    this.refreshers.push(() => pick.setAttribute("aria-pressed", String(this.viewer.pick !== null)));
     const neutral = el("button", { type: "button" }, "Neutral");
     neutral.addEventListener("click", () => set(D65));
     this.refreshers.push(({ whiteX, whiteY }) => (neutral.disabled = whiteX === D65[0] && whiteY === D65[1]));
@@ -201,6 +214,7 @@ export class Panel {
     const other = el("select", { "aria-label": "Compared with" });
     this.viewer.titles.forEach((title, i) => other.append(el("option", { value: i }, title)));
     other.addEventListener("change", () => this.viewer.change({ other: Number(other.value) }));
+    const match = el("p", { class: "dim" });
     const unlike = el("p", { class: "dim" }, "It has no normals, and is shown as photographed.");
     const border = this.range("Border", 0, 1, 0.01, (state) => state.wipe, (wipe) => this.viewer.change({ wipe }, "wipe"));
     border.title = "Where the second picture begins";
@@ -209,9 +223,10 @@ export class Panel {
       select.value = state.compare;
       other.value = String(state.other);
       other.hidden = state.compare === "single" || state.compare === "plain";
+      match.textContent = matchOf(this.viewer);
       unlike.hidden = other.hidden || this.viewer.modeOf(state.other) === state.mode;
     });
-    return el("div", {}, select, other, border, unlike);
+    return el("div", {}, select, other, border, match, unlike);
   }
 
   /** What endless planes have beside textures. */
@@ -238,4 +253,15 @@ export class Panel {
     this.refreshers.push((state) => (box.checked = state[key]));
     return { label: el("label", { class: "check" }, box, name), name };
   }
+}
+
+/** Moves the choice and the focus by an arrow key, around the ends. */
+function stepRadio(event: KeyboardEvent, group: HTMLElement): void {
+  const step = STEPS[event.key], buttons = [...group.querySelectorAll<HTMLButtonElement>("[role=radio]:not([hidden])")];
+  if (step === undefined || event.shiftKey) return;
+  event.preventDefault();
+  event.stopPropagation();
+  const next = buttons[(buttons.indexOf(event.target as HTMLButtonElement) + step + buttons.length) % buttons.length];
+  next?.click();
+  next?.focus();
 }

@@ -1,4 +1,4 @@
-import { flatScale } from "./stage.js";
+import { flatScale } from "./parts.js";
 import type { Viewer } from "./viewer.js";
 import { type ViewState, copyOf } from "./state.js";
 
@@ -39,24 +39,26 @@ export async function textureSnapshot(viewer: Viewer): Promise<Blob> {
   const { width, height } = texture;
   if (width * height > MOST_PIXELS) throw new Error(`a picture of ${width} x ${height} pixels is larger than browsers take`);
   const context = sheet(width, height);
-  try {
+  await viewer.withFixedSize(async () => {
     for (let top = 0; top < height; top += PART)
       for (let left = 0; left < width; left += PART) {
         const w = Math.min(PART, width - left), h = Math.min(PART, height - top);
         viewer.stage.resize(w, h, 1);
         const state = partOf(viewer.state, (left + w / 2) / width, (top + h / 2) / height, 1 / flatScale({ zoom: 1, repeat: 1 }, texture, w, h));
         await viewer.stage.settle(state);
+        viewer.expectPicture();
         context.drawImage(viewer.canvas, left, top);
       }
-  } finally {
-    viewer.resize();
-  }
+  });
   return pngOf(context.canvas);
 }
 
 /** The view as it is on the screen, with what is painted over it, as a PNG. */
-export async function screenSnapshot({ canvas }: Viewer, paint: (context: CanvasRenderingContext2D, ratio: number) => void): Promise<Blob> {
-  const context = sheet(canvas.width, canvas.height);
+export async function screenSnapshot(viewer: Viewer, paint: (context: CanvasRenderingContext2D, ratio: number) => void): Promise<Blob> {
+  viewer.expectPicture();
+  viewer.sharpen(1);
+  viewer.drawNow();
+  const { canvas } = viewer, context = sheet(canvas.width, canvas.height);
   context.drawImage(canvas, 0, 0);
   paint(context, canvas.width / Math.max(1, canvas.clientWidth));
   return pngOf(context.canvas);

@@ -1,6 +1,5 @@
-import { flatPlaces } from "./places.js";
-import { flatScale } from "./stage.js";
-import { onDisk } from "./state.js";
+import { type FlatPlaces, flatPlaces, pictureAt, placesUnder, texelAt } from "./places.js";
+import { type ViewState, onDisk } from "./state.js";
 import type { Viewer } from "./viewer.js";
 
 /** Pixels around the border of a wipe at which it is taken. */
@@ -28,6 +27,7 @@ export function listen(canvas: HTMLCanvasElement, viewer: Viewer): void {
     if (viewer.pick) {
       const box = canvas.getBoundingClientRect(), ratio = canvas.width / box.width, take = viewer.pick;
       viewer.pick = null;
+      viewer.redraw(false);
       return take(Math.round((event.clientX - box.left) * ratio), Math.round((event.clientY - box.top) * ratio));
     }
     canvas.setPointerCapture(event.pointerId);
@@ -48,7 +48,7 @@ export function listen(canvas: HTMLCanvasElement, viewer: Viewer): void {
     else if (touches.size === 2) pinch(touches, event, canvas, viewer);
     else if (drag === "light") moveLight(event, canvas, viewer);
     else if (drag === "wipe") viewer.change({ wipe: clamp01((event.clientX - canvas.getBoundingClientRect().left) / canvas.clientWidth) }, "wipe");
-    else pan(event.clientX - before.clientX, event.clientY - before.clientY, canvas, viewer);
+    else pan(event.clientX - before.clientX, event.clientY - before.clientY, event, viewer);
     touches.set(event.pointerId, event);
   });
   for (const name of ["pointerup", "pointercancel"] as const) {
@@ -75,7 +75,7 @@ function dragOf(event: PointerEvent, canvas: HTMLCanvasElement, viewer: Viewer):
   if (nearWipe(event, canvas, viewer)) return "wipe";
   const other = event.button !== 0 || event.shiftKey || event.altKey;
   if (other !== viewer.movesView) return "move";
-  return viewer.tool && flatPlaces(viewer) ? "tool" : "light";
+  return viewer.tool && placesUnder(event, viewer) ? "tool" : "light";
 }
 
 function nearWipe(event: PointerEvent, canvas: HTMLCanvasElement, viewer: Viewer): boolean {
@@ -88,38 +88,31 @@ function nearWipe(event: PointerEvent, canvas: HTMLCanvasElement, viewer: Viewer
 function moveLight(event: PointerEvent, canvas: HTMLCanvasElement, viewer: Viewer): void {
   const box = canvas.getBoundingClientRect(), half = Math.min(box.width, box.height) / 2;
   const [u, v] = onDisk((event.clientX - box.left - box.width / 2) / half, (box.top + box.height / 2 - event.clientY) / half);
-  viewer.changeLight({ u, v }, false);
+  viewer.lamps.change({ u, v }, false);
 }
 
-/** Moves the flat texture with the pointer, or turns the object. */
-export function pan(dx: number, dy: number, canvas: HTMLCanvasElement, viewer: Viewer): void {
-  const { state } = viewer, texture = viewer.stage.texture(state.texture);
-  if (state.object === "flat" && texture) {
-    const scale = flatScale(state, texture, viewer.viewWidth(canvas.clientWidth), canvas.clientHeight);
-    viewer.change({ x: state.x - dx / scale / texture.width, y: state.y - dy / scale / texture.height }, "move");
-    return;
-  }
+/** Moves the flat texture at a place of the screen with the pointer, or turns the object. */
+export function pan(dx: number, dy: number, at: { clientX: number }, viewer: Viewer): void {
+  const { state } = viewer, places = placesUnder(at, viewer);
+  if (places) return viewer.change(moved(state, [-dx / places.scale, -dy / places.scale], places), "move");
   const elevation = Math.min(90, Math.max(-90, state.elevation + dy * 0.4));
   viewer.change({ azimuth: state.azimuth - dx * 0.4, elevation }, "move");
 }
 
 /** Magnifies about a place of the screen. */
 export function magnify(factor: number, at: { clientX: number; clientY: number }, canvas: HTMLCanvasElement, viewer: Viewer): void {
-  const { state } = viewer, texture = viewer.stage.texture(state.texture);
-  if (state.object !== "flat" || !texture) {
-    viewer.change({ near: Math.min(50, Math.max(0.05, state.near * factor)) }, "zoom");
-    return;
-  }
-  const box = canvas.getBoundingClientRect(), width = viewer.viewWidth(box.width);
+  const { state } = viewer, places = flatPlaces(viewer);
+  const picture = pictureAt(places, at.clientX - canvas.getBoundingClientRect().left), before = places[picture];
+  if (!before) return viewer.change({ near: Math.min(50, Math.max(0.05, state.near * factor)) }, "zoom");
   const zoom = Math.min(4096, Math.max(0.02, state.zoom * factor));
-  const inView = (at.clientX - box.left) % width;
-  const before = flatScale(state, texture, width, box.height), after = (before * zoom) / state.zoom;
-  const shift = (place: number, size: number): number => (place * (1 / before - 1 / after)) / size;
-  viewer.change({
-    zoom,
-    x: state.x + shift(inView - width / 2, texture.width),
-    y: state.y + shift(at.clientY - box.top - box.height / 2, texture.height),
-  }, "zoom");
+  const after = flatPlaces(viewer, { ...state, zoom })[picture] ?? before;
+  const [x, y] = texelAt(at, canvas, before), [toX, toY] = texelAt(at, canvas, after);
+  viewer.change({ zoom, ...moved(state, [x - toX, y - toY], before) }, "zoom");
+}
+
+/** The middle of the view once that of a picture has moved by so many texels. */
+function moved({ x, y }: ViewState, texels: [number, number], { size, pace }: FlatPlaces): Pick<ViewState, "x" | "y"> {
+  return { x: x + texels[0] / size[0] / pace[0], y: y + texels[1] / size[1] / pace[1] };
 }
 
 /** Two fingers: their middle moves the view, their distance magnifies it. */
@@ -129,7 +122,7 @@ function pinch(touches: Map<number, PointerEvent>, event: PointerEvent, canvas: 
   if (!other || !before) return;
   const distance = (touch: PointerEvent): number => Math.hypot(touch.clientX - other.clientX, touch.clientY - other.clientY);
   const middle = { clientX: (event.clientX + other.clientX) / 2, clientY: (event.clientY + other.clientY) / 2 };
-  pan((event.clientX - before.clientX) / 2, (event.clientY - before.clientY) / 2, canvas, viewer);
+  pan((event.clientX - before.clientX) / 2, (event.clientY - before.clientY) / 2, middle, viewer);
   if (distance(before) > 1) magnify(distance(event) / distance(before), middle, canvas, viewer);
 }
 

@@ -50,7 +50,7 @@ export class Recorder {
   private readonly form: { path: HTMLSelectElement; format: HTMLSelectElement; count: HTMLInputElement; rate: HTMLInputElement };
   private readonly record = el("button", { type: "button" }, "Record a drag");
 
-  constructor(private readonly viewer: Viewer, private readonly title: string, private readonly say: (sentence: string) => void, private readonly shown: (recording: boolean) => void) {
+  constructor(private readonly viewer: Viewer, private readonly say: (sentence: string) => void, private readonly shown: (recording: boolean) => void) {
     const path = el("select", { "aria-label": "Path of the light" }, el("option", { value: "orbit" }, "Once around"), el("option", { value: "drag", disabled: true }, "As recorded"));
     const format = el("select", { "aria-label": "Kind of file" });
     for (const [value, name] of Object.entries(FORMATS)) {
@@ -95,13 +95,12 @@ export class Recorder {
   }
 
   private async make(): Promise<void> {
-    this.viewer.sharpen(1);
-    const { viewer, form } = this, count = Number(form.count.value), rate = Number(form.rate.value);
-    const frames = form.path.value === "drag" ? pathOf(this.path, count) : orbitOf(viewer.state.lights, viewer.chosen, count);
+    const { viewer, form } = this, name = fileName(viewer.shownTitle), count = Number(form.count.value), rate = Number(form.rate.value);
+    const frames = form.path.value === "drag" ? pathOf(this.path, count) : orbitOf(viewer.state.lights, viewer.lamps.chosen, count);
     const format = form.format.value as Format, kept = viewer.state.lights;
     try {
-      const blob = await MAKERS[format](viewer, frames, rate, (i) => this.say(`Picture ${i + 1} of ${frames.length}`));
-      download(`${fileName(this.title)}.${format}`, blob);
+      const blob = await viewer.withFixedSize(() => MAKERS[format](viewer, frames, rate, (i) => this.say(`Picture ${i + 1} of ${frames.length}`)));
+      download(`${name}.${format}`, blob);
       this.say("Film saved");
     } finally {
       viewer.state.lights = kept;
@@ -137,6 +136,7 @@ const MAKERS: Record<Format, Maker> = {
 async function each(viewer: Viewer, frames: DiskLight[][], progress: (i: number) => void, take: (i: number) => void | Promise<void>): Promise<void> {
   for (const [i, lights] of frames.entries()) {
     viewer.state.lights = lights;
+    viewer.expectPicture();
     viewer.drawNow();
     await take(i);
     progress(i);

@@ -1,4 +1,4 @@
-import { sentenceOf } from "relume-three";
+import { UnansweredError, sentenceOf } from "relume-three";
 import { type Annotation, MOST_BYTES, type NoteChange, annotationFile, areSame, changedNotes, checkedNotes, mergedNotes, parseAnnotations } from "./annotations.js";
 import { besidePage } from "./page.js";
 
@@ -6,12 +6,16 @@ import { besidePage } from "./page.js";
 const NO_FILE = '"none"';
 /** How often a file may change while it is being written, before that is an error. */
 const MOST_TRIES = 20;
+/** What is left to do where nothing can be saved any more. */
+const REOPEN = "Download them, open the page that it printed, and load them there.";
 
 /** The annotations of a texture, and the file in which the server keeps them, which others may change as well. */
 export class NoteSheet {
   notes: Annotation[] = [];
-  /** Why they could not be saved; null if nothing went wrong. */
+  /** Why they could not be saved, in sentences; null if nothing went wrong. */
   failure: string | null = null;
+  /** Whether the server of this page has made way for another: nothing can be saved any more. */
+  isCutOff = false;
   /** What the file holds, as far as this page knows, and the server's tag of it. */
   private known: Annotation[] = [];
   private tag: string | null = null;
@@ -19,6 +23,11 @@ export class NoteSheet {
 
   /** `place` is null where the page writes none. */
   constructor(private readonly place: string | null, private readonly changed: () => void, private readonly say: (sentence: string) => void) {}
+
+  /** Whether the server keeps them in a file. */
+  get isFiled(): boolean {
+    return this.place !== null;
+  }
 
   /** Takes annotations that came with the page, beside those written since it opened. */
   begin(notes: Annotation[]): void {
@@ -40,7 +49,7 @@ export class NoteSheet {
   async load(): Promise<void> {
     if (this.place === null) return;
     const response = await answerTo(this.place);
-    if (!response.ok) throw new Error(await sentenceOf(response));
+    if (!response.ok) throw await this.errorOf(response);
     const tag = response.headers.get("ETag");
     if (tag === this.tag) return;
     const theirs = parseAnnotations(await response.json());
@@ -75,7 +84,7 @@ export class NoteSheet {
       this.say(isAlone ? "Annotations saved beside the texture" : "Annotations saved, with those that were written elsewhere meanwhile");
     } catch (error) {
       const before = this.failure;
-      this.failure = `The annotations are not saved: ${(error as Error).message}`;
+      this.failure = `The annotations are not saved: ${(error as Error).message}. ${this.isCutOff ? REOPEN : "The page tries again."}`;
       if (this.failure !== before) this.say(this.failure);
     }
     this.isSaving = false;
@@ -84,8 +93,10 @@ export class NoteSheet {
 
   /** Whether nobody else had changed the file. */
   private async write(place: string): Promise<boolean> {
-    if (this.tag === null) await this.load();
-    let isAlone = true;
+    const before = this.tag;
+    // What others wrote before is no conflict, but part of what is written now.
+    await this.load();
+    let isAlone = before === null || this.tag === before;
     for (let tries = 0; this.isUnsaved; tries++) {
       const sent = this.notes;
       const headers = { "Content-Type": "application/json", "If-Match": this.tag ?? NO_FILE };
@@ -94,11 +105,18 @@ export class NoteSheet {
         [this.known, this.tag] = [sent, response.headers.get("ETag")];
         continue;
       }
-      if (response.status !== 412 || tries === MOST_TRIES) throw new Error(await sentenceOf(response));
+      if (response.status !== 412 || tries === MOST_TRIES) throw await this.errorOf(response);
       isAlone = false;
       await this.load();
     }
     return isAlone;
+  }
+
+  /** What an answer says that is none; a server that does not know the file is another one. */
+  private async errorOf(response: Response): Promise<Error> {
+    if (![404, 405].includes(response.status)) return new Error(await sentenceOf(response));
+    this.isCutOff = true;
+    return new Error("another relume view runs at this address now");
   }
 }
 
@@ -106,6 +124,6 @@ async function answerTo(place: string, request: RequestInit = {}): Promise<Respo
   try {
     return await fetch(besidePage(place), request);
   } catch {
-    throw new Error("relume view does not answer, or has ended");
+    throw new UnansweredError("relume view does not answer, or has ended");
   }
 }

@@ -2,14 +2,13 @@ import { type BufferGeometry, Color, DoubleSide, FrontSide, Mesh, OrthographicCa
 import { type FieldData, type Mode, NoiseBlocks, ReflectanceMaterial, ReflectanceTexture, TilePlane } from "relume-three";
 import { balanceFor } from "./balance.js";
 import { DEFAULT_TILING, boundingSphere, geometryOf } from "./objects.js";
+import { type Part, flatScale, shownParts } from "./parts.js";
 import { TileCache } from "./tiles.js";
 import { type DiskLight, type ObjectName, type ViewState, onDisk } from "./state.js";
 
 /** Screen pixels of a texel from which on texels are shown as squares. */
 const CRISP_PIXELS = 4;
 const FIELD_OF_VIEW = 30;
-/** Screen pixels across a strip that would be narrower as a whole: its middle is shown. */
-const LEAST_STRIP = 8;
 /** Ways that show nothing of textures without normals, such as noise. */
 export const NEED_NORMALS: readonly Mode[] = ["diffuse-gain", "specular", "unsharp-normals", "normals", "albedo", "height", "slope", "shading"];
 
@@ -39,12 +38,6 @@ export interface StagedTexture {
   data: FieldData;
   endless: ReflectanceTexture["endless"];
   maps: ReflectanceTexture["maps"];
-}
-
-/** A part of the canvas, in pixels from the lower left. */
-interface Part {
-  x: number;
-  width: number;
 }
 
 /** Draws textures by the state. */
@@ -97,6 +90,16 @@ export class Stage {
     return this.placed.reduce((sum, placed) => sum + ((placed?.plane ?? placed)?.texture.endless?.waiting ?? 0), 0);
   }
 
+  /** Whether there is nothing to draw with for now. */
+  get isLost(): boolean {
+    return this.renderer.getContext().isContextLost();
+  }
+
+  /** What was drawn for endless planes is gone: it is made again where it is seen. */
+  forget(): void {
+    for (const placed of this.placed) for (const one of [placed, placed?.plane]) one?.texture.endless?.window.forget();
+  }
+
   texture(index: number): StagedTexture | null {
     const placed = this.placed[index];
     return placed ? wholeOf(placed) : null;
@@ -140,16 +143,7 @@ export class Stage {
     this.renderer.setScissorTest(false);
     this.renderer.setViewport(0, 0, size.x, size.y);
     this.renderer.clear();
-    const whole = { x: 0, width: size.x }, cut = Math.round(state.wipe * size.x);
-    const two = state.compare === "plain" ? { ...state, mode: "plain" as const } : { ...state, texture: state.other };
-    if (state.compare === "single") return this.drawPart(state, whole, whole, size.y);
-    if (state.compare === "side") {
-      const half = Math.floor(size.x / 2), left = { x: 0, width: half }, right = { x: half, width: size.x - half };
-      this.drawPart(state, left, left, size.y);
-      return this.drawPart(two, right, right, size.y);
-    }
-    this.drawPart(state, whole, { x: 0, width: cut }, size.y);
-    this.drawPart(two, whole, { x: cut, width: size.x - cut }, size.y);
+    for (const { state: part, view, seen } of shownParts(state, (index) => this.texture(index), size.x, size.y)) this.drawPart(part, view, seen, size.y);
   }
 
   /** Draws into a part of the canvas what a view of another part shows there. */
@@ -303,15 +297,6 @@ function applyState(state: ViewState, material: ReflectanceMaterial): void {
 /** The lamps that light the texture, those of the state as well where the texture knows no light from all around. */
 function lampsOf({ source, lights }: ViewState, { knowsEnvironment }: ReflectanceMaterial): DiskLight[] {
   return source === "environment" && knowsEnvironment ? [] : lights;
-}
-
-/** CSS pixels of a texel in the flat view; of an endless plane no more is shown than there is room for, and of a strip no less than can be seen. */
-export function flatScale(state: Pick<ViewState, "zoom" | "repeat">, texture: Pick<StagedTexture, "width" | "height" | "endless">, width: number, height: number): number {
-  const [across, down] = [width / texture.width, height / texture.height], seen = LEAST_STRIP / Math.min(texture.width, texture.height);
-  const whole = Math.max(Math.min(across, down), Math.min(across, seen), Math.min(down, seen));
-  const scale = (state.zoom / Math.max(1, state.repeat)) * whole;
-  const reach = texture.endless?.reach;
-  return reach ? Math.max(scale, width / reach[0], height / reach[1]) : scale;
 }
 
 /** Repetitions of a texture on an object: of an endless plane no more than there is room for. */

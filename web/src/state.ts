@@ -23,6 +23,8 @@ export interface DiskLight {
 }
 
 export const MOST_SOFTNESS = 45;
+/** The greatest strength of a lamp, and of the environment. */
+export const MOST_STRENGTH = 8;
 
 /** Everything that decides what is seen; it is what the address holds and what undo goes back to. */
 export interface ViewState {
@@ -71,7 +73,7 @@ export const FIRST: ViewState = {
 const NUMBERS: [keyof ViewState & string, number, number][] = [
   ["texture", 0, 15], ["other", 0, 15], ["gain", 0, 20], ["exposure", -8, 8], ["gloss", 0, 1], ["roughness", 0.05, 1],
   ["repeat", 0.1, 64], ["x", -1e9, 1e9], ["y", -1e9, 1e9], ["zoom", 0.02, 4096], ["azimuth", -1e6, 1e6],
-  ["elevation", -90, 90], ["near", 0.05, 50], ["wipe", 0, 1], ["turn", -360, 360], ["sky", 0, 16], ["whiteX", 0.1, 0.7],
+  ["elevation", -90, 90], ["near", 0.05, 50], ["wipe", 0, 1], ["turn", -360, 360], ["sky", 0, MOST_STRENGTH], ["whiteX", 0.1, 0.7],
   ["whiteY", 0.05, 0.7],
 ];
 
@@ -100,7 +102,7 @@ function short(value: number, digits = 6): string {
 /** The view of an address; whatever it has that is no view is left out. */
 export function fromHash(hash: string, textures: number): ViewState {
   const state = copyOf(FIRST);
-  const words = new Map(hash.replace(/^#/, "").split("&").map((word) => [word.split("=")[0] ?? "", word.split("=").slice(1).join("=")]));
+  const words = new Map(decoded(hash.replace(/^#/, "")).split("&").map((word) => [word.split("=")[0] ?? "", word.split("=").slice(1).join("=")]));
   for (const [name, least, most] of NUMBERS) {
     const value = Number.parseFloat(words.get(name) ?? "");
     if (Number.isFinite(value)) Object.assign(state, { [name]: Math.min(most, Math.max(least, value)) });
@@ -118,6 +120,15 @@ export function fromHash(hash: string, textures: number): ViewState {
   return state;
 }
 
+/** As it was before programs on its way wrote its signs as numbers. */
+function decoded(text: string): string {
+  try {
+    return decodeURIComponent(text);
+  } catch {
+    return text;
+  }
+}
+
 function lightOf(text: string): DiskLight | null {
   const [u, v, color, strength, softness] = text.split(",");
   const [x, y] = onDisk(Number(u), Number(v));
@@ -126,7 +137,7 @@ function lightOf(text: string): DiskLight | null {
     const value = Number(text);
     return Number.isFinite(value) ? Math.min(most, Math.max(0, value)) : usual;
   };
-  return { u: x, v: y, color: `#${color}`, strength: within(strength, 8, 1), softness: within(softness, MOST_SOFTNESS, 0) };
+  return { u: x, v: y, color: `#${color}`, strength: within(strength, MOST_STRENGTH, 1), softness: within(softness, MOST_SOFTNESS, 0) };
 }
 
 /** The nearest place for a light: a little inside the rim, which is the horizon. */

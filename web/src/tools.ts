@@ -1,4 +1,5 @@
 import { download, el, fileName, iconButton } from "./dom.js";
+import type { Bookmarks } from "./bookmarks.js";
 import { Recorder } from "./record.js";
 import { screenSnapshot, textureSnapshot } from "./pixels.js";
 import type { Ruler } from "./ruler.js";
@@ -8,26 +9,16 @@ import type { Viewer } from "./viewer.js";
 /** Milliseconds in which a letter of a sentence is read. */
 const READING = 50;
 
-interface Bookmark {
-  name: string;
-  hash: string;
-}
-
 /** The buttons over the picture, and what they open. */
 export class Toolbar {
   readonly element: HTMLElement;
   private readonly said: HTMLElement;
-  private readonly bookmarks: HTMLDialogElement;
-  private readonly list = el("ul");
   private readonly help: HTMLDialogElement;
-  private readonly key: string;
   private readonly controls: HTMLElement;
   private sayTimer = 0;
 
-  constructor(private readonly viewer: Viewer, title: string, private readonly panel: HTMLElement, private readonly ruler: Ruler) {
-    this.key = `relume-bookmarks:${title}`;
+  constructor(private readonly viewer: Viewer, private readonly panel: HTMLElement, private readonly ruler: Ruler, bookmarks: Bookmarks) {
     this.said = el("div", { class: "said", role: "status", "aria-live": "polite" });
-    this.bookmarks = this.bookmarkDialog();
     this.help = helpDialog();
     const hand = iconButton("Drag moves the view", "M9 11V5a1.5 1.5 0 013 0v5m0 0V4a1.5 1.5 0 013 0v6m0 0V6a1.5 1.5 0 013 0v9a6 6 0 01-6 6h-1c-2 0-3-1-4-3l-3-5a1.4 1.4 0 012-2l2 2", () => {
       viewer.movesView = !viewer.movesView;
@@ -39,7 +30,7 @@ export class Toolbar {
     this.controls.classList.add("controls");
     const film = iconButton("Record the light", "M3 6h12v12H3zM15 11l6-3v8l-6-3", () => recorder.press());
     film.setAttribute("aria-pressed", "false");
-    const recorder = new Recorder(viewer, title, (sentence) => this.say(sentence), (recording) => film.setAttribute("aria-pressed", String(recording)));
+    const recorder = new Recorder(viewer, (sentence) => this.say(sentence), (recording) => film.setAttribute("aria-pressed", String(recording)));
     this.element = el("nav", { class: "toolbar", "aria-label": "Tools" });
     this.element.append(
       hand,
@@ -47,16 +38,16 @@ export class Toolbar {
       iconButton("Undo", "M9 7L4 12l5 5M4 12h10a6 6 0 016 6", () => viewer.undo()),
       iconButton("Redo", "M15 7l5 5-5 5M20 12H10a6 6 0 00-6 6", () => viewer.redo()),
       measure,
-      iconButton("Save a picture", "M4 8h3l2-3h6l2 3h3v11H4zM12 17a4 4 0 100-8 4 4 0 000 8", () => void this.snapshot(title)),
-      iconButton("Save the whole texture", "M4 4h16v16H4zM12 7v8M8.5 12l3.5 3.5 3.5-3.5M8 18h8", () => void this.snapshot(title, true)),
+      iconButton("Save a picture", "M4 8h3l2-3h6l2 3h3v11H4zM12 17a4 4 0 100-8 4 4 0 000 8", () => void this.snapshot()),
+      iconButton("Save the whole texture", "M4 4h16v16H4zM12 7v8M8.5 12l3.5 3.5 3.5-3.5M8 18h8", () => void this.snapshot(true)),
       film,
-      iconButton("Bookmarks", "M7 4h10v16l-5-4-5 4z", () => this.openBookmarks()),
+      iconButton("Bookmarks", "M7 4h10v16l-5-4-5 4z", () => bookmarks.open()),
       iconButton("Copy the address of this view", "M10 14a4 4 0 006 0l3-3a4 4 0 00-6-6l-1 1M14 10a4 4 0 00-6 0l-3 3a4 4 0 006 6l1-1", () => void this.copyAddress()),
       iconButton("Full screen", "M8 3H3v5M16 3h5v5M8 21H3v-5M16 21h5v-5", () => void toggleFullScreen()),
       iconButton("Help", "M9 9a3 3 0 116 0c0 2-3 2-3 5M12 18v.5", () => this.help.showModal()),
       this.controls,
     );
-    document.body.append(this.said, this.bookmarks, this.help);
+    document.body.append(this.said, bookmarks.dialog, this.help);
     viewer.onChange(() => {
       hand.setAttribute("aria-pressed", String(viewer.movesView));
       measure.setAttribute("aria-pressed", String(viewer.isOn(ruler)));
@@ -78,12 +69,12 @@ export class Toolbar {
   }
 
   /** Saves the picture as it is on the screen, with lines and scale bar while the ruler is on, or the whole flat texture with a pixel for each texel. */
-  async snapshot(title: string, whole = false): Promise<void> {
+  async snapshot(whole = false): Promise<void> {
+    const { viewer } = this, { texture } = viewer.state;
+    const name = whole ? `${fileName(viewer.titles[texture] ?? "")}-texture` : fileName(viewer.shownTitle);
     try {
-      this.viewer.sharpen(1);
-      this.viewer.drawNow();
-      const blob = await (whole ? textureSnapshot(this.viewer) : screenSnapshot(this.viewer, (context, ratio) => this.ruler.paint(context, ratio)));
-      download(`${fileName(title)}${whole ? "-texture" : ""}.png`, blob);
+      const blob = await (whole ? textureSnapshot(viewer) : screenSnapshot(viewer, (context, ratio) => this.ruler.paint(context, ratio)));
+      download(`${name}.png`, blob);
       this.say("Picture saved");
     } catch (error) {
       this.say(`No picture: ${(error as Error).message}`);
@@ -99,60 +90,6 @@ export class Toolbar {
       this.say("The address of this view is in the address bar");
     }
   }
-
-  openBookmarks(): void {
-    this.listBookmarks();
-    this.bookmarks.showModal();
-  }
-
-  private bookmarkDialog(): HTMLDialogElement {
-    const name = el("input", { type: "text", "aria-label": "Name of the bookmark", placeholder: "Name", maxlength: 80 });
-    const form = el("form", { method: "dialog" }, name, el("button", { type: "submit" }, "Keep this view"));
-    form.addEventListener("submit", (event) => {
-      event.preventDefault();
-      const kept = this.kept();
-      kept.push({ name: name.value || `View ${kept.length + 1}`, hash: toHash(this.viewer.state) });
-      this.keep(kept);
-      name.value = "";
-    });
-    const close = el("button", { type: "button" }, "Close");
-    const dialog = el("dialog", { "aria-label": "Bookmarks" }, el("h2", {}, "Bookmarks"), this.list, form, close);
-    close.addEventListener("click", () => dialog.close());
-    return dialog;
-  }
-
-  private listBookmarks(): void {
-    const kept = this.kept();
-    this.list.replaceChildren(
-      ...kept.map(({ name, hash }, i) => {
-        const go = el("button", { type: "button", class: "link" }, name);
-        go.addEventListener("click", () => {
-          this.bookmarks.close();
-          this.viewer.show(hash);
-        });
-        const remove = iconButton(`Remove ${name}`, "M6 6l12 12M18 6L6 18", () => this.keep(kept.filter((_, k) => k !== i)));
-        return el("li", {}, go, remove);
-      }),
-    );
-  }
-
-  private kept(): Bookmark[] {
-    try {
-      const kept = JSON.parse(localStorage.getItem(this.key) ?? "[]") as unknown;
-      return Array.isArray(kept) ? kept.filter((b): b is Bookmark => typeof b?.name === "string" && typeof b?.hash === "string") : [];
-    } catch {
-      return [];
-    }
-  }
-
-  private keep(bookmarks: Bookmark[]): void {
-    try {
-      localStorage.setItem(this.key, JSON.stringify(bookmarks));
-    } catch {
-      this.say("The browser keeps nothing for this page");
-    }
-    this.listBookmarks();
-  }
 }
 
 function helpDialog(): HTMLDialogElement {
@@ -164,13 +101,13 @@ function helpDialog(): HTMLDialogElement {
     ["1 to 5", "flat, plane, sphere, torus, cloth"],
     ["M", "next way of showing"],
     ["O", "the light goes round"],
-    ["R", "ruler; off again, its lines go"],
+    ["R", "ruler, on the flat texture; off again, its lines go and the object comes back"],
     ["S", "saves a picture, with lines and scale bar while the ruler is on"],
     ["N", "writes an annotation on the middle of the view"],
     ["B", "bookmarks"],
     ["0 or double click", "the whole texture"],
     ["Ctrl-Z, Ctrl-Y", "undo, redo, also of lines and annotations"],
-    ["Esc", "ends drawing of lines and annotations"],
+    ["Esc", "ends drawing of lines and annotations, and the choice of a grey"],
     ["H", "hides the controls"],
   ];
   // Above the list: what has the focus is in sight, and so is the beginning.

@@ -1,11 +1,10 @@
 import { MODES, type Mode, TiledShare, openShare } from "relume-three";
 import type { BufferGeometry } from "three";
-import { D65, chromaticityOf } from "./balance.js";
-import { linearColorAt } from "./pixels.js";
 import { type Change, History } from "./history.js";
 import type { DrawingTool } from "./pointer.js";
+import { Lamps } from "./lamps.js";
 import { Stage, knowsMode } from "./stage.js";
-import { type DiskLight, FIRST, type ViewState, copyOf, fromHash, onDisk, toHash } from "./state.js";
+import { FIRST, type ViewState, copyOf, fromHash, toHash } from "./state.js";
 import { type PageTexture, sourceOf } from "./page.js";
 import { TileCache } from "./tiles.js";
 
@@ -13,7 +12,6 @@ import { TileCache } from "./tiles.js";
 const GESTURE = 700;
 /** The state goes to the address this long after it changed, in milliseconds. */
 const ADDRESS_DELAY = 250;
-const ORBIT_SECONDS = 8;
 /** Pictures that follow each other closer than this show a movement, in milliseconds. */
 const MOVING = 600;
 /** A picture that takes longer is slow. */
@@ -30,15 +28,14 @@ const USUAL_AMOUNTS: Partial<Record<Mode, number>> = {
 /** What is seen, and every way to change it. */
 export class Viewer {
   readonly stage: Stage;
+  readonly lamps = new Lamps(this);
   readonly titles: string[];
   state: ViewState;
-  /** The light that controls change. */
-  chosen = 0;
-  orbiting = false;
   /** Whether dragging moves the view instead of the light. */
   movesView = false;
   /** Takes the next place of the picture that is pressed, in pixels of the canvas. */
   pick: ((x: number, y: number) => void) | null = null;
+  private isFixed = false;
   private readonly history = new History();
   private readonly listeners: (() => void)[] = [];
   private gesture = { kind: "", time: 0 };
@@ -59,11 +56,13 @@ export class Viewer {
   constructor(readonly canvas: HTMLCanvasElement, textures: PageTexture[]) {
     const parameters = new URLSearchParams(location.search);
     this.isExact = parameters.has("exact");
+    document.documentElement.classList.toggle("exact", this.isExact);
     this.stage = new Stage(canvas, this.isExact, () => this.redraw(false));
     this.titles = textures.map((texture) => texture.title);
     this.state = fromHash(location.hash, textures.length);
     // The address asked for: by the time of the event, the page may have written its own state again.
     addEventListener("hashchange", (event) => this.readAddress(new URL(event.newURL).hash));
+    for (const event of ["webglcontextlost", "webglcontextrestored"]) canvas.addEventListener(event, () => this.drawAgain());
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement ?? canvas);
     this.resize();
   }
@@ -99,8 +98,10 @@ export class Viewer {
     this.listeners.push(listener);
   }
 
-  get light(): DiskLight {
-    return this.state.lights[Math.min(this.chosen, this.state.lights.length - 1)] ?? { ...(FIRST.lights[0] as DiskLight) };
+  /** The titles of what is shown: both where two textures are compared. */
+  get shownTitle(): string {
+    const { texture, other, compare } = this.state, isBeside = ["side", "wipe"].includes(compare) && other !== texture;
+    return (isBeside ? [texture, other] : [texture]).map((index) => this.titles[index] ?? "").join(" and ");
   }
 
   /** What covers an endless plane, if the texture is one. */
@@ -169,18 +170,34 @@ export class Viewer {
     return this.stage.texture(this.state.texture)?.data.environment != null;
   }
 
-  /** The next place pressed is shown as neutral. */
-  pickGrey(say: (sentence: string) => void): void {
-    this.pick = (x, y) => {
-      const { whiteX, whiteY } = this.state;
-      Object.assign(this.state, { whiteX: D65[0], whiteY: D65[1] });
-      this.drawNow();
-      const white = chromaticityOf(linearColorAt(this.canvas, x, y));
-      Object.assign(this.state, { whiteX, whiteY });
-      if (!white) return say("That place is too dark to tell its colour");
-      this.change({ whiteX: white[0], whiteY: white[1] });
-    };
-    say("Press a place of the picture that is grey");
+  /** Whether the graphics card has taken the picture away. */
+  get isLost(): boolean {
+    return this.stage.isLost;
+  }
+
+  /** Before something is made of the picture. */
+  expectPicture(): void {
+    if (this.isLost) throw new Error("the graphics card has taken the picture away, and the browser has not given it back yet");
+  }
+
+  /** Makes something of pictures of one size, whatever becomes of the window. */
+  async withFixedSize<T>(make: () => Promise<T>): Promise<T> {
+    if (this.isFixed) throw new Error("another film or picture is being made");
+    this.expectPicture();
+    this.sharpen(1);
+    this.isFixed = true;
+    try {
+      return await make();
+    } finally {
+      this.isFixed = false;
+      this.resize();
+    }
+  }
+
+  /** After the graphics card has taken the picture away, or given it back. */
+  private drawAgain(): void {
+    if (!this.isLost) this.stage.forget();
+    this.redraw(false);
   }
 
   /** The name of the user's own object, if there is one. */
@@ -212,53 +229,6 @@ export class Viewer {
     this.redraw();
   }
 
-  changeLight(patch: Partial<DiskLight>, keep = true): void {
-    const chosen = Math.min(this.chosen, this.state.lights.length - 1);
-    const lights = this.state.lights.map((light, i) => (i === chosen ? { ...light, ...patch } : light));
-    if (keep) return this.change({ lights }, "light");
-    this.state.lights = lights;
-    this.redraw();
-  }
-
-  addLight(): void {
-    if (this.state.lights.length > 3) return;
-    const [u, v] = freePlace(this.state.lights, this.light);
-    this.chosen = this.state.lights.length;
-    this.change({ lights: [...this.state.lights, { u, v, color: "#ffffff", strength: 0.6, softness: 0 }] });
-  }
-
-  removeLight(): void {
-    if (this.state.lights.length < 2) return;
-    this.change({ lights: this.state.lights.filter((_, i) => i !== this.chosen) });
-    this.chosen = 0;
-  }
-
-  /** Warm and cool light from opposite sides, twenty degrees high: shows relief without regard to colour. */
-  rakingPair(): void {
-    const u = Math.cos((20 * Math.PI) / 180);
-    const one = (u: number, color: string): DiskLight => ({ u, v: 0, color, strength: 1, softness: 0 });
-    this.chosen = 0;
-    this.change({ lights: [one(-u, "#ffb37a"), one(u, "#7ab3ff")] });
-  }
-
-  /** The light goes around as it is, once in eight seconds. */
-  toggleOrbit(): void {
-    this.orbiting = !this.orbiting;
-    this.redraw();
-    if (!this.orbiting) return;
-    let before = performance.now();
-    const step = (now: number): void => {
-      if (!this.orbiting) return;
-      const angle = ((now - before) / 1000 / ORBIT_SECONDS) * 2 * Math.PI, { u, v } = this.light;
-      before = now;
-      const [cos, sin] = [Math.cos(angle), Math.sin(angle)];
-      const still = Math.hypot(u, v) < 0.05;
-      this.changeLight(still ? { u: 0.6, v: 0 } : { u: u * cos + v * sin, v: v * cos - u * sin }, false);
-      requestAnimationFrame(step);
-    };
-    requestAnimationFrame(step);
-  }
-
   fit(): void {
     const { x, y, zoom, azimuth, elevation, near } = FIRST;
     this.change({ x, y, zoom, azimuth, elevation, near });
@@ -282,17 +252,6 @@ export class Viewer {
     this.history.keep(this.state);
     const state = fromHash(hash, this.titles.length);
     this.restore(texture === undefined ? state : { ...state, texture });
-  }
-
-  /** Moves the light by an arrow key. */
-  moveByKey(event: KeyboardEvent): void {
-    const step = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
-    if (!step || event.shiftKey) return;
-    event.preventDefault();
-    event.stopPropagation();
-    const { u, v } = this.light, [du = 0, dv = 0] = step;
-    const [x, y] = onDisk(u + 0.05 * du, v + 0.05 * dv);
-    this.changeLight({ u: x, v: y });
   }
 
   /** Another way of showing, with its usual amount. */
@@ -344,6 +303,7 @@ export class Viewer {
   }
 
   drawNow(): void {
+    if (this.isLost) return;
     const background = getComputedStyle(document.documentElement).getPropertyValue("--ground").trim() || "#101010";
     this.stage.draw(this.state, background);
     document.documentElement.dataset["waiting"] = String(this.stage.waiting);
@@ -353,13 +313,14 @@ export class Viewer {
 
   private restore(state: ViewState | null): void {
     if (!state) return;
+    this.lamps.orbiting = false;
     this.state = copyOf(state);
     this.redraw();
   }
 
   resize(): void {
     const box = this.canvas.parentElement?.getBoundingClientRect();
-    if (!box) return;
+    if (!box || this.isFixed) return;
     this.stage.resize(Math.max(1, box.width), Math.max(1, box.height), Math.min(devicePixelRatio, 2) * this.share);
     document.documentElement.dataset["coarse"] = String(this.share < 1);
     this.redraw(false);
@@ -380,16 +341,4 @@ function levelsUpTo(smallest: number, whole: number): number[] {
   const levels: number[] = [];
   for (let level = smallest; level > whole; level -= 2) levels.push(level);
   return [...levels, whole];
-}
-
-/** A place for another light: as high as the one chosen, and as far as can be from all there are. */
-export function freePlace(lights: DiskLight[], { u, v }: DiskLight): [number, number] {
-  const radius = Math.max(0.3, Math.hypot(u, v)), first = Math.atan2(v, u) + Math.PI;
-  const places = [0, 4, 2, 6, 1, 7, 3, 5].map((eighth): [number, number] => {
-    const angle = first + (eighth * Math.PI) / 4;
-    return [radius * Math.cos(angle), radius * Math.sin(angle)];
-  });
-  const room = ([x, y]: [number, number]): number => Math.min(...lights.map((light) => Math.hypot(light.u - x, light.v - y)));
-  // A little more room is no reason for another place: the first ones are spread best.
-  return places.reduce((best, place) => (room(place) > room(best) + 1e-6 ? place : best));
 }

@@ -328,6 +328,8 @@ test("a picture saved while the ruler is on has its lines and the scale bar", as
 test("the text of an annotation is shown under the pointer", async () => {
   const page = await opener.open(server.url);
   await write(page, "under the pointer");
+  // Marks are drawn again once the annotation is saved.
+  await expect.poll(() => textOf(page, ".said")).toBe("Annotations saved beside the texture");
   const box = await page.locator(".overlay circle").boundingBox();
   if (!box) throw new Error("no mark");
   // Browsers tell of movements with the next frame.

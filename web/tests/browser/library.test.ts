@@ -169,7 +169,7 @@ test("an address from a page with light from all around shows lamps in one witho
   await fresh.reload();
   await fresh.waitForFunction(() => document.documentElement.dataset["ready"] === "1");
   await fresh.waitForTimeout(1500);
-  const said = (await fresh.locator("[data-errors]").textContent()) ?? "";
+  const said = (await fresh.locator(".notice").textContent()) ?? "";
   expect(said).toContain("lrgb");
   expect(said).not.toContain("%");
   await fresh.close();

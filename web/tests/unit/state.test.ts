@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
 import { History } from "../../src/history.js";
-import { FIRST, copyOf, fromHash, onDisk, toHash } from "../../src/state.js";
+import { FIRST, MOST_STRENGTH, copyOf, fromHash, onDisk, toHash } from "../../src/state.js";
 
 test("an address restores the view", () => {
   const state = copyOf(FIRST);
@@ -18,6 +18,14 @@ test("anything in an address gives a view", () => {
     expect(state.zoom).toBeGreaterThan(0);
     for (const { u, v } of state.lights) expect(Math.hypot(u, v)).toBeLessThan(1);
   }
+});
+
+test("an address that was encoded on its way is the same view", () => {
+  const state = copyOf(FIRST), other = { u: 0.2, v: 0.1, color: "#00ff00", strength: MOST_STRENGTH, softness: 3 };
+  Object.assign(state, { mode: "specular", zoom: 4, lights: [...state.lights, other] });
+  const hash = toHash(state);
+  for (const encoded of [hash.replaceAll(",", "%2C"), hash.replaceAll(";", "%3b").replaceAll("&", "%26"), encodeURIComponent(hash)]) expect(fromHash(encoded, 2)).toEqual(state);
+  expect(fromHash("mode=specular&zoom=%zz", 1).mode).toBe("specular");
 });
 
 test("lights stay over the disk", () => {

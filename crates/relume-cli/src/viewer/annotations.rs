@@ -6,7 +6,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use relume::{Error, Result};
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::output::{Outputs, folder_of, is_stream};
 
@@ -37,16 +37,21 @@ enum AnnotationMark {
     Annotations,
 }
 
-/// A point or a box with a text, and the view in which it was made.
+/// A point or a box with a text, and the view in which it was made; without a box, a bookmark: the name of that view.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Annotation {
     text: String,
     /// The left upper corner, width and height, in texels from the left upper corner of the texture.
-    #[serde(rename = "box")]
-    place: [f64; 4],
+    #[serde(rename = "box", default, deserialize_with = "given", skip_serializing_if = "Option::is_none")]
+    place: Option<[f64; 4]>,
     /// As in the address of the page.
     view: String,
+}
+
+/// A box that is named is there.
+fn given<'de, D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Option<[f64; 4]>, D::Error> {
+    <[f64; 4]>::deserialize(deserializer).map(Some)
 }
 
 impl Annotation {
@@ -55,7 +60,7 @@ impl Annotation {
         if self.text.chars().count().max(self.view.chars().count()) > MOST_LETTERS {
             return Err(format!("a text and a view may have {MOST_LETTERS} letters"));
         }
-        let [x, y, width, height] = self.place;
+        let Some([x, y, width, height]) = self.place else { return Ok(()) };
         let is_box =
             x.abs().max(y.abs()) <= FARTHEST && [width, height].iter().all(|s| (0.0..=FARTHEST).contains(s));
         is_box.then_some(()).ok_or_else(|| {

@@ -13,7 +13,7 @@ export { type PlaneRect, PlaneWindow } from "./window.js";
 export type { ShareHeader } from "./header.js";
 export { parseHeader } from "./parseHeader.js";
 export { type TilePlace, TiledShare } from "./pyramid.js";
-export { type FileSource, folderSource, loadShare, memorySource, openShare, sentenceOf } from "./share.js";
+export { type FileSource, UnansweredError, folderSource, loadShare, memorySource, openShare, sentenceOf } from "./share.js";
 export { loadPtm } from "./ptm.js";
 export { loadRti } from "./rti.js";
 export type { JpegDecoder, Pixels } from "./tiling.js";

@@ -12,14 +12,22 @@ import { TiledShare } from "./pyramid.js";
 /** Gives the bytes of a file of a shared texture by its name. */
 export type FileSource = (name: string) => Promise<Uint8Array>;
 
+/** A server that gives no answer, or none to the end: it may do so later. */
+export class UnansweredError extends FieldError {
+  override name = "UnansweredError";
+}
+
 /** The files of a folder on a web server. */
 export function folderSource(url: string): FileSource {
   const base = url.endsWith("/") ? url : `${url}/`;
   return async (name) => {
-    const response = await fetch(base + name.split("/").map(encodeURIComponent).join("/")).catch(() => null);
-    if (!response) throw new FieldError(`${name} cannot be loaded: the server does not answer`);
+    const silent = (): never => {
+      throw new UnansweredError(`${name} cannot be loaded: the server does not answer`);
+    };
+    const response = await fetch(base + name.split("/").map(encodeURIComponent).join("/")).catch(silent);
+    if (response.status >= 500) throw new UnansweredError(`${name} cannot be loaded: ${await sentenceOf(response)}`);
     if (!response.ok) throw new FieldError(`${name} cannot be loaded: ${await sentenceOf(response)}`);
-    return new Uint8Array(await response.arrayBuffer());
+    return new Uint8Array(await response.arrayBuffer().catch(silent));
   };
 }
 

@@ -47,7 +47,7 @@ pub fn open(path: &Path, job: &Job) -> Result<Opened> {
     }
     let is_archive = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("zip"));
     if is_archive && path.is_file() {
-        return Err(format::of_light_and_view().at(path));
+        return Err(format::of_light_and_view("a zip archive").at(path));
     }
     let _notice = is_pipe(path).then(|| Notice::of(path.to_path_buf()));
     match is_stream(path) {

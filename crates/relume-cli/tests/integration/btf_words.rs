@@ -170,7 +170,7 @@ fn sets_under_names_of_no_set_are_refused_with_the_ending_they_need() {
         let render = &["render", &format!("b.{ending}"), "--mesh", "plane", "-o", "r.png"];
         let sentence = refused(path, render);
         assert!(
-            sentence.contains("is a texture of light and view") && sentence.contains("`relume fit`"),
+            sentence.contains("photographs under light and view") && sentence.contains("`relume fit`"),
             "{sentence}"
         );
     }

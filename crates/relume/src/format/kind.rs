@@ -1,5 +1,7 @@
 //! The kinds of files recognised by their first bytes: one row of [`KINDS`] each.
 
+use std::fmt;
+
 use super::foreign::{self, Foreign};
 use super::hsh;
 use crate::error::{Error, Result};
@@ -120,7 +122,7 @@ pub(super) fn unknown(bytes: &[u8]) -> Error {
         return Error::invalid(format!("the file is empty: expected {others} or {last}"));
     }
     if bytes.starts_with(ARCHIVE) {
-        return of_light_and_view();
+        return of_light_and_view("a zip archive");
     }
     if let Some(Foreign { name, advice }) = foreign::of(bytes) {
         return Error::unsupported(format!("the file is {name}, which is not read: {advice}"));
@@ -132,12 +134,12 @@ pub(super) fn unknown(bytes: &[u8]) -> Error {
     ))
 }
 
-/// The error for photographs under light and view where one texture of functions is expected.
-pub fn of_light_and_view() -> Error {
-    Error::usage(
-        "is a texture of light and view, or an archive of one: `relume fit` makes a texture of functions (.exr) of it, from a name \
-         that ends in .zip, .btf, .binary, .bin or .bsdf, or a folder",
-    )
+/// The error for photographs under light and view, of which `what` says the form, where one texture of functions is expected.
+pub fn of_light_and_view(what: impl fmt::Display) -> Error {
+    Error::usage(format!(
+        "is {what}: `relume fit` makes a texture of functions (.exr) of photographs under light and view, from a name that ends in \
+         .zip, .btf, .binary, .bin or .bsdf, or a folder"
+    ))
 }
 
 /// What is said of data that its decoder refuses, in place of the decoder's own words.

@@ -284,7 +284,7 @@ impl Opened {
             return Error::invalid(format!("the file is empty: expected {expected}")).at(&self.name);
         }
         if matches!(self.content, Content::Btf | Content::Brdf) {
-            return of_light_and_view().at(&self.name);
+            return of_light_and_view(self.content).at(&self.name);
         }
         Error::unsupported(format!("the file is {}: expected {expected}{hint}", self.content)).at(&self.name)
     }

@@ -90,20 +90,9 @@ fn foresee(field: &ReflectanceField, format: FieldFormat, ranks: bool, context: 
 
 /// The field with the values of the other, plane by plane, and its ranks.
 fn matched(field: &ReflectanceField, to: &ReflectanceField) -> Result<(ReflectanceField, ReflectanceField)> {
+    // Values may be of the other space: only their order counts.
     if (field.basis(), field.layout()) != (to.basis(), to.layout()) {
-        let [own, other] = [field, to].map(|field| (field.layout().name(), field.basis().name()));
-        if own == other {
-            return Err(Error::usage(format!(
-                "holds {} {}, as the texture that gives the values does, but other ones: the numbers of its texels mean something \
-                 else; rearrange one texture (`relume synth`, `relume fill`), which keeps its functions, or match pictures of both \
-                 (`relume relight`)",
-                own.0, own.1
-            )));
-        }
-        return Err(Error::usage(format!(
-            "holds {} {} and the texture that gives the values {} {}: they must be of one kind",
-            own.0, own.1, other.0, other.1
-        )));
+        to.check_kind(field, "the texture that gives the values")?;
     }
     let length = field.coefficients().as_slice().len();
     let (mut values, mut order) = (Vec::with_capacity(length), Vec::with_capacity(length));

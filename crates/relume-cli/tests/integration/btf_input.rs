@@ -71,6 +71,7 @@ fn textures_of_other_learned_functions_are_no_exemplars_of_one_texture() {
             sentence.starts_with("relume: b.exr: ") && sentence.contains("other functions"),
             "{sentence}"
         );
+        assert!(!sentence.contains("  "), "{sentence}");
     }
     done(path, &["synth", "a.exr", "a.exr", "--size", "32", "-o", "c.exr"]);
 }

@@ -185,7 +185,7 @@ fn advice_can_be_followed() {
     done(path, &["fit", "b.zip", "-o", "b.exr", "--rank", "4"]);
     done(path, &["fit", "b.zip", "-o", "c.exr", "--rank", "3"]);
     let sentence = refused(path, &["match", "b.exr", "--to", "c.exr", "-o", "m.exr"]);
-    assert!(sentence.contains("but other ones"), "{sentence}");
+    assert!(sentence.contains("but other functions"), "{sentence}");
     let sentence = refused(path, &["fit", "b.zip", "-o", "x.rlm"]);
     assert!(sentence.contains(".btf") && !sentence.contains(".png"), "{sentence}");
     let sentence = refused(path, &["fit", "b.zip", "-o", "x.ptm", "--model", "ggx"]);

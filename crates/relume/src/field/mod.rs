@@ -70,7 +70,8 @@ impl ReflectanceField {
         }
         if (&other.basis, &other.layout) != (&self.basis, &self.layout) {
             return Err(Error::usage(format!(
-                "holds {found} as {first} does, but other functions: those that are learned from photographs or interpolated between                  them belong to these photographs, so that both must come from one fit"
+                "holds {found} as {first} does, but other functions: those that are learned from photographs or interpolated between \
+                 them belong to these photographs, so that both must come from one fit"
             )));
         }
         Ok(())

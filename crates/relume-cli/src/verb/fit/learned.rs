@@ -71,18 +71,8 @@ pub(super) fn run(
     let mut json = described(&fit.field, fitted, tested.as_ref(), quality.as_ref());
     json["clusters"] = json!(options.clusters);
     json["rounding"] = json!(options.rounding);
-    let clusters = options
-        .clusters
-        .map_or(String::new(), |of| format!(" in {} of {}", counted(of.clusters, "cluster"), axes(of.axes)));
-    let what = format!(
-        "{}: {} texels, {}{clusters}, {} values, from {}",
-        args.output.display(),
-        fit.field.size(),
-        counted(fit.report.functions, "learned function"),
-        fit.report.space,
-        counted(inputs.pairs().len(), "photograph")
-    );
-    let mut text = format!("{what}\n{}", summary(&fit.report));
+    let mut text =
+        format!("{}: {}\n{}", args.output.display(), made(&fit, &options, count), summary(&fit.report));
     text.extend(tested.as_ref().map(Test::summary));
     Ok(Report::new(text, json)
         .with_outputs(written)
@@ -92,6 +82,20 @@ pub(super) fn run(
         .with_warnings(inputs.lamp_warning(fit.field.basis()))
         .with_warnings(tested.iter().flat_map(|test| &test.warnings))
         .with_warnings(quality.iter().flat_map(|quality| &quality.warnings)))
+}
+
+/// What was made of so many photographs.
+fn made(fit: &LearnedFit, options: &LearnedOptions, photographs: usize) -> String {
+    let clusters = options
+        .clusters
+        .map_or(String::new(), |of| format!(" in {} of {}", counted(of.clusters, "cluster"), axes(of.axes)));
+    format!(
+        "{} texels, {}{clusters}, {} values, from {}",
+        fit.field.size(),
+        counted(fit.report.functions, "learned function"),
+        fit.report.space,
+        counted(photographs, "photograph")
+    )
 }
 
 /// Some axes of clusters, in words.

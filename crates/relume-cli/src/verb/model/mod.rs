@@ -189,8 +189,8 @@ fn learned_functions(args: &Args, request: &ModelRequest, context: &Context) -> 
     let load = |i: usize| btf.photograph(i, &context.job);
     let photographs = RasterSequence::open(&load)?;
     let pairs = btf.pairs();
-    let most = photographs.size().texels().min(pairs.len() * photographs.channels());
-    let functions = request.functions.min(most);
+    let shape = (photographs.size(), photographs.channels());
+    let functions = request.functions.min(learned::most_functions(&pairs, None, shape)?);
     request
         .foresee(photographs.size(), functions, functions, &context.job)
         .map_err(|e| e.at(&args.texture))?;

@@ -179,17 +179,9 @@ impl TexelReflectance for LobeModel {
     }
 
     fn bounds_of_texel(&self, observed: &[f32]) -> Vec<[f64; 2]> {
-        let mut bounds = self.bounds.clone();
-        if self.multiplied == Multiplied::Light {
-            let own = self.channels + FORM;
-            for c in 0..self.channels {
-                let most = BRIGHTEST_OF_TEXEL * self.brightest_value(observed, c);
-                bounds[self.channels..]
-                    .iter_mut()
-                    .skip(c)
-                    .step_by(own)
-                    .for_each(|b| b[1] = most.min(BRIGHTEST));
-            }
+        let (mut bounds, peaks) = (self.bounds.clone(), self.brightest_peaks(observed));
+        for lobe in bounds[self.channels..].chunks_exact_mut(self.channels + FORM) {
+            lobe.iter_mut().zip(&peaks).for_each(|(bound, peak)| bound[1] = bound[1].min(*peak));
         }
         bounds
     }

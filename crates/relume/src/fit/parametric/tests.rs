@@ -125,7 +125,7 @@ fn functions_of_each_view_are_found_and_views_left_out_predicted() {
     assert!(out.error.rmse > held.report.fitted.error.rmse && out.error.rmse < 0.1, "{out:?}");
 }
 
-/// The errors of a virtual texel of a matt part and a highlight: products take up what they are asked for.
+/// Texels of two products are found by two, in any order of their photographs, and not by one.
 #[test]
 fn products_are_found_and_more_of_them_err_less() {
     let pairs = grid(12, 10);

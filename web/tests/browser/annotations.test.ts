@@ -1,40 +1,18 @@
 // Annotations that several people, pages and programs change.
 import { lstatSync, mkdirSync, readFileSync, rmSync, symlinkSync, writeFileSync } from "node:fs";
-import type { Browser } from "playwright-core";
-import { afterAll, afterEach, beforeAll, expect, test } from "vitest";
-import { launched } from "../chromium.js";
-import { ViewServer, Workplace } from "../program.js";
+import { expect, test } from "vitest";
+import { ViewServer } from "../program.js";
 import { listed, textOf, textsIn, write } from "./hands.js";
-import { Opener } from "./opened.js";
+import { LEATHER, session } from "./opened.js";
 import { show } from "./pictures.js";
 
 const NAME = "leather.ptm.annotations.json";
-const place = new Workplace();
-let browser: Browser, server: ViewServer, opener: Opener;
-
-beforeAll(async () => {
-  place.run("capture leather -o capture --lights 16 --size 128x96 --feature 32");
-  place.run("fit capture -o leather.ptm");
-  server = await ViewServer.start(place, ["leather.ptm"]);
-  browser = await launched();
-  opener = new Opener(browser);
-});
-
-afterAll(async () => {
-  await browser?.close();
-  await server?.stop();
-  place.remove();
-});
-
-afterEach(() => {
-  rmSync(place.path(NAME), { force: true });
-  expect(opener.complaints.splice(0)).toEqual([]);
-});
+const served = session(LEATHER, ["leather.ptm"]), { place, opener } = served;
 
 const texts = (): string[] => textsIn(place.path(NAME));
 
 test("annotations of two pages do not overwrite each other", async () => {
-  const [one, two] = [await opener.open(server.url), await opener.open(server.url)];
+  const [one, two] = [await opener.open(served.url), await opener.open(served.url)];
   await write(one, "of one");
   await expect.poll(texts).toEqual(["of one"]);
   await write(two, "of two");
@@ -55,7 +33,7 @@ test("annotations of two pages do not overwrite each other", async () => {
 });
 
 test("what three pages write at once is all kept", async () => {
-  const pages = await Promise.all([1, 2, 3].map(() => opener.open(server.url)));
+  const pages = await Promise.all([1, 2, 3].map(() => opener.open(served.url)));
   await Promise.all(pages.map(async (page, i) => {
     for (const k of [1, 2, 3]) await write(page, `${i} ${k}`);
   }));
@@ -89,7 +67,7 @@ test("a texture that is shown twice has one list of annotations, and an edited f
 test("annotations are written through a link", async () => {
   mkdirSync(place.path("kept"));
   symlinkSync("kept/notes.json", place.path(NAME));
-  const page = await opener.open(server.url);
+  const page = await opener.open(served.url);
   await write(page, "linked");
   await expect.poll(() => textsIn(place.path("kept/notes.json"))).toEqual(["linked"]);
   expect(lstatSync(place.path(NAME)).isSymbolicLink()).toBe(true);
@@ -97,7 +75,7 @@ test("annotations are written through a link", async () => {
 });
 
 test("annotations that the program refuses are refused by the page, in a sentence", async () => {
-  const page = await opener.open(server.url);
+  const page = await opener.open(served.url);
   const load = (box: string, count = 1): Promise<void> => {
     const one = `{"text":"a","box":${box},"view":""}`;
     const bytes = `{"relume":"annotations","version":1,"annotations":[${new Array<string>(count).fill(one).join(",")}]}`;

@@ -1,41 +1,27 @@
 // Two textures of other sizes beside each other: what is measured and written belongs to the one under the pointer.
-import { readFileSync, rmSync } from "node:fs";
-import type { Browser, Page } from "playwright-core";
-import { afterAll, afterEach, beforeAll, expect, test } from "vitest";
+import { readFileSync } from "node:fs";
+import type { Page } from "playwright-core";
+import { afterAll, beforeAll, expect, test } from "vitest";
 import { decodePng } from "../../packages/relume-three/src/png.js";
-import { launched } from "../chromium.js";
-import { ViewServer, Workplace } from "../program.js";
+import { ViewServer } from "../program.js";
 import { at, drag, listed, textOf, textsIn } from "./hands.js";
-import { Opener, USUAL } from "./opened.js";
+import { USUAL, session } from "./opened.js";
 import { difference, drawn, canvas, show } from "./pictures.js";
 
 const SIZES = [[128, 128], [200, 90]] as const;
 const SIDE = "texture=0&other=1&compare=side", WIPE = "texture=0&other=1&compare=wipe&wipe=0.3";
-const place = new Workplace();
-let browser: Browser, server: ViewServer, measured: ViewServer, opener: Opener;
+const MADE = [["square", SIZES[0]], ["wide", SIZES[1]]] as const;
+const served = session(
+  MADE.flatMap(([name, [width, height]]) => [`capture leather -o ${name} --lights 8 --size ${width}x${height} --feature 32`, `fit ${name} -o ${name}.ptm`]),
+  ["square.ptm", "wide.ptm"],
+), { place, opener } = served;
+let measured: ViewServer;
 
 beforeAll(async () => {
-  for (const [name, [width, height]] of [["square", SIZES[0]], ["wide", SIZES[1]]] as const) {
-    place.run(`capture leather -o ${name} --lights 8 --size ${width}x${height} --feature 32`);
-    place.run(`fit ${name} -o ${name}.ptm`);
-  }
-  server = await ViewServer.start(place, ["square.ptm", "wide.ptm"]);
   measured = await ViewServer.start(place, ["square.ptm", "wide.ptm", "--mm-per-texel", "0.5"]);
-  browser = await launched();
-  opener = new Opener(browser);
 });
 
-afterAll(async () => {
-  await browser?.close();
-  await server?.stop();
-  await measured?.stop();
-  place.remove();
-});
-
-afterEach(() => {
-  for (const name of ["square", "wide"]) rmSync(place.path(`${name}.ptm.annotations.json`), { force: true });
-  expect(opener.complaints.splice(0)).toEqual([]);
-});
+afterAll(() => measured?.stop());
 
 const labels = (page: Page): Promise<string[]> => page.locator(".overlay text").allTextContents();
 
@@ -48,7 +34,7 @@ async function halves(page: Page): Promise<{ width: number; middle: number; scal
 }
 
 test("the ruler and the scale bar measure each texture in its own texels", async () => {
-  const page = await opener.open(`${server.url}#${SIDE}`), { width, middle, scales: [a = 1, b = 1] } = await halves(page);
+  const page = await opener.open(`${served.url}#${SIDE}`), { width, middle, scales: [a = 1, b = 1] } = await halves(page);
   await page.keyboard.press("r");
   await drag(page, [0, middle], [width - 1, middle]);
   await drag(page, [width, middle + 20], [2 * width - 1, middle + 20]);
@@ -66,7 +52,7 @@ test("the ruler and the scale bar measure each texture in its own texels", async
 });
 
 test("in a wipe the second texture is measured in its own texels, and lines are cut off at the border", async () => {
-  const page = await opener.open(`${server.url}#${WIPE}`), { width, middle } = await halves(page);
+  const page = await opener.open(`${served.url}#${WIPE}`), { width, middle } = await halves(page);
   await page.keyboard.press("r");
   await drag(page, [width, middle], [width + 100, middle]);
   const box = await page.locator("canvas").boundingBox(), scale = Math.min(2 * width / 200, (box?.height ?? 0) / 90);
@@ -77,7 +63,7 @@ test("in a wipe the second texture is measured in its own texels, and lines are 
 });
 
 test("lines of a texture are not shown on another", async () => {
-  const page = await opener.open(server.url);
+  const page = await opener.open(served.url);
   await page.keyboard.press("r");
   await drag(page, [150, 150], [250, 150]);
   for (const [texture, count] of [["1", 0], ["0", 1]] as const) {
@@ -89,7 +75,7 @@ test("lines of a texture are not shown on another", async () => {
 
 test("an annotation on the second picture belongs to its texture", async () => {
   for (const view of [SIDE, WIPE]) {
-    const page = await opener.open(`${server.url}#${view}`), { width, middle } = await halves(page);
+    const page = await opener.open(`${served.url}#${view}`), { width, middle } = await halves(page);
     await page.getByRole("button", { name: "Add", exact: true }).click();
     await drag(page, [1.5 * width - 30, middle - 20], [1.5 * width + 30, middle + 20]);
     await page.getByLabel("Text of the annotation").fill("on the wide one");
@@ -121,13 +107,13 @@ test("textures of known size are compared at one scale, and the page says how th
   expect(left).toBe(right);
   expect(Math.abs(Number.parseFloat(left ?? "") - 50 / scale)).toBeLessThan(0.5);
   await page.close();
-  const plain = await opener.open(`${server.url}#${SIDE}`);
+  const plain = await opener.open(`${served.url}#${SIDE}`);
   await plain.getByText("Each is fitted to its part: a texel of the second is drawn 0.64 times as large.").waitFor();
   await plain.close();
 });
 
 test("what is dragged and magnified in the second picture stays under the pointer", async () => {
-  for (const url of [server.url, measured.url]) {
+  for (const url of [served.url, measured.url]) {
     const page = await opener.open(`${url}#${SIDE}`), { width, middle } = await halves(page);
     await page.keyboard.press("r");
     await drag(page, [1.4 * width, middle], [1.6 * width, middle]);
@@ -148,7 +134,7 @@ test("what is dragged and magnified in the second picture stays under the pointe
 });
 
 test("what is saved has the name of what is shown", async () => {
-  const page = await opener.open(`${server.url}#texture=1`);
+  const page = await opener.open(`${served.url}#texture=1`);
   const saved = async (button: string): Promise<string> => {
     const [file] = await Promise.all([page.waitForEvent("download"), page.getByRole("button", { name: button, exact: true }).click()]);
     return file.suggestedFilename();
@@ -164,7 +150,7 @@ test("what is saved has the name of what is shown", async () => {
 });
 
 test("a picture of a comparison has the lines and the scale bar of both textures", async () => {
-  const page = await opener.open(`${server.url}#${SIDE}`, { ...USUAL, colorScheme: "dark" }), { width, middle } = await halves(page), bare = await canvas(page);
+  const page = await opener.open(`${served.url}#${SIDE}`, { ...USUAL, colorScheme: "dark" }), { width, middle } = await halves(page), bare = await canvas(page);
   await page.keyboard.press("r");
   await drag(page, [width + 40, middle], [width + 140, middle]);
   const [file] = await Promise.all([page.waitForEvent("download"), page.getByLabel("Save a picture").click()]);

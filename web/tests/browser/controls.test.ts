@@ -1,41 +1,18 @@
 // The controls of the page, one by one.
-import { rmSync } from "node:fs";
-import type { Browser, Page } from "playwright-core";
-import { afterAll, afterEach, beforeAll, expect, test } from "vitest";
+import type { Page } from "playwright-core";
+import { expect, test } from "vitest";
 import { decodePng } from "../../packages/relume-three/src/png.js";
-import { launched } from "../chromium.js";
-import { ViewServer, Workplace } from "../program.js";
 import { at, drag, listed, textOf } from "./hands.js";
-import { Opener } from "./opened.js";
+import { LEATHER, session } from "./opened.js";
 import { canvas, difference, drawn, show } from "./pictures.js";
 
-const place = new Workplace();
-let browser: Browser, server: ViewServer, opener: Opener;
-
-beforeAll(async () => {
-  place.run("capture leather -o capture --lights 16 --size 128x96 --feature 32");
-  place.run("fit capture -o leather.ptm");
-  server = await ViewServer.start(place, ["leather.ptm"]);
-  browser = await launched();
-  opener = new Opener(browser);
-});
-
-afterAll(async () => {
-  await browser?.close();
-  await server?.stop();
-  place.remove();
-});
-
-afterEach(() => {
-  rmSync(place.path("leather.ptm.annotations.json"), { force: true });
-  expect(opener.complaints.splice(0)).toEqual([]);
-});
+const served = session(LEATHER, ["leather.ptm"]), { opener } = served;
 
 const button = (page: Page, name: string) => page.getByRole("button", { name, exact: true });
 const checked = (page: Page): Promise<string | null> => page.locator("[role=radio][aria-checked=true]").getAttribute("aria-label");
 
 test("undo takes back an orbit, and ends it", async () => {
-  const page = await opener.open(server.url), first = await canvas(page);
+  const page = await opener.open(served.url), first = await canvas(page);
   await button(page, "Orbit").click();
   await page.waitForTimeout(600);
   await page.keyboard.press("Control+z");
@@ -54,7 +31,7 @@ test("undo takes back an orbit, and ends it", async () => {
 });
 
 test("a light is removed after others were taken back", async () => {
-  const page = await opener.open(server.url), lights = (): number => decodeURIComponent(page.url()).split(";").length;
+  const page = await opener.open(served.url), lights = (): number => decodeURIComponent(page.url()).split(";").length;
   for (let i = 0; i < 2; i++) await button(page, "Add light").click();
   await expect.poll(lights).toBe(3);
   await page.keyboard.press("Control+z");
@@ -67,7 +44,7 @@ test("a light is removed after others were taken back", async () => {
 
 test("in small frames the tools cover nothing, and the fitted texture is seen as a whole", async () => {
   for (const [width, height] of [[400, 300], [300, 300], [300, 200], [480, 320]] as const) {
-    const page = await opener.open(server.url, { viewport: { width, height } });
+    const page = await opener.open(served.url, { viewport: { width, height } });
     const [picture, tools] = [await page.locator("canvas").boundingBox(), await page.locator(".toolbar").boundingBox()];
     expect((picture?.y ?? 0) + (picture?.height ?? 0), `${width} x ${height}`).toBeLessThanOrEqual(tools?.y ?? 0);
     expect(tools?.height ?? 99).toBeLessThan(0.25 * height);
@@ -81,7 +58,7 @@ test("in small frames the tools cover nothing, and the fitted texture is seen as
 });
 
 test("a grey is taken from the texture in its own colours, and Esc ends the choice", async () => {
-  const page = await opener.open(server.url), pick = button(page, "Pick grey"), said = (): Promise<string | null> => textOf(page, ".said");
+  const page = await opener.open(served.url), pick = button(page, "Pick grey"), said = (): Promise<string | null> => textOf(page, ".said");
   const box = await page.locator("canvas").boundingBox();
   if (!box) throw new Error("no canvas");
   const middle = [box.width / 2, box.height / 2] as const;
@@ -116,7 +93,7 @@ test("a grey is taken from the texture in its own colours, and Esc ends the choi
 });
 
 test("forced colours show what is chosen", async () => {
-  const page = await opener.open(server.url, { viewport: { width: 700, height: 440 }, forcedColors: "active" });
+  const page = await opener.open(served.url, { viewport: { width: 700, height: 440 }, forcedColors: "active" });
   await page.keyboard.press("r");
   for (const [on, off] of [["[role=radio][aria-checked=true]", "[role=radio][aria-checked=false]"], ["[aria-label=Ruler]", "[aria-label=Undo]"]] as const) {
     const grounds = [];
@@ -130,7 +107,7 @@ test("forced colours show what is chosen", async () => {
 });
 
 test("objects are one stop of the tab key, and arrows move through them", async () => {
-  const page = await opener.open(server.url);
+  const page = await opener.open(served.url);
   expect(await page.locator("[role=radio]:not([hidden])").evaluateAll((all) => all.map((radio) => (radio as HTMLElement).tabIndex))).toEqual([0, -1, -1, -1, -1]);
   await page.getByRole("radio", { name: "Flat" }).focus();
   for (const [key, name] of [["ArrowRight", "Plane"], ["ArrowDown", "Sphere"], ["ArrowLeft", "Plane"], ["ArrowUp", "Flat"], ["ArrowLeft", "Cloth"], ["ArrowRight", "Flat"]] as const) {
@@ -143,7 +120,7 @@ test("objects are one stop of the tab key, and arrows move through them", async 
 });
 
 test("the ruler gives the object back", async () => {
-  const page = await opener.open(`${server.url}#object=sphere`);
+  const page = await opener.open(`${served.url}#object=sphere`);
   await page.keyboard.press("r");
   await expect.poll(() => checked(page)).toBe("Flat");
   await drag(page, [150, 150], [250, 150]);
@@ -160,7 +137,7 @@ test("the ruler gives the object back", async () => {
 });
 
 test("sliders show what they hold, and reach what addresses hold", async () => {
-  const page = await opener.open(`${server.url}#lights=0,0,ffffff,8`);
+  const page = await opener.open(`${served.url}#lights=0,0,ffffff,8`);
   const slider = page.locator(".slider", { hasText: /^White/ }), white = slider.locator("input");
   expect(await slider.locator("output").textContent()).toBe(await white.inputValue());
   expect(await page.getByLabel("Strength").last().inputValue()).toBe("8");
@@ -171,7 +148,7 @@ test("sliders show what they hold, and reach what addresses hold", async () => {
 });
 
 test("an annotation without a text is not lost in silence", async () => {
-  const page = await opener.open(server.url);
+  const page = await opener.open(served.url);
   await page.locator("canvas").focus();
   await page.keyboard.press("n");
   const text = page.getByLabel("Text of the annotation");

@@ -1,45 +1,22 @@
 // Faults that the page once had, each under its name.
-import { readFileSync, rmSync } from "node:fs";
-import type { Browser, BrowserContextOptions, Page } from "playwright-core";
-import { afterAll, afterEach, beforeAll, expect, test } from "vitest";
+import { readFileSync } from "node:fs";
+import type { BrowserContextOptions, Page } from "playwright-core";
+import { expect, test } from "vitest";
 import { type Codes, decodePng } from "../../packages/relume-three/src/png.js";
-import { launched } from "../chromium.js";
-import { ViewServer, Workplace } from "../program.js";
+import { ViewServer } from "../program.js";
 import { writePtm, writeStrip } from "../shapes.js";
 import { at, drag, entry, listed, pinch, textOf, textsIn, write } from "./hands.js";
-import { Opener, USUAL } from "./opened.js";
+import { LEATHER, MARBLE, USUAL, session } from "./opened.js";
 import { canvas, difference, drawn, settled, show } from "./pictures.js";
 
 const PHONE: BrowserContextOptions = { viewport: { width: 390, height: 844 }, isMobile: true, hasTouch: true };
 const NAME = "leather.ptm.annotations.json";
-const place = new Workplace();
-let browser: Browser, server: ViewServer, opener: Opener;
-
-beforeAll(async () => {
-  place.run("capture leather -o capture --lights 16 --size 128x96 --feature 32");
-  place.run("fit capture -o leather.ptm");
-  place.run("procedural marble -o marble --size 64 --feature 9");
-  place.run("model marble/albedo.png -o marble.rlm --combine never");
-  server = await ViewServer.start(place, ["leather.ptm", "marble.rlm"]);
-  browser = await launched();
-  opener = new Opener(browser);
-});
+const served = session([...LEATHER, ...MARBLE], ["leather.ptm", "marble.rlm"]), { place, opener } = served;
 
 const texts = (): string[] => textsIn(place.path(NAME));
 
-afterAll(async () => {
-  await browser?.close();
-  await server?.stop();
-  place.remove();
-});
-
-afterEach(() => {
-  rmSync(place.path(NAME), { force: true });
-  expect(opener.complaints.splice(0)).toEqual([]);
-});
-
 test("a film of few pictures has them all, and one of many has each in its place", async () => {
-  const page = await opener.open(server.url, { viewport: { width: 321, height: 241 } });
+  const page = await opener.open(served.url, { viewport: { width: 321, height: 241 } });
   await page.keyboard.press("h");
   await drawn(page);
   for (const count of [2, 3, 4, 40]) {
@@ -75,7 +52,7 @@ async function made(page: Page, format: string, count: number): Promise<Buffer> 
 
 /** The pictures of a film as the browser plays it, and its length in seconds. */
 async function played(film: Buffer, count: number, rate: number): Promise<{ pictures: Codes[]; length: number }> {
-  const page = await browser.newPage();
+  const page = await served.browser.newPage();
   const { urls, length } = await page.evaluate(async ({ film, count, rate }) => {
     const video = document.createElement("video"), canvas = document.createElement("canvas"), context = canvas.getContext("2d");
     const bytes = Uint8Array.from(atob(film), (c) => c.charCodeAt(0));
@@ -125,7 +102,8 @@ test("a server that ends is said, what was drawn stays, and annotations are kept
 });
 
 test("squares, tiles and annotations come when the server answers again", async () => {
-  writePtm(place.path("large.ptm"), 2048);
+  // Large enough to come in tiles.
+  writePtm(place.path("large.ptm"), 1472);
   const own = await ViewServer.start(place, ["marble.rlm", "large.ptm", "leather.ptm"]);
   const page = await opener.open(own.url);
   for (const view of ["texture=0&zoom=0.5&x=40&lights=-0.5,0.5,ffffff,1", "texture=1&zoom=12&x=0.3&lights=-0.5,0.5,ffffff,1"]) {
@@ -155,7 +133,7 @@ test("squares, tiles and annotations come when the server answers again", async 
 });
 
 test("the view moves and magnifies while the ruler or an annotation is drawn", async () => {
-  const page = await opener.open(server.url, { ...USUAL, hasTouch: true });
+  const page = await opener.open(served.url, { ...USUAL, hasTouch: true });
   for (const start of [(): Promise<void> => page.keyboard.press("r"), (): Promise<void> => page.getByRole("button", { name: "Add", exact: true }).click()]) {
     await show(page, "zoom=2");
     await start();
@@ -196,7 +174,7 @@ test("the view moves and magnifies while the ruler or an annotation is drawn", a
 });
 
 test("a way of showing that a texture does not know falls back, also beside another", async () => {
-  const page = await opener.open(server.url), way = page.getByLabel("What is shown");
+  const page = await opener.open(served.url), way = page.getByLabel("What is shown");
   const view = async (hash: string): Promise<Codes> => {
     await show(page, hash);
     await settled(page);
@@ -224,7 +202,7 @@ test("a way of showing that a texture does not know falls back, also beside anot
 });
 
 test("undo and redo take back lines and annotations", async () => {
-  const page = await opener.open(server.url), lines = page.locator(".overlay line");
+  const page = await opener.open(served.url), lines = page.locator(".overlay line");
   await page.keyboard.press("r");
   await drag(page, [100, 100], [200, 150]);
   await drag(page, [150, 200], [250, 250]);
@@ -253,7 +231,7 @@ test("undo and redo take back lines and annotations", async () => {
 });
 
 test("keys undo while a control has the focus, and move the border of a wipe", async () => {
-  const page = await opener.open(server.url), exposure = page.getByLabel("Exposure");
+  const page = await opener.open(served.url), exposure = page.getByLabel("Exposure");
   await exposure.focus();
   await page.keyboard.press("ArrowRight");
   await expect.poll(() => exposure.inputValue()).toBe("0.05");
@@ -268,7 +246,7 @@ test("keys undo while a control has the focus, and move the border of a wipe", a
 
 test("help opens at its beginning", async () => {
   for (const options of [PHONE, { viewport: { width: 700, height: 300 } }]) {
-    const page = await opener.open(server.url, options);
+    const page = await opener.open(served.url, options);
     await page.getByRole("button", { name: "Help" }).click();
     const dialog = page.getByRole("dialog", { name: "Help" });
     expect(await dialog.evaluate((element) => element.scrollTop)).toBe(0);
@@ -305,7 +283,7 @@ test("a strip of one texel by thousands is seen, at first and magnified, and sav
 });
 
 test("a picture saved while the ruler is on has its lines and the scale bar", async () => {
-  const page = await opener.open(server.url, { ...USUAL, deviceScaleFactor: 2 });
+  const page = await opener.open(served.url, { ...USUAL, deviceScaleFactor: 2 });
   const saved = async (): Promise<Codes> => {
     const [file] = await Promise.all([page.waitForEvent("download"), page.getByLabel("Save a picture").click()]);
     return decodePng(new Uint8Array(readFileSync(await file.path())));
@@ -326,7 +304,7 @@ test("a picture saved while the ruler is on has its lines and the scale bar", as
 });
 
 test("the text of an annotation is shown under the pointer", async () => {
-  const page = await opener.open(server.url);
+  const page = await opener.open(served.url);
   await write(page, "under the pointer");
   // Marks are drawn again once the annotation is saved.
   await expect.poll(() => textOf(page, ".said")).toBe("Annotations saved beside the texture");
@@ -343,7 +321,7 @@ test("the text of an annotation is shown under the pointer", async () => {
 });
 
 test("lights that are added lie apart", async () => {
-  const page = await opener.open(server.url);
+  const page = await opener.open(served.url);
   for (let i = 0; i < 3; i++) await page.getByRole("button", { name: "Add light" }).click();
   await page.waitForFunction(() => location.hash.split(";").length === 4);
   const places = (/lights=([^&]*)/.exec(page.url())?.[1] ?? "").split(";").map((light) => light.split(",").map(Number));
@@ -353,7 +331,7 @@ test("lights that are added lie apart", async () => {
 
 test("a phone with large type shows all tools, none cut off or covered", async () => {
   for (const size of [14, 24, 32]) {
-    const page = await opener.open(server.url, PHONE);
+    const page = await opener.open(served.url, PHONE);
     await page.evaluate((size) => (document.documentElement.style.fontSize = `${size}px`), size);
     for (const isOpen of [false, true]) {
       if (isOpen) await page.getByRole("button", { name: "Controls", exact: true }).tap();

@@ -1,37 +1,14 @@
 // What people keep of a page, and what it says when something is taken from it.
-import { readFileSync, rmSync } from "node:fs";
-import type { Browser, Page } from "playwright-core";
-import { afterAll, afterEach, beforeAll, expect, test } from "vitest";
-import { launched } from "../chromium.js";
-import { ViewServer, Workplace } from "../program.js";
+import { readFileSync } from "node:fs";
+import type { Page } from "playwright-core";
+import { expect, test } from "vitest";
+import { ViewServer } from "../program.js";
 import { entry, listed, textOf, textsIn, write } from "./hands.js";
-import { Opener } from "./opened.js";
+import { LEATHER, MARBLE, session } from "./opened.js";
 import { canvas, difference, drawn, settled, show } from "./pictures.js";
 
 const NAME = "leather.ptm.annotations.json";
-const place = new Workplace();
-let browser: Browser, server: ViewServer, opener: Opener;
-
-beforeAll(async () => {
-  place.run("capture leather -o capture --lights 16 --size 128x96 --feature 32");
-  place.run("fit capture -o leather.ptm");
-  place.run("procedural marble -o marble --size 64 --feature 9");
-  place.run("model marble/albedo.png -o marble.rlm --combine never");
-  server = await ViewServer.start(place, ["leather.ptm", "marble.rlm"]);
-  browser = await launched();
-  opener = new Opener(browser);
-});
-
-afterAll(async () => {
-  await browser?.close();
-  await server?.stop();
-  place.remove();
-});
-
-afterEach(() => {
-  rmSync(place.path(NAME), { force: true });
-  expect(opener.complaints.splice(0)).toEqual([]);
-});
+const served = session([...LEATHER, ...MARBLE], ["leather.ptm", "marble.rlm"]), { place, opener } = served;
 
 const said = (page: Page): Promise<string | null> => textOf(page, ".said");
 const notice = (page: Page): Promise<string | null> => textOf(page, ".notice");
@@ -44,7 +21,7 @@ async function keep(page: Page, name: string): Promise<void> {
 }
 
 test("a picture that the graphics card takes away is said, not saved, and drawn again", async () => {
-  const page = await opener.open(server.url);
+  const page = await opener.open(served.url);
   for (const view of ["texture=0&mode=normals", "texture=1&zoom=0.5"]) {
     await show(page, view);
     await settled(page);
@@ -69,7 +46,7 @@ test("a picture that the graphics card takes away is said, not saved, and drawn 
 });
 
 test("bookmarks are kept beside the texture, found by the next server, and shared", async () => {
-  const page = await opener.open(server.url);
+  const page = await opener.open(served.url);
   await show(page, "mode=normals&zoom=2");
   const kept = await canvas(page);
   await keep(page, "the normals");
@@ -102,7 +79,7 @@ test("bookmarks are kept beside the texture, found by the next server, and share
 
 test("bookmarks of a shared page stay in the browser, and other pages of its title have none of them", async () => {
   for (const name of ["one", "two"]) place.run(`share leather.ptm --single-file --title Leather -o ${name}.html --force`);
-  const context = await browser.newContext();
+  const context = await served.browser.newContext();
   const open = async (name: string): Promise<Page> => {
     const page = await context.newPage();
     await page.goto(`file://${place.path(`${name}.html`)}`);
@@ -123,7 +100,7 @@ test("bookmarks of a shared page stay in the browser, and other pages of its tit
 });
 
 test("a window that is resized leaves the pictures of a film as they are", async () => {
-  const page = await opener.open(server.url, { viewport: { width: 420, height: 500 } }), count = 24;
+  const page = await opener.open(served.url, { viewport: { width: 420, height: 500 } }), count = 24;
   for (const format of ["zip", "gif"] as const) {
     await page.setViewportSize({ width: 420, height: 500 });
     await drawn(page);
@@ -167,13 +144,13 @@ test("a server that took the address of another is named, and what was written c
 });
 
 test("what no server gives at first is asked for again", async () => {
-  const page = await browser.newPage({ viewport: { width: 500, height: 600 } });
+  const page = await served.browser.newPage({ viewport: { width: 500, height: 600 } });
   await page.route(/textures\/0\/|annotations/, (route) => route.abort());
-  await page.goto(server.url);
+  await page.goto(served.url);
   await expect.poll(() => notice(page), { timeout: 20_000 }).toContain("leather: share.json cannot be loaded: the server does not answer. The page tries again.");
   await page.unroute(/textures\/0\/|annotations/);
   await expect.poll(() => notice(page), { timeout: 20_000 }).toBe("");
-  const fresh = await opener.open(server.url, { viewport: { width: 500, height: 600 } });
+  const fresh = await opener.open(served.url, { viewport: { width: 500, height: 600 } });
   await drawn(page);
   expect(difference(await canvas(page), await canvas(fresh)).mean).toBe(0);
   await Promise.all([page.close(), fresh.close()]);
@@ -181,7 +158,7 @@ test("what no server gives at first is asked for again", async () => {
 
 test("faults at the beginning are said once, and can be closed", async () => {
   place.run("share leather.ptm marble.rlm -o folder --force");
-  const page = await browser.newPage({ viewport: { width: 700, height: 440 } });
+  const page = await served.browser.newPage({ viewport: { width: 700, height: 440 } });
   await page.goto(`file://${place.path("folder/index.html")}`);
   await page.waitForFunction(() => document.documentElement.dataset["ready"] !== undefined);
   expect((await notice(page))?.match(/--single-file/g)?.length).toBe(1);
@@ -196,7 +173,7 @@ test("faults at the beginning are said once, and can be closed", async () => {
 });
 
 test("two pages that write in turn cause no conflicts", async () => {
-  const [one, two] = [await opener.open(server.url), await opener.open(server.url)];
+  const [one, two] = [await opener.open(served.url), await opener.open(served.url)];
   for (const [page, text] of [[one, "a"], [two, "b"], [one, "c"]] as const) {
     await write(page, text);
     await expect.poll(() => textsIn(place.path(NAME))).toContain(text);

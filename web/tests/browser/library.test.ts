@@ -9,7 +9,7 @@ import { ViewServer, Workplace } from "../program.js";
 import { writeShape } from "../shapes.js";
 import { canvas, difference, drawn, file, ready, show } from "./pictures.js";
 
-const SIDE = 256;
+const SIDE = 160;
 const LIGHT: [number, number] = [-0.45, 0.35];
 const BACKGROUND = [255, 0, 255];
 /** One texture of each basis and arrangement. */
@@ -20,7 +20,7 @@ const TEXTURES: [name: string, command: string][] = [
   ["hsh25.exr", "fit capture --basis hsh25 --color rgb -o hsh25.exr"],
   ["shapes.exr", "fit capture --basis shapes --color rgb -o shapes.exr"],
   ["zernike.exr", "fit capture --basis zernike -o zernike.exr"],
-  ["maps/roughness.png", "procedural leather -o maps --size 256"],
+  ["maps/roughness.png", `procedural leather -o maps --size ${SIDE}`],
   ["picture.png", "relight lrgb.ptm --light 0,0,1 -o picture.png"],
   ["pairs.exr", "fit pairs -o pairs.exr"],
 ];

@@ -2,52 +2,25 @@
 import { readFileSync } from "node:fs";
 import { createServer } from "node:http";
 import { join } from "node:path";
-import type { Browser, BrowserContextOptions, Page } from "playwright-core";
-import { afterAll, afterEach, beforeAll, expect, test } from "vitest";
+import type { Page } from "playwright-core";
+import { expect, test } from "vitest";
 import { MODES } from "relume-three";
-import { drawingSeconds, launched } from "../chromium.js";
-import { ViewServer, Workplace } from "../program.js";
-import { canvas, difference, drawn, ready, show } from "./pictures.js";
+import { drawingSeconds } from "../chromium.js";
+import { ViewServer } from "../program.js";
+import { writeStrip } from "../shapes.js";
+import { session } from "./opened.js";
+import { canvas, difference, drawn, show } from "./pictures.js";
 
-const place = new Workplace();
-let browser: Browser, server: ViewServer;
-const complaints: string[] = [];
-
-beforeAll(async () => {
-  place.run("capture leather -o capture --lights 16 --size 128x128 --feature 32");
-  place.run("fit capture -o leather.ptm");
-  place.run("capture weave -o weave --lights 12 --size 128x128");
-  place.run("fit weave -o weave.ptm");
-  place.run("roll weave.ptm -k 4 -o tiles.ptm");
-  server = await ViewServer.start(place, ["leather.ptm", "weave.ptm", "tiles.ptm"]);
-  browser = await launched();
-});
-
-afterAll(async () => {
-  await browser?.close();
-  expect(await server?.stop()).toBe(130);
-  place.remove();
-});
-
-afterEach(() => {
-  expect(complaints.splice(0)).toEqual([]);
-});
-
-/** A page that notes errors and requests to other hosts. */
-async function open(url: string, options: BrowserContextOptions = { viewport: { width: 700, height: 440 } }): Promise<Page> {
-  const page = await browser.newPage(options);
-  page.on("console", (message) => ["error", "warning"].includes(message.type()) && !/GPU stall|software WebGL|performance/i.test(message.text()) && complaints.push(message.text()));
-  page.on("pageerror", (error) => complaints.push(error.message));
-  page.on("request", (request) => {
-    if (!/^(http:\/\/(127\.0\.0\.1|localhost):|file:|data:|blob:)/.test(request.url())) complaints.push(`asked for ${request.url()}`);
-  });
-  await page.goto(url);
-  await ready(page);
-  return page;
-}
+const served = session(
+  [
+    "capture leather -o capture --lights 16 --size 128x128 --feature 32", "fit capture -o leather.ptm",
+    "capture weave -o weave --lights 12 --size 128x128", "fit weave -o weave.ptm", "roll weave.ptm -k 4 -o tiles.ptm",
+  ],
+  ["leather.ptm", "weave.ptm", "tiles.ptm"],
+), { place, opener } = served;
 
 test("every mode differs from the default, and every object from the others", async () => {
-  const page = await open(server.url);
+  const page = await opener.open(served.url);
   await show(page, "mode=default");
   const plain = await canvas(page);
   for (const mode of MODES.slice(1)) {
@@ -65,7 +38,7 @@ test("every mode differs from the default, and every object from the others", as
 });
 
 test("diffuse gain of 1 and effects without an amount change nothing", async () => {
-  const page = await open(server.url);
+  const page = await opener.open(served.url);
   await show(page, "mode=default");
   const plain = await canvas(page);
   for (const word of ["mode=diffuse-gain&gain=1", "mode=unsharp-luminance&gain=0", "mode=unsharp-coefficients&gain=0"]) {
@@ -76,7 +49,7 @@ test("diffuse gain of 1 and effects without an amount change nothing", async () 
 });
 
 test("the still under many lights is the same wherever the light is, and shows more of the relief", async () => {
-  const page = await open(server.url), still: [string, string] = ["mode=multi-light&gain=1&lights=-0.5,0.5,ffffff,1", "mode=multi-light&gain=1&lights=0.7,-0.1,ffffff,1"];
+  const page = await opener.open(served.url), still: [string, string] = ["mode=multi-light&gain=1&lights=-0.5,0.5,ffffff,1", "mode=multi-light&gain=1&lights=0.7,-0.1,ffffff,1"];
   await show(page, still[0]);
   const first = await canvas(page);
   await show(page, still[1]);
@@ -99,7 +72,7 @@ test("the still under many lights is the same wherever the light is, and shows m
 });
 
 test("the light follows pointer, touch, keys and ball, and undo takes it back", async () => {
-  const page = await open(server.url, { viewport: { width: 700, height: 440 }, hasTouch: true });
+  const page = await opener.open(served.url, { viewport: { width: 700, height: 440 }, hasTouch: true });
   const first = await canvas(page);
   const box = await page.locator("canvas").boundingBox();
   if (!box) throw new Error("no canvas");
@@ -138,7 +111,7 @@ test("the light follows pointer, touch, keys and ball, and undo takes it back", 
 });
 
 test("the view moves and magnifies down to single texels", async () => {
-  const page = await open(server.url);
+  const page = await opener.open(served.url);
   const box = await page.locator("canvas").boundingBox();
   if (!box) throw new Error("no canvas");
   await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
@@ -160,7 +133,7 @@ test("the view moves and magnifies down to single texels", async () => {
 });
 
 test("a wipe shows one texture on each side, and an address restores the view", async () => {
-  const page = await open(server.url);
+  const page = await opener.open(served.url);
   const pictures = [];
   for (const hash of ["texture=0", "texture=1", "texture=0&other=1&compare=wipe&wipe=0.4"]) {
     await show(page, hash);
@@ -177,14 +150,14 @@ test("a wipe shows one texture on each side, and an address restores the view", 
   expect(part(0, 0.39, left)).toBe(0);
   expect(part(0.41, 1, right)).toBe(0);
   expect(part(0, 0.39, right)).toBeGreaterThan(1000);
-  const again = await open(page.url());
+  const again = await opener.open(page.url());
   expect(difference(await canvas(again), both).mean).toBe(0);
   await again.close();
   await page.close();
 });
 
 test("tiles cover a plane as sharply far away as near", async () => {
-  const page = await open(server.url);
+  const page = await opener.open(served.url);
   for (const hash of ["texture=2&zoom=0.5", "texture=2&zoom=0.5&x=1000000.5&y=-300000.5"]) {
     await show(page, hash);
     const { codes, width, height } = await canvas(page);
@@ -196,7 +169,7 @@ test("tiles cover a plane as sharply far away as near", async () => {
 });
 
 test("ruler, bookmarks, snapshot and help work", async () => {
-  const page = await open(server.url);
+  const page = await opener.open(served.url);
   await page.keyboard.press("r");
   const box = await page.locator("canvas").boundingBox();
   if (!box) throw new Error("no canvas");
@@ -232,7 +205,7 @@ test("a phone and a dense screen show everything within their width", async () =
     { viewport: { width: 390, height: 844 }, deviceScaleFactor: 2, isMobile: true, hasTouch: true },
     { viewport: { width: 800, height: 600 }, deviceScaleFactor: 2 },
   ]) {
-    const page = await open(server.url, options);
+    const page = await opener.open(served.url, options);
     expect(await page.evaluate(() => document.documentElement.scrollWidth)).toBeLessThanOrEqual(options.viewport.width);
     const width = await page.evaluate(() => document.querySelector("canvas")?.width ?? 0);
     expect(width).toBe(2 * Math.round((await page.locator("canvas").boundingBox())?.width ?? 0));
@@ -244,7 +217,7 @@ test("a phone and a dense screen show everything within their width", async () =
 test("axe finds no fault, in dark and light", async () => {
   const axe = readFileSync(new URL("../../node_modules/axe-core/axe.min.js", import.meta.url), "utf8");
   for (const colorScheme of ["dark", "light"] as const) {
-    const page = await open(server.url, { viewport: { width: 900, height: 700 }, colorScheme });
+    const page = await opener.open(served.url, { viewport: { width: 900, height: 700 }, colorScheme });
     await page.evaluate(axe);
     const found = await page.evaluate(async () => {
       const { violations } = await (globalThis as unknown as { axe: { run(): Promise<{ violations: { id: string; nodes: { html: string }[] }[] }> } }).axe.run();
@@ -258,12 +231,12 @@ test("axe finds no fault, in dark and light", async () => {
 test("one file opens from disk, a folder from a server, and both show what the server shows", async () => {
   place.run("share leather.ptm --single-file -o leather.html");
   place.run("share leather.ptm -o shared");
-  const page = await open(server.url);
+  const page = await opener.open(served.url);
   await show(page, "texture=0");
   const truth = await canvas(page);
   await page.close();
   const options = { viewport: { width: 700, height: 440 } };
-  const single = await open(`file://${place.path("leather.html")}`, options);
+  const single = await opener.open(`file://${place.path("leather.html")}`, options);
   await show(single, "texture=0");
   expect(difference(await canvas(single), truth).mean).toBe(0);
   await single.close();
@@ -274,7 +247,7 @@ test("one file opens from disk, a folder from a server, and both show what the s
   });
   await new Promise<void>((resolve) => files.listen(0, "127.0.0.1", resolve));
   const address = files.address();
-  const folder = await open(`http://127.0.0.1:${typeof address === "object" ? address?.port : 0}/`, options);
+  const folder = await opener.open(`http://127.0.0.1:${typeof address === "object" ? address?.port : 0}/`, options);
   await show(folder, "texture=0");
   expect(difference(await canvas(folder), truth).mean).toBe(0);
   await folder.close();
@@ -283,25 +256,24 @@ test("one file opens from disk, a folder from a server, and both show what the s
 
 test("a folder opened from disk, and a damaged file, say what is wrong", async () => {
   place.run("share leather.ptm -o disk");
-  const page = await browser.newPage();
+  const page = await served.browser.newPage();
   await page.goto(`file://${place.path("disk/index.html")}`);
   await page.waitForFunction(() => document.documentElement.dataset["ready"] !== undefined);
   expect(await page.locator(".notice").textContent()).toContain("--single-file");
   await page.close();
   place.run("completions bash");
   const broken = await ViewServer.start(place, ["leather.ptm", "relume-no-such-file.ptm"]);
-  const other = await open(broken.url);
+  const other = await opener.open(broken.url);
   expect(await other.locator(".notice").textContent()).toContain("relume-no-such-file.ptm");
   await other.close();
   await broken.stop();
 });
 
 test("the picture follows the light by software at ten frames a second on two processors", async () => {
-  place.run("capture leather -o large --lights 6 --size 1024x1024 --feature 128");
-  place.run("fit large -o large.ptm --color rgb");
+  writeStrip(place.path("large.ptm"), 1024, 1024);
   place.run("share large.ptm --single-file -o large.html");
   for (const query of ["", "?exact"]) {
-    const page = await open(`file://${place.path("large.html")}${query}`, { viewport: { width: 640, height: 400 } });
+    const page = await opener.open(`file://${place.path("large.html")}${query}`, { viewport: { width: 640, height: 400 } });
     await page.waitForTimeout(500);
     const before = drawingSeconds(), times = await followed(page);
     const seconds = ((drawingSeconds() ?? 0) - (before ?? 0)) / times.length, [best = 0, median = 0] = [times[0], times[times.length >> 1]];

@@ -7,7 +7,7 @@ import { launched } from "../chromium.js";
 import { ViewServer, Workplace } from "../program.js";
 import { canvas, difference, file, ready, settled, show } from "./pictures.js";
 
-const SIDE = 256;
+const SIDE = 192;
 const BACKGROUND = [255, 0, 255];
 const LIGHT: [number, number] = [-0.45, 0.35];
 const light = [...LIGHT, Math.sqrt(1 - LIGHT[0] ** 2 - LIGHT[1] ** 2)].join(",");
@@ -18,6 +18,7 @@ const PLANES: [name: string, options: string, width: number, height: number][] =
 const place = new Workplace();
 let browser: Browser, page: Page;
 const servers: ViewServer[] = [];
+let opened = "";
 
 /** A picture that repeats along two slanted vectors, so that the program cuts oblique tiles. */
 function slanted(side: number): Uint8Array {
@@ -59,7 +60,10 @@ function tileSize(name: string): [number, number] {
   return [right[0] + Math.abs(down[0]), down[1] + Math.abs(right[1])];
 }
 
+/** Opens a plane, unless it is there. */
 async function open(name: string, options: string): Promise<void> {
+  if (opened === `${name} ${options}`) return;
+  opened = "";
   const server = await ViewServer.start(place, [name, ...options.split(" ").filter(Boolean)]);
   servers.push(server);
   await page.goto(`${server.url}?exact`);
@@ -69,6 +73,7 @@ async function open(name: string, options: string): Promise<void> {
     document.querySelector(".panel")?.setAttribute("hidden", "");
   }, `rgb(${BACKGROUND.join(",")})`);
   await page.waitForTimeout(100);
+  opened = `${name} ${options}`;
 }
 
 beforeAll(async () => {

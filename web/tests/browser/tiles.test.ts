@@ -3,27 +3,13 @@ import { createServer } from "node:http";
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import { gzipSync } from "node:zlib";
-import type { Browser } from "playwright-core";
-import { afterAll, beforeAll, expect, test } from "vitest";
-import { launched } from "../chromium.js";
-import { ViewServer, Workplace } from "../program.js";
+import { expect, test } from "vitest";
+import { ViewServer } from "../program.js";
 import { writePtm } from "../shapes.js";
-import { Opener } from "./opened.js";
+import { session } from "./opened.js";
 import { canvas, difference, drawn, file, show } from "./pictures.js";
 
-const place = new Workplace();
-let browser: Browser, opener: Opener;
-
-beforeAll(async () => {
-  writePtm(place.path("large.ptm"), 2048);
-  browser = await launched();
-  opener = new Opener(browser);
-});
-
-afterAll(async () => {
-  await browser?.close();
-  place.remove();
-});
+const served = session([], [], (place) => writePtm(place.path("large.ptm"), 2048)), { place, opener } = served;
 
 test("2048 x 2048 texels are seen within a second of opening", async () => {
   const server = await ViewServer.start(place, ["large.ptm"]);
@@ -49,7 +35,7 @@ test("4096 x 4096 texels are seen after 300 kB", async () => {
     response.end(body);
   });
   await new Promise<void>((resolve) => files.listen(0, "127.0.0.1", resolve));
-  const address = files.address(), page = await browser.newPage({ viewport: { width: 700, height: 440 } });
+  const address = files.address(), page = await served.browser.newPage({ viewport: { width: 700, height: 440 } });
   await page.goto(`http://127.0.0.1:${typeof address === "object" ? address?.port : 0}/`);
   await page.waitForFunction(() => document.documentElement.dataset["seen"] !== undefined, null, { timeout: 100_000 });
   // What had begun to come by then.
@@ -97,7 +83,6 @@ test("tiles show what the texture is, at every magnification, and objects its co
   expect(difference(await canvas(page), shown).mean).toBeGreaterThan(2);
   await page.close();
   await server.stop();
-  expect(opener.complaints).toEqual([]);
 });
 
 /** The mean difference between a column and the next. */

@@ -1,38 +1,18 @@
 // The tools of the page: own objects, annotations, white balance, pictures and films.
 import { existsSync, readFileSync } from "node:fs";
 import { createServer } from "node:http";
-import { type Browser, type Download, type Page } from "playwright-core";
-import { afterAll, afterEach, beforeAll, expect, test } from "vitest";
+import type { Download, Page } from "playwright-core";
+import { expect, test } from "vitest";
 import { decodePng } from "../../packages/relume-three/src/png.js";
-import { launched } from "../chromium.js";
-import { ViewServer, Workplace } from "../program.js";
 import { writeShape } from "../shapes.js";
 import { entry } from "./hands.js";
-import { Opener } from "./opened.js";
+import { LEATHER, session } from "./opened.js";
 import { canvas, difference, drawn, file, show } from "./pictures.js";
 
-const place = new Workplace();
-let browser: Browser, server: ViewServer, opener: Opener;
-
-beforeAll(async () => {
-  place.run("capture leather -o capture --lights 16 --size 128x96 --feature 32");
-  place.run("fit capture -o leather.ptm");
-  writeShape(place.path("shape.obj"));
-  server = await ViewServer.start(place, ["leather.ptm", "--mesh", "shape.obj"]);
-  browser = await launched();
-  opener = new Opener(browser);
-});
-
-afterAll(async () => {
-  await browser?.close();
-  await server?.stop();
-  place.remove();
-});
-
-afterEach(() => expect(opener.complaints.splice(0)).toEqual([]));
+const served = session(LEATHER, ["leather.ptm", "--mesh", "shape.obj"], (place) => writeShape(place.path("shape.obj"))), { place, opener } = served;
 
 test("an object of one's own is shown from a server, a folder and one file", async () => {
-  const page = await opener.open(server.url);
+  const page = await opener.open(served.url);
   await page.getByRole("radio", { name: "shape.obj" }).click();
   await drawn(page);
   const shown = await canvas(page);
@@ -53,7 +33,7 @@ test("a page without an object of one's own shows a plane instead", async () => 
 });
 
 test("an object that is opened or dropped is the one of --mesh, and another file is refused in a sentence", async () => {
-  const truth = await opener.open(`${server.url}#object=mesh`), expected = await canvas(truth);
+  const truth = await opener.open(`${served.url}#object=mesh`), expected = await canvas(truth);
   await truth.close();
   place.run("share leather.ptm --single-file -o empty.html");
   const page = await opener.open(`file://${place.path("empty.html")}`);
@@ -97,7 +77,7 @@ async function annotate(page: Page, text: string, from: [number, number], to: [n
 }
 
 test("annotations are written beside the texture, read again, gone to, edited and removed", async () => {
-  const page = await opener.open(server.url);
+  const page = await opener.open(served.url);
   await show(page, "mode=normals&zoom=2&x=0.4");
   const written = await canvas(page);
   await annotate(page, TEXT, [120, 100], [200, 180]);
@@ -111,7 +91,7 @@ test("annotations are written beside the texture, read again, gone to, edited an
   expect(kept.annotations[1]?.box.slice(2)).toEqual([0, 0]);
   expect(kept.annotations[0]?.view).toContain("mode=normals");
   await page.close();
-  const again = await opener.open(server.url);
+  const again = await opener.open(served.url);
   await again.getByRole("button", { name: "</script>" }).click();
   await drawn(again);
   expect(difference(await canvas(again), written).mean).toBe(0);
@@ -149,7 +129,7 @@ async function pressed(page: Page, name: string): Promise<Download> {
 }
 
 test("a picked place becomes grey, and neutral takes it back", async () => {
-  const page = await opener.open(server.url);
+  const page = await opener.open(served.url);
   await show(page, "mode=default");
   const first = await canvas(page), box = await page.locator("canvas").boundingBox();
   if (!box) throw new Error("no canvas");
@@ -174,7 +154,7 @@ test("a picked place becomes grey, and neutral takes it back", async () => {
 });
 
 test("the whole texture is saved with a pixel for each texel", async () => {
-  const page = await opener.open(server.url);
+  const page = await opener.open(served.url);
   await show(page, "zoom=5&x=0.2&lights=0.3,0.2,ffffff,1");
   const before = await canvas(page);
   const saved = await pressed(page, "Save the whole texture");
@@ -189,7 +169,7 @@ test("the whole texture is saved with a pixel for each texel", async () => {
 });
 
 test("a path of the light becomes a film with as many pictures as asked for", async () => {
-  const page = await opener.open(server.url, { viewport: { width: 320, height: 240 } });
+  const page = await opener.open(served.url, { viewport: { width: 320, height: 240 } });
   await page.keyboard.press("h");
   const make = async (format: string): Promise<Buffer> => {
     await page.getByRole("button", { name: "Record the light" }).click();
@@ -222,7 +202,7 @@ test("a path of the light becomes a film with as many pictures as asked for", as
 
 test("axe finds no fault in the dialogs of the tools, and a phone holds them", async () => {
   const axe = readFileSync(new URL("../../node_modules/axe-core/axe.min.js", import.meta.url), "utf8");
-  const page = await opener.open(server.url, { viewport: { width: 390, height: 844 }, deviceScaleFactor: 2, isMobile: true, hasTouch: true });
+  const page = await opener.open(served.url, { viewport: { width: 390, height: 844 }, deviceScaleFactor: 2, isMobile: true, hasTouch: true });
   await page.evaluate(axe);
   const faults = (): Promise<string[]> => page.evaluate(async () => {
     const { violations } = await (globalThis as unknown as { axe: { run(): Promise<{ violations: { id: string; nodes: { html: string }[] }[] }> } }).axe.run();
@@ -256,7 +236,7 @@ test("an element shows a shared page within another one", async () => {
     response.setHeader("Content-Type", kind).end(name === "/index.html" ? host : readFileSync(place.path(name.slice(1))));
   });
   await new Promise<void>((resolve) => files.listen(0, "127.0.0.1", resolve));
-  const address = files.address(), page = await browser.newPage({ viewport: { width: 600, height: 400 } });
+  const address = files.address(), page = await served.browser.newPage({ viewport: { width: 600, height: 400 } });
   await page.goto(`http://127.0.0.1:${typeof address === "object" ? address?.port : 0}/`);
   const frame = page.frameLocator("relume-view iframe");
   await frame.locator("html[data-ready]").waitFor({ timeout: 60_000 });

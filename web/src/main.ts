@@ -13,6 +13,7 @@ import { OBJECTS } from "./state.js";
 import { Toolbar } from "./tools.js";
 import { Viewer } from "./viewer.js";
 
+const MAKING = "The first picture of this way of showing is being made: of many functions that takes a while.";
 const LOST = "The graphics card has taken the picture away: it is drawn again as soon as the browser gives it back, and nothing can be saved until then.";
 
 function start(): void {
@@ -49,9 +50,10 @@ function start(): void {
     wipe.style.left = `${100 * viewer.state.wipe}%`;
     picture.classList.toggle("drawing", viewer.tool !== null && viewer.state.object === "flat" && !viewer.movesView);
     if (document.documentElement.dataset["ready"] === undefined && !viewer.isLost) return;
+    const making = viewer.stage.making.isLong ? [MAKING] : [];
     const coming = viewer.stage.pending > 0 ? [`${viewer.stage.pending} tiles to come`] : [];
     const wrong = [...(viewer.isLost ? [LOST] : []), ...failures().map((sentence) => `${sentence}. The page tries again.`), ...notes.failures];
-    notice.say(wrong.length > 0 ? wrong : coming);
+    notice.say(wrong.length > 0 ? wrong : [...making, ...coming]);
   });
   viewer.retryWhile(() => failures().length > 0 || notes.isWaiting, () => {
     viewer.stage.retry();

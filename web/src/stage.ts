@@ -1,10 +1,11 @@
-import { type BufferGeometry, Color, DoubleSide, FrontSide, Mesh, OrthographicCamera, PerspectiveCamera, PlaneGeometry, Scene, Vector2, Vector3, WebGLRenderer } from "three";
-import { type FieldData, type Mode, NoiseBlocks, ReflectanceMaterial, ReflectanceTexture, TilePlane } from "relume-three";
-import { balanceFor } from "./balance.js";
+import { type BufferGeometry, type Camera, Color, DoubleSide, FrontSide, Mesh, OrthographicCamera, PerspectiveCamera, PlaneGeometry, Scene, Vector2, Vector3, WebGLRenderer } from "three";
+import { type FieldData, type Mode, ReflectanceMaterial, ReflectanceTexture, TilePlane } from "relume-three";
+import { applyState, cameraFrame, directionOf, inCells, lamp, lampsOf, simplify } from "./applied.js";
+import { Making } from "./making.js";
 import { DEFAULT_TILING, boundingSphere, geometryOf } from "./objects.js";
 import { type Part, flatScale, shownParts } from "./parts.js";
 import { TileCache } from "./tiles.js";
-import { type DiskLight, type ObjectName, type ViewState, onDisk } from "./state.js";
+import type { ObjectName, ViewState } from "./state.js";
 
 /** Screen pixels of a texel from which on texels are shown as squares. */
 const CRISP_PIXELS = 4;
@@ -54,11 +55,14 @@ export class Stage {
   mesh: BufferGeometry | null = null;
   /** 1 draws without the interpolation of slanted texels: as the library's renderer, and where there is no graphics card. */
   readonly anisotropy: number;
+  /** What the graphics card makes to draw with. */
+  readonly making: Making;
 
-  /** `arrived` is called when more of what is in view has come. */
-  constructor(canvas: HTMLCanvasElement, isotropic: boolean, private readonly arrived: () => void) {
+  /** `arrived` is called when more of what is in view has come, `told` when there is more to say of what is made. */
+  constructor(canvas: HTMLCanvasElement, isotropic: boolean, private readonly arrived: () => void, told: () => void) {
     this.renderer = new WebGLRenderer({ canvas, antialias: !isotropic, preserveDrawingBuffer: true, alpha: false });
     this.renderer.autoClear = false;
+    this.making = new Making(this.renderer, arrived, told);
     const plain = isotropic || drawsInSoftware(this.renderer.getContext());
     this.anisotropy = plain ? 1 : Math.min(8, this.renderer.capabilities.getMaxAnisotropy());
     this.flat.frustumCulled = this.solid.frustumCulled = false;
@@ -97,6 +101,7 @@ export class Stage {
 
   /** What was drawn for endless planes is gone: it is made again where it is seen. */
   forget(): void {
+    this.making.forget();
     for (const placed of this.placed) for (const one of [placed, placed?.plane]) one?.texture.endless?.window.forget();
   }
 
@@ -131,6 +136,16 @@ export class Stage {
     } while (this.pending > 0);
   }
 
+  /** Whether the card has what draws a state; it makes the rest. */
+  isMade(state: ViewState): boolean {
+    const { x, y } = this.renderer.getSize(new Vector2());
+    const areMade = shownParts(state, (index) => this.texture(index), x, y).map(({ state: part, view }) => {
+      const prepared = this.prepare(part, view, y);
+      return !prepared || this.making.isReady(prepared.placed.material, this.scene, prepared.camera);
+    });
+    return areMade.every(Boolean);
+  }
+
   /** The size in CSS pixels and the density of the screen. */
   resize(width: number, height: number, ratio: number): void {
     this.renderer.setPixelRatio(ratio);
@@ -144,22 +159,31 @@ export class Stage {
     this.renderer.setViewport(0, 0, size.x, size.y);
     this.renderer.clear();
     for (const { state: part, view, seen } of shownParts(state, (index) => this.texture(index), size.x, size.y)) this.drawPart(part, view, seen, size.y);
+    this.making.watch();
+  }
+
+  /** Puts what a part shows into the scene. */
+  private prepare(asked: ViewState, view: Part, height: number): { placed: Placed; state: ViewState; camera: Camera } | null {
+    const isKnown = knowsMode(this.placed[asked.texture]?.texture ?? null, asked.mode), state = isKnown ? asked : { ...asked, mode: "default" as const };
+    const placed = this.formFor(state);
+    if (!placed) return null;
+    applyState(state, placed.material);
+    simplify(placed.texture, placed.material, state.simple);
+    this.scene.clear();
+    if (state.object === "flat") this.prepareFlat(state, placed, view.width, height);
+    else this.prepareSolid(state, placed, view.width, height);
+    return { placed, state, camera: state.object === "flat" ? this.straight : this.eye };
   }
 
   /** Draws into a part of the canvas what a view of another part shows there. */
   private drawPart(asked: ViewState, view: Part, seen: Part, height: number): void {
-    const isKnown = knowsMode(this.placed[asked.texture]?.texture ?? null, asked.mode), state = isKnown ? asked : { ...asked, mode: "default" as const };
-    const placed = this.formFor(state);
-    if (!placed || seen.width <= 0) return;
+    const prepared = seen.width > 0 ? this.prepare(asked, view, height) : null;
+    if (!prepared) return;
+    const { placed, state, camera } = prepared;
     this.renderer.setScissorTest(true);
     this.renderer.setScissor(seen.x, 0, seen.width, height);
     this.renderer.setViewport(view.x, 0, view.width, height);
-    applyState(state, placed.material);
-    simplify(placed, state.simple);
-    this.scene.clear();
-    if (state.object === "flat") this.prepareFlat(state, placed, view.width, height);
-    else this.prepareSolid(state, placed, view.width, height);
-    this.renderer.render(this.scene, state.object === "flat" ? this.straight : this.eye);
+    this.renderer.render(this.scene, camera);
     if (placed.tiles && state.object === "flat" && state.repeat <= 1) this.drawTiles(state, placed, placed.tiles, { view, seen, height });
   }
 
@@ -283,65 +307,11 @@ function wholeOf({ texture, tiles }: Placed): StagedTexture {
   return { width, height, data: texture.data, endless: texture.endless, maps: texture.maps };
 }
 
-/** What a state says of any material. */
-function applyState(state: ViewState, material: ReflectanceMaterial): void {
-  material.setMode(state.mode, state.gain);
-  material.set("exposure", 2 ** state.exposure);
-  material.set("gloss", state.gloss);
-  material.set("roughness", state.roughness);
-  material.set("showCells", state.cells ? 1 : 0);
-  material.setBalance(balanceFor([state.whiteX, state.whiteY]));
-  material.setEnvironment(state.source === "lamps" ? 0 : state.sky, (state.turn * Math.PI) / 180);
-}
-
-/** The lamps that light the texture, those of the state as well where the texture knows no light from all around. */
-function lampsOf({ source, lights }: ViewState, { knowsEnvironment }: ReflectanceMaterial): DiskLight[] {
-  return source === "environment" && knowsEnvironment ? [] : lights;
-}
-
 /** Repetitions of a texture on an object: of an endless plane no more than there is room for. */
 function tilingOf(state: ViewState, { endless, width, height }: ReflectanceTexture): [number, number] {
   const [across, down] = DEFAULT_TILING[state.object], reach = endless?.reach ?? [Infinity, Infinity];
   const repeat = Math.min(state.repeat, reach[0] / (across * width), reach[1] / (down * height));
   return [across * repeat, down * repeat];
-}
-
-/** Shows the first tile alone, or averages instead of noise. */
-function simplify({ texture, material }: Placed, simple: boolean): void {
-  material.set("oneTile", simple ? 1 : 0);
-  const maker = texture.endless?.maker;
-  if (!(maker instanceof NoiseBlocks) || maker.averages === simple) return;
-  maker.averages = simple;
-  texture.endless?.window.forget();
-}
-
-/** The cell of the middle of the view as integers, and the middle relative to it in parts of a tile. */
-function inCells(state: ViewState, texture: ReflectanceTexture, material: ReflectanceMaterial): [number, number] {
-  const { right, down } = texture.data.cells ?? { right: [1, 0], down: [0, 1] };
-  const [w, t] = right as [number, number], [s, h] = down as [number, number], area = w * h - s * t;
-  const x = state.x * texture.width, y = state.y * texture.height;
-  const i = Math.floor((x * h - y * s) / area), j = Math.floor((w * y - t * x) / area);
-  (material.uniforms["baseCell"]?.value as Vector2).set(i, j);
-  return [(x - i * w - j * s) / texture.width, (y - i * t - j * h) / texture.height];
-}
-
-/** The unit vector over a place of the disk. */
-export function directionOf(light: DiskLight): [number, number, number] {
-  const [u, v] = onDisk(light.u, light.v);
-  return [u, v, Math.sqrt(1 - u * u - v * v)];
-}
-
-function lamp(light: DiskLight, direction: [number, number, number]) {
-  const color = new Color(light.color).multiplyScalar(light.strength);
-  return { direction, color: [color.r, color.g, color.b] as [number, number, number], softness: (light.softness * Math.PI) / 180 };
-}
-
-/** Right and up in the picture, and the way to the camera (render/scene.rs). */
-function cameraFrame(state: ViewState): { right: Vector3; up: Vector3; back: Vector3 } {
-  const a = (state.azimuth * Math.PI) / 180, e = (state.elevation * Math.PI) / 180;
-  const back = new Vector3(Math.sin(a) * Math.cos(e), Math.sin(e), Math.cos(a) * Math.cos(e));
-  const right = new Vector3(Math.cos(a), 0, -Math.sin(a));
-  return { right, up: back.clone().cross(right), back };
 }
 
 function drawsInSoftware(gl: WebGLRenderingContext | WebGL2RenderingContext): boolean {

@@ -137,3 +137,10 @@ function keyOf({ level, column, row }: TilePlace): string {
 function bytesOf({ layers, maps, width, height }: ReflectanceTexture): number {
   return ((layers + (maps ? 2 : 0)) * width * height * 8 * 4) / 3;
 }
+
+/** Every second level from the smallest to the one that is the largest to be taken as a whole. */
+export function levelsUpTo(smallest: number, whole: number): number[] {
+  const levels: number[] = [];
+  for (let level = smallest; level > whole; level -= 2) levels.push(level);
+  return [...levels, whole];
+}

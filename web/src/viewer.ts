@@ -6,7 +6,7 @@ import { Lamps } from "./lamps.js";
 import { Stage, knowsMode } from "./stage.js";
 import { FIRST, type ViewState, copyOf, fromHash, toHash } from "./state.js";
 import { type PageTexture, sourceOf } from "./page.js";
-import { TileCache } from "./tiles.js";
+import { TileCache, levelsUpTo } from "./tiles.js";
 
 /** Steps of the same gesture closer than this are undone together, in milliseconds. */
 const GESTURE = 700;
@@ -57,7 +57,7 @@ export class Viewer {
     const parameters = new URLSearchParams(location.search);
     this.isExact = parameters.has("exact");
     document.documentElement.classList.toggle("exact", this.isExact);
-    this.stage = new Stage(canvas, this.isExact, () => this.redraw(false));
+    this.stage = new Stage(canvas, this.isExact, () => this.redraw(false), () => this.tell());
     this.titles = textures.map((texture) => texture.title);
     this.state = fromHash(location.hash, textures.length);
     // The address asked for: by the time of the event, the page may have written its own state again.
@@ -92,6 +92,10 @@ export class Viewer {
     if (!this.isFree || index !== this.state.texture) return;
     this.isFree = false;
     if (this.hasEnvironment && !this.stage.texture(index)?.data.dependsOnView) this.state.source = "environment";
+  }
+
+  private tell(): void {
+    for (const listener of this.listeners) listener();
   }
 
   onChange(listener: () => void): void {
@@ -267,7 +271,7 @@ export class Viewer {
   /** Draws before the next frame of the screen; `moves`: because what is shown changes. */
   redraw(moves = true): void {
     this.moved ||= moves;
-    for (const listener of this.listeners) listener();
+    this.tell();
     clearTimeout(this.addressTimer);
     this.addressTimer = window.setTimeout(() => this.writeAddress(), ADDRESS_DELAY);
     if (this.pending) return;
@@ -276,7 +280,7 @@ export class Viewer {
       this.pending = false;
       if (this.moved) this.paceAt(now);
       this.moved = false;
-      this.drawNow();
+      this.drawIfMade();
     });
   }
 
@@ -300,6 +304,13 @@ export class Viewer {
     if (this.share === share) return;
     this.share = share;
     this.resize();
+  }
+
+  /** Draws, unless the card still makes what it draws with: then it is asked for another picture when that is there. */
+  private drawIfMade(): void {
+    const isMade = this.isLost || this.stage.isMade(this.state);
+    document.documentElement.dataset["making"] = String(!isMade);
+    if (isMade) this.drawNow();
   }
 
   drawNow(): void {
@@ -334,11 +345,4 @@ export class Viewer {
     if (hash === `#${toHash(this.state)}`) return;
     this.show(hash);
   }
-}
-
-/** Every second level from the smallest to the one that is the largest to be taken as a whole. */
-function levelsUpTo(smallest: number, whole: number): number[] {
-  const levels: number[] = [];
-  for (let level = smallest; level > whole; level -= 2) levels.push(level);
-  return [...levels, whole];
 }

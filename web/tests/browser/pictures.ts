@@ -12,7 +12,7 @@ export async function ready(page: Page): Promise<void> {
 export async function drawn(page: Page): Promise<void> {
   const frames = (): Promise<void> => page.evaluate(() => new Promise<void>((resolve) => requestAnimationFrame(() => requestAnimationFrame(() => resolve()))));
   await frames();
-  await page.waitForFunction(() => document.documentElement.dataset["coarse"] !== "true");
+  await page.waitForFunction(() => document.documentElement.dataset["making"] === "false" && document.documentElement.dataset["coarse"] !== "true");
   await frames();
 }
 

@@ -46,6 +46,11 @@ function harmonics(u: number, v: number, c: number): number[] {
   ];
 }
 
+/** Weights of bases with formulas, in GLSL. */
+export const CLOSED = `
+vec4 closedForm[GROUPS];
+vec4 weightGroup(int channel, int group) { return closedForm[group]; }`;
+
 /** The same in GLSL: fills the groups of four values of `closedForm`. */
 export const CLOSED_FORM_GLSL: Record<string, string> = {
   constant: `void fillClosedForm(vec3 l) { closedForm[0] = vec4(1.0, 0.0, 0.0, 0.0); }`,

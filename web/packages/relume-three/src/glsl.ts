@@ -26,6 +26,7 @@ uniform float sharpen, radius;
 // Decided when the shader is compiled: where no graphics card draws, all branches of others take their time.
 const int mode = MODE;
 const bool flat_ = FLAT == 1, glossy = GLOSS == 1;
+const vec3 LUMINANCE = vec3(0.2126, 0.7152, 0.0722);
 #if CELLS
 uniform ivec2 right, down, origin, baseCell;
 uniform int oneTile;
@@ -103,9 +104,6 @@ vec4 sampled(sampler2DArray source, int k) {
 }
 vec4 blurredBy(sampler2DArray source, int k, float levels) { return textureLod(source, vec3(at, layerIndex(k)), level + levels); }
 vec4 blurred(sampler2DArray source, int k) { return blurredBy(source, k, radius); }
-// By how many levels the functions are blurred, in the ways of showing that compare them with themselves.
-float blurBy = 0.0;
-const bool blurs = mode == UNSHARP_LUMINANCE || mode == MULTI_LIGHT;
 #if CODED
 uniform vec3 codeScale[FUNCTIONS], codeOffset[FUNCTIONS];
 vec4 decoded(vec4 codes, int k) { return vec4(codeScale[k] * codes.rgb + codeOffset[k], codes.a); }
@@ -117,20 +115,14 @@ vec4 lookedUp(int k) {
   if (mode == UNSHARP_COEFFICIENTS) here += sharpen * (here - decoded(blurred(planes, k), k));
   return here;
 }
-// The levels of the still under many lights.
-const float FINE = 1.5, MIDDLE = 3.0, SOFT = 4.5;
-#if HELD
+//AROUND
+#if IS_HELD
 vec4 held[LAYERS];
-#if MODE == MULTI_LIGHT
-vec4 fine[LAYERS], middle[LAYERS], soft[LAYERS];
-vec4 layer(int k) { return blurBy == 0.0 ? held[k] : blurBy == FINE ? fine[k] : blurBy == MIDDLE ? middle[k] : soft[k]; }
-#else
-vec4 layer(int k) { return blurs && blurBy > 0.0 ? decoded(blurredBy(planes, k, blurBy), k) : held[k]; }
-#endif
+vec4 layer(int k) { return held[k]; }
 //HOLD
 #else
 void holdLayers() {}
-vec4 layer(int k) { return blurs && blurBy > 0.0 ? decoded(blurredBy(planes, k, blurBy), k) : lookedUp(k); }
+vec4 layer(int k) { return lookedUp(k); }
 #endif`;
 
 /** The value of the functions at the place, in the space of the texture. */
@@ -142,13 +134,19 @@ vec3 lightOfShapes;
 #endif
 vec3 evaluate() {
   vec3 sum = vec3(0.0);
+#if BLURS
+  around = vec3(0.0);
+#endif
 //SUM
 #if ARRANGEMENT == 2
   sum *= layer(GROUPS).rgb;
+#if BLURS
+  around *= vec4(LUMINANCE, 0.0) * layerAround(GROUPS);
+#endif
 #endif
 #if SHAPES
   // Under the light from all around, whose lamps stand for smooth light, boundaries fade as in the linear form.
-  if (ofLamp) sum += movedBoundaries(lightOfShapes);
+  if (ofLamp) addMovedBoundaries(lightOfShapes, sum);
 #endif
   return sum;
 }
@@ -178,11 +176,6 @@ vec3 toLinear(vec3 v) {
 #endif
 }`;
 
-/** Weights of bases with formulas. */
-export const CLOSED: string = `
-vec4 closedForm[GROUPS];
-vec4 weightGroup(int channel, int group) { return closedForm[group]; }`;
-
 /** What is shown, by mode; and the lights. */
 export const FRAGMENT: string = `
 in vec3 worldPosition, worldNormal, worldTangent;
@@ -202,7 +195,6 @@ uniform sampler2DArray maps;
 //LOOKUP
 //WEIGHTS
 //EVALUATE
-const vec3 LUMINANCE = vec3(0.2126, 0.7152, 0.0722);
 vec3 tangentX, tangentY, tangentZ, eye;
 void findFrame() {
   if (flat_) {
@@ -280,31 +272,7 @@ vec3 diffuseGain(vec3 l, vec3 v, vec3 n) {
   vec3 tangentPlane = peak + slopeX * d.x + slopeY * d.y;
   return tangentPlane + gain * (value - tangentPlane);
 }
-#if MODE == MULTI_LIGHT
-float blurredLuminance(float levels) {
-  blurBy = levels;
-  float found = dot(evaluate(), LUMINANCE);
-  blurBy = 0.0;
-  return found;
-}
-// A still in which every place is lit from where its details show best: of lamps around the upper left, 18 and 45 degrees high, the
-// mean of their details, by the power of the local contrast, on the soft light of the higher ones. Lamps of opposite sides
-// would cancel each other.
-vec3 multiLight(vec3 v) {
-  vec3 details = vec3(0.0);
-  float total = 0.0, brightness = 0.0;
-  for (int i = 0; i < 10; i++) {
-    float azimuth = radians(135.0 + 33.75 * float(i % 5 - 2)), height = i < 5 ? 0.309 : 0.707, across = sqrt(1.0 - height * height);
-    vec3 value = valueFor(vec3(across * cos(azimuth), across * sin(azimuth), height), v);
-    float finer = blurredLuminance(FINE), coarser = blurredLuminance(MIDDLE), ground = max(blurredLuminance(SOFT), 0.06);
-    float share = pow((abs(finer - coarser) + abs(coarser - ground)) / ground + 0.02, gain);
-    details += share * clamp(value / ground, 0.0, 4.0);
-    total += share;
-    brightness += i < 5 ? 0.0 : ground / 5.0;
-  }
-  return toLinear(brightness * details / total);
-}
-#endif
+//MANY
 // Blue to red over 0..1 through green and yellow.
 vec3 heat(float t) {
   t = clamp(t, 0.0, 1.0);
@@ -324,12 +292,10 @@ vec3 underLight(vec3 l, vec3 v, vec3 n) {
     float luminance = max(dot(value, LUMINANCE), 0.0);
     return toLinear(0.4 * value + 0.7 * gain * pow(max(dot(n, normalize(l + v)), 0.0), 75.0) * luminance);
   }
-  if (mode == UNSHARP_LUMINANCE) {
-    blurBy = radius;
-    float soft = dot(evaluate(), LUMINANCE), sharp = dot(value, LUMINANCE);
-    blurBy = 0.0;
-    value *= max(sharp + gain * (sharp - soft), 0.0) / max(sharp, 1e-4);
-  }
+#if MODE == UNSHARP_LUMINANCE
+  float sharp = dot(value, LUMINANCE);
+  value *= max(sharp + gain * (sharp - around.x), 0.0) / max(sharp, 1e-4);
+#endif
   if (mode == SHADING) {
     vec3 body = albedo();
     float share = dot(value, LUMINANCE) / max(dot(body, LUMINANCE), 1e-3);
@@ -354,6 +320,9 @@ void main() {
   vec3 v = inFrame(eye), sum = vec3(0.0);
   v = fromDisk(v.xy);
   holdLayers();
+#if SHAPES
+  holdBoundaries();
+#endif
 #if MODE == MULTI_LIGHT
   sum = multiLight(v);
 #else

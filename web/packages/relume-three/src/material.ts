@@ -1,8 +1,9 @@
 import { DoubleSide, GLSL3, Matrix3, ShaderMaterial, Vector2, Vector3, Vector4 } from "three";
-import { CLOSED_FORM_GLSL } from "./basis.js";
-import { BOUNDARIES_GLSL } from "./boundaries.js";
+import { AROUND_GLSL, MANY_GLSL } from "./around.js";
+import { CLOSED, CLOSED_FORM_GLSL } from "./basis.js";
+import { boundariesGlsl } from "./boundaries.js";
 import { ENVIRONMENT_GLSL, momentsGlsl } from "./environment.js";
-import { CLOSED, EVALUATE, FRAGMENT, LOOKUP, VERTEX } from "./glsl.js";
+import { EVALUATE, FRAGMENT, LOOKUP, VERTEX } from "./glsl.js";
 import { isTurned } from "./header.js";
 import type { FieldData } from "./field.js";
 import { MEASURED_GLSL, MeasuredBasis } from "./measured.js";
@@ -18,8 +19,8 @@ export const MODES = [
 ] as const;
 export type Mode = (typeof MODES)[number];
 
-/** Layers of a place that are kept while its lights are added up. */
-const MOST_HELD = 32;
+/** Layers of a place that are kept while its lights are added up: always, and where they are added up many times. */
+const FEW_HELD = 32, MOST_HELD = 128;
 const ARRANGEMENTS = { color: 0, packed: 1, product: 2 };
 
 /**
@@ -143,6 +144,11 @@ export class ReflectanceMaterial extends ShaderMaterial {
     this.vary("FLAT", flat ? 1 : 0);
   }
 
+  /** What the shader is compiled for now. */
+  get variant(): string {
+    return `${["MODE", "FLAT", "GLOSS", "AMBIENT"].map((name) => String(this.defines[name])).join(" ")} ${this.side}`;
+  }
+
   /** What the shader is compiled for; programs are kept for each. */
   private vary(name: string, value: number): void {
     if (this.defines[name] === value) return;
@@ -187,7 +193,7 @@ function definesFor(texture: ReflectanceTexture): Record<string, number> {
     SHAPES: data.boundaries?.channels ?? 0,
     TILES: texture.tiles,
     LAYERS: texture.layers,
-    HELD: texture.layers <= MOST_HELD ? 1 : 0,
+    HELD: texture.layers <= FEW_HELD ? 2 : texture.layers <= MOST_HELD ? 1 : 0,
     NODES: light?.nodes ?? 0,
     MOMENTS: light && isTurned(light) ? light.functions : 0,
     LAMP_SIDE: texture.lamps?.side ?? 0,
@@ -200,7 +206,7 @@ function definesFor(texture: ReflectanceTexture): Record<string, number> {
 
 function fragmentFor({ data, arrangement, layers }: ReflectanceTexture): string {
   const parts: Record<string, string> = {
-    LOOKUP, WEIGHTS: `${weightsFor(data)}${BOUNDARIES_GLSL}`, EVALUATE, ENVIRONMENT: ENVIRONMENT_GLSL, HOLD: holdGlsl(layers),
+    LOOKUP, WEIGHTS: `${weightsFor(data)}${data.boundaries ? boundariesGlsl(data.boundaries) : ""}`, EVALUATE, ENVIRONMENT: ENVIRONMENT_GLSL, AROUND: AROUND_GLSL, MANY: MANY_GLSL, HOLD: holdGlsl(layers),
     MOMENTS: momentsGlsl(data.environment?.header),
     SUM: sumGlsl(data.functions, arrangement === "color", data.layout === "shared" ? 3 : 1),
   };

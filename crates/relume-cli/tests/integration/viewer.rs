@@ -22,6 +22,19 @@ fn data(page: &str) -> Value {
     serde_json::from_str(rest.split_once("</script>").unwrap().0).unwrap()
 }
 
+/// A fault: the remark named no picture, so that nobody knew which of several was meant.
+#[test]
+fn the_picture_whose_values_are_clipped_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    texture(at, "plain.png");
+    let mut bright = b"PTM_1.2\nPTM_FORMAT_RGB\n8\n8\n4 4 4 4 4 4\n128 128 128 128 128 0\n".to_vec();
+    bright.extend([200; 3 * 8 * 8 * 6]);
+    fs::write(at.join("bright.ptm"), bright).unwrap();
+    let said = json(at, &["share", "plain.png", "bright.ptm", "-o", "out"])["warnings"].to_string();
+    assert!(said.contains("albedo.png of bright: 100.0 % of the values are outside 0..1"), "{said}");
+}
+
 #[test]
 fn a_folder_holds_a_page_and_the_files_that_it_names() {
     let folder = tempfile::tempdir().unwrap();

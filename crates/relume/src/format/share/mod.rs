@@ -26,6 +26,8 @@ pub use measured::MeasuredTable;
 pub use noise::NoiseParts;
 pub use table::BasisTable;
 
+use std::path::Path;
+
 use crate::error::{Error, Result};
 use crate::field::ReflectanceField;
 use crate::format::{FieldFile, TileSetFile};
@@ -82,7 +84,8 @@ impl ShareFiles {
         check_color(field)?;
         let tiled = extras.tiles.is_none() && field.size().texels() >= TILED_TEXELS;
         let (SharedPlanes { groups, mut files, error }, pyramid) = if tiled {
-            let TiledTexture { pyramid, files, error } = TiledTexture::new(file, extras, depth, job)?;
+            let job = about_picture("the tiles", extras, job);
+            let TiledTexture { pyramid, files, error } = TiledTexture::new(file, extras, depth, &job)?;
             (SharedPlanes { groups: Vec::new(), files, error }, Some(pyramid))
         } else {
             (SharedPlanes::new(field, &file.encoding, depth, job)?, None)
@@ -190,7 +193,7 @@ fn shared_maps(extras: &ShareExtras, files: &mut Vec<(String, Vec<u8>)>, job: &J
     if let Some(normals) = extras.normals {
         let stored: Vec<f32> = normals.as_slice().iter().map(|v| v * 0.5 + 0.5).collect();
         let stored = Planes::from_vec(normals.size(), 3, stored)?;
-        files.push(("normals.png".to_owned(), planes::encode_codes(&stored, job)?));
+        files.push(picture("normals.png", &stored, extras, job)?);
         maps.push(ShareMap::codes("normals", "normals.png", [2.0 / 255.0, -1.0]));
     }
     if let Some(height) = extras.height {
@@ -200,10 +203,20 @@ fn shared_maps(extras: &ShareExtras, files: &mut Vec<(String, Vec<u8>)>, job: &J
     }
     if let Some(albedo) = extras.albedo {
         let encoded = albedo.to_space(crate::space::Space::Srgb);
-        files.push(("albedo.png".to_owned(), planes::encode_codes(&encoded.planes, job)?));
+        files.push(picture("albedo.png", &encoded.planes, extras, job)?);
         maps.push(ShareMap::codes("albedo", "albedo.png", [1.0 / 255.0, 0.0]));
     }
     Ok(maps)
+}
+
+/// A picture of the texture under its name.
+fn picture(name: &str, planes: &Planes, extras: &ShareExtras, job: &Job) -> Result<(String, Vec<u8>)> {
+    Ok((name.to_owned(), planes::encode_codes(planes, &about_picture(name, extras, job))?))
+}
+
+/// The job, whose remarks concern a picture of the texture, or several.
+fn about_picture(name: &str, extras: &ShareExtras, job: &Job) -> Job {
+    job.about(Path::new(&format!("{name} of {}", extras.title)))
 }
 
 /// The planes of all maps with the codes of 8 bits that hold them, and their roles.

@@ -12,13 +12,15 @@ use crate::context::Context;
 use crate::evaluated;
 use crate::output::{Folder, Outputs, is_stream};
 use crate::report::Report;
-use crate::viewer::{self, Delivery, PageData, PageSceneArgs, PlaneArgs, Preparation, Prepared, Scene};
+use crate::viewer::{
+    self, Delivery, PageData, PageSceneArgs, PlaneArgs, Preparation, Prepared, Scene, Source,
+};
 
 /// Arguments of `relume share`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  relume share wool.ptm -o wool-page\n  \
                         relume share wool.ptm --single-file -o wool.html\n  \
-                        relume share wool.ptm woven.ptm -o both --title \"Two cloths\"")]
+                        relume share wool.ptm woven.ptm -o both --title \"Two cloths\" --mm-per-texel 0.05,0.1")]
 pub struct Args {
     /// Textures: .ptm, .exr fields, pictures, tiles, .rlm models; several, 16 at most, are compared side by side
     #[arg(required = true, num_args = 1.., value_name = "FILE")]
@@ -65,14 +67,14 @@ fn web_address(text: &str) -> Result<String, String> {
 
 /// Reads the textures, and writes the page.
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
-    let titles = titles(args)?;
+    let sources = sources(args)?;
     check_output(args)?;
     let inputs: Vec<&Path> = args.files.iter().map(PathBuf::as_path).chain(args.scene.files()).collect();
     if args.single_file {
         let mut outputs = Outputs::new(context);
         outputs.file(&args.output, &inputs)?;
         let scene = args.scene.read(&context.job)?;
-        let textures = textures(args, titles, &scene, context)?;
+        let textures = textures(args, sources, &scene, context)?;
         let bytes = textures.iter().flat_map(|t| &t.files).map(|(_, bytes)| bytes.len() as u64).sum::<u64>();
         // In base64 for the data, the data as text, and the page around it.
         context.job.check_bytes("the page", 4 * bytes.div_ceil(3) * 4)?;
@@ -90,7 +92,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     }
     let folder = Folder::stage(&args.output, &inputs, context)?;
     let scene = args.scene.read(&context.job)?;
-    let textures = textures(args, titles, &scene, context)?;
+    let textures = textures(args, sources, &scene, context)?;
     let mut bytes = 0;
     let mut add = |name: &str, content: &[u8]| {
         bytes += content.len();
@@ -130,11 +132,13 @@ fn check_output(args: &Args) -> Result<()> {
     Err(Error::usage(error).at(&args.output))
 }
 
-/// The title of the page where it is given and there is one texture, and the names of the files otherwise.
-fn titles(args: &Args) -> Result<Vec<String>> {
-    let titles = viewer::titles(&args.files)?;
-    let own = args.title.clone().filter(|_| titles.len() == 1);
-    Ok(own.map_or(titles, |title| vec![title]))
+/// The textures, under the title of the page where it is given and there is one, and under the names of the files otherwise.
+fn sources(args: &Args) -> Result<Vec<Source<'_>>> {
+    let mut sources = viewer::sources(&args.files, &args.planes)?;
+    if let ([source], Some(title)) = (&mut sources[..], &args.title) {
+        source.title.clone_from(title);
+    }
+    Ok(sources)
 }
 
 /// The folder of texture `i` beside the page.
@@ -142,12 +146,11 @@ fn place(i: usize) -> String {
     format!("textures/{i}/")
 }
 
-fn textures(args: &Args, titles: Vec<String>, scene: &Scene, context: &Context) -> Result<Vec<Prepared>> {
+fn textures(args: &Args, sources: Vec<Source>, scene: &Scene, context: &Context) -> Result<Vec<Prepared>> {
     let environment = scene.environment.as_ref();
     let delivery = Delivery::Stored;
     let preparation = Preparation { planes: &args.planes, evaluated: &args.evaluated, environment, delivery };
-    let read = |(path, title): (&PathBuf, String)| preparation.prepared(path, title, &context.job);
-    args.files.iter().zip(titles).map(read).collect()
+    sources.into_iter().map(|source| preparation.prepared(source, &context.job)).collect()
 }
 
 fn page_data(

@@ -14,8 +14,7 @@ pub use annotations::{
 };
 pub use html::{FOLDER_POLICY, PageData, disk_page, folder_page, single_page};
 pub use scene::{PageSceneArgs, Scene};
-pub use textures::{Delivery, PlaneArgs, Preparation, Prepared, ServedPlane};
-pub use titles::titles;
+pub use textures::{Delivery, PlaneArgs, Preparation, Prepared, ServedPlane, Source, sources};
 
 /// The page's script.
 pub const SCRIPT: &str = include_str!("page/viewer.js");

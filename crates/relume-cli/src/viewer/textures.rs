@@ -1,6 +1,6 @@
 //! Files as the page loads them.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -13,10 +13,11 @@ use relume::synthesis::noise::NoiseOptions;
 use relume::workflow::endless::ModelPlane;
 use relume::workflow::share::{ShareOptions, block, share, share_model, share_tiles, thumbnail};
 use relume::workflow::shared_noise::NoiseFunctions;
-use relume::{Job, Named, ReflectanceField, Result};
+use relume::{Error, Job, Named, ReflectanceField, Result};
 use serde_json::{Map, Value, json};
 
 use super::annotations::AnnotationFile;
+use super::titles::titles;
 use crate::{args, evaluated, input};
 
 /// How textures are stored for the page.
@@ -29,15 +30,31 @@ pub struct PlaneArgs {
     /// Show an endless plane of noise made from each texture, as relume synth --method noise does
     #[arg(long)]
     noise: bool,
-    /// Side of a texel in millimetres, for the scale bar and the ruler
-    #[arg(long, value_name = "MM", value_parser = args::texel_mm)]
-    mm_per_texel: Option<f64>,
+    /// Side of a texel in millimetres, for the scale bar and the ruler: of all textures, or one for each in the order of the
+    /// files, such as 0.05,0.1
+    #[arg(long, value_name = "MM", value_parser = args::texel_mm, value_delimiter = ',')]
+    mm_per_texel: Vec<f64>,
 }
 
 impl PlaneArgs {
     /// The customary storage, of a texture or of noise made from it.
     pub fn usual(noise: bool) -> Self {
         Self { noise, ..Self::default() }
+    }
+
+    /// The side of a texel of each of so many textures, where it is given: one for all, or one for each.
+    fn texel_sizes(&self, textures: usize) -> Result<Vec<Option<f64>>> {
+        match &self.mm_per_texel[..] {
+            [] => Ok(vec![None; textures]),
+            [of_all] => Ok(vec![Some(*of_all); textures]),
+            of_each if of_each.len() == textures => Ok(of_each.iter().copied().map(Some).collect()),
+            others => {
+                let (given, files) = (others.len(), if textures == 1 { "texture" } else { "textures" });
+                Err(Error::usage(format!(
+                    "--mm-per-texel has {given} numbers for {textures} {files}: give one for all, or one for each"
+                )))
+            }
+        }
     }
 }
 
@@ -98,6 +115,26 @@ impl Prepared {
     }
 }
 
+/// A file that is to be shown.
+#[derive(Debug)]
+pub struct Source<'a> {
+    /// Where it is.
+    pub path: &'a Path,
+    /// A name for people.
+    pub title: String,
+    /// The side of a texel, where it is given.
+    pub mm_per_texel: Option<f64>,
+}
+
+/// The files of a page, with their titles and the sizes of their texels.
+///
+/// # Errors
+/// More files than a page shows, and another number of sizes than one for all or one for each.
+pub fn sources<'a>(files: &'a [PathBuf], planes: &PlaneArgs) -> Result<Vec<Source<'a>>> {
+    let named = files.iter().zip(titles(files)?).zip(planes.texel_sizes(files.len())?);
+    Ok(named.map(|((path, title), mm_per_texel)| Source { path, title, mm_per_texel }).collect())
+}
+
 /// How files are prepared.
 #[derive(Debug, Clone, Copy)]
 pub struct Preparation<'a> {
@@ -112,13 +149,14 @@ pub struct Preparation<'a> {
 }
 
 impl Preparation<'_> {
-    /// Reads a file under a title: a texture, tiles, a picture, or a model; a model is shown as an endless plane where it is served, and as
+    /// Reads a file: a texture, tiles, a picture, or a model; a model is shown as an endless plane where it is served, and as
     /// a seamless tile otherwise or if its size is given.
-    pub fn prepared(&self, path: &Path, title: String, job: &Job) -> Result<Prepared> {
+    pub fn prepared(&self, source: Source, job: &Job) -> Result<Prepared> {
+        let Source { path, title, mm_per_texel } = source;
         let options = ShareOptions {
             title: title.clone(),
             depth: self.planes.planes,
-            mm_per_texel: self.planes.mm_per_texel,
+            mm_per_texel,
             environment: self.environment.cloned(),
         };
         let annotations = AnnotationFile::beside(path).unwrap_or_else(|error| {
@@ -171,4 +209,25 @@ fn share_field(file: FieldFile, planes: &PlaneArgs, options: &ShareOptions, job:
 fn of_floats(field: ReflectanceField) -> FieldFile {
     let (encoding, record) = (Encoding::Exr(ExrDepth::Float), MapRecord::default());
     FieldFile { field, opacity: None, encoding, record, models: None }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn textures_have_one_size_of_texels_or_each_its_own() {
+        let sizes = |given: &[f64], textures| {
+            let planes = PlaneArgs { mm_per_texel: given.to_vec(), ..PlaneArgs::default() };
+            planes.texel_sizes(textures).map_err(|error| error.to_string())
+        };
+        assert_eq!(sizes(&[], 2), Ok(vec![None, None]));
+        assert_eq!(sizes(&[0.5], 2), Ok(vec![Some(0.5), Some(0.5)]));
+        assert_eq!(sizes(&[0.5, 0.1], 2), Ok(vec![Some(0.5), Some(0.1)]));
+        let said = |given, textures| {
+            format!("--mm-per-texel has {given} numbers for {textures}: give one for all, or one for each")
+        };
+        assert_eq!(sizes(&[0.5, 0.1, 0.2], 2), Err(said(3, "2 textures")));
+        assert_eq!(sizes(&[0.5, 0.1], 1), Err(said(2, "1 texture")));
+    }
 }

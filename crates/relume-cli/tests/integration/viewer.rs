@@ -22,6 +22,23 @@ fn data(page: &str) -> Value {
     serde_json::from_str(rest.split_once("</script>").unwrap().0).unwrap()
 }
 
+#[test]
+fn textures_of_a_comparison_have_texels_of_their_own_sizes() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    texture(at, "a.png");
+    texture(at, "b.png");
+    for sizes in [&["--mm-per-texel", "0.5,0.1"][..], &["--mm-per-texel", "0.5", "--mm-per-texel", "0.1"]] {
+        run(at, &[&["share", "a.png", "b.png", "-o", "out", "--force"], sizes].concat());
+        for (i, size) in [0.5, 0.1].into_iter().enumerate() {
+            let header = fs::read(at.join(format!("out/textures/{i}/share.json"))).unwrap();
+            assert_eq!(serde_json::from_slice::<Value>(&header).unwrap()["mm_per_texel"], size);
+        }
+    }
+    let said = refused(at, &["share", "a.png", "b.png", "-o", "out", "--mm-per-texel", "1,2,3", "--force"]);
+    assert!(said.contains("--mm-per-texel has 3 numbers for 2 textures: give one for all, or one for each"));
+}
+
 /// A fault: the remark named no picture, so that nobody knew which of several was meant.
 #[test]
 fn the_picture_whose_values_are_clipped_is_named() {

@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 
 use crate::context::Context;
 use crate::report::{Report, write_stderr};
-use crate::viewer::{self, Delivery, PageData, PageSceneArgs, PlaneArgs, Preparation, Prepared};
+use crate::viewer::{self, Delivery, PageData, PageSceneArgs, PlaneArgs, Preparation, Prepared, Source};
 use crate::{evaluated, paths};
 use site::ViewerSite;
 
@@ -42,14 +42,14 @@ pub struct Args {
 
 /// Reads the textures, prints the address of the page, and serves it until a signal ends the program.
 pub fn run(args: &Args, context: &Context) -> Result<Report> {
-    let titles = viewer::titles(&args.files)?;
+    let sources = viewer::sources(&args.files, &args.planes)?;
     let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, args.port.unwrap_or(0)));
     let listener = listener.map_err(|e| match args.port {
         Some(port) => Error::io(format!("cannot listen on port {port}: name another, or none"), &e),
         None => Error::io("cannot listen on a port of this machine", &e),
     })?;
     let port = listener.local_addr().map_err(|e| Error::io("the server has no address", &e))?.port();
-    let site = site_of(args, titles, port, context)?;
+    let site = site_of(args, sources, port, context)?;
     let url = site.url();
     let text = format!("{url}\nThe page is there until Ctrl-C ends this program.");
     let report = Report::new(text, json!({ "url": url, "port": port }));
@@ -62,7 +62,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
 }
 
 /// The page and the files of all textures. A file that cannot be shown is said on standard error and on the page.
-fn site_of(args: &Args, titles: Vec<String>, port: u16, context: &Context) -> Result<ViewerSite> {
+fn site_of(args: &Args, sources: Vec<Source>, port: u16, context: &Context) -> Result<ViewerSite> {
     let mut site = ViewerSite::new(port, context.job.clone())?;
     let scene = args.scene.read(&context.job)?;
     let environment = scene.environment.as_ref();
@@ -71,8 +71,9 @@ fn site_of(args: &Args, titles: Vec<String>, port: u16, context: &Context) -> Re
     let mut failure = None;
     let mut entries: Vec<Value> = Vec::new();
     let mut shown = None;
-    for (i, (path, title)) in args.files.iter().zip(titles).enumerate() {
-        match preparation.prepared(path, title, &context.job) {
+    for (i, source) in sources.into_iter().enumerate() {
+        let path = source.path;
+        match preparation.prepared(source, &context.job) {
             Ok(texture) => {
                 shown.get_or_insert_with(|| texture.title.clone());
                 let notes = add_notes(&mut site, i, path);

@@ -33,12 +33,17 @@ export class Notes implements DrawingTool {
   /** One for each texture; textures with one file share it. */
   private readonly sheets: NoteSheet[] = [];
   private readonly lists = el("div");
+  private readonly row: HTMLElement;
   private readonly dialog: HTMLDialogElement;
+  private readonly file = el("input", { type: "file", accept: ".json,application/json", class: "hidden", tabindex: -1, "aria-label": "File of annotations" });
   private readonly text = el("textarea", { rows: 4, maxlength: 4000, required: true, "aria-label": "Text of the annotation" });
   private readonly add = el("button", { type: "button", title: "Draw a box, or point, in the picture", "aria-pressed": "false" }, "Add");
   private drawn: Drawing | null = null;
   private written: Writing | null = null;
   private listed = "";
+  /** The texture into which the file that is chosen is loaded. */
+  private loaded: number | null = null;
+  private readonly exchanges = new Map<string, HTMLElement[]>();
 
   constructor(private readonly viewer: Viewer, private readonly textures: PageTexture[], private readonly say: (sentence: string) => void) {
     const byPlace = new Map<string, NoteSheet>();
@@ -50,12 +55,9 @@ export class Notes implements DrawingTool {
     this.dialog = this.textDialog();
     document.body.append(this.dialog);
     this.add.addEventListener("click", () => this.toggle());
-    const file = el("input", { type: "file", accept: ".json,application/json", class: "hidden", tabindex: -1, "aria-label": "File of annotations" });
-    file.addEventListener("change", () => void this.open(file));
-    const load = el("button", { type: "button" }, "Load"), save = el("button", { type: "button" }, "Download");
-    load.addEventListener("click", () => file.click());
-    save.addEventListener("click", () => this.download());
-    this.section.append(this.lists, el("div", { class: "row" }, this.add, load, save, file));
+    this.file.addEventListener("change", () => void this.open());
+    this.row = el("div", { class: "row" }, this.add);
+    this.section.append(this.lists, this.row, this.file);
     viewer.canvas.addEventListener("pointermove", (event) => {
       if (event.buttons === 0) viewer.canvas.title = this.under(event)?.text ?? "";
     });
@@ -199,12 +201,33 @@ export class Notes implements DrawingTool {
     const shown = this.shown(), listed = JSON.stringify(shown.map((texture) => [texture, this.placed(texture)]));
     if (listed === this.listed) return;
     this.listed = listed;
+    const focused = document.activeElement, isAlone = shown.length === 1;
     this.lists.replaceChildren(...shown.flatMap((texture) => {
-      const title = this.viewer.titles[texture] ?? "", of = shown.length > 1 ? ` of ${title}` : "";
-      const entries = this.placed(texture).map((note, i) => this.entry(texture, note, i, of));
-      const list = el("ol", { class: "notes" }, ...entries);
-      return of === "" || entries.length === 0 ? [list] : [el("p", { class: "dim" }, title), list];
+      const title = this.viewer.titles[texture] ?? "", of = isAlone ? "" : ` of ${title}`;
+      const list = el("ol", { class: "notes" }, ...this.placed(texture).map((note, i) => this.entry(texture, note, i, of)));
+      return isAlone ? [list] : [el("p", { class: "dim" }, title), list, el("div", { class: "row" }, ...this.exchange(texture, of))];
     }));
+    this.row.replaceChildren(this.add, ...(isAlone ? this.exchange(shown[0] ?? 0, "") : []));
+    // What was taken out and put in again has lost it.
+    if (focused instanceof HTMLElement && this.section.contains(focused)) focused.focus();
+  }
+
+  /** The buttons that load and save annotations of a texture: where two are shown, each has its own. */
+  private exchange(texture: number, of: string): HTMLElement[] {
+    const key = `${texture}${of}`, known = this.exchanges.get(key);
+    if (known) return known;
+    const button = (name: string, press: () => void): HTMLElement => {
+      const made = el("button", { type: "button", "aria-label": of === "" ? undefined : `${name} annotations${of}` }, name);
+      made.addEventListener("click", press);
+      return made;
+    };
+    const load = button("Load", () => {
+      this.loaded = texture;
+      this.file.click();
+    });
+    const made = [load, button("Download", () => this.download(texture))];
+    this.exchanges.set(key, made);
+    return made;
   }
 
   private entry(texture: number, note: PlacedNote, i: number, of: string): HTMLElement {
@@ -267,15 +290,16 @@ export class Notes implements DrawingTool {
     this.change(written.texture, { taken: edited ? [edited] : [], put: [{ text: this.text.value.trim(), box, view }], at: at < 0 ? sheet.notes.length : at });
   }
 
-  private download(): void {
-    const { texture } = this.viewer.state, sheet = this.sheets[texture];
+  private download(texture: number): void {
+    const sheet = this.sheets[texture];
     download(`${fileName(this.textures[texture]?.title ?? "")}.annotations.json`, new Blob([annotationFile(sheet?.notes ?? [])], { type: "application/json" }));
     sheet?.wasDownloaded();
   }
 
-  private async open(input: HTMLInputElement): Promise<void> {
-    const [file] = input.files ?? [], { texture } = this.viewer.state;
-    input.value = "";
+  private async open(): Promise<void> {
+    const [file] = this.file.files ?? [], texture = this.loaded ?? this.viewer.state.texture;
+    this.file.value = "";
+    this.loaded = null;
     if (!file) return;
     try {
       if (file.size > MOST_BYTES) throw new Error("the file is larger than annotations are");

@@ -112,6 +112,30 @@ test("textures of known size are compared at one scale, and the page says how th
   await plain.close();
 });
 
+test("each of two textures has its own size of a texel, and its own file of annotations", async () => {
+  const own = await ViewServer.start(place, ["square.ptm", "wide.ptm", "--mm-per-texel", "0.5,0.25"]);
+  const page = await opener.open(`${own.url}#${SIDE}`);
+  expect(await page.locator(".scale").count()).toBe(2);
+  const [left, right] = await page.locator(".scale").evaluateAll((bars) => bars.map((bar) => bar.getBoundingClientRect().width / Number.parseFloat(bar.textContent ?? "")));
+  expect(left).toBeCloseTo(right ?? 0, 3);
+  const button = (name: string) => page.getByRole("button", { name, exact: true });
+  expect(await button("Load").count()).toBe(0);
+  const [chooser] = await Promise.all([page.waitForEvent("filechooser"), button("Load annotations of wide").click()]);
+  const bytes = `{"relume":"annotations","version":1,"annotations":[{"text":"loaded","box":[1,2,3,4],"view":""}]}`;
+  await chooser.setFiles({ name: "some.json", mimeType: "application/json", buffer: Buffer.from(bytes) });
+  await expect.poll(() => textsIn(place.path("wide.ptm.annotations.json"))).toEqual(["loaded"]);
+  expect(textsIn(place.path("square.ptm.annotations.json"))).toEqual([]);
+  for (const [title, texts] of [["square", []], ["wide", ["loaded"]]] as const) {
+    const [saved] = await Promise.all([page.waitForEvent("download"), button(`Download annotations of ${title}`).click()]);
+    expect(saved.suggestedFilename()).toBe(`${title}.annotations.json`);
+    expect(textsIn(await saved.path())).toEqual(texts);
+  }
+  await show(page, "texture=1&compare=single");
+  expect(await button("Load").count()).toBe(1);
+  await page.close();
+  await own.stop();
+});
+
 test("what is dragged and magnified in the second picture stays under the pointer", async () => {
   for (const url of [served.url, measured.url]) {
     const page = await opener.open(`${url}#${SIDE}`), { width, middle } = await halves(page);

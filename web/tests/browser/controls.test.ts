@@ -43,7 +43,7 @@ test("a light is removed after others were taken back", async () => {
 });
 
 test("in small frames the tools cover nothing, and the fitted texture is seen as a whole", async () => {
-  for (const [width, height] of [[400, 300], [300, 300], [300, 200], [480, 320]] as const) {
+  for (const [width, height] of [[400, 300], [300, 300], [300, 200], [480, 320], [360, 640], [390, 844], [480, 600]] as const) {
     const page = await opener.open(served.url, { viewport: { width, height } });
     const [picture, tools] = [await page.locator("canvas").boundingBox(), await page.locator(".toolbar").boundingBox()];
     expect((picture?.y ?? 0) + (picture?.height ?? 0), `${width} x ${height}`).toBeLessThanOrEqual(tools?.y ?? 0);

@@ -1,5 +1,5 @@
 // The tools of the page: own objects, annotations, white balance, pictures and films.
-import { existsSync, readFileSync } from "node:fs";
+import { existsSync, readFileSync, writeFileSync } from "node:fs";
 import { createServer } from "node:http";
 import type { Download, Page } from "playwright-core";
 import { expect, test } from "vitest";
@@ -107,6 +107,7 @@ test("annotations are written beside the texture, read again, gone to, edited an
 });
 
 test("shared pages hold annotations, and download and load them", async () => {
+  writeFileSync(place.path(NAME), '{"relume":"annotations","version":1,"annotations":[{"text":"a point","box":[90,90,0,0],"view":""}]}');
   place.run("share leather.ptm --single-file -o noted.html");
   const page = await opener.open(`file://${place.path("noted.html")}`);
   expect(await page.locator(".notes li").count()).toBe(1);

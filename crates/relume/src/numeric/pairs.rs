@@ -99,7 +99,7 @@ impl Pairs for PortablePairs {
 #[cfg(target_arch = "x86_64")]
 mod x86 {
     use archmage::{X64V3Token, X64V4xToken, arcane};
-    use pulp::cast;
+    use bytemuck::must_cast as cast;
 
     use super::{BYTES, FACTORS, Pairs, PairsWork, SUMS, Sums};
 
@@ -220,7 +220,7 @@ mod tests {
                 let mut factors = || std::array::from_fn(|_| stream.below(1 << 16) as u16 as i16);
                 let (a, b, mask) = (factors(), factors(), factors());
                 sums = pairs.multiply_add(sums, &a, &b);
-                sums = pairs.multiply_add_bytes(sums, &pulp::cast(a), &pulp::cast(b));
+                sums = pairs.multiply_add_bytes(sums, &bytemuck::must_cast(a), &bytemuck::must_cast(b));
                 sums = pairs.add_squares(sums, &a.map(|a| a / 2), &b.map(|b| b / 2), &mask.map(|m| m >> 15));
             }
             sums[3] = 17;

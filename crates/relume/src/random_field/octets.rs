@@ -54,12 +54,12 @@ impl Octets for pulp::x86::V3 {
     #[inline(always)]
     fn load(self, values: &[f32]) -> Self::Vector {
         let values: [f32; OCTET] = values.try_into().expect("eight numbers");
-        pulp::cast(values)
+        bytemuck::must_cast(values)
     }
 
     #[inline(always)]
     fn store(self, vector: Self::Vector, values: &mut [f32]) {
-        let vector: [f32; OCTET] = pulp::cast(vector);
+        let vector: [f32; OCTET] = bytemuck::must_cast(vector);
         values.copy_from_slice(&vector);
     }
 

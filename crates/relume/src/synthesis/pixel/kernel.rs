@@ -51,15 +51,16 @@ pub fn add_all(
 #[inline(always)]
 pub fn avx2(simd: pulp::x86::V3, sums: &mut [u32; LANES], term: &Term, there: &[CodePair; LANES]) {
     use std::arch::x86_64::__m256i;
-    let mut totals: [__m256i; 2] = pulp::cast(*sums);
-    let there: [__m256i; 2] = pulp::cast(*there);
-    let (codes, factors) = (pulp::cast([term.codes; LANES / 2]), pulp::cast([term.factors; LANES / 2]));
+    let mut totals: [__m256i; 2] = bytemuck::must_cast(*sums);
+    let there: [__m256i; 2] = bytemuck::must_cast(*there);
+    let (codes, factors) =
+        (bytemuck::must_cast([term.codes; LANES / 2]), bytemuck::must_cast([term.factors; LANES / 2]));
     for (there, total) in there.into_iter().zip(&mut totals) {
         let difference = simd.avx2._mm256_sub_epi16(there, codes);
         let weighted = simd.avx2._mm256_mullo_epi16(difference, factors);
         *total = simd.avx2._mm256_add_epi32(*total, simd.avx2._mm256_madd_epi16(difference, weighted));
     }
-    *sums = pulp::cast(totals);
+    *sums = bytemuck::must_cast(totals);
 }
 
 /// The same without special instructions.

@@ -79,12 +79,12 @@ pub fn avx2(simd: pulp::x86::V3, a: &[i16], b: &[i16]) -> u64 {
     use std::arch::x86_64::__m256i;
     let mut total = 0;
     for (a, b) in a.chunks(BLOCK).zip(b.chunks(BLOCK)) {
-        let mut sums: __m256i = pulp::cast([0u32; LANES / 2]);
+        let mut sums: __m256i = bytemuck::must_cast([0u32; LANES / 2]);
         for (a, b) in pulp::as_arrays::<LANES, i16>(a).0.iter().zip(pulp::as_arrays::<LANES, i16>(b).0) {
-            let difference = simd.avx2._mm256_sub_epi16(pulp::cast(*a), pulp::cast(*b));
+            let difference = simd.avx2._mm256_sub_epi16(bytemuck::must_cast(*a), bytemuck::must_cast(*b));
             sums = simd.avx2._mm256_add_epi32(sums, simd.avx2._mm256_madd_epi16(difference, difference));
         }
-        let sums: [u32; LANES / 2] = pulp::cast(sums);
+        let sums: [u32; LANES / 2] = bytemuck::must_cast(sums);
         for sum in sums {
             total += u64::from(sum);
         }

@@ -240,18 +240,18 @@ pub fn avx2(simd: pulp::x86::V3, sums: &mut [u32; LANES / 2], a: &[i16], b: &[i1
         keep
     };
     let (a, b) = (pulp::as_arrays::<LANES, i16>(a).0, pulp::as_arrays::<LANES, i16>(b).0);
-    let mut total: __m256i = pulp::cast(*sums);
+    let mut total: __m256i = bytemuck::must_cast(*sums);
     for (n, (a, b)) in a.iter().zip(b).enumerate() {
-        let mut difference = simd.avx2._mm256_sub_epi16(pulp::cast(*a), pulp::cast(*b));
+        let mut difference = simd.avx2._mm256_sub_epi16(bytemuck::must_cast(*a), bytemuck::must_cast(*b));
         let left = length - n * LANES;
         if left < LANES {
             let mut keep = [0i16; LANES];
             keep.copy_from_slice(&KEEP[LANES - left..][..LANES]);
-            difference = simd.avx2._mm256_and_si256(difference, pulp::cast(keep));
+            difference = simd.avx2._mm256_and_si256(difference, bytemuck::must_cast(keep));
         }
         total = simd.avx2._mm256_add_epi32(total, simd.avx2._mm256_madd_epi16(difference, difference));
     }
-    *sums = pulp::cast(total);
+    *sums = bytemuck::must_cast(total);
 }
 
 /// The same without special instructions.

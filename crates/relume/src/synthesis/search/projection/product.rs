@@ -69,12 +69,12 @@ impl WordPlanes {
 
 /// A pair of factors in one word.
 pub fn pair(factors: [i16; 2]) -> i32 {
-    pulp::cast(factors)
+    bytemuck::must_cast(factors)
 }
 
 /// Four factors in one word.
 pub fn quad(factors: [i8; 4]) -> i32 {
-    pulp::cast(factors)
+    bytemuck::must_cast(factors)
 }
 
 /// Sums to be computed.
@@ -126,17 +126,18 @@ impl Product<'_> {
             let (of_pairs, of_quads) = factors.split_at(in_pairs);
             for (plane, factors) in of_pairs.iter().enumerate() {
                 for g in 0..G {
-                    let there = pulp::cast(there(plane, g));
+                    let there = bytemuck::must_cast(there(plane, g));
                     for (sums, &factor) in sums.iter_mut().zip(factors) {
-                        sums[g] = pairs.multiply_add(sums[g], &there, &pulp::cast([factor; SUMS]));
+                        sums[g] = pairs.multiply_add(sums[g], &there, &bytemuck::must_cast([factor; SUMS]));
                     }
                 }
             }
             for (plane, factors) in of_quads.iter().enumerate() {
                 for g in 0..G {
-                    let there = pulp::cast(there(in_pairs + plane, g));
+                    let there = bytemuck::must_cast(there(in_pairs + plane, g));
                     for (sums, &factor) in sums.iter_mut().zip(factors) {
-                        sums[g] = pairs.multiply_add_bytes(sums[g], &there, &pulp::cast([factor; SUMS]));
+                        sums[g] =
+                            pairs.multiply_add_bytes(sums[g], &there, &bytemuck::must_cast([factor; SUMS]));
                     }
                 }
             }
@@ -216,10 +217,11 @@ mod tests {
                         let factor = factors[o * planes + plane][set];
                         truth = truth.wrapping_add(if plane < pairs {
                             let ([a, b], [c, d]): ([i16; 2], [i16; 2]) =
-                                (pulp::cast(there), pulp::cast(factor));
+                                (bytemuck::must_cast(there), bytemuck::must_cast(factor));
                             (i32::from(a) * i32::from(c)).wrapping_add(i32::from(b) * i32::from(d))
                         } else {
-                            let (a, b): ([u8; 4], [i8; 4]) = (pulp::cast(there), pulp::cast(factor));
+                            let (a, b): ([u8; 4], [i8; 4]) =
+                                (bytemuck::must_cast(there), bytemuck::must_cast(factor));
                             a.iter().zip(b).map(|(a, b)| i32::from(*a) * i32::from(b)).sum()
                         });
                     }

@@ -61,11 +61,11 @@ impl CoordinateGrid {
     fn first_coordinate(&self, kernel: usize, x: usize, y: usize) -> i16 {
         match kernel.checked_sub(WIDE) {
             None => {
-                let pair: [i16; 2] = pulp::cast(self.first.word(kernel / 2, x, y));
+                let pair: [i16; 2] = bytemuck::must_cast(self.first.word(kernel / 2, x, y));
                 pair[kernel % 2]
             }
             Some(narrow) => {
-                let quad: [u8; 4] = pulp::cast(self.first.word(WIDE / 2 + narrow / 4, x, y));
+                let quad: [u8; 4] = bytemuck::must_cast(self.first.word(WIDE / 2 + narrow / 4, x, y));
                 i16::from(quad[narrow % 4]) - 128
             }
         }

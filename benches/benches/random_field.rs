@@ -32,8 +32,9 @@ fn recursion(threads: usize) {
         let kernel = Kernel::new(2).expect("two is a factor");
         let side = if planes > 3 { side / 4 } else { side };
         let area = Rect::new(0, 0, Size::new(side, side));
-        let seconds =
-            best(|| drop(black_box(Realisation::new(&level, &kernel, 1, None).field(area, &Job::default()))));
+        let seconds = best(|| {
+            drop(black_box(Realisation::new(&level, &kernel, None, 1, None).field(area, &Job::default())))
+        });
         let rate = (side * side) as f64 / seconds;
         let operations = 2.0 * (planes * planes * neighbours) as f64;
         println!(
@@ -48,6 +49,8 @@ fn level(planes: usize, neighbours: usize) -> Level {
     let count = neighbours * planes * planes;
     let weights: Vec<f64> = (0..count).map(|i| 0.8 / (count as f64) * ((i % 7) as f64 - 3.0)).collect();
     Level {
+        gain: None,
+        unevenness: 0,
         neighbours: causal(neighbours),
         coarse: Vec::new(),
         weights: Weights::nearest(&weights, neighbours, vec![1e-3; 2 * planes], vec![1e-2; planes]),

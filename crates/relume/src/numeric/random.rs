@@ -74,6 +74,8 @@ pub enum Purpose {
     PhotographClusters = 25,
     /// The vectors from which the factorisation of a texel begins. Place: the vector.
     TexelFactors = 26,
+    /// The strength of the detail of a random field, by [`key`]. Place: level.
+    FieldStrength = 27,
 }
 
 /// The most integers of a place.

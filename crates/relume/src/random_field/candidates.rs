@@ -115,6 +115,8 @@ impl NeighbourCandidates {
             coarse: far.map(|c| self.coarse[c - self.near.len()]).collect(),
             weights: Weights::nearest(&weights, near.len(), rows, columns),
             noise: lower_triangle(&covariance.cholesky()?),
+            gain: None,
+            unevenness: 0,
             burn_in: 0,
             log_evidence: choice.log_evidence as f32,
             texels: u32::try_from(statistics.texels).unwrap_or(u32::MAX),

@@ -153,7 +153,8 @@ mod tests {
 
     #[test]
     fn a_gaussian_field_is_neither_regular_nor_structured() {
-        let run = RecursionRun { size: Size::new(128, 128), drive: None, seed: 4, period: None };
+        let run =
+            RecursionRun { size: Size::new(128, 128), drive: None, strength: None, seed: 4, period: None };
         let kind = of(Recursion::new(&random_level(1, 6, 3), 0).run_slow([0, 0], &run));
         assert!(!kind.is_regular() && !kind.is_structured(), "{kind}");
         assert!(kind.edges.abs() < 0.3, "{kind}");

@@ -1,17 +1,22 @@
 //! From planes to a model.
 
+use std::borrow::Cow;
+
 use rayon::prelude::*;
 use serde::Serialize;
 
 use super::candidates::{NeighbourCandidates, StableFit};
+use super::innovations::innovations;
 use super::joint_color::{JointColor, in_axes};
 use super::level::Level;
 use super::levels::completed;
+use super::local_gain::LocalGain;
 use super::marginal::Marginal;
 use super::mixing::Mixing;
 use super::model::Model;
 use super::normal_wishart::{Posterior, SufficientStatistics};
 use super::selection::{SelectionOrder, search};
+use super::unevenness;
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::numeric::pyramid::{self, Kernel};
@@ -207,10 +212,11 @@ pub(super) fn score(plane: &mut [f32], marginal: &Marginal) {
     plane.par_iter_mut().for_each(|v| *v = score(*v));
 }
 
-/// The model of level `k` of a Gaussian pyramid.
+/// The model of level `k` of a Gaussian pyramid; `structure` is that level of the pyramid of what the planes are added to.
 pub(super) fn level(
     gaussian: &[Planes],
     k: usize,
+    structure: Option<&Planes>,
     kernel: &Kernel,
     options: &ModelOptions,
     job: &Job,
@@ -220,11 +226,21 @@ pub(super) fn level(
     if let Some(expanded) = &expanded {
         pyramid::subtract(&mut band, expanded);
     }
-    let candidates = NeighbourCandidates::of(band.size(), k, expanded.is_some(), options);
-    let stack = match &expanded {
-        Some(expanded) if !candidates.coarse.is_empty() => {
-            band.followed_by(expanded).expect("stacks of one size")
+    let known = match (expanded, structure) {
+        (Some(mut expanded), Some(structure)) => {
+            pyramid::add(&mut expanded, structure);
+            Some(Cow::Owned(expanded))
         }
+        (Some(expanded), None) => Some(Cow::Owned(expanded)),
+        (None, structure) => structure.map(Cow::Borrowed),
+    };
+    let gain = known.as_deref().filter(|_| options.marginals).and_then(|known| LocalGain::of(&band, known));
+    if let (Some(gain), Some(known)) = (&gain, &known) {
+        gain.divide(&mut band, known);
+    }
+    let candidates = NeighbourCandidates::of(band.size(), k, known.is_some(), options);
+    let stack = match &known {
+        Some(known) if !candidates.coarse.is_empty() => band.followed_by(known).expect("stacks of one size"),
         _ => band,
     };
     let m = gaussian[k].count();
@@ -243,9 +259,14 @@ pub(super) fn level(
             predicted: predicted(&posterior, &statistics),
             radius,
         };
-        return Ok((level, report));
+        return Ok((Level { gain, unevenness: uneven(&level, &stack, options), ..level }, report));
     }
     Err(Error::invalid(format!("no model of level {k} is stable, not even noise without neighbours")))
+}
+
+/// How uneven the noise of a level is.
+fn uneven(level: &Level, stack: &Planes, options: &ModelOptions) -> u8 {
+    if options.marginals { unevenness::of(&innovations(level, stack)) } else { 0 }
 }
 
 /// The mean over planes of the share of variance predicted.

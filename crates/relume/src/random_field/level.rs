@@ -1,5 +1,6 @@
 //! The model of one level of the pyramid.
 
+use super::local_gain::LocalGain;
 use super::neighbourhood::{Offset, Reach};
 
 /// A causal autoregressive field of m planes, driven by noise and by the expanded coarser level.
@@ -13,6 +14,11 @@ pub struct Level {
     pub weights: Weights,
     /// The lower triangular factor of the noise covariance, row after row, m (m + 1) / 2 numbers.
     pub noise: Vec<f32>,
+    /// What the field is multiplied by from place to place, given the expanded coarser level.
+    pub gain: Option<LocalGain>,
+    /// The deviation of the logarithm of its random strength from place to place, in steps of
+    /// [`super::unevenness`].
+    pub unevenness: u8,
     /// Texels after which a start from nothing no longer shows; see [`super::stability`].
     pub burn_in: usize,
     /// ln p(Y) of the neighbourhood, in nats.

@@ -30,6 +30,12 @@ const LEAST_SIDE: usize = 16;
 /// coarse level show as a grid.
 const LEAST_TEXELS: usize = 200;
 
+/// Half of the eight neighbours of a texel: the others are opposite.
+const NEIGHBOURS: [[isize; 2]; 4] = [[1, 0], [0, 1], [1, 1], [-1, 1]];
+
+/// How much a logarithm of steps counts beside a correlation.
+const STEP_WEIGHT: f64 = 0.05;
+
 /// The side of the reference window in texels, on which the gains are measured.
 pub(super) const REFERENCE_WINDOW: usize = 512;
 
@@ -44,7 +50,8 @@ pub(super) fn completed(
 ) -> Result<(Model, Vec<LevelReport>)> {
     let Scored { marginals, color, mixing, components } = scored;
     let kernel = Kernel::new(options.factor)?;
-    let fits = Fits::of(&components, &kernel, options, job)?;
+    let decoded = structure.as_ref().map(Structure::decoded);
+    let fits = Fits::of(&components, decoded.as_ref(), &kernel, options, job)?;
     let gains = vec![1.0; mixing.own.len()];
     let mut model = Model { marginals, color, mixing, gains, kernel, levels: Vec::new(), structure };
     let count = if options.fewer { nearest_count(&components, &fits, &model, job)? } else { fits.most };
@@ -64,15 +71,24 @@ struct Fits {
 }
 
 impl Fits {
-    fn of(components: &Planes, kernel: &Kernel, options: &ModelOptions, job: &Job) -> Result<Self> {
+    /// Of the components of a texture, or of the residual left by a structure.
+    fn of(
+        components: &Planes,
+        structure: Option<&Planes>,
+        kernel: &Kernel,
+        options: &ModelOptions,
+        job: &Job,
+    ) -> Result<Self> {
         let most = fitting_levels(components.size(), components.count(), options);
         let gaussian = pyramid::gaussian(components, kernel, most);
+        let known = structure.map(|structure| pyramid::gaussian(structure, kernel, most));
         let tried = if options.fewer { 1..=most } else { most..=most };
         let coarsest = tried.clone().map(|count| (count - 1, count));
         let jobs: Vec<(usize, usize)> = (0..most - 1).map(|k| (k, k + 2)).chain(coarsest).collect();
         job.start("estimating levels", jobs.len() as u64);
         let fit = |&(k, count): &(usize, usize)| {
-            let fitted = level(&gaussian[..count], k, kernel, options, job);
+            let fitted =
+                level(&gaussian[..count], k, known.as_ref().map(|known| &known[k]), kernel, options, job);
             job.advance(1)?;
             fitted
         };
@@ -101,13 +117,25 @@ fn nearest_count(components: &Planes, fits: &Fits, model: &Model, job: &Job) -> 
     let mut best = (f64::INFINITY, 1);
     for count in fits.tried.clone() {
         let (levels, _) = fits.levels(count);
-        let made = Realisation::new(&levels, &model.kernel, 0, None).field(area, job)?;
-        let distance = resemblance(&made)?.distance(&truth);
+        let made =
+            Realisation::new(&levels, &model.kernel, model.structure.as_ref(), 0, None).field(area, job)?;
+        let found = resemblance(&made)?;
+        let distance = found.distance(&truth) + STEP_WEIGHT * step_distance(&found, &truth);
         if distance < best.0 {
             best = (distance, count);
         }
     }
     Ok(best.1)
+}
+
+/// How far the mean squared steps to the neighbours are apart, as the mean magnitude of the logarithm of their ratio: twice the
+/// variance times 1 minus the correlation, which is near 1 in smooth textures, so that the distance of the correlations hardly
+/// sees grain that is too strong, or of another direction.
+fn step_distance(a: &Autocorrelation, b: &Autocorrelation) -> f64 {
+    const LEAST: f64 = 1e-4;
+    let step = |of: &Autocorrelation, [dx, dy]: [isize; 2]| (1.0 - of.at(dx, dy)).max(LEAST);
+    let ratios = NEIGHBOURS.map(|shift| (step(a, shift) / step(b, shift)).ln().abs());
+    ratios.iter().sum::<f64>() / ratios.len() as f64
 }
 
 /// The number of levels, as requested and as the size of the texture allows.

@@ -27,6 +27,7 @@
 //! | [`normal_wishart`] | posterior, evidence, likelihood |
 //! | [`selection`] | neighbours chosen by evidence |
 //! | [`stability`] | spectral radius, burn-in |
+//! | [`local_gain`], [`unevenness`] | the strength of detail from place to place |
 //! | [`level`], [`model`] | the data of a model |
 //! | [`structure`] | compressed tiles of the periodic part |
 //! | [`estimate`](mod@estimate), [`candidates`], [`combine`](mod@combine), [`field_model`], [`per_light`], [`clusters`] | estimation |
@@ -50,9 +51,11 @@ pub mod curves;
 pub mod estimate;
 pub mod field_model;
 pub mod histogram;
+mod innovations;
 pub mod joint_color;
 pub mod level;
 mod levels;
+pub mod local_gain;
 pub mod marginal;
 pub mod mixing;
 pub mod model;
@@ -67,6 +70,7 @@ pub mod selection;
 pub mod stability;
 pub mod statistics;
 pub mod structure;
+pub mod unevenness;
 
 pub use character::{Character, character};
 pub use clusters::{MOST_IMAGE_CLUSTERS, PhotographClusters};

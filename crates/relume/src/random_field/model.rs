@@ -58,6 +58,12 @@ impl Model {
         self.mixing.own.len()
     }
 
+    /// Whether detail depends on the place: on what is coarser there, on the structure, or on chance.
+    pub fn has_local_detail(&self) -> bool {
+        let is_predicted = self.structure.as_ref().is_some_and(|structure| structure.predicts);
+        is_predicted || self.levels.iter().any(|level| level.gain.is_some() || level.unevenness > 0)
+    }
+
     /// The texels of which the sides of a tile must be multiples, along x and y: the finest texels in one
     /// coarsest texel, and the tiles of the structure.
     pub fn tile_steps(&self) -> [usize; 2] {
@@ -94,7 +100,8 @@ impl Model {
     ) -> Result<Planes> {
         let mut field = match self.levels.is_empty() {
             true => Planes::zeros(area.size, self.mixing.components()),
-            false => Realisation::new(&self.levels, &self.kernel, seed, period).field(area, job)?,
+            false => Realisation::new(&self.levels, &self.kernel, self.structure.as_ref(), seed, period)
+                .field(area, job)?,
         };
         if let Some(structure) = &self.structure {
             pyramid::add(&mut field, &structure.window(area, seed, period, job)?);
@@ -127,9 +134,11 @@ impl Model {
         job.check_bytes("making the texture", realisation_bytes(options.size, self.bytes_per_texel()))
     }
 
-    /// The working memory per texel, in bytes: the field, the expanded level, the drive and coarser levels.
+    /// The working memory per texel, in bytes: the field, the expanded level, the drive, coarser levels and strengths; with a
+    /// structure it and the sum of it and the expanded level.
     pub fn bytes_per_texel(&self) -> u64 {
-        4 * (4 * self.mixing.components() + 2 * self.planes()) as u64
+        let each = if self.structure.is_some() { 6 } else { 4 };
+        4 * (each * self.mixing.components() + 2 * self.planes() + 1) as u64
     }
 
     fn check_period(&self, period: Size) -> Result<()> {

@@ -63,6 +63,24 @@ fn ln(x: f32) -> f32 {
     exponent.mul_add(std::f32::consts::LN_2, series * s)
 }
 
+/// 2 to the power x, to about 2e-7 of its value, for |x| < 126.
+#[inline(always)]
+pub fn exp2(x: f32) -> f32 {
+    // x = n + f with |f| <= 1/2: the Taylor series of exp(f ln 2) to the seventh power.
+    let x = x.clamp(-126.0, 126.0);
+    let whole = x.round_ties_even();
+    let t = (x - whole) * std::f32::consts::LN_2;
+    let series = t
+        .mul_add(1.0 / 5_040.0, 1.0 / 720.0)
+        .mul_add(t, 1.0 / 120.0)
+        .mul_add(t, 1.0 / 24.0)
+        .mul_add(t, 1.0 / 6.0)
+        .mul_add(t, 0.5)
+        .mul_add(t, 1.0)
+        .mul_add(t, 1.0);
+    series * f32::from_bits(((whole as i32 + 127) << 23) as u32)
+}
+
 /// Sine and cosine of `turn` quarter circles, |turn| <= 1/2: Taylor series, with an error below 4e-8.
 #[inline(always)]
 fn sin_cos_quarter(turn: f32) -> (f32, f32) {
@@ -89,6 +107,9 @@ mod tests {
             let x = i as f32 / 100_001.0;
             let exact = f64::from(x).ln();
             assert!((f64::from(ln(x)) - exact).abs() < 2e-7 * exact.abs().max(1.0), "ln {x}");
+            let power = 60.0 * (x - 0.5);
+            let exact = f64::from(power).exp2();
+            assert!((f64::from(exp2(power)) - exact).abs() < 3e-7 * exact, "2^{power}");
             let turn = x - 0.5;
             let (sine, cosine) = sin_cos_quarter(turn);
             let angle = f64::from(turn) * std::f64::consts::FRAC_PI_2;

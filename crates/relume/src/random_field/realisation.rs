@@ -6,11 +6,15 @@
 //! number of threads. Where two cells meet, the remaining effects of their different starts differ by less
 //! than [`super::stability::BURN_IN_ERROR`] of the deviation. A periodic plane has periodic noise.
 
+use std::borrow::Cow;
+
 use rayon::prelude::*;
 
 use super::level::Level;
 use super::neighbourhood::Reach;
 use super::recursion::{Drive, LANES, Recursion, RecursionRun};
+use super::structure::Structure;
+use super::unevenness::Strengths;
 use crate::error::Result;
 use crate::job::Job;
 use crate::numeric::pyramid::{self, Kernel};
@@ -54,18 +58,25 @@ pub struct Realisation<'a> {
     levels: &'a [Level],
     recursions: Vec<Recursion>,
     kernel: &'a Kernel,
+    structure: Option<&'a Structure>,
     seed: u64,
     period: Option<[i64; 2]>,
 }
 
 impl<'a> Realisation<'a> {
-    /// The plane of these levels, the finest first, under a seed. With a period it repeats after as many
+    /// The plane of these levels, the finest first, beside a structure, under a seed. With a period it repeats after as many
     /// texels of the finest level along x and y, which must be multiples of the factor to the power of the
     /// number of levels minus one.
-    pub fn new(levels: &'a [Level], kernel: &'a Kernel, seed: u64, period: Option<[i64; 2]>) -> Self {
+    pub fn new(
+        levels: &'a [Level],
+        kernel: &'a Kernel,
+        structure: Option<&'a Structure>,
+        seed: u64,
+        period: Option<[i64; 2]>,
+    ) -> Self {
         let recursions =
             levels.iter().zip(0..).map(|(level, number)| Recursion::new(level, number)).collect();
-        Self { levels, recursions, kernel, seed, period }
+        Self { levels, recursions, kernel, structure, seed, period }
     }
 
     /// The field over an area of the finest level.
@@ -78,18 +89,46 @@ impl<'a> Realisation<'a> {
 
     /// A level of the Gaussian pyramid over an area: the expanded coarser level plus the band.
     fn level(&self, k: usize, area: Rect, job: &Job) -> Result<Planes> {
-        let (level, cells) = (&self.levels[k], cells(area));
-        if k + 1 == self.levels.len() {
-            return Ok(cut(self.band(k, cells, None, job)?, cells, area));
-        }
+        let (level, cells, reach) = (&self.levels[k], cells(area), seen_around(&self.levels[k]));
         let run = grown(cells, margin(level));
-        let seen = grown(run, Reach::of(&level.coarse));
-        let expanded = self.expanded(k, seen, job)?;
-        let drive = (!level.coarse.is_empty()).then(|| drive(level, &expanded, run.size));
+        let seen = grown(run, reach);
+        let expanded = (k + 1 < self.levels.len()).then(|| self.expanded(k, seen, job)).transpose()?;
+        let known = self.known(k, seen, expanded.as_ref(), job)?;
+        let drive = match &known {
+            Some(known) if !level.coarse.is_empty() => Some(drive(level, known, reach, run.size)),
+            _ => None,
+        };
         let drive = drive.as_ref().map(|planes| Drive { planes, origin: run.origin() });
         let mut field = cut(self.band(k, cells, drive, job)?, cells, area);
-        pyramid::add(&mut field, &cut(expanded, seen, area));
+        if let (Some(gain), Some(known)) = (&level.gain, &known) {
+            let origin = [area.x - seen.x, area.y - seen.y].map(|v| v as usize);
+            gain.multiply(&mut field, known, origin);
+        }
+        drop(known);
+        if let Some(expanded) = expanded {
+            pyramid::add(&mut field, &cut(expanded, seen, area));
+        }
         Ok(field)
+    }
+
+    /// What is known of a level before its band: the structure at its resolution, and the expanded coarser level.
+    fn known<'b>(
+        &self,
+        k: usize,
+        area: Rect,
+        expanded: Option<&'b Planes>,
+        job: &Job,
+    ) -> Result<Option<Cow<'b, Planes>>> {
+        let level = &self.levels[k];
+        let is_needed = !level.coarse.is_empty() || level.gain.is_some();
+        let Some(structure) = self.structure.filter(|structure| is_needed && structure.predicts) else {
+            return Ok(expanded.map(Cow::Borrowed));
+        };
+        let mut known = structure.reduced_window((self.kernel, k), area, self.seed, self.period, job)?;
+        if let Some(expanded) = expanded {
+            pyramid::add(&mut known, expanded);
+        }
+        Ok(Some(Cow::Owned(known)))
     }
 
     /// The level coarser than `k`, expanded over an area of level `k`.
@@ -100,17 +139,28 @@ impl<'a> Realisation<'a> {
         Ok(pyramid::expand_window(&coarse, self.kernel, [x, y], area.origin(), area.size))
     }
 
+    /// The columns and rows of a level after which the plane repeats.
+    fn period_of(&self, k: usize) -> Option<[i64; 2]> {
+        let scale = (self.kernel.factor() as i64).pow(k as u32);
+        self.period.map(|period| period.map(|side| side / scale))
+    }
+
     /// The band of a level over whole cells.
     fn band(&self, k: usize, cells: Rect, drive: Option<Drive<'_>>, job: &Job) -> Result<Planes> {
         let m = self.levels[k].planes();
         let (columns, rows) = (cells.size.width / CELL, cells.size.height / CELL);
-        let scale = (self.kernel.factor() as i64).pow(k as u32);
+        let (level, period) = (&self.levels[k], self.period_of(k));
+        let strengths = Strengths { steps: level.unevenness, level: k, seed: self.seed, period };
+        let around = grown(cells, margin(level));
+        let strengths = (level.unevenness > 0).then(|| strengths.over(around));
+        let strength = strengths.as_ref().map(|planes| Drive { planes, origin: around.origin() });
         let run = CellRun {
+            strength,
             recursion: &self.recursions[k],
-            margin: self.levels[k].burn_in,
+            margin: level.burn_in,
             drive,
             seed: self.seed,
-            period: self.period.map(|period| period.map(|p| p / scale)),
+            period,
         };
         // As many rows of cells at a time as fill the lanes.
         let together = LANES.div_ceil(columns).min(rows);
@@ -149,6 +199,7 @@ struct CellRun<'a> {
     recursion: &'a Recursion,
     margin: usize,
     drive: Option<Drive<'a>>,
+    strength: Option<Drive<'a>>,
     seed: u64,
     period: Option<[i64; 2]>,
 }
@@ -163,6 +214,7 @@ impl CellRun<'_> {
         let run = RecursionRun {
             size: Size::new(margin + CELL + margin, margin + CELL),
             drive: self.drive,
+            strength: self.strength,
             seed: self.seed,
             period: self.period,
         };
@@ -186,13 +238,20 @@ fn margin(level: &Level) -> Reach {
     Reach { left: texels, right: texels, up: texels, down: 0 }
 }
 
-/// The contribution of the expanded coarser level to each texel of `size`; the expanded planes extend farther
-/// by the reach of the coarse neighbours.
-fn drive(level: &Level, expanded: &Planes, size: Size) -> Planes {
-    let (m, reach) = (level.planes(), Reach::of(&level.coarse));
+/// How far beyond its own texels a level sees what is known: its coarse neighbours, and the gradient.
+fn seen_around(level: &Level) -> Reach {
+    let Reach { left, right, up, down } = Reach::of(&level.coarse);
+    let rim = if level.gain.is_some() { 1 } else { 0 };
+    Reach { left: left.max(rim), right: right.max(rim), up: up.max(rim), down: down.max(rim) }
+}
+
+/// The contribution of what is known to each texel of `size`; its planes extend farther
+/// by `reach`.
+fn drive(level: &Level, known: &Planes, reach: Reach, size: Size) -> Planes {
+    let m = level.planes();
     let weights = level.weights.values(true);
     let mut planes = Planes::zeros(size, m);
-    let source = expanded.size();
+    let source = known.size();
     for (j, plane) in planes.iter_mut().enumerate() {
         plane.par_chunks_exact_mut(size.width).enumerate().for_each(|(y, row)| {
             for (t, o) in level.coarse.iter().enumerate() {
@@ -200,7 +259,7 @@ fn drive(level: &Level, expanded: &Planes, size: Size) -> Planes {
                 let x = reach.left.wrapping_add_signed(o.dx as isize);
                 for i in 0..m {
                     let weight = weights[(t * m + i) * m + j];
-                    let values = &expanded.plane(i)[source.index(x, y)..][..size.width];
+                    let values = &known.plane(i)[source.index(x, y)..][..size.width];
                     row.iter_mut().zip(values).for_each(|(o, v)| *o += weight * v);
                 }
             }

@@ -41,19 +41,29 @@ pub struct RecursionRun<'a> {
     pub size: Size,
     /// Added to the noise if there is a coarser level.
     pub drive: Option<Drive<'a>>,
+    /// What the noise is multiplied by, one plane.
+    pub strength: Option<Drive<'a>>,
     /// Another seed, another noise.
     pub seed: u64,
     /// The period of the noise in texels, along x and y.
     pub period: Option<[i64; 2]>,
 }
 
-/// A part of the plane of drives.
+/// A part of the plane of drives, or of strengths.
 #[derive(Debug, Clone, Copy)]
 pub struct Drive<'a> {
-    /// As many planes as the level has.
+    /// As many planes as the level has; of strengths one.
     pub planes: &'a Planes,
     /// The position of the top left texel on the plane.
     pub origin: [i64; 2],
+}
+
+impl Drive<'_> {
+    /// Row `y` of plane `j` over a rectangle of `width` columns.
+    fn row(&self, origin: &[i64; 2], y: usize, j: usize, width: usize) -> &[f32] {
+        let [x, y] = [origin[0] - self.origin[0], origin[1] - self.origin[1] + y as i64].map(|v| v as usize);
+        &self.planes.plane(j)[self.planes.size().index(x, y)..][..width]
+    }
 }
 
 impl Recursion {
@@ -168,6 +178,9 @@ impl Recursion {
                 }
             }
         }
+        if let Some(strength) = run.strength {
+            strengthen(&strength, origins, y, self.planes, input);
+        }
         if let Some(drive) = run.drive {
             add_drive(&drive, origins, y, input);
         }
@@ -261,16 +274,24 @@ fn predict<const J: usize, S: Octets>(
     }
 }
 
-/// Adds the row of the drive of each lane.
-fn add_drive(drive: &Drive<'_>, origins: &[[i64; 2]; LANES], y: usize, input: &mut [f32]) {
-    let (size, m) = (drive.planes.size(), drive.planes.count());
+/// Multiplies the noise of m planes by the strengths of the row of each lane.
+fn strengthen(strength: &Drive<'_>, origins: &[[i64; 2]; LANES], y: usize, m: usize, input: &mut [f32]) {
     let width = input.len() / (m * LANES);
     for (l, origin) in origins.iter().enumerate() {
-        let (x0, y0) = (origin[0] - drive.origin[0], origin[1] - drive.origin[1] + y as i64);
-        for (j, plane) in drive.planes.iter().enumerate() {
-            let row = &plane[size.index(x0 as usize, y0 as usize)..][..width];
-            let lane = input[j * width * LANES + l..].iter_mut().step_by(LANES);
-            lane.zip(row).for_each(|(out, v)| *out += v);
+        let row = strength.row(origin, y, 0, width);
+        for plane in input.chunks_exact_mut(width * LANES) {
+            plane[l..].iter_mut().step_by(LANES).zip(row).for_each(|(out, v)| *out *= v);
+        }
+    }
+}
+
+/// Adds the row of the drive of each lane.
+fn add_drive(drive: &Drive<'_>, origins: &[[i64; 2]; LANES], y: usize, input: &mut [f32]) {
+    let width = input.len() / (drive.planes.count() * LANES);
+    for (l, origin) in origins.iter().enumerate() {
+        for (j, plane) in input.chunks_exact_mut(width * LANES).enumerate() {
+            let row = drive.row(origin, y, j, width);
+            plane[l..].iter_mut().step_by(LANES).zip(row).for_each(|(out, v)| *out += v);
         }
     }
 }
@@ -294,6 +315,8 @@ pub(super) mod tests {
             coarse: Vec::new(),
             weights: Weights::nearest(&weights, neighbours, vec![1e-3; 2 * m], vec![1e-2; m]),
             noise,
+            gain: None,
+            unevenness: 0,
             burn_in: 16,
             log_evidence: 0.0,
             texels: 1,
@@ -316,7 +339,7 @@ pub(super) mod tests {
         #[test]
         fn lanes_give_the_bits_of_the_raster_order(
             m in 1usize..8, neighbours in 0usize..15, width in 1usize..20, height in 1usize..9,
-            driven: bool, periodic: bool, seed: u64,
+            driven: bool, uneven: bool, periodic: bool, seed: u64,
         ) {
             let recursion = Recursion::new(&random_level(m, neighbours, seed), 2);
             let size = Size::new(width, height);
@@ -326,7 +349,9 @@ pub(super) mod tests {
             let data = (0..m * area.texels()).map(|_| stream.unit() as f32).collect();
             let planes = Planes::from_vec(area, m, data).unwrap();
             let drive = driven.then_some(Drive { planes: &planes, origin: [-30, -30] });
-            let run = RecursionRun { size, drive, seed, period: periodic.then_some([24, 17]) };
+            let strengths = Planes::from_vec(area, 1, (0..area.texels()).map(|_| stream.unit() as f32).collect()).unwrap();
+            let strength = uneven.then_some(Drive { planes: &strengths, origin: [-30, -30] });
+            let run = RecursionRun { size, drive, strength, seed, period: periodic.then_some([24, 17]) };
             let mut rows = Vec::new();
             recursion.run(&origins, &run, |y, row| { assert_eq!(y * width * m * LANES, rows.len()); rows.extend_from_slice(row); });
             for (l, origin) in origins.iter().enumerate() {

@@ -191,7 +191,7 @@ fn corner(recursion: &Recursion, margin: usize) -> Vec<f64> {
     // Squares far from one another, so that their noise is independent; the same for every margin.
     let origins: [[i64; 2]; LANES] = std::array::from_fn(|l| [1000 * l as i64 - start, -start]);
     let size = Size::new(SIDE + margin + margin, SIDE + margin);
-    let run = RecursionRun { size, drive: None, seed: 0, period: None };
+    let run = RecursionRun { size, drive: None, strength: None, seed: 0, period: None };
     let mut values = Vec::new();
     recursion.run(&origins, &run, |y, row| {
         if y >= margin {

@@ -13,6 +13,7 @@
 use crate::error::Result;
 use crate::job::Job;
 use crate::numeric::endless::Endless;
+use crate::numeric::pyramid::{self, Kernel};
 use crate::numeric::wavelet;
 use crate::planes::Planes;
 use crate::rect::Rect;
@@ -45,6 +46,9 @@ pub struct Structure {
     pub tiles: usize,
     /// The number of scales of the wavelets.
     pub scales: usize,
+    /// Whether the detail is predicted from the structure, as all new models have it: files of former versions have a detail
+    /// that does not depend on it.
+    pub predicts: bool,
     /// The quantisation step of the coefficients of each component.
     pub steps: Vec<f32>,
     /// Coefficients in steps, tile after tile, component after component, row by row; those of further tiles
@@ -79,7 +83,7 @@ impl Structure {
         let count = planes.size().height / tile.height;
         assert_eq!((planes.size(), planes.count()), (stacked(tile, count), steps.len()), "whole tiles");
         let scales = scales(tile);
-        let mut whole = Self { tile, tiles: count, scales, steps, codes: Vec::new() };
+        let mut whole = Self { tile, tiles: count, scales, predicts: true, steps, codes: Vec::new() };
         for number in 0..count {
             let mut part = planes.crop(0, number * tile.height, tile).expect("inside the planes");
             wavelet::forward(&mut part, scales);
@@ -163,11 +167,47 @@ impl Structure {
     /// # Errors
     /// More memory than the limits allow.
     pub fn window(&self, area: Rect, seed: u64, period: Option<[i64; 2]>, job: &Job) -> Result<Planes> {
+        self.laid(&self.decoded(), area, seed, period, job)
+    }
+
+    /// A level of the Gaussian pyramid of the endless plane over an area of that level.
+    ///
+    /// # Errors
+    /// As [`Self::window`].
+    pub fn reduced_window(
+        &self,
+        (kernel, level): (&Kernel, usize),
+        area: Rect,
+        seed: u64,
+        period: Option<[i64; 2]>,
+        job: &Job,
+    ) -> Result<Planes> {
+        // One texel more on each side than a level gives to the next.
+        let finer = |area: Rect| {
+            let (n, Size { width, height }) = (kernel.factor(), area.size);
+            let size = Size::new(n * (width + 2), n * (height + 2));
+            Rect::new(n as i64 * (area.x - 1), n as i64 * (area.y - 1), size)
+        };
+        if level == 0 {
+            return self.window(area, seed, period, job);
+        }
+        let fine = self.reduced_window((kernel, level - 1), finer(area), seed, period, job)?;
+        pyramid::reduce(&fine, kernel).crop(1, 1, area.size)
+    }
+
+    /// The part of the endless plane of decoded tiles over an area.
+    fn laid(
+        &self,
+        decoded: &Planes,
+        area: Rect,
+        seed: u64,
+        period: Option<[i64; 2]>,
+        job: &Job,
+    ) -> Result<Planes> {
         let plane = Endless::new(self.tile, self.tiles, seed)?;
-        let decoded = self.decoded();
         let [x, y] = area.origin();
-        let Some([across, down]) = period else { return plane.window(&decoded, x, y, area.size, job) };
-        let mut window = Planes::zeros_within(job, "the structure", area.size, self.components())?;
+        let Some([across, down]) = period else { return plane.window(decoded, x, y, area.size, job) };
+        let mut window = Planes::zeros_within(job, "the structure", area.size, decoded.count())?;
         for (to, from) in window.iter_mut().zip(decoded.iter()) {
             for (j, row) in to.chunks_exact_mut(area.size.width).enumerate() {
                 let y = (y + j as i64).rem_euclid(down);

@@ -15,7 +15,7 @@ use crate::direction::Direction;
 use crate::error::Result;
 use crate::field::{Basis, ReflectanceField};
 use crate::job::Job;
-use crate::metric::texture::{SlicedOptions, correlation, detail, histogram, sliced, steerable};
+use crate::metric::texture::{SlicedOptions, appearance, correlation, detail, histogram, sliced, steerable};
 use crate::numeric::random::{Purpose, Stream};
 use crate::planes::Planes;
 use crate::random_field::{FieldModel, RealisationOptions};
@@ -73,10 +73,9 @@ pub struct Likeness {
     pub trend: f64,
     /// The largest of the distances of the sample, each divided by the largest that would pass.
     pub excess: f64,
-    /// The same without the detail: models are chosen by it, since a structure restores the order of a material and
-    /// leaves its grain as it was.
+    /// The distance in appearance, by which a model with a structure and one without are compared.
     #[serde(skip)]
-    pub order_excess: f64,
+    pub appearance: f64,
     /// Whether all pass.
     pub alike: bool,
 }
@@ -85,6 +84,7 @@ pub struct Likeness {
 #[derive(Debug)]
 pub struct LikenessReference {
     picture: Planes,
+    appearance: appearance::Reference,
     halves: LikenessMeasures,
     shuffled: f64,
     trend: f64,
@@ -113,7 +113,8 @@ impl LikenessReference {
         let down = measures(&part(0, 0, width, h)?, &part(0, height - h, width, h)?, job)?;
         let shuffled = patches(&picture, &shuffled(&picture), job)?;
         let (_, trend) = trend::removed(&picture);
-        Ok(Some(Self { picture, halves: across.mean(&down), shuffled, trend }))
+        let appearance = appearance::Reference::new(&picture, 0, job)?;
+        Ok(Some(Self { picture, appearance, halves: across.mean(&down), shuffled, trend }))
     }
 
     /// Compares a sample of a model.
@@ -123,18 +124,18 @@ impl LikenessReference {
     pub fn likeness(&self, model: &FieldModel, job: &Job) -> Result<Likeness> {
         let size = self.picture.size();
         let sample = RealisationOptions { origin: [0, 0], size, seed: SAMPLE_SEED, period: None };
-        let made = measures(&self.picture, &seen(&model.synthesize(&sample, job)?, job)?, job)?;
+        let sample = seen(&model.synthesize(&sample, job)?, job)?;
+        let appearance = self.appearance.distance(&sample, job)?.distance;
+        let made = measures(&self.picture, &sample, job)?;
         let Self { halves, shuffled, trend, .. } = *self;
         let limits = halves.values().into_iter().zip(FLOORS).zip(TOLERANCES);
         let limits = limits.map(|((halves, floor), tolerance)| tolerance * halves.max(floor));
-        let mut excesses = made.values().into_iter().zip(limits).map(|(made, limit)| made / limit);
-        let order = excesses.by_ref().take(KINDS - 1).fold(0.0, f64::max);
-        let detail = excesses.fold(0.0, f64::max);
+        let excess =
+            made.values().into_iter().zip(limits).map(|(made, limit)| made / limit).fold(0.0, f64::max);
         // Noise is like its own shuffled texels, so both distances are small.
         let half_way = (MOST_OF_THE_WAY * shuffled).max(TOLERANCES[0] * FLOORS[0]);
-        let order_excess = order.max(made.patches / half_way);
-        let excess = order_excess.max(detail);
-        Ok(Likeness { made, halves, shuffled, trend, excess, order_excess, alike: excess <= 1.0 })
+        let excess = excess.max(made.patches / half_way);
+        Ok(Likeness { made, halves, shuffled, trend, excess, appearance, alike: excess <= 1.0 })
     }
 }
 

@@ -57,6 +57,7 @@ pub mod memory;
 pub mod method;
 pub mod metric;
 pub mod model;
+mod model_structure;
 pub mod model_surface;
 pub mod options;
 pub mod packed;

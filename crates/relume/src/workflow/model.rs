@@ -9,21 +9,14 @@ use crate::capture::dome;
 use crate::direction::Direction;
 use crate::error::{Error, Result};
 use crate::field::{Basis, Domain, IndexSpace, Metric, ReflectanceField};
-use crate::format::rlm;
 use crate::job::Job;
 use crate::names::named;
 use crate::numeric::lattice::Lattice;
-use crate::numeric::periods::Pattern;
-use crate::numeric::pyramid::{self, Kernel};
-use crate::planes::Planes;
 use crate::random_field::{
-    Budget, Character, FieldModel, LevelReport, ModelOptions, Tiles, combine_field, model_field,
-    model_lights, realisation_bytes,
+    Character, FieldModel, LevelReport, ModelOptions, model_field, model_lights, realisation_bytes,
 };
 use crate::render::relight;
 use crate::size::Size;
-use crate::synthesis::roller::{RollerOptions, roll};
-use crate::synthesis::{BlockOptions, Boundary, Exemplar, SourceMap, gather, synthesize};
 
 /// The least side of a texture with enough periods to cut tiles from.
 const LEAST_SIDE: usize = 64;
@@ -41,15 +34,9 @@ const CUSTOMARY_FUNCTION_BYTES: usize = 48 << 10;
 /// not name them.
 pub const PICTURE_BYTES: usize = 2000;
 
-/// The bytes of such a structure: at least, and at most.
-const SMALL_STRUCTURE: [usize; 2] = [400, 1000];
-
 /// The excess of a sample of a random field alone up to which no structure is tried: at 1 a sample still passes
 /// whose bands or stones are lost, if the halves of the texture differ much.
 const NEAR_ENOUGH: f64 = 0.7;
-
-/// The levels of the detail of such a structure, which holds what is coarser.
-const DETAIL_LEVELS: usize = 2;
 
 /// When the structure is modelled by compressed tiles and only the detail by the random field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -150,7 +137,8 @@ pub enum StructureSource {
 }
 
 impl StructureSource {
-    fn tile(self) -> Size {
+    /// The size of a tile.
+    pub(super) fn tile(self) -> Size {
         match self {
             Self::Roller { tile, .. } | Self::Blocks { tile, .. } => tile,
         }
@@ -196,6 +184,12 @@ impl ModelRequest {
         let Size { width, height } = field.size();
         let may_combine = self.combine == Combine::Auto && width.min(height) >= LEAST_SIDE;
         let is_periodic = self.combine == Combine::Always || self.period.is_some();
+        if !is_periodic && may_combine && kind.is_regular() {
+            let small = self.combined_of_few_periods(field, job)?.map(&compared).transpose()?;
+            if let Some(small) = small.filter(|small| small.likeness.is_some_and(|likeness| likeness.alike)) {
+                return Ok(small);
+            }
+        }
         if is_periodic || may_combine && kind.is_regular() {
             return compared(self.combined(field, job)?);
         }
@@ -206,9 +200,9 @@ impl ModelRequest {
         }
         // A limit of the memory refuses the request: it must not choose the model.
         let combined = compared(self.combined_within(field, &plain, job)?)?;
-        let excess =
-            |fitted: &FittedModel| fitted.likeness.map_or(f64::INFINITY, |likeness| likeness.order_excess);
-        Ok(if excess(&combined) < excess(&plain) { combined } else { plain })
+        let distance =
+            |fitted: &FittedModel| fitted.likeness.map_or(f64::INFINITY, |likeness| likeness.appearance);
+        Ok(if distance(&combined) < distance(&plain) { combined } else { plain })
     }
 
     /// Refuses a joint model of a texture of that size that could be fitted, but not judged by a sample within the memory;
@@ -246,108 +240,4 @@ impl ModelRequest {
         }
         Ok(Some(if lights.is_empty() { dome::lights(CUSTOMARY_LIGHTS) } else { lights.clone() }))
     }
-
-    fn combined(&self, field: &ReflectanceField, job: &Job) -> Result<FittedModel> {
-        let space = IndexSpace::new(field, Metric::Function, Domain::Hemisphere)?;
-        // What follows the search for tiles.
-        job.check_bytes("the planes to model", self.options.bytes(field.size(), space.planes()))?;
-        let index = space.index_planes_within(field, job, "the index of the exemplar")?;
-        let (map, source) = self.tiles(&index, job)?;
-        let bytes = self.structure_bytes.unwrap_or_else(|| general_bytes(&space));
-        self.with_structure(field, &map, source, bytes, job)
-    }
-
-    /// Structure and detail of a material without periods: a picture in [`PICTURE_BYTES`], measured by the
-    /// plain model.
-    fn combined_within(
-        &self,
-        field: &ReflectanceField,
-        plain: &FittedModel,
-        job: &Job,
-    ) -> Result<FittedModel> {
-        let space = IndexSpace::new(field, Metric::Function, Domain::Hemisphere)?;
-        let index = space.index_planes_within(field, job, "the index of the exemplar")?;
-        let (map, source) = coarse_block_tile(&index, job)?;
-        let levels = self.options.levels.min(DETAIL_LEVELS);
-        let request = Self { options: ModelOptions { levels, ..self.options }, ..self.clone() };
-        let [least, most] = SMALL_STRUCTURE;
-        let is_picture = field.basis().len() == 1;
-        let left = PICTURE_BYTES.saturating_sub(rlm::encode(&plain.model)?.len());
-        let bytes = match self.structure_bytes {
-            Some(bytes) => bytes,
-            None if is_picture => left.clamp(least, most),
-            None => general_bytes(&space),
-        };
-        let fitted = request.with_structure(field, &map, source, bytes, job)?;
-        let over = rlm::encode(&fitted.model)?.len().saturating_sub(PICTURE_BYTES);
-        if self.structure_bytes.is_some() || !is_picture || over == 0 {
-            return Ok(fitted);
-        }
-        request.with_structure(
-            field,
-            &map,
-            source,
-            bytes.saturating_sub(over + over / 8 + 8).max(least / 2),
-            job,
-        )
-    }
-
-    fn with_structure(
-        &self,
-        field: &ReflectanceField,
-        map: &SourceMap,
-        source: StructureSource,
-        bytes: usize,
-        job: &Job,
-    ) -> Result<FittedModel> {
-        let texels = gather(map, &[field], job)?;
-        let tiles = Tiles { texels: &texels, size: source.tile() };
-        let budget = Budget { bytes, cost: &rlm::structure_bytes };
-        let (model, levels) = combine_field(field, tiles, &budget, &self.options, job)?;
-        Ok(FittedModel { model, levels: vec![levels], structure: Some(source), likeness: None })
-    }
-
-    /// Tiles by the Roller, or, where their seams would show, one synthesised from blocks on a torus.
-    fn tiles(&self, index: &Planes, job: &Job) -> Result<(SourceMap, StructureSource)> {
-        let exemplar = Exemplar { index, excluded: None };
-        let pattern = self.period.map(Pattern::Lattice);
-        let options = RollerOptions { tiles: self.tiles, pattern, ..RollerOptions::default() };
-        let rolled = roll(&exemplar, &options, job)?;
-        if rolled.report.is_acceptable() || self.tiles > 1 || pattern.is_some() {
-            let (tile, count) = (rolled.tiles.tile(), rolled.tiles.count());
-            return Ok((rolled.tiles.map().clone(), StructureSource::Roller { count, tile }));
-        }
-        let (map, block) = block_tile(exemplar, job)?;
-        Ok((map, StructureSource::Blocks { tile: index.size(), block }))
-    }
-}
-
-/// The most bytes of a structure in general.
-fn general_bytes(space: &IndexSpace) -> usize {
-    3000 + 900 * space.planes()
-}
-
-/// A tile as large as the exemplar, of blocks of a quarter of its side on a torus, and that side.
-fn block_tile(exemplar: Exemplar<'_>, job: &Job) -> Result<(SourceMap, usize)> {
-    let size = exemplar.index.size();
-    let block = (size.width.min(size.height) / 4).max(8);
-    let options = BlockOptions {
-        size,
-        block,
-        overlap: BlockOptions::customary_overlap(block),
-        boundary: Boundary::Torus,
-        ..BlockOptions::default()
-    };
-    Ok((synthesize(&[exemplar], &options, job)?.map, block))
-}
-
-/// The same at half the resolution: the few bytes of a small structure hold nothing finer, and the search takes
-/// a tenth of the time.
-fn coarse_block_tile(index: &Planes, job: &Job) -> Result<(SourceMap, StructureSource)> {
-    let Size { width, height } = index.size();
-    let even = index.crop(0, 0, Size::new(width / 2 * 2, height / 2 * 2))?;
-    let halved = pyramid::reduce(&even, &Kernel::new(2)?);
-    let (map, block) = block_tile(Exemplar { index: &halved, excluded: None }, job)?;
-    let tile = even.size();
-    Ok((map.finer(2, index.size()), StructureSource::Blocks { tile, block: 2 * block }))
 }

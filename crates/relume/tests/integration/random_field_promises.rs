@@ -52,6 +52,8 @@ fn closing(window: RealisationOptions) -> RealisationOptions {
 fn planted(m: usize, parts: &[(i32, i32, Vec<f64>)], size: Size, seed: u64) -> Planes {
     let weights: Vec<f64> = parts.iter().flat_map(|p| p.2.clone()).collect();
     let level = Level {
+        gain: None,
+        unevenness: 0,
         neighbours: parts.iter().map(|p| Offset::new(p.0, p.1)).collect(),
         coarse: Vec::new(),
         weights: Weights::nearest(&weights, parts.len(), vec![1e-3; 2 * m], vec![1e-3; m]),
@@ -62,7 +64,7 @@ fn planted(m: usize, parts: &[(i32, i32, Vec<f64>)], size: Size, seed: u64) -> P
     };
     let margin = 64;
     let area = Size::new(size.width + 2 * margin, size.height + margin);
-    let run = RecursionRun { size: area, drive: None, seed, period: None };
+    let run = RecursionRun { size: area, drive: None, strength: None, seed, period: None };
     Recursion::new(&level, 0).run_slow([0, 0], &run).crop(margin, margin, size).unwrap()
 }
 

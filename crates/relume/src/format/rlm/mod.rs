@@ -21,6 +21,18 @@ const SIGNATURE: [u8; 4] = *b"RLM\x1a";
 /// joint distribution of a colour, with learned functions, and with one model for each cluster of photographs.
 const VERSIONS: [u8; 6] = [1, 2, 3, 4, 5, 6];
 
+/// Added to the version of a model whose detail depends on the place.
+const WITH_LOCAL_DETAIL: u8 = 16;
+
+/// The layout of a file.
+#[derive(Debug, Clone, Copy)]
+struct Edition {
+    /// One of [`VERSIONS`].
+    version: u8,
+    /// Whether gains from place to place follow the levels, and the structure predicts the detail.
+    has_local_detail: bool,
+}
+
 /// Signature, version, checksum and length of the rest.
 const HEADER: usize = 4 + 1 + 4 + 4;
 
@@ -78,6 +90,11 @@ mod tests {
         combine_field(&field, tiles, &budget, &options, &job()).unwrap().0
     }
 
+    /// The version of a file, whether detail depends on the place or not.
+    fn version(bytes: &[u8]) -> u8 {
+        bytes[4] & !WITH_LOCAL_DETAIL
+    }
+
     fn joint(model: &FieldModel) -> &Model {
         let Fields::Joint(model) = &model.fields else { panic!("one model") };
         model
@@ -121,7 +138,7 @@ mod tests {
             let bytes = encode(&model).unwrap();
             let back = decode(&bytes, &job()).unwrap();
             assert_eq!(&back, &model);
-            assert_eq!(bytes[4], if model.layout == PlaneLayout::LUMINANCE { 3 } else { 4 });
+            assert_eq!(version(&bytes), if model.layout == PlaneLayout::LUMINANCE { 3 } else { 4 });
             let options =
                 RealisationOptions { origin: [-9, 3], size: Size::new(20, 10), seed: 3, period: None };
             let made = model.synthesize(&options, &job()).unwrap();
@@ -137,15 +154,34 @@ mod tests {
     fn a_structure_comes_back_and_keeps_to_its_bytes() {
         let model = combined();
         let bytes = encode(&model).unwrap();
-        assert_eq!((bytes[4], decode(&bytes, &job()).unwrap()), (4, model.clone()));
+        assert_eq!((bytes[4], decode(&bytes, &job()).unwrap()), (4 + WITH_LOCAL_DETAIL, model.clone()));
         let structure = joint(&model).structure.clone().unwrap();
         assert!((200..=250).contains(&structure_bytes(&structure)), "{}", structure_bytes(&structure));
         let mut plain = model;
         let Fields::Joint(field) = &mut plain.fields else { panic!("one model") };
         field.structure = None;
+        let levels = field.levels.len();
         let without = encode(&plain).unwrap();
-        assert_eq!(without[4], 4);
-        assert!((bytes.len() - without.len()).abs_diff(structure_bytes(&structure)) <= 1);
+        assert_eq!(version(&without), 4);
+        // Without a structure and gains, there are no bits for gains either.
+        let local = if without[4] == bytes[4] { 0 } else { (9 * levels).div_ceil(8) };
+        assert!((bytes.len() - without.len() - local).abs_diff(structure_bytes(&structure)) <= 1);
+    }
+
+    #[test]
+    fn models_of_former_versions_keep_a_detail_that_does_not_depend_on_the_place() {
+        let new = combined();
+        let mut former = new.clone();
+        let Fields::Joint(field) = &mut former.fields else { panic!("one model") };
+        assert!(field.levels.iter().any(|level| !level.coarse.is_empty()), "something to predict");
+        field.structure.as_mut().unwrap().predicts = false;
+        field.levels.iter_mut().for_each(|level| (level.gain, level.unevenness) = (None, 0));
+        let bytes = encode(&former).unwrap();
+        let back = decode(&bytes, &job()).unwrap();
+        assert_eq!((bytes[4], &back), (4, &former));
+        let made = |model: &FieldModel| model.synthesize(&window(), &job()).unwrap();
+        assert_eq!(made(&back), made(&former));
+        assert_ne!(made(&back), made(&new));
     }
 
     #[test]
@@ -176,7 +212,7 @@ mod tests {
         for model in [1, 3].map(of_light_and_view) {
             let bytes = encode(&model).unwrap();
             let back = decode(&bytes, &job()).unwrap();
-            assert_eq!((bytes[4], &back), (5, &model));
+            assert_eq!((version(&bytes), &back), (5, &model));
             assert_eq!(
                 (model.source.photographs, model.source_bytes()),
                 (35, 35 * 36 * 30 * u64::from(model.source.channels))
@@ -239,7 +275,7 @@ mod tests {
         for model in [1, 3].map(of_clusters) {
             let bytes = encode(&model).unwrap();
             let back = decode(&bytes, &job()).unwrap();
-            assert_eq!((bytes[4], &back), (6, &model));
+            assert_eq!((version(&bytes), &back), (6, &model));
             assert_eq!(encode(&back).unwrap(), bytes);
             let made = |model: &FieldModel| model.synthesize(&window(), &job()).unwrap();
             assert_eq!(made(&back), made(&model));
@@ -269,7 +305,7 @@ mod tests {
                 assert!(decode(&bytes[..length], &job()).is_err(), "cut at {length}");
             }
             for place in 0..bytes.len() {
-                for change in [1, 0x80, 0xff] {
+                for change in [1, WITH_LOCAL_DETAIL, 0x80, 0xff] {
                     let mut altered = bytes.clone();
                     altered[place] ^= change;
                     assert!(decode(&altered, &job()).is_err(), "byte {place} changed by {change}");

@@ -3,7 +3,7 @@
 use super::bits::{BitReader, Rice};
 use super::functions::read_functions;
 use super::table::read_table;
-use super::{HEADER, SIGNATURE, VERSIONS, checksum, structure};
+use super::{Edition, HEADER, SIGNATURE, VERSIONS, WITH_LOCAL_DETAIL, checksum, structure};
 use crate::error::{Error, Result};
 use crate::field::{Basis, PlaneLayout};
 use crate::job::Job;
@@ -12,6 +12,7 @@ use crate::numeric::pyramid::Kernel;
 use crate::random_field::conditional::{CODES, Conditional};
 use crate::random_field::joint_color::JointColor;
 use crate::random_field::level::{Level, MAX_CODE, Weights};
+use crate::random_field::local_gain::{LocalGain, NODES};
 use crate::random_field::marginal::{KNOTS, Marginal, STEPS};
 use crate::random_field::mixing::Mixing;
 use crate::random_field::neighbourhood::{Offset, all_around, causal};
@@ -30,7 +31,7 @@ use crate::space::Space;
 /// more memory than the limits allow.
 pub fn decode(bytes: &[u8], job: &Job) -> Result<FieldModel> {
     let mut bits = BitReader::new(body(bytes)?);
-    let version = bytes[4];
+    let edition @ Edition { version, .. } = edition(bytes[4]);
     // Of learned functions only the place is known yet.
     let named = |name: &str| match name {
         LEARNED if version >= VERSIONS[4] => Some(None),
@@ -54,15 +55,15 @@ pub fn decode(bytes: &[u8], job: &Job) -> Result<FieldModel> {
         None => Basis::Learned(read_functions(&mut bits, job)?.unpacked()?),
     };
     if version == VERSIONS[5] {
-        let fields = Fields::Clusters(read_clusters(&mut bits, basis.len(), version, job)?);
+        let fields = Fields::Clusters(read_clusters(&mut bits, basis.len(), edition, job)?);
         return whole(FieldModel { basis, layout, space, source, heights: None, fields }, bits.left());
     }
     let kind = if version >= VERSIONS[2] { read_kind(&mut bits)? } else { ModelKind::default() };
-    let mut fields = read_fields(&mut bits, version, &kind.lights, job)?;
+    let mut fields = read_fields(&mut bits, edition, &kind.lights, job)?;
     if let Fields::Joint(model) = &mut fields {
         let has_structure = version == VERSIONS[1] || version >= VERSIONS[2] && bits.bits(1)? == 1;
         if has_structure {
-            model.structure = Some(read_structure(&mut bits, model.mixing.components(), job)?);
+            model.structure = Some(read_structure(&mut bits, model.mixing.components(), edition, job)?);
         }
     }
     let field =
@@ -98,16 +99,16 @@ fn whole(field: FieldModel, left: usize) -> Result<FieldModel> {
 fn read_clusters(
     bits: &mut BitReader<'_>,
     clusters: usize,
-    version: u8,
+    edition: Edition,
     job: &Job,
 ) -> Result<PhotographClusters> {
-    let models = (0..clusters).map(|_| read_model(bits, version, job)).collect::<Result<Vec<Model>>>()?;
+    let models = (0..clusters).map(|_| read_model(bits, edition, job)).collect::<Result<Vec<Model>>>()?;
     if bits.bits(1)? == 0 {
         return Ok(PhotographClusters { models, range: None });
     }
-    let mut range = read_model(bits, version, job)?;
+    let mut range = read_model(bits, edition, job)?;
     if bits.bits(1)? == 1 {
-        range.structure = Some(read_structure(bits, range.mixing.components(), job)?);
+        range.structure = Some(read_structure(bits, range.mixing.components(), edition, job)?);
     }
     Ok(PhotographClusters { models, range: Some(Box::new(range)) })
 }
@@ -142,12 +143,17 @@ fn read_kind(bits: &mut BitReader<'_>) -> Result<ModelKind> {
     Ok(ModelKind { heights, lights })
 }
 
-fn read_fields(bits: &mut BitReader<'_>, version: u8, lights: &[[f32; 2]], job: &Job) -> Result<Fields> {
+fn read_fields(bits: &mut BitReader<'_>, edition: Edition, lights: &[[f32; 2]], job: &Job) -> Result<Fields> {
     if lights.is_empty() {
-        return Ok(Fields::Joint(Box::new(read_model(bits, version, job)?)));
+        return Ok(Fields::Joint(Box::new(read_model(bits, edition, job)?)));
     }
-    let model = |&disk: &[f32; 2]| Ok(LightModel { disk, model: read_model(bits, version, job)? });
+    let model = |&disk: &[f32; 2]| Ok(LightModel { disk, model: read_model(bits, edition, job)? });
     lights.iter().map(model).collect::<Result<_>>().map(Fields::PerLight)
+}
+
+/// The edition that a file names.
+fn edition(number: u8) -> Edition {
+    Edition { version: number & !WITH_LOCAL_DETAIL, has_local_detail: number & WITH_LOCAL_DETAIL != 0 }
 }
 
 /// The data after the header, whose checksum is verified.
@@ -158,7 +164,7 @@ fn body(bytes: &[u8]) -> Result<&[u8]> {
     let (header, body) = bytes.split_at_checked(HEADER).ok_or_else(|| {
         Error::invalid(format!("the model ends inside its header, at byte {}", bytes.len()))
     })?;
-    if !VERSIONS.contains(&header[4]) {
+    if !VERSIONS.contains(&edition(header[4]).version) {
         return Err(Error::unsupported(format!(
             "the model is of version {}: this program reads versions {} to {}",
             header[4],
@@ -207,7 +213,8 @@ fn name<T>(bits: &mut BitReader<'_>, what: &str, known: impl Fn(&str) -> Option<
     })
 }
 
-fn read_model(bits: &mut BitReader<'_>, version: u8, job: &Job) -> Result<Model> {
+fn read_model(bits: &mut BitReader<'_>, edition: Edition, job: &Job) -> Result<Model> {
+    let Edition { version, has_local_detail } = edition;
     let (planes, factor, levels) = (bits.bits(16)? as usize, bits.bits(8)? as usize, bits.bits(8)? as usize);
     let kernel =
         Kernel::new(factor).map_err(|e| Error::invalid(format!("the model is damaged: {}", e.message())))?;
@@ -230,8 +237,15 @@ fn read_model(bits: &mut BitReader<'_>, version: u8, job: &Job) -> Result<Model>
     let color = if version >= VERSIONS[3] { read_color(bits, planes)? } else { None };
     let single = planes - if color.is_some() { 3 } else { 0 };
     let marginals = (0..single).map(|_| read_marginal(bits)).collect::<Result<_>>()?;
-    let levels = (0..levels).map(|_| read_level(bits, m, job)).collect::<Result<_>>()?;
-    Ok(Model { marginals, color, mixing: Mixing { own, weights }, gains, kernel, levels, structure: None })
+    let mut levels = (0..levels).map(|_| read_level(bits, m, job)).collect::<Result<Vec<Level>>>()?;
+    if has_local_detail {
+        for level in &mut levels {
+            level.unevenness = bits.bits(8)? as u8;
+            level.gain = read_gain(bits)?;
+        }
+    }
+    let mixing = Mixing { own, weights };
+    Ok(Model { marginals, color, mixing, gains, kernel, levels, structure: None })
 }
 
 /// `count` floats; the bits are checked before memory is allocated.
@@ -322,10 +336,30 @@ fn read_level(bits: &mut BitReader<'_>, m: usize, job: &Job) -> Result<Level> {
     });
     let codes = codes.collect::<Result<_>>()?;
     let weights = Weights { codes, rows, columns, causal: neighbours.len() };
-    Ok(Level { neighbours, coarse, weights, noise, burn_in, log_evidence, texels })
+    Ok(Level { neighbours, coarse, weights, noise, gain: None, unevenness: 0, burn_in, log_evidence, texels })
 }
 
-fn read_structure(bits: &mut BitReader<'_>, m: usize, job: &Job) -> Result<Structure> {
+fn read_gain(bits: &mut BitReader<'_>) -> Result<Option<LocalGain>> {
+    if bits.bits(1)? == 0 {
+        return Ok(None);
+    }
+    let (deviation, gradient) = (bits.half("gain")?, bits.half("gain")?);
+    if !(deviation > 0.0 && gradient > 0.0) {
+        return Err(Error::invalid(format!(
+            "the gains of the model are for a deviation of {deviation} and a gradient of {gradient}: both must be more than 0"
+        )));
+    }
+    let (mut steps, mut code, mut codes) = (Rice::new(), i32::from(LocalGain::ONE), [0; NODES]);
+    for place in &mut codes {
+        code = code.saturating_add(bits.rice(&mut steps)?);
+        *place = u8::try_from(code).map_err(|_| {
+            Error::invalid(format!("the gains of the model have the code {code}: expected 0 to 255"))
+        })?;
+    }
+    Ok(Some(LocalGain { deviation, gradient, codes }))
+}
+
+fn read_structure(bits: &mut BitReader<'_>, m: usize, edition: Edition, job: &Job) -> Result<Structure> {
     let mut number = || Ok(bits.bits(16)? as usize);
     let (tile, tiles) = (Size::new(number()?, number()?), number()?);
     let scales = bits.bits(4)? as usize;
@@ -343,7 +377,8 @@ fn read_structure(bits: &mut BitReader<'_>, m: usize, job: &Job) -> Result<Struc
         )));
     }
     let codes = (0..length).map(|_| Ok(bits.bits(8)? as u8)).collect::<Result<Vec<u8>>>()?;
-    structure::decode(&codes, Structure { tile, tiles, scales, steps, codes: Vec::new() }, job)
+    let predicts = edition.has_local_detail;
+    structure::decode(&codes, Structure { tile, tiles, scales, predicts, steps, codes: Vec::new() }, job)
 }
 
 fn read_mask(bits: &mut BitReader<'_>, family: fn(usize) -> Vec<Offset>) -> Result<Vec<Offset>> {

@@ -228,7 +228,7 @@ mod tests {
             (if stream.unit() < 0.5 { size } else { -size }) as i32
         };
         let codes = (0..tile.texels() * tiles * components).map(code).collect();
-        Structure { tile, tiles, scales, steps: vec![0.5; components], codes }
+        Structure { tile, tiles, scales, predicts: true, steps: vec![0.5; components], codes }
     }
 
     proptest! {

@@ -3,12 +3,13 @@
 use super::bits::{BitWriter, Rice};
 use super::functions::write_functions;
 use super::table::write_table;
-use super::{HEADER, MOST_CANDIDATES, SIGNATURE, VERSIONS, checksum, structure};
+use super::{Edition, HEADER, MOST_CANDIDATES, SIGNATURE, VERSIONS, WITH_LOCAL_DETAIL, checksum, structure};
 use crate::error::{Error, Result};
 use crate::field::{Basis, PlaneLayout};
 use crate::random_field::conditional::Conditional;
 use crate::random_field::joint_color::JointColor;
 use crate::random_field::level::Level;
+use crate::random_field::local_gain::LocalGain;
 use crate::random_field::marginal::Marginal;
 use crate::random_field::neighbourhood::{Offset, all_around, causal};
 use crate::random_field::stability::BURN_INS;
@@ -30,7 +31,7 @@ pub fn encode(field: &FieldModel) -> Result<Vec<u8>> {
     for number in [source.width, source.height, source.photographs, source.channels] {
         bits.bits(number, 32);
     }
-    let version = version(field);
+    let edition @ Edition { version, .. } = edition(field);
     if let Basis::Learned(learned) = &field.basis {
         let packed =
             learned.packed().ok_or_else(|| Error::usage("the functions of the model are not packed"))?;
@@ -40,14 +41,14 @@ pub fn encode(field: &FieldModel) -> Result<Vec<u8>> {
         }
     }
     if let Fields::Clusters(clusters) = &field.fields {
-        write_clusters(&mut bits, clusters, version)?;
-        return Ok(with_header(version, &bits.into_bytes()));
+        write_clusters(&mut bits, clusters, edition)?;
+        return Ok(with_header(edition, &bits.into_bytes()));
     }
     if version >= VERSIONS[2] {
         write_kind(&mut bits, field);
     }
     for (_, model) in field.fields.models() {
-        write_model(&mut bits, model, version)?;
+        write_model(&mut bits, model, edition)?;
     }
     if let Fields::Joint(model) = &field.fields {
         if version >= VERSIONS[2] {
@@ -55,7 +56,7 @@ pub fn encode(field: &FieldModel) -> Result<Vec<u8>> {
         }
         model.structure.as_ref().map_or(Ok(()), |structure| write_structure(&mut bits, structure))?;
     }
-    Ok(with_header(version, &bits.into_bytes()))
+    Ok(with_header(edition, &bits.into_bytes()))
 }
 
 /// Refuses models of textures that the file cannot describe.
@@ -71,6 +72,16 @@ pub fn check_kind(basis: &Basis, layout: &PlaneLayout) -> Result<()> {
         )));
     }
     Ok(())
+}
+
+/// The lowest edition that can hold a model.
+fn edition(field: &FieldModel) -> Edition {
+    let range = match &field.fields {
+        Fields::Clusters(clusters) => clusters.range.as_deref(),
+        Fields::Joint(_) | Fields::PerLight(_) => None,
+    };
+    let models = field.fields.models().into_iter().map(|(_, model)| model);
+    Edition { version: version(field), has_local_detail: models.chain(range).any(Model::has_local_detail) }
 }
 
 /// The lowest version that can hold a model.
@@ -111,16 +122,17 @@ fn write_kind(bits: &mut BitWriter, field: &FieldModel) {
 }
 
 /// A model for each cluster, and the range map with its structure.
-fn write_clusters(bits: &mut BitWriter, clusters: &PhotographClusters, version: u8) -> Result<()> {
-    clusters.models.iter().try_for_each(|model| write_model(bits, model, version))?;
+fn write_clusters(bits: &mut BitWriter, clusters: &PhotographClusters, edition: Edition) -> Result<()> {
+    clusters.models.iter().try_for_each(|model| write_model(bits, model, edition))?;
     bits.bits(u32::from(clusters.range.is_some()), 1);
     let Some(range) = &clusters.range else { return Ok(()) };
-    write_model(bits, range, version)?;
+    write_model(bits, range, edition)?;
     bits.bits(u32::from(range.structure.is_some()), 1);
     range.structure.as_ref().map_or(Ok(()), |structure| write_structure(bits, structure))
 }
 
-fn write_model(bits: &mut BitWriter, model: &Model, version: u8) -> Result<()> {
+fn write_model(bits: &mut BitWriter, model: &Model, edition: Edition) -> Result<()> {
+    let Edition { version, has_local_detail } = edition;
     bits.bits(model.planes() as u32, 16);
     bits.bits(model.kernel.factor() as u32, 8);
     bits.bits(model.levels.len() as u32, 8);
@@ -131,10 +143,18 @@ fn write_model(bits: &mut BitWriter, model: &Model, version: u8) -> Result<()> {
         write_color(bits, model.color.as_ref());
     }
     model.marginals.iter().for_each(|marginal| write_marginal(bits, marginal));
-    model.levels.iter().try_for_each(|level| write_level(bits, level))
+    model.levels.iter().try_for_each(|level| write_level(bits, level))?;
+    if has_local_detail {
+        for level in &model.levels {
+            bits.bits(u32::from(level.unevenness), 8);
+            write_gain(bits, level.gain.as_ref());
+        }
+    }
+    Ok(())
 }
 
-fn with_header(version: u8, body: &[u8]) -> Vec<u8> {
+fn with_header(edition: Edition, body: &[u8]) -> Vec<u8> {
+    let version = edition.version + if edition.has_local_detail { WITH_LOCAL_DETAIL } else { 0 };
     let length = (body.len() as u32).to_le_bytes();
     let sum = checksum(&[&length[..], body].concat()).to_le_bytes();
     let mut bytes = Vec::with_capacity(HEADER + body.len());
@@ -203,6 +223,18 @@ fn write_level(bits: &mut BitWriter, level: &Level) -> Result<()> {
         bits.rice(code, if i / m % m == i % m { &mut own } else { &mut other });
     }
     Ok(())
+}
+
+fn write_gain(bits: &mut BitWriter, gain: Option<&LocalGain>) {
+    bits.bits(u32::from(gain.is_some()), 1);
+    let Some(gain) = gain else { return };
+    bits.half(gain.deviation);
+    bits.half(gain.gradient);
+    let (mut steps, mut before) = (Rice::new(), i32::from(LocalGain::ONE));
+    for code in gain.codes.map(i32::from) {
+        bits.rice(code - before, &mut steps);
+        before = code;
+    }
 }
 
 fn write_structure(bits: &mut BitWriter, of: &Structure) -> Result<()> {

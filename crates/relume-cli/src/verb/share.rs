@@ -13,7 +13,7 @@ use crate::evaluated;
 use crate::output::{Folder, Outputs, is_stream};
 use crate::report::Report;
 use crate::viewer::{
-    self, Delivery, PageData, PageSceneArgs, PlaneArgs, Preparation, Prepared, Scene, Source,
+    self, Delivery, PageData, PageSceneArgs, PlaneArgs, Preparation, Prepared, Scene, TextureSource,
 };
 
 /// Arguments of `relume share`.
@@ -133,7 +133,7 @@ fn check_output(args: &Args) -> Result<()> {
 }
 
 /// The textures, under the title of the page where it is given and there is one, and under the names of the files otherwise.
-fn sources(args: &Args) -> Result<Vec<Source<'_>>> {
+fn sources(args: &Args) -> Result<Vec<TextureSource<'_>>> {
     let mut sources = viewer::sources(&args.files, &args.planes)?;
     if let ([source], Some(title)) = (&mut sources[..], &args.title) {
         source.title.clone_from(title);
@@ -146,7 +146,12 @@ fn place(i: usize) -> String {
     format!("textures/{i}/")
 }
 
-fn textures(args: &Args, sources: Vec<Source>, scene: &Scene, context: &Context) -> Result<Vec<Prepared>> {
+fn textures(
+    args: &Args,
+    sources: Vec<TextureSource>,
+    scene: &Scene,
+    context: &Context,
+) -> Result<Vec<Prepared>> {
     let environment = scene.environment.as_ref();
     let delivery = Delivery::Stored;
     let preparation = Preparation { planes: &args.planes, evaluated: &args.evaluated, environment, delivery };

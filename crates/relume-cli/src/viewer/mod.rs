@@ -14,7 +14,7 @@ pub use annotations::{
 };
 pub use html::{FOLDER_POLICY, PageData, disk_page, folder_page, single_page};
 pub use scene::{PageSceneArgs, Scene};
-pub use textures::{Delivery, PlaneArgs, Preparation, Prepared, ServedPlane, Source, sources};
+pub use textures::{Delivery, PlaneArgs, Preparation, Prepared, ServedPlane, TextureSource, sources};
 
 /// The page's script.
 pub const SCRIPT: &str = include_str!("page/viewer.js");

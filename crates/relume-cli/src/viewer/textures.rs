@@ -117,7 +117,7 @@ impl Prepared {
 
 /// A file that is to be shown.
 #[derive(Debug)]
-pub struct Source<'a> {
+pub struct TextureSource<'a> {
     /// Where it is.
     pub path: &'a Path,
     /// A name for people.
@@ -130,9 +130,9 @@ pub struct Source<'a> {
 ///
 /// # Errors
 /// More files than a page shows, and another number of sizes than one for all or one for each.
-pub fn sources<'a>(files: &'a [PathBuf], planes: &PlaneArgs) -> Result<Vec<Source<'a>>> {
+pub fn sources<'a>(files: &'a [PathBuf], planes: &PlaneArgs) -> Result<Vec<TextureSource<'a>>> {
     let named = files.iter().zip(titles(files)?).zip(planes.texel_sizes(files.len())?);
-    Ok(named.map(|((path, title), mm_per_texel)| Source { path, title, mm_per_texel }).collect())
+    Ok(named.map(|((path, title), mm_per_texel)| TextureSource { path, title, mm_per_texel }).collect())
 }
 
 /// How files are prepared.
@@ -151,8 +151,8 @@ pub struct Preparation<'a> {
 impl Preparation<'_> {
     /// Reads a file: a texture, tiles, a picture, or a model; a model is shown as an endless plane where it is served, and as
     /// a seamless tile otherwise or if its size is given.
-    pub fn prepared(&self, source: Source, job: &Job) -> Result<Prepared> {
-        let Source { path, title, mm_per_texel } = source;
+    pub fn prepared(&self, source: TextureSource, job: &Job) -> Result<Prepared> {
+        let TextureSource { path, title, mm_per_texel } = source;
         let options = ShareOptions {
             title: title.clone(),
             depth: self.planes.planes,

@@ -84,7 +84,7 @@ fn lengths(marginals: &[Marginal], color: Option<usize>) -> Vec<f64> {
 }
 
 /// Distributions that give the output of the model those of the planes.
-fn matched(
+pub(super) fn matched(
     planes: &Planes,
     color: Option<usize>,
     model: &Model,

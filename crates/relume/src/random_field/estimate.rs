@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::candidates::{NeighbourCandidates, StableFit};
+use super::combine::matched;
 use super::innovations::innovations;
 use super::joint_color::{JointColor, in_axes};
 use super::level::Level;
@@ -133,7 +134,17 @@ const LEAST_SHARE: f64 = 1e-4;
 /// more memory than the limits allow.
 pub fn estimate(planes: &Planes, options: &ModelOptions, job: &Job) -> Result<(Model, Vec<LevelReport>)> {
     let scored = Scored::of(planes, options, job)?;
-    completed(scored, None, &vec![1.0; planes.count()], options, job)
+    let (mut model, reports) = completed(scored, None, &vec![1.0; planes.count()], options, job)?;
+    // Scores of a detail that is uneven are not normal.
+    if options.marginals && model.has_local_detail() {
+        let axes = options.color.map(|first| in_axes(planes.clone(), first));
+        let (marginals, color) =
+            matched(axes.as_ref().unwrap_or(planes), options.color, &model, Size::new(1, 1), job)?;
+        let varying = model.marginals.iter_mut().zip(marginals).filter(|(found, _)| !found.is_constant());
+        varying.for_each(|(found, matched)| *found = matched);
+        model.color = color;
+    }
+    Ok((model, reports))
 }
 
 /// Planes prepared for modelling.

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use crate::context::Context;
 use crate::evaluated;
 use crate::output::Folder;
-use crate::viewer::{self, Delivery, PageData, PlaneArgs, Preparation, Source};
+use crate::viewer::{self, Delivery, PageData, PlaneArgs, Preparation, TextureSource};
 
 /// A page, the file that it shows, its title, and whether as noise.
 const PAGES: [(&str, &str, &str, bool); 4] = [
@@ -37,7 +37,8 @@ pub fn write(folder: &Folder, context: &Context) -> Result<Viewers> {
             environment: None,
             delivery: Delivery::Stored,
         };
-        let source = Source { path: &folder.path().join(file), title: title.to_owned(), mm_per_texel: None };
+        let source =
+            TextureSource { path: &folder.path().join(file), title: title.to_owned(), mm_per_texel: None };
         let texture = preparation.prepared(source, &context.job)?;
         if let Some(noise) = &texture.header.noise {
             let ShareHeader { size: [width, height], .. } = texture.header;

@@ -14,7 +14,9 @@ use serde_json::{Value, json};
 
 use crate::context::Context;
 use crate::report::{Report, write_stderr};
-use crate::viewer::{self, Delivery, PageData, PageSceneArgs, PlaneArgs, Preparation, Prepared, Source};
+use crate::viewer::{
+    self, Delivery, PageData, PageSceneArgs, PlaneArgs, Preparation, Prepared, TextureSource,
+};
 use crate::{evaluated, paths};
 use site::ViewerSite;
 
@@ -62,7 +64,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
 }
 
 /// The page and the files of all textures. A file that cannot be shown is said on standard error and on the page.
-fn site_of(args: &Args, sources: Vec<Source>, port: u16, context: &Context) -> Result<ViewerSite> {
+fn site_of(args: &Args, sources: Vec<TextureSource>, port: u16, context: &Context) -> Result<ViewerSite> {
     let mut site = ViewerSite::new(port, context.job.clone())?;
     let scene = args.scene.read(&context.job)?;
     let environment = scene.environment.as_ref();

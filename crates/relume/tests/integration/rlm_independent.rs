@@ -7,6 +7,7 @@ use relume::field::{Basis, PackedFunctions, PlaneLayout};
 use relume::format::rlm;
 use relume::numeric::random::{Purpose, Stream};
 use relume::random_field::joint_color::JointColor;
+use relume::random_field::level::Level;
 use relume::random_field::marginal::Marginal;
 use relume::random_field::neighbourhood::{all_around, causal};
 use relume::random_field::{
@@ -15,6 +16,9 @@ use relume::random_field::{
 };
 use relume::render::relight;
 use relume::{Job, Planes, ReflectanceField, Size, Space};
+
+/// Added to the version where detail depends on the place.
+const WITH_LOCAL_DETAIL: u8 = 16;
 
 /// The bits of the body of a file, in order.
 struct Bits(VecDeque<u8>);
@@ -86,7 +90,7 @@ fn check_model(bits: &mut Bits, model: &Model, version: u8) {
     }
     assert_eq!(weights, model.mixing.weights);
     assert_eq!((0..d).map(|_| bits.half()).collect::<Vec<f32>>(), model.gains);
-    if version >= 4 {
+    if version % WITH_LOCAL_DETAIL >= 4 {
         check_color(bits, model.color.as_ref());
     }
     model.marginals.iter().for_each(|marginal| check_marginal(bits, marginal));
@@ -109,6 +113,21 @@ fn check_model(bits: &mut Bits, model: &Model, version: u8) {
             let of_others = usize::from(i / m % m != i % m);
             assert_eq!(bits.rice(&mut states[of_others]), i64::from(level.weights.codes[i]));
         }
+    }
+    if version >= WITH_LOCAL_DETAIL {
+        model.levels.iter().for_each(|level| check_local_detail(bits, level));
+    }
+}
+
+fn check_local_detail(bits: &mut Bits, level: &Level) {
+    assert_eq!(bits.number(8), u64::from(level.unevenness));
+    assert_eq!(bits.number(1) == 1, level.gain.is_some());
+    let Some(gain) = &level.gain else { return };
+    assert_eq!((bits.half(), bits.half()), (gain.deviation, gain.gradient));
+    let (mut state, mut code) = ((4, 1), 128);
+    for &expected in &gain.codes {
+        code += bits.rice(&mut state);
+        assert_eq!(code, i64::from(expected));
     }
 }
 
@@ -244,7 +263,8 @@ fn check(field: &FieldModel) -> u8 {
         return version;
     }
     let mut lights = Vec::new();
-    if version >= 3 {
+    let edition = version % WITH_LOCAL_DETAIL;
+    if edition >= 3 {
         let heights = match bits.number(2) {
             0 => None,
             1 => Some(None),
@@ -259,7 +279,7 @@ fn check(field: &FieldModel) -> u8 {
         Fields::Joint(model) => {
             assert!(lights.is_empty());
             check_model(&mut bits, model, version);
-            let has_structure = version == 2 || version >= 3 && bits.number(1) == 1;
+            let has_structure = edition == 2 || edition >= 3 && bits.number(1) == 1;
             assert_eq!(has_structure, model.structure.is_some());
             model.structure.iter().for_each(|structure| check_structure(&mut bits, structure));
         }
@@ -281,6 +301,17 @@ fn field(basis: Basis, color: PlaneLayout, space: Space) -> ReflectanceField {
     ReflectanceField::new(basis, color, space, Planes::from_vec(size, count, data).unwrap()).unwrap()
 }
 
+/// Waves that are rough where they are high.
+fn uneven() -> ReflectanceField {
+    let (size, mut stream) = (Size::new(96, 96), Stream::new(7, Purpose::Sample, [0]));
+    let value = |i: usize| {
+        let wave = ((i % 96) as f32 / 6.0).sin() * ((i / 96) as f32 / 6.0).cos();
+        0.5 + 0.2 * wave + (0.1 + 0.09 * wave) * (stream.unit() as f32 - 0.5)
+    };
+    let planes = Planes::from_vec(size, 1, (0..size.texels()).map(value).collect()).unwrap();
+    ReflectanceField::new(Basis::Constant, PlaneLayout::LUMINANCE, Space::Srgb, planes).unwrap()
+}
+
 #[test]
 fn every_kind_of_model_is_read_by_the_other_decoder() {
     let job = Job::default();
@@ -296,18 +327,44 @@ fn every_kind_of_model_is_read_by_the_other_decoder() {
     };
     let colour = field(Basis::Constant, PlaneLayout::RGB, Space::Srgb);
     let functions = field(Basis::Ptm, PlaneLayout::LRGB, Space::Srgb);
+    let mut made = Vec::new();
     for (marginals, version) in [(true, 4), (false, 1)] {
-        let versions = (check(&plain(&colour, marginals)), check(&plain(&functions, marginals)));
-        assert_eq!(versions, (version, version));
+        made.extend([(plain(&colour, marginals), version), (plain(&functions, marginals), version)]);
     }
-    assert_eq!(check(&combined(&colour)), 4);
+    made.push((combined(&colour), 4));
     let grey = field(Basis::Constant, PlaneLayout::LUMINANCE, Space::Srgb);
-    assert_eq!((check(&plain(&grey, true)), check(&combined(&grey))), (1, 2));
+    made.extend([(plain(&grey, true), 1), (combined(&grey), 2)]);
     let relief = field(Basis::Constant, PlaneLayout::LUMINANCE, Space::Linear);
     for (mm_per_texel, model) in [(None, plain(&relief, true)), (Some(0.037), combined(&relief))] {
-        assert_eq!(check(&FieldModel { heights: Some(Heights { mm_per_texel }), ..model }), 3);
+        made.push((FieldModel { heights: Some(Heights { mm_per_texel }), ..model }, 3));
     }
     let lights = relume::capture::dome::lights(8);
     let picture = |light| relight(&functions, light).planes;
-    assert_eq!(check(&model_lights(&functions, &lights, &picture, &options, &job).unwrap().0), 4);
+    made.push((model_lights(&functions, &lights, &picture, &options, &job).unwrap().0, 4));
+    made.push((plain(&uneven(), true), 1));
+    let (mut with_gains, mut without) = (0, 0);
+    for (mut field, version) in made {
+        let has_gains = |model: &Model| model.levels.iter().any(|level| level.gain.is_some());
+        let models = field.fields.models();
+        let is_local = models.iter().any(|(_, model)| model.has_local_detail());
+        with_gains += usize::from(models.iter().any(|(_, model)| has_gains(model)));
+        assert_eq!(check(&field), if is_local { version + WITH_LOCAL_DETAIL } else { version });
+        remove_local_detail(&mut field);
+        without += usize::from(check(&field) == version);
+    }
+    assert!(with_gains == 1 && without == 11, "{with_gains} {without}");
+}
+
+fn remove_local_detail(field: &mut FieldModel) {
+    let models: Vec<&mut Model> = match &mut field.fields {
+        Fields::Joint(model) => vec![model],
+        Fields::PerLight(lights) => lights.iter_mut().map(|light| &mut light.model).collect(),
+        Fields::Clusters(clusters) => clusters.models.iter_mut().collect(),
+    };
+    for model in models {
+        model.structure.iter_mut().for_each(|structure| structure.predicts = false);
+        for level in &mut model.levels {
+            (level.gain, level.unevenness) = (None, 0);
+        }
+    }
 }

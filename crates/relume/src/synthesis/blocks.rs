@@ -8,88 +8,25 @@
 use std::time::Instant;
 
 use rayon::prelude::*;
-use serde::Serialize;
 
 use super::alpha::ramps;
 use super::canvas::BlockCanvas;
 use super::cut::graph::{BYTES_PER_TEXEL, inside_seam};
 use super::cut::{feather, inside_cuts};
+use super::former::FormerBlocks;
 use super::guidance::Guided;
 use super::layout::{BlockLayout, PlacedBlock};
 use super::options::{Blend, BlockOptions};
 use super::positions::Positions;
 use super::quantise::{Exemplar, Quantised};
+use super::report::{Placement, RejectionCurve, StageTimes, Synthesis, SynthesisReport};
 use super::search::plan::plan;
-use super::search::{Acceptance, BlockQuery, Effort, Found, Search};
-use super::source_map::{SourceMap, Texel};
+use super::search::{Acceptance, Avoided, BlockQuery, Effort, Found, Search};
+use super::source_map::Texel;
 use crate::error::Result;
 use crate::job::Job;
 use crate::numeric::random::{Purpose, Stream};
 use crate::size::Size;
-
-/// The result of a synthesis.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Synthesis {
-    /// Where each texel comes from.
-    pub map: SourceMap,
-    /// The report.
-    pub report: SynthesisReport,
-    /// The times of the stages.
-    pub times: StageTimes,
-}
-
-/// Wall-clock seconds of each stage; the only part of a result that differs between runs.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct StageTimes {
-    /// Quantising the exemplars and preparing the search.
-    pub prepare_s: f64,
-    /// Searching for all blocks.
-    pub search_s: f64,
-    /// Drawing and joining all blocks, and the rejection curve if requested.
-    pub join_s: f64,
-}
-
-/// The report of a synthesis.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[non_exhaustive]
-pub struct SynthesisReport {
-    /// Blocks in each row.
-    pub columns: usize,
-    /// Rows of blocks.
-    pub rows: usize,
-    /// The number of positions in the exemplars from which a block can be taken.
-    pub positions: usize,
-    /// The difference in index space of one code.
-    pub step: f64,
-    /// The number of candidates over all blocks but the first.
-    pub candidates: u64,
-    /// The total effort of the searches.
-    pub effort: Effort,
-    /// The rejection curve, if requested and supported by the search.
-    pub curve: Option<RejectionCurve>,
-    /// The blocks in the order in which they were placed.
-    pub placements: Vec<Placement>,
-}
-
-/// The rejection by projections, summed over a sample of the blocks.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct RejectionCurve {
-    /// The number of blocks in the sample.
-    pub blocks: usize,
-    /// The number of positions examined for them.
-    pub positions: u64,
-    /// The number of positions that remain after each kernel of every cell.
-    pub remaining: Vec<u64>,
-}
-
-impl RejectionCurve {
-    /// Adds another block of the sample.
-    fn add(&mut self, positions: usize, remaining: &[u64]) {
-        self.blocks += 1;
-        self.positions += positions as u64;
-        self.remaining.iter_mut().zip(remaining).for_each(|(sum, more)| *sum += more);
-    }
-}
 
 /// The number of blocks on which the rejection curve is measured.
 const CURVE_BLOCKS: usize = 16;
@@ -99,21 +36,6 @@ const MIX_BYTES: u64 = 40;
 
 /// Blocks that are searched for together, between which a search can be stopped.
 const TOGETHER: usize = 32;
-
-/// The choice for one block.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Placement {
-    /// Left column in the output.
-    pub x: usize,
-    /// Top row in the output.
-    pub y: usize,
-    /// The exemplar texel at its top left.
-    pub source: Texel,
-    /// The number of candidates.
-    pub candidates: usize,
-    /// The root mean square distance of the best one, over the texels of the neighbourhood in index space.
-    pub best: f64,
-}
 
 /// Makes a map for an output of `options.size` texels from blocks of the exemplars.
 ///
@@ -179,11 +101,13 @@ impl BlockWork<'_> {
         let mut search_s = 0.0;
         let mut curve = None;
         let sampled = layout.sequence.len().div_ceil(CURVE_BLOCKS);
+        let mut former = FormerBlocks::new(self.options, self.quantised, layout);
         for wave in &layout.waves {
             let blocks: Vec<&PlacedBlock> = wave.iter().map(|&index| &layout.sequence[index]).collect();
-            let queries: Vec<BlockQuery> = blocks.par_iter().map(|block| self.query(block, canvas)).collect();
+            let queries: Vec<BlockQuery> =
+                blocks.par_iter().map(|block| self.query(block, canvas, &former)).collect();
             let begun = Instant::now();
-            let found = self.search(&queries, job)?;
+            let found = self.search(&queries, &former, job)?;
             search_s += begun.elapsed().as_secs_f64();
             if self.options.search.curve {
                 let chosen = wave.iter().map(|index| index % sampled == sampled / 2);
@@ -200,6 +124,7 @@ impl BlockWork<'_> {
             for (&index, decision) in wave.iter().zip(decisions) {
                 let source = decision.placement.source;
                 effort.add(&decision.effort);
+                former.add(&layout.sequence[index], source, decision.placement.best);
                 canvas.paste(&layout.sequence[index], self.quantised, source, &decision.weights);
                 placements[index] = Some(decision.placement);
             }
@@ -220,16 +145,44 @@ impl BlockWork<'_> {
 
     /// The candidates of blocks that do not touch; `None` for the first block, which fits anywhere unless it
     /// follows a guide.
-    fn search(&self, queries: &[BlockQuery], job: &Job) -> Result<Vec<Option<Found>>> {
+    fn search(&self, queries: &[BlockQuery], former: &FormerBlocks, job: &Job) -> Result<Vec<Option<Found>>> {
         if queries[0].neighbourhood.is_empty() && self.options.guidance.is_none() {
             return Ok(vec![None]);
         }
         let mut found = Vec::with_capacity(queries.len());
         for some in queries.chunks(TOGETHER) {
             job.proceed()?;
-            found.extend(self.search.candidates(some).into_iter().map(Some));
+            let mut fitting = self.search.candidates(some);
+            self.search_again(some, &mut fitting, former);
+            found.extend(fitting.into_iter().map(Some));
         }
         Ok(found)
+    }
+
+    /// Takes blocks that fit much worse than usual from all positions, where they fit much better then.
+    fn search_again(&self, queries: &[BlockQuery], found: &mut [Found], former: &FormerBlocks) {
+        let is_poor = |query: &BlockQuery, found: &Found| {
+            !query.avoided.is_empty() && former.is_poor(self.distance(query, found))
+        };
+        let poor = queries.iter().zip(found).filter(|(query, found)| is_poor(query, found));
+        let poor =
+            poor.map(|(query, found)| (BlockQuery { avoided: Avoided::default(), ..query.clone() }, found));
+        let (again, poor): (Vec<BlockQuery>, Vec<&mut Found>) = poor.unzip();
+        if again.is_empty() {
+            return;
+        }
+        let others = self.search.candidates(&again);
+        for ((query, found), other) in again.iter().zip(poor).zip(others) {
+            if FormerBlocks::is_much_nearer(self.distance(query, &other), self.distance(query, found)) {
+                *found = other;
+            }
+        }
+    }
+
+    /// The root mean square distance of the best candidate over the texels of the neighbourhood.
+    fn distance(&self, query: &BlockQuery, found: &Found) -> f64 {
+        let texels = query.neighbourhood.texels().max(1) as f64;
+        (found.candidates.best as f64 / texels).sqrt() * self.quantised.step()
     }
 
     /// Adds a block to the rejection curve.
@@ -241,14 +194,16 @@ impl BlockWork<'_> {
     }
 
     /// The query of a block.
-    fn query(&self, block: &PlacedBlock, canvas: &BlockCanvas) -> BlockQuery {
+    fn query(&self, block: &PlacedBlock, canvas: &BlockCanvas, former: &FormerBlocks) -> BlockQuery {
         let (texels, step) = (block.neighbourhood.texels(), self.quantised.step());
+        let likely = canvas.continuations(block);
         BlockQuery {
             neighbourhood: block.neighbourhood,
             place: [block.x, block.y],
             codes: canvas.patch(block),
             acceptance: Acceptance::new(self.options.tolerance, texels, step),
-            likely: canvas.continuations(block),
+            avoided: former.avoided(block, &likely, self.positions.count()),
+            likely,
         }
     }
 
@@ -260,9 +215,9 @@ impl BlockWork<'_> {
                 let count = self.positions.count();
                 (self.positions.nth(stream.below(count)), count, 0.0, Effort::default())
             }
-            Some(Found { candidates, effort }) => {
-                let (texels, step) = (query.neighbourhood.texels(), self.quantised.step());
-                let best = (candidates.best as f64 / texels.max(1) as f64).sqrt() * step;
+            Some(found) => {
+                let best = self.distance(query, &found);
+                let Found { candidates, effort } = found;
                 let fitting = candidates.positions;
                 (fitting[stream.below(fitting.len())], fitting.len(), best, effort)
             }
@@ -332,8 +287,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(40))]
 
-        /// Waves on several threads with the fast search, compared with one block after another with the slow
-        /// one.
+        /// Several threads with the fast searches, compared with one block after another with the slow one.
         #[test]
         fn equals_the_sequential_synthesis_at_any_number_of_threads(
             options in options(),
@@ -353,12 +307,12 @@ mod tests {
             let job = Job::default();
             let quantised = Quantised::new(&exemplars, &job).unwrap();
             let Ok(positions) = Positions::new(&exemplars, options.block) else { return Ok(()) };
-            let mut layout = BlockLayout::new(&options, &job).unwrap();
-            layout.waves = (0..layout.sequence.len()).map(|index| vec![index]).collect();
+            let layout = BlockLayout::new(&options, &job).unwrap();
             let mut canvas = BlockCanvas::new(layout.size, planes, &job).unwrap();
             let search = Plain { exemplars: &quantised, positions: &positions };
             let work = BlockWork { options: &options, quantised: &quantised, positions: &positions, search: &search };
-            let (report, _) = work.fill(&layout, &mut canvas, &Job::default()).unwrap();
+            let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+            let (report, _) = alone.install(|| work.fill(&layout, &mut canvas, &Job::default()).unwrap());
             let map = canvas.into_map(options.size, &exemplars);
             for threads in [1, 2, 5] {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();

@@ -8,7 +8,7 @@
 //!
 //! - [`synthesize`] makes the map; [`options`] defines its options;
 //! - [`quantise`]: exemplars as integers; [`positions`]: possible positions of blocks;
-//! - [`layout`]: positions and order of blocks; [`neighbourhood`]: their filled part;
+//! - [`layout`]: positions and order of blocks; [`neighbourhood`]: their filled part; `former`: what they should not copy;
 //! - [`search`]: a family of exact searches;
 //! - [`guidance`]: maps that an output follows; [`search::guided`]: guided search for blocks;
 //! - [`cut`] and [`alpha`]: joining a block to the existing texels;
@@ -28,6 +28,7 @@ mod canvas;
 pub mod cut;
 pub mod elements;
 pub mod fill;
+mod former;
 mod gather;
 pub mod guidance;
 pub mod layout;
@@ -37,13 +38,15 @@ pub mod options;
 pub mod pixel;
 pub mod positions;
 pub mod quantise;
+mod report;
 pub mod roller;
 pub mod search;
 pub mod source_map;
 
-pub use blocks::{Placement, RejectionCurve, StageTimes, Synthesis, SynthesisReport, synthesize};
+pub use blocks::synthesize;
 pub use gather::{gather, gather_index};
 pub use guidance::Guidance;
 pub use options::{Blend, BlockOptions, Boundary, Tolerance};
 pub use quantise::Exemplar;
+pub use report::{Placement, RejectionCurve, StageTimes, Synthesis, SynthesisReport};
 pub use source_map::{Part, SourceMap, Texel};

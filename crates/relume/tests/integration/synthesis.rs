@@ -1,8 +1,11 @@
 //! Block-based synthesis: the promises of the source map, and that gathering keeps them.
 
+use std::collections::BTreeMap;
+
 use proptest::prelude::*;
 use relume::field::{Basis, PlaneLayout};
 use relume::numeric::random::{Purpose, Stream};
+use relume::procedural::{Material, MaterialOptions};
 use relume::synthesis::{
     Blend, BlockOptions, Boundary, Exemplar, SourceMap, Synthesis, Tolerance, gather, synthesize,
 };
@@ -109,6 +112,34 @@ fn a_periodic_exemplar_is_continued_exactly_across_the_torus() {
             assert_eq!((y + phase.y as usize) % period.height, from.y as usize % period.height);
         }
     }
+}
+
+/// A former fault: a third of a texture of wood recurred within a fifth of the exemplar's side.
+#[test]
+fn little_recurs_nearby() {
+    let options = MaterialOptions { size: Size::new(128, 128), feature: 16.0, ..MaterialOptions::default() };
+    let wood = Material::Wood.make(&options, &Job::default()).unwrap().albedo;
+    let recurring = |seed: u64| {
+        let options = BlockOptions {
+            size: Size::new(256, 256),
+            block: 32,
+            overlap: 5,
+            seed,
+            ..BlockOptions::default()
+        };
+        let made = make(&[&wood], &options);
+        let mut places: BTreeMap<relume::synthesis::Texel, Vec<(usize, usize)>> = BTreeMap::new();
+        for (i, from) in made.map.copies().iter().enumerate() {
+            places.entry(*from).or_default().push((i % 256, i / 256));
+        }
+        let near = |a: &(usize, usize), b: &(usize, usize)| {
+            (1..=128 / 5).contains(&a.0.abs_diff(b.0).max(a.1.abs_diff(b.1)))
+        };
+        let recur = |all: &Vec<(usize, usize)>| all.iter().filter(|a| all.iter().any(|b| near(a, b))).count();
+        places.values().map(recur).sum::<usize>() as f64 / 65_536.0
+    };
+    let mean = (0..4).map(recurring).sum::<f64>() / 4.0;
+    assert!(mean < 0.2, "{mean}");
 }
 
 /// Mean absolute step between neighbours across the line before column `x`.

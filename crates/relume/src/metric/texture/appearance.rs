@@ -27,8 +27,10 @@ use serde::Serialize;
 
 use super::colour::Colours;
 use super::detail::Detail;
+use super::repetition::Repetition;
+use super::resolutions::Resolution;
 use super::sliced::{Projections, SlicedOptions};
-use super::{LEAST_SIDE, pyramid, repetition};
+use super::{LEAST_SIDE, pyramid};
 use crate::error::Result;
 use crate::job::Job;
 use crate::numeric::autocorrelation::Autocorrelation;
@@ -194,7 +196,7 @@ struct TextureStatistics {
     colours: Vec<Colours>,
     detail: Vec<Detail>,
     order: Autocorrelation,
-    repetition: f64,
+    repetition: Repetition,
 }
 
 impl TextureStatistics {
@@ -202,28 +204,29 @@ impl TextureStatistics {
         let options = SlicedOptions { seed: rules.seed, ..PATCHES };
         let bytes = 4 * (PATCHES.patch.pow(2) * planes.count() + PATCHES.directions) * PATCHES.patches;
         job.check_bytes("the patches", bytes as u64)?;
-        job.check("the texture at half its resolution", planes.size(), 8 * planes.count() as u64)?;
-        let (mut patches, mut colours, mut detail, mut order) = (Vec::new(), Vec::new(), Vec::new(), None);
-        let mut level = planes.clone();
+        // A resolution, the one before it, and its rows.
+        job.check("the texture at several resolutions", planes.size(), 12 * planes.count() as u64)?;
+        let (mut patches, mut colours, mut detail) = (Vec::new(), Vec::new(), Vec::new());
+        let mut level = Resolution::finest(planes);
         for number in 0u64.. {
-            let shorter = level.size().width.min(level.size().height);
-            if number == 0 || shorter >= COARSEST {
-                colours.push(Colours::new(&level, &rules.axes, VALUES));
-                detail.push(Detail::new(&level, VALUES));
-            }
-            if (number as usize) < PATCHES.levels && (number == 0 || shorter >= 4 * PATCHES.patch) {
-                patches.push(Projections::new(&level, &options, number, job)?);
-            }
-            if number as usize == rules.ordered {
-                order = Some(Autocorrelation::new(&level, rules.reach, job)?);
-            }
-            if shorter < COARSEST && order.is_some() {
+            let Size { width, height } = level.size();
+            let shorter = width.min(height);
+            if number > 0 && shorter < COARSEST {
                 break;
             }
-            level = pyramid::halved(&level);
+            colours.push(Colours::new(&level.planes, &rules.axes, VALUES));
+            detail.push(Detail::new(&level, VALUES));
+            if (number as usize) < PATCHES.levels && (number == 0 || shorter >= 4 * PATCHES.patch) {
+                patches.push(Projections::new(&level.planes, level.step, &options, number, job)?);
+            }
+            level = level.coarser();
         }
-        let order = order.expect("every level is reached");
-        let repetition = repetition::share(planes, rules.nearby, rules.seed);
+        let mut ordered = planes.clone();
+        for _ in 0..rules.ordered {
+            ordered = pyramid::halved(&ordered);
+        }
+        let order = Autocorrelation::new(&ordered, rules.reach, job)?;
+        let repetition = Repetition::new(planes, rules.nearby, rules.seed);
         Ok(Self { patches, colours, detail, order, repetition })
     }
 
@@ -235,7 +238,7 @@ impl TextureStatistics {
         let steps = self.detail.iter().zip(&other.detail).map(|(a, b)| a.distances(b));
         let (detail, direction) = steps.map(|[detail, direction]| (detail, direction)).unzip();
         let order = vec![self.order.distance(&other.order)];
-        let repetition = vec![(other.repetition - self.repetition).max(0.0)];
+        let repetition = vec![self.repetition.excess(&other.repetition, LEAST[KINDS - 1])];
         [patches, colours, detail, direction, order, repetition]
     }
 }

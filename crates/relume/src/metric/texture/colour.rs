@@ -4,7 +4,7 @@
 //! channels. At coarse resolutions the values are the brightness and colour of whole regions: their distribution
 //! tells an even texture from one with patches of light and dark.
 
-use super::detail::evenly;
+use super::resolutions::sampled;
 use super::wasserstein::{self, sorted};
 use crate::numeric::Matrix;
 use crate::planes::Planes;
@@ -17,11 +17,11 @@ impl Colours {
     /// At most `most` values along each of the `axes`, which are rows.
     pub(super) fn new(planes: &Planes, axes: &Matrix, most: usize) -> Self {
         let along = |axis: &[f64]| {
-            let mut values = vec![0.0f32; planes.size().texels()];
-            for (plane, &weight) in planes.iter().zip(axis) {
-                values.iter_mut().zip(plane).for_each(|(sum, value)| *sum += weight as f32 * value);
-            }
-            sorted(evenly(&values, most))
+            let value = |texel: usize| {
+                let weighted = planes.iter().zip(axis).map(|(plane, &weight)| weight as f32 * plane[texel]);
+                weighted.sum()
+            };
+            sorted(sampled(planes.size(), most).map(value).collect())
         };
         Self((0..planes.count()).map(|k| along(axes.row(k))).collect())
     }

@@ -5,8 +5,10 @@
 //! contrast. The direction is that of the structure tensor (J. Bigün, G. Granlund, Optimal orientation detection
 //! of linear symmetry, 1987), as the vector of its anisotropy: a quarter turn reverses it.
 
+use super::resolutions::{Resolution, sampled};
 use super::wasserstein::{self, sorted};
 use crate::planes::Planes;
+use crate::size::Size;
 
 /// Steps below this fraction of the root mean square step of the reference are alike.
 const NEGLIGIBLE: f64 = 0.02;
@@ -30,17 +32,18 @@ impl Detail {
     ///
     /// # Panics
     /// When a side is a single texel.
-    pub(super) fn new(planes: &Planes, most: usize) -> Self {
+    pub(super) fn new(level: &Resolution, most: usize) -> Self {
+        let Resolution { ref planes, step } = *level;
         let size = planes.size();
+        let inner = Size::new(size.width - step, size.height - step);
         let (mut across, mut along, mut sum) = (0.0f64, 0.0f64, 0.0f64);
-        let count = (size.width - 1) * (size.height - 1);
-        let mut squares = Vec::with_capacity(count);
-        for i in 0..count {
-            let at = size.index(i % (size.width - 1), i / (size.width - 1));
+        let mut squares = Vec::with_capacity(inner.texels().min(most));
+        for i in sampled(inner, most) {
+            let at = size.index(i % inner.width, i / inner.width);
             let mut square = 0.0;
             for plane in planes.iter() {
-                let x = f64::from(plane[at + 1]) - f64::from(plane[at]);
-                let y = f64::from(plane[at + size.width]) - f64::from(plane[at]);
+                let x = f64::from(plane[at + step]) - f64::from(plane[at]);
+                let y = f64::from(plane[at + step * size.width]) - f64::from(plane[at]);
                 across += x * x - y * y;
                 along += 2.0 * x * y;
                 square += x * x + y * y;
@@ -49,8 +52,8 @@ impl Detail {
             squares.push(square as f32);
         }
         let direction = if sum > 0.0 { [across / sum, along / sum] } else { [0.0; 2] };
-        let squares = sorted(evenly(&squares, most));
-        Self { squares, rms: (sum / count as f64).sqrt(), direction }
+        let rms = (sum / squares.len() as f64).sqrt();
+        Self { squares: sorted(squares), rms, direction }
     }
 
     /// The distance of the distributions of the logarithms of the magnitudes, and that of the directions.
@@ -75,14 +78,9 @@ impl Detail {
 /// # Panics
 /// When a side is a single texel.
 pub fn distance(reference: &Planes, other: &Planes, least: f64) -> f64 {
-    let [reference, other] = [reference, other].map(|planes| Detail::new(planes, MOST_STEPS));
+    let [reference, other] =
+        [reference, other].map(|planes| Detail::new(&Resolution::finest(planes), MOST_STEPS));
     reference.strength(&other, least)
-}
-
-/// At most `most` of the values, at even steps.
-pub(super) fn evenly(values: &[f32], most: usize) -> Vec<f32> {
-    let count = values.len().min(most);
-    (0..count).map(|i| values[i * values.len() / count]).collect()
 }
 
 #[cfg(test)]
@@ -97,7 +95,7 @@ mod tests {
     #[test]
     fn twice_the_contrast_is_the_logarithm_of_two_and_a_quarter_turn_reverses() {
         let wave = |x: usize, y: usize| (x as f32 * 0.8).sin() + 0.1 * (y as f32 * 1.3).sin();
-        let detail = |planes: &Planes| Detail::new(planes, 10_000);
+        let detail = |planes: &Planes| Detail::new(&Resolution::finest(planes), 10_000);
         let a = detail(&planes(wave));
         assert_eq!(a.distances(&a), [0.0; 2]);
         let [strength, turn] = a.distances(&detail(&planes(|x, y| 2.0 * wave(x, y))));
@@ -118,8 +116,10 @@ mod tests {
 
     #[test]
     fn constant_planes_have_no_steps() {
-        let flat = Detail::new(&planes(|_, _| 0.5), 100);
+        let flat = Detail::new(&Resolution::finest(&planes(|_, _| 0.5)), 100);
         assert_eq!(flat.distances(&flat), [0.0; 2]);
-        assert!(flat.distances(&Detail::new(&planes(|x, _| x as f32), 100))[0].is_finite());
+        assert!(
+            flat.distances(&Detail::new(&Resolution::finest(&planes(|x, _| x as f32)), 100))[0].is_finite()
+        );
     }
 }

@@ -27,6 +27,7 @@ pub mod detail;
 pub mod histogram;
 mod pyramid;
 mod repetition;
+mod resolutions;
 pub mod seams;
 pub mod sliced;
 pub mod sources;

@@ -11,8 +11,13 @@ const KERNEL: [f32; 5] = [1.0, 4.0, 6.0, 4.0, 1.0];
 
 /// The texture at half its resolution; odd sides are rounded up.
 pub fn halved(planes: &Planes) -> Planes {
+    smoothed(planes, 1, 2)
+}
+
+/// Every `stride`-th texel along x and y of the texture under the kernel with gaps: its weights are `step` texels apart.
+pub(super) fn smoothed(planes: &Planes, step: usize, stride: usize) -> Planes {
     let from = planes.size();
-    let to = Size::new(from.width.div_ceil(2), from.height.div_ceil(2));
+    let to = Size::new(from.width.div_ceil(stride), from.height.div_ceil(stride));
     let mut out = Planes::zeros(to, planes.count());
     out.as_mut_slice()
         .par_chunks_exact_mut(to.texels())
@@ -20,20 +25,21 @@ pub fn halved(planes: &Planes) -> Planes {
         .for_each(|(out, plane)| {
             let rows: Vec<f32> = plane
                 .chunks_exact(from.width)
-                .flat_map(|row| (0..to.width).map(|x| smooth(from.width, x, |i| row[i])))
+                .flat_map(|row| (0..to.width).map(|x| smooth(from.width, stride * x, step, |i| row[i])))
                 .collect();
             for (i, value) in out.iter_mut().enumerate() {
-                *value = smooth(from.height, i / to.width, |y| rows[y * to.width + i % to.width]);
+                let (x, y) = (i % to.width, i / to.width);
+                *value = smooth(from.height, stride * y, step, |y| rows[y * to.width + x]);
             }
         });
     out
 }
 
-/// The mean under the kernel at position 2 `x` of a line of `length` values.
-fn smooth(length: usize, x: usize, value: impl Fn(usize) -> f32) -> f32 {
+/// The weighted mean about place `at` of a line.
+fn smooth(length: usize, at: usize, step: usize, value: impl Fn(usize) -> f32) -> f32 {
     let (mut sum, mut weights) = (0.0, 0.0);
     for (k, weight) in KERNEL.into_iter().enumerate() {
-        let place = (2 * x + k).checked_sub(2).filter(|place| *place < length);
+        let place = (at + k * step).checked_sub(2 * step).filter(|place| *place < length);
         if let Some(place) = place {
             sum += weight * value(place);
             weights += weight;

@@ -116,8 +116,8 @@ pub fn bytes(sizes: [Size; 2], planes: usize, options: &SlicedOptions) -> u64 {
 }
 
 fn level_distance(a: &Planes, b: &Planes, options: &SlicedOptions, level: u64, job: &Job) -> Result<f64> {
-    let a = Projections::new(a, options, level, job)?;
-    Ok(a.distance(&Projections::new(b, options, level, job)?))
+    let a = Projections::new(a, 1, options, level, job)?;
+    Ok(a.distance(&Projections::new(b, 1, options, level, job)?))
 }
 
 /// The patches of a level, projected on each random vector.
@@ -130,13 +130,19 @@ pub(super) struct Projections {
 }
 
 impl Projections {
-    /// Textures of one size are sampled at the same positions, so that a texture is at distance 0 from itself.
+    /// The texels of a patch are `step` apart. Textures of one size are sampled at the same positions, so that a texture is at distance 0 from itself.
     ///
     /// # Panics
     /// When a patch does not fit.
-    pub(super) fn new(planes: &Planes, options: &SlicedOptions, level: u64, job: &Job) -> Result<Self> {
+    pub(super) fn new(
+        planes: &Planes,
+        step: usize,
+        options: &SlicedOptions,
+        level: u64,
+        job: &Job,
+    ) -> Result<Self> {
         let mut random = Stream::new(options.seed, Purpose::MeasuredPatches, [level]);
-        let patches = patches(planes, options, &mut random);
+        let patches = patches(planes, step, options, &mut random);
         let along = |k: u64| {
             let mut random = Stream::new(options.seed, Purpose::MeasuredDirections, [level, k]);
             job.proceed()?;
@@ -174,10 +180,11 @@ impl Patches {
 }
 
 /// All patches, or as many as allowed, one from each of equal stretches of the texture.
-fn patches(planes: &Planes, options: &SlicedOptions, random: &mut Stream) -> Patches {
+fn patches(planes: &Planes, step: usize, options: &SlicedOptions, random: &mut Stream) -> Patches {
     let (size, side) = (planes.size(), options.patch);
-    let columns = size.width - side + 1;
-    let places = columns * (size.height - side + 1);
+    let span = (side - 1) * step;
+    let columns = size.width - span;
+    let places = columns * (size.height - span);
     let count = places.min(options.patches);
     let dimension = side * side * planes.count();
     let mut values = Vec::with_capacity(count * dimension);
@@ -186,7 +193,9 @@ fn patches(planes: &Planes, options: &SlicedOptions, random: &mut Stream) -> Pat
         let (x, y) = (place % columns, place / columns);
         for plane in planes.iter() {
             let start = values.len();
-            (y..y + side).for_each(|row| values.extend_from_slice(&plane[size.index(x, row)..][..side]));
+            for row in (y..=y + span).step_by(step) {
+                values.extend(plane[size.index(x, row)..][..=span].iter().step_by(step));
+            }
             centre(&mut values[start..]);
         }
     }

@@ -29,10 +29,10 @@ impl Brute<'_> {
         let targets = BlockTarget::all(query, self.exemplars);
         let near = |run: &PositionRun| -> Vec<(Texel, u64)> {
             let Texel { exemplar, y, x } = run.first;
-            let distances = targets[exemplar as usize].distances(x as usize, y as usize, run.length);
-            let limit = acceptance.limit(distances.iter().copied().min().unwrap_or(u64::MAX));
-            let accepted = distances.into_iter().enumerate().filter(|(_, distance)| *distance <= limit);
-            accepted.map(|(i, distance)| (run.first.offset(i, 0), distance)).collect()
+            let mut distances = targets[exemplar as usize].distances(x as usize, y as usize, run.length);
+            query.avoided.strike(run.first, &mut distances, u64::MAX);
+            let near = acceptance.near(distances);
+            near.map(|(i, distance)| (run.first.offset(i, 0), distance)).collect()
         };
         let near = self.positions.runs().par_iter().flat_map_iter(near).collect();
         let count = self.positions.count() as u64;

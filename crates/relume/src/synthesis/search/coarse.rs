@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use super::distance::BlockTarget;
 use super::fft::Spectra;
-use super::{BlockQuery, Candidates, Effort, Found, Search};
+use super::{Avoided, BlockQuery, Candidates, Effort, Found, Search};
 use crate::size::Size;
 use crate::synthesis::neighbourhood::{Margins, Neighbourhood};
 use crate::synthesis::positions::Positions;
@@ -75,6 +75,9 @@ impl<'a> CoarseToFine<'a> {
             queries.push(averaged(queries.last().expect("the query itself"), planes));
         }
         let levels = self.reduced.len();
+        if self.coarsest.iter().all(|at| queries[levels].avoided.contains(at)) {
+            queries.iter_mut().for_each(|query| query.avoided = Avoided::default());
+        }
         let mut effort = Effort { examined: self.coarsest.count() as u64, verified: 0 };
         let mut kept = self.nearest(&queries[levels], &mut effort);
         for level in (0..levels).rev() {
@@ -100,7 +103,8 @@ impl<'a> CoarseToFine<'a> {
             let (distances, error) = &approximate[e];
             let start = self.spectra[e].size().index(run.first.x as usize, run.first.y as usize);
             let values = distances[start..start + run.length].iter().enumerate();
-            all.extend(values.map(|(i, value)| (value - error, value + error, run.first.offset(i, 0))));
+            let values = values.map(|(i, value)| (value - error, value + error, run.first.offset(i, 0)));
+            all.extend(values.filter(|(.., at)| !query.avoided.contains(*at)));
         }
         let last = KEPT_COARSEST.min(all.len()) - 1;
         // All that may be among the nearest, decided by exact integers.
@@ -132,7 +136,10 @@ impl<'a> CoarseToFine<'a> {
             })
         });
         let likely = query.likely.iter().copied().filter(|_| level == 0);
-        let valid = |at: &Texel| self.positions.contains(Texel { x: at.x << level, y: at.y << level, ..*at });
+        let valid = |at: &Texel| {
+            !query.avoided.contains(*at)
+                && self.positions.contains(Texel { x: at.x << level, y: at.y << level, ..*at })
+        };
         let positions: BTreeSet<Texel> = around.chain(likely).filter(valid).collect();
         let targets = BlockTarget::all(query, exemplars);
         effort.verified += positions.len() as u64;
@@ -189,6 +196,7 @@ fn averaged(query: &BlockQuery, planes: usize) -> BlockQuery {
         place: query.place.map(|at| at / 2),
         acceptance: query.acceptance,
         likely: Vec::new(),
+        avoided: query.avoided.halved(),
     }
 }
 
@@ -222,7 +230,14 @@ mod tests {
         let codes = (0..24).flat_map(|y| texels.run(at[0], at[1] + y, 24).to_vec()).collect();
         let neighbourhood = Neighbourhood { extent, margins };
         let acceptance = Acceptance::new(Tolerance::Relative(0.1), neighbourhood.texels(), exemplars.step());
-        BlockQuery { neighbourhood, place: [0, 0], codes, acceptance, likely: Vec::new() }
+        BlockQuery {
+            neighbourhood,
+            place: [0, 0],
+            codes,
+            acceptance,
+            likely: Vec::new(),
+            avoided: Avoided::default(),
+        }
     }
 
     #[test]

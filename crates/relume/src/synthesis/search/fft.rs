@@ -15,7 +15,7 @@ use super::{BlockQuery, Candidates, Effort, Found, Search};
 use crate::numeric::fourier::Fourier;
 use crate::numeric::summed_area::SummedArea;
 use crate::size::Size;
-use crate::synthesis::positions::Positions;
+use crate::synthesis::positions::{PositionRun, Positions};
 use crate::synthesis::quantise::{IndexTexels, Quantised, squared_length, squared_lengths};
 use crate::synthesis::source_map::Texel;
 
@@ -112,13 +112,22 @@ impl Search for Fft<'_> {
 }
 
 impl Fft<'_> {
+    /// Leaves positions out.
+    fn strike(&self, query: &BlockQuery, distances: &mut [(Vec<f64>, f64)]) {
+        for PositionRun { first, length } in self.positions.runs() {
+            let start =
+                self.spectra[first.exemplar as usize].size().index(first.x as usize, first.y as usize);
+            let (values, _) = &mut distances[first.exemplar as usize];
+            query.avoided.strike(*first, &mut values[start..start + length], f64::INFINITY);
+        }
+    }
+
     fn correlate(&self, query: &BlockQuery) -> Found {
         let acceptance = query.acceptance;
-        let approximate: Vec<(Vec<f64>, f64)> = self
-            .spectra
-            .par_iter()
-            .map(|spectra| spectra.distances(query, self.exemplars.planes()))
-            .collect();
+        let planes = self.exemplars.planes();
+        let mut approximate: Vec<(Vec<f64>, f64)> =
+            self.spectra.par_iter().map(|spectra| spectra.distances(query, planes)).collect();
+        self.strike(query, &mut approximate);
         let targets = BlockTarget::all(query, self.exemplars);
         let runs = || {
             self.positions.runs().iter().map(|run| {

@@ -53,9 +53,9 @@ impl<'a> GuidedSearch<'a> {
             let Texel { exemplar, y, x } = run.first;
             let mut distances = targets[exemplar as usize].distances(x as usize, y as usize, run.length);
             self.guide.add(query.place, run, &mut distances);
-            let limit = acceptance.limit(distances.iter().copied().min().unwrap_or(u64::MAX));
-            let accepted = distances.into_iter().enumerate().filter(|(_, distance)| *distance <= limit);
-            accepted.map(|(i, distance)| (run.first.offset(i, 0), distance)).collect()
+            query.avoided.strike(run.first, &mut distances, u64::MAX);
+            let near = acceptance.near(distances);
+            near.map(|(i, distance)| (run.first.offset(i, 0), distance)).collect()
         };
         let near = self.positions.runs().par_iter().flat_map_iter(near).collect();
         let count = self.positions.count() as u64;
@@ -182,8 +182,8 @@ mod tests {
     use crate::synthesis::layout::BlockLayout;
     use crate::synthesis::options::{BlockOptions, Boundary, Tolerance};
     use crate::synthesis::quantise::Exemplar;
-    use crate::synthesis::search::Acceptance;
     use crate::synthesis::search::plain::squared_distance;
+    use crate::synthesis::search::{Acceptance, Avoided};
     use proptest::prelude::*;
 
     fn noise(size: Size, planes: usize, seed: u64) -> Planes {
@@ -225,6 +225,7 @@ mod tests {
                     codes: codes.as_slice().iter().map(|v| *v as i16).collect(),
                     acceptance: Acceptance::new(Tolerance::Relative(0.1), 1, 1.0),
                     likely: Vec::new(),
+                    avoided: Avoided::default(),
                 };
                 let distance = |at| {
                     let overlap = squared_distance(&quantised, &neighbourhood, &query.codes, at);

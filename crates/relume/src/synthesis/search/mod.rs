@@ -10,6 +10,7 @@
 //! All but the last two give identical candidates: distances are exact integers ([`distance`]), thresholds are
 //! integers, and candidates are in the order of exemplar, row, column. [`plan`] chooses.
 
+mod avoided;
 pub mod brute;
 pub mod coarse;
 pub mod distance;
@@ -20,6 +21,7 @@ pub mod plain;
 pub mod plan;
 pub mod projection;
 
+pub use avoided::Avoided;
 pub use options::{KernelBasis, SearchMethod, SearchOptions};
 
 use serde::Serialize;
@@ -42,6 +44,8 @@ pub struct BlockQuery {
     pub acceptance: Acceptance,
     /// Hints: valid positions among them are expected to be near; they affect speed only.
     pub likely: Vec<Texel>,
+    /// Positions that are no candidates; some others are left.
+    pub avoided: Avoided,
 }
 
 /// The positions of candidate blocks.
@@ -111,6 +115,13 @@ impl Acceptance {
     /// limit of a part of the positions never rejects a candidate of the whole.
     pub fn limit(self, best: u64) -> u64 {
         best.max(self.always).max((best as f64 * self.factor) as u64)
+    }
+
+    /// The numbers of the squared distances accepted of some, and those; the largest number stands for a position that is
+    /// left out.
+    fn near(self, distances: Vec<u64>) -> impl Iterator<Item = (usize, u64)> {
+        let limit = self.limit(distances.iter().copied().min().unwrap_or(u64::MAX)).min(u64::MAX - 1);
+        distances.into_iter().enumerate().filter(move |(_, distance)| *distance <= limit)
     }
 }
 
@@ -209,7 +220,11 @@ mod tests {
             };
             let acceptance = Acceptance::new(tolerance, neighbourhood.texels(), quantised.step());
             let likely = vec![Texel { exemplar: 0, y: 1, x: 2 }, Texel { exemplar: 7, y: 0, x: 0 }];
-            let query = BlockQuery { neighbourhood, place: [0, 0], codes, acceptance, likely };
+            let mut avoided = Avoided::default();
+            if copied {
+                avoided.add(positions.nth(stream.below(positions.count())), (seed % 4) as u32, positions.count() / 2);
+            }
+            let query = BlockQuery { neighbourhood, place: [0, 0], codes, acceptance, likely, avoided };
             // Further queries: some of its shape, one of another.
             let mut queries = vec![query; count];
             for (i, query) in queries.iter_mut().enumerate().skip(1) {
@@ -241,7 +256,14 @@ mod tests {
         let neighbourhood = Neighbourhood { extent: Size::new(block, block), margins };
         let acceptance = Acceptance::new(Tolerance::Relative(0.0), block * block, 1.0);
         let codes = vec![0; block * block * planes];
-        let query = [BlockQuery { neighbourhood, place: [0, 0], codes, acceptance, likely: Vec::new() }];
+        let query = [BlockQuery {
+            neighbourhood,
+            place: [0, 0],
+            codes,
+            acceptance,
+            likely: Vec::new(),
+            avoided: Avoided::default(),
+        }];
         for recipe in recipes(block, 29) {
             let found =
                 &recipe.prepare(&quantised, &positions, None, &Job::default()).unwrap().candidates(&query)[0]

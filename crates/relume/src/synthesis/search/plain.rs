@@ -25,6 +25,7 @@ impl Plain<'_> {
     fn look(&self, query: &BlockQuery) -> Found {
         let all: Vec<(Texel, u64)> = (0..self.positions.count())
             .map(|number| self.positions.nth(number))
+            .filter(|position| !query.avoided.contains(*position))
             .map(|position| {
                 (position, squared_distance(self.exemplars, &query.neighbourhood, &query.codes, position))
             })

@@ -79,8 +79,11 @@ impl<'a> PreparedQuery<'a> {
         }
     }
 
-    /// The squared distance of a position, if it is at most `limit`.
+    /// The squared distance of a position, if it is at most `limit` and not left out.
     pub fn distance(&self, position: Texel, limit: u64) -> Option<u64> {
+        if self.query.avoided.contains(position) {
+            return None;
+        }
         let Texel { exemplar, y, x } = position;
         self.targets[exemplar as usize].distance_within(x as usize, y as usize, limit)
     }

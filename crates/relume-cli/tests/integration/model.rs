@@ -348,6 +348,9 @@ fn a_model_says_whether_it_looks_like_the_material() {
     );
     let text = run(at, &["model", "stones.png", "-o", "m.rlm", "--force", "--combine", "never"]);
     assert!(text.contains("a made sample, patches 0.") && text.contains("of the way to shuffled"), "{text}");
+    run(at, &["synth", "m.rlm", "-o", "small.png", "--size", "24"]);
+    let text = run(at, &["model", "small.png", "-o", "m.rlm", "--force"]);
+    assert!(text.contains("too small to judge whether the model looks like it: 32 texels"), "{text}");
 }
 
 #[test]

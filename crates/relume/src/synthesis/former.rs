@@ -22,6 +22,8 @@ use crate::size::Size;
 const PIECE: usize = 4;
 /// The surroundings in which nothing should recur: this part of the shorter side of the smallest exemplar.
 const REACH: usize = 5;
+/// At most so many blocks along x and y, since small blocks have many around them.
+const MOST_REACH: usize = 4;
 /// At most one of so many positions is left out.
 const LEFT_OUT: usize = 2;
 /// From so many times the usual distance on, a block fits much worse.
@@ -68,7 +70,7 @@ impl FormerBlocks {
             rows: layout.rows,
             pieces: BTreeMap::new(),
             largest: (texels / PIECE / step.pow(2)).max(1),
-            reach: (side / REACH + step / 2) / step,
+            reach: ((side / REACH + step / 2) / step).min(MOST_REACH),
             block,
             overlap,
             boundary,

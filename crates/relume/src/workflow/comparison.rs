@@ -134,13 +134,14 @@ impl<'a> Comparison<'a> {
         job.start("comparing", self.directions.len() as u64);
         for &directions in &self.directions {
             let (a, b) = (encoded(&reference, directions, job)?, encoded(&other, directions, job)?);
-            found.distances.push(distances(&a, &b, &options, job)?);
-            for (worst, wrap) in found.wraps.iter_mut().zip(wrap(&b)) {
-                *worst = if wrap.ratio > worst.ratio { wrap } else { *worst };
-            }
+            // The quick one first: it refuses the map of another texture.
             if let Some(sources) = sources {
                 let seams = seams(&b, sources)?;
                 found.seams = found.seams.filter(|worst| worst.ratio >= seams.ratio).or(Some(seams));
+            }
+            found.distances.push(distances(&a, &b, &options, job)?);
+            for (worst, wrap) in found.wraps.iter_mut().zip(wrap(&b)) {
+                *worst = if wrap.ratio > worst.ratio { wrap } else { *worst };
             }
             job.advance(1)?;
         }

@@ -25,7 +25,7 @@ use crate::size::Size;
 use crate::space::Space;
 
 /// The least side of textures whose halves can be compared.
-const LEAST_SIDE: usize = 32;
+pub const LEAST_SIDE: usize = 32;
 /// The largest side compared, in texels: a cut from the middle of larger textures.
 const MOST_SIDE: usize = 256;
 /// The seed of the sample: not that of the reference window, on which models are adjusted.

@@ -15,7 +15,7 @@ use relume::format::{Content, rlm};
 use relume::random_field::{
     Character, FieldModel, Heights, LevelReport, ModelOptions, SelectionOrder, character, curves,
 };
-use relume::workflow::likeness::Likeness;
+use relume::workflow::likeness::{LEAST_SIDE, Likeness};
 use relume::workflow::model::{Combine, FittedModel, ModelRequest, StructureSource};
 use relume::workflow::{Btf, Missing};
 use relume::{Error, Picture, RasterSequence, ReflectanceField, Result, Space};
@@ -128,9 +128,13 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let written = outputs.commit()?;
     let mut report = describe(&model)?;
     let _ = write!(report.text, "\n{}", advice(&kind, &levels, structure));
-    if let Some(likeness) = &likeness {
-        let _ = write!(report.text, "\n{likeness}");
-    }
+    let _ = match &likeness {
+        Some(likeness) => write!(report.text, "\n{likeness}"),
+        None => write!(
+            report.text,
+            "\nthe texture is too small to judge whether the model looks like it: {LEAST_SIDE} texels along each side are needed"
+        ),
+    };
     report.json["likeness"] = json!(likeness);
     report.json["character"] = json!(kind);
     report.json["estimation"] = if let [joint] = &levels[..] { json!(joint) } else { json!(levels) };

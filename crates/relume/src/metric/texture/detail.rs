@@ -12,6 +12,8 @@ use crate::size::Size;
 
 /// Steps below this fraction of the root mean square step of the reference are alike.
 const NEGLIGIBLE: f64 = 0.02;
+/// Steps far below this one are rounding: a constant texture has no detail and no direction.
+const ROUNDING: f64 = 1e-5;
 /// As many steps as [`distance`] sorts.
 const MOST_STEPS: usize = 1 << 16;
 
@@ -51,15 +53,16 @@ impl Detail {
             sum += square;
             squares.push(square as f32);
         }
-        let direction = if sum > 0.0 { [across / sum, along / sum] } else { [0.0; 2] };
-        let rms = (sum / squares.len() as f64).sqrt();
+        let count = squares.len() as f64;
+        let direction = [across, along].map(|part| part / (sum + count * ROUNDING.powi(2)));
+        let rms = (sum / count).sqrt();
         Self { squares: sorted(squares), rms, direction }
     }
 
     /// The distance of the distributions of the logarithms of the magnitudes, and that of the directions.
     pub(super) fn distances(&self, other: &Self) -> [f64; 2] {
         let turned = (self.direction[0] - other.direction[0]).hypot(self.direction[1] - other.direction[1]);
-        [self.strength(other, NEGLIGIBLE * self.rms), turned]
+        [self.strength(other, (NEGLIGIBLE * self.rms).max(ROUNDING)), turned]
     }
 
     /// The distance of the distributions of the logarithms of the magnitudes; magnitudes below `least` are alike.

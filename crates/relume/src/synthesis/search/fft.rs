@@ -3,8 +3,7 @@
 //!
 //! Kwatra et al., "Graphcut Textures", SIGGRAPH 2003, section 6 (sums of squares from a summed-area table,
 //! the product by the convolution theorem). Squares are exact integers. The correlation is computed in 64-bit
-//! floating point with a stated error; every position that could be accepted within it is decided by its
-//! exact integer distance.
+//! floating point with a stated error; every position about which it leaves a doubt is decided by its exact integer distance.
 
 use pulp::Arch;
 use rayon::prelude::*;
@@ -123,7 +122,6 @@ impl Fft<'_> {
     }
 
     fn correlate(&self, query: &BlockQuery) -> Found {
-        let acceptance = query.acceptance;
         let planes = self.exemplars.planes();
         let mut approximate: Vec<(Vec<f64>, f64)> =
             self.spectra.par_iter().map(|spectra| spectra.distances(query, planes)).collect();
@@ -137,22 +135,32 @@ impl Fft<'_> {
                 (first, &distances[start..start + run.length], *error)
             })
         };
+        let mut effort = Effort { examined: self.positions.count() as u64, verified: 0 };
+        let mut exact = |Texel { exemplar, y, x }: Texel, limit: u64| {
+            effort.verified += 1;
+            targets[exemplar as usize].distance_within(x as usize, y as usize, limit)
+        };
         // No distance is larger than this one, so neither is the smallest.
         let least = |values: &[f64]| values.iter().copied().fold(f64::INFINITY, f64::min);
         let above = runs().map(|(_, values, error)| least(values) + error).fold(f64::INFINITY, f64::min);
-        let limit = acceptance.limit(above.max(0.0).ceil() as u64) as f64;
-        let mut effort = Effort { examined: self.positions.count() as u64, verified: 0 };
-        let mut near = Vec::new();
+        let mut best = u64::MAX;
         for (first, values, error) in runs() {
-            let within = values.iter().enumerate().filter(|(_, value)| **value - error <= limit);
-            for position in within.map(|(i, _)| first.offset(i, 0)) {
-                effort.verified += 1;
-                let Texel { exemplar, y, x } = position;
-                let exact = targets[exemplar as usize].distance_within(x as usize, y as usize, u64::MAX);
-                near.extend(exact.map(|exact| (position, exact)));
+            for (i, _) in values.iter().enumerate().filter(|(_, value)| **value - error <= above) {
+                best = best.min(exact(first.offset(i, 0), best).unwrap_or(best));
             }
         }
-        Found { candidates: Candidates::within(near, acceptance), effort }
+        let limit = query.acceptance.limit(best);
+        let mut positions = Vec::new();
+        for (first, values, error) in runs() {
+            for (i, value) in values.iter().enumerate().filter(|(_, value)| **value - error <= limit as f64) {
+                let position = first.offset(i, 0);
+                // Only those about the limit are compared.
+                if value + error <= limit as f64 || exact(position, limit).is_some() {
+                    positions.push(position);
+                }
+            }
+        }
+        Found { candidates: Candidates { best, positions }, effort }
     }
 }
 

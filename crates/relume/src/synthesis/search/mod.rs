@@ -72,7 +72,7 @@ impl Candidates {
 pub struct Effort {
     /// Positions examined.
     pub examined: u64,
-    /// Positions compared in full, or until they were too far; bounds rejected the others.
+    /// Positions compared in full, or until they were too far; bounds rejected or accepted the others.
     pub verified: u64,
 }
 

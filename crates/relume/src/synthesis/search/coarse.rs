@@ -230,14 +230,7 @@ mod tests {
         let codes = (0..24).flat_map(|y| texels.run(at[0], at[1] + y, 24).to_vec()).collect();
         let neighbourhood = Neighbourhood { extent, margins };
         let acceptance = Acceptance::new(Tolerance::Relative(0.1), neighbourhood.texels(), exemplars.step());
-        BlockQuery {
-            neighbourhood,
-            place: [0, 0],
-            codes,
-            acceptance,
-            likely: Vec::new(),
-            avoided: Avoided::default(),
-        }
+        BlockQuery::alone(neighbourhood, codes, acceptance)
     }
 
     #[test]

@@ -48,6 +48,21 @@ pub struct BlockQuery {
     pub avoided: Avoided,
 }
 
+#[cfg(test)]
+impl BlockQuery {
+    /// A query at the top left, without hints and positions to leave out.
+    fn alone(neighbourhood: Neighbourhood, codes: Vec<i16>, acceptance: Acceptance) -> Self {
+        Self {
+            neighbourhood,
+            place: [0, 0],
+            codes,
+            acceptance,
+            likely: Vec::new(),
+            avoided: Avoided::default(),
+        }
+    }
+}
+
 /// The positions of candidate blocks.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Candidates {
@@ -256,14 +271,7 @@ mod tests {
         let neighbourhood = Neighbourhood { extent: Size::new(block, block), margins };
         let acceptance = Acceptance::new(Tolerance::Relative(0.0), block * block, 1.0);
         let codes = vec![0; block * block * planes];
-        let query = [BlockQuery {
-            neighbourhood,
-            place: [0, 0],
-            codes,
-            acceptance,
-            likely: Vec::new(),
-            avoided: Avoided::default(),
-        }];
+        let query = [BlockQuery::alone(neighbourhood, codes, acceptance)];
         for recipe in recipes(block, 29) {
             let found =
                 &recipe.prepare(&quantised, &positions, None, &Job::default()).unwrap().candidates(&query)[0]

@@ -283,7 +283,7 @@ mod tests {
     use crate::synthesis::neighbourhood::Margins;
     use crate::synthesis::options::Tolerance;
     use crate::synthesis::quantise::{Exemplar, MAX_CODE};
-    use crate::synthesis::search::{Acceptance, Avoided};
+    use crate::synthesis::search::Acceptance;
 
     /// A field whose texels resemble their left neighbours.
     fn streaked(size: Size, planes: usize, stream: &mut Stream) -> Planes {
@@ -316,14 +316,7 @@ mod tests {
                     (if spread < 4096 { *code } else { 0 } + stream.below(spread) as i16).min(MAX_CODE)
                 };
                 let codes = rows.map(noisy).collect();
-                let query = BlockQuery {
-                    neighbourhood,
-                    place: [0, 0],
-                    codes,
-                    acceptance,
-                    likely: Vec::new(),
-                    avoided: Avoided::default(),
-                };
+                let query = BlockQuery::alone(neighbourhood, codes, acceptance);
                 let query = search.prepare(&query);
                 let mut nearness: Box<Stretch> = Box::new([[[0; SUMS]; STRETCH / SUMS]; MOST]);
                 for run in search.rounds.iter().flatten().flatten() {
@@ -364,14 +357,7 @@ mod tests {
             // A block of the exemplar with some noise.
             let rows = (9..9 + block).flat_map(|y| quantised.texels()[0].run(17, y, block));
             let codes = rows.map(|code| code + stream.below(100) as i16).collect();
-            let query = BlockQuery {
-                neighbourhood,
-                place: [0, 0],
-                codes,
-                acceptance,
-                likely: Vec::new(),
-                avoided: Avoided::default(),
-            };
+            let query = BlockQuery::alone(neighbourhood, codes, acceptance);
             let found = &search.candidates(std::slice::from_ref(&query))[0].candidates;
             let curve = search.remaining(&query, found.best);
             assert!(curve.len() > 6 && curve[0] <= positions.count() as u64);

@@ -74,6 +74,21 @@ fn what_was_chosen_is_reported_and_a_small_sample_gets_a_warning() {
     assert!(String::from_utf8_lossy(&all).contains("only a few features"));
 }
 
+/// A former fault: a weave of 30.8 texels cracked across a tile of 512 texels without a word.
+#[test]
+fn tiles_that_hold_no_whole_periods_name_a_size_that_does() {
+    let folder = tempfile::tempdir().unwrap();
+    run(folder.path(), &["procedural", "weave", "-o", "weave", "--size", "256", "--feature", "28"]);
+    let warned = |more: &[&str]| {
+        let synth = [&["synth", "weave/albedo.png", "-o", "tile.png", "--force"], more].concat();
+        json(folder.path(), &synth)["warnings"]
+            .to_string()
+            .contains("does not repeat a whole number of times")
+    };
+    assert!(warned(&["--size", "200", "--tile"]));
+    assert!(!warned(&["--size", "215", "--tile"]) && !warned(&["--size", "200"]));
+}
+
 #[test]
 fn sizes_stay_within_masks_and_outputs() {
     let folder = tempfile::tempdir().unwrap();

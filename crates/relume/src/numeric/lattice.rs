@@ -5,6 +5,9 @@
 //! axis, pointing right, then the other, pointing down. Vectors are in texels, x to the right and y down the
 //! rows.
 
+/// How many steps along each vector are followed to an axis.
+const STEPS: i32 = 4;
+
 /// All integer combinations of two vectors.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Lattice {
@@ -52,6 +55,15 @@ impl Lattice {
         let points = around.map(|[s, t]| self.point([i + s, j + t]));
         let distance = |p: [f64; 2]| length([p[0] - place[0], p[1] - place[1]]);
         points.into_iter().min_by(|p, q| distance(*p).total_cmp(&distance(*q))).expect("four points")
+    }
+
+    /// The shortest steps of the lattice along x and along y, to `tolerance` texels across; `None` where none is found among few.
+    pub fn along_axes(&self, tolerance: f64) -> [Option<f64>; 2] {
+        [0, 1].map(|axis| {
+            let points = Self::half(STEPS).map(|at| self.point(at));
+            let along = points.filter(|point| point[1 - axis].abs() <= tolerance);
+            along.map(|point| point[axis].abs()).min_by(f64::total_cmp)
+        })
     }
 
     /// The lattice points (i, j) other than the origin with |i|, |j| at most `most`, one of each

@@ -169,7 +169,7 @@ mod tests {
     use super::*;
 
     fn room(side: usize, feature: Option<f64>, period: Option<f64>, output: usize) -> Room {
-        let extents = vec![Extents { feature, period, is_small_sample: false }];
+        let extents = vec![Extents { feature, period, repeats: [None; 2], is_small_sample: false }];
         Room { extents, side, exemplar: side, output }
     }
 

@@ -28,6 +28,9 @@ use crate::output::Outputs;
 use crate::report::Report;
 use crate::{args, input, output, paths};
 
+/// The shorter side from which a judgement of a made sample is sure.
+const SURE_SIDE: usize = 128;
+
 /// Arguments of `relume model`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  relume model bark.png -o bark.rlm\n  \
@@ -128,13 +131,13 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
     let written = outputs.commit()?;
     let mut report = describe(&model)?;
     let _ = write!(report.text, "\n{}", advice(&kind, &levels, structure));
-    let _ = match &likeness {
-        Some(likeness) => write!(report.text, "\n{likeness}"),
-        None => write!(
-            report.text,
-            "\nthe texture is too small to judge whether the model looks like it: {LEAST_SIDE} texels along each side are needed"
-        ),
-    };
+    if let Some(likeness) = &likeness {
+        let _ = write!(report.text, "\n{likeness}");
+    }
+    let shorter = field.size().width.min(field.size().height);
+    if let Some(doubt) = doubt_of_size(shorter, likeness.is_some()) {
+        let _ = write!(report.text, "\n{doubt}");
+    }
     report.json["likeness"] = json!(likeness);
     report.json["character"] = json!(kind);
     report.json["estimation"] = if let [joint] = &levels[..] { json!(joint) } else { json!(levels) };
@@ -143,6 +146,20 @@ pub fn run(args: &Args, context: &Context) -> Result<Report> {
         changing.into_iter().chain((!likeness.alike).then(|| unlike(likeness, structure.is_some(), args)))
     });
     Ok(report.with_outputs(written).with_warnings(warnings).with_warnings(large))
+}
+
+/// What is to be said of a judgement of a texture of that shorter side.
+fn doubt_of_size(shorter: usize, is_judged: bool) -> Option<String> {
+    match (is_judged, shorter) {
+        (false, side) if side < LEAST_SIDE => Some(format!(
+            "the texture is too small to judge whether the model looks like it: {LEAST_SIDE} texels along each side are needed"
+        )),
+        (true, side) if side < SURE_SIDE => Some(format!(
+            "the halves of so small a texture differ much, so that much passes: look at a made one as well ({SURE_SIDE} texels along \
+             each side would do)"
+        )),
+        _ => None,
+    }
 }
 
 /// The checked request.

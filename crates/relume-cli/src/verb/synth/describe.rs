@@ -53,7 +53,7 @@ pub fn describe(
     let remedy = "try another --seed or --method, or make it without --tile and close it by relume tileable";
     let report = with_tiling(report, tiling.as_ref(), remedy);
     let report = match &outcome.advised {
-        Some(advised) => with_advised(report, advised),
+        Some(advised) => with_advised(report, advised, tiling.map(|_| map.size())),
         None => report,
     };
     match &outcome.choice {
@@ -62,8 +62,9 @@ pub fn describe(
     }
 }
 
-/// The report with the sizes that were fitted to the exemplars, and what they follow from.
-fn with_advised(mut report: Report, advised: &Advised) -> Report {
+/// The report with the sizes that were fitted to the exemplars, and what they follow from; `tile` is the size of a texture that
+/// was made to tile.
+fn with_advised(mut report: Report, advised: &Advised, tile: Option<Size>) -> Report {
     let lengths = |extents: &Extents| {
         let feature = match extents.feature {
             Some(feature) => format!("features of {feature:.1} texels"),
@@ -76,7 +77,14 @@ fn with_advised(mut report: Report, advised: &Advised) -> Report {
     let _ = write!(report.text, "\n{} fitted to {}", advised.chosen.join(" and "), each.join(", "));
     report.json["advised"] = json!(advised);
     let warning = advised.extents.iter().find_map(Extents::warning);
-    report.with_warnings(warning.map(Warning::sentence))
+    let broken = tile.and_then(|size| advised.extents.iter().find_map(|found| found.whole_repeats(size)).map(|whole| {
+        format!(
+            "the pattern does not repeat a whole number of times in {size} texels, so it breaks or bends somewhere: --size {}x{} holds whole periods, \
+             and --method roller makes tiles of them",
+            whole.width, whole.height
+        )
+    }));
+    report.with_warnings(warning.map(Warning::sentence)).with_warnings(broken)
 }
 
 fn block_report(

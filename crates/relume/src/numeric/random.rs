@@ -111,6 +111,11 @@ impl Stream {
     pub fn unit(&mut self) -> f64 {
         (self.0.next_u64() >> 11) as f64 / (1u64 << 53) as f64
     }
+
+    /// A normal number of mean 0 and variance 1 (G. Box, M. Muller, A note on the generation of random normal deviates, 1958).
+    pub fn normal(&mut self) -> f64 {
+        (-2.0 * (1.0 - self.unit()).ln()).sqrt() * (std::f64::consts::TAU * self.unit()).cos()
+    }
 }
 
 /// The first 64 bits of a stream: the seed of a hash for one purpose.

@@ -239,16 +239,12 @@ mod tests {
     use super::*;
     use crate::numeric::random::{Purpose, Stream};
 
-    fn normal(random: &mut Stream) -> f32 {
-        ((-2.0 * (1.0 - random.unit()).ln()).sqrt() * (std::f64::consts::TAU * random.unit()).cos()) as f32
-    }
-
     /// Scores of an earlier plane, and values whose spread and skew depend on them.
     fn planes(n: usize) -> [Vec<f32>; 2] {
         let mut random = Stream::new(4, Purpose::Sample, [0]);
-        let earlier: Vec<f32> = (0..n).map(|_| normal(&mut random)).collect();
+        let earlier: Vec<f32> = (0..n).map(|_| random.normal() as f32).collect();
         let values = earlier.iter().map(|z| {
-            let own = normal(&mut random);
+            let own = random.normal() as f32;
             z.abs() + (0.2 + 0.3 * (z + 3.0).clamp(0.0, 6.0)) * if *z > 0.0 { own } else { own.abs() }
         });
         let values = values.collect();

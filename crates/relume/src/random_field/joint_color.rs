@@ -155,9 +155,7 @@ mod tests {
 
     fn noise(size: Size, seed: u64) -> Planes {
         let mut random = Stream::new(seed, Purpose::Sample, [0]);
-        let mut normal =
-            || (-2.0 * (1.0 - random.unit()).ln()).sqrt() * (std::f64::consts::TAU * random.unit()).cos();
-        let data = (0..3 * size.texels()).map(|_| normal() as f32).collect();
+        let data = (0..3 * size.texels()).map(|_| random.normal() as f32).collect();
         Planes::from_vec(size, 3, data).unwrap()
     }
 

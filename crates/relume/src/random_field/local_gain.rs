@@ -218,16 +218,12 @@ mod tests {
     use super::*;
     use crate::numeric::random::{Purpose, Stream};
 
-    fn normal(random: &mut Stream) -> f32 {
-        ((-2.0 * (1.0 - random.unit()).ln()).sqrt() * (std::f64::consts::TAU * random.unit()).cos()) as f32
-    }
-
     /// A smooth coarser image, and noise whose deviation is a function of its value.
     fn planted(deviation: impl Fn(f32) -> f32) -> (Planes, Planes) {
         let (size, mut random) = (Size::new(96, 80), Stream::new(4, Purpose::Sample, [0]));
         let value = |t: usize| 1.4 * ((t % 96) as f32 * 0.21).sin() * ((t / 96) as f32 * 0.17).cos();
         let coarser: Vec<f32> = (0..size.texels()).map(value).collect();
-        let band = coarser.iter().map(|&v| deviation(v) * normal(&mut random)).collect();
+        let band = coarser.iter().map(|&v| deviation(v) * random.normal() as f32).collect();
         let planes = |data| Planes::from_vec(size, 1, data).unwrap();
         (planes(band), planes(coarser))
     }

@@ -124,9 +124,7 @@ mod tests {
 
     fn gaussian(size: Size) -> Planes {
         let mut random = Stream::new(6, Purpose::Sample, [0]);
-        let mut normal =
-            || (-2.0 * (1.0 - random.unit()).ln()).sqrt() * (std::f64::consts::TAU * random.unit()).cos();
-        let data = (0..2 * size.texels()).map(|_| normal() as f32).collect();
+        let data = (0..2 * size.texels()).map(|_| random.normal() as f32).collect();
         Planes::from_vec(size, 2, data).unwrap()
     }
 

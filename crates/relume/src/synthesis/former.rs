@@ -43,8 +43,8 @@ pub struct FormerBlocks {
     pieces: BTreeMap<Shift, usize>,
     /// The number of them from which on a piece is not continued.
     largest: usize,
-    /// The surroundings of a block, in blocks.
-    reach: usize,
+    /// The surroundings of a block: columns and rows from it, the nearest first.
+    surroundings: Vec<[isize; 2]>,
     block: usize,
     overlap: usize,
     boundary: Boundary,
@@ -70,7 +70,7 @@ impl FormerBlocks {
             rows: layout.rows,
             pieces: BTreeMap::new(),
             largest: (texels / PIECE / step.pow(2)).max(1),
-            reach: ((side / REACH + step / 2) / step).min(MOST_REACH),
+            surroundings: surroundings(((side / REACH + step / 2) / step).min(MOST_REACH) as isize),
             block,
             overlap,
             boundary,
@@ -121,15 +121,11 @@ impl FormerBlocks {
     /// The positions of the blocks in the surroundings of one, the nearest first.
     fn around(&self, block: &PlacedBlock) -> Vec<Texel> {
         let (column, row) = ((block.number % self.columns) as isize, (block.number / self.columns) as isize);
-        let reach = self.reach as isize;
-        let mut places: Vec<(isize, isize)> =
-            (-reach..=reach).flat_map(|y| (-reach..=reach).map(move |x| (x, y))).collect();
-        places.sort_by_key(|(x, y)| x * x + y * y);
-        let source = |(x, y): (isize, isize)| {
+        let source = |&[x, y]: &[isize; 2]| {
             let (x, y) = (self.along(column + x, self.columns)?, self.along(row + y, self.rows)?);
             self.sources[y * self.columns + x]
         };
-        places.into_iter().filter_map(source).collect()
+        self.surroundings.iter().filter_map(source).collect()
     }
 
     /// The number of a column or row, if there is one.
@@ -145,6 +141,14 @@ impl FormerBlocks {
         let along = |from: u32, at: usize, side: usize| (from as usize + side - at) % side;
         (from.exemplar, along(from.x, block.x, width), along(from.y, block.y, height))
     }
+}
+
+/// All places within `reach` along x and y, the nearest first.
+fn surroundings(reach: isize) -> Vec<[isize; 2]> {
+    let mut places: Vec<[isize; 2]> =
+        (-reach..=reach).flat_map(|y| (-reach..=reach).map(move |x| [x, y])).collect();
+    places.sort_by_key(|[x, y]| x * x + y * y);
+    places
 }
 
 #[cfg(test)]

@@ -26,6 +26,8 @@ use crate::space::Space;
 
 /// The least side of textures whose halves can be compared.
 pub const LEAST_SIDE: usize = 32;
+/// The least side of textures whose halves differ so little that what is not like them does not pass.
+pub const SURE_SIDE: usize = 128;
 /// The largest side compared, in texels: a cut from the middle of larger textures.
 const MOST_SIDE: usize = 256;
 /// The seed of the sample: not that of the reference window, on which models are adjusted.

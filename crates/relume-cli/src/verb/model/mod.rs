@@ -15,7 +15,7 @@ use relume::format::{Content, rlm};
 use relume::random_field::{
     Character, FieldModel, Heights, LevelReport, ModelOptions, SelectionOrder, character, curves,
 };
-use relume::workflow::likeness::{LEAST_SIDE, Likeness};
+use relume::workflow::likeness::{LEAST_SIDE, Likeness, SURE_SIDE};
 use relume::workflow::model::{Combine, FittedModel, ModelRequest, StructureSource};
 use relume::workflow::{Btf, Missing};
 use relume::{Error, Picture, RasterSequence, ReflectanceField, Result, Space};
@@ -27,9 +27,6 @@ use crate::context::Context;
 use crate::output::Outputs;
 use crate::report::Report;
 use crate::{args, input, output, paths};
-
-/// The shorter side from which a judgement of a made sample is sure.
-const SURE_SIDE: usize = 128;
 
 /// Arguments of `relume model`.
 #[derive(Debug, clap::Args)]

@@ -16,8 +16,6 @@
 //! random streams of their level and number: the result depends on the seed alone, and only slightly
 //! (`docs/measures.md`).
 
-use std::f64::consts::TAU;
-
 use rayon::prelude::*;
 
 use super::pyramid;
@@ -213,10 +211,9 @@ fn centre(values: &mut [f32]) {
     });
 }
 
-/// A vector of length 1, all directions equally likely: normal numbers by G. Box, M. Muller, 1958.
+/// A vector of length 1, all directions equally likely.
 fn unit_vector(dimension: usize, random: &mut Stream) -> Vec<f32> {
-    let mut normal = || (-2.0 * (1.0 - random.unit()).ln()).sqrt() * (TAU * random.unit()).cos();
-    let vector: Vec<f64> = (0..dimension).map(|_| normal()).collect();
+    let vector: Vec<f64> = (0..dimension).map(|_| random.normal()).collect();
     let length = vector.iter().map(|v| v * v).sum::<f64>().sqrt();
     vector.into_iter().map(|v| (v / length) as f32).collect()
 }

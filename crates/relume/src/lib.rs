@@ -58,6 +58,7 @@ mod memory;
 pub mod microfacet;
 pub mod names;
 pub mod numeric;
+mod parallel;
 pub mod picture;
 pub mod planes;
 pub mod progress;

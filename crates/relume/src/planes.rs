@@ -4,8 +4,6 @@
 //! **Row 0 is the top row**, as in a picture; directions have y up, so one row down is a step of -y. Files
 //! that store rows bottom-up are flipped when they are read and written.
 
-use rayon::iter::IntoParallelIterator;
-
 use crate::error::{Error, Result};
 use crate::job::{Held, Job};
 use crate::memory;
@@ -128,14 +126,14 @@ impl Planes {
     }
 
     /// Each row of all planes, from the top: the row of the first plane, of the second, and so on.
-    pub(crate) fn par_rows_mut(&mut self) -> rayon::vec::IntoIter<Vec<&mut [f32]>> {
+    pub(crate) fn rows_mut(&mut self) -> Vec<Vec<&mut [f32]>> {
         let (count, height) = (self.count, self.size.height);
         let mut rows: Vec<Vec<&mut [f32]>> = (0..height).map(|_| Vec::with_capacity(count)).collect();
         for plane in self.iter_mut() {
             let width = plane.len() / height.max(1);
             rows.iter_mut().zip(plane.chunks_exact_mut(width.max(1))).for_each(|(rows, row)| rows.push(row));
         }
-        rows.into_par_iter()
+        rows
     }
 
     /// All planes in order.

@@ -8,12 +8,11 @@
 //! a texel, has an exact linear form ([`ClusteredField::expanded`]) with as many planes as the common basis has
 //! functions: its planes are the index planes of the texture, and every stage takes it.
 
-use rayon::prelude::*;
-
 use super::{Basis, PlaneLayout, ReflectanceField};
 use crate::direction::Directions;
 use crate::error::{Error, Result};
 use crate::job::Job;
+use crate::parallel;
 use crate::planes::Planes;
 use crate::size::Size;
 use crate::space::Space;
@@ -209,7 +208,7 @@ impl ClusteredField {
     pub fn expanded(&self, job: &Job) -> Result<ReflectanceField> {
         let mut planes =
             Planes::zeros_within(job, "the texture without clusters", self.size(), self.spaces.functions)?;
-        planes.bands_mut(PART).into_par_iter().enumerate().try_for_each(|(part, mut band)| {
+        parallel::try_for_each(planes.bands_mut(PART).into_iter().enumerate(), |(part, mut band)| {
             job.proceed()?;
             for i in 0..band[0].len() {
                 let texel = part * PART + i;

@@ -9,13 +9,13 @@
 //! 2/3 (a0 + a1) and so on, is a test here. Orthogonal functions are only scaled, so a basis of any length
 //! needs no matrix.
 
-use rayon::prelude::*;
 use serde::Serialize;
 
 use super::coordinates::OrthonormalMap;
 use super::{Basis, Domain, PlaneLayout, ReflectanceField, lrgb};
 use crate::error::{Error, Result};
 use crate::job::Job;
+use crate::parallel;
 use crate::planes::Planes;
 
 /// Texels of a plane between two questions whether the job goes on.
@@ -99,7 +99,7 @@ impl IndexSpace {
     pub fn index_planes(&self, field: &ReflectanceField) -> Planes {
         let mut planes = Planes::zeros(field.size(), self.planes());
         let parts = self.parts(&mut planes);
-        parts.for_each(|(plane, texel, out)| self.coordinates_into(field, plane, texel, out));
+        parallel::for_each(parts, |(plane, texel, out)| self.coordinates_into(field, plane, texel, out));
         planes
     }
 
@@ -113,7 +113,7 @@ impl IndexSpace {
     /// As [`IndexSpace::index_planes`].
     pub fn index_planes_within(&self, field: &ReflectanceField, job: &Job, what: &str) -> Result<Planes> {
         let mut planes = Planes::zeros_within(job, what, field.size(), self.planes())?;
-        self.parts(&mut planes).try_for_each(|(plane, texel, out)| {
+        parallel::try_for_each(self.parts(&mut planes), |(plane, texel, out)| {
             job.proceed()?;
             self.coordinates_into(field, plane, texel, out);
             Ok(())
@@ -125,10 +125,9 @@ impl IndexSpace {
     fn parts<'a>(
         &self,
         planes: &'a mut Planes,
-    ) -> impl ParallelIterator<Item = (usize, usize, &'a mut [f32])> + use<'a> {
-        let texels = planes.size().texels();
-        planes.as_mut_slice().par_chunks_exact_mut(texels).enumerate().flat_map(|(plane, values)| {
-            let parts = values.par_chunks_mut(PART).enumerate();
+    ) -> impl Iterator<Item = (usize, usize, &'a mut [f32])> + use<'a> {
+        planes.iter_mut().enumerate().flat_map(|(plane, values)| {
+            let parts = values.chunks_mut(PART).enumerate();
             parts.map(move |(part, out)| (plane, part * PART, out))
         })
     }

@@ -6,15 +6,14 @@
 //! in the order of the photographs, so the result depends neither on threads and batches nor, without fused
 //! operations, on the vector width.
 
-use pulp::Arch;
-use rayon::prelude::*;
-
 use super::design::Design;
 use super::levels::SampleLevels;
 use super::products::{BAND, FUNCTIONS, add_products};
 use super::stream::BATCH;
+use crate::parallel::{self, Spares};
 use crate::planes::Planes;
 use crate::raster::Raster;
+use pulp::Arch;
 
 /// Adds a batch of photographs, starting with number `first`, to the coefficients: plane c n + k is function
 /// k of channel c. Where photographs are interpolated, they are the coefficients.
@@ -31,9 +30,9 @@ pub(super) fn accumulate(
     assert!(batch.len() <= BATCH, "a batch larger than promised");
     let Some(channels) = batch.first().map(Raster::channels) else { return };
     let (functions, arch) = (design.functions(), Arch::new());
-    let bands = sums.bands_mut(BAND);
-    let scratch = || vec![0.0f32; batch.len() * BAND];
-    bands.into_par_iter().enumerate().for_each_init(scratch, |scratch, (b, mut band)| {
+    let scratch = Spares::new(|| vec![0.0f32; batch.len() * BAND]);
+    parallel::for_each(sums.bands_mut(BAND).into_iter().enumerate(), |(b, mut band)| {
+        let mut scratch = scratch.take();
         for (channel, planes) in band.chunks_mut(functions).take(channels).enumerate() {
             let texels = planes[0].len();
             if design.interpolated().is_some() {
@@ -47,7 +46,7 @@ pub(super) fn accumulate(
             }
             for (group, planes) in planes.chunks_mut(FUNCTIONS).enumerate() {
                 let share = |k: usize, i: usize| design.share(group * FUNCTIONS + k, first + i) as f32;
-                add_products(arch, planes, scratch, share);
+                add_products(arch, planes, &scratch, share);
             }
         }
     });

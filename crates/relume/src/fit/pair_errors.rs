@@ -3,7 +3,6 @@
 
 use std::collections::BTreeMap;
 
-use rayon::prelude::*;
 use serde::Serialize;
 
 use super::held_out::HeldOut;
@@ -14,6 +13,7 @@ use crate::direction::{Direction, Directions};
 use crate::error::Result;
 use crate::job::Job;
 use crate::lab;
+use crate::parallel;
 use crate::raster::Raster;
 use crate::space::Space;
 
@@ -94,7 +94,7 @@ impl Measurement<'_> {
     pub fn errors(&self, kept: &[Raster], predict: &Predict<'_>, job: &Job) -> Result<MeasuredErrors> {
         let channels = kept.first().map_or(0, Raster::channels);
         let sums_of = |i: usize| job.proceed().and_then(|()| self.sums(i, &kept[i], predict));
-        let sums = (0..kept.len()).into_par_iter().map(sums_of).collect::<Result<Vec<ErrorSums>>>()?;
+        let sums = parallel::try_map(0..kept.len(), sums_of)?;
         let samples = self.grid.texels() * channels;
         let of = |out: bool| {
             let chosen = sums.iter().enumerate().filter(|(i, _)| self.held_out.is_out(*i) == out);

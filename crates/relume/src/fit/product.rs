@@ -7,10 +7,9 @@
 //! needs their 3 x 3 inner products; the luminance is a combination of the channels, the same for coordinates
 //! and coefficients.
 
-use rayon::prelude::*;
-
 use super::design::Design;
 use crate::field::lrgb::leading_color;
+use crate::parallel;
 use crate::planes::Planes;
 
 /// Texels per band: its rows of inner products stay in the first-level cache.
@@ -21,7 +20,7 @@ pub(super) fn to_products(planes: &mut Planes, design: &Design) {
     let n = design.functions();
     let whitening: Vec<Vec<f32>> =
         (0..n).map(|j| design.whitening().row(j).iter().map(|&r| r as f32).collect()).collect();
-    planes.bands_mut(BAND).into_par_iter().for_each(|mut band| {
+    parallel::for_each(planes.bands_mut(BAND), |mut band| {
         let texels = band[0].len();
         let inner = inner_products(&band, &whitening);
         let mut colors = [[0.0f32; BAND]; 3];

@@ -1,6 +1,5 @@
 //! The report of a fit.
 
-use rayon::prelude::*;
 use serde::Serialize;
 
 use super::design::Design;
@@ -16,6 +15,7 @@ use crate::field::PlaneLayout;
 use crate::job::Job;
 use crate::lamps::LampPositions;
 use crate::numeric::decibel::psnr_db;
+use crate::parallel;
 use crate::planes::Planes;
 use crate::raster::Raster;
 use crate::space::Space;
@@ -126,7 +126,7 @@ impl FitMeasurement<'_> {
             job.proceed()?;
             self.errors(i, stream, coefficients, linear)
         };
-        let errors: Vec<Result<Errors>> = (0..lights.len()).into_par_iter().map(errors_of).collect();
+        let errors: Vec<Result<Errors>> = parallel::map(0..lights.len(), errors_of);
         let errors = errors.into_iter().collect::<Result<Vec<Errors>>>()?;
         let samples = self.grid.texels() * stream.channels();
         let light = |(i, error): (usize, &Errors)| LightReport {

@@ -9,13 +9,12 @@
 //! matrix H of a weight, the error of photograph i left out is that of the fit divided by 1 - H_ii, and its sum of squares
 //! over texels needs the inner products of the photographs only.
 
-use rayon::prelude::*;
-
 use super::design::Design;
 use super::levels::SampleLevels;
 use super::products::BAND;
 use crate::error::{Error, Result};
 use crate::numeric::Matrix;
+use crate::parallel;
 use crate::planes::Planes;
 use crate::raster::Raster;
 
@@ -99,10 +98,10 @@ fn inner_products(photographs: &[Raster], levels: &SampleLevels) -> Matrix {
         }
         row
     };
-    let rows: Vec<Vec<f32>> = photographs.par_iter().map(row).collect();
+    let rows: Vec<Vec<f32>> = parallel::map(photographs.iter(), row);
     let dot = |a: &[f32], b: &[f32]| a.iter().zip(b).map(|(x, y)| f64::from(*x) * f64::from(*y)).sum::<f64>();
     let half: Vec<Vec<f64>> =
-        rows.par_iter().enumerate().map(|(i, a)| rows[..=i].iter().map(|b| dot(a, b)).collect()).collect();
+        parallel::map(rows.iter().enumerate(), |(i, a)| rows[..=i].iter().map(|b| dot(a, b)).collect());
     Matrix::from_fn(rows.len(), rows.len(), |i, j| half[i.max(j)][i.min(j)])
 }
 
@@ -112,7 +111,7 @@ pub(super) fn apply(sums: &mut Planes, channels: usize, least_squares: &Design, 
     let values = Matrix::from_fn(ridge.lights(), n, |i, k| least_squares.values(i)[k]);
     let shares = Matrix::from_fn(n, ridge.lights(), |k, i| ridge.share(k, i));
     let turn = shares.times(&values);
-    sums.bands_mut(BAND).into_par_iter().for_each(|mut band| {
+    parallel::for_each(sums.bands_mut(BAND), |mut band| {
         for planes in band.chunks_mut(n).take(channels) {
             let before: Vec<Vec<f32>> = planes.iter().map(|plane| plane.to_vec()).collect();
             for (j, plane) in planes.iter_mut().enumerate() {

@@ -14,8 +14,6 @@
 //! The weighted normal equations are solved texel by texel, so all photographs are in memory. Where the photographs left do
 //! not determine the functions, the texel keeps the coefficients of least squares.
 
-use rayon::prelude::*;
-
 use super::design::Design;
 use super::levels::SampleLevels;
 use super::products::BAND;
@@ -24,6 +22,7 @@ use crate::job::Job;
 use crate::lamps::LampPositions;
 use crate::names::Named;
 use crate::numeric::Matrix;
+use crate::parallel;
 use crate::planes::Planes;
 use crate::raster::Raster;
 
@@ -132,8 +131,8 @@ pub(super) fn refine(
 ) -> Result<Option<TexelFitReport>> {
     let Some(channels) = photographs.first().map(Raster::channels) else { return Ok(None) };
     let (n, width) = (design.functions(), sums.size().width);
-    let bands = sums.bands_mut(BAND).into_par_iter().enumerate();
-    let refitted = bands.map(|(b, mut band)| {
+    let bands = sums.bands_mut(BAND).into_iter().enumerate();
+    let of_bands = parallel::try_map(bands, |(b, mut band)| {
         job.proceed()?;
         let texels = band[0].len();
         let mut values = vec![0.0f32; photographs.len() * channels * texels];
@@ -159,12 +158,10 @@ pub(super) fn refine(
             }
         }
         Ok((refitted, kept))
-    });
-    let sum = refitted.try_reduce(|| (0, 0), |a, b| Ok((a.0 + b.0, a.1 + b.1)));
+    })?;
+    let (refitted, kept) = of_bands.into_iter().fold((0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
     let trimmed = if rule.robust == Robust::Trimmed { left_out(photographs.len()) } else { (0, 0) };
-    sum.map(|(refitted, kept)| {
-        Some(TexelFitReport { refitted, kept, darkest_left_out: trimmed.0, brightest_left_out: trimmed.1 })
-    })
+    Ok(Some(TexelFitReport { refitted, kept, darkest_left_out: trimmed.0, brightest_left_out: trimmed.1 }))
 }
 
 /// The weighted fit of one texel.

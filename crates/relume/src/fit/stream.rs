@@ -2,12 +2,11 @@
 
 use std::sync::Mutex;
 
-use rayon::prelude::*;
-
 use super::sample::Grid;
 use crate::clipping::{Clipper, Clipping};
 use crate::error::{Error, Result};
 use crate::job::Job;
+use crate::parallel;
 use crate::raster::{LoadRaster, Raster, Samples};
 use crate::size::Size;
 
@@ -113,7 +112,7 @@ impl<'a> PhotographStream<'a> {
         for start in (0..self.names.len()).step_by(self.batch) {
             let end = (start + self.batch).min(self.names.len());
             let read = |i: usize| job.proceed().and_then(|()| self.read(i));
-            let read: Vec<Result<Raster>> = (start..end).into_par_iter().map(read).collect();
+            let read: Vec<Result<Raster>> = parallel::map(start..end, read);
             take(start, &read.into_iter().collect::<Result<Vec<_>>>()?)?;
         }
         Ok(())

@@ -1,11 +1,10 @@
 //! Integer codes of the values of a picture: sRGB-encoded, rounded to nearest, clamped, with NaN as 0.
 
-use rayon::prelude::*;
-
 use crate::clipping::{Clipper, Clipping};
 use crate::error::Result;
 use crate::job::Job;
 use crate::memory;
+use crate::parallel;
 use crate::picture::Picture;
 use crate::space::Space;
 
@@ -48,7 +47,7 @@ fn interleaved<T: Copy + Default + Send>(
 ) -> Result<Vec<T>> {
     let (width, channels) = (picture.size().width, picture.planes.count());
     let mut codes = memory::zeros("the codes of the picture", picture.size().texels() * channels)?;
-    let rows = codes.par_chunks_mut(width * channels).enumerate().map(|(y, row)| {
+    let of_rows = parallel::try_map(codes.chunks_mut(width * channels).enumerate(), |(y, row)| {
         job.proceed()?;
         let mut clipping = Clipping::default();
         for (c, plane) in picture.planes.iter().enumerate() {
@@ -57,8 +56,8 @@ fn interleaved<T: Copy + Default + Send>(
             clipping = clipping.and(Clipping::of(values, Clipper::Codes));
         }
         Ok(clipping)
-    });
-    let clipping = rows.try_reduce(Clipping::default, |a, b| Ok(a.and(b)))?;
+    })?;
+    let clipping = of_rows.into_iter().fold(Clipping::default(), Clipping::and);
     job.count_clipped(Clipper::Codes, clipping);
     Ok(codes)
 }

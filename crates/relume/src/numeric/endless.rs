@@ -14,12 +14,11 @@
 //!
 //! The upper half of the hash is used: the lowest bits of neighbouring seeds are not independent.
 
-use rayon::prelude::*;
-
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::numeric::cells::Cells;
 use crate::numeric::corner_colors::CornerColors;
+use crate::parallel;
 use crate::planes::Planes;
 use crate::size::Size;
 
@@ -161,7 +160,7 @@ impl Endless {
         }
         let mut window = Planes::zeros_within(job, "the window", size, stacked.count())?;
         let (width, height) = (size.width, size.height);
-        window.as_mut_slice().par_chunks_exact_mut(width).enumerate().for_each(|(number, row)| {
+        parallel::for_each(window.as_mut_slice().chunks_exact_mut(width).enumerate(), |(number, row)| {
             let (k, line) = (number / height, number % height);
             self.copy_row(stacked.plane(k), 1, x, y + line as i64, row);
         });

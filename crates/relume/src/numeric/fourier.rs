@@ -9,13 +9,13 @@
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use rayon::prelude::*;
 use realfft::num_complex::Complex64;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use rustfft::{Fft, FftPlanner};
 
 use crate::error::Result;
 use crate::job::Job;
+use crate::parallel;
 use crate::size::Size;
 
 /// Bytes per texel of a transform in progress: the image or the spectrum, and its transpose.
@@ -92,12 +92,11 @@ impl Fourier {
         let Size { width, height } = self.size;
         assert!(rows.len().is_multiple_of(width) && rows.len() <= self.size.texels(), "rows of the image");
         let mut by_rows = vec![Complex64::ZERO; self.columns() * (rows.len() / width)];
-        by_rows.par_chunks_exact_mut(self.columns()).zip(rows.par_chunks_exact_mut(width)).try_for_each(
-            |(bins, row)| {
-                self.rows.process(row, bins).expect("rows and bins have the planned lengths");
-                job.proceed()
-            },
-        )?;
+        let each = by_rows.chunks_exact_mut(self.columns()).zip(rows.chunks_exact_mut(width));
+        parallel::try_for_each(each, |(bins, row)| {
+            self.rows.process(row, bins).expect("rows and bins have the planned lengths");
+            job.proceed()
+        })?;
         drop(rows);
         let mut spectrum = turned(&by_rows, self.columns(), height);
         drop(by_rows);
@@ -127,16 +126,15 @@ impl Fourier {
         let mut by_rows = turned(&spectrum, height, self.columns());
         drop(spectrum);
         let mut image = vec![0.0; self.size.texels()];
-        image.par_chunks_exact_mut(width).zip(by_rows.par_chunks_exact_mut(self.columns())).try_for_each(
-            |(row, bins)| {
-                bins[0].im = 0.0;
-                if width.is_multiple_of(2) {
-                    bins[width / 2].im = 0.0;
-                }
-                self.rows_back.process(bins, row).expect("rows and bins have the planned lengths");
-                job.proceed()
-            },
-        )?;
+        let each = image.chunks_exact_mut(width).zip(by_rows.chunks_exact_mut(self.columns()));
+        parallel::try_for_each(each, |(row, bins)| {
+            bins[0].im = 0.0;
+            if width.is_multiple_of(2) {
+                bins[width / 2].im = 0.0;
+            }
+            self.rows_back.process(bins, row).expect("rows and bins have the planned lengths");
+            job.proceed()
+        })?;
         let scale = 1.0 / self.size.texels() as f64;
         image.iter_mut().for_each(|value| *value *= scale);
         Ok(image)
@@ -161,7 +159,7 @@ fn transform_columns(
     height: usize,
     job: &Job,
 ) -> Result<()> {
-    spectrum.par_chunks_exact_mut(height).try_for_each(|column| {
+    parallel::try_for_each(spectrum.chunks_exact_mut(height), |column| {
         transform.process(column);
         job.proceed()
     })
@@ -171,7 +169,7 @@ fn transform_columns(
 /// entries.
 fn turned(matrix: &[Complex64], length: usize, filled: usize) -> Vec<Complex64> {
     let mut out = vec![Complex64::ZERO; length * filled];
-    out.par_chunks_exact_mut(filled).enumerate().for_each(|(column, entries)| {
+    parallel::for_each(out.chunks_exact_mut(filled).enumerate(), |(column, entries)| {
         let from = matrix[column.min(matrix.len())..].iter().step_by(length);
         entries.iter_mut().zip(from).for_each(|(entry, value)| *entry = *value);
     });

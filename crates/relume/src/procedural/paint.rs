@@ -5,11 +5,10 @@ use crate::error::Result;
 use crate::job::Job;
 use crate::maps::SurfaceMaps;
 use crate::microfacet::LEAST_ROUGHNESS;
+use crate::parallel;
 use crate::planes::Planes;
 use crate::size::Size;
 use crate::space::linear_from_srgb;
-use rayon::prelude::*;
-
 /// A linear colour.
 pub type Color = [f64; 3];
 
@@ -30,6 +29,9 @@ pub type Sampler = dyn Fn([f64; 2]) -> PaintedTexel + Sync;
 /// Texels that are computed together before they become samples.
 pub(super) const TOGETHER: usize = 1 << 16;
 
+/// Texels that one thread computes together.
+const PART: usize = 256;
+
 /// The maps of a function of position, computed in parallel.
 ///
 /// # Errors
@@ -40,9 +42,11 @@ pub fn paint(size: Size, sample: Box<Sampler>, job: &Job) -> Result<SurfaceMaps>
     let place = |i: usize| [(i % size.width) as f64, (i / size.width) as f64];
     for start in (0..size.texels()).step_by(TOGETHER) {
         job.proceed()?;
-        let some = (start..(start + TOGETHER).min(size.texels())).into_par_iter();
-        let texels: Vec<PaintedTexel> = some.with_min_len(256).map(|i| sample(place(i))).collect();
-        for (i, texel) in (start..).zip(&texels) {
+        let end = (start + TOGETHER).min(size.texels());
+        let parts = (start..end).step_by(PART).map(|first| first..(first + PART).min(end));
+        let texels =
+            parallel::map(parts, |part| part.map(|i| sample(place(i))).collect::<Vec<PaintedTexel>>());
+        for (i, texel) in (start..).zip(texels.iter().flatten()) {
             height.as_mut_slice()[i] = texel.height as f32;
             roughness.as_mut_slice()[i] = texel.roughness.clamp(LEAST_ROUGHNESS, 1.0) as f32;
             for (k, channel) in texel.albedo.iter().enumerate() {

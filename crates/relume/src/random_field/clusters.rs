@@ -11,8 +11,6 @@
 //!
 //! The brightness of a pair is ours: in the original a pair has the picture of its cluster as it is.
 
-use rayon::prelude::*;
-
 use super::field_model::{FieldModel, Fields, ModelSource};
 use super::model::{Model, RealisationOptions};
 use crate::direction::Directions;
@@ -99,8 +97,8 @@ impl PhotographClusters {
         for (k, (model, norm)) in self.models.iter().zip(norms).enumerate() {
             let picture = model.synthesize(options, job)?;
             for (channel, values) in picture.iter().enumerate() {
-                let coefficients = planes.plane_mut(channel * n + k).par_iter_mut();
-                coefficients.zip(values).for_each(|(c, value)| *c = norm as f32 * value);
+                let coefficients = planes.plane_mut(channel * n + k);
+                coefficients.iter_mut().zip(values).for_each(|(c, value)| *c = norm as f32 * value);
             }
         }
         Ok(planes)
@@ -123,7 +121,7 @@ impl PhotographClusters {
                 continue;
             }
             let picture = model.synthesize(options, job)?;
-            let values = sum.as_mut_slice().par_iter_mut().zip(picture.as_slice());
+            let values = sum.as_mut_slice().iter_mut().zip(picture.as_slice());
             values.for_each(|(sum, value)| *sum += share as f32 * value);
         }
         Ok(sum)

@@ -2,7 +2,6 @@
 
 use std::borrow::Cow;
 
-use rayon::prelude::*;
 use serde::Serialize;
 
 use super::candidates::{NeighbourCandidates, StableFit};
@@ -21,6 +20,7 @@ use super::unevenness;
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::numeric::pyramid::{self, Kernel};
+use crate::parallel;
 use crate::planes::Planes;
 use crate::size::Size;
 
@@ -186,7 +186,7 @@ fn normalised(planes: &Planes, options: &ModelOptions) -> (Vec<Marginal>, Option
         true => Marginal::curve(planes.plane(k)),
         false => Marginal::normal(planes.plane(k)),
     };
-    let marginals: Vec<Marginal> = single.par_iter().map(marginal).collect();
+    let marginals: Vec<Marginal> = parallel::map(single.iter(), marginal);
     let mut scores = match color {
         Some(first) => in_axes(planes.clone(), first),
         None => planes.clone(),
@@ -195,7 +195,7 @@ fn normalised(planes: &Planes, options: &ModelOptions) -> (Vec<Marginal>, Option
         score(scores.plane_mut(k), marginal);
     }
     let color = color.map(|first| JointColor::scored(&mut scores, first));
-    scores.as_mut_slice().par_chunks_exact_mut(texels).for_each(|plane| {
+    parallel::for_each(scores.as_mut_slice().chunks_exact_mut(texels), |plane| {
         let mean = plane.iter().map(|&v| f64::from(v)).sum::<f64>() / texels as f64;
         plane.iter_mut().for_each(|v| *v -= mean as f32);
     });
@@ -220,7 +220,7 @@ pub(super) fn score(plane: &mut [f32], marginal: &Marginal) {
         return plane.fill(0.0);
     }
     let score = marginal.scores();
-    plane.par_iter_mut().for_each(|v| *v = score(*v));
+    parallel::for_each_value(plane, |_, v| *v = score(*v));
 }
 
 /// The model of level `k` of a Gaussian pyramid; `structure` is that level of the pyramid of what the planes are added to.

@@ -1,9 +1,8 @@
 //! What the neighbours of a texel do not predict: the noise of a level as it is in the material.
 
-use rayon::prelude::*;
-
 use super::level::Level;
 use super::neighbourhood::{Offset, Reach};
+use crate::parallel;
 use crate::planes::Planes;
 use crate::size::Size;
 
@@ -20,7 +19,7 @@ pub(super) fn innovations(level: &Level, stack: &Planes) -> Planes {
     let inner = Size::new(size.width - reach.left - reach.right, size.height - reach.up - reach.down);
     let mut out = Planes::zeros(inner, m);
     for (j, plane) in out.iter_mut().enumerate() {
-        plane.par_chunks_exact_mut(inner.width).enumerate().for_each(|(y, row)| {
+        parallel::for_each(plane.chunks_exact_mut(inner.width).enumerate(), |(y, row)| {
             let part = |plane: usize, o: Offset| {
                 let x = reach.left.wrapping_add_signed(o.dx as isize);
                 let y = (y + reach.up).wrapping_add_signed(o.dy as isize);

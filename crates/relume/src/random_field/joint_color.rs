@@ -7,11 +7,10 @@
 //! it ([`super::conditional`]). The axes are the same for all textures, so components of similar ones
 //! correspond.
 
-use rayon::prelude::*;
-
 use super::conditional::Conditional;
 use super::estimate::score;
 use super::marginal::Marginal;
+use crate::parallel;
 use crate::planes::Planes;
 
 /// Texels of a piece of work.
@@ -80,9 +79,8 @@ impl JointColor {
         let (lightness, tables) =
             (self.lightness.values(), self.opponents.each_ref().map(Conditional::table));
         let gains: [f32; 3] = std::array::from_fn(|k| gains[self.first + k]);
-        let pieces = three(planes, self.first).map(|plane| plane.par_chunks_mut(PIECE));
-        let [a, b, c] = pieces;
-        a.zip(b).zip(c).for_each(|((a, b), c)| {
+        let [a, b, c] = three(planes, self.first).map(|plane| plane.chunks_mut(PIECE));
+        parallel::for_each(a.zip(b).zip(c), |((a, b), c)| {
             for ((a, b), c) in a.iter_mut().zip(b).zip(c) {
                 let [x, y, z] = [gains[0] * *a, gains[1] * *b, gains[2] * *c];
                 let axes = [lightness(x), tables[0].value(y, [x, 0.0]), tables[1].value(z, [x, y])];
@@ -113,7 +111,7 @@ fn score_second(values: &mut [f32], earlier: &[f32], of: &Conditional) {
         return values.fill(0.0);
     }
     let table = of.table();
-    values.par_iter_mut().zip(earlier).for_each(|(v, &x)| *v = table.score(*v, [x, 0.0]));
+    parallel::for_each_value(values, |at, v| *v = table.score(*v, [earlier[at], 0.0]));
 }
 
 /// The same given two earlier planes.
@@ -122,8 +120,7 @@ fn score_third(values: &mut [f32], [first, second]: [&[f32]; 2], of: &Conditiona
         return values.fill(0.0);
     }
     let table = of.table();
-    let earlier = first.par_iter().zip(second);
-    values.par_iter_mut().zip(earlier).for_each(|(v, (&x, &y))| *v = table.score(*v, [x, y]));
+    parallel::for_each_value(values, |at, v| *v = table.score(*v, [first[at], second[at]]));
 }
 
 /// Three successive planes.

@@ -8,8 +8,6 @@
 
 use std::ops::RangeInclusive;
 
-use rayon::prelude::*;
-
 use super::estimate::{LevelReport, ModelOptions, Scored, level};
 use super::level::Level;
 use super::model::Model;
@@ -19,6 +17,7 @@ use crate::error::Result;
 use crate::job::Job;
 use crate::numeric::autocorrelation::Autocorrelation;
 use crate::numeric::pyramid::{self, Kernel};
+use crate::parallel;
 use crate::planes::Planes;
 use crate::rect::Rect;
 use crate::size::Size;
@@ -92,7 +91,7 @@ impl Fits {
             job.advance(1)?;
             fitted
         };
-        let fitted = jobs.par_iter().map(fit).collect::<Result<_>>()?;
+        let fitted = parallel::try_map(jobs.iter(), fit)?;
         Ok(Self { most, tried, fitted })
     }
 

@@ -9,9 +9,8 @@
 //!
 //! Only the first component of the coarser image is seen, the lightness of pictures; the gain is that of all components.
 
-use rayon::prelude::*;
-
 use super::noise::exp2;
+use crate::parallel;
 use crate::planes::Planes;
 use crate::size::Size;
 
@@ -96,7 +95,7 @@ impl LocalGain {
         change: impl Fn(&mut f32, &f32) + Sync,
     ) {
         let (width, size, table) = (band.size().width, coarser.size(), self.table());
-        band.bands_mut(width).into_par_iter().enumerate().for_each(|(row, mut planes)| {
+        parallel::for_each(band.bands_mut(width).into_iter().enumerate(), |(row, mut planes)| {
             let rows = NeighbourRows::of(coarser.plane(0), size, y + row);
             let mut gains = vec![0.0; width];
             rows.gradients(x, &mut gains);

@@ -1,7 +1,5 @@
 //! The whole model of a set of planes, and planes of any size from it.
 
-use rayon::prelude::*;
-
 use super::estimate::outside;
 use super::joint_color::JointColor;
 use super::level::Level;
@@ -13,6 +11,7 @@ use super::structure::Structure;
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::numeric::pyramid::{self, Kernel};
+use crate::parallel;
 use crate::planes::Planes;
 use crate::rect::Rect;
 use crate::size::Size;
@@ -114,8 +113,7 @@ impl Model {
         let single = outside(self.color.as_ref().map(|color| color.first), self.planes());
         for (k, marginal) in single.zip(&self.marginals) {
             let (gain, values) = (self.gains[k], marginal.values());
-            let plane = planes.plane_mut(k).par_chunks_mut(1 << 14);
-            plane.for_each(|part| part.iter_mut().for_each(|v| *v = values(gain * *v)));
+            parallel::for_each_value(planes.plane_mut(k), |_, v| *v = values(gain * *v));
         }
         if let Some(color) = &self.color {
             color.apply(planes, &self.gains);

@@ -8,8 +8,6 @@
 //! The joint model of all index planes ([`super::field_model`]) is smaller, and its planes are consistent;
 //! `docs/models.md` has a comparison. Limits: pictures are colour or grey, without a structure of tiles.
 
-use rayon::prelude::*;
-
 use super::estimate::{LevelReport, ModelOptions, estimate};
 use super::field_model::{FieldModel, Fields};
 use super::model::{Model, RealisationOptions};
@@ -19,6 +17,7 @@ use crate::field::{Basis, ReflectanceField};
 use crate::job::Job;
 use crate::numeric::Matrix;
 use crate::numeric::matrix::Qr;
+use crate::parallel;
 use crate::planes::Planes;
 
 /// The most light directions.
@@ -112,7 +111,7 @@ pub(super) fn functions(
     let texels = options.size.texels();
     for (i, light) in lights.iter().enumerate() {
         let picture = light.model.synthesize(options, job)?;
-        functions.as_mut_slice().par_chunks_exact_mut(texels).enumerate().for_each(|(p, function)| {
+        parallel::for_each(functions.as_mut_slice().chunks_exact_mut(texels).enumerate(), |(p, function)| {
             let weight = inverse[(p % n, i)] as f32;
             function.iter_mut().zip(picture.plane(p / n)).for_each(|(f, value)| *f += weight * value);
         });

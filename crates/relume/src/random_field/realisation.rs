@@ -8,8 +8,6 @@
 
 use std::borrow::Cow;
 
-use rayon::prelude::*;
-
 use super::level::Level;
 use super::neighbourhood::Reach;
 use super::recursion::{Drive, LANES, Recursion, RecursionRun};
@@ -18,6 +16,7 @@ use super::unevenness::Strengths;
 use crate::error::Result;
 use crate::job::Job;
 use crate::numeric::pyramid::{self, Kernel};
+use crate::parallel;
 use crate::planes::Planes;
 use crate::rect::Rect;
 use crate::size::Size;
@@ -166,7 +165,7 @@ impl<'a> Realisation<'a> {
         let together = LANES.div_ceil(columns).min(rows);
         let mut band = Planes::zeros(cells.size, m);
         let parts = band.bands_mut(together * CELL * cells.size.width);
-        parts.into_par_iter().enumerate().try_for_each(|(part, mut planes)| -> Result<()> {
+        parallel::try_for_each(parts.into_iter().enumerate(), |(part, mut planes)| -> Result<()> {
             let cells: Vec<Cell> = (0..planes[0].len() / (CELL * CELL))
                 .map(|c| (c % columns, c / columns))
                 .map(|(x, y)| Cell {
@@ -253,7 +252,7 @@ fn drive(level: &Level, known: &Planes, reach: Reach, size: Size) -> Planes {
     let mut planes = Planes::zeros(size, m);
     let source = known.size();
     for (j, plane) in planes.iter_mut().enumerate() {
-        plane.par_chunks_exact_mut(size.width).enumerate().for_each(|(y, row)| {
+        parallel::for_each(plane.chunks_exact_mut(size.width).enumerate(), |(y, row)| {
             for (t, o) in level.coarse.iter().enumerate() {
                 let y = (y + reach.up).wrapping_add_signed(o.dy as isize);
                 let x = reach.left.wrapping_add_signed(o.dx as isize);

@@ -10,13 +10,15 @@
 //! lambda' = A_yy - A_yc A_cc^-1 A_cy,    ln|V_xx'| = ln|V_xx| + ln|A_cc|   (or + ln|-A_cc| taking back)
 //! ```
 
-use rayon::prelude::*;
-
 use super::normal_wishart::{Evidence, Posterior, SufficientStatistics, log_determinant};
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::names::named;
 use crate::numeric::Matrix;
+use crate::parallel;
+
+/// Rows of a matrix that one thread sweeps together.
+const ROWS_TOGETHER: usize = 64;
 
 /// The order in which neighbourhoods are compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
@@ -97,7 +99,7 @@ fn greedy(
         }
         let open: Vec<usize> =
             (0..sweep.candidates()).filter(|c| sweep.inside.contains(c) != adding).collect();
-        let evidences = open.par_iter().map(|&c| sweep.evidence_after(c)).collect::<Result<Vec<f64>>>()?;
+        let evidences = parallel::try_map(open.iter(), |&c| sweep.evidence_after(c))?;
         let best = (0..open.len()).max_by(|&a, &b| evidences[a].total_cmp(&evidences[b]).then(b.cmp(&a)));
         let Some(best) = best else { return Ok(()) };
         let next = if adding { size + 1 } else { size - 1 };
@@ -255,8 +257,11 @@ impl CandidateSweep {
             // Adding a regressor keeps the sign of A_oc P^-1, removing it reverses it.
             (0..d).for_each(|j| row[first + j] = sign * b[j]);
         };
-        let rows = self.a.par_chunks_exact_mut(n).with_min_len(64).enumerate();
-        rows.filter(|(r, _)| !(first..first + d).contains(r)).for_each(|(_, row)| update(row));
+        let rows = self.a.chunks_mut(ROWS_TOGETHER * n).enumerate();
+        parallel::for_each(rows, |(part, rows)| {
+            let rows = (part * ROWS_TOGETHER..).zip(rows.chunks_exact_mut(n));
+            rows.filter(|(r, _)| !(first..first + d).contains(r)).for_each(|(_, row)| update(row));
+        });
         self.mirror(first);
         for i in 0..d {
             (0..d).for_each(|j| self.a[(first + i) * n + first + j] = -sign * inverse[(i, j)]);

@@ -8,12 +8,12 @@
 //! below the spectral radius of M and converges to it, so a value below one proves stability at that
 //! frequency; frequencies are tried on a grid.
 
-use rayon::prelude::*;
 use rustfft::num_complex::Complex64;
 
 use super::level::Level;
 use super::neighbourhood::Offset;
 use super::recursion::{LANES, Recursion, RecursionRun};
+use crate::parallel;
 use crate::size::Size;
 
 /// Frequencies tried between 0 and pi; narrower resonances show in [`burn_in`].
@@ -66,7 +66,7 @@ impl Stability {
                 solve.map(|inverse| (1..=reach.up).map(|up| inverse.times(&row(up))).collect());
             above.map_or(f64::INFINITY, |above| radius_bound(&above))
         };
-        let rows = (0..=FREQUENCIES).into_par_iter().map(radius_at).reduce(|| 0.0, f64::max);
+        let rows = parallel::map(0..=FREQUENCIES, radius_at).into_iter().fold(0.0, f64::max);
         Self { left: radius_bound(&left), rows }
     }
 

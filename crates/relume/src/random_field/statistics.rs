@@ -8,12 +8,11 @@
 
 use std::collections::BTreeMap;
 
-use rayon::prelude::*;
-
 use super::neighbourhood::{Offset, Reach};
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::numeric::Matrix;
+use crate::parallel;
 use crate::planes::Planes;
 use crate::rect::Rect;
 use crate::size::Size;
@@ -64,7 +63,7 @@ pub fn inner_products(
         job.proceed()?;
         Ok(rows.sums(*lag, pairs))
     };
-    let sums: Vec<Vec<f64>> = groups.par_iter().map(sums_of).collect::<Result<_>>()?;
+    let sums: Vec<Vec<f64>> = parallel::try_map(groups.iter(), sums_of)?;
     let mut gram = Matrix::zeros(regressors.len(), regressors.len());
     for ((_, pairs), sums) in groups.iter().zip(sums) {
         for (pair, sum) in pairs.iter().zip(sums) {

@@ -10,11 +10,10 @@
 //! The noise of a place is a hash of the place, so any part of an endless plane has the same strengths, to the bit, on every
 //! processor.
 
-use rayon::prelude::*;
-
 use super::noise::exp2;
 use crate::numeric::hash::of_place;
 use crate::numeric::random::{Purpose, key};
+use crate::parallel;
 use crate::planes::Planes;
 use crate::rect::Rect;
 
@@ -72,7 +71,7 @@ impl Strengths {
         let [factor, term] =
             [deviation, -deviation * deviation].map(|v| (v * std::f64::consts::LOG2_E) as f32);
         let mut out = Planes::zeros(area.size, 1);
-        out.as_mut_slice().par_chunks_exact_mut(width).enumerate().for_each(|(y, strengths)| {
+        parallel::for_each(out.as_mut_slice().chunks_exact_mut(width).enumerate(), |(y, strengths)| {
             for (weight, row) in kernel.iter().zip(blurred[y * width..].chunks_exact(width)) {
                 strengths.iter_mut().zip(row).for_each(|(sum, v)| *sum += weight * v);
             }
@@ -88,7 +87,7 @@ impl Strengths {
         let [left, top] = area.origin().map(|v| v - REACH as i64);
         let wrap = |v: i64, axis: usize| self.period.map_or(v, |period| v.rem_euclid(period[axis]));
         let mut blurred = vec![0.0f32; width * height];
-        blurred.par_chunks_exact_mut(width).enumerate().for_each(|(j, row)| {
+        parallel::for_each(blurred.chunks_exact_mut(width).enumerate(), |(j, row)| {
             let y = wrap(top + j as i64, 1);
             let noise: Vec<f32> =
                 (0..width + 2 * REACH).map(|i| noise(of_place(key, wrap(left + i as i64, 0), y))).collect();

@@ -5,14 +5,13 @@
 //! would not be linear. Coefficients common to all channels stay so. Coefficients of an encoded field are averaged without decoding, which is accurate
 //! only where neighbours differ little.
 
-use rayon::prelude::*;
-
 use super::horizon::AttachedShadow;
 use super::mip_map::MipMap;
 use crate::direction::Directions;
 use crate::error::{Error, Result};
 use crate::field::{Basis, PlaneLayout, ReflectanceField, ShapeLookup, Shapes};
 use crate::job::Job;
+use crate::parallel;
 use crate::planes::Planes;
 use crate::space::Space;
 
@@ -186,7 +185,7 @@ fn interleaved(
     let (n, layout, planes) = (field.basis().len(), field.layout(), field.coefficients());
     let functions = linear(layout).planes(n);
     let mut data = vec![0.0; field.size().texels() * stride];
-    data.par_chunks_exact_mut(stride).enumerate().for_each(|(texel, out)| {
+    let fill = |texel: usize, out: &mut [f32]| {
         let (functions, rest) = out.split_at_mut(functions);
         let (moved, normal) = rest.split_at_mut(shapes.map_or(0, |shapes| shapes.lookup().len()));
         for (k, value) in functions.iter_mut().enumerate() {
@@ -200,6 +199,10 @@ fn interleaved(
         if let Some(normals) = normals {
             normal.iter_mut().enumerate().for_each(|(k, value)| *value = normals.plane(k)[texel]);
         }
+    };
+    let width = field.size().width;
+    parallel::for_each(data.chunks_exact_mut(width * stride).enumerate(), |(y, row)| {
+        (y * width..).zip(row.chunks_exact_mut(stride)).for_each(|(texel, out)| fill(texel, out));
     });
     data
 }

@@ -4,11 +4,10 @@
 //! averages under minification (Williams, "Pyramidal Parametrics", SIGGRAPH 1983). Texture coordinates are 0,
 //! 0 at the bottom left; outside 0..1 the texture repeats.
 
-use rayon::prelude::*;
-
 use crate::error::Result;
 use crate::job::Job;
 use crate::numeric::parts::coverage;
+use crate::parallel;
 use crate::planes::Planes;
 use crate::size::Size;
 
@@ -104,7 +103,7 @@ impl MipLevel {
         let size = Size::new((width / 2).max(1), (height / 2).max(1));
         let (columns, lines) = (coverage(width, size.width), coverage(height, size.height));
         let mut data = vec![0.0f32; size.texels() * stride];
-        data.par_chunks_exact_mut(size.width * stride).zip(&lines).for_each(|(row, lines)| {
+        parallel::for_each(data.chunks_exact_mut(size.width * stride).zip(&lines), |(row, lines)| {
             for (out, columns) in row.chunks_exact_mut(stride).zip(&columns) {
                 for &(line, wy) in lines {
                     for &(column, wx) in columns {

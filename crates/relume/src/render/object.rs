@@ -1,7 +1,5 @@
 //! Pictures of a texture on an object.
 
-use rayon::prelude::*;
-
 use super::environment::{EnvironmentMethod, ImportanceTable, Prefiltered};
 use super::material::{LitTexture, Lookup};
 use super::mesh::{Mesh, Tangents};
@@ -16,6 +14,7 @@ use super::view::View;
 use crate::error::Result;
 use crate::field::ReflectanceField;
 use crate::job::Job;
+use crate::parallel;
 use crate::picture::Picture;
 use crate::planes::Planes;
 use crate::size::Size;
@@ -147,14 +146,10 @@ fn all_bands(shader: &Shader, job: &Job) -> Result<Planes> {
     let setups = Setup::all(shader.geometry(), &shader.view);
     let bands = raster::by_band(&setups, &shader.view, BAND * shader.options.samples);
     job.start("rendering", bands.len() as u64);
-    let colors: Vec<Vec<[f32; 3]>> = bands
-        .par_iter()
-        .enumerate()
-        .map(|(band, chosen)| {
-            let rows = (band * BAND, ((band + 1) * BAND).min(size.height));
-            job.advance(1).map(|()| one_band(shader, &setups, chosen, rows))
-        })
-        .collect::<Result<_>>()?;
+    let colors = parallel::try_map(bands.iter().enumerate(), |(band, chosen)| {
+        let rows = (band * BAND, ((band + 1) * BAND).min(size.height));
+        job.advance(1).map(|()| one_band(shader, &setups, chosen, rows))
+    })?;
     let mut planes = Planes::zeros(size, 3);
     for (c, plane) in planes.iter_mut().enumerate() {
         plane.iter_mut().zip(colors.iter().flatten()).for_each(|(out, color)| *out = color[c]);

@@ -7,17 +7,18 @@
 //! triangle: both sides are visible. A sample on an edge belongs to both neighbours; the nearer triangle
 //! wins, and of equally near ones the first in the mesh.
 
-use rayon::prelude::*;
-
 use super::mesh::Mesh;
 use super::vector::Vec3;
 use super::view::{View, ViewProjection};
+use crate::parallel;
 
 /// Barycentric coordinates down to this far below zero count as inside, so that rounding leaves no gaps
 /// between neighbours.
 const EDGE_TOLERANCE: f64 = 1e-9;
 /// The relative volume below which a triangle is seen edge-on and invisible.
 const FLAT: f64 = 1e-14;
+/// Triangles that one thread sets up together.
+const TOGETHER: usize = 1 << 12;
 
 /// A triangle prepared for scan conversion.
 #[derive(Debug, Clone)]
@@ -50,8 +51,12 @@ impl Hit {
 impl Setup {
     /// The set-up of every potentially visible triangle, in the order of the mesh.
     pub fn all(mesh: &Mesh, view: &View) -> Vec<Self> {
-        let each = mesh.triangles().par_iter().enumerate();
-        each.filter_map(|(i, &t)| Self::new(i as u32, mesh.corners(t), view)).collect()
+        let parts = mesh.triangles().chunks(TOGETHER).enumerate();
+        let of_parts = parallel::map(parts, |(part, triangles)| {
+            let each = (part * TOGETHER..).zip(triangles);
+            each.filter_map(|(i, &t)| Self::new(i as u32, mesh.corners(t), view)).collect::<Vec<_>>()
+        });
+        of_parts.into_iter().flatten().collect()
     }
 
     fn new(triangle: u32, corners: [Vec3; 3], view: &View) -> Option<Self> {

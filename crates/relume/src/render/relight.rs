@@ -5,14 +5,13 @@
 //! distributed over threads, and the inner loops use the widest vectors of the machine. Sums are in `f32` in
 //! plane order, so the result depends on neither. The slow truth is [`ReflectanceField::value`].
 
-use pulp::{Simd, WithSimd};
-use rayon::prelude::*;
-
 use super::srgb8;
 use crate::direction::Directions;
 use crate::field::ReflectanceField;
+use crate::parallel;
 use crate::picture::Picture;
 use crate::planes::Planes;
+use pulp::{Simd, WithSimd};
 
 /// Texels per block: three channels of `f32` are 12 KiB.
 const BLOCK: usize = 1024;
@@ -34,15 +33,13 @@ pub(super) fn relight_by(field: &ReflectanceField, weights: &[f64]) -> Picture {
     if field.layout().is_product() {
         let (red, rest) = planes.as_mut_slice().split_at_mut(texels);
         let (green, blue) = rest.split_at_mut(texels);
-        let tasks = (red.par_chunks_mut(TASK), green.par_chunks_mut(TASK), blue.par_chunks_mut(TASK));
-        let tasks = tasks.into_par_iter().enumerate();
-        tasks.for_each(|(i, (r, g, b))| job.run_product(i * TASK, [r, g, b]));
+        let tasks = red.chunks_mut(TASK).zip(green.chunks_mut(TASK)).zip(blue.chunks_mut(TASK)).enumerate();
+        parallel::for_each(tasks, |(i, ((r, g), b))| job.run_product(i * TASK, [r, g, b]));
     } else {
-        let channels = planes.as_mut_slice().par_chunks_mut(texels).enumerate();
-        let tasks = channels.flat_map(|(c, channel)| {
-            channel.par_chunks_mut(TASK).enumerate().map(move |(i, out)| (c, i * TASK, out))
+        let tasks = planes.iter_mut().enumerate().flat_map(|(c, channel)| {
+            channel.chunks_mut(TASK).enumerate().map(move |(i, out)| (c, i * TASK, out))
         });
-        tasks.for_each(|(c, first, out)| job.run(c, first, out));
+        parallel::for_each(tasks, |(c, first, out)| job.run(c, first, out));
     }
     Picture { planes, space: field.space() }
 }
@@ -63,8 +60,8 @@ pub(super) fn relight_srgb8_by(field: &ReflectanceField, weights: &[f64], out: &
     assert_eq!(out.len(), 3 * field.size().texels(), "three bytes a texel");
     assert!(!field.layout().is_named(), "named channels make no colour");
     let job = Relighting::new(field, weights);
-    let tasks = out.par_chunks_mut(3 * TASK).enumerate();
-    tasks.for_each(|(i, codes)| job.run_srgb8(i * TASK, codes));
+    let tasks = out.chunks_mut(3 * TASK).enumerate();
+    parallel::for_each(tasks, |(i, codes)| job.run_srgb8(i * TASK, codes));
 }
 
 /// The common data of all blocks.

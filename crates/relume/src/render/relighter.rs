@@ -1,13 +1,12 @@
 //! Relighting of one field again and again.
 
-use rayon::prelude::*;
-
 use super::relight::{relight, relight_by, relight_srgb8, relight_srgb8_by};
 use crate::direction::Directions;
 use crate::error::Result;
 use crate::field::{ReflectanceField, Shapes};
 use crate::job::Job;
 use crate::lamps::LampPositions;
+use crate::parallel;
 use crate::picture::Picture;
 use crate::planes::Planes;
 use crate::space::Space;
@@ -61,7 +60,7 @@ impl<'a> Relighter<'a> {
         let (field, size) = (self.field, self.field.size());
         let (n, channels) = (field.basis().len(), field.layout().channels());
         let mut values = vec![0.0f32; channels * size.texels()];
-        values.par_chunks_exact_mut(channels * size.width).enumerate().for_each(|(y, row)| {
+        parallel::for_each(values.chunks_exact_mut(channels * size.width).enumerate(), |(y, row)| {
             let mut weights = vec![0.0; n];
             for (x, texel) in row.chunks_exact_mut(channels).enumerate() {
                 field.basis().weights_into(lamps.direction_at(lamp, x, y).into(), &mut weights);

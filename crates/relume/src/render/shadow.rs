@@ -5,12 +5,11 @@
 //! (percentage-closer filtering: Reeves, Salesin, Cook, SIGGRAPH 1987). Points are lifted along the normal of
 //! the surface before they are compared, so that a surface does not shadow itself.
 
-use rayon::prelude::*;
-
 use super::mesh::Mesh;
 use super::raster::{self, Setup};
 use super::vector::Vec3;
 use super::view::View;
+use crate::parallel;
 
 /// Samples along the side of a map.
 const SIDE: usize = 2048;
@@ -35,12 +34,13 @@ impl ShadowMap {
     pub fn new(mesh: &Mesh, towards_light: Vec3) -> Self {
         let view = View::of_light(towards_light, mesh.bounding_sphere(), SIDE);
         let setups = Setup::all(mesh, &view);
-        let heights = raster::by_band(&setups, &view, BAND)
-            .par_iter()
-            .enumerate()
-            .flat_map_iter(|(b, chosen)| raster::scan(&setups, chosen, &view, (b * BAND, (b + 1) * BAND)))
-            .map(|hit| hit.nearness as f32)
-            .collect();
+        let bands = raster::by_band(&setups, &view, BAND);
+        let mut heights = vec![0.0f32; SIDE * SIDE];
+        let bands = heights.chunks_mut(BAND * SIDE).zip(&bands).enumerate();
+        parallel::for_each(bands, |(b, (heights, chosen))| {
+            let hits = raster::scan(&setups, chosen, &view, (b * BAND, (b + 1) * BAND));
+            heights.iter_mut().zip(hits).for_each(|(height, hit)| *height = hit.nearness as f32);
+        });
         Self { view, heights }
     }
 

@@ -7,9 +7,8 @@
 //! does better than l . h, and degrees from 1 and 1 to
 //! 3 and 6 are about alike: lower ones lose gloss, higher ones follow what few values show.
 
-use rayon::prelude::*;
-
 use crate::numeric::small::solve_spd;
+use crate::parallel;
 
 /// Powers of n . l, and of n . h.
 const ROWS: usize = 3;
@@ -72,7 +71,7 @@ impl Bipolynomial {
             let spread = if pass == 0 { Some(f64::INFINITY) } else { found.spread(values) };
             let Some(spread) = spread.filter(|_| !values.is_empty()) else { break };
             let parts: Vec<Equations> =
-                values.par_chunks(TASK).map(|values| found.equations(values, spread)).collect();
+                parallel::map(values.chunks(TASK), |values| found.equations(values, spread));
             let Some(next) = Self::solved(&parts, values.len()) else { break };
             found = next;
         }
@@ -84,7 +83,7 @@ impl Bipolynomial {
     }
 
     fn spread(&self, values: &[ShadedValue]) -> Option<f64> {
-        let mut sizes: Vec<f64> = values.par_iter().map(|value| self.residual(value).abs()).collect();
+        let mut sizes: Vec<f64> = values.iter().map(|value| self.residual(value).abs()).collect();
         let middle = sizes.len() / 2;
         let median = (!sizes.is_empty()).then(|| *sizes.select_nth_unstable_by(middle, f64::total_cmp).1)?;
         Some(REACH * (1.4826 * median).max(1e-9))

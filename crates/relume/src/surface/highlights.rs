@@ -11,14 +11,13 @@
 //! strength, and a lobe that is no narrower than the lamps are apart; light between parts of the surface counts as body.
 //! Metal is not told from a bright lobe on a dark body.
 
-use rayon::prelude::*;
-
 use super::luminance;
 use super::photometric_stereo::StereoInput;
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::memory::Footprint;
 use crate::microfacet::{DIELECTRIC_F0, alpha, specular};
+use crate::parallel;
 use crate::planes::Planes;
 use crate::raster::RasterSequence;
 use crate::size::Size;
@@ -71,12 +70,15 @@ pub struct Highlights {
 }
 
 /// One texel: the residual of the body alone, and of body and lobe for each roughness.
+#[derive(Clone, Copy)]
 struct TexelResiduals {
     matt: f32,
     with_lobe: [f32; ROUGHNESSES.len()],
 }
 
 impl TexelResiduals {
+    const ZERO: Self = Self { matt: 0.0, with_lobe: [0.0; ROUGHNESSES.len()] };
+
     /// Those of a window with a share of those of all texels.
     fn leant_on(&self, overall: &Self, lights: usize) -> Self {
         let share = (LEANING_LIGHTS / lights as f64).powi(2) as f32;
@@ -134,8 +136,8 @@ pub fn highlights(
     let _residuals = job.hold("the highlights", needed - values_bytes(size, lights.len()))?;
     let texel = |at: usize| Observed::new(&lights, normals, &values, at);
     job.proceed()?;
-    let residuals: Vec<TexelResiduals> =
-        (0..size.texels()).into_par_iter().map(|at| texel(at).residuals()).collect();
+    let mut residuals = vec![TexelResiduals::ZERO; size.texels()];
+    parallel::for_each_value(&mut residuals, |at, residuals| *residuals = texel(at).residuals());
     job.proceed()?;
     let overall = total(&residuals);
     let pooled = pooled(&residuals, size, options.radius);
@@ -146,13 +148,13 @@ pub fn highlights(
         let matt = f64::from(window.matt);
         (matt - least > LEAST_GAIN * matt).then_some(roughness)
     };
-    let chosen: Vec<Option<f64>> = pooled.par_iter().map(chosen).collect();
+    let chosen: Vec<Option<f64>> = pooled.iter().map(chosen).collect();
     let roughness: Vec<f32> = chosen.iter().map(|seen| seen.unwrap_or(whole) as f32).collect();
-    let strength = |at: usize| {
+    let mut reflectance = vec![0.0f32; size.texels()];
+    parallel::for_each_value(&mut reflectance, |at, reflectance| {
         let (_, lobe) = texel(at).solved(alpha(f64::from(roughness[at])));
-        (lobe * DIELECTRIC_F0).min(1.0) as f32
-    };
-    let reflectance = (0..size.texels()).into_par_iter().map(strength).collect();
+        *reflectance = (lobe * DIELECTRIC_F0).min(1.0) as f32;
+    });
     Ok(Highlights {
         seen: chosen.iter().map(Option::is_some).collect(),
         roughness: Planes::from_vec(size, 1, roughness)?,
@@ -289,24 +291,21 @@ fn total(residuals: &[TexelResiduals]) -> TexelResiduals {
 /// Sums over windows that end at the border: of rows, then of columns.
 fn pooled(residuals: &[TexelResiduals], size: Size, radius: usize) -> Vec<TexelResiduals> {
     let window = |at: usize, length: usize| at.saturating_sub(radius)..(at + radius + 1).min(length);
-    let along_rows: Vec<TexelResiduals> = (0..size.texels())
-        .into_par_iter()
-        .map(|at| {
-            let (x, y) = (at % size.width, at / size.width);
-            total_of(window(x, size.width).map(|x| &residuals[size.index(x, y)]))
-        })
-        .collect();
-    (0..size.texels())
-        .into_par_iter()
-        .map(|at| {
-            let (x, y) = (at % size.width, at / size.width);
-            total_of(window(y, size.height).map(|y| &along_rows[size.index(x, y)]))
-        })
-        .collect()
+    let mut along_rows = vec![TexelResiduals::ZERO; size.texels()];
+    parallel::for_each_value(&mut along_rows, |at, sum| {
+        let (x, y) = (at % size.width, at / size.width);
+        *sum = total_of(window(x, size.width).map(|x| &residuals[size.index(x, y)]));
+    });
+    let mut pooled = vec![TexelResiduals::ZERO; size.texels()];
+    parallel::for_each_value(&mut pooled, |at, sum| {
+        let (x, y) = (at % size.width, at / size.width);
+        *sum = total_of(window(y, size.height).map(|y| &along_rows[size.index(x, y)]));
+    });
+    pooled
 }
 
 fn total_of<'a>(some: impl Iterator<Item = &'a TexelResiduals>) -> TexelResiduals {
-    let mut sum = TexelResiduals { matt: 0.0, with_lobe: [0.0; ROUGHNESSES.len()] };
+    let mut sum = TexelResiduals::ZERO;
     for one in some {
         sum.matt += one.matt;
         sum.with_lobe.iter_mut().zip(&one.with_lobe).for_each(|(sum, v)| *sum += v);

@@ -9,13 +9,12 @@
 //! zenith, below 10 degrees for normals up to 40 degrees steep, about 6 on average; from about 45 degrees on
 //! the polynomial is largest on the rim of the disk, and only the azimuth remains correct.
 
-use rayon::prelude::*;
-
 use super::argmax::ptm_maximum;
 use super::brightest::BrightestSearch;
 use super::luminance::LUMINANCE;
 use crate::direction::{Direction, Directions};
 use crate::field::{Basis, ReflectanceField};
+use crate::parallel;
 use crate::picture::Picture;
 use crate::planes::Planes;
 
@@ -50,39 +49,40 @@ fn albedo_of(field: &ReflectanceField, directions: &[Direction]) -> Picture {
     let width = field.size().width;
     let mut planes = Planes::zeros(field.size(), field.layout().channels());
     let texels = field.size().texels();
-    planes.as_mut_slice().par_chunks_exact_mut(texels).enumerate().for_each(|(channel, plane)| {
-        plane.par_iter_mut().enumerate().for_each_init(
-            || vec![0.0; field.basis().len() * field.basis().channels()],
-            |weights, (texel, out)| {
-                field.basis().weights_into(Directions::lit_from(directions[texel]), weights);
-                *out = field.channel_value(channel, texel % width, texel / width, weights);
-            },
-        );
+    parallel::for_each(planes.as_mut_slice().chunks_exact_mut(texels).enumerate(), |(channel, plane)| {
+        parallel::for_each(plane.chunks_mut(width).enumerate(), |(y, row)| {
+            let mut weights = vec![0.0; field.basis().len() * field.basis().channels()];
+            for (x, out) in row.iter_mut().enumerate() {
+                field.basis().weights_into(Directions::lit_from(directions[y * width + x]), &mut weights);
+                *out = field.channel_value(channel, x, y, &weights);
+            }
+        });
     });
     Picture { planes, space: field.space() }
 }
 
 /// The light under which each texel is brightest.
 fn brightest(field: &ReflectanceField) -> Vec<Direction> {
-    let texels = (0..field.size().texels()).into_par_iter();
+    let width = field.size().width;
+    let mut brightest = vec![Direction::ZENITH; field.size().texels()];
     match field.basis() {
-        Basis::Constant => vec![Direction::ZENITH; field.size().texels()],
-        Basis::Ptm => texels
-            .map(|texel| {
-                let (u, v) = ptm_maximum(std::array::from_fn(|k| luminance_coefficient(field, k, texel)));
-                Direction::from_disk(u, v)
-            })
-            .collect(),
+        Basis::Constant => {}
+        Basis::Ptm => parallel::for_each_value(&mut brightest, |texel, brightest| {
+            let (u, v) = ptm_maximum(std::array::from_fn(|k| luminance_coefficient(field, k, texel)));
+            *brightest = Direction::from_disk(u, v);
+        }),
         basis => {
             let search = BrightestSearch::new(basis);
-            let scratch = || (vec![0.0; basis.len()], search.scratch());
-            let one = |(coefficients, weights): &mut (Vec<f64>, Vec<f64>), texel: usize| {
-                (0..basis.len()).for_each(|k| coefficients[k] = luminance_coefficient(field, k, texel));
-                search.maximum(coefficients, weights)
-            };
-            texels.map_init(scratch, one).collect()
+            parallel::for_each(brightest.chunks_mut(width).enumerate(), |(y, row)| {
+                let (mut coefficients, mut weights) = (vec![0.0; basis.len()], search.scratch());
+                for (texel, brightest) in (y * width..).zip(row) {
+                    (0..basis.len()).for_each(|k| coefficients[k] = luminance_coefficient(field, k, texel));
+                    *brightest = search.maximum(&coefficients, &mut weights);
+                }
+            });
         }
     }
+    brightest
 }
 
 /// Coefficient `k` of the luminance of a texel. In an LRGB field the colour scales the function and is not

@@ -6,8 +6,6 @@
 //! or at known places, and of equal strength, and the camera is straight above. Texels whose values determine no direction (black
 //! everywhere) face the viewer.
 
-use rayon::prelude::*;
-
 use super::luminance;
 use super::robust::{self, Ambient, Estimator, Scratch};
 use super::shared_reflectance::{self, FINAL_STEPS, GridTexel, LightAndHalf, SharedReflectance};
@@ -15,6 +13,7 @@ use crate::direction::Direction;
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::lamps::LampPositions;
+use crate::parallel;
 use crate::picture::Picture;
 use crate::planes::Planes;
 use crate::raster::{LoadRaster, Raster, RasterSequence};
@@ -25,6 +24,8 @@ use crate::space::Space;
 const BAND_BYTES: u64 = 512 << 20;
 /// The least share of the smallest eigenvalue: lights with less spread do not allow stereo.
 const LEAST_SPREAD: f64 = 1e-4;
+/// Texels that one thread solves together.
+const TOGETHER: usize = 256;
 
 /// Options of the solution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
@@ -107,7 +108,7 @@ pub fn photometric_stereo(input: StereoInput, options: &StereoOptions, job: &Job
             job.advance(1)?;
             Ok(values)
         };
-        let values = (0..lights.len()).into_par_iter().map(read).collect::<Result<Vec<Planes>>>()?;
+        let values = parallel::try_map(0..lights.len(), read)?;
         texels.extend(solver.solve_band(&values, top, job)?);
     }
     Ok(collect(size, channels, &texels))
@@ -132,9 +133,9 @@ fn learned(
     job.check_bytes("the shared reflectance", (grid.len() * lights * (8 + 2 * 48 + 2 * 32)) as u64)?;
     let of_photograph = |i: usize| {
         let planes = read(i)?;
-        Ok(grid.iter().map(|&texel| luminance::of_texel(&planes, texel)).collect())
+        Ok(grid.iter().map(|&texel| luminance::of_texel(&planes, texel)).collect::<Vec<f64>>())
     };
-    let columns = (0..lights).into_par_iter().map(of_photograph).collect::<Result<Vec<Vec<f64>>>>()?;
+    let columns = parallel::try_map(0..lights, of_photograph)?;
     let texel = |(k, &texel): (usize, &usize)| {
         let mut here = solver.lights_at(texel % size.width, texel / size.width);
         let values: Vec<f64> =
@@ -148,7 +149,8 @@ fn learned(
         let lights = here.directions.drain(..).map(LightAndHalf::new).collect();
         Some(GridTexel { lights, values, b: matt.b })
     };
-    let mut texels: Vec<GridTexel> = grid.par_iter().enumerate().filter_map(texel).collect();
+    let mut texels: Vec<GridTexel> =
+        parallel::map(grid.iter().enumerate(), texel).into_iter().flatten().collect();
     // Texels that are black everywhere, such as those outside a mask, say nothing.
     texels.retain(|texel| texel.values.iter().any(|v| *v > 0.0));
     job.proceed()?;
@@ -227,26 +229,25 @@ impl Solver<'_> {
     fn solve_band(&self, photographs: &[Planes], top: usize, job: &Job) -> Result<Vec<Solved>> {
         let size = photographs[0].size();
         let far = self.lights_at(0, 0);
-        let solved = (0..size.texels()).into_par_iter().with_min_len(256).map_init(
-            || (Scratch::default(), Vec::with_capacity(photographs.len())),
-            |(scratch, values), texel| {
+        let how = (self.options.estimator, self.options.ambient);
+        let mut solved = vec![UNDETERMINED; size.texels()];
+        parallel::try_for_each(solved.chunks_mut(TOGETHER).enumerate(), |(part, solved)| {
+            let (mut scratch, mut values) = (Scratch::default(), Vec::with_capacity(photographs.len()));
+            for (texel, solved) in (part * TOGETHER..).zip(solved) {
                 job.proceed()?;
                 let near = self.lamps.map(|_| self.lights_at(texel % size.width, top + texel / size.width));
                 let here = near.as_ref().unwrap_or(&far);
                 values.clear();
                 let of_all = photographs.iter().zip(&here.shares);
                 values.extend(of_all.map(|(planes, share)| luminance::of_texel(planes, texel) / share));
-                let how = (self.options.estimator, self.options.ambient);
-                Ok(match robust::solve(&here.directions, values, how, scratch) {
-                    Some(matt) => {
-                        let matt = self.refined(matt, here, values);
-                        finish(&matt, here, photographs, &scratch.weights, texel)
-                    }
-                    None => UNDETERMINED,
-                })
-            },
-        );
-        solved.collect()
+                if let Some(matt) = robust::solve(&here.directions, &values, how, &mut scratch) {
+                    let matt = self.refined(matt, here, &values);
+                    *solved = finish(&matt, here, photographs, &scratch.weights, texel);
+                }
+            }
+            Ok(())
+        })?;
+        Ok(solved)
     }
 
     /// The solution under the shared reflectance, if there is one.

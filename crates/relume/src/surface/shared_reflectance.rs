@@ -14,12 +14,11 @@
 //! low-frequency reflectances, IEEE PAMI 36(6), 2014, which fits a function to every texel by itself. Where materials
 //! differ much from texel to texel the common function is a mean, and results approach those of the robust estimator.
 
-use rayon::prelude::*;
-
 use super::bipolynomial::{Bipolynomial, ShadedValue};
 use super::reflectance_table::ReflectanceTable;
 use crate::direction::Direction;
 use crate::numeric::small::solve_spd;
+use crate::parallel;
 
 /// Values at cosines below this are not looked at: they are noise, and shadow.
 const LEAST_COSINE: f64 = 0.05;
@@ -96,7 +95,7 @@ pub(super) fn learn(texels: &mut [GridTexel]) -> SharedReflectance {
             0..ROUNDS => SharedReflectance::Table(ReflectanceTable::of(&values)),
             _ => SharedReflectance::Polynomial(Bipolynomial::of(&values)),
         };
-        texels.par_iter_mut().for_each(|texel| {
+        parallel::for_each(texels.iter_mut(), |texel| {
             texel.b = refine(&reflectance, &texel.lights, &texel.values, texel.b, STEPS);
         });
     }

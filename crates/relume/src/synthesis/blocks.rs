@@ -7,8 +7,6 @@
 
 use std::time::Instant;
 
-use rayon::prelude::*;
-
 use super::alpha::ramps;
 use super::canvas::BlockCanvas;
 use super::cut::graph::{BYTES_PER_TEXEL, inside_seam};
@@ -26,6 +24,7 @@ use super::source_map::Texel;
 use crate::error::Result;
 use crate::job::Job;
 use crate::numeric::random::{Purpose, Stream};
+use crate::parallel;
 use crate::size::Size;
 
 /// The number of blocks on which the rejection curve is measured.
@@ -105,7 +104,7 @@ impl BlockWork<'_> {
         for wave in &layout.waves {
             let blocks: Vec<&PlacedBlock> = wave.iter().map(|&index| &layout.sequence[index]).collect();
             let queries: Vec<BlockQuery> =
-                blocks.par_iter().map(|block| self.query(block, canvas, &former)).collect();
+                parallel::map(blocks.iter(), |block| self.query(block, canvas, &former));
             let begun = Instant::now();
             let found = self.search(&queries, &former, job)?;
             search_s += begun.elapsed().as_secs_f64();
@@ -117,9 +116,8 @@ impl BlockWork<'_> {
                     },
                 );
             }
-            let jobs = blocks.par_iter().zip(&queries).zip(found);
-            let decisions: Vec<Decision> =
-                jobs.map(|((block, query), found)| self.draw(block, query, found)).collect();
+            let jobs = blocks.iter().zip(&queries).zip(found);
+            let decisions = parallel::map(jobs, |((block, query), found)| self.draw(block, query, found));
             job.advance(wave.len() as u64)?;
             for (&index, decision) in wave.iter().zip(decisions) {
                 let source = decision.placement.source;

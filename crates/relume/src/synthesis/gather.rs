@@ -1,11 +1,10 @@
 //! Applying a source map to anything registered with the exemplars.
 
-use rayon::prelude::*;
-
 use super::source_map::SourceMap;
 use crate::error::{Error, Result};
 use crate::field::{Domain, IndexSpace, Metric, ReflectanceField};
 use crate::job::Job;
+use crate::parallel;
 use crate::planes::Planes;
 use crate::size::Size;
 
@@ -46,11 +45,14 @@ pub fn gather_index(map: &SourceMap, index: &[&Planes], job: &Job) -> Result<Pla
 /// The planes of the dominant source of every texel.
 fn copied(map: &SourceMap, planes: &[&Planes], job: &Job) -> Result<Planes> {
     let mut output = Planes::zeros_within(job, "the synthesised field", map.size(), planes[0].count())?;
-    output.as_mut_slice().par_chunks_exact_mut(map.size().texels()).enumerate().for_each(|(k, plane)| {
-        for (value, from) in plane.iter_mut().zip(map.copies()) {
-            *value = planes[from.exemplar as usize].at(k, from.x as usize, from.y as usize);
-        }
-    });
+    parallel::for_each(
+        output.as_mut_slice().chunks_exact_mut(map.size().texels()).enumerate(),
+        |(k, plane)| {
+            for (value, from) in plane.iter_mut().zip(map.copies()) {
+                *value = planes[from.exemplar as usize].at(k, from.x as usize, from.y as usize);
+            }
+        },
+    );
     Ok(output)
 }
 
@@ -108,7 +110,7 @@ fn blend(map: &SourceMap, fields: &[&ReflectanceField], job: &Job) -> Result<Pla
 fn weighted_sums(map: &SourceMap, exemplars: &[&Planes]) -> Planes {
     let size = Size::new(map.mix_count(), 1);
     let mut sums = Planes::zeros(size, exemplars[0].count());
-    sums.as_mut_slice().par_chunks_exact_mut(size.width).enumerate().for_each(|(k, plane)| {
+    parallel::for_each(sums.as_mut_slice().chunks_exact_mut(size.width).enumerate(), |(k, plane)| {
         for (sum, (_, parts)) in plane.iter_mut().zip(map.mixes()) {
             let value = |part: &super::Part| {
                 let from = part.source;

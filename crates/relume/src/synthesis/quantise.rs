@@ -5,10 +5,9 @@
 //! pictures, in any scale) become the numbers of their levels, without loss; others are rounded to 1/4095 of
 //! the range of the widest plane. Either way codes are 0 to 4095 and their differences fit 13 bits.
 
-use rayon::prelude::*;
-
 use crate::error::{Error, Result};
 use crate::job::Job;
+use crate::parallel;
 use crate::planes::Planes;
 use crate::size::Size;
 
@@ -217,7 +216,7 @@ pub(super) fn check(exemplars: &[Exemplar<'_>]) -> Result<usize> {
                 index.count()
             )));
         }
-        if let Some(at) = index.as_slice().par_iter().position_first(|v| !v.is_finite()) {
+        if let Some(at) = index.as_slice().iter().position(|v| !v.is_finite()) {
             let texel = at % size.texels();
             return Err(Error::invalid(format!(
                 "exemplar {} holds {} at texel ({}, {}), where a finite number is needed",
@@ -294,7 +293,7 @@ impl Scale {
         let (size, planes) = (channels.size, channels.planes.len());
         let length = size.texels() * planes;
         let mut codes = vec![0i16; length + PADDING];
-        codes[..length].par_chunks_exact_mut(size.width * planes).enumerate().for_each(|(y, row)| {
+        parallel::for_each(codes[..length].chunks_exact_mut(size.width * planes).enumerate(), |(y, row)| {
             for (at, (k, plane)) in channels.numbered().enumerate() {
                 let values = &plane[size.index(0, y)..][..size.width];
                 for (code, value) in row[at..].iter_mut().step_by(planes).zip(values) {

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use rayon::prelude::*;
 use serde::Serialize;
 
 use super::btf::Btf;
@@ -11,6 +10,7 @@ use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::metric::{LabErrors, lab_errors, psnr, rmse, ssim};
 use crate::numeric::decibel::mean_psnr_db;
+use crate::parallel;
 use crate::picture::Picture;
 use crate::planes::Planes;
 use crate::render::ShownForm;
@@ -93,7 +93,7 @@ fn compare_pictures(
         let errors = errors(&truth, &clamped(other))?;
         job.advance(1).map(|()| errors)
     };
-    let all = (0..entries.len()).into_par_iter().map(error).collect::<Result<Vec<PictureErrors>>>()?;
+    let all = parallel::try_map(0..entries.len(), error)?;
     let worst = (0..all.len()).fold(0, |w, i| if all[i].psnr_db < all[w].psnr_db { i } else { w });
     let mut views: BTreeMap<i64, Vec<f64>> = BTreeMap::new();
     for (entry, errors) in entries.iter().zip(&all) {

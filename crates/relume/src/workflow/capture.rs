@@ -2,8 +2,6 @@
 
 use std::path::Path;
 
-use rayon::prelude::*;
-
 use crate::capture::dome::Dome;
 use crate::capture::dome::mirror_balls::BallStrip;
 use crate::capture::lp;
@@ -13,6 +11,7 @@ use crate::format::{Depth, ExrDepth, JPEG_QUALITY, PictureFormat, encode_picture
 use crate::job::Job;
 use crate::memory::Footprint;
 use crate::names::named;
+use crate::parallel;
 use crate::size::Size;
 use crate::space::Space;
 
@@ -118,7 +117,7 @@ pub fn photographs(shoot: Shoot, job: &Job, keep: &mut dyn FnMut(&str, &[u8]) ->
     let batch = rayon::current_num_threads().min(lamps.len()).min(fitting).max(1);
     job.check_bytes("the photographs taken at a time", one * batch as u64)?;
     for (number, lamps) in lamps.chunks(batch).enumerate() {
-        let taken: Result<Vec<(Vec<u8>, usize)>> = lamps.par_iter().map(photograph).collect();
+        let taken: Result<Vec<(Vec<u8>, usize)>> = parallel::try_map(lamps.iter(), photograph);
         for (k, (bytes, bright)) in taken?.into_iter().enumerate() {
             clipped += bright;
             keep(&format.file_name(number * batch + k), &bytes)?;

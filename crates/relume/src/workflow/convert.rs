@@ -7,7 +7,6 @@
 
 use std::borrow::Cow;
 
-use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::direction::{Direction, Directions};
@@ -18,6 +17,7 @@ use crate::field::{Basis, Domain, PlaneLayout, ReflectanceField};
 use crate::job::Job;
 use crate::numeric::Matrix;
 use crate::numeric::matrix::Qr;
+use crate::parallel;
 use crate::planes::Planes;
 use crate::space::Space;
 
@@ -114,8 +114,7 @@ pub fn refit_loss(field: &ReflectanceField, made: &ReflectanceField, job: &Job) 
         }
         Ok(sums)
     };
-    let all: Vec<(f64, f64, usize)> =
-        (0..CHECKED_LIGHTS).into_par_iter().map(of_light).collect::<Result<_>>()?;
+    let all: Vec<(f64, f64, usize)> = parallel::try_map(0..CHECKED_LIGHTS, of_light)?;
     Ok(RefitLoss::of(all))
 }
 
@@ -150,7 +149,7 @@ fn in_basis(field: &ReflectanceField, basis: &Basis, job: &Job) -> Result<Reflec
     let m = basis.len();
     let mut planes = Planes::zeros_within(job, "the converted texture", field.size(), layout.planes(m))?;
     let texels = field.size().texels();
-    planes.as_mut_slice().par_chunks_mut(texels).enumerate().try_for_each(|(k, out)| {
+    parallel::try_for_each(planes.as_mut_slice().chunks_mut(texels).enumerate(), |(k, out)| {
         job.proceed()?;
         if k >= functions * m {
             out.copy_from_slice(field.coefficients().plane(functions * n + k - functions * m));
@@ -188,7 +187,7 @@ fn in_space(field: &ReflectanceField, basis: &Basis, space: Space, job: &Job) ->
     let (m, texels, width) = (basis.len(), field.size().texels(), field.size().width);
     let mut planes = Planes::zeros_within(job, "the converted texture", field.size(), layout.planes(m))?;
     let mut bands = planes.bands_mut(width);
-    bands.par_iter_mut().enumerate().try_for_each(|(y, band)| {
+    parallel::try_for_each(bands.iter_mut().enumerate(), |(y, band)| {
         job.proceed()?;
         let mut values = vec![0.0; SAMPLED_LIGHTS];
         for (x, channel) in (0..width.min(texels)).flat_map(|x| (0..layout.channels()).map(move |c| (x, c))) {
@@ -260,7 +259,7 @@ fn products(field: &ReflectanceField, job: &Job) -> Result<ReflectanceField> {
     let mut planes = Planes::zeros_within(job, "the converted texture", field.size(), n + 3)?;
     let (width, from) = (field.size().width, field.coefficients());
     let mut bands = planes.bands_mut(width);
-    bands.par_iter_mut().enumerate().try_for_each(|(y, band)| {
+    parallel::try_for_each(bands.iter_mut().enumerate(), |(y, band)| {
         job.proceed()?;
         let (mut channels, mut luminance) = (vec![vec![0f32; n]; 3], vec![0f32; n]);
         (0..width).for_each(|x| {

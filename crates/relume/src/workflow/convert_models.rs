@@ -3,8 +3,6 @@
 
 use std::borrow::Cow;
 
-use rayon::prelude::*;
-
 use super::convert::{CHECKED_LIGHTS, ConvertOptions, RefitLoss, SAMPLED_LIGHTS, arranged};
 use crate::direction::{Direction, Directions};
 use crate::error::{Error, Result};
@@ -13,6 +11,7 @@ use crate::fit::parametric::remarked_linear_form;
 use crate::job::Job;
 use crate::numeric::Matrix;
 use crate::numeric::matrix::Qr;
+use crate::parallel;
 use crate::picture::Picture;
 use crate::planes::Planes;
 use crate::render::ShownForm;
@@ -106,8 +105,7 @@ pub fn shown_loss<'a>(
         }
         Ok((squares, largest, count))
     };
-    let all: Vec<(f64, f64, usize)> =
-        (0..CHECKED_LIGHTS).into_par_iter().map(of_light).collect::<Result<_>>()?;
+    let all: Vec<(f64, f64, usize)> = parallel::try_map(0..CHECKED_LIGHTS, of_light)?;
     Ok(RefitLoss::of(all))
 }
 

@@ -71,6 +71,20 @@ fn modules_depend_only_downwards() {
     assert!(seen > 20, "only {seen} source files were looked at");
 }
 
+/// Whether a source text loops over threads by itself.
+fn iterates_by_rayon(text: &str) -> bool {
+    text.contains("rayon::prelude") || text.contains("rayon::iter")
+}
+
+#[test]
+fn loops_over_threads_are_in_one_place() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let found = source_files(&root)
+        .into_iter()
+        .filter(|path| iterates_by_rayon(&fs::read_to_string(path).expect("a readable source file")));
+    assert_eq!(found.collect::<Vec<_>>(), [root.join("parallel.rs")]);
+}
+
 #[test]
 fn the_check_itself_sees_a_violation() {
     let named = modules_named(

@@ -9,13 +9,12 @@
 use std::f64::consts::SQRT_2;
 use std::sync::Mutex;
 
-use rayon::prelude::*;
-
 use super::outline::{EdgePoint, edges};
 use super::{MirrorBall, luminance};
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::numeric::small::solve_spd;
+use crate::parallel;
 use crate::raster::LoadRaster;
 use crate::size::Size;
 use crate::space::Space;
@@ -133,7 +132,7 @@ fn stacked(names: &[String], load: &LoadRaster, job: &Job) -> Result<(Stack, Siz
     job.start("looking for balls", names.len() as u64);
     // Sums of integers, so that they do not depend on the order of the threads.
     let sums = Mutex::new((vec![0u64; size.texels()], vec![0u32; size.texels()]));
-    names.par_iter().enumerate().try_for_each(|(i, name)| {
+    parallel::try_for_each(names.iter().enumerate(), |(i, name)| {
         let photograph = load(i)?;
         if photograph.size() != whole {
             return Err(Error::invalid(format!(
@@ -192,8 +191,8 @@ impl Accumulator {
             (LEAST_RADIUS..=size.width.min(size.height) / 2).step_by(RADIUS_STEP).map(|r| r as f64).collect();
         let (columns, rows) = (size.width / STEP + 1, size.height / STEP + 1);
         job.check_bytes("looking for balls", (8 * columns * rows * radii.len()) as u64)?;
-        let layer = |radius: &f64| {
-            let mut layer = vec![0.0f32; columns * rows];
+        let mut votes = vec![0.0f32; columns * rows * radii.len()];
+        parallel::for_each(votes.chunks_exact_mut(columns * rows).zip(&radii), |(layer, radius)| {
             for line in lines {
                 for side in [-1.0, 1.0] {
                     let x = (line.x + side * radius * line.across_x) / STEP as f64;
@@ -203,9 +202,7 @@ impl Accumulator {
                     }
                 }
             }
-            layer
-        };
-        let votes: Vec<f32> = radii.par_iter().flat_map_iter(layer).collect();
+        });
         let mut accumulator = Self { columns, rows, radii, votes };
         job.proceed()?;
         accumulator.spread();

@@ -28,12 +28,12 @@ mod rays;
 pub use drawing::drawn;
 pub use highlight::{Highlight, NoHighlight};
 
-use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::direction::Direction;
 use crate::error::{Error, Result};
 use crate::job::Job;
+use crate::parallel;
 use crate::planes::Planes;
 use crate::raster::LoadRaster;
 use crate::size::Size;
@@ -224,7 +224,7 @@ fn highlights(
         ball.check(size)?;
     }
     job.start("looking for highlights", names.len() as u64);
-    let seen = names.par_iter().enumerate().map(|(i, name)| {
+    let seen = parallel::try_map(names.iter().enumerate(), |(i, name)| {
         let photograph = load(i)?;
         if photograph.size() != size {
             return Err(Error::invalid(format!(
@@ -241,8 +241,8 @@ fn highlights(
         let seen = seen.collect::<Result<SeenInBalls>>()?;
         job.advance(1)?;
         Ok(seen)
-    });
-    Ok((size, seen.collect::<Result<_>>()?))
+    })?;
+    Ok((size, seen))
 }
 
 /// The lamps of all photographs from what the balls show.

@@ -10,8 +10,6 @@
 
 mod least_squares;
 
-use rayon::prelude::*;
-
 use super::lambert::{self, BRIGHT};
 use super::reading::median;
 use super::sample::TexelSample;
@@ -20,6 +18,7 @@ use crate::error::{Error, Result};
 use crate::numeric::matrix::{Matrix, Qr};
 use crate::numeric::shorth::shorth;
 use crate::numeric::small::solve_spd;
+use crate::parallel;
 
 /// Rounds of texels and gains, and the part of a step that is taken.
 const ROUNDS: usize = 12;
@@ -101,10 +100,10 @@ fn refined(sample: &TexelSample, mut log_gains: Vec<f64>) -> Refined {
     let mut spreads = vec![f64::INFINITY; count];
     for _ in 0..ROUNDS {
         let gains: Vec<f64> = log_gains.iter().map(|g| f64::exp(*g)).collect();
-        let values = sample.values.par_chunks_exact(count);
-        texels = values.zip(texels).map(|(v, before)| matt(&sample.lights, v, &gains, before)).collect();
-        let lacking: Vec<(f64, f64)> =
-            (0..count).into_par_iter().map(|k| lacking(sample, &texels, k, gains[k])).collect();
+        parallel::for_each_value(&mut texels, |at, texel| {
+            *texel = matt(&sample.lights, &sample.values[at * count..][..count], &gains, *texel);
+        });
+        let lacking: Vec<(f64, f64)> = parallel::map(0..count, |k| lacking(sample, &texels, k, gains[k]));
         spreads = lacking.iter().map(|(_, spread)| *spread).collect();
         log_gains.iter_mut().zip(lacking).for_each(|(gain, (factor, _))| *gain += STEP * factor);
         let centre = median(log_gains.clone());

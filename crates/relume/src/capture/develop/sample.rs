@@ -1,10 +1,9 @@
 //! The luminance of few texels in all photographs, as stored.
 
-use rayon::prelude::*;
-
 use crate::direction::Direction;
 use crate::error::{Error, Result};
 use crate::job::Job;
+use crate::parallel;
 use crate::raster::LoadRaster;
 use crate::size::Size;
 
@@ -55,7 +54,7 @@ pub fn sample_texels(
         job.advance(1)?;
         Ok((size, values))
     };
-    let columns = (0..lights.len()).into_par_iter().map(of).collect::<Result<Vec<_>>>()?;
+    let columns = parallel::try_map(0..lights.len(), of)?;
     let first = columns.first().map(|column| column.0);
     if let Some((i, (size, _))) = columns.iter().enumerate().find(|(_, column)| Some(column.0) != first) {
         let name = &lights[i].0;

@@ -9,7 +9,6 @@
 //!
 //! Shadows and shading move edges a little with the light: that part is not undone ([`super::shift_by_light`]).
 
-use rayon::prelude::*;
 use realfft::num_complex::Complex64;
 
 use super::{luminance_of, shift_by_light};
@@ -17,6 +16,7 @@ use crate::direction::Direction;
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::numeric::fourier::Fourier;
+use crate::parallel;
 use crate::planes::Planes;
 use crate::raster::LoadRaster;
 use crate::size::Size;
@@ -59,7 +59,7 @@ pub fn shifts(lights: &[(String, Direction)], load: &LoadRaster, job: &Job) -> R
     job.check_bytes("the alignment of the photographs", spectrum_bytes * (lights.len() as u64 + 6))?;
     let plan = Fourier::new(size);
     job.start("aligning the photographs", lights.len() as u64);
-    let spectra = lights.par_iter().enumerate().map(|(i, (name, _))| {
+    let spectra = parallel::try_map(lights.iter().enumerate(), |(i, (name, _))| {
         let photograph = load(i)?;
         if photograph.size() != whole {
             return Err(Error::invalid(format!(
@@ -70,8 +70,7 @@ pub fn shifts(lights: &[(String, Direction)], load: &LoadRaster, job: &Job) -> R
         let part = photograph.crop(x, y, size)?.to_picture(Space::Srgb).planes;
         job.advance(1)?;
         Ok(plan.forward(edges(&part)))
-    });
-    let spectra = spectra.collect::<Result<Vec<_>>>()?;
+    })?;
     let mut found = vec![[0.0; 2]; lights.len()];
     let mut peaks = vec![None; lights.len()];
     for _ in 0..ROUNDS {
@@ -82,7 +81,7 @@ pub fn shifts(lights: &[(String, Direction)], load: &LoadRaster, job: &Job) -> R
             let others: Vec<Complex64> = mean.iter().enumerate().map(own).collect();
             peak(spectrum, &others, &plan)
         };
-        peaks = spectra.par_iter().zip(&found).map(of).collect();
+        peaks = parallel::map(spectra.iter().zip(&found), of);
         found = peaks.iter().map(|peak| peak.unwrap_or_default()).collect();
         job.proceed()?;
     }
@@ -136,13 +135,13 @@ fn moved_back(value: Complex64, plan: &Fourier, bin: usize, shift: [f64; 2]) -> 
 }
 
 fn sum_of_moved(spectra: &[Vec<Complex64>], shifts: &[[f64; 2]], plan: &Fourier) -> Vec<Complex64> {
-    let bins = spectra[0].len();
-    let sum = |bin: usize| {
+    let mut sums = vec![Complex64::ZERO; spectra[0].len()];
+    parallel::for_each_value(&mut sums, |bin, sum| {
         let moved =
             spectra.iter().zip(shifts).map(|(spectrum, shift)| moved_back(spectrum[bin], plan, bin, *shift));
-        moved.sum::<Complex64>()
-    };
-    (0..bins).into_par_iter().map(sum).collect()
+        *sum = moved.sum::<Complex64>();
+    });
+    sums
 }
 
 /// The shift of a frame against the mean, if they agree.

@@ -9,10 +9,10 @@ use crate::direction::{Direction, Directions};
 use crate::error::Result;
 use crate::job::{Held, Job};
 use crate::memory::Footprint;
+use crate::parallel;
 use crate::picture::Picture;
 use crate::raster::{Raster, Samples};
 use crate::size::Size;
-use rayon::prelude::*;
 use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -134,14 +134,14 @@ impl Gonioreflectometer {
         let pairs = &self.pairs[numbers];
         let views: Vec<&[Directions]> = pairs.chunk_by(|a, b| a.view == b.view).collect();
         let sights: Vec<Sight> =
-            views.par_iter().map(|pairs| self.dome.sight(pairs[0].view, job)).collect::<Result<_>>()?;
+            parallel::try_map(views.iter(), |pairs| self.dome.sight(pairs[0].view, job))?;
         let seen =
             sights.iter().zip(views).flat_map(|(sight, pairs)| pairs.iter().map(move |pair| (sight, pair)));
         let seen: Vec<(&Sight, &Directions)> = seen.collect();
         let made = |(sight, pair): &(&Sight, &Directions)| {
             finish(self.dome.image(sight, &*self.light(pair.light, job)?, job)?)
         };
-        seen.par_iter().map(made).collect()
+        parallel::try_map(seen.iter(), made)
     }
 
     fn light(&self, light: Direction, job: &Job) -> Result<Arc<Illumination>> {

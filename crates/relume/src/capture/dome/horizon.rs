@@ -14,8 +14,8 @@ use super::march::{Heading, UNSEEN, crossings, first_at_least, steepest_slopes};
 use super::relief::Relief;
 use crate::error::Result;
 use crate::job::Job;
+use crate::parallel;
 use crate::planes::Planes;
-use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
 
 /// Slopes below this hide less than a thousandth of a sector.
@@ -76,8 +76,8 @@ fn sector(relief: &Relief, normals: &Planes, azimuth_rad: f64, width_rad: f64, j
     let path = crossings(heading, reach);
     let mut sky = vec![0.0f32; size.texels()];
     let mut links = vec![Link { share: 0.0, texel: 0 }; size.texels()];
-    let rows = sky.par_chunks_mut(size.width).zip(links.par_chunks_mut(size.width)).enumerate();
-    rows.try_for_each(|(y, (sky, links))| -> Result<()> {
+    let rows = sky.chunks_mut(size.width).zip(links.chunks_mut(size.width)).enumerate();
+    parallel::try_for_each(rows, |(y, (sky, links))| {
         job.proceed()?;
         let mut horizon = vec![0.0f32; size.width];
         steepest_slopes(relief, &path, y, NEGLIGIBLE_SLOPE, &mut horizon);

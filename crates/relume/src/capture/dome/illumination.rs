@@ -5,9 +5,8 @@ use crate::direction::Direction;
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::memory::Footprint;
+use crate::parallel;
 use crate::size::Size;
-use rayon::prelude::*;
-
 /// The least sine of the elevation of a lamp, or of a viewer.
 pub(super) const LEAST_DIRECTION_Z: f64 = 0.01;
 
@@ -76,7 +75,9 @@ impl Dome {
 
     /// Irradiance from the lamp for each texel; 1 if facing the lamp and unshadowed.
     pub(super) fn lamp_irradiance(&self, shares: &[f32], light: Direction) -> Vec<f32> {
-        shares.par_iter().enumerate().map(|(texel, share)| share * self.point(texel).cosine(light)).collect()
+        let mut lamp = shares.to_vec();
+        parallel::for_each_value(&mut lamp, |texel, share| *share *= self.point(texel).cosine(light));
+        lamp
     }
 
     /// Irradiance from the sky.
@@ -92,14 +93,12 @@ impl Dome {
         keep: impl Fn(usize, [f32; 3]) -> T + Sync,
         job: &Job,
     ) -> Result<Vec<T>> {
-        let radiosity: Vec<[f32; 4]> = (0..lamp.len())
-            .into_par_iter()
-            .map(|texel| {
-                let received = lamp[texel] + self.sky(texel);
-                let [r, g, b] = self.point(texel).albedo.map(|albedo| albedo * received);
-                [r, g, b, 0.0]
-            })
-            .collect();
+        let mut radiosity = vec![[0.0f32; 4]; lamp.len()];
+        parallel::for_each_value(&mut radiosity, |texel, radiosity| {
+            let received = lamp[texel] + self.sky(texel);
+            let [r, g, b] = self.point(texel).albedo.map(|albedo| albedo * received);
+            *radiosity = [r, g, b, 0.0];
+        });
         let gathered = |(texel, kept): (usize, &mut T)| {
             job.proceed()?;
             let mut sum = [0.0f32; 4];
@@ -112,7 +111,10 @@ impl Dome {
             Ok(())
         };
         let mut all = vec![T::default(); lamp.len()];
-        all.par_iter_mut().enumerate().with_min_len(self.size().width).try_for_each(gathered)?;
+        let width = self.size().width;
+        parallel::try_for_each(all.chunks_mut(width).enumerate(), |(y, row)| {
+            (y * width..).zip(row).try_for_each(gathered)
+        })?;
         Ok(all)
     }
 }

@@ -11,12 +11,11 @@
 
 use std::f64::consts::{PI, TAU};
 
-use rayon::prelude::*;
-
 use super::horizon::{Facet, NEGLIGIBLE_SLOPE};
 use super::relief::{Relief, ReliefBorder};
 use crate::error::Result;
 use crate::job::Job;
+use crate::parallel;
 use crate::planes::Planes;
 use crate::size::Size;
 
@@ -43,10 +42,10 @@ pub fn open_sky(relief: &Relief, normals: &Planes, job: &Job) -> Result<Planes> 
     let headings = headings();
     // As many at a time as there are threads; sums in the order of the headings.
     for together in headings.chunks(rayon::current_num_threads().max(1)) {
-        let horizons = together.par_iter().map(|heading| horizons(relief, heading, job));
-        for (heading, horizons) in together.iter().zip(horizons.collect::<Result<Vec<_>>>()?) {
+        let horizons = parallel::try_map(together.iter(), |heading| horizons(relief, heading, job))?;
+        for (heading, horizons) in together.iter().zip(horizons) {
             let (azimuth, share) = (heading.azimuth_rad(), heading.width_rad() / PI);
-            sky.as_mut_slice().par_iter_mut().enumerate().for_each(|(texel, sum)| {
+            parallel::for_each_value(sky.as_mut_slice(), |texel, sum| {
                 let (x, y) = (texel % size.width, texel / size.width);
                 let slope = f64::from(horizons[heading.place(x, y, size)]);
                 *sum += (Facet::new(normals, texel, azimuth).sky(slope) * share) as f32;
@@ -54,7 +53,7 @@ pub fn open_sky(relief: &Relief, normals: &Planes, job: &Job) -> Result<Planes> 
             job.advance(1)?;
         }
     }
-    sky.as_mut_slice().par_iter_mut().for_each(|share| *share = share.clamp(0.0, 1.0));
+    sky.as_mut_slice().iter_mut().for_each(|share| *share = share.clamp(0.0, 1.0));
     Ok(sky)
 }
 

@@ -4,11 +4,10 @@ use super::Dome;
 use crate::direction::{Direction, Directions};
 use crate::error::Result;
 use crate::job::Job;
+use crate::parallel;
 use crate::picture::Picture;
 use crate::planes::Planes;
 use crate::space::Space;
-use rayon::prelude::*;
-
 impl Dome {
     /// The photograph under a distant lamp: linear RGB, 1 for a white Lambertian facing the lamp.
     ///
@@ -26,16 +25,17 @@ impl Dome {
         let lit = self.illumination(light, job)?;
         let directions = Directions::lit_from(light);
         let mut colors = vec![[0.0; 3]; self.size().texels()];
-        colors.par_iter_mut().enumerate().with_min_len(self.size().width).try_for_each(
-            |(texel, color)| {
-                job.proceed()?;
+        let width = self.size().width;
+        parallel::try_for_each(colors.chunks_mut(width).enumerate(), |(y, row)| {
+            job.proceed()?;
+            for (texel, color) in (y * width..).zip(row) {
                 let [share, indirect @ ..] = lit.texels[texel];
                 let point = self.point(texel);
                 let lamp = share * point.cosine(light);
                 *color = point.reflected(self.options.surface, directions, lamp, indirect);
-                Ok(())
-            },
-        )?;
+            }
+            Ok(())
+        })?;
         let mut planes = Planes::zeros(self.size(), 3);
         for (k, plane) in planes.iter_mut().enumerate() {
             plane.iter_mut().zip(&colors).for_each(|(out, color)| *out = color[k]);

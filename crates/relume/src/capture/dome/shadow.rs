@@ -5,8 +5,7 @@ use super::relief::Relief;
 use crate::direction::Direction;
 use crate::error::Result;
 use crate::job::Job;
-use rayon::prelude::*;
-
+use crate::parallel;
 /// The least elevation of the lower edge of a lamp, which limits the length of rays.
 const LEAST_ELEVATION_RAD: f64 = 0.01;
 
@@ -26,7 +25,7 @@ pub fn lamp_share(relief: &Relief, light: Direction, lamp_radius_rad: f64, job: 
     let elevation = light.z().atan2(level);
     let lower_edge = (elevation - lamp_radius_rad).max(LEAST_ELEVATION_RAD).tan();
     let path = crossings(heading, relief.reach().min(f64::from(relief.range()) / lower_edge));
-    share.par_chunks_mut(relief.size().width).enumerate().try_for_each(|(y, row)| {
+    parallel::try_for_each(share.chunks_mut(relief.size().width).enumerate(), |(y, row)| {
         job.proceed()?;
         row.fill(f32::MIN);
         steepest_slopes(relief, &path, y, lower_edge as f32, row);

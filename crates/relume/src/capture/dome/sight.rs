@@ -13,12 +13,11 @@ use crate::direction::{Direction, Directions};
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::memory::Footprint;
+use crate::parallel;
 use crate::picture::Picture;
 use crate::planes::Planes;
 use crate::size::Size;
 use crate::space::Space;
-use rayon::prelude::*;
-
 /// What one viewer sees of the surface under a dome.
 #[derive(Debug, Clone)]
 pub struct Sight {
@@ -85,7 +84,7 @@ impl Dome {
         let width = self.size().width;
         let nothing = self.seen_at(0.0, 0.0);
         let mut seen = vec![nothing; self.size().texels()];
-        seen.par_chunks_mut(width).enumerate().try_for_each(|(y, row)| -> Result<()> {
+        parallel::try_for_each(seen.chunks_mut(width).enumerate(), |(y, row)| -> Result<()> {
             job.proceed()?;
             let mut distances = vec![0.0; width];
             lines.seen(&self.relief, y, &mut distances);

@@ -18,13 +18,12 @@ pub use per_view::{PerViewModel, ViewFunction};
 use separable::SeparableShares;
 pub use separable::{MOST_PRODUCTS, SeparableModel};
 
-use rayon::prelude::*;
-
 use super::{PlaneLayout, ReflectanceField};
 use crate::direction::{Direction, Directions};
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::numeric::between::Shares;
+use crate::parallel;
 use crate::picture::Picture;
 use crate::planes::Planes;
 use crate::size::Size;
@@ -224,7 +223,7 @@ impl ParametricField {
     pub fn picture(&self, directions: impl Into<Directions>, job: &Job) -> Result<Picture> {
         let prepared = self.prepared(directions.into());
         let mut planes = Planes::zeros_within(job, "the picture", self.size(), self.channels)?;
-        planes.bands_mut(PART).into_par_iter().enumerate().try_for_each(|(part, mut band)| {
+        parallel::try_for_each(planes.bands_mut(PART).into_iter().enumerate(), |(part, mut band)| {
             job.proceed()?;
             self.rows_into(&prepared, part * PART, &mut band);
             Ok(())

@@ -32,13 +32,12 @@ mod lookup;
 mod strength;
 mod texel;
 
-use rayon::prelude::*;
-
 use super::{Basis, Interpolation, PlaneLayout, ReflectanceField};
 use crate::direction::Direction;
 use crate::error::Result;
 use crate::job::Job;
 use crate::numeric::signed_distance::signed_distances;
+use crate::parallel;
 use crate::planes::Planes;
 use crate::size::Size;
 pub use lookup::ShapeLookup;
@@ -103,7 +102,7 @@ impl<'a> Shapes<'a> {
                 job.proceed()?;
                 Ok(distances(size, &flags[i..], count, edge))
             };
-            let all: Result<Vec<Vec<i8>>> = (0..count).into_par_iter().map(of_light).collect();
+            let all: Result<Vec<Vec<i8>>> = parallel::try_map(0..count, of_light);
             all.map(|all| all.concat())
         });
         let [shadows, highlights] = distances;
@@ -127,7 +126,7 @@ impl<'a> Shapes<'a> {
         let weights: Vec<f32> = self.field.basis().weights(light).into_iter().map(|w| w as f32).collect();
         let terms = texel::terms(light);
         let bands = picture.bands_mut(PART);
-        bands.into_par_iter().enumerate().for_each(|(b, mut band)| {
+        parallel::for_each(bands.into_iter().enumerate(), |(b, mut band)| {
             let (first, texels) = (b * PART, band[0].len());
             let moved = self.moved(&weights, first, texels);
             for t in 0..texels {
@@ -214,8 +213,8 @@ fn judged(field: &ReflectanceField, lights: &[Direction], job: &Job) -> Result<(
     let (count, channels, texels) = (lights.len(), field.layout().channels(), field.size().texels());
     let mut flags = vec![0u8; count * texels];
     let mut levels = vec![0.0f32; LEVELS * channels * texels];
-    let parts = flags.par_chunks_mut(count * PART).zip(levels.par_chunks_mut(LEVELS * channels * PART));
-    parts.enumerate().try_for_each(|(part, (flags, levels))| {
+    let parts = flags.chunks_mut(count * PART).zip(levels.chunks_mut(LEVELS * channels * PART));
+    parallel::try_for_each(parts.enumerate(), |(part, (flags, levels))| {
         job.proceed()?;
         let mut fit = TexelJudge::new(lights, channels, field.space());
         let texels = flags.chunks_exact_mut(count).zip(levels.chunks_exact_mut(LEVELS * channels));

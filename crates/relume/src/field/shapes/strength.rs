@@ -6,12 +6,11 @@
 //! best factor of highlights, which are small, is about half as large between the lights as in such a gap; that of shadows is
 //! the same.
 
-use rayon::prelude::*;
-
 use super::{Shapes, contrasts, texel};
 use crate::error::Result;
 use crate::field::Interpolated;
 use crate::job::Job;
+use crate::parallel;
 
 /// Texels that are predicted, in whole rows.
 const SAMPLE: usize = 16_384;
@@ -39,7 +38,7 @@ pub(super) fn by_leaving_out(shapes: &Shapes<'_>, lights: &Interpolated, job: &J
         job.proceed()?;
         Ok(without(shapes, lights, j).unwrap_or_default())
     };
-    let all: Result<Vec<LeftOutSums>> = (0..lights.lights().len()).into_par_iter().map(of_light).collect();
+    let all: Result<Vec<LeftOutSums>> = parallel::try_map(0..lights.lights().len(), of_light);
     let sums = all?.into_iter().fold(LeftOutSums::default(), |sums, one| LeftOutSums {
         squares: [sums.squares[0] + one.squares[0], sums.squares[1] + one.squares[1]],
         mixed: sums.mixed + one.mixed,

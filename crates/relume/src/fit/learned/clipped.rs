@@ -10,8 +10,6 @@
 //! Photographs are read once for each step, so that memory does not grow with their number; textures of many views, whose
 //! photographs are thousands, are left as they are.
 
-use rayon::prelude::*;
-
 use crate::error::Result;
 use crate::fit::held_out::HeldOut;
 use crate::fit::levels::SampleLevels;
@@ -19,6 +17,7 @@ use crate::fit::products::BAND;
 use crate::fit::stream::PhotographStream;
 use crate::job::Job;
 use crate::numeric::Matrix;
+use crate::parallel;
 use crate::planes::Planes;
 use crate::raster::Raster;
 
@@ -81,7 +80,7 @@ impl Pass<'_> {
     /// Adds the corrections of a batch, whose photographs have these places among those that take part.
     fn add(&self, planes: &mut Planes, batch: &[Raster], places: &[Option<usize>]) {
         let n = self.before.count();
-        planes.bands_mut(BAND).into_par_iter().enumerate().for_each(|(b, mut band)| {
+        parallel::for_each(planes.bands_mut(BAND).into_iter().enumerate(), |(b, mut band)| {
             let (start, texels) = (b * BAND, band[0].len());
             let (mut residual, mut relit) = (vec![0.0f32; texels], vec![0.0f32; texels]);
             let taking_part = batch.iter().zip(places).filter_map(|(p, place)| place.map(|place| (p, place)));

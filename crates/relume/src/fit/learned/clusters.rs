@@ -6,13 +6,12 @@
 //! the mean and the main axes of its texels (Kambhatla, Leen 1997, the algorithm "VQPCA"). Axes follow by subspace
 //! iteration from those of the round before (Golub, Van Loan, "Matrix Computations", section 8.2.4).
 
-use rayon::prelude::*;
-
 use super::point_axes::PointCluster;
 use crate::error::{Error, Result};
 use crate::field::{ClusterSpaces, ClusteredField, MOST_CLUSTERS, ReflectanceField};
 use crate::job::Job;
 use crate::numeric::random::{Purpose, Stream};
+use crate::parallel;
 use crate::planes::Planes;
 
 /// Rounds of both steps; the error then falls by less than a thousandth a round.
@@ -102,8 +101,10 @@ impl Points {
         let (functions, texels) = (planes.count(), planes.size().texels());
         let held = job.hold("the texels as points", 12 * texels as u64 + 4 * (functions * texels) as u64)?;
         let mut values = vec![0.0; functions * texels];
-        values.par_chunks_exact_mut(functions).enumerate().for_each(|(texel, point)| {
-            point.iter_mut().enumerate().for_each(|(k, value)| *value = planes.plane(k)[texel]);
+        parallel::for_each(values.chunks_mut(PART * functions).enumerate(), |(part, points)| {
+            for (texel, point) in (part * PART..).zip(points.chunks_exact_mut(functions)) {
+                point.iter_mut().enumerate().for_each(|(k, value)| *value = planes.plane(k)[texel]);
+            }
         });
         Ok(Self { functions, values, _held: held })
     }
@@ -129,7 +130,7 @@ impl Points {
             if clusters.len() == count {
                 return Ok(clusters);
             }
-            squares.par_iter_mut().enumerate().for_each(|(texel, square)| {
+            parallel::for_each_value(&mut squares, |texel, square| {
                 let pairs = self.point(texel).iter().zip(from);
                 *square = square.min(pairs.map(|(a, b)| f64::from(a - b).powi(2)).sum());
             });
@@ -140,7 +141,7 @@ impl Points {
     /// The nearest cluster of each texel, of equal ones the first.
     fn nearest(&self, clusters: &[PointCluster], job: &Job) -> Result<Vec<u32>> {
         let mut labels = vec![0; self.count()];
-        labels.par_chunks_mut(PART).enumerate().try_for_each(|(part, labels)| {
+        parallel::try_for_each(labels.chunks_mut(PART).enumerate(), |(part, labels)| {
             job.proceed()?;
             let mut from_mean = vec![0.0; self.functions];
             for (i, label) in labels.iter_mut().enumerate() {
@@ -166,7 +167,7 @@ impl Points {
             let texels: Vec<&[f32]> = own.map(|(texel, _)| self.point(texel)).collect();
             Ok(cluster.of_points(&texels))
         };
-        clusters.par_iter().enumerate().map(moved).collect()
+        parallel::try_map(clusters.iter().enumerate(), moved)
     }
 
     /// The cluster of each texel and its numbers.
@@ -179,7 +180,7 @@ impl Points {
         job: &Job,
     ) -> Result<Planes> {
         let mut planes = Planes::zeros_within(job, "the numbers of the clusters", like.size(), axes + 1)?;
-        planes.bands_mut(PART).into_par_iter().enumerate().for_each(|(part, mut band)| {
+        parallel::for_each(planes.bands_mut(PART).into_iter().enumerate(), |(part, mut band)| {
             let mut from_mean = vec![0.0; self.functions];
             for i in 0..band[0].len() {
                 let texel = part * PART + i;

@@ -1,7 +1,5 @@
 //! From the sketch to coefficients and functions.
 
-use rayon::prelude::*;
-
 use super::sketch::{ROUNDING, Sketch, combined, gram};
 use super::solid_angles::pair_weights;
 use super::{MOST_FUNCTIONS, Rank};
@@ -10,6 +8,7 @@ use crate::fit::held_out::HeldOut;
 use crate::job::Job;
 use crate::numeric::Matrix;
 use crate::numeric::eigen;
+use crate::parallel;
 use crate::planes::Planes;
 
 /// The singular value decomposition within the space of a sketch: B is nearly (products M') (rows M')', with
@@ -81,12 +80,13 @@ impl<'a> Factors<'a> {
 
 /// rows matrix': the values of all functions for each column.
 fn functions_of(sketch: &Sketch, matrix: &Matrix) -> Vec<f32> {
-    let row = |row: &[f32]| {
-        let dot =
-            |k: usize| matrix.row(k).iter().zip(row).map(|(m, &v)| m * f64::from(v)).sum::<f64>() as f32;
-        (0..matrix.rows()).map(dot).collect::<Vec<f32>>()
-    };
-    sketch.rows.par_chunks_exact(sketch.width).flat_map_iter(row).collect()
+    let columns = sketch.rows.chunks_exact(sketch.width);
+    let mut functions = vec![0.0; columns.len() * matrix.rows()];
+    parallel::for_each(functions.chunks_exact_mut(matrix.rows()).zip(columns), |(out, column)| {
+        let dot = |k: usize| matrix.row(k).iter().zip(column).map(|(m, &v)| m * f64::from(v)).sum::<f64>();
+        out.iter_mut().enumerate().for_each(|(k, value)| *value = dot(k) as f32);
+    });
+    functions
 }
 
 /// Z' W Z for weights of the columns of B.

@@ -1,8 +1,5 @@
 //! The two passes over the photographs.
 
-use pulp::Arch;
-use rayon::prelude::*;
-
 use super::dots::Interleaved;
 use crate::error::{Error, Result};
 use crate::field::{Basis, ReflectanceField};
@@ -16,8 +13,10 @@ use crate::job::{Held, Job};
 use crate::numeric::Matrix;
 use crate::numeric::eigen;
 use crate::numeric::random::{Purpose, Stream};
+use crate::parallel::{self, Spares};
 use crate::planes::Planes;
 use crate::raster::Raster;
+use pulp::Arch;
 
 /// Squares of singular values below this share of the largest are those of rounding errors.
 pub(super) const ROUNDING: f64 = 1e-11;
@@ -161,26 +160,22 @@ impl Setting<'_> {
     fn add_batch(&self, sums: &mut Planes, first: usize, batch: &[Raster], rows: &[f32]) -> f64 {
         let (width, arch) = (sums.count(), Arch::new());
         let taking = self.taking_part(first, batch);
-        let bands = sums.bands_mut(BAND);
-        let scratch = || vec![0.0f32; BATCH * BAND];
-        let energies: Vec<f64> = bands
-            .into_par_iter()
-            .enumerate()
-            .map_init(scratch, |scratch, (b, mut band)| {
-                let texels = band[0].len();
-                let mut energy = 0.0;
-                for columns in taking.chunks(BATCH) {
-                    let scratch = &mut scratch[..columns.len() * BAND];
-                    self.values(columns, batch, b, texels, scratch);
-                    energy += scratch.chunks_exact(BAND).map(|row| squares(&row[..texels])).sum::<f64>();
-                    for (group, planes) in band.chunks_mut(FUNCTIONS).enumerate() {
-                        let share = |k: usize, i: usize| rows[columns[i].row * width + group * FUNCTIONS + k];
-                        add_products(arch, planes, scratch, share);
-                    }
+        let scratch = Spares::new(|| vec![0.0f32; BATCH * BAND]);
+        let energies = parallel::map(sums.bands_mut(BAND).into_iter().enumerate(), |(b, mut band)| {
+            let mut scratch = scratch.take();
+            let texels = band[0].len();
+            let mut energy = 0.0;
+            for columns in taking.chunks(BATCH) {
+                let scratch = &mut scratch[..columns.len() * BAND];
+                self.values(columns, batch, b, texels, scratch);
+                energy += scratch.chunks_exact(BAND).map(|row| squares(&row[..texels])).sum::<f64>();
+                for (group, planes) in band.chunks_mut(FUNCTIONS).enumerate() {
+                    let share = |k: usize, i: usize| rows[columns[i].row * width + group * FUNCTIONS + k];
+                    add_products(arch, planes, scratch, share);
                 }
-                energy
-            })
-            .collect();
+            }
+            energy
+        });
         energies.into_iter().sum()
     }
 
@@ -189,19 +184,19 @@ impl Setting<'_> {
     fn inner_products(&self, planes: &Interleaved, first: usize, batch: &[Raster]) -> Vec<f32> {
         let (width, arch) = (planes.count(), Arch::new());
         let taking = self.taking_part(first, batch);
-        let of_band = |scratch: &mut Vec<f32>, band: usize| {
+        let scratch = Spares::new(|| vec![0.0f32; taking.len() * BAND]);
+        let of_band = |&band: &usize| {
+            let mut scratch = scratch.take();
             let mut products = vec![0.0f32; taking.len() * width];
-            self.values(&taking, batch, band, planes.band_texels(band), scratch);
-            planes.dots(arch, band, scratch, &mut products);
+            self.values(&taking, batch, band, planes.band_texels(band), &mut scratch);
+            planes.dots(arch, band, &scratch, &mut products);
             products
         };
         // Bands are added in order, in doubles.
         let mut sums = vec![0.0f64; taking.len() * width];
         let bands: Vec<usize> = (0..planes.bands()).collect();
         for bands in bands.chunks(4 * rayon::current_num_threads().max(1)) {
-            let scratch = || vec![0.0f32; taking.len() * BAND];
-            let products = bands.par_iter().map_init(scratch, |scratch, &band| of_band(scratch, band));
-            for products in products.collect::<Vec<Vec<f32>>>() {
+            for products in parallel::map(bands.iter(), of_band) {
                 sums.iter_mut().zip(products).for_each(|(sum, product)| *sum += f64::from(product));
             }
         }
@@ -262,9 +257,9 @@ pub(super) fn gram(planes: &Planes, job: &Job) -> Result<Matrix> {
     let n = planes.count();
     let row = |j: usize| {
         job.proceed()?;
-        Ok((0..=j).map(|k| dot(planes.plane(j), planes.plane(k))).collect())
+        Ok((0..=j).map(|k| dot(planes.plane(j), planes.plane(k))).collect::<Vec<f64>>())
     };
-    let rows = (0..n).into_par_iter().map(row).collect::<Result<Vec<Vec<f64>>>>()?;
+    let rows = parallel::try_map(0..n, row)?;
     Ok(Matrix::from_fn(n, n, |j, k| rows[j.max(k)][j.min(k)]))
 }
 
@@ -272,9 +267,9 @@ pub(super) fn gram(planes: &Planes, job: &Job) -> Result<Matrix> {
 fn products_of(planes: &Planes, others: &Planes, job: &Job) -> Result<Matrix> {
     let row = |j: usize| {
         job.proceed()?;
-        Ok(others.iter().map(|other| dot(planes.plane(j), other)).collect())
+        Ok(others.iter().map(|other| dot(planes.plane(j), other)).collect::<Vec<f64>>())
     };
-    let rows = (0..planes.count()).into_par_iter().map(row).collect::<Result<Vec<Vec<f64>>>>()?;
+    let rows = parallel::try_map(0..planes.count(), row)?;
     Ok(Matrix::from_fn(planes.count(), others.count(), |j, k| rows[j][k]))
 }
 
@@ -286,8 +281,9 @@ fn dot(a: &[f32], b: &[f32]) -> f64 {
 pub(super) fn combined(planes: &Planes, matrix: &Matrix) -> Planes {
     let arch = Arch::new();
     let mut out = Planes::zeros(planes.size(), matrix.rows());
-    let scratch = || vec![0.0f32; BATCH * BAND];
-    out.bands_mut(BAND).into_par_iter().enumerate().for_each_init(scratch, |scratch, (b, mut band)| {
+    let scratch = Spares::new(|| vec![0.0f32; BATCH * BAND]);
+    parallel::for_each(out.bands_mut(BAND).into_iter().enumerate(), |(b, mut band)| {
+        let mut scratch = scratch.take();
         let texels = band[0].len();
         for first in (0..planes.count()).step_by(BATCH) {
             let count = BATCH.min(planes.count() - first);

@@ -1,10 +1,9 @@
 //! The shares of measured directions in the hemisphere: the areas of their spherical Voronoi cells, so that
 //! many directions close together do not outvote few that stand for as much.
 
-use rayon::prelude::*;
-
 use crate::direction::{Direction, Directions};
 use crate::fit::held_out::{place, sorted};
+use crate::parallel;
 use std::f64::consts::TAU;
 
 /// Points of the hemisphere whose nearest direction is found; each stands for an equal area.
@@ -24,14 +23,15 @@ pub fn pair_weights(pairs: &[Directions]) -> Vec<f64> {
     let (light_areas, view_areas) = (areas(&lights), areas(&views));
     let weight =
         |pair: &Directions| light_areas[place(&lights, pair.light)] * view_areas[place(&views, pair.view)];
-    pairs.par_iter().map(weight).collect()
+    pairs.iter().map(weight).collect()
 }
 
 /// The area of the part of the hemisphere that is nearer to each direction than to the others, by counting the
 /// points of a Fibonacci lattice; at least that of one point.
 fn areas(directions: &[Direction]) -> Vec<f64> {
     let point = Direction::fibonacci(POINTS);
-    let nearest: Vec<usize> = (0..POINTS).into_par_iter().map(|i| place(directions, point(i))).collect();
+    let mut nearest = vec![0; POINTS];
+    parallel::for_each_value(&mut nearest, |i, nearest| *nearest = place(directions, point(i)));
     let mut counts = vec![0usize; directions.len()];
     nearest.into_iter().for_each(|i| counts[i] += 1);
     counts.into_iter().map(|count| TAU * count.max(1) as f64 / POINTS as f64).collect()

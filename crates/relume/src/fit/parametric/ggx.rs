@@ -11,8 +11,6 @@
 //! masking and shadows grow with the angle, and beyond [`LARGE`] they count by their absolute value (P. J. Huber, "Robust
 //! Estimation of a Location Parameter", Annals of Mathematical Statistics 35, 1964), since a shadow is no property of the facet.
 
-use rayon::prelude::*;
-
 use super::FacetAim;
 use super::encoded::{MOST_PARAMETERS, TexelReflectance, fit_texel};
 use super::texels::brightness;
@@ -22,6 +20,7 @@ use crate::field::parametric::{FacetShares, ggx_radiance};
 use crate::microfacet::{DIELECTRIC_F0, LEAST_ROUGHNESS};
 use crate::numeric::levenberg_marquardt::{LevenbergMarquardt, NormalEquations};
 use crate::numeric::small::solve_spd;
+use crate::parallel;
 
 /// Numbers beside the base colour.
 const BESIDE: usize = 4;
@@ -102,7 +101,7 @@ impl GgxModel {
             let mut minimiser = LevenbergMarquardt::new(parameters.len());
             fit_texel(self, &mut minimiser, &mut parameters, observed, SAMPLE_STEPS)
         };
-        sample.par_iter().map(of_texel).collect::<Vec<f64>>().iter().sum()
+        parallel::map(sample.iter(), of_texel).iter().sum()
     }
 
     /// Parameters from which a fit starts: the colour and the normal of a matte surface, and the typical facet.

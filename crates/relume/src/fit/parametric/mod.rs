@@ -44,7 +44,6 @@ pub use options::{FacetAim, ParametricForm, ParametricOptions};
 
 use std::collections::BTreeSet;
 
-use rayon::prelude::*;
 use serde::Serialize;
 
 use super::held_out::HeldOut;
@@ -56,6 +55,7 @@ use crate::direction::Directions;
 use crate::error::{Error, Result};
 use crate::field::{ParametricField, SeparableModel, TexelModel, ViewFunction};
 use crate::job::Job;
+use crate::parallel;
 use crate::planes::Planes;
 use crate::raster::{LoadRaster, Raster};
 use crate::space::Space;
@@ -247,7 +247,7 @@ impl ParametricTask<'_> {
         let mut kept = grids.map(|_| Vec::with_capacity(self.stream.len()));
         self.stream.for_each_batch(job, |_, batch| {
             for (grid, kept) in grids.iter().zip(&mut kept) {
-                kept.par_extend(batch.par_iter().map(|photograph| grid.raster(photograph)));
+                kept.extend(parallel::map(batch.iter(), |photograph| grid.raster(photograph)));
             }
             job.advance(batch.len() as u64)
         })?;

@@ -1,7 +1,5 @@
 //! A function of the light for each view: the photographs of one view are in memory at a time.
 
-use rayon::prelude::*;
-
 use super::encoded::TexelReflectance;
 use super::lobes::LobeModel;
 use super::texels::FromMean;
@@ -13,6 +11,7 @@ use crate::fit::sample::Grid;
 use crate::fit::stream::PhotographStream;
 use crate::fit::{FitOptions, fit};
 use crate::job::Job;
+use crate::parallel;
 use crate::planes::Planes;
 use crate::raster::Raster;
 use crate::space::Space;
@@ -61,7 +60,7 @@ impl ViewSet<'_> {
         let mut number = 0;
         for view in &views {
             let read = |i: &usize| job.proceed().and_then(|()| self.stream.read(*i));
-            let read = view.photographs.par_iter().map(read).collect::<Result<Vec<Raster>>>()?;
+            let read = parallel::try_map(view.photographs.iter(), read)?;
             for (i, photograph) in view.photographs.iter().zip(&read) {
                 kept[*i] = Some(self.grid.raster(photograph));
             }
@@ -171,7 +170,7 @@ fn of_lobes(
         }
         Ok(found)
     };
-    let parts = (0..texels.div_ceil(PART)).into_par_iter().map(of_part).collect::<Result<Vec<Vec<f32>>>>()?;
+    let parts = parallel::try_map(0..texels.div_ceil(PART), of_part)?;
     for (texel, found) in parts.iter().flat_map(|part| part.chunks_exact(numbers)).enumerate() {
         found.iter().enumerate().for_each(|(k, number)| out[k * texels + texel] = *number);
     }
@@ -193,5 +192,5 @@ pub(super) fn mean_of(photographs: &[Raster], grid: &Grid, levels: &SampleLevels
         };
         (0..part.channels()).map(channel).collect::<Vec<f32>>()
     };
-    photographs.par_iter().map(mean).collect::<Vec<_>>().concat()
+    parallel::map(photographs.iter(), mean).concat()
 }

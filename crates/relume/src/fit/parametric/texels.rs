@@ -1,14 +1,13 @@
 //! The values of each texel under all of some pairs: photographs are read one batch at a time, and texels are fitted in
 //! bands, so that memory is bounded whatever their number.
 
-use rayon::prelude::*;
-
 use super::encoded::{TexelReflectance, fit_texel};
 use crate::error::Result;
 use crate::fit::levels::SampleLevels;
 use crate::fit::stream::{BATCH, PhotographStream};
 use crate::job::Job;
 use crate::numeric::levenberg_marquardt::LevenbergMarquardt;
+use crate::parallel;
 use crate::planes::Planes;
 
 /// The most memory of the values of a band.
@@ -72,8 +71,7 @@ impl ChosenPhotographs<'_> {
             texels.for_each(|(values, out)| out.copy_from_slice(&fit(values)));
             job.advance((part.len() / length) as u64).map(|()| found)
         };
-        let parts: Vec<Vec<f32>> =
-            values.par_chunks(PART * length).map(of_part).collect::<Result<Vec<_>>>()?;
+        let parts: Vec<Vec<f32>> = parallel::try_map(values.chunks(PART * length), of_part)?;
         for (i, texel) in parts.iter().flat_map(|part| part.chunks_exact(numbers)).enumerate() {
             texel.iter().enumerate().for_each(|(k, number)| planes.plane_mut(k)[first + i] = *number);
         }
@@ -87,16 +85,14 @@ impl ChosenPhotographs<'_> {
         values.resize(count * length, 0.0);
         for (batch, chosen) in self.chosen.chunks(BATCH).enumerate() {
             let read = |i: &usize| job.proceed().and_then(|()| self.stream.read(*i));
-            let read = chosen.par_iter().map(read).collect::<Result<Vec<_>>>()?;
-            let rows: Vec<Vec<f32>> = (read.par_iter())
-                .flat_map_iter(|photograph| (0..channels).map(move |c| (photograph, c)))
-                .map(|(photograph, channel)| {
-                    let mut row = vec![0.0; count];
-                    self.levels.channel(photograph, channel, first, &mut row);
-                    row
-                })
-                .collect();
-            values.par_chunks_exact_mut(length).enumerate().for_each(|(texel, values)| {
+            let read = parallel::try_map(chosen.iter(), read)?;
+            let of_channels = read.iter().flat_map(|photograph| (0..channels).map(move |c| (photograph, c)));
+            let rows = parallel::map(of_channels, |(photograph, channel)| {
+                let mut row = vec![0.0; count];
+                self.levels.channel(photograph, channel, first, &mut row);
+                row
+            });
+            parallel::for_each(values.chunks_exact_mut(length).enumerate(), |(texel, values)| {
                 let own = &mut values[batch * BATCH * channels..][..rows.len()];
                 own.iter_mut().zip(&rows).for_each(|(value, row)| *value = row[texel]);
             });

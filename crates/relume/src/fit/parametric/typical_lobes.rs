@@ -7,13 +7,12 @@
 //! predicted better so. Lobes of single views are not held: theirs lie along the normals of the texels, and those left out are
 //! predicted worse; their colours have bounds instead ([`super::lobes`]).
 
-use rayon::prelude::*;
-
 use super::STEPS;
 use super::encoded::fit_texel;
 use super::lobes::{FORM, LobeModel, TypicalLobes};
 use super::texels::FromMean;
 use crate::numeric::levenberg_marquardt::LevenbergMarquardt;
+use crate::parallel;
 
 /// The deviation of a weight, and of the logarithm of the exponent, that counts as much as all residuals of a texel.
 const SPREAD: [f64; FORM] = [1.0, 1.0, 1.0, 2.0];
@@ -26,7 +25,7 @@ pub(super) fn with_typical_lobes(model: LobeModel, mean: &[f32], sample: &[Vec<f
         let mut minimiser = LevenbergMarquardt::new(parameters.len());
         fit_texel(&model, &mut minimiser, &mut parameters, observed, STEPS)
     };
-    let squares: Vec<f64> = sample.par_iter().map(squares).collect();
+    let squares: Vec<f64> = parallel::map(sample.iter(), squares);
     let residual = (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt();
     let weights = std::array::from_fn(|k| residual / SPREAD[k]);
     let forms = model.forms(from.parameters());

@@ -1,13 +1,12 @@
 //! A factored matrix of a `.btf` file: the value at a row and a column is the product of a row of U and a row of S
 //! V, each of some components.
 
-use rayon::prelude::*;
-
 use super::BtfScalar;
 use super::source::BtfCursor;
 use crate::error::{Error, Result};
 use crate::job::Held;
 use crate::numeric::dot;
+use crate::parallel;
 
 /// U and S V with one row of components for each row and column of the matrix.
 #[derive(Debug)]
@@ -79,7 +78,7 @@ const PIECE: usize = 1 << 12;
 
 /// The products of `weights` with the rows of `matrix` that begin at multiples of `stride`.
 pub(super) fn products(weights: &[f32], matrix: &[f32], stride: usize, out: &mut [f32]) {
-    out.par_chunks_mut(PIECE).enumerate().for_each(|(piece, out)| {
+    parallel::for_each(out.chunks_mut(PIECE).enumerate(), |(piece, out)| {
         for (i, value) in out.iter_mut().enumerate() {
             *value = dot(weights, &matrix[(piece * PIECE + i) * stride..][..weights.len()]);
         }

@@ -2,13 +2,12 @@
 
 use std::sync::Arc;
 
+use crate::parallel;
+use crate::space::Space;
 use moxcms::{
     CicpColorPrimaries, CicpProfile, ColorPrimaries, ColorProfile, DataColorSpace, MatrixCoefficients,
     ProfileText, ToneReprCurve, TransferCharacteristics, XyY,
 };
-use rayon::prelude::*;
-
-use crate::space::Space;
 
 /// From an encoded to a linear value.
 type Curve = Arc<dyn Fn(f32) -> f32 + Send + Sync>;
@@ -24,6 +23,8 @@ pub(in crate::format) struct ColorSpace {
 /// The largest difference in 8-bit codes from sRGB that counts as none: small profiles of sRGB approximate its
 /// curve by fewer points.
 const NEAR: f32 = 2.0 / 255.0;
+/// Texels that one thread converts together.
+const TOGETHER: usize = 1 << 12;
 
 impl ColorSpace {
     /// The space of an ICC profile, or the reason why it is not applied.
@@ -131,11 +132,14 @@ impl ColorSpace {
             std::array::from_fn(|c| tables[c][texel[c.min(channels - 1)].into() as usize])
         };
         let mut out = codes.to_vec();
-        out.par_chunks_mut(channels).with_min_len(1 << 12).for_each(|texel| {
+        let convert = |texel: &mut [T]| {
             let encoded = self.encoded(linear(texel));
             // Equal channels stay equal up to rounding; green stands for all of grey.
             let of = |c: usize| if channels == 1 { encoded[1] } else { encoded[c] };
             texel.iter_mut().enumerate().for_each(|(c, sample)| *sample = code(of(c)));
+        };
+        parallel::for_each(out.chunks_mut(TOGETHER * channels), |texels| {
+            texels.chunks_exact_mut(channels).for_each(convert);
         });
         out
     }

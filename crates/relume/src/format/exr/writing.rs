@@ -15,13 +15,12 @@ use ::exr::meta::header::Header;
 use ::exr::meta::{BlockDescription, MetaData};
 use ::exr::prelude::{AttributeValue, Compression, LayerAttributes, LineOrder, SampleType, Text, Vec2};
 
-use rayon::prelude::*;
-
 use super::blocks::Head;
 use super::zip::zip;
 use super::{ExrDepth, attributes};
 use crate::error::{Error, Result};
 use crate::format::rows::Rows;
+use crate::parallel;
 use crate::size::Size;
 
 /// Writes a file of `size` texels. `rows(channel, x, y, row)` copies the bytes of samples, the lowest
@@ -56,8 +55,8 @@ pub(in crate::format) fn write_blocks(
             for ((_, index), block) in places.iter().zip(&mut blocks) {
                 fill(index, &mut block.samples)?;
             }
-            let zipped = blocks[..places.len()].par_iter_mut();
-            let zipped: Vec<Vec<u8>> = zipped.map(|block| zip(&block.samples, &mut block.room)).collect();
+            let filled = blocks[..places.len()].iter_mut();
+            let zipped = parallel::map(filled, |block| zip(&block.samples, &mut block.room));
             for ((at, index), bytes) in places.iter().zip(zipped) {
                 chunks.write_chunk(*at, chunk(&meta.headers[0], index, bytes))?;
             }

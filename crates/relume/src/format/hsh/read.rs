@@ -1,12 +1,11 @@
 //! Bytes of `.rti` and `.hsh` files to a field.
 
-use rayon::prelude::*;
-
 use super::HshEncoding;
 use super::header::{HshHeader, TexelColor};
 use crate::error::{Error, Result};
 use crate::field::{Basis, PlaneLayout, ReflectanceField};
 use crate::job::Job;
+use crate::parallel;
 use crate::planes::Planes;
 use crate::space::Space;
 
@@ -33,7 +32,7 @@ pub(in crate::format) fn decode(bytes: &[u8], job: &Job) -> Result<(ReflectanceF
     }
     let layout = if color == TexelColor::Rgb { PlaneLayout::RGB } else { PlaneLayout::LRGB };
     let mut planes = Planes::zeros_within(job, "the harmonics", size, texel)?;
-    planes.as_mut_slice().par_chunks_mut(size.texels()).enumerate().for_each(|(k, plane)| {
+    parallel::for_each(planes.as_mut_slice().chunks_mut(size.texels()).enumerate(), |(k, plane)| {
         let is_color = color == TexelColor::Lrgb && k >= terms;
         let values: [f32; 256] = std::array::from_fn(|byte| match is_color {
             true => byte as f32 / 255.0,

@@ -1,7 +1,5 @@
 //! A field to the bytes of `.rti` and `.hsh` files.
 
-use rayon::prelude::*;
-
 use super::HshEncoding;
 use crate::error::{Error, Result};
 use crate::field::ReflectanceField;
@@ -10,6 +8,7 @@ use crate::format::ptm::{WHITE, check_finite};
 use crate::format::quantise;
 use crate::job::Job;
 use crate::memory;
+use crate::parallel;
 use crate::space::Space;
 
 /// The bytes of a `.rti` file: RGB from RGB and luminance, luminance times colour from LRGB.
@@ -98,7 +97,7 @@ fn chosen(field: &ReflectanceField) -> HshEncoding {
         // In units of a file of white at 255: (byte - bias) step.
         (step, (-f64::from(bias) * f64::from(step) / WHITE) as f32)
     };
-    let chosen: Vec<(f32, f32)> = (0..terms).into_par_iter().map(of_term).collect();
+    let chosen: Vec<(f32, f32)> = parallel::map(0..terms, of_term);
     let (scale, bias): (Vec<f32>, Vec<f32>) = chosen.into_iter().unzip();
     HshEncoding::new(&scale, &bias)
 }
@@ -114,7 +113,7 @@ fn texels(field: &ReflectanceField, encoding: &HshEncoding, head: Vec<u8>) -> Re
     out.extend_from_slice(&head);
     out.resize(head.len() + texel * field.size().texels(), 0);
     let width = field.size().width;
-    out[head.len()..].par_chunks_mut(texel * width).enumerate().for_each(|(y, row)| {
+    parallel::for_each(out[head.len()..].chunks_mut(texel * width).enumerate(), |(y, row)| {
         for (k, &plane) in source.iter().enumerate() {
             let values = &planes.plane(plane)[y * width..][..width];
             let bytes = row.iter_mut().skip(k).step_by(texel).zip(values);

@@ -4,13 +4,12 @@
 //! Division is what takes time: a tenth of the blocks at most are tried, so that a texture of noise takes about as
 //! long as one of smooth colours.
 
+use super::mode6::{self, BlockTexels, squared_distance};
+use crate::parallel;
+use crate::size::Size;
 use block_compression::decode::decompress_blocks_as_rgba8;
 use block_compression::encode::compress_rgba8;
 use block_compression::{BC7Settings, CompressionVariant};
-use rayon::prelude::*;
-
-use super::mode6::{self, BlockTexels, squared_distance};
-use crate::size::Size;
 
 /// Texels along a side of a block.
 const SIDE: usize = 4;
@@ -28,9 +27,8 @@ pub(super) fn bc7(rgba: &[u8], size: Size, has_opacity: bool) -> Vec<u8> {
     let (columns, rows) = (size.width.div_ceil(SIDE), size.height.div_ceil(SIDE));
     let mut blocks = vec![0; columns * rows * BLOCK_BYTES];
     let mut errors = vec![0; columns * rows];
-    let in_rows =
-        blocks.par_chunks_exact_mut(columns * BLOCK_BYTES).zip(errors.par_chunks_exact_mut(columns));
-    in_rows.enumerate().for_each(|(row, (blocks, errors))| {
+    let in_rows = blocks.chunks_exact_mut(columns * BLOCK_BYTES).zip(errors.chunks_exact_mut(columns));
+    parallel::for_each(in_rows.enumerate(), |(row, (blocks, errors))| {
         for (column, (block, error)) in blocks.chunks_exact_mut(BLOCK_BYTES).zip(errors).enumerate() {
             let (bytes, squares) = mode6::encode(&texels(rgba, size, column, row));
             block.copy_from_slice(&bytes);
@@ -43,8 +41,8 @@ pub(super) fn bc7(rgba: &[u8], size: Size, has_opacity: bool) -> Vec<u8> {
         let found = group.iter().zip(divided(&of, has_opacity));
         found.filter(|(b, (_, error))| *error < errors[**b]).map(|(&b, (bytes, _))| (b, bytes)).collect()
     };
-    let better: Vec<_> = hardest(&errors).par_chunks(TOGETHER).flat_map_iter(again).collect();
-    for (b, bytes) in better {
+    let better = parallel::map(hardest(&errors).chunks(TOGETHER), again);
+    for (b, bytes) in better.into_iter().flatten() {
         blocks[b * BLOCK_BYTES..(b + 1) * BLOCK_BYTES].copy_from_slice(&bytes);
     }
     blocks

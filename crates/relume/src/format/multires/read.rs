@@ -1,7 +1,5 @@
 //! A folder to a field.
 
-use rayon::prelude::*;
-
 use super::INFO_FILE;
 use super::info::{MultiresInfo, MultiresKind};
 use super::quadtree::{BORDER, Leaves};
@@ -15,6 +13,7 @@ use crate::format::ptm::PtmEncoding;
 use crate::format::{jpeg, raster};
 use crate::job::Job;
 use crate::memory;
+use crate::parallel;
 use crate::planes::Planes;
 use crate::raster::Samples;
 use crate::size::Size;
@@ -77,9 +76,12 @@ pub(in crate::format) fn decode(read: &ReadFile<'_>, job: &Job) -> Result<(Refle
         for c in 0..3 {
             let (plane, function) = place(&info, k, c);
             let values: [f32; 256] = std::array::from_fn(|byte| encoding.value(function, byte as u8));
-            let bytes = samples.par_iter().skip(c).step_by(3);
-            let out = planes.plane_mut(plane).par_iter_mut();
-            out.zip(bytes).for_each(|(out, &byte)| *out = values[usize::from(byte)]);
+            let bytes = samples.iter().skip(c).step_by(3);
+            planes
+                .plane_mut(plane)
+                .iter_mut()
+                .zip(bytes)
+                .for_each(|(out, &byte)| *out = values[usize::from(byte)]);
         }
     }
     Ok((ReflectanceField::new(basis, layout, Space::Srgb, planes)?, encoding))
@@ -131,7 +133,7 @@ fn picture(
             let bytes = read(&name)?.ok_or_else(|| missing(&name))?;
             Ok((column, samples(&bytes, &name, side, job)?))
         };
-        let tiles: Result<Vec<_>> = columns.clone().into_par_iter().map(tile).collect();
+        let tiles = parallel::try_map(columns.clone(), tile);
         // The part of the picture in a tile along an axis: from, to, of the square.
         let part = |at: usize, first: usize, length: usize| {
             ((at * tree.tile).max(first), ((at + 1) * tree.tile).min(first + length))

@@ -1,7 +1,5 @@
 //! A field to a folder.
 
-use rayon::prelude::*;
-
 use super::INFO_FILE;
 use super::info::{MultiresInfo, MultiresKind};
 use super::quadtree::{BORDER, Quadtree, TreeNode};
@@ -10,6 +8,7 @@ use crate::field::ReflectanceField;
 use crate::format::folder::StoreFile;
 use crate::format::{hsh, jpeg, ptm};
 use crate::job::Job;
+use crate::parallel;
 use crate::size::Size;
 use crate::space::Space;
 
@@ -111,7 +110,7 @@ impl PlacedPicture {
                 [0, 1, 2].map(|c| ((four.iter().map(|texel| u32::from(texel[c])).sum::<u32>() + 2) / 4) as u8)
             })
         };
-        let rows: Vec<Vec<u8>> = (top..top + height).into_par_iter().map(|y| row(y).collect()).collect();
+        let rows: Vec<Vec<u8>> = parallel::map(top..top + height, |y| row(y).collect());
         Self { left, top, size: Size::new(width, height), texels: rows.concat() }
     }
 
@@ -136,5 +135,5 @@ fn tiles(tree: &Quadtree, level: u32, picture: &PlacedPicture, quality: u8) -> R
         let file = jpeg::encode(&picture.tile(node), Size::new(side, side), 3, quality)?;
         Ok((node.index() + 1, file))
     };
-    there.into_par_iter().map(tile).collect()
+    parallel::try_map(there, tile)
 }

@@ -4,13 +4,12 @@
 //! "Polynomial Texture Map (.ptm) File Format", version 1.2, HP Labs 2001, and Motta, Weinberger, "Compression of
 //! Polynomial Texture Maps", HPL-2000-143, 2001.
 
-use rayon::prelude::*;
-
 use super::prediction::{PlaneReference, restore};
 use super::words::Words;
 use crate::error::{Error, Result};
 use crate::format::jpeg;
 use crate::job::Job;
+use crate::parallel;
 use crate::size::Size;
 
 /// The bytes of a correction: the index of a texel in the order of the file, and its value.
@@ -82,7 +81,7 @@ impl JpegPlanes {
             }
             Ok(found.samples)
         };
-        let mut planes: Vec<Vec<u8>> = parts.par_iter().enumerate().map(plane).collect::<Result<_>>()?;
+        let mut planes: Vec<Vec<u8>> = parallel::try_map(parts.iter().enumerate(), plane)?;
         for &k in &self.order {
             if let Some(reference) = self.references[k] {
                 // Taken out, since a plane never refers to itself.

@@ -2,13 +2,12 @@
 
 use std::cmp::Ordering;
 
-use rayon::prelude::*;
-
 use super::header::{Comb, Header, Layout};
 use super::{PtmEncoding, lum};
 use crate::error::{Error, Result};
 use crate::field::{Basis, PlaneLayout, ReflectanceField};
 use crate::job::Job;
+use crate::parallel;
 use crate::planes::Planes;
 use crate::size::Size;
 use crate::space::Space;
@@ -64,7 +63,7 @@ fn fill<'a>(planes: &mut Planes, header: &Header, source: impl Fn(usize) -> (&'a
     let Size { width, height } = header.size;
     let values: Vec<[f32; 256]> =
         (0..planes.count()).map(|k| values(&header.encoding, header.layout.is_color(k), k)).collect();
-    planes.par_rows_mut().enumerate().for_each(|(y, rows)| {
+    parallel::for_each(planes.rows_mut().into_iter().enumerate(), |(y, rows)| {
         for ((k, row), values) in rows.into_iter().enumerate().zip(&values) {
             let (bytes, comb) = source(k);
             let first = comb.start + (height - 1 - y) * width * comb.stride;

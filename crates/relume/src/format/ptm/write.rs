@@ -2,8 +2,6 @@
 
 use std::borrow::Cow;
 
-use rayon::prelude::*;
-
 use super::rounding::Rounding;
 use super::{PtmEncoding, compress, header};
 use crate::error::{Error, Result};
@@ -12,6 +10,7 @@ use crate::format::codes::code8;
 use crate::format::quantise;
 use crate::job::Job;
 use crate::memory;
+use crate::parallel;
 use crate::planes::Planes;
 use crate::size::Size;
 use crate::space::Space;
@@ -95,7 +94,7 @@ fn check(field: &ReflectanceField) -> Result<()> {
 pub(in crate::format) fn check_finite(field: &ReflectanceField, kind: &str) -> Result<()> {
     let planes: Vec<&[f32]> = field.coefficients().iter().collect();
     let not_finite = |plane: &&[f32]| plane.iter().position(|v| !v.is_finite());
-    let found: Vec<Option<usize>> = planes.par_iter().map(not_finite).collect();
+    let found: Vec<Option<usize>> = parallel::map(planes.iter(), not_finite);
     match found.into_iter().enumerate().find_map(|(k, texel)| texel.map(|texel| (k, texel))) {
         None => Ok(()),
         Some((k, texel)) => {
@@ -147,7 +146,7 @@ impl<'a> CoefficientParts<'a> {
                 quantise::choose(channels.into_iter().flatten().map(|&v| (v, 1.0)))
             }
         };
-        let chosen: Vec<(f32, f32)> = (0..6).into_par_iter().map(choose).collect();
+        let chosen: Vec<(f32, f32)> = parallel::map(0..6, choose);
         PtmEncoding {
             scale: std::array::from_fn(|k| chosen[k].0),
             bias: std::array::from_fn(|k| chosen[k].1),
@@ -168,8 +167,8 @@ impl<'a> CoefficientParts<'a> {
         channels.for_each(|(channel, out)| fill_functions(out, planes, 6 * channel, rounding));
         if let Some(rows) = &self.colors {
             // Rows from the bottom.
-            let rows = rows.par_chunks_exact(3 * width).rev();
-            colors.par_chunks_exact_mut(3 * width).zip(rows).for_each(|(out, row)| out.copy_from_slice(row));
+            let rows = rows.chunks_exact(3 * width).rev();
+            colors.chunks_exact_mut(3 * width).zip(rows).for_each(|(out, row)| out.copy_from_slice(row));
         }
         Ok(out)
     }
@@ -179,7 +178,7 @@ impl<'a> CoefficientParts<'a> {
 fn fill_functions(out: &mut [u8], planes: &Planes, first: usize, rounding: &Rounding) {
     let Size { width, height } = planes.size();
     let functions: [&[f32]; 6] = std::array::from_fn(|k| planes.plane(first + k));
-    out.par_chunks_exact_mut(6 * width).enumerate().for_each(|(from_bottom, row)| {
+    parallel::for_each(out.chunks_exact_mut(6 * width).enumerate(), |(from_bottom, row)| {
         let texel = (height - 1 - from_bottom) * width;
         rounding.fill(row, functions.map(|plane| &plane[texel..texel + width]));
     });
@@ -190,7 +189,7 @@ fn nearest_colors(planes: &Planes) -> Result<Vec<u8>> {
     let colors = [6, 7, 8].map(|k| planes.plane(k));
     let mut out = memory::zeros("the colours of the .ptm file", 3 * planes.size().texels())?;
     let width = planes.size().width;
-    out.par_chunks_exact_mut(3 * width).enumerate().for_each(|(y, row)| {
+    parallel::for_each(out.chunks_exact_mut(3 * width).enumerate(), |(y, row)| {
         let [red, green, blue] = colors.map(|plane| &plane[y * width..(y + 1) * width]);
         for (out, ((&r, &g), &b)) in row.chunks_exact_mut(3).zip(red.iter().zip(green).zip(blue)) {
             out.copy_from_slice(&[r, g, b].map(code8));
@@ -205,8 +204,8 @@ fn rounded_products(planes: &Planes) -> Result<(Planes, Vec<u8>)> {
     let width = planes.size().width;
     let mut colors = memory::zeros("the colours of the .ptm file", 3 * planes.size().texels())?;
     let mut luminance = Planes::zeros(planes.size(), 6);
-    let rows = luminance.par_rows_mut().zip(colors.par_chunks_exact_mut(3 * width));
-    rows.enumerate().for_each(|(y, (functions, colors))| {
+    let rows = luminance.rows_mut().into_iter().zip(colors.chunks_exact_mut(3 * width));
+    parallel::for_each(rows.enumerate(), |(y, (functions, colors))| {
         let row = |k: usize| &planes.plane(k)[y * width..(y + 1) * width];
         let of_colors = [6, 7, 8].map(row);
         let gains: Vec<f64> = colors

@@ -5,8 +5,6 @@
 //! right and lower edges of a level, and [`BORDER`] texels of its neighbours around it; around a level it repeats. A file holds a tile:
 //! all its planes, coefficients and then maps, one below the other.
 
-use rayon::prelude::*;
-
 use super::header::{PlaneStorage, ShareLevel, SharePyramid};
 use super::planes::{LinearCodes, PlaneDepth, encode_codes, halves, steps};
 use super::{ShareExtras, map_planes};
@@ -15,6 +13,7 @@ use crate::field::{PlaneLayout, ReflectanceField};
 use crate::format::FieldFile;
 use crate::job::Job;
 use crate::numeric::parts::coverage;
+use crate::parallel;
 use crate::planes::Planes;
 use crate::size::Size;
 
@@ -86,13 +85,10 @@ impl TiledTexture {
             .collect();
         let storage = if level.codes.is_some() { PlaneStorage::Png } else { PlaneStorage::Half };
         job.start("storing tiles", places.len() as u64);
-        let files: Vec<(String, Vec<u8>)> = places
-            .par_iter()
-            .map(|&place| {
-                job.advance(1)?;
-                Ok((tile_name(index, place, storage), level.tile(place, job)?))
-            })
-            .collect::<Result<_>>()?;
+        let files = parallel::try_map(places, |place| {
+            job.advance(1)?;
+            Ok((tile_name(index, place, storage), level.tile(place, job)?))
+        })?;
         self.files.extend(files);
         let codes = || level.codes.iter().flatten();
         self.pyramid.levels.push(ShareLevel {
@@ -126,7 +122,7 @@ impl PyramidLevel {
         let mut planes = Planes::zeros_within(job, "a level of the texture", size, count + maps)?;
         let (columns, rows) = (coverage(width, size.width), coverage(height, size.height));
         let from = &self.planes;
-        planes.iter_mut().enumerate().par_bridge().for_each(|(k, out)| {
+        parallel::for_each(planes.iter_mut().enumerate(), |(k, out)| {
             let function =
                 if k < count { self.layout.function_plane(k / n, n) + k % n } else { own + k - count };
             let color = if k < count { self.layout.color_plane(k / n, n) } else { None };

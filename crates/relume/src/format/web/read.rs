@@ -1,7 +1,5 @@
 //! A folder to a field.
 
-use rayon::prelude::*;
-
 use super::info::{WebColor, WebInfo, WebKind};
 use super::tables::{Tables, learned};
 use super::{INFO_FILE, functions, tiles};
@@ -12,6 +10,7 @@ use crate::format::folder::ReadFile;
 use crate::job::Job;
 use crate::memory;
 use crate::numeric::Matrix;
+use crate::parallel;
 use crate::planes::Planes;
 use crate::space::Space;
 
@@ -39,7 +38,7 @@ fn coefficients(info: &WebInfo, read: &ReadFile<'_>, job: &Job) -> Result<Planes
     let tiles = tiles::find(info.size, info.pictures(), read)?;
     let mut planes = Planes::zeros_within(job, "the planes of the folder", info.size, info.planes)?;
     let texels = info.size.texels();
-    planes.as_mut_slice().par_chunks_mut(3 * texels).enumerate().try_for_each(|(picture, group)| {
+    parallel::try_for_each(planes.as_mut_slice().chunks_mut(3 * texels).enumerate(), |(picture, group)| {
         job.proceed()?;
         let samples = tiles::picture(&tiles, picture, info.size, read, job)?;
         for (c, plane) in group.chunks_exact_mut(texels).enumerate() {
@@ -70,7 +69,7 @@ fn of_functions(info: &WebInfo, stored: &Planes, space: Space, job: &Job) -> Res
     let n = basis.len();
     // The stored plane of a function: colours come first in a product, and are interleaved otherwise.
     let source = |channel: usize, k: usize| if is_product { 3 + k } else { 3 * k + channel };
-    planes.as_mut_slice().par_chunks_mut(info.size.texels()).enumerate().for_each(|(plane, out)| {
+    parallel::for_each(planes.as_mut_slice().chunks_mut(info.size.texels()).enumerate(), |(plane, out)| {
         if is_product && plane >= n {
             out.copy_from_slice(stored.plane(plane - n));
             return;
@@ -133,7 +132,7 @@ fn of_tables(info: &WebInfo, stored: &Planes, space: Space, job: &Job) -> Result
 
 fn fill(planes: &mut Planes, matrix: &Matrix, ones: &[f32], stored: &Planes) {
     let texels = planes.size().texels();
-    planes.as_mut_slice().par_chunks_mut(texels).enumerate().for_each(|(function, out)| {
+    parallel::for_each(planes.as_mut_slice().chunks_mut(texels).enumerate(), |(function, out)| {
         combine(out, matrix.row(function), |k| k.checked_sub(1).map_or(ones, |k| stored.plane(k)));
     });
 }

@@ -4,7 +4,6 @@
 //! most, and needs a coarsest level of one whole tile. Every channel of every coefficient has a scale and a bias of its
 //! own, for the least expected error.
 
-use rayon::prelude::*;
 use serde_json::json;
 
 use super::tiles::{TILE_SIDE, TileGrid, levels};
@@ -20,6 +19,7 @@ use crate::job::Job;
 use crate::names::named;
 use crate::numeric::Matrix;
 use crate::numeric::matrix::Qr;
+use crate::parallel;
 use crate::size::Size;
 use crate::space::Space;
 
@@ -162,7 +162,7 @@ impl Coded {
         let planes = if is_product { 3 + n } else { 3 * n };
         job.check("the planes of the web folder", size, (planes + 12) as u64)?;
         let plane = |k: usize| Self::plane(field, matrix, k, is_product);
-        let coded: Vec<(Vec<u8>, f64, f64)> = (0..planes).into_par_iter().map(plane).collect();
+        let coded: Vec<(Vec<u8>, f64, f64)> = parallel::map(0..planes, plane);
         let pictures = coded.chunks(3).map(|three| {
             let byte = |texel: usize, c: usize| three.get(c).map_or(0, |(bytes, ..)| bytes[texel]);
             (0..size.texels()).flat_map(|texel| (0..3).map(move |c| byte(texel, c))).collect::<Vec<u8>>()
@@ -254,7 +254,7 @@ fn tiles_of(picture: &Picture3, size: Size, quality: u8) -> Result<Vec<PlacedTil
         let samples: Vec<u8> = rows.copied().collect();
         Ok(((x, y), jpeg::encode(&samples, Size::new(across, down), 3, quality)?))
     };
-    places.collect::<Vec<_>>().into_par_iter().map(tile).collect()
+    parallel::try_map(places, tile)
 }
 
 fn deepzoom(coded: &Coded, quality: u8, job: &Job, store: &mut StoreFile<'_>) -> Result<()> {

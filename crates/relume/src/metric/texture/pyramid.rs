@@ -2,8 +2,7 @@
 //! kernel (1, 4, 6, 4, 1) / 16. At borders the weights that fall outside are dropped and the others
 //! renormalised, so that a constant stays constant.
 
-use rayon::prelude::*;
-
+use crate::parallel;
 use crate::planes::Planes;
 use crate::size::Size;
 
@@ -19,19 +18,16 @@ pub(super) fn smoothed(planes: &Planes, step: usize, stride: usize) -> Planes {
     let from = planes.size();
     let to = Size::new(from.width.div_ceil(stride), from.height.div_ceil(stride));
     let mut out = Planes::zeros(to, planes.count());
-    out.as_mut_slice()
-        .par_chunks_exact_mut(to.texels())
-        .zip(planes.as_slice().par_chunks_exact(from.texels()))
-        .for_each(|(out, plane)| {
-            let rows: Vec<f32> = plane
-                .chunks_exact(from.width)
-                .flat_map(|row| (0..to.width).map(|x| smooth(from.width, stride * x, step, |i| row[i])))
-                .collect();
-            for (i, value) in out.iter_mut().enumerate() {
-                let (x, y) = (i % to.width, i / to.width);
-                *value = smooth(from.height, stride * y, step, |y| rows[y * to.width + x]);
-            }
-        });
+    parallel::for_each(out.iter_mut().zip(planes.iter()), |(out, plane)| {
+        let rows: Vec<f32> = plane
+            .chunks_exact(from.width)
+            .flat_map(|row| (0..to.width).map(|x| smooth(from.width, stride * x, step, |i| row[i])))
+            .collect();
+        for (i, value) in out.iter_mut().enumerate() {
+            let (x, y) = (i % to.width, i / to.width);
+            *value = smooth(from.height, stride * y, step, |y| rows[y * to.width + x]);
+        }
+    });
     out
 }
 

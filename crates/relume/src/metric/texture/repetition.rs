@@ -6,9 +6,8 @@
 //! laid several times in a row. A regular texture recurs by nature: it is the excess over the reference that
 //! counts.
 
-use rayon::prelude::*;
-
 use crate::numeric::random::{Purpose, Stream};
+use crate::parallel;
 use crate::planes::Planes;
 use crate::size::Size;
 
@@ -41,7 +40,8 @@ impl Repetition {
         }
         let windows = windows(planes, seed);
         let count = windows.len().max(1) as f64;
-        let share = windows.par_iter().filter(|window| window.recurs(planes, reach)).count() as f64 / count;
+        let recur = parallel::map(windows.iter(), |window| window.recurs(planes, reach));
+        let share = recur.into_iter().filter(|recurs| *recurs).count() as f64 / count;
         Self { share, error: (share * (1.0 - share) / count).sqrt() }
     }
 

@@ -16,14 +16,13 @@
 //! random streams of their level and number: the result depends on the seed alone, and only slightly
 //! (`docs/measures.md`).
 
-use rayon::prelude::*;
-
 use super::pyramid;
 use super::wasserstein::{self, sorted};
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::numeric::dot;
 use crate::numeric::random::{Purpose, Stream};
+use crate::parallel;
 use crate::planes::Planes;
 use crate::size::Size;
 
@@ -146,14 +145,14 @@ impl Projections {
             job.proceed()?;
             Ok(patches.projected(&unit_vector(patches.dimension, &mut random)))
         };
-        let lines = (0..options.directions as u64).into_par_iter().map(along).collect::<Result<_>>()?;
+        let lines = parallel::try_map(0..options.directions as u64, along)?;
         Ok(Self { lines, unit: patches.unit() })
     }
 
     /// The mean distance along the vectors, in units of these patches.
     pub(super) fn distance(&self, other: &Self) -> f64 {
-        let pairs = self.lines.par_iter().zip(&other.lines);
-        let distances: Vec<f64> = pairs.map(|(a, b)| wasserstein::distance(a, b)).collect();
+        let pairs = self.lines.iter().zip(&other.lines);
+        let distances = parallel::map(pairs, |(a, b)| wasserstein::distance(a, b));
         distances.iter().sum::<f64>() / distances.len() as f64 / self.unit
     }
 }

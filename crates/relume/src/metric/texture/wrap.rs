@@ -6,10 +6,10 @@
 //! whether such a step is unusual for the texture: mortar and yarns have large steps of their own. It detects
 //! jumps of value, but not kinks or features cut in two without a jump.
 
-use rayon::prelude::*;
 use serde::Serialize;
 
 use super::steps::{NeighbourSteps, ratio};
+use crate::parallel;
 use crate::planes::Planes;
 
 /// Columns whose steps are added up together: a row of them is some lines of the cache.
@@ -35,7 +35,7 @@ pub fn wrap(planes: &Planes) -> [Wrap; 2] {
 fn steps_across(planes: &Planes) -> Vec<NeighbourSteps> {
     let size = planes.size();
     let mut columns = vec![NeighbourSteps::default(); size.width];
-    columns.par_chunks_mut(COLUMNS_TOGETHER).enumerate().for_each(|(part, columns)| {
+    parallel::for_each(columns.chunks_mut(COLUMNS_TOGETHER).enumerate(), |(part, columns)| {
         for y in 0..size.height {
             for (x, steps) in (part * COLUMNS_TOGETHER..).zip(columns.iter_mut()) {
                 steps.add(planes, size.index(x, y), size.index((x + 1) % size.width, y));
@@ -54,7 +54,7 @@ fn steps_down(planes: &Planes) -> Vec<NeighbourSteps> {
         (0..size.width).for_each(|x| steps.add(planes, size.index(x, y), size.index(x, below)));
         steps
     };
-    (0..size.height).into_par_iter().map(row).collect()
+    parallel::map(0..size.height, row)
 }
 
 /// `lines` has the step from each line to the next; that of the last one is the wrap.

@@ -10,9 +10,8 @@ mod kernel;
 
 pub use kernel::Kernel;
 
-use rayon::prelude::*;
-
 use crate::error::{Error, Result};
+use crate::parallel;
 use crate::planes::Planes;
 use crate::size::Size;
 
@@ -25,7 +24,7 @@ pub fn reduce(planes: &Planes, kernel: &Kernel) -> Planes {
     let mut out = Planes::zeros(coarse, planes.count());
     for k in 0..planes.count() {
         let source = planes.plane(k);
-        out.plane_mut(k).par_chunks_exact_mut(coarse.width).enumerate().for_each(|(y, row)| {
+        parallel::for_each(out.plane_mut(k).chunks_exact_mut(coarse.width).enumerate(), |(y, row)| {
             let tall = weighted_rows(kernel, |i| {
                 let fine = reflect((n * y) as i64 + i, size.height);
                 &source[fine * size.width..][..size.width]
@@ -89,7 +88,7 @@ pub fn expand_window(
     let mut out = Planes::zeros(size, count);
     for k in 0..count {
         let source = coarse.plane(k);
-        out.plane_mut(k).par_chunks_exact_mut(size.width).zip(&down).for_each(|(row, taps)| {
+        parallel::for_each(out.plane_mut(k).chunks_exact_mut(size.width).zip(&down), |(row, taps)| {
             let mut tall = vec![0.0f32; from.width];
             for &(y, weight) in taps {
                 let coarse_row = &source[y * from.width..][..from.width];

@@ -1,8 +1,6 @@
 //! The texture itself under an environment, as `relight` shows it under a light: one frame,
 //! so one set of weights for the whole picture.
 
-use rayon::prelude::*;
-
 use super::super::material::linear;
 use super::super::vector::Vec3;
 use super::Environment;
@@ -15,6 +13,7 @@ use crate::direction::{Direction, Directions};
 use crate::error::{Error, Result};
 use crate::field::{Basis, ReflectanceField};
 use crate::job::Job;
+use crate::parallel;
 use crate::picture::Picture;
 use crate::planes::Planes;
 use crate::space::Space;
@@ -43,7 +42,7 @@ pub fn relight_under(field: &ReflectanceField, environment: &Environment, job: &
     let mut planes = Planes::zeros_within(job, "the picture under the environment", field.size(), 3)?;
     let (n, layout) = (field.basis().len(), field.layout());
     let (coefficients, plain) = (field.coefficients(), linear(layout));
-    planes.bands_mut(TASK).into_par_iter().enumerate().try_for_each(|(band, mut out)| {
+    parallel::try_for_each(planes.bands_mut(TASK).into_iter().enumerate(), |(band, mut out)| {
         let (mut own, mut room) = (vec![0.0; plain.planes(n)], Vec::new());
         for i in 0..out[0].len() {
             let texel = band * TASK + i;

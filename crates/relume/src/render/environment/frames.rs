@@ -5,14 +5,13 @@
 //! over normals alone serves all frames. Between the normals of the table, the tangent is carried along the shortest
 //! arc to each of the four around it, and what they give is interpolated.
 
-use rayon::prelude::*;
-
 use super::super::vector::Vec3;
 use super::cells::LightCell;
 use super::grid::{Covered, OctahedralGrid};
 use super::hemisphere::HemisphereSpace;
 use crate::error::Result;
 use crate::job::{Held, Job};
+use crate::parallel;
 
 /// The normals of the table: 1.6 degrees apart on average, so that the fade at the horizon of a small sun spans several.
 const GRID: OctahedralGrid = OctahedralGrid::new(128, Covered::Sphere);
@@ -125,16 +124,15 @@ impl FrameTable {
             (0..GRID.len()).map(|vertex| TangentFrame::of_normal(GRID.direction(vertex))).collect();
         let stride = 3 * space.len();
         let mut moments = vec![0.0f32; GRID.len() * stride];
-        moments.par_chunks_mut(TASK * stride).zip(frames.par_chunks(TASK)).try_for_each(
-            |(out, frames)| {
-                job.proceed()?;
-                for (out, frame) in out.chunks_exact_mut(stride).zip(frames) {
-                    let sums = moments_of(space, cells, frame);
-                    out.iter_mut().zip(sums).for_each(|(out, sum)| *out = sum as f32);
-                }
-                Ok(())
-            },
-        )?;
+        let tasks = moments.chunks_mut(TASK * stride).zip(frames.chunks(TASK));
+        parallel::try_for_each(tasks, |(out, frames)| {
+            job.proceed()?;
+            for (out, frame) in out.chunks_exact_mut(stride).zip(frames) {
+                let sums = moments_of(space, cells, frame);
+                out.iter_mut().zip(sums).for_each(|(out, sum)| *out = sum as f32);
+            }
+            Ok(())
+        })?;
         Ok(Self { frames, degree: space.degree(), moments, _held: held })
     }
 

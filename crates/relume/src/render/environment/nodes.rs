@@ -8,8 +8,6 @@
 //! Moments are known at the vertices of two octahedral grids, one for each half of the sphere, and are bilinear between:
 //! within a half the frames turn smoothly.
 
-use rayon::prelude::*;
-
 use super::super::horizon::AttachedShadow;
 use super::super::vector::Vec3;
 use super::Environment;
@@ -23,6 +21,7 @@ use super::prefiltered::{self, degree};
 use crate::error::Result;
 use crate::field::Basis;
 use crate::job::Job;
+use crate::parallel;
 use crate::space::Space;
 
 /// The normals of a half of the sphere: three degrees apart on average.
@@ -135,19 +134,16 @@ fn frame_of(normal: Vec3) -> TangentFrame {
 fn moments(hemisphere: &HemisphereSpace, lights: &[LightCell], job: &Job) -> Result<Vec<f32>> {
     let (count, vertices) = (hemisphere.len(), GRID.len());
     job.check_bytes("the light of the environment for all frames", (2 * 8 * 3 * count * vertices) as u64)?;
-    let of_normals: Vec<Vec<f64>> = (0..2 * vertices)
-        .into_par_iter()
-        .map(|index| {
-            job.proceed()?;
-            let Vec3 { x, y, z } = GRID.direction(index % vertices);
-            let normal = Vec3::new(x, y, if index < vertices { z } else { -z });
-            // On the border the sign of zero names the half.
-            let pole = if index < vertices { 1.0 } else { -1.0 };
-            let toward = Vec3::new(x, y, z.max(f64::MIN_POSITIVE) * pole);
-            let frame = TangentFrame { normal, ..frame_of(toward) };
-            Ok(moments_of(hemisphere, lights, &frame))
-        })
-        .collect::<Result<_>>()?;
+    let of_normals = parallel::try_map(0..2 * vertices, |index| {
+        job.proceed()?;
+        let Vec3 { x, y, z } = GRID.direction(index % vertices);
+        let normal = Vec3::new(x, y, if index < vertices { z } else { -z });
+        // On the border the sign of zero names the half.
+        let pole = if index < vertices { 1.0 } else { -1.0 };
+        let toward = Vec3::new(x, y, z.max(f64::MIN_POSITIVE) * pole);
+        let frame = TangentFrame { normal, ..frame_of(toward) };
+        Ok(moments_of(hemisphere, lights, &frame))
+    })?;
     let mut moments = Vec::with_capacity(2 * 3 * count * vertices);
     for half in of_normals.chunks_exact(vertices) {
         for p in 0..count {

@@ -6,14 +6,13 @@
 
 use std::f64::consts::PI;
 
-use rayon::prelude::*;
-
 use super::super::highlight::Specular;
 use super::super::vector::Vec3;
 use super::cells::LightCell;
 use super::grid::{Covered, OctahedralGrid};
 use crate::microfacet;
 use crate::numeric::quadrature::integrate_hemisphere;
+use crate::parallel;
 
 /// Directions of reflection: three degrees apart.
 const GRID: OctahedralGrid = OctahedralGrid::new(64, Covered::Sphere);
@@ -36,16 +35,16 @@ impl ReflectionMap {
     pub fn new(cells: &[LightCell], specular: &Specular) -> Self {
         let specular = Specular { roughness: specular.roughness.max(NARROWEST), ..*specular };
         let alpha = microfacet::alpha(specular.roughness);
-        let vertices = (0..GRID.len()).into_par_iter();
         let whole = integrate_hemisphere(NODES, |light| lobe_weight(light.z(), alpha));
-        let light = vertices.map(|vertex| blurred(cells, GRID.direction(vertex), (alpha, whole))).collect();
+        let light =
+            parallel::map(0..GRID.len(), |vertex| blurred(cells, GRID.direction(vertex), (alpha, whole)));
         let up = Vec3::new(0.0, 0.0, 1.0);
         let share = |i: usize| {
             let cosine = i as f64 / COSINES as f64;
             let viewer = Vec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
             integrate_hemisphere(NODES, |light| specular.lobe(up, light.into(), viewer)) / PI
         };
-        Self { light, shares: (0..=COSINES).into_par_iter().map(share).collect() }
+        Self { light, shares: parallel::map(0..=COSINES, share) }
     }
 
     /// The highlight of a normal seen by a viewer, both in world space.

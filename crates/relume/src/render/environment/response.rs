@@ -6,8 +6,6 @@
 //! interpolated, without an error; for functions without such views for those of a grid, and nearly. Encoded values
 //! are decoded for each of some lamps.
 
-use rayon::prelude::*;
-
 use super::super::vector::Vec3;
 use super::grid::{Covered, OctahedralGrid};
 use super::hemisphere::HemisphereSpace;
@@ -17,6 +15,7 @@ use crate::error::Result;
 use crate::field::Basis;
 use crate::job::{Held, Job};
 use crate::numeric::between::Triangulation;
+use crate::parallel;
 use crate::space::Space;
 
 /// The views of functions without measured views of their own: about four degrees apart.
@@ -97,7 +96,7 @@ impl ViewTable {
         let numbers = (views.len() * length) as u64;
         let held = job.hold("the texture's functions under the environment", 4 * numbers)?;
         let mut data = vec![0.0; views.len() * length];
-        data.par_chunks_exact_mut(length).enumerate().try_for_each(|(index, out)| {
+        parallel::try_for_each(data.chunks_exact_mut(length).enumerate(), |(index, out)| {
             matrix(views.direction(index), out);
             job.proceed()
         })?;

@@ -1,6 +1,5 @@
 //! A texture laid from whole elements, as a source map.
 
-use rayon::prelude::*;
 use serde::Serialize;
 
 use super::agreement::{CellGrid, PlaceCopies, texel_at};
@@ -13,6 +12,7 @@ use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::numeric::lattice::{Lattice, length};
 use crate::numeric::periods;
+use crate::parallel;
 use crate::size::Size;
 use crate::synthesis::options::Boundary;
 use crate::synthesis::quantise::{Exemplar, Quantised};
@@ -156,8 +156,7 @@ struct Laying<'a> {
 impl Laying<'_> {
     fn copies(&self, options: &ElementOptions, job: &Job) -> Result<Vec<Texel>> {
         let mut copies = vec![Texel::default(); options.size.texels()];
-        let rows = copies.par_chunks_mut(options.size.width).enumerate();
-        rows.try_for_each(|(y, row)| {
+        parallel::try_for_each(copies.chunks_mut(options.size.width).enumerate(), |(y, row)| {
             job.proceed()?;
             for (x, copy) in row.iter_mut().enumerate() {
                 *copy = self.source([x as f64, y as f64]);

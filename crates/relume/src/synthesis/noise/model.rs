@@ -1,6 +1,5 @@
 //! The model of an exemplar, and any window of its plane.
 
-use rayon::prelude::*;
 use serde::Serialize;
 
 use super::gaussian::{GaussianTransport, transport};
@@ -11,6 +10,7 @@ use crate::job::{Held, Job};
 use crate::memory;
 use crate::numeric::random::{Purpose, key};
 use crate::numeric::{Matrix, hash, principal};
+use crate::parallel;
 use crate::planes::Planes;
 use crate::size::Size;
 
@@ -126,8 +126,7 @@ impl Noise {
             }
             plane
         };
-        let planes: Vec<(Vec<f32>, GaussianTransport)> =
-            (0..count).into_par_iter().map(|k| transport(&along(k))).collect();
+        let planes: Vec<(Vec<f32>, GaussianTransport)> = parallel::map(0..count, |k| transport(&along(k)));
         let mut normal = vec![0.0; size.texels() * count];
         for (k, (plane, _)) in planes.iter().enumerate() {
             normal[k..].iter_mut().step_by(count).zip(plane).for_each(|(out, v)| *out = *v);
@@ -182,8 +181,8 @@ impl Noise {
         let count = self.marginals.len();
         job.check("the window", size, 8 * count as u64)?;
         let mut together = memory::zeros("the window", size.texels() * count)?;
-        let rows = together.par_chunks_exact_mut(size.width * count).enumerate();
-        rows.try_for_each(|(row, texels)| -> Result<()> {
+        let rows = together.chunks_exact_mut(size.width * count).enumerate();
+        parallel::try_for_each(rows, |(row, texels)| {
             job.proceed()?;
             let mut principal = vec![0.0; count];
             for (column, out) in texels.chunks_exact_mut(count).enumerate() {
@@ -199,9 +198,12 @@ impl Noise {
     fn planes_of(&self, size: Size, together: &[f32]) -> Planes {
         let count = self.marginals.len();
         let mut planes = Planes::zeros(size, count);
-        planes.as_mut_slice().par_chunks_exact_mut(size.texels()).enumerate().for_each(|(k, plane)| {
-            plane.iter_mut().zip(together[k..].iter().step_by(count)).for_each(|(out, v)| *out = *v);
-        });
+        parallel::for_each(
+            planes.as_mut_slice().chunks_exact_mut(size.texels()).enumerate(),
+            |(k, plane)| {
+                plane.iter_mut().zip(together[k..].iter().step_by(count)).for_each(|(out, v)| *out = *v);
+            },
+        );
         planes
     }
 

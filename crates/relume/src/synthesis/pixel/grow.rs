@@ -1,7 +1,6 @@
 //! Growth: unknown texels become known from the outside in, or from a seed outwards, each as a copy of one
 //! drawn at random from those whose windows fit the known texels around it.
 
-use rayon::prelude::*;
 use serde::Serialize;
 
 use super::canvas::PixelCanvas;
@@ -12,6 +11,7 @@ use super::window::{ComparedWindow, WindowQuery};
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::numeric::random::{Purpose, Stream};
+use crate::parallel;
 use crate::size::Size;
 use crate::synthesis::guidance::{Guidance, Guided};
 use crate::synthesis::options::Boundary;
@@ -143,7 +143,7 @@ impl Grower<'_> {
                     job.proceed()?;
                     Ok(self.draw(canvas, texel, matches))
                 };
-                let drawn: Vec<(Texel, usize)> = batch.par_iter().map(draw).collect::<Result<_>>()?;
+                let drawn: Vec<(Texel, usize)> = parallel::try_map(batch.iter(), draw)?;
                 for (&texel, (corner, count)) in batch.iter().zip(drawn) {
                     canvas.put(texel, corner.offset(radius, radius), self.exemplars);
                     candidates += count as u64;

@@ -12,11 +12,10 @@
 //! search. It is often not the nearest of all; the caller has to weigh that cost. All deciding numbers are
 //! integers: centroids are rounded means, ties go to the first child and the first vector.
 
-use rayon::prelude::*;
-
 use super::vectors::{self, Vectors, moments};
 use crate::error::Result;
 use crate::job::Job;
+use crate::parallel;
 
 /// Iterations of Lloyd's algorithm for a split.
 const ITERATIONS: usize = 2;
@@ -255,7 +254,7 @@ impl<'a> Growing<'a> {
                     GrowingNode::Inner { .. } => None,
                 })
             };
-            let parts = generation.par_iter().map(split).collect::<Result<Vec<Option<[Cluster; 2]>>>>()?;
+            let parts = parallel::try_map(generation.iter(), split)?;
             let mut next = waiting;
             for (node, parts) in generation.into_iter().zip(parts) {
                 next.extend(parts.into_iter().flat_map(|parts| self.replace(node, parts)));

@@ -12,8 +12,6 @@
 //! 3. Each tile is the part of the exemplar that fits its four borders best, joined to them by a closed cut
 //!    ([`least_closed_cut`]).
 
-use rayon::prelude::*;
-
 use super::closed_cut::least_closed_cut;
 use super::further::TilePart;
 use super::lay::lay;
@@ -26,6 +24,7 @@ use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::numeric::cells::Cells;
 use crate::numeric::corner_colors::CornerColors;
+use crate::parallel;
 use crate::size::Size;
 use crate::synthesis::cut::path::least_path;
 use crate::synthesis::options::Boundary;
@@ -115,7 +114,7 @@ impl CornerWork<'_> {
                 self.job.proceed()?;
                 self.strip(along, [pieces[a], pieces[b]], &spectra)
             };
-            pairs.par_iter().map(strip).collect()
+            parallel::try_map(pairs.iter(), strip)
         };
         let (rows, columns) = (borders(Along::Row)?, borders(Along::Column)?);
         let mut taken = Vec::new();

@@ -1,6 +1,5 @@
 //! From an exemplar to a tile set.
 
-use rayon::prelude::*;
 use serde::Serialize;
 
 use super::closed_cut::{has_room, least_closed_cut, least_side};
@@ -19,6 +18,7 @@ use crate::numeric::cells::Cells;
 use crate::numeric::corner_colors::CornerColors;
 use crate::numeric::lattice::Lattice;
 use crate::numeric::periods::{self, Pattern, Periods};
+use crate::parallel;
 use crate::size::Size;
 use crate::synthesis::quantise::{Exemplar, IndexTexels, Quantised};
 use crate::synthesis::source_map::{SourceMap, Texel};
@@ -101,12 +101,11 @@ pub fn roll(exemplar: &Exemplar<'_>, options: &RollerOptions, job: &Job) -> Resu
     let (region, whole_periods) = work.region(&strips)?;
     let (first, corner) = work.first_tile(&region);
     let parts = work.parts(&region, &first, &strips)?;
-    let further = parts.par_iter().map(|part| {
+    let further = parallel::try_map(parts.iter(), |part| {
         job.proceed()?;
         Ok(work.further_tile(&region, &first, part))
-    });
-    let tiles = rayon::iter::once(Ok(first.clone())).chain(further);
-    let tiles: Vec<Vec<Texel>> = tiles.collect::<Result<_>>()?;
+    })?;
+    let tiles: Vec<Vec<Texel>> = std::iter::once(first).chain(further).collect();
     let measure =
         |sources: &Vec<Texel>| TileSeams::measure(work.texels, quantised.step(), &region.cells, sources);
     let seams = tiles.iter().map(measure).collect();

@@ -6,12 +6,11 @@
 //! pairs of them for which the exemplar has room, those are tried under whose shifts the exemplar differs
 //! least from itself.
 
-use rayon::prelude::*;
-
 use super::profile::{Axis, squared_step};
 use super::region::overlapping;
 use crate::numeric::cells::Cells;
 use crate::numeric::lattice::{Lattice, length};
+use crate::parallel;
 use crate::synthesis::quantise::IndexTexels;
 
 /// The number of vectors measured along each axis, and of pairs tried.
@@ -37,7 +36,7 @@ pub fn pairs(
 ) -> Vec<Cells> {
     let measured = |axis: Axis, lengths| -> Vec<([i64; 2], f64)> {
         let steps = steps(lattice, axis, lengths);
-        steps.into_par_iter().map(|step| (step, difference(texels, step))).collect()
+        parallel::map(steps, |step| (step, difference(texels, step)))
     };
     let (right, down) = (measured(Axis::X, lengths[0]), measured(Axis::Y, lengths[1]));
     let mut pairs: Vec<(f64, Cells)> = right

@@ -8,7 +8,6 @@
 //! For oblique cells, the strips are oblique too: they consist of as many more rectangles as the sides have
 //! steps. [`Strips::direct`] is the slow truth of one of them.
 
-use rayon::prelude::*;
 use serde::Serialize;
 
 use super::profile::{Axis, squared_step};
@@ -18,6 +17,7 @@ use crate::numeric::cells::Cells;
 use crate::numeric::lattice::length;
 use crate::numeric::periods::Pattern;
 use crate::numeric::summed_area::SummedArea;
+use crate::parallel;
 use crate::size::Size;
 use crate::synthesis::quantise::IndexTexels;
 
@@ -144,13 +144,13 @@ impl<'a> Strips<'a> {
             job.proceed()?;
             Ok(self.differences(step))
         };
-        let tables: Vec<SummedArea> = steps.par_iter().map(differences).collect::<Result<_>>()?;
+        let tables: Vec<SummedArea> = parallel::try_map(steps.iter(), differences)?;
         let table = |step: [i64; 2]| &tables[steps.binary_search(&step).expect("a table for each step")];
         let best = |cells: &Cells| {
             job.proceed()?;
             Ok(self.best_origin(cells, table(cells.right()), table(cells.down())))
         };
-        let regions = pairs.par_iter().map(best).collect::<Result<Vec<Option<Region>>>>()?;
+        let regions = parallel::try_map(pairs.iter(), best)?;
         Ok(regions.into_iter().flatten().collect())
     }
 

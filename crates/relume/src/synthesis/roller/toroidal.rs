@@ -18,9 +18,8 @@
 //! ([`Cells::left_side`]). The rest is the same, except that the steps of a side add to those of a cut, so
 //! near their corner cuts may meet again: the result is still periodic, and its error is at most the sum.
 
-use rayon::prelude::*;
-
 use crate::numeric::cells::Cells;
+use crate::parallel;
 
 /// The errors of a strip one period plus one overlap long, `width` texels across: for each position along it,
 /// the errors of all positions across together.
@@ -111,7 +110,7 @@ pub struct ClosedCuts {
 pub fn closed_cuts(cells: &Cells, upright: &Strip, level: &Strip) -> ClosedCuts {
     let corners = corners(cells, upright.width);
     let sum = |c: &CellCorner| upright.least_sum(c.y, c.from_left) + level.least_sum(c.x, c.from_top);
-    let sums: Vec<u64> = corners.par_iter().map(sum).collect();
+    let sums: Vec<u64> = parallel::map(corners.iter(), sum);
     let best = (0..sums.len()).min_by_key(|&i| sums[i]).expect("a strip has corners");
     let CellCorner { x: p, y: q, from_left, from_top } = corners[best];
     let turned = |path: Vec<usize>, start: usize, period: usize| -> Vec<usize> {

@@ -1,9 +1,8 @@
 //! Every position in full, with the vector instructions of the processor and all threads.
 
-use rayon::prelude::*;
-
 use super::distance::BlockTarget;
 use super::{BlockQuery, Candidates, Effort, Found, Search};
+use crate::parallel;
 use crate::synthesis::positions::{PositionRun, Positions};
 use crate::synthesis::quantise::Quantised;
 use crate::synthesis::source_map::Texel;
@@ -19,7 +18,7 @@ pub struct Brute<'a> {
 
 impl Search for Brute<'_> {
     fn candidates(&self, queries: &[BlockQuery]) -> Vec<Found> {
-        queries.par_iter().map(|query| self.look(query)).collect()
+        parallel::map(queries.iter(), |query| self.look(query))
     }
 }
 
@@ -34,7 +33,7 @@ impl Brute<'_> {
             let near = acceptance.near(distances);
             near.map(|(i, distance)| (run.first.offset(i, 0), distance)).collect()
         };
-        let near = self.positions.runs().par_iter().flat_map_iter(near).collect();
+        let near = parallel::map(self.positions.runs().iter(), near).concat();
         let count = self.positions.count() as u64;
         let effort = Effort { examined: count, verified: count };
         Found { candidates: Candidates::within(near, acceptance), effort }

@@ -9,11 +9,10 @@
 
 use std::collections::BTreeSet;
 
-use rayon::prelude::*;
-
 use super::distance::BlockTarget;
 use super::fft::Spectra;
 use super::{Avoided, BlockQuery, Candidates, Effort, Found, Search};
+use crate::parallel;
 use crate::size::Size;
 use crate::synthesis::neighbourhood::{Margins, Neighbourhood};
 use crate::synthesis::positions::Positions;
@@ -165,7 +164,7 @@ impl<'a> CoarseToFine<'a> {
 
 impl Search for CoarseToFine<'_> {
     fn candidates(&self, queries: &[BlockQuery]) -> Vec<Found> {
-        queries.par_iter().map(|query| self.look(query)).collect()
+        parallel::map(queries.iter(), |query| self.look(query))
     }
 }
 

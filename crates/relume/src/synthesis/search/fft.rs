@@ -6,13 +6,13 @@
 //! floating point with a stated error; every position about which it leaves a doubt is decided by its exact integer distance.
 
 use pulp::Arch;
-use rayon::prelude::*;
 use realfft::num_complex::Complex64;
 
 use super::distance::BlockTarget;
 use super::{BlockQuery, Candidates, Effort, Found, Search};
 use crate::numeric::fourier::Fourier;
 use crate::numeric::summed_area::SummedArea;
+use crate::parallel;
 use crate::size::Size;
 use crate::synthesis::positions::{PositionRun, Positions};
 use crate::synthesis::quantise::{IndexTexels, Quantised, squared_length, squared_lengths};
@@ -106,7 +106,7 @@ impl Spectra {
 
 impl Search for Fft<'_> {
     fn candidates(&self, queries: &[BlockQuery]) -> Vec<Found> {
-        queries.par_iter().map(|query| self.correlate(query)).collect()
+        parallel::map(queries.iter(), |query| self.correlate(query))
     }
 }
 
@@ -124,7 +124,7 @@ impl Fft<'_> {
     fn correlate(&self, query: &BlockQuery) -> Found {
         let planes = self.exemplars.planes();
         let mut approximate: Vec<(Vec<f64>, f64)> =
-            self.spectra.par_iter().map(|spectra| spectra.distances(query, planes)).collect();
+            parallel::map(self.spectra.iter(), |spectra| spectra.distances(query, planes));
         self.strike(query, &mut approximate);
         let targets = BlockTarget::all(query, self.exemplars);
         let runs = || {
@@ -175,6 +175,6 @@ impl Spectra {
         };
         let squares = SummedArea::new(texels.size(), &squared_lengths(codes, planes));
         let norm = (squares.sum(0, 0, texels.size().width, texels.size().height) as f64).sqrt();
-        Self { planes: (0..planes).into_par_iter().map(plane).collect(), transform, squares, norm }
+        Self { planes: parallel::map(0..planes, plane), transform, squares, norm }
     }
 }

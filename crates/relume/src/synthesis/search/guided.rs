@@ -6,10 +6,9 @@
 //! ends with the block and may overlap the one before. All positions are examined; the sum of both distances
 //! decides, and the distance of the overlap is that of the other searches.
 
-use rayon::prelude::*;
-
 use super::distance::BlockTarget;
 use super::{BlockQuery, Candidates, Effort, Found, Search};
+use crate::parallel;
 use crate::size::Size;
 use crate::synthesis::guidance::GuideCodes;
 use crate::synthesis::positions::{PositionRun, Positions};
@@ -57,7 +56,7 @@ impl<'a> GuidedSearch<'a> {
             let near = acceptance.near(distances);
             near.map(|(i, distance)| (run.first.offset(i, 0), distance)).collect()
         };
-        let near = self.positions.runs().par_iter().flat_map_iter(near).collect();
+        let near = parallel::map(self.positions.runs().iter(), near).concat();
         let count = self.positions.count() as u64;
         Found {
             candidates: Candidates::within(near, acceptance),
@@ -68,7 +67,7 @@ impl<'a> GuidedSearch<'a> {
 
 impl Search for GuidedSearch<'_> {
     fn candidates(&self, queries: &[BlockQuery]) -> Vec<Found> {
-        queries.par_iter().map(|query| self.look(query)).collect()
+        parallel::map(queries.iter(), |query| self.look(query))
     }
 }
 
@@ -112,7 +111,7 @@ impl Means {
                 .map(|(x, y)| mean(k, x, y))
                 .collect()
         };
-        Self { size, planes: (0..texels.planes()).into_par_iter().map(plane).collect() }
+        Self { size, planes: parallel::map(0..texels.planes(), plane) }
     }
 }
 

@@ -18,7 +18,6 @@ mod range;
 
 pub use range::RangeReport;
 
-use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::direction::Directions;
@@ -30,6 +29,7 @@ use crate::numeric::between::PairGrid;
 use crate::numeric::decibel::psnr_db;
 use crate::numeric::k_means::k_means;
 use crate::numeric::random::{Purpose, Stream};
+use crate::parallel;
 use crate::random_field::{
     FieldModel, LevelReport, MOST_IMAGE_CLUSTERS, ModelOptions, PhotographClusters, estimate,
 };
@@ -192,8 +192,7 @@ fn all_features(count: usize, load: &LoadRaster, job: &Job) -> Result<Vec<Photog
     let mut features = Vec::with_capacity(count);
     for first in (0..count).step_by(batch) {
         let of = |i: usize| job.proceed().and_then(|()| Ok(PhotographFeatures::of(&load(i)?)));
-        let some = (first..(first + batch).min(count)).into_par_iter().map(of);
-        features.extend(some.collect::<Result<Vec<_>>>()?);
+        features.extend(parallel::try_map(first..(first + batch).min(count), of)?);
         job.advance((count - first).min(batch) as u64)?;
     }
     Ok(features)

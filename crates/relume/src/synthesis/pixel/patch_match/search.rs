@@ -11,7 +11,6 @@
 //! matches therefore cost more where the exemplar is overused: the mean distance of the previous round times
 //! the requested uniformity, for each time the even share of a block of 4 x 4 texels.
 
-use rayon::prelude::*;
 use serde::Serialize;
 
 use super::super::canvas::PixelCanvas;
@@ -22,8 +21,12 @@ use super::patches::{self, ExemplarPatches};
 use crate::error::Result;
 use crate::job::Job;
 use crate::numeric::hash;
+use crate::parallel;
 use crate::size::Size;
 use crate::synthesis::source_map::Texel;
+
+/// Cells that one thread looks at together.
+const TOGETHER: usize = 64;
 
 /// The methods of finding matches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -150,13 +153,14 @@ impl Matching {
         for color in 0..2 {
             let cells: Vec<usize> =
                 self.active.iter().copied().filter(|&cell| self.color(cell) == color).collect();
-            let better = |patch: &mut Vec<i16>, &cell: &usize| {
+            let found = parallel::try_map(cells.chunks(TOGETHER), |cells| {
                 job.proceed()?;
-                Ok(self.better(cell, canvas, patches, &costs, how, patch))
-            };
-            let found = cells.par_iter().with_min_len(64).map_init(Vec::new, better);
-            let found: Vec<Match> = found.collect::<Result<_>>()?;
-            cells.into_iter().zip(found).for_each(|(cell, found)| self.matches[cell] = found);
+                let mut patch = Vec::new();
+                let better = |&cell: &usize| self.better(cell, canvas, patches, &costs, how, &mut patch);
+                Ok(cells.iter().map(better).collect::<Vec<Match>>())
+            })?;
+            let found = found.into_iter().flatten();
+            cells.iter().zip(found).for_each(|(&cell, found)| self.matches[cell] = found);
         }
         Ok(())
     }

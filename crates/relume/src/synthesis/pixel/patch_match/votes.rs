@@ -5,13 +5,12 @@
 //! after run, and goes through the same runs again to find the nearest. A match that only continues the one
 //! to its left proposes the same texels there, which need no second comparison.
 
-use rayon::prelude::*;
-
 use super::super::canvas::PixelCanvas;
 use super::SPACING;
 use super::anchors::Anchors;
 use super::patches::ExemplarPatches;
 use super::search::{Match, Matching};
+use crate::parallel;
 use crate::synthesis::quantise::MAX_CODE;
 use crate::synthesis::source_map::Texel;
 
@@ -53,7 +52,7 @@ pub fn cast(
         let elected = has_free.then(|| VoteRow::new(canvas, patches, matching, weights, y).elect());
         elected.unwrap_or_else(|| canvas.sources(y).to_vec())
     };
-    let sources: Vec<Vec<Texel>> = (0..size.height).into_par_iter().with_min_len(4).map(row).collect();
+    let sources = parallel::map(0..size.height, row);
     for (texel, source) in sources.into_iter().flatten().enumerate().filter(|(texel, _)| is_free(*texel)) {
         canvas.put(texel, source, &patches.level().exemplars);
     }

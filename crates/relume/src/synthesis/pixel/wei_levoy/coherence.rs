@@ -9,8 +9,6 @@
 //!
 //! Where all pieces end at the edges of the exemplars, some texels drawn at random are compared.
 
-use rayon::prelude::*;
-
 use super::super::canvas::PixelCanvas;
 use super::super::tsvq::Tsvq;
 use super::super::vectors::{Vectors, squared_distance};
@@ -18,6 +16,7 @@ use super::neighbourhood::ScanSamples;
 use crate::error::Result;
 use crate::job::Job;
 use crate::numeric::random::{Purpose, Stream};
+use crate::parallel;
 use crate::size::Size;
 use crate::synthesis::source_map::Texel;
 
@@ -155,7 +154,7 @@ fn sets(vectors: &Vectors, count: usize, codewords: usize, job: &Job) -> Result<
             job.proceed()?;
             Ok(nearest(vectors, leaf, n, count))
         };
-        let found: Vec<Vec<u32>> = leaf.par_iter().map(near).collect::<Result<_>>()?;
+        let found: Vec<Vec<u32>> = parallel::try_map(leaf.iter(), near)?;
         for (&number, found) in leaf.iter().zip(found) {
             sets[number * count..][..found.len()].copy_from_slice(&found);
         }

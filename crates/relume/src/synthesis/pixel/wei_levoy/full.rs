@@ -2,9 +2,8 @@
 
 use std::ops::Range;
 
-use rayon::prelude::*;
-
 use super::super::vectors::{self, Vectors};
+use crate::parallel;
 
 /// The number of vectors examined by one thread in turn.
 const SHARE: usize = 4096;
@@ -26,8 +25,7 @@ impl Full<'_> {
     /// When there is no vector.
     pub fn nearest(&self, query: &[i16]) -> (usize, u64) {
         let count = self.vectors.count();
-        let shares = (0..count.div_ceil(SHARE)).into_par_iter();
-        let near = shares.map(|share| {
+        let near = parallel::map(0..count.div_ceil(SHARE), |share| {
             let range = share * SHARE..((share + 1) * SHARE).min(count);
             #[cfg(target_arch = "x86_64")]
             if let Some(simd) = pulp::x86::V3::try_new() {
@@ -38,7 +36,7 @@ impl Full<'_> {
             }
             self.nearest_of(range, query, vectors::portable)
         });
-        let (distance, number) = near.min().expect("there is a vector");
+        let (distance, number) = near.into_iter().min().expect("there is a vector");
         (number, distance)
     }
 

@@ -26,12 +26,11 @@ pub mod table;
 
 use std::collections::BTreeMap;
 
-use rayon::prelude::*;
-
 use super::{BlockQuery, Candidates, Effort, Found, KernelBasis, Search};
 use crate::error::Result;
 use crate::job::Job;
 use crate::numeric::pairs::SUMS;
+use crate::parallel;
 use crate::synthesis::neighbourhood::Neighbourhood;
 use crate::synthesis::positions::{PositionRun, Positions};
 use crate::synthesis::quantise::Quantised;
@@ -165,8 +164,11 @@ impl<'a> Projection<'a> {
             }
             left
         };
-        let add = |sums: Vec<u64>, more: Vec<u64>| sums.into_iter().zip(more).map(|(a, b)| a + b).collect();
-        self.positions.runs().par_iter().map(left).reduce(|| vec![0; kernels], add)
+        let mut sums = vec![0; kernels];
+        for left in parallel::map(self.positions.runs().iter(), left) {
+            sums.iter_mut().zip(left).for_each(|(sum, more)| *sum += more);
+        }
+        sums
     }
 
     /// The candidates of queries in groups of one shape. All groups process a tile in turn, while it is in
@@ -184,7 +186,7 @@ impl<'a> Projection<'a> {
                 });
                 each.collect()
             };
-            let round: Vec<Vec<Survivors>> = tiles.par_iter().map(look).collect();
+            let round: Vec<Vec<Survivors>> = parallel::map(tiles.iter(), look);
             for tile in &round {
                 best.iter_mut().zip(tile).for_each(|(best, own)| *best = own.best.min(*best));
             }
@@ -193,7 +195,7 @@ impl<'a> Projection<'a> {
         let settle = |tile: &Vec<Survivors>| -> Vec<Settled> {
             (0..queries.len()).map(|q| self.settle(queries[q], &tile[q], best[q])).collect()
         };
-        let mut settled: Vec<Vec<Settled>> = survivors.par_iter().map(settle).collect();
+        let mut settled: Vec<Vec<Settled>> = parallel::map(survivors.iter(), settle);
         let found = |q: usize| {
             let measured: u64 = survivors.iter().map(|tile| tile[q].verified).sum();
             let verified = measured + settled.iter().map(|tile| tile[q].verified).sum::<u64>();
@@ -216,7 +218,7 @@ struct Settled {
 
 impl Search for Projection<'_> {
     fn candidates(&self, queries: &[BlockQuery]) -> Vec<Found> {
-        let prepared: Vec<PreparedQuery<'_>> = queries.par_iter().map(|query| self.prepare(query)).collect();
+        let prepared: Vec<PreparedQuery<'_>> = parallel::map(queries.iter(), |query| self.prepare(query));
         let groups = by_shape(queries);
         let members = |group: &Vec<usize>| group.iter().map(|&i| &prepared[i]).collect();
         let found = self.search(&groups.iter().map(members).collect::<Vec<_>>());

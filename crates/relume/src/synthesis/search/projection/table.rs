@@ -9,8 +9,6 @@
 //! stored in planes, so that neighbouring positions are loaded together; the further ones, with the residual,
 //! are stored together for each position.
 
-use rayon::prelude::*;
-
 use super::coordinates::{Coordinates, Further, Units, WIDE};
 use super::kernels::Kernels;
 use super::product::{MOST, Product, STRETCH, Stretch, WordPlanes, pair, quad};
@@ -18,6 +16,7 @@ use crate::error::Result;
 use crate::job::Job;
 use crate::numeric::pairs::SUMS;
 use crate::numeric::summed_area::SummedArea;
+use crate::parallel;
 use crate::size::Size;
 use crate::synthesis::quantise::{IndexTexels, Quantised, squared_length, squared_lengths};
 use crate::synthesis::search::BlockQuery;
@@ -166,8 +165,7 @@ impl Table {
             further: vec![Further::ZERO; places.texels()],
         };
         let length = grid.first.row_length();
-        let first: Vec<&mut [i32]> = grid.first.rows_mut().collect();
-        let rows = first.into_par_iter().zip(grid.further.par_chunks_exact_mut(places.width));
+        let rows = grid.first.rows_mut().zip(grid.further.chunks_exact_mut(places.width));
         let fill = |(y, (first, further)): (usize, (&mut [i32], &mut [Further]))| {
             job.proceed()?;
             let mut errors = [0.0; 2];
@@ -183,8 +181,7 @@ impl Table {
             }
             Ok(errors)
         };
-        let both = |a, b| Ok(larger(a, b));
-        let errors = rows.enumerate().map(fill).try_reduce(|| [0.0; 2], both)?;
+        let errors = parallel::try_map(rows.enumerate(), fill)?.into_iter().fold([0.0; 2], larger);
         Ok((grid, errors))
     }
 

@@ -257,18 +257,31 @@ fn texture_text(measures: &TextureMeasures, pairs: &[Directions], args: &Args) -
         x.ratio, y.ratio
     );
     append_sources(measures, &mut text);
+    append_unit(&mean.appearance, &mut text);
     text
 }
 
+/// The names of [`Appearance::parts`].
+const PARTS: [&str; 6] = ["patches", "colours", "detail", "direction", "order", "repetition"];
+
 fn append_appearance(mean: &Appearance, worst: &Appearance, text: &mut String) {
-    let parts = ["patches", "colours", "detail", "direction", "order", "repetition"];
     let rows = [("appearance", mean.distance, worst.distance)].into_iter();
     let rows =
-        rows.chain(parts.iter().zip(mean.parts()).zip(worst.parts()).map(|((name, a), b)| (*name, a, b)));
+        rows.chain(PARTS.iter().zip(mean.parts()).zip(worst.parts()).map(|((name, a), b)| (*name, a, b)));
     for (number, (name, mean, worst)) in rows.enumerate() {
         let name = if number > 0 { format!("  {name}") } else { name.to_owned() };
         let _ = writeln!(text, "{name:<34} {mean:>8.2} {worst:>8.2}");
     }
+}
+
+/// What the number of the appearance means, and what decides it.
+fn append_unit(mean: &Appearance, text: &mut String) {
+    let named = PARTS.iter().zip(mean.parts());
+    let (name, most) = named.max_by(|a, b| a.1.total_cmp(&b.1)).expect("there are parts");
+    let _ = write!(
+        text,
+        "\nappearance: 1 is as far as the halves of the reference are from each other, less is nearer; farthest in {name} ({most:.2})"
+    );
 }
 
 fn append_sources(measures: &TextureMeasures, text: &mut String) {

@@ -6,7 +6,7 @@ use relume::Size;
 use relume::procedural::Material;
 use serde_json::Value;
 
-use crate::support::{done, json, read_png, refused, write_material};
+use crate::support::{done, json, read_png, refused, run, write_material};
 
 /// A folder with pictures of a weave and of pebbles.
 fn with_exemplars() -> tempfile::TempDir {
@@ -41,6 +41,27 @@ fn the_nearest_try_is_kept_and_its_options_make_it_again() {
         let analysis = json(folder.path(), &["analyze", name]);
         assert_eq!(analysis["advice"], found["auto"]["advice"]);
     }
+}
+
+/// A former riddle: the star stood at a figure that was not the smallest, and nothing said why.
+#[test]
+fn why_nearer_tries_are_not_kept_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    write_material(&folder.path().join("clouds.png"), Material::Clouds, Size::new(64, 64), 12.0);
+    let mut said = Vec::new();
+    for seed in ["1", "2", "3"] {
+        let synth =
+            ["synth", "clouds.png", "-o", "o.png", "--size", "128x112", "--method", "auto", "--seed", seed];
+        let text = run(folder.path(), &[&synth[..], &["--force"]].concat());
+        let found = json(folder.path(), &[&synth[..], &["--force"]].concat());
+        let tries = found["auto"]["tries"].as_array().unwrap();
+        let distance = |one: &Value| one["appearance"]["distance"].as_f64().unwrap();
+        let kept = distance(&tries[found["auto"]["kept"].as_u64().unwrap() as usize]);
+        let is_nearer = tries.iter().any(|one| distance(one) < kept);
+        assert_eq!(text.contains("nearer ones were not kept: they copy"), is_nearer, "{text}");
+        said.push(is_nearer);
+    }
+    assert!(said.contains(&true) && said.contains(&false), "{said:?}");
 }
 
 #[test]

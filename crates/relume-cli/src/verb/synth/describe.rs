@@ -258,6 +258,7 @@ fn with_choice(kept: Report, choice: &Choice, files: &[PathBuf]) -> Report {
     for (number, one) in choice.tries.iter().enumerate() {
         text.push_str(&line(one, choice.follows_trend, number == choice.kept));
     }
+    text.extend(passed_over(choice).map(|why| format!("\n{why}")));
     let mut json = kept.json;
     json["auto"] = json!({
         "analyses": choice.analyses,
@@ -274,6 +275,23 @@ fn with_choice(kept: Report, choice: &Choice, files: &[PathBuf]) -> Report {
         kept_try.full.or(kept_try.outcome.as_ref().ok().copied()).and_then(|score| far_from_exemplar(&score));
     let warnings = choice.analyses.iter().flat_map(analyze::warnings).chain(far);
     Report::new(text, json).with_warnings(kept.warnings.into_iter().chain(warnings))
+}
+
+/// Why tries that are nearer than the one kept were not, if there are any.
+fn passed_over(choice: &Choice) -> Option<String> {
+    let distance = |one: &Try| one.outcome.as_ref().ok()?.appearance.map(|appearance| appearance.distance);
+    let kept = distance(&choice.tries[choice.kept])?;
+    let nearer = choice.tries.iter().filter(|one| distance(one).is_some_and(|distance| distance < kept));
+    let (copies, others): (Vec<&Try>, Vec<&Try>) =
+        nearer.partition(|one| one.outcome.as_ref().is_ok_and(Score::is_copy));
+    let copied = "copy more than half of the exemplar in one piece";
+    let why = match (copies.is_empty(), others.is_empty()) {
+        (true, true) => return None,
+        (false, true) => copied.to_owned(),
+        (true, false) => format!("are farther at the full size, or {copied}"),
+        (false, false) => format!("{copied}, or are farther at the full size"),
+    };
+    Some(format!("nearer ones were not kept: they {why}"))
 }
 
 /// Says that even the nearest texture is not near.

@@ -171,8 +171,9 @@ fn by_balls(
     let names: Vec<String> = photographs.iter().map(paths::text).collect();
     let load = |i: usize| input::raster(&photographs[i], job);
     let found = match args.ball.as_slice() {
-        [] => find_lights(&names, &load, job).map_err(|e| {
-            Error::new(e.kind(), format!("there is no light file, and {}", e.message())).at(&place)
+        [] => find_lights(&names, &load, job).map_err(|e| match e.path() {
+            Some(_) => e,
+            None => Error::new(e.kind(), format!("there is no light file, and {}", e.message())).at(&place),
         })?,
         balls => lights_of(&names, &load, balls, job)?,
     };
@@ -281,12 +282,23 @@ impl Steps<'_> {
             command.split(' ').map(fill).chain(options.iter().cloned()).collect()
         };
         let report = super::run_typed(words(self.folder.path(), self.light_file), self.context)
-            .map_err(|e| Error::new(e.kind(), e.message()).at(&self.args.photographs))?;
+            .map_err(|e| self.of_the_user(e))?;
         report.warnings.into_iter().for_each(|warning| self.warn(warning));
         let shown = words(&self.args.output, self.shown);
         self.done
             .push(format!("relume {}", shown.iter().map(paths::shell_word).collect::<Vec<_>>().join(" ")));
         Ok(report.json)
+    }
+
+    /// The error with a file that the user knows: a photograph, or the photographs for a file that is made on the way.
+    fn of_the_user(&self, error: Error) -> Error {
+        let is_known = |path: &Path| {
+            !path.starts_with(self.folder.path()) && (path != self.light_file || path == self.shown)
+        };
+        match error.path() {
+            Some(path) if is_known(path) => error,
+            _ => Error::new(error.kind(), error.message()).at(&self.args.photographs),
+        }
     }
 
     fn warn(&mut self, warning: String) {

@@ -21,6 +21,20 @@ fn folder_with_balls() -> (tempfile::TempDir, Value) {
     (folder, report["balls"][0].clone())
 }
 
+/// A former fault: only the folder was named.
+#[test]
+fn a_damaged_photograph_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let shoot = ["capture", "leather", "-o", "photos", "--size", "24", "--lights", "12", "--format", "exr"];
+    done(folder.path(), &shoot);
+    let photograph = folder.path().join("photos/light_003.exr");
+    let bytes = fs::read(&photograph).unwrap();
+    fs::write(&photograph, &bytes[..bytes.len() / 2]).unwrap();
+    let message = failed(folder.path(), &["new", "photos/lights.lp", "-o", "leather"], 1);
+    assert!(message.contains("light_003.exr"), "{message}");
+    assert!(!folder.path().join("leather").exists());
+}
+
 #[test]
 fn one_command_makes_a_material_of_photographs_with_a_mirror_ball() {
     let (folder, ball) = folder_with_balls();

@@ -240,6 +240,7 @@ fn texture_text(measures: &TextureMeasures, pairs: &[Directions], args: &Args) -
         "worst"
     );
     append_appearance(&mean.appearance, &worst.appearance, &mut text);
+    append_unit(&mean.appearance, &mut text);
     let rows = [
         ("patches at several scales", mean.sliced, worst.sliced),
         ("histogram", mean.histogram, worst.histogram),
@@ -257,7 +258,6 @@ fn texture_text(measures: &TextureMeasures, pairs: &[Directions], args: &Args) -
         x.ratio, y.ratio
     );
     append_sources(measures, &mut text);
-    append_unit(&mean.appearance, &mut text);
     text
 }
 
@@ -274,14 +274,14 @@ fn append_appearance(mean: &Appearance, worst: &Appearance, text: &mut String) {
     }
 }
 
-/// What the number of the appearance means, and what decides it.
+/// What the numbers of the appearance mean, and which part decides.
 fn append_unit(mean: &Appearance, text: &mut String) {
+    text.push_str("  1 is as far as the halves of the reference are from each other, less is nearer");
     let named = PARTS.iter().zip(mean.parts());
-    let (name, most) = named.max_by(|a, b| a.1.total_cmp(&b.1)).expect("there are parts");
-    let _ = write!(
-        text,
-        "\nappearance: 1 is as far as the halves of the reference are from each other, less is nearer; farthest in {name} ({most:.2})"
-    );
+    if let Some((name, _)) = named.filter(|(_, part)| *part > 0.0).max_by(|a, b| a.1.total_cmp(&b.1)) {
+        let _ = write!(text, "; farthest in {name}");
+    }
+    text.push('\n');
 }
 
 fn append_sources(measures: &TextureMeasures, text: &mut String) {

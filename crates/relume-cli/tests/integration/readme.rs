@@ -39,6 +39,19 @@ fn every_command_of_the_readme_works_in_the_order_printed_in_a_new_folder() {
     run_in_order("README.md", 18);
 }
 
+/// The library's example is the one that its documentation runs.
+#[test]
+fn the_example_of_the_library_is_that_of_its_documentation() {
+    let read = |file: &str| {
+        fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(file)).unwrap()
+    };
+    let (readme, library) = (read("README.md"), read("crates/relume/src/lib.rs"));
+    let example = readme.split("```rust\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
+    let run: Vec<&str> = library.lines().filter_map(|line| line.strip_prefix("//! ")).collect();
+    let lines: Vec<&str> = example.lines().filter(|line| !line.is_empty()).collect();
+    assert!(lines.len() >= 5 && lines.iter().all(|line| run.contains(line)), "{lines:?}");
+}
+
 #[test]
 fn the_ways_of_artists_to_a_seamless_material_work() {
     run_in_order("docs/artists.md", 8);
